@@ -1,0 +1,42 @@
+# Everything here is a Debian 12 package; scripts/setup names and installs them.
+find_package(PkgConfig REQUIRED)
+find_package(fmt 9 CONFIG REQUIRED)
+find_package(spdlog CONFIG REQUIRED)
+find_package(TBB 2021 CONFIG REQUIRED)
+find_package(nlohmann_json 3.11 CONFIG REQUIRED)
+find_package(CLI11 2.1 CONFIG REQUIRED)
+find_package(embree 3.13 CONFIG REQUIRED)
+# Debian's tinyobjloader calls itself "2rc10", which no version range matches.
+find_package(tinyobjloader CONFIG REQUIRED)
+find_package(PNG REQUIRED)
+pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)
+find_path(GIF_INCLUDE gif_lib.h REQUIRED)
+find_library(GIF_LIBRARY gif REQUIRED)
+if(NOT TARGET PkgConfig::GIF)
+  add_library(PkgConfig::GIF INTERFACE IMPORTED)
+  set_target_properties(PkgConfig::GIF PROPERTIES
+    INTERFACE_INCLUDE_DIRECTORIES ${GIF_INCLUDE} INTERFACE_LINK_LIBRARIES ${GIF_LIBRARY})
+endif()
+
+# OpenEXR's and OpenImageIO's configs look for PyImath and say so; nothing here needs it.
+set(CMAKE_MESSAGE_LOG_LEVEL WARNING)
+find_package(Imath 3.1 CONFIG REQUIRED)
+find_package(OpenEXR 3.1 CONFIG REQUIRED)
+find_package(OpenImageIO 2.4 CONFIG REQUIRED)
+unset(CMAKE_MESSAGE_LOG_LEVEL)
+
+# Debian's OpenImageIO target names /usr/include/opencv4, which its packages do not contain.
+foreach(target OpenImageIO::OpenImageIO OpenImageIO::OpenImageIO_Util)
+  foreach(property INTERFACE_INCLUDE_DIRECTORIES INTERFACE_SYSTEM_INCLUDE_DIRECTORIES)
+    get_target_property(folders ${target} ${property})
+    if(folders)
+      set(existing "")
+      foreach(folder ${folders})
+        if(EXISTS "${folder}")
+          list(APPEND existing "${folder}")
+        endif()
+      endforeach()
+      set_target_properties(${target} PROPERTIES ${property} "${existing}")
+    endif()
+  endforeach()
+endforeach()

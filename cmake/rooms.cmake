@@ -1,0 +1,55 @@
+# A room is one folder of src/ and one static library. Sources are globbed: adding a file is enough.
+add_library(pm_flags INTERFACE)
+target_compile_options(pm_flags INTERFACE
+  # No contraction: the same bits on every compiler, and on the GPU (--fmad=false).
+  $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion>
+  $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<BOOL:${POLYMORPH_WERROR}>>:-Werror>
+  $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<NOT:$<STREQUAL:${POLYMORPH_ARCH},>>>:-march=${POLYMORPH_ARCH}>)
+target_compile_definitions(pm_flags INTERFACE PM_VERSION="${PROJECT_VERSION}")
+target_include_directories(pm_flags INTERFACE ${CMAKE_SOURCE_DIR} ${CMAKE_SOURCE_DIR}/src)
+
+function(pm_room name)
+  cmake_parse_arguments(ROOM "" "" "USES;LINK" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/${name}/*.cpp)
+  if(NOT sources)
+    add_library(pm_${name} INTERFACE)
+    set(kind INTERFACE)
+  else()
+    add_library(pm_${name} STATIC ${sources})
+    set(kind PUBLIC)
+  endif()
+  list(TRANSFORM ROOM_USES PREPEND pm_)
+  target_link_libraries(pm_${name} ${kind} pm_flags ${ROOM_USES} ${ROOM_LINK})
+endfunction()
+
+function(pm_kernels)
+  set(sources ${CMAKE_SOURCE_DIR}/kernels/extract_cpu.cpp)
+  if(PM_HAVE_CUDA)
+    list(APPEND sources ${CMAKE_SOURCE_DIR}/kernels/extract_cuda.cu)
+  else()
+    list(APPEND sources ${CMAKE_SOURCE_DIR}/kernels/extract_nocuda.cpp)
+  endif()
+  list(FILTER sources EXCLUDE REGEX "^$")
+  add_library(pm_kernels STATIC ${sources})
+  # C++17: Debian 12's CMake cannot pass C++20 to nvcc, and both compilers read the same headers.
+  set_target_properties(pm_kernels PROPERTIES CXX_STANDARD 17 CUDA_STANDARD 17 CUDA_STANDARD_REQUIRED ON)
+  target_link_libraries(pm_kernels PUBLIC pm_flags TBB::tbb)
+  if(PM_HAVE_CUDA)
+    target_compile_options(pm_kernels PRIVATE $<$<COMPILE_LANGUAGE:CUDA>:--fmad=false -Xcompiler=-ffp-contract=off>)
+    target_link_libraries(pm_kernels PRIVATE CUDA::cudart_static)
+  endif()
+endfunction()
+
+function(pm_program)
+  add_executable(polymorph ${CMAKE_SOURCE_DIR}/src/main.cpp)
+  target_link_libraries(polymorph PRIVATE pm_cli)
+  # OpenImageIO costs 0.3 s to load, so it sits in a module that is opened on first use.
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/image/oiio/*.cpp)
+  add_library(polymorph_oiio MODULE ${sources})
+  set_target_properties(polymorph_oiio PROPERTIES PREFIX "" LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR})
+  target_link_libraries(polymorph_oiio PRIVATE pm_flags OpenImageIO::OpenImageIO)
+  add_dependencies(polymorph polymorph_oiio)
+  include(GNUInstallDirs)
+  install(TARGETS polymorph RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(TARGETS polymorph_oiio LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/polymorph)
+endfunction()

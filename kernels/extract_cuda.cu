@@ -1,0 +1,97 @@
+// The CUDA backend's extractor, and what devices there are.
+#include <fstream>
+#include <sstream>
+
+#include "cuda_backend.cuh"
+#include "extract.h"
+
+namespace polymorph {
+namespace {
+
+std::string version_text(int version) {
+  return "CUDA " + std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
+}
+
+/// The kernel module's version ("580.65.06"), which CUDA itself does not tell; empty when unknown.
+std::string kernel_module_version() {
+  std::ifstream file("/proc/driver/nvidia/version");
+  std::string word;
+  while (file >> word) {
+    if (word.find_first_not_of("0123456789.") == std::string::npos &&
+        word.find('.') != std::string::npos) {
+      return word;
+    }
+  }
+  return "";
+}
+
+std::string driver_text() {
+  int version = 0;
+  if (cudaDriverGetVersion(&version) != cudaSuccess || version == 0) {
+    return "no cuda driver answers (is the NVIDIA driver installed and loaded?)";
+  }
+  const std::string module = kernel_module_version();
+  return module.empty() ? version_text(version) : module;
+}
+
+ExtractStatus no_device(const std::string& why) {
+  return {ExtractCode::kNoDevice, why + ", use the cpu backend or see `polymorph devices`"};
+}
+
+}  // namespace
+
+std::unique_ptr<SurfaceExtractor> make_cuda_extractor(int index, ExtractStatus& status) {
+  int count = 0;
+  cudaError_t error = cudaGetDeviceCount(&count);
+  if (error != cudaSuccess || count == 0) {
+    status =
+        no_device(std::string("no cuda device answers (") +
+                  (error == cudaSuccess ? "none is visible" : cudaGetErrorString(error)) + ")");
+    return nullptr;
+  }
+  if (index < 0 || index >= count) {
+    status = no_device("there is no cuda device " + std::to_string(index) +
+                       " (this machine has 0 to " + std::to_string(count - 1) + ")");
+    return nullptr;
+  }
+  try {
+    CudaBackend backend(index);
+    // Fails where this program holds no code for the device's architecture.
+    cudaFuncAttributes attributes;
+    error = cudaFuncGetAttributes(&attributes, run_items<MarkBricks>);
+    if (error != cudaSuccess) {
+      status = no_device("cuda device " + std::to_string(index) + " cannot run this build (" +
+                         cudaGetErrorString(error) + ")");
+      return nullptr;
+    }
+    status = {};
+    return std::make_unique<Extraction<CudaBackend>>(std::move(backend));
+  } catch (const ExtractFailure& failure) {
+    status = failure.status;
+    return nullptr;
+  }
+}
+
+DeviceList list_cuda_devices() {
+  DeviceList out;
+  out.built_with_cuda = true;
+  int version = 0;
+  if (cudaRuntimeGetVersion(&version) == cudaSuccess) out.runtime = version_text(version);
+  out.driver = driver_text();
+  int count = 0;
+  const cudaError_t error = cudaGetDeviceCount(&count);
+  if (error != cudaSuccess) {
+    out.driver += std::string(": ") + cudaGetErrorString(error);
+    return out;
+  }
+  for (int i = 0; i < count; ++i) {
+    cudaDeviceProp properties;
+    if (cudaGetDeviceProperties(&properties, i) != cudaSuccess) continue;
+    out.devices.push_back(
+        {i, properties.name, properties.totalGlobalMem,
+         std::to_string(properties.major) + "." + std::to_string(properties.minor)});
+  }
+  return out;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,98 @@
+// Balls in, surface out: the host face of the kernels. The passes themselves are in extract.h, once
+// for both backends; what only a device can fail at comes back as a status, not an exception.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "mesh.h"
+#include "types.h"
+
+namespace polymorph {
+
+enum class Backend : std::uint8_t { kCpu, kCuda };
+
+/// How the field is sampled and the surface placed.
+struct ExtractSettings {
+  FieldKind field = FieldKind::kGaussian;
+  /// Surface at field = iso; inside is field > iso. 1e-20..1e20.
+  float iso = 1.0f;
+  /// A Gaussian ball is dropped where it contributes less than this fraction of iso. 1e-12..0.1.
+  float cutoff = 1e-4f;
+  /// Steps on the field along a grid edge after the linear interpolation; one is exact for a lone
+  /// Gaussian ball. 0..4.
+  int refine_steps = 1;
+};
+
+enum class ExtractCode : std::uint8_t {
+  kOk,
+  kBuiltWithout,
+  kNoDevice,
+  kOutOfMemory,
+  kDeviceError,
+  kBadInput
+};
+
+struct ExtractStatus {
+  ExtractCode code = ExtractCode::kOk;
+  std::string message;  ///< what failed, why, and what to do; empty when ok
+};
+
+/// Seconds spent in each pass of the last call, in order.
+struct PassTime {
+  const char* name = "";
+  double seconds = 0;
+};
+
+/// Work buffers of one backend, kept between frames. Not shared between threads.
+class SurfaceExtractor {
+ public:
+  virtual ~SurfaceExtractor() = default;
+
+  /// Extracts the surface `field = iso` of the balls on `grid` into `mesh` (replaced).
+  /// The mesh is closed, manifold and consistently oriented for any input; beyond the grid's border
+  /// the field counts as outside, so where the surface leaves the grid it is closed by a flat cut,
+  /// 1/512 of a cell outside. Vertices are sorted by grid edge (z, y, x, axis), triangles by cell.
+  /// No balls, or none that reaches iso: an empty mesh and kOk. kBadInput: NaN or infinite balls, a
+  /// <= 0 for kGaussian, settings out of range, or a grid of less than 2 or more than about 5000
+  /// points a side, or further from the origin than half a million cells (float cannot tell its
+  /// points apart).
+  virtual ExtractStatus extract(const std::vector<Ball>& balls, const Grid& grid,
+                                const ExtractSettings& settings, Mesh& mesh) = 0;
+
+  /// Field values at arbitrary points (no culling for kInverseSquare, `cutoff` culling for
+  /// kGaussian): bit for bit what extract() compares with iso at a grid point. `values` is resized
+  /// to points.size().
+  virtual ExtractStatus sample(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
+                               const ExtractSettings& settings, std::vector<float>& values) = 0;
+
+  virtual std::vector<PassTime> pass_times() const = 0;
+};
+
+/// CPU backend; runs in the caller's TBB arena.
+std::unique_ptr<SurfaceExtractor> make_cpu_extractor();
+
+/// CUDA backend on device `index`. Null, with `status` saying why, when polymorph was built without
+/// CUDA or no such device answers.
+std::unique_ptr<SurfaceExtractor> make_cuda_extractor(int index, ExtractStatus& status);
+
+struct DeviceInfo {
+  int index = 0;
+  std::string name;
+  std::size_t memory_bytes = 0;
+  std::string capability;  ///< "9.0"
+};
+
+/// What `polymorph devices` lists. `built_with_cuda` false: no CUDA code in this program.
+struct DeviceList {
+  bool built_with_cuda = false;
+  std::string runtime;  ///< "CUDA 13.0", empty when built without
+  std::string driver;   ///< "580.65" or why there is none
+  std::vector<DeviceInfo> devices;
+};
+DeviceList list_cuda_devices();
+
+}  // namespace polymorph

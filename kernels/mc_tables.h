@@ -1,0 +1,265 @@
+// The 256 cases of marching cubes, generated from the report's 15 base cases (5.1.4, Fig. 5.7) by
+// rotation and complement, with one rule for ambiguous faces.
+//
+// Corner i of a cell is at (i & 1, i >> 1 & 1, i >> 2 & 1) and weighs 128 >> i in the voxel key:
+// V1..V8 of Fig. 5.6 weigh 128..1. A corner counts when it is inside (field > iso). Edge e runs
+// along axis e / 4 from its lower corner; edges 0-3 along x, 4-7 along y, 8-11 along z.
+//
+// The rule: on a face whose inside corners are two opposite ones, these are kept apart (the outside
+// is joined). It depends on that face's four corners alone, so the two cells at a face draw the
+// same segments there, in opposite directions. Lorensen and Cline's complement (1987) breaks this:
+// there the complement of a case with an ambiguous face has holes against its neighbours, so here
+// it gets its own loops.
+//
+// Triangles never use a diagonal between two edges of one face. Hence an edge of the mesh that lies
+// in a face of a cell is one of the rule's segments and has exactly two triangles; and three
+// vertices of a triangle are never on one face, so they are never collinear (a line that is not in
+// a face meets a cube's surface at most twice): no triangle has zero area as long as vertices keep
+// away from the corners.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "host_device.h"
+
+namespace polymorph {
+
+constexpr int kMaxCaseTriangles = 5;
+
+/// Triangles of each key as triples of edges, counter-clockwise seen from outside.
+struct McTable {
+  std::uint8_t edges[256][16] = {};
+  std::uint8_t count[256] = {};  ///< triangles
+};
+
+PM_HD constexpr int corner_weight(int corner) { return 128 >> corner; }
+
+/// The key of a cell from its inside flags, corner 0 first (Algorithm 5.2).
+PM_HD constexpr int voxel_key(const bool (&inside)[8]) {
+  int key = 0;
+  for (int i = 0; i < 8; ++i) key += inside[i] ? corner_weight(i) : 0;
+  return key;
+}
+PM_HD constexpr bool key_has(int key, int corner) { return (key & corner_weight(corner)) != 0; }
+
+PM_HD constexpr int edge_axis(int edge) { return edge / 4; }
+/// The corner of `edge` with the lower coordinate; the other one is this + (1 << axis).
+PM_HD constexpr int edge_low_corner(int edge) {
+  const int axis = edge / 4, j = edge % 4;
+  return axis == 0 ? 2 * j : axis == 1 ? (j & 1) + 4 * (j >> 1) : j;
+}
+PM_HD constexpr int edge_high_corner(int edge) {
+  return edge_low_corner(edge) + (1 << edge_axis(edge));
+}
+
+namespace mc {
+
+/// Corners of each face, counter-clockwise seen from outside the cell: -x +x -y +y -z +z.
+constexpr int kFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                              {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+
+/// Inside corners of the 15 base cases; 255 ends a list.
+constexpr int kBaseCases[15][5] = {{255},
+                                   {0, 255},
+                                   {0, 1, 255},
+                                   {0, 3, 255},
+                                   {0, 7, 255},
+                                   {0, 1, 2, 255},
+                                   {0, 1, 7, 255},
+                                   {0, 3, 5, 255},
+                                   {0, 1, 2, 3, 255},
+                                   {0, 1, 2, 4, 255},
+                                   {0, 1, 6, 7, 255},
+                                   {0, 1, 3, 7, 255},
+                                   {0, 1, 2, 7, 255},
+                                   {0, 3, 5, 6, 255},
+                                   {0, 2, 3, 7, 255}};
+
+inline int edge_between(int a, int b) {
+  const int low = a < b ? a : b, high = a < b ? b : a;
+  for (int e = 0; e < 12; ++e) {
+    if (edge_low_corner(e) == low && edge_high_corner(e) == high) return e;
+  }
+  return -1;
+}
+
+inline bool on_face(int edge, int face) {
+  int ends = 0;
+  for (int corner : kFaces[face]) {
+    ends += corner == edge_low_corner(edge) || corner == edge_high_corner(edge) ? 1 : 0;
+  }
+  return ends == 2;
+}
+
+inline bool share_face(int edge_a, int edge_b) {
+  for (int f = 0; f < 6; ++f) {
+    if (on_face(edge_a, f) && on_face(edge_b, f)) return true;
+  }
+  return false;
+}
+
+/// The rule: next[a] = b for each segment a -> b that the surface of `key` draws on the cell's
+/// faces; -1 where no segment starts. Each run of inside corners of a face is cut off from the rest
+/// on its own.
+inline std::array<int, 12> face_segments(int key) {
+  std::array<int, 12> next;
+  next.fill(-1);
+  for (const auto& face : kFaces) {
+    for (int k = 0; k < 4; ++k) {
+      if (key_has(key, face[k]) || !key_has(key, face[(k + 1) % 4])) continue;
+      int last = (k + 1) % 4;  // of the run of inside corners that begins here
+      while (key_has(key, face[(last + 1) % 4])) last = (last + 1) % 4;
+      next[edge_between(face[k], face[(k + 1) % 4])] =
+          edge_between(face[last], face[(last + 1) % 4]);
+    }
+  }
+  return next;
+}
+
+struct Triangles {
+  int count = 0;
+  int edges[16] = {};
+};
+
+/// Squared length of the diagonal between the middles of two edges, times 4.
+inline int diagonal_length2(int a, int b) {
+  int sum = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto twice = [axis](int e) {
+      return (edge_low_corner(e) >> axis & 1) + (edge_high_corner(e) >> axis & 1);
+    };
+    sum += (twice(a) - twice(b)) * (twice(a) - twice(b));
+  }
+  return sum;
+}
+
+/// Cuts a loop into triangles without a diagonal in a face, with the shortest diagonals that
+/// leaves. False when there is no such cut; that happens in none of the 256 cases (tested).
+inline bool triangulate(const int* loop, int n, Triangles& out) {
+  constexpr int kNever = 1000000;
+  int cost[12][12] = {}, middle[12][12] = {};
+  for (int width = 2; width < n; ++width) {
+    for (int i = 0; i + width < n; ++i) {
+      const int j = i + width;
+      cost[i][j] = kNever;
+      for (int k = i + 1; k < j; ++k) {
+        const int sum = cost[i][k] + cost[k][j];
+        if (sum < cost[i][j]) cost[i][j] = sum, middle[i][j] = k;
+      }
+      if (width == n - 1) continue;  // closes the loop: a segment, not a diagonal
+      cost[i][j] += share_face(loop[i], loop[j]) ? kNever : diagonal_length2(loop[i], loop[j]);
+    }
+  }
+  int stack[24][2] = {{0, n - 1}};
+  for (int size = 1; size > 0;) {
+    --size;
+    const int i = stack[size][0], j = stack[size][1];
+    if (j - i < 2) continue;
+    const int k = middle[i][j];
+    for (int v : {i, k, j}) out.edges[out.count++] = loop[v];
+    stack[size][0] = i, stack[size++][1] = k;
+    stack[size][0] = k, stack[size++][1] = j;
+  }
+  return cost[0][n - 1] < kNever;
+}
+
+/// The triangles of one key from its loops. `ok` turns false where triangulate() does.
+inline Triangles case_triangles(int key, bool& ok) {
+  std::array<int, 12> next = face_segments(key);
+  Triangles out;
+  for (int start = 0; start < 12; ++start) {
+    int loop[12];
+    int n = 0;
+    for (int e = start; next[e] >= 0;) {
+      loop[n++] = e;
+      const int following = next[e];
+      next[e] = -1;
+      e = following;
+    }
+    if (n > 0) ok = triangulate(loop, n, out) && ok;
+  }
+  return out;
+}
+
+/// Where each corner goes under rotation r of the 24: axes permuted and flipped, determinant +1.
+inline std::array<int, 8> rotation(int r) {
+  constexpr int kAxes[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
+  const int* axes = kAxes[r / 4];
+  const int odd = r / 12;  // the last three permutations are reflections and need an odd flip
+  const int two = r % 4;   // two free flips; the third makes the determinant +1
+  const int flips[3] = {two & 1, two >> 1, ((two & 1) ^ (two >> 1) ^ odd) & 1};
+  std::array<int, 8> to{};
+  for (int c = 0; c < 8; ++c) {
+    for (int axis = 0; axis < 3; ++axis) to[c] |= ((c >> axes[axis] & 1) ^ flips[axis]) << axis;
+  }
+  return to;
+}
+
+inline int rotated_key(int key, const std::array<int, 8>& to) {
+  int out = 0;
+  for (int c = 0; c < 8; ++c) out |= key_has(key, c) ? corner_weight(to[c]) : 0;
+  return out;
+}
+
+inline bool has_ambiguous_face(int key) {
+  for (const auto& face : kFaces) {
+    const bool a = key_has(key, face[0]), b = key_has(key, face[1]);
+    if (a != b && a == key_has(key, face[2]) && b == key_has(key, face[3])) return true;
+  }
+  return false;
+}
+
+inline Triangles reversed(const Triangles& t) {
+  Triangles out = t;
+  for (int i = 0; i + 2 < 16; i += 3)
+    out.edges[i + 1] = t.edges[i + 2], out.edges[i + 2] = t.edges[i + 1];
+  return out;
+}
+
+inline void spread(int key, const Triangles& triangles, std::array<bool, 256>& known,
+                   McTable& table) {
+  for (int r = 0; r < 24; ++r) {
+    const std::array<int, 8> to = rotation(r);
+    const int target = rotated_key(key, to);
+    if (known[target]) continue;
+    known[target] = true;
+    table.count[target] = static_cast<std::uint8_t>(triangles.count / 3);
+    for (int i = 0; i < triangles.count; ++i) {
+      const int e = triangles.edges[i];
+      table.edges[target][i] =
+          static_cast<std::uint8_t>(edge_between(to[edge_low_corner(e)], to[edge_high_corner(e)]));
+    }
+  }
+}
+
+/// The table, and whether all 256 keys were reached and cut. Both are tested; mc_table() is what to
+/// use.
+inline McTable build_table(bool& ok) {
+  McTable table;
+  std::array<bool, 256> known{};
+  ok = true;
+  for (const auto& corners : kBaseCases) {
+    int key = 0;
+    for (int i = 0; corners[i] != 255; ++i) key |= corner_weight(corners[i]);
+    const Triangles base = case_triangles(key, ok);
+    spread(key, base, known, table);
+    spread(255 - key, has_ambiguous_face(key) ? case_triangles(255 - key, ok) : reversed(base),
+           known, table);
+  }
+  for (bool k : known) ok = ok && k;
+  return table;
+}
+
+}  // namespace mc
+
+/// The table, built on first use.
+inline const McTable& mc_table() {
+  static const McTable table = [] {
+    bool ok = true;
+    return mc::build_table(ok);
+  }();
+  return table;
+}
+
+}  // namespace polymorph

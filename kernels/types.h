@@ -1,0 +1,92 @@
+// The plain types that travel through every room: vectors, balls, the sample grid, the triangle.
+// C++17, compiled by g++ and nvcc alike. Lengths are in scene units, indices are uint32.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "host_device.h"
+
+namespace polymorph {
+
+struct Vec2 {
+  float x = 0, y = 0;
+};
+
+struct Vec3 {
+  float x = 0, y = 0, z = 0;
+};
+
+struct Int3 {
+  int x = 0, y = 0, z = 0;
+};
+
+PM_HD constexpr Vec2 operator+(Vec2 a, Vec2 b) { return {a.x + b.x, a.y + b.y}; }
+PM_HD constexpr Vec2 operator*(Vec2 a, float s) { return {a.x * s, a.y * s}; }
+PM_HD constexpr bool operator==(Vec2 a, Vec2 b) { return a.x == b.x && a.y == b.y; }
+
+PM_HD constexpr Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+PM_HD constexpr Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+PM_HD constexpr Vec3 operator*(Vec3 a, Vec3 b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+PM_HD constexpr Vec3 operator*(Vec3 a, float s) { return {a.x * s, a.y * s, a.z * s}; }
+PM_HD constexpr Vec3 operator*(float s, Vec3 a) { return a * s; }
+PM_HD constexpr Vec3 operator/(Vec3 a, float s) { return {a.x / s, a.y / s, a.z / s}; }
+PM_HD constexpr Vec3 operator-(Vec3 a) { return {-a.x, -a.y, -a.z}; }
+PM_HD constexpr bool operator==(Vec3 a, Vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+
+PM_HD constexpr float dot(Vec3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+PM_HD constexpr Vec3 cross(Vec3 a, Vec3 b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+PM_HD inline float length(Vec3 a) { return std::sqrt(dot(a, a)); }
+/// The unit vector along `a`; the zero vector stays zero.
+PM_HD inline Vec3 normalized(Vec3 a) {
+  const float n = length(a);
+  return n > 0 ? a / n : Vec3{};
+}
+PM_HD constexpr float lerp(float a, float b, float t) { return a + (b - a) * t; }
+PM_HD constexpr Vec3 lerp(Vec3 a, Vec3 b, float t) { return a + (b - a) * t; }
+PM_HD constexpr Vec3 min(Vec3 a, Vec3 b) {
+  return {a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z};
+}
+PM_HD constexpr Vec3 max(Vec3 a, Vec3 b) {
+  return {a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z};
+}
+
+/// Which function of the distance a ball contributes to the field (method: docs/method.md, Field).
+enum class FieldKind : std::uint8_t {
+  kGaussian,       ///< exp(w - a r^2)  (Blinn 1982, Eq. 3.1 of the report)
+  kInverseSquare,  ///< w / r^2         (the report's Algorithm 5.1; infinite support)
+};
+
+/// A field source. The field is divided by the scene's threshold, so the surface is always at
+/// field = 1 and inside is field > 1; that convention is stated here and nowhere else.
+///   kGaussian:      contributes exp(w - a r^2); a lone ball's surface is at r = sqrt(w / a).
+///   kInverseSquare: contributes w / r^2; a lone ball's surface is at r = sqrt(w); `a` is unused.
+struct Ball {
+  Vec3 center;
+  float a = 1;  ///< 1 / length^2, > 0
+  float w = 0;
+};
+
+/// Sample points of the field: point (x, y, z) lies at origin + cell (x, y, z) and has index
+/// x + points.x (y + points.y z). Cells are cubes.
+struct Grid {
+  Vec3 origin;
+  float cell = 1;
+  Int3 points;  ///< >= 2 along each axis
+};
+
+/// Where a grid point lies: one multiplication and one addition, each rounded, on every backend.
+PM_HD constexpr Vec3 grid_point(const Grid& grid, Int3 p) {
+  return {grid.origin.x + grid.cell * static_cast<float>(p.x),
+          grid.origin.y + grid.cell * static_cast<float>(p.y),
+          grid.origin.z + grid.cell * static_cast<float>(p.z)};
+}
+
+/// Vertex indices, counter-clockwise seen from outside.
+struct Triangle {
+  std::uint32_t v[3] = {0, 0, 0};
+};
+
+}  // namespace polymorph

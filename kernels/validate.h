@@ -1,0 +1,107 @@
+// What extract() and sample() refuse, and how a backend reports that it cannot go on. Host only.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "extract_surface.h"
+
+namespace polymorph {
+
+/// Thrown by a backend inside the passes; never leaves the extractor.
+struct ExtractFailure {
+  ExtractStatus status;
+};
+
+inline bool is_finite(Vec3 a) {
+  return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
+}
+
+inline ExtractStatus bad_input(std::string message) {
+  return {ExtractCode::kBadInput, std::move(message)};
+}
+
+inline ExtractStatus check_input(const std::vector<Ball>& balls, const ExtractSettings& settings) {
+  // The lower bound keeps iso * cutoff within the normal floats.
+  if (!(settings.iso >= 1e-20f && settings.iso <= 1e20f)) {
+    return bad_input("iso is " + std::to_string(settings.iso) +
+                     " (must lie in 1e-20..1e20), use 1");
+  }
+  if (!(settings.cutoff >= 1e-12f && settings.cutoff <= 0.1f)) {
+    return bad_input("cutoff is " + std::to_string(settings.cutoff) +
+                     " (must lie in 1e-12..0.1), use 1e-4");
+  }
+  if (settings.refine_steps < 0 || settings.refine_steps > 4) {
+    return bad_input("refine_steps is " + std::to_string(settings.refine_steps) +
+                     " (must lie in 0..4), use 1");
+  }
+  const bool gaussian = settings.field == FieldKind::kGaussian;
+  for (std::size_t i = 0; i < balls.size(); ++i) {
+    const Ball& ball = balls[i];
+    if (!is_finite(ball.center) || !std::isfinite(ball.w) || (gaussian && !std::isfinite(ball.a))) {
+      return bad_input(
+          "ball " + std::to_string(i) +
+          " has a center, a or w that is not a finite number (an earlier step divided by "
+          "zero or overflowed), look at the spheres of this frame");
+    }
+    if (gaussian && !(ball.a >= 1e-30f)) {
+      return bad_input("ball " + std::to_string(i) + " has a = " + std::to_string(ball.a) +
+                       " (a Gaussian ball needs a > 0), give it a = blobbiness / radius^2");
+    }
+  }
+  return {};
+}
+
+inline ExtractStatus check_grid(const Grid& grid) {
+  const Int3 n = grid.points;
+  const std::string size =
+      std::to_string(n.x) + " x " + std::to_string(n.y) + " x " + std::to_string(n.z);
+  if (n.x < 2 || n.y < 2 || n.z < 2) {
+    return bad_input("the grid has " + size + " points (each axis needs 2), use a finer grid");
+  }
+  constexpr int kMostPoints = 1 << 20;
+  const auto bricks = [](int points) { return static_cast<std::int64_t>(points) / 4 + 1; };
+  if (n.x > kMostPoints || n.y > kMostPoints || n.z > kMostPoints ||
+      bricks(n.x) * bricks(n.y) * bricks(n.z) > (std::int64_t{1} << 31)) {
+    return bad_input("the grid has " + size +
+                     " points (about 5000 a side is the most), use a coarser grid");
+  }
+  if (!(grid.cell > 0) || !std::isfinite(grid.cell) || !is_finite(grid.origin)) {
+    return bad_input(
+        "the grid's cell or origin is not a finite number or the cell is not positive (the box "
+        "around "
+        "the balls is empty or too large), look at the placement of the models");
+  }
+  const Vec3 last = grid_point(grid, {n.x - 1, n.y - 1, n.z - 1});
+  float reach = 0;
+  for (float a : {grid.origin.x, grid.origin.y, grid.origin.z, last.x, last.y, last.z}) {
+    reach = std::max(reach, std::fabs(a));
+  }
+  // 2^-23: the spacing of floats at 1. With fewer than 16 floats to a cell the surface would be
+  // steps.
+  if (!(reach * 0x1p-23f * 16 < grid.cell)) {
+    return bad_input(
+        "the grid's cells of " + std::to_string(grid.cell) + " are too small at a distance of " +
+        std::to_string(reach) +
+        " from the origin (float coordinates cannot tell them apart), move the scene closer to "
+        "the origin or use a coarser grid");
+  }
+  return {};
+}
+
+/// Adds to the entry of `name`, or begins it. Names compare by their text.
+inline void add_pass_time(std::vector<PassTime>& times, const char* name, double seconds) {
+  for (PassTime& time : times) {
+    if (std::strcmp(time.name, name) == 0) {
+      time.seconds += seconds;
+      return;
+    }
+  }
+  times.push_back({name, seconds});
+}
+
+}  // namespace polymorph

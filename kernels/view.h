@@ -1,0 +1,25 @@
+// A sized view of memory that a backend owns; what the functors hold by value.
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+
+#include "host_device.h"
+
+namespace polymorph {
+
+template <class T>
+struct View {
+  T* data = nullptr;
+  std::int64_t size = 0;
+
+  View() = default;
+  PM_HD View(T* first, std::int64_t count) : data(first), size(count) {}
+  /// A view of const from one of non-const.
+  template <class U, class = std::enable_if_t<std::is_same<const U, T>::value>>
+  PM_HD View(View<U> other) : data(other.data), size(other.size) {}
+
+  PM_HD T& operator[](std::int64_t i) const { return data[i]; }
+};
+
+}  // namespace polymorph

@@ -1,0 +1,34 @@
+#!/usr/bin/env python3
+"""Data flows one way: a room of src/ includes only rooms above it in this list, kernels/ includes only itself,
+Embree stays in render/ and OpenImageIO in image/oiio/. Prints every breach; exit code 1 if there is one."""
+import pathlib
+import re
+import sys
+
+ROOMS = ["base", "image", "scene", "model", "spheres", "morph", "surface", "render", "compare", "sequence", "cli"]
+KERNEL_TYPES = {"kernels/types.h", "kernels/host_device.h", "kernels/mesh.h", "kernels/extract_surface.h"}
+ONLY_IN = {"embree3/": "src/render", "OpenImageIO/": "src/image/oiio", "CLI/": "src/cli"}
+INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.M)
+
+
+def breaches(root: pathlib.Path):
+    for path in sorted(root.glob("src/**/*.[ch]*")) + sorted(root.glob("kernels/*.*")):
+        name = path.relative_to(root).as_posix()
+        parts = name.split("/")
+        room = parts[1] if parts[0] == "src" and len(parts) > 2 else None
+        for include in INCLUDE.findall(path.read_text(encoding="utf-8")):
+            for header, home in ONLY_IN.items():
+                if include.startswith(header) and not name.startswith(home + "/"):
+                    yield f"{name}: includes {include}, which belongs to {home}/"
+            target = include.split("/")[0]
+            if parts[0] == "kernels" and target in ROOMS:
+                yield f"{name}: includes {include}, but kernels/ knows no room"
+            if room and target in ROOMS and ROOMS.index(target) > ROOMS.index(room):
+                yield f"{name}: includes {include}, but {target}/ comes after {room}/"
+            if room and include.startswith("kernels/") and include not in KERNEL_TYPES:
+                yield f"{name}: includes {include}; only {', '.join(sorted(KERNEL_TYPES))} are for the rooms"
+
+
+found = list(breaches(pathlib.Path(__file__).resolve().parent.parent))
+print("\n".join(found) if found else "layers: ok")
+sys.exit(1 if found else 0)

@@ -1,0 +1,1 @@
+"""Generator of the standard models; see scripts/make_models."""

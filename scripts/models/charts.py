@@ -1,0 +1,237 @@
+"""Texture charts by projection, and colours baked into them from 3D.
+
+A chart is a connected patch of one part that faces one of six directions.
+The paint is a function of position in space, so both sides of a chart's edge
+get the same colour and no seam shows.
+"""
+import numpy as np
+
+AXES = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
+# u and v directions of each axis, so that a chart is not mirrored.
+UDIR = np.array([[0, 0, -1], [0, 0, 1], [1, 0, 0], [1, 0, 0], [1, 0, 0], [-1, 0, 0]], float)
+VDIR = np.array([[0, 1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1], [0, 1, 0], [0, 1, 0]], float)
+
+
+def neighbours(faces):
+    """(m, 3) face across each edge."""
+    owner = {}
+    for i, f in enumerate(faces.tolist()):
+        for k in range(3):
+            owner[(f[k], f[(k + 1) % 3])] = i
+    return np.array([[owner[(f[(k + 1) % 3], f[k])] for k in range(3)] for f in faces.tolist()])
+
+
+def components(key, nb):
+    """Connected runs of faces with one key; numbered by lowest face."""
+    comp = np.full(len(key), -1)
+    keys, nbl = key.tolist(), nb.tolist()
+    count = 0
+    for seed in range(len(keys)):
+        if comp[seed] >= 0:
+            continue
+        stack = [seed]
+        comp[seed] = count
+        while stack:
+            f = stack.pop()
+            for g in nbl[f]:
+                if comp[g] < 0 and keys[g] == keys[f]:
+                    comp[g] = count
+                    stack.append(g)
+        count += 1
+    return comp
+
+
+def facing(v, faces):
+    p = v[faces]
+    n = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    return n / np.linalg.norm(n, axis=1)[:, None]
+
+
+def overlapping(uv, faces_uv, comp, cell):
+    """Faces of one chart that cover a sample point some other face of the
+    chart covers too: list of (lower-numbered, higher-numbered)."""
+    pairs = set()
+    order = np.argsort(comp, kind="stable")
+    for ids in np.split(order, np.nonzero(np.diff(comp[order]))[0] + 1):
+        seen = {}
+        for f in ids.tolist():
+            t = faces_uv[f]
+            lo = np.ceil(t.min(0) / cell).astype(int)
+            hi = np.floor(t.max(0) / cell).astype(int)
+            if (hi < lo).any():
+                continue
+            gx, gy = np.meshgrid(np.arange(lo[0], hi[0] + 1), np.arange(lo[1], hi[1] + 1))
+            q = np.stack([gx.ravel(), gy.ravel()], 1) * cell
+            inside = np.ones(len(q), bool)
+            for k in range(3):
+                a, b = t[k], t[(k + 1) % 3]
+                e = b - a
+                inside &= e[0] * (q[:, 1] - a[1]) - e[1] * (q[:, 0] - a[0]) > 1e-9
+            for x, y in zip(gx.ravel()[inside].tolist(), gy.ravel()[inside].tolist()):
+                if (x, y) in seen:
+                    pairs.add((seen[(x, y)], f))
+                else:
+                    seen[(x, y)] = f
+    return sorted(pairs)
+
+
+def cut(v, faces, normals, label):
+    """Chart number and axis of every face."""
+    nb = neighbours(faces)
+    fn = facing(v, faces)
+    sn = normals[faces].mean(1) + fn
+    score = sn @ AXES.T
+    axis = score.argmax(1)
+    for _ in range(4):
+        for a in range(6):
+            votes = ((axis[nb] == a) & (label[nb] == label[:, None])).sum(1)
+            axis = np.where((votes >= 2) & (axis != a) & (fn @ AXES[a] > 0.4), a, axis)
+    side = np.zeros(len(faces), int)
+    for turn in range(16):
+        comp = components((side * 64 + label) * 8 + axis, nb)
+        # Crumbs join the neighbouring chart that they share most edges with.
+        sizes = np.bincount(comp)
+        for c in np.nonzero(sizes < (14 if turn == 0 else 0))[0]:
+            ids = np.nonzero(comp == c)[0]
+            out = [(axis[g], label[g], side[g]) for f in ids for g in nb[f] if comp[g] != c]
+            for a, l, s in sorted(set(out), key=lambda o: (-out.count(o), o)):
+                if (fn[ids] @ AXES[a] > 0.22).all():
+                    axis[ids], label[ids], side[ids] = a, l, s
+                    break
+        comp = components((side * 64 + label) * 8 + axis, nb)
+        corner = np.stack([(v[faces] * UDIR[axis][:, None]).sum(2),
+                           (v[faces] * VDIR[axis][:, None]).sum(2)], 2)
+        clash = overlapping(None, corner, comp, 0.004)
+        if not clash:
+            break
+        # Of two faces one above the other the lower goes to a chart of its own.
+        depth = (v[faces].mean(1) * AXES[axis]).sum(1)
+        low = np.array([f if depth[f] < depth[g] else g for f, g in clash])
+        side[np.unique(low)] += 1
+    return comp, axis, len(clash)
+
+
+class Skyline:
+    """Packs rectangles bottom-left into a square."""
+
+    def __init__(self, size):
+        self.size, self.top = size, np.zeros(size, int)
+
+    def place(self, w, h):
+        if w > self.size:
+            return None
+        win = np.lib.stride_tricks.sliding_window_view(self.top, w).max(1)
+        x = int(win.argmin())
+        y = int(win[x])
+        if y + h > self.size:
+            return None
+        self.top[x:x + w] = y + h
+        return x, y
+
+
+def pack(extent, size, pad):
+    """Largest scale at which all charts fit; returns (scale, places, turned)."""
+    turned = extent[:, 0] > extent[:, 1]
+    tall = np.where(turned[:, None], extent[:, ::-1], extent)
+    order = np.lexsort((np.arange(len(tall)), -tall[:, 0], -tall[:, 1]))
+
+    def attempt(scale):
+        px = np.ceil(tall * scale).astype(int) + 2 * pad
+        sky, at = Skyline(size), np.zeros((len(tall), 2), int)
+        for c in order:
+            spot = sky.place(int(px[c, 0]), int(px[c, 1]))
+            if spot is None:
+                return None
+            at[c] = spot
+        return at
+    lo, hi = 1.0, 4.0 * size
+    for _ in range(24):
+        mid = (lo + hi) / 2
+        if attempt(mid) is None:
+            hi = mid
+        else:
+            lo = mid
+    return lo, attempt(lo), turned
+
+
+def unwrap(v, faces, normals, label, size, density, pad=5):
+    """Texture coordinates: (uv, index per corner, pixel position per corner).
+
+    density[label]: how many times the usual resolution a part gets."""
+    comp, axis, clash = cut(v, faces, normals, label.copy())
+    assert clash == 0, "charts overlap"
+    count = comp.max() + 1
+    dens = np.zeros(count)
+    np.maximum.at(dens, comp, np.asarray(density, float)[label])
+    p = v[faces]
+    uv = np.stack([(p * UDIR[axis][:, None]).sum(2), (p * VDIR[axis][:, None]).sum(2)], 2)
+    uv *= dens[comp][:, None, None]
+    lo = np.full((count, 2), np.inf)
+    hi = np.full((count, 2), -np.inf)
+    np.minimum.at(lo, comp, uv.min(1))
+    np.maximum.at(hi, comp, uv.max(1))
+    scale, at, turned = pack(hi - lo, size, pad)
+    q = (uv - lo[comp][:, None]) * scale
+    # A turned chart is rotated by 90 degrees, not mirrored.
+    width = ((hi - lo)[:, 1] * scale)[comp]
+    rot = np.stack([width[:, None] - q[:, :, 1], q[:, :, 0]], 2)
+    q = np.where(turned[comp][:, None, None], rot, q) + at[comp][:, None] + pad
+    tex = np.stack([q[:, :, 0] / size, q[:, :, 1] / size], 2).reshape(-1, 2)
+    tex = np.round(tex, 5)
+    key = np.concatenate([tex, faces.reshape(-1, 1)], 1)
+    _, first, inv = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    return tex[first], inv.reshape(faces.shape), tex.reshape(-1, 3, 2) * size
+
+
+def bake(v, faces, corner, size, paint, over=2, margin=4):
+    """Image of the charts.  Every texel within margin of a chart is painted
+    from the point of the chart's plane under it, over x over samples each;
+    the rest is filled with blurred colours for the sake of mipmaps."""
+    n = size * over
+    best = np.full((n, n), np.inf)
+    point = np.zeros((n, n, 3), np.float32)
+    reach = margin * over
+    for f in range(len(faces)):
+        t = corner[f] * over
+        p = v[faces[f]]
+        x0, y0 = np.maximum(np.floor(t.min(0)).astype(int) - reach, 0)
+        x1, y1 = np.minimum(np.ceil(t.max(0)).astype(int) + reach, n)
+        gx, gy = np.meshgrid(np.arange(x0, x1) + 0.5, np.arange(y0, y1) + 0.5)
+        e1, e2 = t[1] - t[0], t[2] - t[0]
+        det = e1[0] * e2[1] - e1[1] * e2[0]
+        if abs(det) < 1e-9:
+            continue
+        qx, qy = gx - t[0, 0], gy - t[0, 1]
+        b1 = (qx * e2[1] - qy * e2[0]) / det
+        b2 = (qy * e1[0] - qx * e1[1]) / det
+        out = np.zeros_like(b1)
+        for b, (i, j) in ((1 - b1 - b2, (1, 2)), (b1, (2, 0)), (b2, (0, 1))):
+            height = abs(det) / max(np.hypot(*(t[j] - t[i])), 1e-9)
+            out = np.maximum(out, -b * height)
+        win = best[y0:y1, x0:x1]
+        take = (out < win) & (out < reach)
+        win[take] = out[take]
+        q = p[0] + b1[take][:, None] * (p[1] - p[0]) + b2[take][:, None] * (p[2] - p[0])
+        point[y0:y1, x0:x1][take] = q
+    hit = np.isfinite(best)
+    rgb = np.zeros((n, n, 3), np.float32)
+    where = np.nonzero(hit.ravel())[0]
+    flat, src = rgb.reshape(-1, 3), point.reshape(-1, 3)
+    for part in np.array_split(where, max(1, len(where) // 200000)):
+        flat[part] = np.clip(paint(src[part].astype(float)), 0, 1)
+    cover = hit.reshape(size, over, size, over).sum((1, 3)).astype(float)
+    img = rgb.reshape(size, over, size, over, 3).sum((1, 3)) / np.maximum(cover, 1)[:, :, None]
+    return (np.clip(fill(img, cover > 0), 0, 1) * 255 + 0.5).astype(np.uint8)[::-1]
+
+
+def fill(img, known):
+    """Fill unknown texels from ever coarser averages of the known ones."""
+    if known.all() or min(known.shape) < 2:
+        return img
+    h, w = known.shape[0] // 2, known.shape[1] // 2
+    k = known.reshape(h, 2, w, 2)
+    cnt = k.sum((1, 3))
+    small = (img * known[:, :, None]).reshape(h, 2, w, 2, 3).sum((1, 3)) / np.maximum(cnt, 1)[:, :, None]
+    small = fill(small, cnt > 0)
+    big = np.repeat(np.repeat(small, 2, 0), 2, 1)
+    return np.where(known[:, :, None], img, big)

@@ -1,0 +1,105 @@
+"""A finished model, and the common road from distances to files."""
+import os
+import numpy as np
+from . import charts, files, polygonise, topology
+
+
+class Model:
+    def __init__(self, name, about, how):
+        self.name, self.about, self.how = name, about, how
+        self.v = self.faces = self.uv = self.uv_of = self.image = None
+        self.normals = self.normal_of = None
+        self.groups, self.materials = [], []
+        self.genus = 0          # of every shell; write() insists on it
+
+    def settle(self, scale=None, size=None):
+        """Stand on y = 0, centred in x and z; size scales the longest side."""
+        v = self.v
+        if size is not None:
+            scale = size / (v.max(0) - v.min(0)).max()
+        if scale is not None:
+            v = v * scale
+        mid = (v.max(0) + v.min(0)) / 2
+        mid[1] = v[:, 1].min()
+        self.v = np.round(v - mid, 5) + 0.0
+
+    def hard_normals(self, crease_deg):
+        self.normals, self.normal_of = topology.corner_normals(self.v, self.faces, crease_deg)
+
+    def write(self, folder):
+        """Write the files; returns the facts for SOURCES.md."""
+        facts = topology.check(self.v, self.faces)
+        assert all(g == self.genus for g in facts["genus"]), "%s: genus %s" % (self.name, facts["genus"])
+        at = os.path.join(folder, self.name)
+        title = ["%s - %s" % (self.name, self.about),
+                 "Made by scripts/make_models; see SOURCES.md.  SPDX-License-Identifier: Apache-2.0"]
+        files.write_obj(at + ".obj", title, self.name + ".mtl", self.v, self.faces, self.groups,
+                        self.normals, self.normal_of, self.uv, self.uv_of)
+        files.write_mtl(at + ".mtl", self.materials)
+        if self.image is not None:
+            files.write_png(at + ".png", self.image)
+        facts["groups"] = [g for g, _, ids in self.groups if len(ids)]
+        facts["extent"] = (self.v.max(0) - self.v.min(0)).tolist()
+        return facts
+
+
+def material(kd, ks=0.05, ns=20, texture=None):
+    m = {"Ka": "0 0 0", "Kd": "%g %g %g" % tuple(kd), "Ks": "%g %g %g" % (ks, ks, ks),
+         "Ns": "%g" % ns, "illum": "2"}
+    if texture:
+        m["map_Kd"] = texture
+    return m
+
+
+def majority(label, nb, rounds=3):
+    """Smooth the part borders: a face joins two neighbours of one part."""
+    for _ in range(rounds):
+        for a in range(label.max() + 1):
+            votes = (label[nb] == a).sum(1)
+            label = np.where(votes >= 2, a, label)
+    return label
+
+
+def whole(label, nb):
+    """Keep of every part its largest piece; stray pieces join the part that
+    surrounds them."""
+    for _ in range(4):
+        comp = charts.components(label, nb)
+        sizes = np.bincount(comp)
+        biggest = {}
+        for c in range(len(sizes)):
+            l = label[comp == c][0]
+            if l not in biggest or sizes[c] > sizes[biggest[l]]:
+                biggest[l] = c
+        stray = [c for c in range(len(sizes)) if c not in biggest.values()]
+        if not stray:
+            return label
+        for c in stray:
+            ids = np.nonzero(comp == c)[0]
+            out = [label[g] for f in ids for g in nb[f] if comp[g] != c]
+            label[ids] = max(sorted(set(out)), key=out.count)
+    return label
+
+
+def organic(model, field, parts, paint, lo, hi, h, triangles, weight=None, density=None,
+            texture=1024, shine=(0.08, 24), flat=0.05):
+    """Shape, label, unwrap and paint a model given by distances.
+
+    parts(p): list of (name, distance) - a face belongs to the nearest part."""
+    v, faces, normals = polygonise.build(field, lo, hi, h, triangles, weight, flat)
+    nb = charts.neighbours(faces)
+    mid = v[faces].mean(1)
+    rows = parts(mid)
+    names = [n for n, _ in rows]
+    label = np.argmin(np.stack([d for _, d in rows]), axis=0)
+    label = whole(majority(label, nb), nb)
+    dens = [(density or {}).get(n, 1.0) for n in names]
+    model.uv, model.uv_of, corner = charts.unwrap(v, faces, normals, label, texture, dens)
+    model.image = charts.bake(v, faces, corner, texture, paint)
+    model.v, model.faces = v, faces
+    model.settle()
+    model.normals = np.round(normals, 4) + 0.0
+    model.normal_of = faces
+    model.groups = [(n, model.name, np.nonzero(label == i)[0]) for i, n in enumerate(names)]
+    model.materials = [(model.name, material((1, 1, 1), shine[0], shine[1], model.name + ".png"))]
+    return model

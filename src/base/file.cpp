@@ -1,0 +1,170 @@
+#include "base/file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+
+#include "base/random.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A file descriptor that closes itself.
+struct Descriptor {
+  int fd = -1;
+  ~Descriptor() {
+    if (fd >= 0) ::close(fd);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  explicit Descriptor(int f) : fd(f) {}
+};
+
+/// Removes the temporary unless it was renamed.
+struct Temporary {
+  fs::path path;
+  bool keep = false;
+  ~Temporary() {
+    if (!keep) ::unlink(path.c_str());
+  }
+};
+
+Error write_error(const fs::path& path, int number, const char* remedy) {
+  return make_error(ErrorCode::kOutput, "{}: cannot write: {} - {}", path.string(),
+                    std::strerror(number), remedy);
+}
+
+const char* remedy_of(int number) {
+  switch (number) {
+    case ENOSPC:
+    case EDQUOT:
+      return "free some space or choose another folder with -o";
+    case EFBIG:
+      return "raise the file size limit (ulimit -f)";
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      return "choose a folder you may write to with -o";
+    case EISDIR:
+      return "a folder of that name is in the way";
+    case ENOTDIR:
+      return "a part of the path is a file, not a folder";
+    default:
+      return "choose another place with -o";
+  }
+}
+
+// Containers with equal host names and process ids share folders, so the name has a random part.
+fs::path temporary_name(const fs::path& path) {
+  static std::uint64_t counter = 0;
+  const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
+  const std::uint64_t tag =
+      random_u64(static_cast<std::uint64_t>(now), static_cast<std::uint64_t>(::getpid()),
+                 __atomic_fetch_add(&counter, 1, __ATOMIC_RELAXED));
+  return path.parent_path() /
+         fmt::format(".{}.{:012x}.part", path.filename().string(), tag & 0xffffffffffffull);
+}
+
+Status make_parent(const fs::path& path) {
+  const fs::path parent = path.parent_path();
+  if (parent.empty()) return Ok{};
+  std::error_code error;
+  fs::create_directories(parent, error);
+  if (error) return write_error(path, error.value(), remedy_of(error.value()));
+  return Ok{};
+}
+
+Status write_all(int fd, std::string_view bytes, const fs::path& path) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(fd, bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return write_error(path, errno, remedy_of(errno));
+    bytes.remove_prefix(static_cast<std::size_t>(n));
+  }
+  return Ok{};
+}
+
+}  // namespace
+
+Result<std::string> read_file(const fs::path& path, std::uint64_t limit) {
+  // O_NONBLOCK: opening a FIFO must not wait for a writer.
+  Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (file.fd < 0) {
+    std::error_code ignored;
+    const std::string from =
+        path.is_absolute() ? "" : fmt::format(" (from {})", fs::current_path(ignored).string());
+    return make_error(ErrorCode::kInput, "{}: cannot read: {}{} - check the path", path.string(),
+                      std::strerror(errno), from);
+  }
+  struct stat info {};
+  if (::fstat(file.fd, &info) != 0)
+    return make_error(ErrorCode::kInput, "{}: cannot read: {}", path.string(),
+                      std::strerror(errno));
+  if (S_ISDIR(info.st_mode))
+    return make_error(ErrorCode::kInput, "{}: is a directory - name a file in it", path.string());
+  if (!S_ISREG(info.st_mode))
+    return make_error(ErrorCode::kInput, "{}: is not a regular file", path.string());
+  const auto size = static_cast<std::uint64_t>(info.st_size);
+  if (size > limit)
+    return make_error(ErrorCode::kInput, "{}: is too large ({} bytes, the limit is {})",
+                      path.string(), size, limit);
+  std::string bytes(size, '\0');
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t n = ::read(file.fd, bytes.data() + done, bytes.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0)
+      return make_error(ErrorCode::kInput, "{}: cannot read: {}", path.string(),
+                        std::strerror(errno));
+    if (n == 0) break;
+    done += static_cast<std::size_t>(n);
+  }
+  bytes.resize(done);
+  return bytes;
+}
+
+Status write_file(const fs::path& path, std::string_view bytes) {
+  if (fs::is_directory(path)) return write_error(path, EISDIR, remedy_of(EISDIR));
+  PM_TRY_STATUS(make_parent(path));
+  Temporary temporary{temporary_name(path)};
+  {
+    Descriptor file(::open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    if (file.fd < 0) {
+      const int number = errno;
+      temporary.keep = true;  // nothing was made
+      return write_error(path, number, remedy_of(number));
+    }
+    PM_TRY_STATUS(write_all(file.fd, bytes, path));
+    if (::fsync(file.fd) != 0 && errno != EINVAL && errno != EROFS)
+      return write_error(path, errno, remedy_of(errno));
+  }
+  if (::rename(temporary.path.c_str(), path.c_str()) != 0)
+    return write_error(path, errno, remedy_of(errno));
+  temporary.keep = true;
+  const fs::path parent = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  const Descriptor folder(::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (folder.fd >= 0) ::fsync(folder.fd);  // makes the rename durable; not all file systems can
+  return Ok{};
+}
+
+Status check_writable(const fs::path& path) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) return write_error(path, EISDIR, remedy_of(EISDIR));
+  // The nearest folder that exists decides; the ones below it are made when the first file is
+  // written.
+  fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  while (!fs::exists(folder, error) && folder.has_parent_path() && folder != folder.parent_path())
+    folder = folder.parent_path();
+  if (folder.empty() || !fs::exists(folder, error)) folder = ".";
+  if (!fs::is_directory(folder, error)) return write_error(path, ENOTDIR, remedy_of(ENOTDIR));
+  if (::access(folder.c_str(), W_OK | X_OK) != 0) return write_error(path, errno, remedy_of(errno));
+  return Ok{};
+}
+
+}  // namespace polymorph

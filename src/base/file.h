@@ -1,0 +1,28 @@
+// Whole files in, whole files out.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+
+namespace polymorph {
+
+/// The bytes of a regular file of at most `limit` bytes. Directories, FIFOs and devices are refused
+/// without being opened for reading. Errors: kInput, naming the path.
+Result<std::string> read_file(const std::filesystem::path& path, std::uint64_t limit = 2ull << 30);
+
+/// Writes `bytes` under `path` whole or not at all: a temporary beside it, write, fsync, rename,
+/// fsync of the folder. Missing parent folders are made. Errors: kOutput, naming the path and the
+/// reason.
+Status write_file(const std::filesystem::path& path, std::string_view bytes);
+
+/// Fails (kOutput) now if write_file(path) could not work later: parent folder missing and not
+/// makeable, a directory in the way, no permission. Leaves nothing behind.
+Status check_writable(const std::filesystem::path& path);
+
+}  // namespace polymorph

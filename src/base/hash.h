@@ -1,0 +1,38 @@
+// Content hashes: cache keys, mesh digests, decoded-pixel digests. XXH3-128, 32 hex digits; not
+// cryptographic.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+namespace polymorph {
+
+class Hasher {
+ public:
+  Hasher();
+  ~Hasher();
+  Hasher(const Hasher&) = delete;
+  Hasher& operator=(const Hasher&) = delete;
+
+  Hasher& add_bytes(const void* data, std::size_t size);
+  Hasher& add(std::string_view text);  ///< length first, so that "ab","c" and "a","bc" differ
+  /// Any padding-free plain value or array of them.
+  template <class T>
+  requires std::is_arithmetic_v<T> Hasher& add(T value) { return add_bytes(&value, sizeof value); }
+  template <class T>
+  requires std::is_trivially_copyable_v<T> Hasher& add(std::span<const T> values) {
+    add(values.size());
+    return add_bytes(values.data(), values.size_bytes());
+  }
+  std::string hex() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace polymorph

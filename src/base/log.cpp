@@ -1,0 +1,127 @@
+#include "base/log.h"
+
+#include <spdlog/pattern_formatter.h>
+#include <spdlog/sinks/base_sink.h>
+#include <spdlog/sinks/basic_file_sink.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <mutex>
+
+namespace polymorph {
+namespace {
+
+/// Standard error with one status line below the log, so that a progress bar and messages do not
+/// tear.
+class TerminalSink : public spdlog::sinks::base_sink<std::mutex> {
+ public:
+  void set_status(const std::string& line) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (line == status_) return;
+    status_ = line;
+    draw("");
+  }
+  bool color = false;
+  bool json = false;
+
+ protected:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    const std::string_view text(message.payload.data(), message.payload.size());
+    draw(json ? json_line(message.level, text) : text_line(message.level, text));
+  }
+  void flush_() override { std::fflush(stderr); }
+
+ private:
+  std::string text_line(spdlog::level::level_enum level, std::string_view text) const {
+    switch (level) {
+      case spdlog::level::warn:
+        return fmt::format("{} {}\n", paint("33", "warning:"), text);
+      case spdlog::level::err:
+        return fmt::format("{} {}\n", paint("31", "error:"), text);
+      default:
+        return fmt::format("{}\n", text);
+    }
+  }
+  std::string paint(const char* code, const char* text) const {
+    return color ? fmt::format("\x1b[1;{}m{}\x1b[0m", code, text) : text;
+  }
+  static std::string json_line(spdlog::level::level_enum level, std::string_view text) {
+    std::string escaped;
+    for (const char c : text) {
+      if (c == '"' || c == '\\') escaped += '\\';
+      if (static_cast<unsigned char>(c) < 0x20)
+        escaped += fmt::format("\\u{:04x}", static_cast<int>(c));
+      else
+        escaped += c;
+    }
+    return fmt::format("{{\"level\":\"{}\",\"message\":\"{}\"}}\n",
+                       spdlog::level::to_string_view(level), escaped);
+  }
+  void draw(const std::string& text) {
+    if (drawn_) std::fputs("\r\x1b[K", stderr);
+    std::fwrite(text.data(), 1, text.size(), stderr);
+    std::fwrite(status_.data(), 1, status_.size(), stderr);
+    drawn_ = !status_.empty();
+    std::fflush(stderr);
+  }
+  std::string status_;
+  bool drawn_ = false;
+};
+
+std::shared_ptr<TerminalSink> terminal() {
+  static auto sink = std::make_shared<TerminalSink>();
+  return sink;
+}
+
+spdlog::logger& logger() {
+  static spdlog::logger instance("polymorph", terminal());
+  return instance;
+}
+
+spdlog::level::level_enum level_of(LogLevel level) {
+  switch (level) {
+    case LogLevel::kDebug:
+      return spdlog::level::debug;
+    case LogLevel::kInfo:
+      return spdlog::level::info;
+    case LogLevel::kWarning:
+      return spdlog::level::warn;
+    case LogLevel::kError:
+      return spdlog::level::err;
+  }
+  return spdlog::level::info;
+}
+
+}  // namespace
+
+Status set_log(const LogSettings& settings) {
+  // https://no-color.org: any non-empty value switches colour off.
+  const char* no_color = std::getenv("NO_COLOR");
+  const bool wanted = isatty(2) != 0 && !(no_color && *no_color);
+  terminal()->color =
+      settings.color == ColorMode::kAlways || (settings.color == ColorMode::kAuto && wanted);
+  terminal()->json = settings.format == LogFormat::kJson;
+  logger().set_level(level_of(settings.level));
+  if (!settings.file.empty()) {
+    try {
+      auto file = std::make_shared<spdlog::sinks::basic_file_sink_mt>(settings.file.string());
+      file->set_pattern("%Y-%m-%dT%H:%M:%S.%e %l %v");
+      logger().sinks().push_back(file);
+      logger().flush_on(spdlog::level::info);
+    } catch (const spdlog::spdlog_ex& e) {
+      return make_error(ErrorCode::kOutput, "{}: cannot write the log: {}", settings.file.string(),
+                        e.what());
+    }
+  }
+  return Ok{};
+}
+
+void log_message(LogLevel level, const std::string& message) {
+  logger().log(level_of(level), "{}", message);
+}
+
+void set_status_line(const std::string& line) { terminal()->set_status(line); }
+
+}  // namespace polymorph

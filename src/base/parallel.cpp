@@ -1,0 +1,36 @@
+#include "base/parallel.h"
+
+#include <sched.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <memory>
+
+namespace polymorph {
+namespace {
+
+std::unique_ptr<tbb::global_control> limit;
+int current = 0;
+
+int available_threads() {
+  cpu_set_t set;
+  int count = sched_getaffinity(0, sizeof set, &set) == 0 ? CPU_COUNT(&set) : 1;
+  // Slurm without cgroups does not restrict affinity, so its own word is taken as well.
+  if (const char* share = std::getenv("SLURM_CPUS_PER_TASK"))
+    if (const int n = std::atoi(share); n > 0) count = std::min(count, n);
+  return std::max(count, 1);
+}
+
+}  // namespace
+
+void set_thread_count(int count) {
+  current = count > 0 ? count : available_threads();
+  limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                static_cast<std::size_t>(current));
+}
+
+int thread_count() { return current > 0 ? current : available_threads(); }
+
+}  // namespace polymorph

@@ -1,0 +1,34 @@
+// Threads: one place decides how many, everything else says only what to do.
+#pragma once
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <cstdint>
+
+namespace polymorph {
+
+/// Limits all parallel work of the process to `count` threads; 0 = as many as this process may use
+/// (CPU affinity, then SLURM_CPUS_PER_TASK where set). Call before the first parallel work.
+void set_thread_count(int count);
+
+/// How many threads parallel work uses now (>= 1).
+int thread_count();
+
+/// Runs f(begin, end) over disjoint parts of [0, n), in any order, on any thread. Results must not
+/// depend on how the range is cut: write by index, reduce in a fixed order afterwards.
+template <class F>
+void parallel_ranges(std::int64_t n, std::int64_t grain, const F& f) {
+  tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, n, grain),
+                    [&](const tbb::blocked_range<std::int64_t>& r) { f(r.begin(), r.end()); });
+}
+
+/// Runs f(i) for i in [0, n).
+template <class F>
+void parallel_for(std::int64_t n, const F& f, std::int64_t grain = 1) {
+  parallel_ranges(n, grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t i = begin; i < end; ++i) f(i);
+  });
+}
+
+}  // namespace polymorph

@@ -1,0 +1,35 @@
+// Counter-based random numbers: a value is a function of its keys, never of what was drawn before,
+// so results do not depend on threads, order or frame range.
+#pragma once
+
+#include <cstdint>
+
+namespace polymorph {
+
+/// A well-mixed 64-bit hash of one word (splitmix64's finalizer; Steele et al. 2014).
+constexpr std::uint64_t mix64(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15ull;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
+  return x ^ (x >> 31);
+}
+
+/// The random word at (seed, stream, counter).
+constexpr std::uint64_t random_u64(std::uint64_t seed, std::uint64_t stream,
+                                   std::uint64_t counter) {
+  return mix64(counter ^ mix64(stream ^ mix64(seed)));
+}
+
+/// Uniform integer in [0, n), n >= 1 (multiply-shift; bias below 2^-32 for n < 2^32).
+constexpr std::uint32_t random_below(std::uint32_t n, std::uint64_t seed, std::uint64_t stream,
+                                     std::uint64_t counter) {
+  return static_cast<std::uint32_t>(
+      ((random_u64(seed, stream, counter) >> 32) * static_cast<std::uint64_t>(n)) >> 32);
+}
+
+/// Uniform in [0, 1).
+constexpr float random_float(std::uint64_t seed, std::uint64_t stream, std::uint64_t counter) {
+  return static_cast<float>(random_u64(seed, stream, counter) >> 40) * 0x1p-24f;
+}
+
+}  // namespace polymorph

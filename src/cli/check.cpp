@@ -1,0 +1,129 @@
+#include <nlohmann/json.hpp>
+
+#include "base/log.h"
+#include "cli/command_line.h"
+#include "model/diagnose.h"
+#include "morph/timeline.h"
+#include "sequence/prepare.h"
+
+namespace polymorph {
+namespace {
+
+struct CheckOptions {
+  std::string scene;
+  bool strict = false;
+  std::vector<std::string> sets;
+  JsonOutput json;
+};
+
+struct CheckResult {
+  std::vector<SceneFinding> findings;
+  std::vector<std::string> errors;  ///< of models and textures
+  std::vector<std::string> warnings;
+  std::vector<std::pair<std::string, Diagnosis>> objects;
+  int frames = 0;
+};
+
+std::string describe_object(const std::string& name, const Diagnosis& d) {
+  const Vec3 size = d.box.size();
+  std::string text = fmt::format("{}: {} triangles, {:.3g} x {:.3g} x {:.3g}", name, d.triangles,
+                                 size.x, size.y, size.z);
+  text += d.closed ? fmt::format(", closed, genus {}", d.genus) : ", not closed";
+  if (d.shells > 1) text += fmt::format(", {} shells", d.shells);
+  return text;
+}
+
+Result<CheckResult> check_scene(const CheckOptions& options) {
+  PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
+  PM_TRY(const SceneReading reading, read_scene(options.scene, overrides));
+  CheckResult result;
+  result.findings = reading.findings;
+  if (!result.findings.empty()) return result;
+  result.frames = make_timeline(reading.scene).count;
+  auto loaded = load_models(reading.scene, true);
+  if (!loaded) {
+    result.errors.push_back(loaded.error().message);
+    return result;
+  }
+  result.warnings = loaded->warnings;
+  const auto objects = chain_objects(reading.scene);
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const Diagnosis diagnosis = diagnose(loaded->models[i]);
+    for (const std::string& problem : describe_problems(diagnosis))
+      result.warnings.push_back(objects[i]->name + ": " + problem);
+    result.objects.emplace_back(objects[i]->name, diagnosis);
+  }
+  return result;
+}
+
+std::string to_json(const CheckResult& result, bool good) {
+  using Json = nlohmann::ordered_json;
+  Json json{{"ok", good}, {"frames", result.frames}};
+  json["findings"] = Json::array();
+  for (const SceneFinding& f : result.findings)
+    json["findings"].push_back(
+        {{"line", f.line}, {"column", f.column}, {"pointer", f.pointer}, {"message", f.message}});
+  json["errors"] = result.errors;
+  json["warnings"] = result.warnings;
+  json["objects"] = Json::array();
+  for (const auto& [name, d] : result.objects)
+    json["objects"].push_back({{"name", name},
+                               {"triangles", d.triangles},
+                               {"closed", d.closed},
+                               {"genus", d.genus},
+                               {"shells", d.shells},
+                               {"boundary_edges", d.boundary_edges},
+                               {"volume", d.volume},
+                               {"area", d.area}});
+  return json.dump(2) + "\n";
+}
+
+Result<int> run_check(const CheckOptions& options) {
+  auto checked = check_scene(options);
+  // A scene that cannot even be read or parsed is an answer, too: "no".
+  if (!checked && checked.error().code == ErrorCode::kInput) {
+    checked = CheckResult{{}, {checked.error().message}, {}, {}, 0};
+  }
+  if (!checked) return checked.error();
+  const CheckResult& result = *checked;
+  const bool good = result.findings.empty() && result.errors.empty() &&
+                    !(options.strict && !result.warnings.empty());
+  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, to_json(result, good)));
+  for (const SceneFinding& finding : result.findings)
+    log_message(LogLevel::kError, to_string(finding, options.scene));
+  for (const std::string& error : result.errors) log_message(LogLevel::kError, error);
+  for (const std::string& warning : result.warnings) log_warning("{}", warning);
+  if (!options.json.wanted) {
+    for (const auto& [name, diagnosis] : result.objects)
+      fmt::print("{}\n", describe_object(name, diagnosis));
+    if (good)
+      fmt::print("{}: ok, {} objects, {} frames\n", options.scene, result.objects.size(),
+                 result.frames);
+    else
+      fmt::print("{}: {} error{}, {} warning{}\n", options.scene,
+                 result.findings.size() + result.errors.size(),
+                 result.findings.size() + result.errors.size() == 1 ? "" : "s",
+                 result.warnings.size(), result.warnings.size() == 1 ? "" : "s");
+  }
+  return good ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
+}
+
+}  // namespace
+
+void add_check(CommandLine& line) {
+  auto options = std::make_shared<CheckOptions>();
+  CLI::App* command =
+      add_command(line, "check", "Say everything that is wrong with a scene; render nothing.",
+                  "  polymorph check scene.json\n  polymorph check scene.json --strict --json",
+                  "  0 good   1 errors were found (with --strict: or warnings)   2 usage");
+  command->add_option("scene", options->scene, "the scene file")
+      ->required()
+      ->type_name("SCENE")
+      ->group("Main");
+  command->add_flag("--strict", options->strict, "warnings count as errors")->group("Main");
+  add_overrides(command, options->sets);
+  add_json(command, options->json);
+  command->callback([&line, options] { line.action = [options] { return run_check(*options); }; });
+}
+
+}  // namespace polymorph

@@ -1,0 +1,261 @@
+#include "cli/command_line.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <iostream>
+
+#include "base/file.h"
+#include "base/log.h"
+#include "base/parallel.h"
+#include "base/text.h"
+#include "spheres/spheres.h"
+
+namespace polymorph {
+namespace {
+
+std::atomic<bool> stop{false};
+volatile std::sig_atomic_t stop_signal = 0;
+
+void on_stop(int number) {
+  stop_signal = number;
+  stop = true;
+  std::signal(number, SIG_DFL);  // a second one ends the process
+}
+
+void set_signals() {
+  std::signal(SIGINT, on_stop);
+  std::signal(SIGTERM, on_stop);
+  std::signal(SIGPIPE, [](int) { _exit(0); });  // the reader has seen enough
+  std::signal(SIGXFSZ, SIG_IGN);                // write() then says EFBIG, with the file's name
+}
+
+void add_common(CLI::App* command, CommonOptions& common) {
+  const auto add = [&](CLI::Option* option) { option->group("Common"); };
+  add(command
+          ->add_option("-t,--threads", common.threads,
+                       "threads; 0 = all this process may use (env POLYMORPH_THREADS)")
+          ->envname("POLYMORPH_THREADS")
+          ->check(CLI::Range(0, 4096))
+          ->type_name("N"));
+  add(command
+          ->add_option("--device", common.device,
+                       "cpu, cuda, cuda:1 or auto (env POLYMORPH_DEVICE)")
+          ->envname("POLYMORPH_DEVICE")
+          ->type_name("NAME"));
+  add(command
+          ->add_option("--cache-dir", common.cache_dir,
+                       "where sphere approximations are kept (env POLYMORPH_CACHE_DIR)")
+          ->type_name("DIR"));
+  add(command->add_flag("--no-cache", common.no_cache, "neither read nor write the cache"));
+  add(command->add_flag("-q,--quiet", common.quiet, "only warnings and errors"));
+  add(command->add_flag("-v,--verbose", common.verbose, "say more"));
+  add(command->add_option("--color", common.color, "auto, always or never (NO_COLOR is respected)")
+          ->check(CLI::IsMember({"auto", "always", "never"}))
+          ->type_name("WHEN"));
+  add(command->add_option("--progress", common.progress, "auto, bar, lines, json or none")
+          ->check(CLI::IsMember({"auto", "bar", "lines", "json", "none"}))
+          ->type_name("HOW"));
+  add(command->add_option("--log-file", common.log_file, "write the log there, too")
+          ->type_name("FILE"));
+  add(command->add_option("--log-format", common.log_format, "text or json")
+          ->check(CLI::IsMember({"text", "json"}))
+          ->type_name("FMT"));
+}
+
+Status start_up(const CommonOptions& common) {
+  LogSettings log;
+  log.level = common.quiet         ? LogLevel::kWarning
+              : common.verbose > 0 ? LogLevel::kDebug
+                                   : LogLevel::kInfo;
+  log.format = common.log_format == "json" ? LogFormat::kJson : LogFormat::kText;
+  log.color = common.color == "always"  ? ColorMode::kAlways
+              : common.color == "never" ? ColorMode::kNever
+                                        : ColorMode::kAuto;
+  log.file = common.log_file;
+  set_thread_count(common.threads);
+  return set_log(log);
+}
+
+std::vector<std::string> command_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(command->get_name());
+  return names;
+}
+
+/// The subcommand that argv names, or the program itself.
+const CLI::App* wanted_help(const CLI::App& app, int argc, char** argv) {
+  for (int i = 1; i < argc; ++i)
+    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+      if (command->get_name() == argv[i]) return command;
+  return &app;
+}
+
+int usage_error(const CLI::App& app, int argc, char** argv, const CLI::ParseError& error) {
+  std::string message = error.what();
+  if (argc > 1 && argv[1][0] != '-') {
+    const auto names = command_names(app);
+    if (std::find(names.begin(), names.end(), argv[1]) == names.end()) {
+      message = fmt::format("unknown command \"{}\"", argv[1]);
+      if (const auto nearest = nearest_word(argv[1], names))
+        message += fmt::format(" - did you mean \"{}\"?", *nearest);
+    }
+  }
+  const CLI::App* command = wanted_help(app, argc, argv);
+  const std::string name = command == &app ? "polymorph" : "polymorph " + command->get_name();
+  log_message(LogLevel::kError, message);
+  log_info("try: {} --help", name);
+  return static_cast<int>(ErrorCode::kUsage);
+}
+
+void report_bug(const char* what) {
+  log_message(LogLevel::kError, fmt::format("internal error: {}", what));
+  log_info(
+      "this is a bug in polymorph {}; please report it with the command line and the scene file",
+      PM_VERSION);
+}
+
+int run_action(CommandLine& line) {
+  auto status = start_up(line.common);
+  if (!status) {
+    log_message(LogLevel::kError, status.error().message);
+    return static_cast<int>(status.error().code);
+  }
+  const auto result = line.action();
+  set_status_line("");
+  if (result) return *result;
+  for (const std::string& text : split(result.error().message, '\n')) {
+    // Each finding of a list is an error of its own; excerpt lines are not.
+    const bool excerpt = text.starts_with("  ");
+    log_message(excerpt ? LogLevel::kInfo : LogLevel::kError, text);
+  }
+  return static_cast<int>(result.error().code);
+}
+
+}  // namespace
+
+CLI::App* add_command(CommandLine& line, const std::string& name, const std::string& purpose,
+                      const std::string& examples, const std::string& exit_codes) {
+  CLI::App* command = line.app.add_subcommand(name, purpose);
+  command->footer("Examples:\n" + examples + "\fExit codes:\n" + exit_codes);
+  command->set_help_flag();
+  add_common(command, line.common);
+  return command;
+}
+
+void add_overrides(CLI::App* command, std::vector<std::string>& texts) {
+  command->add_option("--set", texts, "change a setting of the scene: --set image.samples=64")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false)
+      ->group("Scene");
+}
+
+Result<std::vector<Override>> parse_overrides(const std::vector<std::string>& texts) {
+  std::vector<Override> overrides;
+  for (const std::string& text : texts) {
+    const auto equals = text.find('=');
+    if (equals == std::string::npos || equals == 0)
+      return make_error(ErrorCode::kUsage,
+                        "--set {}: write KEY=VALUE, as in --set image.samples=64", text);
+    overrides.emplace_back(text.substr(0, equals), text.substr(equals + 1));
+  }
+  return overrides;
+}
+
+void add_json(CLI::App* command, JsonOutput& json) {
+  command
+      ->add_option_function<std::string>(
+          "--json",
+          [&json](const std::string& file) {
+            json = {true, file == "-" ? "" : file};
+          },
+          "report as JSON, to FILE or to standard output")
+      ->expected(0, 1)
+      ->default_str("-")
+      ->type_name("[FILE]")
+      ->group("Output");
+}
+
+Status write_json(const JsonOutput& json, const std::string& text) {
+  if (!json.file.empty()) return write_file(json.file, text);
+  std::fwrite(text.data(), 1, text.size(), stdout);
+  std::fflush(stdout);
+  return Ok{};
+}
+
+ProgressMode progress_mode(const CommonOptions& common) {
+  if (common.progress == "bar") return ProgressMode::kBar;
+  if (common.progress == "lines") return ProgressMode::kLines;
+  if (common.progress == "json") return ProgressMode::kJson;
+  if (common.progress == "none" || common.quiet) return ProgressMode::kNone;
+  return isatty(2) ? ProgressMode::kBar : ProgressMode::kLines;
+}
+
+std::filesystem::path cache_folder(const CommonOptions& common) {
+  if (common.no_cache) return {};
+  return common.cache_dir.empty() ? default_cache_folder()
+                                  : std::filesystem::path(common.cache_dir);
+}
+
+const std::atomic<bool>& stop_requested() { return stop; }
+
+int stop_exit_code() {
+  return static_cast<int>(stop_signal == SIGTERM ? ErrorCode::kTerminated
+                                                 : ErrorCode::kInterrupted);
+}
+
+int run_program(int argc, char** argv) {
+  set_signals();
+  CommandLine line;
+  for (int i = 1; i < argc; ++i) line.text += (i > 1 ? " " : "") + std::string(argv[i]);
+  line.app.footer(
+      "Examples:\n"
+      "  polymorph render scenes/quickstart/scene.json -o out/frame.####.exr\n"
+      "  polymorph strip out/frame.####.exr -n 8 -o strip.png --gif morph.gif\n"
+      "  polymorph check my-scene.json");
+  line.app.require_subcommand(1);
+  line.app.set_help_flag();
+  bool ignored = false;  // both are answered before parsing
+  line.app.add_flag("-V,--version", ignored, "print the version")->group("Options");
+  line.app.add_flag("-h,--help", ignored, "this help; -h after a command is short, --help is full")
+      ->group("Options");
+  for (const auto add : {add_render, add_strip, add_mesh, add_check, add_info, add_compare,
+                         add_golden, add_bench, add_devices, add_schema})
+    add(line);
+
+  // Help and version answer before anything is checked, wherever they stand.
+  const auto given = [&](const char* flag) {
+    return std::any_of(argv + 1, argv + argc,
+                       [&](const char* a) { return std::string_view(a) == flag; });
+  };
+  if (argc < 2 || given("--help") || given("-h")) {
+    std::fputs(help_text(*wanted_help(line.app, argc, argv), given("--help")).c_str(),
+               argc < 2 ? stderr : stdout);
+    return argc < 2 ? static_cast<int>(ErrorCode::kUsage) : 0;
+  }
+  if (given("--version") || (argc == 2 && given("-V"))) {
+    std::printf("polymorph %s\n", PM_VERSION);
+    return 0;
+  }
+  try {
+    line.app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return usage_error(line.app, argc, argv, error);
+  }
+  try {
+    return run_action(line);
+  } catch (const std::bad_alloc&) {
+    log_message(LogLevel::kError,
+                "out of memory - lower surface.resolution, image size or --threads");
+    return static_cast<int>(ErrorCode::kResource);
+  } catch (const std::exception& error) {
+    report_bug(error.what());
+    return static_cast<int>(ErrorCode::kInternal);
+  }
+}
+
+}  // namespace polymorph

@@ -1,0 +1,81 @@
+// The command line: one App, the options every subcommand shares, and how help looks. Each
+// subcommand is one file that adds itself here: argv -> settings -> one call.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "scene/load_scene.h"
+
+namespace polymorph {
+
+enum class ProgressMode { kAuto, kBar, kLines, kJson, kNone };
+
+struct CommonOptions {
+  int threads = 0;
+  int verbose = 0;
+  bool quiet = false;
+  std::string color = "auto";
+  std::string progress = "auto";
+  std::string log_file;
+  std::string log_format = "text";
+  std::string cache_dir;
+  bool no_cache = false;
+  std::string device = "auto";
+};
+
+struct CommandLine {
+  CLI::App app{"polymorph renders morph sequences between polyhedra.", "polymorph"};
+  CommonOptions common;
+  std::string text;                     ///< argv joined, for image headers
+  std::function<Result<int>()> action;  ///< set by the chosen subcommand; the int is the exit code
+};
+
+/// A subcommand with its one-line purpose, examples and exit codes (shown by its help).
+CLI::App* add_command(CommandLine& line, const std::string& name, const std::string& purpose,
+                      const std::string& examples, const std::string& exit_codes);
+
+/// --set path=value, repeated.
+void add_overrides(CLI::App* command, std::vector<std::string>& texts);
+Result<std::vector<Override>> parse_overrides(const std::vector<std::string>& texts);
+
+/// --json [FILE]: machine output to standard output or a file.
+struct JsonOutput {
+  bool wanted = false;
+  std::string file;
+};
+void add_json(CLI::App* command, JsonOutput& json);
+Status write_json(const JsonOutput& json, const std::string& text);
+
+ProgressMode progress_mode(const CommonOptions& common);
+std::filesystem::path cache_folder(const CommonOptions& common);
+
+/// Set by SIGINT and SIGTERM; a second signal ends the process at once.
+const std::atomic<bool>& stop_requested();
+/// 130 or 143, by the signal that came.
+int stop_exit_code();
+
+/// Help as text, at most 80 columns: `full` shows every option, else those of the first groups.
+std::string help_text(const CLI::App& app, bool full);
+
+void add_render(CommandLine& line);
+void add_strip(CommandLine& line);
+void add_mesh(CommandLine& line);
+void add_check(CommandLine& line);
+void add_info(CommandLine& line);
+void add_compare(CommandLine& line);
+void add_golden(CommandLine& line);
+void add_bench(CommandLine& line);
+void add_devices(CommandLine& line);
+void add_schema(CommandLine& line);
+
+/// The whole program: parses, runs, prints errors, returns the exit code.
+int run_program(int argc, char** argv);
+
+}  // namespace polymorph

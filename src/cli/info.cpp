@@ -1,0 +1,171 @@
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/log.h"
+#include "cli/command_line.h"
+#include "image/image_io.h"
+#include "model/diagnose.h"
+#include "model/load_obj.h"
+#include "morph/timeline.h"
+
+namespace polymorph {
+namespace {
+
+struct InfoOptions {
+  std::string input;
+  std::vector<std::string> sets;
+  JsonOutput json;
+};
+
+struct ChannelRange {
+  float low = 0, high = 0;
+  double mean = 0;
+  std::size_t not_finite = 0;
+};
+
+ChannelRange range_of(const Image& image, std::size_t channel) {
+  ChannelRange range{INFINITY, -INFINITY, 0, 0};
+  std::size_t count = 0;
+  for (std::size_t i = channel; i < image.pixels.size(); i += image.channel_count()) {
+    const float v = image.pixels[i];
+    if (!std::isfinite(v)) {
+      ++range.not_finite;
+      continue;
+    }
+    range.low = std::min(range.low, v);
+    range.high = std::max(range.high, v);
+    range.mean += static_cast<double>(v);
+    ++count;
+  }
+  if (count > 0) range.mean /= static_cast<double>(count);
+  return range;
+}
+
+Result<int> image_info(const InfoOptions& options) {
+  PM_TRY(const Image image, read_image(options.input));
+  nlohmann::ordered_json json{
+      {"file", options.input}, {"width", image.width}, {"height", image.height}};
+  json["channels"] = nlohmann::ordered_json::array();
+  if (!options.json.wanted)
+    fmt::print("{}: {} x {}, {} channels\n", options.input, image.width, image.height,
+               image.channel_count());
+  for (std::size_t c = 0; c < image.channel_count(); ++c) {
+    const ChannelRange range = range_of(image, c);
+    json["channels"].push_back({{"name", image.channels[c]},
+                                {"min", range.low},
+                                {"max", range.high},
+                                {"mean", range.mean},
+                                {"not_finite", range.not_finite}});
+    if (!options.json.wanted)
+      fmt::print("  {:<8} {:>12.6g} to {:<12.6g} mean {:<12.6g}{}\n", image.channels[c], range.low,
+                 range.high, range.mean,
+                 range.not_finite ? fmt::format(" {} NaN or infinite", range.not_finite) : "");
+  }
+  for (const Attribute& attribute : image.attributes) {
+    std::visit(
+        [&](const auto& value) {
+          json["attributes"][attribute.name] = value;
+          if (!options.json.wanted) fmt::print("  {} = {}\n", attribute.name, value);
+        },
+        attribute.value);
+  }
+  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, json.dump(2) + "\n"));
+  return 0;
+}
+
+Result<int> scene_info(const InfoOptions& options) {
+  PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
+  PM_TRY(const Scene scene, load_scene(options.input, overrides));
+  if (options.json.wanted) {
+    PM_TRY_STATUS(
+        write_json(options.json,
+                   scene_to_json(scene, std::filesystem::absolute(options.input).parent_path())));
+    return 0;
+  }
+  const Timeline timeline = make_timeline(scene);
+  const auto objects = chain_objects(scene);
+  fmt::print("{}: {} frames at {} fps, {} x {}\n", options.input, timeline.count, scene.frames.fps,
+             scene.image.width, scene.image.height);
+  for (std::size_t i = 0; i < objects.size(); ++i)
+    fmt::print("  {}{} {}\n", objects[i]->name, objects[i]->meta ? " (meta)" : "",
+               objects[i]->shape.empty() ? objects[i]->model.string() : "built-in shape");
+  // Runs of frames in one stage of one leg.
+  for (int frame = 1; frame <= timeline.count;) {
+    const Moment moment = moment_at(timeline, frame);
+    int last = frame;
+    while (last < timeline.count && moment_at(timeline, last + 1).stage == moment.stage &&
+           moment_at(timeline, last + 1).leg == moment.leg)
+      ++last;
+    fmt::print("  frames {:>4} - {:<4} {} -> {}: {}\n", frame, last,
+               objects[static_cast<std::size_t>(moment.leg)]->name,
+               objects[static_cast<std::size_t>(moment.leg) + 1]->name, stage_name(moment.stage));
+    frame = last + 1;
+  }
+  fmt::print("--json prints every setting with its value.\n");
+  return 0;
+}
+
+Result<int> model_info(const InfoOptions& options) {
+  PM_TRY(const LoadedModel loaded, load_obj(options.input));
+  for (const std::string& warning : loaded.warnings) log_warning("{}", warning);
+  const Diagnosis d = diagnose(loaded.model);
+  if (options.json.wanted) {
+    const nlohmann::ordered_json json{{"file", options.input},
+                                      {"points", d.points},
+                                      {"triangles", d.triangles},
+                                      {"shells", d.shells},
+                                      {"closed", d.closed},
+                                      {"genus", d.genus},
+                                      {"euler", d.euler},
+                                      {"boundary_edges", d.boundary_edges},
+                                      {"non_manifold_edges", d.non_manifold_edges},
+                                      {"volume", d.volume},
+                                      {"area", d.area},
+                                      {"labels", loaded.model.label_names},
+                                      {"textures", loaded.model.textures.size()}};
+    PM_TRY_STATUS(write_json(options.json, json.dump(2) + "\n"));
+    return 0;
+  }
+  const Vec3 size = d.box.size();
+  fmt::print("{}: {} points, {} triangles, {} shell{}\n", options.input, d.points, d.triangles,
+             d.shells, d.shells == 1 ? "" : "s");
+  fmt::print("  {}, box {:.4g} x {:.4g} x {:.4g}, volume {:.4g}, area {:.4g}\n",
+             d.closed ? fmt::format("closed, genus {}", d.genus) : "not closed", size.x, size.y,
+             size.z, d.volume, d.area);
+  std::string labels;
+  for (const std::string& label : loaded.model.label_names)
+    labels += (labels.empty() ? "" : ", ") + label;
+  fmt::print("  labels: {}\n  {} materials, {} textures\n", labels, loaded.model.materials.size(),
+             loaded.model.textures.size());
+  for (const std::string& problem : describe_problems(d)) fmt::print("  {}\n", problem);
+  return 0;
+}
+
+Result<int> run_info(const InfoOptions& options) {
+  std::string extension = std::filesystem::path(options.input).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  if (extension == ".json") return scene_info(options);
+  if (extension == ".obj") return model_info(options);
+  return image_info(options);
+}
+
+}  // namespace
+
+void add_info(CommandLine& line) {
+  auto options = std::make_shared<InfoOptions>();
+  CLI::App* command = add_command(line, "info", "Describe a scene, a model (OBJ) or an image.",
+                                  "  polymorph info scene.json\n  polymorph info scene.json "
+                                  "--json\n  polymorph info frame.0012.exr",
+                                  "  0 described   2 usage   3 unreadable");
+  command->add_option("input", options->input, "scene .json, model .obj, or image")
+      ->required()
+      ->type_name("FILE")
+      ->group("Main");
+  add_overrides(command, options->sets);
+  add_json(command, options->json);
+  command->callback([&line, options] { line.action = [options] { return run_info(*options); }; });
+}
+
+}  // namespace polymorph

@@ -1,0 +1,112 @@
+#include "base/file.h"
+#include "base/log.h"
+#include "cli/command_line.h"
+#include "model/normals.h"
+#include "sequence/frames.h"
+#include "sequence/prepare.h"
+#include "sequence/render_sequence.h"
+#include "surface/mesh_check.h"
+#include "surface/mesh_io.h"
+
+namespace polymorph {
+namespace {
+
+struct MeshOptions {
+  std::string scene, output, frames;
+  bool overwrite = false;
+  std::vector<std::string> sets;
+};
+
+/// The model as a mesh, for frames in which no balls show.
+Mesh mesh_of(const Model& model, const std::vector<Vec3>& points) {
+  return {points, point_normals(model), model.triangles};
+}
+
+Status write_one(const PreparedScene& prepared, const FrameGeometry& geometry,
+                 const std::filesystem::path& path) {
+  const bool balls_show = !geometry.surface.triangles.empty();
+  const char* what = balls_show ? "surface" : "model";
+  if (path.extension() == ".json") {
+    if (geometry.balls.empty())
+      log_info("frame {}: only the model shows, no balls", geometry.moment.frame);
+    PM_TRY_STATUS(write_file(path, encode_balls(geometry.balls, prepared.scene.field.kind)));
+    fmt::print("{} {} balls\n", path.string(), geometry.balls.size());
+    return Ok{};
+  }
+  const Mesh mesh =
+      balls_show ? geometry.surface
+                 : mesh_of(prepared.objects[static_cast<std::size_t>(geometry.moment.object)].model,
+                           geometry.points);
+  PM_TRY_STATUS(write_mesh(path, mesh));
+  const MeshReport report = check_mesh(mesh);
+  fmt::print(
+      "{} {} {}: {} vertices, {} triangles, {}, genus {}, {} part{}, volume {:.6g}, area {:.6g}, "
+      "digest {}\n",
+      path.string(), stage_name(geometry.moment.stage), what, report.vertices, report.triangles,
+      report.closed() ? "closed" : "NOT CLOSED",
+      report.closed() ? fmt::format("{}", report.genus) : "-", report.components,
+      report.components == 1 ? "" : "s", report.volume, report.area, report.digest);
+  return Ok{};
+}
+
+Result<int> run_mesh(const CommandLine& line, const MeshOptions& options) {
+  PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
+  PM_TRY(const Scene scene, load_scene(options.scene, overrides));
+  const int count = make_timeline(scene).count;
+  PM_TRY(
+      const std::vector<int> frames,
+      parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
+  PM_TRY(FramePattern pattern, parse_pattern(options.output));
+  if (frames.size() > 1) pattern = numbered(pattern);
+  const std::string extension = frame_path(pattern, 1).extension().string();
+  if (extension != ".obj" && extension != ".ply" && extension != ".json")
+    return make_error(ErrorCode::kUsage,
+                      "{}: unknown format \"{}\" - use .obj or .ply for surfaces, .json for balls",
+                      options.output, extension);
+  for (const int frame : frames) {
+    const auto path = frame_path(pattern, frame);
+    if (!options.overwrite && std::filesystem::exists(path))
+      return make_error(ErrorCode::kOutput, "{}: exists - add --overwrite to replace it",
+                        path.string());
+    PM_TRY_STATUS(check_writable(path));
+  }
+  std::string device;
+  PM_TRY(const auto extractor, make_extractor(line.common.device, device));
+  PM_TRY(const PreparedScene prepared, prepare_scene(scene, *extractor, cache_folder(line.common)));
+  for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
+  for (const int frame : frames) {
+    PM_TRY(const FrameGeometry geometry, geometry_at(prepared, *extractor, frame));
+    PM_TRY_STATUS(write_one(prepared, geometry, frame_path(pattern, frame)));
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_mesh(CommandLine& line) {
+  auto options = std::make_shared<MeshOptions>();
+  CLI::App* command = add_command(
+      line, "mesh", "Write the surface (OBJ, PLY) or the balls (JSON) of frames.",
+      "  polymorph mesh scene.json -f 12 -o half.obj\n"
+      "  polymorph mesh scene.json -o surface.####.ply\n"
+      "  polymorph mesh scene.json -f 12 -o balls.json",
+      "  0 written   2 usage   3 bad scene or model   4 cannot write   5 device or memory");
+  command->add_option("scene", options->scene, "the scene file")
+      ->required()
+      ->type_name("SCENE")
+      ->group("Main");
+  command
+      ->add_option("-o,--output", options->output, "surface.####.obj, .ply, or .json for the balls")
+      ->required()
+      ->type_name("FILE")
+      ->group("Main");
+  command->add_option("-f,--frames", options->frames, "1-48, 1-48x2, 5-1, 1,5,10-20; default: all")
+      ->type_name("LIST")
+      ->group("Main");
+  command->add_flag("--overwrite", options->overwrite, "replace existing files")->group("Main");
+  add_overrides(command, options->sets);
+  command->callback(
+      [&line, options] { line.action = [&line, options] { return run_mesh(line, *options); }; });
+}
+
+}  // namespace polymorph

@@ -1,0 +1,80 @@
+#include "cli/progress.h"
+
+#include <sys/ioctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "base/log.h"
+#include "base/text.h"
+
+namespace polymorph {
+namespace {
+
+const char* state_word(const FrameRecord& record) {
+  switch (record.state) {
+    case FrameRecord::State::kDone:
+      return "ok";
+    case FrameRecord::State::kSkipped:
+      return "kept";
+    case FrameRecord::State::kFailed:
+      return "failed";
+    case FrameRecord::State::kPlanned:
+      return "planned";
+  }
+  return "";
+}
+
+double memory_now() {
+  struct rusage usage {};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) * 1024;
+}
+
+std::string first_file(const FrameRecord& record) {
+  return record.files.empty() ? "" : record.files.front().string();
+}
+
+std::string bar_line(std::size_t done, std::size_t of, double elapsed) {
+  struct winsize size {};
+  const int columns = ioctl(2, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+  const std::string tail = fmt::format(
+      " {}/{} frames  {} left", done, of,
+      format_seconds(done > 0 ? elapsed / static_cast<double>(done) * static_cast<double>(of - done)
+                              : 0));
+  const auto width =
+      static_cast<std::size_t>(std::clamp(columns - static_cast<int>(tail.size()) - 3, 8, 40));
+  const std::size_t full = width * done / std::max<std::size_t>(of, 1);
+  return "[" + std::string(full, '=') + std::string(width - full, ' ') + "]" + tail;
+}
+
+}  // namespace
+
+ProgressCallback make_progress(ProgressMode mode) {
+  const auto start = std::chrono::steady_clock::now();
+  return [mode, start](std::size_t done, std::size_t of, const FrameRecord& record) {
+    const double elapsed =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    switch (mode) {
+      case ProgressMode::kBar:
+        set_status_line(done < of ? bar_line(done, of, elapsed) : "");
+        break;
+      case ProgressMode::kJson:
+        fmt::print(stderr,
+                   "{{\"frame\":{},\"done\":{},\"of\":{},\"state\":\"{}\",\"seconds\":{:.3f},"
+                   "\"file\":\"{}\"}}\n",
+                   record.frame, done, of, state_word(record), record.seconds, first_file(record));
+        break;
+      case ProgressMode::kLines:
+        log_info("frame {} {}/{} {:.2f} s {} {} {}", record.frame, done, of, record.seconds,
+                 format_bytes(memory_now()), state_word(record), first_file(record));
+        break;
+      default:
+        break;
+    }
+  };
+}
+
+}  // namespace polymorph

@@ -1,0 +1,174 @@
+#include "base/log.h"
+#include "base/text.h"
+#include "cli/command_line.h"
+#include "cli/progress.h"
+#include "morph/timeline.h"
+#include "sequence/render_sequence.h"
+
+namespace polymorph {
+namespace {
+
+struct RenderOptions {
+  std::string scene, output, frames, shard, only_stage;
+  bool png = false, no_exr = false, overwrite = false, skip_existing = false, keep_going = false,
+       dry_run = false, preview = false, stats = false, reproducible = false;
+  int samples = 0;
+  long long seed = -1;
+  std::vector<std::string> sets;
+  JsonOutput json;
+};
+
+/// Half size, few samples, coarser surface.
+void make_preview(Scene& scene) {
+  scene.image.width = std::max(1, scene.image.width / 2);
+  scene.image.height = std::max(1, scene.image.height / 2);
+  scene.image.samples = std::min(scene.image.samples, 4);
+  scene.image.max_depth = std::min(scene.image.max_depth, 3);
+  scene.surface.resolution = std::max(8, scene.surface.resolution / 2);
+}
+
+Result<SequenceSettings> sequence_settings(const CommandLine& line, const RenderOptions& options,
+                                           const Scene& scene) {
+  SequenceSettings settings;
+  const int count = make_timeline(scene).count;
+  PM_TRY(
+      settings.frames,
+      parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
+  const bool many = settings.frames.size() > 1 || !options.shard.empty();
+  if (!options.shard.empty()) {
+    PM_TRY(const Shard shard, parse_shard(options.shard));
+    log_info("shard {} of {}", shard.index, shard.count);
+    settings.frames = shard_of(settings.frames, shard);
+  }
+  PM_TRY(FramePattern pattern,
+         parse_pattern(options.output.empty() ? scene.output.file : options.output));
+  if (many) pattern = numbered(pattern);
+  const std::string extension = frame_path(pattern, 1).extension().string();
+  if (extension != ".exr" && extension != ".png")
+    return make_error(ErrorCode::kUsage, "{}: unknown image format \"{}\" - use .exr or .png",
+                      frame_path(pattern, 1).string(), extension);
+  if (extension == ".exr") settings.exr = pattern;
+  if (extension == ".png" || options.png || scene.output.png)
+    settings.png = with_extension(pattern, ".png");
+  if (pattern.has_number() && count >= 1)
+    for (int digits = pattern.digits, limit = 1; digits-- > 0 && limit <= count; limit *= 10)
+      if (digits == 0 && limit * 10 <= count)
+        return make_error(ErrorCode::kUsage, "{} digits are too few for {} frames - write more #",
+                          pattern.digits, count);
+  settings.existing = options.overwrite       ? Existing::kOverwrite
+                      : options.skip_existing ? Existing::kSkip
+                                              : Existing::kRefuse;
+  settings.keep_going = options.keep_going;
+  settings.dry_run = options.dry_run;
+  settings.device = line.common.device;
+  settings.isa = options.reproducible ? "avx2" : "";
+  settings.cache_folder = cache_folder(line.common);
+  settings.command = line.text;
+  settings.stop = &stop_requested();
+  return settings;
+}
+
+void print_stats(const RunReport& report) {
+  double surface = 0, trace = 0, write = 0;
+  for (const FrameRecord& record : report.frames) {
+    surface += record.surface_seconds;
+    trace += record.trace_seconds;
+    write += record.write_seconds;
+  }
+  log_info("device {}, embree {}, {} threads", report.device, report.isa, report.threads);
+  log_info(
+      "prepare  {:>8.2f} s\nsurface  {:>8.2f} s\ntrace    {:>8.2f} s\nwrite    {:>8.2f} s (beside "
+      "the next frame)\ntotal    {:>8.2f} s, peak memory {}",
+      report.prepare_seconds, surface, trace, write, report.total_seconds,
+      format_bytes(static_cast<double>(report.peak_memory)));
+}
+
+Result<int> run_render(const CommandLine& line, const RenderOptions& options) {
+  PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
+  PM_TRY(Scene scene, load_scene(options.scene, overrides));
+  if (options.preview) make_preview(scene);
+  if (options.samples > 0) scene.image.samples = options.samples;
+  if (options.seed >= 0) scene.image.seed = static_cast<std::uint64_t>(options.seed);
+  PM_TRY(const SequenceSettings settings, sequence_settings(line, options, scene));
+  if (settings.frames.empty()) {
+    log_info("no frames in this shard");
+    return 0;
+  }
+  PM_TRY(const RunReport report,
+         render_sequence(scene, settings, make_progress(progress_mode(line.common))));
+  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, to_json(report)));
+  if (options.stats) print_stats(report);
+  const std::size_t failed = report.count(FrameRecord::State::kFailed);
+  const auto done = report.count(FrameRecord::State::kDone),
+             kept = report.count(FrameRecord::State::kSkipped);
+  log_info("{} frame{} rendered{}{} in {}", done, done == 1 ? "" : "s",
+           kept ? fmt::format(", {} kept", kept) : "",
+           failed ? fmt::format(", {} failed", failed) : "", format_seconds(report.total_seconds));
+  if (report.stopped) {
+    log_warning("stopped; finished frames are whole - run again with --skip-existing to resume");
+    return stop_exit_code();
+  }
+  return failed > 0 ? static_cast<int>(ErrorCode::kPartial) : 0;
+}
+
+}  // namespace
+
+void add_render(CommandLine& line) {
+  auto options = std::make_shared<RenderOptions>();
+  CLI::App* command =
+      add_command(line, "render", "Render a scene's frames to EXR and PNG.",
+                  "  polymorph render scene.json -o out/frame.####.exr --png\n"
+                  "  polymorph render scene.json -o look.png -f 12 --preview\n"
+                  "  polymorph render scene.json -o out/f.####.exr --shard 2/8 --skip-existing",
+                  "  0 all frames exist and are good   2 usage   3 bad scene, model or texture\n"
+                  "  4 cannot write   5 device or memory   6 some frames failed (--keep-going)\n"
+                  "  130, 143 stopped by a signal; finished frames are whole");
+  command->add_option("scene", options->scene, "the scene file")
+      ->required()
+      ->type_name("SCENE")
+      ->group("Main");
+  command
+      ->add_option("-o,--output", options->output,
+                   "frame.####.exr or .png; # is a digit of the frame number")
+      ->type_name("FILE")
+      ->group("Main");
+  command->add_option("-f,--frames", options->frames, "1-48, 1-48x2, 5-1, 1,5,10-20; default: all")
+      ->type_name("LIST")
+      ->group("Main");
+  command->add_flag("--png", options->png, "a PNG beside each EXR")->group("Main");
+  command->add_flag("--overwrite", options->overwrite, "replace existing frames")->group("Main");
+  auto* skip = command
+                   ->add_flag("--skip-existing", options->skip_existing,
+                              "keep frames whose header says that they are current")
+                   ->group("Main");
+  skip->excludes("--overwrite");
+  command->add_flag("--preview", options->preview, "half size, few samples, coarse surface")
+      ->group("Main");
+  command->add_option("--spp", options->samples, "samples a pixel")
+      ->check(CLI::Range(1, 65536))
+      ->type_name("N")
+      ->group("Scene");
+  command->add_option("--seed", options->seed, "of the sampling noise")
+      ->check(CLI::Range(0LL, 9007199254740991LL))
+      ->type_name("N")
+      ->group("Scene");
+  add_overrides(command, options->sets);
+  command
+      ->add_option("--shard", options->shard,
+                   "this share of the frames: 2/8, or auto from Slurm or MPI")
+      ->type_name("i/N")
+      ->group("Farm");
+  command->add_flag("--keep-going", options->keep_going, "go on after a failed frame; exit code 6")
+      ->group("Farm");
+  command->add_flag("-n,--dry-run", options->dry_run, "say what would be rendered, render nothing")
+      ->group("Farm");
+  command
+      ->add_flag("--reproducible", options->reproducible, "pin Embree to AVX2, as golden frames do")
+      ->group("Farm");
+  command->add_flag("--stats", options->stats, "say where the time went")->group("Output");
+  add_json(command, options->json);
+  command->callback(
+      [&line, options] { line.action = [&line, options] { return run_render(line, *options); }; });
+}
+
+}  // namespace polymorph

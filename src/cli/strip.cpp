@@ -1,0 +1,217 @@
+#include <algorithm>
+#include <cmath>
+
+#include "base/file.h"
+#include "base/log.h"
+#include "cli/command_line.h"
+#include "cli/progress.h"
+#include "image/image_io.h"
+#include "image/strip.h"
+#include "sequence/frames.h"
+#include "sequence/render_sequence.h"
+
+namespace polymorph {
+namespace {
+
+struct StripOptions {
+  std::string input, output, gif, label = "frame", frames;
+  int count = 8, columns = 4, width = 0;
+  float fps = 0;
+  bool overwrite = false;
+  std::vector<std::string> sets;
+};
+
+/// What a sheet is made of.
+struct Frames {
+  std::vector<int> numbers;
+  std::vector<Image> images;
+  float fps = 12;
+  int first = 1, last = 1;  ///< of the whole sequence, for labels in t
+};
+
+/// n of the numbers, evenly spread, first and last included.
+std::vector<int> spread(const std::vector<int>& numbers, int n) {
+  if (n >= static_cast<int>(numbers.size())) return numbers;
+  std::vector<int> chosen;
+  for (int i = 0; i < n; ++i) {
+    const double at =
+        n == 1 ? 0.5 * static_cast<double>(numbers.size() - 1)
+               : static_cast<double>(i) * static_cast<double>(numbers.size() - 1) / (n - 1);
+    chosen.push_back(numbers[static_cast<std::size_t>(std::lround(at))]);
+  }
+  return chosen;
+}
+
+Result<Frames> from_scene(const CommandLine& line, const StripOptions& options) {
+  PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
+  PM_TRY(Scene scene, load_scene(options.input, overrides));
+  Frames frames;
+  const int count = make_timeline(scene).count;
+  PM_TRY(
+      frames.numbers,
+      parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
+  if (options.gif.empty() && options.frames.empty())
+    frames.numbers = spread(frames.numbers, options.count);
+  frames.last = count;
+  frames.fps = scene.frames.fps;
+  std::string device;
+  PM_TRY(const auto extractor, make_extractor(line.common.device, device));
+  PM_TRY(const PreparedScene prepared, prepare_scene(scene, *extractor, cache_folder(line.common)));
+  for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
+  PM_TRY(Renderer renderer, Renderer::create());
+  const ProgressCallback progress = make_progress(progress_mode(line.common));
+  for (std::size_t i = 0; i < frames.numbers.size(); ++i) {
+    if (stop_requested()) return make_error(ErrorCode::kInterrupted, "stopped");
+    PM_TRY(const FrameGeometry geometry, geometry_at(prepared, *extractor, frames.numbers[i]));
+    PM_TRY(Image image, render_frame(prepared, geometry, renderer, device, line.text));
+    frames.images.push_back(std::move(image));
+    FrameRecord record;
+    record.frame = frames.numbers[i];
+    record.state = FrameRecord::State::kDone;
+    progress(i + 1, frames.numbers.size(), record);
+  }
+  return frames;
+}
+
+Result<Frames> from_images(const StripOptions& options) {
+  PM_TRY(const FramePattern pattern, parse_pattern(options.input));
+  if (!pattern.has_number())
+    return make_error(ErrorCode::kUsage, "{}: is one image - name a sequence with #### or a scene",
+                      options.input);
+  Frames frames;
+  PM_TRY(const std::vector<int> existing, existing_frames(pattern));
+  if (existing.empty()) return make_error(ErrorCode::kInput, "{}: no such frames", options.input);
+  frames.first = existing.front();
+  frames.last = existing.back();
+  // A sheet or movie that silently leaves out a lost frame is worse than none.
+  for (std::size_t i = 0; i + 1 < existing.size(); ++i)
+    if (existing[i + 1] != existing[i] + 1)
+      return make_error(ErrorCode::kInput,
+                        "{}: frame {} is missing (there are {} to {}) - render it first",
+                        options.input, existing[i] + 1, frames.first, frames.last);
+  PM_TRY(frames.numbers,
+         parse_frames(options.frames.empty() ? fmt::format("{}-{}", frames.first, frames.last)
+                                             : options.frames,
+                      frames.first, frames.last));
+  if (options.gif.empty() && options.frames.empty())
+    frames.numbers = spread(frames.numbers, options.count);
+  for (const int number : frames.numbers) {
+    PM_TRY(Image image, read_image(frame_path(pattern, number)));
+    for (const Attribute& attribute : image.attributes)
+      if (attribute.name == "FramesPerSecond")
+        if (const float* fps = std::get_if<float>(&attribute.value)) frames.fps = *fps;
+    frames.images.push_back(std::move(image));
+  }
+  return frames;
+}
+
+std::string label_of(const StripOptions& options, const Frames& frames, int number) {
+  if (options.label == "none") return "";
+  if (options.label == "frame") return fmt::format("frame {}", number);
+  const int span = std::max(1, frames.last - frames.first);
+  return fmt::format("t = {:.2f}", static_cast<double>(number - frames.first) / span);
+}
+
+Status write_sheet(const StripOptions& options, const Frames& frames) {
+  const std::vector<int> chosen =
+      options.frames.empty() ? spread(frames.numbers, options.count) : frames.numbers;
+  std::vector<Image> cells;
+  std::vector<std::string> labels;
+  for (const int number : chosen) {
+    const auto at =
+        std::find(frames.numbers.begin(), frames.numbers.end(), number) - frames.numbers.begin();
+    cells.push_back(frames.images[static_cast<std::size_t>(at)]);
+    labels.push_back(label_of(options, frames, number));
+  }
+  StripSettings settings;
+  settings.columns = options.columns;
+  settings.cell_width = options.width;
+  settings.labels = options.label != "none";
+  PM_TRY(const Image sheet, make_strip(cells, labels, settings));
+  PngSettings png;
+  png.effort = PngEffort::kSmall;  // sheets go into pages and papers
+  PM_TRY_STATUS(write_image(options.output, sheet, png));
+  fmt::print("{}\n", options.output);
+  return Ok{};
+}
+
+Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
+  for (const std::string& file : {options.output, options.gif}) {
+    if (file.empty()) continue;
+    if (!options.overwrite && std::filesystem::exists(file))
+      return make_error(ErrorCode::kOutput, "{}: exists - add --overwrite to replace it", file);
+    PM_TRY_STATUS(check_writable(file));
+  }
+  if (options.output.empty() && options.gif.empty())
+    return make_error(ErrorCode::kUsage,
+                      "nothing to make - give -o strip.png, --gif morph.gif or both");
+  const bool is_scene = std::filesystem::path(options.input).extension() == ".json";
+  auto made = is_scene ? from_scene(line, options) : from_images(options);
+  if (!made) return std::move(made).error();
+  Frames& frames = *made;
+  if (!options.output.empty()) PM_TRY_STATUS(write_sheet(options, frames));
+  if (!options.gif.empty()) {
+    if (options.width > 0)
+      for (Image& image : frames.images)
+        image = resize_image(image, options.width,
+                             std::max(1, options.width * image.height / image.width));
+    PM_TRY(const std::string gif,
+           encode_gif(frames.images, options.fps > 0 ? options.fps : frames.fps));
+    PM_TRY_STATUS(write_file(options.gif, gif));
+    fmt::print("{}\n", options.gif);
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_strip(CommandLine& line) {
+  auto options = std::make_shared<StripOptions>();
+  CLI::App* command = add_command(
+      line, "strip", "Make a labelled contact sheet or a GIF of a sequence.",
+      "  polymorph strip out/frame.####.exr -n 8 -o strip.png\n"
+      "  polymorph strip scene.json -n 6 --columns 3 --label t -o strip.png\n"
+      "  polymorph strip out/frame.####.png --gif morph.gif --width 320",
+      "  0 made   2 usage   3 bad scene, unreadable or missing frames   4 cannot write");
+  command->add_option("input", options->input, "a scene file, or existing frames with ####")
+      ->required()
+      ->type_name("SCENE|FRAMES")
+      ->group("Main");
+  command->add_option("-o,--output", options->output, "the sheet: .png or .exr")
+      ->type_name("FILE")
+      ->group("Main");
+  command->add_option("-n,--count", options->count, "cells, evenly spread over the sequence (8)")
+      ->check(CLI::Range(1, 1000))
+      ->type_name("N")
+      ->group("Main");
+  command->add_option("-f,--frames", options->frames, "these frames instead")
+      ->type_name("LIST")
+      ->group("Main");
+  command->add_option("--columns", options->columns, "cells a row (4)")
+      ->check(CLI::Range(1, 1000))
+      ->type_name("N")
+      ->group("Main");
+  command
+      ->add_option("--width", options->width,
+                   "width of a cell and of the GIF; default: as rendered")
+      ->check(CLI::Range(16, 32768))
+      ->type_name("PIXELS")
+      ->group("Main");
+  command->add_option("--label", options->label, "frame, t or none")
+      ->check(CLI::IsMember({"frame", "t", "none"}))
+      ->type_name("WHAT")
+      ->group("Main");
+  command->add_option("--gif", options->gif, "an animated GIF of all frames")
+      ->type_name("FILE")
+      ->group("Main");
+  command->add_option("--fps", options->fps, "of the GIF; default: the scene's")
+      ->check(CLI::Range(0.1, 100.0))
+      ->type_name("F")
+      ->group("Main");
+  command->add_flag("--overwrite", options->overwrite, "replace existing files")->group("Main");
+  add_overrides(command, options->sets);
+  command->callback(
+      [&line, options] { line.action = [&line, options] { return run_strip(line, *options); }; });
+}
+
+}  // namespace polymorph

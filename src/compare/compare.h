@@ -1,0 +1,64 @@
+// Two images against limits. NaN and infinities always fail, and so does a negative alpha.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "image/image.h"
+
+namespace polymorph {
+
+/// Limits as idiff users know them. A pixel fails when one of its channels does:
+///   Z: |a - b| > depth * |b|, or only one of the two hit something (values from 1e9 on mean
+///   nothing hit); N.*: |a - b| > normal;  id, id.*: any difference; all others: |a - b| > fail +
+///   relative * |b|.
+struct Tolerance {
+  float fail = 0.004f;
+  float relative = 0.01f;
+  float fail_percent = 0.1f;  ///< share of failing pixels allowed, %
+  /// No colour (R, G, B, A) may differ by more, except where the reference's id changes within the
+  /// 3 x 3 neighbourhood (silhouettes, which move by parts of a pixel); without ids the limit holds
+  /// everywhere.
+  float hard_fail = 1e30f;
+  float depth = 1e-3f;   ///< relative
+  float normal = 0.05f;  ///< absolute
+  std::string why = {};  ///< the reason for these limits, shown in reports
+};
+
+enum class Verdict : std::uint8_t {
+  kSame,     ///< all values are equal
+  kWithin,   ///< differences within the limits
+  kDiffers,  ///< too many failing pixels, one beyond hard_fail, or a negative alpha
+  kSizeMismatch,
+  kChannelMismatch,  ///< the sets of names differ; their order does not matter
+  kNotFinite,        ///< NaN or infinity in either image
+};
+
+struct ChannelDifference {
+  std::string channel;
+  double max = 0, mean = 0, rms = 0;  ///< of |actual - reference|, finite values only
+  int max_x = 0, max_y = 0;           ///< the first pixel that differs by max
+  std::uint64_t failing = 0;          ///< pixels that fail in this channel
+};
+
+struct Comparison {
+  Verdict verdict = Verdict::kSame;
+  std::vector<ChannelDifference> channels;  ///< in the reference's order; empty on a mismatch
+  std::uint64_t pixels = 0, failing_pixels = 0, hard_failing_pixels = 0, not_finite_pixels = 0;
+  std::uint64_t negative_alpha_pixels = 0;
+  double psnr = 0;     ///< dB over R, G, B clipped to [0, 1]; infinity when equal
+  std::string reason;  ///< one line: why the verdict
+  bool passed() const { return verdict == Verdict::kSame || verdict == Verdict::kWithin; }
+};
+
+/// Same result for any number of threads.
+Comparison compare_images(const Image& actual, const Image& reference, const Tolerance& tolerance);
+
+/// reference | actual | 8x absolute difference of R, G, B, side by side. Takes any two images:
+/// without R, G, B the first channel stands in; where only one image has a pixel the difference is
+/// white, and so it is where a value is not finite.
+Image difference_triptych(const Image& actual, const Image& reference);
+
+}  // namespace polymorph

@@ -1,0 +1,199 @@
+#include "compare/golden.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <stdexcept>
+
+#include "base/file.h"
+#include "base/text.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+/// A file that is JSON but not what it should be; caught where the file is read.
+struct FormatError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+template <class... Args>
+[[noreturn]] void fail(fmt::format_string<Args...> text, Args&&... args) {
+  throw FormatError(fmt::format(text, std::forward<Args>(args)...));
+}
+
+/// nlohmann keeps the last of equal keys and recurses without bound when it frees; these files need
+/// neither.
+Json parse_strict(const std::string& text) {
+  std::vector<std::set<std::string>> keys;
+  return Json::parse(text, [&](int depth, Json::parse_event_t event, Json& parsed) {
+    if (depth > 8) fail("nested deeper than 8 levels");
+    if (event == Json::parse_event_t::object_start) keys.emplace_back();
+    if (event == Json::parse_event_t::object_end) keys.pop_back();
+    if (event == Json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second)
+      fail("the key '{}' occurs twice", parsed.get<std::string>());
+    return true;
+  });
+}
+
+void check_keys(const Json& object, const std::string& where,
+                const std::vector<std::string>& known) {
+  if (!object.is_object()) fail("{} must be an object", where);
+  for (const auto& [key, value] : object.items()) {
+    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+    const auto near = nearest_word(key, known);
+    if (near) fail("{} has an unknown key '{}' - did you mean '{}'?", where, key, *near);
+    fail("{} has an unknown key '{}' - known are {}", where, key, join_quoted(known));
+  }
+}
+
+struct Limit {
+  const char* name;
+  float Tolerance::*value;
+};
+constexpr Limit kLimits[] = {{"fail", &Tolerance::fail},
+                             {"relative", &Tolerance::relative},
+                             {"fail_percent", &Tolerance::fail_percent},
+                             {"hard_fail", &Tolerance::hard_fail},
+                             {"depth", &Tolerance::depth},
+                             {"normal", &Tolerance::normal}};
+
+std::vector<std::string> limit_names(const char* more = nullptr) {
+  std::vector<std::string> names;
+  for (const Limit& limit : kLimits) names.emplace_back(limit.name);
+  if (more) names.emplace_back(more);
+  return names;
+}
+
+float limit_value(const Json& value, const std::string& where) {
+  if (!value.is_number()) fail("{} must be a number", where);
+  const double number = value.get<double>();
+  if (!(number >= 0) || !std::isfinite(number))
+    fail("{} must be a finite number of at least 0", where);
+  return static_cast<float>(number);
+}
+
+std::string reason_of(const Json& object, const std::string& where) {
+  if (!object.contains("why") || !object["why"].is_string() ||
+      object["why"].get<std::string>().empty())
+    fail("{} gives no reason - add \"why\": \"...\"", where);
+  return object["why"].get<std::string>();
+}
+
+/// tolerance.json: each limit an object with its value and its reason.
+Tolerance parse_limits(const Json& object) {
+  check_keys(object, "the file", limit_names());
+  Tolerance tolerance;
+  for (const Limit& limit : kLimits) {
+    if (!object.contains(limit.name)) continue;
+    const std::string where = fmt::format("'{}'", limit.name);
+    check_keys(object[limit.name], where, {"value", "why"});
+    if (!object[limit.name].contains("value")) fail("{} has no 'value'", where);
+    tolerance.*limit.value = limit_value(object[limit.name]["value"], where + ": 'value'");
+    tolerance.why += fmt::format("{}{}: {}", tolerance.why.empty() ? "" : "; ", limit.name,
+                                 reason_of(object[limit.name], where));
+  }
+  return tolerance;
+}
+
+/// "tolerance" inside suite.json: numbers, and one reason.
+Tolerance parse_inline_limits(const Json& object) {
+  check_keys(object, "'tolerance'", limit_names("why"));
+  Tolerance tolerance;
+  for (const Limit& limit : kLimits)
+    if (object.contains(limit.name))
+      tolerance.*limit.value =
+          limit_value(object[limit.name], fmt::format("'tolerance': '{}'", limit.name));
+  tolerance.why = reason_of(object, "'tolerance'");
+  return tolerance;
+}
+
+std::vector<int> parse_frames(const Json& frames) {
+  if (!frames.is_array() || frames.empty())
+    fail("'frames' must be a list of at least one frame number");
+  std::vector<int> numbers;
+  for (const Json& frame : frames) {
+    if (!frame.is_number_integer() || frame.get<std::int64_t>() < 0 ||
+        frame.get<std::int64_t>() > 9999999)
+      fail("'frames' must hold whole numbers of 0 to 9999999");
+    if (!numbers.empty() && frame.get<int>() <= numbers.back()) fail("'frames' must rise");
+    numbers.push_back(frame.get<int>());
+  }
+  return numbers;
+}
+
+/// Parses `file` and hands the JSON to `use`; all that goes wrong names the file.
+template <class F>
+Status with_json(const fs::path& file, const F& use) {
+  PM_TRY(const std::string text, read_file(file, 1 << 20));
+  try {
+    use(parse_strict(text));
+  } catch (const std::exception& e) {
+    return make_error(ErrorCode::kInput, "{}: {}", file.string(), e.what());
+  }
+  return Ok{};
+}
+
+Error unknown_suite(const fs::path& root, const std::string& name) {
+  const auto names = list_golden_suites(root);
+  if (!names) return names.error();
+  const auto near = nearest_word(name, *names);
+  const std::string hint = near             ? fmt::format("did you mean '{}'?", *near)
+                           : names->empty() ? "there are none yet"
+                                            : "there are " + join_quoted(*names);
+  return make_error(ErrorCode::kInput, "{}: no golden suite '{}' (it has no suite.json) - {}",
+                    root.string(), name, hint);
+}
+
+}  // namespace
+
+Result<GoldenSuite> load_golden_suite(const fs::path& root, const std::string& name) {
+  GoldenSuite suite{name, root / name, {}, {}, {}};
+  const fs::path file = suite.folder / "suite.json", limits = suite.folder / "tolerance.json";
+  std::error_code error;
+  // A name is one folder below the root, never a path.
+  if (name.empty() || fs::path(name).filename() != name || !fs::exists(file, error))
+    return unknown_suite(root, name);
+  const bool separate = fs::exists(limits, error);
+  PM_TRY_STATUS(with_json(file, [&](const Json& json) {
+    check_keys(json, "the file", {"scene", "frames", "tolerance"});
+    if (!json.contains("scene") || !json["scene"].is_string())
+      fail("'scene' is missing: the scene file, relative to this folder");
+    if (!json.contains("frames"))
+      fail("'frames' is missing: the list of frames that have a golden");
+    suite.scene = (suite.folder / json["scene"].get<std::string>()).lexically_normal();
+    suite.frames = parse_frames(json["frames"]);
+    if (json.contains("tolerance") && separate)
+      fail("'tolerance' is given here and in tolerance.json - remove one");
+    if (json.contains("tolerance")) suite.tolerance = parse_inline_limits(json["tolerance"]);
+  }));
+  if (separate)
+    PM_TRY_STATUS(
+        with_json(limits, [&](const Json& json) { suite.tolerance = parse_limits(json); }));
+  return suite;
+}
+
+Result<std::vector<std::string>> list_golden_suites(const fs::path& root) {
+  std::error_code error;
+  std::vector<std::string> names;
+  for (fs::directory_iterator entry(root, error), end; !error && entry != end;
+       entry.increment(error)) {
+    std::error_code missing;
+    if (fs::exists(entry->path() / "suite.json", missing))
+      names.push_back(entry->path().filename().string());
+  }
+  if (error)
+    return make_error(ErrorCode::kInput, "{}: cannot list the golden suites: {}", root.string(),
+                      error.message());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+fs::path golden_image_path(const GoldenSuite& suite, int frame) {
+  return suite.folder / fmt::format("frame.{:04}.exr", frame);
+}
+
+}  // namespace polymorph

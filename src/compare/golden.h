@@ -1,0 +1,49 @@
+// Golden suites on disk: golden_frames/SUITE/{suite.json, tolerance.json, surface.csv,
+// frame.####.exr, CHANGES.md}.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "compare/compare.h"
+
+namespace polymorph {
+
+/// One row of surface.csv: what the geometry of a frame must be, exactly.
+struct SurfaceRecord {
+  int frame = 0;
+  std::size_t vertices = 0, triangles = 0;
+  std::string digest;
+};
+
+struct GoldenSuite {
+  std::string name;
+  std::filesystem::path folder;
+  std::filesystem::path scene;  ///< from suite.json, resolved against the suite's folder
+  std::vector<int> frames;      ///< the frames that have a golden, rising
+  Tolerance tolerance;          ///< with the reasons of all limits in `why`
+};
+
+/// Reads `root`/NAME/suite.json, {"scene": "../../scenes/x/scene.json", "frames": [1, 12, 24]}, and
+/// the limits from tolerance.json beside it, each with its reason:
+///   {"fail": {"value": 0.004, "why": "..."}, "fail_percent": {...}, "hard_fail", "relative",
+///   "depth", "normal"}
+/// A limit that is not named keeps the default of Tolerance. In place of the file suite.json may
+/// hold "tolerance": {"fail": 0.004, ..., "why": "..."} with one reason for all. Errors: kInput,
+/// naming the file and what is missing; an unknown suite names the nearest.
+Result<GoldenSuite> load_golden_suite(const std::filesystem::path& root, const std::string& name);
+/// Names of all suites below `root` (folders with a suite.json), sorted. Errors: kInput without
+/// `root`.
+Result<std::vector<std::string>> list_golden_suites(const std::filesystem::path& root);
+
+/// SUITE/frame.0012.exr
+std::filesystem::path golden_image_path(const GoldenSuite& suite, int frame);
+
+/// "frame,vertices,triangles,digest" and a line a frame, rising. Errors: kInput with the line.
+Result<std::vector<SurfaceRecord>> read_surface_records(const std::filesystem::path& csv);
+Status write_surface_records(const std::filesystem::path& csv,
+                             const std::vector<SurfaceRecord>& records);
+
+}  // namespace polymorph

@@ -1,0 +1,48 @@
+#include <algorithm>
+#include <cmath>
+
+#include "compare/compare.h"
+
+namespace polymorph {
+namespace {
+
+constexpr float kGain = 8;
+
+struct Colors {
+  const Image& image;
+  int channel[3];
+
+  explicit Colors(const Image& from) : image(from) {
+    const char* const names[] = {"R", "G", "B"};
+    for (int c = 0; c < 3; ++c) channel[c] = std::max(from.find_channel(names[c]), 0);
+  }
+  bool covers(int x, int y) const {
+    return x < image.width && y < image.height && !image.channels.empty();
+  }
+  float at(int x, int y, int c) const { return image.at(x, y, channel[c]); }
+};
+
+float difference_at(const Colors& a, const Colors& b, int x, int y, int c) {
+  if (!a.covers(x, y) || !b.covers(x, y)) return a.covers(x, y) == b.covers(x, y) ? 0.0f : 1.0f;
+  const float difference = std::abs(a.at(x, y, c) - b.at(x, y, c));
+  return std::isfinite(difference) ? kGain * difference : 1.0f;
+}
+
+}  // namespace
+
+Image difference_triptych(const Image& actual, const Image& reference) {
+  const int width = std::max({actual.width, reference.width, 1});
+  const int height = std::max({actual.height, reference.height, 1});
+  const Colors a(actual), b(reference);
+  Image triptych = make_image(3 * width, height, {"R", "G", "B"});
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      for (int c = 0; c < 3; ++c) {
+        if (b.covers(x, y)) triptych.at(x, y, c) = b.at(x, y, c);
+        if (a.covers(x, y)) triptych.at(width + x, y, c) = a.at(x, y, c);
+        triptych.at(2 * width + x, y, c) = difference_at(a, b, x, y, c);
+      }
+  return triptych;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,15 @@
+// A tileable ordering of pixels for ordered dithering whose patterns have no visible structure.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace polymorph {
+
+inline constexpr int kBlueNoiseSize = 32;  ///< side of the tile
+
+/// Ranks 0 .. kBlueNoiseSize^2 - 1, row by row: the pixels of rank < n are spread evenly for each n
+/// (void-and-cluster, Ulichney 1993). Computed once, in some milliseconds.
+const std::vector<std::uint16_t>& blue_noise_ranks();
+
+}  // namespace polymorph

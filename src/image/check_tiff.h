@@ -1,0 +1,15 @@
+// libtiff reads a cut file as if the missing strips were black.
+#pragma once
+
+#include <string_view>
+
+#include "base/result.h"
+
+namespace polymorph {
+
+/// Fails (kInput, a reason without a file name) when the first directory of a TIFF or BigTIFF, one
+/// of its entries, or one of its strips or tiles reaches beyond the file's end. `bytes` begins with
+/// a TIFF's magic.
+Status check_tiff(std::string_view bytes);
+
+}  // namespace polymorph

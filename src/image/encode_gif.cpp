@@ -1,0 +1,205 @@
+#include <gif_lib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "base/parallel.h"
+#include "image/blue_noise.h"
+#include "image/image_io.h"
+#include "image/palette.h"
+
+namespace polymorph {
+namespace {
+
+constexpr int kStill = 3;  // codes of 255 below which a pixel counts as unchanged
+
+struct Frame {
+  int left = 0, top = 0, width = 0, height = 0;  ///< the part that changed
+  std::vector<std::uint8_t> indices;
+};
+
+Status check_frames(std::span<const Image> frames) {
+  if (frames.empty()) return make_error(ErrorCode::kInput, "a GIF needs at least one frame");
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const Image& frame = frames[i];
+    if (frame.width != frames[0].width || frame.height != frames[0].height)
+      return make_error(
+          ErrorCode::kInput,
+          "frame {} of the GIF is {} x {}, the first is {} x {} - give frames of one size", i + 1,
+          frame.width, frame.height, frames[0].width, frames[0].height);
+    if (frame.find_channel("R") < 0 || frame.find_channel("G") < 0 || frame.find_channel("B") < 0)
+      return make_error(ErrorCode::kInput, "frame {} of the GIF has no R, G and B channels", i + 1);
+  }
+  if (frames[0].width < 1 || frames[0].height < 1 || frames[0].width > 65535 ||
+      frames[0].height > 65535)
+    return make_error(ErrorCode::kInput, "a GIF cannot be {} x {} pixels (at most 65535 a side)",
+                      frames[0].width, frames[0].height);
+  return Ok{};
+}
+
+std::vector<Rgb8> encode_colors(const Image& image) {
+  const SrgbQuantizer& quantize = SrgbQuantizer::instance();
+  const int channels[3] = {image.find_channel("R"), image.find_channel("G"),
+                           image.find_channel("B")};
+  std::vector<Rgb8> codes(static_cast<std::size_t>(image.width) *
+                          static_cast<std::size_t>(image.height));
+  parallel_ranges(
+      static_cast<std::int64_t>(codes.size()), 1 << 14, [&](std::int64_t begin, std::int64_t end) {
+        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+          for (std::size_t c = 0; c < 3; ++c)
+            codes[i][c] = quantize(
+                image.pixels[i * image.channel_count() + static_cast<std::size_t>(channels[c])]);
+      });
+  return codes;
+}
+
+bool differs(Rgb8 a, Rgb8 b) {
+  return std::abs(a[0] - b[0]) > kStill || std::abs(a[1] - b[1]) > kStill ||
+         std::abs(a[2] - b[2]) > kStill;
+}
+
+/// What is on the screen: the colours that were asked for when each pixel was last drawn.
+struct Screen {
+  int width, height;
+  std::uint8_t transparent;
+  std::vector<Rgb8> colors;
+  std::vector<std::uint8_t> indices;
+};
+
+/// The changed pixels' box; all else in it is transparent. The screen takes the frame's place.
+Frame draw(const std::vector<Rgb8>& colors, const PaletteMap& map, bool first, Screen& screen) {
+  const std::vector<std::uint16_t>& ranks = blue_noise_ranks();
+  constexpr auto kLevels = static_cast<float>(kBlueNoiseSize * kBlueNoiseSize);
+  std::vector<std::uint8_t> drawn(colors.size(), screen.transparent);
+  parallel_for(
+      screen.height,
+      [&](std::int64_t y) {
+        for (int x = 0; x < screen.width; ++x) {
+          const std::size_t i = static_cast<std::size_t>(y * screen.width + x);
+          if (!first && !differs(colors[i], screen.colors[i])) continue;
+          const auto tile =
+              static_cast<std::size_t>(y % kBlueNoiseSize * kBlueNoiseSize + x % kBlueNoiseSize);
+          const std::uint8_t index =
+              map.dithered(colors[i], (static_cast<float>(ranks[tile]) + 0.5f) / kLevels);
+          screen.colors[i] = colors[i];
+          if (!first && index == screen.indices[i]) continue;
+          screen.indices[i] = drawn[i] = index;
+        }
+      },
+      16);
+  int left = screen.width, right = 0, top = screen.height, bottom = 0;
+  for (int y = 0; y < screen.height; ++y)
+    for (int x = 0; x < screen.width; ++x)
+      if (drawn[static_cast<std::size_t>(y) * static_cast<std::size_t>(screen.width) +
+                static_cast<std::size_t>(x)] != screen.transparent) {
+        left = std::min(left, x);
+        right = std::max(right, x + 1);
+        top = std::min(top, y);
+        bottom = std::max(bottom, y + 1);
+      }
+  // A frame where nothing moved still takes its time: one transparent pixel.
+  if (left >= right) return {0, 0, 1, 1, {screen.transparent}};
+  Frame frame{left, top, right - left, bottom - top, {}};
+  for (int y = top; y < bottom; ++y) {
+    const auto row = drawn.begin() + (static_cast<std::ptrdiff_t>(y) * screen.width);
+    frame.indices.insert(frame.indices.end(), row + left, row + right);
+  }
+  return frame;
+}
+
+int append(GifFileType* gif, const GifByteType* data, int size) {
+  static_cast<std::string*>(gif->UserData)
+      ->append(reinterpret_cast<const char*>(data), static_cast<std::size_t>(size));
+  return size;
+}
+
+/// giflib's encoder; every call answers GIF_ERROR or GIF_OK, the first failure is kept.
+class GifWriter {
+ public:
+  GifWriter(std::string& bytes, int width, int height, const std::vector<Rgb8>& palette) {
+    gif_ = EGifOpen(&bytes, append, &error_);
+    if (!gif_) return;
+    EGifSetGifVersion(gif_, true);
+    GifColorType colors[256] = {};
+    for (std::size_t i = 0; i < palette.size(); ++i)
+      colors[i] = {palette[i][0], palette[i][1], palette[i][2]};
+    const std::unique_ptr<ColorMapObject, void (*)(ColorMapObject*)> map(
+        GifMakeMapObject(256, colors), GifFreeMapObject);
+    check(map ? EGifPutScreenDesc(gif_, width, height, 8, 0, map.get()) : GIF_ERROR);
+    // Netscape's looping extension, 0 = for ever.
+    const GifByteType forever[3] = {1, 0, 0};
+    check(EGifPutExtensionLeader(gif_, APPLICATION_EXT_FUNC_CODE));
+    check(EGifPutExtensionBlock(gif_, 11, "NETSCAPE2.0"));
+    check(EGifPutExtensionBlock(gif_, 3, forever));
+    check(EGifPutExtensionTrailer(gif_));
+  }
+  ~GifWriter() { (void)close(); }
+  GifWriter(const GifWriter&) = delete;
+  GifWriter& operator=(const GifWriter&) = delete;
+
+  void put(Frame& frame, int centiseconds, int transparent) {
+    if (!gif_ || error_) return;
+    const GraphicsControlBlock control{DISPOSE_DO_NOT, false, centiseconds, transparent};
+    GifByteType block[4];
+    EGifGCBToExtension(&control, block);
+    check(EGifPutExtension(gif_, GRAPHICS_EXT_FUNC_CODE, 4, block));
+    check(EGifPutImageDesc(gif_, frame.left, frame.top, frame.width, frame.height, false, nullptr));
+    for (int y = 0; y < frame.height && !error_; ++y)
+      check(EGifPutLine(
+          gif_, &frame.indices[static_cast<std::size_t>(y) * static_cast<std::size_t>(frame.width)],
+          frame.width));
+  }
+  Status close() {
+    int error = 0;
+    if (gif_ && EGifCloseFile(gif_, &error) == GIF_ERROR && !error_) error_ = error;
+    gif_ = nullptr;
+    if (error_) {
+      const char* reason = GifErrorString(error_);
+      return make_error(ErrorCode::kOutput, "cannot encode the GIF: {}",
+                        reason ? reason : "out of memory");
+    }
+    return Ok{};
+  }
+
+ private:
+  void check(int answer) {
+    if (answer == GIF_ERROR && !error_)
+      error_ = gif_->Error ? gif_->Error : E_GIF_ERR_NOT_ENOUGH_MEM;
+  }
+  GifFileType* gif_ = nullptr;
+  int error_ = 0;
+};
+
+}  // namespace
+
+Result<std::string> encode_gif(std::span<const Image> frames, float frames_per_second) {
+  PM_TRY_STATUS(check_frames(frames));
+  PM_CHECK(frames_per_second > 0);
+  ColorHistogram histogram;
+  for (const Image& frame : frames) histogram.add(encode_colors(frame));
+  // One entry is left for the transparent colour.
+  const std::vector<Rgb8> palette = choose_palette(histogram, 255);
+  const PaletteMap map(palette);
+  const auto transparent = static_cast<std::uint8_t>(palette.size());
+  const std::size_t pixels =
+      static_cast<std::size_t>(frames[0].width) * static_cast<std::size_t>(frames[0].height);
+  Screen screen{frames[0].width, frames[0].height, transparent, std::vector<Rgb8>(pixels),
+                std::vector<std::uint8_t>(pixels)};
+  std::string bytes;
+  {
+    GifWriter writer(bytes, screen.width, screen.height, palette);
+    // Viewers slow down frames shorter than 2/100 s.
+    const double period = std::max(100.0 / static_cast<double>(frames_per_second), 2.0);
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      Frame frame = draw(encode_colors(frames[i]), map, i == 0, screen);
+      const auto time = [&](std::size_t n) { return std::lround(period * static_cast<double>(n)); };
+      writer.put(frame, static_cast<int>(time(i + 1) - time(i)), transparent);
+    }
+    PM_TRY_STATUS(writer.close());
+  }
+  return bytes;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,20 @@
+// The bitmap font of labels: printable ASCII, capitals 7 pixels high, proportional.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace polymorph {
+
+inline constexpr int kFontHeight = 9;  ///< 7 above the baseline, 2 below
+inline constexpr int kFontGap = 1;     ///< between two glyphs
+
+struct Glyph {
+  int width = 0;
+  std::array<std::uint8_t, kFontHeight> rows{};  ///< bit x set: pixel x (from the left) is inked
+};
+
+/// The glyph of a printable ASCII character; of any other, a hollow box.
+const Glyph& glyph_of(char character);
+
+}  // namespace polymorph

@@ -1,0 +1,31 @@
+#include "image/image_io.h"
+
+#include "base/file.h"
+#include "base/hash.h"
+
+namespace polymorph {
+
+Status write_image(const std::filesystem::path& path, const Image& image, const PngSettings& png,
+                   const ExrSettings& exr) {
+  std::string extension = path.extension().string();
+  for (char& c : extension)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  if (extension != ".exr" && extension != ".png")
+    return make_error(ErrorCode::kUsage,
+                      "{}: cannot write this kind of image ('{}') - end the name in .exr or .png",
+                      path.string(), extension);
+  const Result<std::string> bytes =
+      extension == ".exr" ? encode_exr(image, exr) : encode_png(image, png);
+  if (!bytes) return make_error(bytes.error().code, "{}: {}", path.string(), bytes.error().message);
+  return write_file(path, *bytes);
+}
+
+std::string pixel_digest(const Image& image) {
+  Hasher hasher;
+  hasher.add(image.width).add(image.height).add(image.channels.size());
+  for (const std::string& name : image.channels) hasher.add(std::string_view(name));
+  hasher.add(std::span<const float>(image.pixels));
+  return hasher.hex();
+}
+
+}  // namespace polymorph

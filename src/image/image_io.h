@@ -1,0 +1,88 @@
+// Images in and out. Reading goes through OpenImageIO, which sits in a module of its own that is
+// opened on first use (its 259 shared objects cost 0.3 s); writing encodes to memory, then writes
+// whole files.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "base/result.h"
+#include "image/image.h"
+#include "image/srgb.h"
+
+namespace polymorph {
+
+enum class TransferCurve { kLinear, kSrgb };
+enum class AlphaMode { kPremultiplied, kStraight };
+
+struct ReadImageSettings {
+  /// Decode 8/16-bit formats with this curve (colour textures: kSrgb); float formats are taken as
+  /// linear.
+  TransferCurve integer_curve = TransferCurve::kSrgb;
+  /// Colours come multiplied by alpha, as Image says, or divided by it (for textures of which only
+  /// the colours are used); in linear light, whatever the file holds.
+  AlphaMode alpha = AlphaMode::kPremultiplied;
+  /// Decoded size limit, checked before reading pixels.
+  std::size_t max_bytes = std::size_t{1} << 30;
+};
+
+/// Reads png, jpeg, tiff or openexr; the format is told from the content, not from the name.
+/// Errors (kInput): missing, not an image, truncated, too large; each names the file and the
+/// reason. NaN or infinite pixels are kept (the comparator must see them). kResource: the module is
+/// missing.
+/// Grey becomes R, G, B; channels come in the order R, G, B, A, Z, N.X, N.Y, N.Z, then the rest by
+/// name. The size is that of the display window; pixels outside the data window are 0. Attributes:
+/// the string, int and float ones that do not describe the encoding.
+Result<Image> read_image(const std::filesystem::path& path, const ReadImageSettings& settings = {});
+/// The same for bytes in memory; `name` is for messages.
+Result<Image> decode_image(const std::string& bytes, const std::string& name,
+                           const ReadImageSettings& settings = {});
+
+enum class ExrCompression { kNone, kZip, kZips, kPiz };
+
+struct ExrSettings {
+  ExrCompression compression = ExrCompression::kZip;
+};
+
+/// Encodes all channels: R, G, B, A half (finite values are clamped to half's +-65504), everything
+/// else float. Rec. 709 chromaticities, display window = data window, no time stamp: the same image
+/// gives the same bytes. Attributes as given (OpenEXR keeps them sorted by name). Errors: kInternal
+/// for an attribute or channel name that occurs twice or is the encoder's own.
+Result<std::string> encode_exr(const Image& image, const ExrSettings& settings = {});
+
+/// kFast: some milliseconds for a 640x480 frame. kSmall: the smallest of several slow attempts, for
+/// pictures that are kept (contact sheets).
+enum class PngEffort { kFast, kSmall };
+
+struct PngSettings {
+  int bits = 8;            ///< 8 or 16
+  bool dither = false;     ///< random rounding against banding; never for golden frames
+  float exposure = 0;      ///< stops, applied before the curve
+  std::uint64_t seed = 0;  ///< of the dither: the same seed gives the same bytes
+  PngEffort effort = PngEffort::kFast;
+};
+
+/// Encodes R, G, B (and A, if the image has it and any pixel is not opaque) with the sRGB curve,
+/// tagged sRGB, gAMA and cHRM. Premultiplied colours are divided by alpha, as PNG wants them;
+/// values are clamped to [0, 1], NaN becomes 0. Errors: kInput when R, G or B is missing.
+Result<std::string> encode_png(const Image& image, const PngSettings& settings = {});
+
+/// An animated GIF, looped, one palette over all frames, of sRGB-encoded R, G, B, dithered with a
+/// pattern that stands still. All frames of one size. Pixels that change by no more than 3 of 255
+/// since they were last drawn are left as they are: the noise of still parts does not crawl.
+/// Frame times are rounded to GIF's 1/100 s so that no drift adds up; at most 50 frames a second.
+/// Errors: kInput for no frames, unequal sizes, missing channels, sides over 65535.
+Result<std::string> encode_gif(std::span<const Image> frames, float frames_per_second);
+
+/// Writes by extension: .exr or .png. Errors: kUsage for another extension, kOutput when writing
+/// fails.
+Status write_image(const std::filesystem::path& path, const Image& image,
+                   const PngSettings& png = {}, const ExrSettings& exr = {});
+
+/// Hash of size, channel names and decoded float pixels (not of file bytes).
+std::string pixel_digest(const Image& image);
+
+}  // namespace polymorph

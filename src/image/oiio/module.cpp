@@ -1,0 +1,203 @@
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "image/oiio_module.h"
+
+namespace {
+
+/// The image handed out, with the storage that its pointers refer to.
+struct Decoded : PmOiioImage {
+  Decoded() : PmOiioImage{} {}
+  std::string error_text;
+  std::vector<float> pixel_store;
+  std::vector<std::string> names;
+  std::vector<const char*> name_pointers;
+  std::vector<std::unique_ptr<std::string>> texts;
+  std::vector<PmOiioAttribute> attribute_store;
+};
+
+void fail(Decoded& image, PmOiioFailure failure, std::string reason) {
+  image.failure = failure;
+  image.error_text = std::move(reason);
+  image.error = image.error_text.c_str();
+}
+
+void set_up_once() {
+  static const bool done = [] {
+    // One thread: the caller decides about threads. -1 makes the OpenEXR reader leave OpenEXR's
+    // global pool, which the program's own encoder shares, as it is.
+    OIIO::attribute("threads", 1);
+    OIIO::attribute("exr_threads", -1);
+    OIIO::attribute("limits:channels", 256);
+    return true;
+  }();
+  (void)done;
+}
+
+/// Entries that describe the encoding, not the picture: the encoder of the next file sets its own.
+bool is_structural(const std::string& name) {
+  static const char* const kNames[] = {
+      "compression",  "PixelAspectRatio",  "screenWindowCenter", "screenWindowWidth",
+      "planarconfig", "ResolutionUnit",    "XResolution",        "YResolution",
+      "Orientation",  "CompressionQuality"};
+  for (const char* known : kNames)
+    if (name == known) return true;
+  for (const char* prefix : {"oiio:", "openexr:", "tiff:", "png:", "jpeg:", "Exif:", "ICCProfile"})
+    if (name.rfind(prefix, 0) == 0) return true;
+  return false;
+}
+
+void take_attributes(const OIIO::ImageSpec& spec, Decoded& image) {
+  for (const OIIO::ParamValue& entry : spec.extra_attribs) {
+    const std::string name = entry.name().string();
+    if (is_structural(name) || entry.nvalues() != 1) continue;
+    image.texts.push_back(std::make_unique<std::string>(name));
+    PmOiioAttribute attribute{image.texts.back()->c_str(), PM_OIIO_INT, nullptr, 0, 0};
+    if (entry.type() == OIIO::TypeString) {
+      attribute.kind = PM_OIIO_STRING;
+      image.texts.push_back(std::make_unique<std::string>(entry.get_string()));
+      attribute.text = image.texts.back()->c_str();
+    } else if (entry.type() == OIIO::TypeInt) {
+      attribute.integer = entry.get_int();
+    } else if (entry.type() == OIIO::TypeFloat) {
+      attribute.kind = PM_OIIO_FLOAT;
+      attribute.real = entry.get_float();
+    } else {
+      continue;
+    }
+    image.attribute_store.push_back(attribute);
+  }
+  image.attribute_count = static_cast<int>(image.attribute_store.size());
+  image.attributes = image.attribute_store.data();
+}
+
+/// The data window as floats. OpenEXR's uint channels hold ids, which must not be scaled to 0..1 as
+/// OpenImageIO does with integers.
+bool read_pixels(OIIO::ImageInput& input, const OIIO::ImageSpec& spec, bool keep_integers,
+                 std::vector<float>& pixels) {
+  const auto channels = static_cast<std::size_t>(spec.nchannels);
+  pixels.resize(static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height) *
+                channels);
+  if (!keep_integers)
+    return input.read_image(0, 0, 0, spec.nchannels, OIIO::TypeFloat, pixels.data());
+  const std::size_t bytes = spec.pixel_bytes(true);
+  std::vector<unsigned char> native(pixels.size() / channels * bytes);
+  if (!input.read_image(0, 0, 0, spec.nchannels, OIIO::TypeUnknown, native.data())) return false;
+  std::size_t offset = 0;
+  for (int c = 0; c < spec.nchannels; ++c) {
+    const OIIO::TypeDesc type = spec.channelformat(c);
+    for (std::size_t i = 0; i < pixels.size() / channels; ++i) {
+      const unsigned char* from = &native[i * bytes + offset];
+      float& to = pixels[i * channels + static_cast<std::size_t>(c)];
+      if (type == OIIO::TypeDesc::UINT) {
+        std::uint32_t value = 0;
+        std::memcpy(&value, from, sizeof value);
+        to = static_cast<float>(value);
+      } else {
+        OIIO::convert_pixel_values(type, from, OIIO::TypeFloat, &to, 1);
+      }
+    }
+    offset += type.size();
+  }
+  return true;
+}
+
+/// Moves the data window to its place in the display window.
+std::vector<float> to_display_window(const OIIO::ImageSpec& spec, std::vector<float> pixels) {
+  const bool same = spec.x == spec.full_x && spec.y == spec.full_y &&
+                    spec.width == spec.full_width && spec.height == spec.full_height;
+  if (same) return pixels;
+  const auto channels = static_cast<std::int64_t>(spec.nchannels);
+  const std::int64_t dx = std::int64_t{spec.x} - spec.full_x,
+                     dy = std::int64_t{spec.y} - spec.full_y;
+  const std::int64_t begin = std::clamp<std::int64_t>(dx, 0, spec.full_width);
+  const std::int64_t end = std::clamp<std::int64_t>(dx + spec.width, begin, spec.full_width);
+  std::vector<float> full(
+      static_cast<std::size_t>(std::int64_t{spec.full_width} * spec.full_height * channels));
+  for (std::int64_t y = std::max<std::int64_t>(dy, 0);
+       y < std::min<std::int64_t>(dy + spec.height, spec.full_height); ++y)
+    std::copy_n(&pixels[static_cast<std::size_t>(((y - dy) * spec.width + begin - dx) * channels)],
+                (end - begin) * channels,
+                &full[static_cast<std::size_t>((y * spec.full_width + begin) * channels)]);
+  return full;
+}
+
+void decode(const PmOiioRequest& request, Decoded& image) {
+  set_up_once();
+  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(request.format);
+  if (!input) return fail(image, PM_OIIO_BROKEN, "this OpenImageIO has no reader for it");
+  OIIO::Filesystem::IOMemReader memory(const_cast<void*>(request.bytes), request.size);
+  OIIO::ImageSpec config, spec;
+  config.attribute("oiio:UnassociatedAlpha", 1);
+  OIIO::Filesystem::IOProxy* proxy = &memory;
+  config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+  if (!input->open("memory", spec, config)) return fail(image, PM_OIIO_BROKEN, input->geterror());
+  if (spec.deep) return fail(image, PM_OIIO_BROKEN, "deep images are not read");
+  if (spec.width < 1 || spec.height < 1 || spec.full_width < 1 || spec.full_height < 1 ||
+      spec.depth > 1 || spec.nchannels < 1)
+    return fail(image, PM_OIIO_BROKEN, "the header gives no usable size");
+  const auto bytes_of = [&](int width, int height) {
+    return static_cast<double>(width) * height * spec.nchannels * sizeof(float);
+  };
+  const double needed =
+      std::max(bytes_of(spec.width, spec.height), bytes_of(spec.full_width, spec.full_height));
+  if (needed > static_cast<double>(request.max_bytes)) {
+    image.width = spec.width;
+    image.height = spec.height;
+    image.channels = spec.nchannels;
+    return fail(image, PM_OIIO_TOO_LARGE, "");
+  }
+  const bool exr = std::strcmp(request.format, "openexr") == 0;
+  const bool has_ids =
+      exr && std::any_of(spec.channelformats.begin(), spec.channelformats.end(),
+                         [](OIIO::TypeDesc t) { return t == OIIO::TypeDesc::UINT; });
+  const bool only_ids = exr && spec.channelformats.empty() && spec.format == OIIO::TypeDesc::UINT;
+  if (!read_pixels(*input, spec, has_ids || only_ids, image.pixel_store)) {
+    std::string reason = input->geterror();
+    return fail(image, PM_OIIO_BROKEN, reason.empty() ? "the pixels cannot be decoded" : reason);
+  }
+  image.pixel_store = to_display_window(spec, std::move(image.pixel_store));
+  image.width = spec.full_width;
+  image.height = spec.full_height;
+  image.channels = spec.nchannels;
+  image.names = spec.channelnames;
+  image.names.resize(static_cast<std::size_t>(spec.nchannels));
+  for (const std::string& name : image.names) image.name_pointers.push_back(name.c_str());
+  image.channel_names = image.name_pointers.data();
+  image.pixels = image.pixel_store.data();
+  image.integer_format = !exr && !spec.format.is_floating_point();
+  image.straight_alpha = spec.get_int_attribute("oiio:UnassociatedAlpha") != 0;
+  take_attributes(spec, image);
+}
+
+}  // namespace
+
+extern "C" {
+
+__attribute__((visibility("default"))) int polymorph_oiio_interface(void) {
+  return PM_OIIO_INTERFACE;
+}
+
+__attribute__((visibility("default"))) PmOiioImage* polymorph_oiio_decode(
+    const PmOiioRequest* request) {
+  auto* image = new Decoded;
+  // No exception may cross the C interface; OpenEXR's and out-of-memory ones come this far.
+  try {
+    decode(*request, *image);
+  } catch (const std::exception& e) {
+    fail(*image, PM_OIIO_BROKEN, e.what());
+  }
+  return image;
+}
+
+__attribute__((visibility("default"))) void polymorph_oiio_free(PmOiioImage* image) {
+  delete static_cast<Decoded*>(image);
+}
+
+}  // extern "C"

@@ -1,0 +1,56 @@
+// The door between the program and polymorph_oiio.so, the only file that links OpenImageIO: plain
+// C, so that neither side sees the other's C++ types or OpenImageIO's headers.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+/// Raised whenever anything below changes; a module that answers another number is not used.
+#define PM_OIIO_INTERFACE 1
+
+extern "C" {
+
+enum PmOiioAttributeKind { PM_OIIO_STRING = 0, PM_OIIO_INT = 1, PM_OIIO_FLOAT = 2 };
+
+struct PmOiioAttribute {
+  const char* name;
+  PmOiioAttributeKind kind;
+  const char* text;  ///< PM_OIIO_STRING
+  int integer;       ///< PM_OIIO_INT
+  float real;        ///< PM_OIIO_FLOAT
+};
+
+struct PmOiioRequest {
+  const char* format;  ///< OpenImageIO's reader: "png", "jpeg", "tiff" or "openexr"
+  const void* bytes;   ///< the whole file
+  std::size_t size;
+  std::uint64_t max_bytes;  ///< of width * height * channels floats; checked before pixels are read
+};
+
+enum PmOiioFailure { PM_OIIO_GOOD = 0, PM_OIIO_BROKEN = 1, PM_OIIO_TOO_LARGE = 2 };
+
+/// Owned by the module until polymorph_oiio_free.
+struct PmOiioImage {
+  PmOiioFailure failure;
+  const char* error;  ///< the reason when `failure` is not PM_OIIO_GOOD; then nothing below is set
+  int width;          ///< of the display window; pixels outside the data window are 0
+  int height;
+  int channels;
+  const char* const* channel_names;  ///< in the file's order
+  const float* pixels;               ///< interleaved, row 0 on top; integer formats as 0..1
+  int integer_format;                ///< 1: pixels came from integers, so a transfer curve applies
+  int straight_alpha;                ///< 1: colours are not premultiplied
+  int attribute_count;
+  const PmOiioAttribute* attributes;
+};
+
+/// Both symbols' types, for dlsym.
+using PmOiioInterfaceFunction = int();
+using PmOiioDecodeFunction = PmOiioImage*(const PmOiioRequest*);
+using PmOiioFreeFunction = void(PmOiioImage*);
+
+PmOiioInterfaceFunction polymorph_oiio_interface;
+PmOiioDecodeFunction polymorph_oiio_decode;  ///< never null; safe from several threads
+PmOiioFreeFunction polymorph_oiio_free;
+
+}  // extern "C"

@@ -1,0 +1,144 @@
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numeric>
+
+#include "base/file.h"
+#include "base/parallel.h"
+#include "base/text.h"
+#include "image/image_io.h"
+#include "image/oiio_loader.h"
+#include "image/sniff.h"
+#include "image/srgb.h"
+
+namespace polymorph {
+namespace {
+
+using DecodedImage = std::unique_ptr<PmOiioImage, PmOiioFreeFunction*>;
+
+/// Where each channel of the result comes from: R, G, B, A, Z, N.X, N.Y, N.Z, then the rest by
+/// name; a lone grey becomes R, G and B.
+struct Source {
+  std::string name;
+  std::size_t channel;
+};
+
+std::size_t rank_of(const std::string& name) {
+  static const char* const kOrder[] = {"R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z"};
+  return static_cast<std::size_t>(std::find(std::begin(kOrder), std::end(kOrder), name) -
+                                  std::begin(kOrder));
+}
+
+std::vector<Source> channel_sources(const PmOiioImage& decoded) {
+  std::vector<std::string> names(decoded.channel_names, decoded.channel_names + decoded.channels);
+  const bool grey = names.size() == 1 || (names.size() == 2 && names[1] == "A");
+  if (grey && (decoded.integer_format || names[0] == "Y" || names[0] == "I" || names[0] == "L")) {
+    std::vector<Source> sources{{"R", 0}, {"G", 0}, {"B", 0}};
+    if (names.size() == 2) sources.push_back({"A", 1});
+    return sources;
+  }
+  std::vector<Source> sources;
+  for (std::size_t i = 0; i < names.size(); ++i) sources.push_back({names[i], i});
+  std::stable_sort(sources.begin(), sources.end(), [](const Source& a, const Source& b) {
+    const std::size_t x = rank_of(a.name), y = rank_of(b.name);
+    return x != y ? x < y : a.name < b.name;
+  });
+  return sources;
+}
+
+/// Codes to values: by the sRGB curve for colours, as they are for alpha. All readers deliver k /
+/// 255 or k / 65535, so a table of 65536 is exact.
+float decode_sample(float sample, bool curved) {
+  if (!curved) return sample;
+  const float index = std::clamp(sample, 0.0f, 1.0f) * 65535.0f;
+  return srgb_decode_table()[static_cast<std::size_t>(std::lround(index))];
+}
+
+struct PixelRule {
+  std::size_t colors;  ///< how many of R, G, B lead the channels
+  int alpha;           ///< index of A, or -1
+  bool curved;         ///< colours carry the sRGB curve
+  bool straight_in, straight_out;
+};
+
+void convert_row(const PmOiioImage& decoded, const std::vector<Source>& sources, PixelRule rule,
+                 std::int64_t y, Image& image) {
+  const std::size_t out_count = sources.size(),
+                    in_count = static_cast<std::size_t>(decoded.channels);
+  for (int x = 0; x < image.width; ++x) {
+    const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
+                              static_cast<std::size_t>(x);
+    const float* in = decoded.pixels + pixel * in_count;
+    float* out = &image.pixels[pixel * out_count];
+    for (std::size_t c = 0; c < out_count; ++c) out[c] = in[sources[c].channel];
+    const float a = rule.alpha >= 0 ? out[rule.alpha] : 1.0f;
+    for (std::size_t c = 0; c < rule.colors; ++c) {
+      // The curve belongs to straight colours; an associated TIFF is divided before and multiplied
+      // after.
+      const bool straight = rule.straight_in || !(rule.curved || rule.straight_out) || a == 0;
+      float value = straight ? out[c] : out[c] / a;
+      value = decode_sample(value, rule.curved);
+      const bool multiply = !rule.straight_out && (rule.straight_in || !straight);
+      out[c] = multiply ? value * a : value;
+    }
+  }
+}
+
+Image to_image(const PmOiioImage& decoded, const ReadImageSettings& settings) {
+  const std::vector<Source> sources = channel_sources(decoded);
+  Image image;
+  image.width = decoded.width;
+  image.height = decoded.height;
+  for (const Source& source : sources) image.channels.push_back(source.name);
+  image.pixels.resize(static_cast<std::size_t>(image.width) *
+                      static_cast<std::size_t>(image.height) * sources.size());
+  const int alpha = image.find_channel("A");
+  const auto colors = std::count_if(sources.begin(), sources.end(),
+                                    [](const Source& s) { return rank_of(s.name) < 3; });
+  const PixelRule rule{
+      static_cast<std::size_t>(colors), alpha,
+      decoded.integer_format != 0 && settings.integer_curve == TransferCurve::kSrgb,
+      alpha < 0 || decoded.straight_alpha != 0,
+      alpha < 0 || settings.alpha == AlphaMode::kStraight};
+  parallel_for(
+      image.height, [&](std::int64_t y) { convert_row(decoded, sources, rule, y, image); }, 16);
+  for (int i = 0; i < decoded.attribute_count; ++i) {
+    const PmOiioAttribute& from = decoded.attributes[i];
+    Attribute to{from.name, from.integer};
+    if (from.kind == PM_OIIO_STRING) to.value = std::string(from.text);
+    if (from.kind == PM_OIIO_FLOAT) to.value = from.real;
+    image.attributes.push_back(std::move(to));
+  }
+  return image;
+}
+
+}  // namespace
+
+Result<Image> read_image(const std::filesystem::path& path, const ReadImageSettings& settings) {
+  PM_TRY(const std::string bytes, read_file(path));
+  return decode_image(bytes, path.string(), settings);
+}
+
+Result<Image> decode_image(const std::string& bytes, const std::string& name,
+                           const ReadImageSettings& settings) {
+  const Result<std::string> format = sniff_image_format(bytes);
+  if (!format) return make_error(ErrorCode::kInput, "{}: {}", name, format.error().message);
+  PM_TRY(const OiioModule module, load_oiio_module());
+  const PmOiioRequest request{format->c_str(), bytes.data(), bytes.size(), settings.max_bytes};
+  const DecodedImage decoded(module.decode(&request), module.release);
+  if (decoded->failure == PM_OIIO_TOO_LARGE)
+    return make_error(ErrorCode::kInput,
+                      "{}: {} x {} pixels of {} channels need {} (more than the limit of {}) - "
+                      "scale the image down",
+                      name, decoded->width, decoded->height, decoded->channels,
+                      format_bytes(4.0 * decoded->width * decoded->height * decoded->channels),
+                      format_bytes(static_cast<double>(settings.max_bytes)));
+  if (decoded->failure != PM_OIIO_GOOD)
+    return make_error(ErrorCode::kInput,
+                      "{}: cannot read this {} image ({}) - the file is damaged or of an "
+                      "unusual kind; save it again",
+                      name, *format, decoded->error);
+  return to_image(*decoded, settings);
+}
+
+}  // namespace polymorph

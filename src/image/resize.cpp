@@ -1,0 +1,67 @@
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "base/parallel.h"
+#include "image/strip.h"
+
+namespace polymorph {
+namespace {
+
+/// Which source samples one target sample covers, and how much of each.
+struct Span {
+  std::size_t first;
+  std::vector<float> weights;  ///< sum 1
+};
+
+std::vector<Span> box_filter(int from, int to) {
+  std::vector<Span> spans;
+  const double step = static_cast<double>(from) / to;
+  for (int i = 0; i < to; ++i) {
+    const double begin = i * step, end = std::min<double>((i + 1) * step, from);
+    const int first = std::min(static_cast<int>(begin), from - 1);
+    Span span{static_cast<std::size_t>(first), {}};
+    for (int s = first; s < from && s < end; ++s) {
+      const double covered = std::min<double>(end, s + 1) - std::max<double>(begin, s);
+      // Slivers left by rounding would read a neighbour that is not covered at all.
+      if (covered > 1e-9 * step || span.weights.empty())
+        span.weights.push_back(static_cast<float>(covered / step));
+    }
+    spans.push_back(std::move(span));
+  }
+  return spans;
+}
+
+}  // namespace
+
+Image resize_image(const Image& image, int width, int height) {
+  PM_CHECK(width > 0 && height > 0 && image.width > 0 && image.height > 0);
+  if (width == image.width && height == image.height) return image;
+  const std::size_t count = image.channel_count();
+  const std::size_t from_width = static_cast<std::size_t>(image.width),
+                    to_width = static_cast<std::size_t>(width);
+  const std::vector<Span> columns = box_filter(image.width, width),
+                          rows = box_filter(image.height, height);
+  Image result = make_image(width, height, image.channels);
+  result.attributes = image.attributes;
+  parallel_for(
+      height,
+      [&](std::int64_t y) {
+        const Span& row = rows[static_cast<std::size_t>(y)];
+        std::vector<float> line(from_width * count);
+        for (std::size_t r = 0; r < row.weights.size(); ++r) {
+          const float* source = &image.pixels[(row.first + r) * from_width * count];
+          for (std::size_t i = 0; i < line.size(); ++i) line[i] += row.weights[r] * source[i];
+        }
+        for (std::size_t x = 0; x < to_width; ++x) {
+          float* out = &result.pixels[(static_cast<std::size_t>(y) * to_width + x) * count];
+          for (std::size_t k = 0; k < columns[x].weights.size(); ++k)
+            for (std::size_t c = 0; c < count; ++c)
+              out[c] += columns[x].weights[k] * line[(columns[x].first + k) * count + c];
+        }
+      },
+      8);
+  return result;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,69 @@
+#include "image/srgb.h"
+
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+namespace polymorph {
+namespace {
+
+double decode(double encoded) {
+  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+}
+
+// Codes change at most once a bucket: a bucket is 1/512 of its value wide, a code 1/110 at the
+// least.
+constexpr std::uint32_t kShift = 14;
+constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(0x1p-13f) >> kShift;
+constexpr std::uint32_t kLast = std::bit_cast<std::uint32_t>(1.0f) >> kShift;
+
+}  // namespace
+
+float srgb_to_linear(float encoded) { return static_cast<float>(decode(encoded)); }
+
+float linear_to_srgb(float linear) {
+  if (!(linear > 0.0031308f)) return 12.92f * linear;
+  return static_cast<float>(1.055 * std::pow(static_cast<double>(linear), 1 / 2.4) - 0.055);
+}
+
+SrgbQuantizer::SrgbQuantizer() : start_(kLast - kFirst + 1) {
+  lowest_[0] = -std::numeric_limits<float>::infinity();
+  for (std::size_t k = 1; k < 256; ++k) {
+    const double edge = decode((static_cast<double>(k) - 0.5) / 255);
+    lowest_[k] = static_cast<float>(edge);
+    if (static_cast<double>(lowest_[k]) < edge)
+      lowest_[k] = std::nextafter(lowest_[k], std::numeric_limits<float>::infinity());
+  }
+  lowest_[256] = std::numeric_limits<float>::infinity();
+  std::uint8_t code = 0;
+  for (std::uint32_t i = 0; i < start_.size(); ++i) {
+    const auto value = std::bit_cast<float>((kFirst + i) << kShift);
+    while (value >= lowest_[code + std::size_t{1}]) ++code;
+    start_[i] = code;
+  }
+}
+
+const SrgbQuantizer& SrgbQuantizer::instance() {
+  static const SrgbQuantizer quantizer;
+  return quantizer;
+}
+
+std::uint8_t SrgbQuantizer::operator()(float linear) const {
+  if (!(linear >= 0x1p-13f)) return 0;
+  if (linear >= 1.0f) return 255;
+  const std::uint8_t code = start_[(std::bit_cast<std::uint32_t>(linear) >> kShift) - kFirst];
+  return static_cast<std::uint8_t>(code + (linear >= lowest_[code + std::size_t{1}]));
+}
+
+const std::vector<float>& srgb_decode_table() {
+  static const std::vector<float> table = [] {
+    std::vector<float> values(65536);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      values[i] = static_cast<float>(decode(static_cast<double>(i) / 65535));
+    return values;
+  }();
+  return table;
+}
+
+}  // namespace polymorph

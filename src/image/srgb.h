@@ -1,0 +1,32 @@
+// The sRGB transfer curve (IEC 61966-2-1), as functions and as fast exact rounding to 8 bits.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace polymorph {
+
+/// Both continue beyond [0, 1]: the linear part below, the power part above.
+float srgb_to_linear(float encoded);
+float linear_to_srgb(float linear);
+
+/// round(255 linear_to_srgb(v)) without a pow a pixel: a table over the leading bits of `v` gives
+/// the code or the one below it, a comparison decides. NaN and negative values give 0, values above
+/// 1 give 255.
+class SrgbQuantizer {
+ public:
+  static const SrgbQuantizer& instance();
+  std::uint8_t operator()(float linear) const;
+
+ private:
+  SrgbQuantizer();
+  std::array<float, 257>
+      lowest_;  ///< the least linear value that rounds to a code; infinity after 255
+  std::vector<std::uint8_t> start_;
+};
+
+/// srgb_to_linear(i / 65535); 8-bit code k is entry 257 k.
+const std::vector<float>& srgb_decode_table();
+
+}  // namespace polymorph

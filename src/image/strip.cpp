@@ -1,0 +1,130 @@
+#include "image/strip.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include "image/font.h"
+
+namespace polymorph {
+namespace {
+
+// Linear 0.55 is sRGB 0.77: clear on a dark sheet without outshining the frames.
+constexpr float kLabelOnDark = 0.55f;
+constexpr float kLabelOnLight = 0.03f;
+
+/// Continuation bytes of UTF-8: the character was counted at its first byte.
+bool is_continuation(char c) { return (static_cast<unsigned char>(c) & 0xc0) == 0x80; }
+
+void fill_rectangle(Image& image, int left, int top, int size, const std::array<int, 3>& channels,
+                    float grey) {
+  for (int y = std::max(top, 0); y < std::min(top + size, image.height); ++y)
+    for (int x = std::max(left, 0); x < std::min(left + size, image.width); ++x)
+      for (const int channel : channels)
+        if (channel >= 0) image.at(x, y, channel) = grey;
+}
+
+Status check_frames(std::span<const Image> frames, std::span<const std::string> labels) {
+  if (frames.empty())
+    return make_error(ErrorCode::kInput, "a contact sheet needs at least one frame");
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const Image& frame = frames[i];
+    if (frame.width != frames[0].width || frame.height != frames[0].height)
+      return make_error(ErrorCode::kInput,
+                        "frame {} of the contact sheet is {} x {}, the first is {} x {} - give "
+                        "frames of one size",
+                        i + 1, frame.width, frame.height, frames[0].width, frames[0].height);
+    if (frame.find_channel("R") < 0 || frame.find_channel("G") < 0 || frame.find_channel("B") < 0)
+      return make_error(ErrorCode::kInput,
+                        "frame {} of the contact sheet has no R, G and B channels", i + 1);
+  }
+  if (!labels.empty() && labels.size() != frames.size())
+    return make_error(ErrorCode::kInput,
+                      "{} labels for {} frames of the contact sheet - give one a frame",
+                      labels.size(), frames.size());
+  return Ok{};
+}
+
+/// `frame` over the background at (left, top).
+void place(const Image& frame, int left, int top, float background, Image& sheet) {
+  const int colors[3] = {frame.find_channel("R"), frame.find_channel("G"), frame.find_channel("B")};
+  const int alpha = frame.find_channel("A");
+  for (int y = 0; y < frame.height; ++y)
+    for (int x = 0; x < frame.width; ++x) {
+      const float behind = alpha >= 0 ? background * (1 - frame.at(x, y, alpha)) : 0.0f;
+      for (int c = 0; c < 3; ++c)
+        sheet.at(left + x, top + y, c) = frame.at(x, y, colors[c]) + behind;
+    }
+}
+
+/// Labels are drawn twice as large where they all fit and the cells are not thumbnails.
+int label_scale(std::span<const std::string> labels, int cell_width) {
+  for (const std::string& label : labels)
+    if (text_width(label, 2) > cell_width) return 1;
+  return cell_width >= 200 ? 2 : 1;
+}
+
+/// As much of `text` as fits.
+std::string fit_text(std::string text, int width, int scale) {
+  while (!text.empty() && text_width(text, scale) > width) text.pop_back();
+  return text;
+}
+
+}  // namespace
+
+int text_width(const std::string& text, int scale) {
+  int width = 0;
+  for (const char c : text)
+    if (!is_continuation(c)) width += glyph_of(c).width + kFontGap;
+  return width > 0 ? (width - kFontGap) * scale : 0;
+}
+
+int text_height(int scale) { return kFontHeight * scale; }
+
+void draw_text(Image& image, int x, int y, const std::string& text, float grey, int scale) {
+  const std::array<int, 3> channels{image.find_channel("R"), image.find_channel("G"),
+                                    image.find_channel("B")};
+  for (const char c : text) {
+    if (is_continuation(c)) continue;
+    const Glyph& glyph = glyph_of(c);
+    for (int row = 0; row < kFontHeight; ++row)
+      for (int column = 0; column < glyph.width; ++column)
+        if (glyph.rows[static_cast<std::size_t>(row)] >> column & 1)
+          fill_rectangle(image, x + column * scale, y + row * scale, scale, channels, grey);
+    x += (glyph.width + kFontGap) * scale;
+  }
+}
+
+Result<Image> make_strip(std::span<const Image> frames, std::span<const std::string> labels,
+                         const StripSettings& settings) {
+  PM_CHECK(settings.columns > 0 && settings.gap >= 0 && settings.cell_width >= 0);
+  PM_TRY_STATUS(check_frames(frames, labels));
+  const int cell_width = settings.cell_width > 0 ? settings.cell_width : frames[0].width;
+  const int cell_height = std::max(
+      1, static_cast<int>((std::int64_t{frames[0].height} * cell_width + frames[0].width / 2) /
+                          frames[0].width));
+  const int count = static_cast<int>(frames.size());
+  const int columns = std::min(settings.columns, count), rows = (count + columns - 1) / columns;
+  const bool labelled = settings.labels && !labels.empty();
+  const int scale = label_scale(labels, cell_width);
+  const int label_gap = 4 * scale;
+  const int row_height =
+      cell_height + settings.gap + (labelled ? label_gap + text_height(scale) : 0);
+  Image sheet = make_image(columns * (cell_width + settings.gap) + settings.gap,
+                           rows * row_height + settings.gap, {"R", "G", "B"});
+  std::fill(sheet.pixels.begin(), sheet.pixels.end(), settings.background);
+  for (int i = 0; i < count; ++i) {
+    const auto n = static_cast<std::size_t>(i);
+    const int left = settings.gap + i % columns * (cell_width + settings.gap);
+    const int top = settings.gap + i / columns * row_height;
+    place(resize_image(frames[n], cell_width, cell_height), left, top, settings.background, sheet);
+    if (!labelled) continue;
+    const std::string text = fit_text(labels[n], cell_width, scale);
+    draw_text(sheet, left + (cell_width - text_width(text, scale)) / 2,
+              top + cell_height + label_gap, text,
+              settings.background < 0.2f ? kLabelOnDark : kLabelOnLight, scale);
+  }
+  return sheet;
+}
+
+}  // namespace polymorph

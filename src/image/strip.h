@@ -1,0 +1,37 @@
+// Contact sheets: frames side by side, each with its label.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "image/image.h"
+
+namespace polymorph {
+
+struct StripSettings {
+  int columns = 4;
+  int gap = 6;         ///< pixels between cells and around the sheet
+  int cell_width = 0;  ///< frames are scaled (area filter) to this width; 0 = as they are
+  bool labels = true;
+  float background = 0.02f;  ///< linear grey
+};
+
+/// One sheet of all frames (equal sizes), row by row, labels centred below each frame, cut where
+/// they are wider than it. R, G, B only; what is transparent shows the background. `labels` may be
+/// empty or has one entry a frame. Errors: kInput for unequal sizes, no frames, missing colour
+/// channels.
+Result<Image> make_strip(std::span<const Image> frames, std::span<const std::string> labels,
+                         const StripSettings& settings = {});
+
+/// Draws ASCII text in an own bitmap font onto R, G, B; `x`, `y` is its top left corner, `grey` is
+/// linear. Clipped at the image's edges; characters outside ASCII are drawn as hollow boxes.
+void draw_text(Image& image, int x, int y, const std::string& text, float grey, int scale = 1);
+int text_width(const std::string& text, int scale = 1);
+int text_height(int scale = 1);
+
+/// Box-filtered resize to `width` x `height` (all channels: the mean over each new pixel's area).
+Image resize_image(const Image& image, int width, int height);
+
+}  // namespace polymorph

@@ -1,0 +1,25 @@
+#include "model/load_obj.h"
+
+#include "base/file.h"
+#include "model/build_model.h"
+#include "model/obj_scan.h"
+#include "model/textures.h"
+
+namespace polymorph {
+
+Result<LoadedModel> load_obj(const std::filesystem::path& path, const LoadObjSettings& settings) {
+  PM_TRY(const std::string bytes, read_file(path, settings.max_bytes));
+  PM_TRY(ObjScan scan, scan_obj(bytes, path.string()));
+  PM_TRY(const MtlSet mtls, load_mtls(path, scan.libraries, settings.strict));
+  LoadedModel loaded;
+  loaded.file_points = scan.points;
+  loaded.warnings = scan.warnings;
+  loaded.warnings.insert(loaded.warnings.end(), mtls.warnings.begin(), mtls.warnings.end());
+  PM_TRY(loaded.model, build_model(scan, mtls, path, loaded.warnings));
+  if (settings.textures) {
+    PM_TRY_STATUS(load_textures(path, scan, mtls, loaded.model, loaded.warnings));
+  }
+  return loaded;
+}
+
+}  // namespace polymorph

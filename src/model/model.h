@@ -1,0 +1,44 @@
+// Model: a polyhedron as it was given (input), with what is needed to shade it. The extracted
+// surface is a `Mesh` (kernels/mesh.h).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/box.h"
+#include "image/image.h"
+#include "kernels/types.h"
+
+namespace polymorph {
+
+struct Material {
+  std::string name;
+  Vec3 color{0.7f, 0.7f,
+             0.7f};  ///< scene-linear diffuse albedo (MTL Kd), multiplied with the texture
+  Vec3 specular{0.04f, 0.04f, 0.04f};
+  float roughness = 0.5f;  ///< 0 mirror .. 1 matte (from MTL Ns)
+  float metallic = 0;
+  int texture = -1;  ///< index into Model::textures, -1 = none
+};
+
+/// Triangles over points that are welded by exact position, so that edges tell whether it is
+/// closed. Shading data is kept per corner (3 a triangle), because OBJ gives normals and UVs their
+/// own indices.
+struct Model {
+  std::string name;  ///< file stem, or the built-in shape's name
+  std::vector<Vec3> points;
+  std::vector<Triangle> triangles;    ///< counter-clockwise from outside
+  std::vector<Vec3> corner_normals;   ///< 3 * triangles.size(), unit; from the file, else computed
+  std::vector<Vec2> corner_uvs;       ///< 3 * triangles.size(), or empty; v up as in OBJ
+  std::vector<std::uint32_t> labels;  ///< one a triangle: index into label_names
+  std::vector<std::string> label_names;                ///< OBJ groups/objects; at least one
+  std::vector<std::uint32_t> triangle_materials;       ///< one a triangle: index into materials
+  std::vector<Material> materials;                     ///< at least one
+  std::vector<std::shared_ptr<const Image>> textures;  ///< scene-linear RGB(A)
+
+  Box box() const { return box_of(points); }
+};
+
+}  // namespace polymorph

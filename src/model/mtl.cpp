@@ -1,0 +1,228 @@
+#include "model/mtl.h"
+
+#include <tiny_obj_loader.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "base/file.h"
+#include "model/asset_path.h"
+#include "model/text_lines.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kMostBytes = 64u << 20;
+constexpr float kMostDielectricSpecular = 0.2f;  // above diamond's 0.17
+
+/// What the scan keeps of one newmtl: tinyobjloader does not tell a value given from its default.
+struct Entry {
+  bool kd = false, ks = false, ns = false, pr = false, pm = false;
+  std::uint32_t line = 0, texture_line = 0;
+};
+
+struct Scan {
+  std::string text;  ///< only the statements in use, checked
+  std::vector<Entry> entries;
+  std::vector<std::string> warnings;
+};
+
+class MtlScanner {
+ public:
+  MtlScanner(std::string_view text, const std::string& file)
+      : lines_(text), file_(file), errors_(file) {}
+
+  Result<Scan> run() {
+    while (lines_.next() && !errors_.full()) scan_line(lines_.line());
+    if (!errors_.empty()) return errors_.error();
+    tell(spectral_, "colours are spectral curves - the default colour is used");
+    tell(homeless_, "statements stand before the first newmtl - ignored");
+    return std::move(scan_);
+  }
+
+ private:
+  void scan_line(std::string_view line);
+  /// Checks 1 to 3 numbers and copies the line, three numbers where one stands for all.
+  void scan_numbers(std::string_view word, std::string_view rest, std::size_t wanted);
+  void tell(const Occurrences& what, const char* text) {
+    if (what.count > 0)
+      scan_.warnings.push_back(
+          fmt::format("{}:{}: {} {}", file_, what.first_line, what.count, text));
+  }
+
+  LineReader lines_;
+  std::string file_;
+  ErrorList errors_;
+  Scan scan_;
+  std::set<std::string> names_;
+  Occurrences spectral_, homeless_;
+};
+
+void MtlScanner::scan_line(std::string_view line) {
+  if (line.empty() || line.front() == '#') return;
+  std::string_view rest = line;
+  const std::string_view word = take_word(rest);
+  rest = trimmed(rest);
+  if (word == "newmtl") {
+    if (rest.empty()) {
+      errors_.add(lines_.number(), "newmtl has no name");
+      return;
+    }
+    if (!names_.emplace(rest).second)
+      scan_.warnings.push_back(
+          fmt::format("{}:{}: material \"{}\" is defined twice - the first one counts", file_,
+                      lines_.number(), printable_name(rest)));
+    scan_.entries.push_back({});
+    scan_.entries.back().line = lines_.number();
+    scan_.text += fmt::format("newmtl {}\n", rest);
+    return;
+  }
+  const bool color = word == "Kd" || word == "Ks";
+  const bool number = word == "Ns" || word == "Pr" || word == "Pm";
+  const bool texture = word == "map_Kd";
+  if (!color && !number && !texture) return;
+  if (scan_.entries.empty()) {
+    homeless_.note(lines_.number());
+    return;
+  }
+  if (color && (rest.starts_with("spectral") || rest.starts_with("xyz"))) {
+    spectral_.note(lines_.number());
+    return;
+  }
+  if (!texture) {
+    scan_numbers(word, rest, color ? 3 : 1);
+    return;
+  }
+  scan_.entries.back().texture_line = lines_.number();
+  scan_.text += fmt::format("map_Kd {}\n", rest);
+}
+
+void MtlScanner::scan_numbers(std::string_view word, std::string_view rest, std::size_t wanted) {
+  std::vector<float> values;
+  for (std::string_view token = take_word(rest); !token.empty() && !token.starts_with("#");
+       token = take_word(rest)) {
+    const ParsedReal real = parse_real(token);
+    if (real.problem) {
+      errors_.add(lines_.number(),
+                  fmt::format("{} value \"{}\" {}", word, printable_name(token), real.problem));
+      return;
+    }
+    values.push_back(real.value);
+  }
+  // "Kd r" alone means r for all three (MTL specification).
+  if (values.size() == 1 && wanted == 3) values.assign(3, values[0]);
+  if (values.size() < wanted) {
+    errors_.add(lines_.number(),
+                fmt::format("{} has {} of {} numbers", word, values.size(), wanted));
+    return;
+  }
+  Entry& entry = scan_.entries.back();
+  (word == "Kd"   ? entry.kd
+   : word == "Ks" ? entry.ks
+   : word == "Ns" ? entry.ns
+   : word == "Pr" ? entry.pr
+                  : entry.pm) = true;
+  scan_.text += word;
+  for (std::size_t i = 0; i < wanted; ++i) scan_.text += fmt::format(" {}", values[i]);
+  scan_.text += '\n';
+}
+
+Vec3 clamped(const tinyobj::real_t (&c)[3], float high) {
+  return {std::clamp(c[0], 0.0f, high), std::clamp(c[1], 0.0f, high), std::clamp(c[2], 0.0f, high)};
+}
+
+MtlMaterial map_material(const tinyobj::material_t& from, const Entry& given) {
+  MtlMaterial to;
+  Material& m = to.material;
+  m.name = from.name;
+  to.texture = std::string(trimmed(from.diffuse_texname));
+  to.texture_line = given.texture_line;
+  if (!to.texture.empty()) {
+    to.uv_scale = {from.diffuse_texopt.scale[0], from.diffuse_texopt.scale[1]};
+    to.uv_offset = {from.diffuse_texopt.origin_offset[0], from.diffuse_texopt.origin_offset[1]};
+  }
+  if (given.kd) m.color = clamped(from.diffuse, 1);
+  // Without Kd the texture is the colour; so it is with a black Kd, which would hide it.
+  if (!to.texture.empty() && (!given.kd || m.color == Vec3{})) m.color = {1, 1, 1};
+  if (given.pm) m.metallic = std::clamp(from.metallic, 0.0f, 1.0f);
+  if (given.ks)
+    m.specular = clamped(from.specular, m.metallic > 0.5f ? 1.0f : kMostDielectricSpecular);
+  if (given.ns) m.roughness = std::sqrt(2.0f / (std::max(from.shininess, 0.0f) + 2.0f));
+  if (given.pr) m.roughness = std::clamp(from.roughness, 0.0f, 1.0f);
+  return to;
+}
+
+/// The files that one mtllib line means: the whole rest of the line (names may have spaces) or, if
+/// there is no such file, each of its words.
+std::vector<std::string> library_names(const fs::path& folder, const std::string& line) {
+  const auto whole = find_asset(folder, folder, line);
+  if (whole && !whole->path.empty()) return {line};
+  std::vector<std::string> words;
+  std::string_view rest = line;
+  for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest))
+    words.emplace_back(word);
+  if (words.size() < 2) return {line};
+  for (const std::string& word : words) {
+    const auto one = find_asset(folder, folder, word);
+    if (one && !one->path.empty()) return words;
+  }
+  return {line};
+}
+
+}  // namespace
+
+Result<MtlSet> parse_mtl(std::string_view bytes, const std::string& file) {
+  PM_TRY(const std::string_view text, checked_text(bytes, file));
+  PM_TRY(Scan scan, MtlScanner(text, file).run());
+  MtlSet set;
+  set.warnings = std::move(scan.warnings);
+  if (scan.entries.empty()) return set;
+  std::map<std::string, int> ignored_map;
+  std::vector<tinyobj::material_t> parsed;
+  std::string warning, error;
+  std::istringstream stream(std::move(scan.text));
+  tinyobj::LoadMtl(&ignored_map, &parsed, &stream, &warning, &error);
+  PM_CHECK(parsed.size() == scan.entries.size());
+  for (std::size_t i = 0; i < parsed.size(); ++i) {
+    set.materials.push_back(map_material(parsed[i], scan.entries[i]));
+    set.materials.back().file = file;
+  }
+  return set;
+}
+
+Result<MtlSet> load_mtls(const fs::path& obj, const std::vector<NamedLine>& libraries,
+                         bool strict) {
+  MtlSet all;
+  std::set<fs::path> done;  // some exporters repeat the line for every object
+  const fs::path folder = obj.parent_path();
+  for (const NamedLine& library : libraries) {
+    const std::string where = fmt::format("{}:{}: mtllib", obj.string(), library.line);
+    for (const std::string& name : library_names(folder, library.name)) {
+      auto asset = find_asset(folder, folder, name);
+      if (!asset) return make_error(ErrorCode::kInput, "{} {}", where, asset.error().message);
+      if (asset->path.empty()) {
+        if (strict)
+          return make_error(ErrorCode::kInput, "{} \"{}\" is not there - put it beside the model",
+                            where, printable_name(name));
+        all.warnings.push_back(fmt::format("{} \"{}\" is not there - a default grey is used", where,
+                                           printable_name(name)));
+        continue;
+      }
+      if (!done.insert(asset->path).second) continue;
+      if (!asset->note.empty()) all.warnings.push_back(fmt::format("{} {}", where, asset->note));
+      PM_TRY(const std::string bytes, read_file(asset->path, kMostBytes));
+      PM_TRY(MtlSet one, parse_mtl(bytes, asset->path.string()));
+      std::move(one.materials.begin(), one.materials.end(), std::back_inserter(all.materials));
+      std::move(one.warnings.begin(), one.warnings.end(), std::back_inserter(all.warnings));
+    }
+  }
+  return all;
+}
+
+}  // namespace polymorph

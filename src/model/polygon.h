@@ -1,0 +1,24 @@
+// Polygons -> triangles.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/types.h"
+
+namespace polymorph {
+
+struct PolygonTriangles {
+  std::vector<std::array<std::uint32_t, 3>>
+      triangles;       ///< corner numbers, turning as the polygon does
+  bool planar = true;  ///< its corners leave their mean plane by less than 10 % of its size
+  bool simple = true;  ///< false: it crosses itself, so the triangles are a best effort
+};
+
+/// Triangles of a polygon of n >= 3 corners, concave ones included: n - 2 triangles by ear clipping
+/// (Meisters 1975) in the plane of Newell's normal. A convex quad is split from its first corner.
+PolygonTriangles triangulate(std::span<const Vec3> corners);
+
+}  // namespace polymorph

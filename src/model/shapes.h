@@ -1,0 +1,19 @@
+// Built-in shapes, as models: closed, outward oriented, about 2 units across, standing on y = 0.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "base/result.h"
+#include "model/model.h"
+
+namespace polymorph {
+
+/// "sphere" (radius 1), "cube" (side 2), "torus" (ring 1, pipe 0.4, lying), "puddle" (a flat
+/// cylinder with a rounded rim, radius 1.3, height 0.12).
+std::span<const std::string> shape_names();
+
+/// Error (kInput) for an unknown name, naming the nearest.
+Result<Model> make_shape(const std::string& name);
+
+}  // namespace polymorph

@@ -1,0 +1,81 @@
+#include "model/textures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "image/image_io.h"
+#include "model/asset_path.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Grey becomes R = G = B; anything that has no colour at all is an error.
+Result<Image> colored(Image image, const std::string& where) {
+  if (!std::all_of(image.pixels.begin(), image.pixels.end(),
+                   [](float v) { return std::isfinite(v); }))
+    return make_error(ErrorCode::kInput, "{}: the texture has NaN or infinite pixels - repair it",
+                      where);
+  if (image.find_channel("R") >= 0 && image.find_channel("G") >= 0 && image.find_channel("B") >= 0)
+    return image;
+  const int grey = image.find_channel("Y") >= 0 ? image.find_channel("Y") : image.find_channel("R");
+  if (grey < 0)
+    return make_error(ErrorCode::kInput,
+                      "{}: the texture has no colour channels - use an RGB image", where);
+  Image rgb = make_image(image.width, image.height, {"R", "G", "B"});
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      for (int c = 0; c < 3; ++c) rgb.at(x, y, c) = image.at(x, y, grey);
+  return rgb;
+}
+
+}  // namespace
+
+const MtlMaterial* find_material(const MtlSet& mtls, const std::string& name) {
+  for (const MtlMaterial& material : mtls.materials)
+    if (material.material.name == name) return &material;
+  return nullptr;
+}
+
+Status load_textures(const fs::path& obj, const ObjScan& scan, const MtlSet& mtls, Model& model,
+                     std::vector<std::string>& warnings) {
+  std::map<fs::path, int> index_of;
+  for (const NamedLine& used : scan.materials) {
+    const MtlMaterial* mtl = find_material(mtls, used.name);
+    if (!mtl || mtl->texture.empty()) continue;
+    const auto material =
+        std::find_if(model.materials.begin(), model.materials.end(),
+                     [&](const Material& m) { return m.name == mtl->material.name; });
+    if (material == model.materials.end()) continue;  // its triangles were all dropped
+    const std::string where = fmt::format("{}:{}: map_Kd", mtl->file, mtl->texture_line);
+    if (model.corner_uvs.empty()) {
+      warnings.push_back(
+          fmt::format("{} \"{}\" - the model has no texture coordinates, so it is not used", where,
+                      mtl->texture));
+      continue;
+    }
+    auto asset = find_asset(obj.parent_path(), fs::path(mtl->file).parent_path(), mtl->texture);
+    if (!asset) return make_error(ErrorCode::kInput, "{} {}", where, asset.error().message);
+    if (asset->path.empty())
+      return make_error(ErrorCode::kInput,
+                        "{} \"{}\" is not there - put it beside the model or remove the line",
+                        where, mtl->texture);
+    if (!asset->note.empty()) warnings.push_back(fmt::format("{} {}", where, asset->note));
+    const auto [it, added] =
+        index_of.try_emplace(asset->path, static_cast<int>(model.textures.size()));
+    if (added) {
+      ReadImageSettings settings;
+      settings.alpha = AlphaMode::kStraight;  // the renderer takes the colours and leaves alpha alone
+      auto read = read_image(asset->path, settings);
+      if (!read) return make_error(ErrorCode::kInput, "{}: {}", where, read.error().message);
+      PM_TRY(Image image, colored(std::move(read).value(), where));
+      model.textures.push_back(std::make_shared<const Image>(std::move(image)));
+    }
+    material->texture = it->second;
+  }
+  return Ok{};
+}
+
+}  // namespace polymorph

@@ -1,0 +1,66 @@
+// The state machine of a morph (report Fig. 5.14): which stage a frame is in, as a closed form of
+// its number.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "scene/scene.h"
+
+namespace polymorph {
+
+/// The stages of one leg, source object A to target object B, in order. A leg that starts (ends) at
+/// a meta-object has no stages of A (B) but the volumetric one.
+enum class Stage : std::uint8_t {
+  kLookOut,      ///< A's own materials fade to the common look
+  kBoundaryOut,  ///< A's mesh becomes A's balls
+  kVolume,       ///< balls move from A to B
+  kBoundaryIn,   ///< B's balls become B's mesh
+  kLookIn,       ///< the common look fades to B's own materials
+};
+
+struct StageInfo {
+  Stage stage;
+  const char* name;
+  const char* what;
+};
+/// Every stage with its name, in order.
+std::span<const StageInfo> stage_table();
+const char* stage_name(Stage stage);
+
+/// One leg's shares of its own time; they sum to 1.
+struct Leg {
+  float start = 0, length = 1;  ///< in sequence time [0, 1]
+  float shares[5] = {0, 0, 1, 0, 0};
+};
+
+struct Timeline {
+  int count = 24;  ///< frames 1..count
+  int hold_start = 0, hold_end = 0;
+  std::vector<Leg> legs;  ///< leg k goes from chain object k to k + 1
+  Easing easing = Easing::kQuintic;
+  BoundaryMethod boundary = BoundaryMethod::kCrossfade;
+};
+
+Timeline make_timeline(const Scene& scene);
+
+/// What one frame shows.
+struct Moment {
+  int frame = 1;
+  float t = 0;  ///< sequence time [0, 1]
+  int leg = 0;
+  Stage stage = Stage::kVolume;
+  float progress = 0;  ///< within the stage, [0, 1]
+  float u = 0;         ///< eased motion of the leg's balls, [0, 1]
+  int object = -1;     ///< chain object whose mesh shows, or -1
+  float look = 1;      ///< of that mesh: 0 own materials .. 1 common look
+  float boundary = 0;  ///< of that mesh: 1 whole .. 0 shrunk into its balls
+  float growth = 1;    ///< of the balls: 0 not there .. 1 whole
+};
+
+/// `frame` in [1, count]. Depends on nothing but its arguments.
+Moment moment_at(const Timeline& timeline, int frame);
+
+}  // namespace polymorph

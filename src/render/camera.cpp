@@ -1,0 +1,121 @@
+#include <array>
+#include <limits>
+#include <vector>
+
+#include "render/render.h"
+#include "render/vector_math.h"
+
+namespace polymorph {
+namespace {
+
+/// A point in camera axes, relative to the target: across the picture and along the view.
+struct Corner {
+  float across, along;
+};
+using Corners = std::vector<Corner>;
+
+/// With the camera at distance d and shifted by c, |across - c| <= t (d + along) must hold for all
+/// corners. That is c >= max(across - t along) - t d and c <= min(across + t along) + t d.
+struct ShiftRange {
+  float low, high;
+};
+ShiftRange shift_range(const Corners& corners, float t) {
+  ShiftRange range{-std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity()};
+  for (Corner corner : corners) {
+    range.low = std::max(range.low, corner.across - t * corner.along);
+    range.high = std::min(range.high, corner.across + t * corner.along);
+  }
+  return range;
+}
+
+float smallest_distance(const Corners& corners, float t) {
+  const ShiftRange range = shift_range(corners, t);
+  return (range.low - range.high) / (2 * t);
+}
+
+/// Without a shift: the view axis stays on the target.
+float smallest_centered_distance(const Corners& corners, float t) {
+  float distance = 0;
+  for (Corner corner : corners)
+    distance = std::max(distance, std::fabs(corner.across) / t - corner.along);
+  return distance;
+}
+
+/// The shift that centres the projection at distance d: the one left when t is as narrow as can be.
+float centering_shift(const Corners& corners, float d, float t) {
+  float low = 0, high = t;
+  for (int i = 0; i < 40; ++i) {
+    const float middle = 0.5f * (low + high);
+    const ShiftRange range = shift_range(corners, middle);
+    (range.low - range.high <= 2 * middle * d ? high : low) = middle;
+  }
+  const ShiftRange range = shift_range(corners, high);
+  return 0.5f * (range.low + range.high);
+}
+
+void set_axes(Camera& camera, Vec3 forward, Vec3 up) {
+  camera.forward = normalized(forward);
+  Vec3 right = cross(camera.forward, up);
+  // Looking along `up`: any horizontal axis will do, as long as it is always the same.
+  if (dot(right, right) < 1e-8f * dot(up, up) || !(dot(up, up) > 0))
+    right = make_frame(camera.forward).x;
+  camera.right = normalized(right);
+  camera.up = cross(camera.right, camera.forward);
+}
+
+Box usable_box(const Box& box) {
+  if (box.empty()) return {{-1, -1, -1}, {1, 1, 1}};
+  if (box.diagonal() > 0) return box;
+  return {box.low - Vec3{1, 1, 1}, box.high + Vec3{1, 1, 1}};
+}
+
+}  // namespace
+
+Camera make_camera(const CameraSettings& settings, const Box& given, int width, int height) {
+  const Box box = usable_box(given);
+  std::array<Vec3, 8> corners;
+  for (unsigned i = 0; i < 8; ++i)
+    corners[i] = {i & 1 ? box.high.x : box.low.x, i & 2 ? box.high.y : box.low.y,
+                  i & 4 ? box.high.z : box.low.z};
+  return make_camera(settings, corners, width, height);
+}
+
+Camera make_camera(const CameraSettings& settings, std::span<const Vec3> points, int width,
+                   int height) {
+  const Box box = box_of(points);
+  if (!(box.diagonal() > 0)) return make_camera(settings, box, width, height);
+  const Vec3 target = settings.target.value_or(box.center());
+  Camera camera;
+  camera.tan_half_fov_y = std::tan(0.5f * radians(settings.fov));
+  if (settings.position) {
+    camera.position = *settings.position;
+    const Vec3 forward = target - camera.position;
+    set_axes(camera, dot(forward, forward) > 0 ? forward : Vec3{0, 0, -1}, settings.up);
+    return camera;
+  }
+  const float azimuth = radians(settings.azimuth), elevation = radians(settings.elevation);
+  const Vec3 to_camera{std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
+                       std::cos(azimuth) * std::cos(elevation)};
+  set_axes(camera, -to_camera, settings.up);
+
+  Corners x, y;
+  for (const Vec3& point : points) {
+    const Vec3 p = point - target;
+    x.push_back({dot(p, camera.right), dot(p, camera.forward)});
+    y.push_back({dot(p, camera.up), dot(p, camera.forward)});
+  }
+  const float free_share = std::max(0.1f, 1 - 2 * settings.margin);
+  const float ty = camera.tan_half_fov_y * free_share;
+  const float tx = ty * static_cast<float>(width) / static_cast<float>(height);
+  if (settings.target) {
+    const float d = std::max(smallest_centered_distance(x, tx), smallest_centered_distance(y, ty));
+    camera.position = target - camera.forward * d;
+    return camera;
+  }
+  const float d = std::max(smallest_distance(x, tx), smallest_distance(y, ty));
+  camera.position = target - camera.forward * d + camera.right * centering_shift(x, d, tx) +
+                    camera.up * centering_shift(y, d, ty);
+  return camera;
+}
+
+}  // namespace polymorph

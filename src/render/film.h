@@ -1,0 +1,25 @@
+// From samples to pixels. The reconstruction filter is sampled, not splatted: each pixel draws its
+// own samples with the filter's density, so that one task owns each pixel and sums in a fixed
+// order.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "kernels/types.h"
+
+namespace polymorph {
+
+/// Inverse of the cumulative Blackman-Harris window of this radius, in pixels.
+struct PixelFilter {
+  static constexpr int kCells = 256;
+  std::array<float, kCells + 1> offsets{};
+};
+PixelFilter make_pixel_filter(float radius);
+float filter_offset(const PixelFilter& filter, float u);
+
+/// R G B A, then the AOVs of aov.h where wanted.
+std::vector<std::string> film_channels(bool aovs);
+
+}  // namespace polymorph

@@ -1,0 +1,166 @@
+#include "render/lights.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "base/parallel.h"
+
+namespace polymorph {
+namespace {
+
+/// A rectangular light far away, seen through a diffuser: soft edges, a little brighter in the
+/// middle.
+struct SoftBox {
+  float azimuth,
+      elevation;  ///< of its centre, degrees; azimuth from the camera's side towards its right
+  float width, height;  ///< half sizes on the plane at distance 1
+  float edge;           ///< width of the soft edge there
+  Vec3 radiance;
+};
+
+// Placed so that a chrome ball reads: a big light overhead, a tall one on the key's side, a thin
+// bright edge on the other, one behind; dark in between. Warm against cool, grey on the whole.
+// Brightness is relative: the whole is scaled to kStudioIrradiance.
+constexpr std::array<SoftBox, 4> kSoftBoxes = {{
+    {0, 84, 0.80f, 0.48f, 0.22f, {2.6f, 2.6f, 2.6f}},
+    {-70, 26, 0.26f, 0.60f, 0.12f, {2.2f, 2.1f, 1.95f}},
+    {82, 22, 0.14f, 0.70f, 0.10f, {1.9f, 2.0f, 2.15f}},
+    {152, 34, 0.55f, 0.20f, 0.14f, {2.0f, 2.05f, 2.15f}},
+}};
+// On the floor, from the soft boxes and the room, at sky_intensity 1: with the default key light a
+// white object is just below white where it is lit best.
+constexpr float kStudioIrradiance = 1.6f;
+
+/// 1 inside the box on the plane at distance 1, 0 outside, smooth between; rounded corners.
+float soft_box_cover(const SoftBox& box, Vec3 d) {
+  const float a = radians(box.azimuth), e = radians(box.elevation);
+  const Vec3 center{std::sin(a) * std::cos(e), std::sin(e), std::cos(a) * std::cos(e)};
+  const Vec3 across{std::cos(a), 0, -std::sin(a)};
+  const Vec3 upward = cross(center, across);
+  const float facing = dot(d, center);
+  if (facing <= 0.01f) return 0;
+  const float x = std::fabs(dot(d, across) / facing), y = std::fabs(dot(d, upward) / facing);
+  const float outside = std::sqrt(square(std::max(x - box.width + box.edge, 0.0f)) +
+                                  square(std::max(y - box.height + box.edge, 0.0f)));
+  const float cover = 1 - smoothstep(0, box.edge, outside);
+  const float middle = 1 - 0.3f * clamp01(square(x / box.width) + square(y / box.height));
+  return cover * middle;
+}
+
+/// Share of the floor's colour that the wall shows at this height: a paper sweep without a horizon
+/// line.
+float sweep_share(Vec3 d) { return 1 - smoothstep(0, 0.30f, d.y); }
+
+/// The studio without the sweep, in rig space.
+Vec3 studio_radiance(Vec3 d) {
+  if (d.y <= 0) return {};
+  // The dark of the room, a touch lighter on top.
+  Vec3 sum = lerp(Vec3{0.16f, 0.165f, 0.175f}, Vec3{0.36f, 0.365f, 0.38f}, smoothstep(0, 1, d.y)) *
+             smoothstep(0, 0.35f, d.y);
+  for (const SoftBox& box : kSoftBoxes) sum = sum + box.radiance * soft_box_cover(box, d);
+  return sum;
+}
+
+}  // namespace
+
+Frame make_rig(const Camera& camera) {
+  Vec3 back{-camera.forward.x, 0, -camera.forward.z};
+  // Looking straight down (or up), the picture's lower (upper) edge is where the camera's side is.
+  if (dot(back, back) < 1e-6f) back = Vec3{camera.up.x, 0, camera.up.z} * camera.forward.y;
+  back = normalized(back);
+  if (!(dot(back, back) > 0.5f)) back = {0, 0, 1};
+  const Vec3 up{0, 1, 0};
+  return {cross(up, back), up, back};
+}
+
+KeyLight make_key_light(const LightSettings& settings, const Camera& camera) {
+  const float a = radians(settings.key_azimuth), e = radians(settings.key_elevation);
+  KeyLight key;
+  key.frame = make_frame(normalized(to_world(
+      make_rig(camera), {std::sin(a) * std::cos(e), std::sin(e), std::cos(a) * std::cos(e)})));
+  key.irradiance = settings.key_color * settings.key_intensity;
+  key.sample_power = key.irradiance;
+  if (settings.key_size > 0) {
+    const float radius = std::clamp(0.5f * radians(settings.key_size), 1e-3f, 0.5f * kPi);
+    const float sine = std::sin(radius);
+    key.cos_radius = std::cos(radius);
+    key.sin_radius = sine;
+    // 1 - cos would cancel for small discs.
+    key.density = 1 / (4 * kPi * square(std::sin(0.5f * radius)));
+    key.radiance = key.irradiance / (kPi * sine * sine);
+    key.sample_power = key.radiance / key.density;
+  }
+  return key;
+}
+
+Vec3 sample_key(const KeyLight& key, float u, float v) {
+  if (!(key.density > 0)) return key.frame.z;
+  // The disc's points keep their order on the cone, so even samples stay even.
+  const Vec2 disc = concentric_disc(u, v);
+  const float r2 = disc.x * disc.x + disc.y * disc.y;
+  const float height = 1 - key.cos_radius;
+  const float cosine = 1 - r2 * height;
+  // sin = r sqrt(height (2 - r^2 height)), with the disc's own r kept as the azimuth's length.
+  const float scale = std::sqrt(std::max(0.0f, height * (2 - r2 * height)));
+  return to_world(key.frame, {disc.x * scale, disc.y * scale, cosine});
+}
+
+bool key_is_clear(const KeyLight& key, Vec3 point, Vec3 center, float radius) {
+  // The cone of the light's directions around its axis, half angle r: the sphere is outside of it
+  // where the signed distance of its centre from the cone, d cos r - along sin r, exceeds its
+  // radius.
+  const Vec3 to_center = center - point;
+  const float along = dot(to_center, key.frame.z);
+  if (along + radius < 0) return true;
+  const float away = std::sqrt(std::max(0.0f, dot(to_center, to_center) - along * along));
+  return away * key.cos_radius - along * key.sin_radius > radius;
+}
+
+Sky make_studio_sky(const Frame& rig, const KeyLight& key, Vec3 floor, float scale, SkyPart part) {
+  Sky sky;
+  sky.width = 256;
+  sky.height = 128;
+  const std::size_t count = static_cast<std::size_t>(sky.width) * sky.height;
+  sky.texels.resize(count);
+  std::vector<float> sweep(count);
+  parallel_for(sky.height, [&](std::int64_t y) {
+    for (int x = 0; x < sky.width; ++x) {
+      const std::size_t i = static_cast<std::size_t>(y) * sky.width + x;
+      const Vec3 d = to_local(
+          rig, sky_direction(sky, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f));
+      sky.texels[i] = studio_radiance(d);
+      sweep[i] = sweep_share(d);
+    }
+  });
+  // The floor's radiance L lights itself through the sweep: L = floor / pi (key + sky + L share).
+  double sky_sum[3] = {0, 0, 0}, share = 0, cosines = 0;
+  for (int y = 0; y < sky.height / 2; ++y) {
+    const Vec3 d = sky_direction(sky, 0.5f, static_cast<float>(y) + 0.5f);
+    const double weight = d.y * std::sqrt(std::max(0.0f, 1 - d.y * d.y));
+    for (int x = 0; x < sky.width; ++x) {
+      const std::size_t i = static_cast<std::size_t>(y) * sky.width + x;
+      sky_sum[0] += weight * sky.texels[i].x;
+      sky_sum[1] += weight * sky.texels[i].y;
+      sky_sum[2] += weight * sky.texels[i].z;
+      share += weight * sweep[i];
+      cosines += weight;
+    }
+  }
+  const double norm = static_cast<double>(kPi) / cosines;
+  const float level = scale * kStudioIrradiance / static_cast<float>(sky_sum[1] * norm);
+  const Vec3 from_sky =
+      Vec3{static_cast<float>(sky_sum[0] * norm), static_cast<float>(sky_sum[1] * norm),
+           static_cast<float>(sky_sum[2] * norm)} *
+      level;
+  const Vec3 direct = floor * kInvPi * (key.irradiance * std::max(0.0f, key.frame.z.y) + from_sky);
+  const Vec3 again = floor * kInvPi * static_cast<float>(share * norm);
+  const Vec3 lit{direct.x / (1 - again.x), direct.y / (1 - again.y), direct.z / (1 - again.z)};
+  for (std::size_t i = 0; i < count; ++i) sky.texels[i] = sky.texels[i] * level + lit * sweep[i];
+  sky.calm_level = std::numeric_limits<float>::infinity();
+  prepare_sky(sky, part);
+  return sky;
+}
+
+}  // namespace polymorph

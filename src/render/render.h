@@ -1,0 +1,103 @@
+// One frame, ray-traced: meshes and models with looks, a camera, lights -> image with AOVs. The
+// only room that includes Embree.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "image/image.h"
+#include "kernels/types.h"
+#include "model/model.h"
+#include "scene/scene.h"
+
+namespace polymorph {
+
+/// One surface to trace. Spans are borrowed for the length of the call.
+struct RenderMesh {
+  std::span<const Vec3> positions;
+  std::span<const Triangle> triangles;
+  std::span<const Vec3> vertex_normals;  ///< one a position, or empty
+  std::span<const Vec3>
+      corner_normals;                ///< 3 a triangle, or empty; used when vertex_normals is empty
+  std::span<const Vec2> corner_uvs;  ///< 3 a triangle, or empty
+  std::span<const std::uint32_t> triangle_materials;  ///< one a triangle, or empty = material 0
+  std::span<const Material> materials;  ///< own materials; empty = wholly the common look
+  std::span<const std::shared_ptr<const Image>> textures;
+  float look = 0;  ///< 0 = own materials, 1 = the common look; between: the two BSDFs mixed
+  float id = 0;    ///< written to the id AOV; > 0 (ground 1 is reserved; 0 = nothing hit)
+};
+
+/// A pinhole camera, ready to shoot.
+struct Camera {
+  Vec3 position{0, 0, 5};
+  Vec3 right{1, 0, 0}, up{0, 1, 0}, forward{0, 0, -1};  ///< orthonormal
+  float tan_half_fov_y = 0.27f;
+};
+
+/// Frames a box: the smallest distance at which the box's 8 corners keep the margin, unless the
+/// settings fix the position.
+Camera make_camera(const CameraSettings& settings, const Box& box, int width, int height);
+/// The same for the points themselves, which keeps less empty space than their box.
+Camera make_camera(const CameraSettings& settings, std::span<const Vec3> points, int width,
+                   int height);
+
+struct RenderScene {
+  std::vector<RenderMesh> meshes;
+  Camera camera;
+  LightSettings lights;
+  GroundSettings ground;  ///< `height` must be set when enabled
+  LookSettings look;
+  /// Lat-long, row 0 the zenith, the middle looking along -z, a quarter to its right +x. It is the
+  /// backdrop, too, and the floor fades into it. Null = the built-in studio, whose sky only
+  /// reflections see; the camera sees a paper of the floor's colour.
+  std::shared_ptr<const Image> environment;
+  Box bounds;  ///< of the whole sequence: sizes the ground's fade and ray offsets
+};
+
+struct RenderSettings {
+  ImageSettings image;
+  int frame = 0;     ///< part of the random keys, so noise differs from frame to frame
+  bool aovs = true;  ///< Z, N, id next to RGBA
+};
+
+/// Path tracing. Lights: `key_intensity` is the irradiance on a surface that faces the key light,
+/// `sky_intensity` scales the sky; the defaults put a mid-grey object at about half of the sRGB
+/// range and a white one just below white. A path may scatter at `max_depth` surfaces; two sharp
+/// mirrors are free. Biases, for clean pictures at few samples: strong light by way of a second
+/// surface is cut off (integrator.cpp, kIndirectLimit), and after a diffuse surface gloss is
+/// followed as diffuse of the same colour (no caustics). Filter: Blackman-Harris, radius 1.35
+/// pixels.
+///
+/// Keeps the Embree device and the sky between frames. Not shared between threads.
+class Renderer {
+ public:
+  /// `isa`: "" = the best the machine has; "avx2", "sse2", ... pins it (goldens).
+  /// Errors: kResource.
+  static Result<Renderer> create(const std::string& isa = "");
+  ~Renderer();
+  Renderer(Renderer&&) noexcept;
+  Renderer& operator=(Renderer&&) noexcept;
+
+  /// Channels R G B A (alpha 1 where anything was hit or the sky shows), then Z (distance along the
+  /// view axis, 1e10 = nothing), N.X N.Y N.Z (world, of the first hit, 0 = nothing), id. Same image
+  /// for any number of threads.
+  Result<Image> render(const RenderScene& scene, const RenderSettings& settings);
+
+  struct Stats {
+    double build_seconds = 0, trace_seconds = 0;
+    std::uint64_t rays = 0;
+  };
+  Stats stats() const;  ///< of the last call
+  std::string isa() const;
+
+ private:
+  struct State;
+  explicit Renderer(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace polymorph

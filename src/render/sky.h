@@ -1,0 +1,72 @@
+// Light from infinitely far: a lat-long table of radiance, split into a calm part, whose light on
+// an unshadowed surface is known beforehand, and what is far above it (a sun, a lamp), which is
+// sampled by brightness.
+#pragma once
+
+#include <vector>
+
+#include "image/image.h"
+#include "kernels/types.h"
+
+namespace polymorph {
+
+/// Which directions sample_bright_sky may return.
+enum class SkyPart : unsigned char {
+  kAll,
+  kAboveHorizon,  ///< below lies the ground; it is met by following rays, not by sampling
+};
+
+/// Density over directions, constant in each cell of a lat-long grid.
+struct SkyDistribution {
+  int width = 0, height = 0;
+  std::vector<float> row_cdf;     ///< height + 1
+  std::vector<float> column_cdf;  ///< height * (width + 1)
+  std::vector<float> density;     ///< per solid angle, height * width
+  float total = 0;                ///< integral of what it follows
+};
+
+/// Row 0 is the zenith (+y); the middle column looks along -z, the one a quarter to its right along
+/// +x.
+struct Sky {
+  int width = 0, height = 0;
+  std::vector<Vec3> texels;
+  float calm_level = 0;  ///< luminance above which light is bright
+  bool has_bright = false;
+  SkyDistribution distribution;  ///< of the bright part
+  std::vector<Vec3> irradiance;  ///< of the calm part: octahedral grid of normals, see sky.cpp
+  Vec3 upper_irradiance;         ///< of the calm part, on a floor (normal +y) from above
+};
+
+/// Finishes a sky whose width, height, texels and calm_level are set. Texels must be finite and >=
+/// 0.
+void prepare_sky(Sky& sky, SkyPart part);
+
+/// A sky from a lat-long image (channels R G B, or the first one as grey) times `scale`. Pixels
+/// that are negative or not finite count as black.
+Sky make_image_sky(const Image& image, float scale, SkyPart part);
+
+/// The direction of the texel at (x, y) in texels, and back.
+Vec3 sky_direction(const Sky& sky, float x, float y);
+
+/// Bilinear; wraps around in azimuth.
+Vec3 sky_radiance(const Sky& sky, Vec3 direction);
+
+/// The two parts of a radiance; their sum is the whole.
+struct SkySplit {
+  Vec3 calm, bright;
+};
+SkySplit split_radiance(const Sky& sky, Vec3 radiance);
+
+/// A direction by the brightness of the bright part.
+struct SkySample {
+  Vec3 direction;
+  float density;  ///< per solid angle; 0 = nothing to sample
+};
+SkySample sample_bright_sky(const Sky& sky, float u, float v);
+float bright_sky_density(const Sky& sky, Vec3 direction);
+
+/// What an unshadowed surface with this unit normal receives from the calm part: integral of
+/// radiance times cosine.
+Vec3 sky_irradiance(const Sky& sky, Vec3 normal);
+
+}  // namespace polymorph

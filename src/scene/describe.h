@@ -1,0 +1,197 @@
+// Every key of a scene file, once: its name, its place in the structs, its range and its meaning. A
+// visitor walks this description: one reads JSON into the structs, one writes the JSON Schema, one
+// writes a scene back. To add a setting, add a member in scene.h and a line here.
+//
+// A visitor `v` offers integer, number, boolean, choice, text, path, vector, scale, color,
+// integers, object, objects.
+#pragma once
+
+#include "scene/scene.h"
+
+namespace polymorph {
+
+template <class V>
+void describe(V& v, SphereSettings& s) {
+  v.choice("method", s.method,
+           {{"octree", SphereMethod::kOctree}, {"active", SphereMethod::kActive}},
+           "how the inside is filled: every finest cell, or the largest cells with more than 4 "
+           "corners inside");
+  v.integer("resolution", s.resolution, 0, 9,
+            "R: 2^(R-1) cells along an axis at the finest level; 0: the finest with at most 8000 "
+            "spheres");
+  v.choice("inside", s.inside,
+           {{"winding", InsideMethod::kWinding}, {"parity", InsideMethod::kParity}},
+           "inside test: generalized winding number (takes open meshes), or the parity of one ray");
+}
+
+template <class V>
+void describe(V& v, ObjectSettings& s) {
+  v.text("name", s.name, "name in messages and reports; default: the file's stem or the shape");
+  v.model_path("model", s.model, "a Wavefront OBJ file, relative to the scene file");
+  v.text("shape", s.shape, "a built-in shape instead of a file: sphere, cube, torus or puddle");
+  v.boolean("meta", s.meta,
+            "pass through the object as balls only, never showing the model itself");
+  v.boolean("arrange", s.arrange, "take part in the scene's \"arrange\"");
+  v.vector("translate", s.translate, "shift, in scene units, after everything else");
+  v.vector("rotate", s.rotate, "degrees about x, then y, then z");
+  v.scale("scale", s.scale, "one factor, or one an axis");
+  v.color("color", s.color, "paint the whole object in this colour instead of its materials");
+  v.object("spheres", s.spheres, "sphere settings of this object; default: the scene's");
+}
+
+template <class V>
+void describe(V& v, FrameSettings& s) {
+  v.integer("count", s.count, 0, 100000,
+            "frames in all, holds included; 0: from per_leg, else 24 a leg");
+  v.integers("per_leg", s.per_leg, 1, 100000,
+             "frames of each leg (object to next object); instead of count");
+  v.number("fps", s.fps, 0.1, 1000, "frames a second, for GIF and movie and the EXR header");
+  v.integer("hold_start", s.hold_start, 0, 10000, "extra frames that stand still at the start");
+  v.integer("hold_end", s.hold_end, 0, 10000, "extra frames that stand still at the end");
+}
+
+template <class V>
+void describe(V& v, FieldSettings& s) {
+  v.choice("kind", s.kind,
+           {{"gaussian", FieldKind::kGaussian}, {"inverse_square", FieldKind::kInverseSquare}},
+           "what a ball adds to the field: Blinn's Gaussian, or k r^2 / d^2");
+  v.number("blobbiness", s.blobbiness, 0.02, 50,
+           "gaussian: |B|; small melts balls together, large keeps them apart");
+  v.boolean(
+      "even", s.even,
+      "gaussian: strengths such that the field is alike at all centres, so that thin parts stay");
+  v.number("blob_constant", s.blob_constant, 1e-6, 1e6, "inverse_square: factor of every ball");
+  v.number("magnitude", s.magnitude, 1e-6, 1e6,
+           "inverse_square: strength of a ball, times its radius squared");
+  v.number("threshold", s.threshold, 1e-6, 1e6, "field value at the surface");
+  v.boolean("match_volume", s.match_volume,
+            "shift the level so that the surface encloses the model's volume at both ends");
+}
+
+template <class V>
+void describe(V& v, PlanSettings& s) {
+  v.choice("method", s.method,
+           {{"index", PlanMethod::kIndex}, {"bisection", PlanMethod::kBisection}},
+           "which ball becomes which: in list order with surplus balls paired at random, or by "
+           "halving both "
+           "sets in space so that neighbours stay neighbours");
+  v.integer("seed", s.seed, 0, 9007199254740991, "of everything random in the plan");
+}
+
+template <class V>
+void describe(V& v, MotionSettings& s) {
+  v.choice("path", s.path, {{"straight", Path::kStraight}}, "the way of a ball");
+  v.choice("easing", s.easing,
+           {{"linear", Easing::kLinear},
+            {"smoothstep", Easing::kSmoothstep},
+            {"quintic", Easing::kQuintic}},
+           "how time runs along a leg's motion");
+  v.boolean("keep_volume", s.keep_volume,
+            "shift the level of every frame so that the volume goes evenly from one object's to "
+            "the next's");
+}
+
+template <class V>
+void describe(V& v, BoundarySettings& s) {
+  v.choice("method", s.method,
+           {{"crossfade", BoundaryMethod::kCrossfade}, {"cut", BoundaryMethod::kCut}},
+           "model to balls: balls grow while the model shrinks into them, or a hard cut");
+  v.number("look_share", s.look_share, 0, 0.4,
+           "of a leg's time at each full end: the model fades to the common look");
+  v.number("boundary_share", s.boundary_share, 0, 0.4,
+           "of a leg's time at each full end: the model becomes balls");
+}
+
+template <class V>
+void describe(V& v, SurfaceSettings& s) {
+  v.integer("resolution", s.resolution, 8, 1024,
+            "cells of the marching cubes along the longest side of the scene's box");
+}
+
+template <class V>
+void describe(V& v, CameraSettings& s) {
+  v.vector("position", s.position,
+           "where the camera stands; default: placed by azimuth, elevation and framing");
+  v.vector("target", s.target, "what it looks at; default: the middle of all objects");
+  v.vector("up", s.up, "which way is up");
+  v.number("fov", s.fov, 1, 150, "vertical field of view, degrees");
+  v.number("azimuth", s.azimuth, -360, 360, "degrees from +z towards +x");
+  v.number("elevation", s.elevation, -89, 89, "degrees above the horizon");
+  v.number("margin", s.margin, 0, 0.45,
+           "free border on each side when framing automatically, as a share of the picture");
+}
+
+template <class V>
+void describe(V& v, LightSettings& s) {
+  v.number("key_azimuth", s.key_azimuth, -360, 360,
+           "of the key light, degrees from the camera's azimuth");
+  v.number("key_elevation", s.key_elevation, -10, 90, "degrees above the horizon");
+  v.number("key_size", s.key_size, 0, 60,
+           "apparent diameter in degrees; larger is softer, 0 is a hard shadow");
+  v.number("key_intensity", s.key_intensity, 0, 1000,
+           "irradiance the key light gives a surface facing it");
+  v.color("key_color", s.key_color, "of the key light");
+  v.path("environment", s.environment,
+         "lat-long image (EXR, PNG, JPEG, TIFF); default: the built-in studio");
+  v.number("sky_intensity", s.sky_intensity, 0, 1000, "factor on the environment or the studio");
+}
+
+template <class V>
+void describe(V& v, GroundSettings& s) {
+  v.boolean("enabled", s.enabled, "a floor that catches shadows");
+  v.number("height", s.height, -1e6, 1e6, "of the floor; default: below everything");
+  v.color("color", s.color, "of the floor");
+}
+
+template <class V>
+void describe(V& v, LookSettings& s) {
+  v.choice("kind", s.kind, {{"metal", LookKind::kMetal}, {"matte", LookKind::kMatte}},
+           "the common look of everything between the models");
+  v.color("color", s.color, "of the common look");
+  v.number("roughness", s.roughness, 0, 1, "of the metal: 0 is a mirror");
+}
+
+template <class V>
+void describe(V& v, ImageSettings& s) {
+  v.integer("width", s.width, 1, 32768, "pixels");
+  v.integer("height", s.height, 1, 32768, "pixels");
+  v.integer("samples", s.samples, 1, 65536, "a pixel");
+  v.integer("max_depth", s.max_depth, 1, 64, "longest light path, in bounces");
+  v.integer("seed", s.seed, 0, 9007199254740991, "of the sampling noise");
+  v.number("exposure", s.exposure, -20, 20, "stops, for PNG, GIF and strips; EXR stays as it is");
+}
+
+template <class V>
+void describe(V& v, OutputSettings& s) {
+  v.text("file", s.file, "frame file names when -o is not given; #### is the frame number");
+  v.boolean("png", s.png, "write a PNG beside each EXR");
+}
+
+template <class V>
+void describe(V& v, Scene& s) {
+  v.integer("polymorph", s.version, 1, 1, "version of the scene format");
+  v.text("description", s.description, "a line for people");
+  v.object("spheres", s.spheres, "how models are approximated");
+  v.before_objects(s);  // an object's own settings start from the scene's
+  v.object("source", s.source,
+           "where the morph starts: an object, or just its OBJ file or shape as a string");
+  v.objects("intermediate", s.intermediate, "objects on the way, in order");
+  v.object("target", s.target, "where the morph ends");
+  v.choice("arrange", s.arrange, {{"stand", Arrange::kStand}, {"none", Arrange::kNone}},
+           "stand: every object gets the source's size, centred, standing on y = 0; none: as in "
+           "the files");
+  v.object("frames", s.frames, "how many frames, and how fast");
+  v.object("field", s.field, "the metaball field");
+  v.object("plan", s.plan, "which ball becomes which");
+  v.object("motion", s.motion, "how balls move");
+  v.object("boundary", s.boundary, "the change between model and balls");
+  v.object("surface", s.surface, "the extracted surface");
+  v.object("camera", s.camera, "");
+  v.object("lights", s.lights, "");
+  v.object("ground", s.ground, "");
+  v.object("look", s.look, "the common look of everything between the models");
+  v.object("image", s.image, "size and quality of the frames");
+  v.object("output", s.output, "");
+}
+
+}  // namespace polymorph

@@ -1,0 +1,300 @@
+#include "scene/json_text.h"
+
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "base/text.h"
+
+namespace polymorph {
+namespace {
+
+constexpr std::size_t kMaxDepth = 64;
+
+/// Reads a string and counts what was taken, which is where the lexer stands at each SAX event.
+class CountingIterator {
+ public:
+  using iterator_category = std::input_iterator_tag;
+  using value_type = char;
+  using difference_type = std::ptrdiff_t;
+  using pointer = const char*;
+  using reference = const char&;
+
+  CountingIterator(const char* at, std::size_t* taken) : at_(at), taken_(taken) {}
+  reference operator*() const { return *at_; }
+  CountingIterator& operator++() {
+    ++at_;
+    ++*taken_;
+    return *this;
+  }
+  CountingIterator operator++(int) {
+    CountingIterator before = *this;
+    ++*this;
+    return before;
+  }
+  bool operator==(const CountingIterator& other) const { return at_ == other.at_; }
+  bool operator!=(const CountingIterator& other) const { return at_ != other.at_; }
+
+ private:
+  const char* at_;
+  std::size_t* taken_;
+};
+
+/// The line at `offset` with a caret below the place.
+std::string excerpt(const JsonDocument& document, std::size_t offset) {
+  const std::string& text = document.text;
+  offset = std::min(offset, text.size());
+  std::size_t begin = offset;
+  while (begin > 0 && text[begin - 1] != '\n') --begin;
+  std::size_t end = text.find('\n', offset);
+  if (end == std::string::npos) end = text.size();
+  std::string line = text.substr(begin, end - begin);
+  for (char& c : line)
+    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
+  std::size_t column = offset - begin;
+  // A minified scene is one long line: show the part around the place.
+  constexpr std::size_t kWidth = 100;
+  if (line.size() > kWidth) {
+    const std::size_t from = column > kWidth / 2 ? column - kWidth / 2 : 0;
+    line = line.substr(from, kWidth);
+    column -= from;
+  }
+  return fmt::format("\n  | {}\n  | {}^", line, std::string(column, ' '));
+}
+
+/// Builds the tree from nlohmann's SAX events.
+class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
+ public:
+  TreeBuilder(JsonDocument& document, const std::size_t& taken)
+      : document_(document), taken_(taken) {}
+
+  std::string error;
+
+  bool null() override {
+    return place(JsonValue::Kind::kNull, [](JsonValue&) {});
+  }
+  bool boolean(bool value) override {
+    return place(JsonValue::Kind::kBoolean, [&](JsonValue& v) { v.boolean = value; });
+  }
+  bool number_integer(number_integer_t value) override {
+    return place(JsonValue::Kind::kNumber, [&](JsonValue& v) {
+      v.integral = true;
+      v.integer = value;
+      v.number = static_cast<double>(value);
+    });
+  }
+  bool number_unsigned(number_unsigned_t value) override {
+    return place(JsonValue::Kind::kNumber, [&](JsonValue& v) {
+      v.integral = value <= static_cast<number_unsigned_t>(INT64_MAX);
+      v.integer = v.integral ? static_cast<std::int64_t>(value) : 0;
+      v.number = static_cast<double>(value);
+    });
+  }
+  bool number_float(number_float_t value, const string_t&) override {
+    return place(JsonValue::Kind::kNumber, [&](JsonValue& v) { v.number = value; });
+  }
+  bool string(string_t& value) override {
+    return place(JsonValue::Kind::kString, [&](JsonValue& v) { v.string = std::move(value); });
+  }
+  bool binary(binary_t&) override { return false; }
+  bool start_object(std::size_t) override { return open(JsonValue::Kind::kObject); }
+  bool start_array(std::size_t) override { return open(JsonValue::Kind::kArray); }
+  bool end_object() override { return close(); }
+  bool end_array() override { return close(); }
+  bool key(string_t& value) override {
+    const std::size_t offset = token_start();
+    end_ = taken_;
+    std::vector<JsonMember>& members = open_.back()->members;
+    for (const JsonMember& member : members)
+      if (member.key == value)
+        return fail(offset,
+                    fmt::format("duplicate key \"{}\" (first on line {}) - remove one of the two",
+                                value, document_.position(member.key_offset).line));
+    members.push_back({std::move(value), offset, {}});
+    return true;
+  }
+  bool parse_error(std::size_t position, const std::string&,
+                   const nlohmann::detail::exception& e) override {
+    std::string what = e.what();
+    // "[json.exception.parse_error.101] parse error at line 3, column 5: syntax error ..."
+    if (const auto colon = what.find(": "); colon != std::string::npos)
+      what = what.substr(colon + 2);
+    std::size_t offset = position > 0 ? position - 1 : 0;
+    // Point at the token, not behind it: the lexer reports where it stopped reading.
+    if (const auto read = what.find("last read: '");
+        read != std::string::npos && what.find("unexpected") != std::string::npos) {
+      const auto close = what.rfind('\'');
+      const std::size_t size = close > read + 12 ? close - read - 12 : 0;
+      if (size > 1 && offset + 1 >= size && what.find("<U+") == std::string::npos)
+        offset -= size - 1;
+    }
+    const char at = offset < document_.text.size() ? document_.text[offset] : '\0';
+    const char* hint = "";
+    if (at == '/' || at == '#') hint = " - JSON has no comments";
+    if (at == '\'') hint = " - strings need double quotes";
+    if ((at == '}' || at == ']') && what.find("unexpected") != std::string::npos)
+      hint = " - remove the comma before it, or add what is missing";
+    return fail(offset, what + hint);
+  }
+
+ private:
+  template <class Fill>
+  bool place(JsonValue::Kind kind, const Fill& fill) {
+    const std::size_t offset = token_start();
+    JsonValue& value = slot();
+    value.kind = kind;
+    value.offset = offset;
+    fill(value);
+    // The lexer has looked one character beyond a number, but exactly at the end of everything
+    // else.
+    end_ = taken_;
+    if (kind == JsonValue::Kind::kNumber)
+      for (end_ = offset; end_ < document_.text.size() && number_character(document_.text[end_]);)
+        ++end_;
+    return true;
+  }
+  bool open(JsonValue::Kind kind) {
+    const std::size_t offset = token_start();
+    if (open_.size() >= kMaxDepth)
+      return fail(offset, fmt::format("nested deeper than {} levels - flatten it", kMaxDepth));
+    JsonValue& value = slot();
+    value.kind = kind;
+    value.offset = offset;
+    open_.push_back(&value);
+    end_ = taken_;
+    return true;
+  }
+  bool close() {
+    open_.pop_back();
+    end_ = taken_;
+    return true;
+  }
+  JsonValue& slot() {
+    if (open_.empty()) return document_.root;
+    JsonValue& parent = *open_.back();
+    if (parent.kind == JsonValue::Kind::kObject) return parent.members.back().value;
+    parent.items.emplace_back();
+    return parent.items.back();
+  }
+  std::size_t token_start() const {
+    std::size_t at = end_;
+    while (at < document_.text.size() &&
+           std::string_view(" \t\r\n,:\xEF\xBB\xBF").find(document_.text[at]) !=
+               std::string_view::npos)
+      ++at;
+    return at;
+  }
+  static bool number_character(char c) {
+    return (c >= '0' && c <= '9') || c == '+' || c == '-' || c == '.' || c == 'e' || c == 'E';
+  }
+  bool fail(std::size_t offset, const std::string& what) {
+    const TextPosition at = document_.position(offset);
+    error = fmt::format("{}:{}:{}: {}{}", document_.name, at.line, at.column, what,
+                        excerpt(document_, offset));
+    return false;
+  }
+
+  JsonDocument& document_;
+  const std::size_t& taken_;
+  std::size_t end_ = 0;
+  // Pointers stay valid: only the innermost open container grows.
+  std::vector<JsonValue*> open_;
+};
+
+JsonValue value_of_kind(JsonValue::Kind kind) {
+  JsonValue value;
+  value.kind = kind;
+  return value;
+}
+
+Result<JsonValue> parse_fragment(std::string_view text) {
+  PM_TRY(JsonDocument document, parse_json("", std::string(text)));
+  return std::move(document.root);
+}
+
+void forget_offsets(JsonValue& value) {
+  value.offset = JsonValue::kNowhere;
+  for (JsonValue& item : value.items) forget_offsets(item);
+  for (JsonMember& member : value.members) {
+    member.key_offset = JsonValue::kNowhere;
+    forget_offsets(member.value);
+  }
+}
+
+}  // namespace
+
+const JsonValue* JsonValue::find(std::string_view key) const {
+  for (const JsonMember& member : members)
+    if (member.key == key) return &member.value;
+  return nullptr;
+}
+
+TextPosition JsonDocument::position(std::size_t offset) const {
+  if (offset == JsonValue::kNowhere) return {};
+  TextPosition at{1, 1};
+  for (std::size_t i = 0; i < std::min(offset, text.size()); ++i) {
+    ++at.column;
+    if (text[i] == '\n') at = {at.line + 1, 1};
+  }
+  return at;
+}
+
+Result<JsonDocument> parse_json(std::string name, std::string text) {
+  JsonDocument document{std::move(name), std::move(text), {}};
+  std::size_t taken = 0;
+  TreeBuilder builder(document, taken);
+  const char* begin = document.text.data();
+  const bool ok =
+      nlohmann::json::sax_parse(CountingIterator(begin, &taken),
+                                CountingIterator(begin + document.text.size(), &taken), &builder);
+  if (!ok) return Error{ErrorCode::kInput, builder.error};
+  return document;
+}
+
+Status set_json_value(JsonDocument& document, std::string_view path, std::string_view text) {
+  JsonValue* at = &document.root;
+  for (const std::string& part : split(path, '.')) {
+    if (part.empty())
+      return make_error(ErrorCode::kUsage, "--set {}: empty name in the path", path);
+    if (at->kind == JsonValue::Kind::kArray) {
+      const auto index = parse_integer(part);
+      if (!index || *index < 0 || static_cast<std::size_t>(*index) >= at->items.size())
+        return make_error(ErrorCode::kUsage, "--set {}: \"{}\" is not an index below {}", path,
+                          part, at->items.size());
+      at = &at->items[static_cast<std::size_t>(*index)];
+      continue;
+    }
+    if (at->kind != JsonValue::Kind::kObject) *at = value_of_kind(JsonValue::Kind::kObject);
+    if (!at->find(part)) at->members.push_back({part, JsonValue::kNowhere, {}});
+    at = const_cast<JsonValue*>(at->find(part));
+  }
+  auto value = parse_fragment(text);
+  if (value) {
+    *at = std::move(*value);
+  } else {
+    *at = value_of_kind(JsonValue::Kind::kString);
+    at->string = std::string(text);
+  }
+  forget_offsets(*at);
+  return Ok{};
+}
+
+const char* kind_name(JsonValue::Kind kind) {
+  switch (kind) {
+    case JsonValue::Kind::kNull:
+      return "null";
+    case JsonValue::Kind::kBoolean:
+      return "true or false";
+    case JsonValue::Kind::kNumber:
+      return "a number";
+    case JsonValue::Kind::kString:
+      return "a string";
+    case JsonValue::Kind::kArray:
+      return "a list";
+    case JsonValue::Kind::kObject:
+      return "an object";
+  }
+  return "";
+}
+
+}  // namespace polymorph

@@ -1,0 +1,387 @@
+#include "scene/load_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "base/file.h"
+#include "base/text.h"
+#include "scene/describe.h"
+#include "scene/json_text.h"
+
+namespace polymorph {
+namespace {
+
+constexpr std::size_t kMaxFindings = 20;
+const std::vector<std::string> kShapeNames{"sphere", "cube", "torus", "puddle"};
+
+/// The visitor that reads: one object of the JSON tree into one struct.
+class ReadFields {
+ public:
+  ReadFields(const JsonDocument& document, const JsonValue& object, std::string pointer,
+             std::filesystem::path folder, std::vector<SceneFinding>& findings)
+      : document_(document),
+        object_(object),
+        pointer_(std::move(pointer)),
+        folder_(std::move(folder)),
+        findings_(findings) {}
+
+  template <class T>
+  void integer(const char* key, T& out, long long low, long long high, const char*) {
+    const JsonValue* value = expect(key, JsonValue::Kind::kNumber);
+    if (!value) return;
+    if (!value->integral)
+      report(*value, key,
+             fmt::format("must be a whole number, {} to {} (is {:g})", low, high, value->number));
+    else if (value->integer < low || value->integer > high)
+      report(*value, key, fmt::format("must be {} to {} (is {})", low, high, value->integer));
+    else
+      out = static_cast<T>(value->integer);
+  }
+  void number(const char* key, float& out, double low, double high, const char*) {
+    const JsonValue* value = expect(key, JsonValue::Kind::kNumber);
+    if (!value) return;
+    if (!(value->number >= low && value->number <= high))
+      report(*value, key, fmt::format("must be {:g} to {:g} (is {:g})", low, high, value->number));
+    else
+      out = static_cast<float>(value->number);
+  }
+  void number(const char* key, std::optional<float>& out, double low, double high,
+              const char* doc) {
+    if (!object_.find(key)) return seen(key);
+    float value = 0;
+    number(key, value, low, high, doc);
+    out = value;
+  }
+  void boolean(const char* key, bool& out, const char*) {
+    if (const JsonValue* value = expect(key, JsonValue::Kind::kBoolean)) out = value->boolean;
+  }
+  template <class E>
+  void choice(const char* key, E& out, std::initializer_list<std::pair<const char*, E>> choices,
+              const char*) {
+    const JsonValue* value = expect(key, JsonValue::Kind::kString);
+    if (!value) return;
+    std::vector<std::string> names;
+    for (const auto& [name, meaning] : choices) {
+      if (value->string == name) {
+        out = meaning;
+        return;
+      }
+      names.emplace_back(name);
+    }
+    report(*value, key,
+           fmt::format("must be {} (is \"{}\"){}", join_quoted(names), value->string,
+                       did_you_mean(value->string, names)));
+  }
+  void text(const char* key, std::string& out, const char*) {
+    if (const JsonValue* value = expect(key, JsonValue::Kind::kString)) out = value->string;
+  }
+  void path(const char* key, std::filesystem::path& out, const char*) {
+    const JsonValue* value = expect(key, JsonValue::Kind::kString);
+    if (!value) return;
+    out = resolve(value->string);
+    check_file(*value, key, out);
+  }
+  void model_path(const char* key, std::filesystem::path& out, const char* doc) {
+    path(key, out, doc);
+  }
+  void vector(const char* key, Vec3& out, const char*) {
+    if (const JsonValue* value = expect(key, JsonValue::Kind::kArray))
+      read_vector(*value, key, out, -1e6, 1e6);
+  }
+  void vector(const char* key, std::optional<Vec3>& out, const char* doc) {
+    if (!object_.find(key)) return seen(key);
+    Vec3 value;
+    vector(key, value, doc);
+    out = value;
+  }
+  void scale(const char* key, Vec3& out, const char*) {
+    const JsonValue* value = find(key);
+    if (!value) return;
+    if (value->kind == JsonValue::Kind::kArray) {
+      if (read_vector(*value, key, out, -1e6, 1e6) && (out.x == 0 || out.y == 0 || out.z == 0))
+        report(*value, key, "must not be 0 along any axis");
+    } else if (value->kind == JsonValue::Kind::kNumber) {
+      if (!(std::abs(value->number) >= 1e-6 && std::abs(value->number) <= 1e6))
+        report(*value, key, fmt::format("must be 1e-6 to 1e6 (is {:g})", value->number));
+      const auto s = static_cast<float>(value->number);
+      out = {s, s, s};
+    } else {
+      report(
+          *value, key,
+          fmt::format("must be a number or a list of 3 numbers (is {})", kind_name(value->kind)));
+    }
+  }
+  void color(const char* key, Vec3& out, const char*) {
+    const JsonValue* value = find(key);
+    if (!value) return;
+    if (value->kind == JsonValue::Kind::kArray) {
+      read_vector(*value, key, out, 0, 1);
+    } else if (value->kind == JsonValue::Kind::kString && read_hex(value->string, out)) {
+    } else {
+      report(*value, key, "must be \"#rrggbb\" (sRGB) or a list of 3 numbers from 0 to 1 (linear)");
+    }
+  }
+  void color(const char* key, std::optional<Vec3>& out, const char* doc) {
+    if (!object_.find(key)) return seen(key);
+    Vec3 value;
+    color(key, value, doc);
+    out = value;
+  }
+  void integers(const char* key, std::vector<int>& out, long long low, long long high,
+                const char*) {
+    const JsonValue* value = expect(key, JsonValue::Kind::kArray);
+    if (!value) return;
+    out.clear();
+    for (const JsonValue& item : value->items) {
+      if (item.kind != JsonValue::Kind::kNumber || !item.integral || item.integer < low ||
+          item.integer > high)
+        report(item, key, fmt::format("must be a list of whole numbers, {} to {}", low, high));
+      else
+        out.push_back(static_cast<int>(item.integer));
+    }
+  }
+  template <class T>
+  void object(const char* key, T& out, const char*) {
+    const JsonValue* value = find(key);
+    if (value) read_object(*value, pointer_ + "/" + key, out);
+  }
+  template <class T>
+  void objects(const char* key, std::vector<T>& out, const char*) {
+    const JsonValue* value = expect(key, JsonValue::Kind::kArray);
+    if (!value) return;
+    for (std::size_t i = 0; i < value->items.size(); ++i) {
+      out.push_back(prototype_);
+      read_object(value->items[i], fmt::format("{}/{}/{}", pointer_, key, i), out.back());
+    }
+  }
+  void before_objects(Scene& scene) {
+    prototype_.spheres = scene.source.spheres = scene.target.spheres = scene.spheres;
+  }
+
+  /// Reports keys that describe() did not ask for.
+  void finish() {
+    for (const JsonMember& member : object_.members) {
+      if (std::find(known_.begin(), known_.end(), member.key) != known_.end()) continue;
+      if (pointer_.empty() && member.key == "$schema") continue;
+      std::string message = fmt::format("unknown key{}", did_you_mean(member.key, known_));
+      if (message.back() != '?') message += fmt::format(" - known here: {}", join_quoted(known_));
+      report_at(member.key_offset, pointer_ + "/" + member.key, message);
+    }
+  }
+  void report(const JsonValue& value, const char* key, const std::string& message) {
+    report_at(value.offset, pointer_ + "/" + key, message);
+  }
+
+ private:
+  void seen(const char* key) { known_.emplace_back(key); }
+  const JsonValue* find(const char* key) {
+    seen(key);
+    return object_.find(key);
+  }
+  const JsonValue* expect(const char* key, JsonValue::Kind kind) {
+    const JsonValue* value = find(key);
+    if (!value || value->kind == kind) return value;
+    report(*value, key, fmt::format("must be {} (is {})", kind_name(kind), kind_name(value->kind)));
+    return nullptr;
+  }
+  template <class T>
+  void read_object(const JsonValue& value, const std::string& pointer, T& out) {
+    if constexpr (std::is_same_v<T, ObjectSettings>) {
+      // "source": "teapot.obj" is short for {"model": "teapot.obj"}; "sphere" for {"shape":
+      // "sphere"}.
+      if (value.kind == JsonValue::Kind::kString) {
+        if (std::find(kShapeNames.begin(), kShapeNames.end(), value.string) != kShapeNames.end()) {
+          out.shape = value.string;
+        } else {
+          out.model = resolve(value.string);
+          check_file_at(value.offset, pointer, out.model);
+        }
+        return;
+      }
+    }
+    if (value.kind != JsonValue::Kind::kObject) {
+      report_at(value.offset, pointer,
+                fmt::format("must be an object (is {})", kind_name(value.kind)));
+      return;
+    }
+    ReadFields inner(document_, value, pointer, folder_, findings_);
+    describe(inner, out);
+    if constexpr (std::is_same_v<T, ObjectSettings>) inner.check_object(out, value);
+    inner.finish();
+  }
+  void check_object(const ObjectSettings& object, const JsonValue& value) {
+    if (object.model.empty() == object.shape.empty())
+      report_at(value.offset, pointer_,
+                "needs either \"model\" (an OBJ file) or \"shape\", not both or neither");
+    if (!object.shape.empty() &&
+        std::find(kShapeNames.begin(), kShapeNames.end(), object.shape) == kShapeNames.end())
+      report(*object_.find("shape"), "shape",
+             fmt::format("must be {} (is \"{}\"){}", join_quoted(kShapeNames), object.shape,
+                         did_you_mean(object.shape, kShapeNames)));
+  }
+  bool read_vector(const JsonValue& value, const char* key, Vec3& out, double low, double high) {
+    const bool right =
+        value.items.size() == 3 &&
+        std::all_of(value.items.begin(), value.items.end(), [&](const JsonValue& item) {
+          return item.kind == JsonValue::Kind::kNumber && item.number >= low && item.number <= high;
+        });
+    if (!right) {
+      report(value, key, fmt::format("must be a list of 3 numbers, {:g} to {:g} each", low, high));
+      return false;
+    }
+    out = {static_cast<float>(value.items[0].number), static_cast<float>(value.items[1].number),
+           static_cast<float>(value.items[2].number)};
+    return true;
+  }
+  static bool read_hex(const std::string& text, Vec3& out) {
+    if (text.size() != 7 || text[0] != '#') return false;
+    float channel[3];
+    for (std::size_t i = 0; i < 3; ++i) {
+      int byte = 0;
+      for (std::size_t k = 1; k <= 2; ++k) {
+        const char c = text[2 * i + k];
+        const std::size_t digit = std::string_view("0123456789abcdefABCDEF").find(c);
+        if (digit == std::string_view::npos) return false;
+        byte = byte * 16 + static_cast<int>(digit > 15 ? digit - 6 : digit);
+      }
+      const float encoded = static_cast<float>(byte) / 255.0f;
+      channel[i] =
+          encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+    }
+    out = {channel[0], channel[1], channel[2]};
+    return true;
+  }
+  std::filesystem::path resolve(const std::string& file) const {
+    return (folder_ / file).lexically_normal();
+  }
+  void check_file(const JsonValue& value, const char* key, const std::filesystem::path& file) {
+    check_file_at(value.offset, pointer_ + "/" + key, file);
+  }
+  void check_file_at(std::size_t offset, const std::string& pointer,
+                     const std::filesystem::path& file) {
+    std::error_code error;
+    if (std::filesystem::is_directory(file, error))
+      report_at(offset, pointer,
+                fmt::format("{} is a directory - name a file in it", file.string()));
+    else if (!std::filesystem::exists(file, error))
+      report_at(
+          offset, pointer,
+          fmt::format("no such file: {} (paths are relative to the scene file)", file.string()));
+  }
+  static std::string did_you_mean(const std::string& word, std::span<const std::string> words) {
+    const auto nearest = nearest_word(word, words);
+    return nearest ? fmt::format(" - did you mean \"{}\"?", *nearest) : "";
+  }
+  void report_at(std::size_t offset, const std::string& pointer, const std::string& message) {
+    const TextPosition at = document_.position(offset);
+    findings_.push_back({at.line, at.column, pointer, message});
+  }
+
+  const JsonDocument& document_;
+  const JsonValue& object_;
+  std::string pointer_;
+  std::filesystem::path folder_;
+  std::vector<SceneFinding>& findings_;
+  std::vector<std::string> known_;
+  ObjectSettings prototype_;
+};
+
+/// What no single key can tell.
+void check_whole(const JsonDocument& document, const Scene& scene,
+                 std::vector<SceneFinding>& findings) {
+  const auto report = [&](const char* pointer, const JsonValue* value, const std::string& message) {
+    const TextPosition at = document.position(value ? value->offset : JsonValue::kNowhere);
+    findings.push_back({at.line, at.column, pointer, message});
+  };
+  const JsonValue& root = document.root;
+  for (const char* key : {"source", "target"})
+    if (!root.find(key))
+      report(fmt::format("/{}", key).c_str(), &root, "is missing - name an OBJ file or a shape");
+  const JsonValue* frames = root.find("frames");
+  const std::size_t legs = scene.intermediate.size() + 1;
+  if (!scene.frames.per_leg.empty()) {
+    if (scene.frames.per_leg.size() != legs)
+      report("/frames/per_leg", frames ? frames->find("per_leg") : nullptr,
+             fmt::format("has {} entries for {} leg{} (objects - 1)", scene.frames.per_leg.size(),
+                         legs, legs == 1 ? "" : "s"));
+    if (scene.frames.count > 0)
+      report("/frames/count", frames ? frames->find("count") : nullptr,
+             "contradicts per_leg - give one of the two");
+  } else if (scene.frames.count > 0) {
+    const int moving = scene.frames.count - scene.frames.hold_start - scene.frames.hold_end;
+    if (moving < 2)
+      report("/frames/count", frames ? frames->find("count") : nullptr,
+             fmt::format("leaves {} frames beside the holds ({} + {}) - at least 2 are needed",
+                         moving, scene.frames.hold_start, scene.frames.hold_end));
+  }
+  if (length(scene.camera.up) == 0)
+    report("/camera/up", root.find("camera") ? root.find("camera")->find("up") : nullptr,
+           "must not be the zero vector");
+}
+
+void name_objects(Scene& scene) {
+  const auto name = [](ObjectSettings& object) {
+    if (object.name.empty())
+      object.name = object.model.empty() ? object.shape : object.model.stem().string();
+  };
+  name(scene.source);
+  for (ObjectSettings& object : scene.intermediate) name(object);
+  name(scene.target);
+}
+
+}  // namespace
+
+std::string to_string(const SceneFinding& finding, const std::string& file) {
+  if (finding.line == 0) return fmt::format("{}: {}: {}", file, finding.pointer, finding.message);
+  return fmt::format("{}:{}:{}: {}: {}", file, finding.line, finding.column, finding.pointer,
+                     finding.message);
+}
+
+Result<SceneReading> read_scene(const std::filesystem::path& path,
+                                std::span<const Override> overrides) {
+  PM_TRY(std::string text, read_file(path, 64u << 20));
+  if (text.find_first_not_of(" \t\r\n") == std::string::npos)
+    return make_error(ErrorCode::kInput,
+                      "{}: is empty - a scene needs at least {{\"source\": ..., \"target\": ...}}",
+                      path.string());
+  PM_TRY(JsonDocument document, parse_json(path.string(), std::move(text)));
+  for (const auto& [key, value] : overrides) PM_TRY_STATUS(set_json_value(document, key, value));
+  if (document.root.kind != JsonValue::Kind::kObject)
+    return make_error(ErrorCode::kInput, "{}:1:1: a scene must be an object {{...}} (is {})",
+                      path.string(), kind_name(document.root.kind));
+
+  SceneReading reading;
+  reading.scene.path = path;
+  std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
+  ReadFields fields(document, document.root, "", folder, reading.findings);
+  describe(fields, reading.scene);
+  fields.finish();
+  check_whole(document, reading.scene, reading.findings);
+  name_objects(reading.scene);
+  std::stable_sort(reading.findings.begin(), reading.findings.end(),
+                   [](const SceneFinding& a, const SceneFinding& b) {
+                     return std::pair(a.line, a.column) < std::pair(b.line, b.column);
+                   });
+  return reading;
+}
+
+Result<Scene> load_scene(const std::filesystem::path& path, std::span<const Override> overrides) {
+  PM_TRY(SceneReading reading, read_scene(path, overrides));
+  if (reading.findings.empty()) return std::move(reading.scene);
+  std::string message;
+  for (std::size_t i = 0; i < std::min(reading.findings.size(), kMaxFindings); ++i)
+    message += (i ? "\n" : "") + to_string(reading.findings[i], path.string());
+  if (reading.findings.size() > kMaxFindings)
+    message += fmt::format("\n... and {} more", reading.findings.size() - kMaxFindings);
+  return Error{ErrorCode::kInput, message};
+}
+
+std::vector<const ObjectSettings*> chain_objects(const Scene& scene) {
+  std::vector<const ObjectSettings*> objects{&scene.source};
+  for (const ObjectSettings& object : scene.intermediate) objects.push_back(&object);
+  objects.push_back(&scene.target);
+  return objects;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,53 @@
+// Scene files: JSON -> Scene, and what is wrong with one.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/result.h"
+#include "scene/scene.h"
+
+namespace polymorph {
+
+/// One `--set path=value`.
+using Override = std::pair<std::string, std::string>;
+
+struct SceneFinding {
+  int line = 0, column = 0;  ///< 0 = not in the file (missing key, or from --set)
+  std::string pointer;       ///< JSON pointer: "/frames/count"
+  std::string message;
+};
+
+/// "FILE:LINE:COL: /pointer: message".
+std::string to_string(const SceneFinding& finding, const std::string& file);
+
+/// Everything that is wrong with a scene file, or the scene. Unknown keys, wrong types, values out
+/// of range, missing models and contradictions are all found in one go; syntax errors stop at the
+/// first.
+struct SceneReading {
+  Scene scene;
+  std::vector<SceneFinding> findings;
+};
+
+/// Errors (kInput): unreadable file or JSON syntax; (kUsage): a bad override.
+Result<SceneReading> read_scene(const std::filesystem::path& path,
+                                std::span<const Override> overrides = {});
+
+/// read_scene, with findings turned into one error of up to 20 lines.
+Result<Scene> load_scene(const std::filesystem::path& path,
+                         std::span<const Override> overrides = {});
+
+/// The published JSON Schema (draft 2020-12) of the scene format, as committed in
+/// scenes/scene.schema.json.
+std::string scene_schema();
+
+/// The scene with every default spelled out, as JSON; paths relative to `folder`.
+std::string scene_to_json(const Scene& scene, const std::filesystem::path& folder);
+
+/// Every object in chain order: source, intermediate..., target.
+std::vector<const ObjectSettings*> chain_objects(const Scene& scene);
+
+}  // namespace polymorph

@@ -1,0 +1,214 @@
+// The two visitors that write: the JSON Schema, and a scene with its defaults spelled out.
+#include <nlohmann/json.hpp>
+
+#include "base/text.h"
+#include "scene/describe.h"
+#include "scene/load_scene.h"
+
+namespace polymorph {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Floats print as short as they read back: 0.12, not 0.11999999731779099.
+double tidy(float value) { return parse_number(fmt::format("{}", value)).value_or(value); }
+Json tidy(Vec3 v) { return Json::array({tidy(v.x), tidy(v.y), tidy(v.z)}); }
+
+class SchemaFields {
+ public:
+  Json properties = Json::object();
+
+  template <class T>
+  void integer(const char* key, T& value, long long low, long long high, const char* doc) {
+    add(key, doc, {{"type", "integer"}, {"minimum", low}, {"maximum", high}, {"default", value}});
+  }
+  void number(const char* key, float& value, double low, double high, const char* doc) {
+    add(key, doc,
+        {{"type", "number"}, {"minimum", low}, {"maximum", high}, {"default", tidy(value)}});
+  }
+  void number(const char* key, std::optional<float>&, double low, double high, const char* doc) {
+    add(key, doc, {{"type", "number"}, {"minimum", low}, {"maximum", high}});
+  }
+  void boolean(const char* key, bool& value, const char* doc) {
+    add(key, doc, {{"type", "boolean"}, {"default", value}});
+  }
+  template <class E>
+  void choice(const char* key, E& value, std::initializer_list<std::pair<const char*, E>> choices,
+              const char* doc) {
+    Json names = Json::array();
+    Json initial;
+    for (const auto& [name, meaning] : choices) {
+      names.push_back(name);
+      if (meaning == value) initial = name;
+    }
+    add(key, doc, {{"enum", names}, {"default", initial}});
+  }
+  void text(const char* key, std::string& value, const char* doc) {
+    Json json{{"type", "string"}};
+    if (!value.empty()) json["default"] = value;
+    if (std::string_view(key) == "shape") json["enum"] = {"sphere", "cube", "torus", "puddle"};
+    add(key, doc, json);
+  }
+  void path(const char* key, std::filesystem::path&, const char* doc) {
+    add(key, doc, {{"type", "string"}});
+  }
+  void model_path(const char* key, std::filesystem::path&, const char* doc) {
+    add(key, doc, {{"type", "string"}});
+  }
+  void vector(const char* key, Vec3& value, const char* doc) {
+    Json json = vector_schema(-1e6, 1e6);
+    json["default"] = tidy(value);
+    add(key, doc, json);
+  }
+  void vector(const char* key, std::optional<Vec3>&, const char* doc) {
+    add(key, doc, vector_schema(-1e6, 1e6));
+  }
+  void scale(const char* key, Vec3&, const char* doc) {
+    add(key, doc,
+        {{"oneOf", Json::array({Json{{"type", "number"}}, vector_schema(-1e6, 1e6)})},
+         {"default", 1}});
+  }
+  void color(const char* key, Vec3& value, const char* doc) {
+    add(key, doc, {{"oneOf", color_schemas()}, {"default", tidy(value)}});
+  }
+  void color(const char* key, std::optional<Vec3>&, const char* doc) {
+    add(key, doc, {{"oneOf", color_schemas()}});
+  }
+  void integers(const char* key, std::vector<int>&, long long low, long long high,
+                const char* doc) {
+    add(key, doc,
+        {{"type", "array"}, {"items", {{"type", "integer"}, {"minimum", low}, {"maximum", high}}}});
+  }
+  template <class T>
+  void object(const char* key, T& value, const char* doc) {
+    add(key, doc, schema_of(value));
+  }
+  template <class T>
+  void objects(const char* key, std::vector<T>&, const char* doc) {
+    T value;
+    add(key, doc, {{"type", "array"}, {"items", schema_of(value)}});
+  }
+  void before_objects(Scene&) {}
+
+  template <class T>
+  static Json schema_of(T& value) {
+    SchemaFields inner;
+    describe(inner, value);
+    Json object{
+        {"type", "object"}, {"additionalProperties", false}, {"properties", inner.properties}};
+    if constexpr (std::is_same_v<T, ObjectSettings>)
+      return {{"oneOf", Json::array({Json{{"type", "string"}}, object})}};
+    return object;
+  }
+
+ private:
+  void add(const char* key, const char* doc, const Json& json) {
+    Json entry = Json::object();
+    if (*doc) entry["description"] = doc;
+    entry.update(json);
+    properties[key] = entry;
+  }
+  static Json vector_schema(double low, double high) {
+    return {{"type", "array"},
+            {"items", {{"type", "number"}, {"minimum", low}, {"maximum", high}}},
+            {"minItems", 3},
+            {"maxItems", 3}};
+  }
+  static Json color_schemas() {
+    return Json::array(
+        {vector_schema(0, 1), Json{{"type", "string"}, {"pattern", "^#[0-9a-fA-F]{6}$"}}});
+  }
+};
+
+class WriteFields {
+ public:
+  explicit WriteFields(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  Json json = Json::object();
+
+  template <class T>
+  void integer(const char* key, T& value, long long, long long, const char*) {
+    json[key] = value;
+  }
+  void number(const char* key, float& value, double, double, const char*) {
+    json[key] = tidy(value);
+  }
+  void number(const char* key, std::optional<float>& value, double, double, const char*) {
+    if (value) json[key] = tidy(*value);
+  }
+  void boolean(const char* key, bool& value, const char*) { json[key] = value; }
+  template <class E>
+  void choice(const char* key, E& value, std::initializer_list<std::pair<const char*, E>> choices,
+              const char*) {
+    for (const auto& [name, meaning] : choices)
+      if (meaning == value) json[key] = name;
+  }
+  void text(const char* key, std::string& value, const char*) {
+    if (!value.empty()) json[key] = value;
+  }
+  void path(const char* key, std::filesystem::path& value, const char*) {
+    if (!value.empty()) json[key] = value.lexically_proximate(folder_).string();
+  }
+  void model_path(const char* key, std::filesystem::path& value, const char* doc) {
+    path(key, value, doc);
+  }
+  void vector(const char* key, Vec3& value, const char*) { json[key] = tidy(value); }
+  void vector(const char* key, std::optional<Vec3>& value, const char*) {
+    if (value) json[key] = tidy(*value);
+  }
+  void scale(const char* key, Vec3& value, const char*) { json[key] = tidy(value); }
+  void color(const char* key, Vec3& value, const char*) { json[key] = tidy(value); }
+  void color(const char* key, std::optional<Vec3>& value, const char*) {
+    if (value) json[key] = tidy(*value);
+  }
+  void integers(const char* key, std::vector<int>& value, long long, long long, const char*) {
+    if (!value.empty()) json[key] = value;
+  }
+  template <class T>
+  void object(const char* key, T& value, const char*) {
+    json[key] = written(value);
+  }
+  template <class T>
+  void objects(const char* key, std::vector<T>& values, const char*) {
+    json[key] = Json::array();
+    for (T& value : values) json[key].push_back(written(value));
+  }
+  void before_objects(Scene&) {}
+
+ private:
+  template <class T>
+  Json written(T& value) const {
+    WriteFields inner(folder_);
+    describe(inner, value);
+    return inner.json;
+  }
+  std::filesystem::path folder_;
+};
+
+}  // namespace
+
+std::string scene_schema() {
+  Scene scene;
+  SchemaFields fields;
+  describe(fields, scene);
+  fields.properties["$schema"] = {{"type", "string"}};
+  const Json schema{
+      {"$schema", "https://json-schema.org/draft/2020-12/schema"},
+      {"title", "polymorph scene"},
+      {"description",
+       "A morph sequence: source, intermediate objects, target, and how to show them. "
+       "Paths are relative to the scene file."},
+      {"type", "object"},
+      {"additionalProperties", false},
+      {"required", {"source", "target"}},
+      {"properties", fields.properties}};
+  return schema.dump(2) + "\n";
+}
+
+std::string scene_to_json(const Scene& scene, const std::filesystem::path& folder) {
+  Scene copy = scene;  // the description takes settings by reference; this visitor only reads
+  WriteFields fields(folder);
+  describe(fields, copy);
+  return fields.json.dump(2) + "\n";
+}
+
+}  // namespace polymorph

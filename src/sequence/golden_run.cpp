@@ -1,0 +1,212 @@
+#include "sequence/golden_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "base/file.h"
+#include "image/image_io.h"
+#include "scene/load_scene.h"
+#include "sequence/render_sequence.h"
+#include "surface/mesh_check.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RenderedFrame {
+  SurfaceRecord surface;
+  Image image;
+};
+
+/// The suite's scene, prepared once for all of its frames.
+class SuiteRenderer {
+ public:
+  static Result<SuiteRenderer> create(const GoldenSuite& suite, const GoldenSettings& settings) {
+    SuiteRenderer result;
+    PM_TRY(const Scene scene, load_scene(suite.scene));
+    PM_TRY(result.extractor_, make_extractor(settings.device, result.device_));
+    PM_TRY(result.prepared_, prepare_scene(scene, *result.extractor_, settings.cache_folder));
+    PM_TRY(Renderer renderer, Renderer::create(settings.isa));
+    result.renderer_ = std::make_unique<Renderer>(std::move(renderer));
+    for (const int frame : suite.frames)
+      if (frame < 1 || frame > result.prepared_.timeline.count)
+        return make_error(ErrorCode::kInput, "{}: frame {} is outside the scene's 1-{}",
+                          (suite.folder / "suite.json").string(), frame,
+                          result.prepared_.timeline.count);
+    return result;
+  }
+
+  Result<RenderedFrame> render(int frame) {
+    PM_TRY(const FrameGeometry geometry, geometry_at(prepared_, *extractor_, frame));
+    PM_TRY(Image image, render_frame(prepared_, geometry, *renderer_, device_, ""));
+    return RenderedFrame{{frame, geometry.surface.positions.size(),
+                          geometry.surface.triangles.size(), mesh_digest(geometry.surface)},
+                         std::move(image)};
+  }
+
+ private:
+  std::string device_;
+  std::unique_ptr<SurfaceExtractor> extractor_;
+  PreparedScene prepared_;
+  std::unique_ptr<Renderer> renderer_;
+};
+
+std::vector<SurfaceRecord> read_records(const GoldenSuite& suite) {
+  auto records = read_surface_records(suite.folder / "surface.csv");
+  return records ? std::move(*records) : std::vector<SurfaceRecord>{};
+}
+
+std::string compare_surface(const SurfaceRecord& actual,
+                            const std::vector<SurfaceRecord>& records) {
+  for (const SurfaceRecord& record : records) {
+    if (record.frame != actual.frame) continue;
+    if (record.vertices != actual.vertices || record.triangles != actual.triangles)
+      return fmt::format("surface has {} vertices and {} triangles, the golden one {} and {}",
+                         actual.vertices, actual.triangles, record.vertices, record.triangles);
+    if (record.digest != actual.digest)
+      return "surface has the golden one's counts but not its digest (positions or normals moved)";
+    return "";
+  }
+  return "surface.csv has no row for this frame";
+}
+
+bool all_finite(const Image& image) {
+  return std::all_of(image.pixels.begin(), image.pixels.end(),
+                     [](float v) { return std::isfinite(v); });
+}
+
+/// Leaves actual, reference and difference behind, so that a failure can be looked at.
+Status keep_failure(const GoldenSuite& suite, const GoldenSettings& settings, const Image& actual,
+                    const Image* reference) {
+  if (settings.failures.empty()) return Ok{};
+  const auto frame = [&](const char* what, const char* extension, int number) {
+    return settings.failures / suite.name /
+           fmt::format("frame.{:04d}.{}.{}", number, what, extension);
+  };
+  int number = 0;
+  for (const Attribute& attribute : actual.attributes)
+    if (attribute.name == "polymorph/frame") number = std::get<int>(attribute.value);
+  PM_TRY_STATUS(write_image(frame("actual", "exr", number), actual));
+  if (reference) {
+    PM_TRY_STATUS(write_image(frame("reference", "exr", number), *reference));
+    PM_TRY_STATUS(
+        write_image(frame("difference", "png", number), difference_triptych(actual, *reference)));
+  }
+  return Ok{};
+}
+
+std::vector<fs::path> find_orphans(const GoldenSuite& suite) {
+  std::vector<fs::path> orphans;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(suite.folder, error)) {
+    if (entry.path().extension() != ".exr") continue;
+    const bool wanted = std::any_of(suite.frames.begin(), suite.frames.end(), [&](int frame) {
+      return golden_image_path(suite, frame).filename() == entry.path().filename();
+    });
+    if (!wanted) orphans.push_back(entry.path());
+  }
+  std::sort(orphans.begin(), orphans.end());
+  return orphans;
+}
+
+/// One frame against its golden; `rendered` is what it was compared with.
+Result<GoldenFrame> judge(const GoldenSuite& suite, const GoldenSettings& settings,
+                          const std::vector<SurfaceRecord>& records,
+                          const RenderedFrame& rendered) {
+  GoldenFrame result;
+  result.frame = rendered.surface.frame;
+  result.message = compare_surface(rendered.surface, records);
+  result.surface_passed = result.message.empty();
+  const fs::path golden = golden_image_path(suite, result.frame);
+  if (!fs::exists(golden)) {
+    result.missing = true;
+    result.message =
+        fmt::format("{} is missing - make it with: polymorph golden update {} --reason ...",
+                    golden.string(), suite.name);
+    PM_TRY_STATUS(keep_failure(suite, settings, rendered.image, nullptr));
+    return result;
+  }
+  PM_TRY(const Image reference, read_image(golden));
+  // The golden went through half floats; so must what it is held against.
+  PM_TRY(const std::string encoded, encode_exr(rendered.image));
+  PM_TRY(const Image actual, decode_image(encoded, golden.string()));
+  result.image = compare_images(actual, reference, suite.tolerance);
+  if (!result.image->passed())
+    result.message += (result.message.empty() ? "" : "; ") + result.image->reason;
+  if (!result.message.empty())
+    PM_TRY_STATUS(keep_failure(suite, settings, rendered.image, &reference));
+  return result;
+}
+
+}  // namespace
+
+std::size_t GoldenResult::failed() const {
+  return static_cast<std::size_t>(std::count_if(frames.begin(), frames.end(),
+                                                [](const GoldenFrame& f) { return !f.passed(); }));
+}
+
+Result<GoldenResult> test_golden(const GoldenSuite& suite, const GoldenSettings& settings) {
+  PM_TRY(SuiteRenderer renderer, SuiteRenderer::create(suite, settings));
+  const std::vector<SurfaceRecord> records = read_records(suite);
+  GoldenResult result{suite.name, {}, find_orphans(suite)};
+  for (const int frame : suite.frames) {
+    PM_TRY(const RenderedFrame rendered, renderer.render(frame));
+    PM_TRY(GoldenFrame judged, judge(suite, settings, records, rendered));
+    result.frames.push_back(std::move(judged));
+  }
+  return result;
+}
+
+Result<std::vector<fs::path>> update_golden(const GoldenSuite& suite,
+                                            const GoldenSettings& settings,
+                                            const std::string& reason) {
+  if (const char* ci = std::getenv("CI");
+      ci && *ci && std::string_view(ci) != "false" && std::string_view(ci) != "0")
+    return make_error(
+        ErrorCode::kUsage,
+        "golden update writes references and never runs under CI (CI={}) - run it by hand", ci);
+  if (reason.empty())
+    return make_error(ErrorCode::kUsage, "golden update needs --reason \"why the frames changed\"");
+  PM_TRY(SuiteRenderer renderer, SuiteRenderer::create(suite, settings));
+  const std::vector<SurfaceRecord> old_records = read_records(suite);
+  GoldenSettings quiet = settings;
+  quiet.failures.clear();
+  std::vector<SurfaceRecord> records;
+  std::vector<std::pair<fs::path, std::string>> files;  // all encoded before the first is written
+  bool surface_changed = old_records.size() != suite.frames.size();
+  for (const int frame : suite.frames) {
+    PM_TRY(const RenderedFrame rendered, renderer.render(frame));
+    if (!all_finite(rendered.image))
+      return make_error(ErrorCode::kInternal,
+                        "frame {} of {} has NaN or infinite pixels - it cannot become a golden",
+                        frame, suite.name);
+    PM_TRY(const GoldenFrame judged, judge(suite, quiet, old_records, rendered));
+    records.push_back(rendered.surface);
+    surface_changed |= !judged.surface_passed;
+    if (judged.passed()) continue;
+    PM_TRY(std::string encoded, encode_exr(rendered.image));
+    files.emplace_back(golden_image_path(suite, frame), std::move(encoded));
+  }
+  std::vector<fs::path> written;
+  for (const auto& [path, bytes] : files) {
+    PM_TRY_STATUS(write_file(path, bytes));
+    written.push_back(path);
+  }
+  if (surface_changed) {
+    PM_TRY_STATUS(write_surface_records(suite.folder / "surface.csv", records));
+    written.push_back(suite.folder / "surface.csv");
+  }
+  if (written.empty()) return written;
+  const fs::path changes = suite.folder / "CHANGES.md";
+  auto before = read_file(changes);
+  std::string text =
+      before ? *before : fmt::format("# Changes to the golden frames of {}\n", suite.name);
+  text += fmt::format("\n- polymorph {}, {} frame{}: {}\n", PM_VERSION, files.size(),
+                      files.size() == 1 ? "" : "s", reason);
+  PM_TRY_STATUS(write_file(changes, text));
+  return written;
+}
+
+}  // namespace polymorph

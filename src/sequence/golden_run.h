@@ -1,0 +1,50 @@
+// Golden suites, run: render the suite's frames and hold them against what is committed.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "compare/compare.h"
+#include "compare/golden.h"
+
+namespace polymorph {
+
+struct GoldenSettings {
+  std::string device = "cpu";
+  /// Embree is pinned: its bits differ between instruction sets (10-16 % of hits by up to 5e-7).
+  std::string isa = "avx2";
+  std::filesystem::path cache_folder;
+  std::filesystem::path failures;  ///< actual, reference and difference of failing frames go here
+};
+
+struct GoldenFrame {
+  int frame = 0;
+  bool missing = false;             ///< no golden image or no row in surface.csv
+  bool surface_passed = false;      ///< counts and digest are equal
+  std::optional<Comparison> image;  ///< absent when the golden is missing
+  std::string message;              ///< why it failed, empty when it passed
+  bool passed() const { return message.empty(); }
+};
+
+struct GoldenResult {
+  std::string suite;
+  std::vector<GoldenFrame> frames;
+  std::vector<std::filesystem::path>
+      orphans;  ///< images in the folder that no frame of the suite asks for
+  std::size_t failed() const;
+};
+
+/// Renders and compares; writes nothing but failures. Errors: kInput, kResource, kOutput.
+Result<GoldenResult> test_golden(const GoldenSuite& suite, const GoldenSettings& settings);
+
+/// Replaces failing and missing goldens (and surface.csv), refuses NaN, appends to CHANGES.md with
+/// the reason. Returns what was written. Errors: kUsage without a reason or when CI is set in the
+/// environment.
+Result<std::vector<std::filesystem::path>> update_golden(const GoldenSuite& suite,
+                                                         const GoldenSettings& settings,
+                                                         const std::string& reason);
+
+}  // namespace polymorph

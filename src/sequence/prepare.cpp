@@ -1,0 +1,240 @@
+#include "sequence/prepare.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/hash.h"
+#include "image/image_io.h"
+#include "model/load_obj.h"
+#include "model/normals.h"
+#include "model/shapes.h"
+#include "scene/load_scene.h"
+#include "surface/crossfade.h"
+#include "surface/grid.h"
+#include "surface/level.h"
+#include "surface/mesh_check.h"
+
+namespace polymorph {
+namespace {
+
+constexpr float kSurfaceId = 2;  // 0 is nothing, 1 the ground
+constexpr float kFirstObjectId = 3;
+
+Result<Model> load_object(const ObjectSettings& object, bool textures,
+                          std::vector<std::string>& warnings) {
+  if (!object.shape.empty()) return make_shape(object.shape);
+  LoadObjSettings settings;
+  settings.textures = textures;
+  PM_TRY(LoadedModel loaded, load_obj(object.model, settings));
+  warnings.insert(warnings.end(), loaded.warnings.begin(), loaded.warnings.end());
+  return std::move(loaded.model);
+}
+
+void paint(Model& model, Vec3 color) {
+  Material material;
+  material.name = "color";
+  material.color = color;
+  model.materials = {material};
+  model.triangle_materials.assign(model.triangles.size(), 0);
+  model.textures.clear();
+}
+
+/// Puts an object in its place. Standing: turned, brought to the wanted size, centred on the y axis
+/// with its foot on y = 0; the user's scale then works about that foot. `size` <= 0 leaves the size
+/// as it is.
+Model arranged(const Model& model, const ObjectSettings& object, bool stand, float size) {
+  if (!stand)
+    return transformed(model, make_transform(object.translate, object.rotate, object.scale));
+  const Model turned = transformed(model, make_transform({}, object.rotate, {1, 1, 1}));
+  const Box box = turned.box();
+  const float factor = size > 0 && box.diagonal() > 0 ? size / box.diagonal() : 1;
+  const Vec3 foot{box.center().x, box.low.y, box.center().z};
+  const Transform to_origin = make_transform(-factor * foot, {}, {factor, factor, factor});
+  const Transform by_user = make_transform(object.translate, {}, object.scale);
+  return transformed(turned, compose(by_user, to_origin));
+}
+
+std::string content_hash(const Scene& scene, const std::vector<Model>& models) {
+  Scene settings = scene;
+  settings.output = {};  // where frames go does not change them
+  Hasher hasher;
+  hasher.add(scene_to_json(settings, scene.path.parent_path()));
+  for (const Model& model : models) {
+    hasher.add(std::span<const Vec3>(model.points)).add(std::span<const Triangle>(model.triangles));
+    hasher.add(std::span<const Vec3>(model.corner_normals))
+        .add(std::span<const Vec2>(model.corner_uvs));
+    for (const Material& m : model.materials)
+      hasher.add(m.color.x)
+          .add(m.color.y)
+          .add(m.color.z)
+          .add(m.roughness)
+          .add(m.metallic)
+          .add(m.texture);
+    for (const auto& texture : model.textures) hasher.add(pixel_digest(*texture));
+  }
+  return hasher.hex();
+}
+
+/// Balls of one object; with `match_volume` shifted so that they enclose the model's volume.
+Status make_balls(PreparedObject& object, const ObjectSettings& settings, const Scene& scene,
+                  float cell, const ExtractSettings& extract, SurfaceExtractor& extractor,
+                  const std::filesystem::path& cache) {
+  auto tree = approximate_cached(object.model, settings.spheres, cache);
+  if (!tree) return make_error(tree.error().code, "{}: {}", object.name, tree.error().message);
+  const std::vector<Sphere> spheres = tree->leaves();
+  object.sphere_count = spheres.size();
+  object.balls = balls_of(spheres, scene.field);
+  object.model_volume = volume_of(object.model);
+  if (scene.field.kind == FieldKind::kGaussian && scene.field.even) {
+    PM_TRY(object.balls, evened(extractor, std::move(object.balls), extract));
+  }
+  // An open or inside-out model has no volume to match; its balls stay as the field settings make
+  // them.
+  if (scene.field.match_volume && object.model_volume > 0) {
+    PM_TRY(const float iso,
+           iso_for_volume(extractor, object.balls, cell, extract, object.model_volume));
+    object.balls = rescaled(std::move(object.balls), scene.field.kind, iso);
+  }
+  PM_TRY(const Mesh mesh, extract_surface(extractor, object.balls, cell, extract));
+  object.ball_volume = volume_of(mesh);
+  if (mesh.triangles.empty())
+    return make_error(ErrorCode::kInput,
+                      "{}: its {} balls have no surface at this threshold - lower field.threshold "
+                      "or raise spheres.resolution",
+                      object.name, object.balls.size());
+  PM_TRY(object.field_maximum, field_maximum(extractor, object.balls, extract));
+  if (!object.meta)
+    object.shrink_targets = shrink_targets(object.model, object.balls, scene.field.kind);
+  return Ok{};
+}
+
+Status place_camera(PreparedScene& prepared) {
+  const Scene& scene = prepared.scene;
+  std::vector<Vec3> points;  // the models themselves: their common box has empty corners
+  for (const PreparedObject& object : prepared.objects)
+    points.insert(points.end(), object.model.points.begin(), object.model.points.end());
+  prepared.camera = make_camera(scene.camera, points, scene.image.width, scene.image.height);
+  prepared.ground = scene.ground;
+  // A hair below the feet, so that flat bottoms do not share a plane with it.
+  if (!prepared.ground.height)
+    prepared.ground.height = prepared.box.low.y - 1e-3f * prepared.box.diagonal();
+  if (!scene.lights.environment.empty()) {
+    PM_TRY(Image image, read_image(scene.lights.environment));
+    prepared.environment = std::make_shared<const Image>(std::move(image));
+  }
+  return Ok{};
+}
+
+}  // namespace
+
+Result<LoadedScene> load_models(const Scene& scene, bool textures) {
+  LoadedScene loaded;
+  float size = 0;  // the source's
+  for (const ObjectSettings* object : chain_objects(scene)) {
+    PM_TRY(Model model, load_object(*object, textures, loaded.warnings));
+    if (object->color) paint(model, *object->color);
+    const bool stand = scene.arrange == Arrange::kStand && object->arrange;
+    loaded.models.push_back(arranged(model, *object, stand, loaded.models.empty() ? 0 : size));
+    if (loaded.models.size() == 1) size = model.box().diagonal();
+  }
+  return loaded;
+}
+
+Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extractor,
+                                    const std::filesystem::path& cache) {
+  PM_TRY(LoadedScene loaded, load_models(scene, true));
+  PreparedScene prepared;
+  prepared.scene = scene;
+  prepared.warnings = std::move(loaded.warnings);
+  prepared.hash = content_hash(scene, loaded.models);
+  prepared.timeline = make_timeline(scene);
+  prepared.extract.field = scene.field.kind;
+  for (const Model& model : loaded.models) prepared.box = unite(prepared.box, model.box());
+  const Vec3 size = prepared.box.size();
+  prepared.cell = std::max({size.x, size.y, size.z}) / static_cast<float>(scene.surface.resolution);
+  if (!(prepared.cell > 0))
+    return make_error(ErrorCode::kInput, "{}: the objects have no extent - check their scale",
+                      scene.path.string());
+
+  const auto settings = chain_objects(scene);
+  for (std::size_t i = 0; i < settings.size(); ++i) {
+    PreparedObject object;
+    object.name = settings[i]->name;
+    object.meta = settings[i]->meta;
+    object.model = std::move(loaded.models[i]);
+    PM_TRY_STATUS(
+        make_balls(object, *settings[i], scene, prepared.cell, prepared.extract, extractor, cache));
+    prepared.objects.push_back(std::move(object));
+  }
+  for (std::size_t i = 0; i + 1 < prepared.objects.size(); ++i)
+    prepared.plans.push_back(plan_morph(prepared.objects[i].balls, prepared.objects[i + 1].balls,
+                                        scene.field.kind, scene.plan));
+  PM_TRY_STATUS(place_camera(prepared));
+  return prepared;
+}
+
+Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtractor& extractor,
+                                  int frame) {
+  FrameGeometry geometry;
+  const Moment moment = geometry.moment = moment_at(prepared.timeline, frame);
+  const FieldKind kind = prepared.scene.field.kind;
+  const auto at = [](int i) { return static_cast<std::size_t>(i); };
+  if (moment.object >= 0) {
+    const PreparedObject& object = prepared.objects[at(moment.object)];
+    if (moment.boundary > 0 && !object.shrink_targets.empty())
+      geometry.points = shrunk_points(object.model, object.shrink_targets, moment.boundary);
+  }
+  if (moment.growth <= 0) return geometry;
+
+  const float u = moment.u;
+  geometry.balls = balls_at(prepared.plans[at(moment.leg)], u);
+  if (moment.object >= 0) {
+    const PreparedObject& object = prepared.objects[at(moment.object)];
+    geometry.balls = grown(std::move(geometry.balls), kind, moment.growth, object.field_maximum);
+  } else if (prepared.scene.motion.keep_volume && u > 0 && u < 1) {
+    const double from = prepared.objects[at(moment.leg)].ball_volume;
+    const double to = prepared.objects[at(moment.leg + 1)].ball_volume;
+    PM_TRY(geometry.iso, iso_for_volume(extractor, geometry.balls, prepared.cell, prepared.extract,
+                                        (1 - u) * from + u * to));
+  }
+  ExtractSettings extract = prepared.extract;
+  extract.iso = geometry.iso;
+  PM_TRY(geometry.surface, extract_surface(extractor, geometry.balls, prepared.cell, extract));
+  return geometry;
+}
+
+RenderScene render_scene(const PreparedScene& prepared, const FrameGeometry& geometry) {
+  RenderScene scene;
+  scene.camera = prepared.camera;
+  scene.lights = prepared.scene.lights;
+  scene.ground = prepared.ground;
+  scene.look = prepared.scene.look;
+  scene.environment = prepared.environment;
+  scene.bounds = prepared.box;
+  if (!geometry.surface.triangles.empty()) {
+    RenderMesh mesh;
+    mesh.positions = geometry.surface.positions;
+    mesh.triangles = geometry.surface.triangles;
+    mesh.vertex_normals = geometry.surface.normals;
+    mesh.look = 1;
+    mesh.id = kSurfaceId;
+    scene.meshes.push_back(mesh);
+  }
+  if (!geometry.points.empty()) {
+    const Model& model = prepared.objects[static_cast<std::size_t>(geometry.moment.object)].model;
+    RenderMesh mesh;
+    mesh.positions = geometry.points;
+    mesh.triangles = model.triangles;
+    mesh.corner_normals = model.corner_normals;
+    mesh.corner_uvs = model.corner_uvs;
+    mesh.triangle_materials = model.triangle_materials;
+    mesh.materials = model.materials;
+    mesh.textures = model.textures;
+    mesh.look = geometry.moment.look;
+    mesh.id = kFirstObjectId + static_cast<float>(geometry.moment.object);
+    scene.meshes.push_back(mesh);
+  }
+  return scene;
+}
+
+}  // namespace polymorph

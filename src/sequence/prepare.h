@@ -1,0 +1,74 @@
+// Everything that is done once before the first frame: models, spheres, balls, plans, camera.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/box.h"
+#include "base/result.h"
+#include "kernels/extract_surface.h"
+#include "model/model.h"
+#include "morph/plan.h"
+#include "morph/timeline.h"
+#include "render/render.h"
+#include "scene/scene.h"
+#include "spheres/spheres.h"
+
+namespace polymorph {
+
+/// An object of the chain, in its place in the world.
+struct PreparedObject {
+  std::string name;
+  Model model;
+  bool meta = false;
+  std::size_t sphere_count = 0;
+  std::vector<Ball> balls;  ///< surface at field = 1
+  double model_volume = 0;
+  double ball_volume = 0;  ///< enclosed by the balls' surface
+  float field_maximum = 1;
+  std::vector<Vec3> shrink_targets;  ///< one a model point; empty for a meta-object
+};
+
+struct PreparedScene {
+  Scene scene;
+  std::string hash;  ///< of all settings and models that decide the pixels
+  Timeline timeline;
+  std::vector<PreparedObject> objects;
+  std::vector<MorphPlan> plans;  ///< one a leg
+  Box box;                       ///< of all objects
+  float cell = 0;                ///< edge of the surface's cells
+  ExtractSettings extract;
+  Camera camera;
+  GroundSettings ground;
+  std::shared_ptr<const Image> environment;
+  std::vector<std::string> warnings;
+};
+
+/// Loads and arranges the chain's models: what `check` needs.
+struct LoadedScene {
+  std::vector<Model> models;  ///< in chain order, arranged
+  std::vector<std::string> warnings;
+};
+Result<LoadedScene> load_models(const Scene& scene, bool textures);
+
+/// `cache_folder` empty: no sphere cache. Errors: kInput (models), kResource.
+Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extractor,
+                                    const std::filesystem::path& cache_folder);
+
+/// The geometry of one frame.
+struct FrameGeometry {
+  Moment moment;
+  std::vector<Ball> balls;  ///< empty while only a model shows
+  float iso = 1;
+  Mesh surface;              ///< of the balls
+  std::vector<Vec3> points;  ///< of the model `moment.object`, when one shows
+};
+Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtractor& extractor,
+                                  int frame);
+
+/// What the renderer is given for one frame; borrows from both arguments.
+RenderScene render_scene(const PreparedScene& prepared, const FrameGeometry& geometry);
+
+}  // namespace polymorph

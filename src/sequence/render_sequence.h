@@ -1,0 +1,78 @@
+// A sequence of frames to files: order, names, resume, progress, report.
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "image/image.h"
+#include "kernels/extract_surface.h"
+#include "scene/scene.h"
+#include "sequence/frames.h"
+#include "sequence/prepare.h"
+
+namespace polymorph {
+
+/// "cpu", "cuda", "cuda:1" or "auto" (CUDA where it answers, else the CPU, said once).
+/// Errors: kUsage for another word; kResource when a device asked for by name is not there.
+Result<std::unique_ptr<SurfaceExtractor>> make_extractor(const std::string& device,
+                                                         std::string& chosen);
+
+enum class Existing { kRefuse, kSkip, kOverwrite };
+
+struct SequenceSettings {
+  std::vector<int> frames;  ///< in the order to render
+  FramePattern exr;         ///< empty `before`: no EXR
+  FramePattern png;         ///< empty `before`: no PNG
+  Existing existing = Existing::kRefuse;
+  bool keep_going = false;  ///< a failed frame does not stop the others
+  bool dry_run = false;     ///< only say what would be done
+  std::string device = "auto";
+  std::string isa;                     ///< of Embree; "" = the best
+  std::filesystem::path cache_folder;  ///< empty: none
+  std::string command;                 ///< for the image headers
+  /// Set from outside (a signal handler) to stop after what is in progress.
+  const std::atomic<bool>* stop = nullptr;
+};
+
+struct FrameRecord {
+  enum class State { kDone, kSkipped, kFailed, kPlanned };
+  int frame = 0;
+  State state = State::kPlanned;
+  std::string stage;
+  double seconds = 0, surface_seconds = 0, trace_seconds = 0, write_seconds = 0;
+  std::size_t balls = 0, vertices = 0, triangles = 0;
+  std::string digest;  ///< of the surface mesh; empty when there is none
+  std::vector<std::filesystem::path> files;
+  std::string error;
+};
+
+struct RunReport {
+  std::vector<FrameRecord> frames;
+  std::string device, isa, scene_hash;
+  int threads = 1;
+  double prepare_seconds = 0, total_seconds = 0;
+  std::uint64_t peak_memory = 0;  ///< bytes
+  bool stopped = false;
+  std::size_t count(FrameRecord::State state) const;
+};
+std::string to_json(const RunReport& report);
+
+/// Called after each frame: how many are finished of how many, and the last one.
+using ProgressCallback =
+    std::function<void(std::size_t done, std::size_t of, const FrameRecord& last)>;
+
+/// Renders the frames. Errors: the first failing frame's, unless keep_going.
+Result<RunReport> render_sequence(const Scene& scene, const SequenceSettings& settings,
+                                  const ProgressCallback& progress);
+
+/// One frame in memory: `geometry` as geometry_at() gave it.
+Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,
+                           Renderer& renderer, const std::string& device,
+                           const std::string& command);
+
+}  // namespace polymorph

@@ -1,0 +1,61 @@
+// Model -> spheres, and spheres -> balls of a field.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "kernels/types.h"
+#include "model/inside.h"
+#include "model/model.h"
+#include "scene/scene.h"
+
+namespace polymorph {
+
+/// A shape (a Ball is a field source).
+struct Sphere {
+  Vec3 center;
+  float radius = 0;
+};
+
+struct SphereNode {
+  Sphere sphere;
+  std::int32_t parent = -1;  ///< index into nodes, -1 for a root
+  std::int16_t level = 0;    ///< 0 = the root cube
+  bool leaf = false;         ///< part of the flat approximation
+};
+
+/// Parents stand before children. `leaves()` in array order is the report's flat list.
+struct SphereTree {
+  std::vector<SphereNode> nodes;
+  std::vector<Sphere> leaves() const;
+};
+
+/// Approximates the inside of `model` by spheres (method: docs/method.md, Spheres).
+/// `octree`: a cube around the bounding box, 2^(R-1) cells an axis at the finest level; a finest
+/// cell whose centre is inside gives one sphere. `active`: from the root down, a cell with MORE
+/// than 4 of its 8 corners inside gives one sphere and its children are dropped (report 5.1.3.2).
+/// Resolution 0 takes the finest one that gives at most 8000 spheres.
+/// A sphere's radius is that of the ball with its cell's volume.
+/// Errors (kInput): nothing of the model is inside at this resolution - says which to raise.
+Result<SphereTree> approximate(const Model& model, const SphereSettings& settings);
+
+/// approximate(), through the disk cache in `cache_folder` (empty: no cache). The key is a hash of
+/// the points, triangles, settings and algorithm version; damaged or foreign files are one warning
+/// and a rebuild.
+Result<SphereTree> approximate_cached(const Model& model, const SphereSettings& settings,
+                                      const std::filesystem::path& cache_folder);
+
+/// POLYMORPH_CACHE_DIR, else XDG_CACHE_HOME/polymorph, else ~/.cache/polymorph; empty when none can
+/// be had.
+std::filesystem::path default_cache_folder();
+
+/// Balls of the wanted field for these spheres: with blobbiness B a Gaussian ball has a = B / R^2
+/// and w = B (Blinn 1982: a lone ball's surface is at r = R); an inverse-square ball has w =
+/// blob_constant * magnitude * R^2 / threshold.
+std::vector<Ball> balls_of(const std::vector<Sphere>& spheres, const FieldSettings& field);
+
+}  // namespace polymorph

@@ -1,0 +1,66 @@
+#include "surface/crossfade.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/parallel.h"
+#include "base/result.h"
+
+namespace polymorph {
+namespace {
+
+/// ln of a ball's field contribution at distance squared d2.
+float log_strength(const Ball& ball, FieldKind kind, float d2) {
+  return kind == FieldKind::kGaussian ? ball.w - ball.a * d2
+                                      : std::log(std::max(ball.w, 1e-30f) / std::max(d2, 1e-12f));
+}
+
+Vec3 shrink_target(Vec3 point, const std::vector<Ball>& balls, FieldKind kind) {
+  // Two passes, so that the largest term is 1 and nothing over- or underflows.
+  float largest = -std::numeric_limits<float>::infinity();
+  for (const Ball& ball : balls) {
+    const Vec3 d = point - ball.center;
+    largest = std::max(largest, log_strength(ball, kind, dot(d, d)));
+  }
+  double sum = 0, x = 0, y = 0, z = 0;
+  for (const Ball& ball : balls) {
+    const Vec3 d = point - ball.center;
+    const float e = log_strength(ball, kind, dot(d, d)) - largest;
+    if (e < -12) continue;
+    // Squared shares: the far field of an inverse-square ball would pull everything to the middle.
+    const double q = std::exp(2.0 * static_cast<double>(e));
+    sum += q;
+    x += q * static_cast<double>(ball.center.x);
+    y += q * static_cast<double>(ball.center.y);
+    z += q * static_cast<double>(ball.center.z);
+  }
+  return {static_cast<float>(x / sum), static_cast<float>(y / sum), static_cast<float>(z / sum)};
+}
+
+}  // namespace
+
+std::vector<Vec3> shrink_targets(const Model& model, const std::vector<Ball>& balls,
+                                 FieldKind kind) {
+  PM_CHECK(!balls.empty());
+  std::vector<Vec3> targets(model.points.size());
+  parallel_for(
+      static_cast<std::int64_t>(targets.size()),
+      [&](std::int64_t i) {
+        const auto k = static_cast<std::size_t>(i);
+        targets[k] = shrink_target(model.points[k], balls, kind);
+      },
+      64);
+  return targets;
+}
+
+std::vector<Vec3> shrunk_points(const Model& model, const std::vector<Vec3>& targets,
+                                float boundary) {
+  PM_CHECK(targets.size() == model.points.size());
+  std::vector<Vec3> points(model.points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points[i] = (1 - boundary) * targets[i] + boundary * model.points[i];  // exact at both ends
+  return points;
+}
+
+}  // namespace polymorph

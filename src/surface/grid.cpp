@@ -1,0 +1,75 @@
+#include "surface/grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace polymorph {
+namespace {
+
+Box grown_box(const Box& box, float by) {
+  return {box.low - Vec3{by, by, by}, box.high + Vec3{by, by, by}};
+}
+
+}  // namespace
+
+Status to_status(const ExtractStatus& status) {
+  switch (status.code) {
+    case ExtractCode::kOk:
+      return Ok{};
+    case ExtractCode::kBadInput:
+      return Error{ErrorCode::kInput, status.message};
+    default:
+      return Error{ErrorCode::kResource, status.message};
+  }
+}
+
+Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settings) {
+  Box box;
+  if (settings.field == FieldKind::kInverseSquare) {
+    // Outside the centres' box at distance d the field is at most (sum w) / d^2.
+    double sum = 0;
+    for (const Ball& ball : balls) {
+      box = extend(box, ball.center);
+      sum += std::max(ball.w, 0.0f);
+    }
+    return balls.empty() ? box : grown_box(box, static_cast<float>(std::sqrt(sum / settings.iso)));
+  }
+  for (const Ball& ball : balls) {
+    const float reach = ball.w - std::log(settings.cutoff * settings.iso);
+    if (reach <= 0) continue;
+    const float r = std::sqrt(reach / ball.a);
+    box = unite(box, {ball.center - Vec3{r, r, r}, ball.center + Vec3{r, r, r}});
+  }
+  return box;
+}
+
+Result<Grid> fit_grid(const Box& box, float cell) {
+  PM_CHECK(!box.empty() && cell > 0);
+  const auto low = [&](float v) { return std::floor(static_cast<double>(v) / cell) - 1; };
+  const auto high = [&](float v) { return std::ceil(static_cast<double>(v) / cell) + 1; };
+  const double nx = high(box.high.x) - low(box.low.x) + 1;
+  const double ny = high(box.high.y) - low(box.low.y) + 1;
+  const double nz = high(box.high.z) - low(box.low.z) + 1;
+  if (!(nx * ny * nz < 1.1e12) || std::max({nx, ny, nz}) > 65536)
+    return make_error(
+        ErrorCode::kResource,
+        "the surface grid would need {:.3g} x {:.3g} x {:.3g} points - lower surface.resolution",
+        nx, ny, nz);
+  const auto at = [&](double index) { return static_cast<float>(index * cell); };
+  return Grid{{at(low(box.low.x)), at(low(box.low.y)), at(low(box.low.z))},
+              cell,
+              {static_cast<int>(nx), static_cast<int>(ny), static_cast<int>(nz)}};
+}
+
+Result<Mesh> extract_surface(SurfaceExtractor& extractor, const std::vector<Ball>& balls,
+                             float cell, const ExtractSettings& settings) {
+  Mesh mesh;
+  const Box box = surface_bounds(balls, settings);
+  if (box.empty()) return mesh;
+  PM_TRY(const Grid grid, fit_grid(box, cell));
+  PM_TRY_STATUS(to_status(extractor.extract(balls, grid, settings, mesh)));
+  return mesh;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,29 @@
+// Where the field is sampled, and the surface that comes of it.
+#pragma once
+
+#include <vector>
+
+#include "base/box.h"
+#include "base/result.h"
+#include "kernels/extract_surface.h"
+#include "scene/scene.h"
+
+namespace polymorph {
+
+/// What the kernels say, as a Result: kInput for bad balls, kResource for devices and memory.
+Status to_status(const ExtractStatus& status);
+
+/// A box that the surface field = iso of these balls cannot leave (it may be far from tight).
+Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settings);
+
+/// The grid of cubic cells over `box`, one free cell around it, anchored at multiples of `cell` in
+/// world coordinates: a shape that stands still is sampled alike in every frame. Errors
+/// (kResource): more than 2^40 points.
+Result<Grid> fit_grid(const Box& box, float cell);
+
+/// The surface field = iso of the balls, on cells of edge `cell`. No balls or none visible: an
+/// empty mesh. Errors: kResource (device or memory), kInput (NaN in the balls).
+Result<Mesh> extract_surface(SurfaceExtractor& extractor, const std::vector<Ball>& balls,
+                             float cell, const ExtractSettings& settings);
+
+}  // namespace polymorph

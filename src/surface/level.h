@@ -1,0 +1,36 @@
+// Strengths and levels: how high the field must stand for a surface of the right size.
+#pragma once
+
+#include <vector>
+
+#include "base/result.h"
+#include "kernels/extract_surface.h"
+
+namespace polymorph {
+
+/// The iso at which the surface encloses `volume`, found by safeguarded secant steps on meshes of
+/// cells of edge `cell`, to 0.2 % of the volume. `start` is tried first. Errors as
+/// extract_surface().
+Result<float> iso_for_volume(SurfaceExtractor& extractor, const std::vector<Ball>& balls,
+                             float cell, const ExtractSettings& settings, double volume,
+                             float start = 1);
+
+/// Balls whose surface at iso = 1 is that of `balls` at `iso`.
+std::vector<Ball> rescaled(std::vector<Ball> balls, FieldKind kind, float iso);
+
+/// Balls on their way from nothing (growth 0: no surface) to themselves (1). Gaussian: the level
+/// falls from the field's maximum to 1; inverse-square: visible radii grow linearly.
+std::vector<Ball> grown(std::vector<Ball> balls, FieldKind kind, float growth, float field_maximum);
+
+/// The largest field value at the balls' own centres.
+Result<float> field_maximum(SurfaceExtractor& extractor, const std::vector<Ball>& balls,
+                            const ExtractSettings& settings);
+
+/// Gaussian balls with strengths chosen so that the field is nearly the same at every centre: the
+/// middle of a handle then stands as firm as the middle of the body, and smooth (small) blobbiness
+/// does not melt thin parts away. A few damped multiplicative steps; balls that already reach the
+/// field's plateau are left alone.
+Result<std::vector<Ball>> evened(SurfaceExtractor& extractor, std::vector<Ball> balls,
+                                 const ExtractSettings& settings);
+
+}  // namespace polymorph

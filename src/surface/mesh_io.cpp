@@ -1,0 +1,78 @@
+#include "surface/mesh_io.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <iterator>
+
+#include "base/file.h"
+
+namespace polymorph {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "encode_ply writes memory as it is");
+
+template <class T>
+void append(std::string& bytes, const T& value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+float visible_radius(const Ball& ball, FieldKind kind) {
+  return std::sqrt(std::max(kind == FieldKind::kGaussian ? ball.w / ball.a : ball.w, 0.0f));
+}
+
+}  // namespace
+
+std::string encode_obj(const Mesh& mesh) {
+  std::string text = "# polymorph surface\n";
+  auto out = std::back_inserter(text);
+  for (const Vec3& p : mesh.positions) fmt::format_to(out, "v {} {} {}\n", p.x, p.y, p.z);
+  for (const Vec3& n : mesh.normals) fmt::format_to(out, "vn {} {} {}\n", n.x, n.y, n.z);
+  for (const Triangle& t : mesh.triangles)
+    fmt::format_to(out, "f {0}//{0} {1}//{1} {2}//{2}\n", t.v[0] + 1, t.v[1] + 1, t.v[2] + 1);
+  return text;
+}
+
+std::string encode_ply(const Mesh& mesh) {
+  std::string bytes = fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment polymorph surface\nelement vertex {}\n"
+      "property float x\nproperty float y\nproperty float z\n"
+      "property float nx\nproperty float ny\nproperty float nz\n"
+      "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+      mesh.positions.size(), mesh.triangles.size());
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    append(bytes, mesh.positions[i]);
+    append(bytes, mesh.normals[i]);
+  }
+  for (const Triangle& t : mesh.triangles) {
+    append(bytes, std::uint8_t{3});
+    append(bytes, t);
+  }
+  return bytes;
+}
+
+std::string encode_balls(const std::vector<Ball>& balls, FieldKind kind) {
+  std::string text = fmt::format("{{\n  \"field\": \"{}\",\n  \"balls\": [",
+                                 kind == FieldKind::kGaussian ? "gaussian" : "inverse_square");
+  auto out = std::back_inserter(text);
+  for (std::size_t i = 0; i < balls.size(); ++i)
+    fmt::format_to(out,
+                   "{}\n    {{\"center\": [{}, {}, {}], \"a\": {}, \"w\": {}, \"radius\": {}}}",
+                   i ? "," : "", balls[i].center.x, balls[i].center.y, balls[i].center.z,
+                   balls[i].a, balls[i].w, visible_radius(balls[i], kind));
+  text += "\n  ]\n}\n";
+  return text;
+}
+
+Status write_mesh(const std::filesystem::path& path, const Mesh& mesh) {
+  if (path.extension() == ".obj") return write_file(path, encode_obj(mesh));
+  if (path.extension() == ".ply") return write_file(path, encode_ply(mesh));
+  return make_error(ErrorCode::kUsage, "{}: unknown mesh format \"{}\" - use .obj or .ply",
+                    path.string(), path.extension().string());
+}
+
+}  // namespace polymorph

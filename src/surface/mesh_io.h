@@ -1,0 +1,24 @@
+// Surfaces and balls as files.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "kernels/mesh.h"
+#include "kernels/types.h"
+
+namespace polymorph {
+
+/// Wavefront OBJ text with v, vn and f. Numbers read back to the same floats.
+std::string encode_obj(const Mesh& mesh);
+/// Binary little-endian PLY with positions, normals and indices.
+std::string encode_ply(const Mesh& mesh);
+/// {"field": "gaussian", "balls": [{"center": [x, y, z], "a": .., "w": .., "radius": ..}, ...]}.
+std::string encode_balls(const std::vector<Ball>& balls, FieldKind kind);
+
+/// By extension: .obj or .ply. Errors: kUsage for another extension, kOutput when writing fails.
+Status write_mesh(const std::filesystem::path& path, const Mesh& mesh);
+
+}  // namespace polymorph

@@ -1,0 +1,156 @@
+// The same bits from any number of threads, after flush-to-zero, and from the CPU and CUDA
+// backends.
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <vector>
+
+#if defined(__SSE__)
+#include <xmmintrin.h>
+#endif
+
+#include "backend_fixture.h"
+#include "kernels/cpu_backend.h"
+#include "kernels/extract.h"
+#include "mesh_checks.h"
+
+namespace polymorph {
+namespace {
+
+Mesh extract_with_threads(int threads, FieldKind field) {
+  const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
+                                    static_cast<std::size_t>(threads));
+  tbb::task_arena arena(threads);
+  Mesh mesh;
+  arena.execute([&] {
+    ExtractSettings settings;
+    settings.field = field;
+    const auto extractor = make_cpu_extractor();
+    const ExtractStatus status =
+        extractor->extract(random_balls(80, field, 5), cube_grid(71, 1.6f), settings, mesh);
+    EXPECT_EQ(status.code, ExtractCode::kOk) << status.message;
+  });
+  return mesh;
+}
+
+TEST(Determinism, any_number_of_threads_gives_the_same_bits) {
+  for (const FieldKind field : {FieldKind::kGaussian, FieldKind::kInverseSquare}) {
+    const Mesh one = extract_with_threads(1, field);
+    ASSERT_FALSE(one.triangles.empty());
+    for (int threads : {2, 3, 7}) expect_same_mesh(extract_with_threads(threads, field), one);
+  }
+}
+
+/// The passes as a GPU thread sees them, one point at a time, without a GPU.
+class ScalarBackend : public CpuBackend {
+ public:
+  static constexpr int kLanes = 1;
+};
+
+TEST(Determinism, one_point_at_a_time_gives_the_bits_of_eight) {
+  Extraction<ScalarBackend> scalar;
+  const auto lanes = make_cpu_extractor();
+  for (const FieldKind field : {FieldKind::kGaussian, FieldKind::kInverseSquare}) {
+    ExtractSettings settings;
+    settings.field = field;
+    settings.refine_steps = 2;
+    const std::vector<Ball> balls = random_balls(150, field, 31);
+    Mesh one, eight;
+    ASSERT_EQ(scalar.extract(balls, cube_grid(83, 1.6f), settings, one).code, ExtractCode::kOk);
+    ASSERT_EQ(lanes->extract(balls, cube_grid(83, 1.6f), settings, eight).code, ExtractCode::kOk);
+    ASSERT_FALSE(one.triangles.empty());
+    expect_same_mesh(one, eight);
+  }
+}
+
+#if defined(__SSE__)
+TEST(Determinism, flush_to_zero_left_by_a_renderer_changes_nothing) {
+  const auto extract = [] {
+    // Weak, wide balls at a tiny iso: their contributions come near the smallest normal floats.
+    ExtractSettings settings;
+    settings.iso = 1e-20f;
+    settings.cutoff = 1e-12f;
+    std::vector<Ball> balls = random_balls(40, FieldKind::kGaussian, 9);
+    for (Ball& ball : balls) ball.w -= 46.0517f;  // ln 1e20
+    Mesh mesh;
+    const auto extractor = make_cpu_extractor();
+    EXPECT_EQ(extractor->extract(balls, cube_grid(50, 1.6f), settings, mesh).code,
+              ExtractCode::kOk);
+    return mesh;
+  };
+  const Mesh plain = extract();
+  ASSERT_FALSE(plain.triangles.empty());
+  const unsigned saved = _mm_getcsr();
+  _mm_setcsr(saved | 0x8040u);
+  const Mesh flushed = extract();
+  const unsigned after = _mm_getcsr();
+  _mm_setcsr(saved);
+  EXPECT_EQ(after & 0x8040u, 0x8040u) << "the caller's mode is not ours to change";
+  expect_same_mesh(flushed, plain);
+}
+#endif
+
+class ParityTest : public testing::TestWithParam<FieldKind> {};
+
+TEST_P(ParityTest, cuda_gives_the_bits_of_the_cpu) {
+  ExtractStatus status;
+  const auto cuda = make_cuda_extractor(0, status);
+  PM_SKIP_WITHOUT(cuda, status);
+  const auto cpu = make_cpu_extractor();
+  struct Case {
+    int balls, points, refine_steps;
+    float iso, cutoff;
+  };
+  unsigned seed = 100;
+  for (const Case& c :
+       {Case{1, 20, 0, 1, 1e-4f}, Case{40, 33, 1, 1, 1e-4f}, Case{200, 75, 2, 0.5f, 1e-3f},
+        Case{1000, 130, 1, 1, 1e-4f}, Case{60, 64, 4, 3, 1e-6f}}) {
+    SCOPED_TRACE(testing::Message() << c.balls << " balls, " << c.points << " points");
+    ExtractSettings settings;
+    settings.field = GetParam();
+    settings.iso = c.iso;
+    settings.cutoff = c.cutoff;
+    settings.refine_steps = c.refine_steps;
+    const std::vector<Ball> balls = random_balls(c.balls, GetParam(), ++seed);
+    const Grid grid = cube_grid(c.points, 1.55f);
+    Mesh from_cpu, from_cuda;
+    ASSERT_EQ(cpu->extract(balls, grid, settings, from_cpu).code, ExtractCode::kOk);
+    status = cuda->extract(balls, grid, settings, from_cuda);
+    ASSERT_EQ(status.code, ExtractCode::kOk) << status.message;
+    expect_same_mesh(from_cuda, from_cpu);
+    std::vector<Vec3> points;
+    for (const Ball& ball : random_balls(10007, GetParam(), seed + 50))
+      points.push_back(ball.center * 1.6f);
+    std::vector<float> cpu_values, cuda_values;
+    ASSERT_EQ(cpu->sample(balls, points, settings, cpu_values).code, ExtractCode::kOk);
+    ASSERT_EQ(cuda->sample(balls, points, settings, cuda_values).code, ExtractCode::kOk);
+    EXPECT_TRUE(same_bits(cpu_values, cuda_values));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Cuda, ParityTest,
+                         testing::Values(FieldKind::kGaussian, FieldKind::kInverseSquare),
+                         [](const testing::TestParamInfo<FieldKind>& field) {
+                           return field.param == FieldKind::kGaussian ? "Gaussian"
+                                                                      : "InverseSquare";
+                         });
+
+TEST(Devices, the_list_agrees_with_what_can_be_made) {
+  const DeviceList list = list_cuda_devices();
+  ExtractStatus status;
+  EXPECT_EQ(make_cuda_extractor(0, status) != nullptr, !list.devices.empty()) << status.message;
+  EXPECT_EQ(status.code == ExtractCode::kBuiltWithout, !list.built_with_cuda);
+  EXPECT_EQ(list.runtime.empty(), !list.built_with_cuda);
+  EXPECT_EQ(list.driver.empty(), !list.built_with_cuda);
+}
+
+TEST(Devices, an_index_that_is_not_there_says_why) {
+  ExtractStatus status;
+  EXPECT_EQ(make_cuda_extractor(4711, status), nullptr);
+  EXPECT_NE(status.code, ExtractCode::kOk);
+  EXPECT_FALSE(status.message.empty());
+}
+
+}  // namespace
+}  // namespace polymorph

@@ -1,0 +1,397 @@
+// Properties of the extracted surface, on every backend.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "backend_fixture.h"
+#include "kernels/mc_tables.h"
+#include "mesh_checks.h"
+
+namespace polymorph {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+/// In cells: a vertex may be 1/512 off where it is held away from a grid point, more where its edge
+/// grazes the sphere. Straight interpolation would leave 0.04.
+constexpr double kPlacement = 0.003;
+
+double furthest_from_radius(const Mesh& mesh, Vec3 center, double radius) {
+  double worst = 0;
+  for (const Vec3 p : mesh.positions) {
+    worst = std::max(worst, std::fabs(length_of(minus(to_double(p), to_double(center))) - radius));
+  }
+  return worst;
+}
+
+TEST_P(SurfaceTest, lone_gaussian_ball_is_its_sphere) {
+  const Vec3 center = {0.013f, -0.021f, 0.007f};
+  const Grid grid = cube_grid(50, 1.0f);
+  const Mesh mesh = extract({gaussian_ball(center, 0.7f)}, grid);
+  expect_sound(mesh);
+  EXPECT_EQ(euler_of(mesh), 2);
+  EXPECT_LT(furthest_from_radius(mesh, center, 0.7), kPlacement * static_cast<double>(grid.cell));
+  EXPECT_NEAR(volume_of(mesh) / (4.0 / 3 * kPi * 0.343), 1, 0.003);
+  EXPECT_NEAR(area_of(mesh) / (4 * kPi * 0.49), 1, 0.003);
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    const Double3 out = minus(to_double(mesh.positions[i]), to_double(center));
+    ASSERT_GT(dot_of(out, to_double(mesh.normals[i])) / length_of(out), 0.99999);
+  }
+}
+
+TEST_P(SurfaceTest, lone_inverse_square_ball_is_its_sphere) {
+  ExtractSettings settings;
+  settings.field = FieldKind::kInverseSquare;
+  const Grid grid = cube_grid(47, 1.0f);
+  const Mesh mesh = extract({{{0.01f, 0.02f, 0.03f}, 1, 0.49f}}, grid, settings);
+  expect_sound(mesh);
+  EXPECT_EQ(euler_of(mesh), 2);
+  EXPECT_LT(furthest_from_radius(mesh, {0.01f, 0.02f, 0.03f}, 0.7),
+            kPlacement * static_cast<double>(grid.cell));
+}
+
+TEST_P(SurfaceTest, one_refining_step_is_exact_for_a_lone_gaussian_ball) {
+  const Grid grid = cube_grid(12, 1.0f);  // coarse: 0.18 a cell
+  for (int steps = 0; steps <= 4; ++steps) {
+    ExtractSettings settings;
+    settings.refine_steps = steps;
+    const double worst =
+        furthest_from_radius(extract({gaussian_ball({}, 0.61f)}, grid, settings), {}, 0.61);
+    if (steps == 0) {
+      EXPECT_GT(worst, 1e-3) << "straight interpolation should show, or the test shows nothing";
+    } else {
+      EXPECT_LT(worst, 1e-6) << steps << " steps";
+    }
+  }
+}
+
+TEST_P(SurfaceTest, refining_converges_between_many_balls) {
+  const std::vector<Ball> balls = random_balls(60, FieldKind::kGaussian, 21);
+  const Grid grid = cube_grid(24, 1.7f);
+  std::vector<double> mean;
+  for (int steps = 0; steps <= 4; ++steps) {
+    ExtractSettings settings;
+    settings.refine_steps = steps;
+    const std::vector<float> values = sample(balls, extract(balls, grid, settings).positions);
+    double sum = 0;
+    for (float value : values) sum += std::fabs(static_cast<double>(value) - 1);
+    mean.push_back(sum / static_cast<double>(values.size()));
+  }
+  EXPECT_LT(mean[1], 0.25 * mean[0]);
+  EXPECT_LT(mean[2], 0.5 * mean[1]);
+  EXPECT_LE(mean[4], mean[2] * 1.01);
+}
+
+TEST_P(SurfaceTest, iso_moves_the_surface) {
+  ExtractSettings settings;
+  settings.iso = std::exp(1.0f);  // exp(4 (1 - r^2)) = e at r^2 = 3/4
+  const Mesh mesh = extract({gaussian_ball({}, 1)}, cube_grid(60, 1.2f), settings);
+  EXPECT_LT(furthest_from_radius(mesh, {}, std::sqrt(0.75)), 1e-4);
+}
+
+TEST_P(SurfaceTest, coincident_balls_grow_by_the_blobbiness) {
+  for (int k : {2, 5, 20}) {
+    const std::vector<Ball> balls(static_cast<std::size_t>(k), gaussian_ball({}, 0.5f));
+    const double radius = 0.5 * std::sqrt(1 + std::log(k) / static_cast<double>(kBlobbiness));
+    EXPECT_LT(furthest_from_radius(extract(balls, cube_grid(40, 1.0f)), {}, radius), 2e-4) << k;
+  }
+}
+
+TEST_P(SurfaceTest, ring_of_balls_is_a_torus) {
+  std::vector<Ball> balls;
+  for (int i = 0; i < 24; ++i) {
+    const float angle = static_cast<float>(i) * 6.2831853f / 24;
+    balls.push_back(gaussian_ball({std::cos(angle), std::sin(angle), 0.02f}, 0.3f));
+  }
+  const Mesh mesh = extract(balls, cube_grid(53, 1.7f));
+  expect_sound(mesh);
+  EXPECT_EQ(euler_of(mesh), 0);
+}
+
+/// Coarse grids make every ambiguous case, sizes that are no multiple of a brick every seam.
+TEST_P(SurfaceTest, random_balls_give_closed_manifolds) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    for (const FieldKind field : {FieldKind::kGaussian, FieldKind::kInverseSquare}) {
+      SCOPED_TRACE(testing::Message() << "seed " << seed << " field " << static_cast<int>(field));
+      ExtractSettings settings;
+      settings.field = field;
+      const int n = 9 + static_cast<int>(seed) * 2;
+      const Grid grid = {{-1.6f, -1.5f, -1.7f}, 3.3f / static_cast<float>(n), {n, n + 1, n + 2}};
+      ASSERT_NO_FATAL_FAILURE(expect_sound(extract(random_balls(40, field, seed), grid, settings)));
+    }
+  }
+}
+
+TEST_P(SurfaceTest, surface_through_grid_points_has_no_degenerate_triangle) {
+  // Radius 4 cells around a grid point: six axis points lie exactly on the surface, others within
+  // rounding.
+  const Grid grid = {{-1, -1, -1}, 0.125f, {17, 17, 17}};
+  for (float w : {3.999999f, 4.0f, 4.000001f}) {
+    ASSERT_NO_FATAL_FAILURE(expect_sound(extract({{{0, 0, 0}, 16, w}}, grid)));
+  }
+}
+
+TEST_P(SurfaceTest, cut_at_the_border_is_flat_and_closed) {
+  // Centre on the border plane x = 1: half a ball.
+  const Grid grid = cube_grid(51, 1.0f);
+  const Mesh mesh = extract({gaussian_ball({1, 0, 0}, 0.6f)}, grid);
+  expect_sound(mesh);
+  EXPECT_EQ(euler_of(mesh), 2);
+  EXPECT_NEAR(volume_of(mesh) / (2.0 / 3 * kPi * 0.216), 1, 0.005);
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    ASSERT_LT(mesh.positions[i].x, 1 + 0.01f * grid.cell);
+    if (mesh.positions[i].x <= 1) continue;
+    ASSERT_TRUE(mesh.normals[i] == (Vec3{1, 0, 0}));
+  }
+}
+
+TEST_P(SurfaceTest, grid_wholly_inside_is_a_closed_box) {
+  const Grid grid = {{-0.5f, -0.4f, -0.3f}, 0.1f, {11, 9, 7}};
+  for (const FieldKind field : {FieldKind::kGaussian, FieldKind::kInverseSquare}) {
+    ExtractSettings settings;
+    settings.field = field;
+    const Mesh mesh = extract({{{0, 0, 0}, 0.04f, 4.0f}}, grid, settings);
+    expect_sound(mesh);
+    EXPECT_EQ(euler_of(mesh), 2);
+    EXPECT_NEAR(volume_of(mesh), 1.0 * 0.8 * 0.6, 0.003);
+  }
+}
+
+TEST_P(SurfaceTest, nothing_to_extract_is_an_empty_mesh) {
+  const Grid grid = cube_grid(20, 1.0f);
+  Mesh mesh = extract({gaussian_ball({}, 0.5f)}, grid);
+  ASSERT_FALSE(mesh.triangles.empty());
+  const std::vector<std::vector<Ball>> cases = {
+      {}, {gaussian_ball({50, 0, 0}, 0.5f)}, {{{0, 0, 0}, 4, -0.1f}}, {{{0, 0, 0}, 4, -30.0f}}};
+  for (const std::vector<Ball>& balls : cases) {
+    EXPECT_EQ(extractor_->extract(balls, grid, {}, mesh).code, ExtractCode::kOk);
+    EXPECT_TRUE(mesh.positions.empty() && mesh.normals.empty() && mesh.triangles.empty());
+    mesh.positions.resize(3);  // left over from another frame
+  }
+}
+
+TEST_P(SurfaceTest, extreme_balls_stay_sound) {
+  std::vector<Ball> balls = {gaussian_ball({}, 0.5f)};
+  balls.push_back(
+      {{0.2f, 0, 0}, 3e4f, 3000.0f});  // far stronger than floats: clamped, radius kept apart
+  balls.push_back({{1e30f, -1e30f, 1e30f}, 1, 4});
+  balls.push_back({{0, 0, 0}, 1e10f, 4});  // smaller than a cell
+  balls.push_back({{0, 0, 0}, 4, -1e30f});
+  ASSERT_NO_FATAL_FAILURE(expect_sound(extract(balls, cube_grid(31, 1.0f))));
+}
+
+TEST_P(SurfaceTest, bad_input_is_refused_with_a_reason) {
+  const Grid grid = cube_grid(20, 1.0f);
+  const Ball good = gaussian_ball({}, 0.5f);
+  const float nan = std::nanf(""), inf = INFINITY;
+  const auto refused = [&](const std::vector<Ball>& balls, const Grid& g, const ExtractSettings& s,
+                           const char* word) {
+    Mesh mesh;
+    mesh.positions.resize(5);
+    const ExtractStatus status = extractor_->extract(balls, g, s, mesh);
+    EXPECT_EQ(status.code, ExtractCode::kBadInput) << word;
+    EXPECT_NE(status.message.find(word), std::string::npos) << status.message;
+    EXPECT_TRUE(mesh.positions.empty());
+  };
+  refused({good, {{nan, 0, 0}, 1, 1}}, grid, {}, "ball 1");
+  refused({{{0, inf, 0}, 1, 1}}, grid, {}, "ball 0");
+  refused({{{0, 0, 0}, nan, 1}}, grid, {}, "ball 0");
+  refused({{{0, 0, 0}, 1, -inf}}, grid, {}, "ball 0");
+  refused({{{0, 0, 0}, 0, 1}}, grid, {}, "a > 0");
+  refused({{{0, 0, 0}, -1, 1}}, grid, {}, "a > 0");
+  refused({good}, {{0, 0, 0}, 0.1f, {1, 20, 20}}, {}, "1 x 20 x 20");
+  refused({good}, {{0, 0, 0}, 0.1f, {1 << 21, 20, 20}}, {}, "coarser");
+  refused({good}, {{0, 0, 0}, 0.0f, {20, 20, 20}}, {}, "cell");
+  refused({good}, {{0, 0, 0}, nan, {20, 20, 20}}, {}, "cell");
+  refused({good}, {{inf, 0, 0}, 0.1f, {20, 20, 20}}, {}, "origin");
+  refused({good}, {{1e6f, 0, 0}, 0.1f, {20, 20, 20}}, {}, "origin");
+  ExtractSettings settings;
+  settings.iso = 0;
+  refused({good}, grid, settings, "iso");
+  settings = {};
+  settings.cutoff = nan;
+  refused({good}, grid, settings, "cutoff");
+  settings = {};
+  settings.refine_steps = 5;
+  refused({good}, grid, settings, "refine_steps");
+}
+
+TEST_P(SurfaceTest, sample_is_the_sum_over_all_balls) {
+  for (const FieldKind field : {FieldKind::kGaussian, FieldKind::kInverseSquare}) {
+    ExtractSettings settings;
+    settings.field = field;
+    const std::vector<Ball> balls = random_balls(50, field, 11);
+    std::vector<Vec3> points;
+    for (const Ball& ball : random_balls(333, field, 12)) points.push_back(ball.center * 1.5f);
+    const std::vector<float> values = sample(balls, points, settings);
+    ASSERT_EQ(values.size(), points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      double sum = 0;
+      for (const Ball& ball : balls) {
+        const Double3 d = minus(to_double(points[i]), to_double(ball.center));
+        const double r2 = dot_of(d, d), w = static_cast<double>(ball.w);
+        const double term =
+            field == FieldKind::kGaussian ? std::exp(w - static_cast<double>(ball.a) * r2) : w / r2;
+        sum += field == FieldKind::kInverseSquare || term > 1e-4 ? term : 0;
+      }
+      ASSERT_NEAR(static_cast<double>(values[i]), sum, 1e-4 * sum + 1.5e-4) << i;
+    }
+  }
+}
+
+TEST_P(SurfaceTest, vertices_lie_on_iso_and_normals_go_down_the_field) {
+  for (const FieldKind field : {FieldKind::kGaussian, FieldKind::kInverseSquare}) {
+    ExtractSettings settings;
+    settings.field = field;
+    settings.refine_steps = 3;
+    const std::vector<Ball> balls = random_balls(60, field, 21);
+    const Grid grid = cube_grid(70, 1.7f);
+    const Mesh mesh = extract(balls, grid, settings);
+    std::vector<Vec3> points = mesh.positions;
+    const float h = 0.05f * grid.cell;
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+      points.push_back(mesh.positions[i] + mesh.normals[i] * h);
+    const std::vector<float> values = sample(balls, points, settings);
+    std::size_t held = 0;
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+      ASSERT_LT(values[mesh.positions.size() + i], values[i]) << i;
+      // Held away from a grid point: its distance to the nearest one is the margin.
+      const Vec3 p = (mesh.positions[i] - grid.origin) / grid.cell;
+      const float away = std::fabs(p.x - std::round(p.x)) + std::fabs(p.y - std::round(p.y)) +
+                         std::fabs(p.z - std::round(p.z));
+      if (away < 1.1f / 512) {
+        ++held;
+        continue;
+      }
+      ASSERT_NEAR(values[i], 1, 0.01) << i;
+    }
+    EXPECT_LT(held, mesh.positions.size() / 100);
+  }
+}
+
+TEST_P(SurfaceTest, an_extractor_used_before_gives_what_a_fresh_one_gives) {
+  for (int n : {40, 90, 17, 64}) {
+    for (const FieldKind field : {FieldKind::kInverseSquare, FieldKind::kGaussian}) {
+      ExtractSettings settings;
+      settings.field = field;
+      const std::vector<Ball> balls = random_balls(n / 2, field, static_cast<unsigned>(n));
+      const Grid grid = cube_grid(n, 1.6f);
+      ExtractStatus status;
+      const auto fresh = make_extractor(GetParam(), status);
+      Mesh expected;
+      ASSERT_EQ(fresh->extract(balls, grid, settings, expected).code, ExtractCode::kOk);
+      expect_same_mesh(extract(balls, grid, settings), expected);
+    }
+  }
+}
+
+TEST_P(SurfaceTest, pass_times_name_each_pass_once) {
+  extract(random_balls(50, FieldKind::kGaussian, 1), cube_grid(64, 1.6f));
+  const std::vector<PassTime> times = extractor_->pass_times();
+  std::vector<std::string> names;
+  for (const PassTime& time : times) {
+    names.push_back(time.name);
+    EXPECT_GT(time.seconds, 0.0) << time.name;
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"prepare", "bricks", "sample", "count", "jobs",
+                                             "vertices", "triangles"}));
+}
+
+/// The grid without bricks, tree or culling: a plain loop over every lattice point and cell.
+struct PlainLoop {
+  std::vector<Int3> vertex_point;  ///< lattice point (grid point + 1) of each vertex
+  std::vector<int> vertex_axis;
+  std::vector<Triangle> triangles;
+
+  PlainLoop(const Grid& grid, const std::vector<float>& values) {
+    const Int3 n = {grid.points.x + 2, grid.points.y + 2, grid.points.z + 2};
+    const auto inside = [&](int x, int y, int z) {
+      if (x < 1 || y < 1 || z < 1 || x >= n.x - 1 || y >= n.y - 1 || z >= n.z - 1) return false;
+      return values[static_cast<std::size_t>(
+                 x - 1 +
+                 grid.points.x * (y - 1 + static_cast<std::int64_t>(grid.points.y) * (z - 1)))] >
+             1.0f;
+    };
+    const auto edge_index = [&](int x, int y, int z, int axis) {
+      return static_cast<std::size_t>((x + n.x * (y + static_cast<std::int64_t>(n.y) * z)) * 3 +
+                                      axis);
+    };
+    std::vector<std::uint32_t> number(edge_index(0, 0, n.z, 0));
+    for (int z = 0; z < n.z; ++z)
+      for (int y = 0; y < n.y; ++y)
+        for (int x = 0; x < n.x; ++x)
+          for (int axis = 0; axis < 3; ++axis) {
+            const Int3 b = {x + (axis == 0), y + (axis == 1), z + (axis == 2)};
+            if (inside(x, y, z) == inside(b.x, b.y, b.z)) continue;
+            number[edge_index(x, y, z, axis)] = static_cast<std::uint32_t>(vertex_point.size());
+            vertex_point.push_back({x, y, z});
+            vertex_axis.push_back(axis);
+          }
+    for (int z = 0; z + 1 < n.z; ++z)
+      for (int y = 0; y + 1 < n.y; ++y)
+        for (int x = 0; x + 1 < n.x; ++x) {
+          bool corners[8];
+          for (int c = 0; c < 8; ++c)
+            corners[c] = inside(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2));
+          const int key = voxel_key(corners);
+          for (int t = 0; t < mc_table().count[key]; ++t) {
+            Triangle triangle;
+            for (int v = 0; v < 3; ++v) {
+              const int e = mc_table().edges[key][3 * t + v], c = edge_low_corner(e);
+              triangle.v[v] =
+                  number[edge_index(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2), edge_axis(e))];
+            }
+            triangles.push_back(triangle);
+          }
+        }
+  }
+};
+
+TEST_P(SurfaceTest, order_and_topology_are_those_of_a_plain_loop_over_the_grid) {
+  struct Case {
+    FieldKind field;
+    Int3 points;
+    int balls;
+    unsigned seed;
+  };
+  // Trees of one, two and three levels; sizes around multiples of a brick; surfaces that leave the
+  // grid.
+  for (const Case& c :
+       {Case{FieldKind::kGaussian, {2, 2, 2}, 30, 1}, Case{FieldKind::kGaussian, {3, 4, 5}, 30, 2},
+        Case{FieldKind::kGaussian, {15, 16, 17}, 30, 3},
+        Case{FieldKind::kGaussian, {63, 40, 21}, 80, 4},
+        Case{FieldKind::kGaussian, {70, 66, 65}, 300, 5},
+        Case{FieldKind::kInverseSquare, {19, 36, 8}, 40, 6},
+        Case{FieldKind::kInverseSquare, {67, 33, 30}, 60, 7}}) {
+    SCOPED_TRACE(testing::Message() << c.points.x << " x " << c.points.y << " x " << c.points.z);
+    ExtractSettings settings;
+    settings.field = c.field;
+    const std::vector<Ball> balls = random_balls(c.balls, c.field, c.seed);
+    const Grid grid = {{-1, -1.1f, -0.9f}, 2.0f / static_cast<float>(c.points.x - 1), c.points};
+    std::vector<Vec3> points;
+    for (int z = 0; z < c.points.z; ++z)
+      for (int y = 0; y < c.points.y; ++y)
+        for (int x = 0; x < c.points.x; ++x) points.push_back(grid_point(grid, {x, y, z}));
+    const PlainLoop expected(grid, sample(balls, points, settings));
+    const Mesh mesh = extract(balls, grid, settings);
+    ASSERT_EQ(mesh.positions.size(), expected.vertex_point.size());
+    ASSERT_TRUE(same_bits(mesh.triangles, expected.triangles));
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+      const Int3 e = expected.vertex_point[i];
+      const int axis = expected.vertex_axis[i];
+      const Vec3 low = grid_point(grid, {e.x - 1, e.y - 1, e.z - 1});
+      const Vec3 high =
+          grid_point(grid, {e.x - 1 + (axis == 0), e.y - 1 + (axis == 1), e.z - 1 + (axis == 2)});
+      const Vec3 p = mesh.positions[i];
+      ASSERT_TRUE(p.x >= low.x && p.y >= low.y && p.z >= low.z) << i;
+      ASSERT_TRUE(p.x <= high.x && p.y <= high.y && p.z <= high.z) << i;
+      ASSERT_FALSE(p == low || p == high) << i;
+    }
+  }
+}
+
+PM_EVERY_BACKEND(SurfaceTest);
+
+}  // namespace
+}  // namespace polymorph

@@ -1,0 +1,122 @@
+#include "base/file.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "base/hash.h"
+#include "base/random.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+class FileTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder = fs::temp_directory_path() / ("pm_file_test_" + std::to_string(::getpid()));
+    fs::remove_all(folder);
+    fs::create_directories(folder);
+  }
+  void TearDown() override { fs::remove_all(folder); }
+  std::size_t entries() const {
+    return static_cast<std::size_t>(
+        std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+  }
+  fs::path folder;
+};
+
+TEST_F(FileTest, WritesWholeFilesAndReadsThemBack) {
+  const std::string bytes("a\0b\n", 4);
+  ASSERT_TRUE(write_file(folder / "new" / "x.bin", bytes).ok());
+  const auto back = read_file(folder / "new" / "x.bin");
+  ASSERT_TRUE(back.ok());
+  EXPECT_EQ(*back, bytes);
+}
+
+TEST_F(FileTest, ReplacingLeavesNoTemporary) {
+  ASSERT_TRUE(write_file(folder / "x", "one").ok());
+  ASSERT_TRUE(write_file(folder / "x", "two").ok());
+  EXPECT_EQ(*read_file(folder / "x"), "two");
+  EXPECT_EQ(entries(), 1u);
+}
+
+TEST_F(FileTest, ADirectoryIsRefusedBothWays) {
+  const auto read = read_file(folder);
+  ASSERT_FALSE(read.ok());
+  EXPECT_EQ(read.error().code, ErrorCode::kInput);
+  EXPECT_NE(read.error().message.find("is a directory"), std::string::npos);
+  const auto written = write_file(folder, "x");
+  ASSERT_FALSE(written.ok());
+  EXPECT_EQ(written.error().code, ErrorCode::kOutput);
+}
+
+TEST_F(FileTest, AFifoDoesNotBlock) {
+  ASSERT_EQ(::mkfifo((folder / "fifo").c_str(), 0600), 0);
+  const auto read = read_file(folder / "fifo");
+  ASSERT_FALSE(read.ok());
+  EXPECT_NE(read.error().message.find("not a regular file"), std::string::npos);
+}
+
+TEST_F(FileTest, TooLargeIsRefusedBeforeReading) {
+  ASSERT_TRUE(write_file(folder / "x", "12345").ok());
+  const auto read = read_file(folder / "x", 4);
+  ASSERT_FALSE(read.ok());
+  EXPECT_NE(read.error().message.find("too large"), std::string::npos);
+}
+
+TEST_F(FileTest, AFileInThePathIsNamed) {
+  ASSERT_TRUE(write_file(folder / "x", "1").ok());
+  const auto written = write_file(folder / "x" / "y", "1");
+  ASSERT_FALSE(written.ok());
+  EXPECT_EQ(written.error().code, ErrorCode::kOutput);
+  EXPECT_FALSE(check_writable(folder / "x" / "y").ok());
+}
+
+TEST_F(FileTest, CheckWritableMakesNothing) {
+  EXPECT_TRUE(check_writable(folder / "a" / "b" / "c.png").ok());
+  EXPECT_EQ(entries(), 0u);
+}
+
+TEST_F(FileTest, AFullDiskIsAnErrorAndLeavesNothing) {
+  if (::geteuid() != 0) GTEST_SKIP() << "needs root to mount a small tmpfs";
+  const fs::path small = folder / "small";
+  fs::create_directory(small);
+  if (std::system(("mount -t tmpfs -o size=64k none " + small.string() + " 2>/dev/null").c_str()) !=
+      0)
+    GTEST_SKIP() << "cannot mount a tmpfs here";
+  const auto status = write_file(small / "big", std::string(1 << 20, 'x'));
+  const bool empty = fs::is_empty(small);
+  EXPECT_EQ(std::system(("umount " + small.string()).c_str()), 0);
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().code, ErrorCode::kOutput);
+  EXPECT_NE(status.error().message.find("No space"), std::string::npos) << status.error().message;
+  EXPECT_TRUE(empty);
+}
+
+TEST(Hasher, DependsOnEveryByteAndOnWhereTextsEnd) {
+  const auto hash = [](auto... parts) {
+    Hasher hasher;
+    (hasher.add(parts), ...);
+    return hasher.hex();
+  };
+  EXPECT_EQ(hash(std::string_view("ab")).size(), 32u);
+  EXPECT_EQ(hash(1, 2), hash(1, 2));
+  EXPECT_NE(hash(1, 2), hash(2, 1));
+  EXPECT_NE(hash(std::string_view("ab"), std::string_view("c")),
+            hash(std::string_view("a"), std::string_view("bc")));
+}
+
+TEST(Random, IsAFunctionOfItsKeysAndFillsItsRange) {
+  EXPECT_EQ(random_u64(1, 2, 3), random_u64(1, 2, 3));
+  EXPECT_NE(random_u64(1, 2, 3), random_u64(1, 3, 2));
+  int seen[5] = {};
+  for (std::uint64_t i = 0; i < 5000; ++i) ++seen[random_below(5, 7, 0, i)];
+  for (const int n : seen) EXPECT_NEAR(n, 1000, 150);
+}
+
+}  // namespace
+}  // namespace polymorph

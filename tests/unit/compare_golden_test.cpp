@@ -1,0 +1,158 @@
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "compare/golden.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Golden : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "polymorph_golden_XXXXXX").string();
+    root_ = mkdtemp(name.data());
+  }
+  void TearDown() override { fs::remove_all(root_); }
+
+  void put(const std::string& file, const std::string& text) const {
+    fs::create_directories((root_ / file).parent_path());
+    std::ofstream(root_ / file) << text;
+  }
+  /// The error of loading suite "a"; it must be bad input.
+  std::string failure() const {
+    const auto suite = load_golden_suite(root_, "a");
+    EXPECT_FALSE(suite);
+    if (suite) return "";
+    EXPECT_EQ(suite.error().code, ErrorCode::kInput);
+    return suite.error().message;
+  }
+  void expect_failure(const std::string& suite, const std::string& part) const {
+    put("a/suite.json", suite);
+    const std::string message = failure();
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+    EXPECT_EQ(message.find((root_ / "a/suite.json").string()), 0u) << message;
+  }
+  void expect_limit_failure(const std::string& limits, const std::string& part) const {
+    put("a/suite.json", R"({"scene": "s.json", "frames": [1]})");
+    put("a/tolerance.json", limits);
+    const std::string message = failure();
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+    EXPECT_EQ(message.find((root_ / "a/tolerance.json").string()), 0u) << message;
+  }
+
+  fs::path root_;
+};
+
+TEST_F(Golden, ReadsASuiteAndItsLimits) {
+  put("golden/a/suite.json", R"({"scene": "../../scenes/x/scene.json", "frames": [1, 12, 24]})");
+  put("golden/a/tolerance.json",
+      R"({"fail": {"value": 0.01, "why": "isa"}, "hard_fail": {"value": 0.25, "why": "fireflies"}})");
+  const auto suite = load_golden_suite(root_ / "golden", "a");
+  ASSERT_TRUE(suite) << suite.error().message;
+  EXPECT_EQ(suite->name, "a");
+  EXPECT_EQ(suite->scene, root_ / "scenes/x/scene.json");
+  EXPECT_EQ(suite->frames, (std::vector<int>{1, 12, 24}));
+  EXPECT_EQ(suite->tolerance.fail, 0.01f);
+  EXPECT_EQ(suite->tolerance.hard_fail, 0.25f);
+  EXPECT_EQ(suite->tolerance.relative, Tolerance{}.relative)
+      << "what is not named keeps its default";
+  EXPECT_EQ(suite->tolerance.why, "fail: isa; hard_fail: fireflies");
+  EXPECT_EQ(golden_image_path(*suite, 12), root_ / "golden/a/frame.0012.exr");
+}
+
+TEST_F(Golden, ReadsLimitsInsideTheSuiteFile) {
+  put("a/suite.json",
+      R"({"scene": "s.json", "frames": [3], "tolerance": {"depth": 0.5, "why": "because"}})");
+  const auto suite = load_golden_suite(root_, "a");
+  ASSERT_TRUE(suite) << suite.error().message;
+  EXPECT_EQ(suite->tolerance.depth, 0.5f);
+  EXPECT_EQ(suite->tolerance.why, "because");
+}
+
+TEST_F(Golden, NamesWhatIsWrongWithASuite) {
+  expect_failure("{", "line 1");
+  expect_failure("[]", "must be an object");
+  expect_failure(R"({"frames": [1]})", "'scene' is missing");
+  expect_failure(R"({"scene": "s"})", "'frames' is missing");
+  expect_failure(R"({"scene": "s", "frames": []})", "at least one");
+  expect_failure(R"({"scene": "s", "frames": [2, 2]})", "must rise");
+  expect_failure(R"({"scene": "s", "frames": [1.5]})", "whole numbers");
+  expect_failure(R"({"scene": "s", "frames": [-1]})", "whole numbers");
+  expect_failure(R"({"scene": "s", "frame": [1]})", "did you mean 'frames'?");
+  expect_failure(R"({"scene": "s", "scene": "t", "frames": [1]})", "'scene' occurs twice");
+  expect_failure(R"({"scene": "s", "frames": [1], "tolerance": {"fail": 1}})", "no reason");
+  expect_failure(R"({"scene": [[[[[[[[[[[[1]]]]]]]]]]]]})", "nested");
+}
+
+TEST_F(Golden, NamesWhatIsWrongWithLimits) {
+  expect_limit_failure(R"({"fail": 0.1})", "'fail' must be an object");
+  expect_limit_failure(R"({"fail": {"value": 0.1}})", "no reason");
+  expect_limit_failure(R"({"fail": {"why": "x"}})", "no 'value'");
+  expect_limit_failure(R"({"fail": {"value": -1, "why": "x"}})", "at least 0");
+  expect_limit_failure(R"({"fail": {"value": "1", "why": "x"}})", "must be a number");
+  expect_limit_failure(R"({"fal": {"value": 1, "why": "x"}})", "did you mean 'fail'?");
+}
+
+TEST_F(Golden, LimitsAreGivenOnce) {
+  put("a/tolerance.json", "{}");
+  expect_failure(R"({"scene": "s", "frames": [1], "tolerance": {"why": "x"}})", "remove one");
+}
+
+TEST_F(Golden, ListsSuitesInOrderAndNamesTheNearest) {
+  for (const char* name : {"torus-teapot", "puddle", "monkey-torus"})
+    put(std::string(name) + "/suite.json", "{}");
+  put("not-a-suite/notes.txt", "");
+  const auto names = list_golden_suites(root_);
+  ASSERT_TRUE(names);
+  EXPECT_EQ(*names, (std::vector<std::string>{"monkey-torus", "puddle", "torus-teapot"}));
+  const auto suite = load_golden_suite(root_, "pudle");
+  ASSERT_FALSE(suite);
+  EXPECT_NE(suite.error().message.find("did you mean 'puddle'?"), std::string::npos)
+      << suite.error().message;
+  for (const char* name : {"", "..", "../x", "puddle/../puddle", "not-a-suite"})
+    EXPECT_FALSE(load_golden_suite(root_, name)) << name;
+  EXPECT_FALSE(list_golden_suites(root_ / "nowhere"));
+}
+
+TEST_F(Golden, SurfaceRecordsSurviveWritingAndReading) {
+  const std::vector<SurfaceRecord> records{{1, 1000, 1996, "00ff"}, {12, 5000000000, 3, "abc"}};
+  const fs::path csv = root_ / "surface.csv";
+  ASSERT_TRUE(write_surface_records(csv, records));
+  const auto back = read_surface_records(csv);
+  ASSERT_TRUE(back) << back.error().message;
+  ASSERT_EQ(back->size(), 2u);
+  EXPECT_EQ((*back)[1].frame, 12);
+  EXPECT_EQ((*back)[1].vertices, 5000000000u);
+  EXPECT_EQ((*back)[1].triangles, 3u);
+  EXPECT_EQ((*back)[1].digest, "abc");
+  put("crlf.csv", "frame,vertices,triangles,digest\r\n7,1,2,aa\r\n");
+  EXPECT_EQ(read_surface_records(root_ / "crlf.csv")->size(), 1u);
+}
+
+TEST_F(Golden, NamesTheLineOfABadRecord) {
+  const std::string header = "frame,vertices,triangles,digest\n";
+  const auto expect = [&](const std::string& text, const std::string& part) {
+    put("s.csv", text);
+    const auto records = read_surface_records(root_ / "s.csv");
+    ASSERT_FALSE(records) << text;
+    EXPECT_EQ(records.error().code, ErrorCode::kInput);
+    EXPECT_NE(records.error().message.find((root_ / "s.csv").string() + part), std::string::npos)
+        << records.error().message;
+  };
+  expect("", ":1:");
+  expect("frame,vertices\n", ":1:");
+  expect(header + "1,2,3\n", ":2:");
+  expect(header + "1,2,3,ab\n2,x,3,ab\n", ":3:");
+  expect(header + "1,2,3,ab\n1,2,3,ab\n", ":3:");
+  expect(header + "1,2,3,ab\n\n2,2,3,ab\n", ":3:");
+  expect(header + "1,2,3,XY\n", ":2:");
+  EXPECT_FALSE(read_surface_records(root_ / "missing.csv"));
+}
+
+}  // namespace
+}  // namespace polymorph

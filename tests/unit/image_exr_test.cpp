@@ -1,0 +1,149 @@
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfOutputFile.h>
+
+#include <cmath>
+#include <limits>
+
+#include "base/parallel.h"
+#include "image/image_io.h"
+#include "image_helpers.h"
+
+namespace polymorph {
+namespace {
+
+Image read_back(const std::string& bytes) {
+  const TemporaryFolder folder;
+  auto image = read_image(folder.put("a.exr", bytes));
+  EXPECT_TRUE(image) << image.error().message;
+  return image ? *std::move(image) : Image{};
+}
+
+TEST(EncodeExr, KeepsHalfColoursAndFloatChannelsExactly) {
+  Image image = random_image(37, 21, {"R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z", "id"});
+  image.at(3, 2, 4) = 1e10f;
+  image.at(4, 2, 4) = 3.14159265f;  // no half holds it
+  image.at(5, 2, 0) = -0.25f;
+  for (const ExrCompression compression :
+       {ExrCompression::kNone, ExrCompression::kZip, ExrCompression::kZips, ExrCompression::kPiz}) {
+    const auto bytes = encode_exr(image, {compression});
+    ASSERT_TRUE(bytes);
+    const Image back = read_back(*bytes);
+    EXPECT_EQ(back.width, 37);
+    EXPECT_EQ(back.height, 21);
+    EXPECT_EQ(back.channels, image.channels);
+    EXPECT_EQ(back.pixels, image.pixels);
+    EXPECT_EQ(pixel_digest(back), pixel_digest(image));
+  }
+}
+
+TEST(EncodeExr, RoundsColoursToHalf) {
+  Image image = make_image(1, 1, {"R", "G", "B"});
+  image.pixels = {0.1f, 1.0f + 0x1p-12f, 0x1p-30f};
+  const Image back = read_back(*encode_exr(image));
+  EXPECT_EQ(back.pixels, (std::vector<float>{0.0999755859375f, 1.0f, 0.0f}));
+}
+
+TEST(EncodeExr, ClampsFiniteColoursAndKeepsNotFiniteOnes) {
+  Image image = make_image(2, 1, {"R", "G", "B"});
+  image.pixels = {1e6f, -1e6f, 0, std::numeric_limits<float>::infinity(), NAN, 1};
+  const Image back = read_back(*encode_exr(image));
+  EXPECT_EQ(back.at(0, 0, 0), 65504.0f);
+  EXPECT_EQ(back.at(0, 0, 1), -65504.0f);
+  EXPECT_TRUE(std::isinf(back.at(1, 0, 0)));
+  EXPECT_TRUE(std::isnan(back.at(1, 0, 1)));
+}
+
+TEST(EncodeExr, OrdersChannelsOnReading) {
+  Image image =
+      random_image(5, 4, {"zeta", "Z", "N.Z", "N.X", "N.Y", "alpha.x", "A", "B", "G", "R"});
+  const Image back = read_back(*encode_exr(image));
+  EXPECT_EQ(back.channels, (std::vector<std::string>{"R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z",
+                                                     "alpha.x", "zeta"}));
+  for (const std::string& name : image.channels)
+    EXPECT_EQ(back.at(4, 3, back.find_channel(name)), image.at(4, 3, image.find_channel(name)))
+        << name;
+}
+
+TEST(EncodeExr, KeepsAttributesWithTheirTypes) {
+  Image image = random_image(4, 4, {"R", "G", "B"});
+  const std::string long_name = "polymorph/" + std::string(60, 'x');
+  image.attributes = {{"polymorph/frame", 17},
+                      {"polymorph/t", 0.125f},
+                      {"polymorph/scene", std::string("scenes/a.json")},
+                      {long_name, -3}};
+  const Image back = read_back(*encode_exr(image));
+  const auto find = [&](const std::string& name) -> const Attribute* {
+    for (const Attribute& attribute : back.attributes)
+      if (attribute.name == name) return &attribute;
+    return nullptr;
+  };
+  for (const Attribute& attribute : image.attributes) {
+    ASSERT_NE(find(attribute.name), nullptr) << attribute.name;
+    EXPECT_EQ(find(attribute.name)->value, attribute.value) << attribute.name;
+  }
+  // Only what was given: what the encoder adds describes the file.
+  EXPECT_EQ(back.attributes.size(), image.attributes.size());
+  EXPECT_TRUE(encode_exr(back)) << "what was read can be written again";
+}
+
+TEST(EncodeExr, GivesTheSameBytesOnEachRunAndForAnyThreadCount) {
+  Image image = random_image(200, 150, {"R", "G", "B", "A", "Z"});
+  image.attributes = {{"polymorph/frame", 3}};
+  set_thread_count(1);
+  const std::string one = *encode_exr(image);
+  set_thread_count(2);
+  const std::string two = *encode_exr(image), again = *encode_exr(image);
+  set_thread_count(0);
+  EXPECT_TRUE(one == two);
+  EXPECT_TRUE(two == again);
+}
+
+TEST(EncodeExr, RefusesWhatItCannotStore) {
+  Image image = random_image(2, 2, {"R", "G", "B"});
+  image.attributes = {{"compression", std::string("none")}};
+  ASSERT_FALSE(encode_exr(image));
+  EXPECT_NE(encode_exr(image).error().message.find("'compression'"), std::string::npos);
+  image.attributes = {{"a", 1}, {"a", 2}};
+  EXPECT_FALSE(encode_exr(image));
+  EXPECT_FALSE(encode_exr(random_image(2, 2, {"R", "R"})));
+  EXPECT_FALSE(encode_exr(make_image(0, 4, {"R"})));
+}
+
+TEST(ReadImage, KeepsTheNumbersOfUintChannels) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path / "ids.exr").string();
+  std::vector<unsigned> ids{7, 4000000, 0, 1};
+  std::vector<float> reds{0.25f, 0.5f, 0.75f, 1.0f};
+  {
+    Imf::Header header(2, 2);
+    header.channels().insert("id", Imf::Channel(Imf::UINT));
+    header.channels().insert("R", Imf::Channel(Imf::FLOAT));
+    Imf::OutputFile file(path.c_str(), header);
+    Imf::FrameBuffer buffer;
+    buffer.insert("id", Imf::Slice(Imf::UINT, reinterpret_cast<char*>(ids.data()), 4, 8));
+    buffer.insert("R", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(reds.data()), 4, 8));
+    file.setFrameBuffer(buffer);
+    file.writePixels(2);
+  }
+  const auto image = read_image(path);
+  ASSERT_TRUE(image) << image.error().message;
+  EXPECT_EQ(image->channels, (std::vector<std::string>{"R", "id"}));
+  EXPECT_EQ(image->pixels, (std::vector<float>{0.25f, 7, 0.5f, 4000000, 0.75f, 0, 1, 1}));
+}
+
+TEST(ReadImage, PlacesTheDataWindowInTheDisplayWindow) {
+  const auto image = read_image(data_file("crop.exr"));
+  ASSERT_TRUE(image) << image.error().message;
+  ASSERT_EQ(image->width, 8);
+  ASSERT_EQ(image->height, 4);
+  for (int y = 0; y < 4; ++y)
+    for (int x = 0; x < 8; ++x) {
+      const bool inside = x >= 2 && x < 5 && y >= 1 && y < 3;
+      EXPECT_EQ(image->at(x, y, 1), inside ? 0.5f : 0.0f) << x << ", " << y;
+    }
+}
+
+}  // namespace
+}  // namespace polymorph

@@ -1,0 +1,84 @@
+// What the tests of the image room share: folders, pictures, hand-made PNG files.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <zlib.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "base/random.h"
+#include "image/image.h"
+
+namespace polymorph {
+
+/// A folder that goes away with the test.
+struct TemporaryFolder {
+  std::filesystem::path path;
+  TemporaryFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "polymorph_XXXXXX").string();
+    path = mkdtemp(name.data());
+  }
+  ~TemporaryFolder() {
+    std::error_code error;
+    std::filesystem::remove_all(path, error);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  std::filesystem::path put(const std::string& name, const std::string& bytes) const {
+    std::ofstream(path / name, std::ios::binary) << bytes;
+    return path / name;
+  }
+};
+
+inline std::filesystem::path data_file(const std::string& name) {
+  return std::filesystem::path(__FILE__).parent_path().parent_path() / "data" / "image" / name;
+}
+
+/// Values in [0, 1) that a half float holds exactly, different everywhere.
+inline Image random_image(int width, int height, const std::vector<std::string>& channels,
+                          std::uint64_t seed = 1) {
+  Image image = make_image(width, height, channels);
+  for (std::size_t i = 0; i < image.pixels.size(); ++i)
+    image.pixels[i] = static_cast<float>(random_below(1024, seed, 0, i)) / 1024.0f;
+  return image;
+}
+
+inline std::string big_endian(std::uint32_t value) {
+  std::string bytes;
+  for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift & 255u);
+  return bytes;
+}
+
+inline std::string png_chunk(const std::string& type, const std::string& data) {
+  const std::string body = type + data;
+  const auto sum =
+      crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size()));
+  return big_endian(static_cast<std::uint32_t>(data.size())) + body +
+         big_endian(static_cast<std::uint32_t>(sum));
+}
+
+/// A PNG from raw rows (each without its filter byte). `color`: 0 grey, 2 RGB, 3 palette, 4 grey +
+/// alpha, 6 RGBA.
+inline std::string make_png(int width, int height, int bits, int color,
+                            const std::vector<std::string>& rows, const std::string& palette = "") {
+  std::string raw;
+  for (const std::string& row : rows) raw += '\0' + row;
+  std::string packed(compressBound(raw.size()), '\0');
+  uLongf size = packed.size();
+  compress(reinterpret_cast<Bytef*>(packed.data()), &size,
+           reinterpret_cast<const Bytef*>(raw.data()), raw.size());
+  packed.resize(size);
+  std::string header = big_endian(static_cast<std::uint32_t>(width)) +
+                       big_endian(static_cast<std::uint32_t>(height));
+  header += {static_cast<char>(bits), static_cast<char>(color), 0, 0, 0};
+  return "\x89PNG\r\n\x1a\n" + png_chunk("IHDR", header) +
+         (palette.empty() ? "" : png_chunk("PLTE", palette)) + png_chunk("IDAT", packed) +
+         png_chunk("IEND", "");
+}
+
+}  // namespace polymorph

@@ -1,0 +1,309 @@
+#include <sys/mount.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "image/image_io.h"
+#include "image_helpers.h"
+
+namespace polymorph {
+namespace {
+
+using Names = std::vector<std::string>;
+
+/// The message of reading bytes under a name; the error must be bad input and name the file.
+std::string failure_of(const std::filesystem::path& path, const ReadImageSettings& settings = {}) {
+  const auto image = read_image(path, settings);
+  EXPECT_FALSE(image);
+  if (image) return "";
+  EXPECT_EQ(image.error().code, ErrorCode::kInput) << image.error().message;
+  EXPECT_EQ(image.error().message.find(path.string()), 0u) << image.error().message;
+  return image.error().message;
+}
+
+void expect_mentions(const std::string& message, const std::string& part) {
+  EXPECT_NE(message.find(part), std::string::npos) << message;
+}
+
+std::string bytes_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+TEST(ReadImage, GreyPngBecomesColours) {
+  const TemporaryFolder folder;
+  const auto image =
+      read_image(folder.put("g.png", make_png(2, 1, 8, 0, {std::string("\x00\xbc", 2)})));
+  ASSERT_TRUE(image) << image.error().message;
+  EXPECT_EQ(image->channels, (Names{"R", "G", "B"}));
+  EXPECT_EQ(image->at(0, 0, 0), 0.0f);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(image->at(1, 0, c), srgb_to_linear(188 / 255.0f), 1e-7f);
+}
+
+TEST(ReadImage, GreyAlphaSixteenBitPng) {
+  const TemporaryFolder folder;
+  const auto path =
+      folder.put("ga.png", make_png(1, 1, 16, 4, {std::string("\x80\x00\x40\x00", 4)}));
+  const auto image = read_image(path);
+  ASSERT_TRUE(image) << image.error().message;
+  EXPECT_EQ(image->channels, (Names{"R", "G", "B", "A"}));
+  const float grey = srgb_to_linear(0x8000 / 65535.0f), alpha = 0x4000 / 65535.0f;
+  EXPECT_NEAR(image->at(0, 0, 3), alpha, 1e-6f);
+  EXPECT_NEAR(image->at(0, 0, 1), grey * alpha, 1e-6f);
+  const auto straight = read_image(path, {.alpha = AlphaMode::kStraight});
+  EXPECT_NEAR(straight->at(0, 0, 1), grey, 1e-6f);
+}
+
+TEST(ReadImage, PalettePng) {
+  const TemporaryFolder folder;
+  const std::string palette("\xff\x00\x00\x00\xff\x80", 6);
+  const auto image =
+      read_image(folder.put("p.png", make_png(2, 1, 8, 3, {std::string("\x01\x00", 2)}, palette)),
+                 {.integer_curve = TransferCurve::kLinear});
+  ASSERT_TRUE(image) << image.error().message;
+  EXPECT_EQ(image->channels, (Names{"R", "G", "B"}));
+  EXPECT_EQ(image->pixels, (std::vector<float>{0, 1, 128 / 255.0f, 1, 0, 0}));
+}
+
+TEST(ReadImage, TransparentPixelsOfPngKeepTheirColourWhenStraight) {
+  const TemporaryFolder folder;
+  const auto path = folder.put("t.png", make_png(1, 1, 8, 6, {std::string("\xff\x80\x00\x00", 4)}));
+  EXPECT_EQ(read_image(path)->pixels, (std::vector<float>{0, 0, 0, 0}));
+  const auto straight = read_image(path, {.alpha = AlphaMode::kStraight});
+  EXPECT_EQ(straight->at(0, 0, 0), 1.0f);
+  EXPECT_NEAR(straight->at(0, 0, 1), srgb_to_linear(128 / 255.0f), 1e-7f);
+  EXPECT_EQ(straight->at(0, 0, 3), 0.0f);
+}
+
+TEST(ReadImage, Jpeg) {
+  const auto image = read_image(data_file("rgb.jpg"));  // 0.8, 0.4, 0.2 encoded, 4:2:0
+  ASSERT_TRUE(image) << image.error().message;
+  EXPECT_EQ(image->width, 16);
+  EXPECT_EQ(image->channels, (Names{"R", "G", "B"}));
+  const float expected[] = {0.8f, 0.4f, 0.2f};
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(linear_to_srgb(image->at(7, 9, c)), expected[c], 2 / 255.0f);
+}
+
+TEST(ReadImage, CmykJpegIsConverted) {
+  const auto image = read_image(data_file("cmyk.jpg"));
+  ASSERT_TRUE(image) << image.error().message;
+  EXPECT_EQ(image->channels, (Names{"R", "G", "B"}));
+  EXPECT_NEAR(linear_to_srgb(image->at(8, 8, 0)), 1.0f, 2 / 255.0f);
+  EXPECT_NEAR(linear_to_srgb(image->at(8, 8, 1)), 0.5f, 3 / 255.0f);
+  EXPECT_NEAR(linear_to_srgb(image->at(8, 8, 2)), 0.0f, 2 / 255.0f);
+}
+
+TEST(ReadImage, Tiff) {
+  const auto rgb = read_image(data_file("rgb8.tif"));
+  ASSERT_TRUE(rgb) << rgb.error().message;
+  EXPECT_EQ(rgb->height, 3);
+  EXPECT_EQ(rgb->at(3, 0, 0), 0.0f);
+  EXPECT_EQ(rgb->at(0, 2, 0), 1.0f);
+  const auto grey = read_image(data_file("grey.tif"));
+  ASSERT_TRUE(grey) << grey.error().message;
+  EXPECT_EQ(grey->channels, (Names{"R", "G", "B"}));
+  EXPECT_NEAR(grey->at(3, 3, 2), srgb_to_linear(128 / 255.0f), 1e-7f);
+}
+
+TEST(ReadImage, FloatTiffIsTakenAsItIs) {
+  const auto image = read_image(data_file("float.tif"));
+  ASSERT_TRUE(image) << image.error().message;
+  EXPECT_EQ(image->channels, (Names{"R", "G", "B", "A"}));
+  EXPECT_EQ(image->at(3, 1, 0), 2.5f);
+  EXPECT_EQ(image->at(3, 1, 2), -1.0f);
+  EXPECT_EQ(image->at(3, 1, 3), 0.5f);
+}
+
+TEST(ReadImage, TiffAlphaOfBothKinds) {
+  // Codes 0.25, 0.5, 0 with alpha 0.5. Associated: the straight code of red is 0.5, of green 1.
+  const auto associated = read_image(data_file("associated.tif"));
+  ASSERT_TRUE(associated) << associated.error().message;
+  EXPECT_NEAR(associated->at(0, 0, 0), srgb_to_linear(0.5f) * 0.5f, 1e-4f);
+  EXPECT_NEAR(associated->at(0, 0, 1), 0.5f, 1e-4f);
+  const auto straight = read_image(data_file("straight.tif"));
+  ASSERT_TRUE(straight) << straight.error().message;
+  const float alpha = straight->at(1, 1, 3);
+  EXPECT_NEAR(alpha, 0.5f, 0.003f);
+  EXPECT_NEAR(straight->at(1, 1, 0), srgb_to_linear(64 / 255.0f) * alpha, 2e-3f);
+  EXPECT_NEAR(straight->at(1, 1, 1), srgb_to_linear(128 / 255.0f) * alpha, 2e-3f);
+}
+
+TEST(ReadImage, ContentWinsOverTheName) {
+  const TemporaryFolder folder;
+  const auto image = read_image(folder.put("a.exr", make_png(1, 1, 8, 2, {"\xff\xff\xff"})));
+  ASSERT_TRUE(image) << image.error().message;
+  EXPECT_EQ(image->pixels, (std::vector<float>{1, 1, 1}));
+}
+
+TEST(ReadImage, TellsWhatIsNotAnImage) {
+  const TemporaryFolder folder;
+  expect_mentions(failure_of(folder.put("t.png", "hello, this is text\n")), "not an image");
+  expect_mentions(failure_of(folder.put("e.png", "")), "empty");
+  expect_mentions(failure_of(folder.put("g.png", "GIF89a.....")), "a GIF");
+  expect_mentions(failure_of(folder.put("b.png", std::string("\x01\x02\x00\x03", 4))), "binary");
+  expect_mentions(failure_of(folder.path), "directory");
+  failure_of(folder.path / "missing.png");
+}
+
+TEST(ReadImage, RefusesEveryTruncationOfEveryFormat) {
+  const TemporaryFolder folder;
+  Image picture = random_image(40, 30, {"R", "G", "B"});
+  const std::string whole[] = {*encode_png(picture), *encode_exr(picture),
+                               bytes_of(data_file("rgb.jpg")), bytes_of(data_file("rgb8.tif")),
+                               bytes_of(data_file("float.tif"))};
+  for (const std::string& bytes : whole) {
+    ASSERT_TRUE(read_image(folder.put("whole", bytes)));
+    for (const double share : {0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.98})
+      failure_of(folder.put(
+          "part",
+          bytes.substr(0, static_cast<std::size_t>(share * static_cast<double>(bytes.size())))));
+  }
+}
+
+TEST(ReadImage, DamagedPngNamesTheChecksum) {
+  const TemporaryFolder folder;
+  std::string bytes = *encode_png(random_image(20, 20, {"R", "G", "B"}));
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  expect_mentions(failure_of(folder.put("d.png", bytes)), "checksum");
+}
+
+TEST(ReadImage, SurvivesRandomDamage) {
+  const TemporaryFolder folder;
+  const std::string wholes[] = {*encode_exr(random_image(16, 16, {"R", "G", "B", "Z"})),
+                                bytes_of(data_file("rgb.jpg")), bytes_of(data_file("rgb8.tif")),
+                                bytes_of(data_file("float.tif"))};
+  for (const std::string& whole : wholes) {
+    int refused = 0;
+    for (std::uint64_t round = 0; round < 100; ++round) {
+      std::string bytes = whole;
+      for (std::uint64_t k = 0; k < 3; ++k)
+        bytes[random_below(static_cast<std::uint32_t>(bytes.size()), 7, round, 2 * k)] =
+            static_cast<char>(random_u64(7, round, 2 * k + 1));
+      const auto image = read_image(folder.put("damaged", bytes), {.max_bytes = 1 << 24});
+      if (image) continue;
+      ++refused;
+      EXPECT_EQ(image.error().code, ErrorCode::kInput) << image.error().message;
+    }
+    EXPECT_GT(refused, 5);
+  }
+}
+
+TEST(ReadImage, AnExrAttributeLargerThanTheFileIsNotAllocated) {
+  const TemporaryFolder folder;
+  Image image = random_image(4, 4, {"R", "G", "B"});
+  image.attributes = {{"polymorph/note", std::string("text")}};
+  std::string bytes = *encode_exr(image);
+  const std::string start = std::string("polymorph/note") + '\0' + "string" + '\0';
+  const std::size_t size_at = bytes.find(start) + start.size();
+  bytes.replace(size_at, 4, std::string("\x00\x00\x00\x7f", 4));  // 2 GB
+  expect_mentions(failure_of(folder.put("a.exr", bytes)), "header is damaged");
+}
+
+TEST(ReadImage, ChecksTheSizeBeforeReadingPixels) {
+  const TemporaryFolder folder;
+  // A header of 100000 x 100000 over a few bytes of pixels.
+  const auto bomb = folder.put("bomb.png", make_png(100000, 100000, 8, 6, {"\x01"}));
+  const std::string message = failure_of(bomb);
+  expect_mentions(message, "100000 x 100000");
+  expect_mentions(message, "160.0 GB");
+  const auto small = folder.put("small.png", *encode_png(random_image(20, 20, {"R", "G", "B"})));
+  expect_mentions(failure_of(small, {.max_bytes = 4799}), "20 x 20");
+  EXPECT_TRUE(read_image(small, {.max_bytes = 4800}));
+}
+
+TEST(ReadImage, NamesThePathsWhereTheModuleWasLookedFor) {
+  // The module may be open already: "threadsafe" asks in a fresh process.
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const TemporaryFolder folder;
+  const auto path = folder.put("a.png", make_png(1, 1, 8, 2, {"\xff\xff\xff"}));
+  EXPECT_EXIT(
+      {
+        setenv("POLYMORPH_OIIO_MODULE", "/nowhere/polymorph_oiio.so", 1);
+        const auto image = read_image(path);
+        if (image) std::exit(0);
+        std::fputs(image.error().message.c_str(), stderr);
+        std::exit(static_cast<int>(image.error().code));
+      },
+      testing::ExitedWithCode(5), "/nowhere/polymorph_oiio.so: does not exist");
+}
+
+TEST(OiioModule, IsTheOnlyOneThatKnowsOpenImageIo) {
+  const std::string own = std::filesystem::read_symlink("/proc/self/exe").string();
+  const auto links_openimageio = [](const std::string& file) {
+    return std::system(("readelf -d '" + file + "' | grep -q libOpenImageIO").c_str()) == 0;
+  };
+  if (std::system("readelf --version >/dev/null 2>&1") != 0)
+    GTEST_SKIP() << "readelf is not installed";
+  EXPECT_FALSE(links_openimageio(own));
+  EXPECT_TRUE(
+      links_openimageio((std::filesystem::path(own).parent_path() / "polymorph_oiio.so").string()));
+}
+
+TEST(WriteImage, ChoosesTheFormatByExtension) {
+  const TemporaryFolder folder;
+  const Image image = random_image(8, 8, {"R", "G", "B"});
+  ASSERT_TRUE(write_image(folder.path / "a.exr", image));
+  ASSERT_TRUE(write_image(folder.path / "b.PNG", image));
+  EXPECT_EQ(read_image(folder.path / "a.exr")->pixels, image.pixels);
+  EXPECT_TRUE(read_image(folder.path / "b.PNG"));
+  const auto other = write_image(folder.path / "c.jpg", image);
+  ASSERT_FALSE(other);
+  EXPECT_EQ(other.error().code, ErrorCode::kUsage);
+  EXPECT_FALSE(std::filesystem::exists(folder.path / "c.jpg"));
+}
+
+TEST(WriteImage, LeavesNothingBehindWhereItCannotWrite) {
+  const TemporaryFolder folder;
+  folder.put("file", "x");
+  const Image image = random_image(8, 8, {"R", "G", "B"});
+  const auto below_a_file = write_image(folder.path / "file" / "a.png", image);
+  ASSERT_FALSE(below_a_file);
+  EXPECT_EQ(below_a_file.error().code, ErrorCode::kOutput);
+  std::filesystem::create_directory(folder.path / "b.png");
+  const auto over_a_folder = write_image(folder.path / "b.png", image);
+  ASSERT_FALSE(over_a_folder);
+  EXPECT_EQ(over_a_folder.error().code, ErrorCode::kOutput);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path), {}), 2);
+  if (geteuid() == 0) return;  // root may write anywhere
+  std::filesystem::permissions(
+      folder.path, std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+  EXPECT_FALSE(write_image(folder.path / "c.png", image));
+  std::filesystem::permissions(folder.path, std::filesystem::perms::owner_all);
+}
+
+TEST(WriteImage, ReportsAFullDisk) {
+  const TemporaryFolder folder;
+  if (mount("tmpfs", folder.path.c_str(), "tmpfs", 0, "size=65536") != 0)
+    GTEST_SKIP() << "no right to mount a small tmpfs here";
+  const Image image = random_image(256, 256, {"R", "G", "B"});
+  const auto png = write_image(folder.path / "a.png", image),
+             exr = write_image(folder.path / "a.exr", image);
+  const auto left = std::distance(std::filesystem::directory_iterator(folder.path), {});
+  umount(folder.path.c_str());
+  ASSERT_FALSE(png);
+  ASSERT_FALSE(exr);
+  EXPECT_EQ(png.error().code, ErrorCode::kOutput);
+  expect_mentions(png.error().message, "No space left");
+  EXPECT_EQ(left, 0);
+}
+
+TEST(PixelDigest, DependsOnSizeNamesAndEveryValue) {
+  const Image image = random_image(6, 4, {"R", "G"});
+  Image other = image;
+  std::swap(other.width, other.height);
+  EXPECT_NE(pixel_digest(image), pixel_digest(other));
+  other = image;
+  other.channels[1] = "B";
+  EXPECT_NE(pixel_digest(image), pixel_digest(other));
+  other = image;
+  other.pixels[17] = std::nextafter(other.pixels[17], 2.0f);
+  EXPECT_NE(pixel_digest(image), pixel_digest(other));
+  other = image;
+  other.attributes = {{"note", 1}};
+  EXPECT_EQ(pixel_digest(image), pixel_digest(other));
+}
+
+}  // namespace
+}  // namespace polymorph

@@ -1,0 +1,307 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "base/parallel.h"
+#include "model/diagnose.h"
+#include "model/inside.h"
+#include "model/normals.h"
+#include "model/shapes.h"
+#include "model_testing.h"
+
+namespace polymorph {
+namespace {
+
+Model shape(const std::string& name) {
+  auto model = make_shape(name);
+  EXPECT_TRUE(model);
+  return std::move(model).value();
+}
+
+TEST(Shapes, AreClosedOutwardStandingAndOfTheRightGenus) {
+  const struct {
+    const char* name;
+    int genus;
+    double volume, area;
+    Vec3 size;
+  } cases[] = {
+      {"sphere", 0, 4 * M_PI / 3, 4 * M_PI, {2, 2, 2}},
+      {"cube", 0, 8, 24, {2, 2, 2}},
+      {"torus", 1, 2 * M_PI * M_PI * 0.16, 4 * M_PI * M_PI * 0.4, {2.8f, 0.8f, 2.8f}},
+      // Pappus: a disc, and a half circle turned around it.
+      {"puddle",
+       0,
+       M_PI * 1.24 * 1.24 * 0.12 +
+           2 * M_PI * (1.24 + 4 * 0.06 / (3 * M_PI)) * M_PI * 0.06 * 0.06 / 2,
+       2 * M_PI * 1.24 * 1.24 + 2 * M_PI * (1.24 + 2 * 0.06 / M_PI) * M_PI * 0.06,
+       {2.6f, 0.12f, 2.6f}},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.name);
+    const Model model = shape(c.name);
+    const Diagnosis d = diagnose(model);
+    EXPECT_TRUE(d.closed);
+    EXPECT_EQ(d.shells, 1u);
+    EXPECT_EQ(d.genus, c.genus);
+    EXPECT_EQ(d.euler, 2 - 2 * c.genus);
+    EXPECT_EQ(d.degenerate_triangles, 0u);
+    EXPECT_TRUE(describe_problems(d).empty());
+    EXPECT_GE(d.triangles, 2000u);
+    EXPECT_NEAR(d.volume, c.volume, 0.01 * c.volume);
+    EXPECT_NEAR(d.area, c.area, 0.01 * c.area);
+    const Box box = model.box();
+    EXPECT_NEAR(box.low.y, 0, 1e-6);
+    EXPECT_NEAR(length(box.size() - c.size), 0, 0.01);
+    EXPECT_EQ(model.label_names, std::vector<std::string>{c.name});
+    EXPECT_EQ(model.labels.size(), model.triangles.size());
+    EXPECT_EQ(model.triangle_materials.size(), model.triangles.size());
+    EXPECT_EQ(model.corner_uvs.size(), 3 * model.triangles.size());
+  }
+}
+
+TEST(Shapes, NormalsAgreeWithTheFacesAndUvsDoNotTear) {
+  for (const std::string& name : shape_names()) {
+    SCOPED_TRACE(name);
+    const Model model = shape(name);
+    const std::vector<Vec3> faces = face_normals(model);
+    ASSERT_EQ(model.corner_normals.size(), 3 * model.triangles.size());
+    for (std::size_t c = 0; c < model.corner_normals.size(); ++c) {
+      EXPECT_NEAR(length(model.corner_normals[c]), 1, 1e-5);
+      EXPECT_GT(dot(model.corner_normals[c], faces[c / 3]), 0.9f);
+      const Vec2 a = model.corner_uvs[c], b = model.corner_uvs[3 * (c / 3) + (c + 1) % 3];
+      EXPECT_LT(std::abs(a.x - b.x), 0.26f);
+      EXPECT_LT(std::abs(a.y - b.y), 0.26f);
+    }
+  }
+}
+
+TEST(Shapes, AnUnknownNameNamesTheNearest) {
+  const auto model = make_shape("shpere");
+  ASSERT_FALSE(model);
+  EXPECT_EQ(model.error().code, ErrorCode::kInput);
+  EXPECT_NE(model.error().message.find("did you mean \"sphere\""), std::string::npos)
+      << model.error().message;
+}
+
+TEST(Normals, PointNormalsOfABoxPointAlongItsDiagonals) {
+  // Weighted by angle, so that the diagonals of the sides do not matter.
+  const Model box = box_model({0, 0, 0}, {1, 1, 1});
+  const std::vector<Vec3> normals = point_normals(box);
+  for (std::size_t i = 0; i < 8; ++i) {
+    const Vec3 out = normalized(box.points[i] - Vec3{0.5f, 0.5f, 0.5f});
+    EXPECT_NEAR(dot(normals[i], out), 1, 1e-6);
+  }
+}
+
+TEST(Normals, VolumeAndAreaFarFromTheOriginKeepTheirPrecision) {
+  const Model box = box_model({4096, -8192, 1024}, {4097, -8190, 1027});
+  EXPECT_NEAR(volume_of(box), 6, 1e-9);
+  EXPECT_NEAR(area_of(box), 22, 1e-9);
+}
+
+TEST(Transforms, RotateAboutXThenYThenZ) {
+  const Transform t = make_transform({1, 2, 3}, {90, 0, 90}, {2, 1, 1});
+  // (1,0,0) * 2 -> x-turn: (2,0,0) -> z-turn: (0,2,0)
+  EXPECT_EQ(apply(t, {1, 0, 0}), (Vec3{1, 4, 3}));
+  // (0,1,0) -> x-turn: (0,0,1) -> z-turn: same
+  EXPECT_EQ(apply(t, {0, 1, 0}), (Vec3{1, 2, 4}));
+  const Transform both =
+      compose(make_transform({1, 0, 0}, {}, {1, 1, 1}), make_transform({}, {0, 90, 0}, {1, 1, 1}));
+  EXPECT_EQ(apply(both, {0, 0, 1}), (Vec3{2, 0, 0}));
+}
+
+TEST(Transforms, MirroringKeepsOutsideOutsideAndNormalsRight) {
+  const Model torus = shape("torus");
+  const Model moved = transformed(torus, make_transform({3, -1, 2}, {20, 40, 70}, {-1, 2, 0.5f}));
+  EXPECT_NEAR(volume_of(moved), volume_of(torus), 1e-3);
+  EXPECT_TRUE(describe_problems(diagnose(moved)).empty());
+  const std::vector<Vec3> faces = face_normals(moved);
+  for (std::size_t c = 0; c < moved.corner_normals.size(); ++c)
+    EXPECT_GT(dot(moved.corner_normals[c], faces[c / 3]), 0.9f);
+}
+
+TEST(Creases, DependOnTheAngle) {
+  const Model box = box_model({0, 0, 0}, {1, 1, 1});
+  const std::vector<Vec3> sharp = creased_normals(box), smooth = creased_normals(box, 100);
+  const std::vector<Vec3> faces = face_normals(box), points = point_normals(box);
+  for (std::size_t c = 0; c < sharp.size(); ++c) {
+    EXPECT_EQ(sharp[c], faces[c / 3]);
+    EXPECT_NEAR(dot(smooth[c], points[box.triangles[c / 3].v[c % 3]]), 1, 1e-6);
+  }
+}
+
+TEST(Diagnose, CountsOpenAndFlippedAndManyFacedEdges) {
+  Model box = box_model({0, 0, 0}, {1, 1, 1});
+  box.triangles.pop_back();
+  Diagnosis d = diagnose(box);
+  EXPECT_FALSE(d.closed);
+  EXPECT_EQ(d.boundary_edges, 3u);
+  EXPECT_EQ(d.open_shells, 1u);
+  EXPECT_EQ(d.genus, -1);
+  EXPECT_TRUE(any_contains(describe_problems(d), "it is open: 3 edges"));
+
+  box = box_model({0, 0, 0}, {1, 1, 1});
+  std::swap(box.triangles[0].v[1], box.triangles[0].v[2]);
+  d = diagnose(box);
+  EXPECT_EQ(d.flipped_edges, 3u);
+  EXPECT_FALSE(d.closed);
+  EXPECT_TRUE(any_contains(describe_problems(d), "disagree about outside at 3 edges"));
+
+  box = box_model({0, 0, 0}, {1, 1, 1});
+  box.triangles.push_back(box.triangles[0]);
+  d = diagnose(box);
+  EXPECT_EQ(d.non_manifold_edges, 3u);
+  EXPECT_TRUE(any_contains(describe_problems(d), "3 edges have three or more faces"));
+}
+
+TEST(Diagnose, InsideOutInvertedPartsAndCavities) {
+  Model model;
+  add_box(model, {0, 0, 0}, {1, 1, 1}, true);
+  EXPECT_TRUE(any_contains(describe_problems(diagnose(model)), "inside out"));
+
+  model = box_model({0, 0, 0}, {4, 4, 4});
+  add_box(model, {1, 1, 1}, {2, 2, 2}, true);
+  Diagnosis d = diagnose(model);
+  EXPECT_EQ(d.shells, 2u);
+  EXPECT_EQ(d.inverted_shells, 0u) << "a cavity is right";
+  EXPECT_NEAR(d.volume, 63, 1e-6);
+  EXPECT_TRUE(describe_problems(d).empty());
+
+  add_box(model, {6, 0, 0}, {7, 1, 1}, true);
+  d = diagnose(model);
+  EXPECT_EQ(d.inverted_shells, 1u);
+  EXPECT_TRUE(any_contains(describe_problems(d), "1 of 3 shells are inside out"));
+}
+
+TEST(Diagnose, ShellsThatTouchInAPointStayClosedWithTheirOwnGenus) {
+  Model model = box_model({0, 0, 0}, {1, 1, 1});
+  add_box(model, {1, 1, 1}, {2, 2, 2});
+  for (Triangle& t : model.triangles)  // weld the common corner: 7 of the first, 8 of the second
+    for (std::uint32_t& v : t.v)
+      if (v == 8) v = 7;
+  const Diagnosis d = diagnose(model);
+  EXPECT_TRUE(d.closed);
+  EXPECT_EQ(d.shells, 2u);
+  EXPECT_EQ(d.touching_points, 1u);
+  EXPECT_EQ(d.genus, 0);
+  EXPECT_EQ(d.euler, 3);
+}
+
+std::vector<Vec3> random_points(const Box& box, std::size_t n) {
+  std::mt19937 random(7);
+  std::vector<Vec3> points(n);
+  for (Vec3& p : points) {
+    const auto draw = [&] { return static_cast<float>(random()) * 0x1p-32f * 1.4f - 0.2f; };
+    const float x = draw(), y = draw(), z = draw();
+    p = box.low + box.size() * Vec3{x, y, z};
+  }
+  return points;
+}
+
+class BothRules : public testing::TestWithParam<InsideRule> {};
+INSTANTIATE_TEST_SUITE_P(Inside, BothRules,
+                         testing::Values(InsideRule::kWinding, InsideRule::kParity));
+
+TEST_P(BothRules, AgreeWithAnalyticSolids) {
+  const auto expect = [&](const std::string& name, const auto& signed_distance) {
+    const Model model = shape(name);
+    const InsideTest test(model, GetParam());
+    const std::vector<Vec3> points = random_points(model.box(), 20000);
+    const std::vector<std::uint8_t> inside = test.inside(points);
+    int checked = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const float d = signed_distance(points[i]);
+      if (std::abs(d) < 0.004f) continue;  // facets
+      ++checked;
+      EXPECT_EQ(inside[i] != 0, d < 0)
+          << name << " " << points[i].x << " " << points[i].y << " " << points[i].z;
+      EXPECT_EQ(inside[i] != 0, test.inside(points[i]));
+    }
+    EXPECT_GT(checked, 19000);
+  };
+  expect("sphere", [](Vec3 p) { return length(p - Vec3{0, 1, 0}) - 1; });
+  expect("cube", [](Vec3 p) {
+    return std::max({std::abs(p.x), std::abs(p.y - 1), std::abs(p.z)}) - 1;
+  });
+  expect("torus", [](Vec3 p) { return std::hypot(std::hypot(p.x, p.z) - 1, p.y - 0.4f) - 0.4f; });
+}
+
+TEST_P(BothRules, RaysThroughEdgesAndCornersOfALatticeAreCountedRight) {
+  // All sample points lie in planes of the faces' own edges, where careless tests count twice or
+  // not at all.
+  Model model = box_model({-1, -1, -1}, {1, 1, 1});
+  add_box(model, {2, -1, -1}, {3, 1, 1});
+  const InsideTest test(model, GetParam());
+  for (int x = -8; x <= 16; ++x)
+    for (int y = -6; y <= 6; ++y)
+      for (int z = -6; z <= 6; ++z) {
+        const Vec3 p{static_cast<float>(x) / 4, static_cast<float>(y) / 4,
+                     static_cast<float>(z) / 4};
+        const float box1 = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) - 1;
+        const float box2 =
+            std::max({std::abs(p.x - 2.5f) - 0.5f, std::abs(p.y) - 1, std::abs(p.z) - 1});
+        const float d = std::min(box1, box2);
+        if (d == 0) continue;
+        EXPECT_EQ(test.inside(p), d < 0) << p.x << " " << p.y << " " << p.z;
+      }
+}
+
+TEST_P(BothRules, DoNotDependOnSizePlaceOrThreads) {
+  const Model torus = shape("torus");
+  const std::vector<Vec3> points = random_points(torus.box(), 5000);
+  const std::vector<std::uint8_t> expected = InsideTest(torus, GetParam()).inside(points);
+  const Transform far = make_transform({8192, 4096, -2048}, {}, {512, 512, 512});
+  std::vector<Vec3> moved;
+  for (const Vec3 p : points) moved.push_back(apply(far, p));
+  const std::vector<std::uint8_t> got =
+      InsideTest(transformed(torus, far), GetParam()).inside(moved);
+  std::size_t different = 0;
+  for (std::size_t i = 0; i < got.size(); ++i) different += got[i] != expected[i];
+  EXPECT_LE(different, 5u);  // within float's rounding of the surface
+  set_thread_count(1);
+  EXPECT_EQ(InsideTest(torus, GetParam()).inside(points), expected);
+  set_thread_count(2);
+  EXPECT_EQ(InsideTest(torus, GetParam()).inside(points), expected);
+  set_thread_count(0);
+}
+
+TEST(Winding, IsOneInsideAndZeroOutside) {
+  const Model sphere = shape("sphere");
+  const InsideTest test(sphere);
+  for (const Vec3 p : random_points(sphere.box(), 5000)) {
+    const float d = length(p - Vec3{0, 1, 0}) - 1;
+    if (std::abs(d) < 0.004f) continue;
+    EXPECT_NEAR(test.winding_number(p), d < 0 ? 1 : 0, 0.08);
+  }
+}
+
+TEST(Winding, SurvivesHolesDoubledFacesAndOverlaps) {
+  Model holed = shape("sphere");
+  for (std::size_t i = 0; i < 60; ++i) holed.triangles.pop_back();
+  Model doubled = shape("sphere");
+  for (std::size_t i = 0; i < 500; ++i) doubled.triangles.push_back(doubled.triangles[i * 3]);
+  const Model* models[] = {&holed, &doubled};
+  for (const Model* model : models) {
+    const InsideTest test(*model);
+    EXPECT_FALSE(diagnose(*model).closed);
+    for (const Vec3 p : random_points(model->box(), 5000)) {
+      const float d = length(p - Vec3{0, 1, 0}) - 1;
+      if (std::abs(d) < 0.25f) continue;
+      EXPECT_EQ(test.inside(p), d < 0);
+    }
+  }
+  Model crossing = box_model({-1, -1, -1}, {1, 1, 1});
+  add_box(crossing, {0, 0, 0}, {2, 2, 2});
+  EXPECT_TRUE(InsideTest(crossing).inside({0.5f, 0.5f, 0.5f})) << "inside both";
+  EXPECT_FALSE(InsideTest(crossing, InsideRule::kParity).inside({0.5f, 0.5f, 0.5f}))
+      << "the report's rule";
+}
+
+TEST(Winding, AnEmptyModelHasNoInside) {
+  EXPECT_FALSE(InsideTest(Model{}).inside(Vec3{}));
+  EXPECT_FALSE(InsideTest(Model{}, InsideRule::kParity).inside(Vec3{}));
+}
+
+}  // namespace
+}  // namespace polymorph

@@ -1,0 +1,119 @@
+#include "morph/timeline.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+namespace polymorph {
+namespace {
+
+Scene scene_with(std::vector<bool> metas, int count = 0) {
+  Scene scene;
+  scene.source.shape = scene.target.shape = "sphere";
+  for (const bool meta : metas) {
+    ObjectSettings object;
+    object.shape = "cube";
+    object.meta = meta;
+    scene.intermediate.push_back(object);
+  }
+  scene.frames.count = count;
+  return scene;
+}
+
+TEST(Timeline, StartsAsTheWholeSourceAndEndsAsTheWholeTarget) {
+  for (const int count : {2, 3, 24, 100}) {
+    const Timeline timeline = make_timeline(scene_with({true}, count));
+    const Moment first = moment_at(timeline, 1), last = moment_at(timeline, count);
+    EXPECT_EQ(first.stage, Stage::kLookOut);
+    EXPECT_EQ(first.object, 0);
+    EXPECT_EQ(first.look, 0);
+    EXPECT_EQ(first.boundary, 1);
+    EXPECT_EQ(first.growth, 0);
+    EXPECT_EQ(last.stage, Stage::kLookIn) << count;
+    EXPECT_EQ(last.object, 2);
+    EXPECT_EQ(last.look, 0);
+    EXPECT_EQ(last.boundary, 1);
+  }
+}
+
+TEST(Timeline, StagesFollowTheReportsOrder) {
+  const Timeline timeline = make_timeline(scene_with({}, 200));
+  int before = 0;
+  std::set<Stage> seen;
+  for (int frame = 1; frame <= 200; ++frame) {
+    const Moment moment = moment_at(timeline, frame);
+    EXPECT_GE(static_cast<int>(moment.stage), before);
+    before = static_cast<int>(moment.stage);
+    seen.insert(moment.stage);
+  }
+  EXPECT_EQ(seen.size(), stage_table().size());
+}
+
+TEST(Timeline, MetaObjectsAreOnlyPassedThroughAsBalls) {
+  const Timeline timeline = make_timeline(scene_with({true}, 200));
+  for (int frame = 1; frame <= 200; ++frame) EXPECT_NE(moment_at(timeline, frame).object, 1);
+  const Timeline full = make_timeline(scene_with({false}, 200));
+  bool whole = false;
+  for (int frame = 1; frame <= 200; ++frame) {
+    const Moment moment = moment_at(full, frame);
+    whole |= moment.object == 1 && moment.look < 0.1f;
+  }
+  EXPECT_TRUE(whole) << "an object that is not meta shows itself in its own look";
+}
+
+TEST(Timeline, NothingJumpsBetweenStages) {
+  const Timeline timeline = make_timeline(scene_with({false, true}, 3000));
+  for (int frame = 1; frame < 3000; ++frame) {
+    const Moment a = moment_at(timeline, frame), b = moment_at(timeline, frame + 1);
+    if (a.leg != b.leg) continue;
+    EXPECT_NEAR(a.u, b.u, 0.01);
+    if (a.object == b.object && a.object >= 0) {
+      EXPECT_NEAR(a.look, b.look, 0.06);
+      EXPECT_NEAR(a.boundary, b.boundary, 0.06);
+    }
+    EXPECT_NEAR(a.growth, b.growth, a.object == b.object ? 0.06 : 0.01) << frame;
+  }
+}
+
+TEST(Timeline, HoldsStandStill) {
+  Scene scene = scene_with({}, 20);
+  scene.frames.hold_start = 3;
+  scene.frames.hold_end = 4;
+  const Timeline timeline = make_timeline(scene);
+  for (int frame = 1; frame <= 4; ++frame) EXPECT_EQ(moment_at(timeline, frame).t, 0) << frame;
+  EXPECT_GT(moment_at(timeline, 5).t, 0);
+  for (int frame = 16; frame <= 20; ++frame) EXPECT_EQ(moment_at(timeline, frame).t, 1) << frame;
+  EXPECT_LT(moment_at(timeline, 15).t, 1);
+}
+
+TEST(Timeline, LegsTakeTheFramesTheyAreGiven) {
+  Scene scene = scene_with({true});
+  scene.frames.per_leg = {10, 30};
+  const Timeline timeline = make_timeline(scene);
+  EXPECT_EQ(timeline.count, 40);
+  int first = 0;
+  for (int frame = 1; frame <= 40; ++frame) first += moment_at(timeline, frame).leg == 0;
+  EXPECT_NEAR(first, 10, 1);
+  scene.frames.per_leg.clear();
+  EXPECT_EQ(make_timeline(scene).count, 48);
+}
+
+TEST(Timeline, ACutHasNoBoundaryStages) {
+  Scene scene = scene_with({}, 200);
+  scene.boundary.method = BoundaryMethod::kCut;
+  const Timeline timeline = make_timeline(scene);
+  for (int frame = 1; frame <= 200; ++frame) {
+    const Stage stage = moment_at(timeline, frame).stage;
+    EXPECT_TRUE(stage != Stage::kBoundaryOut && stage != Stage::kBoundaryIn);
+  }
+}
+
+TEST(Timeline, SharesThatLeaveNoTimeAreScaledDown) {
+  Scene scene = scene_with({}, 100);
+  scene.boundary.look_share = scene.boundary.boundary_share = 0.4f;
+  const Timeline timeline = make_timeline(scene);
+  EXPECT_NEAR(timeline.legs[0].shares[2], 0.2, 1e-5);
+}
+
+}  // namespace
+}  // namespace polymorph

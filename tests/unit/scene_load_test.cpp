@@ -1,0 +1,211 @@
+#include "scene/load_scene.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "base/file.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+class SceneTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder = fs::temp_directory_path() / ("pm_scene_test_" + std::to_string(::getpid()));
+    fs::create_directories(folder);
+    ASSERT_TRUE(write_file(folder / "a.obj", "v 0 0 0\n").ok());
+    ASSERT_TRUE(write_file(folder / "b.obj", "v 0 0 0\n").ok());
+  }
+  void TearDown() override { fs::remove_all(folder); }
+  fs::path scene_file(const std::string& text) {
+    const fs::path path = folder / "scene.json";
+    EXPECT_TRUE(write_file(path, text).ok());
+    return path;
+  }
+  Result<Scene> load(const std::string& text, std::vector<Override> overrides = {}) {
+    return load_scene(scene_file(text), overrides);
+  }
+  std::string error_of(const std::string& text) {
+    const auto scene = load(text);
+    EXPECT_FALSE(scene.ok()) << text;
+    return scene.ok() ? "" : scene.error().message;
+  }
+  fs::path folder;
+};
+
+TEST_F(SceneTest, SourceAndTargetAreEnough) {
+  const auto scene = load(R"({"source": "a.obj", "target": "torus"})");
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  EXPECT_EQ(scene->source.model, folder / "a.obj");
+  EXPECT_EQ(scene->source.name, "a");
+  EXPECT_EQ(scene->target.shape, "torus");
+  EXPECT_EQ(chain_objects(*scene).size(), 2u);
+  EXPECT_EQ(scene->image.width, 640);
+}
+
+TEST_F(SceneTest, EverySettingArrives) {
+  const auto scene = load(R"({
+    "spheres": {"method": "active", "resolution": 5, "inside": "parity"},
+    "source": {"model": "a.obj", "name": "first", "translate": [1, 2, 3], "rotate": [0, 90, 0], "scale": 2, "color": "#ff0000"},
+    "intermediate": [{"shape": "puddle", "meta": true, "spheres": {"resolution": 4}}],
+    "target": {"shape": "sphere", "scale": [1, 2, 1], "arrange": false},
+    "arrange": "none",
+    "frames": {"per_leg": [10, 20], "fps": 30, "hold_start": 2, "hold_end": 3},
+    "field": {"kind": "inverse_square", "blob_constant": 2, "magnitude": 3, "threshold": 4, "match_volume": false},
+    "plan": {"method": "index", "seed": 7},
+    "motion": {"easing": "linear", "keep_volume": false},
+    "boundary": {"method": "cut", "look_share": 0.2, "boundary_share": 0.1},
+    "surface": {"resolution": 64},
+    "camera": {"position": [1, 2, 3], "target": [0, 1, 0], "fov": 40},
+    "lights": {"key_azimuth": 10, "key_size": 0, "sky_intensity": 0.5},
+    "ground": {"enabled": false, "height": -1},
+    "look": {"kind": "matte", "color": [0.5, 0.25, 1], "roughness": 0.3},
+    "image": {"width": 320, "height": 200, "samples": 4, "max_depth": 2, "seed": 9, "exposure": 1},
+    "output": {"file": "x.####.png", "png": true}})");
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  EXPECT_EQ(scene->source.spheres.method, SphereMethod::kActive);
+  EXPECT_EQ(scene->source.spheres.inside, InsideMethod::kParity);
+  EXPECT_EQ(scene->intermediate[0].spheres.method, SphereMethod::kActive)
+      << "an object's spheres start from the scene's";
+  EXPECT_EQ(scene->intermediate[0].spheres.resolution, 4);
+  EXPECT_EQ(scene->source.name, "first");
+  EXPECT_EQ(scene->source.scale.z, 2);
+  EXPECT_EQ(scene->target.scale.y, 2);
+  EXPECT_FALSE(scene->target.arrange);
+  EXPECT_NEAR(scene->source.color->x, 1, 1e-6);
+  EXPECT_EQ(scene->arrange, Arrange::kNone);
+  EXPECT_EQ(scene->frames.per_leg, (std::vector<int>{10, 20}));
+  EXPECT_EQ(scene->field.kind, FieldKind::kInverseSquare);
+  EXPECT_EQ(scene->plan.method, PlanMethod::kIndex);
+  EXPECT_EQ(scene->plan.seed, 7u);
+  EXPECT_EQ(scene->motion.easing, Easing::kLinear);
+  EXPECT_EQ(scene->boundary.method, BoundaryMethod::kCut);
+  EXPECT_EQ(scene->surface.resolution, 64);
+  EXPECT_EQ(scene->camera.position->z, 3);
+  EXPECT_EQ(scene->ground.height, -1.0f);
+  EXPECT_EQ(scene->look.kind, LookKind::kMatte);
+  EXPECT_EQ(scene->image.seed, 9u);
+  EXPECT_TRUE(scene->output.png);
+}
+
+TEST_F(SceneTest, UnknownKeyNamesLineColumnPointerAndTheNearestKey) {
+  const std::string error =
+      error_of("{\"source\": \"a.obj\",\n  \"target\": \"b.obj\",\n  \"frames\": {\"cuont\": 3}}");
+  EXPECT_NE(error.find("scene.json:3:14: /frames/cuont: unknown key - did you mean \"count\"?"),
+            std::string::npos)
+      << error;
+}
+
+TEST_F(SceneTest, SeveralMistakesAreReportedTogetherInFileOrder) {
+  const auto scene = load(
+      "{\"source\": \"gone.obj\",\n\"target\": \"b.obj\",\n\"frames\": {\"count\": "
+      "-3},\n\"image\": {\"width\": \"wide\"}}");
+  ASSERT_FALSE(scene.ok());
+  EXPECT_EQ(scene.error().code, ErrorCode::kInput);
+  const std::string& error = scene.error().message;
+  const auto missing = error.find(":1:12: /source: no such file"),
+             range = error.find(":3:21: /frames/count: must be 0 to 100000 (is -3)"),
+             type = error.find(":4:20: /image/width: must be a number (is a string)");
+  EXPECT_TRUE(missing < range && range < type && type != std::string::npos) << error;
+}
+
+TEST_F(SceneTest, WrongValuesSayWhatIsAllowed) {
+  const auto with = [&](const std::string& part) {
+    return error_of("{\"source\": \"a.obj\", \"target\": \"b.obj\", " + part + "}");
+  };
+  EXPECT_NE(with("\"plan\": {\"method\": \"indx\"}")
+                .find("must be \"index\" or \"bisection\" (is \"indx\") - did you mean \"index\"?"),
+            std::string::npos);
+  EXPECT_NE(
+      with("\"image\": {\"samples\": 1.5}").find("must be a whole number, 1 to 65536 (is 1.5)"),
+      std::string::npos);
+  EXPECT_NE(with("\"image\": {\"samples\": 1e999}").find(":1:"), std::string::npos);
+  EXPECT_NE(with("\"look\": {\"color\": [1, 2]}").find("list of 3 numbers"), std::string::npos);
+  EXPECT_NE(with("\"look\": {\"color\": \"red\"}").find("#rrggbb"), std::string::npos);
+  EXPECT_NE(with("\"camera\": {\"up\": [0, 0, 0]}").find("zero vector"), std::string::npos);
+  EXPECT_NE(with("\"frames\": {\"per_leg\": [3, 4]}").find("has 2 entries for 1 leg"),
+            std::string::npos);
+  EXPECT_NE(with("\"frames\": {\"count\": 5, \"hold_start\": 2, \"hold_end\": 2}")
+                .find("leaves 1 frames beside the holds"),
+            std::string::npos);
+  EXPECT_NE(with("\"intermediate\": {}").find("must be a list (is an object)"), std::string::npos);
+  EXPECT_NE(with("\"intermediate\": [{\"shape\": \"spher\"}]").find("did you mean \"sphere\"?"),
+            std::string::npos);
+  EXPECT_NE(with("\"intermediate\": [{\"meta\": true}]").find("/intermediate/0: needs either"),
+            std::string::npos);
+}
+
+TEST_F(SceneTest, MissingEndsAreNamed) {
+  const std::string error = error_of("{}");
+  EXPECT_NE(error.find("/source: is missing"), std::string::npos);
+  EXPECT_NE(error.find("/target: is missing"), std::string::npos);
+}
+
+TEST_F(SceneTest, SyntaxErrorsShowThePlace) {
+  const std::string error = error_of("{\n  \"source\": \"a.obj\",\n  \"target\": \"b.obj\",\n}");
+  EXPECT_NE(error.find("scene.json:4:1:"), std::string::npos) << error;
+  EXPECT_NE(error.find("\n  | }\n  | ^"), std::string::npos) << error;
+  EXPECT_NE(error.find("remove the comma"), std::string::npos) << error;
+  EXPECT_NE(error_of("{'source': 1}").find("double quotes"), std::string::npos);
+  EXPECT_NE(error_of("{\"source\": 1, // x\n}").find("no comments"), std::string::npos);
+  EXPECT_NE(error_of("  \n").find("is empty"), std::string::npos);
+  EXPECT_NE(error_of("[1]").find("must be an object"), std::string::npos);
+}
+
+TEST_F(SceneTest, DuplicateKeysNameBothLines) {
+  const std::string error =
+      error_of("{\"source\": \"a.obj\",\n\"target\": \"b.obj\",\n\"source\": \"b.obj\"}");
+  EXPECT_NE(error.find("scene.json:3:1: duplicate key \"source\" (first on line 1)"),
+            std::string::npos)
+      << error;
+}
+
+TEST_F(SceneTest, DeepNestingIsRefusedNotSurvivedByLuck) {
+  const std::string error =
+      error_of("{\"source\": " + std::string(100000, '[') + std::string(100000, ']') + "}");
+  EXPECT_NE(error.find("nested deeper than 64"), std::string::npos) << error.substr(0, 300);
+}
+
+TEST_F(SceneTest, OverridesWinAndAreCheckedAlike) {
+  const std::string text = R"({"source": "a.obj", "target": "b.obj", "intermediate": ["sphere"]})";
+  const auto scene = load(text, {{"image.samples", "64"},
+                                 {"intermediate.0", "{\"shape\": \"cube\", \"meta\": true}"},
+                                 {"plan.method", "index"}});
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  EXPECT_EQ(scene->image.samples, 64);
+  EXPECT_TRUE(scene->intermediate[0].meta);
+  EXPECT_EQ(scene->plan.method, PlanMethod::kIndex);
+  const auto bad = load(text, {{"image.samples", "0"}});
+  ASSERT_FALSE(bad.ok());
+  EXPECT_NE(bad.error().message.find("/image/samples: must be 1 to 65536 (is 0)"),
+            std::string::npos);
+  const auto out_of_range = load(text, {{"intermediate.3.meta", "true"}});
+  ASSERT_FALSE(out_of_range.ok());
+  EXPECT_EQ(out_of_range.error().code, ErrorCode::kUsage);
+}
+
+TEST_F(SceneTest, WhatIsWrittenReadsBackTheSame) {
+  const auto scene = load(
+      R"({"source": "a.obj", "target": "b.obj", "look": {"roughness": 0.3}, "camera": {"fov": 41.5}})");
+  ASSERT_TRUE(scene.ok());
+  const std::string text = scene_to_json(*scene, folder);
+  const auto again = load(text);
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_EQ(scene_to_json(*again, folder), text);
+  EXPECT_NE(text.find("\"roughness\": 0.3"), std::string::npos) << text;
+  EXPECT_EQ(text.find("0.30000"), std::string::npos)
+      << "floats are written as short as they read back";
+  EXPECT_EQ(again->camera.fov, 41.5f);
+}
+
+TEST(SceneSchema, TheCommittedSchemaIsTheProgramsOwn) {
+  const auto committed = read_file(fs::path(PM_SOURCE_DIR) / "scenes" / "scene.schema.json");
+  ASSERT_TRUE(committed.ok()) << committed.error().message;
+  EXPECT_EQ(*committed, scene_schema())
+      << "run: build/release/polymorph schema > scenes/scene.schema.json";
+}
+
+}  // namespace
+}  // namespace polymorph

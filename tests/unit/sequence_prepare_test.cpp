@@ -1,0 +1,180 @@
+#include "sequence/prepare.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "base/file.h"
+#include "base/parallel.h"
+#include "image/image_io.h"
+#include "scene/load_scene.h"
+#include "sequence/render_sequence.h"
+#include "surface/mesh_check.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A small scene of built-in shapes; fast, and with every stage in it.
+class SequenceTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder = fs::temp_directory_path() / ("pm_sequence_test_" + std::to_string(::getpid()));
+    fs::remove_all(folder);
+    ASSERT_TRUE(
+        write_file(folder / "scene.json",
+                   R"({"source": {"shape": "cube", "spheres": {"resolution": 4}}, "target": "torus",
+      "intermediate": [{"shape": "puddle", "meta": true}], "spheres": {"resolution": 6},
+      "frames": {"count": 14}, "surface": {"resolution": 32},
+      "image": {"width": 48, "height": 36, "samples": 2}})")
+            .ok());
+    auto loaded = load_scene(folder / "scene.json");
+    ASSERT_TRUE(loaded.ok()) << loaded.error().message;
+    scene = *loaded;
+  }
+  void TearDown() override {
+    set_thread_count(0);
+    fs::remove_all(folder);
+  }
+  SequenceSettings settings(std::vector<int> frames, const std::string& pattern) {
+    SequenceSettings s;
+    s.frames = std::move(frames);
+    s.exr = *parse_pattern((folder / pattern).string());
+    s.device = "cpu";
+    return s;
+  }
+  std::string digest(const std::string& file) {
+    const auto image = read_image(folder / file);
+    EXPECT_TRUE(image.ok()) << (image.ok() ? "" : image.error().message);
+    return image.ok() ? pixel_digest(*image) : "";
+  }
+  fs::path folder;
+  Scene scene;
+};
+
+TEST_F(SequenceTest, ObjectsStandAtTheSourcesSizeUnlessToldOtherwise) {
+  const auto loaded = load_models(scene, false);
+  ASSERT_TRUE(loaded.ok());
+  const float size = loaded->models[0].box().diagonal();
+  for (const Model& model : loaded->models) {
+    const Box box = model.box();
+    EXPECT_NEAR(box.low.y, 0, 1e-5);
+    EXPECT_NEAR(box.center().x, 0, 1e-5);
+    EXPECT_NEAR(box.diagonal() / size, 1, 1e-4);
+  }
+  scene.target.scale = {2, 2, 2};
+  scene.target.translate = {1, 0, 0};
+  const Box box = load_models(scene, false)->models[2].box();
+  EXPECT_NEAR(box.diagonal() / size, 2, 1e-4);
+  EXPECT_NEAR(box.center().x, 1, 1e-4);
+  EXPECT_NEAR(box.low.y, 0, 1e-5);
+}
+
+TEST_F(SequenceTest, BallsEncloseTheModelsVolumeAndFramesGoEvenlyBetween) {
+  const auto extractor = make_cpu_extractor();
+  const auto prepared = prepare_scene(scene, *extractor, {});
+  ASSERT_TRUE(prepared.ok()) << prepared.error().message;
+  for (const PreparedObject& object : prepared->objects)
+    EXPECT_NEAR(object.ball_volume / object.model_volume, 1, 0.004) << object.name;
+  for (int frame = 1; frame <= 14; ++frame) {
+    const auto geometry = geometry_at(*prepared, *extractor, frame);
+    ASSERT_TRUE(geometry.ok());
+    const Moment& m = geometry->moment;
+    EXPECT_TRUE(!geometry->points.empty() || !geometry->surface.triangles.empty())
+        << "frame " << frame << " shows nothing";
+    if (geometry->surface.triangles.empty()) continue;
+    const MeshReport report = check_mesh(geometry->surface);
+    EXPECT_TRUE(report.closed()) << frame;
+    EXPECT_EQ(report.degenerate_triangles, 0u) << frame;
+    if (m.stage != Stage::kVolume) continue;
+    const double from = prepared->objects[static_cast<std::size_t>(m.leg)].ball_volume,
+                 to = prepared->objects[static_cast<std::size_t>(m.leg) + 1].ball_volume;
+    const double wanted = (1 - static_cast<double>(m.u)) * from + static_cast<double>(m.u) * to;
+    EXPECT_NEAR(report.volume / wanted, 1, 0.03) << frame;
+  }
+}
+
+TEST_F(SequenceTest, PixelsDoNotDependOnThreadsOrderCacheOrNeighbours) {
+  const auto run = [&](SequenceSettings s, int threads, const fs::path& cache) {
+    set_thread_count(threads);
+    s.cache_folder = cache;
+    const auto report = render_sequence(scene, s, nullptr);
+    EXPECT_TRUE(report.ok()) << (report.ok() ? "" : report.error().message);
+    return report.ok() ? *report : RunReport{};
+  };
+  const fs::path cache = folder / "cache";
+  const RunReport cold = run(settings({3, 7, 11}, "a.####.exr"), 1, cache);
+  const RunReport warm = run(settings({11, 7, 3}, "b.####.exr"), 2, cache);
+  const RunReport alone = run(settings({7}, "c.####.exr"), 2, {});
+  for (const char* frame : {"0003", "0007", "0011"})
+    EXPECT_EQ(digest(std::string("a.") + frame + ".exr"),
+              digest(std::string("b.") + frame + ".exr"))
+        << frame;
+  EXPECT_EQ(digest("a.0007.exr"), digest("c.0007.exr"));
+  EXPECT_NE(digest("a.0007.exr"), digest("a.0011.exr"));
+  EXPECT_EQ(cold.frames[1].digest, alone.frames[0].digest);
+  EXPECT_EQ(cold.frames[0].digest, warm.frames[2].digest);
+  EXPECT_FALSE(cold.frames[1].digest.empty());
+}
+
+TEST_F(SequenceTest, ExistingFramesAreRefusedSkippedOrReplaced) {
+  auto s = settings({1, 2}, "f.####.exr");
+  ASSERT_TRUE(render_sequence(scene, s, nullptr).ok());
+  const auto refused = render_sequence(scene, s, nullptr);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kOutput);
+  EXPECT_NE(refused.error().message.find("--skip-existing"), std::string::npos);
+  s.existing = Existing::kSkip;
+  EXPECT_EQ(render_sequence(scene, s, nullptr)->count(FrameRecord::State::kSkipped), 2u);
+  fs::remove(folder / "f.0002.exr");
+  const auto resumed = render_sequence(scene, s, nullptr);
+  EXPECT_EQ(resumed->count(FrameRecord::State::kSkipped), 1u);
+  EXPECT_EQ(resumed->count(FrameRecord::State::kDone), 1u);
+  scene.look.roughness = 0.5f;  // the files are now of another scene
+  EXPECT_EQ(render_sequence(scene, s, nullptr)->count(FrameRecord::State::kDone), 2u);
+}
+
+TEST_F(SequenceTest, ADamagedFrameIsNotTakenForFinished) {
+  auto s = settings({1}, "f.####.exr");
+  ASSERT_TRUE(render_sequence(scene, s, nullptr).ok());
+  const std::string bytes = *read_file(folder / "f.0001.exr");
+  ASSERT_TRUE(
+      write_file(folder / "f.0001.exr", std::string_view(bytes).substr(0, bytes.size() / 2)).ok());
+  s.existing = Existing::kSkip;
+  EXPECT_EQ(render_sequence(scene, s, nullptr)->count(FrameRecord::State::kDone), 1u);
+}
+
+TEST_F(SequenceTest, DryRunWritesNothingAndSaysWhatIsMissing) {
+  auto s = settings({1, 2}, "f.####.exr");
+  s.dry_run = true;
+  const auto report = render_sequence(scene, s, nullptr);
+  ASSERT_TRUE(report.ok());
+  EXPECT_EQ(report->count(FrameRecord::State::kPlanned), 2u);
+  EXPECT_FALSE(fs::exists(folder / "f.0001.exr"));
+}
+
+TEST_F(SequenceTest, AStopLeavesFinishedFramesWhole) {
+  std::atomic<bool> stop{false};
+  auto s = settings({1, 2, 3}, "f.####.exr");
+  s.stop = &stop;
+  const auto report =
+      render_sequence(scene, s, [&](std::size_t, std::size_t, const FrameRecord&) { stop = true; });
+  ASSERT_TRUE(report.ok());
+  EXPECT_TRUE(report->stopped);
+  EXPECT_FALSE(digest("f.0001.exr").empty());
+  EXPECT_FALSE(fs::exists(folder / "f.0003.exr"));
+}
+
+TEST(MakeExtractor, KnowsItsDevices) {
+  std::string chosen;
+  EXPECT_TRUE(make_extractor("cpu", chosen).ok());
+  EXPECT_EQ(chosen, "cpu");
+  for (const char* bad : {"gpu", "cuda:x", "cuda:-1", ""})
+    EXPECT_EQ(make_extractor(bad, chosen).error().code, ErrorCode::kUsage) << bad;
+  const auto cuda = make_extractor("cuda:900", chosen);
+  ASSERT_FALSE(cuda.ok()) << "no machine has 901 devices";
+  EXPECT_EQ(cuda.error().code, ErrorCode::kResource);
+}
+
+}  // namespace
+}  // namespace polymorph

@@ -1,0 +1,231 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/parallel.h"
+#include "model/shapes.h"
+#include "model_testing.h"
+#include "spheres/cells.h"
+#include "spheres/spheres.h"
+
+namespace polymorph {
+namespace {
+
+SphereTree tree_of(const Model& model, SphereMethod method, int resolution,
+                   InsideMethod inside = InsideMethod::kWinding) {
+  auto tree = approximate(model, {method, resolution, inside});
+  EXPECT_TRUE(tree) << (tree ? "" : tree.error().message);
+  return tree ? std::move(tree).value() : SphereTree{};
+}
+
+bool same(const SphereTree& a, const SphereTree& b) {
+  if (a.nodes.size() != b.nodes.size()) return false;
+  for (std::size_t i = 0; i < a.nodes.size(); ++i) {
+    const SphereNode &x = a.nodes[i], &y = b.nodes[i];
+    if (!(x.sphere.center == y.sphere.center) || x.sphere.radius != y.sphere.radius ||
+        x.parent != y.parent || x.level != y.level || x.leaf != y.leaf)
+      return false;
+  }
+  return true;
+}
+
+TEST(Octree, FillsACubeCompletely) {
+  const Model cube = box_model({-1, -1, -1}, {1, 1, 1});
+  for (int resolution = 1; resolution <= 5; ++resolution) {
+    const SphereTree tree = tree_of(cube, SphereMethod::kOctree, resolution);
+    const std::size_t expected = std::size_t{1} << (3 * (resolution - 1));
+    EXPECT_EQ(tree.leaves().size(), expected);
+    // A full octree: (8^R - 1) / 7 nodes.
+    EXPECT_EQ(tree.nodes.size(), (expected * 8 - 1) / 7);
+  }
+}
+
+TEST(Octree, CellsOfABoxAreCountedExactly) {
+  // 8 cells an axis of 0.25; the box fills 8 x 4 x 2 of them.
+  const SphereTree tree = tree_of(box_model({0, 0, 0}, {2, 1, 0.5f}), SphereMethod::kOctree, 4);
+  EXPECT_EQ(tree.leaves().size(), 64u);
+  double volume = 0;
+  for (const Sphere& s : tree.leaves()) {
+    EXPECT_NEAR(s.radius, 0.25 * 0.6204, 1e-4);
+    EXPECT_GT(s.center.y, 0);
+    EXPECT_LT(s.center.z, 0.5f);
+    volume += 4 * M_PI / 3 * std::pow(s.radius, 3);
+  }
+  EXPECT_NEAR(volume, 1, 1e-3) << "a sphere has its cell's volume";
+}
+
+TEST(Octree, LeavesComeInMortonOrderAndParentsFirst) {
+  const SphereTree tree = tree_of(box_model({0, 0, 0}, {1, 1, 1}), SphereMethod::kOctree, 2);
+  ASSERT_EQ(tree.nodes.size(), 9u);
+  for (std::size_t i = 0; i < 8; ++i) {
+    const SphereNode& node = tree.nodes[i + 1];
+    EXPECT_EQ(node.parent, 0);
+    EXPECT_EQ(node.level, 1);
+    EXPECT_EQ(node.sphere.center.x > 0.5f, (i & 1) != 0);
+    EXPECT_EQ(node.sphere.center.y > 0.5f, (i & 2) != 0);
+    EXPECT_EQ(node.sphere.center.z > 0.5f, (i & 4) != 0);
+  }
+  EXPECT_NEAR(length(tree.nodes[0].sphere.center - Vec3{0.5f, 0.5f, 0.5f}), 0, 1e-6);
+  const SphereTree deep = tree_of(*make_shape("torus"), SphereMethod::kOctree, 6);
+  for (std::size_t i = 1; i < deep.nodes.size(); ++i) {
+    const auto parent = static_cast<std::size_t>(deep.nodes[i].parent);
+    ASSERT_LT(parent, i);
+    EXPECT_EQ(deep.nodes[i].level, deep.nodes[parent].level + 1);
+    EXPECT_FALSE(deep.nodes[parent].leaf);
+    const Vec3 d = deep.nodes[i].sphere.center - deep.nodes[parent].sphere.center;
+    EXPECT_NEAR(std::abs(d.x), std::abs(d.y), 1e-5);
+  }
+  EXPECT_EQ(deep.nodes[0].parent, -1);
+}
+
+TEST(Octree, FollowsTheVolumeOfASphere) {
+  const SphereTree tree = tree_of(*make_shape("sphere"), SphereMethod::kOctree, 6);
+  const double share = static_cast<double>(tree.leaves().size()) / 32768;
+  EXPECT_NEAR(share, M_PI / 6, 0.01);
+  for (const Sphere& s : tree.leaves()) EXPECT_LT(length(s.center - Vec3{0, 1, 0}), 1.0f);
+}
+
+// Which corners of the root and of its children are inside is laid by hand: a box over x < 1.25 of
+// the cube [0, 2]^3 (the far faces are thin tabs that only make the bounding box that large).
+Model half_filled() {
+  Model model = box_model({0, 0, 0}, {1.25f, 2, 2});
+  add_box(model, {1.9f, 0.9f, 0.9f}, {2, 0.91f, 0.91f});
+  return model;
+}
+
+TEST(Active, FourCornersAreNotEnoughAndChildrenOfActiveCellsAreDropped) {
+  // At R = 1 the root cube's corners lie just outside (the margin): nothing is active.
+  const auto root = approximate(half_filled(), {SphereMethod::kActive, 1, InsideMethod::kWinding});
+  ASSERT_FALSE(root);
+  // Move in: corners of a lattice are strictly inside a box that contains them. Eight corners of
+  // the cell
+  // [-1, 1]^3 inside, tabs of no volume worth speaking of far out on all sides.
+  Model model = box_model({-1.5f, -1.5f, -1.5f}, {1.5f, 1.5f, 1.5f});
+  for (const float side : {-1.0f, 1.0f})
+    add_box(model, {side * 3.99f - 0.01f, 0.31f, 0.31f}, {side * 3.99f + 0.01f, 0.32f, 0.32f});
+  // Root [-4, 4]: level 1 cells have one corner (the middle) inside; level 2 cells are 2 wide: the
+  // eight ones around the middle have corners at 0 and +-2: again one; level 3 cells are 1 wide:
+  // corners at -1, 0, 1 are inside, +-2 are not.
+  EXPECT_FALSE(approximate(model, {SphereMethod::kActive, 3, InsideMethod::kWinding}));
+  const std::vector<Sphere> leaves = tree_of(model, SphereMethod::kActive, 4).leaves();
+  // The 8 cells within [-1, 1]^3 have 8 corners inside. Those beyond a face have exactly 4: not
+  // active.
+  EXPECT_EQ(leaves.size(), 8u);
+  for (const Sphere& s : leaves) {
+    EXPECT_NEAR(s.radius, 0.6204, 1e-3);
+    EXPECT_LT(std::max({std::abs(s.center.x), std::abs(s.center.y), std::abs(s.center.z)}), 1);
+  }
+}
+
+TEST(Active, MoreThanFourCornersGiveOneSphereAndNothingBelow) {
+  // [-2.5, 2.5]^2 x [-2.5, 0.5] in a root of [-4, 4]: of the level 2 cells (2 wide) the four in
+  // [-2, 2]^2 x [-2, 0] have all 8 corners inside; those above z = 0 have 4, those beyond the sides
+  // at most 4.
+  Model model = box_model({-2.5f, -2.5f, -2.5f}, {2.5f, 2.5f, 0.5f});
+  for (const float side : {-1.0f, 1.0f}) {
+    add_box(model, {side * 3.99f - 0.01f, 0.31f, 0.31f}, {side * 3.99f + 0.01f, 0.32f, 0.32f});
+    add_box(model, {0.31f, 0.31f, side * 3.99f - 0.01f}, {0.32f, 0.32f, side * 3.99f + 0.01f});
+  }
+  const SphereTree three = tree_of(model, SphereMethod::kActive, 3);
+  EXPECT_EQ(three.leaves().size(), 4u);
+  const SphereTree four = tree_of(model, SphereMethod::kActive, 4);
+  std::size_t coarse = 0;
+  for (const SphereNode& node : four.nodes) {
+    if (!node.leaf) continue;
+    coarse += node.level == 2;
+    EXPECT_TRUE(node.level == 2 || node.level == 3);
+    if (node.level == 3) {
+      const Vec3 c = node.sphere.center;
+      EXPECT_FALSE(std::abs(c.x) < 2 && std::abs(c.y) < 2 && c.z > -2 && c.z < 0)
+          << "below an active cell";
+    }
+  }
+  EXPECT_EQ(coarse, 4u);
+  EXPECT_EQ(four.leaves().size(), 4u) << "level 3 cells at the sides have 4 corners inside at most";
+}
+
+TEST(Active, NeedsFarFewerSpheresThanTheOctree) {
+  const Model sphere = *make_shape("sphere");
+  const std::size_t octree = tree_of(sphere, SphereMethod::kOctree, 6).leaves().size();
+  const std::size_t active = tree_of(sphere, SphereMethod::kActive, 6).leaves().size();
+  EXPECT_LT(active * 5, octree);
+  EXPECT_GT(active, 500u);
+}
+
+TEST(Approximate, ThinAndEmptyModelsSayWhatWouldHelp) {
+  const Model plate = box_model({0, 0, 0}, {2, 2, 0.1f});
+  const auto thin = approximate(plate, {SphereMethod::kOctree, 3, InsideMethod::kWinding});
+  ASSERT_FALSE(thin);
+  EXPECT_EQ(thin.error().code, ErrorCode::kInput);
+  EXPECT_NE(thin.error().message.find("raise spheres.resolution to 6"), std::string::npos)
+      << thin.error().message;
+  EXPECT_TRUE(approximate(plate, {SphereMethod::kOctree, 6, InsideMethod::kWinding}))
+      << "as it said";
+  Model sheet;
+  sheet.name = "sheet";
+  sheet.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  sheet.triangles = {{{0, 1, 2}}};
+  const auto open = approximate(sheet, {});
+  ASSERT_FALSE(open);
+  EXPECT_NE(open.error().message.find("encloses no volume"), std::string::npos)
+      << open.error().message;
+  EXPECT_NE(open.error().message.find("it is open"), std::string::npos) << open.error().message;
+  EXPECT_FALSE(approximate(Model{}, {}));
+  EXPECT_FALSE(approximate(plate, {SphereMethod::kOctree, 10, InsideMethod::kWinding}));
+  EXPECT_FALSE(approximate(plate, {SphereMethod::kOctree, -1, InsideMethod::kWinding}));
+}
+
+TEST(Approximate, AutomaticResolutionKeepsTheCountInBounds) {
+  for (const char* name : {"sphere", "cube", "torus", "puddle"}) {
+    for (const SphereMethod method : {SphereMethod::kOctree, SphereMethod::kActive}) {
+      const auto tree = approximate(*make_shape(name), {method, 0, InsideMethod::kWinding});
+      ASSERT_TRUE(tree) << name;
+      EXPECT_LE(tree->leaves().size(), 8000u) << name;
+      EXPECT_GE(tree->leaves().size(), 500u) << name;
+    }
+  }
+}
+
+TEST(Approximate, TakesOpenAndCrossingModels) {
+  Model sphere = *make_shape("sphere");
+  const std::size_t closed = tree_of(sphere, SphereMethod::kOctree, 5).leaves().size();
+  sphere.triangles.resize(sphere.triangles.size() - 40);
+  const std::size_t open = tree_of(sphere, SphereMethod::kOctree, 5).leaves().size();
+  EXPECT_NEAR(static_cast<double>(open), static_cast<double>(closed),
+              0.02 * static_cast<double>(closed));
+}
+
+TEST(Approximate, IsTheSameForAnyNumberOfThreads) {
+  const Model torus = *make_shape("torus");
+  for (const SphereMethod method : {SphereMethod::kOctree, SphereMethod::kActive})
+    for (const InsideMethod inside : {InsideMethod::kWinding, InsideMethod::kParity}) {
+      set_thread_count(1);
+      const SphereTree one = tree_of(torus, method, 6, inside);
+      set_thread_count(2);
+      EXPECT_TRUE(same(one, tree_of(torus, method, 6, inside)));
+      set_thread_count(0);
+      EXPECT_FALSE(one.nodes.empty());
+    }
+}
+
+TEST(BallsOf, ALoneBallsSurfaceIsAtItsRadius) {
+  const std::vector<Sphere> spheres{{{1, 2, 3}, 0.5f}, {{0, 0, 0}, 2}};
+  FieldSettings field;
+  field.kind = FieldKind::kGaussian;
+  field.blobbiness = 1.5f;
+  std::vector<Ball> balls = balls_of(spheres, field);
+  ASSERT_EQ(balls.size(), 2u);
+  EXPECT_EQ(balls[0].center, spheres[0].center);
+  EXPECT_FLOAT_EQ(balls[0].a, 6);
+  EXPECT_FLOAT_EQ(std::exp(balls[1].w - balls[1].a * 4), 1);
+  field.kind = FieldKind::kInverseSquare;
+  field.blob_constant = 2;
+  field.magnitude = 3;
+  field.threshold = 4;
+  balls = balls_of(spheres, field);
+  EXPECT_FLOAT_EQ(balls[0].w, 2 * 3 * 0.25f / 4);
+  EXPECT_FLOAT_EQ(balls[1].w, 6);
+}
+
+}  // namespace
+}  // namespace polymorph

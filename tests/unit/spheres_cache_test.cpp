@@ -1,0 +1,192 @@
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <thread>
+
+#include "base/file.h"
+#include "base/log.h"
+#include "model/shapes.h"
+#include "model_testing.h"
+#include "spheres/spheres.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Cache : public testing::Test {
+ protected:
+  /// The nodes' bytes that matter, so that equal means equal in every bit.
+  static std::string bits(const SphereTree& tree) {
+    std::string text;
+    for (const SphereNode& n : tree.nodes)
+      text += fmt::format("{:a} {:a} {:a} {:a} {} {} {}\n", n.sphere.center.x, n.sphere.center.y,
+                          n.sphere.center.z, n.sphere.radius, n.parent, n.level, n.leaf);
+    return text;
+  }
+  std::string cached() const {
+    auto tree = approximate_cached(model_, settings_, cache_);
+    EXPECT_TRUE(tree) << (tree ? "" : tree.error().message);
+    return tree ? bits(*tree) : "";
+  }
+  std::vector<fs::path> files() const {
+    std::vector<fs::path> found;
+    if (fs::exists(cache_))
+      for (const auto& entry : fs::directory_iterator(cache_)) found.push_back(entry.path());
+    return found;
+  }
+  /// What standard error says while `f` runs.
+  template <class F>
+  static std::string said(const F& f) {
+    testing::internal::CaptureStderr();
+    f();
+    return testing::internal::GetCapturedStderr();
+  }
+  static std::size_t lines(const std::string& text) {
+    return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+  }
+
+  TemporaryFolder folder_;
+  fs::path cache_ = folder_.path() / "deep" / "cache";
+  Model model_ = *make_shape("torus");
+  SphereSettings settings_{SphereMethod::kActive, 4, InsideMethod::kWinding};
+  std::string expected_ = bits(*approximate(model_, settings_));
+};
+
+TEST_F(Cache, AnswersTheSameColdWarmAndWithoutAFolder) {
+  EXPECT_EQ(said([&] {
+              EXPECT_EQ(cached(), expected_);
+              EXPECT_EQ(cached(), expected_);
+            }),
+            "");
+  ASSERT_EQ(files().size(), 1u);
+  EXPECT_TRUE(files()[0].filename().string().ends_with(".spheres"));
+  cache_.clear();
+  EXPECT_EQ(cached(), expected_);
+}
+
+TEST_F(Cache, AHitReadsTheFileInsteadOfComputing) {
+  cached();
+  const auto before = fs::last_write_time(files()[0]);
+  // The same model in another entry's place would be noticed; the right entry is not written again.
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_EQ(cached(), expected_);
+  EXPECT_EQ(fs::last_write_time(files()[0]), before);
+}
+
+TEST_F(Cache, TheKeyIsContentAndSettings) {
+  const auto count = [&] {
+    cached();
+    return files().size();
+  };
+  EXPECT_EQ(count(), 1u);
+  model_.name = "another name";
+  EXPECT_EQ(count(), 1u) << "names do not matter";
+  settings_.resolution = 5;
+  EXPECT_EQ(count(), 2u);
+  settings_.method = SphereMethod::kOctree;
+  EXPECT_EQ(count(), 3u);
+  settings_.inside = InsideMethod::kParity;
+  EXPECT_EQ(count(), 4u);
+  model_.points[5].x += 1e-6f;
+  EXPECT_EQ(count(), 5u);
+  model_.triangles.pop_back();
+  EXPECT_EQ(count(), 6u);
+}
+
+TEST_F(Cache, EveryDamagedOrForeignFileIsOneWarningAndIsReplaced) {
+  cached();
+  const fs::path file = files()[0];
+  const std::string good = *read_file(file);
+  std::vector<std::string> broken{
+      "",
+      good.substr(0, 5),
+      good.substr(0, 40),
+      good.substr(0, good.size() / 2),
+      good.substr(0, good.size() - 1),
+      good + "x",
+      "something else entirely, and long enough "
+      "to be a cache file by its size, if nobody looked at what is in it, really",
+      std::string(good.size(), '\0')};
+  for (std::size_t at = 0; at < good.size(); at += 37) {  // header, key, count, nodes, checksum
+    broken.push_back(good);
+    broken.back()[at] = static_cast<char>(broken.back()[at] ^ 0x10);
+  }
+  for (const std::string& bytes : broken) {
+    folder_.write("deep/cache/" + file.filename().string(), bytes);
+    const std::string text = said([&] { EXPECT_EQ(cached(), expected_); });
+    EXPECT_EQ(lines(text), 1u) << text;
+    EXPECT_NE(text.find("sphere cache"), std::string::npos) << text;
+    EXPECT_NE(text.find("computed anew"), std::string::npos) << text;
+    EXPECT_EQ(*read_file(file), good) << "replaced";
+    EXPECT_EQ(said([&] { cached(); }), "");
+  }
+}
+
+TEST_F(Cache, AnEntryUnderTheWrongNameIsNotUsed) {
+  cached();
+  const fs::path torus = files()[0];
+  model_ = *make_shape("sphere");
+  cached();
+  fs::path sphere;
+  for (const fs::path& file : files())
+    if (file != torus) sphere = file;
+  fs::copy_file(torus, sphere, fs::copy_options::overwrite_existing);
+  const std::string text = said([&] { EXPECT_NE(cached(), expected_); });
+  EXPECT_NE(text.find("belongs to another model"), std::string::npos) << text;
+}
+
+TEST_F(Cache, AFolderThatCannotBeIsOneWarningAndNoObstacle) {
+  folder_.write("deep/cache", "a file is in the way");
+  const std::string text = said([&] {
+    EXPECT_EQ(cached(), expected_);
+    EXPECT_EQ(cached(), expected_);
+  });
+  EXPECT_EQ(lines(text), 1u) << text;
+  EXPECT_NE(text.find("going on without it"), std::string::npos) << text;
+}
+
+TEST_F(Cache, AnEntryThatIsADirectoryIsNoObstacle) {
+  cached();
+  const fs::path file = files()[0];
+  fs::remove(file);
+  fs::create_directory(file);
+  EXPECT_NE(said([&] { EXPECT_EQ(cached(), expected_); }), "");
+}
+
+TEST_F(Cache, ErrorsAreNotCached) {
+  settings_.resolution = 1;
+  EXPECT_FALSE(approximate_cached(model_, settings_, cache_));
+  EXPECT_TRUE(files().empty());
+}
+
+class CacheFolder : public testing::Test {
+ protected:
+  void SetUp() override {
+    for (const char* name : kNames) saved_.emplace_back(std::getenv(name) ? std::getenv(name) : "");
+    for (const char* name : kNames) ::unsetenv(name);
+  }
+  void TearDown() override {
+    for (std::size_t i = 0; i < saved_.size(); ++i)
+      saved_[i].empty() ? ::unsetenv(kNames[i]) : ::setenv(kNames[i], saved_[i].c_str(), 1);
+  }
+  static constexpr std::array kNames{"POLYMORPH_CACHE_DIR", "XDG_CACHE_HOME", "HOME"};
+  std::vector<std::string> saved_;
+};
+
+TEST_F(CacheFolder, IsTheFirstThatIsGiven) {
+  EXPECT_TRUE(default_cache_folder().empty());
+  ::setenv("HOME", "/home/me", 1);
+  EXPECT_EQ(default_cache_folder(), "/home/me/.cache/polymorph");
+  ::setenv("XDG_CACHE_HOME", "relative", 1);
+  EXPECT_EQ(default_cache_folder(), "/home/me/.cache/polymorph")
+      << "the specification says: ignore relative ones";
+  ::setenv("XDG_CACHE_HOME", "/var/cache/me", 1);
+  EXPECT_EQ(default_cache_folder(), "/var/cache/me/polymorph");
+  ::setenv("POLYMORPH_CACHE_DIR", "mine", 1);
+  EXPECT_EQ(default_cache_folder(), "mine");
+}
+
+}  // namespace
+}  // namespace polymorph

@@ -1,0 +1,119 @@
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "model/shapes.h"
+#include "morph/plan.h"
+#include "surface/crossfade.h"
+#include "surface/grid.h"
+#include "surface/mesh_check.h"
+#include "surface/mesh_io.h"
+#include "surface_test_helpers.h"
+
+namespace polymorph {
+namespace {
+
+Mesh tetrahedron() {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  mesh.normals = {{-1, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  mesh.triangles = {{{0, 2, 1}}, {{0, 1, 3}}, {{0, 3, 2}}, {{1, 2, 3}}};
+  return mesh;
+}
+
+TEST(CheckMesh, ATetrahedronIsClosedManifoldAndASphere) {
+  const MeshReport report = check_mesh(tetrahedron());
+  EXPECT_TRUE(report.manifold());
+  EXPECT_EQ(report.components, 1u);
+  EXPECT_EQ(report.euler, 2);
+  EXPECT_EQ(report.genus, 0);
+  EXPECT_NEAR(report.volume, 1.0 / 6, 1e-12);
+  EXPECT_EQ(report.degenerate_triangles, 0u);
+}
+
+TEST(CheckMesh, FindsHolesFlipsPinchesAndSlivers) {
+  Mesh open = tetrahedron();
+  open.triangles.pop_back();
+  EXPECT_EQ(check_mesh(open).open_edges, 3u);
+  Mesh flipped = tetrahedron();
+  std::swap(flipped.triangles[0].v[0], flipped.triangles[0].v[1]);
+  EXPECT_EQ(check_mesh(flipped).flipped_edges, 3u);
+  Mesh pinched = tetrahedron();  // two of them that share a point
+  for (const Vec3 p : {Vec3{-1, 0, 0}, Vec3{0, -1, 0}, Vec3{0, 0, -1}})
+    pinched.positions.push_back(p), pinched.normals.push_back(p);
+  for (const Triangle t :
+       {Triangle{{0, 4, 5}}, Triangle{{0, 6, 4}}, Triangle{{0, 5, 6}}, Triangle{{4, 6, 5}}})
+    pinched.triangles.push_back(t);
+  const MeshReport report = check_mesh(pinched);
+  EXPECT_TRUE(report.closed());
+  EXPECT_EQ(report.pinched_vertices, 1u);
+  EXPECT_FALSE(report.manifold());
+  Mesh sliver = tetrahedron();
+  sliver.positions[3] = {0.5f, 0, 0};
+  EXPECT_GE(check_mesh(sliver).degenerate_triangles, 1u);
+}
+
+TEST(MeshDigest, ChangesWithTheLastBit) {
+  Mesh mesh = tetrahedron();
+  const std::string before = mesh_digest(mesh);
+  mesh.positions[3].z = std::nextafter(1.0f, 2.0f);
+  EXPECT_NE(mesh_digest(mesh), before);
+}
+
+TEST(Surface, ATorusOfBallsHasGenusOne) {
+  std::vector<Ball> balls;
+  for (int i = 0; i < 40; ++i) {
+    const float angle = 6.2831853f * static_cast<float>(i) / 40;
+    balls.push_back(gaussian_ball({std::cos(angle), 0, std::sin(angle)}, 0.25f));
+  }
+  const auto mesh = extract_surface(*make_cpu_extractor(), balls, 0.06f, {});
+  ASSERT_TRUE(mesh.ok());
+  const MeshReport report = check_mesh(*mesh);
+  EXPECT_TRUE(report.manifold());
+  EXPECT_EQ(report.genus, 1);
+}
+
+TEST(Crossfade, PointsRunFromTheModelIntoItsOwnBalls) {
+  const auto model = make_shape("sphere");
+  ASSERT_TRUE(model.ok());
+  const Box box = model->box();
+  // One ball left, one right: each side shrinks into its own.
+  const Vec3 c = box.center();
+  const std::vector<Ball> balls{gaussian_ball(c - Vec3{0.4f, 0, 0}, 0.3f),
+                                gaussian_ball(c + Vec3{0.4f, 0, 0}, 0.3f)};
+  for (const FieldKind kind : {FieldKind::kGaussian, FieldKind::kInverseSquare}) {
+    const auto targets = shrink_targets(*model, balls, kind);
+    const auto whole = shrunk_points(*model, targets, 1), gone = shrunk_points(*model, targets, 0);
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+      EXPECT_EQ(whole[i].x, model->points[i].x);
+      EXPECT_LE(std::abs(gone[i].x - c.x), 0.4001f);
+      if (model->points[i].x > c.x + 0.5f) {
+        EXPECT_GT(gone[i].x, c.x);
+      }
+    }
+  }
+}
+
+TEST(MeshFiles, ObjAndPlyHoldTheWholeMesh) {
+  const Mesh mesh = tetrahedron();
+  const std::string obj = encode_obj(mesh);
+  EXPECT_NE(obj.find("v 0 1 0\n"), std::string::npos);
+  EXPECT_NE(obj.find("f 2//2 3//3 4//4\n"), std::string::npos);
+  const std::string ply = encode_ply(mesh);
+  const auto body = ply.find("end_header\n") + 11;
+  ASSERT_EQ(ply.size() - body, 4 * 24 + 4 * 13u);
+  float x = 0;
+  std::memcpy(&x, ply.data() + body + 24, 4);
+  EXPECT_EQ(x, 1.0f);
+  EXPECT_EQ(write_mesh("/tmp/x.stl", mesh).error().code, ErrorCode::kUsage);
+}
+
+TEST(MeshFiles, BallsSayTheirVisibleRadius) {
+  const std::string json = encode_balls({gaussian_ball({1, 2, 3}, 0.5f)}, FieldKind::kGaussian);
+  EXPECT_NE(json.find("\"center\": [1, 2, 3], \"a\": 8, \"w\": 2, \"radius\": 0.5"),
+            std::string::npos)
+      << json;
+}
+
+}  // namespace
+}  // namespace polymorph
