@@ -130,7 +130,8 @@ Result<std::string> read_file(const fs::path& path, std::uint64_t limit) {
 }
 
 Status write_file(const fs::path& path, std::string_view bytes) {
-  if (fs::is_directory(path)) return write_error(path, EISDIR, remedy_of(EISDIR));
+  std::error_code ignored;  // whatever else is wrong with the name, open() says below
+  if (fs::is_directory(path, ignored)) return write_error(path, EISDIR, remedy_of(EISDIR));
   PM_TRY_STATUS(make_parent(path));
   Temporary temporary{temporary_name(path)};
   {

@@ -65,7 +65,7 @@ Result<Timing> time_it(int repeats, const F& run) {
 nlohmann::ordered_json report_row(const BenchOptions& options, const std::string& name,
                                   const Timing& t, const std::string& note) {
   if (!options.json.wanted)
-    fmt::print("{:<28} {:>9.2f} ms  ({:.2f} - {:.2f})  {}\n", name, t.median * 1e3, t.low * 1e3,
+    print_data("{:<28} {:>9.2f} ms  ({:.2f} - {:.2f})  {}\n", name, t.median * 1e3, t.low * 1e3,
                t.high * 1e3, note);
   return {{"name", name},
           {"median_ms", t.median * 1e3},
@@ -93,9 +93,9 @@ Status bench_surface(const BenchOptions& options, SurfaceExtractor& extractor, M
   // The floor: the mesh must at least be written once.
   const double bytes = static_cast<double>(mesh.positions.size() * 24 + mesh.triangles.size() * 12);
   for (const PassTime& pass : extractor.pass_times())
-    if (!options.json.wanted) fmt::print("  {:<26} {:>9.2f} ms\n", pass.name, pass.seconds * 1e3);
+    if (!options.json.wanted) print_data("  {:<26} {:>9.2f} ms\n", pass.name, pass.seconds * 1e3);
   if (!options.json.wanted)
-    fmt::print("  mesh {:.1f} MB; writing it at 10 GB/s takes {:.2f} ms\n", bytes * 1e-6,
+    print_data("  mesh {:.1f} MB; writing it at 10 GB/s takes {:.2f} ms\n", bytes * 1e-6,
                bytes / 1e10 * 1e3);
   return Ok{};
 }
@@ -137,7 +137,7 @@ Result<int> run_bench(const CommandLine& line, const BenchOptions& options) {
   std::string device;
   PM_TRY(const auto extractor, make_extractor(line.common.device, device));
   if (!options.json.wanted)
-    fmt::print("device {}, {} threads, median of {} runs (min - max)\n", device, thread_count(),
+    print_data("device {}, {} threads, median of {} runs (min - max)\n", device, thread_count(),
                options.repeats);
   auto rows = nlohmann::ordered_json::array();
   Mesh mesh;

@@ -75,7 +75,7 @@ std::string to_json(const CheckResult& result, bool good) {
                                {"boundary_edges", d.boundary_edges},
                                {"volume", d.volume},
                                {"area", d.area}});
-  return json.dump(2) + "\n";
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 Result<int> run_check(const CheckOptions& options) {
@@ -95,12 +95,12 @@ Result<int> run_check(const CheckOptions& options) {
   for (const std::string& warning : result.warnings) log_warning("{}", warning);
   if (!options.json.wanted) {
     for (const auto& [name, diagnosis] : result.objects)
-      fmt::print("{}\n", describe_object(name, diagnosis));
+      print_data("{}\n", describe_object(name, diagnosis));
     if (good)
-      fmt::print("{}: ok, {} objects, {} frames\n", options.scene, result.objects.size(),
+      print_data("{}: ok, {} objects, {} frames\n", options.scene, result.objects.size(),
                  result.frames);
     else
-      fmt::print("{}: {} error{}, {} warning{}\n", options.scene,
+      print_data("{}: {} error{}, {} warning{}\n", options.scene,
                  result.findings.size() + result.errors.size(),
                  result.findings.size() + result.errors.size() == 1 ? "" : "s",
                  result.warnings.size(), result.warnings.size() == 1 ? "" : "s");

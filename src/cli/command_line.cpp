@@ -1,12 +1,13 @@
 #include "cli/command_line.h"
 
+#include <poll.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <iostream>
+#include <mutex>
 
 #include "base/file.h"
 #include "base/log.h"
@@ -27,9 +28,7 @@ void on_stop(int number) {
 }
 
 void set_signals() {
-  std::signal(SIGINT, on_stop);
-  std::signal(SIGTERM, on_stop);
-  std::signal(SIGPIPE, [](int) { _exit(0); });  // the reader has seen enough
+  std::signal(SIGPIPE, SIG_IGN);  // write() then says EPIPE; frames go on without their log
   std::signal(SIGXFSZ, SIG_IGN);                // write() then says EFBIG, with the file's name
 }
 
@@ -119,6 +118,16 @@ void report_bug(const char* what) {
       PM_VERSION);
 }
 
+/// Data that never arrived is a failure, unless its reader has seen enough.
+int finish_output(int code) {
+  if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return code;
+  pollfd output{STDOUT_FILENO, POLLOUT, 0};
+  if (poll(&output, 1, 0) == 1 && (output.revents & POLLERR) != 0) return code;
+  log_message(LogLevel::kError,
+              "standard output: cannot write - free some space or send it elsewhere");
+  return static_cast<int>(ErrorCode::kOutput);
+}
+
 int run_action(CommandLine& line) {
   auto status = start_up(line.common);
   if (!status) {
@@ -182,8 +191,7 @@ void add_json(CLI::App* command, JsonOutput& json) {
 
 Status write_json(const JsonOutput& json, const std::string& text) {
   if (!json.file.empty()) return write_file(json.file, text);
-  std::fwrite(text.data(), 1, text.size(), stdout);
-  std::fflush(stdout);
+  print_data("{}", text);
   return Ok{};
 }
 
@@ -201,11 +209,17 @@ std::filesystem::path cache_folder(const CommonOptions& common) {
                                   : std::filesystem::path(common.cache_dir);
 }
 
-const std::atomic<bool>& stop_requested() { return stop; }
+const std::atomic<bool>& stop_requested() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    std::signal(SIGINT, on_stop);
+    std::signal(SIGTERM, on_stop);
+  });
+  return stop;
+}
 
-int stop_exit_code() {
-  return static_cast<int>(stop_signal == SIGTERM ? ErrorCode::kTerminated
-                                                 : ErrorCode::kInterrupted);
+ErrorCode stop_code() {
+  return stop_signal == SIGTERM ? ErrorCode::kTerminated : ErrorCode::kInterrupted;
 }
 
 int run_program(int argc, char** argv) {
@@ -235,11 +249,11 @@ int run_program(int argc, char** argv) {
   if (argc < 2 || given("--help") || given("-h")) {
     std::fputs(help_text(*wanted_help(line.app, argc, argv), given("--help")).c_str(),
                argc < 2 ? stderr : stdout);
-    return argc < 2 ? static_cast<int>(ErrorCode::kUsage) : 0;
+    return argc < 2 ? static_cast<int>(ErrorCode::kUsage) : finish_output(0);
   }
   if (given("--version") || (argc == 2 && given("-V"))) {
-    std::printf("polymorph %s\n", PM_VERSION);
-    return 0;
+    print_data("polymorph {}\n", PM_VERSION);
+    return finish_output(0);
   }
   try {
     line.app.parse(argc, argv);
@@ -247,7 +261,7 @@ int run_program(int argc, char** argv) {
     return usage_error(line.app, argc, argv, error);
   }
   try {
-    return run_action(line);
+    return finish_output(run_action(line));
   } catch (const std::bad_alloc&) {
     log_message(LogLevel::kError,
                 "out of memory - lower surface.resolution, image size or --threads");

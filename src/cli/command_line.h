@@ -4,10 +4,12 @@
 
 #include <CLI/CLI.hpp>
 #include <atomic>
+#include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/result.h"
@@ -53,13 +55,22 @@ struct JsonOutput {
 void add_json(CLI::App* command, JsonOutput& json);
 Status write_json(const JsonOutput& json, const std::string& text);
 
+/// Data to standard output. A reader that has gone does not end the work; a full disk makes
+/// run_program() fail.
+template <class... Args>
+void print_data(fmt::format_string<Args...> text, Args&&... args) {
+  const std::string data = fmt::format(text, std::forward<Args>(args)...);
+  std::fwrite(data.data(), 1, data.size(), stdout);
+}
+
 ProgressMode progress_mode(const CommonOptions& common);
 std::filesystem::path cache_folder(const CommonOptions& common);
 
-/// Set by SIGINT and SIGTERM; a second signal ends the process at once.
+/// Set by SIGINT and SIGTERM from the first call on; a second signal ends the process at once. A
+/// command that never calls this ends at the first.
 const std::atomic<bool>& stop_requested();
 /// 130 or 143, by the signal that came.
-int stop_exit_code();
+ErrorCode stop_code();
 
 /// Help as text, at most 80 columns: `full` shows every option, else those of the first groups.
 std::string help_text(const CLI::App& app, bool full);

@@ -94,7 +94,7 @@ Result<int> run_compare(const CompareOptions& options) {
     if (options.json.wanted)
       json.push_back(to_json(pair, comparison));
     else
-      fmt::print("{}: {}\n", pair.actual.string(), comparison.reason);
+      print_data("{}: {}\n", pair.actual.string(), comparison.reason);
     if (!options.difference.empty() && !comparison.passed()) {
       auto path = std::filesystem::path(options.difference);
       if (pairs.size() > 1)
@@ -103,9 +103,9 @@ Result<int> run_compare(const CompareOptions& options) {
       log_info("reference | actual | difference: {}", path.string());
     }
   }
-  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, json.dump(2) + "\n"));
+  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"));
   if (pairs.size() > 1 && !options.json.wanted)
-    fmt::print("{} of {} pairs pass\n", passed, pairs.size());
+    print_data("{} of {} pairs pass\n", passed, pairs.size());
   return code;
 }
 

@@ -40,15 +40,15 @@ Result<int> run_devices(const JsonOutput& json_output) {
     PM_TRY_STATUS(write_json(json_output, json.dump(2) + "\n"));
     return 0;
   }
-  fmt::print("cpu     {}, {} thread{}, embree {}\n", cpu_name(), thread_count(),
+  print_data("cpu     {}, {} thread{}, embree {}\n", cpu_name(), thread_count(),
              thread_count() == 1 ? "" : "s", renderer.isa());
   for (const DeviceInfo& d : list.devices)
-    fmt::print("cuda:{}  {}, {}, compute {}\n", d.index, d.name,
+    print_data("cuda:{}  {}, {}, compute {}\n", d.index, d.name,
                format_bytes(static_cast<double>(d.memory_bytes)), d.capability);
   if (!list.built_with_cuda)
-    fmt::print("cuda    not built in (no nvcc when polymorph was built)\n");
+    print_data("cuda    not built in (no nvcc when polymorph was built)\n");
   else if (list.devices.empty())
-    fmt::print("cuda    built in ({}), but no device: {}\n", list.runtime, list.driver);
+    print_data("cuda    built in ({}), but no device: {}\n", list.runtime, list.driver);
   return 0;
 }
 

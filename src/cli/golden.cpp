@@ -23,14 +23,14 @@ GoldenSettings golden_settings(const CommandLine& line, const GoldenOptions& opt
 Result<int> test(const GoldenSuite& suite, const GoldenSettings& settings) {
   PM_TRY(const GoldenResult result, test_golden(suite, settings));
   for (const GoldenFrame& frame : result.frames) {
-    fmt::print("{} frame {}: {}{}\n", suite.name, frame.frame,
+    print_data("{} frame {}: {}{}\n", suite.name, frame.frame,
                frame.passed() ? "ok" : "FAILED: ", frame.message);
     if (frame.passed() && frame.image && frame.image->verdict == Verdict::kWithin)
       log_debug("  {}", frame.image->reason);
   }
   for (const auto& orphan : result.orphans)
     log_warning("{}: no frame of {} asks for it", orphan.string(), suite.name);
-  fmt::print("{}: {} of {} frames pass\n", suite.name, result.frames.size() - result.failed(),
+  print_data("{}: {} of {} frames pass\n", suite.name, result.frames.size() - result.failed(),
              result.frames.size());
   if (result.failed() == 0) return 0;
   log_info("actual, reference and difference: {}", (settings.failures / suite.name).string());
@@ -51,13 +51,13 @@ Result<int> run_golden(const CommandLine& line, const GoldenOptions& options) {
   for (const std::string& name : names) {
     PM_TRY(const GoldenSuite suite, load_golden_suite(options.root, name));
     if (options.verb == "list") {
-      fmt::print("{}: {} frames of {}\n", suite.name, suite.frames.size(), suite.scene.string());
+      print_data("{}: {} frames of {}\n", suite.name, suite.frames.size(), suite.scene.string());
     } else if (options.verb == "test") {
       PM_TRY(const int one, test(suite, settings));
       code = std::max(code, one);
     } else {
       PM_TRY(const auto written, update_golden(suite, settings, options.reason));
-      for (const auto& path : written) fmt::print("{}\n", path.string());
+      for (const auto& path : written) print_data("{}\n", path.string());
       if (written.empty()) log_info("{}: nothing to update", suite.name);
     }
   }

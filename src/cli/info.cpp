@@ -48,7 +48,7 @@ Result<int> image_info(const InfoOptions& options) {
       {"file", options.input}, {"width", image.width}, {"height", image.height}};
   json["channels"] = nlohmann::ordered_json::array();
   if (!options.json.wanted)
-    fmt::print("{}: {} x {}, {} channels\n", options.input, image.width, image.height,
+    print_data("{}: {} x {}, {} channels\n", options.input, image.width, image.height,
                image.channel_count());
   for (std::size_t c = 0; c < image.channel_count(); ++c) {
     const ChannelRange range = range_of(image, c);
@@ -58,7 +58,7 @@ Result<int> image_info(const InfoOptions& options) {
                                 {"mean", range.mean},
                                 {"not_finite", range.not_finite}});
     if (!options.json.wanted)
-      fmt::print("  {:<8} {:>12.6g} to {:<12.6g} mean {:<12.6g}{}\n", image.channels[c], range.low,
+      print_data("  {:<8} {:>12.6g} to {:<12.6g} mean {:<12.6g}{}\n", image.channels[c], range.low,
                  range.high, range.mean,
                  range.not_finite ? fmt::format(" {} NaN or infinite", range.not_finite) : "");
   }
@@ -66,11 +66,11 @@ Result<int> image_info(const InfoOptions& options) {
     std::visit(
         [&](const auto& value) {
           json["attributes"][attribute.name] = value;
-          if (!options.json.wanted) fmt::print("  {} = {}\n", attribute.name, value);
+          if (!options.json.wanted) print_data("  {} = {}\n", attribute.name, value);
         },
         attribute.value);
   }
-  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, json.dump(2) + "\n"));
+  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"));
   return 0;
 }
 
@@ -85,10 +85,10 @@ Result<int> scene_info(const InfoOptions& options) {
   }
   const Timeline timeline = make_timeline(scene);
   const auto objects = chain_objects(scene);
-  fmt::print("{}: {} frames at {} fps, {} x {}\n", options.input, timeline.count, scene.frames.fps,
+  print_data("{}: {} frames at {} fps, {} x {}\n", options.input, timeline.count, scene.frames.fps,
              scene.image.width, scene.image.height);
   for (std::size_t i = 0; i < objects.size(); ++i)
-    fmt::print("  {}{} {}\n", objects[i]->name, objects[i]->meta ? " (meta)" : "",
+    print_data("  {}{} {}\n", objects[i]->name, objects[i]->meta ? " (meta)" : "",
                objects[i]->shape.empty() ? objects[i]->model.string() : "built-in shape");
   // Runs of frames in one stage of one leg.
   for (int frame = 1; frame <= timeline.count;) {
@@ -97,12 +97,12 @@ Result<int> scene_info(const InfoOptions& options) {
     while (last < timeline.count && moment_at(timeline, last + 1).stage == moment.stage &&
            moment_at(timeline, last + 1).leg == moment.leg)
       ++last;
-    fmt::print("  frames {:>4} - {:<4} {} -> {}: {}\n", frame, last,
+    print_data("  frames {:>4} - {:<4} {} -> {}: {}\n", frame, last,
                objects[static_cast<std::size_t>(moment.leg)]->name,
                objects[static_cast<std::size_t>(moment.leg) + 1]->name, stage_name(moment.stage));
     frame = last + 1;
   }
-  fmt::print("--json prints every setting with its value.\n");
+  print_data("--json prints every setting with its value.\n");
   return 0;
 }
 
@@ -124,21 +124,21 @@ Result<int> model_info(const InfoOptions& options) {
                                       {"area", d.area},
                                       {"labels", loaded.model.label_names},
                                       {"textures", loaded.model.textures.size()}};
-    PM_TRY_STATUS(write_json(options.json, json.dump(2) + "\n"));
+    PM_TRY_STATUS(write_json(options.json, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"));
     return 0;
   }
   const Vec3 size = d.box.size();
-  fmt::print("{}: {} points, {} triangles, {} shell{}\n", options.input, d.points, d.triangles,
+  print_data("{}: {} points, {} triangles, {} shell{}\n", options.input, d.points, d.triangles,
              d.shells, d.shells == 1 ? "" : "s");
-  fmt::print("  {}, box {:.4g} x {:.4g} x {:.4g}, volume {:.4g}, area {:.4g}\n",
+  print_data("  {}, box {:.4g} x {:.4g} x {:.4g}, volume {:.4g}, area {:.4g}\n",
              d.closed ? fmt::format("closed, genus {}", d.genus) : "not closed", size.x, size.y,
              size.z, d.volume, d.area);
   std::string labels;
   for (const std::string& label : loaded.model.label_names)
     labels += (labels.empty() ? "" : ", ") + label;
-  fmt::print("  labels: {}\n  {} materials, {} textures\n", labels, loaded.model.materials.size(),
+  print_data("  labels: {}\n  {} materials, {} textures\n", labels, loaded.model.materials.size(),
              loaded.model.textures.size());
-  for (const std::string& problem : describe_problems(d)) fmt::print("  {}\n", problem);
+  for (const std::string& problem : describe_problems(d)) print_data("  {}\n", problem);
   return 0;
 }
 

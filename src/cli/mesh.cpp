@@ -30,7 +30,7 @@ Status write_one(const PreparedScene& prepared, const FrameGeometry& geometry,
     if (geometry.balls.empty())
       log_info("frame {}: only the model shows, no balls", geometry.moment.frame);
     PM_TRY_STATUS(write_file(path, encode_balls(geometry.balls, prepared.scene.field.kind)));
-    fmt::print("{} {} balls\n", path.string(), geometry.balls.size());
+    print_data("{} {} balls\n", path.string(), geometry.balls.size());
     return Ok{};
   }
   const Mesh mesh =
@@ -39,7 +39,7 @@ Status write_one(const PreparedScene& prepared, const FrameGeometry& geometry,
                            geometry.points);
   PM_TRY_STATUS(write_mesh(path, mesh));
   const MeshReport report = check_mesh(mesh);
-  fmt::print(
+  print_data(
       "{} {} {}: {} vertices, {} triangles, {}, genus {}, {} part{}, volume {:.6g}, area {:.6g}, "
       "digest {}\n",
       path.string(), stage_name(geometry.moment.stage), what, report.vertices, report.triangles,
@@ -65,7 +65,8 @@ Result<int> run_mesh(const CommandLine& line, const MeshOptions& options) {
                       options.output, extension);
   for (const int frame : frames) {
     const auto path = frame_path(pattern, frame);
-    if (!options.overwrite && std::filesystem::exists(path))
+    std::error_code error;
+    if (!options.overwrite && std::filesystem::exists(path, error))
       return make_error(ErrorCode::kOutput, "{}: exists - add --overwrite to replace it",
                         path.string());
     PM_TRY_STATUS(check_writable(path));
@@ -75,6 +76,8 @@ Result<int> run_mesh(const CommandLine& line, const MeshOptions& options) {
   PM_TRY(const PreparedScene prepared, prepare_scene(scene, *extractor, cache_folder(line.common)));
   for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
   for (const int frame : frames) {
+    if (stop_requested())
+      return make_error(stop_code(), "stopped - the files named so far are whole");
     PM_TRY(const FrameGeometry geometry, geometry_at(prepared, *extractor, frame));
     PM_TRY_STATUS(write_one(prepared, geometry, frame_path(pattern, frame)));
   }

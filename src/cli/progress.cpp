@@ -6,6 +6,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "base/log.h"
 #include "base/text.h"
@@ -50,6 +53,20 @@ std::string bar_line(std::size_t done, std::size_t of, double elapsed) {
   return "[" + std::string(full, '=') + std::string(width - full, ' ') + "]" + tail;
 }
 
+void print_json(std::size_t done, std::size_t of, const FrameRecord& record) {
+  nlohmann::ordered_json json{{"frame", record.frame},
+                              {"done", done},
+                              {"of", of},
+                              {"state", state_word(record)},
+                              {"seconds", std::round(record.seconds * 1e3) / 1e3},
+                              {"file", first_file(record)}};
+  if (!record.error.empty()) json["error"] = record.error;
+  // One write a line: a whole line or none, also beside other writers of the same log.
+  const std::string line =
+      json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  std::fwrite(line.data(), 1, line.size(), stderr);
+}
+
 }  // namespace
 
 ProgressCallback make_progress(ProgressMode mode) {
@@ -62,10 +79,7 @@ ProgressCallback make_progress(ProgressMode mode) {
         set_status_line(done < of ? bar_line(done, of, elapsed) : "");
         break;
       case ProgressMode::kJson:
-        fmt::print(stderr,
-                   "{{\"frame\":{},\"done\":{},\"of\":{},\"state\":\"{}\",\"seconds\":{:.3f},"
-                   "\"file\":\"{}\"}}\n",
-                   record.frame, done, of, state_word(record), record.seconds, first_file(record));
+        print_json(done, of, record);
         break;
       case ProgressMode::kLines:
         log_info("frame {} {}/{} {:.2f} s {} {} {}", record.frame, done, of, record.seconds,

@@ -9,7 +9,7 @@ namespace polymorph {
 namespace {
 
 struct RenderOptions {
-  std::string scene, output, frames, shard, only_stage;
+  std::string scene, output, frames, shard, isa;
   bool png = false, no_exr = false, overwrite = false, skip_existing = false, keep_going = false,
        dry_run = false, preview = false, stats = false, reproducible = false;
   int samples = 0;
@@ -61,11 +61,21 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
   settings.keep_going = options.keep_going;
   settings.dry_run = options.dry_run;
   settings.device = line.common.device;
-  settings.isa = options.reproducible ? "avx2" : "";
+  settings.isa = options.reproducible ? "avx2" : options.isa;
   settings.cache_folder = cache_folder(line.common);
   settings.command = line.text;
   settings.stop = &stop_requested();
   return settings;
+}
+
+/// What a dry run found, as data.
+void print_plan(const RunReport& report) {
+  for (const FrameRecord& record : report.frames) {
+    std::string files;
+    for (const auto& file : record.files) files += " " + file.string();
+    print_data("frame {} {}{}{}\n", record.frame, record.stage, files,
+               record.state == FrameRecord::State::kSkipped ? " (kept)" : "");
+  }
 }
 
 void print_stats(const RunReport& report) {
@@ -92,11 +102,16 @@ Result<int> run_render(const CommandLine& line, const RenderOptions& options) {
   PM_TRY(const SequenceSettings settings, sequence_settings(line, options, scene));
   if (settings.frames.empty()) {
     log_info("no frames in this shard");
+    if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, to_json(RunReport{})));
     return 0;
   }
-  PM_TRY(const RunReport report,
-         render_sequence(scene, settings, make_progress(progress_mode(line.common))));
+  const ProgressMode mode = options.dry_run ? ProgressMode::kNone : progress_mode(line.common);
+  PM_TRY(const RunReport report, render_sequence(scene, settings, make_progress(mode)));
   if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, to_json(report)));
+  if (options.dry_run) {
+    if (!options.json.wanted) print_plan(report);
+    return 0;
+  }
   if (options.stats) print_stats(report);
   const std::size_t failed = report.count(FrameRecord::State::kFailed);
   const auto done = report.count(FrameRecord::State::kDone),
@@ -106,7 +121,7 @@ Result<int> run_render(const CommandLine& line, const RenderOptions& options) {
            failed ? fmt::format(", {} failed", failed) : "", format_seconds(report.total_seconds));
   if (report.stopped) {
     log_warning("stopped; finished frames are whole - run again with --skip-existing to resume");
-    return stop_exit_code();
+    return static_cast<int>(stop_code());
   }
   return failed > 0 ? static_cast<int>(ErrorCode::kPartial) : 0;
 }
@@ -161,6 +176,11 @@ void add_render(CommandLine& line) {
   command->add_flag("--keep-going", options->keep_going, "go on after a failed frame; exit code 6")
       ->group("Farm");
   command->add_flag("-n,--dry-run", options->dry_run, "say what would be rendered, render nothing")
+      ->group("Farm");
+  command
+      ->add_option("--isa", options->isa,
+                   "Embree's instruction set: sse2, sse4.2, avx, avx2 or avx512")
+      ->type_name("NAME")
       ->group("Farm");
   command
       ->add_flag("--reproducible", options->reproducible, "pin Embree to AVX2, as golden frames do")

@@ -61,7 +61,7 @@ Result<Frames> from_scene(const CommandLine& line, const StripOptions& options) 
   PM_TRY(Renderer renderer, Renderer::create());
   const ProgressCallback progress = make_progress(progress_mode(line.common));
   for (std::size_t i = 0; i < frames.numbers.size(); ++i) {
-    if (stop_requested()) return make_error(ErrorCode::kInterrupted, "stopped");
+    if (stop_requested()) return make_error(stop_code(), "stopped - nothing was written");
     PM_TRY(const FrameGeometry geometry, geometry_at(prepared, *extractor, frames.numbers[i]));
     PM_TRY(Image image, render_frame(prepared, geometry, renderer, device, line.text));
     frames.images.push_back(std::move(image));
@@ -131,20 +131,31 @@ Status write_sheet(const StripOptions& options, const Frames& frames) {
   PngSettings png;
   png.effort = PngEffort::kSmall;  // sheets go into pages and papers
   PM_TRY_STATUS(write_image(options.output, sheet, png));
-  fmt::print("{}\n", options.output);
+  print_data("{}\n", options.output);
+  return Ok{};
+}
+
+/// Before any work.
+Status check_outputs(const StripOptions& options) {
+  if (options.output.empty() && options.gif.empty())
+    return make_error(ErrorCode::kUsage,
+                      "nothing to make - give -o strip.png, --gif morph.gif or both");
+  const std::string extension = std::filesystem::path(options.output).extension().string();
+  if (!options.output.empty() && extension != ".png" && extension != ".exr")
+    return make_error(ErrorCode::kUsage, "{}: unknown image format \"{}\" - use .png or .exr",
+                      options.output, extension);
+  for (const std::string& file : {options.output, options.gif}) {
+    if (file.empty()) continue;
+    std::error_code error;
+    if (!options.overwrite && std::filesystem::exists(file, error))
+      return make_error(ErrorCode::kOutput, "{}: exists - add --overwrite to replace it", file);
+    PM_TRY_STATUS(check_writable(file));
+  }
   return Ok{};
 }
 
 Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
-  for (const std::string& file : {options.output, options.gif}) {
-    if (file.empty()) continue;
-    if (!options.overwrite && std::filesystem::exists(file))
-      return make_error(ErrorCode::kOutput, "{}: exists - add --overwrite to replace it", file);
-    PM_TRY_STATUS(check_writable(file));
-  }
-  if (options.output.empty() && options.gif.empty())
-    return make_error(ErrorCode::kUsage,
-                      "nothing to make - give -o strip.png, --gif morph.gif or both");
+  PM_TRY_STATUS(check_outputs(options));
   const bool is_scene = std::filesystem::path(options.input).extension() == ".json";
   auto made = is_scene ? from_scene(line, options) : from_images(options);
   if (!made) return std::move(made).error();
@@ -158,7 +169,7 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
     PM_TRY(const std::string gif,
            encode_gif(frames.images, options.fps > 0 ? options.fps : frames.fps));
     PM_TRY_STATUS(write_file(options.gif, gif));
-    fmt::print("{}\n", options.gif);
+    print_data("{}\n", options.gif);
   }
   return 0;
 }

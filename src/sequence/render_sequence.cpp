@@ -176,7 +176,8 @@ class SequenceRun {
 
   bool all_current(const FrameRecord& record) const {
     for (const fs::path& file : record.files) {
-      if (!fs::exists(file)) return false;
+      std::error_code error;
+      if (!fs::exists(file, error)) return false;
       if (is_current(file, prepared_.hash)) continue;
       log_info("{}: is of another scene or settings - rendering it again", file.string());
       return false;
@@ -307,7 +308,7 @@ std::string to_json(const RunReport& report) {
     if (!r.error.empty()) frame["error"] = r.error;
     json["frames"].push_back(frame);
   }
-  return json.dump(2) + "\n";
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,
