@@ -29,7 +29,7 @@ void on_stop(int number) {
 
 void set_signals() {
   std::signal(SIGPIPE, SIG_IGN);  // write() then says EPIPE; frames go on without their log
-  std::signal(SIGXFSZ, SIG_IGN);                // write() then says EFBIG, with the file's name
+  std::signal(SIGXFSZ, SIG_IGN);  // write() then says EFBIG, with the file's name
 }
 
 void add_common(CLI::App* command, CommonOptions& common) {

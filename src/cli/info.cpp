@@ -70,7 +70,9 @@ Result<int> image_info(const InfoOptions& options) {
         },
         attribute.value);
   }
-  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"));
+  if (options.json.wanted)
+    PM_TRY_STATUS(write_json(
+        options.json, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"));
   return 0;
 }
 
@@ -124,7 +126,8 @@ Result<int> model_info(const InfoOptions& options) {
                                       {"area", d.area},
                                       {"labels", loaded.model.label_names},
                                       {"textures", loaded.model.textures.size()}};
-    PM_TRY_STATUS(write_json(options.json, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"));
+    PM_TRY_STATUS(write_json(
+        options.json, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"));
     return 0;
   }
   const Vec3 size = d.box.size();

@@ -72,7 +72,7 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
 void print_plan(const RunReport& report) {
   for (const FrameRecord& record : report.frames) {
     std::string files;
-    for (const auto& file : record.files) files += " " + file.string();
+    for (const auto& file : record.files) files += fmt::format(" {}", file.string());
     print_data("frame {} {}{}{}\n", record.frame, record.stage, files,
                record.state == FrameRecord::State::kSkipped ? " (kept)" : "");
   }

@@ -1,0 +1,142 @@
+// compare and golden: the answer is the exit code.
+#include <limits>
+
+#include "cli/program.h"
+#include "image/image_io.h"
+
+namespace polymorph {
+namespace {
+
+class Compare : public ProgramTest {
+ protected:
+  /// A grey picture with one odd pixel.
+  void write_image_file(const std::string& name, float odd, int width = 8) const {
+    Image image = make_image(width, 6, {"R", "G", "B", "A"});
+    for (float& v : image.pixels) v = 0.5f;
+    image.at(3, 2, 1) = odd;
+    const auto encoded = encode_exr(image);
+    ASSERT_TRUE(encoded);
+    write(name, *encoded);
+  }
+};
+
+TEST_F(Compare, EqualImages) {
+  write_image_file("a.exr", 0.5f);
+  const Ran ran = run(0, {"compare", "a.exr", "a.exr"});
+  EXPECT_EQ(ran.out, "a.exr: all values are equal\n");
+  EXPECT_EQ(ran.err, "");
+}
+
+TEST_F(Compare, DifferentImages) {
+  write_image_file("a.exr", 0.5f);
+  write_image_file("b.exr", 0.75f);
+  const Ran ran = run(1, {"compare", "a.exr", "b.exr", "--diff", "d.png"});
+  EXPECT_TRUE(contains(ran.out, "0.25 in G at (3, 2)")) << ran.out;
+  EXPECT_TRUE(exists("d.png"));
+  run(0, {"compare", "a.exr", "b.exr", "--fail", "0.3"});
+  run(0, {"compare", "a.exr", "b.exr", "--failpercent", "5"});
+  const auto json = parse(run(1, {"compare", "a.exr", "b.exr", "--json"}).out);
+  EXPECT_EQ(json[0]["passed"], false);
+  EXPECT_EQ(json[0]["failing_pixels"], 1);
+  write_image_file("wide.exr", 0.5f, 9);
+  run(1, {"compare", "a.exr", "wide.exr"});
+}
+
+TEST_F(Compare, MissingFile) {
+  write_image_file("a.exr", 0.5f);
+  EXPECT_TRUE(contains(run(3, {"compare", "a.exr", "gone.exr"}).err, "gone.exr: cannot read"));
+  EXPECT_TRUE(contains(run(3, {"compare", "gone.exr", "a.exr"}).err, "gone.exr: cannot read"));
+}
+
+TEST_F(Compare, NanFailsEvenAgainstItself) {
+  write_image_file("nan.exr", std::numeric_limits<float>::quiet_NaN());
+  write_image_file("inf.exr", std::numeric_limits<float>::infinity());
+  for (const char* name : {"nan.exr", "inf.exr"}) {
+    const Ran ran = run(1, {"compare", name, name, "--fail", "1000", "--failpercent", "100"});
+    EXPECT_TRUE(contains(ran.out, "NaN")) << ran.out;
+  }
+  EXPECT_EQ(parse(run(1, {"compare", "nan.exr", "nan.exr", "--json"}).out)[0]["verdict"],
+            "not-finite");
+}
+
+TEST_F(Compare, Sequences) {
+  for (const char* name : {"a.0001.exr", "a.0002.exr", "b.0001.exr", "b.0002.exr"})
+    write_image_file(name, 0.5f);
+  EXPECT_TRUE(contains(run(0, {"compare", "a.####.exr", "b.####.exr"}).out, "2 of 2 pairs pass\n"));
+  write_image_file("b.0002.exr", 0.75f);
+  const Ran ran = run(1, {"compare", "a.%04d.exr", "b.####.exr", "--diff", "d.png"});
+  EXPECT_TRUE(contains(ran.out, "1 of 2 pairs pass\n")) << ran.out;
+  EXPECT_TRUE(exists("a.0002.d.png"));
+  run(2, {"compare", "a.####.exr", "b.0001.exr"});
+  run(3, {"compare", "a.####.exr", "gone.####.exr"});
+}
+
+TEST_F(Compare, SequencesOfUnequalFramesFail) {
+  for (const char* name : {"a.0001.exr", "a.0002.exr", "b.0001.exr"}) write_image_file(name, 0.5f);
+  EXPECT_TRUE(contains(run(3, {"compare", "a.####.exr", "b.####.exr"}).err, "b.0002.exr"));
+  EXPECT_TRUE(contains(run(3, {"compare", "b.####.exr", "a.####.exr"}).err, "b.0002.exr"));
+}
+
+class Golden : public ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    write("scenes/tiny.json", tiny_scene());
+    write("golden_frames/tiny/suite.json",
+          R"({"scene": "../../scenes/tiny.json", "frames": [1, 3]})");
+  }
+};
+
+TEST_F(Golden, List) {
+  const Ran ran = run(0, {"golden", "list"});
+  EXPECT_TRUE(ran.out.starts_with("tiny: 2 frames of ")) << ran.out;
+  EXPECT_EQ(run(0, {"golden", "list", "--root", "golden_frames"}).out, ran.out);
+  EXPECT_TRUE(contains(run(3, {"golden", "list", "--root", "gone"}).err, "gone: "));
+  EXPECT_TRUE(contains(run(3, {"golden", "test", "tinny"}).err, "\"tiny\""));
+}
+
+TEST_F(Golden, UpdateNeedsASuiteAndAReason) {
+  EXPECT_TRUE(contains(run(2, {"golden", "update"}).err, "needs the suite's name"));
+  EXPECT_TRUE(contains(run(2, {"golden", "update", "tiny"}).err, "needs --reason"));
+  EXPECT_EQ(count_files(".exr"), 0u);
+}
+
+TEST_F(Golden, UpdateNeverRunsUnderCi) {
+  variables = {{"CI", "true"}};
+  const Ran ran = run(2, {"golden", "update", "tiny", "--reason", "first"});
+  EXPECT_TRUE(contains(ran.err, "never runs under CI")) << ran.err;
+  EXPECT_EQ(count_files(".exr"), 0u);
+}
+
+TEST_F(Golden, MissingFailsUpdatedPassesChangedFails) {
+  const Ran missing = run(1, {"golden", "test", "tiny"});
+  EXPECT_TRUE(contains(missing.out, "tiny frame 1: FAILED: ")) << missing.out;
+  EXPECT_TRUE(contains(missing.out, "frame.0003.exr is missing")) << missing.out;
+  EXPECT_TRUE(contains(missing.out, "tiny: 0 of 2 frames pass\n")) << missing.out;
+
+  const Ran updated = run(0, {"golden", "update", "tiny", "--reason", "the first ones"});
+  EXPECT_EQ(lines_of(updated.out).size(), 3u) << updated.out;
+  EXPECT_TRUE(contains(updated.out, "golden_frames/tiny/surface.csv"));
+  EXPECT_TRUE(contains(read_text(folder / "golden_frames/tiny/CHANGES.md"), ": the first ones\n"));
+  EXPECT_TRUE(contains(run(0, {"golden", "test"}).out, "tiny: 2 of 2 frames pass\n"));
+  const Ran nothing = run(0, {"golden", "update", "tiny", "--reason", "again"});
+  EXPECT_EQ(nothing.out, "");
+  EXPECT_FALSE(contains(read_text(folder / "golden_frames/tiny/CHANGES.md"), "again"));
+
+  write("scenes/tiny.json", tiny_scene(4, R"({"shape": "torus", "spheres": {"resolution": 4}})"));
+  const Ran changed = run(1, {"golden", "test", "tiny", "--failures", "failed"});
+  EXPECT_TRUE(contains(changed.out, "tiny frame 3: FAILED: surface has ")) << changed.out;
+  EXPECT_TRUE(contains(changed.err, "polymorph golden update tiny --reason")) << changed.err;
+  for (const char* name : {"actual.exr", "reference.exr", "difference.png"})
+    EXPECT_TRUE(exists(std::string("failed/tiny/frame.0003.") + name)) << name;
+}
+
+TEST_F(Golden, BadSuites) {
+  write("golden_frames/tiny/suite.json", R"({"scene": "../../scenes/tiny.json", "frames": [9]})");
+  EXPECT_TRUE(contains(run(3, {"golden", "test"}).err, "frame 9 is outside the scene's 1-4"));
+  write("golden_frames/tiny/suite.json", "{");
+  EXPECT_TRUE(contains(run(3, {"golden", "test"}).err, "suite.json"));
+}
+
+}  // namespace
+}  // namespace polymorph

@@ -1,0 +1,127 @@
+// strip, mesh and info: what is made of scenes and frames.
+#include "cli/program.h"
+
+namespace polymorph {
+namespace {
+
+class Products : public ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    write("scene.json", tiny_scene());
+  }
+  void render_frames() { run(0, {"render", "scene.json", "-o", "f.####.exr", "-q"}); }
+};
+
+TEST_F(Products, StripOfAScene) {
+  const Ran ran = run(0, {"strip", "scene.json", "-n", "3", "--columns", "3", "-o", "strip.png"});
+  EXPECT_EQ(ran.out, "strip.png\n");
+  EXPECT_TRUE(contains(ran.err, "frame 4 3/3 ")) << ran.err;
+  // 3 cells of 32 and 4 gaps of 6 pixels.
+  EXPECT_TRUE(contains(run(0, {"info", "strip.png"}).out, "strip.png: 120 x ")) << ran.out;
+}
+
+TEST_F(Products, StripAndGifOfFrames) {
+  render_frames();
+  const Ran ran = run(0, {"strip", "f.####.exr", "-o", "strip.png", "--gif", "morph.gif", "--label",
+                          "t", "--fps", "8"});
+  EXPECT_EQ(ran.out, "strip.png\nmorph.gif\n");
+  EXPECT_TRUE(read_text(folder / "morph.gif").starts_with("GIF89a"));
+  EXPECT_TRUE(exists("strip.png"));
+  const Ran again = run(4, {"strip", "f.####.exr", "-o", "strip.png"});
+  EXPECT_TRUE(contains(again.err, "strip.png: exists - add --overwrite")) << again.err;
+  run(0, {"strip", "f.####.exr", "-o", "strip.png", "--overwrite", "-f", "2,3"});
+}
+
+TEST_F(Products, StripRefusesAGap) {
+  render_frames();
+  std::filesystem::remove(folder / "f.0003.exr");
+  for (const char* flag : {"-o", "--gif"}) {
+    const Ran ran = run(3, {"strip", "f.####.exr", flag, "made.png"});
+    EXPECT_TRUE(contains(ran.err, "frame 3 is missing (there are 1 to 4)")) << ran.err;
+    EXPECT_FALSE(exists("made.png"));
+  }
+}
+
+TEST_F(Products, StripNeedsFrames) {
+  render_frames();
+  EXPECT_TRUE(contains(run(3, {"strip", "g.####.exr", "-o", "s.png"}).err, "no such frames"));
+  EXPECT_TRUE(contains(run(2, {"strip", "f.0001.exr", "-o", "s.png"}).err, "is one image"));
+  write("f.0005.exr", "not an image");
+  EXPECT_TRUE(contains(run(3, {"strip", "f.####.exr", "-o", "s.png"}).err, "f.0005.exr"));
+  EXPECT_FALSE(exists("s.png"));
+}
+
+TEST_F(Products, MeshSaysThatItIsClosed) {
+  for (const char* name : {"half.obj", "half.ply"}) {
+    const Ran ran = run(0, {"mesh", "scene.json", "-f", "2", "-o", name});
+    EXPECT_EQ(ran.err, "");
+    const auto lines = lines_of(ran.out);
+    ASSERT_EQ(lines.size(), 1u) << ran.out;
+    EXPECT_TRUE(lines[0].starts_with(std::string(name) + " volume surface: ")) << lines[0];
+    EXPECT_TRUE(contains(lines[0], " triangles, closed, genus 0, 1 part, ")) << lines[0];
+    EXPECT_TRUE(contains(lines[0], ", digest ")) << lines[0];
+  }
+  EXPECT_TRUE(read_text(folder / "half.ply").starts_with("ply\n"));
+  const auto info = parse(run(0, {"info", "half.obj", "--json"}).out);
+  EXPECT_EQ(info["closed"], true);
+  EXPECT_EQ(info["genus"], 0);
+}
+
+TEST_F(Products, MeshAsBalls) {
+  const Ran ran = run(0, {"mesh", "scene.json", "-f", "2", "-o", "balls.json"});
+  const auto json = parse(read_text(folder / "balls.json"));
+  EXPECT_EQ(json["field"], "gaussian");
+  EXPECT_GT(json["balls"].size(), 10u);
+  EXPECT_EQ(ran.out, "balls.json " + std::to_string(json["balls"].size()) + " balls\n");
+}
+
+TEST_F(Products, MeshesOfSeveralFrames) {
+  const Ran ran = run(0, {"mesh", "scene.json", "-f", "2-3", "-o", "m.obj"});
+  EXPECT_TRUE(exists("m.0002.obj"));
+  EXPECT_TRUE(exists("m.0003.obj"));
+  EXPECT_EQ(lines_of(ran.out).size(), 2u);
+  EXPECT_TRUE(contains(run(4, {"mesh", "scene.json", "-f", "3", "-o", "m.0003.obj"}).err,
+                       "m.0003.obj: exists - add --overwrite"));
+  // The frames where only the model shows give the model.
+  EXPECT_TRUE(
+      contains(run(0, {"mesh", "scene.json", "-f", "1", "-o", "first.obj"}).out, " model: "));
+}
+
+TEST_F(Products, InfoOfAScene) {
+  const Ran ran = run(0, {"info", "scene.json"});
+  EXPECT_EQ(ran.err, "");
+  EXPECT_TRUE(contains(ran.out, "scene.json: 4 frames at 24 fps, 32 x 24\n")) << ran.out;
+  EXPECT_TRUE(contains(ran.out, "cube -> sphere: volume"));
+  const Ran json = run(0, {"info", "scene.json", "--json", "--set", "image.samples=3"});
+  EXPECT_EQ(parse(json.out)["image"]["samples"], 3);
+  // What it prints is a scene again.
+  write("again.json", json.out);
+  run(0, {"check", "again.json"});
+}
+
+TEST_F(Products, InfoOfAModel) {
+  write("tetra.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
+  const Ran ran = run(0, {"info", "tetra.obj"});
+  EXPECT_TRUE(contains(ran.out, "tetra.obj: 4 points, 4 triangles, 1 shell\n")) << ran.out;
+  EXPECT_TRUE(contains(ran.out, "closed, genus 0"));
+  EXPECT_EQ(parse(run(0, {"info", "tetra.obj", "--json"}).out)["triangles"], 4);
+  run(3, {"info", "gone.obj"});
+}
+
+TEST_F(Products, InfoOfAnImage) {
+  render_frames();
+  const Ran ran = run(0, {"info", "f.0002.exr"});
+  EXPECT_TRUE(contains(ran.out, "f.0002.exr: 32 x 24, ")) << ran.out;
+  EXPECT_TRUE(contains(ran.out, "polymorph/frame = 2\n"));
+  const auto json = parse(run(0, {"info", "f.0002.exr", "--json"}).out);
+  EXPECT_EQ(json["width"], 32);
+  EXPECT_EQ(json["channels"][0]["name"], "R");
+  EXPECT_EQ(json["attributes"]["polymorph/stage"], "volume");
+  write("text.exr", "not an image");
+  const Ran bad = run(3, {"info", "text.exr"});
+  EXPECT_TRUE(contains(bad.err, "text.exr: ")) << bad.err;
+}
+
+}  // namespace
+}  // namespace polymorph

@@ -1,0 +1,194 @@
+// Command lines that cannot be meant, and help.
+#include "cli/program.h"
+
+namespace polymorph {
+namespace {
+
+const std::vector<std::string> kCommands{"render",  "strip",  "mesh",  "check",   "info",
+                                         "compare", "golden", "bench", "devices", "schema"};
+
+class Usage : public ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    write("scene.json", tiny_scene());
+  }
+  void expect_usage(const std::vector<std::string>& arguments, const std::string& part) {
+    const Ran ran = run(2, arguments);
+    EXPECT_EQ(ran.out, "");
+    EXPECT_TRUE(ran.err.starts_with("error: ")) << ran.err;
+    EXPECT_TRUE(contains(ran.err, part)) << ran.err;
+    EXPECT_EQ(count_files(".exr"), 0u);
+  }
+};
+
+TEST_F(Usage, UnknownCommandNamesTheNearest) {
+  expect_usage({"rendr", "scene.json"}, "unknown command \"rendr\" - did you mean \"render\"?");
+  expect_usage({"xyzzy"}, "try: polymorph --help");
+}
+
+TEST_F(Usage, UnknownFlag) {
+  expect_usage({"render", "scene.json", "--framez"}, "--framez");
+  expect_usage({"render", "scene.json", "--framez"}, "try: polymorph render --help");
+  expect_usage({"schema", "extra"}, "extra");
+}
+
+TEST_F(Usage, MissingArgument) {
+  for (const char* command : {"render", "check", "mesh"})
+    expect_usage({command}, "scene is required");
+  expect_usage({"info"}, "input is required");
+  expect_usage({"compare", "a.exr"}, "reference is required");
+  expect_usage({"mesh", "scene.json"}, "--output is required");
+  expect_usage({"render", "scene.json", "-o"}, "--output");
+  expect_usage({"strip", "scene.json"}, "nothing to make - give -o strip.png");
+  expect_usage({"golden"}, "verb is required");
+}
+
+TEST_F(Usage, BadFrameList) {
+  expect_usage({"render", "scene.json", "-f", "1-"}, "--frames 1-: \"1-\" is not a frame");
+  expect_usage({"render", "scene.json", "-f", "one"}, "write 1-48, 1-48x2, 5-1 or 1,5,10-20");
+  expect_usage({"render", "scene.json", "-f", "1-4x0"}, "has a bad step");
+  expect_usage({"mesh", "scene.json", "-o", "m.obj", "-f", "0-3"},
+               "frame 0 is outside the scene's 1-4");
+  expect_usage({"strip", "scene.json", "-o", "s.png", "-f", "5"},
+               "frame 5 is outside the scene's 1-4");
+}
+
+TEST_F(Usage, BadPattern) {
+  expect_usage({"render", "scene.json", "-o", "f.#.exr"}, "a lone # is ambiguous - write ####");
+  expect_usage({"render", "scene.json", "-o", "f.##.####.exr"}, "two places");
+  expect_usage({"render", "scene.json", "-o", "out/"}, "names a folder");
+  expect_usage({"render", "scene.json", "-o", "f.jpg"}, "unknown image format \".jpg\"");
+  expect_usage({"mesh", "scene.json", "-o", "m.stl"}, "use .obj or .ply");
+  expect_usage({"strip", "scene.json", "-o", "s.jpg"}, "unknown image format \".jpg\"");
+}
+
+TEST_F(Usage, TooFewDigits) {
+  expect_usage({"render", "scene.json", "-o", "f.##.exr", "--set", "frames.count=100"},
+               "2 digits are too few for 100 frames");
+  run(0, {"render", "scene.json", "-o", "f.##.exr", "--set", "frames.count=99", "-n"});
+}
+
+TEST_F(Usage, BadDevice) {
+  expect_usage({"render", "scene.json", "--device", "gpu"},
+               "--device gpu: write cpu, cuda, cuda:1 or auto");
+  expect_usage({"render", "scene.json", "--device", "cuda:x"}, "--device cuda:x");
+}
+
+TEST_F(Usage, AbsentDeviceIsAResource) {
+  const auto list = parse(run(0, {"devices", "--json"}).out);
+  if (!list["cuda"].empty()) GTEST_SKIP() << "a cuda device is here";
+  const Ran ran = run(5, {"render", "scene.json", "--device", "cuda"});
+  EXPECT_EQ(ran.out, "");
+  EXPECT_TRUE(ran.err.starts_with("error: --device cuda: ")) << ran.err;
+  EXPECT_TRUE(contains(ran.err, "use --device cpu or auto")) << ran.err;
+  EXPECT_EQ(count_files(".exr"), 0u);
+}
+
+TEST_F(Usage, BadSet) {
+  expect_usage({"render", "scene.json", "--set", "image"}, "--set image: write KEY=VALUE");
+  expect_usage({"info", "scene.json", "--set", "=3"}, "--set =3: write KEY=VALUE");
+  expect_usage({"check", "scene.json", "--set", "image..width=3"}, "--set image..width");
+}
+
+TEST_F(Usage, BadValues) {
+  expect_usage({"render", "scene.json", "--spp", "0"}, "0 not in range 1 to 65536");
+  expect_usage({"render", "scene.json", "-t", "x"}, "--threads");
+  expect_usage({"render", "scene.json", "--shard", "3/2"}, "write i/N with 1 <= i <= N");
+  expect_usage({"render", "scene.json", "--shard", "auto"}, "neither a Slurm array");
+  expect_usage({"render", "scene.json", "--overwrite", "--skip-existing"}, "excludes");
+  expect_usage({"render", "scene.json", "--progress", "loud"}, "--progress");
+  expect_usage({"golden", "shine"}, "shine not in {test,update,list}");
+  expect_usage({"bench", "nothing"}, "nothing not in {surface,render,all}");
+}
+
+class Help : public ProgramTest {};
+
+TEST_F(Help, AloneIsUsage) {
+  const Ran ran = run(2, {});
+  EXPECT_EQ(ran.out, "");
+  EXPECT_TRUE(contains(ran.err, "Usage: polymorph COMMAND [OPTIONS]"));
+}
+
+TEST_F(Help, Version) {
+  for (const char* flag : {"--version", "-V"}) {
+    const Ran ran = run(0, {flag});
+    EXPECT_EQ(ran.out, "polymorph " PM_VERSION "\n");
+    EXPECT_EQ(ran.err, "");
+  }
+}
+
+TEST_F(Help, ListsEveryCommand) {
+  for (const char* flag : {"--help", "-h"}) {
+    const Ran ran = run(0, {flag});
+    EXPECT_EQ(ran.err, "");
+    for (const std::string& command : kCommands)
+      EXPECT_TRUE(contains(ran.out, "\n  " + command + " ")) << command;
+  }
+}
+
+TEST_F(Help, FitsInEightyColumns) {
+  std::vector<std::vector<std::string>> all{{"--help"}, {"-h"}};
+  for (const std::string& command : kCommands) {
+    all.push_back({command, "--help"});
+    all.push_back({command, "-h"});
+  }
+  for (const auto& arguments : all) {
+    const Ran ran = run(0, arguments);
+    EXPECT_EQ(ran.err, "");
+    for (const std::string& line : lines_of(ran.out)) {
+      EXPECT_LE(line.size(), 80u) << line;
+      EXPECT_FALSE(line.ends_with(' ')) << line;
+    }
+  }
+}
+
+TEST_F(Help, BeginsWithExamplesAndEndsWithExitCodes) {
+  for (const std::string& command : kCommands) {
+    const std::string brief = run(0, {command, "-h"}).out, full = run(0, {command, "--help"}).out;
+    for (const std::string& text : {brief, full}) {
+      EXPECT_TRUE(contains(text, "\n\nUsage: polymorph " + command + " ")) << text;
+      EXPECT_TRUE(contains(text, "\n\nExamples:\n  polymorph " + command)) << text;
+    }
+    EXPECT_LT(brief.size(), full.size());
+    const auto codes = full.rfind("\n\nExit codes:\n  0 ");
+    ASSERT_NE(codes, std::string::npos) << full;
+    EXPECT_EQ(full.find("\n\n", codes + 2), std::string::npos) << "something follows: " << full;
+    EXPECT_TRUE(contains(full, "--threads N"));
+  }
+}
+
+/// OpenImageIO takes 0.3 s to load: only the module that is opened on first use may need it.
+TEST_F(Help, DoesNotLoadOpenImageIO) {
+  variables = {{"LD_DEBUG", "libs"}};
+  const Ran ran = run(0, {"--help"});
+  EXPECT_TRUE(contains(ran.err, "libembree3")) << "LD_DEBUG says nothing here";
+  EXPECT_FALSE(contains(ran.err, "OpenImageIO"));
+  EXPECT_FALSE(contains(ran.err, "polymorph_oiio"));
+}
+
+TEST_F(Help, SchemaIsTheCommittedOne) {
+  const Ran ran = run(0, {"schema"});
+  EXPECT_EQ(ran.err, "");
+  EXPECT_EQ(ran.out, read_text(Path(PM_SOURCE_DIR) / "scenes" / "scene.schema.json"))
+      << "run: polymorph schema > scenes/scene.schema.json";
+}
+
+TEST_F(Help, DevicesListsTheProcessor) {
+  const Ran ran = run(0, {"devices"});
+  EXPECT_EQ(ran.err, "");
+  EXPECT_TRUE(ran.out.starts_with("cpu ")) << ran.out;
+  EXPECT_TRUE(contains(ran.out, "\ncuda")) << ran.out;
+  const auto json = parse(run(0, {"devices", "--json", "-t", "1"}).out);
+  EXPECT_EQ(json["cpu"]["threads"], 1);
+  EXPECT_TRUE(json["cuda"].is_array());
+}
+
+TEST_F(Help, BenchMeasures) {
+  const Ran ran = run(0, {"bench", "surface", "--grid", "16", "--torus", "50", "--repeats", "1"});
+  EXPECT_TRUE(contains(ran.out, "surface gaussian 16^3"));
+  EXPECT_EQ(ran.err, "");
+}
+
+}  // namespace
+}  // namespace polymorph
