@@ -18,25 +18,12 @@ if(NOT TARGET PkgConfig::GIF)
     INTERFACE_INCLUDE_DIRECTORIES ${GIF_INCLUDE} INTERFACE_LINK_LIBRARIES ${GIF_LIBRARY})
 endif()
 
-# OpenEXR's and OpenImageIO's configs look for PyImath and say so; nothing here needs it.
+# OpenEXR's config looks for PyImath and says so; nothing here needs it.
 set(CMAKE_MESSAGE_LOG_LEVEL WARNING)
 find_package(Imath 3.1 CONFIG REQUIRED)
 find_package(OpenEXR 3.1 CONFIG REQUIRED)
-find_package(OpenImageIO 2.4 CONFIG REQUIRED)
 unset(CMAKE_MESSAGE_LOG_LEVEL)
 
-# Debian's OpenImageIO target names /usr/include/opencv4, which its packages do not contain.
-foreach(target OpenImageIO::OpenImageIO OpenImageIO::OpenImageIO_Util)
-  foreach(property INTERFACE_INCLUDE_DIRECTORIES INTERFACE_SYSTEM_INCLUDE_DIRECTORIES)
-    get_target_property(folders ${target} ${property})
-    if(folders)
-      set(existing "")
-      foreach(folder ${folders})
-        if(EXISTS "${folder}")
-          list(APPEND existing "${folder}")
-        endif()
-      endforeach()
-      set_target_properties(${target} PROPERTIES ${property} "${existing}")
-    endif()
-  endforeach()
-endforeach()
+# By pkg-config: Debian's CMake config of OpenImageIO insists on the programs of another package and names
+# /usr/include/opencv4, which no package of it contains.
+pkg_check_modules(OIIO REQUIRED IMPORTED_TARGET OpenImageIO>=2.4)
