@@ -131,7 +131,14 @@ Result<std::string> read_file(const fs::path& path, std::uint64_t limit) {
 
 Status write_file(const fs::path& path, std::string_view bytes) {
   std::error_code ignored;  // whatever else is wrong with the name, open() says below
-  if (fs::is_directory(path, ignored)) return write_error(path, EISDIR, remedy_of(EISDIR));
+  const fs::file_type kind = fs::status(path, ignored).type();
+  if (kind == fs::file_type::directory) return write_error(path, EISDIR, remedy_of(EISDIR));
+  // Pipes and devices (/dev/stdout, /dev/null) are written to, never replaced.
+  if (kind == fs::file_type::fifo || kind == fs::file_type::character) {
+    const Descriptor stream(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+    if (stream.fd < 0) return write_error(path, errno, remedy_of(errno));
+    return write_all(stream.fd, bytes, path);
+  }
   PM_TRY_STATUS(make_parent(path));
   Temporary temporary{temporary_name(path)};
   {

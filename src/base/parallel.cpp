@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <memory>
+#include <thread>
 
 namespace polymorph {
 namespace {
@@ -16,7 +17,10 @@ int current = 0;
 
 int available_threads() {
   cpu_set_t set;
-  int count = sched_getaffinity(0, sizeof set, &set) == 0 ? CPU_COUNT(&set) : 1;
+  // The call fails on machines with more CPUs than the set holds.
+  int count = sched_getaffinity(0, sizeof set, &set) == 0
+                  ? CPU_COUNT(&set)
+                  : static_cast<int>(std::thread::hardware_concurrency());
   // Slurm without cgroups does not restrict affinity, so its own word is taken as well.
   if (const char* share = std::getenv("SLURM_CPUS_PER_TASK"))
     if (const int n = std::atoi(share); n > 0) count = std::min(count, n);

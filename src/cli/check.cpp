@@ -33,22 +33,20 @@ std::string describe_object(const std::string& name, const Diagnosis& d) {
   return text;
 }
 
-Result<CheckResult> check_scene(const CheckOptions& options) {
+Result<CheckResult> check_scene(const CheckOptions& options, const std::filesystem::path& cache) {
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(const SceneReading reading, read_scene(options.scene, overrides));
   CheckResult result;
   result.findings = reading.findings;
   if (!result.findings.empty()) return result;
   result.frames = make_timeline(reading.scene).count;
-  auto loaded = load_models(reading.scene, true);
-  if (!loaded) {
-    result.errors.push_back(loaded.error().message);
-    return result;
-  }
-  result.warnings = loaded->warnings;
+  LoadedScene loaded;
+  result.errors = find_problems(reading.scene, cache, loaded);
+  result.warnings = loaded.warnings;
   const auto objects = chain_objects(reading.scene);
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    const Diagnosis diagnosis = diagnose(loaded->models[i]);
+    if (loaded.models[i].triangles.empty()) continue;
+    const Diagnosis diagnosis = diagnose(loaded.models[i]);
     for (const std::string& problem : describe_problems(diagnosis))
       result.warnings.push_back(objects[i]->name + ": " + problem);
     result.objects.emplace_back(objects[i]->name, diagnosis);
@@ -78,8 +76,8 @@ std::string to_json(const CheckResult& result, bool good) {
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
-Result<int> run_check(const CheckOptions& options) {
-  auto checked = check_scene(options);
+Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
+  auto checked = check_scene(options, cache_folder(line.common));
   // A scene that cannot even be read or parsed is an answer, too: "no".
   if (!checked && checked.error().code == ErrorCode::kInput) {
     checked = CheckResult{{}, {checked.error().message}, {}, {}, 0};
@@ -123,7 +121,8 @@ void add_check(CommandLine& line) {
   command->add_flag("--strict", options->strict, "warnings count as errors")->group("Main");
   add_overrides(command, options->sets);
   add_json(command, options->json);
-  command->callback([&line, options] { line.action = [options] { return run_check(*options); }; });
+  command->callback(
+      [&line, options] { line.action = [&line, options] { return run_check(line, *options); }; });
 }
 
 }  // namespace polymorph

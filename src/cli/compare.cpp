@@ -115,11 +115,12 @@ Result<int> run_compare(const CompareOptions& options) {
 
 void add_compare(CommandLine& line) {
   auto options = std::make_shared<CompareOptions>();
-  CLI::App* command = add_command(
-      line, "compare", "Compare two images or two sequences; NaN always fails.",
-      "  polymorph compare new.exr golden.exr\n"
-      "  polymorph compare out/f.####.exr ref/f.####.exr --fail 0.01 --diff d.png",
-      "  0 within the limits   1 different   2 usage   3 unreadable image   4 cannot write");
+  CLI::App* command =
+      add_command(line, "compare", "Compare two images or two sequences; NaN always fails.",
+                  "  polymorph compare new.exr golden.exr\n"
+                  "  polymorph compare out/f.####.exr ref/f.####.exr --fail 0.01 --diff d.png",
+                  "  0 within the limits   1 different   2 usage   3 unreadable image\n"
+                  "  4 cannot write");
   Tolerance& t = options->tolerance;
   command->add_option("actual", options->actual, "image, or sequence with ####")
       ->required()

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
@@ -5,6 +7,7 @@
 #include "sequence/frames.h"
 #include "sequence/prepare.h"
 #include "sequence/render_sequence.h"
+#include "surface/level.h"
 #include "surface/mesh_check.h"
 #include "surface/mesh_io.h"
 
@@ -24,19 +27,22 @@ Mesh mesh_of(const Model& model, const std::vector<Vec3>& points) {
 
 Status write_one(const PreparedScene& prepared, const FrameGeometry& geometry,
                  const std::filesystem::path& path) {
-  const bool balls_show = !geometry.surface.triangles.empty();
-  const char* what = balls_show ? "surface" : "model";
+  const FieldKind kind = prepared.scene.field.kind;
+  const bool model_shows = geometry.surface.triangles.empty() && !geometry.points.empty();
+  const char* what = model_shows ? "model" : "surface";
   if (path.extension() == ".json") {
     if (geometry.balls.empty())
       log_info("frame {}: only the model shows, no balls", geometry.moment.frame);
-    PM_TRY_STATUS(write_file(path, encode_balls(geometry.balls, prepared.scene.field.kind)));
+    PM_TRY_STATUS(
+        write_file(path, encode_balls(rescaled(geometry.balls, kind, geometry.iso), kind)));
     print_data("{} {} balls\n", path.string(), geometry.balls.size());
     return Ok{};
   }
+  if (geometry.surface.triangles.empty() && geometry.points.empty())
+    log_warning("frame {}: the balls have no surface at this level", geometry.moment.frame);
+  const auto object = static_cast<std::size_t>(std::max(geometry.moment.object, 0));
   const Mesh mesh =
-      balls_show ? geometry.surface
-                 : mesh_of(prepared.objects[static_cast<std::size_t>(geometry.moment.object)].model,
-                           geometry.points);
+      model_shows ? mesh_of(prepared.objects[object].model, geometry.points) : geometry.surface;
   PM_TRY_STATUS(write_mesh(path, mesh));
   const MeshReport report = check_mesh(mesh);
   print_data(
@@ -88,12 +94,13 @@ Result<int> run_mesh(const CommandLine& line, const MeshOptions& options) {
 
 void add_mesh(CommandLine& line) {
   auto options = std::make_shared<MeshOptions>();
-  CLI::App* command = add_command(
-      line, "mesh", "Write the surface (OBJ, PLY) or the balls (JSON) of frames.",
-      "  polymorph mesh scene.json -f 12 -o half.obj\n"
-      "  polymorph mesh scene.json -o surface.####.ply\n"
-      "  polymorph mesh scene.json -f 12 -o balls.json",
-      "  0 written   2 usage   3 bad scene or model   4 cannot write   5 device or memory");
+  CLI::App* command =
+      add_command(line, "mesh", "Write the surface (OBJ, PLY) or the balls (JSON) of frames.",
+                  "  polymorph mesh scene.json -f 12 -o half.obj\n"
+                  "  polymorph mesh scene.json -o surface.####.ply\n"
+                  "  polymorph mesh scene.json -f 12 -o balls.json",
+                  "  0 written   2 usage   3 bad scene or model   4 cannot write\n"
+                  "  5 device or memory   130, 143 stopped by a signal");
   command->add_option("scene", options->scene, "the scene file")
       ->required()
       ->type_name("SCENE")

@@ -1,3 +1,4 @@
+#include "base/file.h"
 #include "base/log.h"
 #include "base/text.h"
 #include "cli/command_line.h"
@@ -44,6 +45,9 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
          parse_pattern(options.output.empty() ? scene.output.file : options.output));
   if (many) pattern = numbered(pattern);
   const std::string extension = frame_path(pattern, 1).extension().string();
+  if (extension.empty() ||
+      (extension.size() > 1 && extension.find_first_not_of("0123456789", 1) == std::string::npos))
+    return make_error(ErrorCode::kUsage, "{}: has no extension - add .exr or .png", options.output);
   if (extension != ".exr" && extension != ".png")
     return make_error(ErrorCode::kUsage, "{}: unknown image format \"{}\" - use .exr or .png",
                       frame_path(pattern, 1).string(), extension);
@@ -100,6 +104,7 @@ Result<int> run_render(const CommandLine& line, const RenderOptions& options) {
   if (options.samples > 0) scene.image.samples = options.samples;
   if (options.seed >= 0) scene.image.seed = static_cast<std::uint64_t>(options.seed);
   PM_TRY(const SequenceSettings settings, sequence_settings(line, options, scene));
+  if (!options.json.file.empty()) PM_TRY_STATUS(check_writable(options.json.file));
   if (settings.frames.empty()) {
     log_info("no frames in this shard");
     if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, to_json(RunReport{})));

@@ -29,6 +29,18 @@ struct Frames {
   int first = 1, last = 1;  ///< of the whole sequence, for labels in t
 };
 
+/// The scene's exposure, which EXR frames leave to whoever shows them; PNG frames already have it.
+void expose(Image& image, float stops) {
+  if (stops == 0) return;
+  const float factor = std::exp2(stops);
+  for (const char* name : {"R", "G", "B"}) {
+    const int channel = image.find_channel(name);
+    for (std::size_t i = static_cast<std::size_t>(std::max(channel, 0));
+         channel >= 0 && i < image.pixels.size(); i += image.channel_count())
+      image.pixels[i] *= factor;
+  }
+}
+
 /// n of the numbers, evenly spread, first and last included.
 std::vector<int> spread(const std::vector<int>& numbers, int n) {
   if (n >= static_cast<int>(numbers.size())) return numbers;
@@ -64,6 +76,7 @@ Result<Frames> from_scene(const CommandLine& line, const StripOptions& options) 
     if (stop_requested()) return make_error(stop_code(), "stopped - nothing was written");
     PM_TRY(const FrameGeometry geometry, geometry_at(prepared, *extractor, frames.numbers[i]));
     PM_TRY(Image image, render_frame(prepared, geometry, renderer, device, line.text));
+    expose(image, scene.image.exposure);
     frames.images.push_back(std::move(image));
     FrameRecord record;
     record.frame = frames.numbers[i];
@@ -97,9 +110,13 @@ Result<Frames> from_images(const StripOptions& options) {
     frames.numbers = spread(frames.numbers, options.count);
   for (const int number : frames.numbers) {
     PM_TRY(Image image, read_image(frame_path(pattern, number)));
-    for (const Attribute& attribute : image.attributes)
-      if (attribute.name == "FramesPerSecond")
-        if (const float* fps = std::get_if<float>(&attribute.value)) frames.fps = *fps;
+    float exposure = 0;
+    for (const Attribute& attribute : image.attributes) {
+      const float* value = std::get_if<float>(&attribute.value);  // of an EXR; a PNG's are texts
+      if (value && attribute.name == "FramesPerSecond") frames.fps = *value;
+      if (value && attribute.name == "polymorph/exposure") exposure = *value;
+    }
+    expose(image, exposure);
     frames.images.push_back(std::move(image));
   }
   return frames;
@@ -183,7 +200,8 @@ void add_strip(CommandLine& line) {
       "  polymorph strip out/frame.####.exr -n 8 -o strip.png\n"
       "  polymorph strip scene.json -n 6 --columns 3 --label t -o strip.png\n"
       "  polymorph strip out/frame.####.png --gif morph.gif --width 320",
-      "  0 made   2 usage   3 bad scene, unreadable or missing frames   4 cannot write");
+      "  0 made   2 usage   3 bad scene, unreadable or missing frames   4 cannot write\n"
+      "  5 device or memory   130, 143 stopped by a signal");
   command->add_option("input", options->input, "a scene file, or existing frames with ####")
       ->required()
       ->type_name("SCENE|FRAMES")

@@ -12,6 +12,18 @@
 namespace polymorph {
 namespace {
 
+/// Attributes as tEXt chunks, so that a PNG says what it is as an EXR does: (keyword, text).
+using Texts = std::vector<std::pair<std::string, std::string>>;
+Texts texts_of(const std::vector<Attribute>& attributes) {
+  constexpr std::size_t kLongestKeyword = 79;
+  Texts texts;
+  for (const Attribute& attribute : attributes)
+    texts.emplace_back(
+        attribute.name.substr(0, kLongestKeyword),
+        std::visit([](const auto& v) { return fmt::format("{}", v); }, attribute.value));
+  return texts;
+}
+
 /// How libpng and zlib work. Measured on a synthetic 640x480 frame with 2 % noise, one core:
 /// looking for repeated strings (zlib's default) costs time and gains nothing on noise; run lengths
 /// after the average filter take 9 ms and 286 kB, level 1 with the same filter 10 ms and 362 kB,
@@ -99,7 +111,7 @@ void ignore_warning(png_structp, png_const_charp) {}
 
 /// All of libpng's calls: errors jump back here over frames that own nothing.
 void write_png(Writer& writer, const Image& image, int bits, int samples, const Effort& effort,
-               std::vector<png_bytep>& rows) {
+               std::vector<png_bytep>& rows, Texts& texts) {
   png_structp png =
       png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer, keep_error, ignore_warning);
   png_infop info = png ? png_create_info_struct(png) : nullptr;
@@ -121,6 +133,14 @@ void write_png(Writer& writer, const Image& image, int bits, int samples, const 
     png_set_compression_strategy(png, effort.strategy);
     png_set_compression_buffer_size(png, 1 << 18);
     png_set_filter(png, PNG_FILTER_TYPE_BASE, effort.filters);
+    for (auto& [keyword, value] : texts) {
+      png_text text = {};
+      text.compression = PNG_TEXT_COMPRESSION_NONE;
+      text.key = keyword.data();
+      text.text = value.data();
+      text.text_length = value.size();
+      png_set_text(png, info, &text, 1);  // copies both
+    }
     png_write_info(png, info);
     png_write_image(png, rows.data());
     png_write_end(png, info);
@@ -131,7 +151,8 @@ void write_png(Writer& writer, const Image& image, int bits, int samples, const 
 Result<std::string> encode_rows(const Image& image, int bits, int samples, const Effort& effort,
                                 std::vector<png_bytep>& rows) {
   Writer writer;
-  write_png(writer, image, bits, samples, effort, rows);
+  Texts texts = texts_of(image.attributes);
+  write_png(writer, image, bits, samples, effort, rows, texts);
   if (!writer.error.empty())
     return make_error(ErrorCode::kOutput, "cannot encode the PNG: {}", writer.error);
   return std::move(writer.bytes);

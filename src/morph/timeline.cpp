@@ -28,7 +28,7 @@ void set_shares(Leg& leg, bool from_full, bool to_full, const BoundarySettings& 
   leg.shares[1] = from_full ? boundary : 0;
   leg.shares[3] = to_full ? boundary : 0;
   leg.shares[4] = to_full ? settings.look_share : 0;
-  // Shares that leave no time for the morph itself are scaled to a half.
+  // Shares that leave no time for the morph itself are scaled down to four fifths.
   const float ends = leg.shares[0] + leg.shares[1] + leg.shares[3] + leg.shares[4];
   if (ends > 0.8f)
     for (const int i : {0, 1, 3, 4}) leg.shares[i] *= 0.8f / ends;
@@ -52,7 +52,6 @@ Timeline make_timeline(const Scene& scene) {
   timeline.hold_start = scene.frames.hold_start;
   timeline.hold_end = scene.frames.hold_end;
   timeline.easing = scene.motion.easing;
-  timeline.boundary = scene.boundary.method;
   const int total = std::accumulate(frames.begin(), frames.end(), 0);
   const bool counted = scene.frames.count > 0 && scene.frames.per_leg.empty();
   timeline.count =

@@ -41,7 +41,6 @@ struct Timeline {
   int hold_start = 0, hold_end = 0;
   std::vector<Leg> legs;  ///< leg k goes from chain object k to k + 1
   Easing easing = Easing::kQuintic;
-  BoundaryMethod boundary = BoundaryMethod::kCrossfade;
 };
 
 Timeline make_timeline(const Scene& scene);

@@ -1,5 +1,6 @@
 #include "scene/json_text.h"
 
+#include <algorithm>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -40,26 +41,31 @@ class CountingIterator {
   std::size_t* taken_;
 };
 
+bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; }
+
 /// The line at `offset` with a caret below the place.
 std::string excerpt(const JsonDocument& document, std::size_t offset) {
   const std::string& text = document.text;
   offset = std::min(offset, text.size());
   std::size_t begin = offset;
   while (begin > 0 && text[begin - 1] != '\n') --begin;
-  std::size_t end = text.find('\n', offset);
-  if (end == std::string::npos) end = text.size();
+  if (begin == 0 && text.starts_with("\xEF\xBB\xBF")) begin = std::min<std::size_t>(3, offset);
+  std::size_t end = std::min(text.find('\n', offset), text.size());
+  // A minified scene is one long line: show the part around the place, cut between characters.
+  constexpr std::size_t kAround = 50;
+  if (offset - begin > kAround) begin = offset - kAround;
+  while (begin < offset && continues_character(text[begin])) ++begin;
+  end = std::min(end, offset + kAround);
+  while (end < text.size() && end > offset && continues_character(text[end])) --end;
   std::string line = text.substr(begin, end - begin);
   for (char& c : line)
     if (static_cast<unsigned char>(c) < 0x20) c = ' ';
-  std::size_t column = offset - begin;
-  // A minified scene is one long line: show the part around the place.
-  constexpr std::size_t kWidth = 100;
-  if (line.size() > kWidth) {
-    const std::size_t from = column > kWidth / 2 ? column - kWidth / 2 : 0;
-    line = line.substr(from, kWidth);
-    column -= from;
-  }
-  return fmt::format("\n  | {}\n  | {}^", line, std::string(column, ' '));
+  const auto columns =
+      offset - begin -
+      static_cast<std::size_t>(std::count_if(text.begin() + static_cast<std::ptrdiff_t>(begin),
+                                             text.begin() + static_cast<std::ptrdiff_t>(offset),
+                                             continues_character));
+  return fmt::format("\n  | {}\n  | {}^", line, std::string(columns, ' '));
 }
 
 /// Builds the tree from nlohmann's SAX events.
@@ -233,7 +239,10 @@ TextPosition JsonDocument::position(std::size_t offset) const {
   if (offset == JsonValue::kNowhere) return {};
   TextPosition at{1, 1};
   for (std::size_t i = 0; i < std::min(offset, text.size()); ++i) {
-    ++at.column;
+    // Columns count characters: neither the rest of a UTF-8 sequence nor a byte order mark.
+    if ((static_cast<unsigned char>(text[i]) & 0xC0) != 0x80 &&
+        !(i == 0 && text.starts_with("\xEF\xBB\xBF")))
+      ++at.column;
     if (text[i] == '\n') at = {at.line + 1, 1};
   }
   return at;
@@ -264,6 +273,11 @@ Status set_json_value(JsonDocument& document, std::string_view path, std::string
       at = &at->items[static_cast<std::size_t>(*index)];
       continue;
     }
+    if (at->kind == JsonValue::Kind::kString)
+      return make_error(
+          ErrorCode::kUsage,
+          "--set {}: \"{}\" is a string in the file - write it as an object {{...}} first", path,
+          at->string);
     if (at->kind != JsonValue::Kind::kObject) *at = value_of_kind(JsonValue::Kind::kObject);
     if (!at->find(part)) at->members.push_back({part, JsonValue::kNowhere, {}});
     at = const_cast<JsonValue*>(at->find(part));

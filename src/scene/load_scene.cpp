@@ -333,7 +333,9 @@ void name_objects(Scene& scene) {
 }  // namespace
 
 std::string to_string(const SceneFinding& finding, const std::string& file) {
-  if (finding.line == 0) return fmt::format("{}: {}: {}", file, finding.pointer, finding.message);
+  // What has no place in the file came from the command line.
+  if (finding.line == 0)
+    return fmt::format("{}: --set {}: {}", file, finding.pointer, finding.message);
   return fmt::format("{}:{}:{}: {}: {}", file, finding.line, finding.column, finding.pointer,
                      finding.message);
 }
@@ -371,10 +373,13 @@ Result<Scene> load_scene(const std::filesystem::path& path, std::span<const Over
   if (reading.findings.empty()) return std::move(reading.scene);
   std::string message;
   for (std::size_t i = 0; i < std::min(reading.findings.size(), kMaxFindings); ++i)
-    message += (i ? "\n" : "") + to_string(reading.findings[i], path.string());
+    message += fmt::format("{}{}", i ? "\n" : "", to_string(reading.findings[i], path.string()));
   if (reading.findings.size() > kMaxFindings)
     message += fmt::format("\n... and {} more", reading.findings.size() - kMaxFindings);
-  return Error{ErrorCode::kInput, message};
+  const bool only_overrides =
+      std::all_of(reading.findings.begin(), reading.findings.end(),
+                  [](const SceneFinding& finding) { return finding.line == 0; });
+  return Error{only_overrides ? ErrorCode::kUsage : ErrorCode::kInput, message};
 }
 
 std::vector<const ObjectSettings*> chain_objects(const Scene& scene) {

@@ -208,7 +208,8 @@ std::string scene_to_json(const Scene& scene, const std::filesystem::path& folde
   Scene copy = scene;  // the description takes settings by reference; this visitor only reads
   WriteFields fields(folder);
   describe(fields, copy);
-  return fields.json.dump(2) + "\n";
+  return fields.json.dump(2, ' ', false, Json::error_handler_t::replace) +
+         "\n";  // paths may be of any bytes
 }
 
 }  // namespace polymorph

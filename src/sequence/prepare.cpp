@@ -5,6 +5,7 @@
 
 #include "base/hash.h"
 #include "image/image_io.h"
+#include "model/diagnose.h"
 #include "model/load_obj.h"
 #include "model/normals.h"
 #include "model/shapes.h"
@@ -47,32 +48,49 @@ Model arranged(const Model& model, const ObjectSettings& object, bool stand, flo
     return transformed(model, make_transform(object.translate, object.rotate, object.scale));
   const Model turned = transformed(model, make_transform({}, object.rotate, {1, 1, 1}));
   const Box box = turned.box();
-  const float factor = size > 0 && box.diagonal() > 0 ? size / box.diagonal() : 1;
+  const float diagonal = model.box().diagonal();  // before turning: a turn must not change the size
+  const float factor = size > 0 && diagonal > 0 ? size / diagonal : 1;
   const Vec3 foot{box.center().x, box.low.y, box.center().z};
   const Transform to_origin = make_transform(-factor * foot, {}, {factor, factor, factor});
   const Transform by_user = make_transform(object.translate, {}, object.scale);
   return transformed(turned, compose(by_user, to_origin));
 }
 
-std::string content_hash(const Scene& scene, const std::vector<Model>& models) {
+/// Everything that decides the pixels: settings, models, textures, environment, and the program
+/// itself.
+std::string content_hash(const Scene& scene, const std::vector<Model>& models,
+                         const Image* environment) {
   Scene settings = scene;
   settings.output = {};  // where frames go does not change them
+  settings.description.clear();
   Hasher hasher;
-  hasher.add(scene_to_json(settings, scene.path.parent_path()));
+  hasher.add(std::string_view(PM_VERSION));
+  hasher.add(scene_to_json(settings, std::filesystem::absolute(scene.path).parent_path()));
   for (const Model& model : models) {
     hasher.add(std::span<const Vec3>(model.points)).add(std::span<const Triangle>(model.triangles));
     hasher.add(std::span<const Vec3>(model.corner_normals))
         .add(std::span<const Vec2>(model.corner_uvs));
-    for (const Material& m : model.materials)
-      hasher.add(m.color.x)
-          .add(m.color.y)
-          .add(m.color.z)
-          .add(m.roughness)
-          .add(m.metallic)
-          .add(m.texture);
+    hasher.add(std::span<const std::uint32_t>(model.triangle_materials));
+    for (const Material& m : model.materials) {
+      for (const Vec3 v : {m.color, m.specular}) hasher.add(v.x).add(v.y).add(v.z);
+      hasher.add(m.roughness).add(m.metallic).add(m.texture);
+    }
     for (const auto& texture : model.textures) hasher.add(pixel_digest(*texture));
   }
+  if (environment) hasher.add(pixel_digest(*environment));
   return hasher.hex();
+}
+
+/// What a model encloses. The faces tell it for one closed shell; where shells overlap or are open,
+/// the spheres do, which fill what the inside test calls inside.
+double enclosed_volume(const Model& model, const std::vector<Sphere>& spheres) {
+  const Diagnosis diagnosis = diagnose(model);
+  if (diagnosis.closed && diagnosis.shells == 1) return diagnosis.volume;
+  constexpr double kBall = 4.18879020478639;  // 4/3 pi
+  double sum = 0;
+  for (const Sphere& sphere : spheres)
+    sum += kBall * std::pow(static_cast<double>(sphere.radius), 3);
+  return sum;
 }
 
 /// Balls of one object; with `match_volume` shifted so that they enclose the model's volume.
@@ -84,15 +102,18 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
   const std::vector<Sphere> spheres = tree->leaves();
   object.sphere_count = spheres.size();
   object.balls = balls_of(spheres, scene.field);
-  object.model_volume = volume_of(object.model);
+  object.model_volume = enclosed_volume(object.model, spheres);
   if (scene.field.kind == FieldKind::kGaussian && scene.field.even) {
     PM_TRY(object.balls, evened(extractor, std::move(object.balls), extract));
   }
-  // An open or inside-out model has no volume to match; its balls stay as the field settings make
-  // them.
   if (scene.field.match_volume && object.model_volume > 0) {
+    // An inverse-square ball is then at its sphere's radius, however large the constants are.
+    const float start =
+        scene.field.kind == FieldKind::kInverseSquare
+            ? scene.field.blob_constant * scene.field.magnitude / scene.field.threshold
+            : 1.0f;
     PM_TRY(const float iso,
-           iso_for_volume(extractor, object.balls, cell, extract, object.model_volume));
+           iso_for_volume(extractor, object.balls, cell, extract, object.model_volume, start));
     object.balls = rescaled(std::move(object.balls), scene.field.kind, iso);
   }
   PM_TRY(const Mesh mesh, extract_surface(extractor, object.balls, cell, extract));
@@ -108,7 +129,7 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
   return Ok{};
 }
 
-Status place_camera(PreparedScene& prepared) {
+void place_camera(PreparedScene& prepared) {
   const Scene& scene = prepared.scene;
   std::vector<Vec3> points;  // the models themselves: their common box has empty corners
   for (const PreparedObject& object : prepared.objects)
@@ -118,26 +139,54 @@ Status place_camera(PreparedScene& prepared) {
   // A hair below the feet, so that flat bottoms do not share a plane with it.
   if (!prepared.ground.height)
     prepared.ground.height = prepared.box.low.y - 1e-3f * prepared.box.diagonal();
-  if (!scene.lights.environment.empty()) {
-    PM_TRY(Image image, read_image(scene.lights.environment));
-    prepared.environment = std::make_shared<const Image>(std::move(image));
-  }
-  return Ok{};
+}
+
+}  // namespace
+
+namespace {
+
+/// One object of the chain in its place; `size` is the source's, or 0 for the source itself.
+Result<Model> load_arranged(const Scene& scene, const ObjectSettings& object, bool textures,
+                            float& size, std::vector<std::string>& warnings) {
+  PM_TRY(Model model, load_object(object, textures, warnings));
+  if (object.color) paint(model, *object.color);
+  const bool is_source = size == 0;
+  if (is_source) size = model.box().diagonal();
+  const bool stand = scene.arrange == Arrange::kStand && object.arrange;
+  return arranged(model, object, stand, is_source ? 0 : size);
 }
 
 }  // namespace
 
 Result<LoadedScene> load_models(const Scene& scene, bool textures) {
   LoadedScene loaded;
-  float size = 0;  // the source's
+  float size = 0;
   for (const ObjectSettings* object : chain_objects(scene)) {
-    PM_TRY(Model model, load_object(*object, textures, loaded.warnings));
-    if (object->color) paint(model, *object->color);
-    const bool stand = scene.arrange == Arrange::kStand && object->arrange;
-    loaded.models.push_back(arranged(model, *object, stand, loaded.models.empty() ? 0 : size));
-    if (loaded.models.size() == 1) size = model.box().diagonal();
+    PM_TRY(Model model, load_arranged(scene, *object, textures, size, loaded.warnings));
+    loaded.models.push_back(std::move(model));
   }
   return loaded;
+}
+
+std::vector<std::string> find_problems(const Scene& scene, const std::filesystem::path& cache,
+                                       LoadedScene& loaded) {
+  std::vector<std::string> problems;
+  float size = 0;
+  for (const ObjectSettings* object : chain_objects(scene)) {
+    auto model = load_arranged(scene, *object, true, size, loaded.warnings);
+    loaded.models.push_back(model ? std::move(*model) : Model{});
+    if (!model) {
+      problems.push_back(model.error().message);
+    } else if (const auto spheres =
+                   approximate_cached(loaded.models.back(), object->spheres, cache);
+               !spheres) {
+      problems.push_back(fmt::format("{}: {}", object->name, spheres.error().message));
+    }
+  }
+  if (!scene.lights.environment.empty())
+    if (const auto image = read_image(scene.lights.environment); !image)
+      problems.push_back(image.error().message);
+  return problems;
 }
 
 Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extractor,
@@ -146,7 +195,11 @@ Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extrac
   PreparedScene prepared;
   prepared.scene = scene;
   prepared.warnings = std::move(loaded.warnings);
-  prepared.hash = content_hash(scene, loaded.models);
+  if (!scene.lights.environment.empty()) {
+    PM_TRY(Image image, read_image(scene.lights.environment));
+    prepared.environment = std::make_shared<const Image>(std::move(image));
+  }
+  prepared.hash = content_hash(scene, loaded.models, prepared.environment.get());
   prepared.timeline = make_timeline(scene);
   prepared.extract.field = scene.field.kind;
   for (const Model& model : loaded.models) prepared.box = unite(prepared.box, model.box());
@@ -169,7 +222,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extrac
   for (std::size_t i = 0; i + 1 < prepared.objects.size(); ++i)
     prepared.plans.push_back(plan_morph(prepared.objects[i].balls, prepared.objects[i + 1].balls,
                                         scene.field.kind, scene.plan));
-  PM_TRY_STATUS(place_camera(prepared));
+  place_camera(prepared);
   return prepared;
 }
 

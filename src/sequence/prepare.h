@@ -46,12 +46,19 @@ struct PreparedScene {
   std::vector<std::string> warnings;
 };
 
-/// Loads and arranges the chain's models: what `check` needs.
+/// The chain's models, loaded and arranged.
 struct LoadedScene {
-  std::vector<Model> models;  ///< in chain order, arranged
+  std::vector<Model> models;  ///< in chain order
   std::vector<std::string> warnings;
 };
 Result<LoadedScene> load_models(const Scene& scene, bool textures);
+
+/// What is wrong with the models, their spheres and the environment, one line each: everything that
+/// could stop prepare_scene() but the machine. `loaded` gets what could be loaded, empty models
+/// where not.
+std::vector<std::string> find_problems(const Scene& scene,
+                                       const std::filesystem::path& cache_folder,
+                                       LoadedScene& loaded);
 
 /// `cache_folder` empty: no sphere cache. Errors: kInput (models), kResource.
 Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extractor,

@@ -2,12 +2,14 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
 #include <future>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "base/file.h"
+#include "base/hash.h"
 #include "base/log.h"
 #include "base/parallel.h"
 #include "base/text.h"
@@ -48,13 +50,17 @@ bool has_png(const SequenceSettings& settings) {
 }
 
 /// A file is this frame of this scene when its header says so; a name alone proves nothing.
-bool is_current(const fs::path& file, const std::string& hash) {
+bool is_current(const fs::path& file, const std::string& hash, int frame) {
   const auto image = read_image(file);
   if (!image) return false;
-  for (const Attribute& attribute : image->attributes)
-    if (attribute.name == kHashAttribute)
-      if (const auto* text = std::get_if<std::string>(&attribute.value)) return *text == hash;
-  return false;
+  // EXR keeps the frame as a number, PNG as text.
+  const auto says = [&](const char* name, const std::string& wanted) {
+    return std::any_of(image->attributes.begin(), image->attributes.end(), [&](const Attribute& a) {
+      return a.name == name &&
+             std::visit([](const auto& v) { return fmt::format("{}", v); }, a.value) == wanted;
+    });
+  };
+  return says(kHashAttribute, hash) && says("polymorph/frame", fmt::format("{}", frame));
 }
 
 /// Before any work: every name must be free (or may be replaced) and every folder writable.
@@ -64,11 +70,12 @@ Status check_outputs(const SequenceSettings& settings) {
   for (const int frame : settings.frames) {
     for (const fs::path& file : files_of(settings, frame)) {
       std::error_code error;
+      if (fs::is_directory(file, error) && !settings.keep_going) return check_writable(file);
       if (!fs::exists(file, error)) continue;
       if (existing++ == 0) first = file;
     }
   }
-  if (existing > 0 && settings.existing == Existing::kRefuse)
+  if (existing > 0 && settings.existing == Existing::kRefuse && !settings.dry_run)
     return make_error(ErrorCode::kOutput,
                       "{}: exists{} - add --overwrite to replace, or --skip-existing to resume",
                       first.string(),
@@ -100,10 +107,13 @@ class SequenceRun {
     PM_TRY(extractor_, make_extractor(settings_.device, report_.device));
     PM_TRY(prepared_, prepare_scene(scene, *extractor_, settings_.cache_folder));
     for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
-    report_.scene_hash = prepared_.hash;
     report_.prepare_seconds = seconds_since(start);
     PM_TRY(Renderer renderer, Renderer::create(settings_.isa));
     report_.isa = renderer.isa();
+    // A pinned instruction set is part of what was asked for; the machine's own best is not.
+    if (!settings_.isa.empty())
+      prepared_.hash = Hasher().add(prepared_.hash).add(settings_.isa).hex();
+    report_.scene_hash = prepared_.hash;
     report_.frames.resize(settings_.frames.size());
     for (std::size_t i = 0; i < settings_.frames.size(); ++i) {
       if (settings_.stop && *settings_.stop) {
@@ -178,7 +188,7 @@ class SequenceRun {
     for (const fs::path& file : record.files) {
       std::error_code error;
       if (!fs::exists(file, error)) return false;
-      if (is_current(file, prepared_.hash)) continue;
+      if (is_current(file, prepared_.hash, record.frame)) continue;
       log_info("{}: is of another scene or settings - rendering it again", file.string());
       return false;
     }
@@ -239,6 +249,7 @@ std::vector<Attribute> header_of(const PreparedScene& prepared, const Moment& mo
       {"polymorph/device", device},
       {"polymorph/isa", renderer.isa()},
       {"polymorph/samples", prepared.scene.image.samples},
+      {"polymorph/exposure", prepared.scene.image.exposure},
       {"polymorph/seed", fmt::format("{}", prepared.scene.image.seed)}};
   if (!command.empty()) attributes.push_back({"polymorph/command", command});
   return attributes;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "surface/grid.h"
 #include "surface/mesh_check.h"
@@ -25,29 +26,42 @@ Result<float> iso_for_volume(SurfaceExtractor& extractor, const std::vector<Ball
                              float cell, const ExtractSettings& settings, double volume,
                              float start) {
   PM_CHECK(volume > 0 && start > 0);
-  // Volume falls as iso rises; both are searched for in logarithms, where the relation is nearly
-  // straight.
-  double low = std::log(1e-6), high = std::log(1e6);
-  double x = std::log(start), previous_x = 0, previous_y = 0;
-  for (int step = 0; step < 24; ++step) {
+  // Volume falls as ln iso rises. Steps that double find a bracket; then false position with
+  // Illinois' halving, which a vanishing surface (volume 0, however far the level) does not stall.
+  constexpr double kTolerance = 0.002, kLowest = -40, kHighest = 40;
+  struct Try {
+    double x = 0, excess = 0;
+    bool known = false;
+  };
+  Try large, small;  // too much volume, too little
+  double x = std::log(start), step = 0, best = x,
+         best_error = std::numeric_limits<double>::infinity();
+  int side = 0;  // of the last try: +1 too much, -1 too little
+  for (int i = 0; i < 30; ++i) {
     ExtractSettings at = settings;
     at.iso = static_cast<float>(std::exp(x));
     PM_TRY(const Mesh mesh, extract_surface(extractor, balls, cell, at));
-    const double found = volume_of(mesh);
-    if (std::abs(found - volume) <= 0.002 * volume) return at.iso;
-    (found > volume ? low : high) = x;
-    // An empty surface has no logarithm: a finite stand-in that still says "far too little".
-    const double y = std::log(std::max(found, 1e-3 * volume) / volume);
-    double next = step == 0 ? x + y : x - y * (x - previous_x) / (y - previous_y);
-    previous_x = x;
-    previous_y = y;
-    if (!(next > low && next < high))
-      next = low > std::log(2e-6) && high < std::log(5e5) ? (low + high) / 2
-                                                          : x + std::clamp(y, -1.5, 1.5);
-    if (!(next > low && next < high)) next = (low + high) / 2;
-    x = next;
+    const double excess = volume_of(mesh) / volume - 1;
+    if (std::abs(excess) < best_error) best_error = std::abs(excess), best = x;
+    if (best_error <= kTolerance) break;
+    Try& mine = excess > 0 ? large : small;
+    Try& other = excess > 0 ? small : large;
+    const int now = excess > 0 ? 1 : -1;
+    mine = {x, excess, true};
+    if (now == side && other.known) other.excess /= 2;
+    side = now;
+    if (large.known && small.known) {
+      const double width = small.x - large.x;
+      if (width < 1e-6) break;
+      x = std::clamp(large.x + width * large.excess / (large.excess - small.excess),
+                     large.x + 0.02 * width, small.x - 0.02 * width);
+    } else {
+      step = step == 0 ? std::clamp(std::abs(std::log1p(std::max(excess, -0.9))), 0.05, 2.0)
+                       : 2 * step;
+      x = std::clamp(x + now * step, kLowest, kHighest);
+    }
   }
-  return static_cast<float>(std::exp(x));
+  return static_cast<float>(std::exp(best));
 }
 
 std::vector<Ball> rescaled(std::vector<Ball> balls, FieldKind kind, float iso) {

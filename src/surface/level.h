@@ -8,8 +8,8 @@
 
 namespace polymorph {
 
-/// The iso at which the surface encloses `volume`, found by safeguarded secant steps on meshes of
-/// cells of edge `cell`, to 0.2 % of the volume. `start` is tried first. Errors as
+/// The iso at which the surface encloses `volume`, found on meshes of cells of edge `cell`, to 0.2 % of the volume;
+/// where cells are too coarse for that, the level that came nearest. `start` is tried first. Errors as
 /// extract_surface().
 Result<float> iso_for_volume(SurfaceExtractor& extractor, const std::vector<Ball>& balls,
                              float cell, const ExtractSettings& settings, double volume,

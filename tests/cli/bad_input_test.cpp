@@ -18,7 +18,7 @@ class BadModel : public ProgramTest {
     EXPECT_EQ(rendered.out, "");
     EXPECT_EQ(count_files(".exr"), 0u);
     const Ran checked = run(1, {"check", "scene.json"});
-    EXPECT_EQ(checked.out, "scene.json: 1 error, 0 warnings\n");
+    EXPECT_TRUE(checked.out.ends_with("scene.json: 1 error, 0 warnings\n")) << checked.out;
     for (const Ran& ran : {rendered, checked}) {
       EXPECT_TRUE(ran.err.starts_with("error: ")) << ran.err;
       for (const std::string& part : parts) EXPECT_TRUE(contains(ran.err, part)) << ran.err;
@@ -43,7 +43,7 @@ TEST_F(BadModel, Empty) {
 
 TEST_F(BadModel, Binary) {
   write("m.obj", std::string("\x7f\x45LF\0\1\2\3", 8) + kPoints);
-  expect_refused("m.obj", {"m.obj: is not text", "offset 0"});
+  expect_refused("m.obj", {"m.obj: is not text (byte 0x00 at offset 4)"});
 }
 
 TEST_F(BadModel, IndexOutOfRange) {
@@ -185,7 +185,8 @@ class BadOutput : public ProgramTest {
 
 TEST_F(BadOutput, FolderInTheWay) {
   std::filesystem::create_directories(folder / "f.0001.exr");
-  expect_refused({"render", "scene.json", "-o", "f.####.exr"}, "f.0001.exr: exists");
+  expect_refused({"render", "scene.json", "-o", "f.####.exr"},
+                 "f.0001.exr: cannot write: Is a directory");
   expect_refused({"render", "scene.json", "-o", "f.####.exr", "--overwrite"},
                  "f.0001.exr: cannot write: Is a directory - a folder of that name is in the way");
 }

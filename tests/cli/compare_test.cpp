@@ -92,7 +92,7 @@ TEST_F(Golden, List) {
   EXPECT_TRUE(ran.out.starts_with("tiny: 2 frames of ")) << ran.out;
   EXPECT_EQ(run(0, {"golden", "list", "--root", "golden_frames"}).out, ran.out);
   EXPECT_TRUE(contains(run(3, {"golden", "list", "--root", "gone"}).err, "gone: "));
-  EXPECT_TRUE(contains(run(3, {"golden", "test", "tinny"}).err, "\"tiny\""));
+  EXPECT_TRUE(contains(run(3, {"golden", "test", "tinny"}).err, "did you mean"));
 }
 
 TEST_F(Golden, UpdateNeedsASuiteAndAReason) {

@@ -88,6 +88,17 @@ TEST_F(Products, MeshesOfSeveralFrames) {
       contains(run(0, {"mesh", "scene.json", "-f", "1", "-o", "first.obj"}).out, " model: "));
 }
 
+TEST_F(Products, StoppedBySignalLeavesNoParts) {
+  write("long.json", tiny_scene(4000));
+  const Started started = start({"mesh", "long.json", "-o", "m.####.obj"});
+  for (int i = 0; i < 3000 && !exists("m.0003.obj"); ++i) ::usleep(10000);
+  ASSERT_EQ(::kill(started.id, SIGTERM), 0);
+  const Ran ran = finish(started);
+  EXPECT_EQ(ran.code, 143) << ran.err;
+  EXPECT_EQ(lines_of(ran.out).size(), count_files(".obj"));
+  EXPECT_EQ(count_files(".part"), 0u);
+}
+
 TEST_F(Products, InfoOfAScene) {
   const Ran ran = run(0, {"info", "scene.json"});
   EXPECT_EQ(ran.err, "");

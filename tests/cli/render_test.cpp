@@ -1,4 +1,6 @@
 // render: what is written, what is said and where, and that a stopped run leaves whole frames.
+#include <sys/stat.h>
+
 #include <chrono>
 #include <set>
 #include <thread>
@@ -168,9 +170,6 @@ TEST_F(Render, SetChangesTheScene) {
   run(0, {"render", "scene.json", "-o", "one.exr", "-f", "1", "--set", "image.width=20", "--set",
           "image.height=10"});
   EXPECT_TRUE(contains(run(0, {"info", "one.exr"}).out, "one.exr: 20 x 10, "));
-  const Ran unknown = run({"render", "scene.json", "--set", "imge.width=3"});
-  EXPECT_NE(unknown.code, 0);
-  EXPECT_TRUE(contains(unknown.err, "did you mean \"image\"?")) << unknown.err;
 }
 
 TEST_F(Render, NamesWithoutPattern) {
@@ -209,8 +208,9 @@ TEST_F(Render, KeepGoingReportsWhatFailed) {
 TEST_F(Render, StoppedBySignalLeavesWholeFrames) {
   write("long.json", tiny_scene(2000));
   for (const auto& [signal, code] : {std::pair(SIGTERM, 143), std::pair(SIGINT, 130)}) {
-    const std::string name = "s" + std::to_string(code) + ".####.exr";
-    const Path third = folder / ("s" + std::to_string(code) + ".0003.exr");
+    const std::string prefix = code == 143 ? "term" : "int";
+    const std::string name = prefix + ".####.exr";
+    const Path third = folder / (prefix + ".0003.exr");
     const Started started = start({"render", "long.json", "-o", name, "--json"});
     for (int i = 0; i < 3000 && !std::filesystem::exists(third); ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -229,6 +229,16 @@ TEST_F(Render, StoppedBySignalLeavesWholeFrames) {
   }
 }
 
+TEST_F(Render, GoesOnWhenTheReaderOfItsOutputHasGone) {
+  out_file = folder / "pipe";
+  ASSERT_EQ(::mkfifo(out_file.c_str(), 0600), 0);
+  const int reader = ::open(out_file.c_str(), O_RDONLY | O_NONBLOCK);
+  const Started started = start({"render", "scene.json", "-o", "f.####.exr", "--json"});
+  ::close(reader);
+  EXPECT_EQ(finish(started).code, 0);
+  EXPECT_EQ(count_files(".exr"), 4u);
+}
+
 /// Same pixels for any number of threads, alone or in a sequence, with a cold or a warm cache.
 TEST_F(Render, PixelsDependOnTheSceneAlone) {
   const auto same = [&](const std::string& a, const std::string& b) {
@@ -240,7 +250,8 @@ TEST_F(Render, PixelsDependOnTheSceneAlone) {
     std::vector<std::string> all{"render", "scene.json", "--json", "--cache-dir", "cache"};
     all.insert(all.end(), arguments.begin(), arguments.end());
     std::vector<std::string> result;
-    for (const auto& frame : parse(run(0, all).out)["frames"]) result.push_back(frame["digest"]);
+    const auto report = parse(run(0, all).out);
+    for (const auto& frame : report["frames"]) result.push_back(frame["digest"]);
     return result;
   };
   const auto cold = digests({"-o", "one.####.exr", "-t", "1"});

@@ -70,6 +70,49 @@ TEST_F(SequenceTest, ObjectsStandAtTheSourcesSizeUnlessToldOtherwise) {
   EXPECT_NEAR(box.low.y, 0, 1e-5);
 }
 
+TEST_F(SequenceTest, TurningAnObjectDoesNotChangeItsSize) {
+  scene.source.rotate = scene.target.rotate = {0, 45, 0};
+  scene.target.shape = "cube";
+  const auto loaded = load_models(scene, false);
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_NEAR(loaded->models[2].box().diagonal() / loaded->models[0].box().diagonal(), 1, 1e-4);
+}
+
+TEST_F(SequenceTest, TheHashKnowsEverythingThatDecidesPixels) {
+  const auto hash = [&] {
+    const auto prepared = prepare_scene(scene, *make_cpu_extractor(), {});
+    EXPECT_TRUE(prepared.ok());
+    return prepared.ok() ? prepared->hash : "";
+  };
+  const std::string before = hash();
+  scene.description = "another word";
+  scene.output.png = true;
+  scene.path = fs::relative(scene.path);
+  EXPECT_EQ(hash(), before)
+      << "neither words nor where frames go nor how the path is written change a pixel";
+  Image sky = make_image(4, 2, {"R", "G", "B"});
+  ASSERT_TRUE(write_image(folder / "sky.exr", sky).ok());
+  scene.lights.environment = folder / "sky.exr";
+  const std::string with_sky = hash();
+  EXPECT_NE(with_sky, before);
+  sky.pixels[0] = 1;
+  ASSERT_TRUE(write_image(folder / "sky.exr", sky).ok());
+  EXPECT_NE(hash(), with_sky) << "the environment's content counts, not its name";
+}
+
+TEST_F(SequenceTest, PngFramesAreSkippedWhenCurrent) {
+  auto s = settings({1, 2}, "f.####.exr");
+  s.png = *parse_pattern((folder / "f.####.png").string());
+  ASSERT_TRUE(render_sequence(scene, s, nullptr).ok());
+  s.existing = Existing::kSkip;
+  EXPECT_EQ(render_sequence(scene, s, nullptr)->count(FrameRecord::State::kSkipped), 2u);
+  s.exr = {};
+  EXPECT_EQ(render_sequence(scene, s, nullptr)->count(FrameRecord::State::kSkipped), 2u);
+  fs::rename(folder / "f.0002.png", folder / "f.0001.png");
+  EXPECT_EQ(render_sequence(scene, s, nullptr)->count(FrameRecord::State::kDone), 2u)
+      << "frame 2 is not frame 1";
+}
+
 TEST_F(SequenceTest, BallsEncloseTheModelsVolumeAndFramesGoEvenlyBetween) {
   const auto extractor = make_cpu_extractor();
   const auto prepared = prepare_scene(scene, *extractor, {});

@@ -96,6 +96,32 @@ TEST(IsoForVolume, ComesBackFromAStartWhereNothingShows) {
   EXPECT_NEAR(volume_of(*extract_surface(*extractor, balls, 0.02f, settings)), 0.4, 0.0012);
 }
 
+TEST(IsoForVolume, TakesFewSurfacesEvenNextToAVanishingOne) {
+  struct Counting : SurfaceExtractor {
+    std::unique_ptr<SurfaceExtractor> inner = make_cpu_extractor();
+    int calls = 0;
+    ExtractStatus extract(const std::vector<Ball>& balls, const Grid& grid,
+                          const ExtractSettings& settings, Mesh& mesh) override {
+      ++calls;
+      return inner->extract(balls, grid, settings, mesh);
+    }
+    ExtractStatus sample(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
+                         const ExtractSettings& settings, std::vector<float>& values) override {
+      return inner->sample(balls, points, settings, values);
+    }
+    std::vector<PassTime> pass_times() const override { return inner->pass_times(); }
+  } extractor;
+  // A flat-topped field: a little too high a level and nothing is left.
+  const auto even = evened(extractor, rod_and_block(), {});
+  ASSERT_TRUE(even.ok());
+  const auto iso = iso_for_volume(extractor, *even, 0.02f, {}, 0.22);
+  ASSERT_TRUE(iso.ok());
+  EXPECT_LE(extractor.calls, 14);
+  ExtractSettings settings;
+  settings.iso = *iso;
+  EXPECT_NEAR(volume_of(*extract_surface(extractor, *even, 0.02f, settings)) / 0.22, 1, 0.0021);
+}
+
 TEST(Grown, RunsFromNothingToTheWholeSurface) {
   const auto extractor = make_cpu_extractor();
   ExtractSettings settings;
