@@ -1,3 +1,18 @@
+#include <cstdio>
+
+#include "base/result.h"
 #include "cli/command_line.h"
 
-int main(int argc, char** argv) { return polymorph::run_program(argc, argv); }
+int main(int argc, char** argv) {
+#if defined(__AVX2__) && defined(__FMA__)
+  // Better said than died of an illegal instruction.
+  if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) {
+    std::fputs(
+        "error: this program was built for processors with AVX2 and FMA (x86-64-v3); "
+        "build it with -DPOLYMORPH_ARCH=x86-64-v2\n",
+        stderr);
+    return static_cast<int>(polymorph::ErrorCode::kResource);
+  }
+#endif
+  return polymorph::run_program(argc, argv);
+}

@@ -41,6 +41,22 @@ void expose(Image& image, float stops) {
   }
 }
 
+/// Only what a sheet needs, at its size: a long sequence is held in memory as a whole.
+Image slim(const Image& image, int width) {
+  std::vector<std::string> names;
+  for (const char* name : {"R", "G", "B", "A"})
+    if (image.find_channel(name) >= 0) names.emplace_back(name);
+  Image colors = make_image(image.width, image.height, names);
+  for (std::size_t c = 0; c < names.size(); ++c) {
+    const auto from = static_cast<std::size_t>(image.find_channel(names[c]));
+    for (std::size_t i = c, k = from; i < colors.pixels.size();
+         i += names.size(), k += image.channel_count())
+      colors.pixels[i] = image.pixels[k];
+  }
+  if (width == 0 || names.empty()) return colors;
+  return resize_image(colors, width, std::max(1, width * image.height / image.width));
+}
+
 /// n of the numbers, evenly spread, first and last included.
 std::vector<int> spread(const std::vector<int>& numbers, int n) {
   if (n >= static_cast<int>(numbers.size())) return numbers;
@@ -77,7 +93,7 @@ Result<Frames> from_scene(const CommandLine& line, const StripOptions& options) 
     PM_TRY(const FrameGeometry geometry, geometry_at(prepared, *extractor, frames.numbers[i]));
     PM_TRY(Image image, render_frame(prepared, geometry, renderer, device, line.text));
     expose(image, scene.image.exposure);
-    frames.images.push_back(std::move(image));
+    frames.images.push_back(slim(image, options.width));
     FrameRecord record;
     record.frame = frames.numbers[i];
     record.state = FrameRecord::State::kDone;
@@ -117,7 +133,7 @@ Result<Frames> from_images(const StripOptions& options) {
       if (value && attribute.name == "polymorph/exposure") exposure = *value;
     }
     expose(image, exposure);
-    frames.images.push_back(std::move(image));
+    frames.images.push_back(slim(image, options.width));
   }
   return frames;
 }
@@ -179,10 +195,6 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
   Frames& frames = *made;
   if (!options.output.empty()) PM_TRY_STATUS(write_sheet(options, frames));
   if (!options.gif.empty()) {
-    if (options.width > 0)
-      for (Image& image : frames.images)
-        image = resize_image(image, options.width,
-                             std::max(1, options.width * image.height / image.width));
     PM_TRY(const std::string gif,
            encode_gif(frames.images, options.fps > 0 ? options.fps : frames.fps));
     PM_TRY_STATUS(write_file(options.gif, gif));

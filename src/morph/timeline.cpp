@@ -22,17 +22,31 @@ constexpr std::array<StageInfo, 5> kStages{{
 }};
 
 /// Shares of a leg's stages, given which of its ends are shown as a model.
-void set_shares(Leg& leg, bool from_full, bool to_full, const BoundarySettings& settings) {
+void set_shares(Leg& leg, const BoundarySettings& settings) {
   const float boundary = settings.method == BoundaryMethod::kCut ? 0 : settings.boundary_share;
-  leg.shares[0] = from_full ? settings.look_share : 0;
-  leg.shares[1] = from_full ? boundary : 0;
-  leg.shares[3] = to_full ? boundary : 0;
-  leg.shares[4] = to_full ? settings.look_share : 0;
+  leg.shares[0] = leg.from_full ? settings.look_share : 0;
+  leg.shares[1] = leg.from_full ? boundary : 0;
+  leg.shares[3] = leg.to_full ? boundary : 0;
+  leg.shares[4] = leg.to_full ? settings.look_share : 0;
   // Shares that leave no time for the morph itself are scaled down to four fifths.
   const float ends = leg.shares[0] + leg.shares[1] + leg.shares[3] + leg.shares[4];
   if (ends > 0.8f)
     for (const int i : {0, 1, 3, 4}) leg.shares[i] *= 0.8f / ends;
   leg.shares[2] = 1 - (leg.shares[0] + leg.shares[1] + leg.shares[3] + leg.shares[4]);
+}
+
+/// A model whose end of the leg has no stages (a cut, and no fade) still shows itself at that very
+/// end.
+bool show_model_without_stages(const Leg& leg, float local, Moment& moment) {
+  const bool at_start = local <= 0 && leg.from_full && leg.shares[0] + leg.shares[1] <= 0;
+  const bool at_end = local >= 1 && leg.to_full && leg.shares[3] + leg.shares[4] <= 0;
+  if (!at_start && !at_end) return false;
+  moment.stage = at_start ? Stage::kLookOut : Stage::kLookIn;
+  moment.object = at_start ? moment.leg : moment.leg + 1;
+  moment.progress = moment.u = at_start ? 0.0f : 1.0f;
+  moment.look = moment.growth = 0;
+  moment.boundary = 1;
+  return true;
 }
 
 }  // namespace
@@ -56,13 +70,20 @@ Timeline make_timeline(const Scene& scene) {
   const bool counted = scene.frames.count > 0 && scene.frames.per_leg.empty();
   timeline.count =
       counted ? scene.frames.count : std::max(2, total) + timeline.hold_start + timeline.hold_end;
-  float start = 0;
+  timeline.steps = timeline.count - timeline.hold_start - timeline.hold_end - 1;
+  int before = 0;
+  const auto step_at = [&](int frames_before) {
+    return static_cast<int>((2LL * frames_before * timeline.steps + total) /
+                            (2LL * total));  // rounded
+  };
   for (std::size_t i = 0; i < legs; ++i) {
     Leg leg;
-    leg.start = start;
-    leg.length = static_cast<float>(frames[i]) / static_cast<float>(total);
-    start += leg.length;
-    set_shares(leg, !objects[i]->meta, !objects[i + 1]->meta, scene.boundary);
+    leg.first_step = step_at(before);
+    before += frames[i];
+    leg.steps = step_at(before) - leg.first_step;
+    leg.from_full = !objects[i]->meta;
+    leg.to_full = !objects[i + 1]->meta;
+    set_shares(leg, scene.boundary);
     timeline.legs.push_back(leg);
   }
   return timeline;
@@ -70,18 +91,26 @@ Timeline make_timeline(const Scene& scene) {
 
 Moment moment_at(const Timeline& timeline, int frame) {
   PM_CHECK(frame >= 1 && frame <= timeline.count);
-  const int moving = timeline.count - timeline.hold_start - timeline.hold_end;
-  const int step = std::clamp(frame - 1 - timeline.hold_start, 0, moving - 1);
+  const int step = std::clamp(frame - 1 - timeline.hold_start, 0, timeline.steps);
   Moment moment;
   moment.frame = frame;
-  moment.t = moving > 1 ? static_cast<float>(step) / static_cast<float>(moving - 1) : 0;
+  moment.t = timeline.steps > 0 ? static_cast<float>(step) / static_cast<float>(timeline.steps) : 0;
 
-  std::size_t index = 0;
-  while (index + 1 < timeline.legs.size() && moment.t >= timeline.legs[index + 1].start) ++index;
+  // The last leg that has begun. One that few frames leave without a step is passed over, but the
+  // first frame is the source's and the last the target's, come what may.
+  const bool last = step == timeline.steps;
+  std::size_t index = timeline.legs.size() - 1;
+  while (!last && index > 0 &&
+         (step == 0 || step < timeline.legs[index].first_step || timeline.legs[index].steps == 0))
+    --index;
   const Leg& leg = timeline.legs[index];
   moment.leg = static_cast<int>(index);
-  float local = std::clamp((moment.t - leg.start) / leg.length, 0.0f, 1.0f);
-  if (step == moving - 1) local = 1;
+  const auto steps = static_cast<float>(std::max(leg.steps, 1));
+  float local = last ? 1.0f
+                : step == 0
+                    ? 0.0f
+                    : std::clamp(static_cast<float>(step - leg.first_step) / steps, 0.0f, 1.0f);
+  if (show_model_without_stages(leg, local, moment)) return moment;
 
   int stage = 0;
   while (stage < 4 && (leg.shares[stage] <= 0 || local > leg.shares[stage]))

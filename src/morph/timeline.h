@@ -30,15 +30,19 @@ struct StageInfo {
 std::span<const StageInfo> stage_table();
 const char* stage_name(Stage stage);
 
-/// One leg's shares of its own time; they sum to 1.
+/// One leg: its place among the sequence's steps (frame to frame), which of its ends show a model,
+/// and its stages' shares of its time, which sum to 1.
 struct Leg {
-  float start = 0, length = 1;  ///< in sequence time [0, 1]
+  int first_step = 0, steps = 1;
+  bool from_full = true, to_full = true;
   float shares[5] = {0, 0, 1, 0, 0};
 };
 
 struct Timeline {
   int count = 24;  ///< frames 1..count
   int hold_start = 0, hold_end = 0;
+  int steps =
+      23;  ///< moving frames - 1; legs meet on frames, so an object between two legs has its own
   std::vector<Leg> legs;  ///< leg k goes from chain object k to k + 1
   Easing easing = Easing::kQuintic;
 };

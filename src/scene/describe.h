@@ -63,7 +63,7 @@ void describe(V& v, FieldSettings& s) {
   v.number("blob_constant", s.blob_constant, 1e-6, 1e6, "inverse_square: factor of every ball");
   v.number("magnitude", s.magnitude, 1e-6, 1e6,
            "inverse_square: strength of a ball, times its radius squared");
-  v.number("threshold", s.threshold, 1e-6, 1e6, "field value at the surface");
+  v.number("threshold", s.threshold, 1e-6, 1e6, "inverse_square: field value at the surface");
   v.boolean("match_volume", s.match_volume,
             "shift the level so that the surface encloses the model's volume at both ends");
 }
@@ -163,7 +163,9 @@ void describe(V& v, ImageSettings& s) {
 
 template <class V>
 void describe(V& v, OutputSettings& s) {
-  v.text("file", s.file, "frame file names when -o is not given; #### is the frame number");
+  v.text("file", s.file,
+         "frame file names when -o is not given, from where the program runs; #### is the frame "
+         "number");
   v.boolean("png", s.png, "write a PNG beside each EXR");
 }
 

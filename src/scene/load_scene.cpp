@@ -195,7 +195,15 @@ class ReadFields {
           out.shape = value.string;
         } else {
           out.model = resolve(value.string);
-          check_file_at(value.offset, pointer, out.model);
+          // "spere" is more likely a slip of a shape's name than a file without an extension.
+          std::error_code missing;
+          if (nearest_word(value.string, kShapeNames) &&
+              !std::filesystem::exists(out.model, missing))
+            report_at(value.offset, pointer,
+                      fmt::format("neither a file nor a shape: \"{}\"{}", value.string,
+                                  did_you_mean(value.string, kShapeNames)));
+          else
+            check_file_at(value.offset, pointer, out.model);
         }
         return;
       }

@@ -98,7 +98,8 @@ struct CameraSettings {
   float fov = 30;        ///< vertical, degrees
   float azimuth = 28;    ///< degrees from +z towards +x
   float elevation = 16;  ///< degrees above the horizon
-  float margin = 0.05f;  ///< free border on each side when framing automatically, a share of the picture
+  float margin =
+      0.05f;  ///< free border on each side when framing automatically, a share of the picture
 };
 
 struct LightSettings {

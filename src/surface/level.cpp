@@ -73,8 +73,10 @@ std::vector<Ball> rescaled(std::vector<Ball> balls, FieldKind kind, float iso) {
 std::vector<Ball> grown(std::vector<Ball> balls, FieldKind kind, float growth, float maximum) {
   if (growth >= 1) return balls;
   if (growth <= 0) return {};
+  // The field may stand higher between centres than at them.
+  constexpr float kLeastMaximum = 1.5f;
   if (kind == FieldKind::kGaussian)
-    return rescaled(std::move(balls), kind, std::pow(std::max(maximum, 1.0f), 1 - growth));
+    return rescaled(std::move(balls), kind, std::pow(std::max(maximum, kLeastMaximum), 1 - growth));
   for (Ball& ball : balls) ball.w *= growth * growth;
   return balls;
 }

@@ -56,9 +56,9 @@ TEST(Timeline, MetaObjectsAreOnlyPassedThroughAsBalls) {
   bool whole = false;
   for (int frame = 1; frame <= 200; ++frame) {
     const Moment moment = moment_at(full, frame);
-    whole |= moment.object == 1 && moment.look < 0.1f;
+    whole |= moment.object == 1 && moment.look == 0 && moment.boundary == 1;
   }
-  EXPECT_TRUE(whole) << "an object that is not meta shows itself in its own look";
+  EXPECT_TRUE(whole) << "an object that is not meta has one frame wholly in its own look";
 }
 
 TEST(Timeline, NothingJumpsBetweenStages) {
@@ -105,6 +105,28 @@ TEST(Timeline, ACutHasNoBoundaryStages) {
   for (int frame = 1; frame <= 200; ++frame) {
     const Stage stage = moment_at(timeline, frame).stage;
     EXPECT_TRUE(stage != Stage::kBoundaryOut && stage != Stage::kBoundaryIn);
+  }
+}
+
+TEST(Timeline, ACutWithoutFadesStillShowsTheModels) {
+  Scene scene = scene_with({}, 20);
+  scene.boundary.method = BoundaryMethod::kCut;
+  scene.boundary.look_share = 0;
+  const Timeline timeline = make_timeline(scene);
+  const Moment first = moment_at(timeline, 1), second = moment_at(timeline, 2),
+               last = moment_at(timeline, 20);
+  EXPECT_EQ(first.object, 0);
+  EXPECT_EQ(first.look, 0);
+  EXPECT_EQ(second.object, -1);
+  EXPECT_EQ(last.object, 1);
+  EXPECT_EQ(last.boundary, 1);
+}
+
+TEST(Timeline, FewerFramesThanLegsStillEndAtTheTarget) {
+  for (const int count : {2, 3, 4}) {
+    const Timeline timeline = make_timeline(scene_with({true, true, true, true}, count));
+    EXPECT_EQ(moment_at(timeline, 1).object, 0) << count;
+    EXPECT_EQ(moment_at(timeline, count).object, 5) << count;
   }
 }
 
