@@ -94,6 +94,25 @@ const CLI::App* wanted_help(const CLI::App& app, int argc, char** argv) {
   return &app;
 }
 
+/// What is wrong with the first argument that looks like an option and is none; empty if there is
+/// no such.
+std::string unknown_option(const CLI::App& command, int argc, char** argv) {
+  std::vector<std::string> known;
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument =
+        std::string(argv[i]).substr(0, std::string_view(argv[i]).find('='));
+    if (!argument.starts_with("--") || argument.size() < 3 ||
+        std::find(known.begin(), known.end(), argument) != known.end())
+      continue;
+    const auto nearest = nearest_word(argument, known);
+    return fmt::format("unknown option \"{}\"{}", argument,
+                       nearest ? fmt::format(" - did you mean \"{}\"?", *nearest) : "");
+  }
+  return "";
+}
+
 int usage_error(const CLI::App& app, int argc, char** argv, const CLI::ParseError& error) {
   std::string message = error.what();
   if (argc > 1 && argv[1][0] != '-') {
@@ -105,6 +124,8 @@ int usage_error(const CLI::App& app, int argc, char** argv, const CLI::ParseErro
     }
   }
   const CLI::App* command = wanted_help(app, argc, argv);
+  if (const std::string unknown = unknown_option(*command, argc, argv); !unknown.empty())
+    message = unknown;
   const std::string name = command == &app ? "polymorph" : "polymorph " + command->get_name();
   log_message(LogLevel::kError, message);
   log_info("try: {} --help", name);

@@ -41,8 +41,15 @@ std::string row(const std::string& left, const std::string& right) {
   return out + wrapped(right, kColumn);
 }
 
+/// Without what CLI11's validators add ("N:INT in [1 - 1000]"): descriptions and messages tell the
+/// range.
+std::string type_name(const CLI::Option& option) {
+  const std::string whole = option.get_type_name();
+  return whole.substr(0, whole.find(':'));
+}
+
 std::string positional_name(const CLI::Option& option) {
-  return option.get_type_name().empty() ? option.get_name(true) : option.get_type_name();
+  return option.get_type_name().empty() ? option.get_name(true) : type_name(option);
 }
 
 std::string option_names(const CLI::Option& option) {
@@ -55,7 +62,7 @@ std::string option_names(const CLI::Option& option) {
     names += (names == "    " ? "--" : ", --") + name;
   }
   if (option.get_items_expected_max() > 0 && !option.get_type_name().empty())
-    names += " " + option.get_type_name();
+    names += " " + type_name(option);
   return names;
 }
 
