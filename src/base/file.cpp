@@ -71,6 +71,13 @@ fs::path temporary_name(const fs::path& path) {
          fmt::format(".{}.{:012x}.part", path.filename().string(), tag & 0xffffffffffffull);
 }
 
+/// Pipes and devices (/dev/stdout, /dev/null) are written to, never replaced.
+bool is_stream(const fs::path& path) {
+  std::error_code ignored;
+  const fs::file_type kind = fs::status(path, ignored).type();
+  return kind == fs::file_type::fifo || kind == fs::file_type::character;
+}
+
 Status make_parent(const fs::path& path) {
   const fs::path parent = path.parent_path();
   if (parent.empty()) return Ok{};
@@ -131,10 +138,8 @@ Result<std::string> read_file(const fs::path& path, std::uint64_t limit) {
 
 Status write_file(const fs::path& path, std::string_view bytes) {
   std::error_code ignored;  // whatever else is wrong with the name, open() says below
-  const fs::file_type kind = fs::status(path, ignored).type();
-  if (kind == fs::file_type::directory) return write_error(path, EISDIR, remedy_of(EISDIR));
-  // Pipes and devices (/dev/stdout, /dev/null) are written to, never replaced.
-  if (kind == fs::file_type::fifo || kind == fs::file_type::character) {
+  if (fs::is_directory(path, ignored)) return write_error(path, EISDIR, remedy_of(EISDIR));
+  if (is_stream(path)) {
     const Descriptor stream(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
     if (stream.fd < 0) return write_error(path, errno, remedy_of(errno));
     return write_all(stream.fd, bytes, path);
@@ -164,6 +169,10 @@ Status write_file(const fs::path& path, std::string_view bytes) {
 Status check_writable(const fs::path& path) {
   std::error_code error;
   if (fs::is_directory(path, error)) return write_error(path, EISDIR, remedy_of(EISDIR));
+  if (is_stream(path)) {
+    if (::access(path.c_str(), W_OK) != 0) return write_error(path, errno, remedy_of(errno));
+    return Ok{};
+  }
   // The nearest folder that exists decides; the ones below it are made when the first file is
   // written.
   fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");

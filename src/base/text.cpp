@@ -61,6 +61,11 @@ std::optional<std::string> nearest_word(std::string_view word,
   return best;
 }
 
+std::string did_you_mean(std::string_view word, std::span<const std::string> candidates) {
+  const auto nearest = nearest_word(word, candidates);
+  return nearest ? fmt::format(" - did you mean \"{}\"?", *nearest) : "";
+}
+
 std::string join_quoted(std::span<const std::string> words) {
   std::string text;
   for (std::size_t i = 0; i < words.size(); ++i) {

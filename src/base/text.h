@@ -17,6 +17,9 @@ std::optional<long long> parse_integer(std::string_view text);
 std::optional<std::string> nearest_word(std::string_view word,
                                         std::span<const std::string> candidates);
 
+/// " - did you mean \"x\"?" for the nearest candidate, or nothing: to be put behind a message.
+std::string did_you_mean(std::string_view word, std::span<const std::string> candidates);
+
 /// "a, b or c" with each quoted.
 std::string join_quoted(std::span<const std::string> words);
 

@@ -9,6 +9,7 @@
 #include "cli/command_line.h"
 #include "morph/plan.h"
 #include "render/render.h"
+#include "scene/json_text.h"
 #include "sequence/render_sequence.h"
 
 namespace polymorph {
@@ -146,7 +147,7 @@ Result<int> run_bench(const CommandLine& line, const BenchOptions& options) {
   if (options.json.wanted) {
     const nlohmann::ordered_json json{
         {"version", PM_VERSION}, {"device", device}, {"threads", thread_count()}, {"rows", rows}};
-    PM_TRY_STATUS(write_json(options.json, json.dump(2) + "\n"));
+    PM_TRY_STATUS(write_json(options.json, dump_json(json)));
   }
   return 0;
 }

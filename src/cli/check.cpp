@@ -4,6 +4,7 @@
 #include "cli/command_line.h"
 #include "model/diagnose.h"
 #include "morph/timeline.h"
+#include "scene/json_text.h"
 #include "sequence/prepare.h"
 
 namespace polymorph {
@@ -73,7 +74,7 @@ std::string to_json(const CheckResult& result, bool good) {
                                {"boundary_edges", d.boundary_edges},
                                {"volume", d.volume},
                                {"area", d.area}});
-  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return dump_json(json);
 }
 
 Result<int> run_check(const CommandLine& line, const CheckOptions& options) {

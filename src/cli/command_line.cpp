@@ -106,9 +106,7 @@ std::string unknown_option(const CLI::App& command, int argc, char** argv) {
     if (!argument.starts_with("--") || argument.size() < 3 ||
         std::find(known.begin(), known.end(), argument) != known.end())
       continue;
-    const auto nearest = nearest_word(argument, known);
-    return fmt::format("unknown option \"{}\"{}", argument,
-                       nearest ? fmt::format(" - did you mean \"{}\"?", *nearest) : "");
+    return fmt::format("unknown option \"{}\"{}", argument, did_you_mean(argument, known));
   }
   return "";
 }
@@ -118,9 +116,7 @@ int usage_error(const CLI::App& app, int argc, char** argv, const CLI::ParseErro
   if (argc > 1 && argv[1][0] != '-') {
     const auto names = command_names(app);
     if (std::find(names.begin(), names.end(), argv[1]) == names.end()) {
-      message = fmt::format("unknown command \"{}\"", argv[1]);
-      if (const auto nearest = nearest_word(argv[1], names))
-        message += fmt::format(" - did you mean \"{}\"?", *nearest);
+      message = fmt::format("unknown command \"{}\"{}", argv[1], did_you_mean(argv[1], names));
     }
   }
   const CLI::App* command = wanted_help(app, argc, argv);

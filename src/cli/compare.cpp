@@ -5,6 +5,7 @@
 #include "cli/command_line.h"
 #include "compare/compare.h"
 #include "image/image_io.h"
+#include "scene/json_text.h"
 #include "sequence/frames.h"
 
 namespace polymorph {
@@ -103,9 +104,7 @@ Result<int> run_compare(const CompareOptions& options) {
       log_info("reference | actual | difference: {}", path.string());
     }
   }
-  if (options.json.wanted)
-    PM_TRY_STATUS(write_json(
-        options.json, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"));
+  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, dump_json(json)));
   if (pairs.size() > 1 && !options.json.wanted)
     print_data("{} of {} pairs pass\n", passed, pairs.size());
   return code;

@@ -8,6 +8,7 @@
 #include "model/diagnose.h"
 #include "model/load_obj.h"
 #include "morph/timeline.h"
+#include "scene/json_text.h"
 
 namespace polymorph {
 namespace {
@@ -70,9 +71,7 @@ Result<int> image_info(const InfoOptions& options) {
         },
         attribute.value);
   }
-  if (options.json.wanted)
-    PM_TRY_STATUS(write_json(
-        options.json, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"));
+  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, dump_json(json)));
   return 0;
 }
 
@@ -126,8 +125,7 @@ Result<int> model_info(const InfoOptions& options) {
                                       {"area", d.area},
                                       {"labels", loaded.model.label_names},
                                       {"textures", loaded.model.textures.size()}};
-    PM_TRY_STATUS(write_json(
-        options.json, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"));
+    PM_TRY_STATUS(write_json(options.json, dump_json(json)));
     return 0;
   }
   const Vec3 size = d.box.size();

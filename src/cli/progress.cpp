@@ -12,6 +12,7 @@
 
 #include "base/log.h"
 #include "base/text.h"
+#include "scene/json_text.h"
 
 namespace polymorph {
 namespace {
@@ -62,8 +63,7 @@ void print_json(std::size_t done, std::size_t of, const FrameRecord& record) {
                               {"file", first_file(record)}};
   if (!record.error.empty()) json["error"] = record.error;
   // One write a line: a whole line or none, also beside other writers of the same log.
-  const std::string line =
-      json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  const std::string line = dump_json(json, -1);
   std::fwrite(line.data(), 1, line.size(), stderr);
 }
 

@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "model/normals.h"
 #include "model/vec3d.h"
+#include "scene/scene.h"
 
 namespace polymorph {
 namespace {
@@ -195,11 +196,9 @@ Model make_puddle() {
   return model;
 }
 
-const std::array<std::string, 4> kNames{"sphere", "cube", "torus", "puddle"};
-
 }  // namespace
 
-std::span<const std::string> shape_names() { return kNames; }
+std::span<const std::string> shape_names() { return kShapeNames; }
 
 Result<Model> make_shape(const std::string& name) {
   Model model;
@@ -212,10 +211,10 @@ Result<Model> make_shape(const std::string& name) {
   } else if (name == "puddle") {
     model = make_puddle();
   } else {
-    const auto nearest = nearest_word(name, kNames);
+    const auto nearest = nearest_word(name, kShapeNames);
     return make_error(ErrorCode::kInput, "unknown shape \"{}\" - {}use {}", name,
                       nearest ? fmt::format("did you mean \"{}\"? ", *nearest) : "",
-                      join_quoted(kNames));
+                      join_quoted(kShapeNames));
   }
   model.name = name;
   model.label_names = {name};

@@ -64,13 +64,12 @@ Timeline make_timeline(const Scene& scene) {
 
   Timeline timeline;
   timeline.hold_start = scene.frames.hold_start;
-  timeline.hold_end = scene.frames.hold_end;
   timeline.easing = scene.motion.easing;
   const int total = std::accumulate(frames.begin(), frames.end(), 0);
   const bool counted = scene.frames.count > 0 && scene.frames.per_leg.empty();
-  timeline.count =
-      counted ? scene.frames.count : std::max(2, total) + timeline.hold_start + timeline.hold_end;
-  timeline.steps = timeline.count - timeline.hold_start - timeline.hold_end - 1;
+  timeline.count = counted ? scene.frames.count
+                           : std::max(2, total) + timeline.hold_start + scene.frames.hold_end;
+  timeline.steps = timeline.count - timeline.hold_start - scene.frames.hold_end - 1;
   int before = 0;
   const auto step_at = [&](int frames_before) {
     return static_cast<int>((2LL * frames_before * timeline.steps + total) /
@@ -105,11 +104,9 @@ Moment moment_at(const Timeline& timeline, int frame) {
     --index;
   const Leg& leg = timeline.legs[index];
   moment.leg = static_cast<int>(index);
-  const auto steps = static_cast<float>(std::max(leg.steps, 1));
-  float local = last ? 1.0f
-                : step == 0
-                    ? 0.0f
-                    : std::clamp(static_cast<float>(step - leg.first_step) / steps, 0.0f, 1.0f);
+  float local =
+      last ? 1.0f
+           : static_cast<float>(step - leg.first_step) / static_cast<float>(std::max(leg.steps, 1));
   if (show_model_without_stages(leg, local, moment)) return moment;
 
   int stage = 0;

@@ -40,9 +40,10 @@ struct Leg {
 
 struct Timeline {
   int count = 24;  ///< frames 1..count
-  int hold_start = 0, hold_end = 0;
-  int steps =
-      23;  ///< moving frames - 1; legs meet on frames, so an object between two legs has its own
+  int hold_start =
+      0;  ///< still frames before the first step; those after the last follow from count
+  /// Moving frames - 1. Legs meet on frames, so an object between two legs has a frame of its own.
+  int steps = 23;
   std::vector<Leg> legs;  ///< leg k goes from chain object k to k + 1
   Easing easing = Easing::kQuintic;
 };

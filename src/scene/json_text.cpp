@@ -240,9 +240,7 @@ TextPosition JsonDocument::position(std::size_t offset) const {
   TextPosition at{1, 1};
   for (std::size_t i = 0; i < std::min(offset, text.size()); ++i) {
     // Columns count characters: neither the rest of a UTF-8 sequence nor a byte order mark.
-    if ((static_cast<unsigned char>(text[i]) & 0xC0) != 0x80 &&
-        !(i == 0 && text.starts_with("\xEF\xBB\xBF")))
-      ++at.column;
+    if (!continues_character(text[i]) && !(i == 0 && text.starts_with("\xEF\xBB\xBF"))) ++at.column;
     if (text[i] == '\n') at = {at.line + 1, 1};
   }
   return at;
@@ -291,6 +289,10 @@ Status set_json_value(JsonDocument& document, std::string_view path, std::string
   }
   forget_offsets(*at);
   return Ok{};
+}
+
+std::string dump_json(const nlohmann::ordered_json& json, int indent) {
+  return json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 const char* kind_name(JsonValue::Kind kind) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -54,6 +55,10 @@ Result<JsonDocument> parse_json(std::string name, std::string text);
 /// Sets the value at a dotted path ("image.width", "intermediate.0.meta") to `value`, which is JSON
 /// or, failing that, a plain string. Missing objects on the way are made. Errors: kUsage.
 Status set_json_value(JsonDocument& document, std::string_view path, std::string_view value);
+
+/// JSON as it is written everywhere: `indent` spaces a level (-1: one line), a newline at the end,
+/// and bytes that are not UTF-8 (paths may be anything) replaced.
+std::string dump_json(const nlohmann::ordered_json& json, int indent = 2);
 
 /// "boolean", "number", ... for messages.
 const char* kind_name(JsonValue::Kind kind);

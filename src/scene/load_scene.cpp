@@ -13,7 +13,6 @@ namespace polymorph {
 namespace {
 
 constexpr std::size_t kMaxFindings = 20;
-const std::vector<std::string> kShapeNames{"sphere", "cube", "torus", "puddle"};
 
 /// The visitor that reads: one object of the JSON tree into one struct.
 class ReadFields {
@@ -276,10 +275,6 @@ class ReadFields {
       report_at(
           offset, pointer,
           fmt::format("no such file: {} (paths are relative to the scene file)", file.string()));
-  }
-  static std::string did_you_mean(const std::string& word, std::span<const std::string> words) {
-    const auto nearest = nearest_word(word, words);
-    return nearest ? fmt::format(" - did you mean \"{}\"?", *nearest) : "";
   }
   void report_at(std::size_t offset, const std::string& pointer, const std::string& message) {
     const TextPosition at = document_.position(offset);

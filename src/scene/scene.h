@@ -35,6 +35,9 @@ struct ObjectSettings {
   SphereSettings spheres;
 };
 
+/// The built-in shapes an object may name; model/shapes.h makes them.
+inline const std::vector<std::string> kShapeNames{"sphere", "cube", "torus", "puddle"};
+
 enum class Arrange : std::uint8_t {
   kStand,  ///< each object gets the source's size, stands on y = 0, centred on the y axis
   kNone,   ///< coordinates as in the files

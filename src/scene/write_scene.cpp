@@ -3,6 +3,7 @@
 
 #include "base/text.h"
 #include "scene/describe.h"
+#include "scene/json_text.h"
 #include "scene/load_scene.h"
 
 namespace polymorph {
@@ -46,7 +47,7 @@ class SchemaFields {
   void text(const char* key, std::string& value, const char* doc) {
     Json json{{"type", "string"}};
     if (!value.empty()) json["default"] = value;
-    if (std::string_view(key) == "shape") json["enum"] = {"sphere", "cube", "torus", "puddle"};
+    if (std::string_view(key) == "shape") json["enum"] = kShapeNames;
     add(key, doc, json);
   }
   void path(const char* key, std::filesystem::path&, const char* doc) {
@@ -201,15 +202,14 @@ std::string scene_schema() {
       {"additionalProperties", false},
       {"required", {"source", "target"}},
       {"properties", fields.properties}};
-  return schema.dump(2) + "\n";
+  return dump_json(schema);
 }
 
 std::string scene_to_json(const Scene& scene, const std::filesystem::path& folder) {
   Scene copy = scene;  // the description takes settings by reference; this visitor only reads
   WriteFields fields(folder);
   describe(fields, copy);
-  return fields.json.dump(2, ' ', false, Json::error_handler_t::replace) +
-         "\n";  // paths may be of any bytes
+  return dump_json(fields.json);
 }
 
 }  // namespace polymorph

@@ -141,10 +141,6 @@ void place_camera(PreparedScene& prepared) {
     prepared.ground.height = prepared.box.low.y - 1e-3f * prepared.box.diagonal();
 }
 
-}  // namespace
-
-namespace {
-
 /// One object of the chain in its place; `size` is the source's, or 0 for the source itself.
 Result<Model> load_arranged(const Scene& scene, const ObjectSettings& object, bool textures,
                             float& size, std::vector<std::string>& warnings) {

@@ -14,6 +14,7 @@
 #include "base/parallel.h"
 #include "base/text.h"
 #include "image/image_io.h"
+#include "scene/json_text.h"
 #include "surface/mesh_check.h"
 
 namespace polymorph {
@@ -319,7 +320,7 @@ std::string to_json(const RunReport& report) {
     if (!r.error.empty()) frame["error"] = r.error;
     json["frames"].push_back(frame);
   }
-  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return dump_json(json);
 }
 
 Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,

@@ -1,5 +1,6 @@
 #include "base/file.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -59,6 +60,20 @@ TEST_F(FileTest, AFifoDoesNotBlock) {
   const auto read = read_file(folder / "fifo");
   ASSERT_FALSE(read.ok());
   EXPECT_NE(read.error().message.find("not a regular file"), std::string::npos);
+}
+
+TEST_F(FileTest, AFifoIsWrittenToNotReplaced) {
+  const fs::path fifo = folder / "fifo";
+  ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
+  const int reader = ::open(fifo.c_str(), O_RDWR);  // never waits for a writer
+  ASSERT_GE(reader, 0);
+  EXPECT_TRUE(check_writable(fifo).ok());
+  EXPECT_TRUE(write_file(fifo, "data").ok());
+  char got[5] = {};
+  EXPECT_EQ(::read(reader, got, 4), 4);
+  ::close(reader);
+  EXPECT_STREQ(got, "data");
+  EXPECT_TRUE(fs::is_fifo(fifo));
 }
 
 TEST_F(FileTest, TooLargeIsRefusedBeforeReading) {
