@@ -59,15 +59,39 @@ enum class FieldKind : std::uint8_t {
   kInverseSquare,  ///< w / r^2         (the report's Algorithm 5.1; infinite support)
 };
 
+/// A symmetric 3 x 3 matrix; the identity by default.
+struct Sym3 {
+  float xx = 1, yy = 1, zz = 1, xy = 0, xz = 0, yz = 0;
+};
+PM_HD constexpr bool operator==(const Sym3& s, const Sym3& t) {
+  return s.xx == t.xx && s.yy == t.yy && s.zz == t.zz && s.xy == t.xy && s.xz == t.xz &&
+         s.yz == t.yz;
+}
+/// d^T s d
+PM_HD constexpr float quadratic(const Sym3& s, Vec3 d) {
+  return s.xx * d.x * d.x + s.yy * d.y * d.y + s.zz * d.z * d.z +
+         2 * (s.xy * d.x * d.y + s.xz * d.x * d.z + s.yz * d.y * d.z);
+}
+PM_HD constexpr float determinant(const Sym3& s) {
+  return s.xx * (s.yy * s.zz - s.yz * s.yz) - s.xy * (s.xy * s.zz - s.yz * s.xz) +
+         s.xz * (s.xy * s.yz - s.yy * s.xz);
+}
+
 /// A field source. The field is divided by the scene's threshold, so the surface is always at
 /// field = 1 and inside is field > 1; that convention is stated here and nowhere else.
-///   kGaussian:      contributes exp(w - a r^2); a lone ball's surface is at r = sqrt(w / a).
-///   kInverseSquare: contributes w / r^2; a lone ball's surface is at r = sqrt(w); `a` is unused.
+///   kGaussian:      contributes exp(w - a d^T shape d), d from the centre; a lone round ball's
+///                   surface is at r = sqrt(w / a).
+///   kInverseSquare: contributes w / r^2; a lone ball's surface is at r = sqrt(w); `a` and `shape`
+///                   are unused.
 struct Ball {
   Vec3 center;
-  float a = 1;  ///< 1 / length^2, > 0
+  float a = 1;  ///< 1 / length^2, > 0; the geometric mean of the three axes' own
   float w = 0;
+  /// Positive definite, determinant 1: the identity is a round ball, anything else an ellipsoid of
+  /// the same volume.
+  Sym3 shape{};
 };
+PM_HD constexpr bool is_round(const Ball& ball) { return ball.shape == Sym3{}; }
 
 /// Sample points of the field: point (x, y, z) lies at origin + cell (x, y, z) and has index
 /// x + points.x (y + points.y z). Cells are cubes.

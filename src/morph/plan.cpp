@@ -186,6 +186,16 @@ PairEnds ends_of(const MorphPlan& plan, const Pair& pair) {
           strength(q.w, pair.to_share)};
 }
 
+/// A shape between two: linear, brought back to determinant 1.
+Sym3 between(const Sym3& s, const Sym3& t, float u) {
+  if (u <= 0 || s == t) return s;
+  if (u >= 1) return t;
+  const Sym3 m{lerp(s.xx, t.xx, u), lerp(s.yy, t.yy, u), lerp(s.zz, t.zz, u),
+               lerp(s.xy, t.xy, u), lerp(s.xz, t.xz, u), lerp(s.yz, t.yz, u)};
+  const float scale = 1 / std::cbrt(determinant(m));
+  return {m.xx * scale, m.yy * scale, m.zz * scale, m.xy * scale, m.xz * scale, m.yz * scale};
+}
+
 }  // namespace
 
 MorphPlan plan_morph(std::vector<Ball> from, std::vector<Ball> to, FieldKind kind,
@@ -213,7 +223,8 @@ std::vector<Ball> balls_at(const MorphPlan& plan, float u) {
     const float a = u <= 0   ? plan.from[plan.pairs[i].from].a
                     : u >= 1 ? plan.to[plan.pairs[i].to].a
                              : 1 / (size * size);
-    balls[i] = {(1 - u) * ends.from + u * ends.to, a, (1 - u) * ends.from_w + u * ends.to_w};
+    balls[i] = {(1 - u) * ends.from + u * ends.to, a, (1 - u) * ends.from_w + u * ends.to_w,
+                between(plan.from[plan.pairs[i].from].shape, plan.to[plan.pairs[i].to].shape, u)};
   }
   return balls;
 }

@@ -10,10 +10,11 @@
 namespace polymorph {
 namespace {
 
-/// ln of a ball's field contribution at distance squared d2.
-float log_strength(const Ball& ball, FieldKind kind, float d2) {
-  return kind == FieldKind::kGaussian ? ball.w - ball.a * d2
-                                      : std::log(std::max(ball.w, 1e-30f) / std::max(d2, 1e-12f));
+/// ln of a ball's field contribution at distance d from its centre.
+float log_strength(const Ball& ball, FieldKind kind, Vec3 d) {
+  return kind == FieldKind::kGaussian
+             ? ball.w - ball.a * quadratic(ball.shape, d)
+             : std::log(std::max(ball.w, 1e-30f) / std::max(dot(d, d), 1e-12f));
 }
 
 Vec3 shrink_target(Vec3 point, const std::vector<Ball>& balls, FieldKind kind) {
@@ -21,12 +22,12 @@ Vec3 shrink_target(Vec3 point, const std::vector<Ball>& balls, FieldKind kind) {
   float largest = -std::numeric_limits<float>::infinity();
   for (const Ball& ball : balls) {
     const Vec3 d = point - ball.center;
-    largest = std::max(largest, log_strength(ball, kind, dot(d, d)));
+    largest = std::max(largest, log_strength(ball, kind, d));
   }
   double sum = 0, x = 0, y = 0, z = 0;
   for (const Ball& ball : balls) {
     const Vec3 d = point - ball.center;
-    const float e = log_strength(ball, kind, dot(d, d)) - largest;
+    const float e = log_strength(ball, kind, d) - largest;
     if (e < -12) continue;
     // Squared shares: the far field of an inverse-square ball would pull everything to the middle.
     const double q = std::exp(2.0 * static_cast<double>(e));

@@ -38,8 +38,14 @@ Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settin
   for (const Ball& ball : balls) {
     const float reach = ball.w - std::log(settings.cutoff * settings.iso);
     if (reach <= 0) continue;
-    const float r = std::sqrt(reach / ball.a);
-    box = unite(box, {ball.center - Vec3{r, r, r}, ball.center + Vec3{r, r, r}});
+    // The half sides of an ellipsoid's box: roots of the diagonal of the inverse; its determinant
+    // is 1, so that is the diagonal of the cofactors.
+    const Sym3& s = ball.shape;
+    const Vec3 square =
+        Vec3{s.yy * s.zz - s.yz * s.yz, s.xx * s.zz - s.xz * s.xz, s.xx * s.yy - s.xy * s.xy} *
+        (reach / ball.a);
+    const Vec3 half{std::sqrt(square.x), std::sqrt(square.y), std::sqrt(square.z)};
+    box = unite(box, {ball.center - half, ball.center + half});
   }
   return box;
 }

@@ -25,6 +25,14 @@ float visible_radius(const Ball& ball, FieldKind kind) {
   return std::sqrt(std::max(kind == FieldKind::kGaussian ? ball.w / ball.a : ball.w, 0.0f));
 }
 
+/// The ellipsoid of a ball that is not round.
+std::string shape_text(const Ball& ball) {
+  const Sym3& s = ball.shape;
+  return is_round(ball) ? std::string()
+                        : fmt::format(", \"shape\": [{}, {}, {}, {}, {}, {}]", s.xx, s.yy, s.zz,
+                                      s.xy, s.xz, s.yz);
+}
+
 }  // namespace
 
 std::string encode_obj(const Mesh& mesh) {
@@ -61,9 +69,9 @@ std::string encode_balls(const std::vector<Ball>& balls, FieldKind kind) {
   auto out = std::back_inserter(text);
   for (std::size_t i = 0; i < balls.size(); ++i)
     fmt::format_to(out,
-                   "{}\n    {{\"center\": [{}, {}, {}], \"a\": {}, \"w\": {}, \"radius\": {}}}",
+                   "{}\n    {{\"center\": [{}, {}, {}], \"a\": {}, \"w\": {}, \"radius\": {}{}}}",
                    i ? "," : "", balls[i].center.x, balls[i].center.y, balls[i].center.z,
-                   balls[i].a, balls[i].w, visible_radius(balls[i], kind));
+                   balls[i].a, balls[i].w, visible_radius(balls[i], kind), shape_text(balls[i]));
   text += "\n  ]\n}\n";
   return text;
 }
