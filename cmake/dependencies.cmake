@@ -12,6 +12,7 @@ find_package(Eigen3 3.4 CONFIG REQUIRED)
 find_path(NANOFLANN_INCLUDE nanoflann.hpp REQUIRED)  # Debian's package has no CMake config
 find_package(PNG REQUIRED)
 pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)
+pkg_check_modules(QHULL REQUIRED IMPORTED_TARGET qhull_r)
 find_path(GIF_INCLUDE gif_lib.h REQUIRED)
 find_library(GIF_LIBRARY gif REQUIRED)
 if(NOT TARGET PkgConfig::GIF)

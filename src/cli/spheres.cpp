@@ -143,10 +143,15 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
   PM_TRY(made.approximation,
          approximate_cached(model, settings_of(options), cache_folder(line.common)));
   made.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  made.balls = made.approximation.balls.empty()
-                   ? balls_of(made.approximation.tree.leaves(), FieldSettings{})
-                   : made.approximation.balls;
   const InsideTest inside(model);
+  const Vec3 size = model.box().size();
+  const float cell = std::max({size.x, size.y, size.z}) / static_cast<float>(options.grid);
+  const auto extractor = make_cpu_extractor();
+  made.balls = made.approximation.balls;
+  if (made.balls.empty()) {
+    PM_TRY(made.balls, unfitted_balls(made.approximation.tree.leaves(), solid_volume(model, inside),
+                                      FieldSettings{}, cell, {}, *extractor));
+  }
   PM_TRY(made.figures,
          measure_figures(model, inside, made.balls, FieldKind::kGaussian, options.grid));
   if (options.json.wanted)
@@ -163,9 +168,7 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
   if (!options.write_spheres.empty())
     PM_TRY_STATUS(write_mesh(options.write_spheres, mesh_of_spheres(spheres)));
   if (options.write_surface.empty() && options.output.empty()) return 0;
-  const Vec3 size = model.box().size();
-  const float cell = std::max({size.x, size.y, size.z}) / static_cast<float>(options.grid);
-  PM_TRY(const Mesh surface, extract_surface(*make_cpu_extractor(), made.balls, cell, {}));
+  PM_TRY(const Mesh surface, extract_surface(*extractor, made.balls, cell, {}));
   if (!options.write_surface.empty()) PM_TRY_STATUS(write_mesh(options.write_surface, surface));
   if (!options.output.empty())
     PM_TRY_STATUS(write_spheres_picture(options.output, model, spheres, surface, options.width));

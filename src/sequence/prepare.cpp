@@ -81,26 +81,6 @@ std::string content_hash(const Scene& scene, const std::vector<Model>& models,
   return hasher.hex();
 }
 
-/// Balls straight from spheres, as in the report; evened and brought to the model's volume where
-/// the scene asks for it.
-Result<std::vector<Ball>> unfitted_balls(const std::vector<Sphere>& spheres, double volume,
-                                         const Scene& scene, float cell,
-                                         const ExtractSettings& extract,
-                                         SurfaceExtractor& extractor) {
-  std::vector<Ball> balls = balls_of(spheres, scene.field);
-  if (scene.field.kind == FieldKind::kGaussian && scene.field.even) {
-    PM_TRY(balls, evened(extractor, std::move(balls), extract));
-  }
-  if (!scene.field.match_volume || !(volume > 0)) return balls;
-  // An inverse-square ball is then at its sphere's radius, however large the constants are.
-  const float start =
-      scene.field.kind == FieldKind::kInverseSquare
-          ? scene.field.blob_constant * scene.field.magnitude / scene.field.threshold
-          : 1.0f;
-  PM_TRY(const float iso, iso_for_volume(extractor, balls, cell, extract, volume, start));
-  return rescaled(std::move(balls), scene.field.kind, iso);
-}
-
 /// Balls of one object, their surface's volume, and what the boundary stages need.
 Status make_balls(PreparedObject& object, const ObjectSettings& settings, const Scene& scene,
                   float cell, const ExtractSettings& extract, SurfaceExtractor& extractor,
@@ -116,8 +96,8 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
   if (!approximation->balls.empty()) {
     object.balls = std::move(approximation->balls);
   } else {
-    PM_TRY(object.balls, unfitted_balls(approximation->tree.leaves(), object.model_volume, scene,
-                                        cell, extract, extractor));
+    PM_TRY(object.balls, unfitted_balls(approximation->tree.leaves(), object.model_volume,
+                                        scene.field, cell, extract, extractor));
   }
   PM_TRY(const Mesh mesh, extract_surface(extractor, object.balls, cell, extract));
   object.ball_volume = volume_of(mesh);

@@ -10,6 +10,7 @@
 #include "spheres/cells.h"
 #include "spheres/figures.h"
 #include "spheres/fit.h"
+#include "spheres/hubbard.h"
 #include "spheres/medial.h"
 #include "surface/grid.h"
 #include "surface/level.h"
@@ -150,13 +151,36 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
     return medial_approximation(solid, settings, count);
   }
   Approximation result;
-  PM_TRY(result.tree, cell_spheres(model, solid.inside, settings, fit ? count : 8000));
+  if (settings.method == SphereMethod::kHubbard) {
+    HubbardSettings hubbard;
+    hubbard.spheres = settings.balls;
+    PM_TRY(result.tree, hubbard_spheres(model, solid.inside, hubbard));
+  } else {
+    PM_TRY(result.tree, cell_spheres(model, solid.inside, settings, fit ? count : 8000));
+  }
   if (fit) {
     const std::vector<Sphere> spheres = result.tree.leaves();
     PM_TRY_STATUS(sample(solid, spheres.size()));
     PM_TRY(result.balls, fitted(solid, spheres, settings));
   }
   return result;
+}
+
+Result<std::vector<Ball>> unfitted_balls(const std::vector<Sphere>& spheres, double volume,
+                                         const FieldSettings& field, float cell,
+                                         const ExtractSettings& extract,
+                                         SurfaceExtractor& extractor) {
+  std::vector<Ball> balls = balls_of(spheres, field);
+  if (field.kind == FieldKind::kGaussian && field.even) {
+    PM_TRY(balls, evened(extractor, std::move(balls), extract));
+  }
+  if (!field.match_volume || !(volume > 0)) return balls;
+  // An inverse-square ball is then at its sphere's radius, however large the constants are.
+  const float start = field.kind == FieldKind::kInverseSquare
+                          ? field.blob_constant * field.magnitude / field.threshold
+                          : 1.0f;
+  PM_TRY(const float iso, iso_for_volume(extractor, balls, cell, extract, volume, start));
+  return rescaled(std::move(balls), field.kind, iso);
 }
 
 std::vector<Ball> balls_of(const std::vector<Sphere>& spheres, const FieldSettings& field) {

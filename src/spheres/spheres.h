@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "kernels/extract_surface.h"
 #include "kernels/types.h"
 #include "model/inside.h"
 #include "model/model.h"
@@ -66,5 +67,12 @@ std::filesystem::path default_cache_folder();
 /// has a = B / R^2 and w = B (Blinn 1982: a lone ball's surface is at r = R); an inverse-square
 /// ball has w = blob_constant * magnitude * R^2 / threshold.
 std::vector<Ball> balls_of(const std::vector<Sphere>& spheres, const FieldSettings& field);
+
+/// balls_of(), evened and brought to `volume` where the field's settings ask for it, on a surface
+/// of cells of edge `cell`. Errors: as extract_surface().
+Result<std::vector<Ball>> unfitted_balls(const std::vector<Sphere>& spheres, double volume,
+                                         const FieldSettings& field, float cell,
+                                         const ExtractSettings& extract,
+                                         SurfaceExtractor& extractor);
 
 }  // namespace polymorph
