@@ -139,9 +139,9 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
   Made made;
   made.problems = describe_problems(diagnose(model));
   for (const std::string& problem : made.problems) log_warning("{}: {}", model.name, problem);
+  const SphereSettings settings = settings_of(options);
   const auto start = std::chrono::steady_clock::now();
-  PM_TRY(made.approximation,
-         approximate_cached(model, settings_of(options), cache_folder(line.common)));
+  PM_TRY(made.approximation, approximate_cached(model, settings, cache_folder(line.common)));
   made.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const InsideTest inside(model);
   const Vec3 size = model.box().size();
@@ -149,8 +149,9 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
   const auto extractor = make_cpu_extractor();
   made.balls = made.approximation.balls;
   if (made.balls.empty()) {
-    PM_TRY(made.balls, unfitted_balls(made.approximation.tree.leaves(), solid_volume(model, inside),
-                                      FieldSettings{}, cell, {}, *extractor));
+    PM_TRY(made.balls,
+           unfitted_balls(made.approximation.tree.leaves(), settings.method,
+                          solid_volume(model, inside), FieldSettings{}, cell, {}, *extractor));
   }
   PM_TRY(made.figures,
          measure_figures(model, inside, made.balls, FieldKind::kGaussian, options.grid));

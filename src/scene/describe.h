@@ -72,11 +72,13 @@ void describe(V& v, FieldSettings& s) {
   v.choice("kind", s.kind,
            {{"gaussian", FieldKind::kGaussian}, {"inverse_square", FieldKind::kInverseSquare}},
            "what a ball adds to the field: Blinn's Gaussian, or k r^2 / d^2");
-  v.number("blobbiness", s.blobbiness, 0.02, 50,
-           "gaussian: |B|; small melts balls together, large keeps them apart");
-  v.boolean(
-      "even", s.even,
-      "gaussian: strengths such that the field is alike at all centres, so that thin parts stay");
+  v.number(
+      "blobbiness", s.blobbiness, 0, 50,
+      "gaussian without a fit: |B|; small melts balls together, large keeps them apart; 0: 0.12 "
+      "for octree and active, 6 for hubbard and medial");
+  v.boolean("even", s.even,
+            "gaussian, octree and active without a fit: strengths such that the field is alike at "
+            "all centres, so that thin parts stay");
   v.number("blob_constant", s.blob_constant, 1e-6, 1e6, "inverse_square: factor of every ball");
   v.number("magnitude", s.magnitude, 1e-6, 1e6,
            "inverse_square: strength of a ball, times its radius squared");

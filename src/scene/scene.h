@@ -60,8 +60,8 @@ enum class Arrange : std::uint8_t {
 
 struct FieldSettings {
   FieldKind kind = FieldKind::kGaussian;
-  float blobbiness = 0.12f;    ///< |B| of Blinn 1982; Gaussian only; > 0
-  bool even = true;            ///< Gaussian: strengths such that the field is alike at all centres
+  float blobbiness = 0;  ///< |B| of Blinn 1982, for balls without a fit; 0 = by method
+  bool even = true;      ///< octree, active: strengths such that the field is alike at all centres
   float blob_constant = 1.0f;  ///< the report's blobConstant; inverse-square only
   float magnitude = 1.0f;      ///< the report's metaball magnitude, times R^2
   float threshold = 1.0f;      ///< the report's threshold

@@ -96,8 +96,9 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
   if (!approximation->balls.empty()) {
     object.balls = std::move(approximation->balls);
   } else {
-    PM_TRY(object.balls, unfitted_balls(approximation->tree.leaves(), object.model_volume,
-                                        scene.field, cell, extract, extractor));
+    PM_TRY(object.balls,
+           unfitted_balls(approximation->tree.leaves(), spheres.method, object.model_volume,
+                          scene.field, cell, extract, extractor));
   }
   PM_TRY(const Mesh mesh, extract_surface(extractor, object.balls, cell, extract));
   object.ball_volume = volume_of(mesh);

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "base/morton.h"
+#include "base/parallel.h"
 #include "base/random.h"
 #include "base/result.h"
 #include "spheres/fit_field.h"
@@ -38,6 +40,61 @@ FitBall ball_of(const Sphere& sphere) {
   ball.center = to_eigen(sphere.center);
   ball.root = Matrix3d::Identity() * (std::sqrt(kWeight) / static_cast<double>(sphere.radius));
   ball.w = kWeight;
+  return ball;
+}
+
+/// The part of the solid that a sphere stands for: second moments of what lies between the samples
+/// nearest to it and their own inner balls' centres. A sphere in a plate stands for a flat piece of
+/// it, one in a limb for a length of it; a ball started as the ellipsoid of those moments need not
+/// find that out step by step.
+struct Moments {
+  double weight = 0;
+  Vector3d first = Vector3d::Zero();
+  Matrix3d second = Matrix3d::Zero();
+  void add(const Vector3d& p, double w) {
+    weight += w;
+    first += w * p;
+    second += w * p * p.transpose();
+  }
+};
+
+std::vector<Moments> moments_of(const std::vector<Sphere>& spheres,
+                                const std::vector<BoundarySample>& samples) {
+  std::vector<std::uint32_t> owner(samples.size());
+  parallel_for(
+      static_cast<std::int64_t>(samples.size()),
+      [&](std::int64_t k) {
+        const auto s = static_cast<std::size_t>(k);
+        float least = std::numeric_limits<float>::infinity();
+        for (std::size_t i = 0; i < spheres.size(); ++i) {
+          const float d = length(samples[s].point - spheres[i].center) - spheres[i].radius;
+          if (d < least) least = d, owner[s] = static_cast<std::uint32_t>(i);
+        }
+      },
+      64);
+  std::vector<Moments> moments(spheres.size());
+  for (std::size_t s = 0; s < samples.size(); ++s) {
+    const Vector3d p = to_eigen(samples[s].point), n = to_eigen(samples[s].normal);
+    const double r = static_cast<double>(samples[s].inner_radius);
+    // A cone from the sample's patch to the centre: more of it lies near the patch.
+    for (const double t : {0.25, 0.75, 0.95}) moments[owner[s]].add(p - (1 - t) * r * n, r * t * t);
+  }
+  return moments;
+}
+
+FitBall ball_of(const Sphere& sphere, const Moments& moments, double length) {
+  constexpr double kWeight = 4;
+  FitBall ball = ball_of(sphere);
+  if (!(moments.weight > 0)) return ball;
+  const Vector3d mean = moments.first / moments.weight;
+  Eigen::SelfAdjointEigenSolver<Matrix3d> axes(moments.second / moments.weight -
+                                               mean * mean.transpose());
+  // A solid ellipsoid's variance along an axis is a fifth of the square of its half length.
+  const double least = 0.004 * length;
+  const Vector3d half = (5 * axes.eigenvalues()).cwiseMax(least * least).cwiseSqrt();
+  ball.center = mean;
+  ball.root =
+      (std::sqrt(kWeight) * half.cwiseInverse()).asDiagonal() * axes.eigenvectors().transpose();
   return ball;
 }
 
@@ -272,7 +329,12 @@ FitResult fit_balls(const std::vector<BoundarySample>& samples, const InsideTest
   Fit fit;
   fit.length = static_cast<double>(box.diagonal());
   fit.numbers = settings.ellipsoids ? kEllipsoidNumbers : kRoundNumbers;
-  for (const Sphere& sphere : spheres) fit.balls.push_back(ball_of(sphere));
+  const std::vector<Moments> moments = moments_of(spheres, samples);
+  for (std::size_t i = 0; i < spheres.size(); ++i) {
+    fit.balls.push_back(settings.ellipsoids ? ball_of(spheres[i], moments[i], fit.length)
+                                            : ball_of(spheres[i]));
+    limit_axes(fit.balls.back(), fit.length);
+  }
   add_samples(fit, samples);
   fit.free = free_points(samples, inside, box);
   add_wrong(fit);

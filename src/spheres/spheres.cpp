@@ -39,7 +39,7 @@ Error no_boundary(const Model& model) {
 
 /// Enough samples that every number of a ball is well determined, and thin parts get some.
 std::size_t samples_for(std::size_t balls) {
-  return std::clamp<std::size_t>(40 * balls, 8000, 60000);
+  return std::min<std::size_t>(3000 + 40 * balls, 60000);
 }
 
 Status sample(Solid& solid, std::size_t balls) {
@@ -166,12 +166,16 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
   return result;
 }
 
-Result<std::vector<Ball>> unfitted_balls(const std::vector<Sphere>& spheres, double volume,
-                                         const FieldSettings& field, float cell,
+Result<std::vector<Ball>> unfitted_balls(const std::vector<Sphere>& spheres, SphereMethod method,
+                                         double volume, FieldSettings field, float cell,
                                          const ExtractSettings& extract,
                                          SurfaceExtractor& extractor) {
+  const bool cells = method == SphereMethod::kOctree || method == SphereMethod::kActive;
+  // Cells lie side by side and are to melt into one body; a cover's spheres overlap, and are the
+  // shape themselves.
+  if (field.blobbiness == 0) field.blobbiness = cells ? 0.12f : 6.0f;
   std::vector<Ball> balls = balls_of(spheres, field);
-  if (field.kind == FieldKind::kGaussian && field.even) {
+  if (field.kind == FieldKind::kGaussian && field.even && cells) {
     PM_TRY(balls, evened(extractor, std::move(balls), extract));
   }
   if (!field.match_volume || !(volume > 0)) return balls;

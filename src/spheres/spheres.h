@@ -70,8 +70,8 @@ std::vector<Ball> balls_of(const std::vector<Sphere>& spheres, const FieldSettin
 
 /// balls_of(), evened and brought to `volume` where the field's settings ask for it, on a surface
 /// of cells of edge `cell`. Errors: as extract_surface().
-Result<std::vector<Ball>> unfitted_balls(const std::vector<Sphere>& spheres, double volume,
-                                         const FieldSettings& field, float cell,
+Result<std::vector<Ball>> unfitted_balls(const std::vector<Sphere>& spheres, SphereMethod method,
+                                         double volume, FieldSettings field, float cell,
                                          const ExtractSettings& extract,
                                          SurfaceExtractor& extractor);
 

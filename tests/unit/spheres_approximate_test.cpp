@@ -11,11 +11,22 @@
 namespace polymorph {
 namespace {
 
+/// The report's methods, as it has them: no fit.
+SphereSettings cells(SphereMethod method, int resolution,
+                     InsideMethod inside = InsideMethod::kWinding) {
+  SphereSettings settings;
+  settings.method = method;
+  settings.resolution = resolution;
+  settings.inside = inside;
+  settings.fit = FitKind::kNone;
+  return settings;
+}
+
 SphereTree tree_of(const Model& model, SphereMethod method, int resolution,
                    InsideMethod inside = InsideMethod::kWinding) {
-  auto tree = approximate(model, {method, resolution, inside});
+  auto tree = approximate(model, cells(method, resolution, inside));
   EXPECT_TRUE(tree) << (tree ? "" : tree.error().message);
-  return tree ? std::move(tree).value() : SphereTree{};
+  return tree ? std::move(tree->tree) : SphereTree{};
 }
 
 bool same(const SphereTree& a, const SphereTree& b) {
@@ -95,7 +106,7 @@ Model half_filled() {
 
 TEST(Active, FourCornersAreNotEnoughAndChildrenOfActiveCellsAreDropped) {
   // At R = 1 the root cube's corners lie just outside (the margin): nothing is active.
-  const auto root = approximate(half_filled(), {SphereMethod::kActive, 1, InsideMethod::kWinding});
+  const auto root = approximate(half_filled(), cells(SphereMethod::kActive, 1));
   ASSERT_FALSE(root);
   // Move in: corners of a lattice are strictly inside a box that contains them. Eight corners of
   // the cell
@@ -106,7 +117,7 @@ TEST(Active, FourCornersAreNotEnoughAndChildrenOfActiveCellsAreDropped) {
   // Root [-4, 4]: level 1 cells have one corner (the middle) inside; level 2 cells are 2 wide: the
   // eight ones around the middle have corners at 0 and +-2: again one; level 3 cells are 1 wide:
   // corners at -1, 0, 1 are inside, +-2 are not.
-  EXPECT_FALSE(approximate(model, {SphereMethod::kActive, 3, InsideMethod::kWinding}));
+  EXPECT_FALSE(approximate(model, cells(SphereMethod::kActive, 3)));
   const std::vector<Sphere> leaves = tree_of(model, SphereMethod::kActive, 4).leaves();
   // The 8 cells within [-1, 1]^3 have 8 corners inside. Those beyond a face have exactly 4: not
   // active.
@@ -154,13 +165,12 @@ TEST(Active, NeedsFarFewerSpheresThanTheOctree) {
 
 TEST(Approximate, ThinAndEmptyModelsSayWhatWouldHelp) {
   const Model plate = box_model({0, 0, 0}, {2, 2, 0.1f});
-  const auto thin = approximate(plate, {SphereMethod::kOctree, 3, InsideMethod::kWinding});
+  const auto thin = approximate(plate, cells(SphereMethod::kOctree, 3));
   ASSERT_FALSE(thin);
   EXPECT_EQ(thin.error().code, ErrorCode::kInput);
   EXPECT_NE(thin.error().message.find("raise spheres.resolution to 6"), std::string::npos)
       << thin.error().message;
-  EXPECT_TRUE(approximate(plate, {SphereMethod::kOctree, 6, InsideMethod::kWinding}))
-      << "as it said";
+  EXPECT_TRUE(approximate(plate, cells(SphereMethod::kOctree, 6))) << "as it said";
   Model sheet;
   sheet.name = "sheet";
   sheet.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
@@ -171,17 +181,17 @@ TEST(Approximate, ThinAndEmptyModelsSayWhatWouldHelp) {
       << open.error().message;
   EXPECT_NE(open.error().message.find("it is open"), std::string::npos) << open.error().message;
   EXPECT_FALSE(approximate(Model{}, {}));
-  EXPECT_FALSE(approximate(plate, {SphereMethod::kOctree, 10, InsideMethod::kWinding}));
-  EXPECT_FALSE(approximate(plate, {SphereMethod::kOctree, -1, InsideMethod::kWinding}));
+  EXPECT_FALSE(approximate(plate, cells(SphereMethod::kOctree, 10)));
+  EXPECT_FALSE(approximate(plate, cells(SphereMethod::kOctree, -1)));
 }
 
 TEST(Approximate, AutomaticResolutionKeepsTheCountInBounds) {
   for (const char* name : {"sphere", "cube", "torus", "puddle"}) {
     for (const SphereMethod method : {SphereMethod::kOctree, SphereMethod::kActive}) {
-      const auto tree = approximate(*make_shape(name), {method, 0, InsideMethod::kWinding});
+      const auto tree = approximate(*make_shape(name), cells(method, 0));
       ASSERT_TRUE(tree) << name;
-      EXPECT_LE(tree->leaves().size(), 8000u) << name;
-      EXPECT_GE(tree->leaves().size(), 500u) << name;
+      EXPECT_LE(tree->tree.leaves().size(), 8000u) << name;
+      EXPECT_GE(tree->tree.leaves().size(), 500u) << name;
     }
   }
 }

@@ -28,7 +28,7 @@ class Cache : public testing::Test {
   std::string cached() const {
     auto tree = approximate_cached(model_, settings_, cache_);
     EXPECT_TRUE(tree) << (tree ? "" : tree.error().message);
-    return tree ? bits(*tree) : "";
+    return tree ? bits(tree->tree) : "";
   }
   std::vector<fs::path> files() const {
     std::vector<fs::path> found;
@@ -50,8 +50,8 @@ class Cache : public testing::Test {
   TemporaryFolder folder_;
   fs::path cache_ = folder_.path() / "deep" / "cache";
   Model model_ = *make_shape("torus");
-  SphereSettings settings_{SphereMethod::kActive, 4, InsideMethod::kWinding};
-  std::string expected_ = bits(*approximate(model_, settings_));
+  SphereSettings settings_{.method = SphereMethod::kActive, .resolution = 4, .fit = FitKind::kNone};
+  std::string expected_ = bits(approximate(model_, settings_)->tree);
 };
 
 TEST_F(Cache, AnswersTheSameColdWarmAndWithoutAFolder) {
@@ -93,6 +93,10 @@ TEST_F(Cache, TheKeyIsContentAndSettings) {
   EXPECT_EQ(count(), 5u);
   model_.triangles.pop_back();
   EXPECT_EQ(count(), 6u);
+  settings_.balls = 16;
+  EXPECT_EQ(count(), 7u);
+  settings_.error = 0.1f;
+  EXPECT_EQ(count(), 8u);
 }
 
 TEST_F(Cache, EveryDamagedOrForeignFileIsOneWarningAndIsReplaced) {

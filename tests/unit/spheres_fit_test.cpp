@@ -1,0 +1,341 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <set>
+
+#include "base/parallel.h"
+#include "model/shapes.h"
+#include "model_testing.h"
+#include "spheres/boundary.h"
+#include "spheres/figures.h"
+#include "spheres/fit.h"
+#include "spheres/fit_field.h"
+#include "spheres/fit_step.h"
+#include "spheres/medial.h"
+#include "spheres/spheres.h"
+#include "surface/grid.h"
+#include "surface/mesh_check.h"
+
+namespace polymorph {
+namespace {
+
+SphereSettings medial(int balls, FitKind fit = FitKind::kEllipsoid) {
+  SphereSettings settings;
+  settings.balls = balls;
+  settings.fit = fit;
+  return settings;
+}
+
+Figures figures_of(const Model& model, const Approximation& approximation) {
+  const auto figures =
+      measure_figures(model, InsideTest(model), approximation.balls, FieldKind::kGaussian, 128);
+  EXPECT_TRUE(figures);
+  return figures ? *figures : Figures{};
+}
+
+TEST(Boundary, SamplesTellTheirWallAndGap) {
+  const Model ball = *make_shape("sphere");  // radius 1, around (0, 1, 0)
+  const auto samples = sample_boundary(ball, InsideTest(ball), 2000);
+  ASSERT_GT(samples.size(), 1800u);
+  float mean = 0;
+  for (const BoundarySample& s : samples) {
+    const Vec3 out = normalized(s.point - Vec3{0, 1, 0});
+    EXPECT_GT(dot(s.normal, out), 0.99f);
+    EXPECT_GT(s.inner_radius, 0.75f);
+    EXPECT_LT(s.inner_radius, 1.1f);
+    mean += s.inner_radius / static_cast<float>(samples.size());
+    EXPECT_GT(s.outer_radius, 1.5f) << "nothing is outside";
+  }
+  EXPECT_NEAR(mean, 1, 0.02);
+}
+
+TEST(Boundary, FacesWithinTheSolidGetNoSamples) {
+  // Two boxes that overlap: the faces in the middle are no boundary.
+  Model model = box_model({0, 0, 0}, {2, 1, 1});
+  add_box(model, {1, 0, 0}, {3, 1, 1});
+  const auto samples = sample_boundary(model, InsideTest(model), 3000);
+  ASSERT_GT(samples.size(), 2400u);
+  for (const BoundarySample& s : samples) {
+    const bool within = s.point.x > 0.01f && s.point.x < 2.99f && s.point.y > 0.01f &&
+                        s.point.y < 0.99f && s.point.z > 0.01f && s.point.z < 0.99f;
+    EXPECT_FALSE(within) << s.point.x << " " << s.point.y << " " << s.point.z;
+  }
+}
+
+TEST(Boundary, NormalsPointOutwardOnModelsTurnedInsideOut) {
+  Model model = *make_shape("sphere");
+  for (Triangle& t : model.triangles) std::swap(t.v[1], t.v[2]);
+  // Winding is -1 inside: the parity of a ray does not mind.
+  const auto samples = sample_boundary(model, InsideTest(model, InsideRule::kParity), 500);
+  ASSERT_GT(samples.size(), 400u);
+  for (const BoundarySample& s : samples)
+    EXPECT_GT(dot(s.normal, normalized(s.point - Vec3{0, 1, 0})), 0.9f);
+}
+
+TEST(Medial, GivesExactlyAsManyBallsAsAsked) {
+  const Model torus = *make_shape("torus");
+  const auto samples = sample_boundary(torus, InsideTest(torus), 8000);
+  for (const std::size_t n : {1u, 7u, 64u, 300u}) EXPECT_EQ(medial_cover(samples, n).size(), n);
+  EXPECT_TRUE(medial_cover({}, 10).empty());
+}
+
+TEST(Medial, CoversTheBoundaryBetterWithMoreBalls) {
+  const Model torus = *make_shape("torus");
+  const auto samples = sample_boundary(torus, InsideTest(torus), 4000);
+  float last = 1e9f;
+  for (const std::size_t n : {16u, 64u, 256u}) {
+    float worst = 0;
+    const auto spheres = medial_cover(samples, n);
+    for (const BoundarySample& s : samples) {
+      float nearest = 1e9f;
+      for (const Sphere& b : spheres)
+        nearest = std::min(nearest, length(s.point - b.center) - b.radius);
+      worst = std::max(worst, nearest);
+    }
+    EXPECT_LT(worst, 0.75f * last) << n;
+    last = worst;
+  }
+  EXPECT_LT(last, 0.02f);
+}
+
+TEST(Medial, TheTreesLevelsGrowAndParentsStandFirst) {
+  const Model torus = *make_shape("torus");
+  const SphereTree tree = medial_tree(sample_boundary(torus, InsideTest(torus), 4000), 128);
+  EXPECT_EQ(tree.leaves().size(), 128u);
+  std::vector<std::size_t> counts;
+  for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
+    const SphereNode& node = tree.nodes[i];
+    counts.resize(std::max<std::size_t>(counts.size(), static_cast<std::size_t>(node.level) + 1));
+    ++counts[static_cast<std::size_t>(node.level)];
+    if (node.level == 0) {
+      EXPECT_EQ(node.parent, -1);
+    } else {
+      ASSERT_LT(node.parent, static_cast<std::int32_t>(i));
+      EXPECT_EQ(tree.nodes[static_cast<std::size_t>(node.parent)].level, node.level - 1);
+    }
+  }
+  EXPECT_EQ(counts, (std::vector<std::size_t>{2, 16, 128}));
+}
+
+// The derivatives are what makes the fit converge: against differences of the residuals.
+TEST(FitField, DerivativesAreThoseOfTheResiduals) {
+  std::vector<FitBall> balls(3);
+  for (std::size_t i = 0; i < balls.size(); ++i) {
+    const double k = static_cast<double>(i);
+    balls[i].center = {0.3 * k, 0.1 * k * k, -0.2 * k};
+    balls[i].root << 2.0, 0.1 * k, 0.2, 0.0, 1.7 + 0.2 * k, -0.1, 0.3, 0.0, 2.2;
+    balls[i].w = 3 + 0.3 * k;
+  }
+  std::vector<FitPoint> points;
+  for (int i = 0; i < 40; ++i) {
+    const double t = 0.37 * i;
+    points.push_back({{std::sin(t), std::cos(1.3 * t), std::sin(2.1 * t + 1)},
+                      0.02 * (i % 3),
+                      1,
+                      i % 2 ? FitPoint::Rule::kSurface : FitPoint::Rule::kOffset});
+  }
+  constexpr double kLength = 200;  // Huber's border and the least steepness are then far off
+  for (const int numbers : {kRoundNumbers, kEllipsoidNumbers}) {
+    const FitRows rows = fit_rows(balls, points, kLength, numbers);
+    for (std::size_t p = 0; p < points.size(); ++p) {
+      for (std::uint32_t e = rows.begins[p]; e < rows.begins[p + 1]; ++e) {
+        for (int k = 0; k < numbers; ++k) {
+          constexpr double kStep = 1e-5;
+          const auto residual = [&](double step) {
+            std::vector<FitBall> moved = balls;
+            FitBall& ball = moved[rows.balls[e]];
+            Eigen::Matrix3d d = Eigen::Matrix3d::Zero();
+            const int at = k - 4;
+            if (k == 0) ball.w += step;
+            if (k >= 1 && k <= 3) ball.center[k - 1] += step;
+            if (numbers == kRoundNumbers && k == 4) d = Eigen::Matrix3d::Identity() * step;
+            if (numbers == kEllipsoidNumbers && at >= 0) {
+              constexpr int kRow[] = {0, 1, 2, 0, 0, 1}, kColumn[] = {0, 1, 2, 1, 2, 2};
+              d(kRow[at], kColumn[at]) = d(kColumn[at], kRow[at]) = step;
+            }
+            ball.root = (Eigen::Matrix3d::Identity() + d / 2) * ball.root;
+            return fit_rows(moved, points, kLength, numbers).residuals[p];
+          };
+          const double expected = (residual(kStep) - residual(-kStep)) / (2 * kStep);
+          const double actual = static_cast<double>(
+              rows.derivatives[static_cast<std::size_t>(e) * static_cast<std::size_t>(numbers) +
+                               static_cast<std::size_t>(k)]);
+          EXPECT_NEAR(actual, expected, 1e-4 + 1e-3 * std::abs(expected))
+              << "point " << p << " ball " << rows.balls[e] << " number " << k;
+        }
+      }
+    }
+  }
+}
+
+TEST(FitStep, SolvesTheDampedNormalEquations) {
+  // One ball, round: five unknowns, many points; against a dense solution.
+  std::vector<FitBall> balls(1);
+  balls[0].root *= 2;
+  balls[0].w = 3;
+  std::vector<FitPoint> points;
+  for (int i = 0; i < 200; ++i) {
+    const double t = 0.7 * i;
+    points.push_back({{std::sin(t) + 0.1, std::cos(1.3 * t), std::sin(2.1 * t + 1)}, 0, 1, {}});
+  }
+  const FitRows rows = fit_rows(balls, points, 10, kRoundNumbers);
+  Eigen::MatrixXd j(200, 5);
+  Eigen::VectorXd r(200);
+  for (int p = 0; p < 200; ++p) {
+    const auto at = static_cast<std::size_t>(p);
+    ASSERT_EQ(rows.begins[at + 1] - rows.begins[at], 1u);
+    for (int k = 0; k < 5; ++k)
+      j(p, k) = static_cast<double>(rows.derivatives[at * 5 + static_cast<std::size_t>(k)]);
+    r(p) = rows.residuals[at];
+  }
+  Eigen::MatrixXd normal = j.transpose() * j;
+  normal.diagonal() *= 1.5;
+  const Eigen::VectorXd expected = normal.ldlt().solve(-j.transpose() * r);
+  const std::vector<double> step = damped_step(rows, 1, kRoundNumbers, 0.5);
+  for (int k = 0; k < 5; ++k)
+    EXPECT_NEAR(step[static_cast<std::size_t>(k)], expected[k], 1e-4 * expected.norm());
+}
+
+TEST(Fit, OneBallBecomesTheSphere) {
+  const Model model = *make_shape("sphere");
+  const auto result = approximate(model, medial(1));
+  ASSERT_TRUE(result);
+  ASSERT_EQ(result->balls.size(), 1u);
+  const Ball& ball = result->balls[0];
+  EXPECT_LT(length(ball.center - Vec3{0, 1, 0}), 0.01f);
+  EXPECT_NEAR(std::sqrt(ball.w / ball.a), 1, 0.01);
+}
+
+TEST(Fit, OneBallBecomesTheEllipsoid) {
+  Model model = *make_shape("sphere");
+  for (Vec3& p : model.points) p = {2 * p.x + 0.3f * p.y, p.y, 0.5f * p.z};
+  const auto result = approximate(model, medial(1));
+  ASSERT_TRUE(result);
+  EXPECT_GT(figures_of(model, *result).iou, 0.985);
+  const auto round = approximate(model, medial(1, FitKind::kRound));
+  ASSERT_TRUE(round);
+  EXPECT_TRUE(is_round(round->balls[0]));
+  EXPECT_LT(figures_of(model, *round).iou, 0.7);
+}
+
+TEST(Fit, SurfacesAreTheModels) {
+  struct Case {
+    const char* name;
+    int balls;
+    double iou;
+  };
+  for (const auto& [name, balls, iou] :
+       {Case{"torus", 48, 0.97}, {"cube", 64, 0.96}, {"puddle", 64, 0.95}, {"sphere", 16, 0.985}}) {
+    const Model model = *make_shape(name);
+    const auto result = approximate(model, medial(balls));
+    ASSERT_TRUE(result) << name;
+    EXPECT_EQ(result->balls.size(), static_cast<std::size_t>(balls));
+    const Figures figures = figures_of(model, *result);
+    EXPECT_GT(figures.iou, iou) << name;
+    EXPECT_NEAR(figures.volume_ratio, 1, 0.006) << name;
+    EXPECT_LT(figures.rms_to_model, 0.01) << name;
+    EXPECT_LT(figures.rms_to_surface, 0.01) << name;
+  }
+}
+
+TEST(Fit, TheVolumeIsTheModels) {
+  const Model model = *make_shape("torus");
+  const auto result = approximate(model, medial(40));
+  ASSERT_TRUE(result);
+  const auto mesh =
+      extract_surface(*make_cpu_extractor(), result->balls, model.box().diagonal() / 250, {});
+  ASSERT_TRUE(mesh);
+  EXPECT_NEAR(volume_of(*mesh) / solid_volume(model, InsideTest(model)), 1, 0.004);
+}
+
+TEST(Fit, EllipsoidsBeatRoundBallsOnAPlate) {
+  const Model plate = box_model({0, 0, 0}, {2, 0.1f, 1});
+  const auto round = approximate(plate, medial(40, FitKind::kRound));
+  const auto stretched = approximate(plate, medial(40));
+  ASSERT_TRUE(round && stretched);
+  EXPECT_GT(figures_of(plate, *stretched).iou, figures_of(plate, *round).iou + 0.1);
+  EXPECT_GT(figures_of(plate, *stretched).iou, 0.9);
+}
+
+TEST(Fit, EveryMethodCanBeFitted) {
+  const Model torus = *make_shape("torus");
+  for (const SphereMethod method : {SphereMethod::kOctree, SphereMethod::kActive,
+                                    SphereMethod::kHubbard, SphereMethod::kMedial}) {
+    SphereSettings settings = medial(80);
+    settings.method = method;
+    const auto result = approximate(torus, settings);
+    ASSERT_TRUE(result) << static_cast<int>(method);
+    EXPECT_EQ(result->balls.size(), result->tree.leaves().size());
+    EXPECT_GT(figures_of(torus, *result).iou, 0.95) << static_cast<int>(method);
+  }
+}
+
+TEST(Fit, AnErrorIsKeptByFewBalls) {
+  const Model torus = *make_shape("torus");
+  SphereSettings settings;
+  std::size_t last = 0;
+  for (const float error : {0.01f, 0.003f}) {
+    settings.error = error;
+    const auto result = approximate(torus, settings);
+    ASSERT_TRUE(result);
+    const Figures figures = figures_of(torus, *result);
+    EXPECT_LT(figures.hausdorff_to_model, 1.3 * static_cast<double>(error));
+    EXPECT_LT(figures.hausdorff_to_surface, 1.3 * static_cast<double>(error));
+    EXPECT_GT(result->balls.size(), last);
+    EXPECT_LT(result->balls.size(), 300u);
+    last = result->balls.size();
+  }
+}
+
+TEST(Fit, OpenModelsAreFittedWhereTheyEncloseSomething) {
+  Model sphere = *make_shape("sphere");
+  sphere.triangles.resize(sphere.triangles.size() - 40);
+  const auto result = approximate(sphere, medial(24));
+  ASSERT_TRUE(result);
+  EXPECT_GT(figures_of(sphere, *result).iou, 0.95);
+}
+
+TEST(Fit, IsTheSameForAnyNumberOfThreads) {
+  const Model torus = *make_shape("torus");
+  set_thread_count(1);
+  const auto one = approximate(torus, medial(24));
+  set_thread_count(2);
+  const auto two = approximate(torus, medial(24));
+  set_thread_count(0);
+  ASSERT_TRUE(one && two);
+  ASSERT_EQ(one->balls.size(), two->balls.size());
+  EXPECT_EQ(std::memcmp(one->balls.data(), two->balls.data(), one->balls.size() * sizeof(Ball)), 0);
+}
+
+TEST(Figures, OfTheSurfaceItselfAreNearlyPerfect) {
+  // A ball's surface as the model: only its flattening remains.
+  const std::vector<Ball> balls{{{0, 0, 0}, 4, 4}};
+  const auto mesh = extract_surface(*make_cpu_extractor(), balls, 0.02f, {});
+  ASSERT_TRUE(mesh);
+  Model model;
+  model.points = mesh->positions;
+  model.triangles = mesh->triangles;
+  const auto figures = measure_figures(model, InsideTest(model), balls, FieldKind::kGaussian, 100);
+  ASSERT_TRUE(figures);
+  EXPECT_GT(figures->iou, 0.998);
+  EXPECT_NEAR(figures->volume_ratio, 1, 0.002);
+  EXPECT_LT(figures->hausdorff_to_model, 1e-3);
+  EXPECT_LT(figures->hausdorff_to_surface, 1e-3);
+}
+
+TEST(Figures, NoticeAPartThatIsMissing) {
+  Model two = box_model({0, 0, 0}, {1, 1, 1});
+  add_box(two, {3, 0, 0}, {4, 1, 1});
+  const Model one = box_model({0, 0, 0}, {1, 1, 1});
+  const auto fitted = approximate(one, medial(40));
+  ASSERT_TRUE(fitted);
+  const Figures figures = figures_of(two, *fitted);
+  EXPECT_NEAR(figures.iou, 0.5, 0.03);
+  EXPECT_NEAR(figures.volume_ratio, 0.5, 0.02);
+  EXPECT_GT(figures.hausdorff_to_surface, 0.5);
+  EXPECT_LT(figures.hausdorff_to_model, 0.05);
+}
+
+}  // namespace
+}  // namespace polymorph
