@@ -1,13 +1,12 @@
-// The field at several points at once: sums over a list of balls, in ascending ball order.
+// The field at points: sums over a list of balls, in ascending ball order.
 //
 // Two lists give the same bits at a point when they differ only in balls that contribute exactly 0
-// there: all sums start at +0 and adding +0 changes no float (for kInverseSquare every list holds
-// every ball). The lists of a brick hold every ball that reaches any of its points (see bricks.h),
-// so a point shared by several bricks has one value, and it is the value of the sum over all balls.
+// there: all sums start at +0 and adding 0 changes no float (for kInverseSquare every list holds
+// every ball). The lists of a brick hold every ball that reaches any of its points (tree.h), so a
+// point shared by several bricks has one value, and it is the value of the sum over all balls.
 //
-// kLanes points share a list. The lanes are plain inner loops that the compiler turns into vectors
-// on the CPU; on the GPU kLanes is 1. The operations on one point, and their order, are the same
-// for any kLanes.
+// Where the field splits, its value at a grid point is a sum of products of factors; between the
+// points, where factors cannot be shared, one power does: the two differ by rounding.
 #pragma once
 
 #include <cstdint>
@@ -24,48 +23,46 @@ struct BallList {
   std::uint32_t count = 0;
 };
 
-template <int kLanes>
+template <class V>
 struct Points {
-  float x[kLanes], y[kLanes], z[kLanes];
+  V x, y, z;
 };
 
-template <class F, int kLanes>
-PM_HD inline void field_at(const Points<kLanes>& points, const typename F::Ball* balls,
-                           BallList list, float (&value)[kLanes]) {
-  // Copies, so that the compiler sees that nothing aliases and keeps the lanes in registers.
-  const Points<kLanes> p = points;
-  float sum[kLanes];
-  for (int l = 0; l < kLanes; ++l) sum[l] = 0;
+template <class F, class V>
+PM_HD inline V field_at(const Points<V>& p, const typename F::Ball* balls, BallList list) {
+  V sum = same<V>(0.0f);
   for (std::uint32_t j = 0; j < list.count; ++j) {
     const typename F::Ball ball = balls[list.indices[j]];
-    PM_LANES
-    for (int l = 0; l < kLanes; ++l) {
-      sum[l] += F::value(ball, ball.q(p.x[l], p.y[l], p.z[l]));
-    }
+    sum = sum + F::value(ball, ball.q(p.x, p.y, p.z));
   }
-  for (int l = 0; l < kLanes; ++l) value[l] = sum[l];
+  return sum;
+}
+
+/// The same with the bits that the grid's points have (plus_value).
+template <class F, class V>
+PM_HD inline V grid_field_at(const Points<V>& p, const typename F::Ball* balls, BallList list) {
+  V sum = same<V>(0.0f);
+  for (std::uint32_t j = 0; j < list.count; ++j) {
+    sum = plus_value<F>(sum, balls[list.indices[j]], p.x, p.y, p.z);
+  }
+  return sum;
 }
 
 /// -grad of the field up to a positive factor: outward at the surface.
-template <class F, int kLanes>
-PM_HD inline void downhill_at(const Points<kLanes>& points, const typename F::Ball* balls,
-                              BallList list, Points<kLanes>& direction) {
-  const Points<kLanes> p = points;
-  Points<kLanes> sum;
-  for (int l = 0; l < kLanes; ++l) sum.x[l] = sum.y[l] = sum.z[l] = 0;
+template <class F, class V>
+PM_HD inline Points<V> downhill_at(const Points<V>& p, const typename F::Ball* balls,
+                                   BallList list) {
+  Points<V> sum = {same<V>(0.0f), same<V>(0.0f), same<V>(0.0f)};
   for (std::uint32_t j = 0; j < list.count; ++j) {
     const typename F::Ball ball = balls[list.indices[j]];
-    PM_LANES
-    for (int l = 0; l < kLanes; ++l) {
-      const float fall = F::fall(ball, ball.q(p.x[l], p.y[l], p.z[l]));
-      float x, y, z;
-      ball.q_rise(p.x[l], p.y[l], p.z[l], x, y, z);
-      sum.x[l] = fused(fall, x, sum.x[l]);
-      sum.y[l] = fused(fall, y, sum.y[l]);
-      sum.z[l] = fused(fall, z, sum.z[l]);
-    }
+    const V fall = F::fall(ball, ball.q(p.x, p.y, p.z));
+    V x, y, z;
+    ball.q_rise(p.x, p.y, p.z, x, y, z);
+    sum.x = fused(fall, x, sum.x);
+    sum.y = fused(fall, y, sum.y);
+    sum.z = fused(fall, z, sum.z);
   }
-  direction = sum;
+  return sum;
 }
 
 /// Prepares all balls; one item a ball.
@@ -83,8 +80,8 @@ struct PrepareBalls {
   }
 };
 
-/// Field values at arbitrary points, summed over all balls; one item kLanes points.
-template <class F, int kLanes>
+/// Field values at arbitrary points, summed over all balls; one item as many points as V has lanes.
+template <class F, class V>
 struct SamplePoints {
   View<const Vec3> points;
   View<const typename F::Ball> balls;
@@ -92,17 +89,16 @@ struct SamplePoints {
   View<float> values;
 
   PM_HD void operator()(std::int64_t item) const {
+    constexpr int kLanes = Lanes<V>::kCount;
     const std::int64_t base = item * kLanes;
     if (base >= points.size) return;
-    Points<kLanes> p;
+    alignas(32) float x[kLanes], y[kLanes], z[kLanes], value[kLanes];
     for (int l = 0; l < kLanes; ++l) {
       const Vec3 at = points[base + l < points.size ? base + l : points.size - 1];
-      p.x[l] = at.x;
-      p.y[l] = at.y;
-      p.z[l] = at.z;
+      x[l] = at.x, y[l] = at.y, z[l] = at.z;
     }
-    float value[kLanes];
-    field_at<F>(p, balls.data, everyone, value);
+    const Points<V> at = {Lanes<V>::load(x), Lanes<V>::load(y), Lanes<V>::load(z)};
+    Lanes<V>::store(value, grid_field_at<F>(at, balls.data, everyone));
     for (int l = 0; l < kLanes; ++l) {
       if (base + l < points.size) values[base + l] = value[l];
     }
