@@ -232,7 +232,21 @@ struct SampleBricks {
     V sum[kTogether], q[kTogether];
     for (int r = 0; r < kTogether; ++r) sum[r] = same<V>(0.0f);
     const std::uint32_t* list = entries.data + brick.begin;
-    for (std::uint32_t j = 0; j < brick.count; ++j) {
+    if constexpr (F::kFours) {
+      for (std::uint32_t j = 0; j < brick.count; j += kFour) {
+        RoundBall four[kFour];
+        V of[kFour][kTogether];
+        load_four(balls.data, list + j, brick.count - j, four);
+        for (int i = 0; i < kFour; ++i) four[i].q_rows(px, py, pz, of[i]);
+        for (int r = 0; r < kTogether; ++r) {
+          const V most_q = same<V>(kLargestDistance2);
+          const V qs[kFour] = {least(of[0][r], most_q), least(of[1][r], most_q),
+                               least(of[2][r], most_q), least(of[3][r], most_q)};
+          sum[r] = sum[r] + sum_of_four(four, qs);
+        }
+      }
+    }
+    for (std::uint32_t j = 0; !F::kFours && j < brick.count; ++j) {
       const typename F::Ball ball = balls.data[list[j]];
       ball.q_rows(px, py, pz, q);
       for (int r = 0; r < kTogether; ++r) sum[r] = sum[r] + F::value(ball, q[r]);

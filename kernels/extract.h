@@ -48,6 +48,21 @@ void with_field(const std::vector<Ball>& balls, FieldKind kind, const Function& 
   }
 }
 
+/// The power of two above half the size of the balls' box, or above the largest lone ball's radius.
+inline float length_of(const std::vector<Ball>& balls) {
+  Vec3 low = balls[0].center, high = low;
+  float w = 0;
+  for (const Ball& ball : balls) {
+    low = min(low, ball.center), high = max(high, ball.center);
+    w = std::max(w, std::fabs(ball.w));
+  }
+  const Vec3 size = high * 0.5f - low * 0.5f;
+  const float length = std::max({size.x, size.y, size.z, std::sqrt(w), 1e-15f});
+  int exponent = 0;
+  std::frexp(std::min(length, 1e15f), &exponent);
+  return std::ldexp(1.0f, exponent);
+}
+
 /// Buffers and passes of one extractor. Memory grows with the bricks at the surface.
 template <class B>
 class Extraction final : public SurfaceExtractor {
@@ -101,6 +116,7 @@ class Extraction final : public SurfaceExtractor {
   struct BrickViews {
     Tree tree;
     const std::int64_t* count = nullptr;
+    std::int64_t room = 0;  ///< bricks that every view below has room for
     View<Node> nodes;
     View<std::uint32_t> entries;
     View<float> values;
@@ -135,21 +151,26 @@ class Extraction final : public SurfaceExtractor {
     }
   }
 
+  /// Prepares the balls, and the root of the tree in the given places.
   template <class F>
-  BallViews<F> prepare(const std::vector<Ball>& balls, const ExtractSettings& settings) {
+  BallViews<F> prepare(const std::vector<Ball>& balls, const ExtractSettings& settings,
+                       View<Node> root, View<Offsets> root_count) {
     const auto n = static_cast<std::int64_t>(balls.size());
     const View<Ball> raw = raw_balls_.resize(backend_, n);
     const BallViews<F> out = {prepared<F>(n), everyone_.resize(backend_, n)};
     backend_.upload(raw, balls.data());
-    const float log2_floor = log_of_two(settings.cutoff * settings.iso);
-    backend_.for_each(n, PrepareBalls<F>{raw, out.balls, out.everyone, log2_floor}, "prepare");
+    FieldScale scale;
+    scale.log2_floor = log_of_two(settings.cutoff * settings.iso);
+    if (F::kFours) scale.length = length_of(balls);
+    backend_.for_each(n, PrepareBalls<F>{raw, out.balls, out.everyone, scale, root, root_count},
+                      "prepare");
     return out;
   }
 
   template <class F>
   void sample_field(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
                     const ExtractSettings& settings, std::vector<float>& values) {
-    const BallViews<F> in = prepare<F>(balls, settings);
+    const BallViews<F> in = prepare<F>(balls, settings, {}, {});
     const auto n = static_cast<std::int64_t>(points.size());
     const View<Vec3> at = sample_points_.resize(backend_, n);
     const View<float> out = sample_values_.resize(backend_, n);
@@ -164,9 +185,11 @@ class Extraction final : public SurfaceExtractor {
   template <class F>
   void extract_field(const std::vector<Ball>& balls, const Grid& grid,
                      const ExtractSettings& settings, Mesh& mesh) {
-    const BallViews<F> in = prepare<F>(balls, settings);
     const View<BrickTable> table = table_view();
     totals_view_ = totals_.resize(backend_, kMostLevels + 1);
+    const std::size_t levels = tree_levels(grid).size();
+    const BallViews<F> in = prepare<F>(balls, settings, nodes_[levels].resize(backend_, 1),
+                                       {&totals_view_[static_cast<std::int64_t>(levels)], 1});
     View<Vec3> positions, normals;
     View<Triangle> triangles;
     Offsets sizes;
@@ -174,23 +197,24 @@ class Extraction final : public SurfaceExtractor {
       BrickViews bricks = find_bricks<F>(in, grid, settings.iso);
       count_bricks<F>(in, grid, settings.iso, table, bricks);
       const Offsets* total = &totals_view_[kMostLevels];
-      backend_.scan(bricks.counts, bricks.count, bricks.first, &totals_view_[kMostLevels],
-                    "number");
+      backend_.scan({bricks.counts.data, bricks.room}, bricks.count, bricks.first,
+                    &totals_view_[kMostLevels], "number");
       const std::int64_t guess = brick_guess(grid) * 100;
       positions = backend_.output(mesh.positions, positions_, &total->first, guess);
       normals = backend_.output(mesh.normals, normals_, &total->first, guess);
       triangles = backend_.output(mesh.triangles, triangles_, &total->second, 2 * guess);
       place_vertices<F>(in, grid, settings, bricks, positions, normals);
       const EmitTriangles emit = {table,         bricks.tree,  bricks.inside, bricks.rows,
-                                  bricks.counts, bricks.first, triangles};
-      backend_.for_teams(bricks.count, bricks.nodes.size, emit, "triangles");
-    } while (!backend_.everything_fitted());
+                                  bricks.counts, bricks.first, bricks.room,   triangles};
+      backend_.for_teams(bricks.count, bricks.room, emit, "triangles");
+    } while (!backend_.everything_fitted(totals_view_));
     backend_.download(&sizes, View<Offsets>{&totals_view_[kMostLevels], 1});
     if (sizes.first >= std::numeric_limits<std::uint32_t>::max()) {
       throw ExtractFailure{{ExtractCode::kBadInput,
                             "the surface would have " + std::to_string(sizes.first) +
                                 " vertices (more than 32-bit indices reach), use a coarser grid"}};
     }
+    if (!settings.deliver) return;
     backend_.deliver(mesh.positions, positions, sizes.first);
     backend_.deliver(mesh.normals, normals, sizes.first);
     backend_.deliver(mesh.triangles, triangles, sizes.second);
@@ -223,14 +247,8 @@ class Extraction final : public SurfaceExtractor {
     const std::vector<Level> levels = tree_levels(grid);
     BrickViews out;
     out.tree.levels = static_cast<int>(levels.size());
-    Node root;
-    root.count = static_cast<std::uint32_t>(in.balls.size);
-    const Offsets root_count = {1, 0};
     View<Node> parents = nodes_[levels.size()].resize(backend_, 1);
     View<std::uint32_t> entries = in.everyone;
-    backend_.upload(parents, &root);
-    backend_.upload(View<Offsets>{&totals_view_[static_cast<std::int64_t>(levels.size())], 1},
-                    &root_count);
     std::int64_t guess = brick_guess(grid);
     for (std::size_t l = 1; l < levels.size(); ++l) guess = guess / 8 + kChildren;
     for (std::size_t l = levels.size(); l-- > 0; guess *= 8) {
@@ -240,16 +258,19 @@ class Extraction final : public SurfaceExtractor {
           child_entries_.fit(backend_, count, kChildren, guess / 4 + 1);
       const View<Counts> counts = counts_.fit(backend_, count, 1, guess / 4 + 1);
       const View<Offsets> first = first_.fit(backend_, count, 1, guess / 4 + 1);
-      backend_.for_teams(count, parents.size,
+      // One pass may have more room than the next; none goes beyond what all have.
+      const std::int64_t room =
+          std::min({parents.size, child_entries.size / kChildren, counts.size, first.size});
+      backend_.for_teams(count, room,
                          ClassifyChildren<F>{grid, iso, levels[l], parents, entries, in.balls,
                                              child_entries, counts},
                          "bricks");
-      backend_.scan(counts, count, first, &totals_view_[number], "bricks");
+      backend_.scan({counts.data, room}, count, first, &totals_view_[number], "bricks");
       const View<Node> nodes = nodes_[l].fit(backend_, &totals_view_[number].first, 1, guess);
       const View<std::uint32_t> node_entries =
           F::kEnds ? entries_[l % 2].fit(backend_, &totals_view_[number].second, 1, 48 * guess)
                    : entries;
-      backend_.for_teams(count, parents.size,
+      backend_.for_teams(count, room,
                          FillChildren<F>{grid, levels[l], parents, entries, in.balls, child_entries,
                                          first, nodes, node_entries},
                          "bricks");
@@ -273,7 +294,10 @@ class Extraction final : public SurfaceExtractor {
     bricks.rows = rows_.fit(backend_, bricks.count, kRows, guess);
     bricks.counts = brick_counts_.fit(backend_, bricks.count, 1, guess);
     bricks.first = brick_first_.fit(backend_, bricks.count, 1, guess);
-    backend_.for_teams(bricks.count, bricks.counts.size,
+    bricks.room =
+        std::min({bricks.nodes.size, bricks.values.size / kBrickValues, bricks.inside.size / kLines,
+                  bricks.rows.size / kRows, bricks.counts.size, bricks.first.size});
+    backend_.for_teams(bricks.count, bricks.room,
                        SampleBricks<F>{grid, iso, table, bricks.nodes, bricks.entries, in.balls,
                                        bricks.values, bricks.inside, bricks.rows, bricks.counts},
                        "sample");
@@ -296,7 +320,7 @@ class Extraction final : public SurfaceExtractor {
     place.first = bricks.first;
     place.positions = positions;
     place.normals = normals;
-    backend_.for_teams(bricks.count, bricks.counts.size, place, "vertices");
+    backend_.for_teams(bricks.count, bricks.room, place, "vertices");
   }
 
   View<BrickTable> table_view() {

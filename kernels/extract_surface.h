@@ -28,6 +28,9 @@ struct ExtractSettings {
   /// Bytes that work buffers and mesh may take, of the machine (CPU) or of the device; 0 = no
   /// limit.
   std::size_t most_memory = 0;
+  /// False: the mesh stays on the device and is lost with the next call; for measuring. The CPU
+  /// backend, which writes straight into the mesh, delivers it anyway.
+  bool deliver = true;
 };
 
 enum class ExtractCode : std::uint8_t {

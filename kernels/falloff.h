@@ -21,8 +21,17 @@
 
 namespace polymorph {
 
-/// Added to r^2 of kInverseSquare, so that a ball's centre has a finite, large value.
-constexpr float kSmallestDistance2 = 1e-20f;
+/// kInverseSquare counts distances in FieldScale::length, adds the first to their squares, so that
+/// a ball's centre has a finite, large value, and holds them below the second: products of four
+/// squares then stay within the normal floats, and four balls share a division.
+constexpr float kSmallestDistance2 = 1e-9f, kLargestDistance2 = 1e9f;
+constexpr int kFour = 4;
+
+/// What all balls of a set share.
+struct FieldScale {
+  float log2_floor = 0;  ///< log2(cutoff iso); kGaussian
+  float length = 1;      ///< a power of two, about the size of the set; kInverseSquare
+};
 
 /// Bounds of q over a box: no q computed in it is below `near` or above `far`. Where coordinates
 /// overflow, `near` is `base` and `far` may be anything.
@@ -176,6 +185,8 @@ struct Field {
   /// Balls end somewhere: lists are culled.
   static constexpr bool kEnds = kKind != FieldKind::kInverseSquare;
   /// A contribution is a product of three numbers, one an axis: on a grid they are shared.
+  /// Never-ending sums take four balls at a time (sum_of_four).
+  static constexpr bool kFours = kKind == FieldKind::kInverseSquare;
   static constexpr bool kSplits =
       kKind == FieldKind::kGaussian && std::is_same<Ball, RoundBall>::value;
 
@@ -188,7 +199,7 @@ struct Field {
       return kept_if(q <= ball.limit,
                      (ball.w * (rest * rest)) * fused(same<V>(-4.0f / 9.0f), q, same<V>(1.0f)));
     }
-    return ball.w / q;
+    return ball.w / least(q, same<V>(kLargestDistance2));
   }
 
   /// - d value / dq, up to one positive factor common to all balls.
@@ -200,7 +211,8 @@ struct Field {
       return kept_if(q <= ball.limit,
                      ball.w * ((1.0f - q) * fused(same<V>(-6.0f), q, same<V>(11.0f))));
     }
-    return ball.w / (q * q);
+    const V held = least(q, same<V>(kLargestDistance2));
+    return ball.w / (held * held);
   }
 };
 
@@ -214,6 +226,24 @@ PM_HD inline void set_matrix(EllipsoidBall& ball, const Sym3& shape, double by) 
   ball.xx = static_cast<float>(m[0]), ball.xy = static_cast<float>(m[1]);
   ball.xz = static_cast<float>(m[2]), ball.yy = static_cast<float>(m[3]);
   ball.yz = static_cast<float>(m[4]), ball.zz = static_cast<float>(m[5]);
+}
+
+/// Four balls of a list from number j on; where it ends before, balls that add nothing.
+PM_HD inline void load_four(const RoundBall* balls, const std::uint32_t* list, std::uint32_t left,
+                            RoundBall (&out)[kFour]) {
+  for (std::uint32_t i = 0; i < kFour; ++i) {
+    RoundBall nothing;
+    nothing.scale = 0, nothing.base = 1;
+    out[i] = i < left ? balls[list[i]] : nothing;
+  }
+}
+
+/// w0 / q0 + w1 / q1 + w2 / q2 + w3 / q3 with one division.
+template <class V>
+PM_HD inline V sum_of_four(const RoundBall (&b)[kFour], const V (&q)[kFour]) {
+  const V n01 = fused(same<V>(b[0].w), q[1], b[1].w * q[0]), d01 = q[0] * q[1];
+  const V n23 = fused(same<V>(b[2].w), q[3], b[3].w * q[2]), d23 = q[2] * q[3];
+  return fused(n01, d23, n23 * d01) / (d01 * d23);
 }
 
 /// The sum with what a ball adds at a point: the bits that the grid's points have.
@@ -231,10 +261,10 @@ PM_HD inline V plus_value(V sum, const typename F::Ball& ball, V x, V y, V z) {
 }
 
 /// kGaussian: base = -w log2(e), so that the contribution is 2^-q; it ends where that falls below
-/// `log2_floor` = log2(cutoff iso) (Blinn 1982: r = sqrt((w - ln(cutoff iso)) / a); report 3.2.3).
+/// log2(cutoff iso) (Blinn 1982: r = sqrt((w - ln(cutoff iso)) / a); report 3.2.3).
 /// kWyvill: q = a r^2, ends at 1. kInverseSquare: q = r^2, never ends.
 template <class F>
-PM_HD inline typename F::Ball prepare_ball(const Ball& ball, float log2_floor) {
+PM_HD inline typename F::Ball prepare_ball(const Ball& ball, FieldScale scale) {
   constexpr double kLog2E = 1.4426950408889634;
   typename F::Ball out;
   out.x = ball.center.x;
@@ -245,15 +275,17 @@ PM_HD inline typename F::Ball prepare_ball(const Ball& ball, float log2_floor) {
   if (F::kKind == FieldKind::kGaussian) {
     by = static_cast<double>(ball.a) * kLog2E;
     // Not so strong that one axis alone could leave the range of power_of_two() within reach.
-    const float strongest = least(kLargestExponent, kLargestFactor - 5 + log2_floor);
+    const float strongest = least(kLargestExponent, kLargestFactor - 5 + scale.log2_floor);
     out.base = -least(ball.w * static_cast<float>(kLog2E), strongest);
-    out.limit = -log2_floor;
+    out.limit = -scale.log2_floor;
   } else if (F::kKind == FieldKind::kWyvill) {
     by = static_cast<double>(ball.a);
     out.limit = 1;
   } else {
     out.base = kSmallestDistance2;
     out.limit = kInfinity;
+    out.w = ball.w / (scale.length * scale.length);
+    by = 1 / (static_cast<double>(scale.length) * static_cast<double>(scale.length));
   }
   set_matrix(out, ball.shape, by);
   return out;

@@ -13,6 +13,7 @@
 
 #include "falloff.h"
 #include "host_device.h"
+#include "tree.h"
 #include "view.h"
 
 namespace polymorph {
@@ -28,9 +29,26 @@ struct Points {
   V x, y, z;
 };
 
+template <class V>
+PM_HD inline void four_q(const RoundBall (&four)[kFour], const Points<V>& p, V (&q)[kFour]) {
+  for (int i = 0; i < kFour; ++i) {
+    q[i] = least(four[i].q(p.x, p.y, p.z), same<V>(kLargestDistance2));
+  }
+}
+
 template <class F, class V>
 PM_HD inline V field_at(const Points<V>& p, const typename F::Ball* balls, BallList list) {
   V sum = same<V>(0.0f);
+  if constexpr (F::kFours) {
+    for (std::uint32_t j = 0; j < list.count; j += kFour) {
+      RoundBall four[kFour];
+      V q[kFour];
+      load_four(balls, list.indices + j, list.count - j, four);
+      four_q(four, p, q);
+      sum = sum + sum_of_four(four, q);
+    }
+    return sum;
+  }
   for (std::uint32_t j = 0; j < list.count; ++j) {
     const typename F::Ball ball = balls[list.indices[j]];
     sum = sum + F::value(ball, ball.q(p.x, p.y, p.z));
@@ -41,6 +59,7 @@ PM_HD inline V field_at(const Points<V>& p, const typename F::Ball* balls, BallL
 /// The same with the bits that the grid's points have (plus_value).
 template <class F, class V>
 PM_HD inline V grid_field_at(const Points<V>& p, const typename F::Ball* balls, BallList list) {
+  if constexpr (F::kFours) return field_at<F>(p, balls, list);
   V sum = same<V>(0.0f);
   for (std::uint32_t j = 0; j < list.count; ++j) {
     sum = plus_value<F>(sum, balls[list.indices[j]], p.x, p.y, p.z);
@@ -53,6 +72,25 @@ template <class F, class V>
 PM_HD inline Points<V> downhill_at(const Points<V>& p, const typename F::Ball* balls,
                                    BallList list) {
   Points<V> sum = {same<V>(0.0f), same<V>(0.0f), same<V>(0.0f)};
+  if constexpr (F::kFours) {
+    for (std::uint32_t j = 0; j < list.count; j += kFour) {
+      RoundBall four[kFour];
+      V q[kFour];
+      load_four(balls, list.indices + j, list.count - j, four);
+      four_q(four, p, q);
+      const V d01 = q[0] * q[1], d23 = q[2] * q[3], both = 1.0f / (d01 * d23);
+      const V a = d23 * both, b = d01 * both;
+      const V inverse[kFour] = {q[1] * a, q[0] * a, q[3] * b, q[2] * b};
+      for (int i = 0; i < kFour; ++i) {
+        const V fall = four[i].w * (inverse[i] * inverse[i]);
+        V x, y, z;
+        four[i].q_rise(p.x, p.y, p.z, x, y, z);
+        sum.x = fused(fall, x, sum.x), sum.y = fused(fall, y, sum.y);
+        sum.z = fused(fall, z, sum.z);
+      }
+    }
+    return sum;
+  }
   for (std::uint32_t j = 0; j < list.count; ++j) {
     const typename F::Ball ball = balls[list.indices[j]];
     const V fall = F::fall(ball, ball.q(p.x, p.y, p.z));
@@ -65,18 +103,25 @@ PM_HD inline Points<V> downhill_at(const Points<V>& p, const typename F::Ball* b
   return sum;
 }
 
-/// Prepares all balls; one item a ball.
+/// Prepares all balls, and the root of the tree where there is one; one item a ball.
 template <class F>
 struct PrepareBalls {
   View<const Ball> balls;
   View<typename F::Ball> prepared;
   View<std::uint32_t> everyone;  ///< 0, 1, 2, ...: the list that holds all balls
-  float log2_floor = 0;
+  FieldScale scale;
+  View<Node> root;
+  View<Offsets> root_count;  ///< nodes and entries of the root's level
 
   PM_HD void operator()(std::int64_t i) const {
     if (i >= balls.size) return;
-    prepared[i] = prepare_ball<F>(balls[i], log2_floor);
+    prepared[i] = prepare_ball<F>(balls[i], scale);
     everyone[i] = static_cast<std::uint32_t>(i);
+    if (i > 0 || root.size == 0) return;
+    Node node;
+    node.count = static_cast<std::uint32_t>(balls.size);
+    root[0] = node;
+    root_count[0] = {1, 0};
   }
 };
 

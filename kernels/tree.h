@@ -119,6 +119,55 @@ struct ChildBoxes {
   }
 };
 
+/// Bounds of a sum of w / q over boxes from its value and slope in their middles. By Taylor, with
+/// 6 |w| / q^2 the largest second derivative at distance^2 q: |f(x) - f(c) - f'(c) (x - c)| <=
+/// 3 |w| |x - c|^2 / near^2. A ball for which its nearest and furthest value say more goes by
+/// these.
+template <class V>
+struct Slopes {
+  V x, y, z, half_x, half_y, half_z;  ///< the middles, and half the sides
+  V middle, gx, gy, gz, error;
+
+  PM_HD explicit Slopes(const ChildBoxes<V>& b)
+      : x(0.5f * (b.low_x + b.high_x)),
+        y(0.5f * (b.low_y + b.high_y)),
+        z(0.5f * (b.low_z + b.high_z)),
+        half_x(0.500001f * (b.high_x - b.low_x)),
+        half_y(0.500001f * (b.high_y - b.low_y)),
+        half_z(0.500001f * (b.high_z - b.low_z)),
+        middle(same<V>(0.0f)),
+        gx(middle),
+        gy(middle),
+        gz(middle),
+        error(middle) {}
+
+  PM_HD void add(const RoundBall& ball, V near, V at_near, V at_far) {
+    const V dx = ball.scale * (x - ball.x), dy = ball.scale * (y - ball.y),
+            dz = ball.scale * (z - ball.z);
+    const V inverse = 1.0f / fused(dx, dx, fused(dy, dy, fused(dz, dz, same<V>(ball.base))));
+    const V fall = (-2.0f * ball.w * ball.scale) * (inverse * inverse);
+    const V reach2 = ball.rise * fused(half_x, half_x, fused(half_y, half_y, half_z * half_z));
+    const V bent = 3.00001f * (ball.w < 0 ? -ball.w : ball.w) * (reach2 / (near * near));
+    const V width = 0.5f * (at_near - at_far), half = most(width, -width);
+    const auto smooth = bent < half;
+    middle = middle + select(smooth, ball.w * inverse, 0.5f * (at_near + at_far));
+    error = error + select(smooth, bent, half);
+    gx = gx + kept_if(smooth, fall * dx);
+    gy = gy + kept_if(smooth, fall * dy);
+    gz = gz + kept_if(smooth, fall * dz);
+  }
+
+  template <class Team>
+  PM_HD void tighten(const Team& team, V& lower, V& upper) {
+    middle = team.group_sum(middle), error = team.group_sum(error);
+    gx = team.group_sum(gx), gy = team.group_sum(gy), gz = team.group_sum(gz);
+    const V swing =
+        fused(most(gx, -gx), half_x, fused(most(gy, -gy), half_y, most(gz, -gz) * half_z)) + error;
+    lower = most(lower, middle - swing);
+    upper = least(upper, middle + swing);
+  }
+};
+
 /// Which children of a node the surface can cross, and how many balls reach each. One team a node.
 template <class F>
 struct ClassifyChildren {
@@ -171,11 +220,13 @@ struct ClassifyChildren {
     });
   }
 
-  /// Bounds of the field over each box: each ball at its nearest and its furthest.
+  /// Bounds of the field over each box: each ball at its nearest and its furthest; a ball that
+  /// never ends also by its slope in the middle, which cancels between balls on different sides.
   template <class V, class Team>
   PM_HD std::uint32_t classify(const Team& team, const Node& parent, const ChildBoxes<V>& boxes,
                                V& reached) const {
     V lower = same<V>(0.0f), upper = lower, magnitude = lower, count = lower;
+    Slopes<V> slopes(boxes);
     for (std::uint32_t j = team.group_rank(); j < parent.count; j += team.kGroup) {
       const typename F::Ball ball = balls[entries[parent.begin + j]];
       const QRange<V> q = boxes.range_of(ball);
@@ -184,11 +235,13 @@ struct ClassifyChildren {
       upper = upper + most(at_near, at_far);
       magnitude = magnitude + most(at_near, -at_near);
       count = count + kept_if(q.near <= ball.limit, same<V>(1.0f));
+      if constexpr (F::kFours) slopes.add(ball, q.near, at_near, at_far);
     }
     lower = team.group_sum(lower), upper = team.group_sum(upper);
     magnitude = team.group_sum(magnitude), reached = team.group_sum(count);
     // How far a sum can differ from its bound: rounding of both, and twice the error of
     // power_of_two().
+    if constexpr (F::kFours) slopes.tighten(team, lower, upper);
     const float terms = static_cast<float>(parent.count);
     const V slack = magnitude * (2e-6f + 2.5e-7f * terms);
     const std::uint32_t outside = Lanes<V>::bits(upper + slack <= iso);

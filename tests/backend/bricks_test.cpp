@@ -48,8 +48,12 @@ struct OneLevel {
     std::vector<Ball> copy = raw;
     balls.resize(raw.size());
     everyone.resize(raw.size());
-    const PrepareBalls<F> prepare = {view_of(copy), view_of(balls), view_of(everyone),
-                                     log_of_two(1e-4f * iso)};
+    const PrepareBalls<F> prepare = {view_of(copy),
+                                     view_of(balls),
+                                     view_of(everyone),
+                                     FieldScale{log_of_two(1e-4f * iso), 2},
+                                     {},
+                                     {}};
     for (std::size_t i = 0; i < raw.size(); ++i) prepare(static_cast<std::int64_t>(i));
     root.resize(1);
     root[0].count = static_cast<std::uint32_t>(raw.size());
@@ -89,9 +93,16 @@ struct OneLevel {
     std::vector<std::uint8_t> inside(bricks.size() * kLines);
     std::vector<std::uint32_t> rows(bricks.size() * kRows);
     std::vector<Counts> counts(bricks.size());
-    const SampleBricks<F> sample = {
-        grid,           iso,             view_of(table),  view_of(bricks), view_of(entries),
-        view_of(balls), view_of(values), view_of(inside), view_of(rows),   view_of(counts)};
+    const SampleBricks<F> sample = {grid,
+                                    iso,
+                                    view_of(table),
+                                    view_of(bricks),
+                                    view_of(entries),
+                                    view_of(balls),
+                                    view_of(values),
+                                    view_of(inside),
+                                    view_of(rows),
+                                    view_of(counts)};
     auto scratch = std::make_unique<typename SampleBricks<F>::Scratch>();
     sample(CpuTeam<V>{}, *scratch, static_cast<std::int64_t>(brick));
     return {scratch->values, scratch->values + kBrickValues};
