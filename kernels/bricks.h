@@ -1,265 +1,284 @@
-// Bricks of cells, and the tree that finds those the surface can cross, each with its list of
-// balls.
+// From bricks to counted rows: the field at the 8^3 points of a brick, which of its edges the
+// surface crosses, and how many triangles its cells have.
 //
-// The cells: those of the grid plus one rim of cells beyond each border, whose outer points count
-// as outside (value 0), so that the surface is closed wherever the border cuts it. "Lattice point"
-// e = grid point + 1: e = 0 and e = points + 1 are the rim.
-//
-// The tree: level 0 nodes are bricks of 4^3 cells; a node of level l has 4^3 children of level l -
-// 1, down from one root. A node keeps the balls of its parent that reach it, in order, so that no
-// sort and no atomic is needed: count, scan, fill. A node is dropped when the field cannot pass iso
-// in it.
-//
-// Why culling is exact and not approximate: a ball is in a node's list if range().near <= limit.
-// The coordinates of all points of a node lie between those of its two corner points (origin + cell
-// * e rounds monotonically), and subtraction, product and fma round monotonically too, so no q
-// computed at a point in the node is below the computed range().near (falloff.h). A ball left out
-// therefore contributes exactly 0 at each point of the node, on its border as well, and at each
-// point between two of them. A point of a ball's far side where coordinates overflow has q = NaN,
-// and contributes 0 too.
+// A row is the seven cells from point (0, y, z) of a brick along x, with the 21 edges whose lower
+// corner is one of its first seven points; so every cell and every edge belongs to exactly one row.
+// Vertices and triangles are numbered brick by brick, in a brick row by row, in a row along x.
 #pragma once
 
 #include <cstdint>
 
-#include "falloff.h"
 #include "field.h"
 #include "host_device.h"
+#include "mc_tables.h"
+#include "tree.h"
 #include "types.h"
 #include "view.h"
 
 namespace polymorph {
 
-constexpr int kBrickCells = 4;                 ///< along an axis
-constexpr int kBrickPoints = kBrickCells + 1;  ///< along an axis, both borders included
 constexpr int kBrickValues = kBrickPoints * kBrickPoints * kBrickPoints;
-constexpr int kBrickStride = 128;  ///< values of a brick, padded to whole vectors
-constexpr int kFan = 4;            ///< children along an axis
-constexpr int kChildren = kFan * kFan * kFan;
+constexpr int kLines = kBrickPoints * kBrickPoints;  ///< lines of points along x
+constexpr int kRows = kBrickCells * kBrickCells;     ///< lines that have cells
+constexpr int kRowEdges = 3 * kBrickCells;           ///< bit 3 x + axis of a row's edges
+constexpr int kMostVertices = kRows * kRowEdges;     ///< of a brick
 
-/// One level of the tree: nodes along each axis, cells along a node's edge.
-struct Level {
-  Int3 nodes;
-  int cells = kBrickCells;
+/// Crossed edges of a row (21 bits), and above them how many vertices of the brick come before.
+PM_HD constexpr std::uint32_t packed_row(std::uint32_t edges, std::uint32_t before) {
+  return edges | before << kRowEdges;
+}
+PM_HD constexpr std::uint32_t row_edges(std::uint32_t row) { return row & ((1u << kRowEdges) - 1); }
+PM_HD constexpr std::uint32_t row_before(std::uint32_t row) { return row >> kRowEdges; }
+
+/// The line of points at the lower corner of row r.
+PM_HD constexpr int line_of_row(int r) {
+  return r % kBrickCells + kBrickPoints * (r / kBrickCells);
+}
+
+/// Bit x of a to bit 3 x, for x < 8.
+PM_HD constexpr std::uint32_t spread_by_three(std::uint32_t a) {
+  a = (a | a << 8) & 0x0000f00fu;
+  a = (a | a << 4) & 0x000c30c3u;
+  return (a | a << 2) & 0x00249249u;
+}
+
+/// Crossed edges of a row from the inside flags (bit x) of its lines: itself, y + 1 and z + 1.
+PM_HD constexpr std::uint32_t crossed_edges(std::uint32_t here, std::uint32_t up_y,
+                                            std::uint32_t up_z) {
+  constexpr std::uint32_t kCells = (1u << kBrickCells) - 1;
+  return spread_by_three((here ^ here >> 1) & kCells) |
+         spread_by_three((here ^ up_y) & kCells) << 1 |
+         spread_by_three((here ^ up_z) & kCells) << 2;
+}
+
+/// The four lines of points around the cells of a row.
+struct RowFlags {
+  std::uint32_t line[4];  ///< inside bits at (y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1)
+
+  PM_HD RowFlags(const std::uint8_t* inside, int row) {
+    const int at = line_of_row(row);
+    line[0] = inside[at], line[1] = inside[at + 1];
+    line[2] = inside[at + kBrickPoints], line[3] = inside[at + kBrickPoints + 1];
+  }
+  /// Bit x: the cell at x has corners on both sides.
+  PM_HD std::uint32_t mixed() const {
+    const std::uint32_t any = line[0] | line[1] | line[2] | line[3];
+    const std::uint32_t all = line[0] & line[1] & line[2] & line[3];
+    return (any | any >> 1) & ~(all & all >> 1) & ((1u << kBrickCells) - 1);
+  }
+  /// The corners of the cell at x, corner i in bit i.
+  PM_HD int corners(int x) const {
+    return static_cast<int>((line[0] >> x & 3u) | (line[1] >> x & 3u) << 2 |
+                            (line[2] >> x & 3u) << 4 | (line[3] >> x & 3u) << 6);
+  }
+  PM_HD int triangles(const BrickTable& table) const {
+    int count = 0;
+    for (std::uint32_t cells = mixed(); cells != 0; cells &= cells - 1) {
+      count += table.count[corners(lowest_bit(cells))];
+    }
+    return count;
+  }
 };
 
-struct Node {
-  std::int64_t begin = 0;   ///< first entry of its ball list
-  std::uint32_t count = 0;  ///< entries
-  std::uint32_t index = 0;  ///< x + nodes.x (y + nodes.y z)
+/// A ball's shares along each axis at the eight coordinates of a brick's points (plus_value).
+struct AxisTables {
+  alignas(32) float u[3][kBrickPoints], factor[3][kBrickPoints];
+  float base, limit;
+
+  template <class V>
+  PM_HD void fill(const RoundBall& ball, const Grid& grid, Int3 first, int axis, int at) {
+    const int number = axis == 0 ? first.x : axis == 1 ? first.y : first.z;
+    const float origin = axis == 0 ? grid.origin.x : axis == 1 ? grid.origin.y : grid.origin.z;
+    const float center = axis == 0 ? ball.x : axis == 1 ? ball.y : ball.z;
+    const V p = origin + grid.cell * (Lanes<V>::first_numbers() + static_cast<float>(number + at));
+    const V u_at = ball.scale * (p - center);
+    Lanes<V>::store(u[axis] + at, u_at);
+    Lanes<V>::store(factor[axis] + at,
+                    factor_of(axis == 0 ? fused(u_at, u_at, same<V>(ball.base)) : u_at * u_at));
+    if (axis == 0 && at == 0) base = ball.base, limit = ball.limit;
+  }
 };
+constexpr int kTables = 32;  ///< of balls handled together
 
-PM_HD inline Int3 node_position(Int3 nodes, std::int64_t index) {
-  return {static_cast<int>(index % nodes.x), static_cast<int>(index / nodes.x % nodes.y),
-          static_cast<int>(index / nodes.x / nodes.y)};
-}
-
-PM_HD inline std::int64_t node_index(Int3 nodes, Int3 p) {
-  return p.x +
-         static_cast<std::int64_t>(nodes.x) * (p.y + static_cast<std::int64_t>(nodes.y) * p.z);
-}
-
-/// Where child number `child` of a parent lies among the nodes of its own level.
-PM_HD inline Int3 child_position(Int3 parent_nodes, const Node& parent, std::int64_t child) {
-  const Int3 p = node_position(parent_nodes, parent.index);
-  const int c = static_cast<int>(child % kChildren);
-  return {p.x * kFan + c % kFan, p.y * kFan + c / kFan % kFan, p.z * kFan + c / kFan / kFan};
-}
-
-/// The grid points of a node, and whether rim points belong to it.
-struct NodeBox {
-  Vec3 low, high;
-  bool has_rim = false;
-};
-
-PM_HD inline NodeBox node_box(const Grid& grid, const Level& level, Int3 p) {
-  const Int3 first = {p.x * level.cells - 1, p.y * level.cells - 1, p.z * level.cells - 1};
-  const Int3 last = {first.x + level.cells, first.y + level.cells, first.z + level.cells};
-  const Int3 n = grid.points;
-  const Int3 low = {first.x < 0 ? 0 : first.x, first.y < 0 ? 0 : first.y,
-                    first.z < 0 ? 0 : first.z};
-  const Int3 high = {last.x >= n.x ? n.x - 1 : last.x, last.y >= n.y ? n.y - 1 : last.y,
-                     last.z >= n.z ? n.z - 1 : last.z};
-  NodeBox box;
-  box.low = grid_point(grid, low);
-  box.high = grid_point(grid, high);
-  box.has_rim = low.x != first.x || low.y != first.y || low.z != first.z || high.x != last.x ||
-                high.y != last.y || high.z != last.z;
-  return box;
-}
-
-/// How far a sum of `count` terms can differ from its bound, relative to the sum of their
-/// magnitudes: rounding of both sums, and twice the error of power_of_two().
-PM_HD inline float bound_margin(std::uint32_t count) {
-  return 1e-6f + 2.5e-7f * static_cast<float>(count);
-}
-
-/// Which children of the parents the surface can cross, and how many balls reach them.
-/// One item kLanes children of one parent; child i belongs to parent i / kChildren.
-template <class F, int kLanes>
-struct ClassifyNodes {
-  static_assert(kChildren % kLanes == 0, "the lanes of an item share a parent");
+/// Field values and inside flags of each brick, its crossed edges and its counts. One team a brick.
+template <class F>
+struct SampleBricks {
+  static constexpr int kThreads = 128;
+  static constexpr int kTogether = 4;  ///< lines that share a walk over the balls
+  struct Scratch {
+    alignas(32) float values[kBrickValues];
+    AxisTables tables[F::kSplits ? kTables : 1];
+    std::uint8_t inside[kLines];
+    std::uint32_t vertices[kRows + 1], triangles[kRows + 1], edges[kRows];
+  };
   Grid grid;
   float iso = 1;
-  Level level;  ///< of the children
-  Int3 parent_nodes;
-  View<const Node> parents;
-  View<const std::uint32_t> entries;
-  View<const typename F::Ball> balls;
-  View<std::uint8_t> active;
-  View<std::uint32_t> counts;
-
-  struct Bounds {
-    float lower[kLanes], upper[kLanes], magnitude[kLanes];
-    std::uint32_t count[kLanes];  ///< balls that reach the box
-  };
-
-  PM_HD void operator()(std::int64_t item) const {
-    const std::int64_t base = item * kLanes;
-    if (base >= active.size) return;
-    const Node parent = parents[base / kChildren];
-    NodeBox box[kLanes];
-    Points<kLanes> low, high;
-    for (int l = 0; l < kLanes; ++l) {
-      box[l] = node_box(grid, level, child_position(parent_nodes, parent, base + l));
-      low.x[l] = box[l].low.x, low.y[l] = box[l].low.y, low.z[l] = box[l].low.z;
-      high.x[l] = box[l].high.x, high.y[l] = box[l].high.y, high.z[l] = box[l].high.z;
-    }
-    Bounds field;
-    bounds(low, high, {entries.data + parent.begin, parent.count}, field);
-    for (int l = 0; l < kLanes; ++l) {
-      const Int3 p = child_position(parent_nodes, parent, base + l);
-      const float slack = field.magnitude[l] * bound_margin(field.count[l]);
-      const bool outside = !(field.upper[l] + slack > iso);
-      const bool inside = field.lower[l] - slack > iso && !box[l].has_rim;
-      const bool exists = p.x < level.nodes.x && p.y < level.nodes.y && p.z < level.nodes.z;
-      const bool keep = exists && !outside && !inside;
-      active[base + l] = keep ? 1 : 0;
-      counts[base + l] = keep && F::kEnds ? field.count[l] : 0;
-    }
-  }
-
-  /// Bounds of the field over the box of each lane: each ball at its nearest and its furthest.
-  PM_HD void bounds(const Points<kLanes>& box_low, const Points<kLanes>& box_high, BallList list,
-                    Bounds& out) const {
-    const Points<kLanes> low = box_low, high = box_high;
-    Bounds sum;
-    for (int l = 0; l < kLanes; ++l) {
-      sum.lower[l] = sum.upper[l] = sum.magnitude[l] = 0;
-      sum.count[l] = 0;
-    }
-    for (std::uint32_t j = 0; j < list.count; ++j) {
-      const typename F::Ball ball = balls.data[list.indices[j]];
-      PM_LANES
-      for (int l = 0; l < kLanes; ++l) {
-        const QRange<float> q =
-            ball.range(low.x[l], high.x[l], low.y[l], high.y[l], low.z[l], high.z[l]);
-        const float at_near = F::value(ball, q.near);
-        const float at_far = F::value(ball, q.far);
-        sum.lower[l] += least(at_near, at_far);
-        sum.upper[l] += most(at_near, at_far);
-        sum.magnitude[l] += most(at_near, -at_near);
-        sum.count[l] += !F::kEnds || q.near <= ball.limit;
-      }
-    }
-    out = sum;
-  }
-};
-
-/// Writes the active children with their ball lists. One item a child.
-template <class F>
-struct FillNodes {
-  Grid grid;
-  Level level;
-  Int3 parent_nodes;
-  View<const Node> parents;
-  View<const std::uint32_t> entries;
-  View<const typename F::Ball> balls;
-  View<const std::uint8_t> active;
-  View<const std::uint32_t> slots;  ///< scan of active
-  View<const std::int64_t> begins;  ///< scan of counts
-  View<Node> nodes;
-  View<std::uint32_t> node_entries;
-
-  PM_HD void operator()(std::int64_t i) const {
-    if (i >= active.size || !active[i]) return;
-    const Node parent = parents[i / kChildren];
-    const Int3 p = child_position(parent_nodes, parent, i);
-    Node node;
-    node.index = static_cast<std::uint32_t>(node_index(level.nodes, p));
-    if (!F::kEnds) {
-      node.begin = parent.begin;
-      node.count = parent.count;
-    } else {
-      const NodeBox box = node_box(grid, level, p);
-      node.begin = begins[i];
-      node.count = static_cast<std::uint32_t>(begins[i + 1] - begins[i]);
-      std::int64_t out = node.begin;
-      for (std::uint32_t j = 0; j < parent.count; ++j) {
-        const std::uint32_t index = entries.data[parent.begin + j];
-        const typename F::Ball ball = balls.data[index];
-        const QRange<float> q =
-            ball.range(box.low.x, box.high.x, box.low.y, box.high.y, box.low.z, box.high.z);
-        if (q.near <= ball.limit) node_entries[out++] = index;
-      }
-    }
-    nodes[slots[i]] = node;
-  }
-};
-
-/// Marks each active brick in the dense map. One item a brick found.
-struct MarkBricks {
-  View<const Node> found;
-  View<std::uint8_t> marks;
-
-  PM_HD void operator()(std::int64_t i) const {
-    if (i < found.size) marks[found[i].index] = 1;
-  }
-};
-
-/// Orders the bricks by their index in the lattice. One item a brick found.
-struct OrderBricks {
-  View<const Node> found;
-  View<const std::uint32_t> map;  ///< scan of the marks
-  View<Node> bricks;
-
-  PM_HD void operator()(std::int64_t i) const {
-    if (i < found.size) bricks[map[found[i].index]] = found[i];
-  }
-};
-
-/// Field values at the 5^3 points of each brick; rim points are 0. One item kLanes points of one
-/// brick.
-template <class F, int kLanes>
-struct SampleBricks {
-  static_assert(kBrickStride % kLanes == 0, "the lanes of an item share a brick");
-  Grid grid;
-  Int3 brick_nodes;
+  View<const BrickTable> table;
   View<const Node> bricks;
   View<const std::uint32_t> entries;
   View<const typename F::Ball> balls;
   View<float> values;
+  View<std::uint8_t> inside;  ///< bit x of each line
+  View<std::uint32_t> rows;   ///< packed_row() of each row
+  View<Counts> counts;        ///< of each brick: vertices, triangles
 
-  PM_HD void operator()(std::int64_t item) const {
-    const std::int64_t base = item * kLanes;
-    if (base >= values.size) return;
-    const Node brick = bricks[base / kBrickStride];
-    const Int3 p = node_position(brick_nodes, brick.index);
-    Points<kLanes> at;
-    bool rim[kLanes];
-    for (int l = 0; l < kLanes; ++l) {
-      const int local = static_cast<int>(base % kBrickStride) + l;
-      const int i = local < kBrickValues ? local : kBrickValues - 1;
-      const Int3 g = {p.x * kBrickCells + i % kBrickPoints - 1,
-                      p.y * kBrickCells + i / kBrickPoints % kBrickPoints - 1,
-                      p.z * kBrickCells + i / kBrickPoints / kBrickPoints - 1};
-      rim[l] = g.x < 0 || g.y < 0 || g.z < 0 || g.x >= grid.points.x || g.y >= grid.points.y ||
-               g.z >= grid.points.z;
-      const Vec3 x = grid_point(grid, g);
-      at.x[l] = x.x, at.y[l] = x.y, at.z[l] = x.z;
+  template <class Team>
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t b) const {
+    using V = typename Team::V;
+    const Node brick = bricks[b];
+    const Int3 first = {brick.at.x * kBrickCells - 1, brick.at.y * kBrickCells - 1,
+                        brick.at.z * kBrickCells - 1};
+    sample_all(team, scratch, brick, first);
+    drop_rim(team, first, scratch.values);
+    team.each(kLines, [&](int line) {
+      scratch.inside[line] =
+          static_cast<std::uint8_t>(inside_bits<V>(scratch.values + kBrickPoints * line));
+    });
+    team.sync();
+    team.each(kRows, [&](int r) {
+      const RowFlags flags(scratch.inside, r);
+      scratch.edges[r] = crossed_edges(flags.line[0], flags.line[1], flags.line[2]);
+      scratch.vertices[r] = static_cast<std::uint32_t>(count_bits(scratch.edges[r]));
+      scratch.triangles[r] = static_cast<std::uint32_t>(flags.triangles(table[0]));
+    });
+    team.sync();
+    const std::uint32_t vertex_count = team.scan(scratch.vertices, kRows);
+    const std::uint32_t triangle_count = team.scan(scratch.triangles, kRows);
+    team.each(1, [&](int) { counts[b] = {vertex_count, triangle_count}; });
+    if (vertex_count == 0 && triangle_count == 0) return;
+    team.each(kRows, [&](int r) {
+      rows[b * kRows + r] = packed_row(scratch.edges[r], scratch.vertices[r]);
+    });
+    team.each(kLines, [&](int line) { inside[b * kLines + line] = scratch.inside[line]; });
+    team.each(kBrickValues / Lanes<V>::kCount, [&](int i) {
+      const int at = i * Lanes<V>::kCount;
+      Lanes<V>::store(values.data + b * kBrickValues + at, Lanes<V>::load(scratch.values + at));
+    });
+  }
+
+  template <class Team>
+  PM_HD void sample_all(const Team& team, Scratch& scratch, const Node& brick, Int3 first) const {
+    using V = typename Team::V;
+    constexpr int kItems = kBrickValues / kTogether / Lanes<V>::kCount;
+    if constexpr (F::kSplits) {
+      team.each(kItems, [&](int item) {
+        for (int r = 0; r < kTogether; ++r) {
+          Lanes<V>::store(scratch.values + place_of<V>(item, r), same<V>(0.0f));
+        }
+      });
+      for (std::uint32_t j = 0; j < brick.count; j += kTables) {
+        const auto left = static_cast<int>(brick.count - j);
+        const int n = left < kTables ? left : kTables;
+        const std::uint32_t* list = entries.data + brick.begin + j;
+        constexpr int kPacks = kBrickPoints / Lanes<V>::kCount;
+        team.each(3 * kPacks * n, [&](int i) {
+          const int of = i / (3 * kPacks), axis = i / kPacks % 3, at = i % kPacks;
+          scratch.tables[of].template fill<V>(balls[list[of]], grid, first, axis,
+                                              at * Lanes<V>::kCount);
+        });
+        team.sync();
+        team.each(kItems, [&](int item) { add_products<V>(scratch, n, item); });
+        team.sync();
+      }
+    } else {
+      team.each(kItems, [&](int item) { sample<V>(brick, first, item, scratch.values); });
+      team.sync();
     }
-    float value[kLanes];
-    field_at<F>(at, balls.data, {entries.data + brick.begin, brick.count}, value);
-    for (int l = 0; l < kLanes; ++l) values[base + l] = rim[l] ? 0.0f : value[l];
+  }
+
+  /// Where the points of an item lie: in line r of its kTogether lines, as many along x as V has
+  /// lanes.
+  template <class V>
+  PM_HD static int place_of(int item, int r) {
+    constexpr int kPacks = kBrickPoints / Lanes<V>::kCount;
+    return item % kPacks * Lanes<V>::kCount + kBrickPoints * (item / kPacks * kTogether + r);
+  }
+
+  /// Adds n balls' products to the points of an item.
+  template <class V>
+  PM_HD static void add_products(Scratch& scratch, int n, int item) {
+    const int start = place_of<V>(item, 0);
+    const int x = start % kBrickPoints, y = start / kBrickPoints % kBrickPoints, z = start / kLines;
+    V sum[kTogether];
+    for (int r = 0; r < kTogether; ++r) {
+      sum[r] = Lanes<V>::load(scratch.values + start + kBrickPoints * r);
+    }
+    for (int j = 0; j < n; ++j) {
+      const AxisTables& t = scratch.tables[j];
+      const V ux = Lanes<V>::load(t.u[0] + x), factor_x = Lanes<V>::load(t.factor[0] + x);
+      const float q0 = fused(t.u[2][z], t.u[2][z], t.base);
+      for (int r = 0; r < kTogether; ++r) {
+        const V q = fused(ux, ux, same<V>(fused(t.u[1][y + r], t.u[1][y + r], q0)));
+        sum[r] = fused(kept_if(q <= t.limit, factor_x),
+                       same<V>(t.factor[1][y + r] * t.factor[2][z]), sum[r]);
+      }
+    }
+    for (int r = 0; r < kTogether; ++r) {
+      Lanes<V>::store(scratch.values + start + kBrickPoints * r, sum[r]);
+    }
+  }
+
+  /// The field at kTogether lines that share z, as many points of each as V has lanes.
+  template <class V>
+  PM_HD void sample(const Node& brick, Int3 first, int item, float* to) const {
+    const int x = place_of<V>(item, 0) % kBrickPoints, line = place_of<V>(item, 0) / kBrickPoints;
+    const V numbers = Lanes<V>::first_numbers() + static_cast<float>(first.x + x);
+    const V px = grid.origin.x + grid.cell * numbers;
+    float py[kTogether];
+    for (int r = 0; r < kTogether; ++r) {
+      py[r] = grid.origin.y + grid.cell * static_cast<float>(first.y + (line + r) % kBrickPoints);
+    }
+    const float pz = grid.origin.z + grid.cell * static_cast<float>(first.z + line / kBrickPoints);
+    V sum[kTogether], q[kTogether];
+    for (int r = 0; r < kTogether; ++r) sum[r] = same<V>(0.0f);
+    const std::uint32_t* list = entries.data + brick.begin;
+    if constexpr (F::kFours) {
+      for (std::uint32_t j = 0; j < brick.count; j += kFour) {
+        RoundBall four[kFour];
+        V of[kFour][kTogether];
+        load_four(balls.data, list + j, brick.count - j, four);
+        for (int i = 0; i < kFour; ++i) four[i].q_rows(px, py, pz, of[i]);
+        for (int r = 0; r < kTogether; ++r) {
+          const V most_q = same<V>(kLargestDistance2);
+          const V qs[kFour] = {least(of[0][r], most_q), least(of[1][r], most_q),
+                               least(of[2][r], most_q), least(of[3][r], most_q)};
+          sum[r] = sum[r] + sum_of_four(four, qs);
+        }
+      }
+    }
+    for (std::uint32_t j = 0; !F::kFours && j < brick.count; ++j) {
+      const typename F::Ball ball = balls.data[list[j]];
+      ball.q_rows(px, py, pz, q);
+      for (int r = 0; r < kTogether; ++r) sum[r] = sum[r] + F::value(ball, q[r]);
+    }
+    for (int r = 0; r < kTogether; ++r) {
+      Lanes<V>::store(to + kBrickPoints * (line + r) + x, sum[r]);
+    }
+  }
+
+  /// Points of the rim, and beyond it, are outside.
+  template <class Team>
+  PM_HD void drop_rim(const Team& team, Int3 first, float* brick_values) const {
+    const Int3 n = grid.points;
+    if (first.x >= 0 && first.y >= 0 && first.z >= 0 && first.x + kBrickCells < n.x &&
+        first.y + kBrickCells < n.y && first.z + kBrickCells < n.z) {
+      return;
+    }
+    team.each(kBrickValues, [&](int i) {
+      const int x = first.x + i % kBrickPoints, y = first.y + i / kBrickPoints % kBrickPoints,
+                z = first.z + i / kLines;
+      if (x < 0 || y < 0 || z < 0 || x >= n.x || y >= n.y || z >= n.z) brick_values[i] = 0;
+    });
+    team.sync();
+  }
+
+  template <class V>
+  PM_HD std::uint32_t inside_bits(const float* line) const {
+    std::uint32_t bits = 0;
+    for (int x = 0; x < kBrickPoints; x += Lanes<V>::kCount) {
+      bits |= Lanes<V>::bits(Lanes<V>::load(line + x) > iso) << x;
+    }
+    return bits;
   }
 };
 

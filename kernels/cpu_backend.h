@@ -1,5 +1,5 @@
-// The CPU side of the three things a backend is: for_each, exclusive_scan, Buffer. Runs in the
-// caller's TBB arena; results do not depend on how TBB cuts the ranges.
+// The CPU side of what a backend is (extract.h). Runs in the caller's TBB arena; results do not
+// depend on how TBB cuts the ranges.
 #pragma once
 
 #include <tbb/blocked_range.h>
@@ -18,6 +18,8 @@
 #endif
 
 #include "extract_surface.h"
+#include "math.h"
+#include "tree.h"
 #include "validate.h"
 #include "view.h"
 
@@ -43,24 +45,66 @@ class StrictFloats {
 #endif
 };
 
-class CpuBackend {
+/// A team of one thread that handles as many points at once as VectorOf has lanes.
+template <class VectorOf>
+struct CpuTeam {
+  using V = VectorOf;
+  static constexpr std::uint32_t kGroup = 1;
+
+  template <class F>
+  void each(int n, const F& f) const {
+    for (int i = 0; i < n; ++i) f(i);
+  }
+  template <class F>
+  void each_group(int n, const F& f) const {
+    for (int i = 0; i < n; ++i) f(i);
+  }
+  void sync() const {}
+  std::uint32_t group_rank() const { return 0; }
+  bool leads_group() const { return true; }
+  V group_sum(V a) const { return a; }
+  template <class Write>
+  void append(std::uint32_t bits, std::int64_t* cursors, const Write& write) const {
+    for (; bits != 0; bits &= bits - 1) write(cursors[lowest_bit(bits)]++);
+  }
+  std::uint32_t scan(std::uint32_t* values, int n) const {
+    std::uint32_t sum = 0;
+    for (int i = 0; i < n; ++i) {
+      const std::uint32_t value = values[i];
+      values[i] = sum;
+      sum += value;
+    }
+    values[n] = sum;
+    return sum;
+  }
+};
+
+template <class V>
+class BasicCpuBackend {
  public:
-  /// Points handled together: one vector of AVX2.
-  static constexpr int kLanes = 8;
+  using Team = CpuTeam<V>;
+  static constexpr int kLanes = Lanes<V>::kCount;
 
   /// Uninitialised memory that only grows; contents are lost on growth.
   template <class T>
   class Buffer {
    public:
-    View<T> resize(CpuBackend&, std::int64_t n) {
+    View<T> resize(BasicCpuBackend& backend, std::int64_t n) {
       if (n > capacity_) {
+        backend.used_ -= static_cast<std::size_t>(capacity_) * sizeof(T);
         data_.reset();
         capacity_ = 0;
         const std::int64_t wanted = n + n / 4;
+        backend.claim(static_cast<std::size_t>(wanted) * sizeof(T));
         data_.reset(new T[static_cast<std::size_t>(wanted)]);
         capacity_ = wanted;
       }
       return {data_.get(), n};
+    }
+    /// Room for `each` elements for each of *count, which is known by now.
+    View<T> fit(BasicCpuBackend& backend, const std::int64_t* count, std::int64_t each,
+                std::int64_t /*guess*/) {
+      return resize(backend, *count * each);
     }
 
    private:
@@ -71,8 +115,6 @@ class CpuBackend {
   /// Calls f(i) for i in [0, n), in any order.
   template <class F>
   void for_each(std::int64_t n, const F& f, const char* name) {
-    static_assert(std::is_trivially_copyable<F>::value,
-                  "a kernel is copied to the device as bytes");
     const Stopwatch watch(*this, name);
     ranges(n, 64, [&f](std::int64_t begin, std::int64_t end) {
       const F local = f;  // constants in registers, not reloaded after each store
@@ -80,33 +122,28 @@ class CpuBackend {
     });
   }
 
-  /// offsets[i] = counts[0] + ... + counts[i - 1]; offsets has one element more than counts, the
-  /// total.
-  template <class Count, class Offset>
-  void exclusive_scan(View<Count> counts, View<Offset> offsets, const char* name) {
+  /// Calls f(team, scratch, i) for i in [0, *count), in any order.
+  template <class F>
+  void for_teams(const std::int64_t* count, std::int64_t /*limit*/, const F& f, const char* name) {
     const Stopwatch watch(*this, name);
-    constexpr std::int64_t kBlock = 1 << 15;
-    const std::int64_t n = counts.size, blocks = (n + kBlock - 1) / kBlock;
-    sums_.assign(static_cast<std::size_t>(blocks) + 1, 0);
-    const auto end_of = [n](std::int64_t block) { return std::min(n, (block + 1) * kBlock); };
-    ranges(blocks, 1, [&](std::int64_t begin, std::int64_t end) {
-      for (std::int64_t b = begin; b < end; ++b) {
-        std::int64_t sum = 0;
-        for (std::int64_t i = b * kBlock; i < end_of(b); ++i) sum += counts[i];
-        sums_[b + 1] = sum;
-      }
+    ranges(*count, 16, [&f](std::int64_t begin, std::int64_t end) {
+      const F local = f;
+      typename F::Scratch scratch;
+      for (std::int64_t i = begin; i < end; ++i) local(Team{}, scratch, i);
     });
-    for (std::int64_t b = 0; b < blocks; ++b) sums_[b + 1] += sums_[b];
-    ranges(blocks, 1, [&](std::int64_t begin, std::int64_t end) {
-      for (std::int64_t b = begin; b < end; ++b) {
-        auto sum = static_cast<Offset>(sums_[b]);
-        for (std::int64_t i = b * kBlock; i < end_of(b); ++i) {
-          offsets[i] = sum;
-          sum = static_cast<Offset>(sum + counts[i]);
-        }
-      }
-    });
-    offsets[n] = static_cast<Offset>(sums_[blocks]);
+  }
+
+  /// offsets[i] = counts[0] + ... + counts[i - 1] for i < *n, and the sum of all.
+  void scan(View<const Counts> counts, const std::int64_t* n, View<Offsets> offsets, Offsets* total,
+            const char* name) {
+    const Stopwatch watch(*this, name);
+    Offsets sum;
+    const std::int64_t size = *n;
+    for (std::int64_t i = 0; i < size; ++i) {
+      offsets[i] = sum;
+      sum = sum + Offsets{counts[i].first, counts[i].second};
+    }
+    *total = sum;
   }
 
   template <class T>
@@ -115,25 +152,34 @@ class CpuBackend {
   }
   template <class T>
   void download(T* to, View<T> from) {
-    ranges(from.size, 1 << 15, [&](std::int64_t begin, std::int64_t end) {
-      std::copy(from.data + begin, from.data + end, to + begin);
-    });
-  }
-  template <class T>
-  void fill_zero(View<T> to) {
-    ranges(to.size, 1 << 16, [&](std::int64_t begin, std::int64_t end) {
-      std::fill(to.data + begin, to.data + end, T{});
-    });
+    std::copy(from.data, from.data + from.size, to);
   }
 
-  void start_frame() { times_.clear(); }
+  /// Where a pass writes *count elements of a result: straight into it.
+  template <class T>
+  View<T> output(std::vector<T>& result, Buffer<T>&, const std::int64_t* count, std::int64_t) {
+    claim_result(static_cast<std::size_t>(*count) * sizeof(T));
+    result.resize(static_cast<std::size_t>(*count));
+    return {result.data(), *count};
+  }
+  template <class T>
+  void deliver(std::vector<T>&, View<T>, std::int64_t) {}
+
+  void start_frame(std::size_t most_memory) {
+    times_.clear();
+    results_ = 0;
+    most_memory_ = most_memory;
+  }
+  /// Memory is made as counts become known: nothing ever runs short.
+  bool everything_fitted(View<Offsets>) const { return true; }
   void finish_frame() {}
   std::vector<PassTime> pass_times() const { return times_; }
+  std::size_t memory_used() const { return used_ + results_; }
 
  private:
   class Stopwatch {
    public:
-    Stopwatch(CpuBackend& backend, const char* name)
+    Stopwatch(BasicCpuBackend& backend, const char* name)
         : backend_(backend), name_(name), start_(std::chrono::steady_clock::now()) {}
     ~Stopwatch() {
       const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
@@ -143,10 +189,19 @@ class CpuBackend {
     Stopwatch& operator=(const Stopwatch&) = delete;
 
    private:
-    CpuBackend& backend_;
+    BasicCpuBackend& backend_;
     const char* name_;
     std::chrono::steady_clock::time_point start_;
   };
+
+  void claim(std::size_t bytes) {
+    check_memory(used_ + results_ + bytes, most_memory_);
+    used_ += bytes;
+  }
+  void claim_result(std::size_t bytes) {
+    check_memory(used_ + results_ + bytes, most_memory_);
+    results_ += bytes;
+  }
 
   /// Runs f(begin, end) over parts of [0, n) of about `most` items, fewer where n is small.
   template <class F>
@@ -161,8 +216,10 @@ class CpuBackend {
                       });
   }
 
-  std::vector<std::int64_t> sums_;
   std::vector<PassTime> times_;
+  std::size_t used_ = 0, results_ = 0, most_memory_ = 0;
 };
+
+using CpuBackend = BasicCpuBackend<Pack>;
 
 }  // namespace polymorph

@@ -5,14 +5,17 @@
 #include <cuda_runtime.h>
 #include <nvtx3/nvToolsExt.h>
 
+#include <algorithm>
 #include <cstdint>
-#include <cub/device/device_scan.cuh>
+#include <cstring>
+#include <cub/block/block_scan.cuh>
 #include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "extract_surface.h"
+#include "tree.h"
 #include "validate.h"
 #include "view.h"
 
@@ -34,6 +37,10 @@ inline void check_cuda(cudaError_t error, const char* doing) {
   if (error != cudaSuccess) throw ExtractFailure{cuda_status(error, doing)};
 }
 
+struct AddOffsets {
+  PM_HD Offsets operator()(Offsets a, Offsets b) const { return a + b; }
+};
+
 /// Grid-stride loop: any n, any number of blocks.
 template <class F>
 __global__ void run_items(std::int64_t n, F f) {
@@ -44,25 +51,126 @@ __global__ void run_items(std::int64_t n, F f) {
   }
 }
 
-template <class Offset>
-struct AddOffsets {
-  __host__ __device__ Offset operator()(Offset a, Offset b) const { return a + b; }
+/// The threads of a block; a group is a warp of them.
+struct CudaTeam {
+  using V = float;
+  static constexpr std::uint32_t kGroup = 32;
+  static constexpr unsigned kAll = 0xffffffffu;
+
+#if defined(__CUDA_ARCH__)
+  template <class F>
+  __device__ void each(int n, const F& f) const {
+    for (int i = static_cast<int>(threadIdx.x); i < n; i += static_cast<int>(blockDim.x)) f(i);
+  }
+  template <class F>
+  __device__ void each_group(int n, const F& f) const {
+    const int step = static_cast<int>(blockDim.x / kGroup);
+    for (int i = static_cast<int>(threadIdx.x / kGroup); i < n; i += step) f(i);
+  }
+  __device__ void sync() const { __syncthreads(); }
+  __device__ std::uint32_t group_rank() const { return threadIdx.x % kGroup; }
+  __device__ bool leads_group() const { return group_rank() == 0; }
+  __device__ float group_sum(float a) const {
+    for (unsigned d = kGroup / 2; d > 0; d /= 2) a += __shfl_xor_sync(kAll, a, d);
+    return a;
+  }
+  /// Threads of the group with a bit write behind each other, in the order of their ranks.
+  template <class Write>
+  __device__ void append(std::uint32_t bits, std::int64_t* cursors, const Write& write) const {
+    const unsigned writers = __ballot_sync(kAll, bits != 0);
+    if (bits != 0) write(cursors[0] + __popc(writers & ((1u << group_rank()) - 1)));
+    cursors[0] += __popc(writers);
+  }
+  /// Exclusive sums of n <= 64 values, in place, and the total behind them.
+  __device__ std::uint32_t scan(std::uint32_t* values, int n) const {
+    if (threadIdx.x < kGroup) {
+      const int at = 2 * static_cast<int>(threadIdx.x);
+      const std::uint32_t a = at < n ? values[at] : 0, b = at + 1 < n ? values[at + 1] : 0;
+      std::uint32_t sum = a + b;
+      for (unsigned d = 1; d < kGroup; d *= 2) {
+        const std::uint32_t other = __shfl_up_sync(kAll, sum, d);
+        if (threadIdx.x >= d) sum += other;
+      }
+      if (at < n) values[at] = sum - a - b;
+      if (at + 1 < n) values[at + 1] = sum - b;
+      if (threadIdx.x == kGroup - 1) values[n] = sum;
+    }
+    __syncthreads();
+    return values[n];
+  }
+#else
+  // What the host compiler sees of a functor that calls these; it never runs them.
+  template <class F>
+  PM_HD void each(int, const F&) const {}
+  template <class F>
+  PM_HD void each_group(int, const F&) const {}
+  PM_HD void sync() const {}
+  PM_HD std::uint32_t group_rank() const { return 0; }
+  PM_HD bool leads_group() const { return true; }
+  PM_HD float group_sum(float a) const { return a; }
+  template <class Write>
+  PM_HD void append(std::uint32_t, std::int64_t*, const Write&) const {}
+  PM_HD std::uint32_t scan(std::uint32_t*, int) const { return 0; }
+#endif
 };
+
+/// One block an item; as many items as *count says, but never more than there is memory for.
+template <class F>
+__global__ void __launch_bounds__(F::kThreads)
+    run_teams(const std::int64_t* count, std::int64_t limit, F f) {
+  __shared__ typename F::Scratch scratch;
+  const std::int64_t n = *count < limit ? *count : limit;
+  for (std::int64_t i = blockIdx.x; i < n; i += gridDim.x) {
+    f(CudaTeam{}, scratch, i);
+    __syncthreads();
+  }
+}
+
+constexpr int kScanThreads = 1024, kScanEach = 4;
+
+/// Exclusive sums by one block, which is fast enough for as many bricks as a surface has: 4096 at a
+/// time.
+template <int kThreads>
+__global__ void __launch_bounds__(kThreads)
+    run_scan(const Counts* counts, const std::int64_t* count, std::int64_t limit, Offsets* offsets,
+             Offsets* total) {
+  using Scan = cub::BlockScan<Offsets, kThreads>;
+  __shared__ typename Scan::TempStorage storage;
+  const std::int64_t n = *count < limit ? *count : limit;
+  Offsets before;
+  for (std::int64_t start = 0; start < n; start += kThreads * kScanEach) {
+    Offsets values[kScanEach], sum;
+    const std::int64_t at = start + static_cast<std::int64_t>(threadIdx.x) * kScanEach;
+    for (int k = 0; k < kScanEach; ++k) {
+      const Counts c = at + k < n ? counts[at + k] : Counts{};
+      values[k] = {c.first, c.second};
+    }
+    Scan(storage).ExclusiveScan(values, values, Offsets{}, AddOffsets{}, sum);
+    for (int k = 0; k < kScanEach; ++k) {
+      if (at + k < n) offsets[at + k] = before + values[k];
+    }
+    before = before + sum;
+    __syncthreads();
+  }
+  if (threadIdx.x == 0) *total = before;
+}
 
 class CudaBackend {
  public:
-  /// A warp shares a ball list already, so a thread takes one point.
-  static constexpr int kLanes = 1;
+  using Team = CudaTeam;
 
   explicit CudaBackend(int device) : device_(device) {
     check_cuda(cudaSetDevice(device_), "select the device");
     check_cuda(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "create a stream");
+    check_cuda(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device_),
+               "ask for the multiprocessors");
+    check_cuda(cudaMallocHost(&staging_, 2 * kStagingBytes), "allocate pinned memory");
   }
   CudaBackend(CudaBackend&& other) noexcept
       : device_(other.device_),
+        processors_(other.processors_),
         stream_(std::exchange(other.stream_, nullptr)),
-        scratch_(std::exchange(other.scratch_, nullptr)),
-        scratch_bytes_(std::exchange(other.scratch_bytes_, 0)),
+        staging_(std::exchange(other.staging_, nullptr)),
         spans_(std::move(other.spans_)),
         used_spans_(std::exchange(other.used_spans_, 0)),
         times_(std::move(other.times_)) {}
@@ -76,13 +184,22 @@ class CudaBackend {
       (void)cudaEventDestroy(span.begin);
       (void)cudaEventDestroy(span.end);
     }
-    (void)cudaFree(scratch_);
+    if (staging_ != nullptr) (void)cudaFreeHost(staging_);
     if (stream_ != nullptr) (void)cudaStreamDestroy(stream_);
   }
 
+  /// What everything_fitted() asks of a buffer.
+  class Growing {
+   public:
+    virtual void grow(CudaBackend& backend, std::int64_t n) = 0;
+
+   protected:
+    ~Growing() = default;
+  };
+
   /// Uninitialised device memory that only grows; contents are lost on growth.
   template <class T>
-  class Buffer {
+  class Buffer final : public Growing {
    public:
     Buffer() = default;
     Buffer(const Buffer&) = delete;
@@ -90,16 +207,27 @@ class CudaBackend {
     ~Buffer() { (void)cudaFree(data_); }
 
     View<T> resize(CudaBackend& backend, std::int64_t n) {
-      if (n > capacity_) {
-        // Passes already launched may still use the old memory; cudaFree waits for them.
-        check_cuda(cudaFree(std::exchange(data_, nullptr)), "free a buffer");
-        capacity_ = 0;
-        const std::int64_t wanted = n + n / 4;
-        void* memory = backend.allocate(static_cast<std::size_t>(wanted) * sizeof(T));
-        data_ = static_cast<T*>(memory);
-        capacity_ = wanted;
-      }
+      if (n > capacity_) grow(backend, n);
       return {data_, n};
+    }
+    /// Room for `each` elements for each of *count, as far as there is room: as many as before, or
+    /// for `guess`.
+    View<T> fit(CudaBackend& backend, const std::int64_t* count, std::int64_t each,
+                std::int64_t guess) {
+      if (capacity_ == 0) grow(backend, guess * each);
+      backend.fits_.push_back({count, each, capacity_ / each, this});
+      return {data_, capacity_ / each * each};
+    }
+
+    void grow(CudaBackend& backend, std::int64_t n) override {
+      if (n <= capacity_) return;
+      // Passes already launched may still use the old memory; cudaFree waits for them.
+      check_cuda(cudaFree(std::exchange(data_, nullptr)), "free a buffer");
+      backend.used_ -= static_cast<std::size_t>(capacity_) * sizeof(T);
+      capacity_ = 0;
+      const std::int64_t wanted = n + n / 4;
+      data_ = static_cast<T*>(backend.allocate(static_cast<std::size_t>(wanted) * sizeof(T)));
+      capacity_ = wanted;
     }
 
    private:
@@ -120,32 +248,42 @@ class CudaBackend {
     check_cuda(cudaGetLastError(), name);
   }
 
-  /// offsets[i] = counts[0] + ... + counts[i - 1]; offsets has one element more than counts, the
-  /// total.
-  template <class Count, class Offset>
-  void exclusive_scan(View<Count> counts, View<Offset> offsets, const char* name) {
+  /// Calls f(team, scratch, i) for i in [0, *count), as far as i < limit; *count is read on the
+  /// device.
+  template <class F>
+  void for_teams(const std::int64_t* count, std::int64_t limit, const F& f, const char* name) {
+    static_assert(std::is_trivially_copyable<F>::value,
+                  "a kernel is copied to the device as bytes");
+    if (limit <= 0) return;
     const Scope scope(*this, name);
-    check_cuda(cudaMemsetAsync(offsets.data, 0, sizeof(Offset), stream_), name);
-    if (counts.size == 0) return;
-    std::size_t bytes = 0;
-    const auto scan = [&](void* scratch) {
-      return cub::DeviceScan::InclusiveScanInit(scratch, bytes, counts.data, offsets.data + 1,
-                                                AddOffsets<Offset>{}, Offset{0}, counts.size,
-                                                stream_);
-    };
-    check_cuda(scan(nullptr), name);
-    if (bytes > scratch_bytes_) {
-      check_cuda(cudaFree(std::exchange(scratch_, nullptr)), name);
-      scratch_bytes_ = 0;
-      scratch_ = allocate(bytes + bytes / 4);
-      scratch_bytes_ = bytes + bytes / 4;
-    }
-    check_cuda(scan(scratch_), name);
+    // As many blocks as can be there at once, and twice that, so that long ones even out.
+    const std::int64_t most = std::int64_t{4096} / F::kThreads * processors_;
+    const auto blocks = static_cast<unsigned>(limit < most ? limit : most);
+    run_teams<<<blocks, static_cast<unsigned>(F::kThreads), 0, stream_>>>(count, limit, f);
+    check_cuda(cudaGetLastError(), name);
   }
 
+  /// offsets[i] = counts[0] + ... + counts[i - 1] for i < *n, and the sum of all.
+  void scan(View<const Counts> counts, const std::int64_t* n, View<Offsets> offsets, Offsets* total,
+            const char* name) {
+    const Scope scope(*this, name);
+    run_scan<kScanThreads>
+        <<<1, kScanThreads, 0, stream_>>>(counts.data, n, counts.size, offsets.data, total);
+    check_cuda(cudaGetLastError(), name);
+  }
+
+  /// Through pinned memory, without waiting, as long as that lasts for this frame.
   template <class T>
   void upload(View<T> to, const T* from) {
     const auto bytes = static_cast<std::size_t>(to.size) * sizeof(T);
+    if (uploaded_ + bytes <= kStagingBytes) {
+      char* pinned = staging_ + kStagingBytes + uploaded_;
+      uploaded_ += (bytes + 63) / 64 * 64;
+      std::memcpy(pinned, from, bytes);
+      check_cuda(cudaMemcpyAsync(to.data, pinned, bytes, cudaMemcpyHostToDevice, stream_),
+                 "upload");
+      return;
+    }
     check_cuda(cudaMemcpyAsync(to.data, from, bytes, cudaMemcpyHostToDevice, stream_), "upload");
     // The caller's memory may go away as soon as this returns.
     check_cuda(cudaStreamSynchronize(stream_), "upload");
@@ -162,11 +300,67 @@ class CudaBackend {
                "clear");
   }
 
-  void start_frame() {
+  /// Where a pass writes *count elements of a result: device memory, for deliver() to bring over.
+  template <class T>
+  View<T> output(std::vector<T>&, Buffer<T>& buffer, const std::int64_t* count,
+                 std::int64_t guess) {
+    return buffer.fit(*this, count, 1, guess);
+  }
+  /// Through pinned memory in two halves: one is copied out while the other is filled.
+  template <class T>
+  void deliver(std::vector<T>& to, View<T> from, std::int64_t n) {
+    to.resize(static_cast<std::size_t>(n));
+    const Scope scope(*this, "download");
+    const auto bytes = static_cast<std::size_t>(n) * sizeof(T);
+    const auto* source = reinterpret_cast<const char*>(from.data);
+    auto* target = reinterpret_cast<char*>(to.data());
+    constexpr std::size_t kHalf = kStagingBytes / 2;
+    const auto fetch = [&](std::size_t part) {
+      const std::size_t size = std::min(kHalf, bytes - part * kHalf);
+      check_cuda(cudaMemcpyAsync(staging_ + part % 2 * kHalf, source + part * kHalf, size,
+                                 cudaMemcpyDeviceToHost, stream_),
+                 "download");
+      return size;
+    };
+    if (bytes == 0) return;
+    const std::size_t parts = (bytes + kHalf - 1) / kHalf;
+    std::size_t size = fetch(0);
+    for (std::size_t part = 0; part < parts; ++part) {
+      check_cuda(cudaStreamSynchronize(stream_), "download");
+      const std::size_t here = size;
+      if (part + 1 < parts) size = fetch(part + 1);
+      std::memcpy(target + part * kHalf, staging_ + part % 2 * kHalf, here);
+    }
+  }
+
+  void start_frame(std::size_t most_memory) {
     check_cuda(cudaSetDevice(device_), "select the device");
     used_spans_ = 0;
     times_.clear();
+    fits_.clear();
+    uploaded_ = 0;
+    most_memory_ = most_memory;
   }
+
+  /// Waits for the passes; where a count was more than its buffer holds, makes that larger.
+  /// `totals` are all the counts that fit() was told of.
+  bool everything_fitted(View<Offsets> totals) {
+    const auto* counts = reinterpret_cast<const Offsets*>(staging_);
+    download(reinterpret_cast<Offsets*>(staging_), totals);
+    bool fitted = true;
+    for (const Fit& fit : fits_) {
+      const std::int64_t at = fit.count - &totals.data->first;
+      const Offsets& pair = counts[at / 2];
+      const std::int64_t count = at % 2 == 0 ? pair.first : pair.second;
+      if (count <= fit.room) continue;
+      fit.buffer->grow(*this, count * fit.each);
+      fitted = false;
+    }
+    fits_.clear();
+    return fitted;
+  }
+  std::size_t memory_used() const { return used_; }
+
   void finish_frame() {
     check_cuda(cudaStreamSynchronize(stream_), "finish the frame");
     for (std::size_t i = 0; i < used_spans_; ++i) {
@@ -218,18 +412,30 @@ class CudaBackend {
   }
 
   void* allocate(std::size_t bytes) {
+    check_memory(used_ + bytes, most_memory_);
     void* memory = nullptr;
     const cudaError_t error = cudaMalloc(&memory, bytes);
     if (error == cudaErrorMemoryAllocation)
       (void)cudaGetLastError();  // not sticky: the next frame may fit
     check_cuda(error, "allocate");
+    used_ += bytes;
     return memory;
   }
 
-  int device_ = 0;
+  /// A buffer whose room *count may exceed.
+  struct Fit {
+    const std::int64_t* count;
+    std::int64_t each, room;
+    Growing* buffer;
+  };
+  /// Of pinned memory for downloads, and as much again for uploads.
+  static constexpr std::size_t kStagingBytes = std::size_t{16} << 20;
+
+  int device_ = 0, processors_ = 1;
   cudaStream_t stream_ = nullptr;
-  void* scratch_ = nullptr;
-  std::size_t scratch_bytes_ = 0;
+  char* staging_ = nullptr;
+  std::vector<Fit> fits_;
+  std::size_t used_ = 0, most_memory_ = 0, uploaded_ = 0;
   std::vector<Span> spans_;
   std::size_t used_spans_ = 0;
   std::vector<PassTime> times_;

@@ -1,9 +1,15 @@
 // The order of all passes, once for every backend.
 //
-// A backend gives: kLanes; for_each(n, functor, name); exclusive_scan(counts, offsets, name);
-// Buffer<T> with resize(backend, n) -> View<T>; and the copies upload, download, fill_zero,
-// start_frame, finish_frame. What it cannot do (memory, a failing device) it throws as
-// ExtractFailure or std::bad_alloc; both end here and leave as a status.
+// A backend gives: Team (how the threads that share one item work together: V, each, each_group,
+// sync, scan, append); for_each and for_teams; scan; Buffer<T> with resize and fit; upload,
+// download, output, deliver; start_frame, everything_fitted, finish_frame. What it cannot do
+// (memory, a failing device) it throws as ExtractFailure or std::bad_alloc; both end here and leave
+// as a status.
+//
+// How many nodes, entries, vertices and triangles there are is known only to the passes: counts
+// stay in backend memory, where the next pass reads them. A backend that cannot read them in
+// between (CUDA) works with the memory of the last frame; where that was too small, passes write
+// nothing beyond it, everything_fitted() makes it larger, and the frame runs again.
 #pragma once
 
 #include <algorithm>
@@ -16,10 +22,11 @@
 #include <vector>
 
 #include "bricks.h"
-#include "cells.h"
 #include "extract_surface.h"
 #include "field.h"
 #include "mc_tables.h"
+#include "tree.h"
+#include "triangles.h"
 #include "validate.h"
 #include "vertices.h"
 
@@ -41,8 +48,22 @@ void with_field(const std::vector<Ball>& balls, FieldKind kind, const Function& 
   }
 }
 
-/// Buffers and passes of one extractor. Memory grows with the bricks at the surface, plus five
-/// bytes for each brick of the grid.
+/// The power of two above half the size of the balls' box, or above the largest lone ball's radius.
+inline float length_of(const std::vector<Ball>& balls) {
+  Vec3 low = balls[0].center, high = low;
+  float w = 0;
+  for (const Ball& ball : balls) {
+    low = min(low, ball.center), high = max(high, ball.center);
+    w = std::max(w, std::fabs(ball.w));
+  }
+  const Vec3 size = high * 0.5f - low * 0.5f;
+  const float length = std::max({size.x, size.y, size.z, std::sqrt(w), 1e-15f});
+  int exponent = 0;
+  std::frexp(std::min(length, 1e15f), &exponent);
+  return std::ldexp(1.0f, exponent);
+}
+
+/// Buffers and passes of one extractor. Memory grows with the bricks at the surface.
 template <class B>
 class Extraction final : public SurfaceExtractor {
  public:
@@ -50,16 +71,20 @@ class Extraction final : public SurfaceExtractor {
 
   ExtractStatus extract(const std::vector<Ball>& balls, const Grid& grid,
                         const ExtractSettings& settings, Mesh& mesh) override {
+    ExtractStatus status = check_input(balls, settings);
+    if (status.code == ExtractCode::kOk) status = check_grid(grid);
+    if (status.code == ExtractCode::kOk && !balls.empty()) {
+      status = guarded(settings, [&] {
+        with_field(balls, settings.field, [&](auto field) {
+          extract_field<decltype(field)>(balls, grid, settings, mesh);
+        });
+      });
+      if (status.code == ExtractCode::kOk) return status;
+    }
     mesh.positions.clear();
     mesh.normals.clear();
     mesh.triangles.clear();
-    ExtractStatus status = check_input(balls, settings);
-    if (status.code == ExtractCode::kOk) status = check_grid(grid);
-    if (status.code != ExtractCode::kOk || balls.empty()) return status;
-    return guarded([&] {
-      with_field(balls, settings.field,
-                 [&](auto field) { extract_field<decltype(field)>(balls, grid, settings, mesh); });
-    });
+    return status;
   }
 
   ExtractStatus sample(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
@@ -67,7 +92,7 @@ class Extraction final : public SurfaceExtractor {
     values.assign(points.size(), 0.0f);
     ExtractStatus status = check_input(balls, settings);
     if (status.code != ExtractCode::kOk || balls.empty() || points.empty()) return status;
-    return guarded([&] {
+    return guarded(settings, [&] {
       with_field(balls, settings.field, [&](auto field) {
         sample_field<decltype(field)>(balls, points, settings, values);
       });
@@ -75,10 +100,12 @@ class Extraction final : public SurfaceExtractor {
   }
 
   std::vector<PassTime> pass_times() const override { return backend_.pass_times(); }
+  std::size_t memory_used() const override { return backend_.memory_used(); }
 
  private:
   template <class T>
   using Buffer = typename B::template Buffer<T>;
+  using V = typename B::Team::V;
 
   /// The balls as the kernels read them, and the list of all of them.
   template <class F>
@@ -86,28 +113,23 @@ class Extraction final : public SurfaceExtractor {
     View<typename F::Ball> balls;
     View<std::uint32_t> everyone;
   };
-  /// The nodes of one level with their ball lists.
-  struct NodeViews {
+  struct BrickViews {
+    Tree tree;
+    const std::int64_t* count = nullptr;
+    std::int64_t room = 0;  ///< bricks that every view below has room for
     View<Node> nodes;
     View<std::uint32_t> entries;
-  };
-  /// Bricks in lattice order with their samples.
-  struct BrickViews {
-    View<Node> bricks;
-    View<std::uint32_t> entries;
     View<float> values;
-    RowOrder order;
-  };
-  struct RowViews {
-    View<std::uint16_t> masks;
-    View<std::uint8_t> vertices;
-    View<std::int64_t> first_vertex, first_triangle;
+    View<std::uint8_t> inside;
+    View<std::uint32_t> rows;
+    View<Counts> counts;
+    View<Offsets> first;
   };
 
   template <class Passes>
-  ExtractStatus guarded(const Passes& passes) {
+  ExtractStatus guarded(const ExtractSettings& settings, const Passes& passes) {
     try {
-      backend_.start_frame();
+      backend_.start_frame(settings.most_memory);
       passes();
       backend_.finish_frame();
     } catch (const ExtractFailure& failure) {
@@ -115,8 +137,7 @@ class Extraction final : public SurfaceExtractor {
     } catch (const std::bad_alloc&) {
       return {ExtractCode::kOutOfMemory,
               "out of memory while extracting the surface (the grid needs more than this machine "
-              "has), use "
-              "a coarser grid"};
+              "has), use a coarser grid"};
     }
     return {};
   }
@@ -130,93 +151,73 @@ class Extraction final : public SurfaceExtractor {
     }
   }
 
+  /// Prepares the balls, and the root of the tree in the given places.
   template <class F>
-  BallViews<F> prepare(const std::vector<Ball>& balls, const ExtractSettings& settings) {
+  BallViews<F> prepare(const std::vector<Ball>& balls, const ExtractSettings& settings,
+                       View<Node> root, View<Offsets> root_count) {
     const auto n = static_cast<std::int64_t>(balls.size());
     const View<Ball> raw = raw_balls_.resize(backend_, n);
     const BallViews<F> out = {prepared<F>(n), everyone_.resize(backend_, n)};
     backend_.upload(raw, balls.data());
-    const float log2_floor = log_of_two(settings.cutoff * settings.iso);
-    backend_.for_each(n, PrepareBalls<F>{raw, out.balls, out.everyone, log2_floor}, "prepare");
+    FieldScale scale;
+    scale.log2_floor = log_of_two(settings.cutoff * settings.iso);
+    if (F::kFours) scale.length = length_of(balls);
+    backend_.for_each(n, PrepareBalls<F>{raw, out.balls, out.everyone, scale, root, root_count},
+                      "prepare");
     return out;
   }
 
   template <class F>
   void sample_field(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
                     const ExtractSettings& settings, std::vector<float>& values) {
-    const BallViews<F> in = prepare<F>(balls, settings);
+    const BallViews<F> in = prepare<F>(balls, settings, {}, {});
     const auto n = static_cast<std::int64_t>(points.size());
     const View<Vec3> at = sample_points_.resize(backend_, n);
     const View<float> out = sample_values_.resize(backend_, n);
     backend_.upload(at, points.data());
     const BallList all = {in.everyone.data, static_cast<std::uint32_t>(in.everyone.size)};
-    backend_.for_each((n + B::kLanes - 1) / B::kLanes,
-                      SamplePoints<F, B::kLanes>{at, in.balls, all, out}, "sample");
+    constexpr int kLanes = Lanes<V>::kCount;
+    backend_.for_each((n + kLanes - 1) / kLanes, SamplePoints<F, V>{at, in.balls, all, out},
+                      "sample");
     backend_.download(values.data(), out);
   }
 
   template <class F>
   void extract_field(const std::vector<Ball>& balls, const Grid& grid,
                      const ExtractSettings& settings, Mesh& mesh) {
-    const BallViews<F> in = prepare<F>(balls, settings);
-    BrickViews bricks;
-    if (!find_bricks<F>(in, grid, settings.iso, bricks)) return;
-    bricks.values = values_.resize(backend_, bricks.bricks.size * kBrickStride);
-    backend_.for_each(bricks.values.size / B::kLanes,
-                      SampleBricks<F, B::kLanes>{grid, bricks.order.nodes, bricks.bricks,
-                                                 bricks.entries, in.balls, bricks.values},
-                      "sample");
-    const RowViews rows = count_rows(bricks, settings.iso);
-    const std::int64_t row_count = rows.masks.size;
-    const std::int64_t vertex_count = last_of(rows.first_vertex);
-    const std::int64_t triangle_count = last_of(rows.first_triangle);
-    if (vertex_count == 0) return;
-    if (vertex_count >= std::numeric_limits<std::uint32_t>::max()) {
+    const View<BrickTable> table = table_view();
+    totals_view_ = totals_.resize(backend_, kMostLevels + 1);
+    const std::size_t levels = tree_levels(grid).size();
+    const BallViews<F> in = prepare<F>(balls, settings, nodes_[levels].resize(backend_, 1),
+                                       {&totals_view_[static_cast<std::int64_t>(levels)], 1});
+    View<Vec3> positions, normals;
+    View<Triangle> triangles;
+    Offsets sizes;
+    do {
+      BrickViews bricks = find_bricks<F>(in, grid, settings.iso);
+      count_bricks<F>(in, grid, settings.iso, table, bricks);
+      const Offsets* total = &totals_view_[kMostLevels];
+      backend_.scan({bricks.counts.data, bricks.room}, bricks.count, bricks.first,
+                    &totals_view_[kMostLevels], "number");
+      const std::int64_t guess = brick_guess(grid) * 100;
+      positions = backend_.output(mesh.positions, positions_, &total->first, guess);
+      normals = backend_.output(mesh.normals, normals_, &total->first, guess);
+      triangles = backend_.output(mesh.triangles, triangles_, &total->second, 2 * guess);
+      place_vertices<F>(in, grid, settings, bricks, positions, normals);
+      const EmitTriangles emit = {table,         bricks.tree,  bricks.inside, bricks.rows,
+                                  bricks.counts, bricks.first, bricks.room,   triangles};
+      backend_.for_teams(bricks.count, bricks.room, emit, "triangles");
+    } while (!backend_.everything_fitted(totals_view_));
+    backend_.download(&sizes, View<Offsets>{&totals_view_[kMostLevels], 1});
+    if (sizes.first >= std::numeric_limits<std::uint32_t>::max()) {
       throw ExtractFailure{{ExtractCode::kBadInput,
-                            "the surface would have " + std::to_string(vertex_count) +
+                            "the surface would have " + std::to_string(sizes.first) +
                                 " vertices (more than 32-bit indices reach), use a coarser grid"}};
     }
-    const View<Vec3> positions = positions_.resize(backend_, vertex_count);
-    const View<Vec3> normals = normals_.resize(backend_, vertex_count);
-    const View<Triangle> triangles = triangles_.resize(backend_, triangle_count);
-    const VertexNumbers numbers = {bricks.order, rows.masks, rows.first_vertex};
-    const View<VertexJob> jobs = list_jobs(bricks, rows, numbers);
-    PlaceVertices<F, B::kLanes> place;
-    place.grid = grid;
-    place.iso = settings.iso;
-    place.floor = settings.iso * settings.cutoff;
-    place.refine_steps = settings.refine_steps;
-    place.brick_nodes = bricks.order.nodes;
-    place.bricks = bricks.bricks;
-    place.entries = bricks.entries;
-    place.balls = in.balls;
-    place.values = bricks.values;
-    place.jobs = jobs;
-    place.positions = positions;
-    place.normals = normals;
-    backend_.for_each(jobs.size / B::kLanes, place, "vertices");
-    backend_.for_each(row_count,
-                      EmitTriangles{settings.iso, table_view(), bricks.bricks, bricks.values,
-                                    numbers, rows.first_triangle, triangles},
-                      "triangles");
-    deliver(positions, normals, triangles, mesh);
-  }
-
-  /// Walks the tree from its root to the bricks. False when the surface crosses none.
-  template <class F>
-  bool find_bricks(const BallViews<F>& in, const Grid& grid, float iso, BrickViews& out) {
-    const std::vector<Level> levels = tree_levels(grid);
-    const Node root = {0, static_cast<std::uint32_t>(in.balls.size), 0};
-    NodeViews parents = {nodes_[0].resize(backend_, 1), in.everyone};
-    backend_.upload(parents.nodes, &root);
-    Int3 parent_nodes = {1, 1, 1};
-    for (std::size_t l = levels.size(); l-- > 0;) {
-      parents = children<F>(in, grid, iso, levels[l], parent_nodes, parents, l % 2);
-      if (parents.nodes.size == 0) return false;
-      parent_nodes = levels[l].nodes;
-    }
-    order_bricks(parents, parent_nodes, out);
-    return true;
+    if (!settings.deliver) return;
+    backend_.deliver(mesh.positions, positions, sizes.first);
+    backend_.deliver(mesh.normals, normals, sizes.first);
+    backend_.deliver(mesh.triangles, triangles, sizes.second);
   }
 
   /// The levels of the tree below its root, bricks first.
@@ -233,120 +234,122 @@ class Extraction final : public SurfaceExtractor {
     return levels;
   }
 
-  /// `side` alternates between the two sets of node buffers: parents are read while children are
-  /// written.
+  /// Bricks that a smooth body filling the grid would have: where a backend's memory begins.
+  static std::int64_t brick_guess(const Grid& grid) {
+    const Int3 n = tree_levels(grid)[0].nodes;
+    const auto area = [](int a, int b) { return static_cast<std::int64_t>(a) * b; };
+    return area(n.x, n.y) + area(n.y, n.z) + area(n.z, n.x) + kChildren;
+  }
+
+  /// Walks the tree from its root to the bricks.
   template <class F>
-  NodeViews children(const BallViews<F>& in, const Grid& grid, float iso, const Level& level,
-                     Int3 parent_nodes, const NodeViews& parents, std::size_t side) {
-    const std::int64_t n = parents.nodes.size * kChildren;
-    const View<std::uint8_t> active = active_.resize(backend_, n);
-    const View<std::uint32_t> counts = counts_.resize(backend_, n);
-    const View<std::uint32_t> slots = slots_.resize(backend_, n + 1);
-    const View<std::int64_t> begins = begins_.resize(backend_, n + 1);
-    backend_.for_each(n / B::kLanes,
-                      ClassifyNodes<F, B::kLanes>{grid, iso, level, parent_nodes, parents.nodes,
-                                                  parents.entries, in.balls, active, counts},
-                      "bricks");
-    backend_.exclusive_scan(active, slots, "bricks");
-    backend_.exclusive_scan(counts, begins, "bricks");
-    NodeViews out;
-    out.nodes = nodes_[1 + side].resize(backend_, last_of(slots));
-    out.entries = F::kEnds ? entries_[side].resize(backend_, last_of(begins)) : parents.entries;
-    backend_.for_each(n,
-                      FillNodes<F>{grid, level, parent_nodes, parents.nodes, parents.entries,
-                                   in.balls, active, slots, begins, out.nodes, out.entries},
-                      "bricks");
+  BrickViews find_bricks(const BallViews<F>& in, const Grid& grid, float iso) {
+    const std::vector<Level> levels = tree_levels(grid);
+    BrickViews out;
+    out.tree.levels = static_cast<int>(levels.size());
+    View<Node> parents = nodes_[levels.size()].resize(backend_, 1);
+    View<std::uint32_t> entries = in.everyone;
+    std::int64_t guess = brick_guess(grid);
+    for (std::size_t l = 1; l < levels.size(); ++l) guess = guess / 8 + kChildren;
+    for (std::size_t l = levels.size(); l-- > 0; guess *= 8) {
+      const auto number = static_cast<std::int64_t>(l);
+      const std::int64_t* count = &totals_view_[number + 1].first;
+      const View<std::uint32_t> child_entries =
+          child_entries_.fit(backend_, count, kChildren, guess / 4 + 1);
+      const View<Counts> counts = counts_.fit(backend_, count, 1, guess / 4 + 1);
+      const View<Offsets> first = first_.fit(backend_, count, 1, guess / 4 + 1);
+      // One pass may have more room than the next; none goes beyond what all have.
+      const std::int64_t room =
+          std::min({parents.size, child_entries.size / kChildren, counts.size, first.size});
+      backend_.for_teams(count, room,
+                         ClassifyChildren<F>{grid, iso, levels[l], parents, entries, in.balls,
+                                             child_entries, counts},
+                         "bricks");
+      backend_.scan({counts.data, room}, count, first, &totals_view_[number], "bricks");
+      const View<Node> nodes = nodes_[l].fit(backend_, &totals_view_[number].first, 1, guess);
+      const View<std::uint32_t> node_entries =
+          F::kEnds ? entries_[l % 2].fit(backend_, &totals_view_[number].second, 1, 48 * guess)
+                   : entries;
+      backend_.for_teams(count, room,
+                         FillChildren<F>{grid, levels[l], parents, entries, in.balls, child_entries,
+                                         first, nodes, node_entries},
+                         "bricks");
+      out.tree.nodes[l + 1] = parents;
+      parents = nodes;
+      entries = node_entries;
+    }
+    out.tree.nodes[0] = parents;
+    out.count = &totals_view_[0].first;
+    out.nodes = parents;
+    out.entries = entries;
     return out;
   }
 
-  void order_bricks(const NodeViews& found, Int3 nodes, BrickViews& out) {
-    const std::int64_t dense = static_cast<std::int64_t>(nodes.x) * nodes.y * nodes.z;
-    const View<std::uint8_t> marks = marks_.resize(backend_, dense);
-    const View<std::uint32_t> map = map_.resize(backend_, dense + 1);
-    out.bricks = bricks_.resize(backend_, found.nodes.size);
-    out.entries = found.entries;
-    out.order = {nodes, map};
-    backend_.fill_zero(marks);
-    backend_.for_each(found.nodes.size, MarkBricks{found.nodes, marks}, "bricks");
-    backend_.exclusive_scan(marks, map, "bricks");
-    backend_.for_each(found.nodes.size, OrderBricks{found.nodes, map, out.bricks}, "bricks");
+  template <class F>
+  void count_bricks(const BallViews<F>& in, const Grid& grid, float iso, View<BrickTable> table,
+                    BrickViews& bricks) {
+    const std::int64_t guess = brick_guess(grid);
+    bricks.values = values_.fit(backend_, bricks.count, kBrickValues, guess);
+    bricks.inside = inside_.fit(backend_, bricks.count, kLines, guess);
+    bricks.rows = rows_.fit(backend_, bricks.count, kRows, guess);
+    bricks.counts = brick_counts_.fit(backend_, bricks.count, 1, guess);
+    bricks.first = brick_first_.fit(backend_, bricks.count, 1, guess);
+    bricks.room =
+        std::min({bricks.nodes.size, bricks.values.size / kBrickValues, bricks.inside.size / kLines,
+                  bricks.rows.size / kRows, bricks.counts.size, bricks.first.size});
+    backend_.for_teams(bricks.count, bricks.room,
+                       SampleBricks<F>{grid, iso, table, bricks.nodes, bricks.entries, in.balls,
+                                       bricks.values, bricks.inside, bricks.rows, bricks.counts},
+                       "sample");
   }
 
-  RowViews count_rows(const BrickViews& bricks, float iso) {
-    const std::int64_t n = bricks.bricks.size * kRows;
-    RowViews rows;
-    rows.masks = masks_.resize(backend_, n);
-    rows.vertices = row_vertices_.resize(backend_, n);
-    rows.first_vertex = first_vertex_.resize(backend_, n + 1);
-    rows.first_triangle = first_triangle_.resize(backend_, n + 1);
-    const View<std::uint8_t> triangles = row_triangles_.resize(backend_, n);
-    backend_.for_each(n,
-                      CountRows{iso, table_view(), bricks.bricks, bricks.values, bricks.order,
-                                rows.masks, rows.vertices, triangles},
-                      "count");
-    backend_.exclusive_scan(rows.vertices, rows.first_vertex, "count");
-    backend_.exclusive_scan(triangles, rows.first_triangle, "count");
-    return rows;
+  template <class F>
+  void place_vertices(const BallViews<F>& in, const Grid& grid, const ExtractSettings& settings,
+                      const BrickViews& bricks, View<Vec3> positions, View<Vec3> normals) {
+    PlaceVertices<F> place;
+    place.grid = grid;
+    place.iso = settings.iso;
+    place.floor = settings.iso * settings.cutoff;
+    place.refine_steps = settings.refine_steps;
+    place.bricks = bricks.nodes;
+    place.entries = bricks.entries;
+    place.balls = in.balls;
+    place.values = bricks.values;
+    place.rows = bricks.rows;
+    place.counts = bricks.counts;
+    place.first = bricks.first;
+    place.positions = positions;
+    place.normals = normals;
+    backend_.for_teams(bricks.count, bricks.room, place, "vertices");
   }
 
-  View<VertexJob> list_jobs(const BrickViews& bricks, const RowViews& rows,
-                            const VertexNumbers& numbers) {
-    const std::int64_t n = bricks.bricks.size;
-    const View<std::uint32_t> counts = job_counts_.resize(backend_, n);
-    const View<std::int64_t> first = first_job_.resize(backend_, n + 1);
-    backend_.for_each(n, CountJobs<B::kLanes>{bricks.bricks, bricks.order, rows.vertices, counts},
-                      "jobs");
-    backend_.exclusive_scan(counts, first, "jobs");
-    const View<VertexJob> jobs = jobs_.resize(backend_, last_of(first));
-    backend_.for_each(n, EmitJobs{bricks.bricks, numbers, first, jobs}, "jobs");
-    return jobs;
-  }
-
-  void deliver(View<Vec3> positions, View<Vec3> normals, View<Triangle> triangles, Mesh& mesh) {
-    mesh.positions.resize(static_cast<std::size_t>(positions.size));
-    mesh.normals.resize(static_cast<std::size_t>(normals.size));
-    mesh.triangles.resize(static_cast<std::size_t>(triangles.size));
-    backend_.download(mesh.positions.data(), positions);
-    backend_.download(mesh.normals.data(), normals);
-    backend_.download(mesh.triangles.data(), triangles);
-  }
-
-  template <class T>
-  std::int64_t last_of(View<T> offsets) {
-    T last{};
-    backend_.download(&last, View<T>{offsets.data + offsets.size - 1, 1});
-    return static_cast<std::int64_t>(last);
-  }
-
-  View<McTable> table_view() {
-    const View<McTable> view = table_.resize(backend_, 1);
-    if (!table_ready_) backend_.upload(view, &mc_table());
+  View<BrickTable> table_view() {
+    const View<BrickTable> view = table_.resize(backend_, 1);
+    if (!table_ready_) backend_.upload(view, &brick_table());
     table_ready_ = true;
     return view;
   }
 
   B backend_;
   bool table_ready_ = false;
-  Buffer<McTable> table_;
+  Buffer<BrickTable> table_;
   Buffer<Ball> raw_balls_;
   Buffer<RoundBall> round_balls_;
   Buffer<EllipsoidBall> ellipsoids_;
   Buffer<std::uint32_t> everyone_;
   Buffer<Vec3> sample_points_;
   Buffer<float> sample_values_;
-  Buffer<Node> nodes_[3];  ///< root; even and odd levels
-  Buffer<std::uint32_t> entries_[2];
-  Buffer<std::uint8_t> active_, marks_;
-  Buffer<std::uint32_t> counts_, slots_, map_;
-  Buffer<std::int64_t> begins_;
-  Buffer<Node> bricks_;
+  /// [level]: nodes and entries, or what stands at [kMostLevels]: vertices and triangles.
+  Buffer<Offsets> totals_;
+  View<Offsets> totals_view_;
+  Buffer<Node> nodes_[kMostLevels];
+  Buffer<std::uint32_t> entries_[2];  ///< of even and of odd levels
+  Buffer<std::uint32_t> child_entries_;
+  Buffer<Counts> counts_, brick_counts_;
+  Buffer<Offsets> first_, brick_first_;
   Buffer<float> values_;
-  Buffer<std::uint16_t> masks_;
-  Buffer<std::uint8_t> row_vertices_, row_triangles_;
-  Buffer<std::int64_t> first_vertex_, first_triangle_;
-  Buffer<std::uint32_t> job_counts_;
-  Buffer<std::int64_t> first_job_;
-  Buffer<VertexJob> jobs_;
+  Buffer<std::uint8_t> inside_;
+  Buffer<std::uint32_t> rows_;
   Buffer<Vec3> positions_, normals_;
   Buffer<Triangle> triangles_;
 };

@@ -58,7 +58,7 @@ std::unique_ptr<SurfaceExtractor> make_cuda_extractor(int index, ExtractStatus& 
     CudaBackend backend(index);
     // Fails where this program holds no code for the device's architecture.
     cudaFuncAttributes attributes;
-    error = cudaFuncGetAttributes(&attributes, run_items<MarkBricks>);
+    error = cudaFuncGetAttributes(&attributes, run_teams<EmitTriangles>);
     if (error != cudaSuccess) {
       status = no_device("cuda device " + std::to_string(index) + " cannot run this build (" +
                          cudaGetErrorString(error) + ")");

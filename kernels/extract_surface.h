@@ -25,6 +25,12 @@ struct ExtractSettings {
   /// Steps on the field along a grid edge after the linear interpolation; one is exact for a lone
   /// Gaussian ball. 0..4.
   int refine_steps = 1;
+  /// Bytes that work buffers and mesh may take, of the machine (CPU) or of the device; 0 = no
+  /// limit.
+  std::size_t most_memory = 0;
+  /// False: the mesh stays on the device and is lost with the next call; for measuring. The CPU
+  /// backend, which writes straight into the mesh, delivers it anyway.
+  bool deliver = true;
 };
 
 enum class ExtractCode : std::uint8_t {
@@ -55,7 +61,8 @@ class SurfaceExtractor {
   /// Extracts the surface `field = iso` of the balls on `grid` into `mesh` (replaced).
   /// The mesh is closed, manifold and consistently oriented for any input; beyond the grid's border
   /// the field counts as outside, so where the surface leaves the grid it is closed by a flat cut,
-  /// 1/512 of a cell outside. Vertices are sorted by grid edge (z, y, x, axis), triangles by cell.
+  /// 1/512 of a cell outside. Vertices and triangles come brick by brick (tree.h), in a brick by
+  /// row (bricks.h), the same on every backend and for any number of threads.
   /// No balls, or none that reaches iso: an empty mesh and kOk. kBadInput: NaN or infinite balls, a
   /// <= 0 or a shape that is not positive definite (but for kInverseSquare), settings out of range,
   /// or a grid of less than 2 or more than about 5000 points a side, or further from the origin
@@ -70,6 +77,8 @@ class SurfaceExtractor {
                                const ExtractSettings& settings, std::vector<float>& values) = 0;
 
   virtual std::vector<PassTime> pass_times() const = 0;
+  /// Bytes held by the buffers, and on the CPU by the mesh of the last call.
+  virtual std::size_t memory_used() const { return 0; }
 };
 
 /// CPU backend; runs in the caller's TBB arena.

@@ -13,6 +13,7 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 
 #include "host_device.h"
 #include "math.h"
@@ -20,8 +21,17 @@
 
 namespace polymorph {
 
-/// Added to r^2 of kInverseSquare, so that a ball's centre has a finite, large value.
-constexpr float kSmallestDistance2 = 1e-20f;
+/// kInverseSquare counts distances in FieldScale::length, adds the first to their squares, so that
+/// a ball's centre has a finite, large value, and holds them below the second: products of four
+/// squares then stay within the normal floats, and four balls share a division.
+constexpr float kSmallestDistance2 = 1e-9f, kLargestDistance2 = 1e9f;
+constexpr int kFour = 4;
+
+/// What all balls of a set share.
+struct FieldScale {
+  float log2_floor = 0;  ///< log2(cutoff iso); kGaussian
+  float length = 1;      ///< a power of two, about the size of the set; kInverseSquare
+};
 
 /// Bounds of q over a box: no q computed in it is below `near` or above `far`. Where coordinates
 /// overflow, `near` is `base` and `far` may be anything.
@@ -33,7 +43,7 @@ struct QRange {
 /// The absolute value in [low, high] nearest to 0, and the one furthest from it.
 template <class V>
 PM_HD inline V nearest(V low, V high) {
-  return most(most(low, -high), V{} + 0.0f);
+  return most(most(low, -high), same<V>(0.0f));
 }
 template <class V>
 PM_HD inline V furthest(V low, V high) {
@@ -45,7 +55,7 @@ PM_HD inline QRange<V> q_range(V low_x, V high_x, V low_y, V high_y, V low_z, V 
                                float base) {
   const V nx = nearest(low_x, high_x), ny = nearest(low_y, high_y), nz = nearest(low_z, high_z);
   const V fx = furthest(low_x, high_x), fy = furthest(low_y, high_y), fz = furthest(low_z, high_z);
-  const V b = V{} + base;
+  const V b = same<V>(base);
   return {fused(nx, nx, fused(ny, ny, fused(nz, nz, b))),
           fused(fx, fx, fused(fy, fy, fused(fz, fz, b)))};
 }
@@ -61,7 +71,17 @@ struct alignas(32) RoundBall {
   template <class V>
   PM_HD V q(V px, V py, V pz) const {
     const V ux = scale * (px - x), uy = scale * (py - y), uz = scale * (pz - z);
-    return fused(ux, ux, fused(uy, uy, fused(uz, uz, V{} + base)));
+    return fused(ux, ux, fused(uy, uy, fused(uz, uz, same<V>(base))));
+  }
+  /// q of N rows of points that share x and z: what a row shares is computed once.
+  template <class V, int N>
+  PM_HD void q_rows(V px, const float (&py)[N], float pz, V (&out)[N]) const {
+    const V ux = scale * (px - x);
+    const float uz = scale * (pz - z), q0 = fused(uz, uz, base);
+    for (int r = 0; r < N; ++r) {
+      const float uy = scale * (py[r] - y);
+      out[r] = fused(ux, ux, same<V>(fused(uy, uy, q0)));
+    }
   }
   /// Half the gradient of q.
   template <class V>
@@ -86,15 +106,25 @@ struct alignas(16) EllipsoidBall {
   PM_HD V q(V px, V py, V pz) const {
     const V dx = px - x, dy = py - y, dz = pz - z;
     const V ux = along_x(dx, dy, dz), uy = along_y(dy, dz), uz = zz * dz;
-    return fused(ux, ux, fused(uy, uy, fused(uz, uz, V{} + base)));
+    return fused(ux, ux, fused(uy, uy, fused(uz, uz, same<V>(base))));
+  }
+  template <class V, int N>
+  PM_HD void q_rows(V px, const float (&py)[N], float pz, V (&out)[N]) const {
+    const V dx = px - x;
+    const float dz = pz - z, uz = zz * dz, q0 = fused(uz, uz, base);
+    for (int r = 0; r < N; ++r) {
+      const float dy = py[r] - y, uy = fused(yy, dy, yz * dz);
+      const V ux = fused(same<V>(xx), dx, same<V>(fused(xy, dy, xz * dz)));
+      out[r] = fused(ux, ux, same<V>(fused(uy, uy, q0)));
+    }
   }
   template <class V>
   PM_HD void q_rise(V px, V py, V pz, V& gx, V& gy, V& gz) const {
     const V dx = px - x, dy = py - y, dz = pz - z;
     const V ux = along_x(dx, dy, dz), uy = along_y(dy, dz), uz = zz * dz;
     gx = xx * ux;
-    gy = fused(V{} + yy, uy, xy * ux);
-    gz = fused(V{} + zz, uz, fused(V{} + yz, uy, xz * ux));
+    gy = fused(same<V>(yy), uy, xy * ux);
+    gz = fused(same<V>(zz), uz, fused(same<V>(yz), uy, xz * ux));
   }
   template <class V>
   PM_HD QRange<V> range(V lx, V hx, V ly, V hy, V lz, V hz) const {
@@ -108,11 +138,11 @@ struct alignas(16) EllipsoidBall {
 
   template <class V>
   PM_HD V along_x(V dx, V dy, V dz) const {
-    return fused(V{} + xx, dx, fused(V{} + xy, dy, xz * dz));
+    return fused(same<V>(xx), dx, fused(same<V>(xy), dy, xz * dz));
   }
   template <class V>
   PM_HD V along_y(V dy, V dz) const {
-    return fused(V{} + yy, dy, yz * dz);
+    return fused(same<V>(yy), dy, yz * dz);
   }
 };
 
@@ -139,6 +169,14 @@ PM_HD inline bool factor(const Sym3& s, double by, double (&m)[6]) {
   return true;
 }
 
+/// One axis' share of a ball's value where the field splits: u^2 along it, or its sum with base.
+/// Within the ball's reach u^2 <= kLargestFactor (prepare_ball); beyond, the share counts nowhere.
+constexpr float kLargestFactor = 125.0f;
+template <class V>
+PM_HD inline V factor_of(V u2) {
+  return power_of_two(-least(u2, same<V>(kLargestFactor)));
+}
+
 /// One field function over balls of one form: what extract() is compiled for.
 template <FieldKind kKindOf, class BallType>
 struct Field {
@@ -146,6 +184,11 @@ struct Field {
   static constexpr FieldKind kKind = kKindOf;
   /// Balls end somewhere: lists are culled.
   static constexpr bool kEnds = kKind != FieldKind::kInverseSquare;
+  /// A contribution is a product of three numbers, one an axis: on a grid they are shared.
+  /// Never-ending sums take four balls at a time (sum_of_four).
+  static constexpr bool kFours = kKind == FieldKind::kInverseSquare;
+  static constexpr bool kSplits =
+      kKind == FieldKind::kGaussian && std::is_same<Ball, RoundBall>::value;
 
   /// What a ball contributes where its coordinate is q.
   template <class V>
@@ -154,9 +197,9 @@ struct Field {
     if (kKind == FieldKind::kWyvill) {
       const V rest = 1.0f - q;
       return kept_if(q <= ball.limit,
-                     (ball.w * (rest * rest)) * fused(V{} + -4.0f / 9.0f, q, V{} + 1.0f));
+                     (ball.w * (rest * rest)) * fused(same<V>(-4.0f / 9.0f), q, same<V>(1.0f)));
     }
-    return ball.w / q;
+    return ball.w / least(q, same<V>(kLargestDistance2));
   }
 
   /// - d value / dq, up to one positive factor common to all balls.
@@ -165,9 +208,11 @@ struct Field {
     if (kKind == FieldKind::kGaussian) return value(ball, q);
     if (kKind == FieldKind::kWyvill) {
       // (1 - q) (22 - 12 q) / 9 is the derivative; the common 2 / 9 is left out.
-      return kept_if(q <= ball.limit, ball.w * ((1.0f - q) * fused(V{} + -6.0f, q, V{} + 11.0f)));
+      return kept_if(q <= ball.limit,
+                     ball.w * ((1.0f - q) * fused(same<V>(-6.0f), q, same<V>(11.0f))));
     }
-    return ball.w / (q * q);
+    const V held = least(q, same<V>(kLargestDistance2));
+    return ball.w / (held * held);
   }
 };
 
@@ -183,11 +228,43 @@ PM_HD inline void set_matrix(EllipsoidBall& ball, const Sym3& shape, double by) 
   ball.yz = static_cast<float>(m[4]), ball.zz = static_cast<float>(m[5]);
 }
 
+/// Four balls of a list from number j on; where it ends before, balls that add nothing.
+PM_HD inline void load_four(const RoundBall* balls, const std::uint32_t* list, std::uint32_t left,
+                            RoundBall (&out)[kFour]) {
+  for (std::uint32_t i = 0; i < kFour; ++i) {
+    RoundBall nothing;
+    nothing.scale = 0, nothing.base = 1;
+    out[i] = i < left ? balls[list[i]] : nothing;
+  }
+}
+
+/// w0 / q0 + w1 / q1 + w2 / q2 + w3 / q3 with one division.
+template <class V>
+PM_HD inline V sum_of_four(const RoundBall (&b)[kFour], const V (&q)[kFour]) {
+  const V n01 = fused(same<V>(b[0].w), q[1], b[1].w * q[0]), d01 = q[0] * q[1];
+  const V n23 = fused(same<V>(b[2].w), q[3], b[3].w * q[2]), d23 = q[2] * q[3];
+  return fused(n01, d23, n23 * d01) / (d01 * d23);
+}
+
+/// The sum with what a ball adds at a point: the bits that the grid's points have.
+template <class F, class V>
+PM_HD inline V plus_value(V sum, const typename F::Ball& ball, V x, V y, V z) {
+  const V q = ball.q(x, y, z);
+  if constexpr (F::kSplits) {
+    const V ux = ball.scale * (x - ball.x), uy = ball.scale * (y - ball.y),
+            uz = ball.scale * (z - ball.z);
+    const V along_x = factor_of(fused(ux, ux, same<V>(ball.base)));
+    return fused(kept_if(q <= ball.limit, along_x), factor_of(uy * uy) * factor_of(uz * uz), sum);
+  } else {
+    return sum + F::value(ball, q);
+  }
+}
+
 /// kGaussian: base = -w log2(e), so that the contribution is 2^-q; it ends where that falls below
-/// `log2_floor` = log2(cutoff iso) (Blinn 1982: r = sqrt((w - ln(cutoff iso)) / a); report 3.2.3).
+/// log2(cutoff iso) (Blinn 1982: r = sqrt((w - ln(cutoff iso)) / a); report 3.2.3).
 /// kWyvill: q = a r^2, ends at 1. kInverseSquare: q = r^2, never ends.
 template <class F>
-PM_HD inline typename F::Ball prepare_ball(const Ball& ball, float log2_floor) {
+PM_HD inline typename F::Ball prepare_ball(const Ball& ball, FieldScale scale) {
   constexpr double kLog2E = 1.4426950408889634;
   typename F::Ball out;
   out.x = ball.center.x;
@@ -197,14 +274,18 @@ PM_HD inline typename F::Ball prepare_ball(const Ball& ball, float log2_floor) {
   double by = 1;
   if (F::kKind == FieldKind::kGaussian) {
     by = static_cast<double>(ball.a) * kLog2E;
-    out.base = -least(ball.w * static_cast<float>(kLog2E), kLargestExponent);
-    out.limit = -log2_floor;
+    // Not so strong that one axis alone could leave the range of power_of_two() within reach.
+    const float strongest = least(kLargestExponent, kLargestFactor - 5 + scale.log2_floor);
+    out.base = -least(ball.w * static_cast<float>(kLog2E), strongest);
+    out.limit = -scale.log2_floor;
   } else if (F::kKind == FieldKind::kWyvill) {
     by = static_cast<double>(ball.a);
     out.limit = 1;
   } else {
     out.base = kSmallestDistance2;
     out.limit = kInfinity;
+    out.w = ball.w / (scale.length * scale.length);
+    by = 1 / (static_cast<double>(scale.length) * static_cast<double>(scale.length));
   }
   set_matrix(out, ball.shape, by);
   return out;

@@ -1,19 +1,19 @@
-// The field at several points at once: sums over a list of balls, in ascending ball order.
+// The field at points: sums over a list of balls, in ascending ball order.
 //
 // Two lists give the same bits at a point when they differ only in balls that contribute exactly 0
-// there: all sums start at +0 and adding +0 changes no float (for kInverseSquare every list holds
-// every ball). The lists of a brick hold every ball that reaches any of its points (see bricks.h),
-// so a point shared by several bricks has one value, and it is the value of the sum over all balls.
+// there: all sums start at +0 and adding 0 changes no float (for kInverseSquare every list holds
+// every ball). The lists of a brick hold every ball that reaches any of its points (tree.h), so a
+// point shared by several bricks has one value, and it is the value of the sum over all balls.
 //
-// kLanes points share a list. The lanes are plain inner loops that the compiler turns into vectors
-// on the CPU; on the GPU kLanes is 1. The operations on one point, and their order, are the same
-// for any kLanes.
+// Where the field splits, its value at a grid point is a sum of products of factors; between the
+// points, where factors cannot be shared, one power does: the two differ by rounding.
 #pragma once
 
 #include <cstdint>
 
 #include "falloff.h"
 #include "host_device.h"
+#include "tree.h"
 #include "view.h"
 
 namespace polymorph {
@@ -24,67 +24,109 @@ struct BallList {
   std::uint32_t count = 0;
 };
 
-template <int kLanes>
+template <class V>
 struct Points {
-  float x[kLanes], y[kLanes], z[kLanes];
+  V x, y, z;
 };
 
-template <class F, int kLanes>
-PM_HD inline void field_at(const Points<kLanes>& points, const typename F::Ball* balls,
-                           BallList list, float (&value)[kLanes]) {
-  // Copies, so that the compiler sees that nothing aliases and keeps the lanes in registers.
-  const Points<kLanes> p = points;
-  float sum[kLanes];
-  for (int l = 0; l < kLanes; ++l) sum[l] = 0;
+template <class V>
+PM_HD inline void four_q(const RoundBall (&four)[kFour], const Points<V>& p, V (&q)[kFour]) {
+  for (int i = 0; i < kFour; ++i) {
+    q[i] = least(four[i].q(p.x, p.y, p.z), same<V>(kLargestDistance2));
+  }
+}
+
+template <class F, class V>
+PM_HD inline V field_at(const Points<V>& p, const typename F::Ball* balls, BallList list) {
+  V sum = same<V>(0.0f);
+  if constexpr (F::kFours) {
+    for (std::uint32_t j = 0; j < list.count; j += kFour) {
+      RoundBall four[kFour];
+      V q[kFour];
+      load_four(balls, list.indices + j, list.count - j, four);
+      four_q(four, p, q);
+      sum = sum + sum_of_four(four, q);
+    }
+    return sum;
+  }
   for (std::uint32_t j = 0; j < list.count; ++j) {
     const typename F::Ball ball = balls[list.indices[j]];
-    PM_LANES
-    for (int l = 0; l < kLanes; ++l) {
-      sum[l] += F::value(ball, ball.q(p.x[l], p.y[l], p.z[l]));
-    }
+    sum = sum + F::value(ball, ball.q(p.x, p.y, p.z));
   }
-  for (int l = 0; l < kLanes; ++l) value[l] = sum[l];
+  return sum;
+}
+
+/// The same with the bits that the grid's points have (plus_value).
+template <class F, class V>
+PM_HD inline V grid_field_at(const Points<V>& p, const typename F::Ball* balls, BallList list) {
+  if constexpr (F::kFours) return field_at<F>(p, balls, list);
+  V sum = same<V>(0.0f);
+  for (std::uint32_t j = 0; j < list.count; ++j) {
+    sum = plus_value<F>(sum, balls[list.indices[j]], p.x, p.y, p.z);
+  }
+  return sum;
 }
 
 /// -grad of the field up to a positive factor: outward at the surface.
-template <class F, int kLanes>
-PM_HD inline void downhill_at(const Points<kLanes>& points, const typename F::Ball* balls,
-                              BallList list, Points<kLanes>& direction) {
-  const Points<kLanes> p = points;
-  Points<kLanes> sum;
-  for (int l = 0; l < kLanes; ++l) sum.x[l] = sum.y[l] = sum.z[l] = 0;
+template <class F, class V>
+PM_HD inline Points<V> downhill_at(const Points<V>& p, const typename F::Ball* balls,
+                                   BallList list) {
+  Points<V> sum = {same<V>(0.0f), same<V>(0.0f), same<V>(0.0f)};
+  if constexpr (F::kFours) {
+    for (std::uint32_t j = 0; j < list.count; j += kFour) {
+      RoundBall four[kFour];
+      V q[kFour];
+      load_four(balls, list.indices + j, list.count - j, four);
+      four_q(four, p, q);
+      const V d01 = q[0] * q[1], d23 = q[2] * q[3], both = 1.0f / (d01 * d23);
+      const V a = d23 * both, b = d01 * both;
+      const V inverse[kFour] = {q[1] * a, q[0] * a, q[3] * b, q[2] * b};
+      for (int i = 0; i < kFour; ++i) {
+        const V fall = four[i].w * (inverse[i] * inverse[i]);
+        V x, y, z;
+        four[i].q_rise(p.x, p.y, p.z, x, y, z);
+        sum.x = fused(fall, x, sum.x), sum.y = fused(fall, y, sum.y);
+        sum.z = fused(fall, z, sum.z);
+      }
+    }
+    return sum;
+  }
   for (std::uint32_t j = 0; j < list.count; ++j) {
     const typename F::Ball ball = balls[list.indices[j]];
-    PM_LANES
-    for (int l = 0; l < kLanes; ++l) {
-      const float fall = F::fall(ball, ball.q(p.x[l], p.y[l], p.z[l]));
-      float x, y, z;
-      ball.q_rise(p.x[l], p.y[l], p.z[l], x, y, z);
-      sum.x[l] = fused(fall, x, sum.x[l]);
-      sum.y[l] = fused(fall, y, sum.y[l]);
-      sum.z[l] = fused(fall, z, sum.z[l]);
-    }
+    const V fall = F::fall(ball, ball.q(p.x, p.y, p.z));
+    V x, y, z;
+    ball.q_rise(p.x, p.y, p.z, x, y, z);
+    sum.x = fused(fall, x, sum.x);
+    sum.y = fused(fall, y, sum.y);
+    sum.z = fused(fall, z, sum.z);
   }
-  direction = sum;
+  return sum;
 }
 
-/// Prepares all balls; one item a ball.
+/// Prepares all balls, and the root of the tree where there is one; one item a ball.
 template <class F>
 struct PrepareBalls {
   View<const Ball> balls;
   View<typename F::Ball> prepared;
   View<std::uint32_t> everyone;  ///< 0, 1, 2, ...: the list that holds all balls
-  float log2_floor = 0;
+  FieldScale scale;
+  View<Node> root;
+  View<Offsets> root_count;  ///< nodes and entries of the root's level
 
   PM_HD void operator()(std::int64_t i) const {
     if (i >= balls.size) return;
-    prepared[i] = prepare_ball<F>(balls[i], log2_floor);
+    prepared[i] = prepare_ball<F>(balls[i], scale);
     everyone[i] = static_cast<std::uint32_t>(i);
+    if (i > 0 || root.size == 0) return;
+    Node node;
+    node.count = static_cast<std::uint32_t>(balls.size);
+    root[0] = node;
+    root_count[0] = {1, 0};
   }
 };
 
-/// Field values at arbitrary points, summed over all balls; one item kLanes points.
-template <class F, int kLanes>
+/// Field values at arbitrary points, summed over all balls; one item as many points as V has lanes.
+template <class F, class V>
 struct SamplePoints {
   View<const Vec3> points;
   View<const typename F::Ball> balls;
@@ -92,17 +134,16 @@ struct SamplePoints {
   View<float> values;
 
   PM_HD void operator()(std::int64_t item) const {
+    constexpr int kLanes = Lanes<V>::kCount;
     const std::int64_t base = item * kLanes;
     if (base >= points.size) return;
-    Points<kLanes> p;
+    alignas(32) float x[kLanes], y[kLanes], z[kLanes], value[kLanes];
     for (int l = 0; l < kLanes; ++l) {
       const Vec3 at = points[base + l < points.size ? base + l : points.size - 1];
-      p.x[l] = at.x;
-      p.y[l] = at.y;
-      p.z[l] = at.z;
+      x[l] = at.x, y[l] = at.y, z[l] = at.z;
     }
-    float value[kLanes];
-    field_at<F>(p, balls.data, everyone, value);
+    const Points<V> at = {Lanes<V>::load(x), Lanes<V>::load(y), Lanes<V>::load(z)};
+    Lanes<V>::store(value, grid_field_at<F>(at, balls.data, everyone));
     for (int l = 0; l < kLanes; ++l) {
       if (base + l < points.size) values[base + l] = value[l];
     }

@@ -9,6 +9,10 @@
 #include <cstring>
 #include <limits>
 
+#if defined(__AVX2__) && !defined(__CUDACC__)
+#include <immintrin.h>
+#endif
+
 #include "host_device.h"
 
 namespace polymorph {
@@ -65,6 +69,108 @@ PM_HD inline int count_bits(std::uint32_t a) {
   return __builtin_popcount(a);
 #endif
 }
+PM_HD inline int count_bits(std::uint64_t a) {
+#if defined(__CUDA_ARCH__)
+  return __popcll(a);
+#else
+  return __builtin_popcountll(a);
+#endif
+}
+/// The lowest set bit of a != 0.
+PM_HD inline int lowest_bit(std::uint32_t a) {
+#if defined(__CUDA_ARCH__)
+  return __ffs(static_cast<int>(a)) - 1;
+#else
+  return __builtin_ctz(a);
+#endif
+}
+
+/// `a` where `keep`, else +0, whatever `a` is; without a branch.
+PM_HD inline float kept_if(bool keep, float a) {
+  return float_from_bits(float_bits(a) & (0u - static_cast<std::uint32_t>(keep)));
+}
+/// `a` where `first`, else `b`.
+PM_HD inline float select(bool first, float a, float b) { return first ? a : b; }
+
+/// The smaller and the larger of two; `b` where one is not a number.
+PM_HD inline float least(float a, float b) { return a < b ? a : b; }
+PM_HD inline float most(float a, float b) { return a > b ? a : b; }
+
+/// How many values a V holds, and V's that hold one value everywhere, or values from memory.
+template <class V>
+struct Lanes {
+  static constexpr int kCount = 1;
+  PM_HD static V same(float a) { return a; }
+  PM_HD static V load(const float* from) { return *from; }
+  PM_HD static void store(float* to, V a) { *to = a; }
+  /// bit l: whether the comparison holds in lane l
+  PM_HD static std::uint32_t bits(bool holds) { return holds ? 1u : 0u; }
+  PM_HD static V first_numbers() { return 0; }  ///< 0, 1, 2, ...
+};
+template <class V>
+PM_HD inline V same(float a) {
+  return Lanes<V>::same(a);
+}
+
+#if defined(__GNUC__) && !defined(__CUDACC__)
+#define PM_PACKS
+/// Eight floats: one vector of AVX2. Each operation below is that of eight floats.
+typedef float Pack __attribute__((vector_size(32)));
+typedef std::int32_t PackMask __attribute__((vector_size(32)));
+typedef std::uint32_t PackBits __attribute__((vector_size(32)));
+
+template <>
+struct Lanes<Pack> {
+  static constexpr int kCount = 8;
+  static Pack same(float a) { return Pack{a, a, a, a, a, a, a, a}; }
+  static Pack load(const float* from) {
+    Pack a;
+    std::memcpy(&a, from, sizeof a);
+    return a;
+  }
+  static void store(float* to, Pack a) { std::memcpy(to, &a, sizeof a); }
+  static std::uint32_t bits(PackMask holds) {
+#if defined(__AVX2__)
+    return static_cast<std::uint32_t>(_mm256_movemask_ps(reinterpret_cast<__m256>(holds)));
+#else
+    std::uint32_t out = 0;
+    for (int l = 0; l < 8; ++l) out |= (holds[l] != 0 ? 1u : 0u) << l;
+    return out;
+#endif
+  }
+  static Pack first_numbers() { return Pack{0, 1, 2, 3, 4, 5, 6, 7}; }
+};
+inline Pack fused(Pack a, Pack b, Pack c) {
+#if defined(__AVX2__) && defined(__FMA__)
+  return _mm256_fmadd_ps(a, b, c);
+#else
+  for (int l = 0; l < 8; ++l) c[l] = std::fma(a[l], b[l], c[l]);
+  return c;
+#endif
+}
+inline Pack square_root(Pack a) {
+#if defined(__AVX2__)
+  return _mm256_sqrt_ps(a);
+#else
+  for (int l = 0; l < 8; ++l) a[l] = std::sqrt(a[l]);
+  return a;
+#endif
+}
+inline PackBits float_bits(Pack a) { return reinterpret_cast<PackBits>(a); }
+inline Pack float_from_bits(PackBits a) { return reinterpret_cast<Pack>(a); }
+inline Pack kept_if(PackMask keep, Pack a) {
+  return reinterpret_cast<Pack>(reinterpret_cast<PackMask>(a) & keep);
+}
+inline Pack select(PackMask first, Pack a, Pack b) { return first ? a : b; }
+inline Pack least(Pack a, Pack b) { return a < b ? a : b; }
+inline Pack most(Pack a, Pack b) { return a > b ? a : b; }
+inline Pack float_of_signed(PackBits a) {
+  return __builtin_convertvector(reinterpret_cast<PackMask>(a), Pack);
+}
+#endif
+PM_HD inline float float_of_signed(std::uint32_t a) {
+  return static_cast<float>(static_cast<std::int32_t>(a));
+}
 
 /// The range of power_of_two(): sums of 10^8 terms of 2^100 stay finite, and below 2^-125 the
 /// result would leave the normal numbers.
@@ -72,48 +178,41 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kLargestExponent = 100.0f;
 constexpr float kSmallestExponent = -125.0f;
 
-/// 2^e for e in [kSmallestExponent, kLargestExponent], meaningless outside: a clamp here would be a
-/// branch in the innermost loop. Exact for whole e, relative error <= 1.5e-7.
-PM_HD inline float power_of_two(float e) {
+/// 2^e for e in [kSmallestExponent, kLargestExponent], meaningless outside: a clamp here would cost
+/// in the innermost loop. Exact for whole e, relative error <= 1.5e-7.
+template <class V>
+PM_HD inline V power_of_two(V e) {
   // Adding 1.5 * 2^23 rounds to the nearest integer and leaves it in the low bits of the sum.
   constexpr float kRound = 12582912.0f;
-  const float shifted = e + kRound;
-  const float f = e - (shifted - kRound);
+  const V shifted = e + kRound;
+  const V f = e - (shifted - kRound);
   // 2^f on [-1/2, 1/2]: relative error 5e-9 (Chebyshev nodes) with the constant term held at 1.
-  float p = 0x1.44138ap-13f;
-  p = fused(p, f, 0x1.5f0890p-10f);
-  p = fused(p, f, 0x1.3b2a54p-7f);
-  p = fused(p, f, 0x1.c6af6cp-5f);
-  p = fused(p, f, 0x1.ebfbe0p-3f);
-  p = fused(p, f, 0x1.62e43p-1f);
-  p = fused(p, f, 1.0f);
+  V p = same<V>(0x1.44138ap-13f);
+  p = fused(p, f, same<V>(0x1.5f0890p-10f));
+  p = fused(p, f, same<V>(0x1.3b2a54p-7f));
+  p = fused(p, f, same<V>(0x1.c6af6cp-5f));
+  p = fused(p, f, same<V>(0x1.ebfbe0p-3f));
+  p = fused(p, f, same<V>(0x1.62e43p-1f));
+  p = fused(p, f, same<V>(1.0f));
   return float_from_bits(float_bits(p) + (float_bits(shifted) << 23));
 }
 
-/// `a` where `keep`, else +0, whatever `a` is; without a branch.
-PM_HD inline float kept_if(bool keep, float a) {
-  return float_from_bits(float_bits(a) & (0u - static_cast<std::uint32_t>(keep)));
-}
-
-/// The smaller and the larger of two; without a branch.
-PM_HD inline float least(float a, float b) { return kept_if(a < b, a) + kept_if(!(a < b), b); }
-PM_HD inline float most(float a, float b) { return kept_if(a > b, a) + kept_if(!(a > b), b); }
-
 /// log2(a) of a normal a > 0; absolute error <= 2e-7 max(1, |log2 a|).
-PM_HD inline float log_of_two(float a) {
+template <class V>
+PM_HD inline V log_of_two(V a) {
   // a = 2^k m with m in [sqrt(1/2), sqrt(2)); 0x3f3504f3 are the bits of sqrt(1/2).
-  const std::uint32_t bits = float_bits(a);
-  const std::uint32_t k = (bits - 0x3f3504f3u) & 0xff800000u;
-  const float m = float_from_bits(bits - k);
-  const float exponent = static_cast<float>(static_cast<std::int32_t>(k)) * 0x1p-23f;
+  const auto bits = float_bits(a);
+  const auto k = (bits - 0x3f3504f3u) & 0xff800000u;
+  const V m = float_from_bits(bits - k);
+  const V exponent = float_of_signed(k) * 0x1p-23f;
   // ln m = 2 artanh(s); |s| <= 0.172, so the first term left out is below 5e-8.
-  const float s = (m - 1.0f) / (m + 1.0f);
-  const float s2 = s * s;
-  float p = fused(s2, 2.0f / 7.0f, 2.0f / 5.0f);
-  p = fused(p, s2, 2.0f / 3.0f);
-  p = fused(p, s2, 2.0f);
+  const V s = (m - 1.0f) / (m + 1.0f);
+  const V s2 = s * s;
+  V p = fused(s2, same<V>(2.0f / 7.0f), same<V>(2.0f / 5.0f));
+  p = fused(p, s2, same<V>(2.0f / 3.0f));
+  p = fused(p, s2, same<V>(2.0f));
   constexpr float kLog2E = 1.44269504f;
-  return fused(p * s, kLog2E, exponent);
+  return fused(p * s, same<V>(kLog2E), exponent);
 }
 
 }  // namespace polymorph

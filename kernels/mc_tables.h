@@ -262,4 +262,34 @@ inline const McTable& mc_table() {
   return table;
 }
 
+/// Edges that start on a line of eight points: slot 3 x + axis.
+constexpr int kLineSlots = 24;
+
+/// The same table as the passes read it: keyed by the corners with corner i in bit i, and in place
+/// of an edge the distance of its slot from that of the cell's lowest corner, where lines of slots
+/// stand in the order y, z of a brick's 8 x 8 lines.
+struct BrickTable {
+  std::uint8_t slots[256][16] = {};
+  std::uint8_t count[256] = {};  ///< triangles
+};
+
+inline const BrickTable& brick_table() {
+  static const BrickTable table = [] {
+    BrickTable out;
+    for (int corners = 0; corners < 256; ++corners) {
+      int key = 0;
+      for (int c = 0; c < 8; ++c) key |= (corners >> c & 1) != 0 ? corner_weight(c) : 0;
+      out.count[corners] = mc_table().count[key];
+      for (int i = 0; i < 3 * out.count[corners]; ++i) {
+        const int e = mc_table().edges[key][i], c = edge_low_corner(e);
+        const int line = (c >> 1 & 1) + 8 * (c >> 2);
+        out.slots[corners][i] =
+            static_cast<std::uint8_t>(kLineSlots * line + 3 * (c & 1) + edge_axis(e));
+      }
+    }
+    return out;
+  }();
+  return table;
+}
+
 }  // namespace polymorph

@@ -30,6 +30,15 @@ inline ExtractStatus bad_input(std::string message) {
   return {ExtractCode::kBadInput, std::move(message)};
 }
 
+/// Throws where `bytes` are more than the limit allows.
+inline void check_memory(std::size_t bytes, std::size_t most) {
+  if (most == 0 || bytes <= most) return;
+  const auto mega = [](std::size_t b) { return std::to_string((b + 999999) / 1000000) + " MB"; };
+  throw ExtractFailure{{ExtractCode::kOutOfMemory, "the surface needs " + mega(bytes) +
+                                                       " (the limit is " + mega(most) +
+                                                       "), use a coarser grid or a higher limit"}};
+}
+
 inline ExtractStatus check_input(const std::vector<Ball>& balls, const ExtractSettings& settings) {
   // The lower bound keeps iso * cutoff within the normal floats.
   if (!(settings.iso >= 1e-20f && settings.iso <= 1e20f)) {
@@ -76,11 +85,9 @@ inline ExtractStatus check_grid(const Grid& grid) {
     return bad_input("the grid has " + size + " points (each axis needs 2), use a finer grid");
   }
   constexpr int kMostPoints = 1 << 20;
-  const auto bricks = [](int points) { return static_cast<std::int64_t>(points) / 4 + 1; };
-  if (n.x > kMostPoints || n.y > kMostPoints || n.z > kMostPoints ||
-      bricks(n.x) * bricks(n.y) * bricks(n.z) > (std::int64_t{1} << 31)) {
+  if (n.x > kMostPoints || n.y > kMostPoints || n.z > kMostPoints) {
     return bad_input("the grid has " + size +
-                     " points (about 5000 a side is the most), use a coarser grid");
+                     " points (2^20 a side is the most), use a coarser grid");
   }
   if (!(grid.cell > 0) || !std::isfinite(grid.cell) || !is_finite(grid.origin)) {
     return bad_input(

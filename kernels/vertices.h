@@ -12,7 +12,6 @@
 #include <cstdint>
 
 #include "bricks.h"
-#include "cells.h"
 #include "field.h"
 #include "host_device.h"
 #include "math.h"
@@ -29,209 +28,176 @@ constexpr float kEdgeMargin = 1.0f / 512.0f;
 /// field.
 constexpr float kCloseEnough = 0x1p-17f;
 
-/// One vertex to place; those of a brick stand together, padded to whole items.
-struct VertexJob {
-  std::uint32_t vertex = 0;
-  std::uint32_t brick = 0;
-  std::uint32_t edge = 0;  ///< 3 (x + 4 (y + 4 z)) + axis of the lower point
-};
-constexpr std::uint32_t kNoVertex = 0xffffffffu;  ///< padding
+/// Two points of log2(field / iso) along an edge with opposite signs, and a third one.
+template <class V>
+struct Bracket {
+  V t0, g0, t1, g1, t2, g2;
 
-/// Counts the jobs of each brick, rounded up to a multiple of kLanes. One item a brick.
-template <int kLanes>
-struct CountJobs {
-  View<const Node> bricks;
-  RowOrder order;
-  View<const std::uint8_t> vertices;  ///< of each row
-  View<std::uint32_t> jobs;
-
-  PM_HD void operator()(std::int64_t brick) const {
-    if (brick >= bricks.size) return;
-    std::uint32_t count = 0;
-    for (int r = 0; r < kRows; ++r) {
-      count += vertices[order(bricks[brick].index, static_cast<std::uint32_t>(brick),
-                              r % kBrickCells, r / kBrickCells)];
-    }
-    jobs[brick] = (count + kLanes - 1) / kLanes * kLanes;
-  }
-};
-
-/// Writes the jobs of each brick. One item a brick.
-struct EmitJobs {
-  View<const Node> bricks;
-  VertexNumbers numbers;
-  View<const std::int64_t> first;  ///< job of each brick
-  View<VertexJob> jobs;
-
-  PM_HD void operator()(std::int64_t brick) const {
-    if (brick >= bricks.size) return;
-    std::int64_t out = first[brick];
-    const auto number = static_cast<std::uint32_t>(brick);
-    VertexJob job;
-    for (int r = 0; r < kRows; ++r) {
-      const std::int64_t row =
-          numbers.order(bricks[brick].index, number, r % kBrickCells, r / kBrickCells);
-      std::uint32_t vertex = static_cast<std::uint32_t>(numbers.first[row]);
-      const std::uint32_t mask = numbers.masks[row];
-      for (int bit = 0; bit < kRowEdges; ++bit) {
-        if (!(mask >> bit & 1u)) continue;
-        job = {vertex++, number, static_cast<std::uint32_t>(r * kRowEdges + bit)};
-        jobs[out++] = job;
-      }
-    }
-    job.vertex = kNoVertex;
-    while (out < first[brick + 1]) jobs[out++] = job;
-  }
-};
-
-/// Writes position and normal of each vertex. One item kLanes jobs of one brick.
-template <class F, int kLanes>
-struct PlaceVertices {
-  Grid grid;
-  float iso = 1;
-  float floor = 0;  ///< field values are held above this before the logarithm
-  int refine_steps = 1;
-  Int3 brick_nodes;
-  View<const Node> bricks;
-  View<const std::uint32_t> entries;
-  View<const typename F::Ball> balls;
-  View<const float> values;
-  View<const VertexJob> jobs;
-  View<Vec3> positions;
-  View<Vec3> normals;
-
-  /// The edges of an item, one a lane.
-  struct Edges {
-    Points<kLanes> start;  ///< lower end
-    float step[kLanes];    ///< length
-    int axis[kLanes];
-    float fixed[kLanes];                   ///< where the rim cuts this edge (fraction), or < 0
-    float value0[kLanes], value1[kLanes];  ///< field at the ends
-  };
-
-  PM_HD void operator()(std::int64_t item) const {
-    const std::int64_t base = item * kLanes;
-    if (base >= jobs.size) return;
-    const Node brick = bricks[jobs[base].brick];
-    const BallList list = {entries.data + brick.begin, brick.count};
-    const Edges edges = edges_of(base, brick);
-    float t[kLanes];
-    find_roots(edges, list, t);
-    Points<kLanes> at, outward;
-    along(edges, t, at);
-    downhill_at<F>(at, balls.data, list, outward);
-    for (int l = 0; l < kLanes; ++l) {
-      const std::uint32_t vertex = jobs[base + l].vertex;
-      if (vertex == kNoVertex) continue;
-      positions[vertex] = {at.x[l], at.y[l], at.z[l]};
-      normals[vertex] = normal_of(edges, l, {outward.x[l], outward.y[l], outward.z[l]});
-    }
-  }
-
-  PM_HD Edges edges_of(std::int64_t base, const Node& brick) const {
-    Edges out;
-    const Int3 p = node_position(brick_nodes, brick.index);
-    for (int l = 0; l < kLanes; ++l) {
-      const VertexJob job = jobs[base + l];
-      const int axis = static_cast<int>(job.edge % 3), i = static_cast<int>(job.edge / 3);
-      const int x = i % kBrickCells, y = i / kBrickCells % kBrickCells,
-                z = i / kBrickCells / kBrickCells;
-      const Int3 a = {p.x * kBrickCells + x - 1, p.y * kBrickCells + y - 1,
-                      p.z * kBrickCells + z - 1};
-      const Int3 b = {a.x + (axis == 0), a.y + (axis == 1), a.z + (axis == 2)};
-      const Vec3 from = grid_point(grid, a), to = grid_point(grid, b);
-      out.start.x[l] = from.x, out.start.y[l] = from.y, out.start.z[l] = from.z;
-      out.step[l] = axis == 0 ? to.x - from.x : axis == 1 ? to.y - from.y : to.z - from.z;
-      out.axis[l] = axis;
-      const int low = axis == 0 ? a.x : axis == 1 ? a.y : a.z;
-      const int last = (axis == 0 ? grid.points.x : axis == 1 ? grid.points.y : grid.points.z) - 1;
-      out.fixed[l] = low < 0 ? 1 - kEdgeMargin : low == last ? kEdgeMargin : -1.0f;
-      const float* value = values.data + static_cast<std::int64_t>(job.brick) * kBrickStride;
-      out.value0[l] = value[local_point(x, y, z)];
-      out.value1[l] = value[local_point(x + (axis == 0), y + (axis == 1), z + (axis == 2))];
-    }
-    return out;
-  }
-
-  PM_HD void along(const Edges& edges, const float (&t)[kLanes], Points<kLanes>& at) const {
-    for (int l = 0; l < kLanes; ++l) {
-      const float x = edges.axis[l] == 0 ? edges.step[l] : 0.0f;
-      const float y = edges.axis[l] == 1 ? edges.step[l] : 0.0f;
-      const float z = edges.axis[l] == 2 ? edges.step[l] : 0.0f;
-      at.x[l] = fused(t[l], x, edges.start.x[l]);
-      at.y[l] = fused(t[l], y, edges.start.y[l]);
-      at.z[l] = fused(t[l], z, edges.start.z[l]);
-    }
-  }
-
-  /// Two points of log2(field / iso) along an edge with opposite signs, and a third one.
-  struct Bracket {
-    float t0, g0, t1, g1, t2, g2;
-  };
-
-  PM_HD void find_roots(const Edges& edges, BallList list, float (&t)[kLanes]) const {
-    Bracket bracket[kLanes];
-    const float level = log_of_two(iso);
-    for (int l = 0; l < kLanes; ++l) {
-      const float g0 = log_of_two(most(edges.value0[l], floor)) - level;
-      const float g1 = log_of_two(most(edges.value1[l], floor)) - level;
-      bracket[l] = {0, g0, 1, g1, 1, g1};
-      t[l] = kept_apart(line_root(bracket[l]), edges.fixed[l]);
-    }
-    for (int s = 0; s < refine_steps; ++s) {
-      Points<kLanes> at;
-      float value[kLanes];
-      along(edges, t, at);
-      field_at<F>(at, balls.data, list, value);
-      for (int l = 0; l < kLanes; ++l) {
-        const float g = log_of_two(most(value[l], floor)) - level;
-        const Bracket b = bracket[l];
-        const bool lower = (value[l] > iso) == (edges.value0[l] > iso);
-        bracket[l] = lower ? Bracket{t[l], g, b.t1, b.g1, b.t0, b.g0}
-                           : Bracket{b.t0, b.g0, t[l], g, b.t1, b.g1};
-        // Closer than this, differences between the points would be rounding noise.
-        const bool there = g < kCloseEnough && -g < kCloseEnough;
-        t[l] = there ? t[l] : kept_apart(parabola_root(bracket[l]), edges.fixed[l]);
-      }
-    }
-  }
-
-  /// Keeps a vertex within the margins of its edge, or where the rim wants it.
-  PM_HD static float kept_apart(float t, float fixed) {
-    return fixed >= 0 ? fixed : least(most(t, kEdgeMargin), 1 - kEdgeMargin);
-  }
-
-  PM_HD static float line_root(const Bracket& b) {
-    const float rise = b.g0 - b.g1;
+  PM_HD V line_root() const {
+    const V rise = g0 - g1;
     // Equal logarithms of different values: both within rounding of iso.
-    const float s = rise != 0 ? b.g0 / rise : 0.5f;
-    return fused(b.t1 - b.t0, least(most(s, 0.0f), 1.0f), b.t0);
+    const V s = select(rise != 0.0f, g0 / rise, same<V>(0.5f));
+    return fused(t1 - t0, least(most(s, same<V>(0.0f)), same<V>(1.0f)), t0);
   }
 
   /// The root inside the bracket of the parabola through the three points; where rounding leaves
   /// none there, that of the line.
-  PM_HD static float parabola_root(const Bracket& b) {
-    const float h = b.t1 - b.t0, h2 = b.t2 - b.t0;
-    const float slope = (b.g1 - b.g0) / h;
-    const float bend = ((b.g2 - b.g0) / h2 - slope) / (b.t2 - b.t1);
+  PM_HD V parabola_root() const {
+    const V h = t1 - t0, h2 = t2 - t0;
+    const V slope = (g1 - g0) / h;
+    const V bend = ((g2 - g0) / h2 - slope) / (t2 - t1);
     // bend s^2 + linear s + g0 = 0 with s = t - t0; at the root the slope has the sign of g1 - g0.
-    const float linear = fused(-bend, h, slope);
-    const float root = square_root(most(fused(linear, linear, -4 * bend * b.g0), 0.0f));
-    const float s = -2 * b.g0 / (linear + (slope < 0 ? -root : root));
-    return s >= 0 && s <= h ? b.t0 + s : line_root(b);
+    const V linear = fused(-bend, h, slope);
+    const V root = square_root(most(fused(linear, linear, -4.0f * bend * g0), same<V>(0.0f)));
+    const V s = -2.0f * g0 / (linear + select(slope < 0.0f, -root, root));
+    return select((s >= 0.0f) & (s <= h), t0 + s, line_root());
+  }
+};
+
+/// Edges of one brick, one a lane, as columns.
+template <int kLanes>
+struct EdgeColumns {
+  alignas(32) float x[kLanes], y[kLanes], z[kLanes];  ///< lower end
+  float step_x[kLanes], step_y[kLanes], step_z[kLanes];
+  float low[kLanes], high[kLanes];       ///< where the vertex may lie, as a fraction
+  float value0[kLanes], value1[kLanes];  ///< field at the ends
+  int axis[kLanes];
+  bool cut[kLanes];  ///< the border of the grid cuts this edge
+};
+
+/// Writes position and normal of each vertex. One team a brick.
+template <class F>
+struct PlaceVertices {
+  static constexpr int kThreads = 128;
+  struct Scratch {
+    std::uint16_t edges[kMostVertices];  ///< kRowEdges row + bit, of each vertex
+  };
+  Grid grid;
+  float iso = 1;
+  float floor = 0;  ///< field values are held above this before the logarithm
+  int refine_steps = 1;
+  View<const Node> bricks;
+  View<const std::uint32_t> entries;
+  View<const typename F::Ball> balls;
+  View<const float> values;
+  View<const std::uint32_t> rows;
+  View<const Counts> counts;
+  View<const Offsets> first;
+  View<Vec3> positions;
+  View<Vec3> normals;
+
+  template <class Team>
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t b) const {
+    using V = typename Team::V;
+    constexpr int kLanes = Lanes<V>::kCount;
+    const auto count = static_cast<int>(counts[b].first);
+    const std::int64_t out = first[b].first;
+    if (count == 0 || out + count > positions.size) return;
+    team.each(kRows, [&](int r) {
+      const std::uint32_t row = rows[b * kRows + r];
+      std::uint32_t to = row_before(row);
+      for (std::uint32_t edges = row_edges(row); edges != 0; edges &= edges - 1) {
+        scratch.edges[to++] = static_cast<std::uint16_t>(r * kRowEdges + lowest_bit(edges));
+      }
+    });
+    team.sync();
+    const Node brick = bricks[b];
+    team.each((count + kLanes - 1) / kLanes, [&](int item) {
+      EdgeColumns<kLanes> edges;
+      for (int l = 0; l < kLanes; ++l) {
+        // The last item repeats its last edge.
+        const int i = item * kLanes + l < count ? item * kLanes + l : count - 1;
+        read_edge(brick.at, values.data + b * kBrickValues, scratch.edges[i], edges, l);
+      }
+      place<V>(edges, {entries.data + brick.begin, brick.count}, out + item * kLanes,
+               count - item * kLanes);
+    });
   }
 
-  PM_HD Vec3 normal_of(const Edges& edges, int lane, Vec3 outward) const {
-    const float length2 =
-        fused(outward.z, outward.z, fused(outward.y, outward.y, outward.x * outward.x));
-    // The cut at the border is flat; and where the field has no slope, the edge itself leads
-    // outward.
-    if (edges.fixed[lane] >= 0 || !(length2 > 1e-30f) || !(length2 < 1e30f)) {
-      const float sign = edges.value0[lane] > iso ? 1.0f : -1.0f;
-      const int axis = edges.axis[lane];
-      return {axis == 0 ? sign : 0.0f, axis == 1 ? sign : 0.0f, axis == 2 ? sign : 0.0f};
+  template <int kLanes>
+  PM_HD void read_edge(Int3 brick, const float* value, int edge, EdgeColumns<kLanes>& out,
+                       int l) const {
+    const int row = edge / kRowEdges, axis = edge % 3;
+    const int x = edge % kRowEdges / 3, y = row % kBrickCells, z = row / kBrickCells;
+    const Int3 a = {brick.x * kBrickCells + x - 1, brick.y * kBrickCells + y - 1,
+                    brick.z * kBrickCells + z - 1};
+    const Vec3 from = grid_point(grid, a), to = grid_point(grid, {a.x + 1, a.y + 1, a.z + 1});
+    out.x[l] = from.x, out.y[l] = from.y, out.z[l] = from.z;
+    out.step_x[l] = axis == 0 ? to.x - from.x : 0.0f;
+    out.step_y[l] = axis == 1 ? to.y - from.y : 0.0f;
+    out.step_z[l] = axis == 2 ? to.z - from.z : 0.0f;
+    out.axis[l] = axis;
+    const int low = axis == 0 ? a.x : axis == 1 ? a.y : a.z;
+    const int last = (axis == 0 ? grid.points.x : axis == 1 ? grid.points.y : grid.points.z) - 1;
+    out.cut[l] = low < 0 || low == last;
+    out.low[l] = low < 0 ? 1 - kEdgeMargin : kEdgeMargin;
+    out.high[l] = low == last ? kEdgeMargin : 1 - kEdgeMargin;
+    const int point = x + kBrickPoints * (y + kBrickPoints * z);
+    out.value0[l] = value[point];
+    out.value1[l] = value[point + (axis == 0   ? 1
+                                   : axis == 1 ? kBrickPoints
+                                               : kBrickPoints * kBrickPoints)];
+  }
+
+  template <class V>
+  PM_HD static Points<V> along(const EdgeColumns<Lanes<V>::kCount>& edges, V t) {
+    using L = Lanes<V>;
+    return {fused(t, L::load(edges.step_x), L::load(edges.x)),
+            fused(t, L::load(edges.step_y), L::load(edges.y)),
+            fused(t, L::load(edges.step_z), L::load(edges.z))};
+  }
+
+  template <class V>
+  PM_HD void place(const EdgeColumns<Lanes<V>::kCount>& edges, BallList list, std::int64_t to,
+                   int count) const {
+    constexpr int kLanes = Lanes<V>::kCount;
+    const V t = find_root<V>(edges, list);
+    const Points<V> at = along(edges, t);
+    const Points<V> down = downhill_at<F>(at, balls.data, list);
+    const V length2 = fused(down.z, down.z, fused(down.y, down.y, down.x * down.x));
+    const V length = square_root(length2);
+    alignas(32) float p[3][kLanes], n[3][kLanes];
+    alignas(32) float square[kLanes];
+    Lanes<V>::store(p[0], at.x), Lanes<V>::store(p[1], at.y), Lanes<V>::store(p[2], at.z);
+    Lanes<V>::store(n[0], down.x / length), Lanes<V>::store(n[1], down.y / length);
+    Lanes<V>::store(n[2], down.z / length), Lanes<V>::store(square, length2);
+    for (int l = 0; l < kLanes && l < count; ++l) {
+      positions[to + l] = {p[0][l], p[1][l], p[2][l]};
+      Vec3 normal = {n[0][l], n[1][l], n[2][l]};
+      // The cut at the border is flat; and where the field has no slope, the edge itself leads
+      // outward.
+      if (edges.cut[l] || !(square[l] > 1e-30f) || !(square[l] < 1e30f)) {
+        const float sign = edges.value0[l] > iso ? 1.0f : -1.0f;
+        const int axis = edges.axis[l];
+        normal = {axis == 0 ? sign : 0.0f, axis == 1 ? sign : 0.0f, axis == 2 ? sign : 0.0f};
+      }
+      normals[to + l] = normal;
     }
-    return outward / square_root(length2);
+  }
+
+  /// Where along each edge log2(field / iso) is 0, as a fraction.
+  template <class V>
+  PM_HD V find_root(const EdgeColumns<Lanes<V>::kCount>& edges, BallList list) const {
+    using L = Lanes<V>;
+    const V value0 = L::load(edges.value0), value1 = L::load(edges.value1);
+    const V low = L::load(edges.low), high = L::load(edges.high);
+    const V least_value = same<V>(floor), level = log_of_two(same<V>(iso));
+    const V zero = same<V>(0.0f), one = same<V>(1.0f);
+    const V g0 = log_of_two(most(value0, least_value)) - level;
+    const V g1 = log_of_two(most(value1, least_value)) - level;
+    Bracket<V> b = {zero, g0, one, g1, one, g1};
+    V t = least(most(b.line_root(), low), high);
+    for (int s = 0; s < refine_steps; ++s) {
+      const V value = field_at<F>(along(edges, t), balls.data, list);
+      const V g = log_of_two(most(value, least_value)) - level;
+      const auto lower = (value > iso) == (value0 > iso);
+      b = {select(lower, t, b.t0), select(lower, g, b.g0),    select(lower, b.t1, t),
+           select(lower, b.g1, g), select(lower, b.t0, b.t1), select(lower, b.g0, b.g1)};
+      // Closer than this, differences between the points would be rounding noise.
+      const auto there = (g < kCloseEnough) & (-g < kCloseEnough);
+      t = select(there, t, least(most(b.parabola_root(), low), high));
+    }
+    return t;
   }
 };
 

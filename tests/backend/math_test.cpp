@@ -69,7 +69,7 @@ Sym3 tilted_shape() { return shape_of({2, 1, 0.5f}, 0.5235987756, 0.872664626); 
 
 TEST(Falloff, gaussian_is_blinns_and_exactly_zero_beyond_reach) {
   const Ball ball = {{0, 0, 0}, 4.0f / (0.3f * 0.3f), 4.0f};
-  const RoundBall p = prepare_ball<RoundGaussian>(ball, std::log2(1e-4f));
+  const RoundBall p = prepare_ball<RoundGaussian>(ball, FieldScale{std::log2(1e-4f), 1});
   EXPECT_NEAR(value_at<RoundGaussian>(p, {0.3f, 0, 0}), 1.0f, 1e-6f);
   // Reach: r = R sqrt(1 + ln(1 / cutoff) / B).
   const float reach = 0.3f * std::sqrt(1 + std::log(1e4f) / 4);
@@ -81,23 +81,25 @@ TEST(Falloff, gaussian_is_blinns_and_exactly_zero_beyond_reach) {
 }
 
 TEST(Falloff, a_ball_below_the_cutoff_contributes_nowhere) {
-  const RoundBall p = prepare_ball<RoundGaussian>({{0, 0, 0}, 1, -20}, std::log2(1e-4f));
+  const RoundBall p =
+      prepare_ball<RoundGaussian>({{0, 0, 0}, 1, -20}, FieldScale{std::log2(1e-4f), 1});
   EXPECT_EQ(value_at<RoundGaussian>(p, {0, 0, 0}), 0.0f);
 }
 
 TEST(Falloff, a_very_strong_ball_stays_finite) {
-  const RoundBall p = prepare_ball<RoundGaussian>({{0, 0, 0}, 1, 1000}, std::log2(1e-4f));
+  const RoundBall p =
+      prepare_ball<RoundGaussian>({{0, 0, 0}, 1, 1000}, FieldScale{std::log2(1e-4f), 1});
   EXPECT_EQ(value_at<RoundGaussian>(p, {0, 0, 0}), std::ldexp(1.0f, 100));
 }
 
 TEST(Falloff, inverse_square_is_finite_at_the_center) {
-  const RoundBall p = prepare_ball<InverseSquare>({{0, 0, 0}, 1, 0.25f}, 0);
+  const RoundBall p = prepare_ball<InverseSquare>({{0, 0, 0}, 1, 0.25f}, FieldScale{});
   EXPECT_TRUE(std::isfinite(value_at<InverseSquare>(p, {0, 0, 0})));
   EXPECT_FLOAT_EQ(value_at<InverseSquare>(p, {0.5f, 0, 0}), 1.0f);
 }
 
 TEST(Falloff, wyvill_is_his_polynomial_and_ends_at_the_support) {
-  const RoundBall p = prepare_ball<RoundWyvill>({{0, 0, 0}, 1 / (0.5f * 0.5f), 3}, 0);
+  const RoundBall p = prepare_ball<RoundWyvill>({{0, 0, 0}, 1 / (0.5f * 0.5f), 3}, FieldScale{});
   for (double r = 0; r < 0.5; r += 0.01) {
     const double q = r * r / 0.25;
     const double expected = 3 * (1 - 22.0 / 9 * q + 17.0 / 9 * q * q - 4.0 / 9 * q * q * q);
@@ -112,7 +114,7 @@ TEST(Falloff, wyvill_is_his_polynomial_and_ends_at_the_support) {
 TEST(Falloff, fall_is_the_slope_of_value) {
   const auto check = [](auto field, const Ball& ball) {
     using F = decltype(field);
-    const auto p = prepare_ball<F>(ball, std::log2(1e-4f));
+    const auto p = prepare_ball<F>(ball, FieldScale{std::log2(1e-4f), 1});
     // One factor common to all q: the ratio of the slopes at two places.
     const auto slope = [&](float q) {
       const double h = 1e-3;
@@ -129,7 +131,7 @@ TEST(Falloff, fall_is_the_slope_of_value) {
 TEST(Falloff, an_ellipsoid_is_the_quadratic_form_of_its_shape) {
   const Ball ball = {{0.1f, -0.2f, 0.3f}, 3, 2, tilted_shape()};
   EXPECT_NEAR(determinant(ball.shape), 1, 1e-5f);
-  const EllipsoidBall p = prepare_ball<Ellipsoid>(ball, std::log2(1e-6f));
+  const EllipsoidBall p = prepare_ball<Ellipsoid>(ball, FieldScale{std::log2(1e-6f), 1});
   for (int i = 0; i < 200; ++i) {
     const auto f = static_cast<float>(i);
     const Vec3 d = {0.5f * std::sin(f), 0.5f * std::sin(1.7f * f), 0.5f * std::cos(2.3f * f)};
@@ -149,8 +151,8 @@ TEST(Falloff, an_ellipsoid_is_the_quadratic_form_of_its_shape) {
 
 TEST(Falloff, the_range_of_a_box_holds_every_coordinate_computed_in_it) {
   const Ball ball = {{0.1f, -0.2f, 0.3f}, 3, 2, tilted_shape()};
-  const EllipsoidBall e = prepare_ball<Ellipsoid>(ball, std::log2(1e-4f));
-  const RoundBall r = prepare_ball<RoundGaussian>(ball, std::log2(1e-4f));
+  const EllipsoidBall e = prepare_ball<Ellipsoid>(ball, FieldScale{std::log2(1e-4f), 1});
+  const RoundBall r = prepare_ball<RoundGaussian>(ball, FieldScale{std::log2(1e-4f), 1});
   for (int b = 0; b < 300; ++b) {
     const auto f = static_cast<float>(b);
     const Vec3 low = {std::sin(f), std::sin(1.3f * f), std::sin(2.1f * f)};

@@ -53,10 +53,7 @@ TEST(Determinism, any_number_of_threads_gives_the_same_bits) {
 }
 
 /// The passes as a GPU thread sees them, one point at a time, without a GPU.
-class ScalarBackend : public CpuBackend {
- public:
-  static constexpr int kLanes = 1;
-};
+using ScalarBackend = BasicCpuBackend<float>;
 
 TEST(Determinism, one_point_at_a_time_gives_the_bits_of_eight) {
   Extraction<ScalarBackend> scalar;

@@ -1,0 +1,345 @@
+// The tree that finds the bricks of cells which the surface can cross, each with its list of balls.
+//
+// The cells: those of the grid plus one rim of cells beyond each border, whose outer points count
+// as outside (value 0), so that the surface is closed wherever the border cuts it. "Lattice point"
+// e = grid point + 1: e = 0 and e = points + 1 are the rim.
+//
+// Level 0 nodes are bricks of 7^3 cells, so that a brick has 8^3 points; a node of level l has 4^3
+// children of level l - 1, down from one root. A node keeps the balls of its parent that reach it,
+// in order, so that no sort and no atomic is needed: count, scan, fill. A child is dropped when the
+// field cannot pass iso in it. Nodes of a level stand in the order of their parents, and a parent
+// knows its children as 64 bits and the number of the first: so any brick is found from its place.
+//
+// Why culling is exact and not approximate: a ball is in a node's list if range().near <= limit.
+// The coordinates of all points of a node lie between those of its two corner points (origin + cell
+// * e rounds monotonically), and subtraction, product and fma round monotonically too, so no q
+// computed at a point in the node is below the computed range().near (falloff.h). A ball left out
+// therefore contributes exactly 0 at each point of the node, on its border as well, and at each
+// point between two of them. Where coordinates overflow, q is not a number and contributes 0 too.
+#pragma once
+
+#include <cstdint>
+
+#include "falloff.h"
+#include "host_device.h"
+#include "types.h"
+#include "view.h"
+
+namespace polymorph {
+
+constexpr int kBrickCells = 7;                 ///< along an axis
+constexpr int kBrickPoints = kBrickCells + 1;  ///< along an axis, both borders included
+constexpr int kFan = 4;                        ///< children along an axis
+constexpr int kChildren = kFan * kFan * kFan;
+constexpr int kMostLevels = 12;
+
+/// One level of the tree: nodes along each axis, cells along a node's edge.
+struct Level {
+  Int3 nodes;
+  int cells = kBrickCells;
+};
+
+struct Node {
+  std::int64_t begin = 0;         ///< first entry of its ball list
+  std::uint64_t children = 0;     ///< bit x + 4 (y + 4 z): that child is kept
+  std::uint32_t count = 0;        ///< entries
+  std::uint32_t first_child = 0;  ///< number of the first kept child, in the next lower level
+  Int3 at;                        ///< among the nodes of its level
+};
+
+/// Two counts that are summed together.
+struct Counts {
+  std::uint32_t first = 0, second = 0;
+};
+struct Offsets {
+  std::int64_t first = 0, second = 0;
+};
+PM_HD constexpr Offsets operator+(Offsets a, Offsets b) {
+  return {a.first + b.first, a.second + b.second};
+}
+
+/// Where child number `child` of a parent lies among the nodes of its own level.
+PM_HD inline Int3 child_position(Int3 parent, int child) {
+  return {parent.x * kFan + child % kFan, parent.y * kFan + child / kFan % kFan,
+          parent.z * kFan + child / kFan / kFan};
+}
+PM_HD inline int child_number(Int3 at) {
+  return at.x % kFan + kFan * (at.y % kFan + kFan * (at.z % kFan));
+}
+PM_HD inline std::uint64_t bits_below(int bit) { return (std::uint64_t{1} << bit) - 1; }
+
+/// The grid points of a node, and whether rim points belong to it.
+struct NodeBox {
+  Vec3 low, high;
+  bool has_rim = false;
+};
+
+PM_HD inline NodeBox node_box(const Grid& grid, int cells, Int3 p) {
+  const Int3 first = {p.x * cells - 1, p.y * cells - 1, p.z * cells - 1};
+  const Int3 last = {first.x + cells, first.y + cells, first.z + cells};
+  const Int3 n = grid.points;
+  const Int3 low = {first.x < 0 ? 0 : first.x, first.y < 0 ? 0 : first.y,
+                    first.z < 0 ? 0 : first.z};
+  const Int3 high = {last.x >= n.x ? n.x - 1 : last.x, last.y >= n.y ? n.y - 1 : last.y,
+                     last.z >= n.z ? n.z - 1 : last.z};
+  NodeBox box;
+  box.low = grid_point(grid, low);
+  box.high = grid_point(grid, high);
+  box.has_rim = low.x != first.x || low.y != first.y || low.z != first.z || high.x != last.x ||
+                high.y != last.y || high.z != last.z;
+  return box;
+}
+
+/// The boxes of as many neighbouring children as V has lanes.
+template <class V>
+struct ChildBoxes {
+  V low_x, high_x, low_y, high_y, low_z, high_z;
+  std::uint32_t exist = 0;  ///< bit l: child `first + l` is in the lattice
+  std::uint32_t rim = 0;    ///< bit l: it has rim points
+
+  PM_HD ChildBoxes(const Grid& grid, const Level& level, Int3 parent, int first) {
+    constexpr int kLanes = Lanes<V>::kCount;
+    alignas(32) float c[6][kLanes];
+    for (int l = 0; l < kLanes; ++l) {
+      const Int3 p = child_position(parent, first + l);
+      const NodeBox box = node_box(grid, level.cells, p);
+      c[0][l] = box.low.x, c[1][l] = box.high.x, c[2][l] = box.low.y;
+      c[3][l] = box.high.y, c[4][l] = box.low.z, c[5][l] = box.high.z;
+      const bool in = p.x < level.nodes.x && p.y < level.nodes.y && p.z < level.nodes.z;
+      exist |= (in ? 1u : 0u) << l;
+      rim |= (box.has_rim ? 1u : 0u) << l;
+    }
+    low_x = Lanes<V>::load(c[0]), high_x = Lanes<V>::load(c[1]);
+    low_y = Lanes<V>::load(c[2]), high_y = Lanes<V>::load(c[3]);
+    low_z = Lanes<V>::load(c[4]), high_z = Lanes<V>::load(c[5]);
+  }
+  template <class B>
+  PM_HD QRange<V> range_of(const B& ball) const {
+    return ball.range(low_x, high_x, low_y, high_y, low_z, high_z);
+  }
+};
+
+/// Bounds of a sum of w / q over boxes from its value and slope in their middles. By Taylor, with
+/// 6 |w| / q^2 the largest second derivative at distance^2 q: |f(x) - f(c) - f'(c) (x - c)| <=
+/// 3 |w| |x - c|^2 / near^2. A ball for which its nearest and furthest value say more goes by
+/// these.
+template <class V>
+struct Slopes {
+  V x, y, z, half_x, half_y, half_z;  ///< the middles, and half the sides
+  V middle, gx, gy, gz, error;
+
+  PM_HD explicit Slopes(const ChildBoxes<V>& b)
+      : x(0.5f * (b.low_x + b.high_x)),
+        y(0.5f * (b.low_y + b.high_y)),
+        z(0.5f * (b.low_z + b.high_z)),
+        half_x(0.500001f * (b.high_x - b.low_x)),
+        half_y(0.500001f * (b.high_y - b.low_y)),
+        half_z(0.500001f * (b.high_z - b.low_z)),
+        middle(same<V>(0.0f)),
+        gx(middle),
+        gy(middle),
+        gz(middle),
+        error(middle) {}
+
+  PM_HD void add(const RoundBall& ball, V near, V at_near, V at_far) {
+    const V dx = ball.scale * (x - ball.x), dy = ball.scale * (y - ball.y),
+            dz = ball.scale * (z - ball.z);
+    const V inverse = 1.0f / fused(dx, dx, fused(dy, dy, fused(dz, dz, same<V>(ball.base))));
+    const V fall = (-2.0f * ball.w * ball.scale) * (inverse * inverse);
+    const V reach2 = ball.rise * fused(half_x, half_x, fused(half_y, half_y, half_z * half_z));
+    const V bent = 3.00001f * (ball.w < 0 ? -ball.w : ball.w) * (reach2 / (near * near));
+    const V width = 0.5f * (at_near - at_far), half = most(width, -width);
+    const auto smooth = bent < half;
+    middle = middle + select(smooth, ball.w * inverse, 0.5f * (at_near + at_far));
+    error = error + select(smooth, bent, half);
+    gx = gx + kept_if(smooth, fall * dx);
+    gy = gy + kept_if(smooth, fall * dy);
+    gz = gz + kept_if(smooth, fall * dz);
+  }
+
+  template <class Team>
+  PM_HD void tighten(const Team& team, V& lower, V& upper) {
+    middle = team.group_sum(middle), error = team.group_sum(error);
+    gx = team.group_sum(gx), gy = team.group_sum(gy), gz = team.group_sum(gz);
+    const V swing =
+        fused(most(gx, -gx), half_x, fused(most(gy, -gy), half_y, most(gz, -gz) * half_z)) + error;
+    lower = most(lower, middle - swing);
+    upper = least(upper, middle + swing);
+  }
+};
+
+/// Which children of a node the surface can cross, and how many balls reach each. One team a node.
+template <class F>
+struct ClassifyChildren {
+  static constexpr int kThreads = 1024;
+  struct Scratch {
+    std::uint32_t counts[kChildren];  ///< balls that reach it
+    std::uint8_t kept[kChildren];
+  };
+  Grid grid;
+  float iso = 1;
+  Level level;  ///< of the children
+  View<Node> parents;
+  View<const std::uint32_t> entries;
+  View<const typename F::Ball> balls;
+  View<std::uint32_t> child_entries;  ///< of each child of each parent
+  View<Counts> counts;                ///< of each parent: children kept, their entries
+
+  template <class Team>
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t p) const {
+    using V = typename Team::V;
+    const Node parent = parents[p];
+    team.each_group(kChildren / Lanes<V>::kCount, [&](int g) {
+      const int first = g * Lanes<V>::kCount;
+      const ChildBoxes<V> boxes(grid, level, parent.at, first);
+      std::uint32_t keep = 0;
+      V reached = same<V>(0.0f);
+      if (boxes.exist != 0) keep = classify<V>(team, parent, boxes, reached);
+      if (!team.leads_group()) return;
+      alignas(32) float count[Lanes<V>::kCount];
+      Lanes<V>::store(count, reached);
+      for (int l = 0; l < Lanes<V>::kCount; ++l) {
+        scratch.kept[first + l] = keep >> l & 1u;
+        scratch.counts[first + l] = F::kEnds ? static_cast<std::uint32_t>(count[l]) : 0;
+      }
+    });
+    team.sync();
+    team.each(kChildren, [&](int c) {
+      child_entries[p * kChildren + c] = scratch.kept[c] ? scratch.counts[c] : 0;
+    });
+    team.each(1, [&](int) {
+      std::uint64_t mask = 0;
+      Counts sum;
+      for (int c = 0; c < kChildren; ++c) {
+        mask |= static_cast<std::uint64_t>(scratch.kept[c]) << c;
+        sum.second += scratch.kept[c] ? scratch.counts[c] : 0;
+      }
+      sum.first = static_cast<std::uint32_t>(count_bits(mask));
+      parents[p].children = mask;
+      counts[p] = sum;
+    });
+  }
+
+  /// Bounds of the field over each box: each ball at its nearest and its furthest; a ball that
+  /// never ends also by its slope in the middle, which cancels between balls on different sides.
+  template <class V, class Team>
+  PM_HD std::uint32_t classify(const Team& team, const Node& parent, const ChildBoxes<V>& boxes,
+                               V& reached) const {
+    V lower = same<V>(0.0f), upper = lower, magnitude = lower, count = lower;
+    Slopes<V> slopes(boxes);
+    for (std::uint32_t j = team.group_rank(); j < parent.count; j += team.kGroup) {
+      const typename F::Ball ball = balls[entries[parent.begin + j]];
+      const QRange<V> q = boxes.range_of(ball);
+      const V at_near = F::value(ball, q.near), at_far = F::value(ball, q.far);
+      lower = lower + least(at_near, at_far);
+      upper = upper + most(at_near, at_far);
+      magnitude = magnitude + most(at_near, -at_near);
+      count = count + kept_if(q.near <= ball.limit, same<V>(1.0f));
+      if constexpr (F::kFours) slopes.add(ball, q.near, at_near, at_far);
+    }
+    lower = team.group_sum(lower), upper = team.group_sum(upper);
+    magnitude = team.group_sum(magnitude), reached = team.group_sum(count);
+    // How far a sum can differ from its bound: rounding of both, and twice the error of
+    // power_of_two().
+    if constexpr (F::kFours) slopes.tighten(team, lower, upper);
+    const float terms = static_cast<float>(parent.count);
+    const V slack = magnitude * (2e-6f + 2.5e-7f * terms);
+    const std::uint32_t outside = Lanes<V>::bits(upper + slack <= iso);
+    const std::uint32_t inside = Lanes<V>::bits(lower - slack > iso) & ~boxes.rim;
+    return boxes.exist & ~outside & ~inside;
+  }
+};
+
+/// Writes the kept children of a node with their ball lists. One team a node.
+template <class F>
+struct FillChildren {
+  static constexpr int kThreads = 1024;
+  struct Scratch {
+    std::int64_t begin[kChildren + 1];  ///< of each child's list
+  };
+  Grid grid;
+  Level level;  ///< of the children
+  View<Node> parents;
+  View<const std::uint32_t> entries;
+  View<const typename F::Ball> balls;
+  View<const std::uint32_t> child_entries;
+  View<const Offsets> first;  ///< child and entry of each parent
+  View<Node> nodes;
+  View<std::uint32_t> node_entries;
+
+  template <class Team>
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t p) const {
+    using V = typename Team::V;
+    const Node parent = parents[p];
+    team.each(1, [&](int) {
+      std::int64_t begin = first[p].second;
+      for (int c = 0; c < kChildren; ++c) {
+        scratch.begin[c] = begin;
+        begin += child_entries[p * kChildren + c];
+      }
+      scratch.begin[kChildren] = begin;
+      parents[p].first_child = static_cast<std::uint32_t>(first[p].first);
+    });
+    team.sync();
+    team.each(kChildren, [&](int c) {
+      if (!(parent.children >> c & 1u)) return;
+      const std::int64_t slot = first[p].first + count_bits(parent.children & bits_below(c));
+      if (slot >= nodes.size) return;
+      Node node;
+      node.at = child_position(parent.at, c);
+      node.begin = F::kEnds ? scratch.begin[c] : parent.begin;
+      node.count = F::kEnds ? static_cast<std::uint32_t>(scratch.begin[c + 1] - scratch.begin[c])
+                            : parent.count;
+      // No room: the pass runs again with more.
+      if (F::kEnds && scratch.begin[c + 1] > node_entries.size) node.count = 0;
+      nodes[slot] = node;
+    });
+    if (!F::kEnds) return;
+    team.each_group(kChildren / Lanes<V>::kCount, [&](int g) {
+      const int base = g * Lanes<V>::kCount;
+      const auto kept =
+          static_cast<std::uint32_t>(parent.children >> base & bits_below(Lanes<V>::kCount));
+      if (kept == 0) return;
+      const ChildBoxes<V> boxes(grid, level, parent.at, base);
+      std::int64_t cursor[Lanes<V>::kCount];
+      for (int l = 0; l < Lanes<V>::kCount; ++l) cursor[l] = scratch.begin[base + l];
+      for (std::uint32_t j0 = 0; j0 < parent.count; j0 += team.kGroup) {
+        const std::uint32_t j = j0 + team.group_rank();
+        std::uint32_t reached = 0, index = 0;
+        if (j < parent.count) {
+          index = entries[parent.begin + j];
+          const typename F::Ball ball = balls[index];
+          reached = kept & Lanes<V>::bits(boxes.range_of(ball).near <= ball.limit);
+        }
+        team.append(reached, cursor, [&](std::int64_t place) {
+          if (place < node_entries.size) node_entries[place] = index;
+        });
+      }
+    });
+  }
+};
+
+/// The whole tree, for finding bricks by their place.
+struct Tree {
+  int levels = 0;                       ///< below the root
+  View<const Node> nodes[kMostLevels];  ///< 0: bricks; nodes[levels]: the root
+
+  /// Number of the brick at `p`, or -1 where none is kept.
+  PM_HD std::int64_t find(Int3 p) const {
+    if (p.x < 0 || p.y < 0 || p.z < 0) return -1;
+    std::int64_t number = 0;
+    for (int l = levels; l > 0; --l) {
+      const int shift = 2 * (l - 1);
+      const Int3 at = {p.x >> shift, p.y >> shift, p.z >> shift};
+      const Node& node = nodes[l][number];
+      if (at.x >> 2 != node.at.x || at.y >> 2 != node.at.y || at.z >> 2 != node.at.z) return -1;
+      const int c = child_number(at);
+      if (!(node.children >> c & 1u)) return -1;
+      number = node.first_child + count_bits(node.children & bits_below(c));
+      if (number >= nodes[l - 1].size) return -1;
+    }
+    return number;
+  }
+};
+
+}  // namespace polymorph
