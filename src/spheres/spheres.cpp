@@ -6,6 +6,7 @@
 #include "base/log.h"
 #include "kernels/extract_surface.h"
 #include "model/diagnose.h"
+#include "model/solidify.h"
 #include "spheres/boundary.h"
 #include "spheres/cells.h"
 #include "spheres/figures.h"
@@ -138,6 +139,12 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
                       settings.resolution, kFinestResolution);
   if (model.triangles.empty())
     return make_error(ErrorCode::kInput, "model \"{}\" has no faces", model.name);
+  if (settings.solidify) {
+    PM_TRY(const Model solid, solidify(model));
+    SphereSettings plain = settings;
+    plain.solidify = false;
+    return approximate(solid, plain);
+  }
   Solid solid{model,
               InsideTest(model, settings.inside == InsideMethod::kParity ? InsideRule::kParity
                                                                          : InsideRule::kWinding),
