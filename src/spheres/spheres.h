@@ -34,6 +34,12 @@ struct SphereTree {
   std::vector<Sphere> leaves() const;
 };
 
+/// What a model is approximated by, and what the cache keeps.
+struct Approximation {
+  SphereTree tree;
+  std::vector<Ball> balls;  ///< fitted; empty when not fitted
+};
+
 /// Approximates the inside of `model` by spheres (method: docs/method.md, Spheres).
 /// `octree`: a cube around the bounding box, 2^(R-1) cells an axis at the finest level; a finest
 /// cell whose centre is inside gives one sphere. `active`: from the root down, a cell with MORE
