@@ -31,6 +31,8 @@ std::string describe_object(const std::string& name, const Diagnosis& d) {
                                  size.x, size.y, size.z);
   text += d.closed ? fmt::format(", closed, genus {}", d.genus) : ", not closed";
   if (d.shells > 1) text += fmt::format(", {} shells", d.shells);
+  if (d.thickness && d.thickness->rays > 0)
+    text += fmt::format(", {:.3g} thick", d.thickness->median);
   return text;
 }
 
@@ -47,7 +49,7 @@ Result<CheckResult> check_scene(const CheckOptions& options, const std::filesyst
   const auto objects = chain_objects(reading.scene);
   for (std::size_t i = 0; i < objects.size(); ++i) {
     if (loaded.models[i].triangles.empty()) continue;
-    const Diagnosis diagnosis = diagnose(loaded.models[i]);
+    const Diagnosis diagnosis = diagnose_fully(loaded.models[i]);
     for (const std::string& problem : describe_problems(diagnosis))
       result.warnings.push_back(objects[i]->name + ": " + problem);
     result.objects.emplace_back(objects[i]->name, diagnosis);
@@ -73,7 +75,11 @@ std::string to_json(const CheckResult& result, bool good) {
                                {"shells", d.shells},
                                {"boundary_edges", d.boundary_edges},
                                {"volume", d.volume},
-                               {"area", d.area}});
+                               {"area", d.area},
+                               {"crossing_pairs", d.crossings->pairs},
+                               {"thickness", d.thickness->median},
+                               {"balls_needed", d.thickness->balls},
+                               {"thin", is_thin(*d.thickness)}});
   return dump_json(json);
 }
 

@@ -84,6 +84,7 @@ void add_info(CommandLine& line);
 void add_compare(CommandLine& line);
 void add_golden(CommandLine& line);
 void add_bench(CommandLine& line);
+void add_cache(CommandLine& line);
 void add_devices(CommandLine& line);
 void add_schema(CommandLine& line);
 

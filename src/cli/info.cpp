@@ -110,7 +110,7 @@ Result<int> scene_info(const InfoOptions& options) {
 Result<int> model_info(const InfoOptions& options) {
   PM_TRY(const LoadedModel loaded, load_obj(options.input));
   for (const std::string& warning : loaded.warnings) log_warning("{}", warning);
-  const Diagnosis d = diagnose(loaded.model);
+  const Diagnosis d = diagnose_fully(loaded.model);
   if (options.json.wanted) {
     const nlohmann::ordered_json json{{"file", options.input},
                                       {"points", d.points},

@@ -165,6 +165,13 @@ Diagnosis diagnose(const Model& model) {
   return d;
 }
 
+Diagnosis diagnose_fully(const Model& model) {
+  Diagnosis d = diagnose(model);
+  d.thickness = measure_thickness(model);
+  d.crossings = count_self_intersections(model);
+  return d;
+}
+
 std::vector<std::string> describe_problems(const Diagnosis& d) {
   std::vector<std::string> lines;
   if (d.triangles == 0) return {"it has no faces - export the model with its faces"};
@@ -175,9 +182,15 @@ std::vector<std::string> describe_problems(const Diagnosis& d) {
     lines.push_back(
         fmt::format("it is open: {} edges have only one face, in {} of {} shells, first from {} to "
                     "{} - inside is guessed by "
-                    "the winding number; close the holes for exact results",
+                    "the winding number; close the holes for exact results, or set \"solidify\"",
                     d.boundary_edges, d.open_shells, d.shells, at(d.first_open_edge_points[0]),
                     at(d.first_open_edge_points[1])));
+  if (d.thickness && is_thin(*d.thickness))
+    lines.push_back(fmt::format(
+        "it is thin: half of its walls are thinner than {:.3g}, so about {:.2g} balls are needed "
+        "to "
+        "show them - raise the number of spheres, thicken it, or set \"solidify\" to fill it",
+        d.thickness->median, d.thickness->balls));
   if (d.flipped_edges > 0)
     lines.push_back(fmt::format(
         "neighbouring faces disagree about outside at {} edges - make the normals consistent",
@@ -190,6 +203,13 @@ std::vector<std::string> describe_problems(const Diagnosis& d) {
     lines.push_back(
         fmt::format("{} edges have three or more faces - remove double faces and inner walls",
                     d.non_manifold_edges));
+  if (d.crossings && d.crossings->pairs > 0)
+    lines.push_back(
+        fmt::format("{}{} pairs of its triangles cross, first {} and {} - the winding number takes "
+                    "such parts as "
+                    "one body; with the parity rule their overlap is a hole",
+                    d.crossings->stopped ? "at least " : "", d.crossings->pairs,
+                    d.crossings->first[0], d.crossings->first[1]));
   if (d.touching_points > 0)
     lines.push_back(fmt::format("{} points join parts that no edge joins - harmless for rendering",
                                 d.touching_points));

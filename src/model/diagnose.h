@@ -3,10 +3,13 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "model/model.h"
+#include "model/self_intersections.h"
+#include "model/thickness.h"
 
 namespace polymorph {
 
@@ -30,9 +33,14 @@ struct Diagnosis {
   /// The open edge of lowest point indices, and where it is; meaningful if boundary_edges > 0.
   std::array<std::uint32_t, 2> first_open_edge{0, 0};
   std::array<Vec3, 2> first_open_edge_points;
+  std::optional<Thickness> thickness;          ///< diagnose_fully() only
+  std::optional<SelfIntersections> crossings;  ///< diagnose_fully() only
 };
 
 Diagnosis diagnose(const Model& model);
+/// With wall thickness and faces that cross, which take rays and a search: 0.1 s for 100 000
+/// triangles.
+Diagnosis diagnose_fully(const Model& model);
 
 /// One line a finding, in plain words with what to do, worst first; empty for a closed, outward
 /// oriented model.

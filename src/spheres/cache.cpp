@@ -1,10 +1,13 @@
-// The disk cache of sphere trees: content-addressed, so nothing in it ever becomes stale.
+#include "spheres/cache.h"
+
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <mutex>
 #include <optional>
@@ -22,13 +25,14 @@ namespace fs = std::filesystem;
 
 static_assert(std::endian::native == std::endian::little, "cache files are little-endian");
 
-// File: magic, file version, key, node count, nodes, checksum of all before.
+// File: magic, file version, key, node count, nodes, ball count, balls, checksum of all before.
 constexpr std::string_view kMagic = "polymorph spheres\n";
 constexpr std::uint32_t kFileVersion = 2;
-constexpr std::size_t kHashSize = 32;
+constexpr std::string_view kExtension = ".spheres";
+constexpr std::size_t kHashSize = kCacheKeySize;
 constexpr std::size_t kNodeSize = 4 * 4 + 4 + 2 + 1;
-constexpr std::size_t kHeaderSize = kMagic.size() + 4 + kHashSize + 8 + 8;
-static_assert(sizeof(Ball) == 11 * sizeof(float));
+constexpr std::size_t kBallSize = 11 * 4;
+constexpr std::size_t kHeaderSize = kMagic.size() + 4 + kHashSize + 8;
 constexpr std::uint64_t kMostBytes = 4ull << 30;
 
 std::string key_of(const Model& model, const SphereSettings& settings) {
@@ -61,15 +65,22 @@ T take(std::string_view& bytes) {
   return value;
 }
 
+/// The numbers of a ball, in file order.
+template <class B, class F>
+void for_each_number(B& ball, const F& f) {
+  for (auto* number :
+       {&ball.center.x, &ball.center.y, &ball.center.z, &ball.a, &ball.w, &ball.shape.xx,
+        &ball.shape.yy, &ball.shape.zz, &ball.shape.xy, &ball.shape.xz, &ball.shape.yz})
+    f(*number);
+}
+
 std::string encode(const Approximation& approximation, const std::string& key) {
-  const SphereTree& tree = approximation.tree;
+  PM_CHECK(key.size() == kHashSize);
   std::string bytes(kMagic);
-  bytes.reserve(kHeaderSize + tree.nodes.size() * kNodeSize + kHashSize);
   put(bytes, kFileVersion);
   bytes += key;
-  put(bytes, static_cast<std::uint64_t>(tree.nodes.size()));
-  put(bytes, static_cast<std::uint64_t>(approximation.balls.size()));
-  for (const SphereNode& node : tree.nodes) {
+  put(bytes, static_cast<std::uint64_t>(approximation.tree.nodes.size()));
+  for (const SphereNode& node : approximation.tree.nodes) {
     put(bytes, node.sphere.center.x);
     put(bytes, node.sphere.center.y);
     put(bytes, node.sphere.center.z);
@@ -78,14 +89,17 @@ std::string encode(const Approximation& approximation, const std::string& key) {
     put(bytes, node.level);
     put(bytes, static_cast<std::uint8_t>(node.leaf ? 1 : 0));
   }
-  for (const Ball& ball : approximation.balls) put(bytes, ball);
+  put(bytes, static_cast<std::uint64_t>(approximation.balls.size()));
+  for (const Ball& ball : approximation.balls)
+    for_each_number(ball, [&](float number) { put(bytes, number); });
   return bytes += checksum_of(bytes);
 }
 
-bool is_sound(const SphereTree& tree) {
+bool is_sound(const Approximation& approximation) {
   bool any_leaf = false;
-  for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
-    const SphereNode& node = tree.nodes[i];
+  const std::vector<SphereNode>& nodes = approximation.tree.nodes;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const SphereNode& node = nodes[i];
     const Sphere& s = node.sphere;
     if (!std::isfinite(s.center.x + s.center.y + s.center.z) || !(s.radius > 0) ||
         !std::isfinite(s.radius))
@@ -94,38 +108,42 @@ bool is_sound(const SphereTree& tree) {
       return false;
     any_leaf = any_leaf || node.leaf;
   }
+  for (const Ball& ball : approximation.balls) {
+    bool finite = true;
+    for_each_number(ball, [&](float number) { finite = finite && std::isfinite(number); });
+    if (!finite || !(ball.a > 0) || !(determinant(ball.shape) > 0)) return false;
+  }
   return any_leaf;
 }
 
-/// The tree in a cache file, or what is wrong with the file.
+/// What is in a cache file, or what is wrong with the file.
 std::optional<Approximation> decode(std::string_view bytes, const std::string& key,
                                     const char*& problem) {
   problem = "is no cache file of this program";
-  if (!bytes.starts_with(kMagic) || bytes.size() < kHeaderSize + kHashSize) {
+  if (!bytes.starts_with(kMagic) || bytes.size() < kHeaderSize + 8 + kHashSize) {
     if (kMagic.starts_with(bytes.substr(0, kMagic.size()))) problem = "is cut short";
     return std::nullopt;
   }
-  std::string_view rest = bytes.substr(kMagic.size());
+  const std::string_view body = bytes.substr(0, bytes.size() - kHashSize);
+  std::string_view rest = body.substr(kMagic.size());
   problem = "has another version";
   if (take<std::uint32_t>(rest) != kFileVersion) return std::nullopt;
   const std::string_view stored_key = rest.substr(0, kHashSize);
   rest.remove_prefix(kHashSize);
   problem = "is cut short or too long";
-  const auto count = take<std::uint64_t>(rest);
-  const auto ball_count = take<std::uint64_t>(rest);
-  if (count > rest.size() / kNodeSize || ball_count > rest.size() / sizeof(Ball) ||
-      rest.size() != count * kNodeSize + ball_count * sizeof(Ball) + kHashSize)
+  const auto nodes = take<std::uint64_t>(rest);
+  if (nodes > rest.size() / kNodeSize || rest.size() - nodes * kNodeSize < 8) return std::nullopt;
+  std::string_view ball_part = rest.substr(nodes * kNodeSize);
+  const auto balls = take<std::uint64_t>(ball_part);
+  if (balls > ball_part.size() / kBallSize || ball_part.size() != balls * kBallSize)
     return std::nullopt;
   problem = "is damaged (wrong checksum)";
-  if (checksum_of(bytes.substr(0, bytes.size() - kHashSize)) !=
-      bytes.substr(bytes.size() - kHashSize))
-    return std::nullopt;
+  if (checksum_of(body) != bytes.substr(body.size())) return std::nullopt;
   problem = "belongs to another model";
   if (stored_key != key) return std::nullopt;
   Approximation approximation;
-  SphereTree& tree = approximation.tree;
-  tree.nodes.resize(static_cast<std::size_t>(count));
-  for (SphereNode& node : tree.nodes) {
+  approximation.tree.nodes.resize(static_cast<std::size_t>(nodes));
+  for (SphereNode& node : approximation.tree.nodes) {
     node.sphere.center.x = take<float>(rest);
     node.sphere.center.y = take<float>(rest);
     node.sphere.center.z = take<float>(rest);
@@ -134,26 +152,43 @@ std::optional<Approximation> decode(std::string_view bytes, const std::string& k
     node.level = take<std::int16_t>(rest);
     node.leaf = take<std::uint8_t>(rest) != 0;
   }
+  approximation.balls.resize(static_cast<std::size_t>(balls));
+  for (Ball& ball : approximation.balls)
+    for_each_number(ball, [&](float& number) { number = take<float>(ball_part); });
   problem = "holds no sound sphere tree";
-  if (!is_sound(tree)) return std::nullopt;
-  approximation.balls.resize(static_cast<std::size_t>(ball_count));
-  for (Ball& ball : approximation.balls) ball = take<Ball>(rest);
+  if (!is_sound(approximation)) return std::nullopt;
   return approximation;
 }
 
-std::optional<Approximation> read_cached(const fs::path& file, const std::string& key) {
-  std::error_code error;
-  if (!fs::exists(file, error)) return std::nullopt;
-  const auto bytes = read_file(file, kMostBytes);
-  if (!bytes) {
-    log_warning("sphere cache: {} - the spheres are computed anew", bytes.error().message);
-    return std::nullopt;
+fs::path file_of(const fs::path& folder, const std::string& key) {
+  return folder / (key + std::string(kExtension));
+}
+
+bool has_magic(const fs::path& file) {
+  std::string start(kMagic.size(), 0);
+  std::ifstream in(file, std::ios::binary);
+  return in.read(start.data(), static_cast<std::streamsize>(start.size())) && start == kMagic;
+}
+
+/// Removes the entries that `goes` names, and counts.
+template <class F>
+CacheCleaning remove_entries(const std::vector<CacheEntry>& entries, const F& goes) {
+  CacheCleaning cleaning;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    bool gone = goes(i);
+    if (gone) {
+      std::error_code error;
+      fs::remove(entries[i].file, error);  // another process may have been first: no error
+      if (error) {
+        cleaning.failures.push_back(
+            fmt::format("{}: cannot be removed ({})", entries[i].file.string(), error.message()));
+        gone = false;
+      }
+    }
+    (gone ? cleaning.removed : cleaning.kept) += 1;
+    (gone ? cleaning.removed_bytes : cleaning.kept_bytes) += entries[i].bytes;
   }
-  const char* problem = nullptr;
-  auto tree = decode(*bytes, key, problem);
-  if (!tree)
-    log_warning("sphere cache: {} {} - the spheres are computed anew", file.string(), problem);
-  return tree;
+  return cleaning;
 }
 
 /// Says once a folder that nothing can be kept there.
@@ -167,17 +202,102 @@ void warn_unwritable(const fs::path& folder, const Error& error) {
 
 }  // namespace
 
+std::optional<Approximation> load_approximation(const fs::path& folder, const std::string& key) {
+  const fs::path file = file_of(folder, key);
+  std::error_code error;
+  if (!fs::exists(file, error)) return std::nullopt;
+  const auto bytes = read_file(file, kMostBytes);
+  if (!bytes) {
+    log_warning("sphere cache: {} - the spheres are computed anew", bytes.error().message);
+    return std::nullopt;
+  }
+  const char* problem = nullptr;
+  auto approximation = decode(*bytes, key, problem);
+  if (!approximation)
+    log_warning("sphere cache: {} {} - the spheres are computed anew", file.string(), problem);
+  return approximation;
+}
+
+void store_approximation(const fs::path& folder, const std::string& key,
+                         const Approximation& approximation) {
+  const Status written = write_file(file_of(folder, key), encode(approximation, key));
+  if (!written) warn_unwritable(folder, written.error());
+}
+
+std::vector<CacheEntry> list_cache(const fs::path& folder) {
+  std::vector<CacheEntry> entries;
+  std::error_code error;
+  if (!fs::exists(folder, error)) return entries;
+  const auto now = fs::file_time_type::clock::now();
+  fs::directory_iterator files(folder, error);
+  for (; !error && files != fs::directory_iterator(); files.increment(error)) {
+    const fs::path& file = files->path();
+    std::error_code ignored;
+    if (file.extension() != kExtension || !fs::is_regular_file(files->symlink_status(ignored)) ||
+        !has_magic(file))
+      continue;
+    CacheEntry entry{file, file.stem().string(), 0, 0, 0, 0, {}};
+    entry.bytes = fs::file_size(file, ignored);
+    if (ignored) continue;  // just removed by another process
+    const auto written = fs::last_write_time(file, ignored);
+    if (ignored) continue;
+    entry.age = std::max(0.0, std::chrono::duration<double>(now - written).count());
+    entries.push_back(std::move(entry));
+  }
+  if (error) log_warning("sphere cache: {}: cannot be read ({})", folder.string(), error.message());
+  std::sort(entries.begin(), entries.end(),
+            [](const CacheEntry& a, const CacheEntry& b) { return a.file < b.file; });
+  return entries;
+}
+
+std::vector<CacheEntry> verify_cache(const fs::path& folder) {
+  std::vector<CacheEntry> entries = list_cache(folder);
+  for (CacheEntry& entry : entries) {
+    const auto bytes = read_file(entry.file, kMostBytes);
+    if (!bytes) {
+      entry.problem = bytes.error().message;
+      continue;
+    }
+    const char* problem = nullptr;
+    if (const auto approximation = decode(*bytes, entry.key, problem)) {
+      entry.spheres = approximation->tree.leaves().size();
+      entry.balls = approximation->balls.size();
+    } else {
+      entry.problem = problem;
+    }
+  }
+  return entries;
+}
+
+CacheCleaning gc_cache(const fs::path& folder, std::uint64_t max_bytes, double max_age) {
+  const std::vector<CacheEntry> entries = list_cache(folder);
+  std::vector<std::size_t> youngest_first(entries.size());
+  for (std::size_t i = 0; i < entries.size(); ++i) youngest_first[i] = i;
+  std::stable_sort(youngest_first.begin(), youngest_first.end(),
+                   [&](std::size_t a, std::size_t b) { return entries[a].age < entries[b].age; });
+  std::vector<std::uint8_t> goes(entries.size(), 0);
+  std::uint64_t total = 0;
+  bool full = false;
+  for (const std::size_t i : youngest_first) {
+    full = full || entries[i].bytes > max_bytes - total;  // all that is older goes, too
+    goes[i] = full || entries[i].age > max_age;
+    if (!goes[i]) total += entries[i].bytes;
+  }
+  return remove_entries(entries, [&](std::size_t i) { return goes[i] != 0; });
+}
+
+CacheCleaning clear_cache(const fs::path& folder) {
+  return remove_entries(list_cache(folder), [](std::size_t) { return true; });
+}
+
 Result<Approximation> approximate_cached(const Model& model, const SphereSettings& settings,
                                          const fs::path& cache_folder) {
   if (cache_folder.empty()) return approximate(model, settings);
   const std::string key = key_of(model, settings);
-  const fs::path file = cache_folder / (key + ".spheres");
-  if (auto cached = read_cached(file, key)) return std::move(*cached);
-  PM_TRY(Approximation tree, approximate(model, settings));
-  // Two processes may get here at once: both write the same bytes, and the later rename wins.
-  const Status written = write_file(file, encode(tree, key));
-  if (!written) warn_unwritable(cache_folder, written.error());
-  return tree;
+  if (auto cached = load_approximation(cache_folder, key)) return std::move(*cached);
+  PM_TRY(Approximation approximation, approximate(model, settings));
+  store_approximation(cache_folder, key, approximation);
+  return approximation;
 }
 
 fs::path default_cache_folder() {

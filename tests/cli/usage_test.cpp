@@ -4,8 +4,8 @@
 namespace polymorph {
 namespace {
 
-const std::vector<std::string> kCommands{"render",  "strip",  "mesh",  "check",   "info",
-                                         "compare", "golden", "bench", "devices", "schema"};
+const std::vector<std::string> kCommands{"render", "strip", "mesh",  "check",   "info",  "compare",
+                                         "golden", "bench", "cache", "devices", "schema"};
 
 class Usage : public ProgramTest {
  protected:
@@ -42,6 +42,11 @@ TEST_F(Usage, MissingArgument) {
   expect_usage({"render", "scene.json", "-o"}, "--output");
   expect_usage({"strip", "scene.json"}, "nothing to make - give -o strip.png");
   expect_usage({"golden"}, "verb is required");
+  expect_usage({"cache"}, "verb is required");
+  expect_usage({"cache", "gc"}, "cache gc needs a limit");
+  expect_usage({"cache", "gc", "--max-size", "big"}, "--max-size big: not an amount");
+  expect_usage({"cache", "gc", "--max-age", "-3d"}, "--max-age");
+  expect_usage({"cache", "ls", "--max-size", "1G"}, "belong to cache gc");
 }
 
 TEST_F(Usage, BadFrameList) {

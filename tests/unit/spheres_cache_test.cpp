@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <thread>
@@ -8,6 +10,7 @@
 #include "base/log.h"
 #include "model/shapes.h"
 #include "model_testing.h"
+#include "spheres/cache.h"
 #include "spheres/spheres.h"
 
 namespace polymorph {
@@ -163,6 +166,130 @@ TEST_F(Cache, ErrorsAreNotCached) {
   settings_.resolution = 1;
   EXPECT_FALSE(approximate_cached(model_, settings_, cache_));
   EXPECT_TRUE(files().empty());
+}
+
+TEST_F(Cache, KeepsFittedBallsInEveryBit) {
+  const std::string key(kCacheKeySize, 'a');
+  Approximation kept{*approximate(model_, settings_), {}};
+  for (int i = 0; i < 5; ++i) {
+    Ball ball{{1.0f / 3, static_cast<float>(i), -0.0f}, 0.1f + static_cast<float>(i), -2.5f};
+    ball.shape = {2, 0.5f, 1.01f, 0.1f, -0.2f, 0.3f};
+    kept.balls.push_back(ball);
+  }
+  EXPECT_FALSE(load_approximation(cache_, key));
+  store_approximation(cache_, key, kept);
+  const auto loaded = load_approximation(cache_, key);
+  ASSERT_TRUE(loaded);
+  EXPECT_EQ(bits(loaded->tree), bits(kept.tree));
+  ASSERT_EQ(loaded->balls.size(), 5u);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(loaded->balls[i].center, kept.balls[i].center);
+    EXPECT_TRUE(std::signbit(loaded->balls[i].center.z));
+    EXPECT_EQ(loaded->balls[i].a, kept.balls[i].a);
+    EXPECT_EQ(loaded->balls[i].w, kept.balls[i].w);
+    EXPECT_EQ(loaded->balls[i].shape, kept.balls[i].shape);
+  }
+  kept.balls[2].a = -1;
+  store_approximation(cache_, key, kept);
+  EXPECT_NE(said([&] { EXPECT_FALSE(load_approximation(cache_, key)); }).find("no sound"),
+            std::string::npos);
+}
+
+TEST_F(Cache, AFileOfAnotherVersionIsNotUsed) {
+  cached();
+  std::string bytes = *read_file(files()[0]);
+  ++bytes[std::string_view("polymorph spheres\n").size()];
+  folder_.write("deep/cache/" + files()[0].filename().string(), bytes);
+  EXPECT_NE(said([&] { EXPECT_EQ(cached(), expected_); }).find("another version"),
+            std::string::npos);
+}
+
+TEST_F(Cache, ManyWritersOfOneEntryLeaveItWhole) {
+  const std::string key(kCacheKeySize, 'b');
+  const Approximation kept{*approximate(model_, settings_), {}};
+  std::vector<std::thread> writers;
+  std::atomic<int> bad = 0;
+  for (int i = 0; i < 4; ++i)
+    writers.emplace_back([&] {
+      for (int k = 0; k < 5; ++k) {
+        store_approximation(cache_, key, kept);
+        const auto loaded = load_approximation(cache_, key);
+        if (!loaded || bits(loaded->tree) != bits(kept.tree)) ++bad;
+      }
+    });
+  for (std::thread& writer : writers) writer.join();
+  EXPECT_EQ(bad, 0);
+  EXPECT_EQ(files().size(), 1u) << "no temporary is left";
+}
+
+TEST_F(Cache, ListsAndCleansOnlyItsOwnFiles) {
+  EXPECT_TRUE(list_cache(cache_).empty()) << "no folder yet";
+  const Approximation kept{*approximate(model_, settings_), {}};
+  for (const char name : {'a', 'b', 'c'})
+    store_approximation(cache_, std::string(kCacheKeySize, name), kept);
+  const std::vector<std::string> strangers{"notes.txt", "other.spheres", "empty.spheres"};
+  folder_.write("deep/cache/notes.txt", "polymorph spheres\n, but by another name");
+  folder_.write("deep/cache/other.spheres", "somebody else's, of the same extension");
+  folder_.write("deep/cache/empty.spheres", "");
+  fs::create_directory(cache_ / "folder.spheres");
+  const fs::path outside = folder_.write("outside.spheres", *read_file(files()[0]));
+  fs::create_symlink(cache_ / (std::string(kCacheKeySize, 'a') + ".spheres"),
+                     cache_ / "link.spheres");
+  const std::vector<CacheEntry> entries = list_cache(cache_);
+  ASSERT_EQ(entries.size(), 3u);
+  EXPECT_EQ(entries[0].key, std::string(kCacheKeySize, 'a'));
+  EXPECT_EQ(entries[0].bytes, fs::file_size(entries[0].file));
+  EXPECT_LT(entries[0].age, 100);
+  const CacheCleaning cleaning = clear_cache(cache_);
+  EXPECT_EQ(cleaning.removed, 3u);
+  EXPECT_EQ(cleaning.removed_bytes, 3 * entries[0].bytes);
+  EXPECT_TRUE(cleaning.failures.empty());
+  EXPECT_TRUE(list_cache(cache_).empty());
+  for (const std::string& name : strangers) EXPECT_TRUE(fs::exists(cache_ / name)) << name;
+  EXPECT_TRUE(fs::exists(cache_ / "folder.spheres"));
+  EXPECT_TRUE(fs::is_symlink(cache_ / "link.spheres"));
+  EXPECT_TRUE(fs::exists(outside));
+}
+
+TEST_F(Cache, VerifyNamesWhatIsWrong) {
+  const Approximation kept{*approximate(model_, settings_), {}};
+  for (const char name : {'a', 'b', 'c'})
+    store_approximation(cache_, std::string(kCacheKeySize, name), kept);
+  const auto file = [&](char name) { return std::string(kCacheKeySize, name) + ".spheres"; };
+  std::string bytes = *read_file(cache_ / file('b'));
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  folder_.write("deep/cache/" + file('b'), bytes);
+  fs::copy_file(cache_ / file('a'), cache_ / file('c'), fs::copy_options::overwrite_existing);
+  const std::vector<CacheEntry> entries = verify_cache(cache_);
+  ASSERT_EQ(entries.size(), 3u);
+  EXPECT_EQ(entries[0].problem, "");
+  EXPECT_EQ(entries[0].spheres, kept.tree.leaves().size());
+  EXPECT_EQ(entries[1].problem, "is damaged (wrong checksum)");
+  EXPECT_EQ(entries[2].problem, "belongs to another model");
+}
+
+TEST_F(Cache, GcRemovesWhatIsOldAndThenTheOldest) {
+  const Approximation kept{*approximate(model_, settings_), {}};
+  const auto now = fs::file_time_type::clock::now();
+  const auto fill = [&] {
+    for (int i = 0; i < 5; ++i) {  // a: 5 days old ... e: 1 day
+      const std::string key(kCacheKeySize, static_cast<char>('a' + i));
+      store_approximation(cache_, key, kept);
+      fs::last_write_time(cache_ / (key + ".spheres"), now - std::chrono::hours(24 * (5 - i)));
+    }
+  };
+  fill();
+  const std::uint64_t size = list_cache(cache_)[0].bytes;
+  CacheCleaning cleaning = gc_cache(cache_, 1000 * size, 3.5 * 86400);
+  EXPECT_EQ(cleaning.removed, 2u);
+  EXPECT_EQ(cleaning.kept, 3u);
+  EXPECT_EQ(list_cache(cache_)[0].key[0], 'c');
+  fill();
+  cleaning = gc_cache(cache_, 2 * size + 1, 1e9);
+  EXPECT_EQ(cleaning.removed, 3u);
+  EXPECT_EQ(cleaning.kept_bytes, 2 * size);
+  EXPECT_EQ(list_cache(cache_)[0].key[0], 'd') << "the oldest went first";
+  EXPECT_EQ(gc_cache(cache_, 0, 1e9).kept, 0u);
 }
 
 class CacheFolder : public testing::Test {

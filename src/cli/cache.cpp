@@ -1,0 +1,167 @@
+#include "spheres/cache.h"
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "base/log.h"
+#include "base/text.h"
+#include "cli/command_line.h"
+#include "scene/json_text.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CacheOptions {
+  std::string verb, max_size, max_age;
+  JsonOutput json;
+};
+
+/// A number with one of the units behind it: {"k", 1e3} and so on; without a unit, the first's.
+Result<double> parse_amount(const std::string& option, const std::string& text,
+                            const std::vector<std::pair<char, double>>& units,
+                            const std::string& example) {
+  double factor = units.front().second;
+  std::string number = text;
+  for (const auto& [unit, value] : units)
+    if (!text.empty() && std::tolower(static_cast<unsigned char>(text.back())) == unit) {
+      factor = value;
+      number.pop_back();
+    }
+  const auto value = parse_number(number);
+  if (!value || *value < 0)
+    return make_error(ErrorCode::kUsage, "{} {}: not an amount - write {}", option, text, example);
+  return *value * factor;
+}
+
+std::string format_age(double seconds) {
+  const auto whole = [](double value) { return static_cast<long long>(std::floor(value)); };
+  if (seconds < 120) return fmt::format("{} s", whole(seconds));
+  if (seconds < 2 * 3600) return fmt::format("{} min", whole(seconds / 60));
+  if (seconds < 2 * 86400) return fmt::format("{} h", whole(seconds / 3600));
+  return fmt::format("{} days", whole(seconds / 86400));
+}
+
+std::string format_files(std::size_t count, std::uint64_t bytes) {
+  return fmt::format("{} file{}, {}", count, count == 1 ? "" : "s",
+                     format_bytes(static_cast<double>(bytes)));
+}
+
+Result<int> list(const fs::path& folder, const CacheOptions& options) {
+  const bool verify = options.verb == "verify";
+  const std::vector<CacheEntry> entries = verify ? verify_cache(folder) : list_cache(folder);
+  nlohmann::ordered_json json{{"folder", folder.string()}};
+  json["entries"] = nlohmann::ordered_json::array();
+  std::uint64_t bytes = 0;
+  std::size_t bad = 0;
+  for (const CacheEntry& entry : entries) {
+    bytes += entry.bytes;
+    bad += entry.problem.empty() ? 0 : 1;
+    nlohmann::ordered_json one{
+        {"key", entry.key}, {"bytes", entry.bytes}, {"age_seconds", entry.age}};
+    if (verify) {
+      one["ok"] = entry.problem.empty();
+      one["spheres"] = entry.spheres;
+      one["balls"] = entry.balls;
+      if (!entry.problem.empty()) one["problem"] = entry.problem;
+    }
+    json["entries"].push_back(one);
+    if (options.json.wanted) continue;
+    if (!entry.problem.empty())
+      print_data("{}: {}\n", entry.file.filename().string(), entry.problem);
+    else if (verify)
+      print_data("{}: ok, {} spheres, {} balls\n", entry.file.filename().string(), entry.spheres,
+                 entry.balls);
+    else
+      print_data("{}  {:>9}  {:>8}\n", entry.key, format_bytes(static_cast<double>(entry.bytes)),
+                 format_age(entry.age));
+  }
+  json["bytes"] = bytes;
+  if (options.json.wanted) {
+    if (verify) json["ok"] = bad == 0;
+    PM_TRY_STATUS(write_json(options.json, dump_json(json)));
+  } else {
+    print_data("{}: {}{}\n", folder.string(), format_files(entries.size(), bytes),
+               bad > 0 ? fmt::format(", {} bad - polymorph cache clear removes all", bad) : "");
+  }
+  return bad > 0 ? static_cast<int>(ErrorCode::kAnswerNo) : 0;
+}
+
+Result<int> clean(const fs::path& folder, const CacheOptions& options) {
+  CacheCleaning cleaning;
+  if (options.verb == "clear") {
+    cleaning = clear_cache(folder);
+  } else {
+    double bytes = INFINITY, age = INFINITY;
+    if (!options.max_size.empty()) {
+      PM_TRY(bytes, parse_amount("--max-size", options.max_size,
+                                 {{'b', 1}, {'k', 1e3}, {'m', 1e6}, {'g', 1e9}, {'t', 1e12}},
+                                 "500M or 1G"));
+    }
+    if (!options.max_age.empty()) {
+      PM_TRY(age, parse_amount("--max-age", options.max_age,
+                               {{'d', 86400}, {'h', 3600}, {'m', 60}, {'s', 1}}, "30d or 12h"));
+    }
+    constexpr auto kMost = std::numeric_limits<std::uint64_t>::max();
+    cleaning = gc_cache(folder, bytes < 1e19 ? static_cast<std::uint64_t>(bytes) : kMost, age);
+  }
+  for (const std::string& failure : cleaning.failures)
+    log_message(LogLevel::kError, "sphere cache: " + failure);
+  if (options.json.wanted) {
+    const nlohmann::ordered_json json{{"folder", folder.string()},
+                                      {"removed", cleaning.removed},
+                                      {"kept", cleaning.kept},
+                                      {"removed_bytes", cleaning.removed_bytes},
+                                      {"kept_bytes", cleaning.kept_bytes},
+                                      {"failures", cleaning.failures}};
+    PM_TRY_STATUS(write_json(options.json, dump_json(json)));
+  } else {
+    print_data("{}: removed {}; kept {}\n", folder.string(),
+               format_files(cleaning.removed, cleaning.removed_bytes),
+               format_files(cleaning.kept, cleaning.kept_bytes));
+  }
+  return cleaning.failures.empty() ? 0 : static_cast<int>(ErrorCode::kOutput);
+}
+
+Result<int> run_cache(const CommandLine& line, const CacheOptions& options) {
+  if (options.verb == "gc" && options.max_size.empty() && options.max_age.empty())
+    return make_error(ErrorCode::kUsage,
+                      "cache gc needs a limit - give --max-size 1G, --max-age 30d or both");
+  if (options.verb != "gc" && !(options.max_size.empty() && options.max_age.empty()))
+    return make_error(ErrorCode::kUsage, "--max-size and --max-age belong to cache gc");
+  const fs::path folder = cache_folder(line.common);
+  if (folder.empty())
+    return make_error(ErrorCode::kUsage,
+                      "there is no cache folder - give --cache-dir or set POLYMORPH_CACHE_DIR");
+  return options.verb == "ls" || options.verb == "verify" ? list(folder, options)
+                                                          : clean(folder, options);
+}
+
+}  // namespace
+
+void add_cache(CommandLine& line) {
+  auto options = std::make_shared<CacheOptions>();
+  CLI::App* command =
+      add_command(line, "cache", "List, check or clean the cache of sphere approximations.",
+                  "  polymorph cache ls\n  polymorph cache verify\n"
+                  "  polymorph cache gc --max-size 1G --max-age 30d\n  polymorph cache clear",
+                  "  0 done   1 verify found a bad file   2 usage   4 a file cannot be removed");
+  command->add_option("verb", options->verb, "ls, verify, gc (remove the oldest) or clear")
+      ->required()
+      ->check(CLI::IsMember({"ls", "verify", "gc", "clear"}))
+      ->type_name("VERB")
+      ->group("Main");
+  command->add_option("--max-size", options->max_size, "gc: keep at most this much, e.g. 1G")
+      ->type_name("SIZE")
+      ->group("Main");
+  command->add_option("--max-age", options->max_age, "gc: keep nothing older, e.g. 30d")
+      ->type_name("AGE")
+      ->group("Main");
+  add_json(command, options->json);
+  command->callback(
+      [&line, options] { line.action = [&line, options] { return run_cache(line, *options); }; });
+}
+
+}  // namespace polymorph

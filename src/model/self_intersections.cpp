@@ -1,0 +1,110 @@
+#include "model/self_intersections.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "base/parallel.h"
+#include "model/triangle_bvh.h"
+#include "model/vec3d.h"
+
+namespace polymorph {
+namespace {
+
+/// Six times the volume of the tetrahedron; exactly 0 where rounding could have made its sign.
+double side_of(Vec3d a, Vec3d b, Vec3d c, Vec3d p) {
+  const Vec3d ab = b - a, ac = c - a, ap = p - a;
+  const double volume = dot(cross(ab, ac), ap);
+  const double size = length(ab) * length(ac) * length(ap);
+  return std::abs(volume) > 1e-10 * size ? volume : 0;
+}
+
+/// The segment pq passes through the inside of abc, its ends strictly on either side.
+bool pierces(Vec3d p, Vec3d q, const Vec3d (&t)[3]) {
+  const double sp = side_of(t[0], t[1], t[2], p), sq = side_of(t[0], t[1], t[2], q);
+  if (!(sp * sq < 0)) return false;
+  const double x = side_of(p, q, t[0], t[1]), y = side_of(p, q, t[1], t[2]),
+               z = side_of(p, q, t[2], t[0]);
+  return (x > 0 && y > 0 && z > 0) || (x < 0 && y < 0 && z < 0);
+}
+
+bool share_a_point(const Triangle& a, const Triangle& b) {
+  for (const std::uint32_t i : a.v)
+    for (const std::uint32_t j : b.v)
+      if (i == j) return true;
+  return false;
+}
+
+bool cross_properly(const Model& model, const Triangle& s, const Triangle& t) {
+  const auto corners = [&](const Triangle& from, Vec3d(&to)[3]) {
+    for (int k = 0; k < 3; ++k) to[k] = Vec3d(model.points[from.v[k]]);
+  };
+  Vec3d a[3], b[3];
+  corners(s, a);
+  corners(t, b);
+  for (int k = 0; k < 3; ++k)
+    if (pierces(a[k], a[(k + 1) % 3], b) || pierces(b[k], b[(k + 1) % 3], a)) return true;
+  return false;
+}
+
+/// The triangles above `t` that cross it, ascending; at most `most`.
+std::vector<std::uint32_t> crossing(const Model& model, const TriangleBvh& bvh, std::uint32_t t,
+                                    std::size_t most) {
+  std::vector<std::uint32_t> found;
+  const Triangle& triangle = model.triangles[t];
+  Box box;
+  for (const std::uint32_t v : triangle.v) box = extend(box, model.points[v]);
+  std::uint32_t stack[TriangleBvh::kStackSize];
+  int waiting = 0;
+  stack[waiting++] = 0;
+  while (waiting > 0 && found.size() < most) {
+    const TriangleBvh::Node& node = bvh.nodes[stack[--waiting]];
+    const unsigned touching = children_touching(node, box);
+    for (int k = 0; k < TriangleBvh::kWidth; ++k) {
+      if (!(touching >> k & 1)) continue;
+      if (node.count[k] == 0) {
+        stack[waiting++] = node.child[k];
+        continue;
+      }
+      for (std::uint32_t slot = node.child[k]; slot < node.child[k] + node.count[k]; ++slot) {
+        const std::uint32_t other = bvh.triangles[slot];
+        if (other > t && !share_a_point(triangle, model.triangles[other]) &&
+            cross_properly(model, triangle, model.triangles[other]))
+          found.push_back(other);
+      }
+    }
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+}  // namespace
+
+SelfIntersections count_self_intersections(const Model& model, std::size_t most) {
+  constexpr std::size_t kBatch = 16384;
+  SelfIntersections result;
+  const TriangleBvh bvh = build_triangle_bvh(model.points, model.triangles);
+  // Batches of fixed size, so that where it stops does not depend on threads.
+  for (std::size_t begin = 0; begin < model.triangles.size() && !result.stopped; begin += kBatch) {
+    const std::size_t count = std::min(kBatch, model.triangles.size() - begin);
+    std::vector<std::vector<std::uint32_t>> found(count);
+    parallel_for(
+        static_cast<std::int64_t>(count),
+        [&](std::int64_t i) {
+          const auto k = static_cast<std::size_t>(i);
+          found[k] = crossing(model, bvh, static_cast<std::uint32_t>(begin + k), most);
+        },
+        64);
+    for (std::size_t k = 0; k < count && !result.stopped; ++k) {
+      if (found[k].empty()) continue;
+      if (result.pairs == 0) {
+        result.first[0] = static_cast<std::uint32_t>(begin + k);
+        result.first[1] = found[k].front();
+      }
+      result.pairs = std::min(most, result.pairs + found[k].size());
+      result.stopped = result.pairs == most;
+    }
+  }
+  return result;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,22 @@
+// Where a model's faces cross each other.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "model/model.h"
+
+namespace polymorph {
+
+struct SelfIntersections {
+  std::size_t pairs = 0;            ///< of triangles; at least this many if `stopped`
+  bool stopped = false;             ///< the limit was reached
+  std::uint32_t first[2] = {0, 0};  ///< the pair of lowest indices among those counted
+};
+
+/// Counts the pairs of triangles without a common point that cross properly: an edge of one passes
+/// through the other's inside. Faces that only touch, or lie in one plane, do not count. Stops
+/// after `most` pairs. A function of its arguments alone.
+SelfIntersections count_self_intersections(const Model& model, std::size_t most = 10000);
+
+}  // namespace polymorph

@@ -1,0 +1,28 @@
+// How thick are a model's walls? Says beforehand how many balls it takes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "model/model.h"
+
+namespace polymorph {
+
+/// Lengths from surface samples straight inward to where the model ends; shares of the area.
+struct Thickness {
+  double low = 0;        ///< a twentieth of the area is thinner
+  double median = 0;     ///< half of the area is thinner: the wall thickness of a shell
+  double high = 0;       ///< a twentieth is thicker
+  double open = 0;       ///< share of the area from which inward is outside: no wall at all
+  double balls = 0;      ///< area / median^2: about as many balls it takes to show the walls
+  std::size_t rays = 0;  ///< that met a wall; 0 = no wall was found and the lengths are 0
+};
+
+/// By `samples` rays against the faces' normals; a model that is inside out gives `open` near 1. A
+/// function of its arguments alone.
+Thickness measure_thickness(const Model& model, std::size_t samples = 4000);
+
+/// Thin: it would take more than 1500 balls to show the walls, several times what is usual.
+bool is_thin(const Thickness& thickness);
+
+}  // namespace polymorph

@@ -1,0 +1,60 @@
+// The disk cache of approximations. Files are named by the hash of everything that they depend on,
+// so none ever becomes stale; they are written whole or not at all, and carry a checksum.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "spheres/spheres.h"
+
+namespace polymorph {
+
+/// Length of a key: the hex digits of a Hasher.
+inline constexpr std::size_t kCacheKeySize = 32;
+
+/// What is kept in `folder` under this key, if anything is. A file that is damaged, foreign, of
+/// another version or under another's name is one warning and nothing.
+std::optional<Approximation> load_approximation(const std::filesystem::path& folder,
+                                                const std::string& key);
+
+/// Keeps it: a temporary name, then a rename, so that readers see all or nothing, and of several
+/// writers the last wins (all write the same). Where nothing can be written, a warning is given
+/// once a folder, and that is all.
+void store_approximation(const std::filesystem::path& folder, const std::string& key,
+                         const Approximation& approximation);
+
+struct CacheEntry {
+  std::filesystem::path file;
+  std::string key;          ///< as its name says
+  std::uint64_t bytes = 0;  ///< its size
+  double age = 0;           ///< seconds since it was written
+  std::size_t spheres = 0;  ///< leaves; verify_cache() only
+  std::size_t balls = 0;    ///< verify_cache() only
+  std::string problem;      ///< verify_cache() only; empty = sound
+};
+
+/// The files of this program in `folder`, in order of name: regular files *.spheres that begin with
+/// our magic (links are not followed, nothing else is touched). No folder: none. A folder that
+/// cannot be read is one warning.
+std::vector<CacheEntry> list_cache(const std::filesystem::path& folder);
+
+/// list_cache(), with every file read and checked.
+std::vector<CacheEntry> verify_cache(const std::filesystem::path& folder);
+
+struct CacheCleaning {
+  std::size_t removed = 0, kept = 0;  ///< files
+  std::uint64_t removed_bytes = 0, kept_bytes = 0;
+  std::vector<std::string> failures;  ///< what could not be removed, and why
+};
+
+/// Removes what is older than `max_age` seconds, then the oldest until at most `max_bytes` are
+/// left.
+CacheCleaning gc_cache(const std::filesystem::path& folder, std::uint64_t max_bytes,
+                       double max_age);
+/// Removes all of list_cache().
+CacheCleaning clear_cache(const std::filesystem::path& folder);
+
+}  // namespace polymorph

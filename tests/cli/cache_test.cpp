@@ -1,0 +1,74 @@
+// The cache subcommand.
+#include "cli/program.h"
+
+namespace polymorph {
+namespace {
+
+class CacheCommand : public ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    write("scene.json", tiny_scene());
+    run(0, {"mesh", "scene.json", "-f", "2", "-o", "m.obj", "--cache-dir", "kept"});
+  }
+  Ran cache(int code, std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "cache");
+    arguments.insert(arguments.end(), {"--cache-dir", "kept"});
+    return run(code, arguments);
+  }
+};
+
+TEST_F(CacheCommand, ListsWhatRenderingLeftThere) {
+  const Ran ran = cache(0, {"ls"});
+  EXPECT_TRUE(contains(ran.out, "kept: 2 files, ")) << ran.out;
+  const auto json = parse(cache(0, {"ls", "--json"}).out);
+  ASSERT_EQ(json["entries"].size(), 2u);
+  EXPECT_EQ(json["entries"][0]["key"].get<std::string>().size(), 32u);
+  EXPECT_EQ(json["bytes"],
+            json["entries"][0]["bytes"].get<int>() + json["entries"][1]["bytes"].get<int>());
+}
+
+TEST_F(CacheCommand, AnAbsentFolderIsEmpty) {
+  EXPECT_TRUE(contains(run(0, {"cache", "ls", "--cache-dir", "none"}).out, "none: 0 files, 0"));
+  run(0, {"cache", "verify", "--cache-dir", "none"});
+  run(0, {"cache", "clear", "--cache-dir", "none"});
+  EXPECT_FALSE(exists("none")) << "asking makes nothing";
+}
+
+TEST_F(CacheCommand, VerifyAnswersNoToADamagedFile) {
+  const Ran good = cache(0, {"verify"});
+  EXPECT_TRUE(contains(good.out, ": ok, ")) << good.out;
+  const std::string key =
+      parse(cache(0, {"ls", "--json"}).out)["entries"][0]["key"].get<std::string>();
+  std::string bytes = read_text(folder / "kept" / (key + ".spheres"));
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
+  write("kept/" + key + ".spheres", bytes);
+  const Ran bad = cache(1, {"verify"});
+  EXPECT_TRUE(contains(bad.out, key + ".spheres: is damaged")) << bad.out;
+  EXPECT_TRUE(contains(bad.out, "1 bad")) << bad.out;
+  const auto json = parse(cache(1, {"verify", "--json"}).out);
+  EXPECT_EQ(json["ok"], false);
+  EXPECT_EQ(json["entries"][0]["ok"], false);
+  EXPECT_EQ(json["entries"][1]["ok"], true);
+}
+
+TEST_F(CacheCommand, GcKeepsWhatFitsAndClearKeepsStrangers) {
+  write("kept/mine.spheres", "not the program's");
+  EXPECT_TRUE(contains(cache(0, {"gc", "--max-size", "1G", "--max-age", "30d"}).out,
+                       "removed 0 files, 0 B; kept 2 files"));
+  const auto json = parse(cache(0, {"gc", "--max-size", "0", "--json"}).out);
+  EXPECT_EQ(json["removed"], 2);
+  EXPECT_EQ(json["kept"], 0);
+  run(0, {"mesh", "scene.json", "-f", "2", "-o", "again.obj", "--cache-dir", "kept"});
+  EXPECT_TRUE(contains(cache(0, {"clear"}).out, "removed 2 files"));
+  EXPECT_TRUE(exists("kept/mine.spheres"));
+  EXPECT_EQ(count_files(".spheres"), 1u);
+}
+
+TEST_F(CacheCommand, WithoutAFolderSaysHowToGiveOne) {
+  const Ran ran = run(2, {"cache", "ls", "--no-cache"});
+  EXPECT_TRUE(contains(ran.err, "--cache-dir")) << ran.err;
+}
+
+}  // namespace
+}  // namespace polymorph
