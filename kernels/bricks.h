@@ -80,7 +80,7 @@ struct RowFlags {
   }
 };
 
-/// A ball's shares along each axis at the eight coordinates of a brick's points (plus_value).
+/// A ball's shares along each axis at the eight coordinates of a brick's points (plus_product).
 struct AxisTables {
   alignas(32) float u[3][kBrickPoints], factor[3][kBrickPoints];
   float base, limit;
@@ -99,6 +99,10 @@ struct AxisTables {
   }
 };
 constexpr int kTables = 32;  ///< of balls handled together
+/// Points every second cell around a brick, at most 6^3, in whole packs.
+constexpr int kMostCoarse = 216;
+/// Of a square across a crossed edge (cubes.h).
+constexpr int kFaceVertices = 4, kFaceTriangles = 2;
 
 /// Field values and inside flags of each brick, its crossed edges and its counts. One team a brick.
 template <class F>
@@ -107,12 +111,17 @@ struct SampleBricks {
   static constexpr int kTogether = 4;  ///< lines that share a walk over the balls
   struct Scratch {
     alignas(32) float values[kBrickValues];
-    AxisTables tables[F::kSplits ? kTables : 1];
+    union {
+      AxisTables tables[F::kSplits ? kTables : 1];
+      float coarse[kMostCoarse];
+    };
     std::uint8_t inside[kLines];
     std::uint32_t vertices[kRows + 1], triangles[kRows + 1], edges[kRows];
   };
   Grid grid;
   float iso = 1;
+  int influence = 1;
+  bool faces = false;  ///< count squares across the crossed edges instead
   View<const BrickTable> table;
   View<const Node> bricks;
   View<const std::uint32_t> entries;
@@ -128,7 +137,11 @@ struct SampleBricks {
     const Node brick = bricks[b];
     const Int3 first = {brick.at.x * kBrickCells - 1, brick.at.y * kBrickCells - 1,
                         brick.at.z * kBrickCells - 1};
-    sample_all(team, scratch, brick, first);
+    if (influence > 1) {
+      interpolate_all(team, scratch, brick, first);
+    } else {
+      sample_all(team, scratch, brick, first);
+    }
     drop_rim(team, first, scratch.values);
     team.each(kLines, [&](int line) {
       scratch.inside[line] =
@@ -144,7 +157,10 @@ struct SampleBricks {
     team.sync();
     const std::uint32_t vertex_count = team.scan(scratch.vertices, kRows);
     const std::uint32_t triangle_count = team.scan(scratch.triangles, kRows);
-    team.each(1, [&](int) { counts[b] = {vertex_count, triangle_count}; });
+    team.each(1, [&](int) {
+      counts[b] = faces ? Counts{kFaceVertices * vertex_count, kFaceTriangles * vertex_count}
+                        : Counts{vertex_count, triangle_count};
+    });
     if (vertex_count == 0 && triangle_count == 0) return;
     team.each(kRows, [&](int r) {
       rows[b * kRows + r] = packed_row(scratch.edges[r], scratch.vertices[r]);
@@ -155,6 +171,51 @@ struct SampleBricks {
       Lanes<V>::store(values.data + b * kBrickValues + at, Lanes<V>::load(scratch.values + at));
     });
   }
+
+  /// The field at every `influence`-th grid point around the brick, and between them the mean of
+  /// the eight around, weighted by nearness.
+  template <class Team>
+  PM_HD void interpolate_all(const Team& team, Scratch& scratch, const Node& brick,
+                             Int3 first) const {
+    using V = typename Team::V;
+    constexpr int kLanes = Lanes<V>::kCount;
+    const Int3 low = {coarse(first.x), coarse(first.y), coarse(first.z)};
+    const Int3 n = {coarse(first.x + kBrickCells) + 2 - low.x,
+                    coarse(first.y + kBrickCells) + 2 - low.y,
+                    coarse(first.z + kBrickCells) + 2 - low.z};
+    const int size = n.x * n.y * n.z;
+    team.each((size + kLanes - 1) / kLanes, [&](int item) {
+      alignas(32) float x[kLanes], y[kLanes], z[kLanes];
+      for (int l = 0; l < kLanes; ++l) {
+        const int i = item * kLanes + l;
+        const Vec3 p =
+            grid_point(grid, {influence * (low.x + i % n.x), influence * (low.y + i / n.x % n.y),
+                              influence * (low.z + i / n.x / n.y)});
+        x[l] = p.x, y[l] = p.y, z[l] = p.z;
+      }
+      const Points<V> at = {Lanes<V>::load(x), Lanes<V>::load(y), Lanes<V>::load(z)};
+      Lanes<V>::store(scratch.coarse + item * kLanes,
+                      grid_field_at<F>(at, balls.data, {entries.data + brick.begin, brick.count}));
+    });
+    team.sync();
+    team.each(kBrickValues, [&](int i) {
+      const int gx = first.x + i % kBrickPoints, gy = first.y + i / kBrickPoints % kBrickPoints,
+                gz = first.z + i / kLines;
+      const int cx = coarse(gx), cy = coarse(gy), cz = coarse(gz);
+      const float step = 1.0f / static_cast<float>(influence);
+      const float tx = step * static_cast<float>(gx - influence * cx),
+                  ty = step * static_cast<float>(gy - influence * cy),
+                  tz = step * static_cast<float>(gz - influence * cz);
+      const float* c = scratch.coarse + (cx - low.x) + n.x * ((cy - low.y) + n.y * (cz - low.z));
+      const int dy = n.x, dz = n.x * n.y;
+      const float a = lerp(lerp(c[0], c[1], tx), lerp(c[dy], c[dy + 1], tx), ty);
+      const float b = lerp(lerp(c[dz], c[dz + 1], tx), lerp(c[dz + dy], c[dz + dy + 1], tx), ty);
+      scratch.values[i] = lerp(a, b, tz);
+    });
+    team.sync();
+  }
+  /// The point below or at grid point g of those that are `influence` apart.
+  PM_HD int coarse(int g) const { return (g + influence * 4) / influence - 4; }
 
   template <class Team>
   PM_HD void sample_all(const Team& team, Scratch& scratch, const Node& brick, Int3 first) const {

@@ -37,10 +37,6 @@ inline void check_cuda(cudaError_t error, const char* doing) {
   if (error != cudaSuccess) throw ExtractFailure{cuda_status(error, doing)};
 }
 
-struct AddOffsets {
-  PM_HD Offsets operator()(Offsets a, Offsets b) const { return a + b; }
-};
-
 /// Grid-stride loop: any n, any number of blocks.
 template <class F>
 __global__ void run_items(std::int64_t n, F f) {
@@ -126,30 +122,37 @@ __global__ void __launch_bounds__(F::kThreads)
   }
 }
 
-constexpr int kScanThreads = 1024, kScanEach = 4;
+constexpr int kScanThreads = 1024, kScanEach = 8;
 
-/// Exclusive sums by one block, which is fast enough for as many bricks as a surface has: 4096 at a
-/// time.
+/// Exclusive sums by one block, 8192 items at a time, which is fast enough for as many bricks as a
+/// surface has. Within a block both sums travel in one word: an item has at most 1029 vertices or
+/// 64 children, so that the first sum stays below 2^24.
 template <int kThreads>
 __global__ void __launch_bounds__(kThreads)
     run_scan(const Counts* counts, const std::int64_t* count, std::int64_t limit, Offsets* offsets,
              Offsets* total) {
-  using Scan = cub::BlockScan<Offsets, kThreads>;
+  using Word = unsigned long long;
+  using Scan = cub::BlockScan<Word, kThreads, cub::BLOCK_SCAN_WARP_SCANS>;
+  constexpr int kShift = 38;
   __shared__ typename Scan::TempStorage storage;
   const std::int64_t n = *count < limit ? *count : limit;
+  const auto unpacked = [](Word w) {
+    return Offsets{static_cast<std::int64_t>(w >> kShift),
+                   static_cast<std::int64_t>(w & ((Word{1} << kShift) - 1))};
+  };
   Offsets before;
   for (std::int64_t start = 0; start < n; start += kThreads * kScanEach) {
-    Offsets values[kScanEach], sum;
+    Word words[kScanEach], sum = 0;
     const std::int64_t at = start + static_cast<std::int64_t>(threadIdx.x) * kScanEach;
     for (int k = 0; k < kScanEach; ++k) {
       const Counts c = at + k < n ? counts[at + k] : Counts{};
-      values[k] = {c.first, c.second};
+      words[k] = static_cast<Word>(c.first) << kShift | c.second;
     }
-    Scan(storage).ExclusiveScan(values, values, Offsets{}, AddOffsets{}, sum);
+    Scan(storage).ExclusiveSum(words, words, sum);
     for (int k = 0; k < kScanEach; ++k) {
-      if (at + k < n) offsets[at + k] = before + values[k];
+      if (at + k < n) offsets[at + k] = before + unpacked(words[k]);
     }
-    before = before + sum;
+    before = before + unpacked(sum);
     __syncthreads();
   }
   if (threadIdx.x == 0) *total = before;
@@ -171,8 +174,8 @@ class CudaBackend {
         processors_(other.processors_),
         stream_(std::exchange(other.stream_, nullptr)),
         staging_(std::exchange(other.staging_, nullptr)),
-        spans_(std::move(other.spans_)),
-        used_spans_(std::exchange(other.used_spans_, 0)),
+        marks_(std::move(other.marks_)),
+        used_marks_(std::exchange(other.used_marks_, 0)),
         times_(std::move(other.times_)) {}
   CudaBackend(const CudaBackend&) = delete;
   CudaBackend& operator=(const CudaBackend&) = delete;
@@ -180,10 +183,7 @@ class CudaBackend {
   ~CudaBackend() {
     // Nothing can be done about a failing release; a dead device also reports its first error here
     // again.
-    for (const Span& span : spans_) {
-      (void)cudaEventDestroy(span.begin);
-      (void)cudaEventDestroy(span.end);
-    }
+    for (const Mark& mark : marks_) (void)cudaEventDestroy(mark.event);
     if (staging_ != nullptr) (void)cudaFreeHost(staging_);
     if (stream_ != nullptr) (void)cudaStreamDestroy(stream_);
   }
@@ -335,7 +335,7 @@ class CudaBackend {
 
   void start_frame(std::size_t most_memory) {
     check_cuda(cudaSetDevice(device_), "select the device");
-    used_spans_ = 0;
+    used_marks_ = 0;
     times_.clear();
     fits_.clear();
     uploaded_ = 0;
@@ -345,6 +345,7 @@ class CudaBackend {
   /// Waits for the passes; where a count was more than its buffer holds, makes that larger.
   /// `totals` are all the counts that fit() was told of.
   bool everything_fitted(View<Offsets> totals) {
+    mark(kNoPass);
     const auto* counts = reinterpret_cast<const Offsets*>(staging_);
     download(reinterpret_cast<Offsets*>(staging_), totals);
     bool fitted = true;
@@ -362,53 +363,50 @@ class CudaBackend {
   std::size_t memory_used() const { return used_; }
 
   void finish_frame() {
+    mark(kNoPass);
     check_cuda(cudaStreamSynchronize(stream_), "finish the frame");
-    for (std::size_t i = 0; i < used_spans_; ++i) {
+    for (std::size_t i = 0; i + 1 < used_marks_; ++i) {
       float milliseconds = 0;
-      check_cuda(cudaEventElapsedTime(&milliseconds, spans_[i].begin, spans_[i].end),
+      check_cuda(cudaEventElapsedTime(&milliseconds, marks_[i].event, marks_[i + 1].event),
                  "read the timers");
-      add_pass_time(times_, spans_[i].name, 1e-3 * static_cast<double>(milliseconds));
+      if (std::strcmp(marks_[i].name, kNoPass) == 0) continue;
+      add_pass_time(times_, marks_[i].name, 1e-3 * static_cast<double>(milliseconds));
     }
   }
   std::vector<PassTime> pass_times() const { return times_; }
 
  private:
-  /// Device time of one call, between two events.
-  struct Span {
+  /// An event on the stream, and the pass that begins there; no pass between frames.
+  struct Mark {
     const char* name;
-    cudaEvent_t begin, end;
+    cudaEvent_t event;
   };
 
-  /// Marks a call for the profiler and for pass_times().
+  /// Names a call for the profiler and for pass_times(); calls of one pass behind each other share
+  /// their marks, since each costs about as much as a small kernel.
   class Scope {
    public:
-    Scope(CudaBackend& backend, const char* name)
-        : backend_(backend), index_(backend.next_span(name)) {
+    Scope(CudaBackend& backend, const char* name) {
       (void)nvtxRangePushA(name);
-      check_cuda(cudaEventRecord(backend.spans_[index_].begin, backend.stream_), name);
+      if (backend.used_marks_ == 0 ||
+          std::strcmp(backend.marks_[backend.used_marks_ - 1].name, name) != 0) {
+        backend.mark(name);
+      }
     }
-    ~Scope() {
-      // A failure here shows in the next checked call on this stream.
-      (void)cudaEventRecord(backend_.spans_[index_].end, backend_.stream_);
-      (void)nvtxRangePop();
-    }
+    ~Scope() { (void)nvtxRangePop(); }
     Scope(const Scope&) = delete;
     Scope& operator=(const Scope&) = delete;
-
-   private:
-    CudaBackend& backend_;
-    std::size_t index_;
   };
 
-  std::size_t next_span(const char* name) {
-    if (used_spans_ == spans_.size()) {
-      Span span = {name, nullptr, nullptr};
-      check_cuda(cudaEventCreate(&span.begin), "create a timer");
-      check_cuda(cudaEventCreate(&span.end), "create a timer");
-      spans_.push_back(span);
+  void mark(const char* name) {
+    if (used_marks_ == marks_.size()) {
+      Mark mark = {name, nullptr};
+      check_cuda(cudaEventCreate(&mark.event), "create a timer");
+      marks_.push_back(mark);
     }
-    spans_[used_spans_].name = name;
-    return used_spans_++;
+    marks_[used_marks_].name = name;
+    check_cuda(cudaEventRecord(marks_[used_marks_].event, stream_), name);
+    ++used_marks_;
   }
 
   void* allocate(std::size_t bytes) {
@@ -428,6 +426,7 @@ class CudaBackend {
     std::int64_t each, room;
     Growing* buffer;
   };
+  static constexpr const char* kNoPass = "";
   /// Of pinned memory for downloads, and as much again for uploads.
   static constexpr std::size_t kStagingBytes = std::size_t{16} << 20;
 
@@ -436,8 +435,8 @@ class CudaBackend {
   char* staging_ = nullptr;
   std::vector<Fit> fits_;
   std::size_t used_ = 0, most_memory_ = 0, uploaded_ = 0;
-  std::vector<Span> spans_;
-  std::size_t used_spans_ = 0;
+  std::vector<Mark> marks_;
+  std::size_t used_marks_ = 0;
   std::vector<PassTime> times_;
 };
 

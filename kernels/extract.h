@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "bricks.h"
+#include "cubes.h"
 #include "extract_surface.h"
 #include "field.h"
 #include "mc_tables.h"
@@ -74,7 +75,7 @@ class Extraction final : public SurfaceExtractor {
     ExtractStatus status = check_input(balls, settings);
     if (status.code == ExtractCode::kOk) status = check_grid(grid);
     if (status.code == ExtractCode::kOk && !balls.empty()) {
-      status = guarded(settings, [&] {
+      status = guarded([&] {
         with_field(balls, settings.field, [&](auto field) {
           extract_field<decltype(field)>(balls, grid, settings, mesh);
         });
@@ -92,13 +93,14 @@ class Extraction final : public SurfaceExtractor {
     values.assign(points.size(), 0.0f);
     ExtractStatus status = check_input(balls, settings);
     if (status.code != ExtractCode::kOk || balls.empty() || points.empty()) return status;
-    return guarded(settings, [&] {
+    return guarded([&] {
       with_field(balls, settings.field, [&](auto field) {
         sample_field<decltype(field)>(balls, points, settings, values);
       });
     });
   }
 
+  void limit_memory(std::size_t bytes) override { most_memory_ = bytes; }
   std::vector<PassTime> pass_times() const override { return backend_.pass_times(); }
   std::size_t memory_used() const override { return backend_.memory_used(); }
 
@@ -127,9 +129,9 @@ class Extraction final : public SurfaceExtractor {
   };
 
   template <class Passes>
-  ExtractStatus guarded(const ExtractSettings& settings, const Passes& passes) {
+  ExtractStatus guarded(const Passes& passes) {
     try {
-      backend_.start_frame(settings.most_memory);
+      backend_.start_frame(most_memory_);
       passes();
       backend_.finish_frame();
     } catch (const ExtractFailure& failure) {
@@ -194,8 +196,8 @@ class Extraction final : public SurfaceExtractor {
     View<Triangle> triangles;
     Offsets sizes;
     do {
-      BrickViews bricks = find_bricks<F>(in, grid, settings.iso);
-      count_bricks<F>(in, grid, settings.iso, table, bricks);
+      BrickViews bricks = find_bricks<F>(in, grid, settings);
+      count_bricks<F>(in, grid, settings, table, bricks);
       const Offsets* total = &totals_view_[kMostLevels];
       backend_.scan({bricks.counts.data, bricks.room}, bricks.count, bricks.first,
                     &totals_view_[kMostLevels], "number");
@@ -203,10 +205,17 @@ class Extraction final : public SurfaceExtractor {
       positions = backend_.output(mesh.positions, positions_, &total->first, guess);
       normals = backend_.output(mesh.normals, normals_, &total->first, guess);
       triangles = backend_.output(mesh.triangles, triangles_, &total->second, 2 * guess);
-      place_vertices<F>(in, grid, settings, bricks, positions, normals);
-      const EmitTriangles emit = {table,         bricks.tree,  bricks.inside, bricks.rows,
-                                  bricks.counts, bricks.first, bricks.room,   triangles};
-      backend_.for_teams(bricks.count, bricks.room, emit, "triangles");
+      if (settings.method == SurfaceMethod::kMatrix) {
+        const EmitCubes emit = {grid,        bricks.nodes,  bricks.inside,
+                                bricks.rows, bricks.counts, bricks.first,
+                                positions,   normals,       triangles};
+        backend_.for_teams(bricks.count, bricks.room, emit, "triangles");
+      } else {
+        place_vertices<F>(in, grid, settings, bricks, positions, normals);
+        const EmitTriangles emit = {table,         bricks.tree,  bricks.inside, bricks.rows,
+                                    bricks.counts, bricks.first, bricks.room,   triangles};
+        backend_.for_teams(bricks.count, bricks.room, emit, "triangles");
+      }
     } while (!backend_.everything_fitted(totals_view_));
     backend_.download(&sizes, View<Offsets>{&totals_view_[kMostLevels], 1});
     if (sizes.first >= std::numeric_limits<std::uint32_t>::max()) {
@@ -216,7 +225,11 @@ class Extraction final : public SurfaceExtractor {
     }
     if (!settings.deliver) return;
     backend_.deliver(mesh.positions, positions, sizes.first);
-    backend_.deliver(mesh.normals, normals, sizes.first);
+    if (settings.flat) {
+      mesh.normals.clear();
+    } else {
+      backend_.deliver(mesh.normals, normals, sizes.first);
+    }
     backend_.deliver(mesh.triangles, triangles, sizes.second);
   }
 
@@ -243,8 +256,12 @@ class Extraction final : public SurfaceExtractor {
 
   /// Walks the tree from its root to the bricks.
   template <class F>
-  BrickViews find_bricks(const BallViews<F>& in, const Grid& grid, float iso) {
-    const std::vector<Level> levels = tree_levels(grid);
+  BrickViews find_bricks(const BallViews<F>& in, const Grid& grid,
+                         const ExtractSettings& settings) {
+    std::vector<Level> levels = tree_levels(grid);
+    if (settings.influence > 1) {
+      for (Level& level : levels) level.margin = settings.influence;
+    }
     BrickViews out;
     out.tree.levels = static_cast<int>(levels.size());
     View<Node> parents = nodes_[levels.size()].resize(backend_, 1);
@@ -262,8 +279,8 @@ class Extraction final : public SurfaceExtractor {
       const std::int64_t room =
           std::min({parents.size, child_entries.size / kChildren, counts.size, first.size});
       backend_.for_teams(count, room,
-                         ClassifyChildren<F>{grid, iso, levels[l], parents, entries, in.balls,
-                                             child_entries, counts},
+                         ClassifyChildren<F>{grid, settings.iso, levels[l], parents, entries,
+                                             in.balls, child_entries, counts},
                          "bricks");
       backend_.scan({counts.data, room}, count, first, &totals_view_[number], "bricks");
       const View<Node> nodes = nodes_[l].fit(backend_, &totals_view_[number].first, 1, guess);
@@ -286,8 +303,8 @@ class Extraction final : public SurfaceExtractor {
   }
 
   template <class F>
-  void count_bricks(const BallViews<F>& in, const Grid& grid, float iso, View<BrickTable> table,
-                    BrickViews& bricks) {
+  void count_bricks(const BallViews<F>& in, const Grid& grid, const ExtractSettings& settings,
+                    View<BrickTable> table, BrickViews& bricks) {
     const std::int64_t guess = brick_guess(grid);
     bricks.values = values_.fit(backend_, bricks.count, kBrickValues, guess);
     bricks.inside = inside_.fit(backend_, bricks.count, kLines, guess);
@@ -298,8 +315,10 @@ class Extraction final : public SurfaceExtractor {
         std::min({bricks.nodes.size, bricks.values.size / kBrickValues, bricks.inside.size / kLines,
                   bricks.rows.size / kRows, bricks.counts.size, bricks.first.size});
     backend_.for_teams(bricks.count, bricks.room,
-                       SampleBricks<F>{grid, iso, table, bricks.nodes, bricks.entries, in.balls,
-                                       bricks.values, bricks.inside, bricks.rows, bricks.counts},
+                       SampleBricks<F>{grid, settings.iso, settings.influence,
+                                       settings.method == SurfaceMethod::kMatrix, table,
+                                       bricks.nodes, bricks.entries, in.balls, bricks.values,
+                                       bricks.inside, bricks.rows, bricks.counts},
                        "sample");
   }
 
@@ -310,7 +329,8 @@ class Extraction final : public SurfaceExtractor {
     place.grid = grid;
     place.iso = settings.iso;
     place.floor = settings.iso * settings.cutoff;
-    place.refine_steps = settings.refine_steps;
+    place.refine_steps = settings.influence > 1 ? 0 : settings.refine_steps;
+    place.midpoint = settings.placement == Placement::kMidpoint;
     place.bricks = bricks.nodes;
     place.entries = bricks.entries;
     place.balls = in.balls;
@@ -331,6 +351,7 @@ class Extraction final : public SurfaceExtractor {
   }
 
   B backend_;
+  std::size_t most_memory_ = 0;
   bool table_ready_ = false;
   Buffer<BrickTable> table_;
   Buffer<Ball> raw_balls_;

@@ -15,6 +15,19 @@ namespace polymorph {
 
 enum class Backend : std::uint8_t { kCpu, kCuda };
 
+/// What is drawn of the samples.
+enum class SurfaceMethod : std::uint8_t {
+  kMarchingCubes,
+  kMatrix,  ///< a cube at each point inside (the report's 2.1.2.1); every square has vertices of
+            ///< its own, so that the mesh is not connected
+};
+
+/// Where on a crossed edge a vertex lies.
+enum class Placement : std::uint8_t {
+  kRoot,      ///< where the field is iso
+  kMidpoint,  ///< in the middle: the report's marching cubes
+};
+
 /// How the field is sampled and the surface placed.
 struct ExtractSettings {
   FieldKind field = FieldKind::kGaussian;
@@ -25,9 +38,13 @@ struct ExtractSettings {
   /// Steps on the field along a grid edge after the linear interpolation; one is exact for a lone
   /// Gaussian ball. 0..4.
   int refine_steps = 1;
-  /// Bytes that work buffers and mesh may take, of the machine (CPU) or of the device; 0 = no
-  /// limit.
-  std::size_t most_memory = 0;
+  SurfaceMethod method = SurfaceMethod::kMarchingCubes;
+  Placement placement = Placement::kRoot;
+  /// No normals: every triangle is flat, as in the report's marching cubes.
+  bool flat = false;
+  /// Cells between the points at which the field is computed; it is interpolated linearly between
+  /// them (the report's influence resolution, 5.2.3.1). Above 1, vertices are not refined. 1..16.
+  int influence = 1;
   /// False: the mesh stays on the device and is lost with the next call; for measuring. The CPU
   /// backend, which writes straight into the mesh, delivers it anyway.
   bool deliver = true;
@@ -75,6 +92,10 @@ class SurfaceExtractor {
   /// to points.size().
   virtual ExtractStatus sample(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
                                const ExtractSettings& settings, std::vector<float>& values) = 0;
+
+  /// Bytes that work buffers and mesh may take from now on, of the machine (CPU) or of the device;
+  /// 0 = no limit. A call that needs more ends with kOutOfMemory.
+  virtual void limit_memory(std::size_t /*bytes*/) {}
 
   virtual std::vector<PassTime> pass_times() const = 0;
   /// Bytes held by the buffers, and on the CPU by the mesh of the last call.

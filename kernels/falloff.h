@@ -246,18 +246,14 @@ PM_HD inline V sum_of_four(const RoundBall (&b)[kFour], const V (&q)[kFour]) {
   return fused(n01, d23, n23 * d01) / (d01 * d23);
 }
 
-/// The sum with what a ball adds at a point: the bits that the grid's points have.
-template <class F, class V>
-PM_HD inline V plus_value(V sum, const typename F::Ball& ball, V x, V y, V z) {
-  const V q = ball.q(x, y, z);
-  if constexpr (F::kSplits) {
-    const V ux = ball.scale * (x - ball.x), uy = ball.scale * (y - ball.y),
-            uz = ball.scale * (z - ball.z);
-    const V along_x = factor_of(fused(ux, ux, same<V>(ball.base)));
-    return fused(kept_if(q <= ball.limit, along_x), factor_of(uy * uy) * factor_of(uz * uz), sum);
-  } else {
-    return sum + F::value(ball, q);
-  }
+/// The sum with what a ball of a field that splits adds at a point: the bits of the grid's points.
+template <class V>
+PM_HD inline V plus_product(V sum, const RoundBall& ball, V x, V y, V z) {
+  const V ux = ball.scale * (x - ball.x), uy = ball.scale * (y - ball.y),
+          uz = ball.scale * (z - ball.z);
+  const V along_x = factor_of(fused(ux, ux, same<V>(ball.base)));
+  return fused(kept_if(ball.q(x, y, z) <= ball.limit, along_x),
+               factor_of(uy * uy) * factor_of(uz * uz), sum);
 }
 
 /// kGaussian: base = -w log2(e), so that the contribution is 2^-q; it ends where that falls below

@@ -47,24 +47,27 @@ PM_HD inline V field_at(const Points<V>& p, const typename F::Ball* balls, BallL
       four_q(four, p, q);
       sum = sum + sum_of_four(four, q);
     }
-    return sum;
-  }
-  for (std::uint32_t j = 0; j < list.count; ++j) {
-    const typename F::Ball ball = balls[list.indices[j]];
-    sum = sum + F::value(ball, ball.q(p.x, p.y, p.z));
+  } else {
+    for (std::uint32_t j = 0; j < list.count; ++j) {
+      const typename F::Ball ball = balls[list.indices[j]];
+      sum = sum + F::value(ball, ball.q(p.x, p.y, p.z));
+    }
   }
   return sum;
 }
 
-/// The same with the bits that the grid's points have (plus_value).
+/// The same with the bits that the grid's points have (plus_product).
 template <class F, class V>
 PM_HD inline V grid_field_at(const Points<V>& p, const typename F::Ball* balls, BallList list) {
-  if constexpr (F::kFours) return field_at<F>(p, balls, list);
-  V sum = same<V>(0.0f);
-  for (std::uint32_t j = 0; j < list.count; ++j) {
-    sum = plus_value<F>(sum, balls[list.indices[j]], p.x, p.y, p.z);
+  if constexpr (F::kSplits) {
+    V sum = same<V>(0.0f);
+    for (std::uint32_t j = 0; j < list.count; ++j) {
+      sum = plus_product(sum, balls[list.indices[j]], p.x, p.y, p.z);
+    }
+    return sum;
+  } else {
+    return field_at<F>(p, balls, list);
   }
-  return sum;
 }
 
 /// -grad of the field up to a positive factor: outward at the surface.
@@ -89,16 +92,15 @@ PM_HD inline Points<V> downhill_at(const Points<V>& p, const typename F::Ball* b
         sum.z = fused(fall, z, sum.z);
       }
     }
-    return sum;
-  }
-  for (std::uint32_t j = 0; j < list.count; ++j) {
-    const typename F::Ball ball = balls[list.indices[j]];
-    const V fall = F::fall(ball, ball.q(p.x, p.y, p.z));
-    V x, y, z;
-    ball.q_rise(p.x, p.y, p.z, x, y, z);
-    sum.x = fused(fall, x, sum.x);
-    sum.y = fused(fall, y, sum.y);
-    sum.z = fused(fall, z, sum.z);
+  } else {
+    for (std::uint32_t j = 0; j < list.count; ++j) {
+      const typename F::Ball ball = balls[list.indices[j]];
+      const V fall = F::fall(ball, ball.q(p.x, p.y, p.z));
+      V x, y, z;
+      ball.q_rise(p.x, p.y, p.z, x, y, z);
+      sum.x = fused(fall, x, sum.x), sum.y = fused(fall, y, sum.y);
+      sum.z = fused(fall, z, sum.z);
+    }
   }
   return sum;
 }

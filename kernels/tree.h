@@ -37,6 +37,7 @@ constexpr int kMostLevels = 12;
 struct Level {
   Int3 nodes;
   int cells = kBrickCells;
+  int margin = 0;  ///< cells around a node from which its values come
 };
 
 struct Node {
@@ -74,7 +75,8 @@ struct NodeBox {
   bool has_rim = false;
 };
 
-PM_HD inline NodeBox node_box(const Grid& grid, int cells, Int3 p) {
+/// Of a node of a level, and `margin` cells around it: the points that its values come from.
+PM_HD inline NodeBox node_box(const Grid& grid, int cells, int margin, Int3 p) {
   const Int3 first = {p.x * cells - 1, p.y * cells - 1, p.z * cells - 1};
   const Int3 last = {first.x + cells, first.y + cells, first.z + cells};
   const Int3 n = grid.points;
@@ -83,8 +85,8 @@ PM_HD inline NodeBox node_box(const Grid& grid, int cells, Int3 p) {
   const Int3 high = {last.x >= n.x ? n.x - 1 : last.x, last.y >= n.y ? n.y - 1 : last.y,
                      last.z >= n.z ? n.z - 1 : last.z};
   NodeBox box;
-  box.low = grid_point(grid, low);
-  box.high = grid_point(grid, high);
+  box.low = grid_point(grid, {low.x - margin, low.y - margin, low.z - margin});
+  box.high = grid_point(grid, {high.x + margin, high.y + margin, high.z + margin});
   box.has_rim = low.x != first.x || low.y != first.y || low.z != first.z || high.x != last.x ||
                 high.y != last.y || high.z != last.z;
   return box;
@@ -102,7 +104,7 @@ struct ChildBoxes {
     alignas(32) float c[6][kLanes];
     for (int l = 0; l < kLanes; ++l) {
       const Int3 p = child_position(parent, first + l);
-      const NodeBox box = node_box(grid, level.cells, p);
+      const NodeBox box = node_box(grid, level.cells, level.margin, p);
       c[0][l] = box.low.x, c[1][l] = box.high.x, c[2][l] = box.low.y;
       c[3][l] = box.high.y, c[4][l] = box.low.z, c[5][l] = box.high.z;
       const bool in = p.x < level.nodes.x && p.y < level.nodes.y && p.z < level.nodes.z;

@@ -53,6 +53,10 @@ inline ExtractStatus check_input(const std::vector<Ball>& balls, const ExtractSe
     return bad_input("refine_steps is " + std::to_string(settings.refine_steps) +
                      " (must lie in 0..4), use 1");
   }
+  if (settings.influence < 1 || settings.influence > 16) {
+    return bad_input("influence is " + std::to_string(settings.influence) +
+                     " (must lie in 1..16), use 1");
+  }
   const bool ends = settings.field != FieldKind::kInverseSquare;
   for (std::size_t i = 0; i < balls.size(); ++i) {
     const Ball& ball = balls[i];

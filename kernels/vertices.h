@@ -76,6 +76,7 @@ struct PlaceVertices {
   float iso = 1;
   float floor = 0;  ///< field values are held above this before the logarithm
   int refine_steps = 1;
+  bool midpoint = false;
   View<const Node> bricks;
   View<const std::uint32_t> entries;
   View<const typename F::Ball> balls;
@@ -151,7 +152,7 @@ struct PlaceVertices {
   PM_HD void place(const EdgeColumns<Lanes<V>::kCount>& edges, BallList list, std::int64_t to,
                    int count) const {
     constexpr int kLanes = Lanes<V>::kCount;
-    const V t = find_root<V>(edges, list);
+    const V t = midpoint ? same<V>(0.5f) : find_root<V>(edges, list);
     const Points<V> at = along(edges, t);
     const Points<V> down = downhill_at<F>(at, balls.data, list);
     const V length2 = fused(down.z, down.z, fused(down.y, down.y, down.x * down.x));

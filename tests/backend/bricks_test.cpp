@@ -95,6 +95,8 @@ struct OneLevel {
     std::vector<Counts> counts(bricks.size());
     const SampleBricks<F> sample = {grid,
                                     iso,
+                                    1,
+                                    false,
                                     view_of(table),
                                     view_of(bricks),
                                     view_of(entries),

@@ -355,6 +355,76 @@ TEST_P(SurfaceTest, an_extractor_used_before_gives_what_a_fresh_one_gives) {
   }
 }
 
+TEST_P(SurfaceTest, midpoint_vertices_lie_half_way_and_keep_the_topology) {
+  const std::vector<Ball> balls = random_balls(60, FieldKind::kGaussian, 21);
+  const Grid grid = cube_grid(50, 1.7f);
+  const Mesh rooted = extract(balls, grid);
+  ExtractSettings settings;
+  settings.placement = Placement::kMidpoint;
+  settings.flat = true;
+  const Mesh mesh = extract(balls, grid, settings);
+  ASSERT_TRUE(same_bits(mesh.triangles, rooted.triangles));
+  EXPECT_TRUE(mesh.normals.empty());
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    ASSERT_LT(length(mesh.positions[i] - rooted.positions[i]), 0.51f * grid.cell);
+    const Vec3 p = (mesh.positions[i] - grid.origin) / grid.cell;
+    const float away = std::fabs(p.x - std::round(p.x)) + std::fabs(p.y - std::round(p.y)) +
+                       std::fabs(p.z - std::round(p.z));
+    ASSERT_NEAR(away, 0.5f, 1e-3f);
+  }
+}
+
+TEST_P(SurfaceTest, matrix_is_a_cube_at_each_point_inside) {
+  const std::vector<Ball> balls = random_balls(30, FieldKind::kGaussian, 22);
+  const Grid grid = {{-1, -1.1f, -0.9f}, 0.07f, {31, 28, 25}};  // cut by the border
+  std::vector<Vec3> points;
+  for (int z = 0; z < grid.points.z; ++z)
+    for (int y = 0; y < grid.points.y; ++y)
+      for (int x = 0; x < grid.points.x; ++x) points.push_back(grid_point(grid, {x, y, z}));
+  const std::vector<float> values = sample(balls, points);
+  const auto inside = [&](int x, int y, int z) {
+    const Int3 n = grid.points;
+    if (x < 0 || y < 0 || z < 0 || x >= n.x || y >= n.y || z >= n.z) return false;
+    return values[static_cast<std::size_t>(x + n.x * (y + n.y * z))] > 1;
+  };
+  std::size_t cubes = 0, faces = 0;
+  for (int z = -1; z < grid.points.z; ++z)
+    for (int y = -1; y < grid.points.y; ++y)
+      for (int x = -1; x < grid.points.x; ++x) {
+        const bool here = inside(x, y, z);
+        cubes += here;
+        faces +=
+            static_cast<std::size_t>((here != inside(x + 1, y, z)) + (here != inside(x, y + 1, z)) +
+                                     (here != inside(x, y, z + 1)));
+      }
+  ExtractSettings settings;
+  settings.method = SurfaceMethod::kMatrix;
+  const Mesh mesh = extract(balls, grid, settings);
+  ASSERT_GT(faces, 0u);
+  EXPECT_EQ(mesh.positions.size(), 4 * faces);
+  EXPECT_EQ(mesh.triangles.size(), 2 * faces);
+  const double cell = static_cast<double>(grid.cell);
+  EXPECT_NEAR(volume_of(mesh) / (cell * cell * cell), static_cast<double>(cubes), 1e-2);
+  for (const Triangle& t : mesh.triangles) {
+    const Double3 area = area_vector(mesh, t);
+    ASSERT_NEAR(dot_of(area, to_double(mesh.normals[t.v[0]])), cell * cell, 1e-5);
+  }
+}
+
+TEST_P(SurfaceTest, a_memory_limit_is_kept_and_named) {
+  extractor_->limit_memory(1 << 20);
+  Mesh mesh;
+  const std::vector<Ball> balls = random_balls(100, FieldKind::kGaussian, 24);
+  const ExtractStatus status = extractor_->extract(balls, cube_grid(200, 1.6f), {}, mesh);
+  EXPECT_EQ(status.code, ExtractCode::kOutOfMemory);
+  EXPECT_NE(status.message.find("limit is 2 MB"), std::string::npos) << status.message;
+  EXPECT_TRUE(mesh.positions.empty());
+  extractor_->limit_memory(0);
+  EXPECT_EQ(extractor_->extract(balls, cube_grid(200, 1.6f), {}, mesh).code, ExtractCode::kOk);
+  EXPECT_FALSE(mesh.positions.empty());
+  EXPECT_GT(extractor_->memory_used(), std::size_t{1} << 20);
+}
+
 TEST_P(SurfaceTest, pass_times_name_each_pass_once) {
   extract(random_balls(50, FieldKind::kGaussian, 1), cube_grid(64, 1.6f));
   const std::vector<PassTime> times = extractor_->pass_times();
@@ -499,6 +569,44 @@ TEST_P(SurfaceTest, order_and_topology_are_those_of_a_plain_loop_over_the_grid) 
     std::sort(got.begin(), got.end());
     std::sort(want.begin(), want.end());
     ASSERT_EQ(got, want);
+  }
+}
+
+TEST_P(SurfaceTest, influence_interpolates_between_coarse_points) {
+  const std::vector<Ball> balls = random_balls(40, FieldKind::kGaussian, 23);
+  const Grid grid = cube_grid(47, 1.7f);
+  const std::size_t exact = extract(balls, grid).triangles.size();
+  for (int k : {2, 3, 5}) {
+    ExtractSettings settings;
+    settings.influence = k;
+    const Mesh mesh = extract(balls, grid, settings);
+    ASSERT_NO_FATAL_FAILURE(expect_sound(mesh));
+    EXPECT_NE(mesh.triangles.size(), exact);
+    const int n = (grid.points.x + k - 1) / k + 1;
+    std::vector<Vec3> points;
+    for (int i = 0; i < n * n * n; ++i)
+      points.push_back(grid_point(grid, {k * (i % n), k * (i / n % n), k * (i / n / n)}));
+    const std::vector<float> coarse = sample(balls, points);
+    std::vector<float> values;
+    for (int z = 0; z < grid.points.z; ++z)
+      for (int y = 0; y < grid.points.y; ++y)
+        for (int x = 0; x < grid.points.x; ++x) {
+          const auto at = [&](int dx, int dy, int dz) {
+            return coarse[static_cast<std::size_t>(x / k + dx +
+                                                   n * (y / k + dy + n * (z / k + dz)))];
+          };
+          const float step = 1.0f / static_cast<float>(k);
+          const float tx = step * static_cast<float>(x % k), ty = step * static_cast<float>(y % k),
+                      tz = step * static_cast<float>(z % k);
+          const auto level = [&](int dz) {
+            return lerp(lerp(at(0, 0, dz), at(1, 0, dz), tx), lerp(at(0, 1, dz), at(1, 1, dz), tx),
+                        ty);
+          };
+          values.push_back(lerp(level(0), level(1), tz));
+        }
+    const PlainLoop expected(grid, values);
+    EXPECT_EQ(mesh.positions.size(), expected.vertex_point.size());
+    EXPECT_EQ(mesh.triangles.size(), expected.triangles.size());
   }
 }
 
