@@ -9,6 +9,8 @@
 #include "model/load_obj.h"
 #include "model/normals.h"
 #include "model/shapes.h"
+#include "morph/labels.h"
+#include "morph/motion.h"
 #include "scene/load_scene.h"
 #include "surface/crossfade.h"
 #include "surface/grid.h"
@@ -129,6 +131,35 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
   return Ok{};
 }
 
+PlanSide plan_side(const PreparedObject& object, const std::vector<std::int32_t>& classes) {
+  PlanSide side;
+  side.balls = object.balls;
+  for (const std::uint32_t label : face_labels(object.model, object.balls))
+    side.labels.push_back(classes[label]);
+  return side;
+}
+
+Status make_plans(PreparedScene& prepared) {
+  const Scene& scene = prepared.scene;
+  std::vector<LabelledObject> labels;
+  for (const PreparedObject& object : prepared.objects)
+    labels.push_back({object.name, object.model.label_names});
+  PM_TRY_STATUS(check_label_map(labels, scene.plan.labels));
+  for (std::size_t i = 0; i + 1 < prepared.objects.size(); ++i) {
+    const LabelMatch match = match_labels(labels[i], labels[i + 1], scene.plan.labels);
+    PlanSide from = plan_side(prepared.objects[i], match.from);
+    PlanSide to = plan_side(prepared.objects[i + 1], match.to);
+    for (const LandmarkSettings& landmark : scene.plan.landmarks)
+      if (landmark.leg == static_cast<int>(i) + 1) {
+        from.landmarks.push_back(landmark.from);
+        to.landmarks.push_back(landmark.to);
+      }
+    prepared.plans.push_back(
+        plan_morph(std::move(from), std::move(to), scene.field.kind, scene.plan, scene.motion));
+  }
+  return Ok{};
+}
+
 void place_camera(PreparedScene& prepared) {
   const Scene& scene = prepared.scene;
   std::vector<Vec3> points;  // the models themselves: their common box has empty corners
@@ -215,9 +246,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extrac
         make_balls(object, *settings[i], scene, prepared.cell, prepared.extract, extractor, cache));
     prepared.objects.push_back(std::move(object));
   }
-  for (std::size_t i = 0; i + 1 < prepared.objects.size(); ++i)
-    prepared.plans.push_back(plan_morph(prepared.objects[i].balls, prepared.objects[i + 1].balls,
-                                        scene.field.kind, scene.plan));
+  PM_TRY_STATUS(make_plans(prepared));
   place_camera(prepared);
   return prepared;
 }
@@ -235,12 +264,13 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtracto
   }
   if (moment.growth <= 0) return geometry;
 
-  const float u = moment.u;
-  geometry.balls = balls_at(prepared.plans[at(moment.leg)], u);
+  const MorphPlan& plan = prepared.plans[at(moment.leg)];
+  geometry.balls = balls_at(plan, moment.time);
   if (moment.object >= 0) {
     const PreparedObject& object = prepared.objects[at(moment.object)];
     geometry.balls = grown(std::move(geometry.balls), kind, moment.growth, object.field_maximum);
-  } else if (prepared.scene.motion.keep_volume && u > 0 && u < 1) {
+  } else if (prepared.scene.motion.keep_volume && moment.time > 0 && moment.time < 1) {
+    const auto u = static_cast<double>(progress_at(plan, moment.time));
     const double from = prepared.objects[at(moment.leg)].ball_volume;
     const double to = prepared.objects[at(moment.leg + 1)].ball_volume;
     PM_TRY(geometry.iso, iso_for_volume(extractor, geometry.balls, prepared.cell, prepared.extract,
