@@ -8,8 +8,9 @@ find_package(CLI11 2.1 CONFIG REQUIRED)
 find_package(embree 3.13 CONFIG REQUIRED)
 # Debian's tinyobjloader calls itself "2rc10", which no version range matches.
 find_package(tinyobjloader CONFIG REQUIRED)
-find_package(PNG REQUIRED)
 find_package(Eigen3 3.4 CONFIG REQUIRED)
+find_path(NANOFLANN_INCLUDE nanoflann.hpp REQUIRED)  # Debian's package has no CMake config
+find_package(PNG REQUIRED)
 # Headers only; its CMake config would bring the library and the solvers it was built with.
 find_path(LEMON_INCLUDE lemon/network_simplex.h REQUIRED)
 pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)

@@ -10,12 +10,13 @@
 // sort and no atomic is needed: count, scan, fill. A node is dropped when the field cannot pass iso
 // in it.
 //
-// Why culling is exact and not approximate: a ball is in a node's list if near_distance2() <=
-// reach2. The coordinates of all points of a node lie between those of its two corner points
-// (origin + cell * e rounds monotonically), and subtraction, product and fma round monotonically
-// too, so no computed r^2 of a point in the node is below the computed near_distance2(). A ball
-// left out therefore contributes exactly 0 at each point of the node, on its border as well, and at
-// each point between two of them.
+// Why culling is exact and not approximate: a ball is in a node's list if range().near <= limit.
+// The coordinates of all points of a node lie between those of its two corner points (origin + cell
+// * e rounds monotonically), and subtraction, product and fma round monotonically too, so no q
+// computed at a point in the node is below the computed range().near (falloff.h). A ball left out
+// therefore contributes exactly 0 at each point of the node, on its border as well, and at each
+// point between two of them. A point of a ball's far side where coordinates overflow has q = NaN,
+// and contributes 0 too.
 #pragma once
 
 #include <cstdint>
@@ -86,15 +87,6 @@ PM_HD inline NodeBox node_box(const Grid& grid, const Level& level, Int3 p) {
   return box;
 }
 
-/// Distances from a box to a ball's centre along one axis.
-PM_HD inline float near_distance(float low, float high, float center) {
-  // At most one of the two is positive.
-  return kept_if(low > center, low - center) + kept_if(center > high, center - high);
-}
-PM_HD inline float far_distance(float low, float high, float center) {
-  return most(high - center, center - low);
-}
-
 /// How far a sum of `count` terms can differ from its bound, relative to the sum of their
 /// magnitudes: rounding of both sums, and twice the error of power_of_two().
 PM_HD inline float bound_margin(std::uint32_t count) {
@@ -103,7 +95,7 @@ PM_HD inline float bound_margin(std::uint32_t count) {
 
 /// Which children of the parents the surface can cross, and how many balls reach them.
 /// One item kLanes children of one parent; child i belongs to parent i / kChildren.
-template <FieldKind kKind, int kLanes>
+template <class F, int kLanes>
 struct ClassifyNodes {
   static_assert(kChildren % kLanes == 0, "the lanes of an item share a parent");
   Grid grid;
@@ -112,7 +104,7 @@ struct ClassifyNodes {
   Int3 parent_nodes;
   View<const Node> parents;
   View<const std::uint32_t> entries;
-  View<const PreparedBall> balls;
+  View<const typename F::Ball> balls;
   View<std::uint8_t> active;
   View<std::uint32_t> counts;
 
@@ -142,7 +134,7 @@ struct ClassifyNodes {
       const bool exists = p.x < level.nodes.x && p.y < level.nodes.y && p.z < level.nodes.z;
       const bool keep = exists && !outside && !inside;
       active[base + l] = keep ? 1 : 0;
-      counts[base + l] = keep && kKind == FieldKind::kGaussian ? field.count[l] : 0;
+      counts[base + l] = keep && F::kEnds ? field.count[l] : 0;
     }
   }
 
@@ -156,21 +148,17 @@ struct ClassifyNodes {
       sum.count[l] = 0;
     }
     for (std::uint32_t j = 0; j < list.count; ++j) {
-      const PreparedBall ball = balls.data[list.indices[j]];
+      const typename F::Ball ball = balls.data[list.indices[j]];
       PM_LANES
       for (int l = 0; l < kLanes; ++l) {
-        const float near2 = squared(near_distance(low.x[l], high.x[l], ball.x),
-                                    near_distance(low.y[l], high.y[l], ball.y),
-                                    near_distance(low.z[l], high.z[l], ball.z));
-        const float far2 = squared(far_distance(low.x[l], high.x[l], ball.x),
-                                   far_distance(low.y[l], high.y[l], ball.y),
-                                   far_distance(low.z[l], high.z[l], ball.z));
-        const float at_near = falloff<kKind>(ball, near2);
-        const float at_far = falloff<kKind>(ball, far2);
+        const QRange<float> q =
+            ball.range(low.x[l], high.x[l], low.y[l], high.y[l], low.z[l], high.z[l]);
+        const float at_near = F::value(ball, q.near);
+        const float at_far = F::value(ball, q.far);
         sum.lower[l] += least(at_near, at_far);
         sum.upper[l] += most(at_near, at_far);
         sum.magnitude[l] += most(at_near, -at_near);
-        sum.count[l] += kKind != FieldKind::kGaussian || near2 <= ball.reach2;
+        sum.count[l] += !F::kEnds || q.near <= ball.limit;
       }
     }
     out = sum;
@@ -178,14 +166,14 @@ struct ClassifyNodes {
 };
 
 /// Writes the active children with their ball lists. One item a child.
-template <FieldKind kKind>
+template <class F>
 struct FillNodes {
   Grid grid;
   Level level;
   Int3 parent_nodes;
   View<const Node> parents;
   View<const std::uint32_t> entries;
-  View<const PreparedBall> balls;
+  View<const typename F::Ball> balls;
   View<const std::uint8_t> active;
   View<const std::uint32_t> slots;  ///< scan of active
   View<const std::int64_t> begins;  ///< scan of counts
@@ -198,7 +186,7 @@ struct FillNodes {
     const Int3 p = child_position(parent_nodes, parent, i);
     Node node;
     node.index = static_cast<std::uint32_t>(node_index(level.nodes, p));
-    if (kKind != FieldKind::kGaussian) {
+    if (!F::kEnds) {
       node.begin = parent.begin;
       node.count = parent.count;
     } else {
@@ -208,11 +196,10 @@ struct FillNodes {
       std::int64_t out = node.begin;
       for (std::uint32_t j = 0; j < parent.count; ++j) {
         const std::uint32_t index = entries.data[parent.begin + j];
-        const PreparedBall ball = balls.data[index];
-        const float near2 = squared(near_distance(box.low.x, box.high.x, ball.x),
-                                    near_distance(box.low.y, box.high.y, ball.y),
-                                    near_distance(box.low.z, box.high.z, ball.z));
-        if (near2 <= ball.reach2) node_entries[out++] = index;
+        const typename F::Ball ball = balls.data[index];
+        const QRange<float> q =
+            ball.range(box.low.x, box.high.x, box.low.y, box.high.y, box.low.z, box.high.z);
+        if (q.near <= ball.limit) node_entries[out++] = index;
       }
     }
     nodes[slots[i]] = node;
@@ -242,14 +229,14 @@ struct OrderBricks {
 
 /// Field values at the 5^3 points of each brick; rim points are 0. One item kLanes points of one
 /// brick.
-template <FieldKind kKind, int kLanes>
+template <class F, int kLanes>
 struct SampleBricks {
   static_assert(kBrickStride % kLanes == 0, "the lanes of an item share a brick");
   Grid grid;
   Int3 brick_nodes;
   View<const Node> bricks;
   View<const std::uint32_t> entries;
-  View<const PreparedBall> balls;
+  View<const typename F::Ball> balls;
   View<float> values;
 
   PM_HD void operator()(std::int64_t item) const {
@@ -271,7 +258,7 @@ struct SampleBricks {
       at.x[l] = x.x, at.y[l] = x.y, at.z[l] = x.z;
     }
     float value[kLanes];
-    field_at<kKind>(at, balls.data, {entries.data + brick.begin, brick.count}, value);
+    field_at<F>(at, balls.data, {entries.data + brick.begin, brick.count}, value);
     for (int l = 0; l < kLanes; ++l) values[base + l] = rim[l] ? 0.0f : value[l];
   }
 };

@@ -6,11 +6,13 @@
 // ExtractFailure or std::bad_alloc; both end here and leave as a status.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <new>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "bricks.h"
@@ -22,6 +24,22 @@
 #include "vertices.h"
 
 namespace polymorph {
+
+/// Calls f with the Field to compile for: round balls alone keep the short path.
+template <class Function>
+void with_field(const std::vector<Ball>& balls, FieldKind kind, const Function& f) {
+  const bool round = std::all_of(balls.begin(), balls.end(), is_round);
+  switch (kind) {
+    case FieldKind::kGaussian:
+      return round ? f(Field<FieldKind::kGaussian, RoundBall>{})
+                   : f(Field<FieldKind::kGaussian, EllipsoidBall>{});
+    case FieldKind::kWyvill:
+      return round ? f(Field<FieldKind::kWyvill, RoundBall>{})
+                   : f(Field<FieldKind::kWyvill, EllipsoidBall>{});
+    case FieldKind::kInverseSquare:
+      return f(Field<FieldKind::kInverseSquare, RoundBall>{});
+  }
+}
 
 /// Buffers and passes of one extractor. Memory grows with the bricks at the surface, plus five
 /// bytes for each brick of the grid.
@@ -39,11 +57,8 @@ class Extraction final : public SurfaceExtractor {
     if (status.code == ExtractCode::kOk) status = check_grid(grid);
     if (status.code != ExtractCode::kOk || balls.empty()) return status;
     return guarded([&] {
-      if (settings.field == FieldKind::kGaussian) {
-        extract_field<FieldKind::kGaussian>(balls, grid, settings, mesh);
-      } else {
-        extract_field<FieldKind::kInverseSquare>(balls, grid, settings, mesh);
-      }
+      with_field(balls, settings.field,
+                 [&](auto field) { extract_field<decltype(field)>(balls, grid, settings, mesh); });
     });
   }
 
@@ -53,11 +68,9 @@ class Extraction final : public SurfaceExtractor {
     ExtractStatus status = check_input(balls, settings);
     if (status.code != ExtractCode::kOk || balls.empty() || points.empty()) return status;
     return guarded([&] {
-      if (settings.field == FieldKind::kGaussian) {
-        sample_field<FieldKind::kGaussian>(balls, points, settings, values);
-      } else {
-        sample_field<FieldKind::kInverseSquare>(balls, points, settings, values);
-      }
+      with_field(balls, settings.field, [&](auto field) {
+        sample_field<decltype(field)>(balls, points, settings, values);
+      });
     });
   }
 
@@ -68,8 +81,9 @@ class Extraction final : public SurfaceExtractor {
   using Buffer = typename B::template Buffer<T>;
 
   /// The balls as the kernels read them, and the list of all of them.
+  template <class F>
   struct BallViews {
-    View<PreparedBall> balls;
+    View<typename F::Ball> balls;
     View<std::uint32_t> everyone;
   };
   /// The nodes of one level with their ball lists.
@@ -90,8 +104,8 @@ class Extraction final : public SurfaceExtractor {
     View<std::int64_t> first_vertex, first_triangle;
   };
 
-  template <class F>
-  ExtractStatus guarded(const F& passes) {
+  template <class Passes>
+  ExtractStatus guarded(const Passes& passes) {
     try {
       backend_.start_frame();
       passes();
@@ -107,41 +121,50 @@ class Extraction final : public SurfaceExtractor {
     return {};
   }
 
-  template <FieldKind kKind>
-  BallViews prepare(const std::vector<Ball>& balls, const ExtractSettings& settings) {
+  template <class F>
+  View<typename F::Ball> prepared(std::int64_t n) {
+    if constexpr (std::is_same_v<typename F::Ball, RoundBall>) {
+      return round_balls_.resize(backend_, n);
+    } else {
+      return ellipsoids_.resize(backend_, n);
+    }
+  }
+
+  template <class F>
+  BallViews<F> prepare(const std::vector<Ball>& balls, const ExtractSettings& settings) {
     const auto n = static_cast<std::int64_t>(balls.size());
     const View<Ball> raw = raw_balls_.resize(backend_, n);
-    const BallViews out = {balls_.resize(backend_, n), everyone_.resize(backend_, n)};
+    const BallViews<F> out = {prepared<F>(n), everyone_.resize(backend_, n)};
     backend_.upload(raw, balls.data());
     const float log2_floor = log_of_two(settings.cutoff * settings.iso);
-    backend_.for_each(n, PrepareBalls<kKind>{raw, out.balls, out.everyone, log2_floor}, "prepare");
+    backend_.for_each(n, PrepareBalls<F>{raw, out.balls, out.everyone, log2_floor}, "prepare");
     return out;
   }
 
-  template <FieldKind kKind>
+  template <class F>
   void sample_field(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
                     const ExtractSettings& settings, std::vector<float>& values) {
-    const BallViews in = prepare<kKind>(balls, settings);
+    const BallViews<F> in = prepare<F>(balls, settings);
     const auto n = static_cast<std::int64_t>(points.size());
     const View<Vec3> at = sample_points_.resize(backend_, n);
     const View<float> out = sample_values_.resize(backend_, n);
     backend_.upload(at, points.data());
     const BallList all = {in.everyone.data, static_cast<std::uint32_t>(in.everyone.size)};
     backend_.for_each((n + B::kLanes - 1) / B::kLanes,
-                      SamplePoints<kKind, B::kLanes>{at, in.balls, all, out}, "sample");
+                      SamplePoints<F, B::kLanes>{at, in.balls, all, out}, "sample");
     backend_.download(values.data(), out);
   }
 
-  template <FieldKind kKind>
+  template <class F>
   void extract_field(const std::vector<Ball>& balls, const Grid& grid,
                      const ExtractSettings& settings, Mesh& mesh) {
-    const BallViews in = prepare<kKind>(balls, settings);
+    const BallViews<F> in = prepare<F>(balls, settings);
     BrickViews bricks;
-    if (!find_bricks<kKind>(in, grid, settings.iso, bricks)) return;
+    if (!find_bricks<F>(in, grid, settings.iso, bricks)) return;
     bricks.values = values_.resize(backend_, bricks.bricks.size * kBrickStride);
     backend_.for_each(bricks.values.size / B::kLanes,
-                      SampleBricks<kKind, B::kLanes>{grid, bricks.order.nodes, bricks.bricks,
-                                                     bricks.entries, in.balls, bricks.values},
+                      SampleBricks<F, B::kLanes>{grid, bricks.order.nodes, bricks.bricks,
+                                                 bricks.entries, in.balls, bricks.values},
                       "sample");
     const RowViews rows = count_rows(bricks, settings.iso);
     const std::int64_t row_count = rows.masks.size;
@@ -158,7 +181,7 @@ class Extraction final : public SurfaceExtractor {
     const View<Triangle> triangles = triangles_.resize(backend_, triangle_count);
     const VertexNumbers numbers = {bricks.order, rows.masks, rows.first_vertex};
     const View<VertexJob> jobs = list_jobs(bricks, rows, numbers);
-    PlaceVertices<kKind, B::kLanes> place;
+    PlaceVertices<F, B::kLanes> place;
     place.grid = grid;
     place.iso = settings.iso;
     place.floor = settings.iso * settings.cutoff;
@@ -180,15 +203,15 @@ class Extraction final : public SurfaceExtractor {
   }
 
   /// Walks the tree from its root to the bricks. False when the surface crosses none.
-  template <FieldKind kKind>
-  bool find_bricks(const BallViews& in, const Grid& grid, float iso, BrickViews& out) {
+  template <class F>
+  bool find_bricks(const BallViews<F>& in, const Grid& grid, float iso, BrickViews& out) {
     const std::vector<Level> levels = tree_levels(grid);
     const Node root = {0, static_cast<std::uint32_t>(in.balls.size), 0};
     NodeViews parents = {nodes_[0].resize(backend_, 1), in.everyone};
     backend_.upload(parents.nodes, &root);
     Int3 parent_nodes = {1, 1, 1};
     for (std::size_t l = levels.size(); l-- > 0;) {
-      parents = children<kKind>(in, grid, iso, levels[l], parent_nodes, parents, l % 2);
+      parents = children<F>(in, grid, iso, levels[l], parent_nodes, parents, l % 2);
       if (parents.nodes.size == 0) return false;
       parent_nodes = levels[l].nodes;
     }
@@ -212,8 +235,8 @@ class Extraction final : public SurfaceExtractor {
 
   /// `side` alternates between the two sets of node buffers: parents are read while children are
   /// written.
-  template <FieldKind kKind>
-  NodeViews children(const BallViews& in, const Grid& grid, float iso, const Level& level,
+  template <class F>
+  NodeViews children(const BallViews<F>& in, const Grid& grid, float iso, const Level& level,
                      Int3 parent_nodes, const NodeViews& parents, std::size_t side) {
     const std::int64_t n = parents.nodes.size * kChildren;
     const View<std::uint8_t> active = active_.resize(backend_, n);
@@ -221,18 +244,17 @@ class Extraction final : public SurfaceExtractor {
     const View<std::uint32_t> slots = slots_.resize(backend_, n + 1);
     const View<std::int64_t> begins = begins_.resize(backend_, n + 1);
     backend_.for_each(n / B::kLanes,
-                      ClassifyNodes<kKind, B::kLanes>{grid, iso, level, parent_nodes, parents.nodes,
-                                                      parents.entries, in.balls, active, counts},
+                      ClassifyNodes<F, B::kLanes>{grid, iso, level, parent_nodes, parents.nodes,
+                                                  parents.entries, in.balls, active, counts},
                       "bricks");
     backend_.exclusive_scan(active, slots, "bricks");
     backend_.exclusive_scan(counts, begins, "bricks");
     NodeViews out;
     out.nodes = nodes_[1 + side].resize(backend_, last_of(slots));
-    out.entries = kKind == FieldKind::kGaussian ? entries_[side].resize(backend_, last_of(begins))
-                                                : parents.entries;
+    out.entries = F::kEnds ? entries_[side].resize(backend_, last_of(begins)) : parents.entries;
     backend_.for_each(n,
-                      FillNodes<kKind>{grid, level, parent_nodes, parents.nodes, parents.entries,
-                                       in.balls, active, slots, begins, out.nodes, out.entries},
+                      FillNodes<F>{grid, level, parent_nodes, parents.nodes, parents.entries,
+                                   in.balls, active, slots, begins, out.nodes, out.entries},
                       "bricks");
     return out;
   }
@@ -307,7 +329,8 @@ class Extraction final : public SurfaceExtractor {
   bool table_ready_ = false;
   Buffer<McTable> table_;
   Buffer<Ball> raw_balls_;
-  Buffer<PreparedBall> balls_;
+  Buffer<RoundBall> round_balls_;
+  Buffer<EllipsoidBall> ellipsoids_;
   Buffer<std::uint32_t> everyone_;
   Buffer<Vec3> sample_points_;
   Buffer<float> sample_values_;

@@ -57,9 +57,9 @@ class SurfaceExtractor {
   /// the field counts as outside, so where the surface leaves the grid it is closed by a flat cut,
   /// 1/512 of a cell outside. Vertices are sorted by grid edge (z, y, x, axis), triangles by cell.
   /// No balls, or none that reaches iso: an empty mesh and kOk. kBadInput: NaN or infinite balls, a
-  /// <= 0 for kGaussian, settings out of range, or a grid of less than 2 or more than about 5000
-  /// points a side, or further from the origin than half a million cells (float cannot tell its
-  /// points apart).
+  /// <= 0 or a shape that is not positive definite (but for kInverseSquare), settings out of range,
+  /// or a grid of less than 2 or more than about 5000 points a side, or further from the origin
+  /// than half a million cells (float cannot tell its points apart).
   virtual ExtractStatus extract(const std::vector<Ball>& balls, const Grid& grid,
                                 const ExtractSettings& settings, Mesh& mesh) = 0;
 

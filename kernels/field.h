@@ -29,64 +29,65 @@ struct Points {
   float x[kLanes], y[kLanes], z[kLanes];
 };
 
-template <FieldKind kKind, int kLanes>
-PM_HD inline void field_at(const Points<kLanes>& points, const PreparedBall* balls, BallList list,
-                           float (&value)[kLanes]) {
+template <class F, int kLanes>
+PM_HD inline void field_at(const Points<kLanes>& points, const typename F::Ball* balls,
+                           BallList list, float (&value)[kLanes]) {
   // Copies, so that the compiler sees that nothing aliases and keeps the lanes in registers.
   const Points<kLanes> p = points;
   float sum[kLanes];
   for (int l = 0; l < kLanes; ++l) sum[l] = 0;
   for (std::uint32_t j = 0; j < list.count; ++j) {
-    const PreparedBall ball = balls[list.indices[j]];
+    const typename F::Ball ball = balls[list.indices[j]];
     PM_LANES
     for (int l = 0; l < kLanes; ++l) {
-      sum[l] += falloff<kKind>(ball, squared(p.x[l] - ball.x, p.y[l] - ball.y, p.z[l] - ball.z));
+      sum[l] += F::value(ball, ball.q(p.x[l], p.y[l], p.z[l]));
     }
   }
   for (int l = 0; l < kLanes; ++l) value[l] = sum[l];
 }
 
 /// -grad of the field up to a positive factor: outward at the surface.
-template <FieldKind kKind, int kLanes>
-PM_HD inline void downhill_at(const Points<kLanes>& points, const PreparedBall* balls,
+template <class F, int kLanes>
+PM_HD inline void downhill_at(const Points<kLanes>& points, const typename F::Ball* balls,
                               BallList list, Points<kLanes>& direction) {
   const Points<kLanes> p = points;
   Points<kLanes> sum;
   for (int l = 0; l < kLanes; ++l) sum.x[l] = sum.y[l] = sum.z[l] = 0;
   for (std::uint32_t j = 0; j < list.count; ++j) {
-    const PreparedBall ball = balls[list.indices[j]];
+    const typename F::Ball ball = balls[list.indices[j]];
     PM_LANES
     for (int l = 0; l < kLanes; ++l) {
-      const float x = p.x[l] - ball.x, y = p.y[l] - ball.y, z = p.z[l] - ball.z;
-      const float slope = falloff_slope<kKind>(ball, squared(x, y, z));
-      sum.x[l] = fused(slope, x, sum.x[l]);
-      sum.y[l] = fused(slope, y, sum.y[l]);
-      sum.z[l] = fused(slope, z, sum.z[l]);
+      const float fall = F::fall(ball, ball.q(p.x[l], p.y[l], p.z[l]));
+      float x, y, z;
+      ball.q_rise(p.x[l], p.y[l], p.z[l], x, y, z);
+      sum.x[l] = fused(fall, x, sum.x[l]);
+      sum.y[l] = fused(fall, y, sum.y[l]);
+      sum.z[l] = fused(fall, z, sum.z[l]);
     }
   }
   direction = sum;
 }
 
 /// Prepares all balls; one item a ball.
-template <FieldKind kKind>
+template <class F>
 struct PrepareBalls {
   View<const Ball> balls;
-  View<PreparedBall> prepared;
+  View<typename F::Ball> prepared;
   View<std::uint32_t> everyone;  ///< 0, 1, 2, ...: the list that holds all balls
   float log2_floor = 0;
 
   PM_HD void operator()(std::int64_t i) const {
     if (i >= balls.size) return;
-    prepared[i] = prepare_ball<kKind>(balls[i], log2_floor);
+    prepared[i] = prepare_ball<F>(balls[i], log2_floor);
     everyone[i] = static_cast<std::uint32_t>(i);
   }
 };
 
 /// Field values at arbitrary points, summed over all balls; one item kLanes points.
-template <FieldKind kKind, int kLanes>
+template <class F, int kLanes>
 struct SamplePoints {
   View<const Vec3> points;
-  View<const PreparedBall> balls;
+  View<const typename F::Ball> balls;
   BallList everyone;
   View<float> values;
 
@@ -101,7 +102,7 @@ struct SamplePoints {
       p.z[l] = at.z;
     }
     float value[kLanes];
-    field_at<kKind>(p, balls.data, everyone, value);
+    field_at<F>(p, balls.data, everyone, value);
     for (int l = 0; l < kLanes; ++l) {
       if (base + l < points.size) values[base + l] = value[l];
     }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 
 #include "host_device.h"
 
@@ -18,6 +19,14 @@ PM_HD inline float fused(float a, float b, float c) {
   return __fmaf_rn(a, b, c);
 #else
   return std::fma(a, b, c);
+#endif
+}
+
+PM_HD inline double square_root(double a) {
+#if defined(__CUDA_ARCH__)
+  return __dsqrt_rn(a);
+#else
+  return std::sqrt(a);
 #endif
 }
 
@@ -59,6 +68,7 @@ PM_HD inline int count_bits(std::uint32_t a) {
 
 /// The range of power_of_two(): sums of 10^8 terms of 2^100 stay finite, and below 2^-125 the
 /// result would leave the normal numbers.
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kLargestExponent = 100.0f;
 constexpr float kSmallestExponent = -125.0f;
 

@@ -57,6 +57,7 @@ PM_HD constexpr Vec3 max(Vec3 a, Vec3 b) {
 enum class FieldKind : std::uint8_t {
   kGaussian,       ///< exp(w - a r^2)  (Blinn 1982, Eq. 3.1 of the report)
   kInverseSquare,  ///< w / r^2         (the report's Algorithm 5.1; infinite support)
+  kWyvill,         ///< w (1 - 22/9 q + 17/9 q^2 - 4/9 q^3), q = a r^2, 0 from q = 1 (Wyvill 1986)
 };
 
 /// A symmetric 3 x 3 matrix; the identity by default.
@@ -81,6 +82,8 @@ PM_HD constexpr float determinant(const Sym3& s) {
 /// field = 1 and inside is field > 1; that convention is stated here and nowhere else.
 ///   kGaussian:      contributes exp(w - a d^T shape d), d from the centre; a lone round ball's
 ///                   surface is at r = sqrt(w / a).
+///   kWyvill:        contributes w (1 - q)^2 (1 - 4/9 q), q = a d^T shape d, nothing from q = 1 on:
+///                   a = 1 / support^2 of a round ball.
 ///   kInverseSquare: contributes w / r^2; a lone ball's surface is at r = sqrt(w); `a` and `shape`
 ///                   are unused.
 struct Ball {

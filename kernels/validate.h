@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "extract_surface.h"
+#include "falloff.h"
 
 namespace polymorph {
 
@@ -19,6 +20,10 @@ struct ExtractFailure {
 
 inline bool is_finite(Vec3 a) {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
+}
+
+inline bool is_finite(const Sym3& s) {
+  return is_finite(Vec3{s.xx, s.yy, s.zz}) && is_finite(Vec3{s.xy, s.xz, s.yz});
 }
 
 inline ExtractStatus bad_input(std::string message) {
@@ -39,18 +44,25 @@ inline ExtractStatus check_input(const std::vector<Ball>& balls, const ExtractSe
     return bad_input("refine_steps is " + std::to_string(settings.refine_steps) +
                      " (must lie in 0..4), use 1");
   }
-  const bool gaussian = settings.field == FieldKind::kGaussian;
+  const bool ends = settings.field != FieldKind::kInverseSquare;
   for (std::size_t i = 0; i < balls.size(); ++i) {
     const Ball& ball = balls[i];
-    if (!is_finite(ball.center) || !std::isfinite(ball.w) || (gaussian && !std::isfinite(ball.a))) {
+    if (!is_finite(ball.center) || !std::isfinite(ball.w) || (ends && !std::isfinite(ball.a))) {
       return bad_input(
           "ball " + std::to_string(i) +
           " has a center, a or w that is not a finite number (an earlier step divided by "
           "zero or overflowed), look at the spheres of this frame");
     }
-    if (gaussian && !(ball.a >= 1e-30f)) {
+    if (!ends) continue;
+    if (!(ball.a >= 1e-30f)) {
       return bad_input("ball " + std::to_string(i) + " has a = " + std::to_string(ball.a) +
                        " (a Gaussian ball needs a > 0), give it a = blobbiness / radius^2");
+    }
+    double m[6];
+    if (!is_round(ball) && !(is_finite(ball.shape) && factor(ball.shape, 1, m))) {
+      return bad_input("ball " + std::to_string(i) +
+                       " has a shape that is not positive definite (its ellipsoid is no body, or "
+                       "one axis is over 1000 times another), look at the fit that made it");
     }
   }
   return {};

@@ -85,7 +85,7 @@ struct EmitJobs {
 };
 
 /// Writes position and normal of each vertex. One item kLanes jobs of one brick.
-template <FieldKind kKind, int kLanes>
+template <class F, int kLanes>
 struct PlaceVertices {
   Grid grid;
   float iso = 1;
@@ -94,7 +94,7 @@ struct PlaceVertices {
   Int3 brick_nodes;
   View<const Node> bricks;
   View<const std::uint32_t> entries;
-  View<const PreparedBall> balls;
+  View<const typename F::Ball> balls;
   View<const float> values;
   View<const VertexJob> jobs;
   View<Vec3> positions;
@@ -119,7 +119,7 @@ struct PlaceVertices {
     find_roots(edges, list, t);
     Points<kLanes> at, outward;
     along(edges, t, at);
-    downhill_at<kKind>(at, balls.data, list, outward);
+    downhill_at<F>(at, balls.data, list, outward);
     for (int l = 0; l < kLanes; ++l) {
       const std::uint32_t vertex = jobs[base + l].vertex;
       if (vertex == kNoVertex) continue;
@@ -182,7 +182,7 @@ struct PlaceVertices {
       Points<kLanes> at;
       float value[kLanes];
       along(edges, t, at);
-      field_at<kKind>(at, balls.data, list, value);
+      field_at<F>(at, balls.data, list, value);
       for (int l = 0; l < kLanes; ++l) {
         const float g = log_of_two(most(value[l], floor)) - level;
         const Bracket b = bracket[l];
@@ -222,7 +222,8 @@ struct PlaceVertices {
   }
 
   PM_HD Vec3 normal_of(const Edges& edges, int lane, Vec3 outward) const {
-    const float length2 = squared(outward.x, outward.y, outward.z);
+    const float length2 =
+        fused(outward.z, outward.z, fused(outward.y, outward.y, outward.x * outward.x));
     // The cut at the border is flat; and where the field has no slope, the edge itself leads
     // outward.
     if (edges.fixed[lane] >= 0 || !(length2 > 1e-30f) || !(length2 < 1e30f)) {

@@ -15,7 +15,7 @@
 namespace polymorph {
 namespace {
 
-constexpr std::uint32_t kLeafTriangles = 8;
+constexpr std::uint32_t kLeafTriangles = AngleSums::kLanes;
 // A node counts as a whole from beta times its radius on (Barill et al. 2018, section 4, advise 2).
 constexpr double kBeta = 2;
 
@@ -27,11 +27,8 @@ struct Node {
       off_diagonal;  ///< xx yy zz and yz zx xy of the symmetric second moment of area vectors
   Vec3d low, high;   ///< box
   std::uint32_t first = 0, count = 0;  ///< triangles, if count > 0
+  std::uint32_t leaf = 0;              ///< their corners for the winding number, if count > 0
   std::uint32_t skip = 0;              ///< the next node when this one is done
-};
-
-struct Corners {
-  Vec3d p[3];
 };
 
 }  // namespace
@@ -43,21 +40,20 @@ struct InsideTest::Tree {
   double scale = 1;
   std::array<Vec3d, 3> axis{Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};
   std::vector<Vec3d> points;
-  std::vector<Triangle> triangles;  ///< in leaf order
-  std::vector<Node> nodes;          ///< depth first
+  std::vector<Triangle> triangles;           ///< in leaf order
+  std::vector<Node> nodes;                   ///< depth first
+  std::vector<AngleSums::Triangles> leaves;  ///< in model coordinates: angles know no scale
 
   Vec3d to_frame(Vec3 p) const {
     const Vec3d q = (Vec3d(p) - origin) * scale;
     return {dot(q, axis[0]), dot(q, axis[1]), dot(q, axis[2])};
   }
-  Corners corners(std::uint32_t t) const {
-    return {{points[triangles[t].v[0]], points[triangles[t].v[1]], points[triangles[t].v[2]]}};
-  }
   void build(const Model& model);
   void build_node(std::span<std::uint32_t> order, std::uint32_t first,
                   const std::vector<Vec3d>& centers, const Model& model);
   void measure(Node& node, std::span<const std::uint32_t> order, const Model& model) const;
-  double winding(Vec3d q) const;
+  void add_leaf(std::span<const std::uint32_t> order, const Model& model);
+  double winding(Vec3 point) const;
   bool parity(Vec3d q) const;
   bool ray_crosses(const Triangle& t, Vec3d q) const;
 };
@@ -119,7 +115,9 @@ void InsideTest::Tree::build_node(std::span<std::uint32_t> order, std::uint32_t 
   node.first = first;
   if (order.size() <= kLeafTriangles) {
     node.count = static_cast<std::uint32_t>(order.size());
+    node.leaf = static_cast<std::uint32_t>(leaves.size());
     for (const std::uint32_t t : order) triangles.push_back(model.triangles[t]);
+    add_leaf(order, model);
   } else {
     const Vec3d size = node.high - node.low;
     const auto along = [&](std::uint32_t t) {
@@ -139,8 +137,22 @@ void InsideTest::Tree::build_node(std::span<std::uint32_t> order, std::uint32_t 
   nodes[self] = node;
 }
 
-double InsideTest::Tree::winding(Vec3d q) const {
-  AngleSum near;
+void InsideTest::Tree::add_leaf(std::span<const std::uint32_t> order, const Model& model) {
+  AngleSums::Triangles& leaf = leaves.emplace_back();
+  for (std::size_t k = 0; k < AngleSums::kLanes; ++k)
+    for (std::size_t i = 0; i < 3; ++i) {
+      // A place without a triangle repeats the first one's first point.
+      const Vec3 p = model.points[k < order.size() ? model.triangles[order[k]].v[i]
+                                                   : model.triangles[order[0]].v[0]];
+      leaf.corner[3 * i][k] = p.x;
+      leaf.corner[3 * i + 1][k] = p.y;
+      leaf.corner[3 * i + 2][k] = p.z;
+    }
+}
+
+double InsideTest::Tree::winding(Vec3 point) const {
+  const Vec3d q = to_frame(point), eye(point);
+  AngleSums near;
   double far = 0;
   for (std::uint32_t i = 0; i < nodes.size();) {
     const Node& node = nodes[i];
@@ -157,13 +169,7 @@ double InsideTest::Tree::winding(Vec3d q) const {
       i = node.skip;
       continue;
     }
-    if (node.count > 0) {
-      for (std::uint32_t t = node.first; t < node.first + node.count; ++t) {
-        const Corners c = corners(t);
-        near.add(half_solid_angle(c.p[0] - q, c.p[1] - q, c.p[2] - q));
-      }
-      near.rescale();
-    }
+    if (node.count > 0) near.add(leaves[node.leaf], eye);
     ++i;
   }
   return near.sum() / (2 * std::numbers::pi) + far / (4 * std::numbers::pi);
@@ -225,13 +231,11 @@ InsideTest::InsideTest(InsideTest&&) noexcept = default;
 InsideTest& InsideTest::operator=(InsideTest&&) noexcept = default;
 
 bool InsideTest::inside(Vec3 point) const {
-  const Vec3d q = tree_->to_frame(point);
-  return rule_ == InsideRule::kParity ? tree_->parity(q) : tree_->winding(q) >= 0.5;
+  return rule_ == InsideRule::kParity ? tree_->parity(tree_->to_frame(point))
+                                      : tree_->winding(point) >= 0.5;
 }
 
-double InsideTest::winding_number(Vec3 point) const {
-  return tree_->winding(tree_->to_frame(point));
-}
+double InsideTest::winding_number(Vec3 point) const { return tree_->winding(point); }
 
 std::vector<std::uint8_t> InsideTest::inside(std::span<const Vec3> points) const {
   std::vector<std::uint8_t> answers(points.size());

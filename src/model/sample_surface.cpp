@@ -4,34 +4,20 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/morton.h"
 #include "base/random.h"
 #include "model/vec3d.h"
 
 namespace polymorph {
 namespace {
 
-/// The bits of x with two zeros after each.
-std::uint64_t spread_bits(std::uint64_t x) {
-  x &= 0x1fffff;
-  x = (x | x << 32) & 0x1f00000000ffffull;
-  x = (x | x << 16) & 0x1f0000ff0000ffull;
-  x = (x | x << 8) & 0x100f00f00f00f00full;
-  x = (x | x << 4) & 0x10c30c30c30c30c3ull;
-  return (x | x << 2) & 0x1249249249249249ull;
-}
-
 std::vector<std::uint32_t> morton_order(const Model& model) {
   const Box box = model.box();
-  const double scale = 2097151 / std::max(1e-30, static_cast<double>(box.diagonal()));
   std::vector<std::uint64_t> keys(model.triangles.size());
   for (std::size_t t = 0; t < keys.size(); ++t) {
     const auto& v = model.triangles[t].v;
     const Vec3 middle = (model.points[v[0]] + model.points[v[1]] + model.points[v[2]]) / 3;
-    const auto cell = [&](float x, float low) {
-      return static_cast<std::uint64_t>(std::max(0.0, static_cast<double>(x - low) * scale));
-    };
-    keys[t] = spread_bits(cell(middle.x, box.low.x)) | spread_bits(cell(middle.y, box.low.y)) << 1 |
-              spread_bits(cell(middle.z, box.low.z)) << 2;
+    keys[t] = morton_key(middle, box);
   }
   std::vector<std::uint32_t> order(keys.size());
   std::iota(order.begin(), order.end(), 0u);

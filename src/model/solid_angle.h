@@ -1,6 +1,8 @@
 // The angle under which a triangle is seen, as a complex number.
 #pragma once
 
+#include <algorithm>
+
 #include "model/vec3d.h"
 
 namespace polymorph {
@@ -17,31 +19,65 @@ inline HalfAngle half_solid_angle(Vec3d a, Vec3d b, Vec3d c) {
   return {dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb};
 }
 
-/// Sums angles in (-pi, pi] as a product of complex numbers, so that one atan2 is enough for all.
-class AngleSum {
+/// Sums half solid angles of triangles, eight at a time: the angles in (-pi, pi] are multiplied as
+/// complex numbers, so that one atan2 a lane is enough for all of them.
+class AngleSums {
  public:
-  void add(HalfAngle angle) {
-    if (angle.num == 0 && angle.den == 0) return;  // the eye is a corner
-    const double re = re_ * angle.den - im_ * angle.num, im = re_ * angle.num + im_ * angle.den;
-    // Both angles in [0, pi] and the sum's sine below 0: it went past pi; likewise below.
-    if (im_ >= 0 && angle.num >= 0 && im < 0) ++turns_;
-    if (im_ < 0 && angle.num < 0 && im >= 0) --turns_;
-    re_ = re;
-    im_ = im;
-  }
-  /// Keeps the product in range; call every few adds.
-  void rescale() {
-    const double size = std::abs(re_) + std::abs(im_);
-    if (size < 1e-100 || size > 1e100) {
-      re_ /= size;
-      im_ /= size;
+  static constexpr int kLanes = 8;
+  /// The corners of eight triangles, by coordinate (9) and triangle; places without a triangle
+  /// repeat one point.
+  struct Triangles {
+    float corner[9][kLanes];
+  };
+
+  void add(const Triangles& triangles, Vec3d eye) {
+    const auto& p = triangles.corner;
+    double num[kLanes], den[kLanes];
+    for (int k = 0; k < kLanes; ++k) {
+      const HalfAngle angle = half_solid_angle(
+          {static_cast<double>(p[0][k]) - eye.x, static_cast<double>(p[1][k]) - eye.y,
+           static_cast<double>(p[2][k]) - eye.z},
+          {static_cast<double>(p[3][k]) - eye.x, static_cast<double>(p[4][k]) - eye.y,
+           static_cast<double>(p[5][k]) - eye.z},
+          {static_cast<double>(p[6][k]) - eye.x, static_cast<double>(p[7][k]) - eye.y,
+           static_cast<double>(p[8][k]) - eye.z});
+      num[k] = angle.num;
+      den[k] = angle.den;
     }
+    double size_low = 1, size_high = 1;
+    for (int k = 0; k < kLanes; ++k) {
+      if (num[k] == 0 && den[k] == 0) continue;  // the eye is a corner
+      const double re = re_[k] * den[k] - im_[k] * num[k], im = re_[k] * num[k] + im_[k] * den[k];
+      // Both angles in [0, pi] and the sum's sine below 0: it went past pi; likewise below.
+      if (im_[k] >= 0 && num[k] >= 0 && im < 0) ++turns_;
+      if (im_[k] < 0 && num[k] < 0 && im >= 0) --turns_;
+      re_[k] = re;
+      im_[k] = im;
+      const double size = std::abs(re) + std::abs(im);
+      size_low = std::min(size_low, size);
+      size_high = std::max(size_high, size);
+    }
+    if (size_low < 1e-100 || size_high > 1e100) rescale();
   }
-  // + 0.0 makes -0 a 0, which atan2 tells apart.
-  double sum() const { return std::atan2(im_ + 0.0, re_) + turns_ * 6.283185307179586; }
+
+  double sum() const {
+    double sum = turns_ * 6.283185307179586;
+    // + 0.0 makes -0 a 0, which atan2 tells apart.
+    for (int k = 0; k < kLanes; ++k) sum += std::atan2(im_[k] + 0.0, re_[k]);
+    return sum;
+  }
 
  private:
-  double re_ = 1, im_ = 0;
+  /// Keeps the products in range.
+  void rescale() {
+    for (int k = 0; k < kLanes; ++k) {
+      const double size = std::abs(re_[k]) + std::abs(im_[k]);
+      re_[k] /= size;
+      im_[k] /= size;
+    }
+  }
+
+  double re_[kLanes] = {1, 1, 1, 1, 1, 1, 1, 1}, im_[kLanes] = {};
   int turns_ = 0;
 };
 

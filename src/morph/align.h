@@ -13,7 +13,7 @@ namespace polymorph {
 /// turns, from the identity and the 24 turns of a cube, on a few dozen representatives. The
 /// identity where no turn makes the plan `gain` cheaper. Among turns that are as good, the
 /// smallest.
-Mat3 find_rotation(const CostSide& a, const CostSide& b, float label_cost, double gain = 0.1);
+Mat3 find_rotation(const CostSide& a, const CostSide& b, float label_cost, double gain);
 
 /// The turn that makes the flows' distances least, both sides about their origins.
 Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const Flow> flows);

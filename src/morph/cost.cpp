@@ -62,8 +62,8 @@ CostSide cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<d
   axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.outward[i].z); });
   // Sizes and distances in the object's own units: those of a scaled copy are the same.
   axis(size_weight, [&](std::size_t i) {
-    const float radius = kind == FieldKind::kGaussian ? 1 / std::sqrt(balls[i].a)
-                                                      : std::sqrt(std::max(balls[i].w, 1e-12f));
+    const float radius = kind == FieldKind::kInverseSquare ? std::sqrt(std::max(balls[i].w, 1e-12f))
+                                                           : 1 / std::sqrt(balls[i].a);
     return std::log(static_cast<double>(radius) / normalization.size);
   });
   axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.distance[i]); });

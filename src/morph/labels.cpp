@@ -1,12 +1,10 @@
 #include "morph/labels.h"
 
 #include <algorithm>
-#include <limits>
 #include <set>
 
-#include "base/parallel.h"
 #include "base/text.h"
-#include "model/sample_surface.h"
+#include "model/closest.h"
 #include "morph/cost.h"
 
 namespace polymorph {
@@ -22,21 +20,12 @@ bool means(const std::string& name, const std::string& object, const std::string
 std::vector<std::uint32_t> face_labels(const Model& model, const std::vector<Ball>& balls) {
   std::vector<std::uint32_t> result(balls.size(), 0);
   if (model.label_names.size() < 2) return result;
-  // Some 20 000 samples stand 1/100 of the model's size apart, much less than a labelled part.
-  constexpr std::size_t kSamples = 20000;
-  const std::vector<SurfaceSample> samples = sample_surface(model, kSamples);
-  if (samples.empty()) return result;
-  parallel_for(static_cast<std::int64_t>(balls.size()), [&](std::int64_t index) {
-    const auto i = static_cast<std::size_t>(index);
-    float least = std::numeric_limits<float>::infinity();
-    for (const SurfaceSample& sample : samples) {
-      const Vec3 d = sample.point - balls[i].center;
-      if (dot(d, d) < least) {
-        least = dot(d, d);
-        result[i] = model.labels[sample.triangle];
-      }
-    }
-  });
+  std::vector<Vec3> centers;
+  for (const Ball& ball : balls) centers.push_back(ball.center);
+  const std::vector<ClosestPoint> closest = ClosestPointQuery(model).closest(centers);
+  for (std::size_t i = 0; i < balls.size(); ++i)
+    if (closest[i].triangle != ClosestPoint::kNoTriangle)
+      result[i] = model.labels[closest[i].triangle];
   return result;
 }
 

@@ -81,9 +81,12 @@ double inside_volume(const std::vector<Ball>& balls, std::size_t index,
 
 std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind) {
   std::vector<double> masses(balls.size());
-  if (kind == FieldKind::kInverseSquare) {
-    for (std::size_t i = 0; i < balls.size(); ++i)
-      masses[i] = std::pow(static_cast<double>(std::max(balls[i].w, 0.0f)), 1.5);
+  if (kind != FieldKind::kGaussian) {
+    for (std::size_t i = 0; i < balls.size(); ++i) {
+      const float square =
+          kind == FieldKind::kInverseSquare ? std::max(balls[i].w, 0.0f) : 1 / balls[i].a;
+      masses[i] = std::pow(static_cast<double>(square), 1.5);
+    }
   } else {
     // Some 65 000 points in all: thousands of balls differ little from their neighbours.
     const std::vector<Vec3> points =

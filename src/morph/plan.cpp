@@ -276,7 +276,8 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
     // While the turn is looked for, hard labels are dear ones.
     constexpr float kHardCost = 100;
     const float label_cost = settings.label_mode == LabelMode::kHard ? kHardCost : sides.label_cost;
-    rotation = find_rotation(sides.a, sides.b, label_cost);
+    rotation =
+        find_rotation(sides.a, sides.b, label_cost, static_cast<double>(settings.align_gain));
   }
   const bool turns = angle_of(rotation) > 0;
   const CostSide unturned = sides.a;

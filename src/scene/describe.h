@@ -89,8 +89,9 @@ void describe(V& v, PlanSettings& s) {
             {"translate", AlignMethod::kTranslate},
             {"rigid", AlignMethod::kRigid},
             {"similarity", AlignMethod::kSimilarity}},
-           "how the objects are laid upon each other before balls are paired; a turn is kept only "
-           "if it makes the plan 10 % cheaper");
+           "how the objects are laid upon each other before balls are paired");
+  v.number("align_gain", s.align_gain, 0, 1,
+           "a turn is kept only if it makes the plan this share cheaper");
   v.number("size_weight", s.size_weight, 0, 1000, "of unlike ball sizes in the cost");
   v.number("feature_weight", s.feature_weight, 0, 1000,
            "of unlike features: distance along the body, linear or flat surroundings, which way "

@@ -83,11 +83,12 @@ struct PlanSettings {
   PlanMethod method = PlanMethod::kTransport;
   std::uint64_t seed = 0;
   AlignMethod align = AlignMethod::kSimilarity;
+  float align_gain = 0.25f;  ///< a turn is kept only if it makes the plan this share cheaper
   /// Weights of the cost's terms beside the squared distance in unit-RMS coordinates.
   float size_weight = 0.1f;      ///< (ln R / R')^2
   float feature_weight = 0.3f;   ///< squared difference of the features
   float landmark_weight = 1.0f;  ///< squared difference of the distances to each landmark
-  float label_weight = 4.0f;     ///< another label, where labels are soft
+  float label_weight = 1.0f;     ///< another label, where labels are soft
   LabelMode label_mode = LabelMode::kSoft;
   /// "object.label" or "label" of one object -> of another; equal names belong together anyway.
   std::map<std::string, std::string> labels;

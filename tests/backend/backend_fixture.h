@@ -92,7 +92,41 @@ inline std::vector<Ball> random_balls(int count, FieldKind field, unsigned seed)
     const float radius = 0.1f + 0.25f * unit();
     Ball ball = gaussian_ball(center, radius);
     if (field == FieldKind::kInverseSquare) ball.w = 0.2f * radius * radius;
+    if (field == FieldKind::kWyvill) {
+      ball.a = 1 / (4 * radius * radius);
+      ball.w = 1.7f;
+    }
     balls.push_back(ball);
+  }
+  return balls;
+}
+
+/// The matrix with eigenvalues 1 / axes^2 along turned axes, determinant 1.
+inline Sym3 shape_of(Vec3 axes, double turn_z, double turn_x) {
+  const double cz = std::cos(turn_z), sz = std::sin(turn_z);
+  const double cx = std::cos(turn_x), sx = std::sin(turn_x);
+  const double r[3][3] = {{cz, -sz * cx, sz * sx}, {sz, cz * cx, -cz * sx}, {0, sx, cx}};
+  const double v = std::cbrt(static_cast<double>(axes.x) * static_cast<double>(axes.y) *
+                             static_cast<double>(axes.z));
+  const double h[3] = {static_cast<double>(axes.x) / v, static_cast<double>(axes.y) / v,
+                       static_cast<double>(axes.z) / v};
+  const auto entry = [&](int i, int j) {
+    double sum = 0;
+    for (int e = 0; e < 3; ++e) sum += r[i][e] * r[j][e] / (h[e] * h[e]);
+    return static_cast<float>(sum);
+  };
+  return {entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)};
+}
+
+/// The balls as ellipsoids with axes up to 4 : 1 in random directions; every fifth stays round.
+inline std::vector<Ball> squeezed(std::vector<Ball> balls, unsigned seed) {
+  std::mt19937 random(seed + 1000);
+  const auto unit = [&random] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
+  for (std::size_t i = 0; i < balls.size(); ++i) {
+    const Vec3 axes = {0.5f + 1.5f * unit(), 0.5f + 1.5f * unit(), 0.5f + 1.5f * unit()};
+    const double turn_z = 6.28 * static_cast<double>(unit()),
+                 turn_x = 6.28 * static_cast<double>(unit());
+    if (i % 5 != 4) balls[i].shape = shape_of(axes, turn_z, turn_x);
   }
   return balls;
 }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <type_traits>
 #include <vector>
 
 #include "backend_fixture.h"
@@ -16,12 +17,24 @@ View<T> view_of(std::vector<T>& v) {
   return {v.data(), static_cast<std::int64_t>(v.size())};
 }
 
+using RoundGaussian = Field<FieldKind::kGaussian, RoundBall>;
+using Ellipsoids = Field<FieldKind::kGaussian, EllipsoidBall>;
+using RoundWyvill = Field<FieldKind::kWyvill, RoundBall>;
+using WyvillEllipsoids = Field<FieldKind::kWyvill, EllipsoidBall>;
+using InverseSquare = Field<FieldKind::kInverseSquare, RoundBall>;
+
+template <class F>
+std::vector<Ball> some_balls(int count, unsigned seed) {
+  const std::vector<Ball> balls = random_balls(count, F::kKind, seed);
+  return std::is_same_v<typename F::Ball, EllipsoidBall> ? squeezed(balls, seed) : balls;
+}
+
 /// One step of the tree by hand: the root's children are bricks.
-template <FieldKind kKind>
+template <class F>
 struct OneLevel {
   Grid grid;
   Level level;
-  std::vector<PreparedBall> balls;
+  std::vector<typename F::Ball> balls;
   std::vector<std::uint32_t> everyone, counts, slots, entries;
   std::vector<std::uint8_t> active;
   std::vector<std::int64_t> begins;
@@ -34,21 +47,21 @@ struct OneLevel {
     std::vector<Ball> copy = raw;
     balls.resize(raw.size());
     everyone.resize(raw.size());
-    const PrepareBalls<kKind> prepare = {view_of(copy), view_of(balls), view_of(everyone),
-                                         log_of_two(1e-4f * iso)};
+    const PrepareBalls<F> prepare = {view_of(copy), view_of(balls), view_of(everyone),
+                                     log_of_two(1e-4f * iso)};
     for (std::size_t i = 0; i < raw.size(); ++i) prepare(static_cast<std::int64_t>(i));
     std::vector<Node> root = {{0, static_cast<std::uint32_t>(raw.size()), 0}};
     active.resize(kChildren);
     counts.resize(kChildren);
-    const ClassifyNodes<kKind, 4> classify = {g,
-                                              iso,
-                                              level,
-                                              {1, 1, 1},
-                                              view_of(root),
-                                              view_of(everyone),
-                                              view_of(balls),
-                                              view_of(active),
-                                              view_of(counts)};
+    const ClassifyNodes<F, 4> classify = {g,
+                                          iso,
+                                          level,
+                                          {1, 1, 1},
+                                          view_of(root),
+                                          view_of(everyone),
+                                          view_of(balls),
+                                          view_of(active),
+                                          view_of(counts)};
     for (int i = 0; i < kChildren / 4; ++i) classify(i);
     slots.push_back(0);
     begins.push_back(0);
@@ -58,21 +71,21 @@ struct OneLevel {
     }
     bricks.resize(slots.back());
     entries.resize(static_cast<std::size_t>(begins.back()));
-    const FillNodes<kKind> fill = {g,
-                                   level,
-                                   {1, 1, 1},
-                                   view_of(root),
-                                   view_of(everyone),
-                                   view_of(balls),
-                                   view_of(active),
-                                   view_of(slots),
-                                   view_of(begins),
-                                   view_of(bricks),
-                                   view_of(entries)};
+    const FillNodes<F> fill = {g,
+                               level,
+                               {1, 1, 1},
+                               view_of(root),
+                               view_of(everyone),
+                               view_of(balls),
+                               view_of(active),
+                               view_of(slots),
+                               view_of(begins),
+                               view_of(bricks),
+                               view_of(entries)};
     for (int i = 0; i < kChildren; ++i) fill(i);
-    if (kKind == FieldKind::kInverseSquare) entries = everyone;
+    if (!F::kEnds) entries = everyone;
     values.resize(bricks.size() * kBrickStride);
-    const SampleBricks<kKind, 8> sample = {
+    const SampleBricks<F, 8> sample = {
         grid, level.nodes, view_of(bricks), view_of(entries), view_of(balls), view_of(values)};
     for (std::size_t i = 0; i < values.size() / 8; ++i) sample(static_cast<std::int64_t>(i));
   }
@@ -82,7 +95,7 @@ struct OneLevel {
     std::vector<Vec3> at = {grid_point(grid, point)};
     std::vector<float> value(1);
     const BallList all = {everyone.data(), static_cast<std::uint32_t>(everyone.size())};
-    SamplePoints<kKind, 1>{view_of(at), view_of(balls), all, view_of(value)}(0);
+    SamplePoints<F, 1>{view_of(at), view_of(balls), all, view_of(value)}(0);
     return value[0];
   }
 
@@ -92,9 +105,9 @@ struct OneLevel {
   }
 };
 
-template <FieldKind kKind>
+template <class F>
 void expect_exact_bricks(const Grid& grid, int ball_count, unsigned seed) {
-  OneLevel<kKind> tree(random_balls(ball_count, kKind, seed), grid, 1.0f);
+  OneLevel<F> tree(some_balls<F>(ball_count, seed), grid, 1.0f);
   ASSERT_FALSE(tree.bricks.empty());
   int checked = 0;
   for (std::size_t b = 0; b < tree.bricks.size(); ++b) {
@@ -114,9 +127,9 @@ void expect_exact_bricks(const Grid& grid, int ball_count, unsigned seed) {
 }
 
 /// A brick that was dropped has all its points on one side of iso.
-template <FieldKind kKind>
+template <class F>
 void expect_safe_rejection(const Grid& grid, int ball_count, unsigned seed) {
-  OneLevel<kKind> tree(random_balls(ball_count, kKind, seed), grid, 1.0f);
+  OneLevel<F> tree(some_balls<F>(ball_count, seed), grid, 1.0f);
   const Node root;
   int dropped = 0;
   for (int child = 0; child < kChildren; ++child) {
@@ -140,7 +153,7 @@ void expect_safe_rejection(const Grid& grid, int ball_count, unsigned seed) {
 
 TEST(Bricks, gaussian_values_are_those_of_all_balls_bit_for_bit) {
   for (unsigned seed = 1; seed <= 6; ++seed) {
-    expect_exact_bricks<FieldKind::kGaussian>(cube_grid(15, 1.3f), 40, seed);
+    expect_exact_bricks<RoundGaussian>(cube_grid(15, 1.3f), 40, seed);
   }
 }
 
@@ -153,7 +166,7 @@ TEST(Bricks, gaussian_values_are_exact_far_from_the_origin_too) {
     ball.a *= 600;
     balls.push_back(ball);
   }
-  OneLevel<FieldKind::kGaussian> tree(balls, grid, 1.0f);
+  OneLevel<RoundGaussian> tree(balls, grid, 1.0f);
   ASSERT_FALSE(tree.bricks.empty());
   for (std::size_t b = 0; b < tree.bricks.size(); ++b) {
     EXPECT_LT(tree.bricks[b].count, balls.size());
@@ -169,14 +182,29 @@ TEST(Bricks, gaussian_values_are_exact_far_from_the_origin_too) {
   }
 }
 
+TEST(Bricks, ellipsoids_values_are_those_of_all_balls_bit_for_bit) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    expect_exact_bricks<Ellipsoids>(cube_grid(15, 1.3f), 40, seed);
+    expect_exact_bricks<WyvillEllipsoids>(cube_grid(15, 1.3f), 40, seed);
+  }
+}
+
+TEST(Bricks, wyvill_values_are_those_of_all_balls_bit_for_bit) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    expect_exact_bricks<RoundWyvill>(cube_grid(15, 1.3f), 40, seed);
+  }
+}
+
 TEST(Bricks, inverse_square_values_are_those_of_all_balls_bit_for_bit) {
-  expect_exact_bricks<FieldKind::kInverseSquare>(cube_grid(14, 1.3f), 30, 7);
+  expect_exact_bricks<InverseSquare>(cube_grid(14, 1.3f), 30, 7);
 }
 
 TEST(Bricks, dropped_bricks_do_not_cross_iso) {
   for (unsigned seed = 1; seed <= 12; ++seed) {
-    expect_safe_rejection<FieldKind::kGaussian>(cube_grid(15, 1.5f), 12, seed);
-    expect_safe_rejection<FieldKind::kInverseSquare>(cube_grid(15, 2.5f), 12, seed);
+    expect_safe_rejection<RoundGaussian>(cube_grid(15, 1.5f), 12, seed);
+    expect_safe_rejection<InverseSquare>(cube_grid(15, 2.5f), 12, seed);
+    expect_safe_rejection<Ellipsoids>(cube_grid(15, 1.5f), 12, seed);
+    expect_safe_rejection<RoundWyvill>(cube_grid(15, 1.5f), 12, seed);
   }
 }
 

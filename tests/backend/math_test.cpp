@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "backend_fixture.h"
 #include "kernels/falloff.h"
 
 namespace polymorph {
@@ -53,34 +54,129 @@ TEST(Math, branchless_selections_agree_with_comparisons) {
   EXPECT_EQ(float_bits(kept_if(false, std::numeric_limits<float>::quiet_NaN())), 0u);
 }
 
+using RoundGaussian = Field<FieldKind::kGaussian, RoundBall>;
+using Ellipsoid = Field<FieldKind::kGaussian, EllipsoidBall>;
+using RoundWyvill = Field<FieldKind::kWyvill, RoundBall>;
+using InverseSquare = Field<FieldKind::kInverseSquare, RoundBall>;
+
+template <class F>
+float value_at(const typename F::Ball& ball, Vec3 p) {
+  return F::value(ball, ball.q(p.x, p.y, p.z));
+}
+
+/// Turned by 30 degrees about z and 50 about x.
+Sym3 tilted_shape() { return shape_of({2, 1, 0.5f}, 0.5235987756, 0.872664626); }
+
 TEST(Falloff, gaussian_is_blinns_and_exactly_zero_beyond_reach) {
   const Ball ball = {{0, 0, 0}, 4.0f / (0.3f * 0.3f), 4.0f};
-  const PreparedBall p = prepare_ball<FieldKind::kGaussian>(ball, std::log2(1e-4f));
-  EXPECT_NEAR(falloff<FieldKind::kGaussian>(p, 0.09f), 1.0f, 1e-6f);
+  const RoundBall p = prepare_ball<RoundGaussian>(ball, std::log2(1e-4f));
+  EXPECT_NEAR(value_at<RoundGaussian>(p, {0.3f, 0, 0}), 1.0f, 1e-6f);
   // Reach: r = R sqrt(1 + ln(1 / cutoff) / B).
-  const float reach2 = 0.09f * (1 + std::log(1e4f) / 4);
-  EXPECT_NEAR(p.reach2, reach2, 1e-6f);
-  EXPECT_NEAR(falloff<FieldKind::kGaussian>(p, reach2 * 0.9999f), 1e-4f, 1e-6f);
-  EXPECT_EQ(float_bits(falloff<FieldKind::kGaussian>(p, reach2 * 1.0001f)), 0u);
-  EXPECT_EQ(float_bits(falloff<FieldKind::kGaussian>(p, 1e30f)), 0u);
-  EXPECT_EQ(float_bits(falloff<FieldKind::kGaussian>(p, std::numeric_limits<float>::infinity())),
-            0u);
+  const float reach = 0.3f * std::sqrt(1 + std::log(1e4f) / 4);
+  EXPECT_NEAR(value_at<RoundGaussian>(p, {0, reach * 0.9999f, 0}), 1e-4f, 1e-6f);
+  EXPECT_EQ(float_bits(value_at<RoundGaussian>(p, {0, 0, reach * 1.0001f})), 0u);
+  EXPECT_EQ(float_bits(value_at<RoundGaussian>(p, {1e15f, 0, 0})), 0u);
+  EXPECT_EQ(float_bits(RoundGaussian::value(p, kInfinity)), 0u);
+  EXPECT_EQ(float_bits(RoundGaussian::value(p, std::nanf(""))), 0u);
 }
 
 TEST(Falloff, a_ball_below_the_cutoff_contributes_nowhere) {
-  const PreparedBall p = prepare_ball<FieldKind::kGaussian>({{0, 0, 0}, 1, -20}, std::log2(1e-4f));
-  EXPECT_EQ(falloff<FieldKind::kGaussian>(p, 0.0f), 0.0f);
+  const RoundBall p = prepare_ball<RoundGaussian>({{0, 0, 0}, 1, -20}, std::log2(1e-4f));
+  EXPECT_EQ(value_at<RoundGaussian>(p, {0, 0, 0}), 0.0f);
 }
 
 TEST(Falloff, a_very_strong_ball_stays_finite) {
-  const PreparedBall p = prepare_ball<FieldKind::kGaussian>({{0, 0, 0}, 1, 1000}, std::log2(1e-4f));
-  EXPECT_EQ(falloff<FieldKind::kGaussian>(p, 0.0f), std::ldexp(1.0f, 100));
+  const RoundBall p = prepare_ball<RoundGaussian>({{0, 0, 0}, 1, 1000}, std::log2(1e-4f));
+  EXPECT_EQ(value_at<RoundGaussian>(p, {0, 0, 0}), std::ldexp(1.0f, 100));
 }
 
 TEST(Falloff, inverse_square_is_finite_at_the_center) {
-  const PreparedBall p = prepare_ball<FieldKind::kInverseSquare>({{0, 0, 0}, 1, 0.25f}, 0);
-  EXPECT_TRUE(std::isfinite(falloff<FieldKind::kInverseSquare>(p, 0.0f)));
-  EXPECT_FLOAT_EQ(falloff<FieldKind::kInverseSquare>(p, 0.25f), 1.0f);
+  const RoundBall p = prepare_ball<InverseSquare>({{0, 0, 0}, 1, 0.25f}, 0);
+  EXPECT_TRUE(std::isfinite(value_at<InverseSquare>(p, {0, 0, 0})));
+  EXPECT_FLOAT_EQ(value_at<InverseSquare>(p, {0.5f, 0, 0}), 1.0f);
+}
+
+TEST(Falloff, wyvill_is_his_polynomial_and_ends_at_the_support) {
+  const RoundBall p = prepare_ball<RoundWyvill>({{0, 0, 0}, 1 / (0.5f * 0.5f), 3}, 0);
+  for (double r = 0; r < 0.5; r += 0.01) {
+    const double q = r * r / 0.25;
+    const double expected = 3 * (1 - 22.0 / 9 * q + 17.0 / 9 * q * q - 4.0 / 9 * q * q * q);
+    EXPECT_NEAR(static_cast<double>(value_at<RoundWyvill>(p, {0, static_cast<float>(r), 0})),
+                expected, 3e-6);
+  }
+  EXPECT_EQ(value_at<RoundWyvill>(p, {0.5f, 0, 0}), 0.0f);
+  EXPECT_EQ(value_at<RoundWyvill>(p, {0.51f, 0, 0}), 0.0f);
+  EXPECT_EQ(RoundWyvill::value(p, kInfinity), 0.0f);
+}
+
+TEST(Falloff, fall_is_the_slope_of_value) {
+  const auto check = [](auto field, const Ball& ball) {
+    using F = decltype(field);
+    const auto p = prepare_ball<F>(ball, std::log2(1e-4f));
+    // One factor common to all q: the ratio of the slopes at two places.
+    const auto slope = [&](float q) {
+      const double h = 1e-3;
+      return static_cast<double>(F::value(p, q - 1e-3f) - F::value(p, q + 1e-3f)) / (2 * h);
+    };
+    EXPECT_NEAR(slope(0.3f) / slope(0.6f), static_cast<double>(F::fall(p, 0.3f) / F::fall(p, 0.6f)),
+                2e-3);
+  };
+  check(RoundGaussian{}, {{0, 0, 0}, 4, 1});
+  check(RoundWyvill{}, {{0, 0, 0}, 1, 2});
+  check(InverseSquare{}, {{0, 0, 0}, 1, 2});
+}
+
+TEST(Falloff, an_ellipsoid_is_the_quadratic_form_of_its_shape) {
+  const Ball ball = {{0.1f, -0.2f, 0.3f}, 3, 2, tilted_shape()};
+  EXPECT_NEAR(determinant(ball.shape), 1, 1e-5f);
+  const EllipsoidBall p = prepare_ball<Ellipsoid>(ball, std::log2(1e-6f));
+  for (int i = 0; i < 200; ++i) {
+    const auto f = static_cast<float>(i);
+    const Vec3 d = {0.5f * std::sin(f), 0.5f * std::sin(1.7f * f), 0.5f * std::cos(2.3f * f)};
+    const Vec3 at = ball.center + d;
+    const float expected = std::exp(2 - 3 * quadratic(ball.shape, d));
+    EXPECT_NEAR(value_at<Ellipsoid>(p, at), expected > 1e-6f ? expected : 0, 2e-5f * expected);
+    // The gradient of q is 2 a log2(e) shape d.
+    float gx, gy, gz;
+    p.q_rise(at.x, at.y, at.z, gx, gy, gz);
+    const Sym3& s = ball.shape;
+    const float k = 3 * 1.44269504f;
+    EXPECT_NEAR(gx, k * (s.xx * d.x + s.xy * d.y + s.xz * d.z), 1e-4f);
+    EXPECT_NEAR(gy, k * (s.xy * d.x + s.yy * d.y + s.yz * d.z), 1e-4f);
+    EXPECT_NEAR(gz, k * (s.xz * d.x + s.yz * d.y + s.zz * d.z), 1e-4f);
+  }
+}
+
+TEST(Falloff, the_range_of_a_box_holds_every_coordinate_computed_in_it) {
+  const Ball ball = {{0.1f, -0.2f, 0.3f}, 3, 2, tilted_shape()};
+  const EllipsoidBall e = prepare_ball<Ellipsoid>(ball, std::log2(1e-4f));
+  const RoundBall r = prepare_ball<RoundGaussian>(ball, std::log2(1e-4f));
+  for (int b = 0; b < 300; ++b) {
+    const auto f = static_cast<float>(b);
+    const Vec3 low = {std::sin(f), std::sin(1.3f * f), std::sin(2.1f * f)};
+    const Vec3 high = low + Vec3{0.3f, 0.01f, 0.1f} * (1 + std::cos(f));
+    const auto in_e = e.range(low.x, high.x, low.y, high.y, low.z, high.z);
+    const auto in_r = r.range(low.x, high.x, low.y, high.y, low.z, high.z);
+    for (int i = 0; i < 125; ++i) {
+      const auto part = [](float a, float c, int k) {
+        return k == 0 ? a : k == 4 ? c : a + (c - a) * 0.25f * static_cast<float>(k);
+      };
+      const Vec3 p = {part(low.x, high.x, i % 5), part(low.y, high.y, i / 5 % 5),
+                      part(low.z, high.z, i / 25)};
+      const float qe = e.q(p.x, p.y, p.z), qr = r.q(p.x, p.y, p.z);
+      ASSERT_TRUE(in_e.near <= qe && qe <= in_e.far);
+      ASSERT_TRUE(in_r.near <= qr && qr <= in_r.far);
+    }
+  }
+}
+
+TEST(Falloff, a_shape_that_is_no_body_has_no_factor) {
+  double m[6];
+  EXPECT_TRUE(factor(tilted_shape(), 1, m));
+  EXPECT_FALSE(factor({1, 1, -1, 0, 0, 0}, 1, m));
+  EXPECT_FALSE(factor({1, 1, 1, 2, 0, 0}, 1, m));
+  EXPECT_FALSE(factor({1, 1, 1, 1, 0, 0}, 1, m));
+  EXPECT_FALSE(factor({std::nanf(""), 1, 1, 0, 0, 0}, 1, m));
 }
 
 }  // namespace

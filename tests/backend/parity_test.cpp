@@ -18,6 +18,16 @@
 namespace polymorph {
 namespace {
 
+constexpr FieldKind kEveryField[] = {FieldKind::kGaussian, FieldKind::kInverseSquare,
+                                     FieldKind::kWyvill};
+
+/// Random balls; of a field with shapes also the same as ellipsoids.
+std::vector<std::vector<Ball>> ball_sets(int count, FieldKind field, unsigned seed) {
+  std::vector<std::vector<Ball>> sets = {random_balls(count, field, seed)};
+  if (field != FieldKind::kInverseSquare) sets.push_back(squeezed(sets[0], seed));
+  return sets;
+}
+
 Mesh extract_with_threads(int threads, FieldKind field) {
   const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
                                     static_cast<std::size_t>(threads));
@@ -35,7 +45,7 @@ Mesh extract_with_threads(int threads, FieldKind field) {
 }
 
 TEST(Determinism, any_number_of_threads_gives_the_same_bits) {
-  for (const FieldKind field : {FieldKind::kGaussian, FieldKind::kInverseSquare}) {
+  for (const FieldKind field : kEveryField) {
     const Mesh one = extract_with_threads(1, field);
     ASSERT_FALSE(one.triangles.empty());
     for (int threads : {2, 3, 7}) expect_same_mesh(extract_with_threads(threads, field), one);
@@ -51,16 +61,17 @@ class ScalarBackend : public CpuBackend {
 TEST(Determinism, one_point_at_a_time_gives_the_bits_of_eight) {
   Extraction<ScalarBackend> scalar;
   const auto lanes = make_cpu_extractor();
-  for (const FieldKind field : {FieldKind::kGaussian, FieldKind::kInverseSquare}) {
+  for (const FieldKind field : kEveryField) {
     ExtractSettings settings;
     settings.field = field;
     settings.refine_steps = 2;
-    const std::vector<Ball> balls = random_balls(150, field, 31);
-    Mesh one, eight;
-    ASSERT_EQ(scalar.extract(balls, cube_grid(83, 1.6f), settings, one).code, ExtractCode::kOk);
-    ASSERT_EQ(lanes->extract(balls, cube_grid(83, 1.6f), settings, eight).code, ExtractCode::kOk);
-    ASSERT_FALSE(one.triangles.empty());
-    expect_same_mesh(one, eight);
+    for (const std::vector<Ball>& balls : ball_sets(150, field, 31)) {
+      Mesh one, eight;
+      ASSERT_EQ(scalar.extract(balls, cube_grid(83, 1.6f), settings, one).code, ExtractCode::kOk);
+      ASSERT_EQ(lanes->extract(balls, cube_grid(83, 1.6f), settings, eight).code, ExtractCode::kOk);
+      ASSERT_FALSE(one.triangles.empty());
+      expect_same_mesh(one, eight);
+    }
   }
 }
 
@@ -112,27 +123,29 @@ TEST_P(ParityTest, cuda_gives_the_bits_of_the_cpu) {
     settings.iso = c.iso;
     settings.cutoff = c.cutoff;
     settings.refine_steps = c.refine_steps;
-    const std::vector<Ball> balls = random_balls(c.balls, GetParam(), ++seed);
-    const Grid grid = cube_grid(c.points, 1.55f);
-    Mesh from_cpu, from_cuda;
-    ASSERT_EQ(cpu->extract(balls, grid, settings, from_cpu).code, ExtractCode::kOk);
-    status = cuda->extract(balls, grid, settings, from_cuda);
-    ASSERT_EQ(status.code, ExtractCode::kOk) << status.message;
-    expect_same_mesh(from_cuda, from_cpu);
-    std::vector<Vec3> points;
-    for (const Ball& ball : random_balls(10007, GetParam(), seed + 50))
-      points.push_back(ball.center * 1.6f);
-    std::vector<float> cpu_values, cuda_values;
-    ASSERT_EQ(cpu->sample(balls, points, settings, cpu_values).code, ExtractCode::kOk);
-    ASSERT_EQ(cuda->sample(balls, points, settings, cuda_values).code, ExtractCode::kOk);
-    EXPECT_TRUE(same_bits(cpu_values, cuda_values));
+    ++seed;
+    for (const std::vector<Ball>& balls : ball_sets(c.balls, GetParam(), seed)) {
+      const Grid grid = cube_grid(c.points, 1.55f);
+      Mesh from_cpu, from_cuda;
+      ASSERT_EQ(cpu->extract(balls, grid, settings, from_cpu).code, ExtractCode::kOk);
+      status = cuda->extract(balls, grid, settings, from_cuda);
+      ASSERT_EQ(status.code, ExtractCode::kOk) << status.message;
+      expect_same_mesh(from_cuda, from_cpu);
+      std::vector<Vec3> points;
+      for (const Ball& ball : random_balls(10007, GetParam(), seed + 50))
+        points.push_back(ball.center * 1.6f);
+      std::vector<float> cpu_values, cuda_values;
+      ASSERT_EQ(cpu->sample(balls, points, settings, cpu_values).code, ExtractCode::kOk);
+      ASSERT_EQ(cuda->sample(balls, points, settings, cuda_values).code, ExtractCode::kOk);
+      EXPECT_TRUE(same_bits(cpu_values, cuda_values));
+    }
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Cuda, ParityTest,
-                         testing::Values(FieldKind::kGaussian, FieldKind::kInverseSquare),
+INSTANTIATE_TEST_SUITE_P(Cuda, ParityTest, testing::ValuesIn(kEveryField),
                          [](const testing::TestParamInfo<FieldKind>& field) {
                            return field.param == FieldKind::kGaussian ? "Gaussian"
+                                  : field.param == FieldKind::kWyvill ? "Wyvill"
                                                                       : "InverseSquare";
                          });
 

@@ -51,6 +51,67 @@ TEST_P(SurfaceTest, lone_inverse_square_ball_is_its_sphere) {
             kPlacement * static_cast<double>(grid.cell));
 }
 
+/// How far the points are from { d^T shape d = radius^2 }, to first order.
+double furthest_from_ellipsoid(const Mesh& mesh, const Ball& ball, double radius) {
+  double worst = 0;
+  const Sym3& s = ball.shape;
+  for (const Vec3 p : mesh.positions) {
+    const Vec3 d = p - ball.center;
+    const Vec3 g = {s.xx * d.x + s.xy * d.y + s.xz * d.z, s.xy * d.x + s.yy * d.y + s.yz * d.z,
+                    s.xz * d.x + s.yz * d.y + s.zz * d.z};
+    worst = std::max(worst, std::fabs(static_cast<double>(quadratic(s, d)) - radius * radius) /
+                                (2 * static_cast<double>(length(g))));
+  }
+  return worst;
+}
+
+TEST_P(SurfaceTest, lone_ellipsoid_is_its_ellipsoid) {
+  Ball ball = gaussian_ball({0.013f, -0.021f, 0.007f}, 0.5f);
+  for (const Vec3 axes : {Vec3{2, 1, 0.5f}, Vec3{1, 1, 3}, Vec3{1, 0.4f, 1}}) {
+    ball.shape = shape_of(axes, 0.4, 1.1);
+    const Grid grid = cube_grid(70, 1.5f);
+    const Mesh mesh = extract({ball}, grid);
+    expect_sound(mesh);
+    EXPECT_EQ(euler_of(mesh), 2);
+    EXPECT_LT(furthest_from_ellipsoid(mesh, ball, 0.5),
+              kPlacement * static_cast<double>(grid.cell));
+    EXPECT_NEAR(volume_of(mesh) / (4.0 / 3 * kPi * 0.125), 1, 0.01);
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+      const Vec3 d = mesh.positions[i] - ball.center;
+      const Sym3& s = ball.shape;
+      const Vec3 out =
+          normalized({s.xx * d.x + s.xy * d.y + s.xz * d.z, s.xy * d.x + s.yy * d.y + s.yz * d.z,
+                      s.xz * d.x + s.yz * d.y + s.zz * d.z});
+      ASSERT_GT(dot(out, mesh.normals[i]), 0.99999f);
+    }
+  }
+}
+
+TEST_P(SurfaceTest, round_balls_among_ellipsoids_are_as_alone) {
+  // The long path with round shapes; a far ellipsoid forces it.
+  std::vector<Ball> balls = {gaussian_ball({0.02f, 0, 0}, 0.4f)};
+  const Grid grid = cube_grid(40, 0.8f);
+  const Mesh alone = extract(balls, grid);
+  balls.push_back(gaussian_ball({50, 0, 0}, 0.3f));
+  balls.back().shape = shape_of({2, 1, 1}, 0, 0);
+  const Mesh among = extract(balls, grid);
+  ASSERT_TRUE(same_bits(among.triangles, alone.triangles));
+  for (std::size_t i = 0; i < alone.positions.size(); ++i)
+    ASSERT_LT(length(among.positions[i] - alone.positions[i]), 1e-5f);
+}
+
+TEST_P(SurfaceTest, lone_wyvill_ball_is_its_sphere) {
+  ExtractSettings settings;
+  settings.field = FieldKind::kWyvill;
+  settings.iso = 0.5f;  // C(1/4) = 1/2: the surface is at half the support (Wyvill 1986)
+  const Grid grid = cube_grid(47, 1.0f);
+  const Mesh mesh = extract({{{0.01f, 0.02f, 0.03f}, 1 / (1.4f * 1.4f), 1}}, grid, settings);
+  expect_sound(mesh);
+  EXPECT_EQ(euler_of(mesh), 2);
+  EXPECT_LT(furthest_from_radius(mesh, {0.01f, 0.02f, 0.03f}, 0.7),
+            kPlacement * static_cast<double>(grid.cell));
+}
+
 TEST_P(SurfaceTest, one_refining_step_is_exact_for_a_lone_gaussian_ball) {
   const Grid grid = cube_grid(12, 1.0f);  // coarse: 0.18 a cell
   for (int steps = 0; steps <= 4; ++steps) {
@@ -200,6 +261,11 @@ TEST_P(SurfaceTest, bad_input_is_refused_with_a_reason) {
   refused({{{0, 0, 0}, 1, -inf}}, grid, {}, "ball 0");
   refused({{{0, 0, 0}, 0, 1}}, grid, {}, "a > 0");
   refused({{{0, 0, 0}, -1, 1}}, grid, {}, "a > 0");
+  Ball flat = good;
+  flat.shape = {1, 1, 1, 2, 0, 0};
+  refused({good, good, flat}, grid, {}, "ball 2 has a shape");
+  flat.shape = {1, nan, 1, 0, 0, 0};
+  refused({flat}, grid, {}, "shape");
   refused({good}, {{0, 0, 0}, 0.1f, {1, 20, 20}}, {}, "1 x 20 x 20");
   refused({good}, {{0, 0, 0}, 0.1f, {1 << 21, 20, 20}}, {}, "coarser");
   refused({good}, {{0, 0, 0}, 0.0f, {20, 20, 20}}, {}, "cell");

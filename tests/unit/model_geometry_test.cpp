@@ -8,6 +8,7 @@
 #include "model/inside.h"
 #include "model/normals.h"
 #include "model/shapes.h"
+#include "model/solid_angle.h"
 #include "model_testing.h"
 
 namespace polymorph {
@@ -296,6 +297,79 @@ TEST(Winding, SurvivesHolesDoubledFacesAndOverlaps) {
   EXPECT_TRUE(InsideTest(crossing).inside({0.5f, 0.5f, 0.5f})) << "inside both";
   EXPECT_FALSE(InsideTest(crossing, InsideRule::kParity).inside({0.5f, 0.5f, 0.5f}))
       << "the report's rule";
+}
+
+TEST_P(BothRules, TouchingShellsAndCavitiesAreWhatTheyEnclose) {
+  // Two boxes share a whole side, both in place twice; a third touches them in an edge; one holds
+  // a cavity.
+  Model model = box_model({0, 0, 0}, {4, 4, 4});
+  add_box(model, {4, 0, 0}, {8, 4, 4});
+  add_box(model, {8, 4, 0}, {9, 5, 4});
+  add_box(model, {1, 1, 1}, {3, 3, 3}, true);
+  const InsideTest test(model, GetParam());
+  for (const Vec3 p : random_points(model.box(), 4000)) {
+    const auto in = [&](Vec3 low, Vec3 high) {
+      return p.x > low.x && p.x < high.x && p.y > low.y && p.y < high.y && p.z > low.z &&
+             p.z < high.z;
+    };
+    const bool expected =
+        (in({0, 0, 0}, {8, 4, 4}) && !in({1, 1, 1}, {3, 3, 3})) || in({8, 4, 0}, {9, 5, 4});
+    EXPECT_EQ(test.inside(p), expected) << p.x << " " << p.y << " " << p.z;
+  }
+}
+
+TEST_P(BothRules, AnInvertedPartIsInsideForTheRayButNotForTheWinding) {
+  Model model = box_model({0, 0, 0}, {1, 1, 1});
+  add_box(model, {2, 0, 0}, {3, 1, 1}, true);
+  const InsideTest test(model, GetParam());
+  EXPECT_TRUE(test.inside({0.5f, 0.5f, 0.5f}));
+  EXPECT_EQ(test.inside({2.5f, 0.5f, 0.5f}), GetParam() == InsideRule::kParity);
+  EXPECT_FALSE(test.inside({1.5f, 0.5f, 0.5f}));
+}
+
+TEST(Winding, CountsTheTurnsOfManyCoatsAroundOnePoint) {
+  // The sum is three turns, which products of complex numbers only give if turns are counted; each
+  // coat may be off by the 0.08 of one.
+  Model coats = shape("sphere");
+  const std::vector<Triangle> once = coats.triangles;
+  for (int coat = 0; coat < 2; ++coat)
+    coats.triangles.insert(coats.triangles.end(), once.begin(), once.end());
+  EXPECT_NEAR(InsideTest(coats).winding_number({0, 1, 0}), 3, 0.24);
+  EXPECT_NEAR(InsideTest(coats).winding_number({0, 1.9f, 0.1f}), 3, 0.24);
+  Model inward = coats;
+  for (Triangle& t : inward.triangles) std::swap(t.v[1], t.v[2]);
+  EXPECT_NEAR(InsideTest(inward).winding_number({0, 1.9f, 0.1f}), -3, 0.24);
+  // A corner of the model itself is an answer, not a NaN.
+  EXPECT_TRUE(std::isfinite(InsideTest(coats).winding_number(coats.points[17])));
+}
+
+TEST(Winding, OfLongThinTrianglesAgreesWithTheSumOverAll) {
+  // An open tube of slivers, 2 x 0.003: no group of them is ever far away.
+  Model tube;
+  constexpr int kSlats = 1000;
+  for (int i = 0; i < kSlats; ++i) {
+    const double u = 2 * M_PI * i / kSlats;
+    for (const float y : {-1.0f, 1.0f})
+      tube.points.push_back(
+          {static_cast<float>(std::cos(u)) / 2, y, static_cast<float>(-std::sin(u)) / 2});
+  }
+  for (std::uint32_t i = 0; i < kSlats; ++i) {
+    const std::uint32_t a = 2 * i, b = 2 * ((i + 1) % kSlats);
+    tube.triangles.push_back({{a, b, b + 1}});
+    tube.triangles.push_back({{a, b + 1, a + 1}});
+  }
+  const InsideTest test(tube);
+  for (const Vec3 p : random_points(tube.box(), 1000)) {
+    if (std::abs(std::hypot(p.x, p.z) - 0.5f) < 0.01f) continue;
+    double sum = 0;
+    for (const Triangle& t : tube.triangles) {
+      const HalfAngle half = half_solid_angle(Vec3d(tube.points[t.v[0]]) - Vec3d(p),
+                                              Vec3d(tube.points[t.v[1]]) - Vec3d(p),
+                                              Vec3d(tube.points[t.v[2]]) - Vec3d(p));
+      sum += std::atan2(half.num, half.den) / (2 * M_PI);
+    }
+    EXPECT_NEAR(test.winding_number(p), sum, 0.02);
+  }
 }
 
 TEST(Winding, AnEmptyModelHasNoInside) {

@@ -1,0 +1,54 @@
+// A hierarchy of boxes over triangles, eight children a node: for closest points, rays and pairs.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/box.h"
+#include "kernels/types.h"
+
+namespace polymorph {
+
+struct TriangleBvh {
+  static constexpr int kWidth = 8;
+  static constexpr std::size_t kLeafTriangles = 8;
+  static constexpr std::uint32_t kNone = 0xffffffffu;
+  /// Deep enough for any traversal: seven children wait on each level, and eight-fold nodes over
+  /// 2^32 triangles are at most 12 levels deep.
+  static constexpr int kStackSize = 96;
+
+  /// Boxes by coordinate and child, so that one loop handles the children side by side. Absent
+  /// children have an empty box and `child` kNone.
+  struct Node {
+    float low[3][kWidth], high[3][kWidth];
+    std::uint32_t child[kWidth];  ///< a node, or with `count` > 0 the first slot of a leaf
+    std::uint32_t count[kWidth];
+  };
+  struct Corners {
+    Vec3 p[3];
+  };
+
+  std::vector<Node> nodes;  ///< the root first; empty without triangles
+  /// By slot: leaves one after the other, each beginning at a multiple of kLeafTriangles.
+  std::vector<Corners> corners;
+  std::vector<std::uint32_t> triangles;  ///< by slot: the triangle's own index, or kNone
+};
+
+/// A function of its arguments alone.
+TriangleBvh build_triangle_bvh(std::span<const Vec3> points, std::span<const Triangle> triangles);
+
+/// Which children of a node the box touches, as bits.
+inline unsigned children_touching(const TriangleBvh::Node& node, const Box& box) {
+  unsigned touching = 0;
+  for (int k = 0; k < TriangleBvh::kWidth; ++k) {
+    const bool apart = node.low[0][k] > box.high.x || node.high[0][k] < box.low.x ||
+                       node.low[1][k] > box.high.y || node.high[1][k] < box.low.y ||
+                       node.low[2][k] > box.high.z || node.high[2][k] < box.low.z;
+    touching |= (apart || node.child[k] == TriangleBvh::kNone ? 0u : 1u) << k;
+  }
+  return touching;
+}
+
+}  // namespace polymorph

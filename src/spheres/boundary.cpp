@@ -1,0 +1,120 @@
+#include "spheres/boundary.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nanoflann.hpp>
+#include <numeric>
+
+#include "base/morton.h"
+#include "base/parallel.h"
+#include "model/sample_surface.h"
+
+namespace polymorph {
+namespace {
+
+/// The samples as nanoflann reads them.
+struct Points {
+  const std::vector<BoundarySample>& samples;
+  std::size_t kdtree_get_point_count() const { return samples.size(); }
+  float kdtree_get_pt(std::size_t i, std::size_t axis) const {
+    const Vec3& p = samples[i].point;
+    return axis == 0 ? p.x : axis == 1 ? p.y : p.z;
+  }
+  template <class B>
+  bool kdtree_get_bbox(B&) const {
+    return false;
+  }
+};
+using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Points>,
+                                                 Points, 3, std::uint32_t>;
+
+/// The largest ball that touches the boundary in sample `i` from the side `inward` points to and
+/// holds no other sample: a ball through p with its centre on the normal shrinks until the sample
+/// nearest to its centre lies on it (Ma, Bae, Choi 2012): r <- |p-q|^2 / (2 n . (p-q)).
+float shrinking_ball(const Tree& tree, const std::vector<BoundarySample>& samples, std::size_t i,
+                     Vec3 inward, float radius) {
+  // Samples of the same smooth sheet see each other under a small angle; a ball that shrinks on
+  // their account measures facets and noise, not the solid.
+  constexpr float kLeastCosine = 0.87f;  // 30 degrees
+  const Vec3 p = samples[i].point;
+  for (int step = 0; step < 30; ++step) {
+    const Vec3 c = p + inward * radius;
+    const float query[3] = {c.x, c.y, c.z};
+    std::uint32_t nearest = 0;
+    float distance2 = 0;
+    tree.knnSearch(query, 1, &nearest, &distance2);
+    if (nearest == i || !(distance2 < radius * radius * (1 - 1e-4f))) break;
+    const Vec3 q = samples[nearest].point, d = q - p;
+    const float along = dot(d, inward);
+    if (!(along > 0)) break;
+    const float next = dot(d, d) / (2 * along);
+    // Seen from the new centre.
+    const Vec3 center = p + inward * next;
+    if (step > 0 && dot(normalized(p - center), normalized(q - center)) > kLeastCosine) break;
+    if (!(next < radius * (1 - 1e-4f))) break;
+    radius = next;
+  }
+  return radius;
+}
+
+void measure_balls(std::vector<BoundarySample>& samples, float diagonal) {
+  const Points points{samples};
+  const Tree tree(3, points, nanoflann::KDTreeSingleIndexAdaptorParams(12));
+  parallel_for(
+      static_cast<std::int64_t>(samples.size()),
+      [&](std::int64_t k) {
+        const auto i = static_cast<std::size_t>(k);
+        const Vec3 n = samples[i].normal;
+        samples[i].inner_radius = shrinking_ball(tree, samples, i, -n, diagonal / 2);
+        samples[i].outer_radius = shrinking_ball(tree, samples, i, n, diagonal / 2);
+      },
+      64);
+}
+
+/// Keeps the surface samples with inside on exactly one side, their normals turned outward.
+std::vector<BoundarySample> on_boundary(const std::vector<SurfaceSample>& surface,
+                                        const InsideTest& inside, float diagonal) {
+  const float step = 2e-4f * diagonal;
+  std::vector<Vec3> probes;
+  probes.reserve(2 * surface.size());
+  for (const SurfaceSample& s : surface) {
+    probes.push_back(s.point + s.normal * step);
+    probes.push_back(s.point - s.normal * step);
+  }
+  const std::vector<std::uint8_t> in = inside.inside(probes);
+  std::vector<BoundarySample> samples;
+  for (std::size_t i = 0; i < surface.size(); ++i) {
+    const bool front = in[2 * i] != 0, back = in[2 * i + 1] != 0;
+    if (front == back) continue;
+    samples.push_back({surface[i].point, front ? -surface[i].normal : surface[i].normal, 0, 0});
+  }
+  return samples;
+}
+
+}  // namespace
+
+std::vector<BoundarySample> sample_boundary(const Model& model, const InsideTest& inside,
+                                            std::size_t count) {
+  const Box box = model.box();
+  const float diagonal = box.diagonal();
+  std::vector<BoundarySample> samples = on_boundary(sample_surface(model, count), inside, diagonal);
+  // Faces within the solid took their share: draw as many more.
+  if (samples.size() * 10 < count * 9 && !samples.empty()) {
+    const std::size_t more = std::min(count * count / samples.size(), 8 * count);
+    samples = on_boundary(sample_surface(model, more), inside, diagonal);
+  }
+  std::vector<std::uint64_t> keys(samples.size());
+  for (std::size_t i = 0; i < keys.size(); ++i) keys[i] = morton_key(samples[i].point, box);
+  std::vector<std::uint32_t> order(samples.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return keys[a] != keys[b] ? keys[a] < keys[b] : a < b;
+  });
+  std::vector<BoundarySample> sorted;
+  sorted.reserve(samples.size());
+  for (const std::uint32_t i : order) sorted.push_back(samples[i]);
+  measure_balls(sorted, diagonal);
+  return sorted;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,308 @@
+#include "spheres/fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/morton.h"
+#include "base/random.h"
+#include "base/result.h"
+#include "spheres/fit_field.h"
+#include "spheres/fit_step.h"
+
+namespace polymorph {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+Vector3d to_eigen(Vec3 p) { return {p.x, p.y, p.z}; }
+
+/// A model's wishes, and the fit so far.
+struct Fit {
+  std::vector<FitBall> balls;
+  std::vector<FitPoint> points;  ///< three a sample (surface, outside, inside), then free ones
+  std::vector<FitPoint> free;    ///< free points that were never on the wrong side
+  std::size_t sample_count = 0;
+  double length = 1;
+  int numbers = kEllipsoidNumbers;
+  double damping = 1e-2;
+  FitRows rows;
+};
+
+FitBall ball_of(const Sphere& sphere) {
+  // A lone ball of w = 4 has its surface at its sphere; the field is steep enough to be local, and
+  // flat enough to feel what is near.
+  constexpr double kWeight = 4;
+  FitBall ball;
+  ball.center = to_eigen(sphere.center);
+  ball.root = Matrix3d::Identity() * (std::sqrt(kWeight) / static_cast<double>(sphere.radius));
+  ball.w = kWeight;
+  return ball;
+}
+
+void add_samples(Fit& fit, const std::vector<BoundarySample>& samples) {
+  // Offsets stay well within the wall and the gap that the sample's balls measured.
+  const auto offset_in = [&](float radius) {
+    return std::min(0.01 * fit.length, 0.5 * static_cast<double>(radius));
+  };
+  constexpr double kOffsetWeight = 0.05;
+  for (const BoundarySample& s : samples) {
+    const Vector3d p = to_eigen(s.point), n = to_eigen(s.normal);
+    const double out = offset_in(s.outer_radius), in = offset_in(s.inner_radius);
+    fit.points.push_back({p, 0, 1, FitPoint::Rule::kSurface});
+    fit.points.push_back({p + out * n, -out, kOffsetWeight, FitPoint::Rule::kOffset});
+    fit.points.push_back({p - in * n, in, kOffsetWeight, FitPoint::Rule::kOffset});
+  }
+  fit.sample_count = samples.size();
+}
+
+/// Points that only say on which side they are, in Morton order: one within each sample's inner
+/// ball, one within its outer ball, and a lattice through the box. A fit that looks at the surface
+/// alone grows holes within and phantom blobs without, where no sample notices.
+std::vector<FitPoint> free_points(const std::vector<BoundarySample>& samples,
+                                  const InsideTest& inside, const Box& box) {
+  constexpr double kFreeWeight = 0.1;
+  const Vec3 margin = box.size() * 0.05f + Vec3{1, 1, 1} * (0.01f * box.diagonal());
+  const Box wide{box.low - margin, box.high + margin};
+  struct Free {
+    Vec3 point;
+    bool inside;
+  };
+  std::vector<Free> all;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    // A ball that touches the boundary in p holds no boundary: from p to nearly its far end a point
+    // is known to lie inside (outside) without asking.
+    const BoundarySample& s = samples[i];
+    const float deep = random_float(1, 0, i), out = random_float(1, 1, i);
+    all.push_back({s.point - s.normal * (1.8f * s.inner_radius * deep), true});
+    // Farther out the lattice does.
+    const float reach = std::min(1.8f * s.outer_radius, 0.1f * box.diagonal());
+    all.push_back({s.point + s.normal * (reach * out), false});
+  }
+  std::vector<Vec3> lattice(samples.size());
+  for (std::size_t i = 0; i < lattice.size(); ++i) {
+    // A rank-1 lattice (powers of 1 / 1.2207...): even, without rows.
+    const auto part = [&](double step) {
+      return static_cast<float>(std::fmod(0.5 + step * static_cast<double>(i + 1), 1.0));
+    };
+    lattice[i] = wide.low + wide.size() * Vec3{part(0.8191725133961645), part(0.6710436067037893),
+                                               part(0.5497004779019703)};
+  }
+  const std::vector<std::uint8_t> in = inside.inside(lattice);
+  for (std::size_t i = 0; i < lattice.size(); ++i) all.push_back({lattice[i], in[i] != 0});
+  std::vector<std::pair<std::uint64_t, std::size_t>> order(all.size());
+  for (std::size_t i = 0; i < all.size(); ++i) order[i] = {morton_key(all[i].point, wide), i};
+  std::sort(order.begin(), order.end());
+  std::vector<FitPoint> points;
+  for (const auto& [key, i] : order)
+    points.push_back({to_eigen(all[i].point), 0, kFreeWeight,
+                      all[i].inside ? FitPoint::Rule::kInside : FitPoint::Rule::kOutside});
+  return points;
+}
+
+/// Takes up the free points that the fit has on the wrong side. Most never are, and cost one look a
+/// round instead of one a step; those once taken up stay.
+void add_wrong(Fit& fit) {
+  const std::vector<double> psi = psi_at(fit.balls, fit.free);
+  std::vector<FitPoint> right;
+  for (std::size_t i = 0; i < fit.free.size(); ++i) {
+    const bool wrong = (psi[i] > 0) != (fit.free[i].rule == FitPoint::Rule::kInside);
+    (wrong ? fit.points : right).push_back(fit.free[i]);
+  }
+  fit.free = std::move(right);
+}
+
+/// The ball after its part of a step, each number clamped.
+FitBall moved(const FitBall& ball, const double* step, int numbers, double length) {
+  FitBall next = ball;
+  const double shift = std::hypot(step[1], step[2], step[3]);
+  const double most_shift = 0.02 * length;
+  next.w += std::clamp(step[0], -2.0, 2.0);
+  next.center +=
+      Vector3d(step[1], step[2], step[3]) * (shift > most_shift ? most_shift / shift : 1.0);
+  Matrix3d d;
+  if (numbers == kRoundNumbers) {
+    d = Matrix3d::Identity() * step[4];
+  } else {
+    d << step[4], step[7], step[8], step[7], step[5], step[9], step[8], step[9], step[6];
+  }
+  constexpr double kMostStretch = 0.4;
+  if (const double size = d.norm(); size > kMostStretch) d *= kMostStretch / size;
+  next.root = (Matrix3d::Identity() + d / 2 + d * d / 8) * ball.root;
+  return next;
+}
+
+/// Holds an ellipsoid's axes within what the samples can tell and the surface grid can show.
+void limit_axes(FitBall& ball, double length) {
+  constexpr double kMostRatio = 8;
+  const double most_root = 2 / (0.002 * length), least_root = 0.5 / length;
+  Eigen::JacobiSVD<Matrix3d> svd(ball.root, Eigen::ComputeFullV);
+  Vector3d s = svd.singularValues();  // falling
+  const double high = std::min(s[0], most_root);
+  const Vector3d limited = s.cwiseMin(high).cwiseMax(std::max(high / kMostRatio, least_root));
+  if (limited == s) return;
+  ball.root = limited.asDiagonal() * svd.matrixV().transpose();
+}
+
+void evaluate(Fit& fit) { fit.rows = fit_rows(fit.balls, fit.points, fit.length, fit.numbers); }
+
+/// One Levenberg-Marquardt step; false when no damping makes the cost fall.
+bool improve(Fit& fit) {
+  for (int attempt = 0; attempt < 6; ++attempt) {
+    const std::vector<double> step =
+        damped_step(fit.rows, fit.balls.size(), fit.numbers, fit.damping);
+    std::vector<FitBall> next(fit.balls.size());
+    for (std::size_t i = 0; i < next.size(); ++i) {
+      next[i] = moved(fit.balls[i], step.data() + i * static_cast<std::size_t>(fit.numbers),
+                      fit.numbers, fit.length);
+      limit_axes(next[i], fit.length);
+    }
+    FitRows rows = fit_rows(next, fit.points, fit.length, fit.numbers);
+    if (rows.cost < fit.rows.cost) {
+      fit.balls = std::move(next);
+      fit.rows = std::move(rows);
+      fit.damping = std::max(fit.damping / 2, 1e-5);
+      return true;
+    }
+    fit.damping = std::min(fit.damping * 4, 1e4);
+  }
+  return false;
+}
+
+/// What each ball is worth: the squared error that taking it away would cause, to first order.
+std::vector<double> ball_worths(const Fit& fit) {
+  std::vector<double> worths(fit.balls.size(), 0.0);
+  for (std::size_t s = 0; s < fit.sample_count; ++s) {
+    const std::size_t p = 3 * s;
+    for (std::uint32_t e = fit.rows.begins[p]; e < fit.rows.begins[p + 1]; ++e) {
+      // Without the ball psi falls by ln(1 - q).
+      const double q = std::min(static_cast<double>(fit.rows.shares[e]), 0.999);
+      const double shift = std::min(-std::log1p(-q) / fit.rows.steepness[p], 0.05 * fit.length);
+      worths[fit.rows.balls[e]] += shift * shift;
+    }
+  }
+  return worths;
+}
+
+/// Takes the balls that are worth least to where the error is largest: into the medial ball of a
+/// sample that the field leaves out, or beside a ball that is asked for two shapes at once.
+void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double share) {
+  const std::vector<double> worths = ball_worths(fit);
+  std::vector<std::size_t> cheap(fit.balls.size());
+  std::iota(cheap.begin(), cheap.end(), std::size_t{0});
+  std::sort(cheap.begin(), cheap.end(), [&](std::size_t a, std::size_t b) {
+    return worths[a] != worths[b] ? worths[a] < worths[b] : a < b;
+  });
+  // Error each ball is responsible for.
+  std::vector<double> blame(fit.balls.size(), 0.0);
+  for (std::size_t s = 0; s < fit.sample_count; ++s) {
+    const std::size_t p = 3 * s;
+    const double e = fit.rows.psi[p] / fit.rows.steepness[p];
+    for (std::uint32_t k = fit.rows.begins[p]; k < fit.rows.begins[p + 1]; ++k)
+      blame[fit.rows.balls[k]] += static_cast<double>(fit.rows.shares[k]) * e * e;
+  }
+  std::vector<std::size_t> worst(fit.balls.size());
+  std::iota(worst.begin(), worst.end(), std::size_t{0});
+  std::sort(worst.begin(), worst.end(), [&](std::size_t a, std::size_t b) {
+    return blame[a] != blame[b] ? blame[a] > blame[b] : a < b;
+  });
+  const auto moves = static_cast<std::size_t>(share * static_cast<double>(fit.balls.size()));
+  std::vector<std::uint8_t> taken(fit.balls.size(), 0);
+  // The worst sample of each ball's realm.
+  std::vector<std::size_t> worst_sample(fit.balls.size(), fit.sample_count);
+  std::vector<double> worst_error(fit.balls.size(), 0.0);
+  for (std::size_t s = 0; s < fit.sample_count; ++s) {
+    const std::size_t p = 3 * s;
+    const double e = std::abs(fit.rows.psi[p] / fit.rows.steepness[p]);
+    for (std::uint32_t k = fit.rows.begins[p]; k < fit.rows.begins[p + 1]; ++k) {
+      const double mine = e * static_cast<double>(fit.rows.shares[k]);
+      if (mine > worst_error[fit.rows.balls[k]])
+        worst_error[fit.rows.balls[k]] = mine, worst_sample[fit.rows.balls[k]] = s;
+    }
+  }
+  std::size_t done = 0;
+  for (std::size_t i = 0; i < worst.size() && done < moves; ++i) {
+    const std::size_t from = cheap[done], at = worst[i];
+    if (worths[from] * 2 > blame[at] || taken[at] || from == at) break;
+    const std::size_t s = worst_sample[at];
+    if (s == fit.sample_count) continue;
+    taken[from] = taken[at] = 1;
+    ++done;
+    if (fit.rows.psi[3 * s] < 0) {  // the sample lies outside the field: fill it in
+      const BoundarySample& sample = samples[s];
+      const float r = std::max(sample.inner_radius, 0.004f * static_cast<float>(fit.length));
+      fit.balls[from] = ball_of({sample.point - sample.normal * r, r});
+      // As strong as it takes to bring the field at the sample to 1.
+      fit.balls[from].w += std::log(-std::expm1(std::max(fit.rows.psi[3 * s], -40.0)));
+      continue;
+    }
+    // Two halves along the ball's longest axis.
+    FitBall& ball = fit.balls[at];
+    Eigen::JacobiSVD<Matrix3d> svd(ball.root, Eigen::ComputeFullV);
+    const Vector3d axis = svd.matrixV().col(2) / svd.singularValues()[2];
+    ball.root *= 1.15;
+    ball.w -= 0.5;
+    FitBall twin = ball;
+    ball.center += 0.6 * axis;
+    twin.center -= 0.6 * axis;
+    fit.balls[from] = twin;
+  }
+}
+
+Ball finished(const FitBall& fitted) {
+  const Matrix3d a = fitted.root.transpose() * fitted.root;
+  const double size = std::cbrt(a.determinant());
+  const auto f = [&](double v) { return static_cast<float>(v / size); };
+  Ball ball;
+  ball.center = {static_cast<float>(fitted.center[0]), static_cast<float>(fitted.center[1]),
+                 static_cast<float>(fitted.center[2])};
+  ball.a = static_cast<float>(size);
+  ball.w = static_cast<float>(fitted.w);
+  ball.shape = {f(a(0, 0)), f(a(1, 1)), f(a(2, 2)), f(a(0, 1)), f(a(0, 2)), f(a(1, 2))};
+  return ball;
+}
+
+}  // namespace
+
+FitResult fit_balls(const std::vector<BoundarySample>& samples, const InsideTest& inside,
+                    const Box& box, const std::vector<Sphere>& spheres,
+                    const FitSettings& settings) {
+  PM_CHECK(!spheres.empty() && !samples.empty());
+  Fit fit;
+  fit.length = static_cast<double>(box.diagonal());
+  fit.numbers = settings.ellipsoids ? kEllipsoidNumbers : kRoundNumbers;
+  for (const Sphere& sphere : spheres) fit.balls.push_back(ball_of(sphere));
+  add_samples(fit, samples);
+  fit.free = free_points(samples, inside, box);
+  add_wrong(fit);
+  evaluate(fit);
+
+  FitResult result;
+  const int per_round = settings.iterations / (settings.rounds + 1);
+  for (int round = 0; round <= settings.rounds; ++round) {
+    const int end = round == settings.rounds ? settings.iterations : (round + 1) * per_round;
+    for (; result.iterations < end; ++result.iterations) {
+      if (!improve(fit)) break;
+      if (result.iterations % 4 == 3) {
+        add_wrong(fit);
+        evaluate(fit);
+      }
+    }
+    result.iterations = end;
+    if (round < settings.rounds) {
+      move_balls(fit, samples, 0.08);
+      add_wrong(fit);
+      fit.damping = 1e-2;
+      evaluate(fit);
+    }
+  }
+  double sum = 0;
+  for (std::size_t s = 0; s < fit.sample_count; ++s)
+    sum += std::pow(fit.rows.psi[3 * s] / fit.rows.steepness[3 * s], 2);
+  result.rms = std::sqrt(sum / static_cast<double>(fit.sample_count));
+  for (const FitBall& ball : fit.balls) result.balls.push_back(finished(ball));
+  return result;
+}
+
+}  // namespace polymorph

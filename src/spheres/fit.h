@@ -1,0 +1,36 @@
+// Balls whose surface is the model: a least-squares fit of a Gaussian field to a solid's boundary.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "model/inside.h"
+#include "model/model.h"
+#include "spheres/boundary.h"
+#include "spheres/spheres.h"
+
+namespace polymorph {
+
+struct FitSettings {
+  bool ellipsoids = true;  ///< let balls stretch; false: round ones only
+  int iterations = 30;     ///< Levenberg-Marquardt steps in all
+  int rounds = 3;          ///< times that the least useful balls move to the worst places
+};
+
+struct FitResult {
+  std::vector<Ball> balls;  ///< surface at field = 1, as many as spheres were given
+  double rms = 0;           ///< of the first-order distance at the samples, in scene units
+  int iterations = 0;
+};
+
+/// Moves, sizes and weighs Gaussian balls so that the surface psi = ln(field) = 0 passes through
+/// the boundary samples: minimizes the first-order signed distance e = psi / |grad psi| at the
+/// samples, at samples offset along the normal (target = the offset), and, where their sign is
+/// wrong, at points spread through the box, under Huber's loss. Levenberg-Marquardt over weight,
+/// centre and the six numbers of each ball's ellipsoid (docs/method.md, Fit). Starts from one ball
+/// a sphere (a = 4 / R^2, w = 4). Deterministic for any number of threads.
+FitResult fit_balls(const std::vector<BoundarySample>& samples, const InsideTest& inside,
+                    const Box& box, const std::vector<Sphere>& spheres,
+                    const FitSettings& settings);
+
+}  // namespace polymorph

@@ -1,0 +1,225 @@
+#include "spheres/fit_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/parallel.h"
+
+namespace polymorph {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr std::size_t kGroup = 32;  // points that share a list of balls
+
+/// Balls that may matter at the points of a group: those that can come within e^-9 of the largest.
+struct GroupList {
+  std::vector<std::uint32_t> balls;
+
+  GroupList(const std::vector<FitBall>& all, const std::vector<double>& norms,
+            const FitPoint* points, std::size_t count) {
+    constexpr double kNegligible = 9;
+    Vector3d low = points[0].point, high = low;
+    for (std::size_t i = 1; i < count; ++i) {
+      low = low.cwiseMin(points[i].point);
+      high = high.cwiseMax(points[i].point);
+    }
+    const Vector3d middle = (low + high) / 2;
+    const double radius = (high - low).norm() / 2;
+    std::vector<double> tops(all.size());
+    double least_top = -1e300;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const double distance = (all[i].root * (middle - all[i].center)).norm();
+      const double reach = norms[i] * radius;
+      const double near = std::max(0.0, distance - reach), far = distance + reach;
+      tops[i] = all[i].w - near * near;
+      least_top = std::max(least_top, all[i].w - far * far);
+    }
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (tops[i] > least_top - kNegligible) balls.push_back(static_cast<std::uint32_t>(i));
+  }
+};
+
+/// A point's residual as it counts.
+struct Loss {
+  double distance = 0;  ///< psi / steepness - target
+  double weight = 0;    ///< of its square, Huber's loss folded in (reweighted least squares)
+  double cost = 0;
+};
+
+Loss loss_of(const FitPoint& point, double psi, double steepness, double length) {
+  Loss loss;
+  loss.distance = psi / steepness - point.target;
+  double weight = point.weight;
+  switch (point.rule) {
+    case FitPoint::Rule::kSurface:
+      break;
+    case FitPoint::Rule::kInside:
+      if (psi > 0) weight = 0;
+      break;
+    case FitPoint::Rule::kOutside:
+      if (psi < 0) weight = 0;
+      break;
+    case FitPoint::Rule::kOffset:
+      // Steeper than a distance is harmless; flatter means that a second sheet is near.
+      if (loss.distance * point.target > 0) weight *= 0.2;
+      break;
+  }
+  const double huber = 0.01 * length, size = std::abs(loss.distance);
+  loss.cost = weight * (size <= huber ? size * size : huber * (2 * size - huber));
+  loss.weight = weight * (size <= huber ? 1 : huber / size);
+  return loss;
+}
+
+std::vector<double> norms_of(const std::vector<FitBall>& balls) {
+  std::vector<double> norms;
+  for (const FitBall& ball : balls) norms.push_back(ball.root.norm());
+  return norms;
+}
+
+/// Calls f(group, points, count) for all groups, in parallel.
+template <class F>
+void each_group(const std::vector<FitPoint>& points, const F& f) {
+  parallel_for(
+      static_cast<std::int64_t>((points.size() + kGroup - 1) / kGroup),
+      [&](std::int64_t k) {
+        const auto g = static_cast<std::size_t>(k);
+        f(g, points.data() + g * kGroup, std::min(kGroup, points.size() - g * kGroup));
+      },
+      8);
+}
+
+struct Term {
+  double q = 0;
+  Vector3d u, slope;  // u = root d; slope = root^T u
+};
+
+/// Rows of one group, appended.
+struct GroupRows {
+  std::vector<double> residuals, psi, steepness;
+  std::vector<std::uint32_t> counts, balls;
+  std::vector<float> shares, derivatives;
+  double cost = 0;
+};
+
+/// exp(w - u^2) of all listed balls, each over the largest; returns psi.
+double shares_at(const Vector3d& at, const std::vector<FitBall>& balls,
+                 const std::vector<std::uint32_t>& list, std::vector<Term>& terms) {
+  double top = -1e300;
+  for (std::size_t k = 0; k < list.size(); ++k) {
+    const FitBall& ball = balls[list[k]];
+    terms[k].u.noalias() = ball.root * (at - ball.center);
+    terms[k].q = ball.w - terms[k].u.squaredNorm();
+    top = std::max(top, terms[k].q);
+  }
+  double sum = 0;
+  for (std::size_t k = 0; k < list.size(); ++k)
+    sum += terms[k].q = terms[k].q > top - 12 ? std::exp(terms[k].q - top) : 0;
+  for (std::size_t k = 0; k < list.size(); ++k) terms[k].q /= sum;
+  return top + std::log(sum);
+}
+
+/// d (psi / g) / d (w, c, D) times `factor`, g = |grad psi|. `along` = root grad / g; where the
+/// steepness is held at its least, `ratio` = psi / g is given as 0. With t = w - u^2,
+/// dg = q (dt (-2 slope . grad / g - g) + (grad / g) . d(-2 slope)).
+struct Derivation {
+  Vector3d direction = Vector3d::Zero();  ///< grad / g
+  double steepness = 1, ratio = 0;
+};
+void derive(const Term& term, const FitBall& ball, const Derivation& at, double scale, int numbers,
+            std::vector<float>& out) {
+  const double factor = scale * term.q / at.steepness;
+  const Vector3d along = ball.root * at.direction;
+  const double by_t = 1 - at.ratio * (-2 * term.slope.dot(at.direction) - at.steepness);
+  const auto put = [&](double by_value, double by_slope) {
+    out.push_back(static_cast<float>(factor * (by_t * by_value - at.ratio * by_slope)));
+  };
+  put(1, 0);
+  const Vector3d turned = ball.root.transpose() * along;
+  for (int i = 0; i < 3; ++i) put(2 * term.slope[i], 2 * turned[i]);
+  const Vector3d& u = term.u;
+  if (numbers == kRoundNumbers) {
+    put(-u.squaredNorm(), -2 * along.dot(u));
+    return;
+  }
+  for (int i = 0; i < 3; ++i) put(-u[i] * u[i], -2 * along[i] * u[i]);
+  for (const auto& [i, j] : {std::pair{0, 1}, {0, 2}, {1, 2}})
+    put(-2 * u[i] * u[j], -2 * (along[i] * u[j] + along[j] * u[i]));
+}
+
+void add_rows(const FitPoint& point, const std::vector<FitBall>& balls,
+              const std::vector<std::uint32_t>& list, std::vector<Term>& terms, double length,
+              int numbers, GroupRows& rows) {
+  const double psi = shares_at(point.point, balls, list, terms);
+  Vector3d half_gradient = Vector3d::Zero();
+  for (std::size_t k = 0; k < list.size(); ++k) {
+    if (!(terms[k].q > 0)) continue;
+    terms[k].slope.noalias() = balls[list[k]].root.transpose() * terms[k].u;
+    half_gradient += terms[k].q * terms[k].slope;
+  }
+  const double slope = 2 * half_gradient.norm();
+  const double steepness = std::max(slope, 0.5 / length);
+  Derivation derivation{-2 * half_gradient / std::max(slope, 1e-300), steepness, 0};
+  if (slope == steepness) derivation.ratio = psi / steepness;
+  const Loss loss = loss_of(point, psi, steepness, length);
+  const double scale = std::sqrt(loss.weight);
+  rows.cost += loss.cost;
+  rows.residuals.push_back(scale * loss.distance);
+  rows.psi.push_back(psi);
+  rows.steepness.push_back(steepness);
+  std::uint32_t entries = 0;
+  for (std::size_t k = 0; scale > 0 && k < list.size(); ++k) {
+    constexpr double kLeastShare = 5e-3;
+    if (!(terms[k].q > kLeastShare)) continue;
+    ++entries;
+    rows.balls.push_back(list[k]);
+    rows.shares.push_back(static_cast<float>(terms[k].q));
+    derive(terms[k], balls[list[k]], derivation, scale, numbers, rows.derivatives);
+  }
+  rows.counts.push_back(entries);
+}
+
+}  // namespace
+
+FitRows fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
+                 double length, int numbers) {
+  const std::vector<double> norms = norms_of(balls);
+  std::vector<GroupRows> parts((points.size() + kGroup - 1) / kGroup);
+  each_group(points, [&](std::size_t g, const FitPoint* first, std::size_t count) {
+    const GroupList list(balls, norms, first, count);
+    std::vector<Term> terms(list.balls.size());
+    for (std::size_t i = 0; i < count; ++i)
+      add_rows(first[i], balls, list.balls, terms, length, numbers, parts[g]);
+  });
+  FitRows rows;
+  rows.begins.push_back(0);
+  const auto append = [](auto& to, const auto& from) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  for (const GroupRows& part : parts) {  // in order: the sums do not depend on threads
+    rows.cost += part.cost;
+    append(rows.residuals, part.residuals);
+    append(rows.psi, part.psi);
+    append(rows.steepness, part.steepness);
+    append(rows.balls, part.balls);
+    append(rows.shares, part.shares);
+    append(rows.derivatives, part.derivatives);
+    for (const std::uint32_t n : part.counts) rows.begins.push_back(rows.begins.back() + n);
+  }
+  return rows;
+}
+
+std::vector<double> psi_at(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points) {
+  const std::vector<double> norms = norms_of(balls);
+  std::vector<double> psi(points.size());
+  each_group(points, [&](std::size_t g, const FitPoint* first, std::size_t count) {
+    const GroupList list(balls, norms, first, count);
+    std::vector<Term> terms(list.balls.size());
+    for (std::size_t i = 0; i < count; ++i)
+      psi[g * kGroup + i] = shares_at(first[i].point, balls, list.balls, terms);
+  });
+  return psi;
+}
+
+}  // namespace polymorph

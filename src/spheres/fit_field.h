@@ -1,0 +1,58 @@
+// The field of the balls that are being fitted, its residuals and their derivatives.
+#pragma once
+
+#include <Eigen/Dense>
+#include <cstdint>
+#include <vector>
+
+#include "kernels/types.h"
+
+namespace polymorph {
+
+/// A ball while it is fitted: contributes exp(w - |root (x - center)|^2).
+struct FitBall {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d root = Eigen::Matrix3d::Identity();  ///< root^T root = a shape
+  double w = 0;
+};
+
+/// Numbers of a ball: w, centre (3), and the symmetric D (6) of root <- (1 + D/2) root, or its one
+/// diagonal number for round balls.
+inline constexpr int kEllipsoidNumbers = 10;
+inline constexpr int kRoundNumbers = 5;
+
+/// What is wanted at a point: psi / |grad psi| = target.
+struct FitPoint {
+  enum class Rule : std::uint8_t {
+    kSurface,  ///< as it stands
+    kInside,   ///< only psi > 0 matters: no residual where it holds
+    kOutside,  ///< only psi < 0 matters
+    /// Offset samples: little weight on the side where the field only falls faster than a distance.
+    kOffset,
+  };
+  Eigen::Vector3d point;
+  double target = 0;  ///< inside positive
+  double weight = 1;  ///< of the square
+  Rule rule = Rule::kSurface;
+};
+
+/// Residuals at the points and the rows of J: which balls each depends on, and how.
+struct FitRows {
+  std::vector<double> residuals;      ///< one a point, already times the root of its weight
+  std::vector<double> psi;            ///< one a point: ln of the field
+  std::vector<double> steepness;      ///< one a point: |grad psi|, at least 0.5 / length
+  std::vector<std::uint32_t> begins;  ///< first entry of each point, and one past the end
+  std::vector<std::uint32_t> balls;   ///< of each entry
+  std::vector<float> shares;          ///< q of each entry
+  std::vector<float> derivatives;     ///< `numbers` of each entry, times the root of the weight
+  double cost = 0;                    ///< sum of Huber's loss
+};
+
+/// `length` is the diagonal of the model's box; `numbers` of a ball 5 or 10.
+FitRows fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
+                 double length, int numbers);
+
+/// ln of the field at the points.
+std::vector<double> psi_at(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points);
+
+}  // namespace polymorph

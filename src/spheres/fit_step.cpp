@@ -1,0 +1,148 @@
+#include "spheres/fit_step.h"
+
+#include <cmath>
+
+#include "base/parallel.h"
+
+namespace polymorph {
+namespace {
+
+using Vector = std::vector<double>;
+
+/// J by balls: for each ball its entries, in the order of the points.
+struct ByBall {
+  std::vector<std::uint32_t> begins, entries, points;
+
+  ByBall(const FitRows& rows, std::size_t ball_count) {
+    begins.assign(ball_count + 1, 0);
+    for (const std::uint32_t ball : rows.balls) ++begins[ball + 1];
+    for (std::size_t i = 0; i < ball_count; ++i) begins[i + 1] += begins[i];
+    entries.resize(rows.balls.size());
+    points.resize(rows.balls.size());
+    std::vector<std::uint32_t> next(begins.begin(), begins.end() - 1);
+    for (std::size_t p = 0; p + 1 < rows.begins.size(); ++p)
+      for (std::uint32_t e = rows.begins[p]; e < rows.begins[p + 1]; ++e) {
+        const std::uint32_t slot = next[rows.balls[e]]++;
+        entries[slot] = e;
+        points[slot] = static_cast<std::uint32_t>(p);
+      }
+  }
+};
+
+/// The products with J and J^T that conjugate gradients need. kNumbers is known to the compiler, so
+/// the inner loops unroll.
+template <int kNumbers>
+class Solver {
+  using Block = Eigen::Matrix<double, kNumbers, kNumbers>;
+  using Column = Eigen::Matrix<double, kNumbers, 1>;
+  using Derivatives = Eigen::Map<const Eigen::Matrix<float, kNumbers, 1>>;
+
+ public:
+  Solver(const FitRows& rows, std::size_t ball_count, double damping)
+      : rows_(rows), by_ball_(rows, ball_count), ball_count_(ball_count) {
+    diagonal_.resize(ball_count * kNumbers);
+    blocks_.resize(ball_count);
+    each_ball([&](std::size_t b) {
+      Block block = Block::Zero();
+      for (std::uint32_t i = by_ball_.begins[b]; i < by_ball_.begins[b + 1]; ++i) {
+        const Column d = derivatives(by_ball_.entries[i]).template cast<double>();
+        block.noalias() += d * d.transpose();
+      }
+      // The floor keeps numbers that nothing depends on where they are.
+      const Column damped = damping * (block.diagonal().array() + 1e-9 * block.trace() + 1e-12);
+      block.diagonal() += damped;
+      Eigen::Map<Column>(diagonal_.data() + b * kNumbers) = damped;
+      blocks_[b] = block.inverse();
+    });
+  }
+
+  Vector solve() const {
+    constexpr int kMostSteps = 25;
+    constexpr double kTolerance = 0.1;  // of the residual: the step is damped and clamped anyway
+    Vector negative(rows_.residuals.size());
+    for (std::size_t i = 0; i < negative.size(); ++i) negative[i] = -rows_.residuals[i];
+    Vector residual = transposed_times(negative);
+    Vector step(residual.size(), 0.0), z = precondition(residual), direction = z;
+    double rho = dot(residual, z);
+    const double enough = kTolerance * kTolerance * rho;
+    for (int k = 0; k < kMostSteps && rho > enough && rho > 0; ++k) {
+      Vector image = transposed_times(times(direction));
+      for (std::size_t i = 0; i < image.size(); ++i) image[i] += diagonal_[i] * direction[i];
+      const double alpha = rho / dot(direction, image);
+      for (std::size_t i = 0; i < step.size(); ++i) {
+        step[i] += alpha * direction[i];
+        residual[i] -= alpha * image[i];
+      }
+      z = precondition(residual);
+      const double next = dot(residual, z);
+      for (std::size_t i = 0; i < step.size(); ++i) direction[i] = z[i] + next / rho * direction[i];
+      rho = next;
+    }
+    return step;
+  }
+
+ private:
+  template <class F>
+  void each_ball(const F& f) const {
+    parallel_for(
+        static_cast<std::int64_t>(ball_count_),
+        [&](std::int64_t b) { f(static_cast<std::size_t>(b)); }, 8);
+  }
+  Derivatives derivatives(std::uint32_t entry) const {
+    return Derivatives(rows_.derivatives.data() + static_cast<std::size_t>(entry) * kNumbers);
+  }
+  static double dot(const Vector& a, const Vector& b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+    return sum;
+  }
+  Vector times(const Vector& v) const {
+    Vector image(rows_.residuals.size());
+    parallel_for(
+        static_cast<std::int64_t>(image.size()),
+        [&](std::int64_t k) {
+          const auto p = static_cast<std::size_t>(k);
+          double sum = 0;
+          for (std::uint32_t e = rows_.begins[p]; e < rows_.begins[p + 1]; ++e)
+            sum += derivatives(e).template cast<double>().dot(
+                Eigen::Map<const Column>(v.data() + std::size_t{rows_.balls[e]} * kNumbers));
+          image[p] = sum;
+        },
+        1024);
+    return image;
+  }
+  Vector transposed_times(const Vector& r) const {
+    Vector image(ball_count_ * kNumbers);
+    each_ball([&](std::size_t b) {
+      Column sum = Column::Zero();
+      for (std::uint32_t i = by_ball_.begins[b]; i < by_ball_.begins[b + 1]; ++i)
+        sum += r[by_ball_.points[i]] * derivatives(by_ball_.entries[i]).template cast<double>();
+      Eigen::Map<Column>(image.data() + b * kNumbers) = sum;
+    });
+    return image;
+  }
+  Vector precondition(const Vector& r) const {
+    Vector z(r.size());
+    each_ball([&](std::size_t b) {
+      Eigen::Map<Column>(z.data() + b * kNumbers).noalias() =
+          blocks_[b] * Eigen::Map<const Column>(r.data() + b * kNumbers);
+    });
+    return z;
+  }
+
+  const FitRows& rows_;
+  ByBall by_ball_;
+  std::size_t ball_count_;
+  Vector diagonal_;  // what damping adds
+  std::vector<Block> blocks_;
+};
+
+}  // namespace
+
+std::vector<double> damped_step(const FitRows& rows, std::size_t ball_count, int numbers,
+                                double damping) {
+  return numbers == kRoundNumbers ? Solver<kRoundNumbers>(rows, ball_count, damping).solve()
+                                  : Solver<kEllipsoidNumbers>(rows, ball_count, damping).solve();
+}
+
+}  // namespace polymorph
