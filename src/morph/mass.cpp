@@ -90,7 +90,7 @@ std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind) 
   } else {
     // Some 65 000 points in all: thousands of balls differ little from their neighbours.
     const std::vector<Vec3> points =
-        points_in_ball(std::clamp<std::size_t>(65536 / balls.size(), 8, 128));
+        points_in_ball(std::clamp<std::size_t>(65536 / balls.size(), 8, 1024));
     std::vector<float> widest(balls.size());
     for (std::size_t i = 0; i < balls.size(); ++i) widest[i] = widest_axis(balls[i]);
     parallel_for(static_cast<std::int64_t>(balls.size()), [&](std::int64_t i) {

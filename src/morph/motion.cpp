@@ -119,6 +119,16 @@ Sym3 shape_at(const Mover& mover, const Mat3& rotation, double u) {
   return to_sym3(rotation * exp_symmetric(log) * transposed(rotation));
 }
 
+/// Balls that were fitted to one surface stand out singly when they part. With weight and falloff
+/// lowered together a ball keeps its own radius and melts into its neighbours. Not where the balls
+/// keep their order: a turned copy must stay what it is.
+double softness(const MorphPlan& plan) {
+  if (plan.kind != FieldKind::kGaussian) return 0;
+  constexpr double kUnlike = 0.25;  // strain from which on objects count as unlike
+  return static_cast<double>(plan.motion.soften) *
+         std::clamp(plan.alignment.strain / kUnlike, 0.0, 1.0);
+}
+
 /// A ball between its ends.
 Ball between(const MorphPlan& plan, const Mover& mover, const Place& place, double u) {
   Ball ball;
@@ -132,6 +142,9 @@ Ball between(const MorphPlan& plan, const Mover& mover, const Place& place, doub
   ball.a = static_cast<float>(1 / (size * size));
   const auto v = static_cast<float>(u);
   ball.w = (1 - v) * mover.from_w + v * mover.to_w;
+  const auto softer = static_cast<float>(1 - softness(plan) * 4 * std::max(u * (1 - u), 0.0));
+  ball.a *= softer;
+  ball.w *= softer;
   if (!mover.round) ball.shape = shape_at(mover, place.rotation, u);
   return ball;
 }

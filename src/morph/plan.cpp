@@ -201,14 +201,12 @@ std::vector<Flow> flows_of(const std::vector<Pair>& pairs) {
 /// The least-squares similarity of the pairs; turn and scale only as the settings allow.
 Alignment fit_alignment(const MorphPlan& plan, const Mat3& rotation, AlignMethod method) {
   Alignment fit;
-  if (method == AlignMethod::kNone) return fit;
   for (const Pair& pair : plan.pairs) {
     fit.from_center = fit.from_center + Vec3d(plan.from[pair.from].center) * pair.mass;
     fit.to_center = fit.to_center + Vec3d(plan.to[pair.to].center) * pair.mass;
   }
   fit.rotation = rotation;
   fit.turn = log_rotation(rotation);
-  if (method != AlignMethod::kSimilarity) return fit;
   double from_square = 0, to_square = 0, both = 0;
   for (const Pair& pair : plan.pairs) {
     const Vec3d p = rotation * (Vec3d(plan.from[pair.from].center) - fit.from_center);
@@ -219,12 +217,12 @@ Alignment fit_alignment(const MorphPlan& plan, const Mat3& rotation, AlignMethod
   }
   if (!(from_square > 0 && to_square > 0)) return fit;
   // Horn 1987: the scale that is its own inverse when the objects change places. Kept, like a turn,
-  // if it brings the balls 10 % nearer.
+  // only if it brings the balls a good deal nearer.
   constexpr double kGain = 0.1;
   const double scale = std::sqrt(to_square / from_square);
-  const double unscaled = to_square + from_square - 2 * both;
-  const double scaled = (to_square / scale + from_square * scale) - 2 * both;
-  if (scaled < (1 - kGain) * unscaled) fit.scale = scale;
+  const auto left = [&](double s) { return to_square / s + from_square * s - 2 * both; };
+  if (method == AlignMethod::kSimilarity && left(scale) < (1 - kGain) * left(1)) fit.scale = scale;
+  fit.strain = std::sqrt(std::max(left(fit.scale), 0.0) / std::sqrt(from_square * to_square));
   return fit;
 }
 
@@ -318,9 +316,9 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
       std::swap(pair.from, pair.to);
       std::swap(pair.from_share, pair.to_share);
     }
-    plan.alignment = {transposed(plan.alignment.rotation), plan.alignment.turn * -1.0,
-                      1 / plan.alignment.scale, plan.alignment.to_center,
-                      plan.alignment.from_center};
+    const Alignment fit = plan.alignment;
+    plan.alignment = {transposed(fit.rotation), fit.turn * -1.0, 1 / fit.scale, fit.to_center,
+                      fit.from_center,          fit.strain};
   }
   plan.motion = motion;
   plan.movers = make_movers(plan);

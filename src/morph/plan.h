@@ -26,6 +26,9 @@ struct Alignment {
                ///< same
   double scale = 1;
   Vec3d from_center, to_center;
+  /// RMS distance of the pairs' ends that it leaves, over the RMS size: 0 where one object is a
+  /// turned and scaled copy of the other, about 1 where they have nothing to do with each other.
+  double strain = 0;
 };
 
 /// One object as a plan takes it.

@@ -123,6 +123,10 @@ void describe(V& v, MotionSettings& s) {
            "the way of a ball: a line, an arc, or the turn and growth that lays one object on the "
            "other");
   v.number("bend", s.bend, -2, 2, "bezier: how far a path bows out, as a share of its length");
+  v.number(
+      "soften", s.soften, 0, 0.9,
+      "gaussian: how much softer balls are half way between unlike objects, so that they do not "
+      "show singly");
   v.choice("easing", s.easing,
            {{"linear", Easing::kLinear},
             {"smoothstep", Easing::kSmoothstep},

@@ -83,7 +83,7 @@ struct PlanSettings {
   PlanMethod method = PlanMethod::kTransport;
   std::uint64_t seed = 0;
   AlignMethod align = AlignMethod::kSimilarity;
-  float align_gain = 0.25f;  ///< a turn is kept only if it makes the plan this share cheaper
+  float align_gain = 0.5f;  ///< a turn is kept only if it makes the plan this share cheaper
   /// Weights of the cost's terms beside the squared distance in unit-RMS coordinates.
   float size_weight = 0.1f;      ///< (ln R / R')^2
   float feature_weight = 0.3f;   ///< squared difference of the features
@@ -109,7 +109,8 @@ struct SpringSettings {
 
 struct MotionSettings {
   Path path = Path::kRigid;
-  float bend = 0.25f;  ///< bezier: how far a path bows out, as a share of its length
+  float bend = 0.25f;   ///< bezier: how far a path bows out, as a share of its length
+  float soften = 0.5f;  ///< Gaussian: how much softer balls are half way between unlike objects
   Easing easing = Easing::kQuintic;
   std::vector<float> bezier{0.42f, 0.0f, 0.58f, 1.0f};  ///< x1, y1, x2, y2
   SpringSettings spring;

@@ -251,34 +251,46 @@ Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extrac
   return prepared;
 }
 
-Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtractor& extractor,
-                                  int frame) {
+Result<FrameGeometry> volume_at(const PreparedScene& prepared, SurfaceExtractor& extractor, int leg,
+                                float time) {
+  const MorphPlan& plan = prepared.plans[static_cast<std::size_t>(leg)];
   FrameGeometry geometry;
-  const Moment moment = geometry.moment = moment_at(prepared.timeline, frame);
-  const FieldKind kind = prepared.scene.field.kind;
-  const auto at = [](int i) { return static_cast<std::size_t>(i); };
-  if (moment.object >= 0) {
-    const PreparedObject& object = prepared.objects[at(moment.object)];
-    if (moment.boundary > 0 && !object.shrink_targets.empty())
-      geometry.points = shrunk_points(object.model, object.shrink_targets, moment.boundary);
-  }
-  if (moment.growth <= 0) return geometry;
-
-  const MorphPlan& plan = prepared.plans[at(moment.leg)];
-  geometry.balls = balls_at(plan, moment.time);
-  if (moment.object >= 0) {
-    const PreparedObject& object = prepared.objects[at(moment.object)];
-    geometry.balls = grown(std::move(geometry.balls), kind, moment.growth, object.field_maximum);
-  } else if (prepared.scene.motion.keep_volume && moment.time > 0 && moment.time < 1) {
-    const auto u = static_cast<double>(progress_at(plan, moment.time));
-    const double from = prepared.objects[at(moment.leg)].ball_volume;
-    const double to = prepared.objects[at(moment.leg + 1)].ball_volume;
+  geometry.moment.leg = leg;
+  geometry.moment.time = time;
+  geometry.moment.u = progress_at(plan, time);
+  geometry.balls = balls_at(plan, time);
+  if (prepared.scene.motion.keep_volume && time > 0 && time < 1) {
+    const auto u = static_cast<double>(geometry.moment.u);
+    const double from = prepared.objects[static_cast<std::size_t>(leg)].ball_volume;
+    const double to = prepared.objects[static_cast<std::size_t>(leg) + 1].ball_volume;
     PM_TRY(geometry.iso, iso_for_volume(extractor, geometry.balls, prepared.cell, prepared.extract,
                                         (1 - u) * from + u * to));
   }
   ExtractSettings extract = prepared.extract;
   extract.iso = geometry.iso;
   PM_TRY(geometry.surface, extract_surface(extractor, geometry.balls, prepared.cell, extract));
+  return geometry;
+}
+
+Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtractor& extractor,
+                                  int frame) {
+  FrameGeometry geometry;
+  const Moment moment = moment_at(prepared.timeline, frame);
+  const auto at = [](int i) { return static_cast<std::size_t>(i); };
+  if (moment.object < 0) {
+    PM_TRY(geometry, volume_at(prepared, extractor, moment.leg, moment.time));
+    geometry.moment = moment;
+    return geometry;
+  }
+  geometry.moment = moment;
+  const PreparedObject& object = prepared.objects[at(moment.object)];
+  if (moment.boundary > 0 && !object.shrink_targets.empty())
+    geometry.points = shrunk_points(object.model, object.shrink_targets, moment.boundary);
+  if (moment.growth <= 0) return geometry;
+  geometry.balls = grown(balls_at(prepared.plans[at(moment.leg)], moment.time),
+                         prepared.scene.field.kind, moment.growth, object.field_maximum);
+  PM_TRY(geometry.surface,
+         extract_surface(extractor, geometry.balls, prepared.cell, prepared.extract));
   return geometry;
 }
 
