@@ -14,17 +14,24 @@ namespace polymorph {
 namespace {
 
 constexpr double kDegrees = 57.29577951308232;
+constexpr double kPi = 3.141592653589793;
 
 MeasuredSurface measured(const Mesh& mesh) { return {mesh.positions, mesh.triangles}; }
 
 /// The source on its way to the target, when that is the source moved: a turn and a growth about
 /// the middle, which goes straight.
-Mesh on_the_way(const Mesh& source, const Similarity& truth, double u) {
+Mesh on_the_way(const Mesh& source, const Similarity& truth,
+                const std::optional<Similarity>& recovered, double u) {
   Vec3d middle;
   for (const Vec3& p : source.positions) middle = middle + Vec3d(p);
   middle = middle * (1 / static_cast<double>(source.positions.size()));
   const Vec3d end = truth.rotation * middle * truth.scale + truth.shift;
-  const Mat3 turn = exp_rotation(log_rotation(truth.rotation) * u);
+  Vec3d way = log_rotation(truth.rotation);
+  // Half a turn goes either way round: the one that was taken.
+  constexpr double kNearlyHalf = 179 / kDegrees;
+  if (recovered && length(way) > kNearlyHalf && dot(way, log_rotation(recovered->rotation)) < 0)
+    way = way * (-(2 * kPi - length(way)) / length(way));
+  const Mat3 turn = exp_rotation(way * u);
   const double scale = std::pow(truth.scale, u);
   Mesh moved = source;
   for (Vec3& p : moved.positions)
@@ -116,10 +123,10 @@ class Analyzer {
       row.leakage = hull.leakage(frame.surface);
       MeasuredSurface now = measured(frame.surface);
       if (ends_.truth)
-        row.off_similarity =
-            now.distance_to(measured(on_the_way(frames_[0].surface, *ends_.truth, frame.u)))
-                .largest /
-            size_;
+        row.off_similarity = now.distance_to(measured(on_the_way(frames_[0].surface, *ends_.truth,
+                                                                 ends_.recovered, frame.u)))
+                                 .largest /
+                             size_;
       if (previous) {
         FrameMeasures& before = analysis_.frames.back();
         before.step = previous->distance_to(now).mean;
@@ -302,6 +309,10 @@ const Metric* Analysis::find(const std::string& name) const {
   for (const Metric& metric : metrics)
     if (metric.name == name) return &metric;
   return nullptr;
+}
+
+Analysis analyze_morph(const MorphEnds& ends, const std::vector<MorphFrame>& frames) {
+  return Analyzer(ends, frames).run();
 }
 
 std::optional<Similarity> similarity_of(const std::vector<Vec3>& from,

@@ -65,7 +65,8 @@ TEST(Reports, TellTheSameNumbersInJsonCsvAndHtml) {
   const auto commas = [](const std::string& line) {
     return std::count(line.begin(), line.end(), ',');
   };
-  EXPECT_EQ(commas(csv.substr(0, csv.find('\n'))), commas(csv.substr(csv.rfind("1,1,"))));
+  EXPECT_EQ(commas(csv.substr(0, csv.find('\n'))),
+            commas(csv.substr(csv.rfind('\n', csv.size() - 2) + 1)));
   const std::string html = analysis_html({small()}, "title & more");
   EXPECT_NE(html.find("a&lt;b&gt;"), std::string::npos);
   EXPECT_NE(html.find("title &amp; more"), std::string::npos);
