@@ -78,6 +78,7 @@ std::string help_text(const CLI::App& app, bool full);
 void add_render(CommandLine& line);
 void add_strip(CommandLine& line);
 void add_mesh(CommandLine& line);
+void add_spheres(CommandLine& line);
 void add_check(CommandLine& line);
 void add_info(CommandLine& line);
 void add_compare(CommandLine& line);

@@ -13,15 +13,32 @@ namespace polymorph {
 template <class V>
 void describe(V& v, SphereSettings& s) {
   v.choice("method", s.method,
-           {{"octree", SphereMethod::kOctree}, {"active", SphereMethod::kActive}},
-           "how the inside is filled: every finest cell, or the largest cells with more than 4 "
-           "corners inside");
-  v.integer("resolution", s.resolution, 0, 9,
-            "R: 2^(R-1) cells along an axis at the finest level; 0: the finest with at most 8000 "
-            "spheres");
+           {{"medial", SphereMethod::kMedial},
+            {"hubbard", SphereMethod::kHubbard},
+            {"octree", SphereMethod::kOctree},
+            {"active", SphereMethod::kActive}},
+           "how the model is filled: a cover by medial balls; merged Voronoi balls; the report's "
+           "octree (every finest cell); or its active nodes (the largest cells with more than 4 "
+           "corners inside)");
+  v.integer("balls", s.balls, 1, 4096, "how many, for medial and hubbard");
+  v.number("error", s.error, 0, 0.5,
+           "medial: the fewest balls whose surface keeps this Hausdorff distance, as a share of "
+           "the model's diagonal, instead of `balls`; 0: off");
+  v.integer(
+      "resolution", s.resolution, 0, 9,
+      "R of octree and active: 2^(R-1) cells along an axis at the finest level; 0: the finest "
+      "with at most 8000 spheres, with a fit at most `balls`");
+  v.choice(
+      "fit", s.fit,
+      {{"ellipsoid", FitKind::kEllipsoid}, {"round", FitKind::kRound}, {"none", FitKind::kNone}},
+      "Gaussian field: fit the balls so that their surface is the model, free to stretch or "
+      "round; or take them from the spheres as the report does (then field.blobbiness counts)");
   v.choice("inside", s.inside,
            {{"winding", InsideMethod::kWinding}, {"parity", InsideMethod::kParity}},
            "inside test: generalized winding number (takes open meshes), or the parity of one ray");
+  v.boolean("solidify", s.solidify,
+            "first fill the cavities and close the holes of the model: for thin shells and open "
+            "meshes");
 }
 
 template <class V>

@@ -14,13 +14,28 @@
 
 namespace polymorph {
 
-enum class SphereMethod : std::uint8_t { kOctree, kActive };
+enum class SphereMethod : std::uint8_t {
+  kOctree,   ///< the report's: one a finest cell (5.1.2.2)
+  kActive,   ///< the report's: the largest cells that are mostly inside (5.1.3.2)
+  kHubbard,  ///< Voronoi balls of surface samples, merged (Hubbard 1996)
+  kMedial,   ///< a greedy cover by medial balls
+};
 enum class InsideMethod : std::uint8_t { kWinding, kParity };
+enum class FitKind : std::uint8_t {
+  kNone,       ///< balls straight from the spheres, as in the report
+  kRound,      ///< fitted, round
+  kEllipsoid,  ///< fitted, free to stretch
+};
 
 struct SphereSettings {
-  SphereMethod method = SphereMethod::kOctree;
-  int resolution = 0;  ///< R: 2^(R-1) cells an axis at the finest level; 1..9; 0 = by sphere count
+  SphereMethod method = SphereMethod::kMedial;
+  int balls = 256;     ///< N of hubbard and medial
+  float error = 0;     ///< medial: the fewest balls for this Hausdorff distance, as a share of the
+                       ///< model's diagonal; 0: `balls`
+  int resolution = 0;  ///< R of octree and active: 2^(R-1) cells an axis; 1..9; 0 = by sphere count
+  FitKind fit = FitKind::kEllipsoid;
   InsideMethod inside = InsideMethod::kWinding;
+  bool solidify = false;  ///< fill cavities and close holes first
 };
 
 struct ObjectSettings {

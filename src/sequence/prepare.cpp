@@ -5,13 +5,13 @@
 
 #include "base/hash.h"
 #include "image/image_io.h"
-#include "model/diagnose.h"
 #include "model/load_obj.h"
 #include "model/normals.h"
 #include "model/shapes.h"
 #include "morph/labels.h"
 #include "morph/motion.h"
 #include "scene/load_scene.h"
+#include "spheres/figures.h"
 #include "surface/crossfade.h"
 #include "surface/grid.h"
 #include "surface/level.h"
@@ -83,40 +83,23 @@ std::string content_hash(const Scene& scene, const std::vector<Model>& models,
   return hasher.hex();
 }
 
-/// What a model encloses. The faces tell it for one closed shell; where shells overlap or are open,
-/// the spheres do, which fill what the inside test calls inside.
-double enclosed_volume(const Model& model, const std::vector<Sphere>& spheres) {
-  const Diagnosis diagnosis = diagnose(model);
-  if (diagnosis.closed && diagnosis.shells == 1) return diagnosis.volume;
-  constexpr double kBall = 4.18879020478639;  // 4/3 pi
-  double sum = 0;
-  for (const Sphere& sphere : spheres)
-    sum += kBall * std::pow(static_cast<double>(sphere.radius), 3);
-  return sum;
-}
-
-/// Balls of one object; with `match_volume` shifted so that they enclose the model's volume.
+/// Balls of one object, their surface's volume, and what the boundary stages need.
 Status make_balls(PreparedObject& object, const ObjectSettings& settings, const Scene& scene,
                   float cell, const ExtractSettings& extract, SurfaceExtractor& extractor,
                   const std::filesystem::path& cache) {
-  auto tree = approximate_cached(object.model, settings.spheres, cache);
-  if (!tree) return make_error(tree.error().code, "{}: {}", object.name, tree.error().message);
-  const std::vector<Sphere> spheres = tree->leaves();
-  object.sphere_count = spheres.size();
-  object.balls = balls_of(spheres, scene.field);
-  object.model_volume = enclosed_volume(object.model, spheres);
-  if (scene.field.kind == FieldKind::kGaussian && scene.field.even) {
-    PM_TRY(object.balls, evened(extractor, std::move(object.balls), extract));
-  }
-  if (scene.field.match_volume && object.model_volume > 0) {
-    // An inverse-square ball is then at its sphere's radius, however large the constants are.
-    const float start =
-        scene.field.kind == FieldKind::kInverseSquare
-            ? scene.field.blob_constant * scene.field.magnitude / scene.field.threshold
-            : 1.0f;
-    PM_TRY(const float iso,
-           iso_for_volume(extractor, object.balls, cell, extract, object.model_volume, start));
-    object.balls = rescaled(std::move(object.balls), scene.field.kind, iso);
+  SphereSettings spheres = settings.spheres;
+  if (scene.field.kind != FieldKind::kGaussian) spheres.fit = FitKind::kNone;  // fits are Gaussian
+  auto approximation = approximate_cached(object.model, spheres, cache);
+  if (!approximation)
+    return make_error(approximation.error().code, "{}: {}", object.name,
+                      approximation.error().message);
+  object.sphere_count = approximation->tree.leaves().size();
+  object.model_volume = solid_volume(object.model, InsideTest(object.model));
+  if (!approximation->balls.empty()) {
+    object.balls = std::move(approximation->balls);
+  } else {
+    PM_TRY(object.balls, unfitted_balls(approximation->tree.leaves(), object.model_volume,
+                                        scene.field, cell, extract, extractor));
   }
   PM_TRY(const Mesh mesh, extract_surface(extractor, object.balls, cell, extract));
   object.ball_volume = volume_of(mesh);

@@ -24,10 +24,11 @@ static_assert(std::endian::native == std::endian::little, "cache files are littl
 
 // File: magic, file version, key, node count, nodes, checksum of all before.
 constexpr std::string_view kMagic = "polymorph spheres\n";
-constexpr std::uint32_t kFileVersion = 1;
+constexpr std::uint32_t kFileVersion = 2;
 constexpr std::size_t kHashSize = 32;
 constexpr std::size_t kNodeSize = 4 * 4 + 4 + 2 + 1;
-constexpr std::size_t kHeaderSize = kMagic.size() + 4 + kHashSize + 8;
+constexpr std::size_t kHeaderSize = kMagic.size() + 4 + kHashSize + 8 + 8;
+static_assert(sizeof(Ball) == 11 * sizeof(float));
 constexpr std::uint64_t kMostBytes = 4ull << 30;
 
 std::string key_of(const Model& model, const SphereSettings& settings) {
@@ -36,8 +37,10 @@ std::string key_of(const Model& model, const SphereSettings& settings) {
   hasher.add(std::span<const Vec3>(model.points)).add(std::span<const Triangle>(model.triangles));
   // Every field of SphereSettings stands here.
   hasher.add(static_cast<std::uint8_t>(settings.method));
-  hasher.add(settings.resolution);
+  hasher.add(settings.balls).add(settings.error).add(settings.resolution);
+  hasher.add(static_cast<std::uint8_t>(settings.fit));
   hasher.add(static_cast<std::uint8_t>(settings.inside));
+  hasher.add(static_cast<std::uint8_t>(settings.solidify ? 1 : 0));
   return hasher.hex();
 }
 
@@ -58,12 +61,14 @@ T take(std::string_view& bytes) {
   return value;
 }
 
-std::string encode(const SphereTree& tree, const std::string& key) {
+std::string encode(const Approximation& approximation, const std::string& key) {
+  const SphereTree& tree = approximation.tree;
   std::string bytes(kMagic);
   bytes.reserve(kHeaderSize + tree.nodes.size() * kNodeSize + kHashSize);
   put(bytes, kFileVersion);
   bytes += key;
   put(bytes, static_cast<std::uint64_t>(tree.nodes.size()));
+  put(bytes, static_cast<std::uint64_t>(approximation.balls.size()));
   for (const SphereNode& node : tree.nodes) {
     put(bytes, node.sphere.center.x);
     put(bytes, node.sphere.center.y);
@@ -73,6 +78,7 @@ std::string encode(const SphereTree& tree, const std::string& key) {
     put(bytes, node.level);
     put(bytes, static_cast<std::uint8_t>(node.leaf ? 1 : 0));
   }
+  for (const Ball& ball : approximation.balls) put(bytes, ball);
   return bytes += checksum_of(bytes);
 }
 
@@ -92,8 +98,8 @@ bool is_sound(const SphereTree& tree) {
 }
 
 /// The tree in a cache file, or what is wrong with the file.
-std::optional<SphereTree> decode(std::string_view bytes, const std::string& key,
-                                 const char*& problem) {
+std::optional<Approximation> decode(std::string_view bytes, const std::string& key,
+                                    const char*& problem) {
   problem = "is no cache file of this program";
   if (!bytes.starts_with(kMagic) || bytes.size() < kHeaderSize + kHashSize) {
     if (kMagic.starts_with(bytes.substr(0, kMagic.size()))) problem = "is cut short";
@@ -106,7 +112,9 @@ std::optional<SphereTree> decode(std::string_view bytes, const std::string& key,
   rest.remove_prefix(kHashSize);
   problem = "is cut short or too long";
   const auto count = take<std::uint64_t>(rest);
-  if (count > rest.size() / kNodeSize || rest.size() != count * kNodeSize + kHashSize)
+  const auto ball_count = take<std::uint64_t>(rest);
+  if (count > rest.size() / kNodeSize || ball_count > rest.size() / sizeof(Ball) ||
+      rest.size() != count * kNodeSize + ball_count * sizeof(Ball) + kHashSize)
     return std::nullopt;
   problem = "is damaged (wrong checksum)";
   if (checksum_of(bytes.substr(0, bytes.size() - kHashSize)) !=
@@ -114,7 +122,8 @@ std::optional<SphereTree> decode(std::string_view bytes, const std::string& key,
     return std::nullopt;
   problem = "belongs to another model";
   if (stored_key != key) return std::nullopt;
-  SphereTree tree;
+  Approximation approximation;
+  SphereTree& tree = approximation.tree;
   tree.nodes.resize(static_cast<std::size_t>(count));
   for (SphereNode& node : tree.nodes) {
     node.sphere.center.x = take<float>(rest);
@@ -127,10 +136,12 @@ std::optional<SphereTree> decode(std::string_view bytes, const std::string& key,
   }
   problem = "holds no sound sphere tree";
   if (!is_sound(tree)) return std::nullopt;
-  return tree;
+  approximation.balls.resize(static_cast<std::size_t>(ball_count));
+  for (Ball& ball : approximation.balls) ball = take<Ball>(rest);
+  return approximation;
 }
 
-std::optional<SphereTree> read_cached(const fs::path& file, const std::string& key) {
+std::optional<Approximation> read_cached(const fs::path& file, const std::string& key) {
   std::error_code error;
   if (!fs::exists(file, error)) return std::nullopt;
   const auto bytes = read_file(file, kMostBytes);
@@ -156,13 +167,13 @@ void warn_unwritable(const fs::path& folder, const Error& error) {
 
 }  // namespace
 
-Result<SphereTree> approximate_cached(const Model& model, const SphereSettings& settings,
-                                      const fs::path& cache_folder) {
+Result<Approximation> approximate_cached(const Model& model, const SphereSettings& settings,
+                                         const fs::path& cache_folder) {
   if (cache_folder.empty()) return approximate(model, settings);
   const std::string key = key_of(model, settings);
   const fs::path file = cache_folder / (key + ".spheres");
   if (auto cached = read_cached(file, key)) return std::move(*cached);
-  PM_TRY(SphereTree tree, approximate(model, settings));
+  PM_TRY(Approximation tree, approximate(model, settings));
   // Two processes may get here at once: both write the same bytes, and the later rename wins.
   const Status written = write_file(file, encode(tree, key));
   if (!written) warn_unwritable(cache_folder, written.error());

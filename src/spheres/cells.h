@@ -57,8 +57,13 @@ SphereTree tree_of_cells(const RootCube& root, int finest,
 SphereTree octree_spheres(const InsideTest& test, const RootCube& root, int finest);
 SphereTree active_spheres(const InsideTest& test, const RootCube& root, int finest);
 
+/// Of the settings' method and resolution, 0 chosen so that at most `most` spheres come out. Errors
+/// (kInput): nothing is inside at this resolution - says which to raise.
+Result<SphereTree> cell_spheres(const Model& model, const InsideTest& test,
+                                const SphereSettings& settings, std::size_t most);
+
 /// Raised whenever approximate() may answer differently for the same model and settings: part of
 /// the cache key.
-inline constexpr std::uint32_t kSpheresVersion = 1;
+inline constexpr std::uint32_t kSpheresVersion = 2;
 
 }  // namespace polymorph

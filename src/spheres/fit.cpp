@@ -80,7 +80,7 @@ std::vector<FitPoint> free_points(const std::vector<BoundarySample>& samples,
     const float reach = std::min(1.8f * s.outer_radius, 0.1f * box.diagonal());
     all.push_back({s.point + s.normal * (reach * out), false});
   }
-  std::vector<Vec3> lattice(samples.size());
+  std::vector<Vec3> lattice(3 * samples.size());
   for (std::size_t i = 0; i < lattice.size(); ++i) {
     // A rank-1 lattice (powers of 1 / 1.2207...): even, without rows.
     const auto part = [&](double step) {
@@ -135,7 +135,7 @@ FitBall moved(const FitBall& ball, const double* step, int numbers, double lengt
 
 /// Holds an ellipsoid's axes within what the samples can tell and the surface grid can show.
 void limit_axes(FitBall& ball, double length) {
-  constexpr double kMostRatio = 8;
+  constexpr double kMostRatio = 12;
   const double most_root = 2 / (0.002 * length), least_root = 0.5 / length;
   Eigen::JacobiSVD<Matrix3d> svd(ball.root, Eigen::ComputeFullV);
   Vector3d s = svd.singularValues();  // falling
@@ -279,23 +279,31 @@ FitResult fit_balls(const std::vector<BoundarySample>& samples, const InsideTest
   evaluate(fit);
 
   FitResult result;
-  const int per_round = settings.iterations / (settings.rounds + 1);
+  std::vector<FitBall> best;  // of the rounds so far: a round may do more harm than good
   for (int round = 0; round <= settings.rounds; ++round) {
-    const int end = round == settings.rounds ? settings.iterations : (round + 1) * per_round;
-    for (; result.iterations < end; ++result.iterations) {
-      if (!improve(fit)) break;
-      if (result.iterations % 4 == 3) {
+    const int end = settings.iterations * (round + 1) / (settings.rounds + 1);
+    for (int i = 1; result.iterations < end && improve(fit); ++i, ++result.iterations) {
+      if (i % 4 == 0) {
         add_wrong(fit);
         evaluate(fit);
       }
     }
     result.iterations = end;
-    if (round < settings.rounds) {
-      move_balls(fit, samples, 0.08);
-      add_wrong(fit);
-      fit.damping = 1e-2;
-      evaluate(fit);
+    add_wrong(fit);
+    evaluate(fit);
+    if (!best.empty()) {
+      FitRows before = fit_rows(best, fit.points, fit.length, fit.numbers);
+      if (before.cost < fit.rows.cost) {
+        fit.balls = best;
+        fit.rows = std::move(before);
+      }
     }
+    best = fit.balls;
+    if (round == settings.rounds) break;
+    move_balls(fit, samples, 0.08);
+    add_wrong(fit);
+    fit.damping = 1e-2;
+    evaluate(fit);
   }
   double sum = 0;
   for (std::size_t s = 0; s < fit.sample_count; ++s)

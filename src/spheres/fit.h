@@ -14,7 +14,7 @@ namespace polymorph {
 struct FitSettings {
   bool ellipsoids = true;  ///< let balls stretch; false: round ones only
   int iterations = 30;     ///< Levenberg-Marquardt steps in all
-  int rounds = 3;          ///< times that the least useful balls move to the worst places
+  int rounds = 6;          ///< times that the least useful balls move to the worst places
 };
 
 struct FitResult {

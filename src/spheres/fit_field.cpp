@@ -13,12 +13,16 @@ using Eigen::Vector3d;
 
 constexpr std::size_t kGroup = 32;  // points that share a list of balls
 
-/// Balls that may matter at the points of a group: those that can come within e^-9 of the largest.
-struct GroupList {
-  std::vector<std::uint32_t> balls;
+using Array = Eigen::ArrayXd;
 
-  GroupList(const std::vector<FitBall>& all, const std::vector<double>& norms,
-            const FitPoint* points, std::size_t count) {
+/// The balls that may matter at the points of a group, those that can come within e^-9 of the
+/// largest, side by side for vector code.
+struct GroupBalls {
+  std::vector<std::uint32_t> indices;
+  Array center[3], root[3][3], w;
+
+  GroupBalls(const std::vector<FitBall>& all, const std::vector<double>& norms,
+             const FitPoint* points, std::size_t count) {
     constexpr double kNegligible = 9;
     Vector3d low = points[0].point, high = low;
     for (std::size_t i = 1; i < count; ++i) {
@@ -37,7 +41,21 @@ struct GroupList {
       least_top = std::max(least_top, all[i].w - far * far);
     }
     for (std::size_t i = 0; i < all.size(); ++i)
-      if (tops[i] > least_top - kNegligible) balls.push_back(static_cast<std::uint32_t>(i));
+      if (tops[i] > least_top - kNegligible) indices.push_back(static_cast<std::uint32_t>(i));
+    const auto n = static_cast<Eigen::Index>(indices.size());
+    for (int r = 0; r < 3; ++r) {
+      center[r].resize(n);
+      for (int c = 0; c < 3; ++c) root[r][c].resize(n);
+    }
+    w.resize(n);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const FitBall& ball = all[indices[static_cast<std::size_t>(k)]];
+      for (int r = 0; r < 3; ++r) {
+        center[r][k] = ball.center[r];
+        for (int c = 0; c < 3; ++c) root[r][c][k] = ball.root(r, c);
+      }
+      w[k] = ball.w;
+    }
   }
 };
 
@@ -90,9 +108,13 @@ void each_group(const std::vector<FitPoint>& points, const F& f) {
       8);
 }
 
+/// u = root d of every ball of a group, and its share q.
+struct Terms {
+  Array u[3], q;
+};
 struct Term {
   double q = 0;
-  Vector3d u, slope;  // u = root d; slope = root^T u
+  Vector3d u, slope;  // slope = root^T u
 };
 
 /// Rows of one group, appended.
@@ -103,21 +125,24 @@ struct GroupRows {
   double cost = 0;
 };
 
-/// exp(w - u^2) of all listed balls, each over the largest; returns psi.
-double shares_at(const Vector3d& at, const std::vector<FitBall>& balls,
-                 const std::vector<std::uint32_t>& list, std::vector<Term>& terms) {
-  double top = -1e300;
-  for (std::size_t k = 0; k < list.size(); ++k) {
-    const FitBall& ball = balls[list[k]];
-    terms[k].u.noalias() = ball.root * (at - ball.center);
-    terms[k].q = ball.w - terms[k].u.squaredNorm();
-    top = std::max(top, terms[k].q);
-  }
-  double sum = 0;
-  for (std::size_t k = 0; k < list.size(); ++k)
-    sum += terms[k].q = terms[k].q > top - 12 ? std::exp(terms[k].q - top) : 0;
-  for (std::size_t k = 0; k < list.size(); ++k) terms[k].q /= sum;
+/// Fills the terms at a point; returns psi.
+double shares_at(const Vector3d& at, const GroupBalls& balls, Terms& terms) {
+  const Array d[3] = {at[0] - balls.center[0], at[1] - balls.center[1], at[2] - balls.center[2]};
+  for (int r = 0; r < 3; ++r)
+    terms.u[r] = balls.root[r][0] * d[0] + balls.root[r][1] * d[1] + balls.root[r][2] * d[2];
+  terms.q = balls.w - terms.u[0].square() - terms.u[1].square() - terms.u[2].square();
+  const double top = terms.q.maxCoeff();
+  terms.q = (terms.q - top).max(-50.0).exp();
+  const double sum = terms.q.sum();
+  terms.q /= sum;
   return top + std::log(sum);
+}
+
+Term term_of(const Terms& terms, const FitBall& ball, std::size_t index) {
+  const auto k = static_cast<Eigen::Index>(index);
+  Term term{terms.q[k], {terms.u[0][k], terms.u[1][k], terms.u[2][k]}, {}};
+  term.slope.noalias() = ball.root.transpose() * term.u;
+  return term;
 }
 
 /// d (psi / g) / d (w, c, D) times `factor`, g = |grad psi|. `along` = root grad / g; where the
@@ -148,34 +173,40 @@ void derive(const Term& term, const FitBall& ball, const Derivation& at, double 
     put(-2 * u[i] * u[j], -2 * (along[i] * u[j] + along[j] * u[i]));
 }
 
-void add_rows(const FitPoint& point, const std::vector<FitBall>& balls,
-              const std::vector<std::uint32_t>& list, std::vector<Term>& terms, double length,
-              int numbers, GroupRows& rows) {
-  const double psi = shares_at(point.point, balls, list, terms);
-  Vector3d half_gradient = Vector3d::Zero();
-  for (std::size_t k = 0; k < list.size(); ++k) {
-    if (!(terms[k].q > 0)) continue;
-    terms[k].slope.noalias() = balls[list[k]].root.transpose() * terms[k].u;
-    half_gradient += terms[k].q * terms[k].slope;
-  }
-  const double slope = 2 * half_gradient.norm();
+/// grad psi / -2.
+Vector3d half_slope(const Terms& terms, const GroupBalls& balls) {
+  Vector3d sum;
+  for (int c = 0; c < 3; ++c)
+    sum[c] = (terms.q * (balls.root[0][c] * terms.u[0] + balls.root[1][c] * terms.u[1] +
+                         balls.root[2][c] * terms.u[2]))
+                 .sum();
+  return sum;
+}
+
+void add_rows(const FitPoint& point, const std::vector<FitBall>& all, const GroupBalls& balls,
+              Terms& terms, double length, int numbers, GroupRows& rows) {
+  const double psi = shares_at(point.point, balls, terms);
+  const Vector3d half = half_slope(terms, balls);
+  const double slope = 2 * half.norm();
   const double steepness = std::max(slope, 0.5 / length);
-  Derivation derivation{-2 * half_gradient / std::max(slope, 1e-300), steepness, 0};
-  if (slope == steepness) derivation.ratio = psi / steepness;
   const Loss loss = loss_of(point, psi, steepness, length);
   const double scale = std::sqrt(loss.weight);
   rows.cost += loss.cost;
   rows.residuals.push_back(scale * loss.distance);
   rows.psi.push_back(psi);
   rows.steepness.push_back(steepness);
+  Derivation derivation{-2 * half / std::max(slope, 1e-300), steepness, 0};
+  if (slope == steepness) derivation.ratio = psi / steepness;
   std::uint32_t entries = 0;
-  for (std::size_t k = 0; scale > 0 && k < list.size(); ++k) {
+  for (std::size_t k = 0; scale > 0 && k < balls.indices.size(); ++k) {
     constexpr double kLeastShare = 5e-3;
-    if (!(terms[k].q > kLeastShare)) continue;
+    if (!(terms.q[static_cast<Eigen::Index>(k)] > kLeastShare)) continue;
+    const FitBall& ball = all[balls.indices[k]];
+    const Term term = term_of(terms, ball, k);
     ++entries;
-    rows.balls.push_back(list[k]);
-    rows.shares.push_back(static_cast<float>(terms[k].q));
-    derive(terms[k], balls[list[k]], derivation, scale, numbers, rows.derivatives);
+    rows.balls.push_back(balls.indices[k]);
+    rows.shares.push_back(static_cast<float>(term.q));
+    derive(term, ball, derivation, scale, numbers, rows.derivatives);
   }
   rows.counts.push_back(entries);
 }
@@ -187,10 +218,10 @@ FitRows fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>&
   const std::vector<double> norms = norms_of(balls);
   std::vector<GroupRows> parts((points.size() + kGroup - 1) / kGroup);
   each_group(points, [&](std::size_t g, const FitPoint* first, std::size_t count) {
-    const GroupList list(balls, norms, first, count);
-    std::vector<Term> terms(list.balls.size());
+    const GroupBalls near(balls, norms, first, count);
+    Terms terms;
     for (std::size_t i = 0; i < count; ++i)
-      add_rows(first[i], balls, list.balls, terms, length, numbers, parts[g]);
+      add_rows(first[i], balls, near, terms, length, numbers, parts[g]);
   });
   FitRows rows;
   rows.begins.push_back(0);
@@ -214,10 +245,10 @@ std::vector<double> psi_at(const std::vector<FitBall>& balls, const std::vector<
   const std::vector<double> norms = norms_of(balls);
   std::vector<double> psi(points.size());
   each_group(points, [&](std::size_t g, const FitPoint* first, std::size_t count) {
-    const GroupList list(balls, norms, first, count);
-    std::vector<Term> terms(list.balls.size());
+    const GroupBalls near(balls, norms, first, count);
+    Terms terms;
     for (std::size_t i = 0; i < count; ++i)
-      psi[g * kGroup + i] = shares_at(first[i].point, balls, list.balls, terms);
+      psi[g * kGroup + i] = shares_at(first[i].point, near, terms);
   });
   return psi;
 }

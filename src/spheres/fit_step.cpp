@@ -97,16 +97,18 @@ class Solver {
     return sum;
   }
   Vector times(const Vector& v) const {
+    // In single precision like J itself: the step is damped and clamped anyway.
+    const std::vector<float> single(v.begin(), v.end());
     Vector image(rows_.residuals.size());
     parallel_for(
         static_cast<std::int64_t>(image.size()),
         [&](std::int64_t k) {
           const auto p = static_cast<std::size_t>(k);
-          double sum = 0;
+          float sum = 0;
           for (std::uint32_t e = rows_.begins[p]; e < rows_.begins[p + 1]; ++e)
-            sum += derivatives(e).template cast<double>().dot(
-                Eigen::Map<const Column>(v.data() + std::size_t{rows_.balls[e]} * kNumbers));
-          image[p] = sum;
+            sum += derivatives(e).dot(
+                Derivatives(single.data() + std::size_t{rows_.balls[e]} * kNumbers));
+          image[p] = static_cast<double>(sum);
         },
         1024);
     return image;

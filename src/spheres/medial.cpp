@@ -96,21 +96,23 @@ std::vector<Sphere> medial_cover(const std::vector<BoundarySample>& all, std::si
     candidates.push_back({s.point - s.normal * s.inner_radius, s.inner_radius});
     largest = std::max(largest, s.inner_radius);
   }
-  // One ball more than wanted tells that the dilation is too small.
+  // The dilation at which `count` balls are just not enough: the last balls of that cover, which
+  // hold the fewest samples, are left out. So there are exactly `count`.
   float low = 1e-4f * largest, high = largest;
-  std::vector<std::size_t> best;
-  for (int step = 0; step < 9; ++step) {
-    const float dilation = step == 0 ? low : std::sqrt(low * high);
+  std::vector<std::size_t> best =
+      greedy_cover(holds_at(samples, candidates, low), samples.size(), samples.size(), count + 1);
+  for (int step = 0; step < 8 && best.size() > count; ++step) {
+    const float dilation = std::sqrt(low * high);
     auto chosen = greedy_cover(holds_at(samples, candidates, dilation), samples.size(),
                                samples.size(), count + 1);
-    const bool fits = chosen.size() <= count;
-    if (fits) best = std::move(chosen);
-    if (fits && step == 0) break;
-    if (step > 0) (fits ? high : low) = dilation;
-    if (best.size() == count) break;
+    if (chosen.size() > count) {
+      low = dilation;
+      best = std::move(chosen);
+    } else {
+      high = dilation;
+    }
   }
-  if (best.empty())
-    best = greedy_cover(holds_at(samples, candidates, high), samples.size(), samples.size(), count);
+  best.resize(std::min(best.size(), count));
   std::vector<Sphere> spheres;
   for (const std::size_t c : best) spheres.push_back(candidates[c]);
   return spheres;

@@ -1,72 +1,125 @@
 #include "spheres/spheres.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include "base/log.h"
+#include "kernels/extract_surface.h"
 #include "model/diagnose.h"
+#include "spheres/boundary.h"
 #include "spheres/cells.h"
+#include "spheres/figures.h"
+#include "spheres/fit.h"
+#include "spheres/hubbard.h"
+#include "spheres/medial.h"
+#include "surface/grid.h"
+#include "surface/level.h"
+#include "surface/mesh_check.h"
 
 namespace polymorph {
 namespace {
 
 constexpr int kFinestResolution = 9;  // 2^24 cells
-constexpr int kSuggestUpTo = 7;       // 2^18 cells: a fraction of a second
 
-SphereTree spheres_at(const InsideTest& test, const RootCube& root, SphereMethod method,
-                      int resolution) {
-  return method == SphereMethod::kActive ? active_spheres(test, root, resolution - 1)
-                                         : octree_spheres(test, root, resolution - 1);
-}
+/// What every step of an approximation looks at.
+struct Solid {
+  const Model& model;
+  InsideTest inside;
+  std::vector<BoundarySample> samples;
+};
 
-/// The finest resolution that gives at most kAutomaticSpheres: thousands of balls are still
-/// extracted in milliseconds, and a thin model gets finer cells than a stout one. At least
-/// kCoarsest, so that a cube does not end as a handful of balls.
-SphereTree automatic_spheres(const InsideTest& test, const RootCube& root, SphereMethod method) {
-  constexpr std::size_t kAutomaticSpheres = 8000;
-  constexpr int kCoarsest = 4, kStart = 6, kFinest = 8;
-  // Cells halve: an octree gets 8 times as many, the active method, which only splits at the
-  // surface, 4.
-  const std::size_t growth = method == SphereMethod::kActive ? 4 : 8;
-  int resolution = kStart;
-  SphereTree tree = spheres_at(test, root, method, resolution);
-  const auto count = [&] { return tree.leaves().size(); };
-  while (count() > kAutomaticSpheres && resolution > kCoarsest)
-    tree = spheres_at(test, root, method, --resolution);
-  while (resolution >= kStart && resolution < kFinest && count() * growth <= kAutomaticSpheres)
-    tree = spheres_at(test, root, method, ++resolution);
-  return tree;
-}
-
-/// Nothing was found: why, and what would help.
-Error nothing_inside(const Model& model, const InsideTest& test, const RootCube& root,
-                     const SphereSettings& settings) {
-  if (settings.method == SphereMethod::kActive &&
-      !spheres_at(test, root, SphereMethod::kOctree, settings.resolution).nodes.empty())
-    return make_error(ErrorCode::kInput,
-                      "model \"{}\": no cell of resolution {} has more than 4 corners inside it "
-                      "(it is too thin for "
-                      "the active method) - raise spheres.resolution or use the octree method",
-                      model.name, settings.resolution);
-  for (int resolution = settings.resolution + 1; resolution <= kSuggestUpTo; ++resolution)
-    if (!spheres_at(test, root, settings.method, resolution).nodes.empty())
-      return make_error(
-          ErrorCode::kInput,
-          "model \"{}\": no cell of resolution {} lies inside it (it is too thin) - raise "
-          "spheres.resolution to {} or more",
-          model.name, settings.resolution, resolution);
-  const Diagnosis diagnosis = diagnose(model);
-  if (diagnosis.closed && diagnosis.volume > 0)
-    return make_error(
-        ErrorCode::kInput,
-        "model \"{}\": no cell up to resolution {} lies inside it (it is very thin: volume {:.3g} "
-        "in "
-        "a box of {:.3g} x {:.3g} x {:.3g}) - raise spheres.resolution or thicken the model",
-        model.name, std::max(settings.resolution, kSuggestUpTo), diagnosis.volume,
-        diagnosis.box.size().x, diagnosis.box.size().y, diagnosis.box.size().z);
+Error no_boundary(const Model& model) {
   std::string reasons;
-  for (const std::string& problem : describe_problems(diagnosis)) reasons += "\n  " + problem;
+  for (const std::string& problem : describe_problems(diagnose(model))) reasons += "\n  " + problem;
   return make_error(ErrorCode::kInput,
                     "model \"{}\": it encloses no volume, so no spheres can stand for it - close "
-                    "its holes and turn "
-                    "its faces outward{}",
+                    "its holes and turn its faces outward, or set \"solidify\": true{}",
                     model.name, reasons);
+}
+
+/// Enough samples that every number of a ball is well determined, and thin parts get some.
+std::size_t samples_for(std::size_t balls) {
+  return std::clamp<std::size_t>(40 * balls, 8000, 60000);
+}
+
+Status sample(Solid& solid, std::size_t balls) {
+  solid.samples = sample_boundary(solid.model, solid.inside, samples_for(balls));
+  if (solid.samples.empty()) return no_boundary(solid.model);
+  return Ok{};
+}
+
+/// Shifts all weights by one number so that the surface encloses what the model does.
+Result<std::vector<Ball>> with_volume(const Solid& solid, std::vector<Ball> balls) {
+  const auto extractor = make_cpu_extractor();
+  const Box box = solid.model.box();
+  // Fine enough that the mesh's own flattening is below the tolerance.
+  const float cell = box.diagonal() / 200;
+  const ExtractSettings extract;
+  const Diagnosis diagnosis = diagnose(solid.model);
+  double volume = diagnosis.volume;
+  if (!diagnosis.closed || diagnosis.shells != 1 || !(volume > 0)) {
+    // Open and overlapping parts: count points of one lattice in the model and in the field, so
+    // that what a lattice misses is missed in both.
+    PM_TRY(const double ratio, lattice_volume_ratio(solid.model, solid.inside, balls));
+    PM_TRY(const Mesh mesh, extract_surface(*extractor, balls, cell, extract));
+    volume = volume_of(mesh) / std::max(ratio, 1e-6);
+  }
+  if (!(volume > 0)) return balls;
+  PM_TRY(const float iso, iso_for_volume(*extractor, balls, cell, extract, volume));
+  return rescaled(std::move(balls), FieldKind::kGaussian, iso);
+}
+
+Result<std::vector<Ball>> fitted(const Solid& solid, const std::vector<Sphere>& spheres,
+                                 const SphereSettings& settings) {
+  FitSettings fit;
+  fit.ellipsoids = settings.fit == FitKind::kEllipsoid;
+  return with_volume(solid,
+                     fit_balls(solid.samples, solid.inside, solid.model.box(), spheres, fit).balls);
+}
+
+Result<Approximation> medial_approximation(const Solid& solid, const SphereSettings& settings,
+                                           std::size_t count) {
+  Approximation result{medial_tree(solid.samples, count), {}};
+  if (settings.fit != FitKind::kNone) {
+    PM_TRY(result.balls, fitted(solid, result.tree.leaves(), settings));
+  }
+  return result;
+}
+
+/// The fewest medial balls that keep settings.error, by doubling and bisection of their number; the
+/// distance does not fall strictly with it, so this is the fewest to within an eighth.
+Result<Approximation> medial_to_error(Solid& solid, const SphereSettings& settings) {
+  constexpr std::size_t kMost = 2048;
+  struct Try {
+    std::size_t count = 0;
+    double error = 0;
+    Approximation result;
+  };
+  const auto attempt = [&](std::size_t count) -> Result<Try> {
+    PM_TRY_STATUS(sample(solid, count));
+    PM_TRY(Approximation result, medial_approximation(solid, settings, count));
+    PM_TRY(const double error, hausdorff_distance(solid.model, solid.samples, result));
+    return Try{count, error, std::move(result)};
+  };
+  std::size_t low = 8;
+  PM_TRY(Try best, attempt(16));
+  while (best.error > settings.error && best.count < kMost) {
+    low = best.count;
+    PM_TRY(best, attempt(2 * best.count));
+  }
+  if (best.error > settings.error) {
+    log_warning("model \"{}\": {} balls keep {:.4f} of the diagonal, not the wanted {:.4f}",
+                solid.model.name, best.count, best.error, settings.error);
+    return std::move(best.result);
+  }
+  while (best.count - low > std::max<std::size_t>(2, best.count / 8)) {
+    PM_TRY(Try next, attempt((low + best.count) / 2));
+    if (next.error <= settings.error)
+      best = std::move(next);
+    else
+      low = next.count;
+  }
+  return std::move(best.result);
 }
 
 }  // namespace
@@ -78,21 +131,56 @@ std::vector<Sphere> SphereTree::leaves() const {
   return spheres;
 }
 
-Result<SphereTree> approximate(const Model& model, const SphereSettings& settings) {
+Result<Approximation> approximate(const Model& model, const SphereSettings& settings) {
   if (settings.resolution < 0 || settings.resolution > kFinestResolution)
     return make_error(ErrorCode::kInput,
                       "spheres.resolution {} is out of range - use 1 to {}, or 0 for automatic",
                       settings.resolution, kFinestResolution);
   if (model.triangles.empty())
     return make_error(ErrorCode::kInput, "model \"{}\" has no faces", model.name);
-  const InsideTest test(
-      model, settings.inside == InsideMethod::kParity ? InsideRule::kParity : InsideRule::kWinding);
-  const RootCube root = root_cube(model);
-  SphereTree tree = settings.resolution == 0
-                        ? automatic_spheres(test, root, settings.method)
-                        : spheres_at(test, root, settings.method, settings.resolution);
-  if (tree.nodes.empty()) return nothing_inside(model, test, root, settings);
-  return tree;
+  Solid solid{model,
+              InsideTest(model, settings.inside == InsideMethod::kParity ? InsideRule::kParity
+                                                                         : InsideRule::kWinding),
+              {}};
+  const bool fit = settings.fit != FitKind::kNone;
+  const auto count = static_cast<std::size_t>(std::max(settings.balls, 1));
+  if (settings.method == SphereMethod::kMedial && settings.error > 0)
+    return medial_to_error(solid, settings);
+  if (settings.method == SphereMethod::kMedial) {
+    PM_TRY_STATUS(sample(solid, count));
+    return medial_approximation(solid, settings, count);
+  }
+  Approximation result;
+  if (settings.method == SphereMethod::kHubbard) {
+    HubbardSettings hubbard;
+    hubbard.spheres = settings.balls;
+    PM_TRY(result.tree, hubbard_spheres(model, solid.inside, hubbard));
+  } else {
+    PM_TRY(result.tree, cell_spheres(model, solid.inside, settings, fit ? count : 8000));
+  }
+  if (fit) {
+    const std::vector<Sphere> spheres = result.tree.leaves();
+    PM_TRY_STATUS(sample(solid, spheres.size()));
+    PM_TRY(result.balls, fitted(solid, spheres, settings));
+  }
+  return result;
+}
+
+Result<std::vector<Ball>> unfitted_balls(const std::vector<Sphere>& spheres, double volume,
+                                         const FieldSettings& field, float cell,
+                                         const ExtractSettings& extract,
+                                         SurfaceExtractor& extractor) {
+  std::vector<Ball> balls = balls_of(spheres, field);
+  if (field.kind == FieldKind::kGaussian && field.even) {
+    PM_TRY(balls, evened(extractor, std::move(balls), extract));
+  }
+  if (!field.match_volume || !(volume > 0)) return balls;
+  // An inverse-square ball is then at its sphere's radius, however large the constants are.
+  const float start = field.kind == FieldKind::kInverseSquare
+                          ? field.blob_constant * field.magnitude / field.threshold
+                          : 1.0f;
+  PM_TRY(const float iso, iso_for_volume(extractor, balls, cell, extract, volume, start));
+  return rescaled(std::move(balls), field.kind, iso);
 }
 
 std::vector<Ball> balls_of(const std::vector<Sphere>& spheres, const FieldSettings& field) {

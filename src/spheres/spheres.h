@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "kernels/extract_surface.h"
 #include "kernels/types.h"
 #include "model/inside.h"
 #include "model/model.h"
@@ -34,28 +35,44 @@ struct SphereTree {
   std::vector<Sphere> leaves() const;
 };
 
-/// Approximates the inside of `model` by spheres (method: docs/method.md, Spheres).
+/// A model as spheres, and as balls fitted to it.
+struct Approximation {
+  SphereTree tree;
+  std::vector<Ball> balls;  ///< fitted, surface at field = 1; empty when not fitted
+};
+
+/// Approximates the inside of `model` by spheres, and fits balls to it where the settings ask for
+/// it (method: docs/method.md, Spheres and Fit).
 /// `octree`: a cube around the bounding box, 2^(R-1) cells an axis at the finest level; a finest
 /// cell whose centre is inside gives one sphere. `active`: from the root down, a cell with MORE
 /// than 4 of its 8 corners inside gives one sphere and its children are dropped (report 5.1.3.2).
-/// Resolution 0 takes the finest one that gives at most 8000 spheres.
-/// A sphere's radius is that of the ball with its cell's volume.
-/// Errors (kInput): nothing of the model is inside at this resolution - says which to raise.
-Result<SphereTree> approximate(const Model& model, const SphereSettings& settings);
+/// Both: resolution 0 takes the finest one that gives at most 8000 spheres (with a fit:
+/// settings.balls); a sphere's radius is that of the ball with its cell's volume.
+/// `hubbard`, `medial`: settings.balls spheres; `medial` with an error > 0: as few as keep it.
+/// Fitted balls enclose the model's volume to 0.2 %.
+/// Errors (kInput): nothing of the model is inside, or too little for the method - says what to do.
+Result<Approximation> approximate(const Model& model, const SphereSettings& settings);
 
 /// approximate(), through the disk cache in `cache_folder` (empty: no cache). The key is a hash of
 /// the points, triangles, settings and algorithm version; damaged or foreign files are one warning
 /// and a rebuild.
-Result<SphereTree> approximate_cached(const Model& model, const SphereSettings& settings,
-                                      const std::filesystem::path& cache_folder);
+Result<Approximation> approximate_cached(const Model& model, const SphereSettings& settings,
+                                         const std::filesystem::path& cache_folder);
 
 /// POLYMORPH_CACHE_DIR, else XDG_CACHE_HOME/polymorph, else ~/.cache/polymorph; empty when none can
 /// be had.
 std::filesystem::path default_cache_folder();
 
-/// Balls of the wanted field for these spheres: with blobbiness B a Gaussian ball has a = B / R^2
-/// and w = B (Blinn 1982: a lone ball's surface is at r = R); an inverse-square ball has w =
-/// blob_constant * magnitude * R^2 / threshold.
+/// Balls of the wanted field for these spheres, without a fit: with blobbiness B a Gaussian ball
+/// has a = B / R^2 and w = B (Blinn 1982: a lone ball's surface is at r = R); an inverse-square
+/// ball has w = blob_constant * magnitude * R^2 / threshold.
 std::vector<Ball> balls_of(const std::vector<Sphere>& spheres, const FieldSettings& field);
+
+/// balls_of(), evened and brought to `volume` where the field's settings ask for it, on a surface
+/// of cells of edge `cell`. Errors: as extract_surface().
+Result<std::vector<Ball>> unfitted_balls(const std::vector<Sphere>& spheres, double volume,
+                                         const FieldSettings& field, float cell,
+                                         const ExtractSettings& extract,
+                                         SurfaceExtractor& extractor);
 
 }  // namespace polymorph

@@ -76,6 +76,16 @@ std::string encode_balls(const std::vector<Ball>& balls, FieldKind kind) {
   return text;
 }
 
+std::string encode_balls_csv(const std::vector<Ball>& balls, FieldKind kind) {
+  std::string text = "x,y,z,a,w,radius,xx,yy,zz,xy,xz,yz\n";
+  auto out = std::back_inserter(text);
+  for (const Ball& b : balls)
+    fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{},{}\n", b.center.x, b.center.y, b.center.z,
+                   b.a, b.w, visible_radius(b, kind), b.shape.xx, b.shape.yy, b.shape.zz,
+                   b.shape.xy, b.shape.xz, b.shape.yz);
+  return text;
+}
+
 Status write_mesh(const std::filesystem::path& path, const Mesh& mesh) {
   if (path.extension() == ".obj") return write_file(path, encode_obj(mesh));
   if (path.extension() == ".ply") return write_file(path, encode_ply(mesh));

@@ -18,6 +18,9 @@ std::string encode_ply(const Mesh& mesh);
 /// {"field": "gaussian", "balls": [{"center": [x, y, z], "a": .., "w": .., "radius": ..}, ...]}.
 std::string encode_balls(const std::vector<Ball>& balls, FieldKind kind);
 
+/// The same as a table: x,y,z,a,w,radius and the six numbers of the shape.
+std::string encode_balls_csv(const std::vector<Ball>& balls, FieldKind kind);
+
 /// By extension: .obj or .ply. Errors: kUsage for another extension, kOutput when writing fails.
 Status write_mesh(const std::filesystem::path& path, const Mesh& mesh);
 

@@ -1,0 +1,84 @@
+// The report's two methods: which resolution, and what to say when nothing is inside.
+#include <algorithm>
+
+#include "model/diagnose.h"
+#include "spheres/cells.h"
+
+namespace polymorph {
+namespace {
+
+constexpr int kSuggestUpTo = 7;  // 2^18 cells: a fraction of a second
+
+SphereTree spheres_at(const InsideTest& test, const RootCube& root, SphereMethod method,
+                      int resolution) {
+  return method == SphereMethod::kActive ? active_spheres(test, root, resolution - 1)
+                                         : octree_spheres(test, root, resolution - 1);
+}
+
+/// The finest resolution that gives at most `most`: thousands of balls are still
+/// extracted in milliseconds, and a thin model gets finer cells than a stout one. At least
+/// kCoarsest, so that a cube does not end as a handful of balls.
+SphereTree automatic_spheres(const InsideTest& test, const RootCube& root, SphereMethod method,
+                             std::size_t most) {
+  constexpr int kCoarsest = 4, kStart = 6, kFinest = 8;
+  // Cells halve: an octree gets 8 times as many, the active method, which only splits at the
+  // surface, 4.
+  const std::size_t growth = method == SphereMethod::kActive ? 4 : 8;
+  int resolution = kStart;
+  SphereTree tree = spheres_at(test, root, method, resolution);
+  const auto count = [&] { return tree.leaves().size(); };
+  while (count() > most && resolution > kCoarsest)
+    tree = spheres_at(test, root, method, --resolution);
+  while (resolution >= kStart && resolution < kFinest && count() * growth <= most)
+    tree = spheres_at(test, root, method, ++resolution);
+  return tree;
+}
+
+/// Nothing was found: why, and what would help.
+Error nothing_inside(const Model& model, const InsideTest& test, const RootCube& root,
+                     const SphereSettings& settings) {
+  if (settings.method == SphereMethod::kActive &&
+      !spheres_at(test, root, SphereMethod::kOctree, settings.resolution).nodes.empty())
+    return make_error(ErrorCode::kInput,
+                      "model \"{}\": no cell of resolution {} has more than 4 corners inside it "
+                      "(it is too thin for "
+                      "the active method) - raise spheres.resolution or use the octree method",
+                      model.name, settings.resolution);
+  for (int resolution = settings.resolution + 1; resolution <= kSuggestUpTo; ++resolution)
+    if (!spheres_at(test, root, settings.method, resolution).nodes.empty())
+      return make_error(
+          ErrorCode::kInput,
+          "model \"{}\": no cell of resolution {} lies inside it (it is too thin) - raise "
+          "spheres.resolution to {} or more",
+          model.name, settings.resolution, resolution);
+  const Diagnosis diagnosis = diagnose(model);
+  if (diagnosis.closed && diagnosis.volume > 0)
+    return make_error(
+        ErrorCode::kInput,
+        "model \"{}\": no cell up to resolution {} lies inside it (it is very thin: volume {:.3g} "
+        "in "
+        "a box of {:.3g} x {:.3g} x {:.3g}) - raise spheres.resolution or thicken the model",
+        model.name, std::max(settings.resolution, kSuggestUpTo), diagnosis.volume,
+        diagnosis.box.size().x, diagnosis.box.size().y, diagnosis.box.size().z);
+  std::string reasons;
+  for (const std::string& problem : describe_problems(diagnosis)) reasons += "\n  " + problem;
+  return make_error(ErrorCode::kInput,
+                    "model \"{}\": it encloses no volume, so no spheres can stand for it - close "
+                    "its holes and turn "
+                    "its faces outward{}",
+                    model.name, reasons);
+}
+
+}  // namespace
+
+Result<SphereTree> cell_spheres(const Model& model, const InsideTest& test,
+                                const SphereSettings& settings, std::size_t most) {
+  const RootCube root = root_cube(model);
+  SphereTree tree = settings.resolution == 0
+                        ? automatic_spheres(test, root, settings.method, most)
+                        : spheres_at(test, root, settings.method, settings.resolution);
+  if (tree.nodes.empty()) return nothing_inside(model, test, root, settings);
+  return tree;
+}
+
+}  // namespace polymorph
