@@ -46,6 +46,28 @@ Vec3d bow_of(const MorphPlan& plan, Vec3d p, Vec3d q) {
   return normalized(side) * (far * static_cast<double>(plan.motion.bend));
 }
 
+/// Which way and how fast a ball is thrown: out from the middle, up, and at random. Keyed by the
+/// pair's number, which is the same on the way back.
+Vec3d launch_of(const MorphPlan& plan, std::size_t e, Vec3d from, Vec3d to) {
+  const auto random = [&](std::uint64_t stream) {
+    return 2 * static_cast<double>(random_float(plan.motion.seed, stream, e)) - 1;
+  };
+  const Vec3d way = normalized(from + to) + Vec3d{random(2), 0.8 + random(3), random(4)} * 0.5;
+  return normalized(way) *
+         (static_cast<double>(plan.motion.burst) * plan.size * (0.75 + 0.25 * random(5)));
+}
+
+/// Where a ball is that was thrown from `start` at `launch` a time ago; it stays where it lands.
+Vec3d thrown(const MorphPlan& plan, Vec3d start, Vec3d launch, double time) {
+  const double gravity = 10 * static_cast<double>(plan.motion.gravity) * plan.size;
+  const double drop = std::max(start.y - plan.floor, 0.0);
+  double flight = time;
+  if (gravity > 0)
+    flight =
+        std::min(time, (launch.y + std::sqrt(launch.y * launch.y + 2 * gravity * drop)) / gravity);
+  return start + launch * flight - Vec3d{0, gravity * flight * flight / 2, 0};
+}
+
 /// Each pair's place in the order of starting, [0, 1].
 std::vector<float> starting_order(const MorphPlan& plan) {
   const std::size_t n = plan.pairs.size();
@@ -134,7 +156,15 @@ Ball between(const MorphPlan& plan, const Mover& mover, const Place& place, doub
   Ball ball;
   Vec3d x = mover.from * (1 - u) + mover.to * u;
   if (plan.motion.path == Path::kBezier) x = x + mover.bow * (4 * u * (1 - u));
-  ball.center = to_float(place.center + (place.rotation * x) * place.scale);
+  Vec3d center = place.center + (place.rotation * x) * place.scale;
+  if (plan.motion.path == Path::kExplode) {
+    const double v = std::clamp(u, 0.0, 1.0);
+    const double middle = std::clamp((v - 0.2) / 0.6, 0.0, 1.0);
+    const double into = middle * middle * (3 - 2 * middle);
+    center = thrown(plan, plan.alignment.from_center + mover.from, mover.launch, v) * (1 - into) +
+             thrown(plan, plan.alignment.to_center + mover.to, mover.launch, 1 - v) * into;
+  }
+  ball.center = to_float(center);
   // An overshooting spring must not turn a small volume negative.
   const double volume = std::max((1 - u) * mover.from_volume + u * mover.to_volume,
                                  0.1 * std::min(mover.from_volume, mover.to_volume));
@@ -175,6 +205,7 @@ std::vector<Mover> make_movers(const MorphPlan& plan) {
     }
     if (plan.motion.path == Path::kBezier)
       mover.bow = bow_of(plan, Vec3d(p.center), Vec3d(q.center));
+    if (plan.motion.path == Path::kExplode) mover.launch = launch_of(plan, e, mover.from, mover.to);
     if (plan.motion.stagger != Stagger::kNone) mover.delay = order[e] * plan.motion.stagger_share;
     constexpr double kMost = 8;
     mover.inertia = static_cast<float>(std::pow(std::clamp(pair.mass * count, 1 / kMost, kMost),

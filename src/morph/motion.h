@@ -16,6 +16,8 @@ std::vector<Mover> make_movers(const MorphPlan& plan);
 ///   straight, bezier: (1-u) p + u q, or a curve through both;
 ///   rigid: c(u) + s^u exp(u log R) [(1-u) p' + u q'] with the plan's alignment: exact at both
 ///   ends, and a similarity all the way where one object is a turned and scaled copy of the other.
+///   explode: thrown out of p, falling onto the floor, and backwards into q; one fades to the
+///   other.
 /// Ellipsoids turn with the motion, and the logarithm of their shape is linear. The cube of a
 /// ball's size (a^-3/2) is linear, and so is its strength: w for inverse-square balls, w +
 /// ln(share) for Gaussian ones.

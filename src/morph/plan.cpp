@@ -239,6 +239,17 @@ bool is_less(const PlanSide& a, const PlanSide& b) {
   return false;
 }
 
+double rms_size(const std::vector<Ball>& balls) {
+  const std::vector<double> even(balls.size(), 1 / static_cast<double>(balls.size()));
+  return normalization_of(balls, even).size;
+}
+
+double lowest(const std::vector<Ball>& balls) {
+  float low = balls[0].center.y;
+  for (const Ball& ball : balls) low = std::min(low, ball.center.y);
+  return static_cast<double>(low);
+}
+
 /// Pairs and turn of a morph from `plan.from` to `plan.to`.
 Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
                 const PlanSettings& settings) {
@@ -320,6 +331,8 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
     plan.alignment = {transposed(fit.rotation), fit.turn * -1.0, 1 / fit.scale, fit.to_center,
                       fit.from_center,          fit.strain};
   }
+  plan.size = std::sqrt(rms_size(plan.from) * rms_size(plan.to));
+  plan.floor = std::min(lowest(plan.from), lowest(plan.to));
   plan.motion = motion;
   plan.movers = make_movers(plan);
   return plan;

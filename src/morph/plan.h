@@ -47,6 +47,7 @@ struct Mover {
   bool round = true;
   Mat3 from_log, to_log;  ///< of the shapes, in `from`'s orientation; unused when round
   Vec3d bow;              ///< bezier: the way the path bows out
+  Vec3d launch;           ///< explode: velocity out of either object, scene units a motion
   float delay = 0;        ///< stagger: [0, stagger_share]
   float inertia = 1;      ///< spring: of mean 1, about
 };
@@ -59,6 +60,8 @@ struct MorphPlan {
   Alignment alignment;
   MotionSettings motion;
   std::vector<Mover> movers;  ///< one a pair
+  double size = 1;            ///< geometric mean of both objects' RMS sizes
+  double floor = 0;           ///< height of the lowest ball's centre in either object
 };
 
 /// Both ball lists must not be empty. Deterministic; `index` also depends on the seed. The plan

@@ -136,10 +136,15 @@ void describe(V& v, SpringSettings& s) {
 template <class V>
 void describe(V& v, MotionSettings& s) {
   v.choice("path", s.path,
-           {{"straight", Path::kStraight}, {"bezier", Path::kBezier}, {"rigid", Path::kRigid}},
-           "the way of a ball: a line, an arc, or the turn and growth that lays one object on the "
-           "other");
+           {{"straight", Path::kStraight},
+            {"bezier", Path::kBezier},
+            {"rigid", Path::kRigid},
+            {"explode", Path::kExplode}},
+           "the way of a ball: a line, an arc, the turn and growth that lays one object on the "
+           "other, or a throw out of the one and, backwards, into the other");
   v.number("bend", s.bend, -2, 2, "bezier: how far a path bows out, as a share of its length");
+  v.number("burst", s.burst, 0, 100, "explode: speed, in the objects' sizes a motion");
+  v.number("gravity", s.gravity, 0, 100, "explode: 1 brings balls down within the motion");
   v.number(
       "soften", s.soften, 0, 0.9,
       "gaussian: how much softer balls are half way between unlike objects, so that they do not "

@@ -111,7 +111,7 @@ struct PlanSettings {
 };
 
 enum class Easing : std::uint8_t { kLinear, kSmoothstep, kQuintic, kBezier, kSpring };
-enum class Path : std::uint8_t { kStraight, kBezier, kRigid };
+enum class Path : std::uint8_t { kStraight, kBezier, kRigid, kExplode };
 enum class Stagger : std::uint8_t { kNone, kAxis, kRadius, kLabel, kNoise };
 
 /// A damped spring (report Eq. 3.4); the unit of time is the motion's duration.
@@ -125,6 +125,8 @@ struct SpringSettings {
 struct MotionSettings {
   Path path = Path::kRigid;
   float bend = 0.25f;   ///< bezier: how far a path bows out, as a share of its length
+  float burst = 4;      ///< explode: speed, in the objects' sizes a motion
+  float gravity = 1;    ///< explode: 1 = what brings a ball down within the motion
   float soften = 0.5f;  ///< Gaussian: how much softer balls are half way between unlike objects
   Easing easing = Easing::kQuintic;
   std::vector<float> bezier{0.42f, 0.0f, 0.58f, 1.0f};  ///< x1, y1, x2, y2

@@ -41,7 +41,7 @@ TEST(BallsAt, TheEndsAreTheBallsOwnNumbersToTheBit) {
     a[i] = ellipsoid(a[i].center, 0.3f, {0.1, 0.2, 0.3});
     b[i + 3] = ellipsoid(b[i + 3].center, 0.2f, {1, 0, 0.3});
   }
-  for (const Path path : {Path::kStraight, Path::kBezier, Path::kRigid}) {
+  for (const Path path : {Path::kStraight, Path::kBezier, Path::kRigid, Path::kExplode}) {
     const MorphPlan plan = plan_of(a, b, linear(path));
     for (const float time : {0.0f, 1.0f}) {
       const std::vector<Ball> balls = balls_at(plan, time);
@@ -58,7 +58,7 @@ TEST(BallsAt, TheEndsAreTheBallsOwnNumbersToTheBit) {
 TEST(BallsAt, MotionIsContinuousAtTheEnds) {
   std::vector<Ball> a = random_balls(20, 1), b = random_balls(30, 2, {2, 0, 0});
   a[3] = ellipsoid(a[3].center, 0.3f, {0.1, 0.2, 0.3});
-  for (const Path path : {Path::kStraight, Path::kBezier, Path::kRigid}) {
+  for (const Path path : {Path::kStraight, Path::kBezier, Path::kRigid, Path::kExplode}) {
     const MorphPlan plan = plan_of(a, b, linear(path));
     for (const auto& [end, near] : {std::pair{0.0f, 1e-6f}, {1.0f, 1 - 1e-6f}}) {
       const auto at = balls_at(plan, end), beside = balls_at(plan, near);
@@ -120,7 +120,7 @@ TEST(BallsAt, BackwardsIsTheSameMorphReversed) {
   a[2] = ellipsoid(a[2].center, 0.3f, {0.1, 0.2, 0.3});
   PlanSettings settings;
   settings.align_gain = 0.01f;
-  for (const Path path : {Path::kStraight, Path::kBezier, Path::kRigid}) {
+  for (const Path path : {Path::kStraight, Path::kBezier, Path::kRigid, Path::kExplode}) {
     MotionSettings motion;
     motion.path = path;
     const MorphPlan there = plan_of(a, b, motion, settings), back = plan_of(b, a, motion, settings);
@@ -144,6 +144,30 @@ TEST(BallsAt, HalfATurnComesBackTheWayItWent) {
   const auto one = balls_at(there, 0.5f), two = balls_at(back, 0.5f);
   for (std::size_t e = 0; e < one.size(); ++e)
     EXPECT_LT(length(one[e].center - two[e].center), 1e-4f);
+}
+
+TEST(BallsAt, AnExplosionThrowsBallsApartAndNoneThroughTheFloor) {
+  const std::vector<Ball> a = random_balls(40, 1), b = random_balls(40, 2);
+  float lowest = 1;
+  for (const auto& balls : {a, b})
+    for (const Ball& ball : balls) lowest = std::min(lowest, ball.center.y);
+  const auto spread = [](const std::vector<Ball>& balls) {
+    Vec3 middle;
+    float sum = 0;
+    for (const Ball& ball : balls) middle = middle + ball.center / static_cast<float>(balls.size());
+    for (const Ball& ball : balls) sum += length(ball.center - middle);
+    return sum / static_cast<float>(balls.size());
+  };
+  MotionSettings motion = linear(Path::kExplode);
+  const MorphPlan plan = plan_of(a, b, motion);
+  EXPECT_GT(spread(balls_at(plan, 0.5f)), 2 * spread(a));
+  for (int i = 0; i <= 20; ++i)
+    for (const Ball& ball : balls_at(plan, static_cast<float>(i) / 20))
+      EXPECT_GE(ball.center.y, lowest - 1e-4f);
+  motion.seed = 7;
+  EXPECT_GT(
+      length(balls_at(plan_of(a, b, motion), 0.5f)[0].center - balls_at(plan, 0.5f)[0].center),
+      1e-3f);
 }
 
 TEST(Stagger, TheLastBallStartsWhenTheShareIsOver) {
