@@ -11,6 +11,8 @@ find_package(tinyobjloader CONFIG REQUIRED)
 find_package(Eigen3 3.4 CONFIG REQUIRED)
 find_path(NANOFLANN_INCLUDE nanoflann.hpp REQUIRED)  # Debian's package has no CMake config
 find_package(PNG REQUIRED)
+# Headers only; its CMake config would bring the library and the solvers it was built with.
+find_path(LEMON_INCLUDE lemon/network_simplex.h REQUIRED)
 pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)
 pkg_check_modules(QHULL REQUIRED IMPORTED_TARGET qhull_r)
 find_path(GIF_INCLUDE gif_lib.h REQUIRED)

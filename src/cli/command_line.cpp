@@ -255,7 +255,8 @@ int run_program(int argc, char** argv) {
   line.app.add_flag("-h,--help", ignored, "this help; -h after a command is short, --help is full")
       ->group("Options");
   for (const auto add : {add_render, add_strip, add_mesh, add_spheres, add_check, add_info,
-                         add_compare, add_golden, add_bench, add_cache, add_devices, add_schema})
+                         add_compare, add_golden, add_analyze, add_bench, add_cache,
+                         add_devices, add_schema})
     add(line);
 
   // Help and version answer before anything is checked, wherever they stand.

@@ -1,10 +1,11 @@
-// Who becomes whom, and where each ball is at a time (docs/method.md, Plan and Time).
+// Who becomes whom (docs/method.md, Plan). Where the balls are meanwhile: morph/motion.h.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
 #include "kernels/types.h"
+#include "morph/linear.h"
 #include "scene/scene.h"
 
 namespace polymorph {
@@ -15,26 +16,57 @@ namespace polymorph {
 struct Pair {
   std::uint32_t from = 0, to = 0;
   float from_share = 1, to_share = 1;  ///< (0, 1]
+  double mass = 0;                     ///< of the whole, the mean of both ends' shares of it
+};
+
+/// What lays one object on the other: q = to_center + scale rotation (p - from_center).
+struct Alignment {
+  Mat3 rotation;
+  Vec3d turn;  ///< its axis times its angle: half a turn goes either way, and the way back is the
+               ///< same
+  double scale = 1;
+  Vec3d from_center, to_center;
+  /// RMS distance of the pairs' ends that it leaves, over the RMS size: 0 where one object is a
+  /// turned and scaled copy of the other, about 1 where they have nothing to do with each other.
+  double strain = 0;
+};
+
+/// One object as a plan takes it.
+struct PlanSide {
+  std::vector<Ball> balls;
+  /// One a ball, equal numbers belong together (morph/labels.h); empty: no labels.
+  std::vector<std::int32_t> labels;
+  std::vector<Vec3> landmarks;  ///< those of the other side in the same order
+};
+
+/// Where one pair is at any time: what both ends say, so that a frame only interpolates.
+struct Mover {
+  Vec3d from, to;  ///< about the alignment's centres, both in `from`'s orientation
+  double from_volume = 1, to_volume = 1;  ///< a^-3/2
+  float from_w = 0, to_w = 0;
+  bool round = true;
+  Mat3 from_log, to_log;  ///< of the shapes, in `from`'s orientation; unused when round
+  Vec3d bow;              ///< bezier: the way the path bows out
+  Vec3d launch;           ///< explode: velocity out of either object, scene units a motion
+  float delay = 0;        ///< stagger: [0, stagger_share]
+  float inertia = 1;      ///< spring: of mean 1, about
 };
 
 struct MorphPlan {
   FieldKind kind = FieldKind::kGaussian;
   std::vector<Ball> from, to;
+  std::vector<std::int32_t> from_labels, to_labels;  ///< empty or one a ball
   std::vector<Pair> pairs;
+  Alignment alignment;
+  MotionSettings motion;
+  std::vector<Mover> movers;  ///< one a pair
+  double size = 1;            ///< geometric mean of both objects' RMS sizes
+  double floor = 0;           ///< height of the lowest ball's centre in either object
 };
 
-/// Both ball lists must not be empty. Deterministic; `index` also depends on the seed.
-MorphPlan plan_morph(std::vector<Ball> from, std::vector<Ball> to, FieldKind kind,
-                     const PlanSettings& settings);
-
-/// The balls at u in [0, 1] (already eased), one a pair, in pair order. u = 0 and u = 1 give the
-/// fields of `from` and `to` exactly. Centres move on straight lines, the cube of a ball's size
-/// (a^-3/2) is linear, and so is its strength: w for inverse-square balls, w + ln(share) for
-/// Gaussian ones.
-std::vector<Ball> balls_at(const MorphPlan& plan, float u);
-
-/// Eased time: linear, smoothstep (3t^2 - 2t^3) or quintic (6t^5 - 15t^4 + 10t^3); maps [0, 1] onto
-/// itself.
-float ease(Easing easing, float t);
+/// Both ball lists must not be empty. Deterministic; `index` also depends on the seed. The plan
+/// from `to` to `from` is this one's mirror image.
+MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSettings& settings,
+                     const MotionSettings& motion = {});
 
 }  // namespace polymorph

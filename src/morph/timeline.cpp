@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "base/result.h"
-#include "morph/plan.h"
+#include "morph/easing.h"
 #include "scene/load_scene.h"
 
 namespace polymorph {
@@ -20,6 +20,8 @@ constexpr std::array<StageInfo, 5> kStages{{
     {Stage::kBoundaryIn, "boundary-in", "the target's balls become its mesh"},
     {Stage::kLookIn, "look-in", "the common look fades to the target's own materials"},
 }};
+
+float smoothstep(float t) { return t * t * (3 - 2 * t); }
 
 /// Shares of a leg's stages, given which of its ends are shown as a model.
 void set_shares(Leg& leg, const BoundarySettings& settings) {
@@ -43,7 +45,7 @@ bool show_model_without_stages(const Leg& leg, float local, Moment& moment) {
   if (!at_start && !at_end) return false;
   moment.stage = at_start ? Stage::kLookOut : Stage::kLookIn;
   moment.object = at_start ? moment.leg : moment.leg + 1;
-  moment.progress = moment.u = at_start ? 0.0f : 1.0f;
+  moment.progress = moment.time = moment.u = at_start ? 0.0f : 1.0f;
   moment.look = moment.growth = 0;
   moment.boundary = 1;
   return true;
@@ -64,7 +66,7 @@ Timeline make_timeline(const Scene& scene) {
 
   Timeline timeline;
   timeline.hold_start = scene.frames.hold_start;
-  timeline.easing = scene.motion.easing;
+  timeline.motion = scene.motion;
   const int total = std::accumulate(frames.begin(), frames.end(), 0);
   const bool counted = scene.frames.count > 0 && scene.frames.per_leg.empty();
   timeline.count = counted ? scene.frames.count
@@ -117,29 +119,30 @@ Moment moment_at(const Timeline& timeline, int frame) {
   moment.stage = static_cast<Stage>(stage);
   moment.progress = std::clamp(local / leg.shares[stage], 0.0f, 1.0f);
 
-  const float faded = ease(Easing::kSmoothstep, moment.progress);
+  const float faded = smoothstep(moment.progress);
   const int from = moment.leg, to = moment.leg + 1;
   switch (moment.stage) {
     case Stage::kLookOut:
       moment.object = from, moment.look = faded, moment.boundary = 1, moment.growth = 0,
-      moment.u = 0;
+      moment.time = 0;
       break;
     case Stage::kBoundaryOut:
       moment.object = from, moment.look = 1, moment.boundary = 1 - faded, moment.growth = faded,
-      moment.u = 0;
+      moment.time = 0;
       break;
     case Stage::kVolume:
-      moment.u = ease(timeline.easing, moment.progress);
+      moment.time = moment.progress;
       break;
     case Stage::kBoundaryIn:
       moment.object = to, moment.look = 1, moment.boundary = faded, moment.growth = 1 - faded,
-      moment.u = 1;
+      moment.time = 1;
       break;
     case Stage::kLookIn:
       moment.object = to, moment.look = 1 - faded, moment.boundary = 1, moment.growth = 0,
-      moment.u = 1;
+      moment.time = 1;
       break;
   }
+  moment.u = ease(timeline.motion, moment.time);
   return moment;
 }
 

@@ -45,7 +45,7 @@ struct Timeline {
   /// Moving frames - 1. Legs meet on frames, so an object between two legs has a frame of its own.
   int steps = 23;
   std::vector<Leg> legs;  ///< leg k goes from chain object k to k + 1
-  Easing easing = Easing::kQuintic;
+  MotionSettings motion;
 };
 
 Timeline make_timeline(const Scene& scene);
@@ -57,7 +57,8 @@ struct Moment {
   int leg = 0;
   Stage stage = Stage::kVolume;
   float progress = 0;  ///< within the stage, [0, 1]
-  float u = 0;         ///< eased motion of the leg's balls, [0, 1]
+  float time = 0;      ///< of the motion of the leg's balls, [0, 1]: what balls_at() takes
+  float u = 0;         ///< the same, eased
   int object = -1;     ///< chain object whose mesh shows, or -1
   float look = 1;      ///< of that mesh: 0 own materials .. 1 common look
   float boundary = 0;  ///< of that mesh: 1 whole .. 0 shrunk into its balls

@@ -2,8 +2,8 @@
 // visitor walks this description: one reads JSON into the structs, one writes the JSON Schema, one
 // writes a scene back. To add a setting, add a member in scene.h and a line here.
 //
-// A visitor `v` offers integer, number, boolean, choice, text, path, vector, scale, color,
-// integers, object, objects.
+// A visitor `v` offers integer, number, boolean, choice, text, text_map, path, vector, scale,
+// color, integers, numbers, object, objects.
 #pragma once
 
 #include "scene/scene.h"
@@ -88,23 +88,91 @@ void describe(V& v, FieldSettings& s) {
 }
 
 template <class V>
+void describe(V& v, LandmarkSettings& s) {
+  v.integer("leg", s.leg, 1, 100000, "which leg of the chain it is for; 1 leaves the source");
+  v.vector("from", s.from, "a point of the leg's first object, in scene units");
+  v.vector("to", s.to, "the point of its second object that belongs to it");
+}
+
+template <class V>
 void describe(V& v, PlanSettings& s) {
   v.choice("method", s.method,
-           {{"index", PlanMethod::kIndex}, {"bisection", PlanMethod::kBisection}},
-           "which ball becomes which: in list order with surplus balls paired at random, or by "
-           "halving both "
-           "sets in space so that neighbours stay neighbours");
+           {{"index", PlanMethod::kIndex},
+            {"nearest", PlanMethod::kNearest},
+            {"transport", PlanMethod::kTransport}},
+           "which ball becomes which: in list order with surplus balls paired at random, every "
+           "ball with the cheapest one, or optimal transport of the volume");
   v.integer("seed", s.seed, 0, 9007199254740991, "of everything random in the plan");
+  v.choice("align", s.align,
+           {{"none", AlignMethod::kNone},
+            {"translate", AlignMethod::kTranslate},
+            {"rigid", AlignMethod::kRigid},
+            {"similarity", AlignMethod::kSimilarity}},
+           "how the objects are laid upon each other before balls are paired");
+  v.number("align_gain", s.align_gain, 0, 1,
+           "a turn is kept only if it makes the plan this share cheaper");
+  v.number("size_weight", s.size_weight, 0, 1000, "of unlike ball sizes in the cost");
+  v.number("feature_weight", s.feature_weight, 0, 1000,
+           "of unlike features: distance along the body, linear or flat surroundings, which way "
+           "is out");
+  v.number("landmark_weight", s.landmark_weight, 0, 1000, "of unlike distances to the landmarks");
+  v.number("label_weight", s.label_weight, 0, 1000, "of a change of label, where labels are soft");
+  v.choice("label_mode", s.label_mode,
+           {{"off", LabelMode::kOff}, {"soft", LabelMode::kSoft}, {"hard", LabelMode::kHard}},
+           "what the models' face groups mean: nothing, a cost for leaving one's label, or no "
+           "ball leaves its label");
+  v.text_map("labels", s.labels,
+             "which group becomes which, {\"teapot.spout\": \"penguin.beak\"}; groups of the "
+             "same name belong together");
+  v.objects("landmarks", s.landmarks, "pairs of points that belong together");
+}
+
+template <class V>
+void describe(V& v, SpringSettings& s) {
+  v.number("mass", s.mass, 1e-3, 1e3, "of a ball of mean volume");
+  v.number("stiffness", s.stiffness, 1e-2, 1e5, "force per way; the motion lasts one unit of time");
+  v.number("damping", s.damping, 0, 1e4, "force per speed; critical at 2 sqrt(mass stiffness)");
+  v.number("lag", s.lag, 0, 1, "how much more mass big balls have than small ones");
 }
 
 template <class V>
 void describe(V& v, MotionSettings& s) {
-  v.choice("path", s.path, {{"straight", Path::kStraight}}, "the way of a ball");
+  v.choice("path", s.path,
+           {{"straight", Path::kStraight},
+            {"bezier", Path::kBezier},
+            {"rigid", Path::kRigid},
+            {"explode", Path::kExplode}},
+           "the way of a ball: a line, an arc, the turn and growth that lays one object on the "
+           "other, or a throw out of the one and, backwards, into the other");
+  v.number("bend", s.bend, -2, 2, "bezier: how far a path bows out, as a share of its length");
+  v.number("burst", s.burst, 0, 100, "explode: speed, in the objects' sizes a motion");
+  v.number("gravity", s.gravity, 0, 100, "explode: 1 brings balls down within the motion");
+  v.number(
+      "soften", s.soften, 0, 0.9,
+      "gaussian: how much softer balls are half way between unlike objects, so that they do not "
+      "show singly");
   v.choice("easing", s.easing,
            {{"linear", Easing::kLinear},
             {"smoothstep", Easing::kSmoothstep},
-            {"quintic", Easing::kQuintic}},
+            {"quintic", Easing::kQuintic},
+            {"bezier", Easing::kBezier},
+            {"spring", Easing::kSpring}},
            "how time runs along a leg's motion");
+  v.numbers("bezier", s.bezier, {{0, 1}, {-2, 3}, {0, 1}, {-2, 3}},
+            "easing bezier: x1, y1, x2, y2 of the curve's inner points");
+  v.object("spring", s.spring, "easing spring");
+  v.choice("stagger", s.stagger,
+           {{"none", Stagger::kNone},
+            {"axis", Stagger::kAxis},
+            {"radius", Stagger::kRadius},
+            {"label", Stagger::kLabel},
+            {"noise", Stagger::kNoise}},
+           "which balls start later: none, by place along stagger_axis, the bigger ones, label by "
+           "label, or at random");
+  v.number("stagger_share", s.stagger_share, 0, 0.9,
+           "of the motion's time lies between the first start and the last");
+  v.vector("stagger_axis", s.stagger_axis, "stagger axis: the last balls lie this way");
+  v.integer("seed", s.seed, 0, 9007199254740991, "of everything random in the motion");
   v.boolean("keep_volume", s.keep_volume,
             "shift the level of every frame so that the volume goes evenly from one object's to "
             "the next's");

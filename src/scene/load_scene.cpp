@@ -140,6 +140,37 @@ class ReadFields {
         out.push_back(static_cast<int>(item.integer));
     }
   }
+  /// A list of exactly as many numbers as there are ranges.
+  void numbers(const char* key, std::vector<float>& out,
+               std::initializer_list<std::pair<double, double>> ranges, const char*) {
+    const JsonValue* value = expect(key, JsonValue::Kind::kArray);
+    if (!value) return;
+    std::vector<float> read;
+    for (const auto& [low, high] : ranges) {
+      if (read.size() == value->items.size()) break;
+      const JsonValue& item = value->items[read.size()];
+      if (item.kind != JsonValue::Kind::kNumber || !(item.number >= low && item.number <= high))
+        return report(item, key,
+                      fmt::format("number {} must be {:g} to {:g}", read.size() + 1, low, high));
+      read.push_back(static_cast<float>(item.number));
+    }
+    if (value->items.size() != ranges.size())
+      return report(
+          *value, key,
+          fmt::format("must be a list of {} numbers (has {})", ranges.size(), value->items.size()));
+    out = std::move(read);
+  }
+  void text_map(const char* key, std::map<std::string, std::string>& out, const char*) {
+    const JsonValue* value = expect(key, JsonValue::Kind::kObject);
+    if (!value) return;
+    for (const JsonMember& member : value->members) {
+      if (member.value.kind == JsonValue::Kind::kString)
+        out[member.key] = member.value.string;
+      else
+        report_at(member.value.offset, pointer_ + "/" + key + "/" + member.key,
+                  fmt::format("must be a string (is {})", kind_name(member.value.kind)));
+    }
+  }
   template <class T>
   void object(const char* key, T& out, const char*) {
     const JsonValue* value = find(key);
@@ -150,7 +181,10 @@ class ReadFields {
     const JsonValue* value = expect(key, JsonValue::Kind::kArray);
     if (!value) return;
     for (std::size_t i = 0; i < value->items.size(); ++i) {
-      out.push_back(prototype_);
+      if constexpr (std::is_same_v<T, ObjectSettings>)
+        out.push_back(prototype_);
+      else
+        out.emplace_back();
       read_object(value->items[i], fmt::format("{}/{}/{}", pointer_, key, i), out.back());
     }
   }
@@ -318,6 +352,13 @@ void check_whole(const JsonDocument& document, const Scene& scene,
              fmt::format("leaves {} frames beside the holds ({} + {}) - at least 2 are needed",
                          moving, scene.frames.hold_start, scene.frames.hold_end));
   }
+  const JsonValue* plan = root.find("plan");
+  const JsonValue* landmarks = plan ? plan->find("landmarks") : nullptr;
+  for (std::size_t i = 0; i < scene.plan.landmarks.size(); ++i)
+    if (static_cast<std::size_t>(scene.plan.landmarks[i].leg) > legs)
+      report(fmt::format("/plan/landmarks/{}/leg", i).c_str(), &landmarks->items[i],
+             fmt::format("is {}, but there {} {} leg{}", scene.plan.landmarks[i].leg,
+                         legs == 1 ? "is" : "are", legs, legs == 1 ? "" : "s"));
   if (length(scene.camera.up) == 0)
     report("/camera/up", root.find("camera") ? root.find("camera")->find("up") : nullptr,
            "must not be the zero vector");

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -70,22 +71,72 @@ struct FieldSettings {
 
 enum class PlanMethod : std::uint8_t {
   kIndex,      ///< the report's: list order, surplus balls paired with random ones (5.2.7)
-  kBisection,  ///< both sets halved along their longest axis, over and over: neighbours stay
-               ///< neighbours
+  kNearest,    ///< every ball of either side with the cheapest one of the other
+  kTransport,  ///< optimal transport of the balls' masses: balls split and merge
+};
+
+enum class AlignMethod : std::uint8_t {
+  kNone,        ///< costs and paths see the objects as they stand
+  kTranslate,   ///< centres of mass upon each other
+  kRigid,       ///< and the turn at which they fit best
+  kSimilarity,  ///< and the scale
+};
+
+enum class LabelMode : std::uint8_t {
+  kOff,   ///< the models' face groups say nothing
+  kSoft,  ///< going to another label costs label_weight
+  kHard,  ///< no ball leaves its label
+};
+
+/// A point of one object and the point of the next that belongs to it.
+struct LandmarkSettings {
+  int leg = 1;  ///< 1 = source to next object
+  Vec3 from, to;
 };
 
 struct PlanSettings {
-  PlanMethod method = PlanMethod::kBisection;
+  PlanMethod method = PlanMethod::kTransport;
   std::uint64_t seed = 0;
+  AlignMethod align = AlignMethod::kSimilarity;
+  float align_gain = 0.5f;  ///< a turn is kept only if it makes the plan this share cheaper
+  /// Weights of the cost's terms beside the squared distance in unit-RMS coordinates.
+  float size_weight = 0.1f;      ///< (ln R / R')^2
+  float feature_weight = 0.3f;   ///< squared difference of the features
+  float landmark_weight = 1.0f;  ///< squared difference of the distances to each landmark
+  float label_weight = 1.0f;     ///< another label, where labels are soft
+  LabelMode label_mode = LabelMode::kSoft;
+  /// "object.label" or "label" of one object -> of another; equal names belong together anyway.
+  std::map<std::string, std::string> labels;
+  std::vector<LandmarkSettings> landmarks;
 };
 
-enum class Easing : std::uint8_t { kLinear, kSmoothstep, kQuintic };
-enum class Path : std::uint8_t { kStraight };
+enum class Easing : std::uint8_t { kLinear, kSmoothstep, kQuintic, kBezier, kSpring };
+enum class Path : std::uint8_t { kStraight, kBezier, kRigid, kExplode };
+enum class Stagger : std::uint8_t { kNone, kAxis, kRadius, kLabel, kNoise };
+
+/// A damped spring (report Eq. 3.4); the unit of time is the motion's duration.
+struct SpringSettings {
+  float mass = 1;
+  float stiffness = 120;
+  float damping = 14;
+  float lag = 0.5f;  ///< a ball's mass is `mass` times its share of the volume to this power
+};
 
 struct MotionSettings {
-  Path path = Path::kStraight;
+  Path path = Path::kRigid;
+  float bend = 0.25f;   ///< bezier: how far a path bows out, as a share of its length
+  float burst = 4;      ///< explode: speed, in the objects' sizes a motion
+  float gravity = 1;    ///< explode: 1 = what brings a ball down within the motion
+  float soften = 0.5f;  ///< Gaussian: how much softer balls are half way between unlike objects
   Easing easing = Easing::kQuintic;
-  bool keep_volume = true;  ///< choose each frame's level so that V(u) = (1-u) V_A + u V_B
+  std::vector<float> bezier{0.42f, 0.0f, 0.58f, 1.0f};  ///< x1, y1, x2, y2
+  SpringSettings spring;
+  Stagger stagger = Stagger::kNone;
+  float stagger_share =
+      0.4f;  ///< of the motion's time lies between the first ball's start and the last's
+  Vec3 stagger_axis{0, 1, 0};  ///< stagger axis: balls start in this direction's order
+  std::uint64_t seed = 0;      ///< stagger noise
+  bool keep_volume = true;     ///< choose each frame's level so that V(u) = (1-u) V_A + u V_B
 };
 
 enum class BoundaryMethod : std::uint8_t { kCrossfade, kCut };

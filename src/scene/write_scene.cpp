@@ -80,6 +80,22 @@ class SchemaFields {
     add(key, doc,
         {{"type", "array"}, {"items", {{"type", "integer"}, {"minimum", low}, {"maximum", high}}}});
   }
+  void numbers(const char* key, std::vector<float>& values,
+               std::initializer_list<std::pair<double, double>> ranges, const char* doc) {
+    Json items = Json::array(), initial = Json::array();
+    for (const auto& [low, high] : ranges)
+      items.push_back({{"type", "number"}, {"minimum", low}, {"maximum", high}});
+    for (const float value : values) initial.push_back(tidy(value));
+    add(key, doc,
+        {{"type", "array"},
+         {"prefixItems", items},
+         {"minItems", ranges.size()},
+         {"maxItems", ranges.size()},
+         {"default", initial}});
+  }
+  void text_map(const char* key, std::map<std::string, std::string>&, const char* doc) {
+    add(key, doc, {{"type", "object"}, {"additionalProperties", {{"type", "string"}}}});
+  }
   template <class T>
   void object(const char* key, T& value, const char* doc) {
     add(key, doc, schema_of(value));
@@ -163,6 +179,14 @@ class WriteFields {
   }
   void integers(const char* key, std::vector<int>& value, long long, long long, const char*) {
     if (!value.empty()) json[key] = value;
+  }
+  void numbers(const char* key, std::vector<float>& values,
+               std::initializer_list<std::pair<double, double>>, const char*) {
+    json[key] = Json::array();
+    for (const float value : values) json[key].push_back(tidy(value));
+  }
+  void text_map(const char* key, std::map<std::string, std::string>& values, const char*) {
+    if (!values.empty()) json[key] = values;
   }
   template <class T>
   void object(const char* key, T& value, const char*) {

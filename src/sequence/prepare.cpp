@@ -8,6 +8,8 @@
 #include "model/load_obj.h"
 #include "model/normals.h"
 #include "model/shapes.h"
+#include "morph/labels.h"
+#include "morph/motion.h"
 #include "scene/load_scene.h"
 #include "spheres/figures.h"
 #include "surface/crossfade.h"
@@ -113,6 +115,35 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
   return Ok{};
 }
 
+PlanSide plan_side(const PreparedObject& object, const std::vector<std::int32_t>& classes) {
+  PlanSide side;
+  side.balls = object.balls;
+  for (const std::uint32_t label : face_labels(object.model, object.balls))
+    side.labels.push_back(classes[label]);
+  return side;
+}
+
+Status make_plans(PreparedScene& prepared) {
+  const Scene& scene = prepared.scene;
+  std::vector<LabelledObject> labels;
+  for (const PreparedObject& object : prepared.objects)
+    labels.push_back({object.name, object.model.label_names});
+  PM_TRY_STATUS(check_label_map(labels, scene.plan.labels));
+  for (std::size_t i = 0; i + 1 < prepared.objects.size(); ++i) {
+    const LabelMatch match = match_labels(labels[i], labels[i + 1], scene.plan.labels);
+    PlanSide from = plan_side(prepared.objects[i], match.from);
+    PlanSide to = plan_side(prepared.objects[i + 1], match.to);
+    for (const LandmarkSettings& landmark : scene.plan.landmarks)
+      if (landmark.leg == static_cast<int>(i) + 1) {
+        from.landmarks.push_back(landmark.from);
+        to.landmarks.push_back(landmark.to);
+      }
+    prepared.plans.push_back(
+        plan_morph(std::move(from), std::move(to), scene.field.kind, scene.plan, scene.motion));
+  }
+  return Ok{};
+}
+
 void place_camera(PreparedScene& prepared) {
   const Scene& scene = prepared.scene;
   std::vector<Vec3> points;  // the models themselves: their common box has empty corners
@@ -199,40 +230,51 @@ Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extrac
         make_balls(object, *settings[i], scene, prepared.cell, prepared.extract, extractor, cache));
     prepared.objects.push_back(std::move(object));
   }
-  for (std::size_t i = 0; i + 1 < prepared.objects.size(); ++i)
-    prepared.plans.push_back(plan_morph(prepared.objects[i].balls, prepared.objects[i + 1].balls,
-                                        scene.field.kind, scene.plan));
+  PM_TRY_STATUS(make_plans(prepared));
   place_camera(prepared);
   return prepared;
 }
 
-Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtractor& extractor,
-                                  int frame) {
+Result<FrameGeometry> volume_at(const PreparedScene& prepared, SurfaceExtractor& extractor, int leg,
+                                float time) {
+  const MorphPlan& plan = prepared.plans[static_cast<std::size_t>(leg)];
   FrameGeometry geometry;
-  const Moment moment = geometry.moment = moment_at(prepared.timeline, frame);
-  const FieldKind kind = prepared.scene.field.kind;
-  const auto at = [](int i) { return static_cast<std::size_t>(i); };
-  if (moment.object >= 0) {
-    const PreparedObject& object = prepared.objects[at(moment.object)];
-    if (moment.boundary > 0 && !object.shrink_targets.empty())
-      geometry.points = shrunk_points(object.model, object.shrink_targets, moment.boundary);
-  }
-  if (moment.growth <= 0) return geometry;
-
-  const float u = moment.u;
-  geometry.balls = balls_at(prepared.plans[at(moment.leg)], u);
-  if (moment.object >= 0) {
-    const PreparedObject& object = prepared.objects[at(moment.object)];
-    geometry.balls = grown(std::move(geometry.balls), kind, moment.growth, object.field_maximum);
-  } else if (prepared.scene.motion.keep_volume && u > 0 && u < 1) {
-    const double from = prepared.objects[at(moment.leg)].ball_volume;
-    const double to = prepared.objects[at(moment.leg + 1)].ball_volume;
+  geometry.moment.leg = leg;
+  geometry.moment.time = time;
+  geometry.moment.u = progress_at(plan, time);
+  geometry.balls = balls_at(plan, time);
+  if (prepared.scene.motion.keep_volume && time > 0 && time < 1) {
+    const auto u = static_cast<double>(geometry.moment.u);
+    const double from = prepared.objects[static_cast<std::size_t>(leg)].ball_volume;
+    const double to = prepared.objects[static_cast<std::size_t>(leg) + 1].ball_volume;
     PM_TRY(geometry.iso, iso_for_volume(extractor, geometry.balls, prepared.cell, prepared.extract,
                                         (1 - u) * from + u * to));
   }
   ExtractSettings extract = prepared.extract;
   extract.iso = geometry.iso;
   PM_TRY(geometry.surface, extract_surface(extractor, geometry.balls, prepared.cell, extract));
+  return geometry;
+}
+
+Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtractor& extractor,
+                                  int frame) {
+  FrameGeometry geometry;
+  const Moment moment = moment_at(prepared.timeline, frame);
+  const auto at = [](int i) { return static_cast<std::size_t>(i); };
+  if (moment.object < 0) {
+    PM_TRY(geometry, volume_at(prepared, extractor, moment.leg, moment.time));
+    geometry.moment = moment;
+    return geometry;
+  }
+  geometry.moment = moment;
+  const PreparedObject& object = prepared.objects[at(moment.object)];
+  if (moment.boundary > 0 && !object.shrink_targets.empty())
+    geometry.points = shrunk_points(object.model, object.shrink_targets, moment.boundary);
+  if (moment.growth <= 0) return geometry;
+  geometry.balls = grown(balls_at(prepared.plans[at(moment.leg)], moment.time),
+                         prepared.scene.field.kind, moment.growth, object.field_maximum);
+  PM_TRY(geometry.surface,
+         extract_surface(extractor, geometry.balls, prepared.cell, prepared.extract));
   return geometry;
 }
 

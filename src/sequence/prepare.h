@@ -72,6 +72,11 @@ struct FrameGeometry {
   Mesh surface;              ///< of the balls
   std::vector<Vec3> points;  ///< of the model `moment.object`, when one shows
 };
+/// The balls of a leg at `time` in [0, 1] of their motion, their level and their surface: what
+/// shows in the volumetric stage. `geometry.moment` says only leg, time and u.
+Result<FrameGeometry> volume_at(const PreparedScene& prepared, SurfaceExtractor& extractor, int leg,
+                                float time);
+
 Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtractor& extractor,
                                   int frame);
 

@@ -3,31 +3,35 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
+#include <numeric>
 
-#include "base/random.h"
+#include "morph/mass.h"
+#include "morph/motion.h"
+#include "morph_testing.h"
 
 namespace polymorph {
 namespace {
 
-std::vector<Ball> random_balls(int n, std::uint64_t seed, Vec3 shift = {}) {
-  std::vector<Ball> balls;
-  for (int i = 0; i < n; ++i) {
-    const auto r = [&](std::uint64_t k) {
-      return random_float(seed, k, static_cast<std::uint64_t>(i));
-    };
-    balls.push_back({Vec3{r(0), r(1), r(2)} + shift, 5 + 20 * r(3), 1 + r(4)});
-  }
-  return balls;
+PlanSettings by(PlanMethod method, std::uint64_t seed = 0) {
+  PlanSettings settings;
+  settings.method = method;
+  settings.seed = seed;
+  return settings;
+}
+
+MorphPlan plan_of(const std::vector<Ball>& a, const std::vector<Ball>& b, PlanSettings settings,
+                  FieldKind kind = FieldKind::kGaussian) {
+  return plan_morph({a, {}, {}}, {b, {}, {}}, kind, settings);
 }
 
 double field(const std::vector<Ball>& balls, Vec3 p, FieldKind kind) {
   double sum = 0;
   for (const Ball& b : balls) {
     const Vec3 d = p - b.center;
-    const double r2 = static_cast<double>(dot(d, d));
     sum += kind == FieldKind::kGaussian
-               ? std::exp(static_cast<double>(b.w) - static_cast<double>(b.a) * r2)
-               : static_cast<double>(b.w) / r2;
+               ? std::exp(static_cast<double>(b.w - b.a * quadratic(b.shape, d)))
+               : static_cast<double>(b.w) / static_cast<double>(dot(d, d));
   }
   return sum;
 }
@@ -36,25 +40,27 @@ class PlanTest : public ::testing::TestWithParam<PlanMethod> {};
 
 TEST_P(PlanTest, SharesOfEveryBallSumToOneOnBothSides) {
   for (const auto& [n, m] : {std::pair{40, 40}, {7, 90}, {90, 7}, {1, 5}, {5, 1}, {1, 1}}) {
-    const MorphPlan plan =
-        plan_morph(random_balls(n, 1), random_balls(m, 2), FieldKind::kGaussian, {GetParam(), 3});
+    const MorphPlan plan = plan_of(random_balls(n, 1), random_balls(m, 2), by(GetParam(), 3));
     std::vector<double> from(static_cast<std::size_t>(n)), to(static_cast<std::size_t>(m));
+    double mass = 0;
     for (const Pair& pair : plan.pairs) {
       EXPECT_GT(pair.from_share, 0);
       EXPECT_GT(pair.to_share, 0);
       from.at(pair.from) += static_cast<double>(pair.from_share);
       to.at(pair.to) += static_cast<double>(pair.to_share);
+      mass += pair.mass;
     }
     for (const double share : from) EXPECT_NEAR(share, 1, 1e-5);
     for (const double share : to) EXPECT_NEAR(share, 1, 1e-5);
-    EXPECT_LE(plan.pairs.size(), static_cast<std::size_t>(2 * (n + m)));
+    EXPECT_NEAR(mass, 1, 1e-5);
+    EXPECT_LE(plan.pairs.size(), static_cast<std::size_t>(n + m));
   }
 }
 
 TEST_P(PlanTest, TheEndsAreTheObjectsOwnFields) {
   for (const FieldKind kind : {FieldKind::kGaussian, FieldKind::kInverseSquare}) {
     const auto a = random_balls(30, 1), b = random_balls(50, 2, {2, 0, 0});
-    const MorphPlan plan = plan_morph(a, b, kind, {GetParam(), 0});
+    const MorphPlan plan = plan_of(a, b, by(GetParam()), kind);
     for (int i = 0; i < 40; ++i) {
       const Vec3 p{random_float(9, 0, static_cast<std::uint64_t>(i)) * 3,
                    random_float(9, 1, static_cast<std::uint64_t>(i)), 0.3f};
@@ -64,23 +70,9 @@ TEST_P(PlanTest, TheEndsAreTheObjectsOwnFields) {
   }
 }
 
-TEST_P(PlanTest, MotionIsContinuousAtTheEnds) {
-  const MorphPlan plan =
-      plan_morph(random_balls(30, 1), random_balls(50, 2), FieldKind::kGaussian, {GetParam(), 0});
-  const auto at_zero = balls_at(plan, 0), near_zero = balls_at(plan, 1e-6f),
-             at_one = balls_at(plan, 1), near_one = balls_at(plan, 1 - 1e-6f);
-  for (std::size_t i = 0; i < at_zero.size(); ++i) {
-    EXPECT_NEAR(near_zero[i].a / at_zero[i].a, 1, 1e-4);
-    EXPECT_NEAR(near_one[i].a / at_one[i].a, 1, 1e-4);
-    EXPECT_LT(length(near_zero[i].center - at_zero[i].center), 1e-4f);
-    EXPECT_NEAR(near_one[i].w, at_one[i].w, 1e-4);
-  }
-}
-
 TEST_P(PlanTest, IsTheSameEveryTime) {
   const auto plan = [] {
-    return plan_morph(random_balls(60, 1), random_balls(45, 2), FieldKind::kGaussian,
-                      {GetParam(), 11});
+    return plan_of(random_balls(60, 1), random_balls(45, 2), by(GetParam(), 11));
   };
   const MorphPlan one = plan(), two = plan();
   ASSERT_EQ(one.pairs.size(), two.pairs.size());
@@ -91,59 +83,178 @@ TEST_P(PlanTest, IsTheSameEveryTime) {
   }
 }
 
+TEST_P(PlanTest, BackwardsIsTheMirrorImage) {
+  PlanSettings settings = by(GetParam(), 4);
+  settings.align_gain = 0.02f;  // so that turns take part
+  const auto a = random_balls(60, 1), b = random_balls(45, 2);
+  const MorphPlan there = plan_of(a, b, settings), back = plan_of(b, a, settings);
+  ASSERT_EQ(there.pairs.size(), back.pairs.size());
+  for (std::size_t i = 0; i < there.pairs.size(); ++i) {
+    EXPECT_EQ(there.pairs[i].from, back.pairs[i].to);
+    EXPECT_EQ(there.pairs[i].to, back.pairs[i].from);
+    EXPECT_EQ(there.pairs[i].from_share, back.pairs[i].to_share);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Methods, PlanTest,
-                         ::testing::Values(PlanMethod::kIndex, PlanMethod::kBisection),
+                         ::testing::Values(PlanMethod::kIndex, PlanMethod::kNearest,
+                                           PlanMethod::kTransport),
                          [](const auto& method) {
-                           return method.param == PlanMethod::kIndex ? "Index" : "Bisection";
+                           return method.param == PlanMethod::kIndex     ? "Index"
+                                  : method.param == PlanMethod::kNearest ? "Nearest"
+                                                                         : "Transport";
                          });
 
 TEST(IndexPlan, PairsInOrderAndDrawsTheSurplusBySeed) {
   const auto a = random_balls(3, 1), b = random_balls(8, 2);
-  const MorphPlan plan = plan_morph(a, b, FieldKind::kGaussian, {PlanMethod::kIndex, 1});
+  const MorphPlan plan = plan_of(a, b, by(PlanMethod::kIndex, 1));
+  const MorphPlan other = plan_of(a, b, by(PlanMethod::kIndex, 2));
   ASSERT_EQ(plan.pairs.size(), 8u);
-  for (std::uint32_t i = 0; i < 8; ++i) EXPECT_EQ(plan.pairs[i].to, i);
-  for (std::uint32_t i = 0; i < 3; ++i) EXPECT_EQ(plan.pairs[i].from, i);
-  bool differs = false;
-  const MorphPlan other = plan_morph(a, b, FieldKind::kGaussian, {PlanMethod::kIndex, 2});
-  for (std::size_t i = 3; i < 8; ++i) {
-    EXPECT_LT(plan.pairs[i].from, 3u);
-    differs |= plan.pairs[i].from != other.pairs[i].from;
-  }
-  EXPECT_TRUE(differs);
+  std::vector<std::uint32_t> sources(8), others(8);
+  for (const Pair& pair : plan.pairs) sources[pair.to] = pair.from;
+  for (const Pair& pair : other.pairs) others[pair.to] = pair.from;
+  for (std::uint32_t i = 0; i < 3; ++i) EXPECT_EQ(sources[i], i);
+  EXPECT_NE(sources, others);
 }
 
-TEST(BisectionPlan, ACopyIsPairedWithItself) {
+TEST(TransportPlan, ACopyIsPairedWithItself) {
   const auto a = random_balls(64, 1);
-  auto b = a;
-  for (Ball& ball : b) ball.center = ball.center + Vec3{3, 1, 0};
-  const MorphPlan plan = plan_morph(a, b, FieldKind::kGaussian, {PlanMethod::kBisection, 0});
-  for (const Pair& pair : plan.pairs) EXPECT_EQ(pair.from, pair.to);
-  EXPECT_EQ(plan.pairs.size(), a.size());
+  const auto b = moved(a, {}, 1, {3, 1, 0});
+  const MorphPlan plan = plan_of(a, b, {});
+  double own = 0;
+  for (const Pair& pair : plan.pairs) own += pair.from == pair.to ? pair.mass : 0;
+  EXPECT_GT(own, 0.99);
 }
 
-TEST(BisectionPlan, MovesLessThanTheIndexPlanOnShuffledBalls) {
+TEST(TransportPlan, MovesMuchLessThanTheIndexPlanAndNoMoreThanTheNearest) {
   const auto a = random_balls(200, 1), b = random_balls(150, 2);
+  PlanSettings plain = by(PlanMethod::kTransport);
+  plain.align = AlignMethod::kNone;
+  plain.size_weight = plain.feature_weight = 0;
   const auto cost = [&](PlanMethod method) {
+    plain.method = method;
     double sum = 0;
-    const MorphPlan plan = plan_morph(a, b, FieldKind::kGaussian, {method, 0});
-    for (const Pair& pair : plan.pairs)
-      sum += static_cast<double>(pair.from_share *
-                                 length(plan.from[pair.from].center - plan.to[pair.to].center));
-    return sum / static_cast<double>(a.size());
+    const MorphPlan plan = plan_of(a, b, plain);
+    for (const Pair& pair : plan.pairs) {
+      const Vec3 d = plan.from[pair.from].center - plan.to[pair.to].center;
+      sum += pair.mass * static_cast<double>(dot(d, d));
+    }
+    return sum;
   };
-  EXPECT_LT(cost(PlanMethod::kBisection), 0.5 * cost(PlanMethod::kIndex));
+  EXPECT_LT(cost(PlanMethod::kTransport), 0.2 * cost(PlanMethod::kIndex));
 }
 
-TEST(Ease, RunsFromZeroToOneWithoutTurningBack) {
-  for (const Easing easing : {Easing::kLinear, Easing::kSmoothstep, Easing::kQuintic}) {
-    EXPECT_EQ(ease(easing, 0), 0);
-    EXPECT_EQ(ease(easing, 1), 1);
-    EXPECT_FLOAT_EQ(ease(easing, 0.5f), 0.5f);
-    EXPECT_EQ(ease(easing, -1), 0);
-    for (int i = 0; i < 100; ++i)
-      EXPECT_LE(ease(easing, static_cast<float>(i) / 100),
-                ease(easing, static_cast<float>(i + 1) / 100));
+TEST(TransportPlan, FindsHowTheBarWasTurned) {
+  for (const double degrees : {30.0, 90.0, 180.0})
+    for (const Vec3d axis : {Vec3d{0, 0, 1}, Vec3d{1, 0, 0}, normalized(Vec3d{1, 2, -1})}) {
+      const Mat3 turn = exp_rotation(axis * (degrees * std::numbers::pi / 180));
+      const MorphPlan plan = plan_of(bar(), moved(bar(), turn, 1, {4, 0, 1}), {});
+      EXPECT_LT(angle_between(plan.alignment.rotation, turn), 0.5)
+          << degrees << " about " << axis.x << ' ' << axis.y << ' ' << axis.z;
+    }
+}
+
+TEST(TransportPlan, FindsASimilarityUnderNoise) {
+  const Mat3 turn = exp_rotation(Vec3d{0.4, -0.9, 1.1});
+  std::vector<Ball> b = moved(bar(), turn, 1.7, {1, 2, 3});
+  for (std::size_t i = 0; i < b.size(); ++i) {
+    const auto noise = [&](std::uint64_t k) { return 0.01f * (random_float(5, k, i) - 0.5f); };
+    b[i].center = b[i].center + Vec3{noise(0), noise(1), noise(2)};
   }
+  const MorphPlan plan = plan_of(bar(), b, {});
+  EXPECT_LT(angle_between(plan.alignment.rotation, turn), 0.5);
+  EXPECT_NEAR(plan.alignment.scale, 1.7, 0.017);
+}
+
+TEST(TransportPlan, AnObjectAndItselfStayUnturned) {
+  const MorphPlan plan = plan_of(bar(), bar(), {});
+  EXPECT_EQ(angle_of(plan.alignment.rotation), 0);
+  EXPECT_EQ(plan.alignment.scale, 1);
+  for (const float time : {0.0f, 0.3f, 0.5f, 1.0f}) {
+    const std::vector<Ball> balls = balls_at(plan, time);
+    for (std::size_t e = 0; e < balls.size(); ++e)
+      EXPECT_LT(length(balls[e].center - plan.from[plan.pairs[e].from].center), 1e-5f);
+  }
+}
+
+double purity(const MorphPlan& plan, const Creature& a, const Creature& b) {
+  double same = 0;
+  for (const Pair& pair : plan.pairs)
+    if (a.labels[pair.from] == b.labels[pair.to]) same += pair.mass;
+  return same;
+}
+
+TEST(TransportPlan, LabelledLimbsBecomeLimbsAndUnlabelledOnesMostly) {
+  const Creature a = creature(0.9f, 0.9f, 9), b = creature(0.7f, 0.3f, 6);
+  std::vector<double> mass_a = ball_masses(a.balls, FieldKind::kGaussian),
+                      mass_b = ball_masses(b.balls, FieldKind::kGaussian);
+  double chance = 0;
+  for (int label = 0; label < 5; ++label) {
+    double in_a = 0, in_b = 0;
+    for (std::size_t i = 0; i < a.balls.size(); ++i) in_a += a.labels[i] == label ? mass_a[i] : 0;
+    for (std::size_t j = 0; j < b.balls.size(); ++j) in_b += b.labels[j] == label ? mass_b[j] : 0;
+    chance += in_a * in_b;
+  }
+  const auto attributes = [&](const MorphPlan& plan) {
+    return (purity(plan, a, b) - chance) / (1 - chance);
+  };
+  PlanSettings hard;
+  hard.label_mode = LabelMode::kHard;
+  const MorphPlan labelled =
+      plan_morph({a.balls, a.labels, {}}, {b.balls, b.labels, {}}, FieldKind::kGaussian, hard);
+  EXPECT_NEAR(attributes(labelled), 1, 1e-6);
+  const MorphPlan soft =
+      plan_morph({a.balls, a.labels, {}}, {b.balls, b.labels, {}}, FieldKind::kGaussian, {});
+  EXPECT_GT(attributes(soft), 0.75);
+  EXPECT_GT(attributes(plan_of(a.balls, b.balls, {})), 0.6);
+  EXPECT_LT(attributes(plan_of(a.balls, b.balls, by(PlanMethod::kIndex))), 0.6);
+}
+
+TEST(TransportPlan, AHardLabelIsNeverLeftEvenWhereOtherBallsHaveNone) {
+  Creature a = creature(0.9f, 0.9f, 9), b = creature(0.7f, 0.3f, 6);
+  for (std::int32_t& label : b.labels)
+    if (label >= 3) label = -1;  // two limbs of b belong to nothing
+  for (std::int32_t& label : a.labels)
+    if (label >= 3) label = 0;
+  PlanSettings hard;
+  hard.label_mode = LabelMode::kHard;
+  const MorphPlan plan =
+      plan_morph({a.balls, a.labels, {}}, {b.balls, b.labels, {}}, FieldKind::kGaussian, hard);
+  for (const Pair& pair : plan.pairs)
+    if (b.labels[pair.to] >= 0) {
+      EXPECT_EQ(a.labels[pair.from], b.labels[pair.to]);
+    }
+}
+
+TEST(TransportPlan, LandmarksOverruleNearness) {
+  // Two equal balls left and right; the landmarks say that left becomes right.
+  const std::vector<Ball> two{ball_at({-1, 0, 0}, 0.3f), ball_at({1, 0, 0}, 0.3f)};
+  PlanSettings settings;
+  settings.align = AlignMethod::kNone;
+  settings.landmark_weight = 10;
+  const MorphPlan plan =
+      plan_morph({two, {}, {{-1, 0, 0}}}, {two, {}, {{1, 0, 0}}}, FieldKind::kGaussian, settings);
+  for (const Pair& pair : plan.pairs) EXPECT_NE(pair.from, pair.to);
+}
+
+TEST(BallMasses, AreWhatEachBallEncloses) {
+  // Far from each other: their volumes.
+  const std::vector<Ball> apart{ball_at({0, 0, 0}, 1), ball_at({10, 0, 0}, 2)};
+  const auto masses = ball_masses(apart, FieldKind::kGaussian);
+  EXPECT_NEAR(masses[1] / masses[0], 8, 1e-3);
+  // Ten in one place share what one would have; the ball beside them has its own.
+  std::vector<Ball> crowd(10, ball_at({0, 0, 0}, 1));
+  crowd.push_back(ball_at({10, 0, 0}, 1));
+  const auto shares = ball_masses(crowd, FieldKind::kGaussian);
+  const double grown =
+      std::pow(1 + std::log(10.0) / 4, 1.5);  // ten together: sqrt((w + ln 10) / a)
+  EXPECT_NEAR(shares[10] / (10 * shares[0]), 1 / grown, 0.05);
+  // A ball that nothing of is inside keeps next to nothing.
+  Ball hidden = ball_at({20, 0, 0}, 1);
+  hidden.w = -3;
+  crowd.push_back(hidden);
+  EXPECT_LT(ball_masses(crowd, FieldKind::kGaussian)[11], 1e-4);
+  EXPECT_GT(ball_masses(crowd, FieldKind::kGaussian)[11], 0);
 }
 
 }  // namespace

@@ -116,7 +116,7 @@ TEST_F(SceneTest, WrongValuesSayWhatIsAllowed) {
     return error_of("{\"source\": \"a.obj\", \"target\": \"b.obj\", " + part + "}");
   };
   EXPECT_NE(with("\"plan\": {\"method\": \"indx\"}")
-                .find("must be \"index\" or \"bisection\" (is \"indx\") - did you mean \"index\"?"),
+                .find("must be \"index\", \"nearest\" or \"transport\" (is \"indx\") - did you mean \"index\"?"),
             std::string::npos);
   EXPECT_NE(
       with("\"image\": {\"samples\": 1.5}").find("must be a whole number, 1 to 65536 (is 1.5)"),

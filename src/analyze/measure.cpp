@@ -1,0 +1,135 @@
+#include "analyze/measure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/parallel.h"
+#include "model/closest.h"
+#include "model/inside.h"
+#include "model/sample_surface.h"
+#include "model/vec3d.h"
+
+namespace polymorph {
+namespace {
+
+constexpr std::size_t kSamples = 4000;
+
+Model model_of(std::span<const Vec3> points, std::span<const Triangle> triangles) {
+  Model model;
+  model.points.assign(points.begin(), points.end());
+  model.triangles.assign(triangles.begin(), triangles.end());
+  return model;
+}
+
+struct OneWay {
+  double mean = 0, largest = 0;
+};
+
+OneWay one_way(const std::vector<Vec3>& samples, const ClosestPointQuery& query) {
+  OneWay result;
+  for (const ClosestPoint& closest : query.closest(samples)) {
+    result.mean += static_cast<double>(closest.distance);
+    result.largest = std::max(result.largest, static_cast<double>(closest.distance));
+  }
+  result.mean /= static_cast<double>(samples.size());
+  return result;
+}
+
+}  // namespace
+
+double bending_energy(const Mesh& mesh) {
+  // The divergence of the normal is twice the mean curvature. Averaged at the vertices, so that
+  // marching cubes' slivers, whose own divergence is noise, count by their area.
+  const std::size_t n = mesh.positions.size();
+  std::vector<double> area(n, 0), curvature(n, 0);
+  for (const Triangle& t : mesh.triangles) {
+    Vec3d p[3], normal[3];
+    for (int k = 0; k < 3; ++k) {
+      p[k] = Vec3d(mesh.positions[t.v[k]]);
+      normal[k] = Vec3d(mesh.normals[t.v[k]]);
+    }
+    const Vec3d doubled = cross(p[1] - p[0], p[2] - p[0]);
+    const double twice = length(doubled);
+    if (!(twice > 0)) continue;
+    const Vec3d up = doubled * (1 / twice);
+    double flux = 0;  // area times divergence
+    for (int k = 0; k < 3; ++k)
+      flux += dot(normal[k], cross(up, p[(k + 2) % 3] - p[(k + 1) % 3])) / 2;
+    for (int k = 0; k < 3; ++k) {
+      area[t.v[k]] += twice / 6;
+      curvature[t.v[k]] += flux / 6;  // a third of the area times H
+    }
+  }
+  double sum = 0;
+  for (std::size_t v = 0; v < n; ++v)
+    if (area[v] > 0) sum += curvature[v] * curvature[v] / area[v];
+  return sum;
+}
+
+struct MeasuredSurface::Parts {
+  std::vector<Vec3> samples;
+  ClosestPointQuery query;
+};
+
+MeasuredSurface::MeasuredSurface(std::span<const Vec3> points, std::span<const Triangle> triangles)
+    : parts_(new Parts{{}, ClosestPointQuery(points, triangles)}) {
+  for (const SurfaceSample& sample : sample_surface(model_of(points, triangles), kSamples))
+    parts_->samples.push_back(sample.point);
+}
+MeasuredSurface::~MeasuredSurface() = default;
+MeasuredSurface::MeasuredSurface(MeasuredSurface&&) noexcept = default;
+MeasuredSurface& MeasuredSurface::operator=(MeasuredSurface&&) noexcept = default;
+
+bool MeasuredSurface::empty() const { return parts_->samples.empty(); }
+
+MeasuredSurface::Distance MeasuredSurface::distance_to(const MeasuredSurface& other) const {
+  if (empty() && other.empty()) return {};
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  if (empty() || other.empty()) return {kInfinity, kInfinity};
+  const OneWay there = one_way(parts_->samples, other.parts_->query);
+  const OneWay back = one_way(other.parts_->samples, parts_->query);
+  return {(there.mean + back.mean) / 2, std::max(there.largest, back.largest)};
+}
+
+DilatedHull::DilatedHull(std::span<const Vec3> points, double margin) {
+  constexpr int kDirections = 512;
+  constexpr double kGolden = 2.399963229728653;  // the Fibonacci sphere's turn
+  for (int i = 0; i < kDirections; ++i) {
+    const double z = 1 - (2.0 * i + 1) / kDirections, side = std::sqrt(1 - z * z);
+    directions_.push_back(
+        to_float(Vec3d{side * std::cos(kGolden * i), side * std::sin(kGolden * i), z}));
+    float most = -std::numeric_limits<float>::infinity();
+    for (const Vec3& p : points) most = std::max(most, dot(p, directions_.back()));
+    limits_.push_back(most + static_cast<float>(margin));
+  }
+}
+
+bool DilatedHull::contains(Vec3 point) const {
+  for (std::size_t k = 0; k < directions_.size(); ++k)
+    if (dot(point, directions_[k]) > limits_[k]) return false;
+  return true;
+}
+
+double DilatedHull::leakage(const Mesh& mesh) const {
+  if (std::all_of(mesh.positions.begin(), mesh.positions.end(),
+                  [&](Vec3 p) { return contains(p); }))
+    return 0;
+  const Box box = box_of(mesh.positions);
+  const Vec3 size = box.size();
+  constexpr double kPoints = 50000;
+  const double cell = std::cbrt(static_cast<double>(size.x) * static_cast<double>(size.y) *
+                                static_cast<double>(size.z) / kPoints);
+  std::vector<Vec3> points;
+  const auto step = static_cast<float>(cell);
+  for (float z = box.low.z + step / 2; z < box.high.z; z += step)
+    for (float y = box.low.y + step / 2; y < box.high.y; y += step)
+      for (float x = box.low.x + step / 2; x < box.high.x; x += step)
+        if (!contains({x, y, z})) points.push_back({x, y, z});
+  std::size_t count = 0;
+  for (const std::uint8_t in : InsideTest(model_of(mesh.positions, mesh.triangles)).inside(points))
+    count += in;
+  return static_cast<double>(count) * cell * cell * cell;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,149 @@
+#include "morph/cost.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+
+#include "morph/features.h"
+
+namespace polymorph {
+namespace {
+
+constexpr std::size_t kPosition = 0, kOutward = 3, kFixed = 6;
+
+float squared_distance(const CostSide& side, std::size_t i, std::size_t j) {
+  float sum = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const float d = side.values[axis][i] - side.values[axis][j];
+    sum += d * d;
+  }
+  return sum;
+}
+
+}  // namespace
+
+Normalization normalization_of(const std::vector<Ball>& balls, std::span<const double> mass) {
+  Normalization result;
+  for (std::size_t i = 0; i < balls.size(); ++i)
+    result.center = result.center + Vec3d(balls[i].center) * mass[i];
+  double square = 0;
+  for (std::size_t i = 0; i < balls.size(); ++i) {
+    const Vec3d d = Vec3d(balls[i].center) - result.center;
+    square += mass[i] * dot(d, d);
+  }
+  result.size = square > 0 ? std::sqrt(square) : 1;
+  return result;
+}
+
+CostSide cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<double> mass,
+                   std::vector<std::int32_t> labels, std::span<const Vec3> landmarks,
+                   const Normalization& normalization, const PlanSettings& settings) {
+  CostSide side;
+  const std::size_t n = balls.size();
+  const BallFeatures features = ball_features(balls, mass);
+  const auto axis = [&](double weight, const auto& value) {
+    std::vector<float> values(n);
+    const double root = std::sqrt(weight);
+    for (std::size_t i = 0; i < n; ++i) values[i] = static_cast<float>(root * value(i));
+    side.values.push_back(std::move(values));
+  };
+  const auto place = [&](std::size_t i) {
+    return (Vec3d(balls[i].center) - normalization.center) * (1 / normalization.size);
+  };
+  const auto size_weight = static_cast<double>(settings.size_weight);
+  const auto feature_weight = static_cast<double>(settings.feature_weight);
+  axis(1, [&](std::size_t i) { return place(i).x; });
+  axis(1, [&](std::size_t i) { return place(i).y; });
+  axis(1, [&](std::size_t i) { return place(i).z; });
+  axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.outward[i].x); });
+  axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.outward[i].y); });
+  axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.outward[i].z); });
+  // Sizes and distances in the object's own units: those of a scaled copy are the same.
+  axis(size_weight, [&](std::size_t i) {
+    const float radius = kind == FieldKind::kInverseSquare ? std::sqrt(std::max(balls[i].w, 1e-12f))
+                                                           : 1 / std::sqrt(balls[i].a);
+    return std::log(static_cast<double>(radius) / normalization.size);
+  });
+  axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.distance[i]); });
+  axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.linearity[i]); });
+  axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.planarity[i]); });
+  for (const Vec3& landmark : landmarks)
+    axis(static_cast<double>(settings.landmark_weight), [&](std::size_t i) {
+      return length(Vec3d(balls[i].center) - Vec3d(landmark)) / normalization.size;
+    });
+  side.mass = std::move(mass);
+  side.labels = std::move(labels);
+  side.labels.resize(n, kNoLabel);
+  return side;
+}
+
+CostSide turned(const CostSide& side, const Mat3& rotation) {
+  CostSide result = side;
+  for (const std::size_t first : {kPosition, kOutward})
+    for (std::size_t i = 0; i < side.size(); ++i) {
+      const Vec3d v = rotation * Vec3d(static_cast<double>(side.values[first][i]),
+                                       static_cast<double>(side.values[first + 1][i]),
+                                       static_cast<double>(side.values[first + 2][i]));
+      result.values[first][i] = static_cast<float>(v.x);
+      result.values[first + 1][i] = static_cast<float>(v.y);
+      result.values[first + 2][i] = static_cast<float>(v.z);
+    }
+  static_assert(CostSide::kTurning == kFixed);
+  return result;
+}
+
+void cost_row(const CostSide& a, const CostSide& b, float label_cost, std::uint32_t from,
+              std::span<float> costs) {
+  std::fill(costs.begin(), costs.end(), 0.0f);
+  for (std::size_t axis = 0; axis < a.values.size(); ++axis) {
+    const float x = a.values[axis][from];
+    const float* y = b.values[axis].data();
+    for (std::size_t j = 0; j < costs.size(); ++j) costs[j] += (x - y[j]) * (x - y[j]);
+  }
+  if (label_cost <= 0) return;
+  for (std::size_t j = 0; j < costs.size(); ++j)
+    if (a.labels[from] != b.labels[j]) costs[j] += label_cost;
+}
+
+CostSide coarse(const CostSide& side, std::size_t count) {
+  const std::size_t n = side.size();
+  if (n <= count) return side;
+  std::vector<float> nearest(n, std::numeric_limits<float>::infinity());
+  std::vector<std::size_t> owner(n, 0);
+  auto next = static_cast<std::size_t>(std::max_element(side.mass.begin(), side.mass.end()) -
+                                       side.mass.begin());
+  for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const float d = squared_distance(side, i, next);
+      if (d < nearest[i]) nearest[i] = d, owner[i] = k;
+    }
+    next = static_cast<std::size_t>(std::max_element(nearest.begin(), nearest.end()) -
+                                    nearest.begin());
+  }
+  CostSide result;
+  result.mass.assign(count, 0);
+  result.values.assign(side.values.size(), std::vector<float>(count, 0));
+  std::vector<std::map<std::int32_t, double>> votes(count);
+  for (std::size_t i = 0; i < n; ++i) {
+    result.mass[owner[i]] += side.mass[i];
+    votes[owner[i]][side.labels[i]] += side.mass[i];
+  }
+  for (std::size_t axis = 0; axis < side.values.size(); ++axis)
+    for (std::size_t i = 0; i < n; ++i)
+      result.values[axis][owner[i]] +=
+          static_cast<float>(side.mass[i] / result.mass[owner[i]]) * side.values[axis][i];
+  // Balls in one place leave representatives without any.
+  for (double& mass : result.mass) mass = std::max(mass, 1e-12);
+  for (const auto& vote : votes) {
+    std::int32_t best = kNoLabel;
+    double most = 0;
+    for (const auto& [label, mass] : vote)
+      if (mass > most) most = mass, best = label;
+    result.labels.push_back(best);
+  }
+  return result;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,53 @@
+// What it costs to make one ball another (docs/method.md, Plan).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/types.h"
+#include "morph/linear.h"
+#include "scene/scene.h"
+
+namespace polymorph {
+
+/// A ball's label in a plan: equal numbers belong together.
+constexpr std::int32_t kNoLabel = -1;
+
+/// One object as the plan's cost sees it. Every term but the labels' is a squared distance of
+/// numbers, so a ball is a point of a space whose first axes turn with the object.
+struct CostSide {
+  static constexpr std::size_t kTurning = 6;  ///< position, then outward direction
+  std::vector<double> mass;                   ///< sums to 1
+  std::vector<std::int32_t> labels;
+  /// values[axis][ball]: position (unit RMS), outward, ln size, distance, linearity, planarity, and
+  /// the distance to each landmark; each times the root of its weight.
+  std::vector<std::vector<float>> values;
+  std::size_t size() const { return mass.size(); }
+};
+
+/// How an object's places become unit-RMS coordinates: (p - center) / size.
+struct Normalization {
+  Vec3d center;
+  double size = 1;
+};
+Normalization normalization_of(const std::vector<Ball>& balls, std::span<const double> mass);
+
+/// `landmarks`: in the object's own coordinates; those of the other side in the same order.
+CostSide cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<double> mass,
+                   std::vector<std::int32_t> labels, std::span<const Vec3> landmarks,
+                   const Normalization& normalization, const PlanSettings& settings);
+
+/// The side, turned about its centre.
+CostSide turned(const CostSide& side, const Mat3& rotation);
+
+/// The costs of ball `from` of `a` to every ball of `b`; `label_cost` where labels differ.
+void cost_row(const CostSide& a, const CostSide& b, float label_cost, std::uint32_t from,
+              std::span<float> costs);
+
+/// At most `count` balls that stand for all: far from each other, each with the mass and the mean
+/// values of what is nearest to it.
+CostSide coarse(const CostSide& side, std::size_t count);
+
+}  // namespace polymorph

@@ -1,0 +1,76 @@
+#include "morph/easing.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace polymorph {
+namespace {
+
+/// One coordinate of the curve 0, p, q, 1 at parameter s.
+double bezier(double p, double q, double s) {
+  const double r = 1 - s;
+  return 3 * r * r * s * p + 3 * r * s * s * q + s * s * s;
+}
+
+double bezier_ease(const MotionSettings& motion, double t) {
+  const auto at = [&](std::size_t i) { return static_cast<double>(motion.bezier[i]); };
+  // x(s) rises for x1, x2 in [0, 1]: halving finds the s of a t to the last bit of float.
+  double low = 0, high = 1;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = (low + high) / 2;
+    (bezier(at(0), at(2), middle) < t ? low : high) = middle;
+  }
+  return bezier(at(1), at(3), (low + high) / 2);
+}
+
+/// Distance still to go, 1 at rest at t = 0, of m x'' + b x' + k x = 0.
+double spring_rest(double mass, double damping, double stiffness, double t) {
+  const double g = damping / (2 * mass), w0 = std::sqrt(stiffness / mass);
+  const double difference = w0 * w0 - g * g;
+  constexpr double kCritical = 1e-9;
+  if (difference > kCritical * w0 * w0) {
+    const double w = std::sqrt(difference);
+    return std::exp(-g * t) * (std::cos(w * t) + g / w * std::sin(w * t));
+  }
+  if (difference >= -kCritical * w0 * w0) return std::exp(-g * t) * (1 + g * t);
+  // Two decays; exponents first, so that strong damping does not overflow.
+  const double root = std::sqrt(-difference), slow = g - root, fast = g + root;
+  return (fast * std::exp(-slow * t) - slow * std::exp(-fast * t)) / (fast - slow);
+}
+
+double spring_ease(const SpringSettings& s, double inertia, double t) {
+  const auto rest = [&](double at) {
+    return spring_rest(static_cast<double>(s.mass) * inertia, static_cast<double>(s.damping),
+                       static_cast<double>(s.stiffness), at);
+  };
+  // What the spring leaves at the end is taken in smoothly: the motion must arrive.
+  return 1 - rest(t) + rest(1) * t * t * (3 - 2 * t);
+}
+
+}  // namespace
+
+float ease(const MotionSettings& motion, float time, float inertia) {
+  if (time <= 0) return 0;
+  if (time >= 1) return 1;
+  const auto t = static_cast<double>(time);
+  double u = t;
+  switch (motion.easing) {
+    case Easing::kLinear:
+      break;
+    case Easing::kSmoothstep:
+      u = t * t * (3 - 2 * t);
+      break;
+    case Easing::kQuintic:
+      u = t * t * t * (t * (6 * t - 15) + 10);
+      break;
+    case Easing::kBezier:
+      u = bezier_ease(motion, t);
+      break;
+    case Easing::kSpring:
+      u = spring_ease(motion.spring, static_cast<double>(inertia), t);
+      break;
+  }
+  return static_cast<float>(u);
+}
+
+}  // namespace polymorph

@@ -1,0 +1,30 @@
+// What a ball's place in its object is like: the part of the plan's cost that tells a limb from a
+// trunk.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/types.h"
+
+namespace polymorph {
+
+/// The `count` nearest other points of each point (fewer where there are fewer), nearest first.
+std::vector<std::vector<std::uint32_t>> nearest_neighbors(std::span<const Vec3> points,
+                                                          std::size_t count);
+
+struct BallFeatures {
+  /// Mean distance along the body to all of it (Hilaga et al. 2001), over the least such mean,
+  /// minus 1: 0 at the object's middle, largest at the tips of limbs.
+  std::vector<float> distance;
+  std::vector<float>
+      linearity;  ///< (l1 - l2) / l1 of the neighbourhood's principal variances, [0, 1]
+  std::vector<float> planarity;  ///< (l2 - l3) / l1
+  std::vector<Vec3> outward;     ///< away from the neighbours: 0 deep inside, about 1 long outside
+};
+
+/// `masses` as ball_masses() gives. Deterministic.
+BallFeatures ball_features(const std::vector<Ball>& balls, std::span<const double> masses);
+
+}  // namespace polymorph

@@ -1,0 +1,38 @@
+// Which part of an object a ball belongs to, and which parts of two objects belong together.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "kernels/types.h"
+#include "model/model.h"
+
+namespace polymorph {
+
+/// For each ball the label (index into model.label_names) of the nearest face.
+std::vector<std::uint32_t> face_labels(const Model& model, const std::vector<Ball>& balls);
+
+/// One object's labels, for matching.
+struct LabelledObject {
+  std::string name;
+  std::vector<std::string> labels;
+};
+
+/// Two objects' labels in one numbering: equal numbers belong together, kNoLabel has no partner.
+struct LabelMatch {
+  std::vector<std::int32_t> from, to;  ///< one a label of the object
+};
+
+/// `map` names partners ("teapot.spout": "penguin.beak", or just "spout": "beak", in either
+/// direction); labels it does not name belong to the label of the same name.
+LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
+                        const std::map<std::string, std::string>& map);
+
+/// Errors (kInput): a name in `map` that no object of the chain has.
+Status check_label_map(const std::vector<LabelledObject>& chain,
+                       const std::map<std::string, std::string>& map);
+
+}  // namespace polymorph

@@ -1,0 +1,110 @@
+#include "morph/mass.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+
+#include "base/parallel.h"
+#include "morph/linear.h"
+
+namespace polymorph {
+namespace {
+
+/// Points spread evenly through the unit ball, each with its mirror image: the R3 sequence
+/// (Roberts 2018) mapped by volume.
+std::vector<Vec3> points_in_ball(std::size_t count) {
+  constexpr double kStep[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
+  std::vector<Vec3> points;
+  for (std::size_t i = 0; points.size() < count; ++i) {
+    const auto r = [&](int k) {
+      const double x = 0.5 + kStep[k] * static_cast<double>(i + 1);
+      return x - std::floor(x);
+    };
+    const double radius = std::cbrt(r(0)), z = 2 * r(1) - 1, turn = 6.283185307179586 * r(2);
+    const double side = std::sqrt(std::max(0.0, 1 - z * z));
+    const Vec3d p = Vec3d{side * std::cos(turn), side * std::sin(turn), z} * radius;
+    points.push_back(to_float(p));
+    points.push_back(to_float(p * -1.0));
+  }
+  return points;
+}
+
+/// How far beyond its surface's level a ball still counts, in its exponent: exp(-4) of the field.
+constexpr float kTail = 4;
+/// Where a ball's part in the others' points is dropped, as kernels do.
+constexpr float kCutoff = 9;
+
+float exponent_reach(const Ball& ball, float more) { return std::max(ball.w, 0.0f) + more; }
+
+float widest_axis(const Ball& ball) {
+  if (is_round(ball)) return 1;
+  return static_cast<float>(1 / std::sqrt(std::max(axes_of(to_mat3(ball.shape)).values[2], 1e-6)));
+}
+
+/// Unit ball -> the ellipsoid d^T shape d = 1.
+Mat3 to_ellipsoid(const Ball& ball) {
+  if (is_round(ball)) return {};
+  Mat3 half = log_symmetric(to_mat3(ball.shape));
+  for (double& v : half.m) v *= -0.5;
+  return exp_symmetric(half);
+}
+
+double inside_volume(const std::vector<Ball>& balls, std::size_t index,
+                     const std::vector<float>& widest, const std::vector<Vec3>& points) {
+  const Ball& ball = balls[index];
+  const float radius = std::sqrt(exponent_reach(ball, kTail) / ball.a);
+  std::vector<std::uint32_t> near;
+  for (std::uint32_t j = 0; j < balls.size(); ++j) {
+    const float reach = std::sqrt(std::max(balls[j].w + kCutoff, 0.0f) / balls[j].a) * widest[j];
+    const float both = reach + radius * widest[index];
+    const Vec3 d = balls[j].center - ball.center;
+    if (dot(d, d) < both * both) near.push_back(j);
+  }
+  const Mat3 map = to_ellipsoid(ball);
+  double sum = 0;
+  for (const Vec3& point : points) {
+    const Vec3 x = ball.center + to_float(map * (Vec3d(point) * static_cast<double>(radius)));
+    const auto value = [&](const Ball& b) {
+      return std::exp(b.w - b.a * quadratic(b.shape, x - b.center));
+    };
+    float field = 0;
+    for (const std::uint32_t j : near) field += value(balls[j]);
+    if (field > 1) sum += static_cast<double>(value(ball) / field);
+  }
+  constexpr double kUnitBall = 4.18879020478639;
+  return kUnitBall * std::pow(static_cast<double>(radius), 3) * sum /
+         static_cast<double>(points.size());
+}
+
+}  // namespace
+
+std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind) {
+  std::vector<double> masses(balls.size());
+  if (kind != FieldKind::kGaussian) {
+    for (std::size_t i = 0; i < balls.size(); ++i) {
+      const float square =
+          kind == FieldKind::kInverseSquare ? std::max(balls[i].w, 0.0f) : 1 / balls[i].a;
+      masses[i] = std::pow(static_cast<double>(square), 1.5);
+    }
+  } else {
+    // Some 65 000 points in all: thousands of balls differ little from their neighbours.
+    const std::vector<Vec3> points =
+        points_in_ball(std::clamp<std::size_t>(65536 / balls.size(), 8, 1024));
+    std::vector<float> widest(balls.size());
+    for (std::size_t i = 0; i < balls.size(); ++i) widest[i] = widest_axis(balls[i]);
+    parallel_for(static_cast<std::int64_t>(balls.size()), [&](std::int64_t i) {
+      const auto at = static_cast<std::size_t>(i);
+      masses[at] = inside_volume(balls, at, widest, points);
+    });
+  }
+  const double sum = std::accumulate(masses.begin(), masses.end(), 0.0);
+  const auto count = static_cast<double>(balls.size());
+  if (!(sum > 0)) return std::vector<double>(balls.size(), 1 / count);
+  for (double& mass : masses) mass = std::max(mass / sum, 1e-4 / count);
+  const double floored = std::accumulate(masses.begin(), masses.end(), 0.0);
+  for (double& mass : masses) mass /= floored;
+  return masses;
+}
+
+}  // namespace polymorph

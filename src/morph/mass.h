@@ -1,0 +1,16 @@
+// How much of an object each of its balls is.
+#pragma once
+
+#include <vector>
+
+#include "kernels/types.h"
+
+namespace polymorph {
+
+/// Each ball's share of the volume inside the surface: the integral of its part of the field over
+/// field > 1, estimated at fixed points around it (Gaussian), or its lone volume (other fields).
+/// Sums to 1; a ball that has next to nothing inside still gets 1e-4 of the mean. Parallel,
+/// deterministic.
+std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind);
+
+}  // namespace polymorph

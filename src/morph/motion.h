@@ -1,0 +1,29 @@
+// Where each ball of a plan is at a time (docs/method.md, Time).
+#pragma once
+
+#include <vector>
+
+#include "morph/plan.h"
+
+namespace polymorph {
+
+/// What the plan's pairs and its motion settings say of each pair. plan_morph() calls it; call it
+/// again after a change of plan.motion.
+std::vector<Mover> make_movers(const MorphPlan& plan);
+
+/// The balls at `time` in [0, 1] of the motion (not eased), one a pair, in pair order. 0 and 1 give
+/// the fields of `from` and `to` exactly. With u the ball's own eased time:
+///   straight, bezier: (1-u) p + u q, or a curve through both;
+///   rigid: c(u) + s^u exp(u log R) [(1-u) p' + u q'] with the plan's alignment: exact at both
+///   ends, and a similarity all the way where one object is a turned and scaled copy of the other.
+///   explode: thrown out of p, falling onto the floor, and backwards into q; one fades to the
+///   other.
+/// Ellipsoids turn with the motion, and the logarithm of their shape is linear. The cube of a
+/// ball's size (a^-3/2) is linear, and so is its strength: w for inverse-square balls, w +
+/// ln(share) for Gaussian ones.
+std::vector<Ball> balls_at(const MorphPlan& plan, float time);
+
+/// How far along the whole is at `time`: the mean of the balls' eased times, by mass, in [0, 1].
+float progress_at(const MorphPlan& plan, float time);
+
+}  // namespace polymorph

@@ -1,0 +1,142 @@
+#include "sequence/analyze_sequence.h"
+
+#include <map>
+
+#include "model/load_obj.h"
+#include "model/normals.h"
+#include "morph/cost.h"
+
+namespace polymorph {
+namespace {
+
+Error stopped() { return {ErrorCode::kResumable, "stopped before the last frame"}; }
+
+Mesh mesh_of(const Model& model) { return {model.points, point_normals(model), model.triangles}; }
+
+/// Labels' purity in the plan and by chance (principle 1); nothing where no labels match.
+void measure_labels(const MorphPlan& plan, MorphEnds& ends) {
+  std::map<std::int32_t, double> in_from, in_to;
+  double same = 0, matched = 0;
+  for (const Pair& pair : plan.pairs) {
+    const std::int32_t i = plan.from_labels.empty() ? kNoLabel : plan.from_labels[pair.from];
+    const std::int32_t j = plan.to_labels.empty() ? kNoLabel : plan.to_labels[pair.to];
+    in_from[i] += pair.mass;
+    in_to[j] += pair.mass;
+    if (i == j) same += pair.mass;
+    if (i != kNoLabel && i == j) matched += pair.mass;
+  }
+  if (in_from.size() < 2 || in_to.size() < 2) return;
+  double chance = 0;
+  for (const auto& [label, mass] : in_from)
+    if (const auto other = in_to.find(label); other != in_to.end()) chance += mass * other->second;
+  ends.purity = same;
+  ends.chance = chance;
+}
+
+/// Where the balls around each landmark arrive, against where they should.
+void measure_landmarks(const MorphPlan& plan, const std::vector<LandmarkSettings>& landmarks,
+                       int leg, MorphEnds& ends) {
+  for (const LandmarkSettings& landmark : landmarks) {
+    if (landmark.leg != leg + 1) continue;
+    // The nearest ball's parts, each keeping its place beside the landmark.
+    std::uint32_t nearest = 0;
+    for (std::uint32_t i = 0; i < plan.from.size(); ++i)
+      if (length(plan.from[i].center - landmark.from) <
+          length(plan.from[nearest].center - landmark.from))
+        nearest = i;
+    Vec3d arrives;
+    for (const Pair& pair : plan.pairs)
+      if (pair.from == nearest)
+        arrives = arrives + Vec3d(plan.to[pair.to].center) * static_cast<double>(pair.from_share);
+    ends.landmark_errors.push_back(length(arrives - Vec3d(landmark.to)));
+  }
+}
+
+MorphEnds ends_of(const PreparedScene& prepared, std::size_t leg) {
+  const PreparedObject& from = prepared.objects[leg];
+  const PreparedObject& to = prepared.objects[leg + 1];
+  const MorphPlan& plan = prepared.plans[leg];
+  MorphEnds ends;
+  ends.from = from.name;
+  ends.to = to.name;
+  ends.source = mesh_of(from.model);
+  ends.target = mesh_of(to.model);
+  for (const Pair& pair : plan.pairs) ends.masses.push_back(pair.mass);
+  measure_labels(plan, ends);
+  measure_landmarks(plan, prepared.scene.plan.landmarks, static_cast<int>(leg), ends);
+  ends.truth = similarity_of(from.model.points, to.model.points);
+  const Alignment& found = plan.alignment;
+  ends.recovered = Similarity{found.rotation, found.scale,
+                              found.to_center - found.rotation * found.from_center * found.scale};
+  return ends;
+}
+
+}  // namespace
+
+Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared,
+                                            SurfaceExtractor& extractor, int frames,
+                                            const AnalyzeProgress& progress) {
+  std::vector<int> counts;
+  int total = 0, done = 0;
+  for (const Leg& leg : prepared.timeline.legs) {
+    counts.push_back(std::max(2, frames > 0 ? frames : leg.steps + 1));
+    total += counts.back();
+  }
+  std::vector<Analysis> morphs;
+  for (std::size_t leg = 0; leg < counts.size(); ++leg) {
+    std::vector<MorphFrame> samples;
+    for (int k = 0; k < counts[leg]; ++k) {
+      if (!progress(done++, total)) return stopped();
+      const float time = static_cast<float>(k) / static_cast<float>(counts[leg] - 1);
+      PM_TRY(FrameGeometry geometry, volume_at(prepared, extractor, static_cast<int>(leg), time));
+      MorphFrame frame;
+      frame.time = static_cast<double>(time);
+      frame.u = static_cast<double>(geometry.moment.u);
+      frame.surface = std::move(geometry.surface);
+      for (const Ball& ball : geometry.balls) frame.centers.push_back(ball.center);
+      samples.push_back(std::move(frame));
+    }
+    morphs.push_back(analyze_morph(ends_of(prepared, leg), samples));
+  }
+  return morphs;
+}
+
+Result<std::vector<Analysis>> analyze_meshes(const FramePattern& pattern,
+                                             const std::filesystem::path& source,
+                                             const std::filesystem::path& target,
+                                             const AnalyzeProgress& progress) {
+  PM_TRY(const std::vector<int> numbers, existing_frames(pattern));
+  if (numbers.size() < 2)
+    return make_error(ErrorCode::kInput, "{}: {} such file{} - a morph has at least two frames",
+                      frame_path(pattern, 0).string(), numbers.size(),
+                      numbers.size() == 1 ? "" : "s");
+  LoadObjSettings settings;
+  settings.textures = false;
+  std::vector<MorphFrame> frames;
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    if (!progress(static_cast<int>(k), static_cast<int>(numbers.size()))) return stopped();
+    PM_TRY(const LoadedModel loaded, load_obj(frame_path(pattern, numbers[k]), settings));
+    MorphFrame frame;
+    frame.time = frame.u = static_cast<double>(k) / static_cast<double>(numbers.size() - 1);
+    frame.surface = mesh_of(loaded.model);
+    frames.push_back(std::move(frame));
+  }
+  MorphEnds ends;
+  ends.from = frame_path(pattern, numbers.front()).filename().string();
+  ends.to = frame_path(pattern, numbers.back()).filename().string();
+  ends.source = frames.front().surface;
+  ends.target = frames.back().surface;
+  for (const auto& [file, name, mesh] :
+       {std::tuple(&source, &ends.from, &ends.source), std::tuple(&target, &ends.to, &ends.target)})
+    if (!file->empty()) {
+      PM_TRY(const LoadedModel loaded, load_obj(*file, settings));
+      *name = file->filename().string();
+      *mesh = mesh_of(loaded.model);
+    }
+  ends.truth = similarity_of(ends.source.positions, ends.target.positions);
+  std::vector<Analysis> morphs;
+  morphs.push_back(analyze_morph(ends, frames));
+  return morphs;
+}
+
+}  // namespace polymorph

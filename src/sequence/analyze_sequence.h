@@ -1,0 +1,30 @@
+// What there is to analyze: a scene's morphs, or any program's meshes.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <vector>
+
+#include "analyze/analyze.h"
+#include "sequence/frames.h"
+#include "sequence/prepare.h"
+
+namespace polymorph {
+
+/// Called before each frame; false stops with kResumable's sibling, an interrupted error.
+using AnalyzeProgress = std::function<bool(int done, int count)>;
+
+/// Each leg's volumetric stage, from balls to balls, at `frames` even times with both ends; 0: as
+/// many as the leg has in the scene.
+Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared,
+                                            SurfaceExtractor& extractor, int frames,
+                                            const AnalyzeProgress& progress);
+
+/// Meshes as OBJ files in the order of their numbers, time going evenly. `source` and `target`
+/// empty: the first and the last mesh. Errors (kInput): fewer than two, unreadable ones.
+Result<std::vector<Analysis>> analyze_meshes(const FramePattern& pattern,
+                                             const std::filesystem::path& source,
+                                             const std::filesystem::path& target,
+                                             const AnalyzeProgress& progress);
+
+}  // namespace polymorph

@@ -1,0 +1,83 @@
+#include "analyze/measure.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "analyze/analyze.h"
+#include "morph_testing.h"
+#include "surface/grid.h"
+
+namespace polymorph {
+namespace {
+
+Mesh surface_of(const std::vector<Ball>& balls, float cell = 0.04f) {
+  const auto extractor = make_cpu_extractor();
+  auto mesh = extract_surface(*extractor, balls, cell, {});
+  EXPECT_TRUE(mesh);
+  return *mesh;
+}
+
+MeasuredSurface measured(const Mesh& mesh) { return {mesh.positions, mesh.triangles}; }
+
+TEST(BendingEnergy, OfASphereIsFourPiWhateverItsSize) {
+  for (const float radius : {0.5f, 1.0f, 2.0f})
+    EXPECT_NEAR(bending_energy(surface_of({ball_at({}, radius)}, radius / 25)),
+                4 * std::numbers::pi, 0.15);
+}
+
+TEST(BendingEnergy, OfALongPillIsMoreThanASpheres) {
+  std::vector<Ball> pill;
+  for (int i = 0; i <= 40; ++i)
+    pill.push_back(ball_at({0.05f * static_cast<float>(i), 0, 0}, 0.2f));
+  EXPECT_GT(bending_energy(surface_of(pill, 0.02f)), 1.5 * 4 * std::numbers::pi);
+}
+
+TEST(Distance, BetweenSpheresIsTheDifferenceOfTheirRadii) {
+  const auto distance =
+      measured(surface_of({ball_at({}, 1)})).distance_to(measured(surface_of({ball_at({}, 1.1f)})));
+  EXPECT_NEAR(distance.mean, 0.1, 2e-3);
+  EXPECT_NEAR(distance.largest, 0.1, 3e-3);
+}
+
+TEST(Distance, OfSpheresApartIsLargestAtTheirFarEnds) {
+  const auto distance = measured(surface_of({ball_at({}, 1)}))
+                            .distance_to(measured(surface_of({ball_at({5, 0, 0}, 1)})));
+  EXPECT_NEAR(distance.largest, 5, 0.02);
+}
+
+TEST(Distance, FromNothingIsInfinite) {
+  EXPECT_TRUE(std::isinf(measured({}).distance_to(measured(surface_of({ball_at({}, 1)}))).mean));
+  EXPECT_EQ(measured({}).distance_to(measured({})).mean, 0);
+}
+
+TEST(DilatedHull, HoldsWhatIsInsideAndMeasuresWhatIsNot) {
+  const Mesh unit = surface_of({ball_at({}, 1)});
+  const DilatedHull hull(unit.positions, 0.05);
+  EXPECT_EQ(hull.leakage(unit), 0);
+  EXPECT_EQ(hull.leakage(surface_of({ball_at({0, 0.04f, 0}, 1)})), 0);
+  // All of a sphere that lies elsewhere, and about half of one across the border.
+  const double whole = 4.18879 * 0.125;
+  EXPECT_NEAR(hull.leakage(surface_of({ball_at({5, 0, 0}, 0.5f)})), whole, 0.02 * whole);
+  const double part = hull.leakage(surface_of({ball_at({1, 0, 0}, 0.5f)}));
+  EXPECT_GT(part, 0.3 * whole);
+  EXPECT_LT(part, 0.7 * whole);
+}
+
+TEST(SimilarityOf, FindsTheTurnGrowthAndShiftOrNothing) {
+  std::vector<Vec3> points;
+  for (const Ball& ball : random_balls(40, 3)) points.push_back(ball.center);
+  const Mat3 turn = exp_rotation(Vec3d{0.3, 1.2, -0.4});
+  std::vector<Vec3> sent;
+  for (const Vec3& p : points) sent.push_back(to_float(turn * Vec3d(p) * 2.5 + Vec3d{1, 2, 3}));
+  const auto fit = similarity_of(points, sent);
+  ASSERT_TRUE(fit);
+  EXPECT_LT(angle_between(fit->rotation, turn), 1e-3);
+  EXPECT_NEAR(fit->scale, 2.5, 1e-5);
+  sent[3].x += 0.1f;
+  EXPECT_FALSE(similarity_of(points, sent));
+}
+
+}  // namespace
+}  // namespace polymorph

@@ -1,0 +1,227 @@
+#include "morph/motion.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "morph_testing.h"
+
+namespace polymorph {
+namespace {
+
+MorphPlan plan_of(const std::vector<Ball>& a, const std::vector<Ball>& b,
+                  const MotionSettings& motion = {}, const PlanSettings& settings = {}) {
+  return plan_morph({a, {}, {}}, {b, {}, {}}, FieldKind::kGaussian, settings, motion);
+}
+
+MotionSettings linear(Path path) {
+  MotionSettings motion;
+  motion.path = path;
+  motion.easing = Easing::kLinear;
+  return motion;
+}
+
+/// An ellipsoid with axes 1 : 2 : 3, turned.
+Ball ellipsoid(Vec3 center, float radius, Vec3d turn) {
+  Ball ball = ball_at(center, radius);
+  const Mat3 rotation = exp_rotation(turn);
+  const double mean = std::cbrt(1.0 / 36);
+  Mat3 axes{{1 / mean, 0, 0, 0, 1 / (4 * mean), 0, 0, 0, 1 / (9 * mean)}};
+  const double root = std::cbrt(axes.m[0] * axes.m[4] * axes.m[8]);
+  for (double& v : axes.m) v /= root;
+  ball.shape = to_sym3(rotation * axes * transposed(rotation));
+  return ball;
+}
+
+TEST(BallsAt, TheEndsAreTheBallsOwnNumbersToTheBit) {
+  std::vector<Ball> a = random_balls(20, 1), b = random_balls(30, 2, {2, 0, 0});
+  for (std::size_t i = 0; i < 5; ++i) {
+    a[i] = ellipsoid(a[i].center, 0.3f, {0.1, 0.2, 0.3});
+    b[i + 3] = ellipsoid(b[i + 3].center, 0.2f, {1, 0, 0.3});
+  }
+  for (const Path path : {Path::kStraight, Path::kBezier, Path::kRigid, Path::kExplode}) {
+    const MorphPlan plan = plan_of(a, b, linear(path));
+    for (const float time : {0.0f, 1.0f}) {
+      const std::vector<Ball> balls = balls_at(plan, time);
+      for (std::size_t e = 0; e < balls.size(); ++e) {
+        const Ball& own = time == 0 ? a[plan.pairs[e].from] : b[plan.pairs[e].to];
+        EXPECT_EQ(balls[e].center, own.center);
+        EXPECT_EQ(balls[e].a, own.a);
+        EXPECT_EQ(balls[e].shape, own.shape);
+      }
+    }
+  }
+}
+
+TEST(BallsAt, MotionIsContinuousAtTheEnds) {
+  std::vector<Ball> a = random_balls(20, 1), b = random_balls(30, 2, {2, 0, 0});
+  a[3] = ellipsoid(a[3].center, 0.3f, {0.1, 0.2, 0.3});
+  for (const Path path : {Path::kStraight, Path::kBezier, Path::kRigid, Path::kExplode}) {
+    const MorphPlan plan = plan_of(a, b, linear(path));
+    for (const auto& [end, near] : {std::pair{0.0f, 1e-6f}, {1.0f, 1 - 1e-6f}}) {
+      const auto at = balls_at(plan, end), beside = balls_at(plan, near);
+      for (std::size_t e = 0; e < at.size(); ++e) {
+        EXPECT_NEAR(beside[e].a / at[e].a, 1, 1e-4);
+        EXPECT_LT(length(beside[e].center - at[e].center), 1e-4f);
+        EXPECT_NEAR(beside[e].w, at[e].w, 1e-4);
+        EXPECT_NEAR(beside[e].shape.xx, at[e].shape.xx, 1e-3);
+        EXPECT_NEAR(beside[e].shape.yz, at[e].shape.yz, 1e-3);
+      }
+    }
+  }
+}
+
+TEST(BallsAt, ARigidPathIsATurnedCopyAtEveryTime) {
+  std::vector<Ball> a = bar();
+  for (std::size_t i = 0; i < a.size(); i += 3)
+    a[i] = ellipsoid(a[i].center, 0.2f, {0.3 * static_cast<double>(i), 1, 0});
+  const Vec3d turn = normalized(Vec3d{1, 2, 0.5}) * (2.0 * std::numbers::pi / 3);
+  const std::vector<Ball> b = moved(a, exp_rotation(turn), 2, {3, 0, 1});
+  const MorphPlan plan = plan_of(a, b, linear(Path::kRigid));
+  double own_mass = 0;
+  for (const Pair& pair : plan.pairs) own_mass += pair.from == pair.to ? pair.mass : 0;
+  ASSERT_GT(own_mass, 0.97);
+  ASSERT_EQ(plan.pairs[0].from, plan.pairs[0].to);
+  for (const double u : {0.25, 0.5, 0.8}) {
+    const std::vector<Ball> balls = balls_at(plan, static_cast<float>(u));
+    const Mat3 rotation = exp_rotation(turn * u);
+    const double scale = std::pow(2, u);
+    for (std::size_t e = 1; e < balls.size(); ++e) {
+      if (plan.pairs[e].from != plan.pairs[e].to) continue;  // a part that goes next door
+      const Ball& own = a[plan.pairs[e].from];
+      // Distances from the first ball, so that the path of the whole does not matter.
+      const Vec3d wanted =
+          rotation * (Vec3d(own.center) - Vec3d(a[plan.pairs[0].from].center)) * scale;
+      const Vec3d got = Vec3d(balls[e].center) - Vec3d(balls[0].center);
+      EXPECT_LT(length(got - wanted), 2e-3) << u;
+      const Ball turned = moved(own, rotation, scale, {});
+      EXPECT_NEAR(balls[e].shape.xx, turned.shape.xx, 5e-3);
+      EXPECT_NEAR(balls[e].shape.xz, turned.shape.xz, 5e-3);
+    }
+  }
+}
+
+TEST(BallsAt, ABezierPathBowsOutAndAStraightOneDoesNot) {
+  const std::vector<Ball> a{ball_at({-1, 1, 0}, 0.2f), ball_at({-1, -1, 0}, 0.2f)};
+  const std::vector<Ball> b{ball_at({1, 1, 0}, 0.2f), ball_at({1, -1, 0}, 0.2f)};
+  const auto straight = balls_at(plan_of(a, b, linear(Path::kStraight)), 0.5f);
+  const auto arc = balls_at(plan_of(a, b, linear(Path::kBezier)), 0.5f);
+  for (std::size_t e = 0; e < 2; ++e) {
+    EXPECT_NEAR(std::abs(straight[e].center.y), 1, 1e-5);
+    EXPECT_NEAR(std::abs(arc[e].center.y), 1.5, 1e-4);  // bend 0.25 of a way of 2
+    EXPECT_NEAR(arc[e].center.x, 0, 1e-5);
+  }
+}
+
+TEST(BallsAt, BackwardsIsTheSameMorphReversed) {
+  std::vector<Ball> a = random_balls(25, 1), b = random_balls(35, 2, {1, 0, 0});
+  a[2] = ellipsoid(a[2].center, 0.3f, {0.1, 0.2, 0.3});
+  PlanSettings settings;
+  settings.align_gain = 0.01f;
+  for (const Path path : {Path::kStraight, Path::kBezier, Path::kRigid, Path::kExplode}) {
+    MotionSettings motion;
+    motion.path = path;
+    const MorphPlan there = plan_of(a, b, motion, settings), back = plan_of(b, a, motion, settings);
+    for (const float time : {0.0f, 0.125f, 0.375f, 0.5f, 1.0f}) {
+      const auto one = balls_at(there, time), two = balls_at(back, 1 - time);
+      ASSERT_EQ(one.size(), two.size());
+      for (std::size_t e = 0; e < one.size(); ++e) {
+        EXPECT_LT(length(one[e].center - two[e].center), 2e-5f);
+        EXPECT_NEAR(one[e].a / two[e].a, 1, 1e-5);
+        EXPECT_NEAR(one[e].w, two[e].w, 1e-5);
+        EXPECT_NEAR(one[e].shape.xy, two[e].shape.xy, 1e-4);
+      }
+    }
+  }
+}
+
+TEST(BallsAt, HalfATurnComesBackTheWayItWent) {
+  const std::vector<Ball> a = bar();
+  const auto b = moved(a, exp_rotation(Vec3d{0, 0, std::numbers::pi}), 1, {});
+  const MorphPlan there = plan_of(a, b), back = plan_of(b, a);
+  const auto one = balls_at(there, 0.5f), two = balls_at(back, 0.5f);
+  for (std::size_t e = 0; e < one.size(); ++e)
+    EXPECT_LT(length(one[e].center - two[e].center), 1e-4f);
+}
+
+TEST(BallsAt, AnExplosionThrowsBallsApartAndNoneThroughTheFloor) {
+  const std::vector<Ball> a = random_balls(40, 1), b = random_balls(40, 2);
+  float lowest = 1;
+  for (const auto& balls : {a, b})
+    for (const Ball& ball : balls) lowest = std::min(lowest, ball.center.y);
+  const auto spread = [](const std::vector<Ball>& balls) {
+    Vec3 middle;
+    float sum = 0;
+    for (const Ball& ball : balls) middle = middle + ball.center / static_cast<float>(balls.size());
+    for (const Ball& ball : balls) sum += length(ball.center - middle);
+    return sum / static_cast<float>(balls.size());
+  };
+  MotionSettings motion = linear(Path::kExplode);
+  const MorphPlan plan = plan_of(a, b, motion);
+  EXPECT_GT(spread(balls_at(plan, 0.5f)), 2 * spread(a));
+  for (int i = 0; i <= 20; ++i)
+    for (const Ball& ball : balls_at(plan, static_cast<float>(i) / 20))
+      EXPECT_GE(ball.center.y, lowest - 1e-4f);
+  motion.seed = 7;
+  EXPECT_GT(
+      length(balls_at(plan_of(a, b, motion), 0.5f)[0].center - balls_at(plan, 0.5f)[0].center),
+      1e-3f);
+}
+
+TEST(Stagger, TheLastBallStartsWhenTheShareIsOver) {
+  const std::vector<Ball> a = bar(), b = moved(bar(), {}, 1, {0, 5, 0});
+  MotionSettings motion = linear(Path::kStraight);
+  motion.stagger = Stagger::kAxis;
+  motion.stagger_axis = {1, 0, 0};
+  motion.stagger_share = 0.5f;
+  const MorphPlan plan = plan_of(a, b, motion);
+  const auto rest = balls_at(plan, 0), early = balls_at(plan, 0.25f), late = balls_at(plan, 0.75f);
+  for (std::size_t e = 0; e < rest.size(); ++e) {
+    const float order = (plan.from[plan.pairs[e].from].center.x + 1) / 2;  // the bar is [-1, 1]
+    const float moved_early = early[e].center.y - rest[e].center.y;
+    EXPECT_NEAR(moved_early, 5 * std::clamp((0.25f - 0.5f * order) / 0.5f, 0.0f, 1.0f), 0.02);
+    const float moved_late = late[e].center.y - rest[e].center.y;
+    EXPECT_NEAR(moved_late, 5 * std::clamp((0.75f - 0.5f * order) / 0.5f, 0.0f, 1.0f), 0.02);
+  }
+}
+
+TEST(Stagger, AllKindsArriveAndNoiseDependsOnTheSeed) {
+  const std::vector<Ball> a = random_balls(20, 1), b = random_balls(30, 2);
+  std::vector<Ball> middle;
+  for (const Stagger stagger :
+       {Stagger::kAxis, Stagger::kRadius, Stagger::kLabel, Stagger::kNoise}) {
+    MotionSettings motion;
+    motion.stagger = stagger;
+    const MorphPlan plan = plan_of(a, b, motion);
+    const auto end = balls_at(plan, 1);
+    for (std::size_t e = 0; e < end.size(); ++e)
+      EXPECT_EQ(end[e].center, b[plan.pairs[e].to].center);
+    EXPECT_EQ(progress_at(plan, 0), 0);
+    EXPECT_EQ(progress_at(plan, 1), 1);
+  }
+  MotionSettings motion;
+  motion.stagger = Stagger::kNoise;
+  const auto one = balls_at(plan_of(a, b, motion), 0.4f);
+  motion.seed = 1;
+  const auto two = balls_at(plan_of(a, b, motion), 0.4f);
+  float differs = 0;
+  for (std::size_t e = 0; e < one.size(); ++e)
+    differs = std::max(differs, length(one[e].center - two[e].center));
+  EXPECT_GT(differs, 0.01f);
+}
+
+TEST(Spring, BigBallsLagBehindSmallOnes) {
+  const std::vector<Ball> a{ball_at({0, 0, 0}, 0.5f), ball_at({0, 3, 0}, 0.1f)};
+  const auto b = moved(a, {}, 1, {5, 0, 0});
+  MotionSettings motion = linear(Path::kStraight);
+  motion.easing = Easing::kSpring;
+  const MorphPlan plan = plan_of(a, b, motion);
+  const auto balls = balls_at(plan, 0.1f);
+  ASSERT_EQ(balls.size(), 2u);
+  EXPECT_LT(balls[0].center.x + 0.1f, balls[1].center.x);
+}
+
+}  // namespace
+}  // namespace polymorph

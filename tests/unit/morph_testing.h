@@ -1,0 +1,84 @@
+// Objects built from balls directly, for tests of plans and motions.
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "base/random.h"
+#include "kernels/types.h"
+#include "morph/linear.h"
+#include "morph/plan.h"
+
+namespace polymorph {
+
+/// A ball whose lone surface has radius `radius`.
+inline Ball ball_at(Vec3 center, float radius) { return {center, 4 / (radius * radius), 4}; }
+
+inline std::vector<Ball> random_balls(int n, std::uint64_t seed, Vec3 shift = {}) {
+  std::vector<Ball> balls;
+  for (int i = 0; i < n; ++i) {
+    const auto r = [&](std::uint64_t k) {
+      return random_float(seed, k, static_cast<std::uint64_t>(i));
+    };
+    balls.push_back({Vec3{r(0), r(1), r(2)} + shift, 5 + 20 * r(3), 1 + r(4)});
+  }
+  return balls;
+}
+
+/// A bar along x with a knob near one end, off its axis: no turn but the identity maps it onto
+/// itself.
+inline std::vector<Ball> bar() {
+  std::vector<Ball> balls;
+  for (int i = 0; i <= 16; ++i)
+    balls.push_back(ball_at({-1 + 0.125f * static_cast<float>(i), 0, 0}, 0.2f));
+  for (int i = 1; i <= 4; ++i)
+    balls.push_back(ball_at({0.8f, 0.1f * static_cast<float>(i), 0}, 0.16f));
+  for (int i = 1; i <= 2; ++i)
+    balls.push_back(ball_at({-0.6f, 0, 0.1f * static_cast<float>(i)}, 0.16f));
+  return balls;
+}
+
+inline Ball moved(const Ball& ball, const Mat3& rotation, double scale, Vec3d shift) {
+  Ball result = ball;
+  result.center = to_float(rotation * Vec3d(ball.center) * scale + shift);
+  result.a = ball.a / static_cast<float>(scale * scale);
+  if (!is_round(ball))
+    result.shape = to_sym3(rotation * to_mat3(ball.shape) * transposed(rotation));
+  return result;
+}
+
+inline std::vector<Ball> moved(std::vector<Ball> balls, const Mat3& rotation, double scale,
+                               Vec3d shift) {
+  for (Ball& ball : balls) ball = moved(ball, rotation, scale, shift);
+  return balls;
+}
+
+/// A trunk with four limbs, each a label of its own (0 is the trunk's); `legs` sets how long and
+/// which way they are, `swapped` counts the balls otherwise.
+struct Creature {
+  std::vector<Ball> balls;
+  std::vector<std::int32_t> labels;
+};
+inline Creature creature(float limb_length, float spread, int balls_a_limb) {
+  Creature result;
+  for (int i = 0; i <= 6; ++i) {
+    result.balls.push_back(ball_at({0, -0.45f + 0.15f * static_cast<float>(i), 0}, 0.3f));
+    result.labels.push_back(0);
+  }
+  for (int limb = 0; limb < 4; ++limb) {
+    const float side = limb % 2 ? 1.0f : -1.0f, end = limb < 2 ? 1.0f : -1.0f;
+    for (int i = 1; i <= balls_a_limb; ++i) {
+      const float t = static_cast<float>(i) / static_cast<float>(balls_a_limb) * limb_length;
+      result.balls.push_back(ball_at(
+          {side * (0.2f + spread * t), end * (0.45f + (1 - spread) * t), 0.05f * end}, 0.11f));
+      result.labels.push_back(limb + 1);
+    }
+  }
+  return result;
+}
+
+inline double angle_between(const Mat3& a, const Mat3& b) {
+  return angle_of(transposed(a) * b) * 57.29577951308232;
+}
+
+}  // namespace polymorph
