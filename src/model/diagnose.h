@@ -38,8 +38,7 @@ struct Diagnosis {
 };
 
 Diagnosis diagnose(const Model& model);
-/// With wall thickness and faces that cross, which take rays and a search: 0.1 s for 100 000
-/// triangles.
+/// With wall thickness and faces that cross, which take rays and a search.
 Diagnosis diagnose_fully(const Model& model);
 
 /// One line a finding, in plain words with what to do, worst first; empty for a closed, outward
