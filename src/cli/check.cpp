@@ -33,6 +33,8 @@ std::string describe_object(const std::string& name, const Diagnosis& d) {
   if (d.shells > 1) text += fmt::format(", {} shells", d.shells);
   if (d.thickness && d.thickness->rays > 0)
     text += fmt::format(", {:.3g} thick", d.thickness->median);
+  if (d.crossings && d.crossings->pairs > 0)
+    text += fmt::format(", {} pairs of triangles cross", d.crossings->pairs);
   return text;
 }
 
@@ -52,6 +54,9 @@ Result<CheckResult> check_scene(const CheckOptions& options, const std::filesyst
     const Diagnosis diagnosis = diagnose_fully(loaded.models[i]);
     for (const std::string& problem : describe_problems(diagnosis))
       result.warnings.push_back(objects[i]->name + ": " + problem);
+    if (const std::string crossings = describe_crossings(diagnosis);
+        !crossings.empty() && objects[i]->spheres.inside == InsideMethod::kParity)
+      result.warnings.push_back(objects[i]->name + ": " + crossings);
     result.objects.emplace_back(objects[i]->name, diagnosis);
   }
   return result;

@@ -140,6 +140,8 @@ Result<int> model_info(const InfoOptions& options) {
   print_data("  labels: {}\n  {} materials, {} textures\n", labels, loaded.model.materials.size(),
              loaded.model.textures.size());
   for (const std::string& problem : describe_problems(d)) print_data("  {}\n", problem);
+  if (const std::string crossings = describe_crossings(d); !crossings.empty())
+    print_data("  {}\n", crossings);
   return 0;
 }
 

@@ -203,13 +203,6 @@ std::vector<std::string> describe_problems(const Diagnosis& d) {
     lines.push_back(
         fmt::format("{} edges have three or more faces - remove double faces and inner walls",
                     d.non_manifold_edges));
-  if (d.crossings && d.crossings->pairs > 0)
-    lines.push_back(
-        fmt::format("{}{} pairs of its triangles cross, first {} and {} - the winding number takes "
-                    "such parts as "
-                    "one body; with the parity rule their overlap is a hole",
-                    d.crossings->stopped ? "at least " : "", d.crossings->pairs,
-                    d.crossings->first[0], d.crossings->first[1]));
   if (d.touching_points > 0)
     lines.push_back(fmt::format("{} points join parts that no edge joins - harmless for rendering",
                                 d.touching_points));
@@ -217,6 +210,16 @@ std::vector<std::string> describe_problems(const Diagnosis& d) {
     lines.push_back(
         fmt::format("{} triangles have no area - harmless for rendering", d.degenerate_triangles));
   return lines;
+}
+
+std::string describe_crossings(const Diagnosis& d) {
+  if (!d.crossings || d.crossings->pairs == 0) return {};
+  return fmt::format(
+      "{}{} pairs of its triangles cross, first {} and {} - the winding number takes crossing "
+      "parts "
+      "as one body, the parity rule takes their overlap as a hole",
+      d.crossings->stopped ? "at least " : "", d.crossings->pairs, d.crossings->first[0],
+      d.crossings->first[1]);
 }
 
 }  // namespace polymorph

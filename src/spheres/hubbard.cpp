@@ -204,10 +204,11 @@ Merger make_clusters(const std::vector<Tetrahedron>& tetrahedra,
   for (std::size_t t = 0; t < tetrahedra.size(); ++t) {
     for (const std::uint32_t n : tetrahedra[t].neighbors)
       if (n != kNone && n > t) join(cluster_of[t], cluster_of[n]);
-    if (!inside[t]) continue;
+    // Outside, samples without a pole have no other neighbours, and would stay alone to the end.
     const auto& p = tetrahedra[t].points;
     for (std::size_t i = 0; i < 4; ++i)
-      for (std::size_t j = i + 1; j < 4; ++j) join(owner[p[i]], owner[p[j]]);
+      for (std::size_t j = i + 1; j < 4; ++j)
+        if (inside[t] || pole[p[i]] == kNone || pole[p[j]] == kNone) join(owner[p[i]], owner[p[j]]);
   }
   merger.start(std::move(pairs));
   return merger;

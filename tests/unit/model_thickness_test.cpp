@@ -66,8 +66,9 @@ TEST(SelfIntersections, CrossingBoxesAreFoundAndTouchingOnesAreNot) {
   EXPECT_FALSE(found.stopped);
   EXPECT_LT(found.first[0], 12u);
   EXPECT_GE(found.first[1], 12u);
-  EXPECT_TRUE(any_contains(describe_problems(diagnose_fully(crossing)), "of its triangles cross"));
-  EXPECT_TRUE(describe_problems(diagnose_fully(touching)).empty());
+  EXPECT_NE(describe_crossings(diagnose_fully(crossing)).find("of its triangles cross, first"),
+            std::string::npos);
+  EXPECT_EQ(describe_crossings(diagnose_fully(touching)), "");
 }
 
 TEST(SelfIntersections, AreAllPairsThatBruteForceFindsInTriangleSoup) {

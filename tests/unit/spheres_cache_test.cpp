@@ -170,7 +170,7 @@ TEST_F(Cache, ErrorsAreNotCached) {
 
 TEST_F(Cache, KeepsFittedBallsInEveryBit) {
   const std::string key(kCacheKeySize, 'a');
-  Approximation kept{*approximate(model_, settings_), {}};
+  Approximation kept{approximate(model_, settings_)->tree, {}};
   for (int i = 0; i < 5; ++i) {
     Ball ball{{1.0f / 3, static_cast<float>(i), -0.0f}, 0.1f + static_cast<float>(i), -2.5f};
     ball.shape = {2, 0.5f, 1.01f, 0.1f, -0.2f, 0.3f};
@@ -206,7 +206,7 @@ TEST_F(Cache, AFileOfAnotherVersionIsNotUsed) {
 
 TEST_F(Cache, ManyWritersOfOneEntryLeaveItWhole) {
   const std::string key(kCacheKeySize, 'b');
-  const Approximation kept{*approximate(model_, settings_), {}};
+  const Approximation kept{approximate(model_, settings_)->tree, {}};
   std::vector<std::thread> writers;
   std::atomic<int> bad = 0;
   for (int i = 0; i < 4; ++i)
@@ -224,7 +224,7 @@ TEST_F(Cache, ManyWritersOfOneEntryLeaveItWhole) {
 
 TEST_F(Cache, ListsAndCleansOnlyItsOwnFiles) {
   EXPECT_TRUE(list_cache(cache_).empty()) << "no folder yet";
-  const Approximation kept{*approximate(model_, settings_), {}};
+  const Approximation kept{approximate(model_, settings_)->tree, {}};
   for (const char name : {'a', 'b', 'c'})
     store_approximation(cache_, std::string(kCacheKeySize, name), kept);
   const std::vector<std::string> strangers{"notes.txt", "other.spheres", "empty.spheres"};
@@ -252,7 +252,7 @@ TEST_F(Cache, ListsAndCleansOnlyItsOwnFiles) {
 }
 
 TEST_F(Cache, VerifyNamesWhatIsWrong) {
-  const Approximation kept{*approximate(model_, settings_), {}};
+  const Approximation kept{approximate(model_, settings_)->tree, {}};
   for (const char name : {'a', 'b', 'c'})
     store_approximation(cache_, std::string(kCacheKeySize, name), kept);
   const auto file = [&](char name) { return std::string(kCacheKeySize, name) + ".spheres"; };
@@ -269,7 +269,7 @@ TEST_F(Cache, VerifyNamesWhatIsWrong) {
 }
 
 TEST_F(Cache, GcRemovesWhatIsOldAndThenTheOldest) {
-  const Approximation kept{*approximate(model_, settings_), {}};
+  const Approximation kept{approximate(model_, settings_)->tree, {}};
   const auto now = fs::file_time_type::clock::now();
   const auto fill = [&] {
     for (int i = 0; i < 5; ++i) {  // a: 5 days old ... e: 1 day

@@ -175,6 +175,21 @@ TEST(Hubbard, SeparateBodiesAndPartsThinnerThanTheSamplesAreCoveredToo) {
   }
 }
 
+TEST(Hubbard, SamplesWithoutABallInsideDoNotEatUpTheBudget) {
+  // A hundred samples lie on a sheet beside a cube; as long as each of them stayed alone, the cube
+  // was left with one ball of what should have been 60.
+  Model model = box_model({0, 0, 0}, {1, 1, 1});
+  const auto base = static_cast<std::uint32_t>(model.points.size());
+  model.points.insert(model.points.end(), {{2, 0, 0}, {2, 0.5f, 0}, {2, 0.5f, 0.5f}, {2, 0, 0.5f}});
+  model.triangles.push_back({{base, base + 1, base + 2}});
+  model.triangles.push_back({{base, base + 2, base + 3}});
+  const std::vector<Sphere> leaves = tree_of_shape(model, {60, 3000, 0}).leaves();
+  EXPECT_EQ(leaves.size(), 60u);
+  std::size_t at_cube = 0;
+  for (const Sphere& s : leaves) at_cube += s.center.x < 1.5f;
+  EXPECT_GT(at_cube, 40u);
+}
+
 TEST(Hubbard, DoesNotDependOnThreads) {
   const Model model = make_shape("torus").value();
   set_thread_count(1);
