@@ -227,6 +227,7 @@ struct SampleBricks {
           Lanes<V>::store(scratch.values + place_of<V>(item, r), same<V>(0.0f));
         }
       });
+      team.sync();
       for (std::uint32_t j = 0; j < brick.count; j += kTables) {
         const auto left = static_cast<int>(brick.count - j);
         const int n = left < kTables ? left : kTables;

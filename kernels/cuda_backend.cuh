@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <cub/block/block_exchange.cuh>
 #include <cub/block/block_scan.cuh>
 #include <string>
 #include <type_traits>
@@ -122,9 +123,9 @@ __global__ void __launch_bounds__(F::kThreads)
   }
 }
 
-constexpr int kScanThreads = 1024, kScanEach = 8;
+constexpr int kScanThreads = 1024, kScanEach = 4;
 
-/// Exclusive sums by one block, 8192 items at a time, which is fast enough for as many bricks as a
+/// Exclusive sums by one block, 4096 items at a time, which is fast enough for as many bricks as a
 /// surface has. Within a block both sums travel in one word: an item has at most 1029 vertices or
 /// 64 children, so that the first sum stays below 2^24.
 template <int kThreads>
@@ -134,7 +135,12 @@ __global__ void __launch_bounds__(kThreads)
   using Word = unsigned long long;
   using Scan = cub::BlockScan<Word, kThreads, cub::BLOCK_SCAN_WARP_SCANS>;
   constexpr int kShift = 38;
-  __shared__ typename Scan::TempStorage storage;
+  // Memory is read and written by neighbours, sums are made of what stands together.
+  using Exchange = cub::BlockExchange<Word, kThreads, kScanEach>;
+  __shared__ union {
+    typename Scan::TempStorage scan;
+    typename Exchange::TempStorage exchange;
+  } storage;
   const std::int64_t n = *count < limit ? *count : limit;
   const auto unpacked = [](Word w) {
     return Offsets{static_cast<std::int64_t>(w >> kShift),
@@ -143,14 +149,18 @@ __global__ void __launch_bounds__(kThreads)
   Offsets before;
   for (std::int64_t start = 0; start < n; start += kThreads * kScanEach) {
     Word words[kScanEach], sum = 0;
-    const std::int64_t at = start + static_cast<std::int64_t>(threadIdx.x) * kScanEach;
+    const std::int64_t at = start + threadIdx.x;
     for (int k = 0; k < kScanEach; ++k) {
-      const Counts c = at + k < n ? counts[at + k] : Counts{};
+      const Counts c = at + k * kThreads < n ? counts[at + k * kThreads] : Counts{};
       words[k] = static_cast<Word>(c.first) << kShift | c.second;
     }
-    Scan(storage).ExclusiveSum(words, words, sum);
+    Exchange(storage.exchange).StripedToBlocked(words, words);
+    __syncthreads();
+    Scan(storage.scan).ExclusiveSum(words, words, sum);
+    __syncthreads();
+    Exchange(storage.exchange).BlockedToStriped(words, words);
     for (int k = 0; k < kScanEach; ++k) {
-      if (at + k < n) offsets[at + k] = before + unpacked(words[k]);
+      if (at + k * kThreads < n) offsets[at + k * kThreads] = before + unpacked(words[k]);
     }
     before = before + unpacked(sum);
     __syncthreads();

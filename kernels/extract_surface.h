@@ -15,19 +15,6 @@ namespace polymorph {
 
 enum class Backend : std::uint8_t { kCpu, kCuda };
 
-/// What is drawn of the samples.
-enum class SurfaceMethod : std::uint8_t {
-  kMarchingCubes,
-  kMatrix,  ///< a cube at each point inside (the report's 2.1.2.1); every square has vertices of
-            ///< its own, so that the mesh is not connected
-};
-
-/// Where on a crossed edge a vertex lies.
-enum class Placement : std::uint8_t {
-  kRoot,      ///< where the field is iso
-  kMidpoint,  ///< in the middle: the report's marching cubes
-};
-
 /// How the field is sampled and the surface placed.
 struct ExtractSettings {
   FieldKind field = FieldKind::kGaussian;

@@ -60,6 +60,19 @@ enum class FieldKind : std::uint8_t {
   kWyvill,         ///< w (1 - 22/9 q + 17/9 q^2 - 4/9 q^3), q = a r^2, 0 from q = 1 (Wyvill 1986)
 };
 
+/// What is drawn of the samples.
+enum class SurfaceMethod : std::uint8_t {
+  kMarchingCubes,
+  kMatrix,  ///< a cube at each point inside (the report's 2.1.2.1); every square has vertices of
+            ///< its own, so that the mesh is not connected
+};
+
+/// Where on a crossed edge a vertex lies.
+enum class Placement : std::uint8_t {
+  kRoot,      ///< where the field is iso
+  kMidpoint,  ///< in the middle: the report's marching cubes
+};
+
 /// A symmetric 3 x 3 matrix; the identity by default.
 struct Sym3 {
   float xx = 1, yy = 1, zz = 1, xy = 0, xz = 0, yz = 0;

@@ -1,8 +1,12 @@
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 
+#include "base/file.h"
 #include "base/log.h"
 #include "base/parallel.h"
 #include "base/random.h"
@@ -11,12 +15,15 @@
 #include "render/render.h"
 #include "scene/json_text.h"
 #include "sequence/render_sequence.h"
+#include "surface/grid.h"
+#include "surface/mesh_check.h"
 
 namespace polymorph {
 namespace {
 
 struct BenchOptions {
   std::string what = "all", field = "gaussian";
+  std::filesystem::path ball_file;
   int balls = 1032, grid = 128, repeats = 7, width = 640, height = 480, samples = 16;
   JsonOutput json;
 };
@@ -38,8 +45,11 @@ std::vector<Ball> torus_balls(int n, FieldKind kind) {
     ball.center = {static_cast<float>(ring * std::cos(u)), static_cast<float>(kMinor * std::sin(v)),
                    static_cast<float>(ring * std::sin(u))};
     const float blobbiness = 2;
-    ball.a = kind == FieldKind::kGaussian ? blobbiness / (radius * radius) : 1;
-    ball.w = kind == FieldKind::kGaussian ? blobbiness : 0.02f * radius * radius;
+    // Wyvill: support at twice the radius, where a Gaussian of this blobbiness has all but ended.
+    ball.a = kind == FieldKind::kGaussian ? blobbiness / (radius * radius)
+             : kind == FieldKind::kWyvill ? 1 / (4 * radius * radius)
+                                          : 1;
+    ball.w = kind == FieldKind::kInverseSquare ? 0.02f * radius * radius : blobbiness;
     balls.push_back(ball);
   }
   return balls;
@@ -75,29 +85,181 @@ nlohmann::ordered_json report_row(const BenchOptions& options, const std::string
           {"note", note}};
 }
 
-Status bench_surface(const BenchOptions& options, SurfaceExtractor& extractor, Mesh& mesh,
-                     nlohmann::ordered_json& rows) {
+FieldKind field_named(const std::string& name) {
+  return name == "inverse_square" ? FieldKind::kInverseSquare
+         : name == "wyvill"       ? FieldKind::kWyvill
+                                  : FieldKind::kGaussian;
+}
+
+/// n points along each axis over [-1.9, 1.9]^3.
+Grid bench_grid(int n) {
+  return {{-1.9f, -1.9f, -1.9f}, 3.8f / static_cast<float>(n - 1), {n, n, n}};
+}
+
+/// Balls as `polymorph mesh --balls` and encode_balls() write them; each may have a "shape" [xx,
+/// yy, zz, xy, xz, yz].
+Result<std::vector<Ball>> read_balls(const std::filesystem::path& path, std::string& field) {
+  PM_TRY(const std::string text, read_file(path));
+  try {
+    const auto json = nlohmann::json::parse(text);
+    field = json.value("field", field);
+    std::vector<Ball> balls;
+    for (const auto& entry : json.at("balls")) {
+      Ball ball;
+      const auto& c = entry.at("center");
+      ball.center = {c.at(0).get<float>(), c.at(1).get<float>(), c.at(2).get<float>()};
+      ball.a = entry.value("a", 1.0f);
+      ball.w = entry.at("w").get<float>();
+      if (entry.contains("shape")) {
+        const auto s = entry.at("shape").get<std::array<float, 6>>();
+        ball.shape = {s[0], s[1], s[2], s[3], s[4], s[5]};
+      }
+      balls.push_back(ball);
+    }
+    return balls;
+  } catch (const nlohmann::json::exception& error) {
+    return make_error(ErrorCode::kInput, "{}: not a file of balls ({})", path.string(),
+                      error.what());
+  }
+}
+
+Result<std::vector<Ball>> bench_balls(const BenchOptions& options, std::string& field) {
+  field = options.field;
+  if (!options.ball_file.empty()) return read_balls(options.ball_file, field);
+  return torus_balls(options.balls, field_named(field));
+}
+
+Status extract_once(SurfaceExtractor& extractor, const std::vector<Ball>& balls, const Grid& grid,
+                    const ExtractSettings& settings, Mesh& mesh) {
+  const ExtractStatus status = extractor.extract(balls, grid, settings, mesh);
+  if (status.code == ExtractCode::kOk) return Ok{};
+  return Error{status.code == ExtractCode::kBadInput ? ErrorCode::kInput : ErrorCode::kResource,
+               status.message};
+}
+
+Status bench_surface(const BenchOptions& options, const std::string& device,
+                     SurfaceExtractor& extractor, Mesh& mesh, nlohmann::ordered_json& rows) {
+  std::string field;
+  PM_TRY(const std::vector<Ball> balls, bench_balls(options, field));
   ExtractSettings settings;
-  settings.field = options.field == "gaussian" ? FieldKind::kGaussian : FieldKind::kInverseSquare;
-  const std::vector<Ball> balls = torus_balls(options.balls, settings.field);
-  const float cell = 3.8f / static_cast<float>(options.grid - 1);
-  const Grid grid{{-1.9f, -1.9f, -1.9f}, cell, {options.grid, options.grid, options.grid}};
-  ExtractStatus status;
-  PM_TRY(const Timing timing, time_it(options.repeats, [&]() -> Status {
-           status = extractor.extract(balls, grid, settings, mesh);
-           if (status.code != ExtractCode::kOk) return Error{ErrorCode::kResource, status.message};
-           return Ok{};
-         }));
-  rows.push_back(
-      report_row(options, fmt::format("surface {} {}^3", options.field, options.grid), timing,
-                 fmt::format("{} balls, {} triangles", balls.size(), mesh.triangles.size())));
-  // The floor: the mesh must at least be written once.
+  settings.field = field_named(field);
+  Box box;
+  for (const Ball& ball : balls) box = extend(box, ball.center);
+  Grid grid = bench_grid(options.grid);
+  if (!options.ball_file.empty()) {
+    box = surface_bounds(balls, settings);
+    const Vec3 size = box.high - box.low;
+    PM_TRY(grid, fit_grid(box, std::max({size.x, size.y, size.z}) /
+                                   static_cast<float>(options.grid - 1)));
+  }
+  PM_TRY_STATUS(extract_once(extractor, balls, grid, settings, mesh));
+  const std::string note =
+      fmt::format("{} balls, {} triangles", balls.size(), mesh.triangles.size());
+  // What must be written at least: the mesh, once.
   const double bytes = static_cast<double>(mesh.positions.size() * 24 + mesh.triangles.size() * 12);
-  for (const PassTime& pass : extractor.pass_times())
-    if (!options.json.wanted) print_data("  {:<26} {:>9.2f} ms\n", pass.name, pass.seconds * 1e3);
+  const auto measure = [&](const std::string& name, double speed,
+                           const char* speed_name) -> Status {
+    Mesh other;
+    Mesh& target = settings.deliver ? mesh : other;
+    std::map<std::string, std::vector<double>> passes;
+    std::vector<std::string> order;
+    PM_TRY(const Timing timing, time_it(options.repeats, [&]() -> Status {
+             PM_TRY_STATUS(extract_once(extractor, balls, grid, settings, target));
+             for (const PassTime& pass : extractor.pass_times()) {
+               if (!passes.contains(pass.name)) order.push_back(pass.name);
+               passes[pass.name].push_back(pass.seconds);
+             }
+             return Ok{};
+           }));
+    auto row = report_row(options, name, timing, note);
+    for (const std::string& pass : order) {
+      std::vector<double>& seconds = passes[pass];
+      std::sort(seconds.begin(), seconds.end());
+      const double ms = seconds[seconds.size() / 2] * 1e3;
+      if (!options.json.wanted) print_data("  {:<26} {:>9.3f} ms\n", pass, ms);
+      row["passes_ms"][pass] = ms;
+    }
+    row["floor_ms"] = bytes / speed * 1e3;
+    row["memory_bytes"] = extractor.memory_used();
+    if (!options.json.wanted)
+      print_data("  mesh {:.1f} MB: {:.3f} ms at {}; buffers {:.0f} MB\n", bytes * 1e-6,
+                 bytes / speed * 1e3, speed_name,
+                 static_cast<double>(extractor.memory_used()) * 1e-6);
+    rows.push_back(std::move(row));
+    return Ok{};
+  };
+  const std::string name = fmt::format("surface {} {}^3", field, options.grid);
+  if (device != "cpu") {
+    settings.deliver = false;
+    PM_TRY_STATUS(measure(name + ", kept there", 4.3e12, "4.3 TB/s"));
+    settings.deliver = true;
+  }
+  return measure(name, 1e10, "10 GB/s");
+}
+
+/// The report's Table 6.7: frames a second over skin and influence resolution, here with the
+/// influence in whole cells; and what the interpolation costs in accuracy.
+Status bench_table(const BenchOptions& options, SurfaceExtractor& extractor,
+                   nlohmann::ordered_json& rows) {
+  std::string field;
+  PM_TRY(const std::vector<Ball> balls, bench_balls(options, field));
+  ExtractSettings settings;
+  settings.field = field_named(field);
   if (!options.json.wanted)
-    print_data("  mesh {:.1f} MB; writing it at 10 GB/s takes {:.2f} ms\n", bytes * 1e-6,
-               bytes / 1e10 * 1e3);
+    print_data("surfaces a second (and volume off by, %)\n{:>6} {:>16} {:>16} {:>16} {:>16}\n",
+               "skin", "influence 10", "20", "30", "40");
+  for (int skin = 10; skin <= 100; skin += 10) {
+    const Grid grid = bench_grid(skin + 1);
+    settings.influence = 1;
+    Mesh mesh;
+    PM_TRY_STATUS(extract_once(extractor, balls, grid, settings, mesh));
+    const double exact = volume_of(mesh);
+    std::string text = fmt::format("{:>6}", skin);
+    for (int resolution = 10; resolution <= 40; resolution += 10) {
+      settings.influence = std::max(1, (skin + resolution / 2) / resolution);
+      PM_TRY(const Timing timing, time_it(options.repeats, [&] {
+               return extract_once(extractor, balls, grid, settings, mesh);
+             }));
+      const double off = exact > 0 ? 100 * (volume_of(mesh) / exact - 1) : 0;
+      text += fmt::format(" {:>8.0f} {:>7.1f}", 1 / timing.median, off);
+      rows.push_back({{"name", "table 6.7"},
+                      {"skin", skin},
+                      {"influence", resolution},
+                      {"cells_apart", settings.influence},
+                      {"per_second", 1 / timing.median},
+                      {"volume_off_percent", off}});
+    }
+    if (!options.json.wanted) print_data("{}\n", text);
+  }
+  return Ok{};
+}
+
+/// The report's Graph 6.1: the same surfaces on the CPU and on the GPU, where there is one.
+Status bench_graph(const BenchOptions& options, nlohmann::ordered_json& rows) {
+  std::string field;
+  PM_TRY(const std::vector<Ball> balls, bench_balls(options, field));
+  ExtractSettings settings;
+  settings.field = field_named(field);
+  ExtractStatus status;
+  const auto cpu = make_cpu_extractor();
+  const auto cuda = make_cuda_extractor(0, status);
+  if (!options.json.wanted)
+    print_data("{:>6} {:>12} {:>12}\n", "skin", "cpu ms", cuda ? "cuda ms" : "cuda: none here");
+  for (int skin = 10; skin <= 100; skin += 10) {
+    nlohmann::ordered_json row{{"name", "graph 6.1"}, {"skin", skin}};
+    std::string text = fmt::format("{:>6}", skin);
+    for (SurfaceExtractor* extractor : {cpu.get(), cuda.get()}) {
+      if (extractor == nullptr) continue;
+      Mesh mesh;
+      PM_TRY(const Timing timing, time_it(options.repeats, [&] {
+               return extract_once(*extractor, balls, bench_grid(skin + 1), settings, mesh);
+             }));
+      row[extractor == cpu.get() ? "cpu_ms" : "cuda_ms"] = timing.median * 1e3;
+      text += fmt::format(" {:>12.3f}", timing.median * 1e3);
+    }
+    if (!options.json.wanted) print_data("{}\n", text);
+    rows.push_back(std::move(row));
+  }
   return Ok{};
 }
 
@@ -136,14 +298,20 @@ Status bench_render(const BenchOptions& options, const Mesh& mesh, nlohmann::ord
 
 Result<int> run_bench(const CommandLine& line, const BenchOptions& options) {
   std::string device;
-  PM_TRY(const auto extractor, make_extractor(line.common.device, device));
+  PM_TRY(const auto extractor, make_extractor(line.common.device, device, line.common.max_memory));
   if (!options.json.wanted)
     print_data("device {}, {} threads, median of {} runs (min - max)\n", device, thread_count(),
                options.repeats);
   auto rows = nlohmann::ordered_json::array();
   Mesh mesh;
-  PM_TRY_STATUS(bench_surface(options, *extractor, mesh, rows));
-  if (options.what != "surface") PM_TRY_STATUS(bench_render(options, mesh, rows));
+  const bool all = options.what == "all";
+  if (options.what != "report")
+    PM_TRY_STATUS(bench_surface(options, device, *extractor, mesh, rows));
+  if (all || options.what == "report") {
+    PM_TRY_STATUS(bench_table(options, *extractor, rows));
+    PM_TRY_STATUS(bench_graph(options, rows));
+  }
+  if (all || options.what == "render") PM_TRY_STATUS(bench_render(options, mesh, rows));
   if (options.json.wanted) {
     const nlohmann::ordered_json json{
         {"version", PM_VERSION}, {"device", device}, {"threads", thread_count()}, {"rows", rows}};
@@ -160,20 +328,27 @@ void add_bench(CommandLine& line) {
                                   "  polymorph bench\n  polymorph bench surface --grid 256 "
                                   "--device cuda\n  polymorph bench render --spp 64 --json",
                                   "  0 measured   2 usage   5 device or memory");
-  command->add_option("what", options->what, "surface, render (which needs a surface first) or all")
-      ->check(CLI::IsMember({"surface", "render", "all"}))
+  command
+      ->add_option(
+          "what", options->what,
+          "surface, report (its Table 6.7 and Graph 6.1), render (which needs a surface first) or "
+          "all")
+      ->check(CLI::IsMember({"surface", "report", "render", "all"}))
       ->type_name("WHAT")
       ->group("Main");
   command->add_option("--torus", options->balls, "balls on the torus (1032)")
       ->check(CLI::Range(1, 1000000))
       ->type_name("N")
       ->group("Main");
+  command->add_option("--balls", options->ball_file, "balls from a JSON file instead of the torus")
+      ->type_name("FILE")
+      ->group("Main");
   command->add_option("--grid", options->grid, "grid points along an axis (128)")
       ->check(CLI::Range(8, 2048))
       ->type_name("N")
       ->group("Main");
-  command->add_option("--field", options->field, "gaussian or inverse_square")
-      ->check(CLI::IsMember({"gaussian", "inverse_square"}))
+  command->add_option("--field", options->field, "gaussian, wyvill or inverse_square")
+      ->check(CLI::IsMember({"gaussian", "wyvill", "inverse_square"}))
       ->type_name("FIELD")
       ->group("Main");
   command->add_option("--spp", options->samples, "samples a pixel (16)")

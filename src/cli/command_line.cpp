@@ -46,6 +46,11 @@ void add_common(CLI::App* command, CommonOptions& common) {
           ->envname("POLYMORPH_DEVICE")
           ->type_name("NAME"));
   add(command
+          ->add_option("--max-memory", common.max_memory,
+                       "most memory for making surfaces: bytes, or with K, M or G; 0 = no limit")
+          ->transform(CLI::AsSizeValue(false))
+          ->type_name("SIZE"));
+  add(command
           ->add_option("--cache-dir", common.cache_dir,
                        "where sphere approximations are kept (env POLYMORPH_CACHE_DIR)")
           ->type_name("DIR"));

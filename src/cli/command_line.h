@@ -30,6 +30,7 @@ struct CommonOptions {
   std::string cache_dir;
   bool no_cache = false;
   std::string device = "auto";
+  std::uint64_t max_memory = 0;  ///< bytes; 0 = no limit
 };
 
 struct CommandLine {

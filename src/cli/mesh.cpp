@@ -78,7 +78,7 @@ Result<int> run_mesh(const CommandLine& line, const MeshOptions& options) {
     PM_TRY_STATUS(check_writable(path));
   }
   std::string device;
-  PM_TRY(const auto extractor, make_extractor(line.common.device, device));
+  PM_TRY(const auto extractor, make_extractor(line.common.device, device, line.common.max_memory));
   PM_TRY(const PreparedScene prepared, prepare_scene(scene, *extractor, cache_folder(line.common)));
   for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
   for (const int frame : frames) {

@@ -65,6 +65,7 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
   settings.keep_going = options.keep_going;
   settings.dry_run = options.dry_run;
   settings.device = line.common.device;
+  settings.max_memory = line.common.max_memory;
   settings.isa = options.reproducible ? "avx2" : options.isa;
   settings.cache_folder = cache_folder(line.common);
   settings.command = line.text;

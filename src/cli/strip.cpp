@@ -83,7 +83,7 @@ Result<Frames> from_scene(const CommandLine& line, const StripOptions& options) 
   frames.last = count;
   frames.fps = scene.frames.fps;
   std::string device;
-  PM_TRY(const auto extractor, make_extractor(line.common.device, device));
+  PM_TRY(const auto extractor, make_extractor(line.common.device, device, line.common.max_memory));
   PM_TRY(const PreparedScene prepared, prepare_scene(scene, *extractor, cache_folder(line.common)));
   for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
   PM_TRY(Renderer renderer, Renderer::create());

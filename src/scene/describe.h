@@ -193,6 +193,15 @@ template <class V>
 void describe(V& v, SurfaceSettings& s) {
   v.integer("resolution", s.resolution, 8, 1024,
             "cells of the marching cubes along the longest side of the scene's box");
+  v.choice("method", s.method,
+           {{"marching_cubes", SurfaceMethod::kMarchingCubes}, {"matrix", SurfaceMethod::kMatrix}},
+           "what is drawn: the surface, or a cube at each grid point inside");
+  v.choice("placement", s.placement,
+           {{"root", Placement::kRoot}, {"midpoint", Placement::kMidpoint}},
+           "where vertices lie on grid edges: where the field is at its level, or half way");
+  v.boolean("flat", s.flat, "every triangle has its own normal");
+  v.integer("influence", s.influence, 1, 16,
+            "cells between the points at which the field is computed; it is interpolated between");
 }
 
 template <class V>

@@ -157,6 +157,10 @@ struct FrameSettings {
 
 struct SurfaceSettings {
   int resolution = 96;  ///< cells along the longest side of the scene's box
+  SurfaceMethod method = SurfaceMethod::kMarchingCubes;
+  Placement placement = Placement::kRoot;
+  bool flat = false;  ///< triangles without shared normals
+  int influence = 1;  ///< cells between the points at which the field is computed
 };
 
 struct CameraSettings {

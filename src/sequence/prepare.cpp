@@ -213,6 +213,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extrac
   prepared.hash = content_hash(scene, loaded.models, prepared.environment.get());
   prepared.timeline = make_timeline(scene);
   prepared.extract.field = scene.field.kind;
+  prepared.extract.influence = scene.surface.influence;
   for (const Model& model : loaded.models) prepared.box = unite(prepared.box, model.box());
   const Vec3 size = prepared.box.size();
   prepared.cell = std::max({size.x, size.y, size.z}) / static_cast<float>(scene.surface.resolution);
@@ -252,6 +253,9 @@ Result<FrameGeometry> volume_at(const PreparedScene& prepared, SurfaceExtractor&
   }
   ExtractSettings extract = prepared.extract;
   extract.iso = geometry.iso;
+  extract.method = prepared.scene.surface.method;
+  extract.placement = prepared.scene.surface.placement;
+  extract.flat = prepared.scene.surface.flat;
   PM_TRY(geometry.surface, extract_surface(extractor, geometry.balls, prepared.cell, extract));
   return geometry;
 }

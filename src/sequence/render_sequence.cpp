@@ -105,7 +105,7 @@ class SequenceRun {
     const auto start = Clock::now();
     report_.threads = thread_count();
     PM_TRY_STATUS(check_outputs(settings_));
-    PM_TRY(extractor_, make_extractor(settings_.device, report_.device));
+    PM_TRY(extractor_, make_extractor(settings_.device, report_.device, settings_.max_memory));
     PM_TRY(prepared_, prepare_scene(scene, *extractor_, settings_.cache_folder));
     for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
     report_.prepare_seconds = seconds_since(start);
@@ -259,9 +259,15 @@ std::vector<Attribute> header_of(const PreparedScene& prepared, const Moment& mo
 }  // namespace
 
 Result<std::unique_ptr<SurfaceExtractor>> make_extractor(const std::string& device,
-                                                         std::string& chosen) {
+                                                         std::string& chosen,
+                                                         std::size_t max_memory) {
   chosen = "cpu";
-  if (device == "cpu") return make_cpu_extractor();
+  const auto cpu = [&] {
+    auto extractor = make_cpu_extractor();
+    extractor->limit_memory(max_memory);
+    return extractor;
+  };
+  if (device == "cpu") return cpu();
   const bool automatic = device == "auto";
   int index = 0;
   if (!automatic) {
@@ -276,13 +282,14 @@ Result<std::unique_ptr<SurfaceExtractor>> make_extractor(const std::string& devi
   auto extractor = make_cuda_extractor(index, status);
   if (extractor) {
     chosen = fmt::format("cuda:{}", index);
+    extractor->limit_memory(max_memory);
     return extractor;
   }
   if (!automatic)
     return make_error(ErrorCode::kResource, "--device {}: {} - use --device cpu or auto", device,
                       status.message);
   log_debug("using the cpu: {}", status.message);
-  return make_cpu_extractor();
+  return cpu();
 }
 
 std::size_t RunReport::count(FrameRecord::State state) const {

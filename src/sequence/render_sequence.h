@@ -19,8 +19,10 @@ namespace polymorph {
 
 /// "cpu", "cuda", "cuda:1" or "auto" (CUDA where it answers, else the CPU, said once).
 /// Errors: kUsage for another word; kResource when a device asked for by name is not there.
+/// `max_memory`: bytes for the surface's buffers and mesh; 0 = no limit.
 Result<std::unique_ptr<SurfaceExtractor>> make_extractor(const std::string& device,
-                                                         std::string& chosen);
+                                                         std::string& chosen,
+                                                         std::size_t max_memory = 0);
 
 enum class Existing { kRefuse, kSkip, kOverwrite };
 
@@ -32,6 +34,7 @@ struct SequenceSettings {
   bool keep_going = false;  ///< a failed frame does not stop the others
   bool dry_run = false;     ///< only say what would be done
   std::string device = "auto";
+  std::size_t max_memory = 0;          ///< bytes for the surface's buffers and mesh; 0 = no limit
   std::string isa;                     ///< of Embree; "" = the best
   std::filesystem::path cache_folder;  ///< empty: none
   std::string command;                 ///< for the image headers

@@ -36,14 +36,16 @@ Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settin
     return balls.empty() ? box : grown_box(box, static_cast<float>(std::sqrt(sum / settings.iso)));
   }
   for (const Ball& ball : balls) {
-    const float reach = ball.w - std::log(settings.cutoff * settings.iso);
+    // a d^T shape d at which the ball ends.
+    const float reach = settings.field == FieldKind::kWyvill
+                            ? 1
+                            : ball.w - std::log(settings.cutoff * settings.iso);
     if (reach <= 0) continue;
-    // The half sides of an ellipsoid's box: roots of the diagonal of the inverse; its determinant
-    // is 1, so that is the diagonal of the cofactors.
+    // The half sides of an ellipsoid's box: roots of the diagonal of the inverse.
     const Sym3& s = ball.shape;
     const Vec3 square =
         Vec3{s.yy * s.zz - s.yz * s.yz, s.xx * s.zz - s.xz * s.xz, s.xx * s.yy - s.xy * s.xy} *
-        (reach / ball.a);
+        (reach / (ball.a * determinant(s)));
     const Vec3 half{std::sqrt(square.x), std::sqrt(square.y), std::sqrt(square.z)};
     box = unite(box, {ball.center - half, ball.center + half});
   }
