@@ -46,6 +46,17 @@ struct Arc {
   }
 };
 
+/// parallel_ranges(), but small problems on the caller's thread: alignment solves hundreds of them
+/// side by side, and on a busy machine the waiting for tiny nested loops cost 50 times the work.
+template <class F>
+void ranges(std::int64_t n, std::int64_t grain, std::int64_t work, const F& f) {
+  constexpr std::int64_t kWorthThreads = 1 << 16;
+  if (work < kWorthThreads)
+    f(std::int64_t{0}, n);
+  else
+    parallel_ranges(n, grain, f);
+}
+
 class ColumnGeneration {
  public:
   ColumnGeneration(std::span<const double> supply, std::span<const double> demand,
@@ -83,13 +94,14 @@ class ColumnGeneration {
   static constexpr std::size_t kMoreArcs = 6;
   std::size_t first_arcs() const { return n_ + m_ <= 128 ? m_ : 12; }
 
+  std::int64_t pairs() const { return std::int64_t{n_} * m_; }
   std::int64_t to_integer(float cost) const {
     return static_cast<std::int64_t>(std::llround(static_cast<double>(cost) * scale_));
   }
 
   void find_scale() {
     std::vector<float> largest(n_);
-    parallel_ranges(n_, 16, [&](std::int64_t begin, std::int64_t end) {
+    ranges(n_, 16, pairs(), [&](std::int64_t begin, std::int64_t end) {
       std::vector<float> row(m_);
       for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
         rows_(static_cast<std::uint32_t>(i), row);
@@ -124,7 +136,7 @@ class ColumnGeneration {
       if (best.size() == count) best.pop_back();
       best.insert(std::upper_bound(best.begin(), best.end(), candidate), candidate);
     };
-    parallel_for(chunks, [&](std::int64_t chunk) {
+    const auto scan = [&](std::int64_t chunk) {
       std::vector<float> row(m_);
       auto& targets = by_target[static_cast<std::size_t>(chunk)];
       for (std::int64_t i = chunk * kChunk; i < std::min<std::int64_t>(n_, (chunk + 1) * kChunk);
@@ -140,6 +152,9 @@ class ColumnGeneration {
           keep(targets[to], {reduced, from, cost});
         }
       }
+    };
+    ranges(chunks, 1, pairs(), [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t chunk = begin; chunk < end; ++chunk) scan(chunk);
     });
     std::vector<Arc> arcs;
     saving_ = 0;
@@ -186,7 +201,7 @@ class ColumnGeneration {
       for (std::uint32_t j = 0; j < m_; ++j)
         potential_to_[j] = std::min(potential_to_[j], to_integer(row[j]) + potential);
     }
-    parallel_ranges(n_, 16, [&](std::int64_t begin, std::int64_t end) {
+    ranges(n_, 16, pairs(), [&](std::int64_t begin, std::int64_t end) {
       std::vector<float> costs(m_);
       for (auto i = static_cast<std::uint32_t>(begin); i < static_cast<std::uint32_t>(end); ++i) {
         rows_(i, costs);

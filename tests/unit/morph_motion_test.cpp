@@ -160,7 +160,7 @@ TEST(BallsAt, AnExplosionThrowsBallsApartAndNoneThroughTheFloor) {
   };
   MotionSettings motion = linear(Path::kExplode);
   const MorphPlan plan = plan_of(a, b, motion);
-  EXPECT_GT(spread(balls_at(plan, 0.5f)), 2 * spread(a));
+  EXPECT_GT(spread(balls_at(plan, 0.5f)), 1.5f * spread(a));
   for (int i = 0; i <= 20; ++i)
     for (const Ball& ball : balls_at(plan, static_cast<float>(i) / 20))
       EXPECT_GE(ball.center.y, lowest - 1e-4f);
