@@ -47,7 +47,7 @@ struct Arc {
 };
 
 /// parallel_ranges(), but small problems on the caller's thread: alignment solves hundreds of them
-/// side by side, and on a busy machine the waiting for tiny nested loops cost 50 times the work.
+/// side by side already.
 template <class F>
 void ranges(std::int64_t n, std::int64_t grain, std::int64_t work, const F& f) {
   constexpr std::int64_t kWorthThreads = 1 << 16;
