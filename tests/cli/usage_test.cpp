@@ -109,7 +109,7 @@ TEST_F(Usage, BadValues) {
   expect_usage({"render", "scene.json", "--overwrite", "--skip-existing"}, "excludes");
   expect_usage({"render", "scene.json", "--progress", "loud"}, "--progress");
   expect_usage({"golden", "shine"}, "shine not in {test,update,list}");
-  expect_usage({"bench", "nothing"}, "nothing not in {surface,render,all}");
+  expect_usage({"bench", "nothing"}, "nothing not in {surface,report,render,all}");
 }
 
 class Help : public ProgramTest {};
@@ -198,6 +198,18 @@ TEST_F(Help, BenchMeasures) {
   const Ran ran = run(0, {"bench", "surface", "--grid", "16", "--torus", "50", "--repeats", "1"});
   EXPECT_TRUE(contains(ran.out, "surface gaussian 16^3"));
   EXPECT_EQ(ran.err, "");
+}
+
+TEST_F(Usage, AMemoryLimitEndsWithAMessageAndCodeFive) {
+  const std::vector<std::string> bench = {"bench",     "surface", "--grid",   "96",
+                                          "--repeats", "1",       "--device", "cpu"};
+  std::vector<std::string> tight = bench, roomy = bench;
+  tight.insert(tight.end(), {"--max-memory", "500K"});
+  roomy.insert(roomy.end(), {"--max-memory", "1G"});
+  const Ran ran = run(5, tight);
+  EXPECT_TRUE(contains(ran.err, "the limit is 1 MB")) << ran.err;
+  run(0, roomy);
+  expect_usage({"bench", "surface", "--max-memory", "lots"}, "max-memory");
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 
 #include "model/shapes.h"
@@ -113,6 +114,21 @@ TEST(MeshFiles, BallsSayTheirVisibleRadius) {
   EXPECT_NE(json.find("\"center\": [1, 2, 3], \"a\": 8, \"w\": 2, \"radius\": 0.5"),
             std::string::npos)
       << json;
+}
+
+TEST(SurfaceBounds, HoldEveryBallOfFieldsThatEnd) {
+  // Wyvill's balls end at 1 / sqrt(a), whatever w is.
+  ExtractSettings settings;
+  settings.field = FieldKind::kWyvill;
+  settings.iso = 0.5f;
+  Ball ball{{1, 2, 3}, 1 / (0.8f * 0.8f), 1.0f};
+  const Box round = surface_bounds({ball}, settings);
+  EXPECT_NEAR(round.low.x, 0.2f, 1e-5f);
+  EXPECT_NEAR(round.high.z, 3.8f, 1e-5f);
+  ball.shape = {0.25f, 2, 2, 0, 0, 0};
+  const Box flat = surface_bounds({ball}, settings);
+  EXPECT_NEAR(flat.high.x, 1 + 1.6f, 1e-5f);
+  EXPECT_NEAR(flat.high.y, 2 + 0.8f / std::sqrt(2.0f), 1e-5f);
 }
 
 }  // namespace
