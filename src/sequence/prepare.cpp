@@ -186,10 +186,13 @@ std::vector<std::string> find_problems(const Scene& scene, const std::filesystem
   for (const ObjectSettings* object : chain_objects(scene)) {
     auto model = load_arranged(scene, *object, true, size, loaded.warnings);
     loaded.models.push_back(model ? std::move(*model) : Model{});
+    // A fit takes seconds and fails at nothing that its spheres do not fail at.
+    SphereSettings unfitted = object->spheres;
+    unfitted.fit = FitKind::kNone;
+    unfitted.error = 0;
     if (!model) {
       problems.push_back(model.error().message);
-    } else if (const auto spheres =
-                   approximate_cached(loaded.models.back(), object->spheres, cache);
+    } else if (const auto spheres = approximate_cached(loaded.models.back(), unfitted, cache);
                !spheres) {
       problems.push_back(fmt::format("{}: {}", object->name, spheres.error().message));
     }

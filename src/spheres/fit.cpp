@@ -9,8 +9,10 @@
 #include "base/parallel.h"
 #include "base/random.h"
 #include "base/result.h"
+#include "model/closest.h"
 #include "spheres/fit_field.h"
 #include "spheres/fit_step.h"
+#include "surface/grid.h"
 
 namespace polymorph {
 namespace {
@@ -320,12 +322,45 @@ Ball finished(const FitBall& fitted) {
   return ball;
 }
 
+std::vector<Ball> finished(const Fit& fit) {
+  std::vector<Ball> balls;
+  for (const FitBall& ball : fit.balls) balls.push_back(finished(ball));
+  return balls;
+}
+
+/// Adds points of the surface that lie far from the model, wanted on its far side: crumbs and
+/// bulges between the free points. Returns how many.
+Result<std::size_t> add_strays(Fit& fit, const ClosestPointQuery& boundary,
+                               const InsideTest& inside) {
+  constexpr std::size_t kMost = 2000;
+  const double far = 0.008 * fit.length;
+  PM_TRY(const Mesh mesh, extract_surface(*make_cpu_extractor(), finished(fit),
+                                          static_cast<float>(fit.length / 160), {}));
+  const std::vector<ClosestPoint> closest = boundary.closest(mesh.positions);
+  std::vector<Vec3> strays;
+  std::vector<double> distances;
+  for (std::size_t i = 0; i < closest.size(); ++i) {
+    if (static_cast<double>(closest[i].distance) <= far) continue;
+    strays.push_back(mesh.positions[i]);
+    distances.push_back(static_cast<double>(closest[i].distance));
+  }
+  const std::vector<std::uint8_t> in = inside.inside(strays);
+  const std::size_t stride = strays.size() / kMost + 1;
+  for (std::size_t i = 0; i < strays.size(); i += stride) {
+    const double target = std::min(distances[i], 0.02 * fit.length);
+    fit.points.push_back({to_eigen(strays[i]), in[i] ? target : -target, 1,
+                          in[i] ? FitPoint::Rule::kInside : FitPoint::Rule::kOutside});
+  }
+  return strays.size();
+}
+
 }  // namespace
 
-FitResult fit_balls(const std::vector<BoundarySample>& samples, const InsideTest& inside,
-                    const Box& box, const std::vector<Sphere>& spheres,
-                    const FitSettings& settings) {
+Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
+                            const std::vector<BoundarySample>& samples,
+                            const std::vector<Sphere>& spheres, const FitSettings& settings) {
   PM_CHECK(!spheres.empty() && !samples.empty());
+  const Box box = model.box();
   Fit fit;
   fit.length = static_cast<double>(box.diagonal());
   fit.numbers = settings.ellipsoids ? kEllipsoidNumbers : kRoundNumbers;
@@ -367,11 +402,19 @@ FitResult fit_balls(const std::vector<BoundarySample>& samples, const InsideTest
     fit.damping = 1e-2;
     evaluate(fit);
   }
+  const ClosestPointQuery boundary(model);
+  for (int pass = 0; pass < 3; ++pass) {
+    PM_TRY(const std::size_t strays, add_strays(fit, boundary, inside));
+    if (strays == 0) break;
+    evaluate(fit);
+    fit.damping = 1e-2;
+    for (int i = 0; i < 4 && improve(fit); ++i) ++result.iterations;
+  }
   double sum = 0;
   for (std::size_t s = 0; s < fit.sample_count; ++s)
     sum += std::pow(fit.rows.psi[3 * s] / fit.rows.steepness[3 * s], 2);
   result.rms = std::sqrt(sum / static_cast<double>(fit.sample_count));
-  for (const FitBall& ball : fit.balls) result.balls.push_back(finished(ball));
+  result.balls = finished(fit);
   return result;
 }
 

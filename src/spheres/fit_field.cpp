@@ -74,10 +74,10 @@ Loss loss_of(const FitPoint& point, double psi, double steepness, double length)
     case FitPoint::Rule::kSurface:
       break;
     case FitPoint::Rule::kInside:
-      if (psi > 0) weight = 0;
+      if (loss.distance > 0) weight = 0;
       break;
     case FitPoint::Rule::kOutside:
-      if (psi < 0) weight = 0;
+      if (loss.distance < 0) weight = 0;
       break;
     case FitPoint::Rule::kOffset:
       // Steeper than a distance is harmless; flatter means that a second sheet is near.

@@ -25,8 +25,8 @@ inline constexpr int kRoundNumbers = 5;
 struct FitPoint {
   enum class Rule : std::uint8_t {
     kSurface,  ///< as it stands
-    kInside,   ///< only psi > 0 matters: no residual where it holds
-    kOutside,  ///< only psi < 0 matters
+    kInside,   ///< at least the target: no residual where it is more
+    kOutside,  ///< at most the target
     /// Offset samples: little weight on the side where the field only falls faster than a distance.
     kOffset,
   };

@@ -74,8 +74,8 @@ Result<std::vector<Ball>> fitted(const Solid& solid, const std::vector<Sphere>& 
                                  const SphereSettings& settings) {
   FitSettings fit;
   fit.ellipsoids = settings.fit == FitKind::kEllipsoid;
-  return with_volume(solid,
-                     fit_balls(solid.samples, solid.inside, solid.model.box(), spheres, fit).balls);
+  PM_TRY(FitResult result, fit_balls(solid.model, solid.inside, solid.samples, spheres, fit));
+  return with_volume(solid, std::move(result.balls));
 }
 
 Result<Approximation> medial_approximation(const Solid& solid, const SphereSettings& settings,

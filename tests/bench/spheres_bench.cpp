@@ -53,7 +53,7 @@ void time_stages(const Model& model, std::size_t balls, Row& row) {
   const double sampled = now();
   const auto spheres = medial_cover(samples, balls);
   const double covered = now();
-  fit_balls(samples, inside, model.box(), spheres, {});
+  if (!fit_balls(model, inside, samples, spheres, {})) return;
   row.sample_seconds = sampled - start;
   row.cover_seconds = covered - sampled;
   row.fit_seconds = now() - covered;

@@ -123,7 +123,7 @@ TEST_F(Golden, MissingFailsUpdatedPassesChangedFails) {
   EXPECT_EQ(nothing.out, "");
   EXPECT_FALSE(contains(read_text(folder / "golden_frames/tiny/CHANGES.md"), "again"));
 
-  write("scenes/tiny.json", tiny_scene(4, R"({"shape": "torus", "spheres": {"resolution": 4}})"));
+  write("scenes/tiny.json", tiny_scene(4, R"({"shape": "torus", "spheres": {"balls": 12}})"));
   const Ran changed = run(1, {"golden", "test", "tiny", "--failures", "failed"});
   EXPECT_TRUE(contains(changed.out, "tiny frame 3: FAILED: surface has ")) << changed.out;
   EXPECT_TRUE(contains(changed.err, "polymorph golden update tiny --reason")) << changed.err;

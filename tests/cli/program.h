@@ -158,11 +158,11 @@ class ProgramTest : public ::testing::Test {
 /// A scene that renders in a tenth of a second; `source` as JSON.
 inline std::string tiny_scene(
     int frames = 4,
-    const std::string& source = R"({"shape": "cube", "spheres": {"resolution": 4}})",
+    const std::string& source = R"({"shape": "cube", "spheres": {"balls": 12}})",
     const std::string& more = "") {
   return "{\n  \"source\": " + source +
          ",\n"
-         "  \"target\": {\"shape\": \"sphere\", \"spheres\": {\"resolution\": 4}},\n"
+         "  \"target\": {\"shape\": \"sphere\", \"spheres\": {\"balls\": 6}},\n"
          "  \"frames\": {\"count\": " +
          std::to_string(frames) + "},\n  \"surface\": {\"resolution\": 16},\n" + more +
          "  \"image\": {\"width\": 32, \"height\": 24, \"samples\": 1}\n}\n";

@@ -23,8 +23,8 @@ class SequenceTest : public ::testing::Test {
     fs::remove_all(folder);
     ASSERT_TRUE(
         write_file(folder / "scene.json",
-                   R"({"source": {"shape": "cube", "spheres": {"resolution": 4}}, "target": "torus",
-      "intermediate": [{"shape": "puddle", "meta": true}], "spheres": {"resolution": 6},
+                   R"({"source": {"shape": "cube", "spheres": {"balls": 12}}, "target": "torus",
+      "intermediate": [{"shape": "puddle", "meta": true}], "spheres": {"balls": 24},
       "frames": {"count": 14}, "surface": {"resolution": 32},
       "image": {"width": 48, "height": 36, "samples": 2}})")
             .ok());
