@@ -118,14 +118,17 @@ std::string unknown_option(const CLI::App& command, int argc, char** argv) {
 
 int usage_error(const CLI::App& app, int argc, char** argv, const CLI::ParseError& error) {
   std::string message = error.what();
+  bool known_command = true;
   if (argc > 1 && argv[1][0] != '-') {
     const auto names = command_names(app);
     if (std::find(names.begin(), names.end(), argv[1]) == names.end()) {
       message = fmt::format("unknown command \"{}\"{}", argv[1], did_you_mean(argv[1], names));
+      known_command = false;
     }
   }
   const CLI::App* command = wanted_help(app, argc, argv);
-  if (const std::string unknown = unknown_option(*command, argc, argv); !unknown.empty())
+  if (const std::string unknown = unknown_option(*command, argc, argv);
+      known_command && !unknown.empty())
     message = unknown;
   const std::string name = command == &app ? "polymorph" : "polymorph " + command->get_name();
   log_message(LogLevel::kError, message);
@@ -259,9 +262,9 @@ int run_program(int argc, char** argv) {
   line.app.add_flag("-V,--version", ignored, "print the version")->group("Options");
   line.app.add_flag("-h,--help", ignored, "this help; -h after a command is short, --help is full")
       ->group("Options");
-  for (const auto add : {add_render, add_strip, add_mesh, add_spheres, add_check, add_info,
-                         add_compare, add_golden, add_analyze, add_bench, add_cache,
-                         add_devices, add_schema})
+  for (const auto add :
+       {add_render, add_strip, add_mesh, add_spheres, add_check, add_info, add_compare, add_golden,
+        add_analyze, add_bench, add_cache, add_devices, add_schema})
     add(line);
 
   // Help and version answer before anything is checked, wherever they stand.

@@ -137,9 +137,17 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
   PM_TRY_STATUS(check_outputs(options));
   PM_TRY(const Model model, load(options.model));
   Made made;
-  made.problems = describe_problems(diagnose(model));
+  const Diagnosis diagnosis = diagnose_fully(model);
+  made.problems = describe_problems(diagnosis);
   for (const std::string& problem : made.problems) log_warning("{}: {}", model.name, problem);
   const SphereSettings settings = settings_of(options);
+  if (const std::string crossings = describe_crossings(diagnosis); !crossings.empty()) {
+    made.problems.push_back(crossings);
+    // The winding number does not mind.
+    const bool matters = settings.inside == InsideMethod::kParity;
+    matters ? log_warning("{}: {}", model.name, crossings)
+            : log_info("{}: {}", model.name, crossings);
+  }
   const auto start = std::chrono::steady_clock::now();
   PM_TRY(made.approximation, approximate_cached(model, settings, cache_folder(line.common)));
   made.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

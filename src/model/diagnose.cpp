@@ -16,6 +16,16 @@ namespace {
 constexpr std::size_t kMostExaminedShells = 64;
 constexpr std::uint32_t kNone = 0xffffffffu;
 
+/// An ellipsoid as flat as the fit lets them be stands for about a hundred round balls of a wall:
+/// 512 show nine tenths of a cup that would take 54 000.
+constexpr double kStretch = 100;
+
+/// To two digits.
+double rounded(double value) {
+  const double unit = std::pow(10.0, std::floor(std::log10(std::max(value, 1.0))) - 1);
+  return std::round(value / unit) * unit;
+}
+
 struct Shell {
   bool open = false;
   bool manifold = true;
@@ -178,37 +188,45 @@ std::vector<std::string> describe_problems(const Diagnosis& d) {
   const auto at = [](Vec3 p) { return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x, p.y, p.z); };
   if (d.closed && d.volume < 0)
     lines.push_back("it is inside out (its volume is negative) - turn all faces around");
-  if (d.boundary_edges > 0)
+  const Vec3 size = d.box.size();
+  if (std::min({size.x, size.y, size.z}) <= 1e-6f * d.box.diagonal())
     lines.push_back(
-        fmt::format("it is open: {} edges have only one face, in {} of {} shells, first from {} to "
-                    "{} - inside is guessed by "
-                    "the winding number; close the holes for exact results, or set \"solidify\"",
-                    d.boundary_edges, d.open_shells, d.shells, at(d.first_open_edge_points[0]),
-                    at(d.first_open_edge_points[1])));
+        "it is flat and encloses nothing - give it thickness (extrude or solidify it "
+        "in the modeller)");
+  else if (d.boundary_edges > 0)
+    lines.push_back(fmt::format(
+        "it is open: {} {} only one face, in {} of {} shells, first from {} to {} - inside is "
+        "guessed by the winding number; close the holes for exact results, or set \"solidify\"",
+        d.boundary_edges, d.boundary_edges == 1 ? "edge has" : "edges have", d.open_shells,
+        d.shells, at(d.first_open_edge_points[0]), at(d.first_open_edge_points[1])));
   if (d.thickness && is_thin(*d.thickness))
     lines.push_back(fmt::format(
-        "it is thin: half of its walls are thinner than {:.3g}, so about {:.2g} balls are needed "
-        "to "
-        "show them - raise the number of spheres, thicken it, or set \"solidify\" to fill it",
-        d.thickness->median, d.thickness->balls));
+        "it is thin: half of its walls are thinner than {:.3g}, so about {:.0f} balls are needed "
+        "to show them, or {:.0f} stretched ones - raise the number of balls, thicken it, or set "
+        "\"solidify\" to fill it",
+        d.thickness->median, rounded(d.thickness->balls), rounded(d.thickness->balls / kStretch)));
   if (d.flipped_edges > 0)
-    lines.push_back(fmt::format(
-        "neighbouring faces disagree about outside at {} edges - make the normals consistent",
-        d.flipped_edges));
+    lines.push_back(
+        fmt::format("neighbouring faces disagree about outside at {} - make the normals consistent",
+                    d.flipped_edges == 1 ? "an edge" : fmt::format("{} edges", d.flipped_edges)));
   if (d.inverted_shells > 0 && !(d.closed && d.volume < 0))
     lines.push_back(
         fmt::format("{} of {} shells are inside out and count as holes - turn their faces around",
                     d.inverted_shells, d.shells));
   if (d.non_manifold_edges > 0)
-    lines.push_back(
-        fmt::format("{} edges have three or more faces - remove double faces and inner walls",
-                    d.non_manifold_edges));
+    lines.push_back(fmt::format("{} {} three or more faces - remove double faces and inner walls",
+                                d.non_manifold_edges,
+                                d.non_manifold_edges == 1 ? "edge has" : "edges have"));
   if (d.touching_points > 0)
-    lines.push_back(fmt::format("{} points join parts that no edge joins - harmless for rendering",
-                                d.touching_points));
+    lines.push_back(fmt::format("{} parts that no edge joins - harmless for rendering",
+                                d.touching_points == 1
+                                    ? "a point joins"
+                                    : fmt::format("{} points join", d.touching_points)));
   if (d.degenerate_triangles > 0)
-    lines.push_back(
-        fmt::format("{} triangles have no area - harmless for rendering", d.degenerate_triangles));
+    lines.push_back(fmt::format("{} no area - harmless for rendering",
+                                d.degenerate_triangles == 1
+                                    ? "a triangle has"
+                                    : fmt::format("{} triangles have", d.degenerate_triangles)));
   return lines;
 }
 

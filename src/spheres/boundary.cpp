@@ -7,6 +7,7 @@
 
 #include "base/morton.h"
 #include "base/parallel.h"
+#include "model/closest.h"
 #include "model/sample_surface.h"
 
 namespace polymorph {
@@ -71,6 +72,50 @@ void measure_balls(std::vector<BoundarySample>& samples, float diagonal) {
       64);
 }
 
+/// Shrinks the balls that samples alone let through a wall thinner than their spacing: those with a
+/// point on the wrong side. The faces themselves stop them then. Only those: faces that lie within
+/// the solid, where parts overlap, must stop no ball.
+void stop_at_walls(std::vector<BoundarySample>& samples, const Model& model,
+                   const InsideTest& inside) {
+  constexpr float kPlaces[] = {0.3f, 0.6f, 1.0f, 1.6f};  // along the ball's diameter, in radii
+  constexpr std::size_t kCount = std::size(kPlaces);
+  std::vector<Vec3> probes;
+  probes.reserve(2 * kCount * samples.size());
+  for (const BoundarySample& s : samples)
+    for (const float t : kPlaces) {
+      probes.push_back(s.point - s.normal * (t * s.inner_radius));
+      probes.push_back(s.point + s.normal * (t * s.outer_radius));
+    }
+  const std::vector<std::uint8_t> in = inside.inside(probes);
+  std::vector<std::size_t> through;  // 2 i: inner ball of sample i; 2 i + 1: outer
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    for (const std::size_t side : {0u, 1u})
+      for (std::size_t k = 0; k < kCount; ++k)
+        if ((in[2 * (kCount * i + k) + side] != 0) != (side == 0)) {
+          through.push_back(2 * i + side);
+          break;
+        }
+  if (through.empty()) return;
+  const ClosestPointQuery faces(model);
+  parallel_for(
+      static_cast<std::int64_t>(through.size()),
+      [&](std::int64_t k) {
+        const std::size_t at = through[static_cast<std::size_t>(k)];
+        BoundarySample& s = samples[at / 2];
+        float& radius = at % 2 ? s.outer_radius : s.inner_radius;
+        const Vec3 n = at % 2 ? s.normal : -s.normal;
+        for (int step = 0; step < 30; ++step) {
+          const ClosestPoint q = faces.closest(s.point + n * radius, radius * 0.999f);
+          if (q.triangle == ClosestPoint::kNoTriangle) break;
+          const Vec3 d = q.point - s.point;
+          const float along = dot(d, n), next = dot(d, d) / (2 * along);
+          if (!(along > 0) || !(next < radius)) break;
+          radius = next;
+        }
+      },
+      64);
+}
+
 /// Keeps the surface samples with inside on exactly one side, their normals turned outward.
 std::vector<BoundarySample> on_boundary(const std::vector<SurfaceSample>& surface,
                                         const InsideTest& inside, float diagonal) {
@@ -114,6 +159,7 @@ std::vector<BoundarySample> sample_boundary(const Model& model, const InsideTest
   sorted.reserve(samples.size());
   for (const std::uint32_t i : order) sorted.push_back(samples[i]);
   measure_balls(sorted, diagonal);
+  stop_at_walls(sorted, model, inside);
   return sorted;
 }
 

@@ -14,7 +14,8 @@ struct BoundarySample {
   Vec3 point;
   Vec3 normal;  ///< outward, unit length, whichever way the face was turned
   /// Radii of the largest balls that touch the boundary here and lie inside / outside, as far as
-  /// the samples tell (shrinking balls: Ma et al. 2012); at most half the diagonal.
+  /// the samples tell, or the faces where walls are thin (shrinking balls: Ma et al. 2012); at most
+  /// half the diagonal.
   float inner_radius = 0, outer_radius = 0;
 };
 

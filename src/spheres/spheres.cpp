@@ -33,8 +33,9 @@ Error no_boundary(const Model& model) {
   std::string reasons;
   for (const std::string& problem : describe_problems(diagnose(model))) reasons += "\n  " + problem;
   return make_error(ErrorCode::kInput,
-                    "model \"{}\": it encloses no volume, so no spheres can stand for it - close "
-                    "its holes and turn its faces outward, or set \"solidify\": true{}",
+                    "model \"{}\": it encloses no volume, so no spheres can stand for it - give "
+                    "sheets thickness, close holes and turn faces outward, or set "
+                    "\"solidify\": true{}",
                     model.name, reasons);
 }
 

@@ -179,7 +179,7 @@ TEST(Approximate, ThinAndEmptyModelsSayWhatWouldHelp) {
   ASSERT_FALSE(open);
   EXPECT_NE(open.error().message.find("encloses no volume"), std::string::npos)
       << open.error().message;
-  EXPECT_NE(open.error().message.find("it is open"), std::string::npos) << open.error().message;
+  EXPECT_NE(open.error().message.find("it is flat"), std::string::npos) << open.error().message;
   EXPECT_FALSE(approximate(Model{}, {}));
   EXPECT_FALSE(approximate(plate, cells(SphereMethod::kOctree, 10)));
   EXPECT_FALSE(approximate(plate, cells(SphereMethod::kOctree, -1)));
