@@ -146,7 +146,7 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
     // The winding number does not mind.
     const bool matters = settings.inside == InsideMethod::kParity;
     matters ? log_warning("{}: {}", model.name, crossings)
-            : log_info("{}: {}", model.name, crossings);
+            : log_debug("{}: {}", model.name, crossings);
   }
   const auto start = std::chrono::steady_clock::now();
   PM_TRY(made.approximation, approximate_cached(model, settings, cache_folder(line.common)));

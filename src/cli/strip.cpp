@@ -112,16 +112,21 @@ Result<Frames> from_images(const StripOptions& options) {
   if (existing.empty()) return make_error(ErrorCode::kInput, "{}: no such frames", options.input);
   frames.first = existing.front();
   frames.last = existing.back();
-  // A sheet or movie that silently leaves out a lost frame is worse than none.
-  for (std::size_t i = 0; i + 1 < existing.size(); ++i)
-    if (existing[i + 1] != existing[i] + 1)
-      return make_error(ErrorCode::kInput,
-                        "{}: frame {} is missing (there are {} to {}) - render it first",
-                        options.input, existing[i] + 1, frames.first, frames.last);
   PM_TRY(frames.numbers,
          parse_frames(options.frames.empty() ? fmt::format("{}-{}", frames.first, frames.last)
                                              : options.frames,
                       frames.first, frames.last));
+  // A sheet or movie that silently leaves out a lost frame is worse than none.
+  std::vector<int> wanted = frames.numbers;
+  if (options.frames.empty() || !options.gif.empty()) {
+    wanted.clear();
+    for (int frame = frames.first; frame <= frames.last; ++frame) wanted.push_back(frame);
+  }
+  for (const int frame : wanted)
+    if (!std::binary_search(existing.begin(), existing.end(), frame))
+      return make_error(ErrorCode::kInput,
+                        "{}: frame {} is missing (there are {} to {}) - render it first",
+                        options.input, frame, frames.first, frames.last);
   if (options.gif.empty() && options.frames.empty())
     frames.numbers = spread(frames.numbers, options.count);
   for (const int number : frames.numbers) {

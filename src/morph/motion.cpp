@@ -134,21 +134,39 @@ Place place_at(const Alignment& alignment, Vec3d turn, double u) {
           exp_rotation(turn * u)};
 }
 
-Sym3 shape_at(const Mover& mover, const Mat3& rotation, double u) {
-  Mat3 log;
-  for (std::size_t k = 0; k < 9; ++k)
-    log.m[k] = (1 - u) * mover.from_log.m[k] + u * mover.to_log.m[k];
-  return to_sym3(rotation * exp_symmetric(log) * transposed(rotation));
-}
-
 /// Balls that were fitted to one surface stand out singly when they part. With weight and falloff
 /// lowered together a ball keeps its own radius and melts into its neighbours. Not where the balls
 /// keep their order: a turned copy must stay what it is.
 double softness(const MorphPlan& plan) {
   if (plan.kind != FieldKind::kGaussian) return 0;
-  constexpr double kUnlike = 0.25;  // strain from which on objects count as unlike
+  // Strain up to which they count as alike, and from which on as wholly unlike.
+  constexpr double kAlike = 0.05, kUnlike = 0.25;
   return static_cast<double>(plan.motion.soften) *
-         std::clamp(plan.alignment.strain / kUnlike, 0.0, 1.0);
+         std::clamp((plan.alignment.strain - kAlike) / (kUnlike - kAlike), 0.0, 1.0);
+}
+
+/// What is left of the shapes' logarithm: half way between unlike objects balls are round. A disc
+/// that was a lid's would stick out of whatever it passes.
+double stretch_left(const MorphPlan& plan, double u) {
+  return std::max(1 - 2 * softness(plan) * 4 * std::max(u * (1 - u), 0.0), 0.0);
+}
+
+/// log of the shape, in the source's orientation, times `factor`.
+Mat3 log_shape_at(const Mover& mover, double u, double factor) {
+  Mat3 log;
+  for (std::size_t k = 0; k < 9; ++k)
+    log.m[k] = factor * ((1 - u) * mover.from_log.m[k] + u * mover.to_log.m[k]);
+  return log;
+}
+
+Sym3 shape_at(const Mover& mover, const Mat3& rotation, double u, double stretch) {
+  return to_sym3(rotation * exp_symmetric(log_shape_at(mover, u, stretch)) * transposed(rotation));
+}
+
+/// a^-3/2. An overshooting spring must not turn a small volume negative.
+double volume_at(const Mover& mover, double u) {
+  return std::max((1 - u) * mover.from_volume + u * mover.to_volume,
+                  0.1 * std::min(mover.from_volume, mover.to_volume));
 }
 
 /// A ball between its ends.
@@ -165,17 +183,14 @@ Ball between(const MorphPlan& plan, const Mover& mover, const Place& place, doub
              thrown(plan, plan.alignment.to_center + mover.to, mover.launch, 1 - v) * into;
   }
   ball.center = to_float(center);
-  // An overshooting spring must not turn a small volume negative.
-  const double volume = std::max((1 - u) * mover.from_volume + u * mover.to_volume,
-                                 0.1 * std::min(mover.from_volume, mover.to_volume));
-  const double size = std::cbrt(volume);
+  const double size = std::cbrt(volume_at(mover, u));
   ball.a = static_cast<float>(1 / (size * size));
   const auto v = static_cast<float>(u);
   ball.w = (1 - v) * mover.from_w + v * mover.to_w;
   const auto softer = static_cast<float>(1 - softness(plan) * 4 * std::max(u * (1 - u), 0.0));
   ball.a *= softer;
   ball.w *= softer;
-  if (!mover.round) ball.shape = shape_at(mover, place.rotation, u);
+  if (!mover.round) ball.shape = shape_at(mover, place.rotation, u, stretch_left(plan, u));
   return ball;
 }
 
@@ -243,6 +258,37 @@ std::vector<Ball> balls_at(const MorphPlan& plan, float time) {
       },
       256);
   return balls;
+}
+
+std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time) {
+  const Alignment alignment = path_alignment(plan);
+  const bool together = move_together(plan);
+  const float common = ease(plan.motion, time);
+  std::vector<PairFrame> frames(plan.pairs.size());
+  parallel_for(
+      static_cast<std::int64_t>(frames.size()),
+      [&](std::int64_t index) {
+        const auto e = static_cast<std::size_t>(index);
+        const Mover& mover = plan.movers[e];
+        const auto u = static_cast<double>(together ? common : own_time(plan, e, time));
+        const Mat3 back = transposed(exp_rotation(alignment.turn * u));
+        Mat3 from = back, to = back;
+        if (!mover.round) {
+          const Mat3 root =
+              exp_symmetric(log_shape_at(mover, u, 0.5 * stretch_left(plan, u))) * back;
+          from = exp_symmetric(log_shape_at(mover, 0, -0.5)) * root;
+          to = exp_symmetric(log_shape_at(mover, 1, -0.5)) * root;
+        }
+        to = alignment.rotation * to;
+        const double size = std::cbrt(volume_at(mover, u));
+        const double from_size = std::cbrt(mover.from_volume) / size;
+        const double to_size = std::cbrt(mover.to_volume) / size;
+        for (double& v : from.m) v *= from_size;
+        for (double& v : to.m) v *= to_size;
+        frames[e] = {from, to};
+      },
+      256);
+  return frames;
 }
 
 float progress_at(const MorphPlan& plan, float time) {

@@ -23,6 +23,14 @@ std::vector<Mover> make_movers(const MorphPlan& plan);
 /// ln(share) for Gaussian ones.
 std::vector<Ball> balls_at(const MorphPlan& plan, float time);
 
+/// Takes an offset from a pair's moving ball to the offset from its source (target) ball that it
+/// stands for: turned, scaled and stretched as the ball was. The identity at its own end.
+struct PairFrame {
+  Mat3 to_source, to_target;
+};
+/// One a pair, for the balls of balls_at(plan, time).
+std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time);
+
 /// How far along the whole is at `time`: the mean of the balls' eased times, by mass, in [0, 1].
 float progress_at(const MorphPlan& plan, float time);
 

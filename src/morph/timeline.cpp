@@ -24,12 +24,13 @@ constexpr std::array<StageInfo, 5> kStages{{
 float smoothstep(float t) { return t * t * (3 - 2 * t); }
 
 /// Shares of a leg's stages, given which of its ends are shown as a model.
-void set_shares(Leg& leg, const BoundarySettings& settings) {
+void set_shares(Leg& leg, const BoundarySettings& settings, bool own_look) {
   const float boundary = settings.method == BoundaryMethod::kCut ? 0 : settings.boundary_share;
-  leg.shares[0] = leg.from_full ? settings.look_share : 0;
+  const float look = own_look ? 0 : settings.look_share;
+  leg.shares[0] = leg.from_full ? look : 0;
   leg.shares[1] = leg.from_full ? boundary : 0;
   leg.shares[3] = leg.to_full ? boundary : 0;
-  leg.shares[4] = leg.to_full ? settings.look_share : 0;
+  leg.shares[4] = leg.to_full ? look : 0;
   // Shares that leave no time for the morph itself are scaled down to four fifths.
   const float ends = leg.shares[0] + leg.shares[1] + leg.shares[3] + leg.shares[4];
   if (ends > 0.8f)
@@ -67,6 +68,7 @@ Timeline make_timeline(const Scene& scene) {
   Timeline timeline;
   timeline.hold_start = scene.frames.hold_start;
   timeline.motion = scene.motion;
+  timeline.own_look = scene.look.kind == LookKind::kOwn;
   const int total = std::accumulate(frames.begin(), frames.end(), 0);
   const bool counted = scene.frames.count > 0 && scene.frames.per_leg.empty();
   timeline.count = counted ? scene.frames.count
@@ -84,7 +86,7 @@ Timeline make_timeline(const Scene& scene) {
     leg.steps = step_at(before) - leg.first_step;
     leg.from_full = !objects[i]->meta;
     leg.to_full = !objects[i + 1]->meta;
-    set_shares(leg, scene.boundary);
+    set_shares(leg, scene.boundary, timeline.own_look);
     timeline.legs.push_back(leg);
   }
   return timeline;
@@ -142,6 +144,7 @@ Moment moment_at(const Timeline& timeline, int frame) {
       moment.time = 1;
       break;
   }
+  if (timeline.own_look) moment.look = 0;
   moment.u = ease(timeline.motion, moment.time);
   return moment;
 }

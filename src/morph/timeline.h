@@ -45,6 +45,7 @@ struct Timeline {
   /// Moving frames - 1. Legs meet on frames, so an object between two legs has a frame of its own.
   int steps = 23;
   std::vector<Leg> legs;  ///< leg k goes from chain object k to k + 1
+  bool own_look = true;   ///< objects wear their own colours throughout: no look to fade to
   MotionSettings motion;
 };
 

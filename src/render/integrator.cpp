@@ -180,11 +180,24 @@ bool scatter_on_floor(const World& world, LightPath& path, const FloorHit& hit,
   return true;
 }
 
-Vec3 texel_of(const RenderMesh& mesh, const Material& material, Vec2 uv) {
-  if (material.texture < 0 || mesh.corner_uvs.empty()) return {1, 1, 1};
-  const auto index = static_cast<std::size_t>(material.texture);
-  if (index >= mesh.textures.size() || !mesh.textures[index]) return {1, 1, 1};
-  return sample_texture(*mesh.textures[index], uv);
+Shading layer_shading(const MaterialLayer& layer, const MeshHit& hit) {
+  const std::size_t index =
+      layer.triangle_materials.empty() ? 0 : layer.triangle_materials[hit.triangle];
+  const Material& material = layer.materials[index];
+  const auto texture = static_cast<std::size_t>(std::max(material.texture, 0));
+  if (material.texture < 0 || layer.corner_uvs.empty() || texture >= layer.textures.size() ||
+      !layer.textures[texture])
+    return own_shading(material, {1, 1, 1});
+  const Vec2* uv = &layer.corner_uvs[std::size_t{hit.triangle} * 3];
+  const Vec2 at = uv[0] * (1 - hit.u - hit.v) + uv[1] * hit.u + uv[2] * hit.v;
+  return own_shading(material, sample_texture(*layer.textures[texture], at));
+}
+
+/// The mesh's own materials, mixed with what they turn into.
+Shading mesh_shading(const RenderMesh& mesh, const MeshHit& hit) {
+  const Shading own = layer_shading(mesh, hit);
+  const float share = mesh.other.materials.empty() ? 0.0f : clamp01(mesh.other_share);
+  return share > 0 ? mix(own, layer_shading(mesh.other, hit), share) : own;
 }
 
 Bsdf bsdf_at(const World& world, const LightPath& path, const MeshHit& hit,
@@ -195,10 +208,7 @@ Bsdf bsdf_at(const World& world, const LightPath& path, const MeshHit& hit,
   const Vec3 view = -path.ray.direction;
   const float share = mesh.materials.empty() ? 1.0f : clamp01(mesh.look);
   if (share >= 1) return make_bsdf(look, look, 1, point.shading, view);
-  const std::size_t index =
-      mesh.triangle_materials.empty() ? 0 : mesh.triangle_materials[hit.triangle];
-  const Material& material = mesh.materials[index];
-  Shading own = own_shading(material, texel_of(mesh, material, point.uv));
+  Shading own = mesh_shading(mesh, hit);
   if (path.scattered) own = matte_shading(own);
   return make_bsdf(own, look, share, point.shading, view);
 }

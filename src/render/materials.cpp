@@ -58,6 +58,11 @@ Shading own_shading(const Material& material, Vec3 texel) {
   return {material.color * texel, material.specular, material.roughness, material.metallic};
 }
 
+Shading mix(const Shading& a, const Shading& b, float share) {
+  return {lerp(a.color, b.color, share), lerp(a.specular, b.specular, share),
+          lerp(a.roughness, b.roughness, share), lerp(a.metallic, b.metallic, share)};
+}
+
 Shading look_shading(const LookSettings& look) {
   if (look.kind == LookKind::kMatte) return {look.color, {}, 1, 0};
   return {look.color, look.color, look.roughness, 1};

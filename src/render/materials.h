@@ -47,6 +47,8 @@ struct Shading {
   float metallic;
 };
 Shading own_shading(const Material& material, Vec3 texel);
+/// (1 - share) a + share b, number by number.
+Shading mix(const Shading& a, const Shading& b, float share);
 Shading look_shading(const LookSettings& look);
 /// The same colour without gloss.
 inline Shading matte_shading(const Shading& s) { return {s.color, {}, 1, 0}; }

@@ -16,19 +16,25 @@
 
 namespace polymorph {
 
-/// One surface to trace. Spans are borrowed for the length of the call.
-struct RenderMesh {
+/// What a mesh is made of. Spans are borrowed.
+struct MaterialLayer {
+  std::span<const Vec2> corner_uvs;                   ///< 3 a triangle, or empty
+  std::span<const std::uint32_t> triangle_materials;  ///< one a triangle, or empty = material 0
+  std::span<const Material> materials;                ///< empty = wholly the common look
+  std::span<const std::shared_ptr<const Image>> textures;
+};
+
+/// One surface to trace, with its own materials. Spans are borrowed for the length of the call.
+struct RenderMesh : MaterialLayer {
   std::span<const Vec3> positions;
   std::span<const Triangle> triangles;
   std::span<const Vec3> vertex_normals;  ///< one a position, or empty
   std::span<const Vec3>
-      corner_normals;                ///< 3 a triangle, or empty; used when vertex_normals is empty
-  std::span<const Vec2> corner_uvs;  ///< 3 a triangle, or empty
-  std::span<const std::uint32_t> triangle_materials;  ///< one a triangle, or empty = material 0
-  std::span<const Material> materials;  ///< own materials; empty = wholly the common look
-  std::span<const std::shared_ptr<const Image>> textures;
-  float look = 0;  ///< 0 = own materials, 1 = the common look; between: the two BSDFs mixed
-  float id = 0;    ///< written to the id AOV; > 0 (ground 1 is reserved; 0 = nothing hit)
+      corner_normals;     ///< 3 a triangle, or empty; used when vertex_normals is empty
+  MaterialLayer other;    ///< what it turns into
+  float other_share = 0;  ///< [0, 1]: colours, gloss and roughness are mixed
+  float look = 0;         ///< 0 = own materials, 1 = the common look; between: the two BSDFs mixed
+  float id = 0;           ///< written to the id AOV; > 0 (ground 1 is reserved; 0 = nothing hit)
 };
 
 /// A pinhole camera, ready to shoot.

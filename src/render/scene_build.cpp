@@ -80,17 +80,21 @@ Vec3 lift(Vec3 position, const Corners& p, const Corners& n, float u, float v, f
   return position + above(p.a, n.a) * (1 - u - v) + above(p.b, n.b) * u + above(p.c, n.c) * v;
 }
 
+void check_layer(const MaterialLayer& layer, std::size_t triangles) {
+  PM_CHECK(layer.corner_uvs.empty() || layer.corner_uvs.size() == 3 * triangles);
+  PM_CHECK(layer.triangle_materials.empty() || layer.triangle_materials.size() == triangles);
+  for (std::uint32_t m : layer.triangle_materials)
+    PM_CHECK(layer.materials.empty() || m < layer.materials.size());
+}
+
 void check_mesh(const RenderMesh& mesh) {
   const std::size_t corners = mesh.triangles.size() * 3;
   PM_CHECK(mesh.vertex_normals.empty() || mesh.vertex_normals.size() == mesh.positions.size());
   PM_CHECK(mesh.corner_normals.empty() || mesh.corner_normals.size() == corners);
-  PM_CHECK(mesh.corner_uvs.empty() || mesh.corner_uvs.size() == corners);
-  PM_CHECK(mesh.triangle_materials.empty() ||
-           mesh.triangle_materials.size() == mesh.triangles.size());
   for (const Triangle& t : mesh.triangles)
     for (std::uint32_t v : t.v) PM_CHECK(v < mesh.positions.size());
-  for (std::uint32_t m : mesh.triangle_materials)
-    PM_CHECK(mesh.materials.empty() || m < mesh.materials.size());
+  check_layer(mesh, mesh.triangles.size());
+  if (mesh.other_share > 0) check_layer(mesh.other, mesh.triangles.size());
 }
 
 bool attach_mesh(RTCDevice device, RTCScene scene, const RenderMesh& mesh, unsigned id) {
@@ -254,11 +258,6 @@ SurfacePoint TracedScene::surface_point(const Ray& ray, const MeshHit& hit) cons
       point.shading = bend_to_valid_reflection(smooth * agree, point.normal, view);
       point.lifted = lift(point.position, p, n, hit.u, hit.v, agree);
     }
-  }
-  if (!m.corner_uvs.empty()) {
-    const std::size_t i = std::size_t{hit.triangle} * 3;
-    point.uv = m.corner_uvs[i] * (1 - hit.u - hit.v) + m.corner_uvs[i + 1] * hit.u +
-               m.corner_uvs[i + 2] * hit.v;
   }
   return point;
 }

@@ -60,7 +60,6 @@ struct SurfacePoint {
   Vec3 normal;   ///< of the triangle, towards the ray's origin; unit
   Vec3 shading;  ///< interpolated, on the same side and visible to the ray; unit
   Vec3 lifted;   ///< on the smooth surface that the shading normals describe; where rays leave from
-  Vec2 uv;
 };
 
 /// One frame's meshes. Borrows the spans of the RenderMeshes for its lifetime.

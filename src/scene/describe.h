@@ -180,9 +180,14 @@ void describe(V& v, MotionSettings& s) {
 
 template <class V>
 void describe(V& v, BoundarySettings& s) {
-  v.choice("method", s.method,
-           {{"crossfade", BoundaryMethod::kCrossfade}, {"cut", BoundaryMethod::kCut}},
-           "model to balls: balls grow while the model shrinks into them, or a hard cut");
+  v.choice(
+      "method", s.method,
+      {{"project", BoundaryMethod::kProject},
+       {"blend", BoundaryMethod::kBlend},
+       {"crossfade", BoundaryMethod::kCrossfade},
+       {"cut", BoundaryMethod::kCut}},
+      "model to balls: the model's own mesh moves onto their surface (or, where under 98 % of it "
+      "arrives, blend), one solid between both, the report's crossfade, or a hard cut");
   v.number("look_share", s.look_share, 0, 0.4,
            "of a leg's time at each full end: the model fades to the common look");
   v.number("boundary_share", s.boundary_share, 0, 0.4,
@@ -241,8 +246,11 @@ void describe(V& v, GroundSettings& s) {
 
 template <class V>
 void describe(V& v, LookSettings& s) {
-  v.choice("kind", s.kind, {{"metal", LookKind::kMetal}, {"matte", LookKind::kMatte}},
-           "the common look of everything between the models");
+  v.choice("kind", s.kind,
+           {{"own", LookKind::kOwn}, {"metal", LookKind::kMetal}, {"matte", LookKind::kMatte}},
+           "what the surface wears between the models: their own colours and textures, carried "
+           "along, or "
+           "one common look that they fade to and from");
   v.color("color", s.color, "of the common look");
   v.number("roughness", s.roughness, 0, 1, "of the metal: 0 is a mirror");
 }
@@ -287,7 +295,10 @@ void describe(V& v, Scene& s) {
   v.object("camera", s.camera, "");
   v.object("lights", s.lights, "");
   v.object("ground", s.ground, "");
-  v.object("look", s.look, "the common look of everything between the models");
+  v.object("look", s.look,
+           "what the surface wears between the models: their own colours and textures, carried "
+           "along, or "
+           "one common look that they fade to and from");
   v.object("image", s.image, "size and quality of the frames");
   v.object("output", s.output, "");
 }

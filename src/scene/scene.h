@@ -139,10 +139,15 @@ struct MotionSettings {
   bool keep_volume = true;     ///< choose each frame's level so that V(u) = (1-u) V_A + u V_B
 };
 
-enum class BoundaryMethod : std::uint8_t { kCrossfade, kCut };
+enum class BoundaryMethod : std::uint8_t {
+  kProject,    ///< the model's own mesh moves onto the balls' surface; kBlend where it cannot
+  kBlend,      ///< one solid between the model and the balls' surface
+  kCrossfade,  ///< the report's: the model shrinks while the balls grow
+  kCut,        ///< nothing between
+};
 
 struct BoundarySettings {
-  BoundaryMethod method = BoundaryMethod::kCrossfade;
+  BoundaryMethod method = BoundaryMethod::kProject;
   float look_share = 0.12f;  ///< of a leg's time at each full end: fading to / from the common look
   float boundary_share = 0.13f;  ///< of a leg's time at each full end: model <-> balls
 };
@@ -192,12 +197,14 @@ struct GroundSettings {
 };
 
 enum class LookKind : std::uint8_t {
+  kOwn,    ///< the objects' own colours and textures, carried along and mixed
   kMetal,  ///< reflects the environment (the report's sphere-mapped look)
   kMatte,  ///< one diffuse colour
 };
 
+/// What the surface wears between the objects.
 struct LookSettings {
-  LookKind kind = LookKind::kMetal;
+  LookKind kind = LookKind::kOwn;
   Vec3 color{0.92f, 0.93f, 0.95f};
   float roughness = 0.12f;
 };

@@ -4,12 +4,14 @@
 #include <cmath>
 
 #include "base/hash.h"
+#include "base/log.h"
 #include "image/image_io.h"
 #include "model/load_obj.h"
 #include "model/normals.h"
 #include "model/shapes.h"
 #include "morph/labels.h"
 #include "morph/motion.h"
+#include "morph/pull_back.h"
 #include "scene/load_scene.h"
 #include "spheres/figures.h"
 #include "surface/crossfade.h"
@@ -83,6 +85,33 @@ std::string content_hash(const Scene& scene, const std::vector<Model>& models,
   return hasher.hex();
 }
 
+/// What turns the model into its balls' surface and back.
+Status make_boundary(PreparedObject& object, const InsideTest& inside, Mesh surface,
+                     const Scene& scene, float cell, const ExtractSettings& extract,
+                     SurfaceExtractor& extractor) {
+  constexpr double kArrived = 0.98;
+  object.boundary = scene.boundary.method;
+  if (object.boundary == BoundaryMethod::kCrossfade)
+    object.shrink_targets = shrink_targets(object.model, object.balls, scene.field.kind);
+  if (object.boundary == BoundaryMethod::kProject) {
+    object.projection = project_model(object.model, inside, object.balls, scene.field.kind);
+    const double arrived = object.projection.arrived;
+    if (arrived >= kArrived) {
+      log_debug("{}: {:.1f} % of its mesh arrives on the balls' surface", object.name,
+                100 * arrived);
+    } else {
+      log_info("{}: only {:.1f} % of its mesh arrives on the balls' surface - blended instead",
+               object.name, 100 * arrived);
+      object.boundary = BoundaryMethod::kBlend;
+    }
+  }
+  if (object.boundary == BoundaryMethod::kBlend) {
+    PM_TRY(object.blend, make_blend_field(object.model, inside, *object.closest, object.balls,
+                                          std::move(surface), cell, extract, extractor));
+  }
+  return Ok{};
+}
+
 /// Balls of one object, their surface's volume, and what the boundary stages need.
 Status make_balls(PreparedObject& object, const ObjectSettings& settings, const Scene& scene,
                   float cell, const ExtractSettings& extract, SurfaceExtractor& extractor,
@@ -94,7 +123,8 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
     return make_error(approximation.error().code, "{}: {}", object.name,
                       approximation.error().message);
   object.sphere_count = approximation->tree.leaves().size();
-  object.model_volume = solid_volume(object.model, InsideTest(object.model));
+  const InsideTest inside(object.model);
+  object.model_volume = solid_volume(object.model, inside);
   if (!approximation->balls.empty()) {
     object.balls = std::move(approximation->balls);
   } else {
@@ -102,7 +132,7 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
            unfitted_balls(approximation->tree.leaves(), spheres.method, object.model_volume,
                           scene.field, cell, extract, extractor));
   }
-  PM_TRY(const Mesh mesh, extract_surface(extractor, object.balls, cell, extract));
+  PM_TRY(Mesh mesh, extract_surface(extractor, object.balls, cell, extract));
   object.ball_volume = volume_of(mesh);
   if (mesh.triangles.empty())
     return make_error(ErrorCode::kInput,
@@ -110,9 +140,10 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
                       "or raise spheres.resolution",
                       object.name, object.balls.size());
   PM_TRY(object.field_maximum, field_maximum(extractor, object.balls, extract));
-  if (!object.meta)
-    object.shrink_targets = shrink_targets(object.model, object.balls, scene.field.kind);
-  return Ok{};
+  object.closest = std::make_shared<const ClosestPointQuery>(object.model);
+  object.charts = texture_charts(object.model);
+  if (object.meta) return Ok{};
+  return make_boundary(object, inside, std::move(mesh), scene, cell, extract, extractor);
 }
 
 PlanSide plan_side(const PreparedObject& object, const std::vector<std::int32_t>& classes) {
@@ -263,6 +294,26 @@ Result<FrameGeometry> volume_at(const PreparedScene& prepared, SurfaceExtractor&
   return geometry;
 }
 
+namespace {
+
+Clothes clothes_of(const PreparedScene& prepared, int object, const Mesh& surface,
+                   std::span<const Vec3> at) {
+  const PreparedObject& o = prepared.objects[static_cast<std::size_t>(object)];
+  return {object, transfer_materials(o.model, *o.closest, o.charts, at, surface.triangles)};
+}
+
+/// Gives the volumetric stage's surface what the objects wear at the points it was pulled back to.
+void dress(const PreparedScene& prepared, FrameGeometry& geometry) {
+  if (prepared.scene.look.kind != LookKind::kOwn || geometry.surface.triangles.empty()) return;
+  const Moment& m = geometry.moment;
+  const PullBack pulled = pull_back(prepared.plans[static_cast<std::size_t>(m.leg)], m.time,
+                                    geometry.balls, geometry.surface.positions);
+  geometry.own = clothes_of(prepared, m.leg, geometry.surface, pulled.source);
+  geometry.other = clothes_of(prepared, m.leg + 1, geometry.surface, pulled.target);
+}
+
+}  // namespace
+
 Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtractor& extractor,
                                   int frame) {
   FrameGeometry geometry;
@@ -271,19 +322,56 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtracto
   if (moment.object < 0) {
     PM_TRY(geometry, volume_at(prepared, extractor, moment.leg, moment.time));
     geometry.moment = moment;
+    dress(prepared, geometry);
     return geometry;
   }
   geometry.moment = moment;
   const PreparedObject& object = prepared.objects[at(moment.object)];
-  if (moment.boundary > 0 && !object.shrink_targets.empty())
+  const float way = 1 - moment.boundary;  // from the model to its balls
+  if (way <= 0) {
+    geometry.points = object.model.points;
+    return geometry;
+  }
+  switch (object.boundary) {
+    case BoundaryMethod::kBlend:
+      geometry.surface = blend_surface(object.blend, object.model, *object.closest, way);
+      if (prepared.scene.look.kind == LookKind::kOwn)
+        geometry.own =
+            clothes_of(prepared, moment.object, geometry.surface, geometry.surface.positions);
+      return geometry;
+    case BoundaryMethod::kProject: {
+      MovingMesh mesh = projected_mesh(object.model, object.projection, way);
+      geometry.points = std::move(mesh.points);
+      geometry.corner_normals = std::move(mesh.corner_normals);
+      return geometry;
+    }
+    case BoundaryMethod::kCrossfade:
+      break;
+    case BoundaryMethod::kCut:
+      PM_CHECK(false);  // has no such stage
+  }
+  if (moment.boundary > 0)
     geometry.points = shrunk_points(object.model, object.shrink_targets, moment.boundary);
-  if (moment.growth <= 0) return geometry;
   geometry.balls = grown(balls_at(prepared.plans[at(moment.leg)], moment.time),
                          prepared.scene.field.kind, moment.growth, object.field_maximum);
   PM_TRY(geometry.surface,
          extract_surface(extractor, geometry.balls, prepared.cell, prepared.extract));
+  if (prepared.scene.look.kind == LookKind::kOwn)
+    geometry.own =
+        clothes_of(prepared, moment.object, geometry.surface, geometry.surface.positions);
   return geometry;
 }
+
+namespace {
+
+MaterialLayer layer_of(const PreparedScene& prepared, const Clothes& clothes) {
+  if (clothes.object < 0) return {};
+  const Model& model = prepared.objects[static_cast<std::size_t>(clothes.object)].model;
+  return {clothes.materials.corner_uvs, clothes.materials.triangle_materials, model.materials,
+          model.textures};
+}
+
+}  // namespace
 
 RenderScene render_scene(const PreparedScene& prepared, const FrameGeometry& geometry) {
   RenderScene scene;
@@ -298,7 +386,10 @@ RenderScene render_scene(const PreparedScene& prepared, const FrameGeometry& geo
     mesh.positions = geometry.surface.positions;
     mesh.triangles = geometry.surface.triangles;
     mesh.vertex_normals = geometry.surface.normals;
-    mesh.look = 1;
+    static_cast<MaterialLayer&>(mesh) = layer_of(prepared, geometry.own);
+    mesh.other = layer_of(prepared, geometry.other);
+    mesh.other_share = std::clamp(geometry.moment.u, 0.0f, 1.0f);
+    mesh.look = geometry.own.object < 0 ? 1.0f : 0.0f;
     mesh.id = kSurfaceId;
     scene.meshes.push_back(mesh);
   }
@@ -307,7 +398,8 @@ RenderScene render_scene(const PreparedScene& prepared, const FrameGeometry& geo
     RenderMesh mesh;
     mesh.positions = geometry.points;
     mesh.triangles = model.triangles;
-    mesh.corner_normals = model.corner_normals;
+    mesh.corner_normals =
+        geometry.corner_normals.empty() ? model.corner_normals : geometry.corner_normals;
     mesh.corner_uvs = model.corner_uvs;
     mesh.triangle_materials = model.triangle_materials;
     mesh.materials = model.materials;

@@ -9,12 +9,16 @@
 #include "base/box.h"
 #include "base/result.h"
 #include "kernels/extract_surface.h"
+#include "model/closest.h"
 #include "model/model.h"
+#include "model/transfer.h"
 #include "morph/plan.h"
 #include "morph/timeline.h"
 #include "render/render.h"
 #include "scene/scene.h"
 #include "spheres/spheres.h"
+#include "surface/blend.h"
+#include "surface/project.h"
 
 namespace polymorph {
 
@@ -28,7 +32,13 @@ struct PreparedObject {
   double model_volume = 0;
   double ball_volume = 0;  ///< enclosed by the balls' surface
   float field_maximum = 1;
-  std::vector<Vec3> shrink_targets;  ///< one a model point; empty for a meta-object
+  std::shared_ptr<const ClosestPointQuery> closest;  ///< of the model
+  std::vector<std::uint32_t> charts;                 ///< of the model's texture
+  /// What its boundary stages need; none of them for a meta-object.
+  BoundaryMethod boundary = BoundaryMethod::kCut;  ///< as it turned out
+  std::vector<Vec3> shrink_targets;                ///< crossfade: one a model point
+  Projection projection;                           ///< project
+  BlendField blend;                                ///< blend
 };
 
 struct PreparedScene {
@@ -64,13 +74,22 @@ std::vector<std::string> find_problems(const Scene& scene,
 Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extractor,
                                     const std::filesystem::path& cache_folder);
 
+/// An object's materials as the surface wears them.
+struct Clothes {
+  int object = -1;  ///< of the chain
+  TransferredMaterials materials;
+};
+
 /// The geometry of one frame.
 struct FrameGeometry {
   Moment moment;
   std::vector<Ball> balls;  ///< empty while only a model shows
   float iso = 1;
-  Mesh surface;              ///< of the balls
-  std::vector<Vec3> points;  ///< of the model `moment.object`, when one shows
+  Mesh surface;                      ///< of the balls, or blended with the model `moment.object`
+  std::vector<Vec3> points;          ///< of the model `moment.object`, when one shows
+  std::vector<Vec3> corner_normals;  ///< of those points; empty: the model's own
+  /// The surface's own look: what it comes from and, mixed with it by moment.u, what it becomes.
+  Clothes own, other;
 };
 /// The balls of a leg at `time` in [0, 1] of their motion, their level and their surface: what
 /// shows in the volumetric stage. `geometry.moment` says only leg, time and u.

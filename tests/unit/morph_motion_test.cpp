@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "morph/pull_back.h"
 #include "morph_testing.h"
 
 namespace polymorph {
@@ -101,6 +102,29 @@ TEST(BallsAt, ARigidPathIsATurnedCopyAtEveryTime) {
       EXPECT_NEAR(balls[e].shape.xz, turned.shape.xz, 5e-3);
     }
   }
+}
+
+TEST(PullBack, FindsWhereAPointCameFromAndGoesTo) {
+  std::vector<Ball> a = bar();
+  for (std::size_t i = 0; i < a.size(); i += 3)
+    a[i] = ellipsoid(a[i].center, 0.2f, {0.3 * static_cast<double>(i), 1, 0});
+  const Vec3d turn = normalized(Vec3d{1, 2, 0.5}) * (2.0 * std::numbers::pi / 3);
+  const Mat3 rotation = exp_rotation(turn);
+  const std::vector<Ball> b = moved(a, rotation, 2, {3, 0, 1});
+  const MorphPlan plan = plan_of(a, b, linear(Path::kRigid));
+  std::vector<Vec3> on_a;
+  for (const Ball& ball : a)
+    for (const Vec3 d : {Vec3{0.1f, 0, 0}, Vec3{0, 0.15f, 0.05f}, Vec3{-0.05f, 0, 0.1f}})
+      on_a.push_back(ball.center + d);
+  const PullBack start = pull_back(plan, 0, balls_at(plan, 0), on_a);
+  for (std::size_t i = 0; i < on_a.size(); ++i) {
+    EXPECT_LT(length(start.source[i] - on_a[i]), 1e-4f) << "at its own end a point is itself";
+    const Vec3d goes = rotation * (Vec3d(on_a[i]) * 2) + Vec3d{3, 0, 1};
+    EXPECT_LT(length(Vec3d(start.target[i]) - goes), 0.12) << "the copy's, but for split balls";
+  }
+  const PullBack end = pull_back(plan, 1, balls_at(plan, 1), start.target);
+  for (std::size_t i = 0; i < on_a.size(); ++i)
+    EXPECT_LT(length(end.target[i] - start.target[i]), 1e-4f);
 }
 
 TEST(BallsAt, ABezierPathBowsOutAndAStraightOneDoesNot) {

@@ -17,7 +17,22 @@ Scene scene_with(std::vector<bool> metas, int count = 0) {
     scene.intermediate.push_back(object);
   }
   scene.frames.count = count;
+  scene.look.kind = LookKind::kMetal;  // with all of the report's stages
   return scene;
+}
+
+TEST(Timeline, OwnLooksHaveNothingToFadeTo) {
+  Scene scene = scene_with({false, true}, 60);
+  scene.look.kind = LookKind::kOwn;
+  const Timeline timeline = make_timeline(scene);
+  int whole = 0;
+  for (int frame = 1; frame <= 60; ++frame) {
+    const Moment m = moment_at(timeline, frame);
+    EXPECT_TRUE(m.stage != Stage::kLookOut && m.stage != Stage::kLookIn);
+    EXPECT_EQ(m.look, 0);
+    whole += m.object >= 0 && m.boundary == 1;
+  }
+  EXPECT_EQ(whole, 3) << "source, the full object on the way, target: one frame each";
 }
 
 TEST(Timeline, StartsAsTheWholeSourceAndEndsAsTheWholeTarget) {

@@ -223,5 +223,52 @@ TEST(MakeExtractor, KnowsItsDevices) {
   EXPECT_EQ(cuda.error().code, ErrorCode::kResource);
 }
 
+/// The step from the model's mesh to the balls' surface and back cannot be seen: where the mesh has
+/// arrived, no point of either surface is far from the other.
+TEST(Handover, IsWithinAThousandthOfTheModel) {
+  const fs::path cache = fs::temp_directory_path() / ("pm_handover_" + std::to_string(::getpid()));
+  for (const char* name : {"teapot", "penguin", "monkey", "torus"}) {
+    for (const char* method : {"project", "blend"}) {
+      Scene scene;
+      scene.path = PM_SOURCE_DIR "/scenes/test.json";
+      scene.source.name = name;
+      scene.source.model = std::string(PM_SOURCE_DIR "/scenes/models/") + name + ".obj";
+      scene.source.spheres.balls = 128;
+      scene.target.name = scene.target.shape = "sphere";
+      scene.target.spheres.balls = 4;
+      scene.boundary.method =
+          method == std::string("blend") ? BoundaryMethod::kBlend : BoundaryMethod::kProject;
+      scene.frames.count = 400;
+      const auto extractor = make_cpu_extractor();
+      const auto prepared = prepare_scene(scene, *extractor, cache);
+      ASSERT_TRUE(prepared.ok()) << prepared.error().message;
+      int last = 1;  // of the boundary stage
+      while (moment_at(prepared->timeline, last + 1).object == 0) ++last;
+      const auto before = geometry_at(*prepared, *extractor, last);
+      const auto after = geometry_at(*prepared, *extractor, last + 1);
+      ASSERT_TRUE(before.ok() && after.ok());
+      const std::string what = fmt::format("{} {}", name, method);
+      const bool projected = prepared->objects[0].boundary == BoundaryMethod::kProject;
+      EXPECT_EQ(projected, std::string(method) == "project") << what;
+      const Model& model = prepared->objects[0].model;
+      const ClosestPointQuery mesh =
+          projected ? ClosestPointQuery(before->points, model.triangles)
+                    : ClosestPointQuery(before->surface.positions, before->surface.triangles);
+      const float size = model.box().diagonal();
+      double sum = 0;
+      float most = 0;
+      for (const ClosestPoint& p : mesh.closest(after->surface.positions)) {
+        sum += static_cast<double>(p.distance);
+        most = std::max(most, p.distance);
+      }
+      EXPECT_LT(sum / static_cast<double>(after->surface.positions.size()),
+                0.001 * static_cast<double>(size))
+          << what;
+      EXPECT_LT(most, 0.02f * size) << what;
+    }
+  }
+  fs::remove_all(cache);
+}
+
 }  // namespace
 }  // namespace polymorph

@@ -1,0 +1,24 @@
+// Where the points of a surface between two objects come from, and where they go.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "kernels/types.h"
+#include "morph/plan.h"
+
+namespace polymorph {
+
+/// One a point: its place on the source and on the target, near their surfaces.
+struct PullBack {
+  std::vector<Vec3> source, target;
+};
+
+/// X(x) = sum_e q_e (p_e + F_e (x - x_e)) over the pairs e, with q_e the share of ball x_e in the
+/// field at x, p_e the ball it comes from (goes to) and F_e its frame (pair_frames). `balls` are
+/// those of balls_at(plan, time). At time 0 (1) X is the point itself, on the source (target)
+/// (docs/method.md, Colour).
+PullBack pull_back(const MorphPlan& plan, float time, std::span<const Ball> balls,
+                   std::span<const Vec3> points);
+
+}  // namespace polymorph

@@ -1,0 +1,119 @@
+#include "surface/near_balls.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/parallel.h"
+#include "base/result.h"
+
+namespace polymorph {
+namespace {
+
+constexpr float kDepth = 12;  // e^-12 of the field: what a sum in float barely sees
+
+/// Smallest eigenvalue of a symmetric matrix of determinant 1 (Smith 1961).
+float least_eigenvalue(const Sym3& s) {
+  const double off = static_cast<double>(s.xy) * s.xy + static_cast<double>(s.xz) * s.xz +
+                     static_cast<double>(s.yz) * s.yz;
+  const double mean = (static_cast<double>(s.xx) + s.yy + s.zz) / 3;
+  const double x = s.xx - mean, y = s.yy - mean, z = s.zz - mean;
+  const double p = std::sqrt((x * x + y * y + z * z + 2 * off) / 6);
+  if (!(p > 0)) return static_cast<float>(mean);
+  const double det = x * (y * z - static_cast<double>(s.yz) * s.yz) -
+                     s.xy * (s.xy * z - static_cast<double>(s.yz) * s.xz) +
+                     s.xz * (static_cast<double>(s.xy) * s.yz - y * s.xz);
+  const double angle = std::acos(std::clamp(det / (2 * p * p * p), -1.0, 1.0)) / 3;
+  constexpr double kThird = 2.0943951023931953;  // 2 pi / 3
+  return static_cast<float>(std::max(mean + 2 * p * std::cos(angle + kThird), 1e-9));
+}
+
+float distance2(Vec3 p, const Box& box) {
+  const Vec3 outside = max(max(box.low - p, p - box.high), Vec3{});
+  return dot(outside, outside);
+}
+
+Vec3 times(const Sym3& s, Vec3 d) {
+  return {s.xx * d.x + s.xy * d.y + s.xz * d.z, s.xy * d.x + s.yy * d.y + s.yz * d.z,
+          s.xz * d.x + s.yz * d.y + s.zz * d.z};
+}
+
+}  // namespace
+
+NearBalls::NearBalls(std::span<const Ball> balls, FieldKind kind) : balls_(balls), kind_(kind) {
+  PM_CHECK(kind != FieldKind::kWyvill);
+  for (const Ball& ball : balls) least_.push_back(ball.a * least_eigenvalue(ball.shape));
+}
+
+std::vector<std::uint32_t> NearBalls::within(const Box& box) const {
+  std::vector<std::uint32_t> list;
+  if (kind_ == FieldKind::kInverseSquare) {
+    for (std::size_t i = 0; i < balls_.size(); ++i) list.push_back(static_cast<std::uint32_t>(i));
+    return list;
+  }
+  std::vector<float> most(balls_.size());
+  float largest = -std::numeric_limits<float>::infinity();
+  for (std::size_t i = 0; i < balls_.size(); ++i) {
+    most[i] = balls_[i].w - least_[i] * distance2(balls_[i].center, box);
+    largest = std::max(largest, most[i]);
+  }
+  // The surface is at 0: what is far below it anywhere does not matter, unless nothing else is
+  // there.
+  const float floor = std::min(largest, 0.0f) - kDepth;
+  for (std::size_t i = 0; i < balls_.size(); ++i)
+    if (most[i] >= floor) list.push_back(static_cast<std::uint32_t>(i));
+  return list;
+}
+
+LogField NearBalls::log_field(Vec3 p, std::span<const std::uint32_t> list,
+                              std::vector<float>& shares) const {
+  shares.resize(list.size());
+  float largest = -std::numeric_limits<float>::infinity();
+  for (std::size_t k = 0; k < list.size(); ++k) {
+    const Ball& ball = balls_[list[k]];
+    const Vec3 d = p - ball.center;
+    shares[k] = kind_ == FieldKind::kGaussian
+                    ? ball.w - ball.a * quadratic(ball.shape, d)
+                    : std::log(std::max(ball.w, 1e-30f) / std::max(dot(d, d), 1e-20f));
+    largest = std::max(largest, shares[k]);
+  }
+  LogField field;
+  double sum = 0;
+  for (float& share : shares) {
+    share = share - largest < -20 ? 0.0f : std::exp(share - largest);
+    sum += static_cast<double>(share);
+  }
+  field.value = static_cast<double>(largest) + std::log(sum);
+  const float scale = sum > 0 ? static_cast<float>(1 / sum) : 0.0f;
+  for (std::size_t k = 0; k < list.size(); ++k) {
+    shares[k] *= scale;
+    if (shares[k] == 0) continue;
+    const Ball& ball = balls_[list[k]];
+    const Vec3 d = p - ball.center;
+    const Vec3 rise = kind_ == FieldKind::kGaussian ? times(ball.shape, d) * (-2 * ball.a)
+                                                    : d * (-2 / std::max(dot(d, d), 1e-20f));
+    field.gradient = field.gradient + shares[k] * rise;
+  }
+  return field;
+}
+
+LogField NearBalls::log_field(Vec3 p, std::span<const std::uint32_t> list) const {
+  thread_local std::vector<float> shares;
+  return log_field(p, list, shares);
+}
+
+void for_each_near(
+    const NearBalls& balls, std::span<const Vec3> points, float reach,
+    const std::function<void(std::size_t, std::size_t, std::span<const std::uint32_t>)>& f) {
+  constexpr std::size_t kRun = 128;
+  const std::size_t runs = (points.size() + kRun - 1) / kRun;
+  parallel_for(static_cast<std::int64_t>(runs), [&](std::int64_t r) {
+    const std::size_t begin = static_cast<std::size_t>(r) * kRun;
+    const std::size_t end = std::min(begin + kRun, points.size());
+    const Box box = box_of(points.subspan(begin, end - begin));
+    const Vec3 margin{reach, reach, reach};
+    f(begin, end, balls.within({box.low - margin, box.high + margin}));
+  });
+}
+
+}  // namespace polymorph
