@@ -166,6 +166,7 @@ struct SurfaceSettings {
   Placement placement = Placement::kRoot;
   bool flat = false;  ///< triangles without shared normals
   int influence = 1;  ///< cells between the points at which the field is computed
+  float crumbs = 1e-4f;  ///< parts below this share of the volume are left out; 0 keeps all
 };
 
 struct CameraSettings {

@@ -15,6 +15,7 @@
 #include "scene/load_scene.h"
 #include "spheres/figures.h"
 #include "surface/crossfade.h"
+#include "surface/crumbs.h"
 #include "surface/grid.h"
 #include "surface/level.h"
 #include "surface/mesh_check.h"
@@ -291,6 +292,9 @@ Result<FrameGeometry> volume_at(const PreparedScene& prepared, SurfaceExtractor&
   extract.placement = prepared.scene.surface.placement;
   extract.flat = prepared.scene.surface.flat;
   PM_TRY(geometry.surface, extract_surface(extractor, geometry.balls, prepared.cell, extract));
+  // The cubes of a matrix are parts of their own.
+  if (extract.method == SurfaceMethod::kMarchingCubes)
+    drop_crumbs(geometry.surface, static_cast<double>(prepared.scene.surface.crumbs));
   return geometry;
 }
 
