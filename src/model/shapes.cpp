@@ -110,17 +110,38 @@ void close_seams(Model& model) {
 
 // A cube blown up: even triangles and no pinched poles. tan() evens out the angles between grid
 // lines.
-Model make_sphere() {
-  Model model;
+void add_sphere(Model& model, Vec3d center, double radius, int rows) {
   PointSet points(model);
-  add_cube_sides(model, 24, [&](std::array<int, 3> key, Vec3d p, Vec3d, Vec2) {
+  add_cube_sides(model, rows, [&](std::array<int, 3> key, Vec3d p, Vec3d, Vec2) {
     const Vec3d n = normalized(
         Vec3d(std::tan(p.x * kPi / 4), std::tan(p.y * kPi / 4), std::tan(p.z * kPi / 4)));
     const double turn = std::atan2(n.x, n.z) / (2 * kPi) + 0.5;
-    return ShapeCorner{points.add(key, to_float(n + Vec3d(0, 1, 0))),
+    return ShapeCorner{points.add(key, to_float(center + n * radius)),
                        to_float(n),
                        {static_cast<float>(turn), static_cast<float>(std::asin(n.y) / kPi + 0.5)}};
   });
+}
+
+Model make_sphere() {
+  Model model;
+  add_sphere(model, {0, 1, 0}, 1, 24);
+  close_seams(model);
+  return model;
+}
+
+// Next to nothing: drops in a ball, evenly (a Fibonacci spiral through shells of equal volume).
+Model make_drops() {
+  constexpr int kDrops = 48;
+  constexpr double kRadius = 0.05, kOut = 1 - kRadius;
+  Model model;
+  for (int i = 0; i < kDrops; ++i) {
+    const double part = (i + 0.5) / kDrops;
+    const double up = 1 - 2 * std::fmod(part * 13, 1.0),
+                 turn = 2 * kPi * std::fmod(i * 0.618034, 1.0);
+    const double flat = std::sqrt(1 - up * up), r = kOut * std::cbrt(part);
+    add_sphere(model, Vec3d(flat * std::cos(turn) * r, 1 + up * r, flat * std::sin(turn) * r),
+               kRadius, 4);
+  }
   close_seams(model);
   return model;
 }
@@ -208,6 +229,8 @@ Result<Model> make_shape(const std::string& name) {
     model = make_cube();
   } else if (name == "torus") {
     model = make_torus();
+  } else if (name == "drops") {
+    model = make_drops();
   } else if (name == "puddle") {
     model = make_puddle();
   } else {

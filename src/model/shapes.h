@@ -10,7 +10,8 @@
 namespace polymorph {
 
 /// "sphere" (radius 1), "cube" (side 2), "torus" (ring 1, pipe 0.4, lying), "puddle" (a flat
-/// cylinder with a rounded rim, radius 1.3, height 0.12).
+/// cylinder with a rounded rim, radius 1.3, height 0.12), "drops" (48 spheres of radius 0.05 in a
+/// ball: what comes from nothing or goes to it).
 std::span<const std::string> shape_names();
 
 /// Error (kInput) for an unknown name, naming the nearest.

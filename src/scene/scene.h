@@ -52,7 +52,7 @@ struct ObjectSettings {
 };
 
 /// The built-in shapes an object may name; model/shapes.h makes them.
-inline const std::vector<std::string> kShapeNames{"sphere", "cube", "torus", "puddle"};
+inline const std::vector<std::string> kShapeNames{"sphere", "cube", "torus", "puddle", "drops"};
 
 enum class Arrange : std::uint8_t {
   kStand,  ///< each object gets the source's size, stands on y = 0, centred on the y axis
@@ -164,8 +164,8 @@ struct SurfaceSettings {
   int resolution = 96;  ///< cells along the longest side of the scene's box
   SurfaceMethod method = SurfaceMethod::kMarchingCubes;
   Placement placement = Placement::kRoot;
-  bool flat = false;  ///< triangles without shared normals
-  int influence = 1;  ///< cells between the points at which the field is computed
+  bool flat = false;     ///< triangles without shared normals
+  int influence = 1;     ///< cells between the points at which the field is computed
   float crumbs = 1e-4f;  ///< parts below this share of the volume are left out; 0 keeps all
 };
 
