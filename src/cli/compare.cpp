@@ -43,24 +43,6 @@ Result<std::vector<ImagePair>> pairs_of(const CompareOptions& options) {
   return pairs;
 }
 
-const char* verdict_name(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kSame:
-      return "same";
-    case Verdict::kWithin:
-      return "within";
-    case Verdict::kDiffers:
-      return "differs";
-    case Verdict::kSizeMismatch:
-      return "size";
-    case Verdict::kChannelMismatch:
-      return "channels";
-    case Verdict::kNotFinite:
-      return "not-finite";
-  }
-  return "";
-}
-
 nlohmann::ordered_json to_json(const ImagePair& pair, const Comparison& c) {
   nlohmann::ordered_json json{{"actual", pair.actual.string()},
                               {"reference", pair.reference.string()},
