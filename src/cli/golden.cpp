@@ -2,6 +2,7 @@
 #include "cli/command_line.h"
 #include "cli/report_options.h"
 #include "sequence/golden_run.h"
+#include "sequence/golden_tiers.h"
 
 namespace polymorph {
 namespace {
@@ -11,6 +12,8 @@ struct GoldenOptions {
   std::vector<std::string> suites;
   std::string root = "golden_frames", failures = "golden-failures", reason;
   std::string isa = GoldenSettings{}.isa;
+  std::string tier = "B";
+  int runs = 16;
   JsonOutput json;
   ReportOptions report;
 };
@@ -29,6 +32,24 @@ std::string accept_command(const GoldenOptions& options, const std::string& suit
   const std::string root =
       options.root == "golden_frames" ? "" : " --root " + shell_quoted(options.root);
   return fmt::format("polymorph golden update {}{} --reason \"...\"", shell_quoted(suite), root);
+}
+
+/// Tiers A and C: nothing is held against a golden's limits, and nothing can be accepted.
+Status test_tier(const GoldenSuite& suite, const GoldenSettings& settings,
+                 const GoldenOptions& options, Report& report) {
+  PM_TRY(std::vector<ReportCase> cases,
+         options.tier == "A" ? test_golden_bits(suite, settings)
+                             : test_golden_statistics(suite, settings, options.runs));
+  std::size_t passed = 0;
+  for (ReportCase& one : cases) {
+    passed += one.passed();
+    if (!options.json.wanted)
+      print_data("{}, {}: {}\n", one.group, one.name,
+                 one.passed() ? "ok: " + one.detail : "FAILED: " + one.message);
+    report.cases.push_back(std::move(one));
+  }
+  if (!options.json.wanted) print_data("{}: {} of {} pass\n", suite.name, passed, cases.size());
+  return Ok{};
 }
 
 /// Runs one suite and adds its frames to the report.
@@ -73,7 +94,8 @@ Result<int> test_all(const GoldenOptions& options, GoldenSettings settings,
                 {}};
   for (const std::string& name : names) {
     PM_TRY(const GoldenSuite suite, load_golden_suite(options.root, name));
-    PM_TRY_STATUS(test(suite, settings, options, report));
+    PM_TRY_STATUS(options.tier == "B" ? test(suite, settings, options, report)
+                                      : test_tier(suite, settings, options, report));
   }
   if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, report_json(report)));
   PM_TRY_STATUS(write_reports(options.report, report));
@@ -141,6 +163,17 @@ void add_golden(CommandLine& line) {
                    "test: Embree's instructions, sse2, avx, avx2 or avx512; default: avx2")
       ->check(CLI::IsMember({"sse2", "avx", "avx2", "avx512"}))
       ->type_name("ISA")
+      ->group("Main");
+  command
+      ->add_option("--tier", options->tier,
+                   "test: A the build agrees with itself to the bit; B frames against goldens "
+                   "(default); C noise against goldens, for nights")
+      ->transform(CLI::IsMember({"A", "B", "C"}, CLI::ignore_case))
+      ->type_name("TIER")
+      ->group("Main");
+  command->add_option("--runs", options->runs, "renderings a frame for tier C (16)")
+      ->check(CLI::Range(4, 1000))
+      ->type_name("N")
       ->group("Main");
   add_report(command, options->report);
   add_json(command, options->json);

@@ -18,7 +18,9 @@ struct ReportCase {
   std::string group;  ///< suite; "" = none
   std::string name;   ///< "frame 12", "a.exr"
   std::filesystem::path actual, reference;
-  std::string message;                   ///< why it failed; "" = it passed
+  std::string message;  ///< why it failed; "" = it passed
+  std::string detail;   ///< worth knowing though it passed; used without a comparison
+  std::string verdict;  ///< a word; "" = the comparison's, or "missing" without one
   std::optional<Comparison> comparison;  ///< absent when there is nothing to compare with
   Tolerance tolerance;
   double seconds = 0;

@@ -35,6 +35,11 @@ std::string xml(const std::string& text) {
   return escape_markup(clean);
 }
 
+std::string verdict_of(const ReportCase& one) {
+  if (!one.verdict.empty()) return one.verdict;
+  return one.comparison ? verdict_name(one.comparison->verdict) : "missing";
+}
+
 std::string plain(double value) {
   return std::isfinite(value) ? fmt::format("{:.6g}", value) : "inf";
 }
@@ -103,8 +108,10 @@ Json case_json(const ReportCase& one) {
             {"reference", one.reference.string()},
             {"passed", one.passed()},
             {"warned", one.warned()},
-            {"verdict", one.comparison ? verdict_name(one.comparison->verdict) : "missing"},
-            {"reason", one.comparison ? one.comparison->reason : one.message},
+            {"verdict", verdict_of(one)},
+            {"reason", one.comparison ? one.comparison->reason
+                       : one.passed() ? one.detail
+                                      : one.message},
             {"message", one.message},
             {"why", one.tolerance.why},
             {"accept", one.accept}};
