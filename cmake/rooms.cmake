@@ -22,6 +22,16 @@ function(pm_room name)
   target_link_libraries(pm_${name} ${kind} pm_flags ${ROOM_USES} ${ROOM_LINK})
 endfunction()
 
+# A text file of a room, compiled in as a std::string_view called NAME.
+function(pm_embed room file name)
+  set(from ${CMAKE_SOURCE_DIR}/src/${room}/${file})
+  set(to ${CMAKE_BINARY_DIR}/embedded/${name}.cpp)
+  set(script ${CMAKE_SOURCE_DIR}/cmake/embed.cmake)
+  add_custom_command(OUTPUT ${to} DEPENDS ${from} ${script} VERBATIM
+    COMMAND ${CMAKE_COMMAND} -DFROM=${from} -DTO=${to} -DNAME=${name} -P ${script})
+  target_sources(pm_${room} PRIVATE ${to})
+endfunction()
+
 function(pm_kernels)
   set(sources ${CMAKE_SOURCE_DIR}/kernels/extract_cpu.cpp)
   if(PM_HAVE_CUDA)

@@ -68,23 +68,6 @@ bool holds(double value, const std::string& comparison, double bound) {
   return value == bound;
 }
 
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '<')
-      result += "&lt;";
-    else if (c == '>')
-      result += "&gt;";
-    else if (c == '&')
-      result += "&amp;";
-    else if (c == '"')
-      result += "&quot;";
-    else
-      result += c;
-  }
-  return result;
-}
-
 /// One measure of all frames as a curve.
 std::string curve(const Analysis& morph, const Column& column) {
   constexpr double kWidth = 360, kHeight = 120;
@@ -113,7 +96,7 @@ std::string curve(const Analysis& morph, const Column& column) {
       "<figure><figcaption><b>{}</b> {}</figcaption><div class=\"plot\"><svg viewBox=\"0 0 {} {}\" "
       "role=\"img\" aria-label=\"{} over time\"><path d=\"{}\"/>{}</svg><span class=\"high\">{:.4g}"
       "</span><span class=\"low\">{:.4g}</span></div></figure>\n",
-      column.name, escaped(column.what), kWidth, kHeight, column.name, path, dots, high,
+      column.name, escape_markup(column.what), kWidth, kHeight, column.name, path, dots, high,
       high > low ? low : low);
 }
 
@@ -143,9 +126,9 @@ std::string metric_rows(const Analysis& morph) {
     text += fmt::format(
         "<tr><td>{}</td><td>{}</td><td class=\"n{}\">{}</td><td>{}</td><td "
         "class=\"soft\">{}</td></tr>\n",
-        escaped(metric.principle), metric.name, mark,
-        known ? fmt::format("{:.4g}", *metric.value) : "-", escaped(metric.goal),
-        escaped(metric.what));
+        escape_markup(metric.principle), metric.name, mark,
+        known ? fmt::format("{:.4g}", *metric.value) : "-", escape_markup(metric.goal),
+        escape_markup(metric.what));
   }
   return text;
 }
@@ -212,9 +195,10 @@ std::string analysis_html(const std::vector<Analysis>& morphs, const std::string
   std::string text = fmt::format(
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
       "content=\"width=device-width\">\n<title>{0}</title>\n{1}</head><body>\n<h1>{0}</h1>\n",
-      escaped(title), kStyle);
+      escape_markup(title), kStyle);
   for (const Analysis& morph : morphs) {
-    text += fmt::format("<h2>{} &rarr; {}</h2>\n", escaped(morph.from), escaped(morph.to));
+    text +=
+        fmt::format("<h2>{} &rarr; {}</h2>\n", escape_markup(morph.from), escape_markup(morph.to));
     text +=
         "<table><tr><th>principle</th><th>metric</th><th>value</th><th>goal</th><th></th></tr>\n" +
         metric_rows(morph) + "</table>\n<div class=\"plots\">\n";

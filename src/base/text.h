@@ -23,6 +23,9 @@ std::string did_you_mean(std::string_view word, std::span<const std::string> can
 /// "a, b or c" with each quoted.
 std::string join_quoted(std::span<const std::string> words);
 
+/// `text` inside HTML or XML, attributes included: < > & and " as entities.
+std::string escape_markup(std::string_view text);
+
 std::vector<std::string> split(std::string_view text, char separator);
 
 /// "1.2 MB", "834 kB".

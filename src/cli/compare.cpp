@@ -3,7 +3,8 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
-#include "compare/compare.h"
+#include "cli/report_options.h"
+#include "compare/report_data.h"
 #include "image/image_io.h"
 #include "scene/json_text.h"
 #include "sequence/frames.h"
@@ -15,6 +16,7 @@ struct CompareOptions {
   std::string actual, reference, difference;
   Tolerance tolerance;
   JsonOutput json;
+  ReportOptions report;
 };
 
 struct ImagePair {
@@ -43,71 +45,93 @@ Result<std::vector<ImagePair>> pairs_of(const CompareOptions& options) {
   return pairs;
 }
 
-const char* verdict_name(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kSame:
-      return "same";
-    case Verdict::kWithin:
-      return "within";
-    case Verdict::kDiffers:
-      return "differs";
-    case Verdict::kSizeMismatch:
-      return "size";
-    case Verdict::kChannelMismatch:
-      return "channels";
-    case Verdict::kNotFinite:
-      return "not-finite";
-  }
-  return "";
+std::string difference_path(const CompareOptions& options, const ImagePair& pair, bool many) {
+  const std::filesystem::path path(options.difference);
+  if (!many) return path.string();
+  return path.parent_path() / (pair.actual.stem().string() + "." + path.filename().string());
 }
 
-nlohmann::ordered_json to_json(const ImagePair& pair, const Comparison& c) {
-  nlohmann::ordered_json json{{"actual", pair.actual.string()},
-                              {"reference", pair.reference.string()},
-                              {"passed", c.passed()},
-                              {"verdict", verdict_name(c.verdict)},
-                              {"reason", c.reason},
-                              {"pixels", c.pixels},
-                              {"failing_pixels", c.failing_pixels},
-                              {"not_finite_pixels", c.not_finite_pixels}};
-  if (std::isfinite(c.psnr)) json["psnr"] = c.psnr;
-  json["channels"] = nlohmann::ordered_json::array();
-  for (const ChannelDifference& d : c.channels)
-    json["channels"].push_back({{"channel", d.channel},
-                                {"max", d.max},
-                                {"mean", d.mean},
-                                {"rms", d.rms},
-                                {"at", {d.max_x, d.max_y}}});
-  return json;
+/// One pair: its figures, and its pictures if they are wanted.
+Result<ReportCase> compare_pair(const CompareOptions& options, const ImagePair& pair, bool many,
+                                PictureBudget& budget) {
+  PM_TRY(const Image actual, read_image(pair.actual));
+  PM_TRY(const Image reference, read_image(pair.reference));
+  PixelMaps maps;
+  ReportCase one;
+  one.name = pair.actual.filename().string();
+  one.actual = pair.actual;
+  one.reference = pair.reference;
+  one.tolerance = options.tolerance;
+  one.comparison = compare_images(actual, reference, options.tolerance, &maps);
+  if (!one.comparison->passed()) {
+    one.message = one.comparison->reason;
+    one.accept = fmt::format("cp {} {}", shell_quoted(pair.actual.string()),
+                             shell_quoted(pair.reference.string()));
+    if (!options.difference.empty()) {
+      const std::string path = difference_path(options, pair, many);
+      PM_TRY_STATUS(write_image(path, difference_triptych(actual, reference)));
+      log_info("reference | actual | difference: {}", path);
+    }
+  }
+  if (options.report.pictures()) PM_TRY_STATUS(add_pictures(one, actual, &reference, maps, budget));
+  return one;
 }
 
 Result<int> run_compare(const CompareOptions& options) {
   PM_TRY(const std::vector<ImagePair> pairs, pairs_of(options));
-  int code = 0;
-  std::size_t passed = 0;
+  PM_TRY_STATUS(check_report(options.report));
+  Report report{fmt::format("{} against {}", options.actual, options.reference),
+                {{"polymorph", PM_VERSION}},
+                {},
+                {}};
+  PictureBudget budget;
   auto json = nlohmann::ordered_json::array();
   for (const ImagePair& pair : pairs) {
-    PM_TRY(const Image actual, read_image(pair.actual));
-    PM_TRY(const Image reference, read_image(pair.reference));
-    const Comparison comparison = compare_images(actual, reference, options.tolerance);
-    passed += comparison.passed();
-    if (!comparison.passed()) code = static_cast<int>(ErrorCode::kAnswerNo);
+    PM_TRY(ReportCase one, compare_pair(options, pair, pairs.size() > 1, budget));
     if (options.json.wanted)
-      json.push_back(to_json(pair, comparison));
+      json.push_back(case_json(one));
     else
-      print_data("{}: {}\n", pair.actual.string(), comparison.reason);
-    if (!options.difference.empty() && !comparison.passed()) {
-      auto path = std::filesystem::path(options.difference);
-      if (pairs.size() > 1)
-        path = path.parent_path() / (pair.actual.stem().string() + "." + path.filename().string());
-      PM_TRY_STATUS(write_image(path, difference_triptych(actual, reference)));
-      log_info("reference | actual | difference: {}", path.string());
-    }
+      print_data("{}: {}\n", pair.actual.string(), one.comparison->reason);
+    if (one.warned())
+      log_warning("{}: {} pixels differ by more than {}", pair.actual.string(),
+                  one.comparison->warning_pixels, options.tolerance.warn);
+    report.cases.push_back(std::move(one));
   }
   if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, dump_json(json)));
   if (pairs.size() > 1 && !options.json.wanted)
-    print_data("{} of {} pairs pass\n", passed, pairs.size());
-  return code;
+    print_data("{} of {} pairs pass\n", pairs.size() - report.failed(), pairs.size());
+  PM_TRY_STATUS(write_reports(options.report, report));
+  return report.failed() == 0 ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
+}
+
+void add_limits(CLI::App* command, Tolerance& t) {
+  const auto add = [&](const char* name, float& value, const std::string& what) {
+    command->add_option(name, value, what)
+        ->check(CLI::NonNegativeNumber)
+        ->type_name("X")
+        ->group("Main");
+  };
+  add("--fail", t.fail, fmt::format("a pixel fails beyond this difference ({})", t.fail));
+  add("--relative", t.relative,
+      fmt::format("... plus this share of the reference ({})", t.relative));
+  command
+      ->add_option("--failpercent", t.fail_percent,
+                   fmt::format("so many % of pixels may fail ({})", t.fail_percent))
+      ->check(CLI::Range(0.0, 100.0))
+      ->type_name("P")
+      ->group("Main");
+  add("--hardfail", t.hard_fail, "no pixel may differ by more (off)");
+  add("--depth", t.depth, fmt::format("relative limit for Z ({})", t.depth));
+  add("--normal", t.normal, fmt::format("limit for N.* ({})", t.normal));
+  add("--flip", t.flip_mean, "limit of the mean FLIP, 0 to 1 (off)");
+  add("--flip-p99", t.flip_p99, "... and of what 99 % of the pixels stay below (off)");
+  add("--warn", t.warn, "say so when a pixel differs by more; no failure (off)");
+  command
+      ->add_option("--warnpercent", t.warn_percent,
+                   fmt::format("so many % may, silently ({})", t.warn_percent))
+      ->check(CLI::Range(0.0, 100.0))
+      ->type_name("P")
+      ->group("Main");
 }
 
 }  // namespace
@@ -117,10 +141,9 @@ void add_compare(CommandLine& line) {
   CLI::App* command =
       add_command(line, "compare", "Compare two images or two sequences; NaN always fails.",
                   "  polymorph compare new.exr golden.exr\n"
-                  "  polymorph compare out/f.####.exr ref/f.####.exr --fail 0.01 --diff d.png",
+                  "  polymorph compare out/f.####.exr ref/f.####.exr --fail 0.01 --html page.html",
                   "  0 within the limits   1 different   2 usage   3 unreadable image\n"
                   "  4 cannot write");
-  Tolerance& t = options->tolerance;
   command->add_option("actual", options->actual, "image, or sequence with ####")
       ->required()
       ->type_name("ACTUAL")
@@ -129,41 +152,13 @@ void add_compare(CommandLine& line) {
       ->required()
       ->type_name("REFERENCE")
       ->group("Main");
-  command
-      ->add_option("--fail", t.fail,
-                   fmt::format("a pixel fails beyond this difference ({})", t.fail))
-      ->check(CLI::NonNegativeNumber)
-      ->type_name("X")
-      ->group("Main");
-  command
-      ->add_option("--relative", t.relative,
-                   fmt::format("... plus this share of the reference ({})", t.relative))
-      ->check(CLI::NonNegativeNumber)
-      ->type_name("X")
-      ->group("Main");
-  command
-      ->add_option("--failpercent", t.fail_percent,
-                   fmt::format("so many % of pixels may fail ({})", t.fail_percent))
-      ->check(CLI::Range(0.0, 100.0))
-      ->type_name("P")
-      ->group("Main");
-  command->add_option("--hardfail", t.hard_fail, "no pixel may differ by more (off)")
-      ->check(CLI::NonNegativeNumber)
-      ->type_name("X")
-      ->group("Main");
-  command->add_option("--depth", t.depth, fmt::format("relative limit for Z ({})", t.depth))
-      ->check(CLI::NonNegativeNumber)
-      ->type_name("X")
-      ->group("Main");
-  command->add_option("--normal", t.normal, fmt::format("limit for N.* ({})", t.normal))
-      ->check(CLI::NonNegativeNumber)
-      ->type_name("X")
-      ->group("Main");
+  add_limits(command, options->tolerance);
   command
       ->add_option("--diff", options->difference,
                    "write reference | actual | difference of what fails")
       ->type_name("FILE")
       ->group("Output");
+  add_report(command, options->report);
   add_json(command, options->json);
   command->callback(
       [&line, options] { line.action = [options] { return run_compare(*options); }; });

@@ -1,6 +1,8 @@
 #include "base/log.h"
 #include "cli/command_line.h"
+#include "cli/report_options.h"
 #include "sequence/golden_run.h"
+#include "sequence/golden_tiers.h"
 
 namespace polymorph {
 namespace {
@@ -9,6 +11,11 @@ struct GoldenOptions {
   std::string verb;
   std::vector<std::string> suites;
   std::string root = "golden_frames", failures = "golden-failures", reason;
+  std::string isa = GoldenSettings{}.isa;
+  std::string tier = "B";
+  int runs = 16;
+  JsonOutput json;
+  ReportOptions report;
 };
 
 GoldenSettings golden_settings(const CommandLine& line, const GoldenOptions& options) {
@@ -17,25 +24,82 @@ GoldenSettings golden_settings(const CommandLine& line, const GoldenOptions& opt
   settings.device = line.common.device == "auto" ? "cpu" : line.common.device;
   settings.cache_folder = cache_folder(line.common);
   settings.failures = options.failures;
+  settings.isa = options.isa;
   return settings;
 }
 
-Result<int> test(const GoldenSuite& suite, const GoldenSettings& settings) {
-  PM_TRY(const GoldenResult result, test_golden(suite, settings));
-  for (const GoldenFrame& frame : result.frames) {
-    print_data("{} frame {}: {}{}\n", suite.name, frame.frame,
-               frame.passed() ? "ok" : "FAILED: ", frame.message);
+std::string accept_command(const GoldenOptions& options, const std::string& suite) {
+  const std::string root =
+      options.root == "golden_frames" ? "" : " --root " + shell_quoted(options.root);
+  return fmt::format("polymorph golden update {}{} --reason \"...\"", shell_quoted(suite), root);
+}
+
+/// Tiers A and C: nothing is held against a golden's limits, and nothing can be accepted.
+Status test_tier(const GoldenSuite& suite, const GoldenSettings& settings,
+                 const GoldenOptions& options, Report& report) {
+  PM_TRY(std::vector<ReportCase> cases,
+         options.tier == "A" ? test_golden_bits(suite, settings)
+                             : test_golden_statistics(suite, settings, options.runs));
+  std::size_t passed = 0;
+  for (ReportCase& one : cases) {
+    passed += one.passed();
+    if (!options.json.wanted)
+      print_data("{}, {}: {}\n", one.group, one.name,
+                 one.passed() ? "ok: " + one.detail : "FAILED: " + one.message);
+    report.cases.push_back(std::move(one));
+  }
+  if (!options.json.wanted) print_data("{}: {} of {} pass\n", suite.name, passed, cases.size());
+  return Ok{};
+}
+
+/// Runs one suite and adds its frames to the report.
+Status test(const GoldenSuite& suite, const GoldenSettings& settings, const GoldenOptions& options,
+            Report& report) {
+  PM_TRY(GoldenResult result, test_golden(suite, settings));
+  const std::string accept = accept_command(options, suite.name);
+  for (GoldenFrame& frame : result.frames) {
+    if (!options.json.wanted)
+      print_data("{} frame {}: {}{}\n", suite.name, frame.frame,
+                 frame.passed() ? "ok" : "FAILED: ", frame.message);
     if (frame.passed() && frame.image && frame.image->verdict == Verdict::kWithin)
       log_debug("  {}", frame.image->reason);
+    if (frame.report.warned())
+      log_warning("{} frame {}: {} pixels differ by more than {}", suite.name, frame.frame,
+                  frame.image->warning_pixels, suite.tolerance.warn);
+    if (!frame.passed()) frame.report.accept = accept;
+    report.cases.push_back(std::move(frame.report));
   }
-  for (const auto& orphan : result.orphans)
-    log_warning("{}: no frame of {} asks for it", orphan.string(), suite.name);
-  print_data("{}: {} of {} frames pass\n", suite.name, result.frames.size() - result.failed(),
-             result.frames.size());
-  if (result.failed() == 0) return 0;
+  for (const auto& orphan : result.orphans) {
+    report.notes.push_back(
+        fmt::format("{}: no frame of {} asks for it", orphan.string(), suite.name));
+    log_warning("{}", report.notes.back());
+  }
+  if (!options.json.wanted)
+    print_data("{}: {} of {} frames pass\n", suite.name, result.frames.size() - result.failed(),
+               result.frames.size());
+  if (result.failed() == 0) return Ok{};
   log_info("actual, reference and difference: {}", (settings.failures / suite.name).string());
-  log_info("to accept: polymorph golden update {} --reason \"...\"", suite.name);
-  return static_cast<int>(ErrorCode::kAnswerNo);
+  log_info("to accept: {}", accept);
+  return Ok{};
+}
+
+Result<int> test_all(const GoldenOptions& options, GoldenSettings settings,
+                     const std::vector<std::string>& names) {
+  PM_TRY_STATUS(check_report(options.report));
+  PictureBudget budget;
+  if (options.report.pictures()) settings.pictures = &budget;
+  Report report{names.size() == 1 ? names[0] + ": golden frames" : "Golden frames",
+                {{"polymorph", PM_VERSION}, {"device", settings.device}, {"isa", settings.isa}},
+                {},
+                {}};
+  for (const std::string& name : names) {
+    PM_TRY(const GoldenSuite suite, load_golden_suite(options.root, name));
+    PM_TRY_STATUS(options.tier == "B" ? test(suite, settings, options, report)
+                                      : test_tier(suite, settings, options, report));
+  }
+  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, report_json(report)));
+  PM_TRY_STATUS(write_reports(options.report, report));
+  return report.failed() == 0 ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
 }
 
 Result<int> run_golden(const CommandLine& line, const GoldenOptions& options) {
@@ -47,21 +111,21 @@ Result<int> run_golden(const CommandLine& line, const GoldenOptions& options) {
     PM_TRY(names, list_golden_suites(options.root));
   }
   const GoldenSettings settings = golden_settings(line, options);
-  int code = 0;
+  if (options.verb == "test") return test_all(options, settings, names);
+  if (options.isa != GoldenSettings{}.isa)
+    return make_error(ErrorCode::kUsage, "--isa is for golden test: goldens are made under {}",
+                      GoldenSettings{}.isa);
   for (const std::string& name : names) {
     PM_TRY(const GoldenSuite suite, load_golden_suite(options.root, name));
     if (options.verb == "list") {
       print_data("{}: {} frames of {}\n", suite.name, suite.frames.size(), suite.scene.string());
-    } else if (options.verb == "test") {
-      PM_TRY(const int one, test(suite, settings));
-      code = std::max(code, one);
-    } else {
-      PM_TRY(const auto written, update_golden(suite, settings, options.reason));
-      for (const auto& path : written) print_data("{}\n", path.string());
-      if (written.empty()) log_info("{}: nothing to update", suite.name);
+      continue;
     }
+    PM_TRY(const auto written, update_golden(suite, settings, options.reason));
+    for (const auto& path : written) print_data("{}\n", path.string());
+    if (written.empty()) log_info("{}: nothing to update", suite.name);
   }
-  return code;
+  return 0;
 }
 
 }  // namespace
@@ -71,7 +135,7 @@ void add_golden(CommandLine& line) {
   CLI::App* command =
       add_command(line, "golden", "Test, update or list golden frames.",
                   "  polymorph golden test\n"
-                  "  polymorph golden test teapot-penguin --failures /tmp/failed\n"
+                  "  polymorph golden test teapot-penguin --report golden-report\n"
                   "  polymorph golden update teapot-penguin --reason \"softer key light\"",
                   "  0 all frames pass   1 a frame differs or its golden is missing   2 usage\n"
                   "  3 bad suite or scene   4 cannot write   5 device or memory");
@@ -94,6 +158,25 @@ void add_golden(CommandLine& line) {
   command->add_option("--reason", options->reason, "why goldens change; goes to CHANGES.md")
       ->type_name("TEXT")
       ->group("Main");
+  command
+      ->add_option("--isa", options->isa,
+                   "test: Embree's instructions, sse2, avx, avx2 or avx512; default: avx2")
+      ->check(CLI::IsMember({"sse2", "avx", "avx2", "avx512"}))
+      ->type_name("ISA")
+      ->group("Main");
+  command
+      ->add_option("--tier", options->tier,
+                   "test: A the build agrees with itself to the bit; B frames against goldens "
+                   "(default); C noise against goldens, for nights")
+      ->transform(CLI::IsMember({"A", "B", "C"}, CLI::ignore_case))
+      ->type_name("TIER")
+      ->group("Main");
+  command->add_option("--runs", options->runs, "renderings a frame for tier C (16)")
+      ->check(CLI::Range(4, 1000))
+      ->type_name("N")
+      ->group("Main");
+  add_report(command, options->report);
+  add_json(command, options->json);
   command->callback(
       [&line, options] { line.action = [&line, options] { return run_golden(line, *options); }; });
 }

@@ -21,21 +21,29 @@ Rule rule_of(const std::string& name) {
   return Rule::kOther;
 }
 
-bool exceeds(Rule rule, float a, float b, const Tolerance& tolerance) {
-  const float difference = std::abs(a - b);
+/// By how much `a` may differ from `b`.
+float limit_of(Rule rule, float a, float b, const Tolerance& tolerance) {
   switch (rule) {
     case Rule::kDepth:
-      if (a >= kNothingHit || b >= kNothingHit) return (a >= kNothingHit) != (b >= kNothingHit);
-      return difference > tolerance.depth * std::abs(b);
+      if (a >= kNothingHit && b >= kNothingHit) return std::numeric_limits<float>::infinity();
+      return a >= kNothingHit || b >= kNothingHit ? 0 : tolerance.depth * std::abs(b);
     case Rule::kNormal:
-      return difference > tolerance.normal;
+      return tolerance.normal;
     case Rule::kId:
-      return a != b;
+      return 0;
     case Rule::kColor:
     case Rule::kOther:
       break;
   }
-  return difference > tolerance.fail + tolerance.relative * std::abs(b);
+  return tolerance.fail + tolerance.relative * std::abs(b);
+}
+
+/// The bin of a pixel that differs.
+std::size_t histogram_bin(float share, bool over) {
+  constexpr int kAt = LimitHistogram::kAtLimit, kLast = LimitHistogram::kBins - 1;
+  const float place = std::floor(6 * std::log10(std::clamp(share, 1e-6f, 1e6f)));
+  const int bin = kAt + static_cast<int>(place);
+  return static_cast<std::size_t>(over ? std::clamp(bin, kAt, kLast) : std::clamp(bin, 1, kAt - 1));
 }
 
 /// One channel of both images.
@@ -56,7 +64,8 @@ struct RowSums {
   std::vector<Sums> channels;
   double clipped_squares = 0;
   bool equal = true;
-  std::uint64_t failing = 0, hard_failing = 0, not_finite = 0, negative_alpha = 0;
+  std::uint64_t failing = 0, hard_failing = 0, not_finite = 0, negative_alpha = 0, warning = 0;
+  LimitHistogram histogram;
 };
 
 class Comparer {
@@ -72,21 +81,26 @@ class Comparer {
     if (id_ < 0) id_ = reference.find_channel("id.object");
   }
 
-  RowSums row(int y) const {
+  /// `states` as in PixelMaps, or null.
+  RowSums row(int y, PixelState* states) const {
     RowSums sums;
     sums.channels.resize(pairs_.size());
-    for (int x = 0; x < reference_.width; ++x) add_pixel(x, y, sums);
+    const std::size_t first =
+        static_cast<std::size_t>(y) * static_cast<std::size_t>(reference_.width);
+    for (int x = 0; x < reference_.width; ++x) {
+      const std::size_t pixel = first + static_cast<std::size_t>(x);
+      const PixelState state = add_pixel(x, y, pixel, sums);
+      if (states) states[pixel] = state;
+    }
     return sums;
   }
 
  private:
-  void add_pixel(int x, int y, RowSums& sums) const {
-    const std::size_t pixel =
-        static_cast<std::size_t>(y) * static_cast<std::size_t>(reference_.width) +
-        static_cast<std::size_t>(x);
+  PixelState add_pixel(int x, int y, std::size_t pixel, RowSums& sums) const {
     const float* a = &actual_.pixels[pixel * actual_.channel_count()];
     const float* b = &reference_.pixels[pixel * reference_.channel_count()];
-    bool fails = false, hard = false, finite = true;
+    bool fails = false, hard = false, finite = true, warns = false, equal = true;
+    float share = 0;
     for (std::size_t c = 0; c < pairs_.size(); ++c) {
       const Pair& pair = pairs_[c];
       const float u = a[pair.actual], v = b[pair.reference];
@@ -95,18 +109,30 @@ class Comparer {
         continue;
       }
       if (u == v) continue;
-      sums.equal = false;
+      equal = false;
       add_difference(pair, u, v, x, sums.channels[c], sums.clipped_squares);
-      const bool over = exceeds(pair.rule, u, v, tolerance_);
+      const float limit = limit_of(pair.rule, u, v, tolerance_), difference = std::abs(u - v);
+      const bool over = difference > limit;
+      share = std::max(share, difference / limit);
       sums.channels[c].failing += over;
       fails = fails || over;
-      hard = hard || (pair.rule == Rule::kColor && std::abs(u - v) > tolerance_.hard_fail);
+      hard = hard || (pair.rule == Rule::kColor && difference > tolerance_.hard_fail);
+      warns = warns ||
+              (pair.rule != Rule::kDepth && pair.rule != Rule::kId && difference > tolerance_.warn);
     }
+    hard = hard && !on_silhouette(x, y);
+    sums.equal = sums.equal && equal;
     sums.not_finite += !finite;
     sums.failing += fails;
-    sums.hard_failing += hard && !on_silhouette(x, y);
+    sums.hard_failing += hard;
+    sums.warning += warns;
     sums.negative_alpha +=
         (alphas_[0] >= 0 && a[alphas_[0]] < 0) || (alphas_[1] >= 0 && b[alphas_[1]] < 0);
+    if (finite) ++sums.histogram.pixels[equal ? 0 : histogram_bin(share, fails)];
+    if (!finite) return PixelState::kNotFinite;
+    if (hard) return PixelState::kHard;
+    if (fails) return PixelState::kOver;
+    return equal ? PixelState::kEqual : PixelState::kWithin;
   }
 
   static void add_difference(const Pair& pair, float u, float v, int x, Sums& sums,
@@ -173,6 +199,11 @@ std::string describe_largest(const Comparison& result) {
                      worst->max_x, worst->max_y);
 }
 
+bool over_flip(const Tolerance& tolerance, const FlipFigures& flip) {
+  return flip.mean > static_cast<double>(tolerance.flip_mean) ||
+         flip.p99 > static_cast<double>(tolerance.flip_p99);
+}
+
 void decide(const Tolerance& tolerance, bool equal, Comparison& result) {
   const double percent = 100.0 * static_cast<double>(result.failing_pixels) /
                          std::max(1.0, static_cast<double>(result.pixels));
@@ -191,8 +222,13 @@ void decide(const Tolerance& tolerance, bool equal, Comparison& result) {
     result.reason =
         fmt::format("{} pixels differ by more than {:.4g}, which none may{}",
                     result.hard_failing_pixels, static_cast<double>(tolerance.hard_fail), largest);
+  } else if (const bool within = percent <= static_cast<double>(tolerance.fail_percent);
+             within && result.flip && over_flip(tolerance, *result.flip)) {
+    result.verdict = Verdict::kDiffers;
+    result.reason = fmt::format("FLIP has mean {:.3g} (allowed {:.3g}), 99 % below {:.3g} ({:.3g})",
+                                result.flip->mean, static_cast<double>(tolerance.flip_mean),
+                                result.flip->p99, static_cast<double>(tolerance.flip_p99));
   } else {
-    const bool within = percent <= static_cast<double>(tolerance.fail_percent);
     result.verdict = within ? Verdict::kWithin : Verdict::kDiffers;
     result.reason = fmt::format(
         "{} of {} pixels are over the limits ({:.3g} %, allowed {:.3g} %){}", result.failing_pixels,
@@ -223,6 +259,9 @@ bool add_rows(const std::vector<RowSums>& rows, double visible_channels, Compari
     result.hard_failing_pixels += row.hard_failing;
     result.not_finite_pixels += row.not_finite;
     result.negative_alpha_pixels += row.negative_alpha;
+    result.warning_pixels += row.warning;
+    for (std::size_t bin = 0; bin < row.histogram.pixels.size(); ++bin)
+      result.histogram.pixels[bin] += row.histogram.pixels[bin];
     for (std::size_t c = 0; c < result.channels.size(); ++c) {
       ChannelDifference& channel = result.channels[c];
       channel.mean += row.channels[c].sum;
@@ -251,11 +290,20 @@ void check_storage(const Image& image) {
                                       image.channel_count());
 }
 
+bool has_colors(const Image& image) {
+  return image.find_channel("R") >= 0 && image.find_channel("G") >= 0 &&
+         image.find_channel("B") >= 0;
+}
+
 }  // namespace
 
-Comparison compare_images(const Image& actual, const Image& reference, const Tolerance& tolerance) {
+Comparison compare_images(const Image& actual, const Image& reference, const Tolerance& tolerance,
+                          PixelMaps* maps) {
   check_storage(actual);
   check_storage(reference);
+  PixelMaps own;
+  if (!maps) maps = &own;
+  *maps = {};
   Comparison result;
   if (actual.width != reference.width || actual.height != reference.height) {
     result.verdict = Verdict::kSizeMismatch;
@@ -273,18 +321,47 @@ Comparison compare_images(const Image& actual, const Image& reference, const Tol
   const std::vector<Pair> pairs = pair_channels(actual, reference);
   for (const std::string& name : reference.channels) result.channels.push_back({.channel = name});
   const Comparer comparer(actual, reference, tolerance, pairs);
+  maps->states.resize(result.pixels);
   std::vector<RowSums> rows(static_cast<std::size_t>(reference.height));
   parallel_for(
       reference.height,
       [&](std::int64_t y) {
-        rows[static_cast<std::size_t>(y)] = comparer.row(static_cast<int>(y));
+        rows[static_cast<std::size_t>(y)] = comparer.row(static_cast<int>(y), maps->states.data());
       },
       16);
   const auto visible =
       std::count_if(pairs.begin(), pairs.end(), [](const Pair& p) { return p.visible; });
   const bool equal = add_rows(rows, static_cast<double>(visible), result);
+  if (has_colors(reference)) {
+    // Equal colours have no FLIP; depth or ids may still differ.
+    const bool seen = std::isfinite(result.psnr) || result.not_finite_pixels > 0;
+    if (seen) maps->flip = flip_map(actual, reference);
+    result.flip = flip_figures(maps->flip);
+  }
+  const double percent =
+      100.0 * static_cast<double>(result.warning_pixels) / static_cast<double>(result.pixels);
+  result.warned =
+      result.warning_pixels > 0 && percent > static_cast<double>(tolerance.warn_percent);
   decide(tolerance, equal, result);
   return result;
+}
+
+const char* verdict_name(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kSame:
+      return "same";
+    case Verdict::kWithin:
+      return "within";
+    case Verdict::kDiffers:
+      return "differs";
+    case Verdict::kSizeMismatch:
+      return "size";
+    case Verdict::kChannelMismatch:
+      return "channels";
+    case Verdict::kNotFinite:
+      return "not-finite";
+  }
+  return "";
 }
 
 }  // namespace polymorph

@@ -1,11 +1,14 @@
 // Two images against limits. NaN and infinities always fail, and so does a negative alpha.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "compare/flip.h"
 #include "image/image.h"
 
 namespace polymorph {
@@ -24,6 +27,11 @@ struct Tolerance {
   float hard_fail = 1e30f;
   float depth = 1e-3f;   ///< relative
   float normal = 0.05f;  ///< absolute
+  /// FLIP of the colours (flip.h) at no exposure: its mean, and what 99 % of the pixels stay below.
+  float flip_mean = 1e30f, flip_p99 = 1e30f;
+  /// More than warn_percent of the pixels differing by more than `warn` in any channel but Z and id
+  /// is worth a word, but no failure.
+  float warn = 1e30f, warn_percent = 0;
   std::string why = {};  ///< the reason for these limits, shown in reports
 };
 
@@ -43,18 +51,41 @@ struct ChannelDifference {
   std::uint64_t failing = 0;          ///< pixels that fail in this channel
 };
 
+/// How many pixels differ by what share of their limits: the worst channel's |a - b| over its
+/// limit, 0 in a bin of its own, then six bins a decade from 1/1000 to 1000. Bin kAtLimit is the
+/// first of pixels that fail.
+struct LimitHistogram {
+  static constexpr int kBins = 37, kAtLimit = 19;
+  std::array<std::uint64_t, kBins> pixels{};
+};
+
 struct Comparison {
   Verdict verdict = Verdict::kSame;
   std::vector<ChannelDifference> channels;  ///< in the reference's order; empty on a mismatch
   std::uint64_t pixels = 0, failing_pixels = 0, hard_failing_pixels = 0, not_finite_pixels = 0;
-  std::uint64_t negative_alpha_pixels = 0;
-  double psnr = 0;     ///< dB over R, G, B clipped to [0, 1]; infinity when equal
+  std::uint64_t negative_alpha_pixels = 0, warning_pixels = 0;
+  bool warned = false;              ///< more than warn_percent of the pixels beyond `warn`
+  double psnr = 0;                  ///< dB over R, G, B clipped to [0, 1]; infinity when equal
+  std::optional<FlipFigures> flip;  ///< absent without R, G, B
+  LimitHistogram histogram;
   std::string reason;  ///< one line: why the verdict
   bool passed() const { return verdict == Verdict::kSame || verdict == Verdict::kWithin; }
 };
 
-/// Same result for any number of threads.
-Comparison compare_images(const Image& actual, const Image& reference, const Tolerance& tolerance);
+enum class PixelState : std::uint8_t { kEqual, kWithin, kOver, kHard, kNotFinite };
+
+/// What compare_images() found pixel by pixel; empty on a mismatch.
+struct PixelMaps {
+  std::vector<PixelState> states;
+  std::vector<float> flip;  ///< empty without R, G, B, or when the colours are equal
+};
+
+/// Same result for any number of threads. `maps`, if given, is filled.
+Comparison compare_images(const Image& actual, const Image& reference, const Tolerance& tolerance,
+                          PixelMaps* maps = nullptr);
+
+/// "same", "within", "differs", "size", "channels", "not-finite"
+const char* verdict_name(Verdict verdict);
 
 /// reference | actual | 8x absolute difference of R, G, B, side by side. Takes any two images:
 /// without R, G, B the first channel stands in; where only one image has a pixel the difference is

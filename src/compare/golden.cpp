@@ -59,7 +59,11 @@ constexpr Limit kLimits[] = {{"fail", &Tolerance::fail},
                              {"fail_percent", &Tolerance::fail_percent},
                              {"hard_fail", &Tolerance::hard_fail},
                              {"depth", &Tolerance::depth},
-                             {"normal", &Tolerance::normal}};
+                             {"normal", &Tolerance::normal},
+                             {"flip_mean", &Tolerance::flip_mean},
+                             {"flip_p99", &Tolerance::flip_p99},
+                             {"warn", &Tolerance::warn},
+                             {"warn_percent", &Tolerance::warn_percent}};
 
 std::vector<std::string> limit_names(const char* more = nullptr) {
   std::vector<std::string> names;

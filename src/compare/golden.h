@@ -29,7 +29,7 @@ struct GoldenSuite {
 /// Reads `root`/NAME/suite.json, {"scene": "../../scenes/x/scene.json", "frames": [1, 12, 24]}, and
 /// the limits from tolerance.json beside it, each with its reason:
 ///   {"fail": {"value": 0.004, "why": "..."}, "fail_percent": {...}, "hard_fail", "relative",
-///   "depth", "normal"}
+///   "depth", "normal", "flip_mean", "flip_p99", "warn", "warn_percent"}
 /// A limit that is not named keeps the default of Tolerance. In place of the file suite.json may
 /// hold "tolerance": {"fail": 0.004, ..., "why": "..."} with one reason for all. Errors: kInput,
 /// naming the file and what is missing; an unknown suite names the nearest.

@@ -1,10 +1,12 @@
 #include "sequence/golden_run.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 
 #include "base/file.h"
+#include "compare/pictures.h"
 #include "image/image_io.h"
 #include "scene/load_scene.h"
 #include "sequence/render_sequence.h"
@@ -79,7 +81,7 @@ bool all_finite(const Image& image) {
 
 /// Leaves actual, reference and difference behind, so that a failure can be looked at.
 Status keep_failure(const GoldenSuite& suite, const GoldenSettings& settings, const Image& actual,
-                    const Image* reference) {
+                    const Image* reference, const Comparison& comparison, const PixelMaps& maps) {
   if (settings.failures.empty()) return Ok{};
   const auto frame = [&](const char* what, const char* extension, int number) {
     return settings.failures / suite.name /
@@ -91,8 +93,8 @@ Status keep_failure(const GoldenSuite& suite, const GoldenSettings& settings, co
   PM_TRY_STATUS(write_image(frame("actual", "exr", number), actual));
   if (reference) {
     PM_TRY_STATUS(write_image(frame("reference", "exr", number), *reference));
-    PM_TRY_STATUS(
-        write_image(frame("difference", "png", number), difference_triptych(actual, *reference)));
+    PM_TRY(const Image difference, failure_picture(actual, *reference, comparison, maps));
+    PM_TRY_STATUS(write_image(frame("difference", "png", number), difference));
   }
   return Ok{};
 }
@@ -111,6 +113,23 @@ std::vector<fs::path> find_orphans(const GoldenSuite& suite) {
   return orphans;
 }
 
+/// The frame as a report tells it.
+Status fill_report(const GoldenSuite& suite, const GoldenSettings& settings, const Image& actual,
+                   const Image* reference, const PixelMaps& maps, GoldenFrame& result) {
+  ReportCase& report = result.report;
+  report.group = suite.name;
+  report.name = fmt::format("frame {}", result.frame);
+  report.reference = golden_image_path(suite, result.frame);
+  report.tolerance = suite.tolerance;
+  report.message = result.message;
+  report.comparison = result.image;
+  if (!result.passed() && !settings.failures.empty())
+    report.actual =
+        settings.failures / suite.name / fmt::format("frame.{:04d}.actual.exr", result.frame);
+  if (!settings.pictures) return Ok{};
+  return add_pictures(report, actual, reference, maps, *settings.pictures);
+}
+
 /// One frame against its golden; `rendered` is what it was compared with.
 Result<GoldenFrame> judge(const GoldenSuite& suite, const GoldenSettings& settings,
                           const std::vector<SurfaceRecord>& records,
@@ -125,18 +144,21 @@ Result<GoldenFrame> judge(const GoldenSuite& suite, const GoldenSettings& settin
     result.message =
         fmt::format("{} is missing - make it with: polymorph golden update {} --reason ...",
                     golden.string(), suite.name);
-    PM_TRY_STATUS(keep_failure(suite, settings, rendered.image, nullptr));
+    PM_TRY_STATUS(keep_failure(suite, settings, rendered.image, nullptr, {}, {}));
+    PM_TRY_STATUS(fill_report(suite, settings, rendered.image, nullptr, {}, result));
     return result;
   }
   PM_TRY(const Image reference, read_image(golden));
   // The golden went through half floats; so must what it is held against.
   PM_TRY(const std::string encoded, encode_exr(rendered.image));
   PM_TRY(const Image actual, decode_image(encoded, golden.string()));
-  result.image = compare_images(actual, reference, suite.tolerance);
+  PixelMaps maps;
+  result.image = compare_images(actual, reference, suite.tolerance, &maps);
   if (!result.image->passed())
     result.message += (result.message.empty() ? "" : "; ") + result.image->reason;
   if (!result.message.empty())
-    PM_TRY_STATUS(keep_failure(suite, settings, rendered.image, &reference));
+    PM_TRY_STATUS(keep_failure(suite, settings, rendered.image, &reference, *result.image, maps));
+  PM_TRY_STATUS(fill_report(suite, settings, actual, &reference, maps, result));
   return result;
 }
 
@@ -152,8 +174,11 @@ Result<GoldenResult> test_golden(const GoldenSuite& suite, const GoldenSettings&
   const std::vector<SurfaceRecord> records = read_records(suite);
   GoldenResult result{suite.name, {}, find_orphans(suite)};
   for (const int frame : suite.frames) {
+    const auto start = std::chrono::steady_clock::now();
     PM_TRY(const RenderedFrame rendered, renderer.render(frame));
     PM_TRY(GoldenFrame judged, judge(suite, settings, records, rendered));
+    judged.report.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     result.frames.push_back(std::move(judged));
   }
   return result;

@@ -9,6 +9,7 @@
 #include "base/result.h"
 #include "compare/compare.h"
 #include "compare/golden.h"
+#include "compare/report.h"
 
 namespace polymorph {
 
@@ -18,6 +19,8 @@ struct GoldenSettings {
   std::string isa = "avx2";
   std::filesystem::path cache_folder;
   std::filesystem::path failures;  ///< actual, reference and difference of failing frames go here
+  /// Where the pictures of a report count; null: none are made.
+  PictureBudget* pictures = nullptr;
 };
 
 struct GoldenFrame {
@@ -26,6 +29,7 @@ struct GoldenFrame {
   bool surface_passed = false;      ///< counts and digest are equal
   std::optional<Comparison> image;  ///< absent when the golden is missing
   std::string message;              ///< why it failed, empty when it passed
+  ReportCase report;                ///< the same for a report; `accept` is left to the caller
   bool passed() const { return message.empty(); }
 };
 

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -252,6 +253,68 @@ TEST(CompareImages, IsTheSameForAnyThreadCount) {
     EXPECT_EQ(one.channels[c].mean, two.channels[c].mean);
     EXPECT_EQ(one.channels[c].rms, two.channels[c].rms);
   }
+}
+
+TEST(CompareImages, FlipHasLimitsOfItsOwn) {
+  const Image image = colors_of(render_ball());
+  const Image noisy = with_noise(image, 3 / 255.0f);
+  const Tolerance lax{.fail = 1};
+  const Comparison seen = compare_images(noisy, image, lax);
+  EXPECT_EQ(seen.verdict, Verdict::kWithin) << seen.reason;
+  ASSERT_TRUE(seen.flip);
+  EXPECT_GT(seen.flip->mean, 0.01);
+  EXPECT_GT(seen.flip->p99, seen.flip->mean);
+  const auto limit = static_cast<float>(seen.flip->mean);
+  EXPECT_TRUE(compare_images(noisy, image, {.fail = 1, .flip_mean = limit * 1.01f}).passed());
+  const Comparison failed = compare_images(noisy, image, {.fail = 1, .flip_mean = limit * 0.99f});
+  EXPECT_EQ(failed.verdict, Verdict::kDiffers);
+  EXPECT_NE(failed.reason.find("FLIP"), std::string::npos) << failed.reason;
+  EXPECT_FALSE(compare_images(noisy, image, {.fail = 1, .flip_p99 = limit}).passed());
+  EXPECT_EQ(compare_images(image, image, {}).flip->max, 0);
+  EXPECT_FALSE(compare_images(make_image(2, 2, {"Z"}), make_image(2, 2, {"Z"}), {}).flip);
+}
+
+TEST(CompareImages, AWarningIsNoFailure) {
+  const Image image = render_ball();
+  Image other = image;
+  other.at(10, 10, 0) += 0.002f;
+  other.at(11, 10, 4) += 5;  // sky: no depth either way
+  EXPECT_FALSE(compare_images(other, image, {.fail = 1}).warned) << "off unless asked for";
+  const Comparison warned = compare_images(other, image, {.fail = 1, .warn = 0.001f});
+  EXPECT_TRUE(warned.warned);
+  EXPECT_TRUE(warned.passed());
+  EXPECT_EQ(warned.warning_pixels, 1u);
+  EXPECT_FALSE(compare_images(other, image, {.fail = 1, .warn = 0.003f}).warned);
+  EXPECT_FALSE(
+      compare_images(other, image, {.fail = 1, .warn = 0.001f, .warn_percent = 0.1f}).warned);
+}
+
+TEST(CompareImages, MapsAndHistogramAgreeWithTheCounts) {
+  const Image image = render_ball();
+  Image other = with_noise(image, 5 / 255.0f);
+  other.at(47, 36, 1) += 0.5f;
+  other.at(3, 3, 2) = std::numeric_limits<float>::quiet_NaN();
+  other.at(60, 60, 8) = 2;
+  PixelMaps maps;
+  const Comparison result = compare_images(other, image, kStrict, &maps);
+  ASSERT_EQ(maps.states.size(), result.pixels);
+  EXPECT_EQ(maps.flip.size(), result.pixels);
+  const auto count = [&](PixelState state) {
+    return static_cast<std::uint64_t>(std::count(maps.states.begin(), maps.states.end(), state));
+  };
+  EXPECT_EQ(count(PixelState::kNotFinite), 1u);
+  EXPECT_EQ(count(PixelState::kHard), 1u);
+  EXPECT_EQ(maps.states[36 * 96 + 47], PixelState::kHard);
+  EXPECT_EQ(count(PixelState::kHard) + count(PixelState::kOver), result.failing_pixels);
+  std::uint64_t all = 0, over = 0;
+  for (std::size_t bin = 0; bin < result.histogram.pixels.size(); ++bin) {
+    all += result.histogram.pixels[bin];
+    if (bin >= LimitHistogram::kAtLimit) over += result.histogram.pixels[bin];
+  }
+  EXPECT_EQ(all, result.pixels - 1) << "all that is finite";
+  EXPECT_EQ(over, result.failing_pixels);
+  EXPECT_GT(over, 10u);
+  EXPECT_GE(result.histogram.pixels.back(), 1u) << "an id is infinitely over its limit";
 }
 
 TEST(DifferenceTriptych, ShowsReferenceActualAndDifference) {

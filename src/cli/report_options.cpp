@@ -1,0 +1,56 @@
+#include "cli/report_options.h"
+
+#include <algorithm>
+
+#include "base/file.h"
+#include "base/log.h"
+
+namespace polymorph {
+
+void add_report(CLI::App* command, ReportOptions& options) {
+  command
+      ->add_option("--report", options.folder,
+                   "index.html, junit.xml, report.json, and a picture of each failure")
+      ->type_name("DIR")
+      ->group("Output");
+  command->add_option("--html", options.html, "the page alone: one file, opens from disk")
+      ->type_name("FILE")
+      ->group("Output");
+  command->add_option("--junit", options.junit, "JUnit XML, a test case a frame")
+      ->type_name("FILE")
+      ->group("Output");
+}
+
+Status check_report(const ReportOptions& options) {
+  if (!options.folder.empty())
+    PM_TRY_STATUS(check_writable(std::filesystem::path(options.folder) / "index.html"));
+  for (const std::string& file : {options.html, options.junit})
+    if (!file.empty()) PM_TRY_STATUS(check_writable(file));
+  return Ok{};
+}
+
+Status write_reports(const ReportOptions& options, const Report& report) {
+  if (!options.junit.empty()) PM_TRY_STATUS(write_file(options.junit, report_junit(report)));
+  if (!options.html.empty()) {
+    PM_TRY_STATUS(write_file(options.html, report_html(report)));
+    log_info("report: {}", options.html);
+  }
+  if (!options.folder.empty()) {
+    PM_TRY(const auto page, write_report_folder(report, options.folder));
+    log_info("report: {}", page.string());
+  }
+  return Ok{};
+}
+
+std::string shell_quoted(const std::string& word) {
+  const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
+    return std::isalnum(c) || c >= 0x80 ||
+           std::string_view("_-./=+:,@%").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  if (plain) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+}  // namespace polymorph

@@ -1,0 +1,24 @@
+// --report, --html and --junit, for every command that compares pictures.
+#pragma once
+
+#include <string>
+
+#include "cli/command_line.h"
+#include "compare/report.h"
+
+namespace polymorph {
+
+struct ReportOptions {
+  std::string folder, html, junit;
+  bool pictures() const { return !folder.empty() || !html.empty(); }
+};
+void add_report(CLI::App* command, ReportOptions& options);
+
+/// Fails before any work if a file could not be written after it.
+Status check_report(const ReportOptions& options);
+Status write_reports(const ReportOptions& options, const Report& report);
+
+/// A word as a shell takes it.
+std::string shell_quoted(const std::string& word);
+
+}  // namespace polymorph

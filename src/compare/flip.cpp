@@ -1,0 +1,291 @@
+#include "compare/flip.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "base/parallel.h"
+#include "base/result.h"
+
+namespace polymorph {
+namespace {
+
+using Color = std::array<float, 3>;
+using Plane = std::vector<float>;
+
+constexpr std::int64_t kRowsAtOnce = 8;
+
+// XYZ of linear Rec. 709 under D65, each divided by that of white: Xn = Yn = Zn = 1 for (1, 1, 1).
+constexpr float kToXyz[3][3] = {{0.433895389f, 0.376242373f, 0.189862239f},
+                                {0.212636822f, 0.715182982f, 0.072180196f},
+                                {0.017752423f, 0.109465629f, 0.872781948f}};
+constexpr float kFromXyz[3][3] = {{3.080341988f, -1.537398969f, -0.542943019f},
+                                  {-0.921178396f, 1.875929984f, 0.045248412f},
+                                  {0.052881293f, -0.204011206f, 1.151129913f}};
+
+Color multiply(const float (&m)[3][3], const Color& v) {
+  Color result;
+  for (std::size_t i = 0; i < 3; ++i) result[i] = m[i][0] * v[0] + m[i][1] * v[1] + m[i][2] * v[2];
+  return result;
+}
+
+/// Lightness, red-green, blue-yellow, linear in the colour so that they can be blurred.
+Color to_opponent(const Color& rgb) {
+  const Color xyz = multiply(kToXyz, rgb);
+  return {116 * xyz[1] - 16, 500 * (xyz[0] - xyz[1]), 200 * (xyz[1] - xyz[2])};
+}
+
+Color from_opponent(const Color& opponent) {
+  const float y = (opponent[0] + 16) / 116;
+  return multiply(kFromXyz, {y + opponent[1] / 500, y, y - opponent[2] / 200});
+}
+
+/// CIE L*a*b* with a and b scaled by L / 100: the same step in colour is seen less in the dark (the
+/// Hunt effect).
+Color to_hunt_lab(const Color& rgb) {
+  constexpr float kDelta = 6.0f / 29;
+  Color xyz = multiply(kToXyz, rgb);
+  for (float& t : xyz)
+    t = t > kDelta * kDelta * kDelta ? std::cbrt(t) : t / (3 * kDelta * kDelta) + 4.0f / 29;
+  const float lightness = 116 * xyz[1] - 16;
+  return {lightness, 0.01f * lightness * 500 * (xyz[0] - xyz[1]),
+          0.01f * lightness * 200 * (xyz[1] - xyz[2])};
+}
+
+float hyab(const Color& a, const Color& b) {
+  return std::abs(a[0] - b[0]) + std::hypot(a[1] - b[1], a[2] - b[2]);
+}
+
+/// Weights of pixels -radius .. radius. All filters here are products of two of these, or sums of
+/// such products.
+struct Kernel {
+  int radius = 0;
+  std::vector<float> weights;
+};
+
+template <class F>
+Kernel sampled(int radius, const F& f) {
+  Kernel kernel{radius, {}};
+  for (int i = -radius; i <= radius; ++i)
+    kernel.weights.push_back(static_cast<float>(f(static_cast<double>(i))));
+  return kernel;
+}
+
+/// exp(-rate x^2), summing to 1; `sum` is what it summed to before.
+Kernel gaussian(int radius, double rate, double& sum) {
+  sum = 0;
+  for (int i = -radius; i <= radius; ++i) sum += std::exp(-rate * i * i);
+  return sampled(radius, [&](double x) { return std::exp(-rate * x * x) / sum; });
+}
+
+/// What is above 0 sums to 1, what is below to -1.
+Kernel balanced(Kernel kernel) {
+  double above = 0, below = 0;
+  for (const float w : kernel.weights) (w > 0 ? above : below) += static_cast<double>(w);
+  for (float& w : kernel.weights) w /= static_cast<float>(w > 0 ? above : -below);
+  return kernel;
+}
+
+struct Filters {
+  Kernel sharp[2];    ///< lightness and red-green: one Gaussian each
+  Kernel blue[2];     ///< blue-yellow: a sum of two
+  float share[2];     ///< ... with these weights
+  Kernel smooth;      ///< of the feature detectors
+  Kernel edge, spot;  ///< first and second derivative of `smooth`
+};
+
+Filters make_filters(double pixels_per_degree) {
+  constexpr double kPi = std::numbers::pi;
+  // The CSFs as Gaussians sqrt(pi / b) a exp(-pi^2 x^2 / b) of the distance x in degrees.
+  constexpr double kLight = 0.0047, kRedGreen = 0.0053, kBlueA[2] = {34.1, 13.5},
+                   kBlueB[2] = {0.04, 0.025};
+  const auto radius =
+      static_cast<int>(std::ceil(3 * std::sqrt(0.04 / (2 * kPi * kPi)) * pixels_per_degree));
+  const auto rate = [&](double b) {
+    return kPi * kPi / b / (pixels_per_degree * pixels_per_degree);
+  };
+  Filters filters;
+  double sum = 0, total = 0, parts[2];
+  filters.sharp[0] = gaussian(radius, rate(kLight), sum);
+  filters.sharp[1] = gaussian(radius, rate(kRedGreen), sum);
+  for (int k = 0; k < 2; ++k) {
+    filters.blue[k] = gaussian(radius, rate(kBlueB[k]), sum);
+    parts[k] = kBlueA[k] * std::sqrt(kPi / kBlueB[k]) * sum * sum;
+    total += parts[k];
+  }
+  for (int k = 0; k < 2; ++k) filters.share[k] = static_cast<float>(parts[k] / total);
+  // Features are as wide as the finest edges that are easily seen: 0.082 degrees.
+  const double sigma = 0.5 * 0.082 * pixels_per_degree, bend = 1 / (2 * sigma * sigma);
+  const auto reach = static_cast<int>(std::ceil(3 * sigma));
+  filters.smooth = gaussian(reach, bend, sum);
+  filters.edge = balanced(sampled(reach, [&](double x) { return -x * std::exp(-bend * x * x); }));
+  filters.spot = balanced(sampled(
+      reach, [&](double x) { return (x * x / (sigma * sigma) - 1) * std::exp(-bend * x * x); }));
+  return filters;
+}
+
+struct Size {
+  int width, height;
+  std::size_t row(std::int64_t y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
+  }
+  std::size_t pixels() const { return row(height); }
+};
+
+/// Beyond the picture its border goes on.
+Plane along_rows(const Plane& in, Size size, const Kernel& kernel) {
+  Plane out(in.size());
+  parallel_ranges(size.height, kRowsAtOnce, [&](std::int64_t begin, std::int64_t end) {
+    const int r = kernel.radius;
+    std::vector<float> line(static_cast<std::size_t>(size.width + 2 * r));
+    for (std::int64_t y = begin; y < end; ++y) {
+      const float* row = &in[size.row(y)];
+      for (int x = -r; x < size.width + r; ++x)
+        line[static_cast<std::size_t>(x + r)] = row[std::clamp(x, 0, size.width - 1)];
+      float* result = &out[size.row(y)];
+      for (std::size_t k = 0; k < kernel.weights.size(); ++k)
+        for (int x = 0; x < size.width; ++x)
+          result[x] += kernel.weights[k] * line[static_cast<std::size_t>(x) + k];
+    }
+  });
+  return out;
+}
+
+Plane along_columns(const Plane& in, Size size, const Kernel& kernel) {
+  Plane out(in.size());
+  parallel_for(
+      size.height,
+      [&](std::int64_t y) {
+        float* result = &out[size.row(y)];
+        for (std::size_t k = 0; k < kernel.weights.size(); ++k) {
+          const std::int64_t from = y + static_cast<std::int64_t>(k) - kernel.radius;
+          const float* row = &in[size.row(std::clamp<std::int64_t>(from, 0, size.height - 1))];
+          for (int x = 0; x < size.width; ++x) result[x] += kernel.weights[k] * row[x];
+        }
+      },
+      kRowsAtOnce);
+  return out;
+}
+
+Plane filtered(const Plane& in, Size size, const Kernel& rows, const Kernel& columns) {
+  return along_columns(along_rows(in, size, rows), size, columns);
+}
+
+/// One picture, ready to be compared: what is seen of its colours, and how strong its edges and
+/// points are.
+struct Seen {
+  std::vector<Color> lab;
+  Plane edges, spots;
+};
+
+struct Picture {
+  Plane opponent[3];
+  std::vector<bool> bad;
+};
+
+Picture read_picture(const Image& image, Size size, float exposure) {
+  const int channels[] = {image.find_channel("R"), image.find_channel("G"),
+                          image.find_channel("B")};
+  for (const int channel : channels) PM_CHECK(channel >= 0);
+  const float gain = std::exp2(exposure);
+  Picture picture;
+  for (Plane& plane : picture.opponent) plane.resize(size.pixels());
+  picture.bad.resize(size.pixels());
+  for (std::size_t i = 0; i < size.pixels(); ++i) {
+    Color rgb;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float value =
+          image.pixels[i * image.channel_count() + static_cast<std::size_t>(channels[c])];
+      if (!std::isfinite(value)) picture.bad[i] = true;
+      rgb[c] = value > 0 && std::isfinite(value) ? std::min(gain * value, 1.0f) : 0.0f;
+    }
+    const Color opponent = to_opponent(rgb);
+    for (std::size_t c = 0; c < 3; ++c) picture.opponent[c][i] = opponent[c];
+  }
+  return picture;
+}
+
+Plane length_of(const Plane& x, const Plane& y) {
+  Plane length(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) length[i] = std::sqrt(x[i] * x[i] + y[i] * y[i]);
+  return length;
+}
+
+Seen look_at(const Picture& picture, Size size, const Filters& filters) {
+  Plane blurred[3];
+  for (int c = 0; c < 2; ++c)
+    blurred[c] = filtered(picture.opponent[c], size, filters.sharp[c], filters.sharp[c]);
+  blurred[2] = filtered(picture.opponent[2], size, filters.blue[0], filters.blue[0]);
+  const Plane wide = filtered(picture.opponent[2], size, filters.blue[1], filters.blue[1]);
+  Seen seen;
+  seen.lab.resize(size.pixels());
+  parallel_ranges(
+      static_cast<std::int64_t>(size.pixels()), 4096, [&](std::int64_t begin, std::int64_t end) {
+        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+          Color rgb =
+              from_opponent({blurred[0][i], blurred[1][i],
+                             filters.share[0] * blurred[2][i] + filters.share[1] * wide[i]});
+          for (float& value : rgb) value = std::clamp(value, 0.0f, 1.0f);
+          seen.lab[i] = to_hunt_lab(rgb);
+        }
+      });
+  Plane light = picture.opponent[0];
+  for (float& value : light) value = (value + 16) / 116;
+  seen.edges = length_of(filtered(light, size, filters.edge, filters.smooth),
+                         filtered(light, size, filters.smooth, filters.edge));
+  seen.spots = length_of(filtered(light, size, filters.spot, filters.smooth),
+                         filtered(light, size, filters.smooth, filters.spot));
+  return seen;
+}
+
+/// Colour differences as shares of the largest one, pure green to pure blue; differences below 0.4
+/// of it take most of the range.
+float color_difference(const Color& a, const Color& b, float largest) {
+  constexpr float kPower = 0.7f, kBend = 0.4f, kShare = 0.95f;
+  const float value = std::pow(hyab(a, b), kPower), bend = kBend * largest;
+  if (value < bend) return kShare * value / bend;
+  return std::min(1.0f, kShare + (value - bend) / (largest - bend) * (1 - kShare));
+}
+
+}  // namespace
+
+std::vector<float> flip_map(const Image& actual, const Image& reference,
+                            const FlipSettings& settings) {
+  PM_CHECK(actual.width == reference.width && actual.height == reference.height);
+  PM_CHECK(settings.pixels_per_degree > 0);
+  const Size size{reference.width, reference.height};
+  if (size.pixels() == 0) return {};
+  const Filters filters = make_filters(static_cast<double>(settings.pixels_per_degree));
+  const Picture pictures[] = {read_picture(actual, size, settings.exposure),
+                              read_picture(reference, size, settings.exposure)};
+  const Seen a = look_at(pictures[0], size, filters), b = look_at(pictures[1], size, filters);
+  const float largest = std::pow(hyab(to_hunt_lab({0, 1, 0}), to_hunt_lab({0, 0, 1})), 0.7f);
+  std::vector<float> map(size.pixels());
+  parallel_ranges(
+      static_cast<std::int64_t>(map.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
+        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+          const float feature =
+              std::max(std::abs(a.edges[i] - b.edges[i]), std::abs(a.spots[i] - b.spots[i]));
+          const float strength = std::min(1.0f, std::sqrt(feature / std::numbers::sqrt2_v<float>));
+          map[i] = std::pow(color_difference(a.lab[i], b.lab[i], largest), 1 - strength);
+          if (pictures[0].bad[i] || pictures[1].bad[i]) map[i] = 1;
+        }
+      });
+  return map;
+}
+
+FlipFigures flip_figures(const std::vector<float>& map) {
+  if (map.empty()) return {};
+  std::vector<float> sorted = map;
+  std::sort(sorted.begin(), sorted.end());
+  const auto at = [&](double share) {
+    const double rank = std::ceil(share * static_cast<double>(sorted.size()));
+    return static_cast<double>(sorted[static_cast<std::size_t>(std::max(rank, 1.0)) - 1]);
+  };
+  double sum = 0;
+  for (const float value : map) sum += static_cast<double>(value);
+  return {sum / static_cast<double>(map.size()), at(0.5), at(0.99), at(1)};
+}
+
+}  // namespace polymorph

@@ -1,0 +1,199 @@
+#include "compare/report.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "base/file.h"
+#include "base/text.h"
+#include "compare/pictures.h"
+#include "compare/report_data.h"
+#include "image/image_io.h"
+#include "image/strip.h"
+#include "scene/json_text.h"
+
+namespace polymorph {
+
+extern const std::string_view report_page;  // report.html
+
+namespace {
+
+constexpr int kThumbnailWidth = 168;  // twice what the list shows
+constexpr int kWidest = 2048;
+
+std::string base64(const std::string& bytes) {
+  constexpr const char* kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const auto at = [&](std::size_t k) {
+      return k < bytes.size() ? static_cast<unsigned char>(bytes[k]) : 0u;
+    };
+    const unsigned value = at(i) << 16 | at(i + 1) << 8 | at(i + 2);
+    for (unsigned digit = 0; digit < 4; ++digit)
+      text += i + digit <= bytes.size() ? kDigits[value >> (18 - 6 * digit) & 63] : '=';
+  }
+  return text;
+}
+
+/// JSON may stand inside <script> when no "<" can end it.
+std::string for_script(const std::string& json) {
+  std::string result;
+  for (const char c : json) {
+    if (c == '<')
+      result += "\\u003c";
+    else
+      result += c;
+  }
+  return result;
+}
+
+std::string filled(std::string_view page,
+                   const std::vector<std::pair<std::string_view, std::string>>& values) {
+  std::string result;
+  while (!page.empty()) {
+    const auto mark = page.find("{{");
+    result += page.substr(0, mark);
+    if (mark == std::string_view::npos) break;
+    page.remove_prefix(mark);
+    const auto value = std::find_if(values.begin(), values.end(),
+                                    [&](const auto& v) { return page.starts_with(v.first); });
+    PM_CHECK(value != values.end());
+    result += value->second;
+    page.remove_prefix(value->first.size());
+  }
+  return result;
+}
+
+Image narrowed(const Image& image, int width) {
+  if (image.width <= width) return image;
+  const auto height = static_cast<int>(std::int64_t{image.height} * width / image.width);
+  return resize_image(image, width, std::max(1, height));
+}
+
+Status encode_into(std::string& png, const Image& image, int width, PictureBudget& budget) {
+  PM_TRY(png, encode_png(narrowed(image, width)));
+  budget.used += png.size();
+  return Ok{};
+}
+
+bool same_size(const Image& a, const Image& b) {
+  return a.width == b.width && a.height == b.height;
+}
+
+/// Swiping and flipping need two pictures of one size: the smaller one is shown in a corner of the
+/// common canvas.
+Image on_canvas(const Image& image, int width, int height) {
+  Image canvas = make_image(width, height, {"R", "G", "B"});
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      for (int c = 0; c < 3; ++c) canvas.at(x, y, c) = image.at(x, y, c);
+  return canvas;
+}
+
+std::string file_name(const ReportCase& one) {
+  // "new.0001.exr" and "frame 12" alike: the name, a place for what must not stand in one, ".png".
+  std::string name = std::filesystem::path(one.name).replace_extension().string();
+  if (!one.group.empty()) name = one.group + "." + name;
+  for (char& c : name)
+    if (c == ' ')
+      c = '.';
+    else if (c == '/' || c == '\\')
+      c = '_';
+  return name + ".png";
+}
+
+nlohmann::ordered_json page_case(const ReportCase& one) {
+  auto json = case_json(one);
+  json["width"] = one.width;
+  json["height"] = one.height;
+  json["shown_width"] = std::min(one.width, kWidest);
+  json["shown_height"] =
+      one.width > kWidest
+          ? std::max(1, static_cast<int>(std::int64_t{one.height} * kWidest / one.width))
+          : one.height;
+  if (one.comparison && one.comparison->flip)
+    json["heat_range"] = heat_range(one.comparison->flip->max);
+  json["pictures"] = nlohmann::ordered_json::object();
+  const std::pair<const char*, const std::string*> pictures[] = {{"reference", &one.reference_png},
+                                                                 {"actual", &one.actual_png},
+                                                                 {"heat", &one.heat_png},
+                                                                 {"limits", &one.limits_png},
+                                                                 {"thumbnail", &one.thumbnail_png}};
+  for (const auto& [name, png] : pictures)
+    if (!png->empty()) json["pictures"][name] = base64(*png);
+  if (one.actual_png.empty() && !one.thumbnail_png.empty())
+    json["pictures_note"] = "Left out, to keep the page small: compare the files named below.";
+  return json;
+}
+
+}  // namespace
+
+std::size_t Report::failed() const {
+  return static_cast<std::size_t>(
+      std::count_if(cases.begin(), cases.end(), [](const ReportCase& c) { return !c.passed(); }));
+}
+
+Status add_pictures(ReportCase& one, const Image& actual, const Image* reference,
+                    const PixelMaps& maps, PictureBudget& budget) {
+  one.width = std::max(actual.width, reference ? reference->width : 0);
+  one.height = std::max(actual.height, reference ? reference->height : 0);
+  if (one.width < 1 || one.height < 1) return Ok{};
+  Image shown = on_canvas(visible_colors(actual), one.width, one.height);
+  const bool whole = budget.used < (one.passed() ? budget.passing : budget.failing);
+  if (!whole || one.width > 2 * kThumbnailWidth)
+    PM_TRY_STATUS(encode_into(one.thumbnail_png, shown, kThumbnailWidth, budget));
+  if (!one.passed() && reference) {
+    PM_TRY(const Image triptych, one.comparison
+                                     ? failure_picture(actual, *reference, *one.comparison, maps)
+                                     : Result<Image>(difference_triptych(actual, *reference)));
+    PM_TRY(one.triptych_png, encode_png(triptych, {.effort = PngEffort::kSmall}));
+  } else if (!one.passed()) {
+    PM_TRY(one.triptych_png, encode_png(shown, {.effort = PngEffort::kSmall}));
+  }
+  if (!whole) return Ok{};
+  PM_TRY_STATUS(encode_into(one.actual_png, shown, kWidest, budget));
+  if (!reference) return Ok{};
+  PM_TRY_STATUS(encode_into(one.reference_png,
+                            on_canvas(visible_colors(*reference), one.width, one.height), kWidest,
+                            budget));
+  if (!same_size(actual, *reference) || maps.states.empty()) return Ok{};
+  if (!maps.flip.empty()) {
+    const double range = heat_range(one.comparison->flip->max);
+    PM_TRY_STATUS(encode_into(one.heat_png, heat_picture(maps.flip, one.width, one.height, range),
+                              kWidest, budget));
+  }
+  const bool over = std::any_of(maps.states.begin(), maps.states.end(),
+                                [](PixelState s) { return s >= PixelState::kOver; });
+  if (over)
+    PM_TRY_STATUS(
+        encode_into(one.limits_png, limits_picture(*reference, maps.states), kWidest, budget));
+  return Ok{};
+}
+
+std::string report_html(const Report& report) {
+  nlohmann::ordered_json data{{"title", report.title}, {"facts", report.facts}};
+  data["notes"] = report.notes;
+  data["cases"] = nlohmann::ordered_json::array();
+  std::vector<const ReportCase*> order;
+  for (const ReportCase& one : report.cases) order.push_back(&one);
+  const auto rank = [](const ReportCase* c) { return c->passed() ? (c->warned() ? 1 : 2) : 0; };
+  std::stable_sort(order.begin(), order.end(), [&](auto* a, auto* b) { return rank(a) < rank(b); });
+  for (const ReportCase* one : order) data["cases"].push_back(page_case(*one));
+  return filled(report_page, {{"{{title}}", escape_markup(report.title)},
+                              {"{{data}}", for_script(dump_json(data, -1))}});
+}
+
+Result<std::filesystem::path> write_report_folder(const Report& report,
+                                                  const std::filesystem::path& folder) {
+  for (const ReportCase& one : report.cases)
+    if (!one.triptych_png.empty())
+      PM_TRY_STATUS(write_file(folder / file_name(one), one.triptych_png));
+  PM_TRY_STATUS(write_file(folder / "junit.xml", report_junit(report)));
+  PM_TRY_STATUS(write_file(folder / "report.json", report_json(report)));
+  PM_TRY_STATUS(write_file(folder / "index.html", report_html(report)));
+  return folder / "index.html";
+}
+
+}  // namespace polymorph

@@ -1,0 +1,83 @@
+// What many comparisons gave, as a page for people and as files for machines.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/result.h"
+#include "compare/compare.h"
+#include "image/image.h"
+
+namespace polymorph {
+
+/// One frame or pair of images.
+struct ReportCase {
+  std::string group;  ///< suite; "" = none
+  std::string name;   ///< "frame 12", "a.exr"
+  std::filesystem::path actual, reference;
+  std::string message;  ///< why it failed; "" = it passed
+  std::string detail;   ///< worth knowing though it passed; used without a comparison
+  std::string verdict;  ///< a word; "" = the comparison's, or "missing" without one
+  std::optional<Comparison> comparison;  ///< absent when there is nothing to compare with
+  Tolerance tolerance;
+  double seconds = 0;
+  std::string accept;  ///< the command that makes the new picture the reference
+
+  /// PNG bytes for the page, "" = not shown; filled by add_pictures().
+  std::string reference_png, actual_png, heat_png, limits_png, thumbnail_png;
+  std::string triptych_png;  ///< of failures: reference | new | heat
+  int width = 0, height = 0;
+  bool passed() const { return message.empty(); }
+  bool warned() const { return passed() && comparison && comparison->warned; }
+};
+
+struct Report {
+  std::string title;
+  std::vector<std::pair<std::string, std::string>> facts;  ///< shown below the title
+  std::vector<ReportCase> cases;
+  std::vector<std::string> notes;  ///< orphans and the like
+  std::size_t failed() const;
+};
+
+/// A number of a case, with the limit it must not exceed, if there is one.
+struct Figure {
+  std::string name, label;  ///< "fail_percent", "failing pixels, %"
+  double value = 0;         ///< may be infinite (PSNR)
+  std::optional<double> limit;
+  bool over() const { return limit && !(value <= *limit); }
+};
+/// In the order they are shown. Empty without a comparison, or when sizes or channels differ.
+std::vector<Figure> figures_of(const ReportCase& one);
+
+/// How many bytes of pictures a page already holds; keeps pages of long sequences readable. Cases
+/// that pass are shown whole while there is room for them, failing ones nearly always; all have a
+/// thumbnail.
+struct PictureBudget {
+  std::size_t used = 0;
+  std::size_t passing = std::size_t{12} << 20, failing = std::size_t{96} << 20;
+};
+
+/// Makes the case's pictures. `reference` null: there is none. Errors: kOutput.
+Status add_pictures(ReportCase& one, const Image& actual, const Image* reference,
+                    const PixelMaps& maps, PictureBudget& budget);
+
+/// One page that needs nothing but itself and opens from disk: failing cases first, swipe, flip,
+/// heat map, histogram, numbers against limits, the command to accept; dark and light; keyboard.
+std::string report_html(const Report& report);
+
+/// JUnit XML: a suite a group, a test case a frame, the figures as properties.
+std::string report_junit(const Report& report);
+
+/// {"passed", "failed", "cases": [{"group", "name", "passed", "verdict", "reason", "figures",
+/// "channels", ...}]}
+std::string report_json(const Report& report);
+
+/// index.html, junit.xml, report.json and a PNG a failure (reference | new | heat) in `folder`.
+/// Returns the page's path. Errors: kOutput.
+Result<std::filesystem::path> write_report_folder(const Report& report,
+                                                  const std::filesystem::path& folder);
+
+}  // namespace polymorph

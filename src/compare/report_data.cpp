@@ -1,0 +1,195 @@
+#include "compare/report_data.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/text.h"
+#include "scene/json_text.h"
+
+namespace polymorph {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Limits from here on mean that there is none.
+constexpr float kOff = 1e29f;
+
+std::optional<double> limit_or_none(float limit) {
+  return limit < kOff ? std::optional<double>(static_cast<double>(limit)) : std::nullopt;
+}
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+
+const ChannelDifference* worst_channel(const Comparison& comparison) {
+  const ChannelDifference* worst = nullptr;
+  for (const ChannelDifference& channel : comparison.channels)
+    if (channel.max > 0 && (!worst || channel.failing > worst->failing)) worst = &channel;
+  return worst;
+}
+
+/// Attribute and element text of XML 1.0, which must be UTF-8 and cannot hold control characters.
+std::string xml(const std::string& text) {
+  std::string clean = Json::parse(dump_json(Json(text), -1)).get<std::string>();
+  for (char& c : clean)
+    if (static_cast<unsigned char>(c) < 0x20 && c != '\n') c = ' ';
+  return escape_markup(clean);
+}
+
+std::string verdict_of(const ReportCase& one) {
+  if (!one.verdict.empty()) return one.verdict;
+  return one.comparison ? verdict_name(one.comparison->verdict) : "missing";
+}
+
+std::string plain(double value) {
+  return std::isfinite(value) ? fmt::format("{:.6g}", value) : "inf";
+}
+
+std::string junit_case(const ReportCase& one, const std::string& suite) {
+  std::string text = fmt::format("    <testcase classname=\"{}\" name=\"{}\" time=\"{:.3f}\">\n",
+                                 xml(suite), xml(one.name), one.seconds);
+  const std::vector<Figure> figures = figures_of(one);
+  if (!figures.empty()) {
+    text += "      <properties>\n";
+    for (const Figure& figure : figures)
+      text += fmt::format("        <property name=\"{}\" value=\"{}\"/>\n", figure.name,
+                          plain(figure.value));
+    text += "      </properties>\n";
+  }
+  if (!one.passed()) {
+    std::string details = one.message + "\n";
+    for (const Figure& figure : figures)
+      if (figure.limit)
+        details += fmt::format("{}{}: {} (limit {})\n", figure.over() ? "OVER " : "", figure.label,
+                               plain(figure.value), plain(*figure.limit));
+    if (!one.accept.empty()) details += "to accept: " + one.accept + "\n";
+    text +=
+        fmt::format("      <failure message=\"{}\">{}</failure>\n", xml(one.message), xml(details));
+  } else if (one.warned()) {
+    text +=
+        fmt::format("      <system-out>warning: {} pixels differ by more than {}</system-out>\n",
+                    one.comparison->warning_pixels, plain(static_cast<double>(one.tolerance.warn)));
+  }
+  return text + "    </testcase>\n";
+}
+
+}  // namespace
+
+std::vector<Figure> figures_of(const ReportCase& one) {
+  std::vector<Figure> figures;
+  if (!one.comparison || one.comparison->channels.empty()) return figures;
+  const Comparison& c = *one.comparison;
+  const Tolerance& limits = one.tolerance;
+  const double all = std::max(1.0, static_cast<double>(c.pixels));
+  const auto add = [&](const char* name, const char* label, double value,
+                       std::optional<double> limit) {
+    figures.push_back({name, label, value, limit});
+  };
+  add("fail_percent", "pixels over their limits, %",
+      100 * static_cast<double>(c.failing_pixels) / all, static_cast<double>(limits.fail_percent));
+  if (limits.hard_fail < kOff)
+    add("hard_failing_pixels", "pixels beyond the hard limit",
+        static_cast<double>(c.hard_failing_pixels), 0);
+  add("not_finite_pixels", "NaN or infinite pixels", static_cast<double>(c.not_finite_pixels), 0);
+  add("negative_alpha_pixels", "pixels of negative alpha",
+      static_cast<double>(c.negative_alpha_pixels), 0);
+  if (c.flip) {
+    add("flip_mean", "FLIP, mean", c.flip->mean, limit_or_none(limits.flip_mean));
+    add("flip_p99", "FLIP, 99 % below", c.flip->p99, limit_or_none(limits.flip_p99));
+    add("flip_max", "FLIP, max", c.flip->max, std::nullopt);
+    add("psnr", "PSNR, dB", c.psnr, std::nullopt);
+  }
+  return figures;
+}
+
+Json case_json(const ReportCase& one) {
+  Json json{{"group", one.group},
+            {"name", one.name},
+            {"actual", one.actual.string()},
+            {"reference", one.reference.string()},
+            {"passed", one.passed()},
+            {"warned", one.warned()},
+            {"verdict", verdict_of(one)},
+            {"reason", one.comparison ? one.comparison->reason
+                       : one.passed() ? one.detail
+                                      : one.message},
+            {"message", one.message},
+            {"why", one.tolerance.why},
+            {"accept", one.accept}};
+  if (one.seconds > 0) json["seconds"] = one.seconds;
+  json["figures"] = Json::array();
+  for (const Figure& figure : figures_of(one)) {
+    Json entry{{"name", figure.name}, {"label", figure.label}, {"value", number(figure.value)}};
+    if (figure.limit) entry["limit"] = *figure.limit;
+    entry["over"] = figure.over();
+    json["figures"].push_back(std::move(entry));
+  }
+  if (!one.comparison) return json;
+  const Comparison& c = *one.comparison;
+  json["pixels"] = c.pixels;
+  json["failing_pixels"] = c.failing_pixels;
+  json["hard_failing_pixels"] = c.hard_failing_pixels;
+  json["not_finite_pixels"] = c.not_finite_pixels;
+  json["warning_pixels"] = c.warning_pixels;
+  if (std::isfinite(c.psnr)) json["psnr"] = c.psnr;
+  if (c.flip)
+    json["flip"] = {{"mean", c.flip->mean},
+                    {"median", c.flip->median},
+                    {"p99", c.flip->p99},
+                    {"max", c.flip->max}};
+  json["channels"] = Json::array();
+  for (const ChannelDifference& d : c.channels)
+    json["channels"].push_back({{"channel", d.channel},
+                                {"max", d.max},
+                                {"mean", d.mean},
+                                {"rms", d.rms},
+                                {"failing", d.failing},
+                                {"at", {d.max_x, d.max_y}}});
+  if (c.channels.empty()) return json;
+  if (const ChannelDifference* worst = worst_channel(c))
+    json["worst"] = {worst->max_x, worst->max_y};
+  json["histogram"] = {{"at_limit", LimitHistogram::kAtLimit}, {"pixels", c.histogram.pixels}};
+  return json;
+}
+
+std::string report_json(const Report& report) {
+  Json json{{"title", report.title}};
+  json["facts"] = Json::object();
+  for (const auto& [name, value] : report.facts) json["facts"][name] = value;
+  json["passed"] = report.cases.size() - report.failed();
+  json["failed"] = report.failed();
+  json["notes"] = report.notes;
+  json["cases"] = Json::array();
+  for (const ReportCase& one : report.cases) json["cases"].push_back(case_json(one));
+  return dump_json(json);
+}
+
+std::string report_junit(const Report& report) {
+  std::vector<std::string> groups;
+  for (const ReportCase& one : report.cases)
+    if (std::find(groups.begin(), groups.end(), one.group) == groups.end())
+      groups.push_back(one.group);
+  std::string text = fmt::format(
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"{}\" tests=\"{}\" "
+      "failures=\"{}\">\n",
+      xml(report.title), report.cases.size(), report.failed());
+  for (const std::string& group : groups) {
+    std::string cases;
+    std::size_t count = 0, failed = 0;
+    double seconds = 0;
+    const std::string name = group.empty() ? "compare" : group;
+    for (const ReportCase& one : report.cases) {
+      if (one.group != group) continue;
+      ++count;
+      failed += !one.passed();
+      seconds += one.seconds;
+      cases += junit_case(one, name);
+    }
+    text += fmt::format(
+        "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"0\" "
+        "time=\"{:.3f}\">\n{}  </testsuite>\n",
+        xml(name), count, failed, seconds, cases);
+  }
+  return text + "</testsuites>\n";
+}
+
+}  // namespace polymorph

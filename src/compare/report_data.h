@@ -1,0 +1,14 @@
+// The JSON of a report, shared by its page and its files.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "compare/report.h"
+
+namespace polymorph {
+
+/// All but the pictures. Infinite figures are null.
+nlohmann::ordered_json case_json(const ReportCase& one);
+
+}  // namespace polymorph
