@@ -240,6 +240,7 @@ press('w'); say('ring', document.querySelectorAll('.ring').length);
 const before = document.querySelector('.frame').clientWidth;
 press('-'); say('smaller', document.querySelector('.frame').clientWidth < before);
 press('j'); say('next', name());
+say('holes', (document.body.innerText.match(/null|undefined|NaN\b(?! or)/g) || []).length);
 press('k'); press('k'); say('previous', name());
 const back = () => getComputedStyle(document.body).backgroundColor;
 const light = back(); press('d'); say('themes', light !== back());
@@ -251,6 +252,7 @@ const light = back(); press('d'); say('themes', light !== back());
   EXPECT_EQ(said["ring"], 2);
   EXPECT_EQ(said["smaller"], true);
   EXPECT_EQ(said["next"], "f.0001.exr");
+  EXPECT_EQ(said["holes"], 0) << "what a passing case does not have is left out";
   EXPECT_EQ(said["previous"], "f.0002.exr");
   EXPECT_EQ(said["themes"], true);
 }
