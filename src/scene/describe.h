@@ -45,7 +45,8 @@ template <class V>
 void describe(V& v, ObjectSettings& s) {
   v.text("name", s.name, "name in messages and reports; default: the file's stem or the shape");
   v.model_path("model", s.model, "a Wavefront OBJ file, relative to the scene file");
-  v.text("shape", s.shape, "a built-in shape instead of a file: sphere, cube, torus, puddle or drops");
+  v.text("shape", s.shape,
+         "a built-in shape instead of a file: sphere, cube, torus, puddle or drops");
   v.boolean("meta", s.meta,
             "pass through the object as balls only, never showing the model itself");
   v.boolean("arrange", s.arrange, "take part in the scene's \"arrange\"");
@@ -70,8 +71,10 @@ void describe(V& v, FrameSettings& s) {
 template <class V>
 void describe(V& v, FieldSettings& s) {
   v.choice("kind", s.kind,
-           {{"gaussian", FieldKind::kGaussian}, {"inverse_square", FieldKind::kInverseSquare}},
-           "what a ball adds to the field: Blinn's Gaussian, or k r^2 / d^2");
+           {{"gaussian", FieldKind::kGaussian},
+            {"wyvill", FieldKind::kWyvill},
+            {"inverse_square", FieldKind::kInverseSquare}},
+           "what a ball adds to the field: Blinn's Gaussian, Wyvill's soft object, or k r^2 / d^2");
   v.number(
       "blobbiness", s.blobbiness, 0, 50,
       "gaussian without a fit: |B|; small melts balls together, large keeps them apart; 0: 0.12 "

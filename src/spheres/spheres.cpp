@@ -206,6 +206,10 @@ std::vector<Ball> balls_of(const std::vector<Sphere>& spheres, const FieldSettin
       // Blinn 1982: F/T = exp(B (1 - r^2/R^2)), B = |blobbiness|.
       ball.a = field.blobbiness / r2;
       ball.w = field.blobbiness;
+    } else if (field.kind == FieldKind::kWyvill) {
+      // A strength of 2 is halved at half the reach, which is the sphere's radius (Wyvill 1986).
+      ball.a = 0.25f / r2;
+      ball.w = 2 * field.magnitude / field.threshold;
     } else {
       // Report, algorithm 5.1: F = blobConstant magnitude / d^2, over the threshold.
       ball.w = field.blob_constant * field.magnitude * r2 / field.threshold;

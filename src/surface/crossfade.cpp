@@ -6,16 +6,10 @@
 
 #include "base/parallel.h"
 #include "base/result.h"
+#include "surface/near_balls.h"
 
 namespace polymorph {
 namespace {
-
-/// ln of a ball's field contribution at distance d from its centre.
-float log_strength(const Ball& ball, FieldKind kind, Vec3 d) {
-  return kind == FieldKind::kGaussian
-             ? ball.w - ball.a * quadratic(ball.shape, d)
-             : std::log(std::max(ball.w, 1e-30f) / std::max(dot(d, d), 1e-12f));
-}
 
 Vec3 shrink_target(Vec3 point, const std::vector<Ball>& balls, FieldKind kind) {
   // Two passes, so that the largest term is 1 and nothing over- or underflows.
@@ -24,6 +18,7 @@ Vec3 shrink_target(Vec3 point, const std::vector<Ball>& balls, FieldKind kind) {
     const Vec3 d = point - ball.center;
     largest = std::max(largest, log_strength(ball, kind, d));
   }
+  if (!std::isfinite(largest)) return point;  // out of every ball's reach
   double sum = 0, x = 0, y = 0, z = 0;
   for (const Ball& ball : balls) {
     const Vec3 d = point - ball.center;

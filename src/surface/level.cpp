@@ -75,7 +75,7 @@ std::vector<Ball> grown(std::vector<Ball> balls, FieldKind kind, float growth, f
   if (growth <= 0) return {};
   // The field may stand higher between centres than at them.
   constexpr float kLeastMaximum = 1.5f;
-  if (kind == FieldKind::kGaussian)
+  if (kind != FieldKind::kInverseSquare)
     return rescaled(std::move(balls), kind, std::pow(std::max(maximum, kLeastMaximum), 1 - growth));
   for (Ball& ball : balls) ball.w *= growth * growth;
   return balls;

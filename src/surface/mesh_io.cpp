@@ -10,6 +10,7 @@
 #include <iterator>
 
 #include "base/file.h"
+#include "surface/near_balls.h"
 
 namespace polymorph {
 namespace {
@@ -21,8 +22,23 @@ void append(std::string& bytes, const T& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
+/// Of the ball alone; 0 where it shows no surface.
 float visible_radius(const Ball& ball, FieldKind kind) {
-  return std::sqrt(std::max(kind == FieldKind::kGaussian ? ball.w / ball.a : ball.w, 0.0f));
+  if (kind == FieldKind::kInverseSquare) return std::sqrt(std::max(ball.w, 0.0f));
+  if (kind == FieldKind::kGaussian) return std::sqrt(std::max(ball.w / ball.a, 0.0f));
+  if (!(ball.w > 1)) return 0;
+  float inside = 0, outside = 1 / std::sqrt(ball.a);
+  for (int step = 0; step < 40; ++step) {
+    const float middle = (inside + outside) / 2;
+    (log_strength({{}, ball.a, ball.w, {}}, kind, {middle, 0, 0}) > 0 ? inside : outside) = middle;
+  }
+  return inside;
+}
+
+const char* field_name(FieldKind kind) {
+  return kind == FieldKind::kGaussian        ? "gaussian"
+         : kind == FieldKind::kInverseSquare ? "inverse_square"
+                                             : "wyvill";
 }
 
 /// The ellipsoid of a ball that is not round.
@@ -64,8 +80,7 @@ std::string encode_ply(const Mesh& mesh) {
 }
 
 std::string encode_balls(const std::vector<Ball>& balls, FieldKind kind) {
-  std::string text = fmt::format("{{\n  \"field\": \"{}\",\n  \"balls\": [",
-                                 kind == FieldKind::kGaussian ? "gaussian" : "inverse_square");
+  std::string text = fmt::format("{{\n  \"field\": \"{}\",\n  \"balls\": [", field_name(kind));
   auto out = std::back_inserter(text);
   for (std::size_t i = 0; i < balls.size(); ++i)
     fmt::format_to(out,

@@ -38,10 +38,24 @@ Vec3 times(const Sym3& s, Vec3 d) {
           s.xz * d.x + s.yz * d.y + s.zz * d.z};
 }
 
+/// The soft object's falloff (FieldKind::kWyvill) and its derivative by q.
+float soft(float q) { return q < 1 ? 1 - q * (22 - q * (17 - q * 4)) / 9 : 0.0f; }
+float soft_slope(float q) { return q < 1 ? -(22 - q * (34 - q * 12)) / 9 : 0.0f; }
+
+/// ln of what a ball adds where a d^T shape d = q; not for kInverseSquare.
+float log_at(const Ball& ball, FieldKind kind, float q) {
+  return kind == FieldKind::kGaussian ? ball.w - q : std::log(std::max(ball.w * soft(q), 0.0f));
+}
+
 }  // namespace
 
+float log_strength(const Ball& ball, FieldKind kind, Vec3 d) {
+  if (kind == FieldKind::kInverseSquare)
+    return std::log(std::max(ball.w, 1e-30f) / std::max(dot(d, d), 1e-20f));
+  return log_at(ball, kind, ball.a * quadratic(ball.shape, d));
+}
+
 NearBalls::NearBalls(std::span<const Ball> balls, FieldKind kind) : balls_(balls), kind_(kind) {
-  PM_CHECK(kind != FieldKind::kWyvill);
   for (const Ball& ball : balls) least_.push_back(ball.a * least_eigenvalue(ball.shape));
 }
 
@@ -54,7 +68,7 @@ std::vector<std::uint32_t> NearBalls::within(const Box& box) const {
   std::vector<float> most(balls_.size());
   float largest = -std::numeric_limits<float>::infinity();
   for (std::size_t i = 0; i < balls_.size(); ++i) {
-    most[i] = balls_[i].w - least_[i] * distance2(balls_[i].center, box);
+    most[i] = log_at(balls_[i], kind_, least_[i] * distance2(balls_[i].center, box));
     largest = std::max(largest, most[i]);
   }
   // The surface is at 0: what is far below it anywhere does not matter, unless nothing else is
@@ -71,13 +85,15 @@ LogField NearBalls::log_field(Vec3 p, std::span<const std::uint32_t> list,
   float largest = -std::numeric_limits<float>::infinity();
   for (std::size_t k = 0; k < list.size(); ++k) {
     const Ball& ball = balls_[list[k]];
-    const Vec3 d = p - ball.center;
-    shares[k] = kind_ == FieldKind::kGaussian
-                    ? ball.w - ball.a * quadratic(ball.shape, d)
-                    : std::log(std::max(ball.w, 1e-30f) / std::max(dot(d, d), 1e-20f));
+    shares[k] = log_strength(ball, kind_, p - ball.center);
     largest = std::max(largest, shares[k]);
   }
-  LogField field;
+  LogField field{static_cast<double>(largest), {}};
+  if (!std::isfinite(largest)) {  // out of every ball's reach
+    std::fill(shares.begin(), shares.end(),
+              1 / static_cast<float>(std::max<std::size_t>(shares.size(), 1)));
+    return field;
+  }
   double sum = 0;
   for (float& share : shares) {
     share = share - largest < -20 ? 0.0f : std::exp(share - largest);
@@ -90,8 +106,16 @@ LogField NearBalls::log_field(Vec3 p, std::span<const std::uint32_t> list,
     if (shares[k] == 0) continue;
     const Ball& ball = balls_[list[k]];
     const Vec3 d = p - ball.center;
-    const Vec3 rise = kind_ == FieldKind::kGaussian ? times(ball.shape, d) * (-2 * ball.a)
-                                                    : d * (-2 / std::max(dot(d, d), 1e-20f));
+    Vec3 rise;
+    if (kind_ == FieldKind::kInverseSquare) {
+      rise = d * (-2 / std::max(dot(d, d), 1e-20f));
+    } else {
+      rise = times(ball.shape, d) * (-2 * ball.a);
+      if (kind_ == FieldKind::kWyvill) {
+        const float q = ball.a * quadratic(ball.shape, d);
+        rise = rise * (-soft_slope(q) / std::max(soft(q), 1e-12f));
+      }
+    }
     field.gradient = field.gradient + shares[k] * rise;
   }
   return field;

@@ -11,15 +11,17 @@
 
 namespace polymorph {
 
+/// ln of what one ball adds at the offset `d` from its centre; -infinity where that is nothing.
+float log_strength(const Ball& ball, FieldKind kind, Vec3 d);
+
 /// The field at a point: its logarithm (0 on the surface field = 1) and that logarithm's gradient.
 struct LogField {
   double value = 0;
   Vec3 gradient;
 };
 
-/// Balls in groups that matter near each other. Gaussian balls that add less than e^-12 of the
-/// largest to any point of a box are left out there; inverse-square balls never are. Borrows the
-/// balls.
+/// Balls in groups that matter near each other. Balls that add less than e^-12 to any point of a
+/// box are left out there (inverse-square ones never are). Borrows the balls.
 class NearBalls {
  public:
   NearBalls(std::span<const Ball> balls, FieldKind kind);

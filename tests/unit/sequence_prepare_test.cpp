@@ -223,6 +223,32 @@ TEST(MakeExtractor, KnowsItsDevices) {
   EXPECT_EQ(cuda.error().code, ErrorCode::kResource);
 }
 
+TEST_F(SequenceTest, EveryFieldMorphsFromAClosedSurfaceToAnother) {
+  const auto extractor = make_cpu_extractor();
+  scene.spheres.balls = scene.source.spheres.balls = scene.target.spheres.balls = 30;
+  scene.intermediate.clear();
+  for (const FieldKind kind :
+       {FieldKind::kGaussian, FieldKind::kWyvill, FieldKind::kInverseSquare}) {
+    for (const BoundaryMethod boundary :
+         {BoundaryMethod::kProject, BoundaryMethod::kBlend, BoundaryMethod::kCrossfade}) {
+      scene.field.kind = kind;
+      scene.boundary.method = boundary;
+      const auto prepared = prepare_scene(scene, *extractor, {});
+      ASSERT_TRUE(prepared.ok()) << prepared.error().message;
+      for (const PreparedObject& object : prepared->objects)
+        EXPECT_NEAR(object.ball_volume / object.model_volume, 1, 0.03) << object.name;
+      for (const int frame : {2, 3, 7, 12, 13}) {
+        const auto geometry = geometry_at(*prepared, *extractor, frame);
+        ASSERT_TRUE(geometry.ok()) << geometry.error().message;
+        if (geometry->surface.triangles.empty()) continue;
+        EXPECT_TRUE(check_mesh(geometry->surface).closed()) << frame;
+        EXPECT_EQ(geometry->own.materials.triangle_materials.size(),
+                  geometry->surface.triangles.size());
+      }
+    }
+  }
+}
+
 /// The step from the model's mesh to the balls' surface and back cannot be seen: where the mesh has
 /// arrived, no point of either surface is far from the other.
 TEST(Handover, IsWithinAThousandthOfTheModel) {
