@@ -67,23 +67,30 @@ Timeline make_timeline(const Scene& scene) {
 
   Timeline timeline;
   timeline.hold_start = scene.frames.hold_start;
-  timeline.motion = scene.motion;
   timeline.own_look = scene.look.kind == LookKind::kOwn;
   const int total = std::accumulate(frames.begin(), frames.end(), 0);
+  int held = 0;  // between legs
+  for (std::size_t i = 1; i < legs; ++i) held += objects[i]->hold;
   const bool counted = scene.frames.count > 0 && scene.frames.per_leg.empty();
-  timeline.count = counted ? scene.frames.count
-                           : std::max(2, total) + timeline.hold_start + scene.frames.hold_end;
+  timeline.count = counted
+                       ? scene.frames.count
+                       : std::max(2, total) + held + timeline.hold_start + scene.frames.hold_end;
   timeline.steps = timeline.count - timeline.hold_start - scene.frames.hold_end - 1;
-  int before = 0;
+  // Frames that leave no step to the legs leave none to stand still, either.
+  if (timeline.steps - held < static_cast<int>(legs)) held = 0;
+  const int moving = timeline.steps - held;
+  int before = 0, stood = 0;
   const auto step_at = [&](int frames_before) {
-    return static_cast<int>((2LL * frames_before * timeline.steps + total) /
-                            (2LL * total));  // rounded
+    return static_cast<int>((2LL * frames_before * moving + total) / (2LL * total));  // rounded
   };
   for (std::size_t i = 0; i < legs; ++i) {
     Leg leg;
-    leg.first_step = step_at(before);
+    const int first = step_at(before);
     before += frames[i];
-    leg.steps = step_at(before) - leg.first_step;
+    leg.steps = step_at(before) - first;
+    leg.first_step = first + stood;
+    if (held > 0) stood += objects[i + 1]->hold;
+    leg.motion = objects[i + 1]->motion;
     leg.from_full = !objects[i]->meta;
     leg.to_full = !objects[i + 1]->meta;
     set_shares(leg, scene.boundary, timeline.own_look);
@@ -108,9 +115,10 @@ Moment moment_at(const Timeline& timeline, int frame) {
     --index;
   const Leg& leg = timeline.legs[index];
   moment.leg = static_cast<int>(index);
-  float local =
-      last ? 1.0f
-           : static_cast<float>(step - leg.first_step) / static_cast<float>(std::max(leg.steps, 1));
+  float local = last ? 1.0f
+                     : std::min(static_cast<float>(step - leg.first_step) /
+                                    static_cast<float>(std::max(leg.steps, 1)),
+                                1.0f);
   if (show_model_without_stages(leg, local, moment)) return moment;
 
   int stage = 0;
@@ -145,7 +153,7 @@ Moment moment_at(const Timeline& timeline, int frame) {
       break;
   }
   if (timeline.own_look) moment.look = 0;
-  moment.u = ease(timeline.motion, moment.time);
+  moment.u = ease(leg.motion, moment.time);
   return moment;
 }
 

@@ -36,6 +36,7 @@ struct Leg {
   int first_step = 0, steps = 1;
   bool from_full = true, to_full = true;
   float shares[5] = {0, 0, 1, 0, 0};
+  MotionSettings motion;
 };
 
 struct Timeline {
@@ -44,9 +45,9 @@ struct Timeline {
       0;  ///< still frames before the first step; those after the last follow from count
   /// Moving frames - 1. Legs meet on frames, so an object between two legs has a frame of its own.
   int steps = 23;
-  std::vector<Leg> legs;  ///< leg k goes from chain object k to k + 1
-  bool own_look = true;   ///< objects wear their own colours throughout: no look to fade to
-  MotionSettings motion;
+  /// Leg k goes from chain object k to k + 1. Steps between two legs show the object between them.
+  std::vector<Leg> legs;
+  bool own_look = true;  ///< objects wear their own colours throughout: no look to fade to
 };
 
 Timeline make_timeline(const Scene& scene);

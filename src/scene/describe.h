@@ -55,6 +55,9 @@ void describe(V& v, ObjectSettings& s) {
   v.scale("scale", s.scale, "one factor, or one an axis");
   v.color("color", s.color, "paint the whole object in this colour instead of its materials");
   v.object("spheres", s.spheres, "sphere settings of this object; default: the scene's");
+  v.object("motion", s.motion, "of the balls on their way to this object; default: the scene's");
+  v.integer("hold", s.hold, 0, 10000,
+            "frames that an object on the way stands still, the one that shows it not counted");
 }
 
 template <class V>
@@ -283,6 +286,7 @@ void describe(V& v, Scene& s) {
   v.integer("polymorph", s.version, 1, 1, "version of the scene format");
   v.text("description", s.description, "a line for people");
   v.object("spheres", s.spheres, "how models are approximated");
+  v.object("motion", s.motion, "how balls move");
   v.before_objects(s);  // an object's own settings start from the scene's
   v.object("source", s.source,
            "where the morph starts: an object, or just its OBJ file or shape as a string");
@@ -294,7 +298,6 @@ void describe(V& v, Scene& s) {
   v.object("frames", s.frames, "how many frames, and how fast");
   v.object("field", s.field, "the metaball field");
   v.object("plan", s.plan, "which ball becomes which");
-  v.object("motion", s.motion, "how balls move");
   v.object("boundary", s.boundary, "the change between model and balls");
   v.object("surface", s.surface, "the extracted surface");
   v.object("camera", s.camera, "");

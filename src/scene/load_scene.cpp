@@ -189,7 +189,9 @@ class ReadFields {
     }
   }
   void before_objects(Scene& scene) {
-    prototype_.spheres = scene.source.spheres = scene.target.spheres = scene.spheres;
+    prototype_.spheres = scene.spheres;
+    prototype_.motion = scene.motion;
+    scene.source = scene.target = prototype_;
   }
 
   /// Reports keys that describe() did not ask for.

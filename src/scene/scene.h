@@ -38,6 +38,35 @@ struct SphereSettings {
   bool solidify = false;  ///< fill cavities and close holes first
 };
 
+enum class Easing : std::uint8_t { kLinear, kSmoothstep, kQuintic, kBezier, kSpring };
+enum class Path : std::uint8_t { kStraight, kBezier, kRigid, kExplode };
+enum class Stagger : std::uint8_t { kNone, kAxis, kRadius, kLabel, kNoise };
+
+/// A damped spring (report Eq. 3.4); the unit of time is the motion's duration.
+struct SpringSettings {
+  float mass = 1;
+  float stiffness = 120;
+  float damping = 14;
+  float lag = 0.5f;  ///< a ball's mass is `mass` times its share of the volume to this power
+};
+
+struct MotionSettings {
+  Path path = Path::kRigid;
+  float bend = 0.25f;   ///< bezier: how far a path bows out, as a share of its length
+  float burst = 4;      ///< explode: speed, in the objects' sizes a motion
+  float gravity = 1;    ///< explode: 1 = what brings a ball down within the motion
+  float soften = 0.5f;  ///< Gaussian: how much softer balls are half way between unlike objects
+  Easing easing = Easing::kQuintic;
+  std::vector<float> bezier{0.42f, 0.0f, 0.58f, 1.0f};  ///< x1, y1, x2, y2
+  SpringSettings spring;
+  Stagger stagger = Stagger::kNone;
+  float stagger_share =
+      0.4f;  ///< of the motion's time lies between the first ball's start and the last's
+  Vec3 stagger_axis{0, 1, 0};  ///< stagger axis: balls start in this direction's order
+  std::uint64_t seed = 0;      ///< stagger noise
+  bool keep_volume = true;     ///< choose each frame's level so that V(u) = (1-u) V_A + u V_B
+};
+
 struct ObjectSettings {
   std::string name;             ///< default: the file's stem or the shape's name
   std::filesystem::path model;  ///< absolute; empty when `shape` is given
@@ -49,6 +78,8 @@ struct ObjectSettings {
   Vec3 scale{1, 1, 1};
   std::optional<Vec3> color;  ///< overrides the model's colours (no texture then)
   SphereSettings spheres;
+  MotionSettings motion;  ///< of the leg that ends at this object
+  int hold = 0;           ///< frames that it stands still between its two legs
 };
 
 /// The built-in shapes an object may name; model/shapes.h makes them.
@@ -108,35 +139,6 @@ struct PlanSettings {
   /// "object.label" or "label" of one object -> of another; equal names belong together anyway.
   std::map<std::string, std::string> labels;
   std::vector<LandmarkSettings> landmarks;
-};
-
-enum class Easing : std::uint8_t { kLinear, kSmoothstep, kQuintic, kBezier, kSpring };
-enum class Path : std::uint8_t { kStraight, kBezier, kRigid, kExplode };
-enum class Stagger : std::uint8_t { kNone, kAxis, kRadius, kLabel, kNoise };
-
-/// A damped spring (report Eq. 3.4); the unit of time is the motion's duration.
-struct SpringSettings {
-  float mass = 1;
-  float stiffness = 120;
-  float damping = 14;
-  float lag = 0.5f;  ///< a ball's mass is `mass` times its share of the volume to this power
-};
-
-struct MotionSettings {
-  Path path = Path::kRigid;
-  float bend = 0.25f;   ///< bezier: how far a path bows out, as a share of its length
-  float burst = 4;      ///< explode: speed, in the objects' sizes a motion
-  float gravity = 1;    ///< explode: 1 = what brings a ball down within the motion
-  float soften = 0.5f;  ///< Gaussian: how much softer balls are half way between unlike objects
-  Easing easing = Easing::kQuintic;
-  std::vector<float> bezier{0.42f, 0.0f, 0.58f, 1.0f};  ///< x1, y1, x2, y2
-  SpringSettings spring;
-  Stagger stagger = Stagger::kNone;
-  float stagger_share =
-      0.4f;  ///< of the motion's time lies between the first ball's start and the last's
-  Vec3 stagger_axis{0, 1, 0};  ///< stagger axis: balls start in this direction's order
-  std::uint64_t seed = 0;      ///< stagger noise
-  bool keep_volume = true;     ///< choose each frame's level so that V(u) = (1-u) V_A + u V_B
 };
 
 enum class BoundaryMethod : std::uint8_t {

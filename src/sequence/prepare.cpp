@@ -170,8 +170,8 @@ Status make_plans(PreparedScene& prepared) {
         from.landmarks.push_back(landmark.from);
         to.landmarks.push_back(landmark.to);
       }
-    prepared.plans.push_back(
-        plan_morph(std::move(from), std::move(to), scene.field.kind, scene.plan, scene.motion));
+    prepared.plans.push_back(plan_morph(std::move(from), std::move(to), scene.field.kind,
+                                        scene.plan, prepared.timeline.legs[i].motion));
   }
   return Ok{};
 }
@@ -279,7 +279,7 @@ Result<FrameGeometry> volume_at(const PreparedScene& prepared, SurfaceExtractor&
   geometry.moment.time = time;
   geometry.moment.u = progress_at(plan, time);
   geometry.balls = balls_at(plan, time);
-  if (prepared.scene.motion.keep_volume && time > 0 && time < 1) {
+  if (plan.motion.keep_volume && time > 0 && time < 1) {
     const auto u = static_cast<double>(geometry.moment.u);
     const double from = prepared.objects[static_cast<std::size_t>(leg)].ball_volume;
     const double to = prepared.objects[static_cast<std::size_t>(leg) + 1].ball_volume;

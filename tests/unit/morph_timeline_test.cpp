@@ -137,6 +137,37 @@ TEST(Timeline, ACutWithoutFadesStillShowsTheModels) {
   EXPECT_EQ(last.boundary, 1);
 }
 
+TEST(Timeline, AnObjectOnTheWayMayStandStillAndHaveItsOwnMotion) {
+  Scene scene = scene_with({false, true});
+  scene.frames.per_leg = {10, 10, 10};
+  scene.intermediate[0].hold = 5;
+  scene.intermediate[1].hold = 3;
+  scene.target.motion.easing = Easing::kLinear;
+  const Timeline timeline = make_timeline(scene);
+  EXPECT_EQ(timeline.count, 38);
+  int whole = 0, balls = 0;
+  float before = -1;
+  for (int frame = 1; frame <= timeline.count; ++frame) {
+    const Moment m = moment_at(timeline, frame);
+    whole += m.object == 1 && m.boundary == 1 && m.look == 0;
+    balls += m.object == -1 && static_cast<float>(m.leg) + m.time == 2;
+    const float place = static_cast<float>(m.leg) + m.time;
+    EXPECT_GE(place, before) << "nothing goes back";
+    before = place;
+  }
+  EXPECT_EQ(whole, 6);
+  EXPECT_EQ(balls, 4) << "a meta-object stands still as its balls";
+  Moment middle;
+  for (int frame = 1; middle.leg < 2 || middle.time < 0.2f; ++frame)
+    middle = moment_at(timeline, frame);
+  EXPECT_EQ(middle.u, middle.time) << "linear";
+  scene.frames.per_leg.clear();
+  scene.frames.count = 9;  // not enough to stand still in
+  const Timeline few = make_timeline(scene);
+  EXPECT_EQ(few.count, 9);
+  EXPECT_EQ(moment_at(few, 9).object, 3);
+}
+
 TEST(Timeline, FewerFramesThanLegsStillEndAtTheTarget) {
   for (const int count : {2, 3, 4}) {
     const Timeline timeline = make_timeline(scene_with({true, true, true, true}, count));
