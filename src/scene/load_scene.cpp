@@ -361,6 +361,27 @@ void check_whole(const JsonDocument& document, const Scene& scene,
       report(fmt::format("/plan/landmarks/{}/leg", i).c_str(), &landmarks->items[i],
              fmt::format("is {}, but there {} {} leg{}", scene.plan.landmarks[i].leg,
                          legs == 1 ? "is" : "are", legs, legs == 1 ? "" : "s"));
+  const JsonValue* image = root.find("image");
+  const JsonValue* aovs = image ? image->find("aovs") : nullptr;
+  for (std::string_view rest = scene.image.aovs; aovs && rest != "all" && rest != "none";) {
+    const std::size_t end = std::min(rest.find(','), rest.size());
+    const std::string name(rest.substr(0, end));
+    if (std::find(kAovNames.begin(), kAovNames.end(), name) == kAovNames.end())
+      report("/image/aovs", aovs,
+             fmt::format("has no layer \"{}\"{} - known: {}, or all, or none", name,
+                         did_you_mean(name, kAovNames), join_quoted(kAovNames)));
+    if (end == rest.size()) break;
+    rest.remove_prefix(end + 1);
+  }
+  const JsonValue* lights = root.find("lights");
+  if (scene.lights.lamps.size() > kMaxLamps)
+    report("/lights/lamps", lights ? lights->find("lamps") : nullptr,
+           fmt::format("has {} lamps - at most {} are possible", scene.lights.lamps.size(),
+                       kMaxLamps));
+  const JsonValue* output = root.find("output");
+  if (scene.output.png_bits != 8 && scene.output.png_bits != 16)
+    report("/output/png_bits", output ? output->find("png_bits") : nullptr,
+           fmt::format("must be 8 or 16 (is {})", scene.output.png_bits));
   if (length(scene.camera.up) == 0)
     report("/camera/up", root.find("camera") ? root.find("camera")->find("up") : nullptr,
            "must not be the zero vector");
