@@ -31,7 +31,7 @@ void make_preview(Scene& scene) {
 Result<SequenceSettings> sequence_settings(const CommandLine& line, const RenderOptions& options,
                                            const Scene& scene) {
   SequenceSettings settings;
-  const int count = make_timeline(scene).count;
+  const int count = frame_count(scene);
   PM_TRY(
       settings.frames,
       parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));

@@ -137,7 +137,7 @@ class SequenceRun {
     FrameRecord& record = report_.frames[index];
     record.frame = settings_.frames[index];
     record.files = files_of(settings_, record.frame);
-    record.stage = stage_name(moment_at(prepared_.timeline, record.frame).stage);
+    record.stage = stage_names(prepared_, record.frame);
     if (settings_.existing == Existing::kSkip && all_current(record)) {
       record.state = FrameRecord::State::kSkipped;
       return finished(record);
@@ -156,10 +156,11 @@ class SequenceRun {
   Result<Image> trace(FrameRecord& record, Renderer& renderer) {
     const auto start = Clock::now();
     PM_TRY(const FrameGeometry geometry, geometry_at(prepared_, *extractor_, record.frame));
-    record.balls = geometry.balls.size();
-    record.vertices = geometry.surface.positions.size();
-    record.triangles = geometry.surface.triangles.size();
-    if (record.triangles > 0) record.digest = mesh_digest(geometry.surface);
+    const Mesh surface = surfaces_of(geometry);
+    record.balls = ball_count(geometry);
+    record.vertices = surface.positions.size();
+    record.triangles = surface.triangles.size();
+    if (record.triangles > 0) record.digest = mesh_digest(surface);
     record.surface_seconds = seconds_since(start);
     return render_frame(prepared_, geometry, renderer, report_.device, settings_.command);
   }
@@ -236,7 +237,7 @@ const char* state_name(FrameRecord::State state) {
   return "";
 }
 
-std::vector<Attribute> header_of(const PreparedScene& prepared, const Moment& moment,
+std::vector<Attribute> header_of(const PreparedScene& prepared, const FrameGeometry& geometry,
                                  const Renderer& renderer, const std::string& device,
                                  const std::string& command) {
   std::vector<Attribute> attributes{
@@ -244,9 +245,9 @@ std::vector<Attribute> header_of(const PreparedScene& prepared, const Moment& mo
       {"FramesPerSecond", prepared.scene.frames.fps},
       {"polymorph/version", std::string(PM_VERSION)},
       {kHashAttribute, prepared.hash},
-      {"polymorph/frame", moment.frame},
-      {"polymorph/t", moment.t},
-      {"polymorph/stage", std::string(stage_name(moment.stage))},
+      {"polymorph/frame", geometry.frame},
+      {"polymorph/t", geometry.t},
+      {"polymorph/stage", geometry.stage},
       {"polymorph/device", device},
       {"polymorph/isa", renderer.isa()},
       {"polymorph/samples", prepared.scene.image.samples},
@@ -335,9 +336,9 @@ Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& g
                            const std::string& command) {
   RenderSettings settings;
   settings.image = prepared.scene.image;
-  settings.frame = geometry.moment.frame;
+  settings.frame = geometry.frame;
   PM_TRY(Image image, renderer.render(render_scene(prepared, geometry), settings));
-  image.attributes = header_of(prepared, geometry.moment, renderer, device, command);
+  image.attributes = header_of(prepared, geometry, renderer, device, command);
   return image;
 }
 

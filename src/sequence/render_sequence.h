@@ -13,7 +13,7 @@
 #include "kernels/extract_surface.h"
 #include "scene/scene.h"
 #include "sequence/frames.h"
-#include "sequence/prepare.h"
+#include "sequence/geometry.h"
 
 namespace polymorph {
 
