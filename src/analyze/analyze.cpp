@@ -1,5 +1,7 @@
 #include "analyze/analyze.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -88,6 +90,7 @@ class Analyzer {
   }
 
   Analysis run() {
+    analysis_.actor = ends_.actor;
     analysis_.from = ends_.from;
     analysis_.to = ends_.to;
     measure_frames();
@@ -309,6 +312,11 @@ const Metric* Analysis::find(const std::string& name) const {
   for (const Metric& metric : metrics)
     if (metric.name == name) return &metric;
   return nullptr;
+}
+
+std::string morph_name(const Analysis& morph) {
+  return fmt::format("{}{}{} -> {}", morph.actor, morph.actor.empty() ? "" : ": ", morph.from,
+                     morph.to);
 }
 
 Analysis analyze_morph(const MorphEnds& ends, const std::vector<MorphFrame>& frames) {

@@ -26,6 +26,7 @@ std::optional<Similarity> similarity_of(const std::vector<Vec3>& from, const std
 
 /// What one morph goes between; what is not known stays empty, and so do the numbers made of it.
 struct MorphEnds {
+  std::string actor;                     ///< whose morph it is; empty: the only one's
   std::string from, to;                  ///< names
   Mesh source, target;                   ///< the objects themselves, normals not needed
   std::vector<double> masses;            ///< of the moving balls
@@ -64,11 +65,14 @@ struct Metric {
 };
 
 struct Analysis {
-  std::string from, to;
+  std::string actor, from, to;
   std::vector<FrameMeasures> frames;
   std::vector<Metric> metrics;
   const Metric* find(const std::string& name) const;
 };
+
+/// "a -> b", with the actor's name where there are several.
+std::string morph_name(const Analysis& morph);
 
 /// At least two frames, by rising time. Deterministic.
 Analysis analyze_morph(const MorphEnds& ends, const std::vector<MorphFrame>& frames);

@@ -153,6 +153,7 @@ std::string analysis_json(const std::vector<Analysis>& morphs) {
   root["morphs"] = Json::array();
   for (const Analysis& morph : morphs) {
     Json entry{{"from", morph.from}, {"to", morph.to}};
+    if (!morph.actor.empty()) entry["actor"] = morph.actor;
     for (const Metric& metric : morph.metrics)
       entry["metrics"][metric.name] = {{"value", number_or_null(metric.value)},
                                        {"goal", metric.goal},
@@ -197,8 +198,7 @@ std::string analysis_html(const std::vector<Analysis>& morphs, const std::string
       "content=\"width=device-width\">\n<title>{0}</title>\n{1}</head><body>\n<h1>{0}</h1>\n",
       escape_markup(title), kStyle);
   for (const Analysis& morph : morphs) {
-    text +=
-        fmt::format("<h2>{} &rarr; {}</h2>\n", escape_markup(morph.from), escape_markup(morph.to));
+    text += fmt::format("<h2>{}</h2>\n", escape_markup(morph_name(morph)));
     text +=
         "<table><tr><th>principle</th><th>metric</th><th>value</th><th>goal</th><th></th></tr>\n" +
         metric_rows(morph) + "</table>\n<div class=\"plots\">\n";
@@ -268,10 +268,10 @@ std::vector<std::string> broken_limits(const std::vector<Analysis>& morphs,
     for (const Limit& limit : limits) {
       const Metric* metric = morph.find(limit.metric);
       if (!metric || !metric->value)
-        broken.push_back(fmt::format("{} -> {}: {} cannot be measured here", morph.from, morph.to,
-                                     limit.metric));
+        broken.push_back(
+            fmt::format("{}: {} cannot be measured here", morph_name(morph), limit.metric));
       else if (!holds(*metric->value, limit.comparison, limit.bound))
-        broken.push_back(fmt::format("{} -> {}: {} is {:.6g}, not {} {:g}", morph.from, morph.to,
+        broken.push_back(fmt::format("{}: {} is {:.6g}, not {} {:g}", morph_name(morph),
                                      limit.metric, *metric->value, limit.comparison, limit.bound));
     }
   return broken;

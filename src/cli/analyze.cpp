@@ -46,7 +46,7 @@ Result<std::vector<Analysis>> analyzed(const CommandLine& line, const AnalyzeOpt
 }
 
 void print_analysis(const Analysis& morph) {
-  print_data("{} -> {}, {} frames\n", morph.from, morph.to, morph.frames.size());
+  print_data("{}, {} frames\n", morph_name(morph), morph.frames.size());
   for (const Metric& metric : morph.metrics)
     print_data("  {:<24} {:<18} {:>10}  {:<8} {}{}\n", metric.principle, metric.name,
                metric.value ? fmt::format("{:.4g}", *metric.value) : "-", metric.goal,

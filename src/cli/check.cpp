@@ -44,11 +44,13 @@ Result<CheckResult> check_scene(const CheckOptions& options, const std::filesyst
   CheckResult result;
   result.findings = reading.findings;
   if (!result.findings.empty()) return result;
-  result.frames = make_timeline(reading.scene).count;
+  result.frames = frame_count(reading.scene);
   LoadedScene loaded;
   result.errors = find_problems(reading.scene, cache, loaded);
   result.warnings = loaded.warnings;
-  const auto objects = chain_objects(reading.scene);
+  std::vector<const ObjectSettings*> objects;
+  for (const ActorSettings& actor : reading.scene.actors)
+    for (const ObjectSettings* object : chain_objects(actor)) objects.push_back(object);
   for (std::size_t i = 0; i < objects.size(); ++i) {
     if (loaded.models[i].triangles.empty()) continue;
     const Diagnosis diagnosis = diagnose_fully(loaded.models[i]);

@@ -75,23 +75,14 @@ Result<int> image_info(const InfoOptions& options) {
   return 0;
 }
 
-Result<int> scene_info(const InfoOptions& options) {
-  PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
-  PM_TRY(const Scene scene, load_scene(options.input, overrides));
-  if (options.json.wanted) {
-    PM_TRY_STATUS(
-        write_json(options.json,
-                   scene_to_json(scene, std::filesystem::absolute(options.input).parent_path())));
-    return 0;
-  }
-  const Timeline timeline = make_timeline(scene);
-  const auto objects = chain_objects(scene);
-  print_data("{}: {} frames at {} fps, {} x {}\n", options.input, timeline.count, scene.frames.fps,
-             scene.image.width, scene.image.height);
+/// An actor's objects, and its runs of frames in one stage of one leg.
+void print_actor(const Scene& scene, const ActorSettings& actor) {
+  const Timeline timeline = make_timeline(scene, actor);
+  const auto objects = chain_objects(actor);
+  if (scene.actors.size() > 1) print_data("  {}:\n", actor.name);
   for (std::size_t i = 0; i < objects.size(); ++i)
     print_data("  {}{} {}\n", objects[i]->name, objects[i]->meta ? " (meta)" : "",
                objects[i]->shape.empty() ? objects[i]->model.string() : "built-in shape");
-  // Runs of frames in one stage of one leg.
   for (int frame = 1; frame <= timeline.count;) {
     const Moment moment = moment_at(timeline, frame);
     int last = frame;
@@ -103,6 +94,20 @@ Result<int> scene_info(const InfoOptions& options) {
                objects[static_cast<std::size_t>(moment.leg) + 1]->name, stage_name(moment.stage));
     frame = last + 1;
   }
+}
+
+Result<int> scene_info(const InfoOptions& options) {
+  PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
+  PM_TRY(const Scene scene, load_scene(options.input, overrides));
+  if (options.json.wanted) {
+    PM_TRY_STATUS(
+        write_json(options.json,
+                   scene_to_json(scene, std::filesystem::absolute(options.input).parent_path())));
+    return 0;
+  }
+  print_data("{}: {} frames at {} fps, {} x {}\n", options.input, frame_count(scene),
+             scene.frames.fps, scene.image.width, scene.image.height);
+  for (const ActorSettings& actor : scene.actors) print_actor(scene, actor);
   print_data("--json prints every setting with its value.\n");
   return 0;
 }

@@ -3,9 +3,8 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
-#include "model/normals.h"
 #include "sequence/frames.h"
-#include "sequence/prepare.h"
+#include "sequence/geometry.h"
 #include "sequence/render_sequence.h"
 #include "surface/level.h"
 #include "surface/mesh_check.h"
@@ -20,35 +19,32 @@ struct MeshOptions {
   std::vector<std::string> sets;
 };
 
-/// The model as a mesh, for frames in which no balls show.
-Mesh mesh_of(const Model& model, const std::vector<Vec3>& points) {
-  return {points, point_normals(model), model.triangles};
+Status write_balls(const PreparedScene& prepared, const FrameGeometry& geometry,
+                   const std::filesystem::path& path) {
+  const FieldKind kind = prepared.scene.field.kind;
+  std::vector<Ball> balls;
+  for (const ActorGeometry& actor : geometry.actors) {
+    const std::vector<Ball> own = rescaled(actor.balls, kind, actor.iso);
+    balls.insert(balls.end(), own.begin(), own.end());
+  }
+  if (balls.empty()) log_info("frame {}: only the model shows, no balls", geometry.frame);
+  PM_TRY_STATUS(write_file(path, encode_balls(balls, kind)));
+  print_data("{} {} balls\n", path.string(), balls.size());
+  return Ok{};
 }
 
 Status write_one(const PreparedScene& prepared, const FrameGeometry& geometry,
                  const std::filesystem::path& path) {
-  const FieldKind kind = prepared.scene.field.kind;
-  const bool model_shows = geometry.surface.triangles.empty() && !geometry.points.empty();
-  const char* what = model_shows ? "model" : "surface";
-  if (path.extension() == ".json") {
-    if (geometry.balls.empty())
-      log_info("frame {}: only the model shows, no balls", geometry.moment.frame);
-    PM_TRY_STATUS(
-        write_file(path, encode_balls(rescaled(geometry.balls, kind, geometry.iso), kind)));
-    print_data("{} {} balls\n", path.string(), geometry.balls.size());
-    return Ok{};
-  }
-  if (geometry.surface.triangles.empty() && geometry.points.empty())
-    log_warning("frame {}: the balls have no surface at this level", geometry.moment.frame);
-  const auto object = static_cast<std::size_t>(std::max(geometry.moment.object, 0));
-  const Mesh mesh =
-      model_shows ? mesh_of(prepared.objects[object].model, geometry.points) : geometry.surface;
-  PM_TRY_STATUS(write_mesh(path, mesh));
-  const MeshReport report = check_mesh(mesh);
+  if (path.extension() == ".json") return write_balls(prepared, geometry, path);
+  const FrameMesh frame = mesh_of(prepared, geometry);
+  if (frame.mesh.triangles.empty())
+    log_warning("frame {}: the balls have no surface at this level", geometry.frame);
+  PM_TRY_STATUS(write_mesh(path, frame.mesh, frame.parts));
+  const MeshReport report = check_mesh(frame.mesh);
   print_data(
       "{} {} {}: {} vertices, {} triangles, {}, genus {}, {} part{}, volume {:.6g}, area {:.6g}, "
       "digest {}\n",
-      path.string(), stage_name(geometry.moment.stage), what, report.vertices, report.triangles,
+      path.string(), geometry.stage, frame.what, report.vertices, report.triangles,
       report.closed() ? "closed" : "NOT CLOSED",
       report.closed() ? fmt::format("{}", report.genus) : "-", report.components,
       report.components == 1 ? "" : "s", report.volume, report.area, report.digest);
@@ -58,7 +54,7 @@ Status write_one(const PreparedScene& prepared, const FrameGeometry& geometry,
 Result<int> run_mesh(const CommandLine& line, const MeshOptions& options) {
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(const Scene scene, load_scene(options.scene, overrides));
-  const int count = make_timeline(scene).count;
+  const int count = frame_count(scene);
   PM_TRY(
       const std::vector<int> frames,
       parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));

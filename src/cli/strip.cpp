@@ -74,7 +74,7 @@ Result<Frames> from_scene(const CommandLine& line, const StripOptions& options) 
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(Scene scene, load_scene(options.input, overrides));
   Frames frames;
-  const int count = make_timeline(scene).count;
+  const int count = frame_count(scene);
   PM_TRY(
       frames.numbers,
       parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));

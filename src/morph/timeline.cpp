@@ -52,30 +52,45 @@ bool show_model_without_stages(const Leg& leg, float local, Moment& moment) {
   return true;
 }
 
+/// Is the number of frames given, and the legs' follow from it?
+bool is_counted(const Scene& scene) {
+  return scene.frames.count > 0 && scene.frames.per_leg.empty();
+}
+
+std::vector<int> leg_frames(const Scene& scene, const ActorSettings& actor) {
+  if (!actor.per_leg.empty()) return actor.per_leg;
+  if (!scene.frames.per_leg.empty()) return scene.frames.per_leg;
+  return std::vector<int>(actor.intermediate.size() + 1, kFramesPerLeg);
+}
+
+/// Frames that it stands still between legs.
+int held_frames(const ActorSettings& actor) {
+  int held = 0;
+  for (const ObjectSettings& object : actor.intermediate) held += object.hold;
+  return held;
+}
+
 }  // namespace
 
 std::span<const StageInfo> stage_table() { return kStages; }
 
 const char* stage_name(Stage stage) { return kStages[static_cast<std::size_t>(stage)].name; }
 
-Timeline make_timeline(const Scene& scene) {
-  const auto objects = chain_objects(scene);
+Timeline make_timeline(const Scene& scene, const ActorSettings& actor) {
+  const auto objects = chain_objects(actor);
   const std::size_t legs = objects.size() - 1;
-  std::vector<int> frames = scene.frames.per_leg;
-  if (frames.empty()) frames.assign(legs, kFramesPerLeg);
+  const std::vector<int> frames = leg_frames(scene, actor);
   PM_CHECK(frames.size() == legs);
 
   Timeline timeline;
-  timeline.hold_start = scene.frames.hold_start;
+  timeline.count = frame_count(scene);
+  timeline.hold_start = scene.frames.hold_start + actor.start - 1;
   timeline.own_look = scene.look.kind == LookKind::kOwn;
   const int total = std::accumulate(frames.begin(), frames.end(), 0);
-  int held = 0;  // between legs
-  for (std::size_t i = 1; i < legs; ++i) held += objects[i]->hold;
-  const bool counted = scene.frames.count > 0 && scene.frames.per_leg.empty();
-  timeline.count = counted
-                       ? scene.frames.count
-                       : std::max(2, total) + held + timeline.hold_start + scene.frames.hold_end;
-  timeline.steps = timeline.count - timeline.hold_start - scene.frames.hold_end - 1;
+  int held = held_frames(actor);
+  const bool until_the_end = is_counted(scene) && actor.per_leg.empty();
+  timeline.steps = until_the_end ? timeline.count - timeline.hold_start - scene.frames.hold_end - 1
+                                 : std::max(2, total) + held - 1;
   // Frames that leave no step to the legs leave none to stand still, either.
   if (timeline.steps - held < static_cast<int>(legs)) held = 0;
   const int moving = timeline.steps - held;
@@ -97,6 +112,23 @@ Timeline make_timeline(const Scene& scene) {
     timeline.legs.push_back(leg);
   }
   return timeline;
+}
+
+int frame_count(const Scene& scene) {
+  if (is_counted(scene)) return scene.frames.count;
+  int most = 0;
+  for (const ActorSettings& actor : scene.actors) {
+    const std::vector<int> frames = leg_frames(scene, actor);
+    const int total = std::accumulate(frames.begin(), frames.end(), 0);
+    most = std::max(most, actor.start - 1 + std::max(2, total) + held_frames(actor));
+  }
+  return scene.frames.hold_start + most + scene.frames.hold_end;
+}
+
+float sequence_time(const Scene& scene, int frame) {
+  const int steps = frame_count(scene) - scene.frames.hold_start - scene.frames.hold_end - 1;
+  const int step = std::clamp(frame - 1 - scene.frames.hold_start, 0, std::max(steps, 0));
+  return steps > 0 ? static_cast<float>(step) / static_cast<float>(steps) : 0;
 }
 
 Moment moment_at(const Timeline& timeline, int frame) {

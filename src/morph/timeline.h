@@ -39,8 +39,9 @@ struct Leg {
   MotionSettings motion;
 };
 
+/// Of one actor.
 struct Timeline {
-  int count = 24;  ///< frames 1..count
+  int count = 24;  ///< frames 1..count, the scene's
   int hold_start =
       0;  ///< still frames before the first step; those after the last follow from count
   /// Moving frames - 1. Legs meet on frames, so an object between two legs has a frame of its own.
@@ -50,12 +51,19 @@ struct Timeline {
   bool own_look = true;  ///< objects wear their own colours throughout: no look to fade to
 };
 
-Timeline make_timeline(const Scene& scene);
+/// `actor`: of the scene.
+Timeline make_timeline(const Scene& scene, const ActorSettings& actor);
+
+/// How many frames the scene has: as many as it says, or as its actors need.
+int frame_count(const Scene& scene);
+
+/// [0, 1] over the scene's frames, holds not counted. `frame` in [1, frame_count()].
+float sequence_time(const Scene& scene, int frame);
 
 /// What one frame shows.
 struct Moment {
   int frame = 1;
-  float t = 0;  ///< sequence time [0, 1]
+  float t = 0;  ///< the actor's time [0, 1]
   int leg = 0;
   Stage stage = Stage::kVolume;
   float progress = 0;  ///< within the stage, [0, 1]

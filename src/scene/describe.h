@@ -3,7 +3,7 @@
 // writes a scene back. To add a setting, add a member in scene.h and a line here.
 //
 // A visitor `v` offers integer, number, boolean, choice, text, text_map, path, vector, scale,
-// color, integers, numbers, object, objects.
+// color, integers, numbers, object, objects, actors.
 #pragma once
 
 #include "scene/scene.h"
@@ -66,9 +66,12 @@ void describe(V& v, ObjectSettings& s) {
 template <class V>
 void describe(V& v, FrameSettings& s) {
   v.integer("count", s.count, 0, 100000,
-            "frames in all, holds included; 0: from per_leg, else 24 a leg");
-  v.integers("per_leg", s.per_leg, 1, 100000,
-             "frames of each leg (object to next object); instead of count");
+            "frames in all, holds included; 0: as many as the actors need, 24 a leg without "
+            "per_leg");
+  v.integers(
+      "per_leg", s.per_leg, 1, 100000,
+      "frames of each leg (object to next object) of every actor without its own; instead of "
+      "count");
   v.number("fps", s.fps, 0.1, 1000, "frames a second, for GIF and movie and the EXR header");
   v.integer("hold_start", s.hold_start, 0, 10000, "extra frames that stand still at the start");
   v.integer("hold_end", s.hold_end, 0, 10000, "extra frames that stand still at the end");
@@ -206,7 +209,7 @@ void describe(V& v, BoundarySettings& s) {
 template <class V>
 void describe(V& v, SurfaceSettings& s) {
   v.integer("resolution", s.resolution, 8, 1024,
-            "cells of the marching cubes along the longest side of the scene's box");
+            "cells of the marching cubes along the longest side of an actor's box");
   v.choice("method", s.method,
            {{"marching_cubes", SurfaceMethod::kMarchingCubes}, {"matrix", SurfaceMethod::kMatrix}},
            "what is drawn: the surface, or a cube at each grid point inside");
@@ -332,23 +335,47 @@ void describe(V& v, OutputSettings& s) {
   v.boolean("dither", s.dither, "round randomly in PNGs, against bands in soft gradients");
 }
 
+/// What an actor is made of; a scene with one may say it at the top.
+template <class V>
+void describe_chain(V& v, ActorSettings& s) {
+  v.object("source", s.source,
+           "where the morph starts: an object, or just its OBJ file or shape as a string");
+  v.objects("intermediate", s.intermediate, "objects on the way, in order");
+  v.object("target", s.target, "where the morph ends");
+}
+
+template <class V>
+void describe(V& v, ActorSettings& s) {
+  v.text("name", s.name, "name in messages, reports and meshes; default: the source's");
+  describe_chain(v, s);
+  v.integer("start", s.start, 1, 100000,
+            "the frame from which it moves; before, it stands still (frames.hold_start comes on "
+            "top)");
+  v.integers("per_leg", s.per_leg, 1, 100000,
+             "frames of each of its legs; default: the scene's, else it moves until the scene "
+             "ends");
+  v.vector("translate", s.translate, "shift on the stage, in scene units, after everything else");
+  v.vector("rotate", s.rotate, "degrees about x, then y, then z, about the stage's origin");
+  v.scale("scale", s.scale, "one factor, or one an axis, about the stage's origin");
+  v.object("plan", s.plan, "which ball becomes which; default: the scene's");
+}
+
 template <class V>
 void describe(V& v, Scene& s) {
   v.integer("polymorph", s.version, 1, 1, "version of the scene format");
   v.text("description", s.description, "a line for people");
   v.object("spheres", s.spheres, "how models are approximated");
   v.object("motion", s.motion, "how balls move");
-  v.before_objects(s);  // an object's own settings start from the scene's
-  v.object("source", s.source,
-           "where the morph starts: an object, or just its OBJ file or shape as a string");
-  v.objects("intermediate", s.intermediate, "objects on the way, in order");
-  v.object("target", s.target, "where the morph ends");
+  v.object("plan", s.plan, "which ball becomes which");
+  v.before_actors(s);  // an actor's and an object's own settings start from the scene's
+  v.actors("actors", s.actors,
+           "several morphs in one scene, each with its own chain, place and time; instead of "
+           "source, intermediate and target");
   v.choice("arrange", s.arrange, {{"stand", Arrange::kStand}, {"none", Arrange::kNone}},
-           "stand: every object gets the source's size, centred, standing on y = 0; none: as in "
-           "the files");
+           "stand: every object gets the first source's size, centred, standing on y = 0; none: "
+           "as in the files");
   v.object("frames", s.frames, "how many frames, and how fast");
   v.object("field", s.field, "the metaball field");
-  v.object("plan", s.plan, "which ball becomes which");
   v.object("boundary", s.boundary, "the change between model and balls");
   v.object("surface", s.surface, "the extracted surface");
   v.object("camera", s.camera, "");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 
 #include "base/file.h"
@@ -182,16 +183,37 @@ class ReadFields {
     if (!value) return;
     for (std::size_t i = 0; i < value->items.size(); ++i) {
       if constexpr (std::is_same_v<T, ObjectSettings>)
-        out.push_back(prototype_);
+        out.push_back(actor_prototype_.source);
+      else if constexpr (std::is_same_v<T, ActorSettings>)
+        out.push_back(actor_prototype_);
       else
         out.emplace_back();
       read_object(value->items[i], fmt::format("{}/{}/{}", pointer_, key, i), out.back());
     }
   }
-  void before_objects(Scene& scene) {
-    prototype_.spheres = scene.spheres;
-    prototype_.motion = scene.motion;
-    scene.source = scene.target = prototype_;
+  void before_actors(Scene& scene) {
+    ObjectSettings object;
+    object.spheres = scene.spheres;
+    object.motion = scene.motion;
+    actor_prototype_.source = actor_prototype_.target = object;
+    actor_prototype_.plan = scene.plan;
+  }
+  /// A list, or the one actor's chain in its stead.
+  void actors(const char* key, std::vector<ActorSettings>& out, const char* doc) {
+    if (!find(key)) {
+      out.assign(1, actor_prototype_);
+      describe_chain(*this, out.front());
+      return;
+    }
+    out.clear();
+    objects(key, out, doc);
+    for (const char* alone : {"source", "intermediate", "target"})
+      if (const JsonValue* value = find(alone))
+        report(*value, alone, "contradicts \"actors\" - write it into one of them");
+    if (!out.empty()) return;
+    if (const JsonValue* list = expect(key, JsonValue::Kind::kArray))
+      report(*list, key, "is empty - a scene has at least one actor");
+    out.push_back(actor_prototype_);  // what else is wrong can still be said
   }
 
   /// Reports keys that describe() did not ask for.
@@ -249,6 +271,7 @@ class ReadFields {
       return;
     }
     ReadFields inner(document_, value, pointer, folder_, findings_);
+    inner.actor_prototype_ = actor_prototype_;
     describe(inner, out);
     if constexpr (std::is_same_v<T, ObjectSettings>) inner.check_object(out, value);
     inner.finish();
@@ -323,78 +346,128 @@ class ReadFields {
   std::filesystem::path folder_;
   std::vector<SceneFinding>& findings_;
   std::vector<std::string> known_;
-  ObjectSettings prototype_;
+  ActorSettings actor_prototype_;  ///< its source is every object's
 };
 
 /// What no single key can tell.
-void check_whole(const JsonDocument& document, const Scene& scene,
-                 std::vector<SceneFinding>& findings) {
-  const auto report = [&](const char* pointer, const JsonValue* value, const std::string& message) {
-    const TextPosition at = document.position(value ? value->offset : JsonValue::kNowhere);
-    findings.push_back({at.line, at.column, pointer, message});
-  };
-  const JsonValue& root = document.root;
-  for (const char* key : {"source", "target"})
-    if (!root.find(key))
-      report(fmt::format("/{}", key).c_str(), &root, "is missing - name an OBJ file or a shape");
-  const JsonValue* frames = root.find("frames");
-  const std::size_t legs = scene.intermediate.size() + 1;
-  if (!scene.frames.per_leg.empty()) {
-    if (scene.frames.per_leg.size() != legs)
-      report("/frames/per_leg", frames ? frames->find("per_leg") : nullptr,
-             fmt::format("has {} entries for {} leg{} (objects - 1)", scene.frames.per_leg.size(),
-                         legs, legs == 1 ? "" : "s"));
-    if (scene.frames.count > 0)
-      report("/frames/count", frames ? frames->find("count") : nullptr,
+class CheckWhole {
+ public:
+  CheckWhole(const JsonDocument& document, const Scene& scene, std::vector<SceneFinding>& findings)
+      : document_(document), scene_(scene), findings_(findings) {}
+
+  void run() {
+    const JsonValue& root = document_.root;
+    const JsonValue* list = root.find("actors");
+    if (!list) {
+      check_actor(scene_.actors.front(), "", root);
+    } else {
+      for (std::size_t i = 0; i < list->items.size(); ++i)
+        check_actor(scene_.actors[i], fmt::format("/actors/{}", i), list->items[i]);
+    }
+    if (!scene_.frames.per_leg.empty() && scene_.frames.count > 0)
+      report("/frames/count", inner(&root, {"frames", "count"}),
              "contradicts per_leg - give one of the two");
-  } else if (scene.frames.count > 0) {
-    const int moving = scene.frames.count - scene.frames.hold_start - scene.frames.hold_end;
+    if (length(scene_.camera.up) == 0)
+      report("/camera/up", inner(&root, {"camera", "up"}), "must not be the zero vector");
+    check_picture();
+  }
+
+ private:
+  void check_actor(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
+    for (const char* key : {"source", "target"})
+      if (!value.find(key))
+        report(fmt::format("{}/{}", pointer, key), &value,
+               "is missing - name an OBJ file or a shape");
+    const std::size_t legs = actor.intermediate.size() + 1;
+    const auto legs_text = fmt::format("{} leg{}", legs, legs == 1 ? "" : "s");
+    const bool own = !actor.per_leg.empty();
+    const std::vector<int>& per_leg = own ? actor.per_leg : scene_.frames.per_leg;
+    const JsonValue* frames = inner(&document_.root, {"frames"});
+    if (!per_leg.empty() && per_leg.size() != legs)
+      report(own ? pointer + "/per_leg" : "/frames/per_leg",
+             own ? value.find("per_leg") : inner(frames, {"per_leg"}),
+             fmt::format("has {} entries for {} (objects - 1)", per_leg.size(), legs_text));
+    if (scene_.frames.count > 0 && scene_.frames.per_leg.empty()) check_time(actor, pointer, value);
+    const JsonValue* actors_landmarks = inner(&value, {"plan", "landmarks"});
+    const JsonValue* landmarks =
+        actors_landmarks ? actors_landmarks : inner(&document_.root, {"plan", "landmarks"});
+    for (std::size_t i = 0; i < actor.plan.landmarks.size(); ++i)
+      if (static_cast<std::size_t>(actor.plan.landmarks[i].leg) > legs)
+        report(fmt::format("{}/plan/landmarks/{}/leg", actors_landmarks ? pointer : "", i),
+               landmarks && i < landmarks->items.size() ? &landmarks->items[i] : nullptr,
+               fmt::format("is {}, but there {} {}", actor.plan.landmarks[i].leg,
+                           legs == 1 ? "is" : "are", legs_text));
+  }
+  /// Does the actor get its chain into the scene's frames?
+  void check_time(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
+    const FrameSettings& frames = scene_.frames;
+    const int moving = frames.count - frames.hold_start - frames.hold_end;
     if (moving < 2)
-      report("/frames/count", frames ? frames->find("count") : nullptr,
-             fmt::format("leaves {} frames beside the holds ({} + {}) - at least 2 are needed",
-                         moving, scene.frames.hold_start, scene.frames.hold_end));
+      return report("/frames/count", inner(&document_.root, {"frames", "count"}),
+                    fmt::format("leaves {} frames beside the holds ({} + {}) - at least 2 are "
+                                "needed",
+                                moving, frames.hold_start, frames.hold_end));
+    int needed = std::accumulate(actor.per_leg.begin(), actor.per_leg.end(), 0);
+    for (const ObjectSettings& object : actor.intermediate)
+      needed += actor.per_leg.empty() ? 0 : object.hold;
+    needed = std::max(needed, 2);
+    if (actor.start - 1 + needed > moving)
+      report(pointer + "/start", value.find("start"),
+             fmt::format("leaves {} of the scene's {} frames, and the actor needs {}",
+                         std::max(moving - actor.start + 1, 0), frames.count, needed));
   }
-  const JsonValue* plan = root.find("plan");
-  const JsonValue* landmarks = plan ? plan->find("landmarks") : nullptr;
-  for (std::size_t i = 0; i < scene.plan.landmarks.size(); ++i)
-    if (static_cast<std::size_t>(scene.plan.landmarks[i].leg) > legs)
-      report(fmt::format("/plan/landmarks/{}/leg", i).c_str(), &landmarks->items[i],
-             fmt::format("is {}, but there {} {} leg{}", scene.plan.landmarks[i].leg,
-                         legs == 1 ? "is" : "are", legs, legs == 1 ? "" : "s"));
-  const JsonValue* image = root.find("image");
-  const JsonValue* aovs = image ? image->find("aovs") : nullptr;
-  for (std::string_view rest = scene.image.aovs; aovs && rest != "all" && rest != "none";) {
-    const std::size_t end = std::min(rest.find(','), rest.size());
-    const std::string name(rest.substr(0, end));
-    if (std::find(kAovNames.begin(), kAovNames.end(), name) == kAovNames.end())
-      report("/image/aovs", aovs,
-             fmt::format("has no layer \"{}\"{} - known: {}, or all, or none", name,
-                         did_you_mean(name, kAovNames), join_quoted(kAovNames)));
-    if (end == rest.size()) break;
-    rest.remove_prefix(end + 1);
+  void check_picture() {
+    const JsonValue* aovs = inner(&document_.root, {"image", "aovs"});
+    for (std::string_view rest = scene_.image.aovs; aovs && rest != "all" && rest != "none";) {
+      const std::size_t end = std::min(rest.find(','), rest.size());
+      const std::string name(rest.substr(0, end));
+      if (std::find(kAovNames.begin(), kAovNames.end(), name) == kAovNames.end())
+        report("/image/aovs", aovs,
+               fmt::format("has no layer \"{}\"{} - known: {}, or all, or none", name,
+                           did_you_mean(name, kAovNames), join_quoted(kAovNames)));
+      if (end == rest.size()) break;
+      rest.remove_prefix(end + 1);
+    }
+    if (scene_.lights.lamps.size() > kMaxLamps)
+      report("/lights/lamps", inner(&document_.root, {"lights", "lamps"}),
+             fmt::format("has {} lamps - at most {} are possible", scene_.lights.lamps.size(),
+                         kMaxLamps));
+    if (scene_.output.png_bits != 8 && scene_.output.png_bits != 16)
+      report("/output/png_bits", inner(&document_.root, {"output", "png_bits"}),
+             fmt::format("must be 8 or 16 (is {})", scene_.output.png_bits));
   }
-  const JsonValue* lights = root.find("lights");
-  if (scene.lights.lamps.size() > kMaxLamps)
-    report("/lights/lamps", lights ? lights->find("lamps") : nullptr,
-           fmt::format("has {} lamps - at most {} are possible", scene.lights.lamps.size(),
-                       kMaxLamps));
-  const JsonValue* output = root.find("output");
-  if (scene.output.png_bits != 8 && scene.output.png_bits != 16)
-    report("/output/png_bits", output ? output->find("png_bits") : nullptr,
-           fmt::format("must be 8 or 16 (is {})", scene.output.png_bits));
-  if (length(scene.camera.up) == 0)
-    report("/camera/up", root.find("camera") ? root.find("camera")->find("up") : nullptr,
-           "must not be the zero vector");
-}
+  static const JsonValue* inner(const JsonValue* value, std::initializer_list<const char*> keys) {
+    for (const char* key : keys) value = value ? value->find(key) : nullptr;
+    return value;
+  }
+  void report(const std::string& pointer, const JsonValue* value, const std::string& message) {
+    const TextPosition at = document_.position(value ? value->offset : JsonValue::kNowhere);
+    // What several actors have from the scene is wrong once.
+    for (const SceneFinding& known : findings_)
+      if (known.pointer == pointer && known.message == message) return;
+    findings_.push_back({at.line, at.column, pointer, message});
+  }
+
+  const JsonDocument& document_;
+  const Scene& scene_;
+  std::vector<SceneFinding>& findings_;
+};
 
 void name_objects(Scene& scene) {
   const auto name = [](ObjectSettings& object) {
     if (object.name.empty())
       object.name = object.model.empty() ? object.shape : object.model.stem().string();
   };
-  name(scene.source);
-  for (ObjectSettings& object : scene.intermediate) name(object);
-  name(scene.target);
+  std::set<std::string> names;
+  for (ActorSettings& actor : scene.actors) {
+    name(actor.source);
+    for (ObjectSettings& object : actor.intermediate) name(object);
+    name(actor.target);
+    if (actor.name.empty()) actor.name = actor.source.name;
+    const std::string same = actor.name;
+    for (int n = 2; !names.insert(actor.name).second; ++n)
+      actor.name = fmt::format("{} {}", same, n);
+  }
 }
 
 }  // namespace
@@ -426,7 +499,7 @@ Result<SceneReading> read_scene(const std::filesystem::path& path,
   ReadFields fields(document, document.root, "", folder, reading.findings);
   describe(fields, reading.scene);
   fields.finish();
-  check_whole(document, reading.scene, reading.findings);
+  CheckWhole(document, reading.scene, reading.findings).run();
   name_objects(reading.scene);
   std::stable_sort(reading.findings.begin(), reading.findings.end(),
                    [](const SceneFinding& a, const SceneFinding& b) {
@@ -449,10 +522,10 @@ Result<Scene> load_scene(const std::filesystem::path& path, std::span<const Over
   return Error{only_overrides ? ErrorCode::kUsage : ErrorCode::kInput, message};
 }
 
-std::vector<const ObjectSettings*> chain_objects(const Scene& scene) {
-  std::vector<const ObjectSettings*> objects{&scene.source};
-  for (const ObjectSettings& object : scene.intermediate) objects.push_back(&object);
-  objects.push_back(&scene.target);
+std::vector<const ObjectSettings*> chain_objects(const ActorSettings& actor) {
+  std::vector<const ObjectSettings*> objects{&actor.source};
+  for (const ObjectSettings& object : actor.intermediate) objects.push_back(&object);
+  objects.push_back(&actor.target);
   return objects;
 }
 

@@ -47,7 +47,7 @@ std::string scene_schema();
 /// The scene with every default spelled out, as JSON; paths relative to `folder`.
 std::string scene_to_json(const Scene& scene, const std::filesystem::path& folder);
 
-/// Every object in chain order: source, intermediate..., target.
-std::vector<const ObjectSettings*> chain_objects(const Scene& scene);
+/// Every object of an actor in chain order: source, intermediate..., target.
+std::vector<const ObjectSettings*> chain_objects(const ActorSettings& actor);
 
 }  // namespace polymorph

@@ -89,7 +89,7 @@ struct ObjectSettings {
 inline const std::vector<std::string> kShapeNames{"sphere", "cube", "torus", "puddle", "drops"};
 
 enum class Arrange : std::uint8_t {
-  kStand,  ///< each object gets the source's size, stands on y = 0, centred on the y axis
+  kStand,  ///< each object gets the first source's size, stands on y = 0, centred on the y axis
   kNone,   ///< coordinates as in the files
 };
 
@@ -158,8 +158,8 @@ struct BoundarySettings {
 };
 
 struct FrameSettings {
-  int count = 0;             ///< frames in all, holds included; 0 = from per_leg, else 24 a leg
-  std::vector<int> per_leg;  ///< frames of each leg; overrides count
+  int count = 0;             ///< frames in all, holds included; 0 = as many as the actors need
+  std::vector<int> per_leg;  ///< frames of each leg of actors without their own; overrides count
   float fps = 24;
   int hold_start = 0;  ///< extra frames that stand still at the start
   int hold_end = 0;
@@ -284,18 +284,32 @@ struct OutputSettings {
   bool dither = false;                  ///< PNG: random rounding against banding
 };
 
+/// One chain of objects, where it stands on the stage and when it sets out.
+struct ActorSettings {
+  std::string name;  ///< default: the source's
+  ObjectSettings source;
+  std::vector<ObjectSettings> intermediate;
+  ObjectSettings target;
+  int start = 1;             ///< the frame from which it moves, frames.hold_start not counted
+  std::vector<int> per_leg;  ///< frames of each leg; empty: the scene's
+  /// Its place on the stage: turned and scaled about the origin, then shifted.
+  Vec3 translate;
+  Vec3 rotate;  ///< degrees about x, then y, then z
+  Vec3 scale{1, 1, 1};
+  PlanSettings plan;
+};
+
 struct Scene {
   std::filesystem::path path;  ///< the file it came from
   int version = 1;
   std::string description;
   Arrange arrange = Arrange::kStand;
-  ObjectSettings source;
-  std::vector<ObjectSettings> intermediate;
-  ObjectSettings target;
+  /// At least one. A scene file with one may write its chain without a list around it.
+  std::vector<ActorSettings> actors = std::vector<ActorSettings>(1);
   SphereSettings spheres;  ///< default of every object's own
   FrameSettings frames;
   FieldSettings field;
-  PlanSettings plan;
+  PlanSettings plan;  ///< default of every actor's own
   MotionSettings motion;
   BoundarySettings boundary;
   SurfaceSettings surface;

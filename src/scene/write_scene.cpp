@@ -105,16 +105,25 @@ class SchemaFields {
     T value;
     add(key, doc, {{"type", "array"}, {"items", schema_of(value)}});
   }
-  void before_objects(Scene&) {}
+  void before_actors(Scene&) {}
+  /// Either a list, or the keys of one actor's chain beside it.
+  void actors(const char* key, std::vector<ActorSettings>& values, const char* doc) {
+    ActorSettings actor;
+    describe_chain(*this, actor);
+    objects(key, values, doc);
+    properties[key]["minItems"] = 1;
+  }
 
   template <class T>
   static Json schema_of(T& value) {
     SchemaFields inner;
     describe(inner, value);
+    static const Json kChainEnds{"source", "target"};
     Json object{
         {"type", "object"}, {"additionalProperties", false}, {"properties", inner.properties}};
     if constexpr (std::is_same_v<T, ObjectSettings>)
       return {{"oneOf", Json::array({Json{{"type", "string"}}, object})}};
+    if constexpr (std::is_same_v<T, ActorSettings>) object["required"] = kChainEnds;
     return object;
   }
 
@@ -197,7 +206,10 @@ class WriteFields {
     json[key] = Json::array();
     for (T& value : values) json[key].push_back(written(value));
   }
-  void before_objects(Scene&) {}
+  void before_actors(Scene&) {}
+  void actors(const char* key, std::vector<ActorSettings>& values, const char* doc) {
+    objects(key, values, doc);
+  }
 
  private:
   template <class T>
@@ -224,7 +236,8 @@ std::string scene_schema() {
        "Paths are relative to the scene file."},
       {"type", "object"},
       {"additionalProperties", false},
-      {"required", {"source", "target"}},
+      {"oneOf", Json::array({Json{{"required", {"source", "target"}}},
+                             Json{{"required", Json::array({"actors"})}}})},
       {"properties", fields.properties}};
   return dump_json(schema);
 }

@@ -52,10 +52,10 @@ void measure_landmarks(const MorphPlan& plan, const std::vector<LandmarkSettings
   }
 }
 
-MorphEnds ends_of(const PreparedScene& prepared, std::size_t leg) {
-  const PreparedObject& from = prepared.objects[leg];
-  const PreparedObject& to = prepared.objects[leg + 1];
-  const MorphPlan& plan = prepared.plans[leg];
+MorphEnds ends_of(const PreparedActor& actor, const PlanSettings& settings, std::size_t leg) {
+  const MorphPlan& plan = actor.legs[leg].plan;
+  const PreparedObject& from = actor.objects[actor.legs[leg].from];
+  const PreparedObject& to = actor.objects[actor.legs[leg].to];
   MorphEnds ends;
   ends.from = from.name;
   ends.to = to.name;
@@ -63,7 +63,7 @@ MorphEnds ends_of(const PreparedScene& prepared, std::size_t leg) {
   ends.target = mesh_of(to.model);
   for (const Pair& pair : plan.pairs) ends.masses.push_back(pair.mass);
   measure_labels(plan, ends);
-  measure_landmarks(plan, prepared.scene.plan.landmarks, static_cast<int>(leg), ends);
+  measure_landmarks(plan, settings.landmarks, static_cast<int>(leg), ends);
   ends.truth = similarity_of(from.model.points, to.model.points);
   const Alignment& found = plan.alignment;
   ends.recovered = Similarity{found.rotation, found.scale,
@@ -76,27 +76,34 @@ MorphEnds ends_of(const PreparedScene& prepared, std::size_t leg) {
 Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared,
                                             SurfaceExtractor& extractor, int frames,
                                             const AnalyzeProgress& progress) {
-  std::vector<int> counts;
   int total = 0, done = 0;
-  for (const Leg& leg : prepared.timeline.legs) {
-    counts.push_back(std::max(2, frames > 0 ? frames : leg.steps + 1));
-    total += counts.back();
-  }
+  const auto samples_of = [&](const Leg& leg) {
+    return std::max(2, frames > 0 ? frames : leg.steps + 1);
+  };
+  for (const PreparedActor& actor : prepared.actors)
+    for (const Leg& leg : actor.timeline.legs) total += samples_of(leg);
   std::vector<Analysis> morphs;
-  for (std::size_t leg = 0; leg < counts.size(); ++leg) {
-    std::vector<MorphFrame> samples;
-    for (int k = 0; k < counts[leg]; ++k) {
-      if (!progress(done++, total)) return stopped();
-      const float time = static_cast<float>(k) / static_cast<float>(counts[leg] - 1);
-      PM_TRY(FrameGeometry geometry, volume_at(prepared, extractor, static_cast<int>(leg), time));
-      MorphFrame frame;
-      frame.time = static_cast<double>(time);
-      frame.u = static_cast<double>(geometry.moment.u);
-      frame.surface = std::move(geometry.surface);
-      for (const Ball& ball : geometry.balls) frame.centers.push_back(ball.center);
-      samples.push_back(std::move(frame));
+  for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
+    const PreparedActor& actor = prepared.actors[a];
+    for (std::size_t leg = 0; leg < actor.legs.size(); ++leg) {
+      std::vector<MorphFrame> samples;
+      const int count = samples_of(actor.timeline.legs[leg]);
+      for (int k = 0; k < count; ++k) {
+        if (!progress(done++, total)) return stopped();
+        const float time = static_cast<float>(k) / static_cast<float>(count - 1);
+        PM_TRY(ActorGeometry geometry,
+               volume_at(prepared, actor, extractor, static_cast<int>(leg), time));
+        MorphFrame frame;
+        frame.time = static_cast<double>(time);
+        frame.u = static_cast<double>(geometry.moment.u);
+        frame.surface = std::move(geometry.surface);
+        for (const Ball& ball : geometry.balls) frame.centers.push_back(ball.center);
+        samples.push_back(std::move(frame));
+      }
+      MorphEnds ends = ends_of(actor, prepared.scene.actors[a].plan, leg);
+      if (prepared.actors.size() > 1) ends.actor = actor.name;
+      morphs.push_back(analyze_morph(ends, samples));
     }
-    morphs.push_back(analyze_morph(ends_of(prepared, leg), samples));
   }
   return morphs;
 }

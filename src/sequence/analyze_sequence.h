@@ -7,15 +7,15 @@
 
 #include "analyze/analyze.h"
 #include "sequence/frames.h"
-#include "sequence/prepare.h"
+#include "sequence/geometry.h"
 
 namespace polymorph {
 
 /// Called before each frame; false stops with kResumable's sibling, an interrupted error.
 using AnalyzeProgress = std::function<bool(int done, int count)>;
 
-/// Each leg's volumetric stage, from balls to balls, at `frames` even times with both ends; 0: as
-/// many as the leg has in the scene.
+/// Each leg of each actor, actor by actor: its volumetric stage, from balls to balls, at `frames`
+/// even times with both ends; 0: as many as the leg has in the scene.
 Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared,
                                             SurfaceExtractor& extractor, int frames,
                                             const AnalyzeProgress& progress);

@@ -33,19 +33,20 @@ class SuiteRenderer {
     PM_TRY(Renderer renderer, Renderer::create(settings.isa));
     result.renderer_ = std::make_unique<Renderer>(std::move(renderer));
     for (const int frame : suite.frames)
-      if (frame < 1 || frame > result.prepared_.timeline.count)
+      if (frame < 1 || frame > result.prepared_.frame_count)
         return make_error(ErrorCode::kInput, "{}: frame {} is outside the scene's 1-{}",
                           (suite.folder / "suite.json").string(), frame,
-                          result.prepared_.timeline.count);
+                          result.prepared_.frame_count);
     return result;
   }
 
   Result<RenderedFrame> render(int frame) {
     PM_TRY(const FrameGeometry geometry, geometry_at(prepared_, *extractor_, frame));
     PM_TRY(Image image, render_frame(prepared_, geometry, *renderer_, device_, ""));
-    return RenderedFrame{{frame, geometry.surface.positions.size(),
-                          geometry.surface.triangles.size(), mesh_digest(geometry.surface)},
-                         std::move(image)};
+    const Mesh surface = surfaces_of(geometry);
+    return RenderedFrame{
+        {frame, surface.positions.size(), surface.triangles.size(), mesh_digest(surface)},
+        std::move(image)};
   }
 
  private:

@@ -260,9 +260,9 @@ Result<std::vector<ReportCase>> test_golden_statistics(const GoldenSuite& suite,
   PM_TRY(Renderer renderer, Renderer::create(settings.isa));
   std::vector<ReportCase> cases;
   for (const int frame : suite.frames) {
-    if (frame < 1 || frame > prepared.timeline.count)
+    if (frame < 1 || frame > prepared.frame_count)
       return make_error(ErrorCode::kInput, "{}: frame {} is outside the scene's 1-{}",
-                        (suite.folder / "suite.json").string(), frame, prepared.timeline.count);
+                        (suite.folder / "suite.json").string(), frame, prepared.frame_count);
     PM_TRY(ReportCase one,
            test_noise(suite, settings, prepared, *extractor, renderer, frame, runs));
     cases.push_back(std::move(one));

@@ -41,14 +41,28 @@ struct PreparedObject {
   BlendField blend;                                ///< blend
 };
 
+/// The way from one object to another.
+struct PreparedLeg {
+  std::size_t from = 0, to = 0;  ///< of the actor's objects
+  MorphPlan plan;
+};
+
+/// One chain, in its place in the world.
+struct PreparedActor {
+  std::string name;
+  Timeline timeline;
+  std::vector<PreparedObject> objects;
+  std::vector<PreparedLeg> legs;
+  Box box;         ///< of all its objects
+  float cell = 0;  ///< edge of its surfaces' cells
+};
+
 struct PreparedScene {
   Scene scene;
   std::string hash;  ///< of all settings and models that decide the pixels
-  Timeline timeline;
-  std::vector<PreparedObject> objects;
-  std::vector<MorphPlan> plans;  ///< one a leg
-  Box box;                       ///< of all objects
-  float cell = 0;                ///< edge of the surface's cells
+  int frame_count = 0;
+  std::vector<PreparedActor> actors;
+  Box box;  ///< of all objects
   ExtractSettings extract;
   Camera camera;
   GroundSettings ground;
@@ -56,9 +70,9 @@ struct PreparedScene {
   std::vector<std::string> warnings;
 };
 
-/// The chain's models, loaded and arranged.
+/// The models of all actors, loaded and arranged.
 struct LoadedScene {
-  std::vector<Model> models;  ///< in chain order
+  std::vector<Model> models;  ///< actor by actor, in chain order
   std::vector<std::string> warnings;
 };
 Result<LoadedScene> load_models(const Scene& scene, bool textures);
@@ -73,33 +87,5 @@ std::vector<std::string> find_problems(const Scene& scene,
 /// `cache_folder` empty: no sphere cache. Errors: kInput (models), kResource.
 Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extractor,
                                     const std::filesystem::path& cache_folder);
-
-/// An object's materials as the surface wears them.
-struct Clothes {
-  int object = -1;  ///< of the chain
-  TransferredMaterials materials;
-};
-
-/// The geometry of one frame.
-struct FrameGeometry {
-  Moment moment;
-  std::vector<Ball> balls;  ///< empty while only a model shows
-  float iso = 1;
-  Mesh surface;                      ///< of the balls, or blended with the model `moment.object`
-  std::vector<Vec3> points;          ///< of the model `moment.object`, when one shows
-  std::vector<Vec3> corner_normals;  ///< of those points; empty: the model's own
-  /// The surface's own look: what it comes from and, mixed with it by moment.u, what it becomes.
-  Clothes own, other;
-};
-/// The balls of a leg at `time` in [0, 1] of their motion, their level and their surface: what
-/// shows in the volumetric stage. `geometry.moment` says only leg, time and u.
-Result<FrameGeometry> volume_at(const PreparedScene& prepared, SurfaceExtractor& extractor, int leg,
-                                float time);
-
-Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtractor& extractor,
-                                  int frame);
-
-/// What the renderer is given for one frame; borrows from both arguments.
-RenderScene render_scene(const PreparedScene& prepared, const FrameGeometry& geometry);
 
 }  // namespace polymorph

@@ -51,13 +51,17 @@ std::string shape_text(const Ball& ball) {
 
 }  // namespace
 
-std::string encode_obj(const Mesh& mesh) {
+std::string encode_obj(const Mesh& mesh, std::span<const MeshPart> parts) {
   std::string text = "# polymorph surface\n";
   auto out = std::back_inserter(text);
   for (const Vec3& p : mesh.positions) fmt::format_to(out, "v {} {} {}\n", p.x, p.y, p.z);
   for (const Vec3& n : mesh.normals) fmt::format_to(out, "vn {} {} {}\n", n.x, n.y, n.z);
-  for (const Triangle& t : mesh.triangles)
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (; !parts.empty() && parts.front().first_triangle == i; parts = parts.subspan(1))
+      fmt::format_to(out, "o {}\n", parts.front().name);
+    const Triangle& t = mesh.triangles[i];
     fmt::format_to(out, "f {0}//{0} {1}//{1} {2}//{2}\n", t.v[0] + 1, t.v[1] + 1, t.v[2] + 1);
+  }
   return text;
 }
 
@@ -101,8 +105,9 @@ std::string encode_balls_csv(const std::vector<Ball>& balls, FieldKind kind) {
   return text;
 }
 
-Status write_mesh(const std::filesystem::path& path, const Mesh& mesh) {
-  if (path.extension() == ".obj") return write_file(path, encode_obj(mesh));
+Status write_mesh(const std::filesystem::path& path, const Mesh& mesh,
+                  std::span<const MeshPart> parts) {
+  if (path.extension() == ".obj") return write_file(path, encode_obj(mesh, parts));
   if (path.extension() == ".ply") return write_file(path, encode_ply(mesh));
   return make_error(ErrorCode::kUsage, "{}: unknown mesh format \"{}\" - use .obj or .ply",
                     path.string(), path.extension().string());

@@ -88,6 +88,32 @@ TEST_F(Products, MeshesOfSeveralFrames) {
       contains(run(0, {"mesh", "scene.json", "-f", "1", "-o", "first.obj"}).out, " model: "));
 }
 
+TEST_F(Products, SeveralActors) {
+  write("two.json",
+        R"({"actors": [{"source": "cube", "target": "sphere"},
+                       {"name": "ring", "source": "torus", "target": "cube", "start": 5,
+                        "translate": [3, 0, 0]}],
+            "frames": {"count": 8}, "spheres": {"balls": 12}, "surface": {"resolution": 16},
+            "image": {"width": 32, "height": 24, "samples": 1}})");
+  EXPECT_TRUE(contains(run(0, {"check", "two.json"}).out, "two.json: ok, 4 objects, 8 frames"));
+  const std::string info = run(0, {"info", "two.json"}).out;
+  for (const char* text : {"  cube:\n", "  ring:\n", "torus -> cube: volume"})
+    EXPECT_TRUE(contains(info, text)) << info;
+  const Ran ran = run(0, {"mesh", "two.json", "-f", "4", "-o", "two.obj"});
+  EXPECT_TRUE(contains(ran.out, "two.obj volume, boundary-out surface, model: ")) << ran.out;
+  EXPECT_TRUE(contains(ran.out, "closed, ")) << ran.out;
+  EXPECT_TRUE(contains(ran.out, ", 2 parts, ")) << ran.out;
+  const auto labels = parse(run(0, {"info", "two.obj", "--json"}).out)["labels"];
+  EXPECT_EQ(labels.dump(), R"(["cube","ring"])");
+  const auto morphs = parse(run(0, {"analyze", "two.json", "-n", "3", "--json"}).out)["morphs"];
+  ASSERT_EQ(morphs.size(), 2u);
+  EXPECT_EQ(morphs[1]["actor"], "ring");
+  EXPECT_EQ(morphs[1]["from"], "torus");
+  run(0, {"render", "two.json", "-f", "6", "-o", "two.exr"});
+  const auto image = parse(run(0, {"info", "two.exr", "--json"}).out);
+  EXPECT_EQ(image["attributes"]["polymorph/stage"], "volume");
+}
+
 TEST_F(Products, StoppedBySignalLeavesNoParts) {
   write("long.json", tiny_scene(4000));
   const Started started = start({"mesh", "long.json", "-o", "m.####.obj"});

@@ -9,22 +9,24 @@ namespace {
 
 Scene scene_with(std::vector<bool> metas, int count = 0) {
   Scene scene;
-  scene.source.shape = scene.target.shape = "sphere";
+  scene.actors[0].source.shape = scene.actors[0].target.shape = "sphere";
   for (const bool meta : metas) {
     ObjectSettings object;
     object.shape = "cube";
     object.meta = meta;
-    scene.intermediate.push_back(object);
+    scene.actors[0].intermediate.push_back(object);
   }
   scene.frames.count = count;
   scene.look.kind = LookKind::kMetal;  // with all of the report's stages
   return scene;
 }
 
+Timeline timeline_of(const Scene& scene) { return make_timeline(scene, scene.actors[0]); }
+
 TEST(Timeline, OwnLooksHaveNothingToFadeTo) {
   Scene scene = scene_with({false, true}, 60);
   scene.look.kind = LookKind::kOwn;
-  const Timeline timeline = make_timeline(scene);
+  const Timeline timeline = timeline_of(scene);
   int whole = 0;
   for (int frame = 1; frame <= 60; ++frame) {
     const Moment m = moment_at(timeline, frame);
@@ -37,7 +39,7 @@ TEST(Timeline, OwnLooksHaveNothingToFadeTo) {
 
 TEST(Timeline, StartsAsTheWholeSourceAndEndsAsTheWholeTarget) {
   for (const int count : {2, 3, 24, 100}) {
-    const Timeline timeline = make_timeline(scene_with({true}, count));
+    const Timeline timeline = timeline_of(scene_with({true}, count));
     const Moment first = moment_at(timeline, 1), last = moment_at(timeline, count);
     EXPECT_EQ(first.stage, Stage::kLookOut);
     EXPECT_EQ(first.object, 0);
@@ -52,7 +54,7 @@ TEST(Timeline, StartsAsTheWholeSourceAndEndsAsTheWholeTarget) {
 }
 
 TEST(Timeline, StagesFollowTheReportsOrder) {
-  const Timeline timeline = make_timeline(scene_with({}, 200));
+  const Timeline timeline = timeline_of(scene_with({}, 200));
   int before = 0;
   std::set<Stage> seen;
   for (int frame = 1; frame <= 200; ++frame) {
@@ -65,9 +67,9 @@ TEST(Timeline, StagesFollowTheReportsOrder) {
 }
 
 TEST(Timeline, MetaObjectsAreOnlyPassedThroughAsBalls) {
-  const Timeline timeline = make_timeline(scene_with({true}, 200));
+  const Timeline timeline = timeline_of(scene_with({true}, 200));
   for (int frame = 1; frame <= 200; ++frame) EXPECT_NE(moment_at(timeline, frame).object, 1);
-  const Timeline full = make_timeline(scene_with({false}, 200));
+  const Timeline full = timeline_of(scene_with({false}, 200));
   bool whole = false;
   for (int frame = 1; frame <= 200; ++frame) {
     const Moment moment = moment_at(full, frame);
@@ -77,7 +79,7 @@ TEST(Timeline, MetaObjectsAreOnlyPassedThroughAsBalls) {
 }
 
 TEST(Timeline, NothingJumpsBetweenStages) {
-  const Timeline timeline = make_timeline(scene_with({false, true}, 3000));
+  const Timeline timeline = timeline_of(scene_with({false, true}, 3000));
   for (int frame = 1; frame < 3000; ++frame) {
     const Moment a = moment_at(timeline, frame), b = moment_at(timeline, frame + 1);
     if (a.leg != b.leg) continue;
@@ -94,7 +96,7 @@ TEST(Timeline, HoldsStandStill) {
   Scene scene = scene_with({}, 20);
   scene.frames.hold_start = 3;
   scene.frames.hold_end = 4;
-  const Timeline timeline = make_timeline(scene);
+  const Timeline timeline = timeline_of(scene);
   for (int frame = 1; frame <= 4; ++frame) EXPECT_EQ(moment_at(timeline, frame).t, 0) << frame;
   EXPECT_GT(moment_at(timeline, 5).t, 0);
   for (int frame = 16; frame <= 20; ++frame) EXPECT_EQ(moment_at(timeline, frame).t, 1) << frame;
@@ -104,19 +106,19 @@ TEST(Timeline, HoldsStandStill) {
 TEST(Timeline, LegsTakeTheFramesTheyAreGiven) {
   Scene scene = scene_with({true});
   scene.frames.per_leg = {10, 30};
-  const Timeline timeline = make_timeline(scene);
+  const Timeline timeline = timeline_of(scene);
   EXPECT_EQ(timeline.count, 40);
   int first = 0;
   for (int frame = 1; frame <= 40; ++frame) first += moment_at(timeline, frame).leg == 0;
   EXPECT_NEAR(first, 10, 1);
   scene.frames.per_leg.clear();
-  EXPECT_EQ(make_timeline(scene).count, 48);
+  EXPECT_EQ(timeline_of(scene).count, 48);
 }
 
 TEST(Timeline, ACutHasNoBoundaryStages) {
   Scene scene = scene_with({}, 200);
   scene.boundary.method = BoundaryMethod::kCut;
-  const Timeline timeline = make_timeline(scene);
+  const Timeline timeline = timeline_of(scene);
   for (int frame = 1; frame <= 200; ++frame) {
     const Stage stage = moment_at(timeline, frame).stage;
     EXPECT_TRUE(stage != Stage::kBoundaryOut && stage != Stage::kBoundaryIn);
@@ -127,7 +129,7 @@ TEST(Timeline, ACutWithoutFadesStillShowsTheModels) {
   Scene scene = scene_with({}, 20);
   scene.boundary.method = BoundaryMethod::kCut;
   scene.boundary.look_share = 0;
-  const Timeline timeline = make_timeline(scene);
+  const Timeline timeline = timeline_of(scene);
   const Moment first = moment_at(timeline, 1), second = moment_at(timeline, 2),
                last = moment_at(timeline, 20);
   EXPECT_EQ(first.object, 0);
@@ -140,10 +142,10 @@ TEST(Timeline, ACutWithoutFadesStillShowsTheModels) {
 TEST(Timeline, AnObjectOnTheWayMayStandStillAndHaveItsOwnMotion) {
   Scene scene = scene_with({false, true});
   scene.frames.per_leg = {10, 10, 10};
-  scene.intermediate[0].hold = 5;
-  scene.intermediate[1].hold = 3;
-  scene.target.motion.easing = Easing::kLinear;
-  const Timeline timeline = make_timeline(scene);
+  scene.actors[0].intermediate[0].hold = 5;
+  scene.actors[0].intermediate[1].hold = 3;
+  scene.actors[0].target.motion.easing = Easing::kLinear;
+  const Timeline timeline = timeline_of(scene);
   EXPECT_EQ(timeline.count, 38);
   int whole = 0, balls = 0;
   float before = -1;
@@ -163,14 +165,14 @@ TEST(Timeline, AnObjectOnTheWayMayStandStillAndHaveItsOwnMotion) {
   EXPECT_EQ(middle.u, middle.time) << "linear";
   scene.frames.per_leg.clear();
   scene.frames.count = 9;  // not enough to stand still in
-  const Timeline few = make_timeline(scene);
+  const Timeline few = timeline_of(scene);
   EXPECT_EQ(few.count, 9);
   EXPECT_EQ(moment_at(few, 9).object, 3);
 }
 
 TEST(Timeline, FewerFramesThanLegsStillEndAtTheTarget) {
   for (const int count : {2, 3, 4}) {
-    const Timeline timeline = make_timeline(scene_with({true, true, true, true}, count));
+    const Timeline timeline = timeline_of(scene_with({true, true, true, true}, count));
     EXPECT_EQ(moment_at(timeline, 1).object, 0) << count;
     EXPECT_EQ(moment_at(timeline, count).object, 5) << count;
   }
@@ -179,8 +181,37 @@ TEST(Timeline, FewerFramesThanLegsStillEndAtTheTarget) {
 TEST(Timeline, SharesThatLeaveNoTimeAreScaledDown) {
   Scene scene = scene_with({}, 100);
   scene.boundary.look_share = scene.boundary.boundary_share = 0.4f;
-  const Timeline timeline = make_timeline(scene);
+  const Timeline timeline = timeline_of(scene);
   EXPECT_NEAR(timeline.legs[0].shares[2], 0.2, 1e-5);
+}
+
+TEST(Timeline, EveryActorHasItsOwnTimeInTheScenesFrames) {
+  Scene scene = scene_with({});
+  scene.look.kind = LookKind::kOwn;
+  scene.frames.hold_start = 3;
+  scene.frames.hold_end = 2;
+  scene.actors.push_back(scene.actors[0]);
+  scene.actors[1].start = 11;
+  scene.actors[1].per_leg = {30};
+  EXPECT_EQ(frame_count(scene), 3 + 10 + 30 + 2) << "as many as the last one needs";
+  const Timeline first = make_timeline(scene, scene.actors[0]),
+                 second = make_timeline(scene, scene.actors[1]);
+  for (int frame = 1; frame <= 45; ++frame) {
+    const Moment one = moment_at(first, frame), two = moment_at(second, frame);
+    EXPECT_EQ(one.t == 0, frame <= 4) << frame;
+    EXPECT_EQ(one.t == 1, frame >= 3 + 24) << frame;
+    EXPECT_EQ(two.t == 0, frame <= 14) << frame;
+    EXPECT_EQ(two.t == 1, frame >= 3 + 10 + 30) << frame;
+  }
+  EXPECT_EQ(sequence_time(scene, 4), 0);
+  EXPECT_EQ(sequence_time(scene, 43), 1);
+  EXPECT_EQ(sequence_time(scene, 45), 1);
+  // With a count, those without per_leg move until the scene ends.
+  scene.frames.count = 50;
+  EXPECT_EQ(frame_count(scene), 50);
+  EXPECT_LT(moment_at(make_timeline(scene, scene.actors[0]), 47).t, 1);
+  EXPECT_EQ(moment_at(make_timeline(scene, scene.actors[0]), 48).t, 1);
+  EXPECT_EQ(moment_at(make_timeline(scene, scene.actors[1]), 43).t, 1);
 }
 
 }  // namespace

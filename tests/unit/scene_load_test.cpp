@@ -38,10 +38,10 @@ class SceneTest : public ::testing::Test {
 TEST_F(SceneTest, SourceAndTargetAreEnough) {
   const auto scene = load(R"({"source": "a.obj", "target": "torus"})");
   ASSERT_TRUE(scene.ok()) << scene.error().message;
-  EXPECT_EQ(scene->source.model, folder / "a.obj");
-  EXPECT_EQ(scene->source.name, "a");
-  EXPECT_EQ(scene->target.shape, "torus");
-  EXPECT_EQ(chain_objects(*scene).size(), 2u);
+  EXPECT_EQ(scene->actors[0].source.model, folder / "a.obj");
+  EXPECT_EQ(scene->actors[0].source.name, "a");
+  EXPECT_EQ(scene->actors[0].target.shape, "torus");
+  EXPECT_EQ(chain_objects(scene->actors[0]).size(), 2u);
   EXPECT_EQ(scene->image.width, 640);
 }
 
@@ -65,16 +65,16 @@ TEST_F(SceneTest, EverySettingArrives) {
     "image": {"width": 320, "height": 200, "samples": 4, "max_depth": 2, "seed": 9, "exposure": 1},
     "output": {"file": "x.####.png", "png": true}})");
   ASSERT_TRUE(scene.ok()) << scene.error().message;
-  EXPECT_EQ(scene->source.spheres.method, SphereMethod::kActive);
-  EXPECT_EQ(scene->source.spheres.inside, InsideMethod::kParity);
-  EXPECT_EQ(scene->intermediate[0].spheres.method, SphereMethod::kActive)
+  EXPECT_EQ(scene->actors[0].source.spheres.method, SphereMethod::kActive);
+  EXPECT_EQ(scene->actors[0].source.spheres.inside, InsideMethod::kParity);
+  EXPECT_EQ(scene->actors[0].intermediate[0].spheres.method, SphereMethod::kActive)
       << "an object's spheres start from the scene's";
-  EXPECT_EQ(scene->intermediate[0].spheres.resolution, 4);
-  EXPECT_EQ(scene->source.name, "first");
-  EXPECT_EQ(scene->source.scale.z, 2);
-  EXPECT_EQ(scene->target.scale.y, 2);
-  EXPECT_FALSE(scene->target.arrange);
-  EXPECT_NEAR(scene->source.color->x, 1, 1e-6);
+  EXPECT_EQ(scene->actors[0].intermediate[0].spheres.resolution, 4);
+  EXPECT_EQ(scene->actors[0].source.name, "first");
+  EXPECT_EQ(scene->actors[0].source.scale.z, 2);
+  EXPECT_EQ(scene->actors[0].target.scale.y, 2);
+  EXPECT_FALSE(scene->actors[0].target.arrange);
+  EXPECT_NEAR(scene->actors[0].source.color->x, 1, 1e-6);
   EXPECT_EQ(scene->arrange, Arrange::kNone);
   EXPECT_EQ(scene->frames.per_leg, (std::vector<int>{10, 20}));
   EXPECT_EQ(scene->field.kind, FieldKind::kInverseSquare);
@@ -116,7 +116,8 @@ TEST_F(SceneTest, WrongValuesSayWhatIsAllowed) {
     return error_of("{\"source\": \"a.obj\", \"target\": \"b.obj\", " + part + "}");
   };
   EXPECT_NE(with("\"plan\": {\"method\": \"indx\"}")
-                .find("must be \"index\", \"nearest\" or \"transport\" (is \"indx\") - did you mean \"index\"?"),
+                .find("must be \"index\", \"nearest\" or \"transport\" (is \"indx\") - did you "
+                      "mean \"index\"?"),
             std::string::npos);
   EXPECT_NE(
       with("\"image\": {\"samples\": 1.5}").find("must be a whole number, 1 to 65536 (is 1.5)"),
@@ -175,7 +176,7 @@ TEST_F(SceneTest, OverridesWinAndAreCheckedAlike) {
                                  {"plan.method", "index"}});
   ASSERT_TRUE(scene.ok()) << scene.error().message;
   EXPECT_EQ(scene->image.samples, 64);
-  EXPECT_TRUE(scene->intermediate[0].meta);
+  EXPECT_TRUE(scene->actors[0].intermediate[0].meta);
   EXPECT_EQ(scene->plan.method, PlanMethod::kIndex);
   const auto bad = load(text, {{"image.samples", "0"}});
   ASSERT_FALSE(bad.ok());
@@ -184,6 +185,55 @@ TEST_F(SceneTest, OverridesWinAndAreCheckedAlike) {
   const auto out_of_range = load(text, {{"intermediate.3.meta", "true"}});
   ASSERT_FALSE(out_of_range.ok());
   EXPECT_EQ(out_of_range.error().code, ErrorCode::kUsage);
+}
+
+TEST_F(SceneTest, AListOfActorsIsReadAndOneChainIsAnActorToo) {
+  const auto alone = load(R"({"source": "a.obj", "target": "b.obj"})");
+  ASSERT_TRUE(alone.ok());
+  ASSERT_EQ(alone->actors.size(), 1u);
+  EXPECT_EQ(alone->actors[0].name, "a");
+  const auto scene = load(R"({"spheres": {"balls": 77}, "plan": {"method": "nearest", "seed": 3},
+    "actors": [{"source": "a.obj", "target": {"model": "b.obj", "spheres": {"fit": "round"}}},
+               {"source": "a.obj", "intermediate": ["sphere"], "target": "b.obj", "start": 9,
+                "translate": [2, 0, 0], "scale": 0.5, "per_leg": [5, 6],
+                "plan": {"method": "index"}}]})");
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  ASSERT_EQ(scene->actors.size(), 2u);
+  const ActorSettings &first = scene->actors[0], &second = scene->actors[1];
+  EXPECT_EQ(first.name, "a");
+  EXPECT_EQ(second.name, "a 2") << "names tell actors apart";
+  EXPECT_EQ(first.target.spheres.balls, 77) << "the scene's are every object's default";
+  EXPECT_EQ(first.target.spheres.fit, FitKind::kRound);
+  EXPECT_EQ(first.plan.method, PlanMethod::kNearest);
+  EXPECT_EQ(second.plan.method, PlanMethod::kIndex);
+  EXPECT_EQ(second.plan.seed, 3u) << "the scene's plan is every actor's default";
+  EXPECT_EQ(second.start, 9);
+  EXPECT_EQ(second.per_leg, (std::vector<int>{5, 6}));
+  EXPECT_EQ(second.translate.x, 2);
+  EXPECT_EQ(second.scale.y, 0.5f);
+  const std::string text = scene_to_json(*scene, folder);
+  const auto again = load(text);
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_EQ(scene_to_json(*again, folder), text);
+}
+
+TEST_F(SceneTest, WhatIsWrongWithActorsHasItsPlace) {
+  EXPECT_NE(error_of(R"({"actors": []})").find("/actors: is empty"), std::string::npos);
+  EXPECT_NE(error_of(R"({"actors": "a.obj"})").find("/actors: must be a list"), std::string::npos);
+  const std::string both =
+      error_of(R"({"source": "a.obj", "actors": [{"source": "a.obj", "target": "b.obj"}]})");
+  EXPECT_NE(both.find("/source: contradicts \"actors\""), std::string::npos) << both;
+  const std::string wrong = error_of(
+      R"({"frames": {"count": 24}, "actors": [{"source": "a.obj", "target": "b.obj", "strat": 3},
+          {"source": "a.obj"}, {"source": "a.obj", "target": "b.obj", "start": 24},
+          {"source": "a.obj", "target": "b.obj", "per_leg": [4, 5]},
+          {"source": "a.obj", "target": "b.obj", "start": 10, "per_leg": [30]}]})");
+  for (const char* message :
+       {"/actors/0/strat: unknown key - did you mean \"start\"?", "/actors/1/target: is missing",
+        "/actors/2/start: leaves 1 of the scene's 24 frames, and the actor needs 2",
+        "/actors/3/per_leg: has 2 entries for 1 leg (objects - 1)",
+        "/actors/4/start: leaves 15 of the scene's 24 frames, and the actor needs 30"})
+    EXPECT_NE(wrong.find(message), std::string::npos) << message << "\nin\n" << wrong;
 }
 
 TEST_F(SceneTest, WhatIsWrittenReadsBackTheSame) {

@@ -62,8 +62,8 @@ TEST_F(SequenceTest, ObjectsStandAtTheSourcesSizeUnlessToldOtherwise) {
     EXPECT_NEAR(box.center().x, 0, 1e-5);
     EXPECT_NEAR(box.diagonal() / size, 1, 1e-4);
   }
-  scene.target.scale = {2, 2, 2};
-  scene.target.translate = {1, 0, 0};
+  scene.actors[0].target.scale = {2, 2, 2};
+  scene.actors[0].target.translate = {1, 0, 0};
   const Box box = load_models(scene, false)->models[2].box();
   EXPECT_NEAR(box.diagonal() / size, 2, 1e-4);
   EXPECT_NEAR(box.center().x, 1, 1e-4);
@@ -71,8 +71,8 @@ TEST_F(SequenceTest, ObjectsStandAtTheSourcesSizeUnlessToldOtherwise) {
 }
 
 TEST_F(SequenceTest, TurningAnObjectDoesNotChangeItsSize) {
-  scene.source.rotate = scene.target.rotate = {0, 45, 0};
-  scene.target.shape = "cube";
+  scene.actors[0].source.rotate = scene.actors[0].target.rotate = {0, 45, 0};
+  scene.actors[0].target.shape = "cube";
   const auto loaded = load_models(scene, false);
   ASSERT_TRUE(loaded.ok());
   EXPECT_NEAR(loaded->models[2].box().diagonal() / loaded->models[0].box().diagonal(), 1, 1e-4);
@@ -119,23 +119,24 @@ TEST_F(SequenceTest, BallsEncloseTheModelsVolumeAndFramesGoEvenlyBetween) {
   fine.surface.resolution = 128;
   const auto exact = prepare_scene(fine, *extractor, {});
   ASSERT_TRUE(exact.ok()) << exact.error().message;
-  for (const PreparedObject& object : exact->objects)
+  for (const PreparedObject& object : exact->actors[0].objects)
     EXPECT_NEAR(object.ball_volume / object.model_volume, 1, 0.004) << object.name;
   const auto prepared = prepare_scene(scene, *extractor, {});
   ASSERT_TRUE(prepared.ok()) << prepared.error().message;
   for (int frame = 1; frame <= 14; ++frame) {
     const auto geometry = geometry_at(*prepared, *extractor, frame);
     ASSERT_TRUE(geometry.ok());
-    const Moment& m = geometry->moment;
-    EXPECT_TRUE(!geometry->points.empty() || !geometry->surface.triangles.empty())
+    const Moment& m = geometry->actors[0].moment;
+    EXPECT_TRUE(!geometry->actors[0].points.empty() ||
+                !geometry->actors[0].surface.triangles.empty())
         << "frame " << frame << " shows nothing";
-    if (geometry->surface.triangles.empty()) continue;
-    const MeshReport report = check_mesh(geometry->surface);
+    if (geometry->actors[0].surface.triangles.empty()) continue;
+    const MeshReport report = check_mesh(geometry->actors[0].surface);
     EXPECT_TRUE(report.closed()) << frame;
     EXPECT_EQ(report.degenerate_triangles, 0u) << frame;
     if (m.stage != Stage::kVolume) continue;
-    const double from = prepared->objects[static_cast<std::size_t>(m.leg)].ball_volume,
-                 to = prepared->objects[static_cast<std::size_t>(m.leg) + 1].ball_volume;
+    const double from = prepared->actors[0].objects[static_cast<std::size_t>(m.leg)].ball_volume,
+                 to = prepared->actors[0].objects[static_cast<std::size_t>(m.leg) + 1].ball_volume;
     const double wanted = (1 - static_cast<double>(m.u)) * from + static_cast<double>(m.u) * to;
     EXPECT_NEAR(report.volume / wanted, 1, 0.03) << frame;
   }
@@ -202,14 +203,64 @@ TEST_F(SequenceTest, DryRunWritesNothingAndSaysWhatIsMissing) {
 
 TEST_F(SequenceTest, AStopLeavesFinishedFramesWhole) {
   std::atomic<bool> stop{false};
-  auto s = settings({1, 2, 3}, "f.####.exr");
+  auto s = settings({1, 2, 3, 4, 5, 6, 7}, "f.####.exr");
   s.stop = &stop;
   const auto report =
       render_sequence(scene, s, [&](std::size_t, std::size_t, const FrameRecord&) { stop = true; });
   ASSERT_TRUE(report.ok());
   EXPECT_TRUE(report->stopped);
   EXPECT_FALSE(digest("f.0001.exr").empty());
-  EXPECT_FALSE(fs::exists(folder / "f.0003.exr"));
+  // Those that were traced or written at the time are finished, no more.
+  EXPECT_FALSE(fs::exists(folder / "f.0007.exr"));
+  for (const FrameRecord& record : report->frames)
+    EXPECT_EQ(record.state, FrameRecord::State::kDone) << record.frame;
+}
+
+TEST_F(SequenceTest, TheSamePicturesHoweverManyFramesAtOnce) {
+  const std::vector<int> frames{2, 5, 6, 7, 9};
+  ASSERT_TRUE(render_sequence(scene, settings(frames, "a.####.exr"), nullptr).ok());
+  auto several = settings(frames, "b.####.exr");
+  several.jobs = 3;
+  std::vector<int> order;
+  ASSERT_TRUE(render_sequence(scene, several,
+                              [&](std::size_t done, std::size_t of, const FrameRecord& last) {
+                                EXPECT_EQ(done, order.size() + 1);
+                                EXPECT_EQ(of, frames.size());
+                                order.push_back(last.frame);
+                              })
+                  .ok());
+  EXPECT_EQ(order, frames) << "told in their order";
+  for (const int frame : frames)
+    EXPECT_EQ(digest(fmt::format("a.{:04}.exr", frame)), digest(fmt::format("b.{:04}.exr", frame)));
+}
+
+TEST_F(SequenceTest, LayersShowHowPointsMoveAndWhatTheyBecome) {
+  scene.image.aovs = "all";
+  scene.image.width = 96;
+  scene.image.height = 72;
+  ASSERT_TRUE(render_sequence(scene, settings({6, 7, 14}, "f.####.exr"), nullptr).ok());
+  const auto image = read_image(folder / "f.0006.exr"), last = read_image(folder / "f.0014.exr");
+  ASSERT_TRUE(image.ok() && last.ok());
+  double moving = 0, between = 0;
+  const auto at = [](const Image& i, int x, int y, const char* name) {
+    return i.at(x, y, i.find_channel(name));
+  };
+  for (int y = 0; y < 72; ++y)
+    for (int x = 0; x < 96; ++x) {
+      const float id = at(*image, x, y, "id");
+      const float blend = at(*image, x, y, "morph.blend");
+      EXPECT_GE(blend, 0);
+      EXPECT_LE(blend, 1);
+      const float motion = std::hypot(at(*image, x, y, "motion.X"), at(*image, x, y, "motion.Y"));
+      if (id <= 1) {
+        EXPECT_EQ(motion, 0) << "the ground stands still";
+      }
+      moving += motion > 0.2f;
+      between += blend > 0 && blend < 1;
+      EXPECT_EQ(at(*last, x, y, "motion.X"), 0) << "nothing comes after the last frame";
+    }
+  EXPECT_GT(moving, 50);
+  EXPECT_GT(between, 50);
 }
 
 TEST(MakeExtractor, KnowsItsDevices) {
@@ -225,8 +276,9 @@ TEST(MakeExtractor, KnowsItsDevices) {
 
 TEST_F(SequenceTest, EveryFieldMorphsFromAClosedSurfaceToAnother) {
   const auto extractor = make_cpu_extractor();
-  scene.spheres.balls = scene.source.spheres.balls = scene.target.spheres.balls = 30;
-  scene.intermediate.clear();
+  scene.spheres.balls = scene.actors[0].source.spheres.balls =
+      scene.actors[0].target.spheres.balls = 30;
+  scene.actors[0].intermediate.clear();
   for (const FieldKind kind :
        {FieldKind::kGaussian, FieldKind::kWyvill, FieldKind::kInverseSquare}) {
     for (const BoundaryMethod boundary :
@@ -235,15 +287,15 @@ TEST_F(SequenceTest, EveryFieldMorphsFromAClosedSurfaceToAnother) {
       scene.boundary.method = boundary;
       const auto prepared = prepare_scene(scene, *extractor, {});
       ASSERT_TRUE(prepared.ok()) << prepared.error().message;
-      for (const PreparedObject& object : prepared->objects)
+      for (const PreparedObject& object : prepared->actors[0].objects)
         EXPECT_NEAR(object.ball_volume / object.model_volume, 1, 0.03) << object.name;
       for (const int frame : {2, 3, 7, 12, 13}) {
         const auto geometry = geometry_at(*prepared, *extractor, frame);
         ASSERT_TRUE(geometry.ok()) << geometry.error().message;
-        if (geometry->surface.triangles.empty()) continue;
-        EXPECT_TRUE(check_mesh(geometry->surface).closed()) << frame;
-        EXPECT_EQ(geometry->own.materials.triangle_materials.size(),
-                  geometry->surface.triangles.size());
+        if (geometry->actors[0].surface.triangles.empty()) continue;
+        EXPECT_TRUE(check_mesh(geometry->actors[0].surface).closed()) << frame;
+        EXPECT_EQ(geometry->actors[0].own.materials.triangle_materials.size(),
+                  geometry->actors[0].surface.triangles.size());
       }
     }
   }
@@ -257,11 +309,11 @@ TEST(Handover, IsWithinAThousandthOfTheModel) {
     for (const char* method : {"project", "blend"}) {
       Scene scene;
       scene.path = PM_SOURCE_DIR "/scenes/test.json";
-      scene.source.name = name;
-      scene.source.model = std::string(PM_SOURCE_DIR "/scenes/models/") + name + ".obj";
-      scene.source.spheres.balls = 128;
-      scene.target.name = scene.target.shape = "sphere";
-      scene.target.spheres.balls = 4;
+      scene.actors[0].source.name = name;
+      scene.actors[0].source.model = std::string(PM_SOURCE_DIR "/scenes/models/") + name + ".obj";
+      scene.actors[0].source.spheres.balls = 128;
+      scene.actors[0].target.name = scene.actors[0].target.shape = "sphere";
+      scene.actors[0].target.spheres.balls = 4;
       scene.boundary.method =
           method == std::string("blend") ? BoundaryMethod::kBlend : BoundaryMethod::kProject;
       scene.frames.count = 400;
@@ -269,25 +321,26 @@ TEST(Handover, IsWithinAThousandthOfTheModel) {
       const auto prepared = prepare_scene(scene, *extractor, cache);
       ASSERT_TRUE(prepared.ok()) << prepared.error().message;
       int last = 1;  // of the boundary stage
-      while (moment_at(prepared->timeline, last + 1).object == 0) ++last;
+      while (moment_at(prepared->actors[0].timeline, last + 1).object == 0) ++last;
       const auto before = geometry_at(*prepared, *extractor, last);
       const auto after = geometry_at(*prepared, *extractor, last + 1);
       ASSERT_TRUE(before.ok() && after.ok());
       const std::string what = fmt::format("{} {}", name, method);
-      const bool projected = prepared->objects[0].boundary == BoundaryMethod::kProject;
+      const bool projected = prepared->actors[0].objects[0].boundary == BoundaryMethod::kProject;
       EXPECT_EQ(projected, std::string(method) == "project") << what;
-      const Model& model = prepared->objects[0].model;
+      const Model& model = prepared->actors[0].objects[0].model;
       const ClosestPointQuery mesh =
-          projected ? ClosestPointQuery(before->points, model.triangles)
-                    : ClosestPointQuery(before->surface.positions, before->surface.triangles);
+          projected ? ClosestPointQuery(before->actors[0].points, model.triangles)
+                    : ClosestPointQuery(before->actors[0].surface.positions,
+                                        before->actors[0].surface.triangles);
       const float size = model.box().diagonal();
       double sum = 0;
       float most = 0;
-      for (const ClosestPoint& p : mesh.closest(after->surface.positions)) {
+      for (const ClosestPoint& p : mesh.closest(after->actors[0].surface.positions)) {
         sum += static_cast<double>(p.distance);
         most = std::max(most, p.distance);
       }
-      EXPECT_LT(sum / static_cast<double>(after->surface.positions.size()),
+      EXPECT_LT(sum / static_cast<double>(after->actors[0].surface.positions.size()),
                 0.001 * static_cast<double>(size))
           << what;
       EXPECT_LT(most, 0.02f * size) << what;

@@ -1,0 +1,281 @@
+#include "sequence/geometry.h"
+
+#include <algorithm>
+
+#include "model/normals.h"
+#include "morph/motion.h"
+#include "morph/pull_back.h"
+#include "surface/crossfade.h"
+#include "surface/crumbs.h"
+#include "surface/grid.h"
+#include "surface/level.h"
+
+namespace polymorph {
+namespace {
+
+constexpr float kFirstId = 2;  // 0 is nothing, 1 the ground
+
+const PreparedObject& object_of(const PreparedActor& actor, int object) {
+  return actor.objects[static_cast<std::size_t>(object)];
+}
+
+const PreparedLeg& leg_of(const PreparedActor& actor, int leg) {
+  return actor.legs[static_cast<std::size_t>(leg)];
+}
+
+std::string each_once(const std::vector<std::string>& names) {
+  std::vector<std::string> seen;
+  for (const std::string& name : names)
+    if (std::find(seen.begin(), seen.end(), name) == seen.end()) seen.push_back(name);
+  return fmt::format("{}", fmt::join(seen, ", "));
+}
+
+/// The model that shows, as it stands.
+Mesh model_mesh(const PreparedActor& actor, const ActorGeometry& geometry) {
+  Model model = object_of(actor, geometry.moment.object).model;
+  model.points = geometry.points;
+  return {model.points, point_normals(model), model.triangles};
+}
+
+/// `more` after `mesh`.
+void append(Mesh& mesh, const Mesh& more) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  mesh.positions.insert(mesh.positions.end(), more.positions.begin(), more.positions.end());
+  mesh.normals.insert(mesh.normals.end(), more.normals.begin(), more.normals.end());
+  for (const Triangle& t : more.triangles)
+    mesh.triangles.push_back({{t.v[0] + first, t.v[1] + first, t.v[2] + first}});
+}
+
+Clothes clothes_of(const PreparedActor& actor, std::size_t object, const Mesh& surface,
+                   std::span<const Vec3> at) {
+  const PreparedObject& o = actor.objects[object];
+  return {static_cast<int>(object),
+          transfer_materials(o.model, *o.closest, o.charts, at, surface.triangles)};
+}
+
+/// Gives the volumetric stage's surface what the objects wear at the points it was pulled back to.
+void dress(const PreparedActor& actor, ActorGeometry& geometry) {
+  if (geometry.surface.triangles.empty()) return;
+  const PreparedLeg& leg = leg_of(actor, geometry.moment.leg);
+  const PullBack pulled =
+      pull_back(leg.plan, geometry.moment.time, geometry.balls, geometry.surface.positions);
+  geometry.own = clothes_of(actor, leg.from, geometry.surface, pulled.source);
+  geometry.other = clothes_of(actor, leg.to, geometry.surface, pulled.target);
+}
+
+/// The moment of a stage in which a model shows, whole or on its way to or from its balls.
+Result<ActorGeometry> model_at(const PreparedScene& prepared, const PreparedActor& actor,
+                               SurfaceExtractor& extractor, const Moment& moment) {
+  ActorGeometry geometry;
+  geometry.moment = moment;
+  const PreparedObject& object = object_of(actor, moment.object);
+  const bool own_look = prepared.scene.look.kind == LookKind::kOwn;
+  const auto wear_own = [&] {
+    if (own_look)
+      geometry.own = clothes_of(actor, static_cast<std::size_t>(moment.object), geometry.surface,
+                                geometry.surface.positions);
+  };
+  const float way = 1 - moment.boundary;  // from the model to its balls
+  if (way <= 0) {
+    geometry.points = object.model.points;
+    return geometry;
+  }
+  switch (object.boundary) {
+    case BoundaryMethod::kBlend:
+      geometry.surface = blend_surface(object.blend, object.model, *object.closest, way);
+      wear_own();
+      return geometry;
+    case BoundaryMethod::kProject: {
+      MovingMesh mesh = projected_mesh(object.model, object.projection, way);
+      geometry.points = std::move(mesh.points);
+      geometry.corner_normals = std::move(mesh.corner_normals);
+      return geometry;
+    }
+    case BoundaryMethod::kCrossfade:
+      break;
+    case BoundaryMethod::kCut:
+      PM_CHECK(false);  // has no such stage
+  }
+  if (moment.boundary > 0)
+    geometry.points = shrunk_points(object.model, object.shrink_targets, moment.boundary);
+  geometry.balls = grown(balls_at(leg_of(actor, moment.leg).plan, moment.time),
+                         prepared.scene.field.kind, moment.growth, object.field_maximum);
+  PM_TRY(geometry.surface,
+         extract_surface(extractor, geometry.balls, actor.cell, prepared.extract));
+  wear_own();
+  return geometry;
+}
+
+/// Where what shows now goes until the next frame, within its stage. What the level does to keep
+/// the volume is left out, and so are blended surfaces, which move by less than a cell.
+void add_flow(const PreparedActor& actor, ActorGeometry& geometry, bool last) {
+  const Moment& now = geometry.moment;
+  const Moment next = last ? now : moment_at(actor.timeline, now.frame + 1);
+  if (now.object < 0) {
+    const bool goes_on = next.leg == now.leg && next.object < 0;
+    geometry.flow = flow_at(leg_of(actor, now.leg).plan, now.time, goes_on ? next.time : 1,
+                            geometry.balls, geometry.surface.positions);
+    return;
+  }
+  const PreparedObject& object = object_of(actor, now.object);
+  if (object.boundary != BoundaryMethod::kProject || geometry.points.empty()) return;
+  if (next.object >= 0 && next.object != now.object) return;
+  const float way = next.object < 0 ? 1 : 1 - next.boundary;
+  if (way == 1 - now.boundary) return;
+  geometry.displacement = projected_mesh(object.model, object.projection, way).points;
+  for (std::size_t i = 0; i < geometry.points.size(); ++i)
+    geometry.displacement[i] = geometry.displacement[i] - geometry.points[i];
+}
+
+MaterialLayer layer_of(const PreparedActor& actor, const Clothes& clothes) {
+  if (clothes.object < 0) return {};
+  const Model& model = object_of(actor, clothes.object).model;
+  return {clothes.materials.corner_uvs, clothes.materials.triangle_materials, model.materials,
+          model.textures};
+}
+
+/// The actor's meshes; `id` is its surface's, its objects' follow.
+void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float id,
+                RenderScene& scene) {
+  if (!geometry.surface.triangles.empty()) {
+    RenderMesh mesh;
+    mesh.positions = geometry.surface.positions;
+    mesh.triangles = geometry.surface.triangles;
+    mesh.vertex_normals = geometry.surface.normals;
+    static_cast<MaterialLayer&>(mesh) = layer_of(actor, geometry.own);
+    mesh.other = layer_of(actor, geometry.other);
+    mesh.other_share = std::clamp(geometry.moment.u, 0.0f, 1.0f);
+    mesh.look = geometry.own.object < 0 ? 1.0f : 0.0f;
+    mesh.id = id;
+    mesh.displacement = geometry.flow.displacement;
+    mesh.vertex_blend = geometry.flow.blend;
+    mesh.blend = geometry.moment.time;  // 0 and 1 on the ways out of and into a model
+    scene.meshes.push_back(mesh);
+  }
+  if (!geometry.points.empty()) {
+    const Model& model = object_of(actor, geometry.moment.object).model;
+    RenderMesh mesh;
+    mesh.positions = geometry.points;
+    mesh.triangles = model.triangles;
+    mesh.corner_normals =
+        geometry.corner_normals.empty() ? model.corner_normals : geometry.corner_normals;
+    mesh.corner_uvs = model.corner_uvs;
+    mesh.triangle_materials = model.triangle_materials;
+    mesh.materials = model.materials;
+    mesh.textures = model.textures;
+    mesh.look = geometry.moment.look;
+    mesh.id = id + 1 + static_cast<float>(geometry.moment.object);
+    mesh.displacement = geometry.displacement;
+    mesh.blend = geometry.moment.time;
+    scene.meshes.push_back(mesh);
+  }
+}
+
+}  // namespace
+
+Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedActor& actor,
+                                SurfaceExtractor& extractor, int leg, float time) {
+  const MorphPlan& plan = leg_of(actor, leg).plan;
+  ActorGeometry geometry;
+  geometry.moment.leg = leg;
+  geometry.moment.time = time;
+  geometry.moment.u = progress_at(plan, time);
+  geometry.balls = balls_at(plan, time);
+  if (plan.motion.keep_volume && time > 0 && time < 1) {
+    const auto u = static_cast<double>(geometry.moment.u);
+    const double from = actor.objects[leg_of(actor, leg).from].ball_volume;
+    const double to = actor.objects[leg_of(actor, leg).to].ball_volume;
+    const double volume = (1 - u) * from + u * to;
+    // Most of the search on cells twice as large, which cost a fourth.
+    PM_TRY(const float near,
+           iso_for_volume(extractor, geometry.balls, 2 * actor.cell, prepared.extract, volume));
+    PM_TRY(geometry.iso,
+           iso_for_volume(extractor, geometry.balls, actor.cell, prepared.extract, volume, near));
+  }
+  ExtractSettings extract = prepared.extract;
+  extract.iso = geometry.iso;
+  extract.method = prepared.scene.surface.method;
+  extract.placement = prepared.scene.surface.placement;
+  extract.flat = prepared.scene.surface.flat;
+  PM_TRY(geometry.surface, extract_surface(extractor, geometry.balls, actor.cell, extract));
+  // The cubes of a matrix are parts of their own.
+  if (extract.method == SurfaceMethod::kMarchingCubes)
+    drop_crumbs(geometry.surface, static_cast<double>(prepared.scene.surface.crumbs));
+  return geometry;
+}
+
+Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtractor& extractor,
+                                  int frame) {
+  FrameGeometry geometry;
+  geometry.frame = frame;
+  geometry.t = sequence_time(prepared.scene, frame);
+  geometry.stage = stage_names(prepared, frame);
+  const bool flows = wants_flow(prepared.scene);
+  for (const PreparedActor& actor : prepared.actors) {
+    const Moment moment = moment_at(actor.timeline, frame);
+    if (moment.object >= 0) {
+      PM_TRY(ActorGeometry one, model_at(prepared, actor, extractor, moment));
+      if (flows) add_flow(actor, one, frame == prepared.frame_count);
+      geometry.actors.push_back(std::move(one));
+      continue;
+    }
+    PM_TRY(ActorGeometry one, volume_at(prepared, actor, extractor, moment.leg, moment.time));
+    one.moment = moment;
+    if (prepared.scene.look.kind == LookKind::kOwn) dress(actor, one);
+    if (flows) add_flow(actor, one, frame == prepared.frame_count);
+    geometry.actors.push_back(std::move(one));
+  }
+  return geometry;
+}
+
+std::string stage_names(const PreparedScene& prepared, int frame) {
+  std::vector<std::string> names;
+  for (const PreparedActor& actor : prepared.actors)
+    names.emplace_back(stage_name(moment_at(actor.timeline, frame).stage));
+  return each_once(names);
+}
+
+std::size_t ball_count(const FrameGeometry& geometry) {
+  std::size_t count = 0;
+  for (const ActorGeometry& actor : geometry.actors) count += actor.balls.size();
+  return count;
+}
+
+Mesh surfaces_of(const FrameGeometry& geometry) {
+  Mesh mesh;
+  for (const ActorGeometry& actor : geometry.actors) append(mesh, actor.surface);
+  return mesh;
+}
+
+FrameMesh mesh_of(const PreparedScene& prepared, const FrameGeometry& geometry) {
+  FrameMesh frame;
+  std::vector<std::string> kinds;
+  for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
+    const ActorGeometry& one = geometry.actors[a];
+    const bool is_model = one.surface.triangles.empty() && !one.points.empty();
+    kinds.push_back(is_model ? "model" : "surface");
+    frame.parts.push_back({prepared.actors[a].name, frame.mesh.triangles.size()});
+    append(frame.mesh, is_model ? model_mesh(prepared.actors[a], one) : one.surface);
+  }
+  frame.what = each_once(kinds);
+  return frame;
+}
+
+RenderScene render_scene(const PreparedScene& prepared, const FrameGeometry& geometry) {
+  RenderScene scene;
+  scene.camera = prepared.camera;
+  scene.lights = prepared.scene.lights;
+  scene.ground = prepared.ground;
+  scene.look = prepared.scene.look;
+  scene.environment = prepared.environment;
+  scene.bounds = prepared.box;
+  scene.moment = geometry.t;
+  float id = kFirstId;
+  for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
+    add_meshes(prepared.actors[a], geometry.actors[a], id, scene);
+    id += 1 + static_cast<float>(prepared.actors[a].objects.size());
+  }
+  return scene;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,84 @@
+// What one frame shows: each actor's balls, surface and mesh, as a closed form of the frame's
+// number.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "kernels/extract_surface.h"
+#include "kernels/mesh.h"
+#include "model/transfer.h"
+#include "morph/flow.h"
+#include "morph/timeline.h"
+#include "render/render.h"
+#include "sequence/prepare.h"
+#include "surface/mesh_io.h"
+
+namespace polymorph {
+
+/// An object's materials as the surface wears them.
+struct Clothes {
+  int object = -1;  ///< of the actor; -1: none, the common look
+  TransferredMaterials materials;
+};
+
+/// One actor at one moment.
+struct ActorGeometry {
+  Moment moment;
+  std::vector<Ball> balls;  ///< empty while only a model shows
+  float iso = 1;
+  Mesh surface;                      ///< of the balls, or blended with the model `moment.object`
+  std::vector<Vec3> points;          ///< of the model `moment.object`, when one shows
+  std::vector<Vec3> corner_normals;  ///< of those points; empty: the model's own
+  /// Only where the scene asks for motion blur or for a layer that needs them: see wants_flow().
+  Flow flow;                       ///< of the surface's points, to the next frame; empty = still
+  std::vector<Vec3> displacement;  ///< of the model's points, to the next frame; empty = still
+  /// The surface's own look: what it comes from and, mixed with it by moment.u, what it becomes.
+  Clothes own, other;
+};
+
+struct FrameGeometry {
+  int frame = 1;
+  float t = 0;                        ///< the scene's time [0, 1]
+  std::string stage;                  ///< stage_names()
+  std::vector<ActorGeometry> actors;  ///< as in PreparedScene
+};
+
+/// The balls of a leg at `time` in [0, 1] of their motion, their level and their surface: what
+/// shows in the volumetric stage. `moment` says only leg, time and u. `actor`: of `prepared`, of
+/// which only the settings are needed. Errors: kResource.
+Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedActor& actor,
+                                SurfaceExtractor& extractor, int leg, float time);
+
+/// Does the picture show where things move?
+inline bool wants_flow(const Scene& scene) {
+  return scene.camera.shutter > 0 || aov_is_chosen(scene.image.aovs, "motion") ||
+         aov_is_chosen(scene.image.aovs, "morph");
+}
+
+/// `frame` in [1, prepared.frame_count]. Errors: kResource.
+Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtractor& extractor,
+                                  int frame);
+
+/// The stages that the actors are in, each once, in the actors' order: "volume, boundary-in".
+std::string stage_names(const PreparedScene& prepared, int frame);
+
+/// Of all actors.
+std::size_t ball_count(const FrameGeometry& geometry);
+/// The balls' surfaces of all actors, one after the other: what golden frames keep the digest of.
+Mesh surfaces_of(const FrameGeometry& geometry);
+
+/// A frame as a mesh: of each actor its surface or, where it has none, its model.
+struct FrameMesh {
+  Mesh mesh;
+  std::vector<MeshPart> parts;  ///< one an actor
+  std::string what;             ///< "surface", "model" or both: "surface, model"
+};
+FrameMesh mesh_of(const PreparedScene& prepared, const FrameGeometry& geometry);
+
+/// What the renderer is given for one frame; borrows from both arguments. The id AOV counts from 2
+/// through the actors, for each its surface and then its objects' models.
+RenderScene render_scene(const PreparedScene& prepared, const FrameGeometry& geometry);
+
+}  // namespace polymorph

@@ -1,0 +1,117 @@
+// Several actors in one scene.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <set>
+
+#include "base/file.h"
+#include "scene/load_scene.h"
+#include "sequence/analyze_sequence.h"
+#include "sequence/render_sequence.h"
+#include "surface/mesh_check.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kCommon =
+    R"("spheres": {"balls": 12}, "surface": {"resolution": 24},
+       "image": {"width": 64, "height": 32, "samples": 1})";
+constexpr const char* kCube = R"("source": "cube", "target": "sphere")";
+constexpr const char* kTorus = R"("source": "torus", "target": "cube")";
+
+class ActorsTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder = fs::temp_directory_path() / ("pm_actors_test_" + std::to_string(::getpid()));
+    fs::create_directories(folder);
+  }
+  void TearDown() override { fs::remove_all(folder); }
+  Scene scene_of(const std::string& chain) {
+    EXPECT_TRUE(write_file(folder / "scene.json", "{" + chain + ", " + kCommon + "}").ok());
+    auto scene = load_scene(folder / "scene.json");
+    EXPECT_TRUE(scene.ok()) << scene.error().message;
+    return scene.ok() ? *scene : Scene{};
+  }
+  PreparedScene prepared_of(const Scene& scene) {
+    auto prepared = prepare_scene(scene, *extractor, folder / "cache");
+    EXPECT_TRUE(prepared.ok()) << prepared.error().message;
+    return prepared.ok() ? std::move(*prepared) : PreparedScene{};
+  }
+  FrameGeometry frame_of(const PreparedScene& prepared, int frame) {
+    auto geometry = geometry_at(prepared, *extractor, frame);
+    EXPECT_TRUE(geometry.ok()) << geometry.error().message;
+    return geometry.ok() ? std::move(*geometry) : FrameGeometry{};
+  }
+  fs::path folder;
+  std::unique_ptr<SurfaceExtractor> extractor = make_cpu_extractor();
+};
+
+TEST_F(ActorsTest, AnActorInCompanyIsWhatItIsAloneLaterAndElsewhere) {
+  // Nothing is brought to a common size, so that the torus is alone what it is in company.
+  const std::string own = R"(, "arrange": "none")";
+  const PreparedScene cube = prepared_of(scene_of(kCube + own + R"(, "frames": {"count": 12})"));
+  const PreparedScene torus = prepared_of(
+      scene_of(std::string(R"("actors": [{"translate": [3, 0, 0], "rotate": [0, 30, 0], )") +
+               kTorus + "}]" + own + R"(, "frames": {"count": 12})"));
+  const PreparedScene both = prepared_of(scene_of(
+      std::string(R"("actors": [{"per_leg": [12], )") + kCube +
+      R"(}, {"start": 6, "translate": [3, 0, 0], "rotate": [0, 30, 0], "per_leg": [12], )" +
+      kTorus + "}]" + own));
+  ASSERT_EQ(both.frame_count, 17);
+  ASSERT_EQ(both.actors.size(), 2u);
+  std::set<std::string> seen;
+  for (int frame = 1; frame <= 17; ++frame) {
+    const FrameGeometry company = frame_of(both, frame);
+    const FrameGeometry first = frame_of(cube, std::min(frame, 12));
+    const FrameGeometry second = frame_of(torus, std::max(frame - 5, 1));
+    for (const auto& [alone, actor] : {std::pair(&first.actors[0], &company.actors[0]),
+                                       std::pair(&second.actors[0], &company.actors[1])}) {
+      EXPECT_EQ(mesh_digest(alone->surface), mesh_digest(actor->surface)) << frame;
+      ASSERT_EQ(alone->points.size(), actor->points.size()) << frame;
+      for (std::size_t i = 0; i < alone->points.size(); ++i)
+        ASSERT_EQ(length(alone->points[i] - actor->points[i]), 0) << frame;
+    }
+    // Each has ids of its own.
+    std::set<float> ids;
+    const RenderScene scene = render_scene(both, company);
+    for (const RenderMesh& mesh : scene.meshes) ids.insert(mesh.id);
+    EXPECT_EQ(ids.size(), scene.meshes.size());
+    EXPECT_EQ(ids.size(), 2u);
+    for (const float id : ids) EXPECT_GE(id, 2);
+    seen.insert(company.stage);
+  }
+  EXPECT_TRUE(seen.contains("volume, boundary-out")) << "both are at work, each in its own stage";
+}
+
+TEST_F(ActorsTest, AllComeToTheFirstSourcesSizeAndToTheirPlaces) {
+  const Scene scene = scene_of(std::string(R"("actors": [{"scale": 2, )") + kCube +
+                               R"(}, {"translate": [3, 1, 0], )" + kTorus + "}]");
+  const auto loaded = load_models(scene, false);
+  ASSERT_TRUE(loaded.ok());
+  ASSERT_EQ(loaded->models.size(), 4u);
+  const float size = loaded->models[0].box().diagonal();
+  EXPECT_NEAR(loaded->models[1].box().diagonal() / size, 1, 1e-4) << "its actor is twice as large";
+  for (const std::size_t i : {2u, 3u}) {
+    const Box box = loaded->models[i].box();
+    EXPECT_NEAR(box.diagonal() / size, 0.5, 1e-4);
+    EXPECT_NEAR(box.center().x, 3, 1e-4);
+    EXPECT_NEAR(box.low.y, 1, 1e-4);
+  }
+}
+
+TEST_F(ActorsTest, AnalysesAreAnActorEach) {
+  const PreparedScene both =
+      prepared_of(scene_of(std::string(R"("actors": [{)") + kCube +
+                           R"(}, {"name": "ring", "translate": [3, 0, 0], )" + kTorus + "}]"));
+  const auto morphs = analyze_scene(both, *extractor, 5, [](int, int) { return true; });
+  ASSERT_TRUE(morphs.ok()) << morphs.error().message;
+  ASSERT_EQ(morphs->size(), 2u);
+  EXPECT_EQ(morph_name((*morphs)[0]), "cube: cube -> sphere");
+  EXPECT_EQ(morph_name((*morphs)[1]), "ring: torus -> cube");
+  for (const Analysis& morph : *morphs) EXPECT_EQ(*morph.find("bad_surfaces")->value, 0);
+}
+
+}  // namespace
+}  // namespace polymorph
