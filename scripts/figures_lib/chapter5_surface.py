@@ -230,8 +230,8 @@ def fig5_10(w):
     w.picture(draw.sheet([images], ["The program: the field computed at every n-th point only"], heads), part="models")
     w.table(["cells between samples", "volume", "off by %"], rows)
     w.say(
-        f"The steps again: the coarse samples enclose {flat_error:+.0f} % of area. On {w.name_of('suzanne')}, samples "
-        f"{rows[-1][0]} cells apart are off by {rows[-1][2]:+.1f} % of volume.",
+        f"The steps again: the skin of the coarse samples is off by {flat_error:+.0f} % of area. On"
+        f" {w.name_of('suzanne')}, samples {rows[-1][0]} cells apart are off by {rows[-1][2]:+.1f} % of volume.",
         "`surface.influence` is the report's variant. It is not the default: with bricks and short lists of balls the"
         " field is cheap to compute at every point, and Table 6.7 shows what interpolation would buy.",
     )

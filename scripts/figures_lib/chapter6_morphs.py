@@ -165,16 +165,15 @@ def table6_4(w):
     )
     counts = {name: sum(c.count("bad") for c, r in zip(marks, rows) if r[1] == name) for _, name in METHODS}
     of = {name: sum(c.count("good") for c, r in zip(marks, rows) if r[1] == name) + counts[name] for _, name in METHODS}
-    ours = {r[0]: r for r in turned if r[1] == "ours"}
+    turns = [f"{r[0]}: off by {r[4]:.1f}°" for r in turned if r[1] == "ours"]
     w.say(
         f"As numbers from `polymorph analyze --json`. Of the limits, its method misses {counts['report']} of"
         f" {of['report']}, its plan with our balls {counts['index plan']} of {of['index plan']}, ours {counts['ours']}"
-        f" of {of['ours']}. Of a turn by 90°, ours finds all but {ours['spider, turned by 90°'][4]:.1f}° for the"
-        f" spider, and all but {ours['teapot, turned by 90°'][4]:.1f}° for the teapot.",
+        f" of {of['ours']}. The turns that ours finds: {'; '.join(turns)}.",
         "Linear time has no slow-in and slow-out (9), and straight lines squash what turns (7). Ours eases time, keeps"
         " the volume, and moves balls along with the turn that makes the plan much cheaper, where there is one: by"
         " default a turn must halve its cost (`plan.align_gain`), so that unlike objects do not tumble. NA is a dash: a"
-        " torus has no labels.",
+        " torus has no label that another object has.",
     )
 
 
