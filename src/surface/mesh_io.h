@@ -18,10 +18,10 @@ struct MeshPart {
   std::size_t first_triangle = 0;
 };
 
-/// Wavefront OBJ text with v, vn and f, and an `o` line before each part. Numbers read back to the
-/// same floats.
+/// Wavefront OBJ text with v, vn (none where the mesh is flat) and f, and an `o` line before each
+/// part. Numbers read back to the same floats.
 std::string encode_obj(const Mesh& mesh, std::span<const MeshPart> parts = {});
-/// Binary little-endian PLY with positions, normals and indices.
+/// Binary little-endian PLY with positions, normals (none where the mesh is flat) and indices.
 std::string encode_ply(const Mesh& mesh);
 /// {"field": "gaussian", "balls": [{"center": [x, y, z], "a": .., "w": .., "radius": ..}, ...]}.
 std::string encode_balls(const std::vector<Ball>& balls, FieldKind kind);
