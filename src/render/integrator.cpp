@@ -405,6 +405,7 @@ void pass_glass(const World& world, LightPath& path, const SurfacePoint& point,
   const float eta = point.inside ? glass.ior : 1 / glass.ior;
   const float off = world.geometry->epsilon();
   const Vec3 tint = glass_tint(glass) / std::max(glass.transmission, 1e-6f);
+  const bool first = path.from_camera && !path.through_glass;
   path.through_glass = true;
   path.meets_lights = true;
   path.density = kCertain;
@@ -427,8 +428,11 @@ void pass_glass(const World& world, LightPath& path, const SurfacePoint& point,
     normal = to_world(frame, sample_ggx_normal(local, alpha, random.c, random.d));
   }
   const float reflected = dielectric_fresnel(dot(view, normal), eta);
+  // What the glass shows in front is faint and often bright: it gets more paths than its share.
+  const float choose = first && reflected > 0 && reflected < 0.25f ? 0.25f : reflected;
   Vec3 direction;
-  if (random.a < reflected) {
+  if (random.a < choose) {
+    path.throughput = path.throughput * (reflected / choose);
     direction = normal * (2 * dot(view, normal)) - view;
     // A bent normal may mirror light to below the triangle, where a flat one would not.
     if (dot(direction, point.normal) <= 0)
@@ -439,7 +443,7 @@ void pass_glass(const World& world, LightPath& path, const SurfacePoint& point,
     direction = refracted(path.ray.direction, normal, eta);
     if (dot(direction, point.normal) >= 0)
       direction = refracted(path.ray.direction, point.normal, eta);
-    path.throughput = path.throughput * tint;
+    path.throughput = path.throughput * tint * ((1 - reflected) / (1 - choose));
     path.ray.origin = point.position - point.normal * off;
   }
   path.ray.direction = direction;
