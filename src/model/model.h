@@ -20,6 +20,8 @@ struct Material {
   Vec3 specular{0.04f, 0.04f, 0.04f};
   float roughness = 0.5f;  ///< 0 mirror .. 1 matte (from MTL Ns)
   float metallic = 0;
+  float transmission = 0;  ///< share of the light that goes in, as into glass
+  float ior = 1.5f;        ///< refractive index of what is inside, for that share
   int texture = -1;  ///< index into Model::textures, -1 = none
 };
 

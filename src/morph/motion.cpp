@@ -291,6 +291,15 @@ std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time) {
   return frames;
 }
 
+std::vector<float> pair_progress(const MorphPlan& plan, float time) {
+  if (move_together(plan))
+    return std::vector<float>(plan.pairs.size(), std::clamp(ease(plan.motion, time), 0.0f, 1.0f));
+  std::vector<float> progress;
+  for (std::size_t e = 0; e < plan.pairs.size(); ++e)
+    progress.push_back(std::clamp(own_time(plan, e, time), 0.0f, 1.0f));
+  return progress;
+}
+
 float progress_at(const MorphPlan& plan, float time) {
   if (move_together(plan)) return std::clamp(ease(plan.motion, time), 0.0f, 1.0f);
   double sum = 0, mass = 0;

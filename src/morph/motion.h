@@ -31,6 +31,9 @@ struct PairFrame {
 /// One a pair, for the balls of balls_at(plan, time).
 std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time);
 
+/// How far along each pair is at `time`, eased, in [0, 1].
+std::vector<float> pair_progress(const MorphPlan& plan, float time);
+
 /// How far along the whole is at `time`: the mean of the balls' eased times, by mass, in [0, 1].
 float progress_at(const MorphPlan& plan, float time);
 

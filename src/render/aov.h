@@ -2,7 +2,8 @@
 // where it needs one).
 #pragma once
 
-#include <span>
+#include <string>
+#include <vector>
 
 #include "kernels/types.h"
 
@@ -14,19 +15,42 @@ struct FirstHit {
   float depth = 1e10f;  ///< distance along the view axis
   Vec3 normal;          ///< shading normal, world space
   float id = 0;
+  Vec3 position;    ///< world space
+  Vec3 next;        ///< where it is in the next frame
+  Vec3 albedo;      ///< of the base colour under all lights, with its texture
+  Vec2 uv;          ///< of the texture
+  Vec2 motion;      ///< pixels to the next frame, x to the right, y down; 0 on the last
+  float blend = 0;  ///< share of what the leg goes to
+  float t = 0;      ///< the sequence's moment
 };
 
 struct Aov {
+  const char* layer;  ///< what image.aovs calls it; scene.h has the names
   const char* channel;
   float (*value)(const FirstHit&);
 };
 
 inline constexpr Aov kAovs[] = {
-    {"Z", [](const FirstHit& hit) { return hit.depth; }},
-    {"N.X", [](const FirstHit& hit) { return hit.normal.x; }},
-    {"N.Y", [](const FirstHit& hit) { return hit.normal.y; }},
-    {"N.Z", [](const FirstHit& hit) { return hit.normal.z; }},
-    {"id", [](const FirstHit& hit) { return hit.id; }},
+    {"Z", "Z", [](const FirstHit& hit) { return hit.depth; }},
+    {"N", "N.X", [](const FirstHit& hit) { return hit.normal.x; }},
+    {"N", "N.Y", [](const FirstHit& hit) { return hit.normal.y; }},
+    {"N", "N.Z", [](const FirstHit& hit) { return hit.normal.z; }},
+    {"P", "P.X", [](const FirstHit& hit) { return hit.position.x; }},
+    {"P", "P.Y", [](const FirstHit& hit) { return hit.position.y; }},
+    {"P", "P.Z", [](const FirstHit& hit) { return hit.position.z; }},
+    {"albedo", "albedo.R", [](const FirstHit& hit) { return hit.albedo.x; }},
+    {"albedo", "albedo.G", [](const FirstHit& hit) { return hit.albedo.y; }},
+    {"albedo", "albedo.B", [](const FirstHit& hit) { return hit.albedo.z; }},
+    {"id", "id", [](const FirstHit& hit) { return hit.id; }},
+    {"morph", "morph.blend", [](const FirstHit& hit) { return hit.blend; }},
+    {"morph", "morph.t", [](const FirstHit& hit) { return hit.t; }},
+    {"motion", "motion.X", [](const FirstHit& hit) { return hit.motion.x; }},
+    {"motion", "motion.Y", [](const FirstHit& hit) { return hit.motion.y; }},
+    {"uv", "uv.U", [](const FirstHit& hit) { return hit.uv.x; }},
+    {"uv", "uv.V", [](const FirstHit& hit) { return hit.uv.y; }},
 };
+
+/// The rows that `layers` asks for ("Z,N,id", "all", "none"), in the table's order.
+std::vector<const Aov*> chosen_aovs(const std::string& layers);
 
 }  // namespace polymorph

@@ -69,22 +69,8 @@ Box usable_box(const Box& box) {
   return {box.low - Vec3{1, 1, 1}, box.high + Vec3{1, 1, 1}};
 }
 
-}  // namespace
-
-Camera make_camera(const CameraSettings& settings, const Box& given, int width, int height) {
-  const Box box = usable_box(given);
-  std::array<Vec3, 8> corners;
-  for (unsigned i = 0; i < 8; ++i)
-    corners[i] = {i & 1 ? box.high.x : box.low.x, i & 2 ? box.high.y : box.low.y,
-                  i & 4 ? box.high.z : box.low.z};
-  return make_camera(settings, corners, width, height);
-}
-
-Camera make_camera(const CameraSettings& settings, std::span<const Vec3> points, int width,
-                   int height) {
-  const Box box = box_of(points);
-  if (!(box.diagonal() > 0)) return make_camera(settings, box, width, height);
-  const Vec3 target = settings.target.value_or(box.center());
+Camera place_camera(const CameraSettings& settings, std::span<const Vec3> points, Vec3 target,
+                    int width, int height) {
   Camera camera;
   camera.tan_half_fov_y = std::tan(0.5f * radians(settings.fov));
   if (settings.position) {
@@ -115,6 +101,30 @@ Camera make_camera(const CameraSettings& settings, std::span<const Vec3> points,
   const float d = std::max(smallest_distance(x, tx), smallest_distance(y, ty));
   camera.position = target - camera.forward * d + camera.right * centering_shift(x, d, tx) +
                     camera.up * centering_shift(y, d, ty);
+  return camera;
+}
+
+}  // namespace
+
+Camera make_camera(const CameraSettings& settings, const Box& given, int width, int height) {
+  const Box box = usable_box(given);
+  std::array<Vec3, 8> corners;
+  for (unsigned i = 0; i < 8; ++i)
+    corners[i] = {i & 1 ? box.high.x : box.low.x, i & 2 ? box.high.y : box.low.y,
+                  i & 4 ? box.high.z : box.low.z};
+  return make_camera(settings, corners, width, height);
+}
+
+Camera make_camera(const CameraSettings& settings, std::span<const Vec3> points, int width,
+                   int height) {
+  const Box box = box_of(points);
+  if (!(box.diagonal() > 0)) return make_camera(settings, box, width, height);
+  const Vec3 target = settings.target.value_or(box.center());
+  Camera camera = place_camera(settings, points, target, width, height);
+  camera.lens_radius = 0.5f * settings.aperture;
+  camera.focus =
+      settings.focus.value_or(std::max(dot(target - camera.position, camera.forward), 1e-6f));
+  camera.shutter = settings.shutter;
   return camera;
 }
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/aov.h"
 #include "render/vector_math.h"
+#include "scene/scene.h"
 
 namespace polymorph {
 namespace {
@@ -46,10 +46,16 @@ float filter_offset(const PixelFilter& filter, float u) {
   return lerp(filter.offsets[i], filter.offsets[i + 1], x - static_cast<float>(i));
 }
 
-std::vector<std::string> film_channels(bool aovs) {
+std::vector<const Aov*> chosen_aovs(const std::string& layers) {
+  std::vector<const Aov*> chosen;
+  for (const Aov& aov : kAovs)
+    if (aov_is_chosen(layers, aov.layer)) chosen.push_back(&aov);
+  return chosen;
+}
+
+std::vector<std::string> film_channels(const std::vector<const Aov*>& aovs) {
   std::vector<std::string> channels{"R", "G", "B", "A"};
-  if (aovs)
-    for (const Aov& aov : kAovs) channels.emplace_back(aov.channel);
+  for (const Aov* aov : aovs) channels.emplace_back(aov->channel);
   return channels;
 }
 

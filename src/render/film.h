@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kernels/types.h"
+#include "render/aov.h"
 
 namespace polymorph {
 
@@ -19,7 +20,7 @@ struct PixelFilter {
 PixelFilter make_pixel_filter(float radius);
 float filter_offset(const PixelFilter& filter, float u);
 
-/// R G B A, then the AOVs of aov.h where wanted.
-std::vector<std::string> film_channels(bool aovs);
+/// R G B A, then the AOVs.
+std::vector<std::string> film_channels(const std::vector<const Aov*>& aovs);
 
 }  // namespace polymorph

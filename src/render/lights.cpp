@@ -75,24 +75,39 @@ Frame make_rig(const Camera& camera) {
   return {cross(up, back), up, back};
 }
 
-KeyLight make_key_light(const LightSettings& settings, const Camera& camera) {
-  const float a = radians(settings.key_azimuth), e = radians(settings.key_elevation);
+namespace {
+
+KeyLight make_disc(float azimuth, float elevation, float size, Vec3 irradiance,
+                   const Camera& camera) {
+  const float a = radians(azimuth), e = radians(elevation);
   KeyLight key;
   key.frame = make_frame(normalized(to_world(
       make_rig(camera), {std::sin(a) * std::cos(e), std::sin(e), std::cos(a) * std::cos(e)})));
-  key.irradiance = settings.key_color * settings.key_intensity;
-  key.sample_power = key.irradiance;
-  if (settings.key_size > 0) {
-    const float radius = std::clamp(0.5f * radians(settings.key_size), 1e-3f, 0.5f * kPi);
+  key.irradiance = irradiance;
+  key.sample_power = irradiance;
+  if (size > 0) {
+    const float radius = std::clamp(0.5f * radians(size), 1e-3f, 0.5f * kPi);
     const float sine = std::sin(radius);
     key.cos_radius = std::cos(radius);
     key.sin_radius = sine;
     // 1 - cos would cancel for small discs.
     key.density = 1 / (4 * kPi * square(std::sin(0.5f * radius)));
-    key.radiance = key.irradiance / (kPi * sine * sine);
+    key.radiance = irradiance / (kPi * sine * sine);
     key.sample_power = key.radiance / key.density;
   }
   return key;
+}
+
+}  // namespace
+
+KeyLight make_key_light(const LightSettings& settings, const Camera& camera) {
+  return make_disc(settings.key_azimuth, settings.key_elevation, settings.key_size,
+                   settings.key_color * settings.key_intensity, camera);
+}
+
+KeyLight make_sun(const LampSettings& settings, const Camera& camera) {
+  return make_disc(settings.azimuth, settings.elevation, settings.size,
+                   settings.color * settings.intensity, camera);
 }
 
 Vec3 sample_key(const KeyLight& key, float u, float v) {

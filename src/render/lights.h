@@ -24,6 +24,8 @@ struct KeyLight {
 
 /// Key light of the settings; its irradiance is key_intensity * key_color.
 KeyLight make_key_light(const LightSettings& settings, const Camera& camera);
+/// A lamp of kind sun, the same way.
+KeyLight make_sun(const LampSettings& settings, const Camera& camera);
 /// A direction towards it.
 Vec3 sample_key(const KeyLight& key, float u, float v);
 inline bool hits_key(const KeyLight& key, Vec3 direction) {

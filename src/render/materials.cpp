@@ -55,16 +55,22 @@ Vec3 gloss_albedo(Vec3 f0, float alpha, float cosine) {
 }
 
 Shading own_shading(const Material& material, Vec3 texel) {
-  return {material.color * texel, material.specular, material.roughness, material.metallic};
+  return {material.color * texel, material.specular,     material.roughness,
+          material.metallic,      material.transmission, material.ior};
 }
 
 Shading mix(const Shading& a, const Shading& b, float share) {
-  return {lerp(a.color, b.color, share), lerp(a.specular, b.specular, share),
-          lerp(a.roughness, b.roughness, share), lerp(a.metallic, b.metallic, share)};
+  return {lerp(a.color, b.color, share),
+          lerp(a.specular, b.specular, share),
+          lerp(a.roughness, b.roughness, share),
+          lerp(a.metallic, b.metallic, share),
+          lerp(a.transmission, b.transmission, share),
+          lerp(a.ior, b.ior, share)};
 }
 
 Shading look_shading(const LookSettings& look) {
   if (look.kind == LookKind::kMatte) return {look.color, {}, 1, 0};
+  if (look.kind == LookKind::kGlass) return {look.color, {}, look.roughness, 0, 1, look.ior};
   return {look.color, look.color, look.roughness, 1};
 }
 

@@ -45,13 +45,17 @@ struct Shading {
   Vec3 specular;
   float roughness;
   float metallic;
+  float transmission = 0;  ///< share that is clear glass of this colour
+  float ior = 1.5f;
 };
 Shading own_shading(const Material& material, Vec3 texel);
 /// (1 - share) a + share b, number by number.
 Shading mix(const Shading& a, const Shading& b, float share);
 Shading look_shading(const LookSettings& look);
 /// The same colour without gloss.
-inline Shading matte_shading(const Shading& s) { return {s.color, {}, 1, 0}; }
+inline Shading matte_shading(const Shading& s) {
+  return {s.color, {}, 1, 0, s.transmission, s.ior};
+}
 
 /// A mixture (1 - share) a + share b at a point with this shading normal; `view` is a unit world
 /// vector on the normal's side.

@@ -6,14 +6,12 @@
 #include <limits>
 
 #include "base/parallel.h"
-#include "render/film.h"
-#include "render/floating_point.h"
-#include "render/integrator.h"
+#include "render/day_sky.h"
+#include "render/tile.h"
 
 namespace polymorph {
 namespace {
 
-constexpr int kTile = 16;
 constexpr float kFilterRadius = 1.35f;  // pixels; by eye between crisp and free of stair steps
 
 /// What a sky depends on; it is made again only when this changes.
@@ -24,85 +22,43 @@ struct SkyKey {
   float scale = 0;
   std::shared_ptr<const Image> image;
   SkyPart part = SkyPart::kAll;
+  SkyKind kind = SkyKind::kStudio;
+  float turbidity = 3;
 };
 bool same(const SkyKey& a, const SkyKey& b) {
   return a.rig.z == b.rig.z && a.key.frame.z == b.key.frame.z &&
          a.key.irradiance == b.key.irradiance && a.floor == b.floor && a.scale == b.scale &&
-         a.image == b.image && a.part == b.part;
+         a.image == b.image && a.part == b.part && a.kind == b.kind && a.turbidity == b.turbidity;
 }
 
 Sky make_sky(const SkyKey& key) {
   if (key.image) return make_image_sky(*key.image, key.scale, key.part);
+  if (key.kind == SkyKind::kDay)
+    return make_day_sky(key.key, key.floor, key.turbidity, key.scale, key.part);
   return make_studio_sky(key.rig, key.key, key.floor, key.scale, key.part);
 }
 
-float white_level(const KeyLight& key, const Sky& sky) {
-  return kInvPi * (max_component(key.irradiance) + max_component(sky.upper_irradiance) +
-                   sky.distribution.total);
+float white_level(const std::vector<KeyLight>& suns, const std::vector<Lamp>& lamps,
+                  const Sky& sky) {
+  float sum = max_component(sky.upper_irradiance) + sky.distribution.total;
+  for (const KeyLight& sun : suns) sum += max_component(sun.irradiance);
+  for (const Lamp& lamp : lamps) sum += max_component(lamp.irradiance);
+  return kInvPi * sum;
+}
+
+bool has_glass(const MaterialLayer& layer) {
+  return std::any_of(layer.materials.begin(), layer.materials.end(),
+                     [](const Material& material) { return material.transmission > 0; });
+}
+bool has_glass(const RenderScene& scene) {
+  return std::any_of(scene.meshes.begin(), scene.meshes.end(), [&](const RenderMesh& mesh) {
+    return has_glass(mesh) || has_glass(mesh.other) ||
+           (scene.look.kind == LookKind::kGlass && (mesh.look > 0 || mesh.materials.empty()));
+  });
 }
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-/// The ray through (x, y), in pixels from the picture's upper left corner. Pixels are square.
-Ray camera_ray(const Camera& camera, const ImageSettings& image, float x, float y) {
-  const float scale = 2 * camera.tan_half_fov_y / static_cast<float>(image.height);
-  const float across = (x - 0.5f * static_cast<float>(image.width)) * scale;
-  const float upward = (0.5f * static_cast<float>(image.height) - y) * scale;
-  return {camera.position, normalized(camera.forward + camera.right * across + camera.up * upward)};
-}
-
-/// All that the tiles share.
-struct FrameJob {
-  World world;
-  Camera camera;
-  RenderSettings settings;
-  FrameSampler sampler;
-  const PixelFilter* filter = nullptr;
-};
-
-Vec3 pixel_color(const FrameJob& job, int x, int y, Tally& tally) {
-  const ImageSettings& image = job.settings.image;
-  Vec3 sum;
-  for (int s = 0; s < image.samples; ++s) {
-    const PathSampler sampler(job.sampler, x, y, static_cast<std::uint32_t>(s));
-    const Sample4 random = sampler.get(0);
-    const float px = static_cast<float>(x) + 0.5f + filter_offset(*job.filter, random.a);
-    const float py = static_cast<float>(y) + 0.5f + filter_offset(*job.filter, random.b);
-    const Vec3 light = trace_path(job.world, camera_ray(job.camera, image, px, py), sampler, tally);
-    // One bad normal or texel must not blacken a whole film's compositing.
-    if (finite(light)) sum = sum + light;
-  }
-  // The control variate may leave a pixel a trace below black.
-  return max(sum / static_cast<float>(image.samples), Vec3{});
-}
-
-FirstHit pixel_hit(const FrameJob& job, int x, int y, Tally& tally) {
-  const Ray ray = camera_ray(job.camera, job.settings.image, static_cast<float>(x) + 0.5f,
-                             static_cast<float>(y) + 0.5f);
-  FirstHit hit = first_hit(job.world, ray, tally);
-  if (hit.id > 0) hit.depth *= dot(ray.direction, job.camera.forward);
-  return hit;
-}
-
-void render_tile(const FrameJob& job, int tile_x, int tile_y, Image& film, Tally& tally) {
-  const FlushDenormals flush;
-  const int right = std::min((tile_x + 1) * kTile, film.width);
-  const int bottom = std::min((tile_y + 1) * kTile, film.height);
-  for (int y = tile_y * kTile; y < bottom; ++y)
-    for (int x = tile_x * kTile; x < right; ++x) {
-      const Vec3 color = pixel_color(job, x, y, tally);
-      float* pixel = &film.at(x, y, 0);
-      pixel[0] = color.x;
-      pixel[1] = color.y;
-      pixel[2] = color.z;
-      pixel[3] = 1;
-      if (!job.settings.aovs) continue;
-      const FirstHit hit = pixel_hit(job, x, y, tally);
-      pixel += 4;
-      for (const Aov& aov : kAovs) *pixel++ = aov.value(hit);
-    }
 }
 
 }  // namespace
@@ -131,46 +87,63 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   PM_CHECK(image.width >= 1 && image.height >= 1 && image.samples >= 1);
   State& state = *state_;
   const auto start = std::chrono::steady_clock::now();
-  PM_TRY(const TracedScene geometry, TracedScene::build(state.device, scene.meshes));
+  PM_TRY(const TracedScene geometry,
+         TracedScene::build(state.device, scene.meshes, scene.camera.shutter));
 
+  const Box& stage = scene.bounds.empty() ? geometry.bounds() : scene.bounds;
+  std::vector<KeyLight> suns{make_key_light(scene.lights, scene.camera)};
+  std::vector<Lamp> lamps;
+  for (const LampSettings& lamp : scene.lights.lamps)
+    if (lamp.kind == LampKind::kSun)
+      suns.push_back(make_sun(lamp, scene.camera));
+    else
+      lamps.push_back(make_lamp(lamp, stage.empty() ? Vec3{} : stage.center()));
+  const bool outdoors = scene.environment || scene.lights.sky == SkyKind::kDay;
   SkyKey sky_key{make_rig(scene.camera),
-                 make_key_light(scene.lights, scene.camera),
-                 scene.ground.color * kFarTone,
+                 suns.front(),
+                 outdoors ? scene.ground.color : scene.ground.color * kFarTone,
                  scene.lights.sky_intensity,
                  scene.environment,
-                 scene.ground.enabled ? SkyPart::kAboveHorizon : SkyPart::kAll};
+                 scene.ground.enabled ? SkyPart::kAboveHorizon : SkyPart::kAll,
+                 scene.lights.sky,
+                 scene.lights.turbidity};
   if (state.sky.width == 0 || !same(sky_key, state.sky_key)) {
     state.sky = make_sky(sky_key);
     state.sky_key = sky_key;
   }
 
-  const Box& stage = scene.bounds.empty() ? geometry.bounds() : scene.bounds;
   FrameJob job;
-  job.world = {&geometry,
-               &state.sky,
-               &sky_key.key,
-               make_floor(scene.ground, stage),
-               {},
-               geometry.bounds().center(),
-               geometry.bounds().empty() ? -std::numeric_limits<float>::infinity()
-                                         : 0.5f * geometry.bounds().diagonal(),
-               scene.look,
-               white_level(sky_key.key, state.sky),
-               image.max_depth};
-  job.world.backdrop = {scene.environment ? &state.sky : nullptr,
-                        sky_radiance(state.sky, {0, -1, 0}),
-                        {scene.camera.right, scene.camera.up, scene.camera.forward},
-                        1 / scene.camera.tan_half_fov_y};
-  if (scene.environment) job.world.floor.far_tone = 1;
+  World& world = job.world;
+  world.geometry = &geometry;
+  world.sky = &state.sky;
+  world.suns = suns;
+  world.lamps = lamps;
+  world.floor = make_floor(scene.ground, stage);
+  if (outdoors) world.floor.far_tone = 1;
+  world.backdrop = {outdoors ? &state.sky : nullptr,
+                    sky_radiance(state.sky, {0, -1, 0}),
+                    {scene.camera.right, scene.camera.up, scene.camera.forward},
+                    1 / scene.camera.tan_half_fov_y};
+  world.center = geometry.bounds().center();
+  world.radius = geometry.bounds().empty() ? -std::numeric_limits<float>::infinity()
+                                           : 0.5f * geometry.bounds().diagonal();
+  world.look = scene.look;
+  world.white = white_level(suns, lamps, state.sky);
+  world.max_depth = image.max_depth;
+  world.has_glass = has_glass(scene);
+  world.shadow_only = scene.ground.shadow_only;
+  world.transparent = image.transparent || scene.ground.shadow_only;
+  world.moment = scene.moment;
   job.camera = scene.camera;
-  job.settings = settings;
+  job.image = image;
   job.sampler = make_frame_sampler(image.seed, settings.frame, image.samples);
   job.filter = &state.filter;
+  if (settings.aovs) job.aovs = chosen_aovs(image.aovs);
   state.stats = {};
   state.stats.build_seconds = seconds_since(start);
 
   const auto trace_start = std::chrono::steady_clock::now();
-  Image film = make_image(image.width, image.height, film_channels(settings.aovs));
+  Image film = make_image(image.width, image.height, film_channels(job.aovs));
   const int columns = (image.width + kTile - 1) / kTile, rows = (image.height + kTile - 1) / kTile;
   std::vector<Tally> tallies(static_cast<std::size_t>(columns) * rows);
   parallel_for(columns * rows, [&](std::int64_t i) {
@@ -178,7 +151,10 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
     render_tile(job, tile % columns, tile / columns, film, tallies[i]);
   });
   PM_TRY_STATUS(take_device_error(state.device));
-  for (const Tally& tally : tallies) state.stats.rays += tally.rays;
+  for (const Tally& tally : tallies) {
+    state.stats.rays += tally.rays;
+    state.stats.paths += tally.paths;
+  }
   state.stats.trace_seconds = seconds_since(trace_start);
   return film;
 }

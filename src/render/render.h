@@ -35,13 +35,19 @@ struct RenderMesh : MaterialLayer {
   float other_share = 0;  ///< [0, 1]: colours, gloss and roughness are mixed
   float look = 0;         ///< 0 = own materials, 1 = the common look; between: the two BSDFs mixed
   float id = 0;           ///< written to the id AOV; > 0 (ground 1 is reserved; 0 = nothing hit)
+  std::span<const Vec3> displacement;   ///< from this frame to the next, one a position, or empty
+  std::span<const float> vertex_blend;  ///< of the morph AOV, one a position, or empty = `blend`
+  float blend = 0;  ///< [0, 1]: 0 = wholly what the leg comes from, 1 = what it goes to
 };
 
-/// A pinhole camera, ready to shoot.
+/// A camera, ready to shoot.
 struct Camera {
   Vec3 position{0, 0, 5};
   Vec3 right{1, 0, 0}, up{0, 1, 0}, forward{0, 0, -1};  ///< orthonormal
   float tan_half_fov_y = 0.27f;
+  float lens_radius = 0;  ///< of a thin lens; 0 = a pinhole
+  float focus = 1;        ///< distance along `forward` that is sharp; for lens_radius > 0
+  float shutter = 0;      ///< frames that it is open, half before and half after the moment
 };
 
 /// Frames a box: the smallest distance at which the box's 8 corners keep the margin, unless the
@@ -61,13 +67,14 @@ struct RenderScene {
   /// backdrop, too, and the floor fades into it. Null = the built-in studio, whose sky only
   /// reflections see; the camera sees a paper of the floor's colour.
   std::shared_ptr<const Image> environment;
-  Box bounds;  ///< of the whole sequence: sizes the ground's fade and ray offsets
+  Box bounds;        ///< of the whole sequence: sizes the ground's fade and ray offsets
+  float moment = 0;  ///< [0, 1] of the sequence, written to the morph AOV
 };
 
 struct RenderSettings {
   ImageSettings image;
   int frame = 0;     ///< part of the random keys, so noise differs from frame to frame
-  bool aovs = true;  ///< Z, N, id next to RGBA
+  bool aovs = true;  ///< those that image.aovs names, next to RGBA
 };
 
 /// Path tracing. Lights: `key_intensity` is the irradiance on a surface that faces the key light,
@@ -75,8 +82,9 @@ struct RenderSettings {
 /// range and a white one just below white. A path may scatter at `max_depth` surfaces; two sharp
 /// mirrors are free. Biases, for clean pictures at few samples: strong light by way of a second
 /// surface is cut off (integrator.cpp, kIndirectLimit), and after a diffuse surface gloss is
-/// followed as diffuse of the same colour (no caustics). Filter: Blackman-Harris, radius 1.35
-/// pixels.
+/// followed as diffuse of the same colour (no caustics; light goes straight on through glass).
+/// Filter: Blackman-Harris, radius 1.35 pixels. With image.noise, a block of pixels is sampled in
+/// doubling rounds, 16 samples first, until its estimated error is below it.
 ///
 /// Keeps the Embree device and the sky between frames. Not shared between threads.
 class Renderer {
@@ -88,14 +96,14 @@ class Renderer {
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
 
-  /// Channels R G B A (alpha 1 where anything was hit or the sky shows), then Z (distance along the
-  /// view axis, 1e10 = nothing), N.X N.Y N.Z (world, of the first hit, 0 = nothing), id. Same image
-  /// for any number of threads.
+  /// Channels R G B A (alpha below 1 only where the image is transparent or the ground
+  /// shadow_only), then the AOVs, each of what the ray through the pixel's centre met first
+  /// (render/aov.h). Same image for any number of threads.
   Result<Image> render(const RenderScene& scene, const RenderSettings& settings);
 
   struct Stats {
     double build_seconds = 0, trace_seconds = 0;
-    std::uint64_t rays = 0;
+    std::uint64_t rays = 0, paths = 0;
   };
   Stats stats() const;  ///< of the last call
   std::string isa() const;

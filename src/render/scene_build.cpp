@@ -95,24 +95,44 @@ void check_mesh(const RenderMesh& mesh) {
     for (std::uint32_t v : t.v) PM_CHECK(v < mesh.positions.size());
   check_layer(mesh, mesh.triangles.size());
   if (mesh.other_share > 0) check_layer(mesh.other, mesh.triangles.size());
+  PM_CHECK(mesh.displacement.empty() || mesh.displacement.size() == mesh.positions.size());
+  PM_CHECK(mesh.vertex_blend.empty() || mesh.vertex_blend.size() == mesh.positions.size());
 }
 
-bool attach_mesh(RTCDevice device, RTCScene scene, const RenderMesh& mesh, unsigned id) {
+/// Where a vertex is at a share of the frame's way to the next, -0.5 to 0.5 of a shutter of 1.
+Vec3 moved(const RenderMesh& mesh, std::size_t vertex, float way) {
+  return mesh.positions[vertex] + mesh.displacement[vertex] * way;
+}
+
+bool attach_mesh(RTCDevice device, RTCScene scene, const RenderMesh& mesh, unsigned id,
+                 float shutter) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   if (!geometry) return false;
-  // Embree reads 16 bytes at the last vertex; its own buffer has that room, a caller's span has
-  // not.
-  void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                           sizeof(Vec3), mesh.positions.size());
-  if (vertices) {
-    std::memcpy(vertices, mesh.positions.data(), mesh.positions.size_bytes());
+  const bool moves = shutter > 0 && !mesh.displacement.empty();
+  if (moves) rtcSetGeometryTimeStepCount(geometry, 2);
+  bool whole = true;
+  for (unsigned step = 0; step < (moves ? 2u : 1u); ++step) {
+    // Embree reads 16 bytes at the last vertex; its own buffer has that room, a caller's span has
+    // not.
+    auto* vertices = static_cast<Vec3*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, step, RTC_FORMAT_FLOAT3,
+                                sizeof(Vec3), mesh.positions.size()));
+    whole = whole && vertices;
+    if (!vertices) break;
+    const float way = shutter * (static_cast<float>(step) - 0.5f);
+    if (moves)
+      for (std::size_t v = 0; v < mesh.positions.size(); ++v) vertices[v] = moved(mesh, v, way);
+    else
+      std::memcpy(vertices, mesh.positions.data(), mesh.positions.size_bytes());
+  }
+  if (whole) {
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                mesh.triangles.data(), 0, sizeof(Triangle), mesh.triangles.size());
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(scene, geometry, id);
   }
   rtcReleaseGeometry(geometry);
-  return vertices != nullptr;
+  return whole;
 }
 
 }  // namespace
@@ -156,8 +176,9 @@ Status take_device_error(const RayDevice& device) {
 }
 
 Result<TracedScene> TracedScene::build(const RayDevice& device,
-                                       const std::vector<RenderMesh>& meshes) {
+                                       const std::vector<RenderMesh>& meshes, float shutter) {
   TracedScene traced;
+  traced.shutter_ = shutter;
   traced.meshes_ = &meshes;
   traced.scene_.reset(rtcNewScene(device.device.get()));
   if (!traced.scene_) {
@@ -172,7 +193,8 @@ Result<TracedScene> TracedScene::build(const RayDevice& device,
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     if (meshes[i].triangles.empty()) continue;
     check_mesh(meshes[i]);
-    if (!attach_mesh(device.device.get(), scene, meshes[i], static_cast<unsigned>(i))) break;
+    if (!attach_mesh(device.device.get(), scene, meshes[i], static_cast<unsigned>(i), shutter))
+      break;
   }
   rtcCommitScene(scene);
   PM_TRY_STATUS(take_device_error(device));
@@ -201,7 +223,7 @@ MeshHit TracedScene::closest(const Ray& ray) const {
                ray.direction.x,
                ray.direction.y,
                ray.direction.z,
-               0.0f,
+               ray.time,
                ray.far,
                0xffffffffu,
                0,
@@ -215,6 +237,43 @@ MeshHit TracedScene::closest(const Ray& ray) const {
   return {query.hit.geomID, query.hit.primID, query.ray.tfar, query.hit.u, query.hit.v};
 }
 
+void TracedScene::closest(const Ray* rays, MeshHit* hits, int count) const {
+  alignas(64) int valid[kPacket] = {};
+  // Zeros: Debian's Embree asserts that lanes which are switched off hold numbers, too.
+  alignas(64) RTCRayHit16 query{};
+  bool any = false;
+  for (int i = 0; i < count; ++i) {
+    hits[i] = {};
+    if (misses_bounds(rays[i])) continue;
+    any = true;
+    valid[i] = -1;
+    const Ray& r = rays[i];
+    query.ray.org_x[i] = r.origin.x;
+    query.ray.org_y[i] = r.origin.y;
+    query.ray.org_z[i] = r.origin.z;
+    query.ray.tnear[i] = 0;
+    query.ray.dir_x[i] = r.direction.x;
+    query.ray.dir_y[i] = r.direction.y;
+    query.ray.dir_z[i] = r.direction.z;
+    query.ray.time[i] = r.time;
+    query.ray.tfar[i] = r.far;
+    query.ray.mask[i] = 0xffffffffu;
+    query.ray.id[i] = 0;
+    query.ray.flags[i] = 0;
+    query.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+    query.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+  }
+  if (!any) return;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcIntersect16(valid, scene_.get(), &context, &query);
+  for (int i = 0; i < count; ++i)
+    if (valid[i] && query.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID)
+      hits[i] = {query.hit.geomID[i], query.hit.primID[i], query.ray.tfar[i], query.hit.u[i],
+                 query.hit.v[i]};
+}
+
 bool TracedScene::blocked(const Ray& ray) const {
   if (misses_bounds(ray)) return false;
   RTCRay query{ray.origin.x,
@@ -224,7 +283,7 @@ bool TracedScene::blocked(const Ray& ray) const {
                ray.direction.x,
                ray.direction.y,
                ray.direction.z,
-               0.0f,
+               ray.time,
                ray.far,
                0xffffffffu,
                0,
@@ -238,7 +297,11 @@ bool TracedScene::blocked(const Ray& ray) const {
 SurfacePoint TracedScene::surface_point(const Ray& ray, const MeshHit& hit) const {
   const RenderMesh& m = (*meshes_)[hit.mesh];
   const Triangle& t = m.triangles[hit.triangle];
-  const Corners p{m.positions[t.v[0]], m.positions[t.v[1]], m.positions[t.v[2]]};
+  Corners p{m.positions[t.v[0]], m.positions[t.v[1]], m.positions[t.v[2]]};
+  if (shutter_ > 0 && !m.displacement.empty()) {
+    const float way = shutter_ * (ray.time - 0.5f);
+    p = {moved(m, t.v[0], way), moved(m, t.v[1], way), moved(m, t.v[2], way)};
+  }
   const Vec3 view = -ray.direction;
   SurfacePoint point;
   point.position = interpolate(p, hit.u, hit.v);
@@ -246,6 +309,7 @@ SurfacePoint TracedScene::surface_point(const Ray& ray, const MeshHit& hit) cons
   if (!(dot(point.normal, point.normal) > 0.5f)) point.normal = view;
   const float side = dot(point.normal, view) < 0 ? -1.0f : 1.0f;
   point.normal = point.normal * side;
+  point.inside = side < 0;
   point.shading = point.normal;
   point.lifted = point.position;
 

@@ -43,7 +43,11 @@ struct Ray {
   Vec3 origin;
   Vec3 direction;  ///< unit
   float far = std::numeric_limits<float>::infinity();
+  float time = 0.5f;  ///< [0, 1] of the shutter's
 };
+
+/// How many rays closest() takes at once.
+inline constexpr int kPacket = 16;
 
 inline constexpr std::uint32_t kNoMesh = 0xffffffffu;
 
@@ -60,16 +64,21 @@ struct SurfacePoint {
   Vec3 normal;   ///< of the triangle, towards the ray's origin; unit
   Vec3 shading;  ///< interpolated, on the same side and visible to the ray; unit
   Vec3 lifted;   ///< on the smooth surface that the shading normals describe; where rays leave from
+  bool inside = false;  ///< the ray came from behind the triangle
 };
 
 /// One frame's meshes. Borrows the spans of the RenderMeshes for its lifetime.
 class TracedScene {
  public:
   /// Errors: kResource (memory), kInternal (an index beyond the positions).
-  static Result<TracedScene> build(const RayDevice& device, const std::vector<RenderMesh>& meshes);
+  /// With a `shutter` meshes move by their displacement while it is open.
+  static Result<TracedScene> build(const RayDevice& device, const std::vector<RenderMesh>& meshes,
+                                   float shutter = 0);
 
   /// The nearest mesh in (0, ray.far).
   MeshHit closest(const Ray& ray) const;
+  /// The same for up to kPacket rays that go about the same way: three to four times faster.
+  void closest(const Ray* rays, MeshHit* hits, int count) const;
   /// Is there any mesh in (0, ray.far)?
   bool blocked(const Ray& ray) const;
   SurfacePoint surface_point(const Ray& ray, const MeshHit& hit) const;
@@ -91,6 +100,7 @@ class TracedScene {
   const std::vector<RenderMesh>* meshes_ = nullptr;
   Box bounds_;
   float epsilon_ = 0;
+  float shutter_ = 0;
 };
 
 inline bool TracedScene::misses_bounds(const Ray& ray) const {

@@ -54,6 +54,9 @@ void describe(V& v, ObjectSettings& s) {
   v.vector("rotate", s.rotate, "degrees about x, then y, then z");
   v.scale("scale", s.scale, "one factor, or one an axis");
   v.color("color", s.color, "paint the whole object in this colour instead of its materials");
+  v.number("roughness", s.roughness, 0, 1, "of all its materials, 0 is a mirror");
+  v.number("metallic", s.metallic, 0, 1, "of all its materials, 1 is metal");
+  v.number("glass", s.glass, 0, 1, "of all its materials: the share of light that goes through");
   v.object("spheres", s.spheres, "sphere settings of this object; default: the scene's");
   v.object("motion", s.motion, "of the balls on their way to this object; default: the scene's");
   v.integer("hold", s.hold, 0, 10000,
@@ -231,6 +234,35 @@ void describe(V& v, CameraSettings& s) {
   v.number("elevation", s.elevation, -89, 89, "degrees above the horizon");
   v.number("margin", s.margin, 0, 0.45,
            "free border on each side when framing automatically, as a share of the picture");
+  v.number("aperture", s.aperture, 0, 1e6,
+           "diameter of the lens in scene units: what is out of focus blurs; 0: all sharp");
+  v.number("focus", s.focus, 1e-6, 1e6,
+           "distance that is sharp, along the view axis; default: that of the middle of all "
+           "objects, or of `target`");
+  v.number("shutter", s.shutter, 0, 4,
+           "motion blur: how many frames long the shutter is open, around the frame's moment; 0.5 "
+           "is a film camera's");
+}
+
+template <class V>
+void describe(V& v, LampSettings& s) {
+  v.choice(
+      "kind", s.kind,
+      {{"lamp", LampKind::kLamp}, {"panel", LampKind::kPanel}, {"sun", LampKind::kSun}},
+      "a glowing ball or point, a rectangle that glows towards its target, or a disc far away");
+  v.vector("position", s.position, "lamp, panel: of its middle");
+  v.vector("target", s.target,
+           "lamp, panel: where `intensity` holds, and what a panel faces; default: the middle of "
+           "all objects");
+  v.number("radius", s.radius, 0, 1e6, "lamp: 0 is a point, with hard shadows");
+  v.number("width", s.width, 1e-6, 1e6, "panel");
+  v.number("height", s.height, 1e-6, 1e6, "panel");
+  v.number("azimuth", s.azimuth, -360, 360, "sun: degrees from the camera's azimuth");
+  v.number("elevation", s.elevation, -10, 90, "sun: degrees above the horizon");
+  v.number("size", s.size, 0, 60, "sun: apparent diameter in degrees");
+  v.number("intensity", s.intensity, 0, 1000,
+           "irradiance it gives a surface at its target that faces it");
+  v.color("color", s.color, "of its light");
 }
 
 template <class V>
@@ -244,8 +276,12 @@ void describe(V& v, LightSettings& s) {
            "irradiance the key light gives a surface facing it");
   v.color("key_color", s.key_color, "of the key light");
   v.path("environment", s.environment,
-         "lat-long image (EXR, PNG, JPEG, TIFF); default: the built-in studio");
-  v.number("sky_intensity", s.sky_intensity, 0, 1000, "factor on the environment or the studio");
+         "lat-long image (EXR, HDR, PNG, JPEG, TIFF); default: the built-in `sky`");
+  v.choice("sky", s.sky, {{"studio", SkyKind::kStudio}, {"day", SkyKind::kDay}},
+           "built-in: soft boxes in a studio, or a clear sky whose sun is the key light");
+  v.number("turbidity", s.turbidity, 2, 10, "sky day: 2 is very clear, 10 hazy");
+  v.number("sky_intensity", s.sky_intensity, 0, 1000, "factor on the environment or the sky");
+  v.objects("lamps", s.lamps, "more lights, at most 16; only mirrors see them");
 }
 
 template <class V>
@@ -253,27 +289,40 @@ void describe(V& v, GroundSettings& s) {
   v.boolean("enabled", s.enabled, "a floor that catches shadows");
   v.number("height", s.height, -1e6, 1e6, "of the floor; default: below everything");
   v.color("color", s.color, "of the floor");
+  v.boolean("shadow_only", s.shadow_only,
+            "keep only the shadows it catches, in alpha, for putting the picture on another");
 }
 
 template <class V>
 void describe(V& v, LookSettings& s) {
   v.choice("kind", s.kind,
-           {{"own", LookKind::kOwn}, {"metal", LookKind::kMetal}, {"matte", LookKind::kMatte}},
+           {{"own", LookKind::kOwn},
+            {"metal", LookKind::kMetal},
+            {"matte", LookKind::kMatte},
+            {"glass", LookKind::kGlass}},
            "what the surface wears between the models: their own colours and textures, carried "
            "along, or "
            "one common look that they fade to and from");
   v.color("color", s.color, "of the common look");
-  v.number("roughness", s.roughness, 0, 1, "of the metal: 0 is a mirror");
+  v.number("roughness", s.roughness, 0, 1, "of the metal or the glass: 0 is a mirror");
+  v.number("ior", s.ior, 1, 3, "refractive index of the glass");
 }
 
 template <class V>
 void describe(V& v, ImageSettings& s) {
   v.integer("width", s.width, 1, 32768, "pixels");
   v.integer("height", s.height, 1, 32768, "pixels");
-  v.integer("samples", s.samples, 1, 65536, "a pixel");
+  v.integer("samples", s.samples, 1, 65536, "a pixel; with `noise`, the most for one");
+  v.number("noise", s.noise, 0, 1,
+           "sample until a pixel's estimated error, over the root of its brightness, is below this "
+           "(0.01 is clean, 0.05 a draft); 0: the same number everywhere");
   v.integer("max_depth", s.max_depth, 1, 64, "longest light path, in bounces");
   v.integer("seed", s.seed, 0, 9007199254740991, "of the sampling noise");
   v.number("exposure", s.exposure, -20, 20, "stops, for PNG, GIF and strips; EXR stays as it is");
+  v.boolean("transparent", s.transparent, "alpha 0 instead of a backdrop");
+  v.text("aovs", s.aovs,
+         "layers of an EXR beside R, G, B, A: Z, N, P, albedo, uv, motion, morph, id, separated by "
+         "commas, or all, or none");
 }
 
 template <class V>
@@ -282,6 +331,8 @@ void describe(V& v, OutputSettings& s) {
          "frame file names when -o is not given, from where the program runs; #### is the frame "
          "number");
   v.boolean("png", s.png, "write a PNG beside each EXR");
+  v.integer("png_bits", s.png_bits, 8, 16, "a channel of a PNG: 8 or 16");
+  v.boolean("dither", s.dither, "round randomly in PNGs, against bands in soft gradients");
 }
 
 /// What an actor is made of; a scene with one may say it at the top.

@@ -3,11 +3,13 @@
 // once; the parser, the JSON Schema and `info` all read that description.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "kernels/types.h"
@@ -77,6 +79,7 @@ struct ObjectSettings {
   Vec3 rotate;  ///< degrees about x, then y, then z
   Vec3 scale{1, 1, 1};
   std::optional<Vec3> color;  ///< overrides the model's colours (no texture then)
+  std::optional<float> roughness, metallic, glass;  ///< override those of all its materials
   SphereSettings spheres;
   MotionSettings motion;  ///< of the leg that ends at this object
   int hold = 0;           ///< frames that it stands still between its two legs
@@ -181,7 +184,37 @@ struct CameraSettings {
   float elevation = 16;  ///< degrees above the horizon
   float margin =
       0.05f;  ///< free border on each side when framing automatically, a share of the picture
+  float aperture = 0;          ///< diameter of the lens, scene units; 0 = a pinhole, all sharp
+  std::optional<float> focus;  ///< distance along the view axis; default: the target's
+  float shutter = 0;           ///< how long it is open, in frames, around the frame's moment
 };
+
+enum class SkyKind : std::uint8_t {
+  kStudio,  ///< soft boxes around the stage; the camera sees a paper
+  kDay,     ///< clear sky by the key light, which is the sun
+};
+
+enum class LampKind : std::uint8_t {
+  kLamp,   ///< a glowing ball, or a point
+  kPanel,  ///< a rectangle that glows on the side of its target
+  kSun,    ///< a disc infinitely far away, as the key light is
+};
+
+/// A light besides the key light and the sky. The camera does not see it; mirrors do.
+struct LampSettings {
+  LampKind kind = LampKind::kLamp;
+  Vec3 position{1, 2, 2};       ///< lamp, panel
+  std::optional<Vec3> target;   ///< lamp, panel; default: the middle of all objects
+  float radius = 0.1f;          ///< lamp; 0 = a point
+  float width = 1, height = 1;  ///< panel
+  float azimuth = 120;          ///< sun, as the key's
+  float elevation = 30;
+  float size = 1;
+  float intensity = 1;  ///< irradiance on a surface at the target that faces it
+  Vec3 color{1, 1, 1};
+};
+
+inline constexpr std::size_t kMaxLamps = 16;
 
 struct LightSettings {
   float key_azimuth = -40;  ///< degrees from +z towards +x, relative to the camera's azimuth
@@ -189,20 +222,25 @@ struct LightSettings {
   float key_size = 12;  ///< apparent diameter in degrees; 0 = hard shadow
   float key_intensity = 2.4f;
   Vec3 key_color{1.0f, 0.96f, 0.90f};
-  std::filesystem::path environment;  ///< lat-long image; empty = the built-in studio sky
+  std::filesystem::path environment;  ///< lat-long image; empty = a built-in sky
+  SkyKind sky = SkyKind::kStudio;
+  float turbidity = 3;  ///< day: 2 very clear .. 10 hazy
   float sky_intensity = 1.0f;
+  std::vector<LampSettings> lamps;
 };
 
 struct GroundSettings {
   bool enabled = true;
   std::optional<float> height;  ///< default: just below everything
   Vec3 color{0.42f, 0.42f, 0.44f};
+  bool shadow_only = false;  ///< the picture keeps of it only the shadows, in alpha
 };
 
 enum class LookKind : std::uint8_t {
   kOwn,    ///< the objects' own colours and textures, carried along and mixed
   kMetal,  ///< reflects the environment (the report's sphere-mapped look)
   kMatte,  ///< one diffuse colour
+  kGlass,  ///< clear, tinted by the colour
 };
 
 /// What the surface wears between the objects.
@@ -210,20 +248,40 @@ struct LookSettings {
   LookKind kind = LookKind::kOwn;
   Vec3 color{0.92f, 0.93f, 0.95f};
   float roughness = 0.12f;
+  float ior = 1.5f;  ///< glass
 };
 
 struct ImageSettings {
   int width = 640;
   int height = 480;
-  int samples = 16;   ///< a pixel
+  int samples = 16;   ///< a pixel; with `noise` the most that one may take
+  float noise = 0;    ///< above 0: pixels are sampled until their error is below this
   int max_depth = 4;  ///< path vertices
   std::uint64_t seed = 0;
-  float exposure = 0;  ///< stops, PNG only (EXR stays linear)
+  float exposure = 0;        ///< stops, PNG only (EXR stays linear)
+  bool transparent = false;  ///< no backdrop: alpha 0 where the camera sees no object and no floor
+  std::string aovs = "Z,N,id";  ///< EXR layers beside R, G, B, A: names, "all" or "none"
 };
+
+/// The layers that image.aovs may name.
+inline const std::vector<std::string> kAovNames{"Z",  "N",      "P",     "albedo",
+                                                "uv", "motion", "morph", "id"};
+/// Is this layer among those that image.aovs asks for?
+inline bool aov_is_chosen(std::string_view aovs, std::string_view layer) {
+  if (aovs == "all") return true;
+  for (std::size_t begin = 0; begin <= aovs.size();) {
+    const std::size_t end = std::min(aovs.find(',', begin), aovs.size());
+    if (aovs.substr(begin, end - begin) == layer) return true;
+    begin = end + 1;
+  }
+  return false;
+}
 
 struct OutputSettings {
   std::string file = "frame.####.exr";  ///< used when the command line names none
   bool png = false;                     ///< a PNG beside each EXR
+  int png_bits = 8;                     ///< 8 or 16
+  bool dither = false;                  ///< PNG: random rounding against banding
 };
 
 /// One chain of objects, where it stands on the stage and when it sets out.

@@ -3,6 +3,7 @@
 #include <benchmark/benchmark.h>
 #include <embree3/rtcore.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -131,21 +132,62 @@ void BareCameraRays(benchmark::State& state) {
 }
 BENCHMARK(BareCameraRays)->UseRealTime()->Unit(benchmark::kMillisecond);
 
+/// The best kind of bare loop: packets of 16.
+void BareCameraPackets(benchmark::State& state) {
+  const Bare bare;
+  const Camera camera = knot_scene(1).camera;
+  std::vector<float> depth(kWidth * kHeight);
+  for (auto _ : state)
+    parallel_for(kHeight / 4, [&](std::int64_t row) {
+      const FlushDenormals flush;
+      for (int x = 0; x < kWidth; x += 4) {
+        alignas(64) int valid[16];
+        alignas(64) RTCRayHit16 query{};
+        for (int i = 0; i < 16; ++i) {
+          valid[i] = -1;
+          const Vec3 d = pixel_direction(camera, x + i % 4, static_cast<int>(row) * 4 + i / 4);
+          query.ray.org_x[i] = camera.position.x;
+          query.ray.org_y[i] = camera.position.y;
+          query.ray.org_z[i] = camera.position.z;
+          query.ray.dir_x[i] = d.x;
+          query.ray.dir_y[i] = d.y;
+          query.ray.dir_z[i] = d.z;
+          query.ray.tnear[i] = 1e-4f;
+          query.ray.tfar[i] = INFINITY;
+          query.ray.mask[i] = ~0u;
+          query.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+        }
+        RTCIntersectContext context;
+        rtcInitIntersectContext(&context);
+        context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+        rtcIntersect16(valid, bare.scene, &context, &query);
+        for (int i = 0; i < 16; ++i)
+          depth[(row * 4 + i / 4) * kWidth + x + i % 4] = query.ray.tfar[i];
+      }
+    });
+  count_rays(state, kWidth * kHeight);
+}
+BENCHMARK(BareCameraPackets)->UseRealTime()->Unit(benchmark::kMillisecond);
+
 void CameraRays(benchmark::State& state) {
   RenderScene scene = knot_scene(1);
   RayDevice device = std::move(make_ray_device("")).value();
   const TracedScene geometry = std::move(TracedScene::build(device, scene.meshes)).value();
   World world;
   world.geometry = &geometry;
-  std::vector<FirstHit> hits(kWidth * kHeight);
+  std::vector<Meeting> met(kWidth * kHeight);
   for (auto _ : state)
-    parallel_for(kHeight, [&](std::int64_t y) {
+    parallel_for(kHeight / 4, [&](std::int64_t row) {
       const FlushDenormals flush;
       Tally tally;
-      for (int x = 0; x < kWidth; ++x)
-        hits[y * kWidth + x] = first_hit(
-            world, {scene.camera.position, pixel_direction(scene.camera, x, static_cast<int>(y))},
-            tally);
+      for (int x = 0; x < kWidth; x += 4) {
+        std::array<Ray, kPacket> rays;
+        for (int i = 0; i < kPacket; ++i)
+          rays[static_cast<std::size_t>(i)] = {
+              scene.camera.position,
+              pixel_direction(scene.camera, x + i % 4, static_cast<int>(row) * 4 + i / 4)};
+        meet(world, rays.data(), &met[(row * kWidth + x) * 4], kPacket, tally);
+      }
     });
   count_rays(state, kWidth * kHeight);
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "morph/flow.h"
 #include "morph/pull_back.h"
 #include "morph_testing.h"
 
@@ -125,6 +126,29 @@ TEST(PullBack, FindsWhereAPointCameFromAndGoesTo) {
   const PullBack end = pull_back(plan, 1, balls_at(plan, 1), start.target);
   for (std::size_t i = 0; i < on_a.size(); ++i)
     EXPECT_LT(length(end.target[i] - start.target[i]), 1e-4f);
+}
+
+TEST(Flow, FollowsATurningBodyAndKnowsItsShare) {
+  const Vec3d turn{0, 0, 1.2};
+  const std::vector<Ball> a = bar(), b = moved(a, exp_rotation(turn), 1.3, {0.5, 0.2, 0});
+  const MorphPlan plan = plan_of(a, b, linear(Path::kRigid));
+  const float time = 0.4f, next = 0.5f;
+  std::vector<Vec3> points;
+  for (const Ball& ball : balls_at(plan, time)) points.push_back(ball.center + Vec3{0, 0.05f, 0});
+  const Flow flow = flow_at(plan, time, next, balls_at(plan, time), points);
+  // Of a similarity the flow is the similarity; distances from the first point, so that the path of
+  // the whole does not matter.
+  const Mat3 part = exp_rotation(turn * 0.1);
+  const double growth = std::pow(1.3, 0.1);
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const Vec3d now = Vec3d(points[i]) - Vec3d(points[0]);
+    const Vec3d then = now + Vec3d(flow.displacement[i]) - Vec3d(flow.displacement[0]);
+    EXPECT_LT(length(then - part * now * growth), 0.01) << i;
+    EXPECT_NEAR(flow.blend[i], time, 1e-5f);
+  }
+  EXPECT_GT(length(flow.displacement[0]), 0.03f);
+  const Flow still = flow_at(plan, time, time, balls_at(plan, time), points);
+  for (const Vec3& d : still.displacement) EXPECT_EQ(length(d), 0);
 }
 
 TEST(BallsAt, ABezierPathBowsOutAndAStraightOneDoesNot) {

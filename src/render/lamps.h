@@ -1,0 +1,40 @@
+// Lights at a place in the scene: points, balls and panels. The camera does not see them.
+#pragma once
+
+#include "kernels/types.h"
+#include "render/scene_build.h"
+#include "render/vector_math.h"
+#include "scene/scene.h"
+
+namespace polymorph {
+
+/// A glowing ball (a point where its radius is 0) or a rectangle that glows on one side.
+struct Lamp {
+  Vec3 position;
+  float radius = 0;
+  bool panel = false;
+  Frame frame;  ///< panel: z towards its lit side
+  float half_width = 0, half_height = 0;
+  Vec3 radiance;    ///< of its surface; 0 for a point
+  Vec3 intensity;   ///< of a point, per solid angle
+  Vec3 irradiance;  ///< at its target
+};
+
+/// A lamp or panel of the settings (not a sun). `middle` is its target where it names none.
+Lamp make_lamp(const LampSettings& settings, Vec3 middle);
+
+/// A way from a point to a lamp.
+struct LampSample {
+  Vec3 direction;
+  float distance = 0;
+  float density = 0;  ///< per solid angle; 0 = a point, or nothing to see from here
+  Vec3 power;         ///< radiance / density, or intensity / distance^2; black = nothing
+};
+LampSample sample_lamp(const Lamp& lamp, Vec3 from, float u, float v);
+
+/// Distance at which a ray meets the glowing side, or infinity. Points are never met.
+float meets_lamp(const Lamp& lamp, const Ray& ray);
+/// Density of sample_lamp() for a ray from its origin that meets the lamp at `distance`.
+float lamp_density(const Lamp& lamp, const Ray& ray, float distance);
+
+}  // namespace polymorph

@@ -1,0 +1,228 @@
+#include "render/tile.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "render/floating_point.h"
+
+namespace polymorph {
+namespace {
+
+constexpr int kPixels = kTile * kTile;
+constexpr int kFirstSamples = 16;         // of the adaptive rounds; each round doubles them
+constexpr int kBlock = 4;                 // pixels along a side of what goes on or stops together
+constexpr std::uint32_t kTimeSet = 4096;  // beside the sets of the vertices
+
+/// The ray through (x, y), in pixels from the picture's upper left corner, and through the point
+/// (u, v) of the lens. Pixels are square.
+Ray camera_ray(const Camera& camera, const ImageSettings& image, float x, float y, float u,
+               float v) {
+  const float scale = 2 * camera.tan_half_fov_y / static_cast<float>(image.height);
+  const float across = (x - 0.5f * static_cast<float>(image.width)) * scale;
+  const float upward = (0.5f * static_cast<float>(image.height) - y) * scale;
+  const Vec3 way = camera.forward + camera.right * across + camera.up * upward;
+  if (!(camera.lens_radius > 0)) return {camera.position, normalized(way)};
+  const Vec2 lens = concentric_disc(u, v) * camera.lens_radius;
+  const Vec3 shift = camera.right * lens.x + camera.up * lens.y;
+  return {camera.position + shift, normalized(way * camera.focus - shift)};
+}
+
+/// What the samples of a pixel add up to.
+struct PixelSum {
+  Vec3 light, odd;  ///< of all samples, of every second one
+  float alpha = 0, floor = 0, lit = 0, unlit = 0;
+  int samples = 0;
+};
+
+void add_sample(PixelSum& sum, const PathLight& light, bool odd) {
+  ++sum.samples;
+  sum.alpha += light.alpha;
+  sum.floor += light.floor;
+  sum.lit += light.lit;
+  sum.unlit += light.unlit;
+  // One bad normal or texel must not blacken a whole film's compositing.
+  if (!finite(light.radiance)) return;
+  sum.light = sum.light + light.radiance;
+  if (odd) sum.odd = sum.odd + light.radiance;
+}
+
+/// Error of the mean, over the root of its brightness: what the eye makes of it, about (Dammertz et
+/// al. 2010, "A hierarchical automatic stopping condition for Monte Carlo global illumination").
+float error_of(const PixelSum& sum) {
+  const float n = static_cast<float>(sum.samples);
+  const Vec3 mean = sum.light / n, half = sum.odd * (2 / n);
+  const Vec3 off = mean - half;
+  return (std::fabs(off.x) + std::fabs(off.y) + std::fabs(off.z)) /
+         (0.01f + std::sqrt(std::max(0.0f, mean.x + mean.y + mean.z)));
+}
+
+class Tile {
+ public:
+  Tile(const FrameJob& job, int tile_x, int tile_y, Tally& tally)
+      : job_(job),
+        tally_(tally),
+        left_(tile_x * kTile),
+        top_(tile_y * kTile),
+        width_(std::min(kTile, job.image.width - left_)),
+        height_(std::min(kTile, job.image.height - top_)) {}
+
+  void sample() {
+    const int most = job_.image.samples;
+    if (!(job_.image.noise > 0)) return sample_round(0, most);
+    for (int from = 0, to = std::min(kFirstSamples, most); from < most;
+         from = to, to = std::min(2 * to, most)) {
+      sample_round(from, to);
+      if (to < most && !keep_noisy()) return;
+    }
+  }
+
+  void write(Image& film) {
+    for (int i = 0; i < width_ * height_; ++i) {
+      const PixelSum& sum = sums_[i];
+      const float n = static_cast<float>(sum.samples);
+      float* pixel = &film.at(left_ + i % width_, top_ + i / width_, 0);
+      // The control variate may leave a pixel a trace below black.
+      const Vec3 light = max(sum.light / n, Vec3{});
+      const float shadow = sum.unlit > 0 ? 1 - sum.lit / sum.unlit : 0.0f;
+      pixel[0] = light.x;
+      pixel[1] = light.y;
+      pixel[2] = light.z;
+      // Samples' alphas are whole numbers where nothing is transparent: exactly 1.
+      pixel[3] = clamp01((sum.alpha + sum.floor * clamp01(shadow)) / n);
+    }
+  }
+
+  void write_aovs(Image& film) {
+    std::array<Ray, kPacket> rays;
+    std::array<Meeting, kPacket> meetings;
+    for (int y = 0; y < height_; ++y) {
+      Camera pinhole = job_.camera;
+      pinhole.lens_radius = 0;
+      for (int x = 0; x < width_; ++x)
+        rays[static_cast<std::size_t>(x)] =
+            camera_ray(pinhole, job_.image, static_cast<float>(left_ + x) + 0.5f,
+                       static_cast<float>(top_ + y) + 0.5f, 0, 0);
+      meet(job_.world, rays.data(), meetings.data(), width_, tally_);
+      for (int x = 0; x < width_; ++x) {
+        const auto i = static_cast<std::size_t>(x);
+        FirstHit hit = first_hit(job_.world, rays[i], meetings[i]);
+        if (hit.id > 0) hit.depth *= dot(rays[i].direction, job_.camera.forward);
+        if (hit.id > 1) {
+          const Vec2 now = on_film(hit.position), next = on_film(hit.next);
+          hit.motion = {next.x - now.x, next.y - now.y};
+        }
+        float* pixel = &film.at(left_ + x, top_ + y, 4);
+        for (const Aov* aov : job_.aovs) *pixel++ = aov->value(hit);
+      }
+    }
+  }
+
+ private:
+  /// Samples [from, to) of the pixels that are still noisy.
+  void sample_round(int from, int to) {
+    std::array<Ray, kPacket> rays;
+    std::array<Meeting, kPacket> meetings;
+    std::array<int, kPacket> pixels;
+    std::array<std::uint32_t, kPacket> samples;
+    int count = 0;
+    const auto flush = [&] {
+      meet(job_.world, rays.data(), meetings.data(), count, tally_);
+      for (int i = 0; i < count; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        const PathSampler sampler = sampler_of(pixels[k], samples[k]);
+        add_sample(sums_[pixels[k]], trace_path(job_.world, rays[k], meetings[k], sampler, tally_),
+                   samples[k] % 2 == 1);
+      }
+      count = 0;
+    };
+    for (int pixel = 0; pixel < width_ * height_; ++pixel) {
+      if (done_[pixel]) continue;
+      for (int s = from; s < to; ++s) {
+        const auto k = static_cast<std::size_t>(count++);
+        pixels[k] = pixel;
+        samples[k] = static_cast<std::uint32_t>(s);
+        rays[k] = ray_of(pixel, samples[k]);
+        if (count == kPacket) flush();
+      }
+    }
+    if (count > 0) flush();
+  }
+
+  PathSampler sampler_of(int pixel, std::uint32_t sample) const {
+    return {job_.sampler, left_ + pixel % width_, top_ + pixel / width_, sample};
+  }
+
+  Ray ray_of(int pixel, std::uint32_t sample) const {
+    const PathSampler sampler = sampler_of(pixel, sample);
+    const Sample4 random = sampler.get(0);
+    Ray ray = camera_ray(
+        job_.camera, job_.image,
+        static_cast<float>(left_ + pixel % width_) + 0.5f + filter_offset(*job_.filter, random.a),
+        static_cast<float>(top_ + pixel / width_) + 0.5f + filter_offset(*job_.filter, random.b),
+        random.c, random.d);
+    if (job_.camera.shutter > 0) ray.time = sampler.get(kTimeSet).a;
+    return ray;
+  }
+
+  /// Marks the pixels of calm blocks as done; says whether any are left. A block beside a noisy one
+  /// goes on with it: one block's own guess is unsure.
+  bool keep_noisy() {
+    const int columns = (width_ + kBlock - 1) / kBlock, rows = (height_ + kBlock - 1) / kBlock;
+    std::array<bool, kPixels / (kBlock * kBlock)> noisy{};
+    for (int b = 0; b < columns * rows; ++b) {
+      float sum = 0;
+      int count = 0;
+      for_block(b, columns, [&](int pixel) {
+        sum += error_of(sums_[pixel]);
+        ++count;
+      });
+      noisy[b] = !(sum <= job_.image.noise * static_cast<float>(count));
+    }
+    bool any = false;
+    for (int b = 0; b < columns * rows; ++b) {
+      bool go_on = false;
+      for (int c = 0; c < columns * rows; ++c)
+        go_on = go_on || (noisy[c] && std::abs(b % columns - c % columns) <= 1 &&
+                          std::abs(b / columns - c / columns) <= 1);
+      any = any || go_on;
+      // A pixel that has stopped stays so: its samples must be the sequence's first 2^k.
+      if (!go_on) for_block(b, columns, [&](int pixel) { done_[pixel] = true; });
+    }
+    return any && std::find(done_.begin(), done_.begin() + width_ * height_, false) !=
+                      done_.begin() + width_ * height_;
+  }
+
+  template <class F>
+  void for_block(int block, int columns, const F& f) const {
+    const int x0 = block % columns * kBlock, y0 = block / columns * kBlock;
+    for (int y = y0; y < std::min(y0 + kBlock, height_); ++y)
+      for (int x = x0; x < std::min(x0 + kBlock, width_); ++x) f(y * width_ + x);
+  }
+
+  Vec2 on_film(Vec3 point) const {
+    const Vec3 way = point - job_.camera.position;
+    const float scale =
+        static_cast<float>(job_.image.height) /
+        (2 * job_.camera.tan_half_fov_y * std::max(dot(way, job_.camera.forward), 1e-6f));
+    return {dot(way, job_.camera.right) * scale, -dot(way, job_.camera.up) * scale};
+  }
+
+  const FrameJob& job_;
+  Tally& tally_;
+  const int left_, top_, width_, height_;
+  std::array<PixelSum, kPixels> sums_{};
+  std::array<bool, kPixels> done_{};
+};
+
+}  // namespace
+
+void render_tile(const FrameJob& job, int tile_x, int tile_y, Image& film, Tally& tally) {
+  const FlushDenormals flush;
+  Tile tile(job, tile_x, tile_y, tally);
+  tile.sample();
+  tile.write(film);
+  if (!job.aovs.empty()) tile.write_aovs(film);
+}
+
+}  // namespace polymorph

@@ -1,0 +1,29 @@
+// From camera rays to a tile of the film.
+#pragma once
+
+#include "image/image.h"
+#include "render/aov.h"
+#include "render/film.h"
+#include "render/integrator.h"
+#include "render/render.h"
+#include "render/sampler.h"
+
+namespace polymorph {
+
+inline constexpr int kTile = 16;  // pixels along a side
+
+/// All that the tiles of a frame share.
+struct FrameJob {
+  World world;
+  Camera camera;
+  ImageSettings image;
+  FrameSampler sampler;
+  const PixelFilter* filter = nullptr;
+  std::vector<const Aov*> aovs;
+};
+
+/// Fills pixels [tile_x kTile, ...) x [tile_y kTile, ...) of the film. One task owns a tile and
+/// works through it in a fixed order, so the picture does not depend on the threads.
+void render_tile(const FrameJob& job, int tile_x, int tile_y, Image& film, Tally& tally);
+
+}  // namespace polymorph
