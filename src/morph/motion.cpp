@@ -169,6 +169,12 @@ double volume_at(const Mover& mover, double u) {
                   0.1 * std::min(mover.from_volume, mover.to_volume));
 }
 
+/// How much of a ball's drift shows: a unit velocity at time 0, nothing left of it at 1.
+double drifted(float time) {
+  const double t = std::clamp(static_cast<double>(time), 0.0, 1.0);
+  return t * (1 - t) * (1 - t);
+}
+
 /// A ball between its ends.
 Ball between(const MorphPlan& plan, const Mover& mover, const Place& place, double u) {
   Ball ball;
@@ -255,9 +261,29 @@ std::vector<Ball> balls_at(const MorphPlan& plan, float time) {
           const auto v = static_cast<double>(u);
           balls[e] = between(plan, mover, together ? place : place_at(alignment, turn, v), v);
         }
+        balls[e].center = balls[e].center + to_float(mover.drift * drifted(time));
       },
       256);
   return balls;
+}
+
+void carry_on(MorphPlan& plan, const MorphPlan& before, float until, double pace) {
+  PM_CHECK(plan.from.size() == before.pairs.size());
+  constexpr float kStep = 1.0f / 128;
+  const auto scale = 1 / static_cast<double>(kStep);
+  const std::vector<Ball> earlier = balls_at(before, until - kStep),
+                          later = balls_at(before, until + kStep);
+  // Second order at the very beginning of the new motion.
+  const std::vector<Ball> own[3] = {balls_at(plan, 0), balls_at(plan, kStep),
+                                    balls_at(plan, 2 * kStep)};
+  for (std::size_t e = 0; e < plan.movers.size(); ++e) {
+    const std::uint32_t i = plan.pairs[e].from;
+    const Vec3d had = (Vec3d(later[i].center) - Vec3d(earlier[i].center)) * (0.5 * scale * pace);
+    const Vec3d has =
+        (Vec3d(own[1][e].center) * 4 - Vec3d(own[0][e].center) * 3 - Vec3d(own[2][e].center)) *
+        (0.5 * scale);
+    plan.movers[e].drift = had - has;
+  }
 }
 
 std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time) {

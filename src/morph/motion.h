@@ -23,6 +23,11 @@ std::vector<Mover> make_movers(const MorphPlan& plan);
 /// ln(share) for Gaussian ones.
 std::vector<Ball> balls_at(const MorphPlan& plan, float time);
 
+/// Makes a plan whose source is the balls of `before` at `until` go on with their velocity, which
+/// fades: its balls' centres leave with the velocity at which they came, whatever its easing, and
+/// arrive as they would. `pace`: how much time of `before` goes by in a unit of this plan's.
+void carry_on(MorphPlan& plan, const MorphPlan& before, float until, double pace);
+
 /// Takes an offset from a pair's moving ball to the offset from its source (target) ball that it
 /// stands for: turned, scaled and stretched as the ball was. The identity at its own end.
 struct PairFrame {

@@ -48,6 +48,7 @@ struct Mover {
   Mat3 from_log, to_log;  ///< of the shapes, in `from`'s orientation; unused when round
   Vec3d bow;              ///< bezier: the way the path bows out
   Vec3d launch;           ///< explode: velocity out of either object, scene units a motion
+  Vec3d drift;            ///< what is left of an earlier motion: scene units a motion
   float delay = 0;        ///< stagger: [0, stagger_share]
   float inertia = 1;      ///< spring: of mean 1, about
 };

@@ -61,6 +61,9 @@ void describe(V& v, ObjectSettings& s) {
   v.object("motion", s.motion, "of the balls on their way to this object; default: the scene's");
   v.integer("hold", s.hold, 0, 10000,
             "frames that an object on the way stands still, the one that shows it not counted");
+  v.number("retarget", s.retarget, 0.01, 1,
+           "of an object on the way: the share of the motion's time after which the morph changes "
+           "its mind and goes on to the next object from where the balls are; 1: it is reached");
 }
 
 template <class V>

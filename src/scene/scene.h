@@ -83,6 +83,8 @@ struct ObjectSettings {
   SphereSettings spheres;
   MotionSettings motion;  ///< of the leg that ends at this object
   int hold = 0;           ///< frames that it stands still between its two legs
+  /// Where on the motion to it, in time, the morph turns to the next object; 1: it is reached.
+  float retarget = 1;
 };
 
 /// The built-in shapes an object may name; model/shapes.h makes them.

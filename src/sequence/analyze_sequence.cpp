@@ -5,6 +5,7 @@
 #include "model/load_obj.h"
 #include "model/normals.h"
 #include "morph/cost.h"
+#include "morph/motion.h"
 
 namespace polymorph {
 namespace {
@@ -55,7 +56,9 @@ void measure_landmarks(const MorphPlan& plan, const std::vector<LandmarkSettings
 MorphEnds ends_of(const PreparedActor& actor, const PlanSettings& settings, std::size_t leg) {
   const MorphPlan& plan = actor.legs[leg].plan;
   const PreparedObject& from = actor.objects[actor.legs[leg].from];
-  const PreparedObject& to = actor.objects[actor.legs[leg].to];
+  // Where it is left before it is reached, the morph goes to what the next leg starts from.
+  const bool arrives = actor.legs[leg].until == 1;
+  const PreparedObject& to = actor.objects[arrives ? actor.legs[leg].to : actor.legs[leg + 1].from];
   MorphEnds ends;
   ends.from = from.name;
   ends.to = to.name;
@@ -90,12 +93,13 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared,
       const int count = samples_of(actor.timeline.legs[leg]);
       for (int k = 0; k < count; ++k) {
         if (!progress(done++, total)) return stopped();
-        const float time = static_cast<float>(k) / static_cast<float>(count - 1);
+        const float way = static_cast<float>(k) / static_cast<float>(count - 1);
+        const float until = actor.legs[leg].until, time = way * until;
         PM_TRY(ActorGeometry geometry,
                volume_at(prepared, actor, extractor, static_cast<int>(leg), time));
         MorphFrame frame;
-        frame.time = static_cast<double>(time);
-        frame.u = static_cast<double>(geometry.moment.u);
+        frame.time = static_cast<double>(way);
+        frame.u = static_cast<double>(geometry.moment.u / progress_at(actor.legs[leg].plan, until));
         frame.surface = std::move(geometry.surface);
         for (const Ball& ball : geometry.balls) frame.centers.push_back(ball.center);
         samples.push_back(std::move(frame));

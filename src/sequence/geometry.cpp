@@ -47,20 +47,28 @@ void append(Mesh& mesh, const Mesh& more) {
 }
 
 Clothes clothes_of(const PreparedActor& actor, std::size_t object, const Mesh& surface,
-                   std::span<const Vec3> at) {
+                   std::span<const Vec3> at, float share = 1) {
   const PreparedObject& o = actor.objects[object];
-  return {static_cast<int>(object),
-          transfer_materials(o.model, *o.closest, o.charts, at, surface.triangles)};
+  return {object, share, transfer_materials(o.model, *o.closest, o.charts, at, surface.triangles)};
 }
 
-/// Gives the volumetric stage's surface what the objects wear at the points it was pulled back to.
-void dress(const PreparedActor& actor, ActorGeometry& geometry) {
-  if (geometry.surface.triangles.empty()) return;
-  const PreparedLeg& leg = leg_of(actor, geometry.moment.leg);
-  const PullBack pulled =
-      pull_back(leg.plan, geometry.moment.time, geometry.balls, geometry.surface.positions);
-  geometry.own = clothes_of(actor, leg.from, geometry.surface, pulled.source);
-  geometry.other = clothes_of(actor, leg.to, geometry.surface, pulled.target);
+/// What the points of a moving surface wear: what the leg comes from, as it was there, and over it
+/// what it goes to.
+void dress(const PreparedActor& actor, std::size_t leg, float time, std::span<const Ball> balls,
+           std::span<const Vec3> points, ActorGeometry& geometry) {
+  const PreparedLeg& way = actor.legs[leg];
+  const PullBack pulled = pull_back(way.plan, time, balls, points);
+  // Balls in flight wore what the leg before them had made of its objects by then.
+  const bool was_in_flight = leg > 0 && actor.legs[leg - 1].until < 1;
+  if (was_in_flight) {
+    const PreparedLeg& before = actor.legs[leg - 1];
+    dress(actor, leg - 1, before.until, balls_at(before.plan, before.until), pulled.source,
+          geometry);
+  } else {
+    geometry.clothes.push_back(clothes_of(actor, way.from, geometry.surface, pulled.source));
+  }
+  geometry.clothes.push_back(clothes_of(actor, way.to, geometry.surface, pulled.target,
+                                        std::clamp(progress_at(way.plan, time), 0.0f, 1.0f)));
 }
 
 /// The moment of a stage in which a model shows, whole or on its way to or from its balls.
@@ -72,8 +80,8 @@ Result<ActorGeometry> model_at(const PreparedScene& prepared, const PreparedActo
   const bool own_look = prepared.scene.look.kind == LookKind::kOwn;
   const auto wear_own = [&] {
     if (own_look)
-      geometry.own = clothes_of(actor, static_cast<std::size_t>(moment.object), geometry.surface,
-                                geometry.surface.positions);
+      geometry.clothes.push_back(clothes_of(actor, static_cast<std::size_t>(moment.object),
+                                            geometry.surface, geometry.surface.positions));
   };
   const float way = 1 - moment.boundary;  // from the model to its balls
   if (way <= 0) {
@@ -107,8 +115,7 @@ Result<ActorGeometry> model_at(const PreparedScene& prepared, const PreparedActo
 }
 
 MaterialLayer layer_of(const PreparedActor& actor, const Clothes& clothes) {
-  if (clothes.object < 0) return {};
-  const Model& model = object_of(actor, clothes.object).model;
+  const Model& model = actor.objects[clothes.object].model;
   return {clothes.materials.corner_uvs, clothes.materials.triangle_materials, model.materials,
           model.textures};
 }
@@ -121,10 +128,11 @@ void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float
     mesh.positions = geometry.surface.positions;
     mesh.triangles = geometry.surface.triangles;
     mesh.vertex_normals = geometry.surface.normals;
-    static_cast<MaterialLayer&>(mesh) = layer_of(actor, geometry.own);
-    mesh.other = layer_of(actor, geometry.other);
-    mesh.other_share = std::clamp(geometry.moment.u, 0.0f, 1.0f);
-    mesh.look = geometry.own.object < 0 ? 1.0f : 0.0f;
+    const std::vector<Clothes>& clothes = geometry.clothes;
+    if (!clothes.empty()) static_cast<MaterialLayer&>(mesh) = layer_of(actor, clothes.front());
+    for (std::size_t i = 1; i < clothes.size(); ++i)
+      mesh.over.push_back({layer_of(actor, clothes[i]), clothes[i].share});
+    mesh.look = clothes.empty() ? 1.0f : 0.0f;
     mesh.id = id;
     scene.meshes.push_back(mesh);
   }
@@ -147,8 +155,8 @@ void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float
 
 }  // namespace
 
-Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedActor& actor,
-                                SurfaceExtractor& extractor, int leg, float time) {
+Result<ActorGeometry> balls_on_way(const PreparedScene& prepared, const PreparedActor& actor,
+                                   SurfaceExtractor& extractor, int leg, float time) {
   const MorphPlan& plan = leg_of(actor, leg).plan;
   ActorGeometry geometry;
   geometry.moment.leg = leg;
@@ -162,6 +170,12 @@ Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedAct
     PM_TRY(geometry.iso, iso_for_volume(extractor, geometry.balls, actor.cell, prepared.extract,
                                         (1 - u) * from + u * to));
   }
+  return geometry;
+}
+
+Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedActor& actor,
+                                SurfaceExtractor& extractor, int leg, float time) {
+  PM_TRY(ActorGeometry geometry, balls_on_way(prepared, actor, extractor, leg, time));
   ExtractSettings extract = prepared.extract;
   extract.iso = geometry.iso;
   extract.method = prepared.scene.surface.method;
@@ -189,7 +203,9 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtracto
     }
     PM_TRY(ActorGeometry one, volume_at(prepared, actor, extractor, moment.leg, moment.time));
     one.moment = moment;
-    if (prepared.scene.look.kind == LookKind::kOwn) dress(actor, one);
+    if (prepared.scene.look.kind == LookKind::kOwn && !one.surface.triangles.empty())
+      dress(actor, static_cast<std::size_t>(moment.leg), moment.time, one.balls,
+            one.surface.positions, one);
     geometry.actors.push_back(std::move(one));
   }
   return geometry;

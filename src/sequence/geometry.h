@@ -18,7 +18,8 @@ namespace polymorph {
 
 /// An object's materials as the surface wears them.
 struct Clothes {
-  int object = -1;  ///< of the actor; -1: none, the common look
+  std::size_t object = 0;  ///< of the actor
+  float share = 1;         ///< mixed over what is below it
   TransferredMaterials materials;
 };
 
@@ -30,8 +31,9 @@ struct ActorGeometry {
   Mesh surface;                      ///< of the balls, or blended with the model `moment.object`
   std::vector<Vec3> points;          ///< of the model `moment.object`, when one shows
   std::vector<Vec3> corner_normals;  ///< of those points; empty: the model's own
-  /// The surface's own look: what it comes from and, mixed with it by moment.u, what it becomes.
-  Clothes own, other;
+  /// The surface's own look: what it comes from, and over it what it becomes. Three and more where
+  /// it did not reach an object that it set out for. Empty: the common look.
+  std::vector<Clothes> clothes;
 };
 
 struct FrameGeometry {
@@ -40,6 +42,10 @@ struct FrameGeometry {
   std::string stage;                  ///< stage_names()
   std::vector<ActorGeometry> actors;  ///< as in PreparedScene
 };
+
+/// The balls of a leg at `time` in [0, 1] of their motion, and their level; no surface yet.
+Result<ActorGeometry> balls_on_way(const PreparedScene& prepared, const PreparedActor& actor,
+                                   SurfaceExtractor& extractor, int leg, float time);
 
 /// The balls of a leg at `time` in [0, 1] of their motion, their level and their surface: what
 /// shows in the volumetric stage. `moment` says only leg, time and u. `actor`: of `prepared`, of
