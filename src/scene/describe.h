@@ -156,9 +156,11 @@ void describe(V& v, MotionSettings& s) {
            {{"straight", Path::kStraight},
             {"bezier", Path::kBezier},
             {"rigid", Path::kRigid},
+            {"parts", Path::kParts},
             {"explode", Path::kExplode}},
            "the way of a ball: a line, an arc, the turn and growth that lays one object on the "
-           "other, or a throw out of the one and, backwards, into the other");
+           "other, the same label by label with neighbours held together, or a throw out of the "
+           "one and, backwards, into the other");
   v.number("bend", s.bend, -2, 2, "bezier: how far a path bows out, as a share of its length");
   v.number("burst", s.burst, 0, 100, "explode: speed, in the objects' sizes a motion");
   v.number("gravity", s.gravity, 0, 100, "explode: 1 brings balls down within the motion");

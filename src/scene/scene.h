@@ -41,7 +41,7 @@ struct SphereSettings {
 };
 
 enum class Easing : std::uint8_t { kLinear, kSmoothstep, kQuintic, kBezier, kSpring };
-enum class Path : std::uint8_t { kStraight, kBezier, kRigid, kExplode };
+enum class Path : std::uint8_t { kStraight, kBezier, kRigid, kParts, kExplode };
 enum class Stagger : std::uint8_t { kNone, kAxis, kRadius, kLabel, kNoise };
 
 /// A damped spring (report Eq. 3.4); the unit of time is the motion's duration.
