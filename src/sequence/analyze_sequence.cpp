@@ -1,5 +1,6 @@
 #include "sequence/analyze_sequence.h"
 
+#include <cmath>
 #include <map>
 
 #include "model/load_obj.h"
@@ -74,6 +75,26 @@ MorphEnds ends_of(const PreparedActor& actor, const PlanSettings& settings, std:
   return ends;
 }
 
+/// The boundary stage at an end of a leg, in as many steps as its share of the time asks for beside
+/// `count` frames of the motion; nothing at an end that shows no model.
+Status measure_handover(const PreparedScene& prepared, const PreparedActor& actor,
+                        SurfaceExtractor& extractor, std::size_t leg, bool leaving, int count,
+                        Handover& handover) {
+  const Leg& time = actor.timeline.legs[leg];
+  if (!(leaving ? time.from_full : time.to_full)) return Ok{};
+  constexpr int kFewest = 4;
+  const float share = time.shares[leaving ? 1 : 3] / time.shares[2];
+  const int wanted = static_cast<int>(std::lround(static_cast<float>(count) * share));
+  const int steps = share > 0 ? std::max(kFewest, wanted) : 0;
+  for (int k = 0; k <= steps; ++k) {
+    const float way = steps > 0 ? static_cast<float>(k) / static_cast<float>(steps) : 0.0f;
+    PM_TRY(const ActorGeometry geometry,
+           boundary_at(prepared, actor, extractor, static_cast<int>(leg), leaving, way));
+    handover.shown.push_back(shown_mesh(actor, geometry));
+  }
+  return Ok{};
+}
+
 }  // namespace
 
 Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared,
@@ -106,6 +127,9 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared,
       }
       MorphEnds ends = ends_of(actor, prepared.scene.actors[a].plan, leg);
       if (prepared.actors.size() > 1) ends.actor = actor.name;
+      for (const bool leaving : {true, false})
+        PM_TRY_STATUS(measure_handover(prepared, actor, extractor, leg, leaving, count,
+                                       leaving ? ends.leaving : ends.arriving));
       morphs.push_back(analyze_morph(ends, samples));
     }
   }

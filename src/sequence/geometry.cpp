@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "model/normals.h"
+#include "morph/labels.h"
 #include "morph/motion.h"
 #include "morph/pull_back.h"
 #include "surface/crossfade.h"
@@ -44,6 +45,26 @@ void append(Mesh& mesh, const Mesh& more) {
   mesh.normals.insert(mesh.normals.end(), more.normals.begin(), more.normals.end());
   for (const Triangle& t : more.triangles)
     mesh.triangles.push_back({{t.v[0] + first, t.v[1] + first, t.v[2] + first}});
+}
+
+/// The object's labels in the actor's numbering.
+std::vector<std::uint32_t> label_numbers(const PreparedActor& actor, const PreparedObject& object) {
+  std::vector<std::uint32_t> numbers;
+  for (const std::string& name : object.model.label_names)
+    numbers.push_back(static_cast<std::uint32_t>(
+        std::find(actor.label_names.begin(), actor.label_names.end(), name) -
+        actor.label_names.begin()));
+  return numbers;
+}
+
+/// One a point of the model: that of its last face.
+std::vector<std::uint32_t> model_labels(const PreparedActor& actor, const PreparedObject& object) {
+  const std::vector<std::uint32_t> numbers = label_numbers(actor, object);
+  std::vector<std::uint32_t> labels(object.model.points.size(), 0);
+  for (std::size_t t = 0; t < object.model.triangles.size(); ++t)
+    for (const std::uint32_t v : object.model.triangles[t].v)
+      labels[v] = numbers[object.model.labels[t]];
+  return labels;
 }
 
 Clothes clothes_of(const PreparedActor& actor, std::size_t object, const Mesh& surface,
@@ -188,6 +209,24 @@ Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedAct
   return geometry;
 }
 
+Result<ActorGeometry> boundary_at(const PreparedScene& prepared, const PreparedActor& actor,
+                                  SurfaceExtractor& extractor, int leg, bool leaving, float way) {
+  Moment moment;
+  moment.leg = leg;
+  moment.object = static_cast<int>(leaving ? leg_of(actor, leg).from : leg_of(actor, leg).to);
+  if (object_of(actor, moment.object).boundary == BoundaryMethod::kCut) way = 0;
+  moment.time = leaving ? 0.0f : 1.0f;
+  moment.boundary = 1 - way;
+  moment.growth = way;
+  return model_at(prepared, actor, extractor, moment);
+}
+
+Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry) {
+  Mesh mesh = geometry.surface;
+  if (!geometry.points.empty()) append(mesh, model_mesh(actor, geometry));
+  return mesh;
+}
+
 Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtractor& extractor,
                                   int frame) {
   FrameGeometry geometry;
@@ -230,6 +269,30 @@ Mesh surfaces_of(const FrameGeometry& geometry) {
   return mesh;
 }
 
+std::vector<std::uint32_t> surface_labels(const PreparedActor& actor,
+                                          const ActorGeometry& geometry) {
+  const std::vector<Vec3>& points = geometry.surface.positions;
+  const Moment& moment = geometry.moment;
+  if (moment.object < 0) {
+    const PreparedLeg& leg = leg_of(actor, moment.leg);
+    const auto names = [&](std::size_t object) {
+      const std::vector<std::uint32_t> numbers = label_numbers(actor, actor.objects[object]);
+      std::vector<std::uint32_t> own;
+      for (const std::uint32_t label : actor.objects[object].ball_labels)
+        own.push_back(numbers[label]);
+      return own;
+    };
+    return label_points(leg.plan, moment.time, geometry.balls, points, names(leg.from),
+                        names(leg.to));
+  }
+  const PreparedObject& object = object_of(actor, moment.object);
+  const std::vector<std::uint32_t> numbers = label_numbers(actor, object);
+  std::vector<std::uint32_t> labels;
+  for (const ClosestPoint& point : object.closest->closest(points))
+    labels.push_back(numbers[object.model.labels[point.triangle]]);
+  return labels;
+}
+
 FrameMesh mesh_of(const PreparedScene& prepared, const FrameGeometry& geometry) {
   FrameMesh frame;
   std::vector<std::string> kinds;
@@ -237,8 +300,16 @@ FrameMesh mesh_of(const PreparedScene& prepared, const FrameGeometry& geometry) 
     const ActorGeometry& one = geometry.actors[a];
     const bool is_model = one.surface.triangles.empty() && !one.points.empty();
     kinds.push_back(is_model ? "model" : "surface");
-    frame.parts.push_back({prepared.actors[a].name, frame.mesh.triangles.size()});
-    append(frame.mesh, is_model ? model_mesh(prepared.actors[a], one) : one.surface);
+    const PreparedActor& actor = prepared.actors[a];
+    const auto first = static_cast<std::uint32_t>(frame.tags.label_names.size());
+    for (const std::string& name : actor.label_names)
+      frame.tags.label_names.push_back(prepared.actors.size() > 1 ? actor.name + "." + name : name);
+    for (const std::uint32_t label : is_model
+                                         ? model_labels(actor, object_of(actor, one.moment.object))
+                                         : surface_labels(actor, one))
+      frame.tags.labels.push_back(first + label);
+    frame.tags.parts.push_back({actor.name, frame.mesh.triangles.size()});
+    append(frame.mesh, is_model ? model_mesh(actor, one) : one.surface);
   }
   frame.what = each_once(kinds);
   return frame;

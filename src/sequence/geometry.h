@@ -53,6 +53,15 @@ Result<ActorGeometry> balls_on_way(const PreparedScene& prepared, const Prepared
 Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedActor& actor,
                                 SurfaceExtractor& extractor, int leg, float time);
 
+/// A model on its way to its balls' surface, at the beginning (`leaving`) or the end of a leg:
+/// `way` 0 is the model, 1 what is taken for the balls' surface. For an object without a boundary
+/// stage the model. Errors: kResource.
+Result<ActorGeometry> boundary_at(const PreparedScene& prepared, const PreparedActor& actor,
+                                  SurfaceExtractor& extractor, int leg, bool leaving, float way);
+
+/// What is seen of an actor: its surface, its model where that shows, or both.
+Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry);
+
 /// `frame` in [1, prepared.frame_count]. Errors: kResource.
 Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtractor& extractor,
                                   int frame);
@@ -65,11 +74,17 @@ std::size_t ball_count(const FrameGeometry& geometry);
 /// The balls' surfaces of all actors, one after the other: what golden frames keep the digest of.
 Mesh surfaces_of(const FrameGeometry& geometry);
 
+/// What each vertex of an actor's surface belongs to: index into actor.label_names. Of moving balls
+/// by their shares (morph/labels.h), else by the nearest face of the model that the surface comes
+/// from.
+std::vector<std::uint32_t> surface_labels(const PreparedActor& actor,
+                                          const ActorGeometry& geometry);
+
 /// A frame as a mesh: of each actor its surface or, where it has none, its model.
 struct FrameMesh {
   Mesh mesh;
-  std::vector<MeshPart> parts;  ///< one an actor
-  std::string what;             ///< "surface", "model" or both: "surface, model"
+  MeshTags tags;     ///< a part an actor; labels "beak", or "actor.beak" of several
+  std::string what;  ///< "surface", "model" or both: "surface, model"
 };
 FrameMesh mesh_of(const PreparedScene& prepared, const FrameGeometry& geometry);
 

@@ -232,10 +232,10 @@ TEST(Gates, BackwardsIsTheSameMorphFrameByFrame) {
 TEST(Gates, BackwardsTheSurfacesAreTheSame) {
   const Creature a = creature(0.9f, 0.9f, 9), b = creature(0.7f, 0.3f, 6);
   const auto extractor = make_cpu_extractor();
-  const MorphPlan there = plan_morph({a.balls, a.labels, {}}, {b.balls, b.labels, {}},
-                                     FieldKind::kGaussian, {});
-  const MorphPlan back = plan_morph({b.balls, b.labels, {}}, {a.balls, a.labels, {}},
-                                    FieldKind::kGaussian, {});
+  const MorphPlan there =
+      plan_morph({a.balls, a.labels, {}}, {b.balls, b.labels, {}}, FieldKind::kGaussian, {});
+  const MorphPlan back =
+      plan_morph({b.balls, b.labels, {}}, {a.balls, a.labels, {}}, FieldKind::kGaussian, {});
   const auto surface = [&](const MorphPlan& plan, float time) {
     const Mesh mesh = extract_surface(*extractor, balls_at(plan, time), kCell, {}).value();
     return std::pair(MeasuredSurface(mesh.positions, mesh.triangles),
