@@ -13,18 +13,21 @@ struct RenderOptions {
   std::string scene, output, frames, shard, isa;
   bool png = false, no_exr = false, overwrite = false, skip_existing = false, keep_going = false,
        dry_run = false, preview = false, stats = false, reproducible = false;
-  int samples = 0;
+  int samples = 0, jobs = 1;
+  double noise = -1;
+  std::string aovs;
   long long seed = -1;
   std::vector<std::string> sets;
   JsonOutput json;
 };
 
-/// Half size, few samples, coarser surface.
+/// Half size, coarser surface, direct light and one ray for what hides the sky.
 void make_preview(Scene& scene) {
   scene.image.width = std::max(1, scene.image.width / 2);
   scene.image.height = std::max(1, scene.image.height / 2);
-  scene.image.samples = std::min(scene.image.samples, 4);
-  scene.image.max_depth = std::min(scene.image.max_depth, 3);
+  scene.image.samples = std::min(scene.image.samples, 2);
+  scene.image.noise = 0;
+  scene.image.max_depth = 1;
   scene.surface.resolution = std::max(8, scene.surface.resolution / 2);
 }
 
@@ -64,6 +67,7 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
                                               : Existing::kRefuse;
   settings.keep_going = options.keep_going;
   settings.dry_run = options.dry_run;
+  settings.jobs = options.jobs;
   settings.device = line.common.device;
   settings.max_memory = line.common.max_memory;
   settings.isa = options.reproducible ? "avx2" : options.isa;
@@ -91,18 +95,24 @@ void print_stats(const RunReport& report) {
     write += record.write_seconds;
   }
   log_info("device {}, embree {}, {} threads", report.device, report.isa, report.threads);
+  const double slowest = std::max({surface, trace, write});
   log_info(
-      "prepare  {:>8.2f} s\nsurface  {:>8.2f} s\ntrace    {:>8.2f} s\nwrite    {:>8.2f} s (beside "
-      "the next frame)\ntotal    {:>8.2f} s, peak memory {}",
-      report.prepare_seconds, surface, trace, write, report.total_seconds,
+      "prepare  {:>8.2f} s\nsurface  {:>8.2f} s\ntrace    {:>8.2f} s\nwrite    {:>8.2f} s\n"
+      "frames   {:>8.2f} s, {:.0f} % of the slowest stage's: stages overlap\n"
+      "total    {:>8.2f} s, peak memory {}",
+      report.prepare_seconds, surface, trace, write, report.frames_seconds,
+      slowest > 0 ? 100 * report.frames_seconds / slowest : 100.0, report.total_seconds,
       format_bytes(static_cast<double>(report.peak_memory)));
 }
 
 Result<int> run_render(const CommandLine& line, const RenderOptions& options) {
-  PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
+  PM_TRY(std::vector<Override> overrides, parse_overrides(options.sets));
+  if (!options.aovs.empty())
+    overrides.emplace_back("image.aovs", fmt::format("\"{}\"", options.aovs));
   PM_TRY(Scene scene, load_scene(options.scene, overrides));
   if (options.preview) make_preview(scene);
   if (options.samples > 0) scene.image.samples = options.samples;
+  if (options.noise >= 0) scene.image.noise = static_cast<float>(options.noise);
   if (options.seed >= 0) scene.image.seed = static_cast<std::uint64_t>(options.seed);
   PM_TRY(const SequenceSettings settings, sequence_settings(line, options, scene));
   if (!options.json.file.empty()) PM_TRY_STATUS(check_writable(options.json.file));
@@ -163,11 +173,20 @@ void add_render(CommandLine& line) {
                               "keep frames whose header says that they are current")
                    ->group("Main");
   skip->excludes("--overwrite");
-  command->add_flag("--preview", options->preview, "half size, few samples, coarse surface")
+  command->add_flag("--preview", options->preview, "half size, coarse surface, direct light only")
       ->group("Main");
   command->add_option("--spp", options->samples, "samples a pixel")
       ->check(CLI::Range(1, 65536))
       ->type_name("N")
+      ->group("Scene");
+  command->add_option("--noise", options->noise, "sample until this clean: 0.01; --spp is the most")
+      ->check(CLI::Range(0.0, 1.0))
+      ->type_name("E")
+      ->group("Scene");
+  command
+      ->add_option("--aovs", options->aovs,
+                   "layers of the EXR: Z,N,P,albedo,uv,motion,morph,id, all or none")
+      ->type_name("LIST")
       ->group("Scene");
   command->add_option("--seed", options->seed, "of the sampling noise")
       ->check(CLI::Range(0LL, 9007199254740991LL))
@@ -178,6 +197,10 @@ void add_render(CommandLine& line) {
       ->add_option("--shard", options->shard,
                    "this share of the frames: 2/8, or auto from Slurm or MPI")
       ->type_name("i/N")
+      ->group("Farm");
+  command->add_option("-j,--jobs", options->jobs, "frames traced at once (1)")
+      ->check(CLI::Range(1, 256))
+      ->type_name("N")
       ->group("Farm");
   command->add_flag("--keep-going", options->keep_going, "go on after a failed frame; exit code 6")
       ->group("Farm");

@@ -34,27 +34,16 @@ Flow flow_at(const MorphPlan& plan, float time, float next, std::span<const Ball
   Flow flow;
   flow.displacement.resize(points.size());
   flow.blend.resize(points.size());
-  for_each_near(near, points, 0, [&](std::size_t begin, std::size_t end, auto list) {
-    std::vector<float> shares;
-    for (std::size_t i = begin; i < end; ++i) {
-      near.log_field(points[i], list, shares);
-      Vec3d way;
-      double sum = 0, blend = 0;
-      for (std::size_t k = 0; k < list.size(); ++k) {
-        if (shares[k] < 1e-4f) continue;
-        const std::uint32_t e = list[k];
-        const auto q = static_cast<double>(shares[k]);
-        sum += q;
-        blend += q * static_cast<double>(progress[e]);
-        if (!moves) continue;
-        const Vec3d offset = Vec3d(points[i]) - Vec3d(balls[e].center);
-        way = way +
-              (Vec3d(later[e].center) - Vec3d(balls[e].center) + turns[e] * offset - offset) * q;
-      }
-      if (!(sum > 0)) continue;  // a point that no ball reaches
-      flow.displacement[i] = to_float(way * (1 / sum));
-      flow.blend[i] = static_cast<float>(blend / sum);
+  for_each_share(near, points, [&](std::size_t i, std::span<const BallShare> shares) {
+    Vec3d way;
+    for (const auto& [e, share] : shares) {
+      flow.blend[i] += share * progress[e];
+      if (!moves) continue;
+      const Vec3d offset = Vec3d(points[i]) - Vec3d(balls[e].center);
+      way = way + (Vec3d(later[e].center) - Vec3d(balls[e].center) + turns[e] * offset - offset) *
+                      static_cast<double>(share);
     }
+    flow.displacement[i] = to_float(way);
   });
   return flow;
 }

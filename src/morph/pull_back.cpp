@@ -14,26 +14,18 @@ PullBack pull_back(const MorphPlan& plan, float time, std::span<const Ball> ball
   PullBack pulled;
   pulled.source.resize(points.size());
   pulled.target.resize(points.size());
-  for_each_near(near, points, 0, [&](std::size_t begin, std::size_t end, auto list) {
-    std::vector<float> shares;
-    for (std::size_t i = begin; i < end; ++i) {
-      near.log_field(points[i], list, shares);
-      Vec3d source, target;
-      double sum = 0;
-      for (std::size_t k = 0; k < list.size(); ++k) {
-        if (shares[k] < 1e-4f) continue;
-        const std::uint32_t e = list[k];
-        const auto q = static_cast<double>(shares[k]);
-        const Vec3d offset = Vec3d(points[i]) - Vec3d(balls[e].center);
-        sum += q;
-        source = source +
-                 (Vec3d(plan.from[plan.pairs[e].from].center) + frames[e].to_source * offset) * q;
-        target =
-            target + (Vec3d(plan.to[plan.pairs[e].to].center) + frames[e].to_target * offset) * q;
-      }
-      pulled.source[i] = to_float(source * (1 / sum));
-      pulled.target[i] = to_float(target * (1 / sum));
+  for_each_share(near, points, [&](std::size_t i, std::span<const BallShare> shares) {
+    Vec3d source, target;
+    for (const auto& [e, share] : shares) {
+      const auto q = static_cast<double>(share);
+      const Vec3d offset = Vec3d(points[i]) - Vec3d(balls[e].center);
+      source =
+          source + (Vec3d(plan.from[plan.pairs[e].from].center) + frames[e].to_source * offset) * q;
+      target =
+          target + (Vec3d(plan.to[plan.pairs[e].to].center) + frames[e].to_target * offset) * q;
     }
+    pulled.source[i] = to_float(source);
+    pulled.target[i] = to_float(target);
   });
   return pulled;
 }

@@ -181,6 +181,7 @@ class ReadFields {
   void objects(const char* key, std::vector<T>& out, const char*) {
     const JsonValue* value = expect(key, JsonValue::Kind::kArray);
     if (!value) return;
+    out.clear();  // a list of one's own replaces a default
     for (std::size_t i = 0; i < value->items.size(); ++i) {
       if constexpr (std::is_same_v<T, ObjectSettings>)
         out.push_back(actor_prototype_.source);
@@ -205,7 +206,6 @@ class ReadFields {
       describe_chain(*this, out.front());
       return;
     }
-    out.clear();
     objects(key, out, doc);
     for (const char* alone : {"source", "intermediate", "target"})
       if (const JsonValue* value = find(alone))
@@ -367,33 +367,12 @@ class CheckWhole {
     if (!scene_.frames.per_leg.empty() && scene_.frames.count > 0)
       report("/frames/count", inner(&root, {"frames", "count"}),
              "contradicts per_leg - give one of the two");
+    if (length(scene_.camera.up) == 0)
+      report("/camera/up", inner(&root, {"camera", "up"}), "must not be the zero vector");
     check_picture();
   }
 
  private:
-  void check_picture() {
-    const JsonValue* root = &document_.root;
-    const JsonValue* aovs = inner(root, {"image", "aovs"});
-    for (std::string_view rest = scene_.image.aovs; aovs && rest != "all" && rest != "none";) {
-      const std::size_t end = std::min(rest.find(','), rest.size());
-      const std::string name(rest.substr(0, end));
-      if (std::find(kAovNames.begin(), kAovNames.end(), name) == kAovNames.end())
-        report("/image/aovs", aovs,
-               fmt::format("has no layer \"{}\"{} - known: {}, or all, or none", name,
-                           did_you_mean(name, kAovNames), join_quoted(kAovNames)));
-      if (end == rest.size()) break;
-      rest.remove_prefix(end + 1);
-    }
-    if (scene_.lights.lamps.size() > kMaxLamps)
-      report("/lights/lamps", inner(root, {"lights", "lamps"}),
-             fmt::format("has {} lamps - at most {} are possible", scene_.lights.lamps.size(),
-                         kMaxLamps));
-    if (scene_.output.png_bits != 8 && scene_.output.png_bits != 16)
-      report("/output/png_bits", inner(root, {"output", "png_bits"}),
-             fmt::format("must be 8 or 16 (is {})", scene_.output.png_bits));
-    if (length(scene_.camera.up) == 0)
-      report("/camera/up", inner(root, {"camera", "up"}), "must not be the zero vector");
-  }
   void check_actor(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
     for (const char* key : {"source", "target"})
       if (!value.find(key))
@@ -446,6 +425,26 @@ class CheckWhole {
       report(pointer + "/start", value.find("start"),
              fmt::format("leaves {} of the scene's {} frames, and the actor needs {}",
                          std::max(moving - actor.start + 1, 0), frames.count, needed));
+  }
+  void check_picture() {
+    const JsonValue* aovs = inner(&document_.root, {"image", "aovs"});
+    for (std::string_view rest = scene_.image.aovs; aovs && rest != "all" && rest != "none";) {
+      const std::size_t end = std::min(rest.find(','), rest.size());
+      const std::string name(rest.substr(0, end));
+      if (std::find(kAovNames.begin(), kAovNames.end(), name) == kAovNames.end())
+        report("/image/aovs", aovs,
+               fmt::format("has no layer \"{}\"{} - known: {}, or all, or none", name,
+                           did_you_mean(name, kAovNames), join_quoted(kAovNames)));
+      if (end == rest.size()) break;
+      rest.remove_prefix(end + 1);
+    }
+    if (scene_.lights.lamps.size() > kMaxLamps)
+      report("/lights/lamps", inner(&document_.root, {"lights", "lamps"}),
+             fmt::format("has {} lamps - at most {} are possible", scene_.lights.lamps.size(),
+                         kMaxLamps));
+    if (scene_.output.png_bits != 8 && scene_.output.png_bits != 16)
+      report("/output/png_bits", inner(&document_.root, {"output", "png_bits"}),
+             fmt::format("must be 8 or 16 (is {})", scene_.output.png_bits));
   }
   static const JsonValue* inner(const JsonValue* value, std::initializer_list<const char*> keys) {
     for (const char* key : keys) value = value ? value->find(key) : nullptr;

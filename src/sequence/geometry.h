@@ -9,6 +9,7 @@
 #include "kernels/extract_surface.h"
 #include "kernels/mesh.h"
 #include "model/transfer.h"
+#include "morph/flow.h"
 #include "morph/timeline.h"
 #include "render/render.h"
 #include "sequence/prepare.h"
@@ -31,6 +32,9 @@ struct ActorGeometry {
   Mesh surface;                      ///< of the balls, or blended with the model `moment.object`
   std::vector<Vec3> points;          ///< of the model `moment.object`, when one shows
   std::vector<Vec3> corner_normals;  ///< of those points; empty: the model's own
+  /// Only where the scene asks for motion blur or for a layer that needs them: see wants_flow().
+  Flow flow;                       ///< of the surface's points, to the next frame; empty = still
+  std::vector<Vec3> displacement;  ///< of the model's points, to the next frame; empty = still
   /// The surface's own look: what it comes from, and over it what it becomes. Three and more where
   /// it did not reach an object that it set out for. Empty: the common look.
   std::vector<Clothes> clothes;
@@ -61,6 +65,12 @@ Result<ActorGeometry> boundary_at(const PreparedScene& prepared, const PreparedA
 
 /// What is seen of an actor: its surface, its model where that shows, or both.
 Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry);
+
+/// Does the picture show where things move?
+inline bool wants_flow(const Scene& scene) {
+  return scene.camera.shutter > 0 || aov_is_chosen(scene.image.aovs, "motion") ||
+         aov_is_chosen(scene.image.aovs, "morph");
+}
 
 /// `frame` in [1, prepared.frame_count]. Errors: kResource.
 Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtractor& extractor,

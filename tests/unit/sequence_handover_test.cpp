@@ -38,6 +38,19 @@ INSTANTIATE_TEST_SUITE_P(Tests, Standard,
                          ::testing::Values("teapot-penguin", "penguin-monkey", "monkey-torus",
                                            "torus-teapot"));
 
+/// A body's limbs and a penguin's, named in the scene: what the labels say is kept, and parts keep
+/// neighbours together better than one turn for all.
+TEST(Limbs, BecomeLimbsAndHoldTogether) {
+  const Analysis parts = analyzed("../effects/limbs", {});
+  EXPECT_GE(*parts.find("attributes")->value, 0.95);
+  EXPECT_LE(*parts.find("pop")->value, 2);
+  EXPECT_GE(*parts.find("dip")->value, 0.98);
+  const Analysis rigid = analyzed("../effects/limbs", {{"motion.path", "\"rigid\""}});
+  RecordProperty("rigid", std::to_string(*rigid.find("rigidity")->value));
+  RecordProperty("parts", std::to_string(*parts.find("rigidity")->value));
+  EXPECT_LT(*parts.find("rigidity")->value, *rigid.find("rigidity")->value);
+}
+
 TEST(Handover, OfBallsThatAreNotTheModelIsSeen) {
   // The report's few octree spheres, and nothing between them and the model.
   const Analysis analysis = analyzed("torus-teapot", {{"spheres.method", "octree"},

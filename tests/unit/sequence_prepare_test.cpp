@@ -203,14 +203,64 @@ TEST_F(SequenceTest, DryRunWritesNothingAndSaysWhatIsMissing) {
 
 TEST_F(SequenceTest, AStopLeavesFinishedFramesWhole) {
   std::atomic<bool> stop{false};
-  auto s = settings({1, 2, 3}, "f.####.exr");
+  auto s = settings({1, 2, 3, 4, 5, 6, 7}, "f.####.exr");
   s.stop = &stop;
   const auto report =
       render_sequence(scene, s, [&](std::size_t, std::size_t, const FrameRecord&) { stop = true; });
   ASSERT_TRUE(report.ok());
   EXPECT_TRUE(report->stopped);
   EXPECT_FALSE(digest("f.0001.exr").empty());
-  EXPECT_FALSE(fs::exists(folder / "f.0003.exr"));
+  // Those that were traced or written at the time are finished, no more.
+  EXPECT_FALSE(fs::exists(folder / "f.0007.exr"));
+  for (const FrameRecord& record : report->frames)
+    EXPECT_EQ(record.state, FrameRecord::State::kDone) << record.frame;
+}
+
+TEST_F(SequenceTest, TheSamePicturesHoweverManyFramesAtOnce) {
+  const std::vector<int> frames{2, 5, 6, 7, 9};
+  ASSERT_TRUE(render_sequence(scene, settings(frames, "a.####.exr"), nullptr).ok());
+  auto several = settings(frames, "b.####.exr");
+  several.jobs = 3;
+  std::vector<int> order;
+  ASSERT_TRUE(render_sequence(scene, several,
+                              [&](std::size_t done, std::size_t of, const FrameRecord& last) {
+                                EXPECT_EQ(done, order.size() + 1);
+                                EXPECT_EQ(of, frames.size());
+                                order.push_back(last.frame);
+                              })
+                  .ok());
+  EXPECT_EQ(order, frames) << "told in their order";
+  for (const int frame : frames)
+    EXPECT_EQ(digest(fmt::format("a.{:04}.exr", frame)), digest(fmt::format("b.{:04}.exr", frame)));
+}
+
+TEST_F(SequenceTest, LayersShowHowPointsMoveAndWhatTheyBecome) {
+  scene.image.aovs = "all";
+  scene.image.width = 96;
+  scene.image.height = 72;
+  ASSERT_TRUE(render_sequence(scene, settings({6, 7, 14}, "f.####.exr"), nullptr).ok());
+  const auto image = read_image(folder / "f.0006.exr"), last = read_image(folder / "f.0014.exr");
+  ASSERT_TRUE(image.ok() && last.ok());
+  double moving = 0, between = 0;
+  const auto at = [](const Image& i, int x, int y, const char* name) {
+    return i.at(x, y, i.find_channel(name));
+  };
+  for (int y = 0; y < 72; ++y)
+    for (int x = 0; x < 96; ++x) {
+      const float id = at(*image, x, y, "id");
+      const float blend = at(*image, x, y, "morph.blend");
+      EXPECT_GE(blend, 0);
+      EXPECT_LE(blend, 1);
+      const float motion = std::hypot(at(*image, x, y, "motion.X"), at(*image, x, y, "motion.Y"));
+      if (id <= 1) {
+        EXPECT_EQ(motion, 0) << "the ground stands still";
+      }
+      moving += motion > 0.2f;
+      between += blend > 0 && blend < 1;
+      EXPECT_EQ(at(*last, x, y, "motion.X"), 0) << "nothing comes after the last frame";
+    }
+  EXPECT_GT(moving, 50);
+  EXPECT_GT(between, 50);
 }
 
 TEST(MakeExtractor, KnowsItsDevices) {
