@@ -12,6 +12,7 @@
 #include "base/random.h"
 #include "cli/command_line.h"
 #include "morph/plan.h"
+#include "render/ray_bench.h"
 #include "render/render.h"
 #include "scene/json_text.h"
 #include "sequence/render_sequence.h"
@@ -286,13 +287,47 @@ Status bench_render(const BenchOptions& options, const Mesh& mesh, nlohmann::ord
            stats = renderer.stats();
            return Ok{};
          }));
+  const double paths = static_cast<double>(stats.paths) * 1e-6;
   rows.push_back(report_row(
       options, fmt::format("render {}x{} {} spp", options.width, options.height, options.samples),
       timing,
-      fmt::format("{:.1f} M rays, {:.1f} M rays/s, build {:.1f} ms",
-                  static_cast<double>(stats.rays) * 1e-6,
+      fmt::format("{:.2f} M paths/s, {:.1f} M rays/s, build {:.1f} ms", paths / stats.trace_seconds,
                   static_cast<double>(stats.rays) * 1e-6 / stats.trace_seconds,
                   stats.build_seconds * 1e3)));
+  PM_TRY(const std::vector<RayLoop> loops,
+         measure_rays(scene, options.width, options.height, options.repeats));
+  for (const RayLoop& loop : loops) {
+    std::vector<double> seconds = loop.seconds;
+    std::sort(seconds.begin(), seconds.end());
+    const Timing t{seconds.front(), seconds[seconds.size() / 2], seconds.back()};
+    rows.push_back(report_row(
+        options, loop.name, t,
+        fmt::format("{:.1f} M rays/s", static_cast<double>(loop.rays) * 1e-6 / t.median)));
+  }
+  // The share of the bare loop's rate in the same turn; the median of the turns.
+  const auto ratio = [&](std::size_t own, std::size_t bare) {
+    std::vector<double> ratios;
+    for (std::size_t i = 0; i < loops[own].seconds.size(); ++i)
+      ratios.push_back(loops[bare].seconds[i] / loops[own].seconds[i]);
+    std::sort(ratios.begin(), ratios.end());
+    return ratios[ratios.size() / 2];
+  };
+  const double camera = ratio(2, 1), scattered = ratio(4, 3);
+  if (!options.json.wanted)
+    print_data(
+        "  camera rays at {:.0f} % of the bare packets' rate, scattered rays at {:.0f} % of "
+        "the bare ones'\n",
+        100 * camera, 100 * scattered);
+  rows.push_back({{"name", "share of bare rates"}, {"camera", camera}, {"scattered", scattered}});
+  PM_TRY(const std::vector<BuildQuality> builds, measure_builds(scene));
+  for (const BuildQuality& build : builds) {
+    if (!options.json.wanted)
+      print_data("  BVH quality {:<8} {:>8.1f} ms to build, {:>8.1f} ms a million rays\n",
+                 build.name, build.build_seconds * 1e3, build.trace_seconds * 1e3);
+    rows.push_back({{"name", fmt::format("bvh {}", build.name)},
+                    {"build_ms", build.build_seconds * 1e3},
+                    {"million_rays_ms", build.trace_seconds * 1e3}});
+  }
   return Ok{};
 }
 

@@ -59,7 +59,7 @@ Result<int> image_info(const InfoOptions& options) {
                                 {"mean", range.mean},
                                 {"not_finite", range.not_finite}});
     if (!options.json.wanted)
-      print_data("  {:<8} {:>12.6g} to {:<12.6g} mean {:<12.6g}{}\n", image.channels[c], range.low,
+      print_data("  {:<12} {:>12.6g} to {:<12.6g} mean {:<12.6g}{}\n", image.channels[c], range.low,
                  range.high, range.mean,
                  range.not_finite ? fmt::format(" {} NaN or infinite", range.not_finite) : "");
   }

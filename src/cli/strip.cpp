@@ -6,6 +6,7 @@
 #include "cli/command_line.h"
 #include "cli/progress.h"
 #include "image/image_io.h"
+#include "image/movie.h"
 #include "image/strip.h"
 #include "sequence/frames.h"
 #include "sequence/render_sequence.h"
@@ -14,8 +15,9 @@ namespace polymorph {
 namespace {
 
 struct StripOptions {
-  std::string input, output, gif, label = "frame", frames;
+  std::string input, output, gif, mp4, label = "frame", frames;
   int count = 8, columns = 4, width = 0;
+  bool moves() const { return !gif.empty() || !mp4.empty(); }
   float fps = 0;
   bool overwrite = false;
   std::vector<std::string> sets;
@@ -78,7 +80,7 @@ Result<Frames> from_scene(const CommandLine& line, const StripOptions& options) 
   PM_TRY(
       frames.numbers,
       parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
-  if (options.gif.empty() && options.frames.empty())
+  if (!options.moves() && options.frames.empty())
     frames.numbers = spread(frames.numbers, options.count);
   frames.last = count;
   frames.fps = scene.frames.fps;
@@ -118,7 +120,7 @@ Result<Frames> from_images(const StripOptions& options) {
                       frames.first, frames.last));
   // A sheet or movie that silently leaves out a lost frame is worse than none.
   std::vector<int> wanted = frames.numbers;
-  if (options.frames.empty() || !options.gif.empty()) {
+  if (options.frames.empty() || options.moves()) {
     wanted.clear();
     for (int frame = frames.first; frame <= frames.last; ++frame) wanted.push_back(frame);
   }
@@ -127,7 +129,7 @@ Result<Frames> from_images(const StripOptions& options) {
       return make_error(ErrorCode::kInput,
                         "{}: frame {} is missing (there are {} to {}) - render it first",
                         options.input, frame, frames.first, frames.last);
-  if (options.gif.empty() && options.frames.empty())
+  if (!options.moves() && options.frames.empty())
     frames.numbers = spread(frames.numbers, options.count);
   for (const int number : frames.numbers) {
     PM_TRY(Image image, read_image(frame_path(pattern, number)));
@@ -175,14 +177,20 @@ Status write_sheet(const StripOptions& options, const Frames& frames) {
 
 /// Before any work.
 Status check_outputs(const StripOptions& options) {
-  if (options.output.empty() && options.gif.empty())
+  if (options.output.empty() && !options.moves())
     return make_error(ErrorCode::kUsage,
-                      "nothing to make - give -o strip.png, --gif morph.gif or both");
+                      "nothing to make - give -o strip.png, --gif morph.gif or --mp4 morph.mp4");
   const std::string extension = std::filesystem::path(options.output).extension().string();
   if (!options.output.empty() && extension != ".png" && extension != ".exr")
     return make_error(ErrorCode::kUsage, "{}: unknown image format \"{}\" - use .png or .exr",
                       options.output, extension);
-  for (const std::string& file : {options.output, options.gif}) {
+  if (!options.mp4.empty() && find_ffmpeg().empty())
+    return make_error(ErrorCode::kResource,
+                      "--mp4 needs ffmpeg, which is not installed - install it, or render PNGs and "
+                      "run elsewhere: ffmpeg -framerate 24 -i frame.%04d.png -c:v libx264 -crf 18 "
+                      "-pix_fmt yuv420p {}",
+                      options.mp4);
+  for (const std::string& file : {options.output, options.gif, options.mp4}) {
     if (file.empty()) continue;
     std::error_code error;
     if (!options.overwrite && std::filesystem::exists(file, error))
@@ -205,6 +213,11 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
     PM_TRY_STATUS(write_file(options.gif, gif));
     print_data("{}\n", options.gif);
   }
+  if (!options.mp4.empty()) {
+    PM_TRY_STATUS(
+        write_mp4(options.mp4, frames.images, options.fps > 0 ? options.fps : frames.fps));
+    print_data("{}\n", options.mp4);
+  }
   return 0;
 }
 
@@ -213,10 +226,10 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
 void add_strip(CommandLine& line) {
   auto options = std::make_shared<StripOptions>();
   CLI::App* command = add_command(
-      line, "strip", "Make a labelled contact sheet or a GIF of a sequence.",
+      line, "strip", "Make a contact sheet, a GIF or a movie of a sequence.",
       "  polymorph strip out/frame.####.exr -n 8 -o strip.png\n"
       "  polymorph strip scene.json -n 6 --columns 3 --label t -o strip.png\n"
-      "  polymorph strip out/frame.####.png --gif morph.gif --width 320",
+      "  polymorph strip out/frame.####.png --gif morph.gif --mp4 morph.mp4",
       "  0 made   2 usage   3 bad scene, unreadable or missing frames   4 cannot write\n"
       "  5 device or memory   130, 143 stopped by a signal");
   command->add_option("input", options->input, "a scene file, or existing frames with ####")
@@ -239,7 +252,7 @@ void add_strip(CommandLine& line) {
       ->group("Main");
   command
       ->add_option("--width", options->width,
-                   "width of a cell and of the GIF; default: as rendered")
+                   "width of a cell, GIF and movie; default: as rendered")
       ->check(CLI::Range(16, 32768))
       ->type_name("PIXELS")
       ->group("Main");
@@ -250,7 +263,10 @@ void add_strip(CommandLine& line) {
   command->add_option("--gif", options->gif, "an animated GIF of all frames")
       ->type_name("FILE")
       ->group("Main");
-  command->add_option("--fps", options->fps, "of the GIF; default: the scene's")
+  command->add_option("--mp4", options->mp4, "a movie of all frames, by ffmpeg")
+      ->type_name("FILE")
+      ->group("Main");
+  command->add_option("--fps", options->fps, "of GIF and movie; default: the scene's")
       ->check(CLI::Range(0.1, 100.0))
       ->type_name("F")
       ->group("Main");

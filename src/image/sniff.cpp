@@ -24,14 +24,15 @@ constexpr Magic kReadable[] = {
     {"II+\0"sv, "tiff"},
     {"MM\0+"sv, "tiff"},
     {"\x76\x2f\x31\x01"sv, "openexr"},
+    {"#?RADIANCE"sv, "hdr"},
+    {"#?RGBE"sv, "hdr"},
 };
 
 constexpr Magic kKnown[] = {
     {"GIF8"sv, "a GIF"},
     {"BM"sv, "a BMP"},
     {"8BPS"sv, "a Photoshop file"},
-    {"#?RADIANCE"sv, "a Radiance HDR file"},
-    {"#?RGBE"sv, "a Radiance HDR file"},
+
     {"RIFF"sv, "a WebP or other RIFF file"},
     {"DDS "sv, "a DDS texture"},
     {"%PDF"sv, "a PDF"},
@@ -133,8 +134,8 @@ Result<std::string> sniff_image_format(std::string_view bytes) {
   }
   return make_error(
       ErrorCode::kInput,
-      "not an image that can be read (by its content it is {}) - give a PNG, JPEG, TIFF or "
-      "OpenEXR file",
+      "not an image that can be read (by its content it is {}) - give a PNG, JPEG, TIFF, "
+      "Radiance HDR or OpenEXR file",
       guess(bytes));
 }
 

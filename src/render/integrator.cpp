@@ -537,7 +537,11 @@ PathLight trace_path(const World& world, const Ray& ray, const Meeting& first,
       const Shading shading = mixed_shading(world, meeting.mesh);
       const Sample4 numbers = random.glass();
       if (shading.transmission > numbers.b) {
-        if (--glasses < 0) return result_of(path);
+        if (--glasses < 0) {
+          // What is trapped for so long is let out straight on.
+          add_sky(world, path, 1);
+          return result_of(path);
+        }
         pass_glass(world, path, point, shading, numbers);
         continue;
       }

@@ -1,0 +1,170 @@
+#include "image/movie.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <vector>
+
+#include "base/file.h"
+#include "image/srgb.h"
+
+extern char** environ;
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A child program that reads our end of a pipe; its messages go to a file.
+class Child {
+ public:
+  Child(const fs::path& program, std::vector<std::string> arguments, const fs::path& messages) {
+    int ends[2];
+    if (pipe2(ends, O_CLOEXEC) != 0) return;
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, ends[0], 0);
+    posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_addopen(&actions, 2, messages.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
+                                     0600);
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    if (posix_spawn(&pid_, program.c_str(), &actions, nullptr, argv.data(), environ) != 0)
+      pid_ = -1;
+    posix_spawn_file_actions_destroy(&actions);
+    close(ends[0]);
+    to_child_ = ends[1];
+  }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+  ~Child() { finish(); }
+
+  bool write(const std::string& bytes) {
+    for (std::size_t done = 0; done < bytes.size();) {
+      const ssize_t n = ::write(to_child_, bytes.data() + done, bytes.size() - done);
+      if (n <= 0 && errno != EINTR) return false;
+      done += static_cast<std::size_t>(std::max<ssize_t>(n, 0));
+    }
+    return true;
+  }
+  /// Closes the pipe and waits; true when the program was content.
+  bool finish() {
+    if (to_child_ >= 0) close(to_child_);
+    to_child_ = -1;
+    if (pid_ < 0) return false;
+    int state = 0;
+    while (waitpid(pid_, &state, 0) < 0 && errno == EINTR) {
+    }
+    pid_ = -1;
+    return WIFEXITED(state) && WEXITSTATUS(state) == 0;
+  }
+
+ private:
+  pid_t pid_ = -1;
+  int to_child_ = -1;
+};
+
+std::string rgb_bytes(const Image& image) {
+  const SrgbQuantizer& quantizer = SrgbQuantizer::instance();
+  const int color[3] = {image.find_channel("R"), image.find_channel("G"), image.find_channel("B")};
+  std::string bytes;
+  bytes.reserve(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 3);
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      for (const int c : color)
+        bytes.push_back(static_cast<char>(quantizer(image.at(x, y, std::max(c, 0)))));
+  return bytes;
+}
+
+}  // namespace
+
+fs::path find_ffmpeg() {
+  const char* path = std::getenv("PATH");
+  std::string_view rest = path ? path : "";
+  while (!rest.empty()) {
+    const std::size_t end = std::min(rest.find(':'), rest.size());
+    const fs::path candidate = fs::path(rest.substr(0, end)) / "ffmpeg";
+    if (end > 0 && access(candidate.c_str(), X_OK) == 0) return candidate;
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return {};
+}
+
+Status write_mp4(const fs::path& path, std::span<const Image> frames, float frames_per_second) {
+  if (frames.empty()) return make_error(ErrorCode::kInput, "a movie needs at least one frame");
+  const int width = frames.front().width, height = frames.front().height;
+  for (const Image& frame : frames)
+    if (frame.width != width || frame.height != height || frame.find_channel("R") < 0)
+      return make_error(ErrorCode::kInput,
+                        "the frames of a movie must be of one size and have colours");
+  const fs::path program = find_ffmpeg();
+  if (program.empty()) return make_error(ErrorCode::kResource, "ffmpeg is not installed");
+  const fs::path part = path.string() + fmt::format(".{}.part", getpid());
+  const fs::path messages = path.string() + fmt::format(".{}.log.part", getpid());
+  // A child that dies early must be an error here, not the end of this program.
+  struct sigaction ignore = {}, before = {};
+  ignore.sa_handler = SIG_IGN;
+  sigaction(SIGPIPE, &ignore, &before);
+  bool good = true;
+  {
+    Child child(program,
+                {"ffmpeg",
+                 "-hide_banner",
+                 "-loglevel",
+                 "error",
+                 "-y",
+                 "-f",
+                 "rawvideo",
+                 "-pixel_format",
+                 "rgb24",
+                 "-video_size",
+                 fmt::format("{}x{}", width, height),
+                 "-framerate",
+                 fmt::format("{}", frames_per_second),
+                 "-i",
+                 "-",
+                 "-vf",
+                 "crop=trunc(iw/2)*2:trunc(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv",
+                 "-c:v",
+                 "libx264",
+                 "-crf",
+                 "18",
+                 "-pix_fmt",
+                 "yuv420p",
+                 "-colorspace",
+                 "bt709",
+                 "-color_primaries",
+                 "bt709",
+                 "-color_trc",
+                 "iec61966-2-1",
+                 "-movflags",
+                 "+faststart",
+                 "-f",
+                 "mp4",
+                 part.string()},
+                messages);
+    for (const Image& frame : frames) good = good && child.write(rgb_bytes(frame));
+    good = child.finish() && good;
+  }
+  sigaction(SIGPIPE, &before, nullptr);
+  const auto said = read_file(messages, 1u << 16);
+  std::error_code error;
+  fs::remove(messages, error);
+  if (good) fs::rename(part, path, error);
+  if (!good || error) {
+    fs::remove(part, error);
+    return make_error(ErrorCode::kOutput, "{}: ffmpeg could not write it: {}", path.string(),
+                      said && !said->empty() ? said->substr(0, said->find_last_not_of(" \n") + 1)
+                                             : "no reason given");
+  }
+  return Ok{};
+}
+
+}  // namespace polymorph

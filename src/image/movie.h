@@ -1,0 +1,23 @@
+// Movies, by ffmpeg where it is installed.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "base/result.h"
+#include "image/image.h"
+
+namespace polymorph {
+
+/// Where ffmpeg is, from the search path; empty: not installed.
+std::filesystem::path find_ffmpeg();
+
+/// An MP4 (H.264, 4:2:0, Rec. 709) of sRGB-encoded R, G, B. All frames of one size; an odd side
+/// loses its last column or row, which H.264 cannot hold. Written under a temporary name and
+/// renamed. Errors: kInput for no frames or unequal sizes; kResource without ffmpeg;
+/// kOutput with what ffmpeg said when it fails.
+Status write_mp4(const std::filesystem::path& path, std::span<const Image> frames,
+                 float frames_per_second);
+
+}  // namespace polymorph

@@ -1,0 +1,204 @@
+#include "render/ray_bench.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "base/parallel.h"
+#include "base/random.h"
+#include "render/floating_point.h"
+#include "render/integrator.h"
+
+namespace polymorph {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+template <class F>
+double seconds_of(const F& run) {
+  const auto start = Clock::now();
+  run();
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// One Embree scene with default flags, as a bare loop would use it.
+class Bare {
+ public:
+  Bare(const RenderMesh& mesh, RTCBuildQuality quality) {
+    RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* vertices = static_cast<Vec3*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                                RTC_FORMAT_FLOAT3, sizeof(Vec3),
+                                                                mesh.positions.size()));
+    std::copy(mesh.positions.begin(), mesh.positions.end(), vertices);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                               mesh.triangles.data(), 0, sizeof(Triangle), mesh.triangles.size());
+    rtcSetSceneBuildQuality(scene_, quality);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(scene_, geometry);
+    rtcReleaseGeometry(geometry);
+    rtcCommitScene(scene_);
+  }
+  Bare(const Bare&) = delete;
+  Bare& operator=(const Bare&) = delete;
+  ~Bare() {
+    rtcReleaseScene(scene_);
+    rtcReleaseDevice(device_);
+  }
+  RTCRayHit shoot(const Ray& ray) const {
+    RTCRayHit query{};
+    query.ray = {ray.origin.x,
+                 ray.origin.y,
+                 ray.origin.z,
+                 1e-4f,
+                 ray.direction.x,
+                 ray.direction.y,
+                 ray.direction.z,
+                 0,
+                 INFINITY,
+                 ~0u,
+                 0,
+                 0};
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcIntersect1(scene_, &context, &query);
+    return query;
+  }
+  void shoot16(const Ray* rays, float* distances) const {
+    alignas(64) int valid[kPacket];
+    alignas(64) RTCRayHit16 query{};
+    for (int i = 0; i < kPacket; ++i) {
+      valid[i] = -1;
+      query.ray.org_x[i] = rays[i].origin.x;
+      query.ray.org_y[i] = rays[i].origin.y;
+      query.ray.org_z[i] = rays[i].origin.z;
+      query.ray.dir_x[i] = rays[i].direction.x;
+      query.ray.dir_y[i] = rays[i].direction.y;
+      query.ray.dir_z[i] = rays[i].direction.z;
+      query.ray.tnear[i] = 1e-4f;
+      query.ray.tfar[i] = INFINITY;
+      query.ray.mask[i] = ~0u;
+      query.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcIntersect16(valid, scene_, &context, &query);
+    for (int i = 0; i < kPacket; ++i) distances[i] = query.ray.tfar[i];
+  }
+
+ private:
+  RTCDevice device_ = rtcNewDevice("");
+  RTCScene scene_ = rtcNewScene(device_);
+};
+
+/// One ray a pixel, 4 x 4 pixels after 4 x 4 pixels.
+std::vector<Ray> camera_rays(const Camera& camera, int width, int height) {
+  std::vector<Ray> rays;
+  const float scale = 2 * camera.tan_half_fov_y / static_cast<float>(height);
+  for (int y = 0; y + 4 <= height; y += 4)
+    for (int x = 0; x + 4 <= width; x += 4)
+      for (int i = 0; i < kPacket; ++i) {
+        const float px = static_cast<float>(x + i % 4) + 0.5f - 0.5f * static_cast<float>(width);
+        const float py = 0.5f * static_cast<float>(height) - static_cast<float>(y + i / 4) - 0.5f;
+        rays.push_back({camera.position, normalized(camera.forward + camera.right * (px * scale) +
+                                                    camera.up * (py * scale))});
+      }
+  return rays;
+}
+
+/// Rays that leave the surface where camera rays meet it, in random directions.
+std::vector<Ray> scattered_rays(const Bare& bare, const std::vector<Ray>& camera) {
+  std::vector<Ray> rays;
+  for (std::size_t i = 0; i < camera.size(); ++i) {
+    const RTCRayHit first = bare.shoot(camera[i]);
+    if (first.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
+    Vec3 normal = normalized(Vec3{first.hit.Ng_x, first.hit.Ng_y, first.hit.Ng_z});
+    if (dot(normal, camera[i].direction) > 0) normal = -normal;
+    const Vec3 local = cosine_direction(random_float(0, 1, i), random_float(0, 2, i));
+    rays.push_back({camera[i].origin + camera[i].direction * first.ray.tfar + normal * 1e-4f,
+                    to_world(make_frame(normal), local)});
+  }
+  return rays;
+}
+
+/// f(first ray of a run, count), over all threads.
+template <class F>
+void over(const std::vector<Ray>& rays, const F& f) {
+  constexpr std::int64_t kRun = 1024;
+  const auto count = static_cast<std::int64_t>(rays.size());
+  parallel_for((count + kRun - 1) / kRun, [&](std::int64_t run) {
+    const FlushDenormals flush;
+    const std::int64_t begin = run * kRun;
+    f(static_cast<std::size_t>(begin), static_cast<std::size_t>(std::min(kRun, count - begin)));
+  });
+}
+
+}  // namespace
+
+Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, int height,
+                                          int repeats) {
+  PM_CHECK(scene.meshes.size() == 1);
+  const Bare bare(scene.meshes.front(), RTC_BUILD_QUALITY_MEDIUM);
+  PM_TRY(const RayDevice device, make_ray_device(""));
+  PM_TRY(const TracedScene geometry, TracedScene::build(device, scene.meshes));
+  World world;
+  world.geometry = &geometry;
+  const std::vector<Ray> camera = camera_rays(scene.camera, width, height);
+  const std::vector<Ray> scattered = scattered_rays(bare, camera);
+  std::vector<float> distances(camera.size());
+  std::vector<Meeting> met(camera.size());
+  const auto run = [&](std::size_t loop) {
+    const std::vector<Ray>& rays = loop < 3 ? camera : scattered;
+    over(rays, [&](std::size_t begin, std::size_t n) {
+      Tally tally;
+      for (std::size_t k = begin; k < begin + n; ++k) {
+        const bool packet = (k - begin) % kPacket == 0 && k + kPacket <= begin + n;
+        if (loop == 1 && packet) bare.shoot16(&rays[k], &distances[k]);
+        if (loop == 2 && packet) meet(world, &rays[k], &met[k], kPacket, tally);
+        if (loop == 0 || loop == 3) distances[k] = bare.shoot(rays[k]).ray.tfar;
+        if (loop == 4) met[k].mesh = geometry.closest(rays[k]);
+      }
+    });
+  };
+  std::vector<RayLoop> loops{{"bare camera rays, singly", camera.size(), {}},
+                             {"bare camera rays, by 16", camera.size(), {}},
+                             {"camera rays", camera.size(), {}},
+                             {"bare scattered rays", scattered.size(), {}},
+                             {"scattered rays", scattered.size(), {}}};
+  for (int i = 0; i <= repeats; ++i)
+    for (std::size_t loop = 0; loop < loops.size(); ++loop) {
+      const double seconds = seconds_of([&] { run(loop); });
+      if (i > 0) loops[loop].seconds.push_back(seconds);  // the first warms up
+    }
+  return loops;
+}
+
+Result<std::vector<BuildQuality>> measure_builds(const RenderScene& scene) {
+  PM_CHECK(scene.meshes.size() == 1);
+  std::vector<BuildQuality> qualities;
+  const std::vector<Ray> camera = camera_rays(scene.camera, 1024, 1024);
+  for (const auto& [name, quality] :
+       {std::pair{"low", RTC_BUILD_QUALITY_LOW}, std::pair{"medium", RTC_BUILD_QUALITY_MEDIUM},
+        std::pair{"high", RTC_BUILD_QUALITY_HIGH}}) {
+    BuildQuality result{name};
+    std::unique_ptr<Bare> bare;
+    result.build_seconds =
+        seconds_of([&] { bare = std::make_unique<Bare>(scene.meshes.front(), quality); });
+    const std::vector<Ray> rays = scattered_rays(*bare, camera);
+    std::vector<float> distances(rays.size());
+    const double seconds = seconds_of([&] {
+      over(rays, [&](std::size_t begin, std::size_t n) {
+        for (std::size_t k = begin; k < begin + n; ++k)
+          distances[k] = bare->shoot(rays[k]).ray.tfar;
+      });
+    });
+    result.trace_seconds = rays.empty() ? 0 : seconds * 1e6 / static_cast<double>(rays.size());
+    qualities.push_back(result);
+  }
+  return qualities;
+}
+
+}  // namespace polymorph

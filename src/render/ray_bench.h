@@ -1,0 +1,32 @@
+// Rays a second: bare loops over Embree against the renderer's own way of asking, on one mesh.
+#pragma once
+
+#include <vector>
+
+#include "render/render.h"
+
+namespace polymorph {
+
+/// One loop over a mesh: rays in it, and the seconds of each run.
+struct RayLoop {
+  const char* name;
+  std::size_t rays = 0;
+  std::vector<double> seconds;
+};
+
+/// Runs every loop `repeats` times, by turns, so that a noisy machine is as noisy for all: bare
+/// camera rays one by one and in packets of 16, the renderer's camera rays, bare rays that leave
+/// the surface in random directions, the renderer's same rays. `scene` has one mesh. Errors:
+/// kResource.
+Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, int height,
+                                          int repeats);
+
+/// Seconds to build the BVH of the scene's mesh at one of Embree's qualities, and what a million
+/// random rays take on it.
+struct BuildQuality {
+  const char* name;
+  double build_seconds = 0, trace_seconds = 0;
+};
+Result<std::vector<BuildQuality>> measure_builds(const RenderScene& scene);
+
+}  // namespace polymorph
