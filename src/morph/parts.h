@@ -35,7 +35,7 @@ class BallGraph {
 
   /// Places near `places` (one a pair, where their parts would have them) whose edges are nearest
   /// to what they should be: as long as (1-u) |p_e - p_f| + u |q_e - q_f|, turned as `turns`, which
-  /// are fitted anew to what comes out, three times. With u = 0 (1) and the source's (target's)
+  /// are fitted anew to what comes out, twice. With u = 0 (1) and the source's (target's)
   /// places, those. `progress`: u of each pair.
   std::vector<Vec3d> joined(std::span<const Vec3d> places, std::span<const Mat3> turns,
                             std::span<const double> progress) const;
