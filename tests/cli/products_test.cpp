@@ -43,6 +43,38 @@ TEST_F(Products, StripRefusesAGap) {
   }
 }
 
+TEST_F(Products, AMovieOrWhatItTakes) {
+  render_frames();
+  if (std::system("command -v ffmpeg > /dev/null") == 0) {
+    EXPECT_EQ(run(0, {"strip", "f.####.exr", "--mp4", "morph.mp4"}).out, "morph.mp4\n");
+    EXPECT_EQ(read_text(folder / "morph.mp4").substr(4, 4), "ftyp");
+    run(4, {"strip", "f.####.exr", "--mp4", "morph.mp4"});
+  }
+  // Where it is not installed nothing is rendered first, and the command to run is told.
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", folder.c_str(), 1);
+  const Ran ran = run(5, {"strip", "f.####.exr", "--mp4", "none.mp4"});
+  EXPECT_TRUE(contains(ran.err, "ffmpeg -framerate")) << ran.err;
+  write("ffmpeg", "#!/bin/sh\necho cannot do that >&2\nexit 1\n");
+  std::filesystem::permissions(folder / "ffmpeg", std::filesystem::perms::all);
+  const Ran failed = run(4, {"strip", "f.####.exr", "--mp4", "none.mp4"});
+  setenv("PATH", path.c_str(), 1);
+  EXPECT_TRUE(contains(failed.err, "cannot do that")) << failed.err;
+  EXPECT_FALSE(exists("none.mp4"));
+}
+
+TEST_F(Products, LayersOnDemand) {
+  run(0, {"render", "scene.json", "-f", "2", "-o", "all.exr", "--aovs", "all"});
+  const Ran all = run(0, {"info", "all.exr"});
+  for (const char* name :
+       {"Z ", "N.X", "P.Z", "albedo.R", "uv.U", "motion.X", "morph.blend", "morph.t", "id "})
+    EXPECT_TRUE(contains(all.out, name)) << name << all.out;
+  run(0, {"render", "scene.json", "-f", "2", "-o", "two.exr", "--aovs", "P,id", "-j", "2"});
+  EXPECT_TRUE(contains(run(0, {"info", "two.exr"}).out, "8 channels"));
+  const Ran wrong = run(3, {"render", "scene.json", "-f", "2", "-o", "x.exr", "--aovs", "Z,albdo"});
+  EXPECT_TRUE(contains(wrong.err, "did you mean \"albedo\"")) << wrong.err;
+}
+
 TEST_F(Products, StripNeedsFrames) {
   render_frames();
   EXPECT_TRUE(contains(run(3, {"strip", "g.####.exr", "-o", "s.png"}).err, "no such frames"));

@@ -55,6 +55,21 @@ TEST(ReadImage, GreyAlphaSixteenBitPng) {
   EXPECT_NEAR(straight->at(0, 0, 1), grey, 1e-6f);
 }
 
+TEST(ReadImage, RadianceIsLinearLight) {
+  const TemporaryFolder folder;
+  const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n";
+  std::string pixels;
+  for (int i = 0; i < 8; ++i) pixels += std::string("\x80\x40\x20\x82", 4);
+  const auto image = read_image(folder.put("sky.hdr", head + pixels));
+  ASSERT_TRUE(image) << image.error().message;
+  EXPECT_EQ(image->width, 4);
+  EXPECT_EQ(image->height, 2);
+  EXPECT_NEAR(image->at(3, 1, 0), 2.0f, 1e-5f);
+  EXPECT_NEAR(image->at(3, 1, 2), 0.5f, 1e-5f);
+  EXPECT_FALSE(read_image(folder.put("cut.hdr", head + pixels.substr(0, 9))));
+  EXPECT_FALSE(read_image(folder.put("bare.hdr", "#?RADIANCE\n")));
+}
+
 TEST(ReadImage, PalettePng) {
   const TemporaryFolder folder;
   const std::string palette("\xff\x00\x00\x00\xff\x80", 6);
