@@ -177,6 +177,12 @@ TEST_F(RetargetTest, MindsMayBeChangedTwice) {
   const auto last = geometry_at(prepared, *extractor, 34);
   ASSERT_TRUE(last.ok());
   EXPECT_EQ(last->actors[0].clothes.size(), 4u);
+  // Vertices still know what they belong to.
+  const FrameMesh frame = mesh_of(prepared, *last);
+  EXPECT_EQ(frame.tags.label_names,
+            (std::vector<std::string>{"cube", "torus", "puddle", "sphere"}));
+  ASSERT_EQ(frame.tags.labels.size(), frame.mesh.positions.size());
+  for (const std::uint32_t label : frame.tags.labels) ASSERT_LT(label, 4u);
 }
 
 TEST_F(RetargetTest, OnlyWhatIsOnTheWayCanBeLeft) {
