@@ -60,21 +60,22 @@ constexpr int kFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
                               {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
 
 /// Inside corners of the 15 base cases; 255 ends a list.
-constexpr int kBaseCases[15][5] = {{255},
-                                   {0, 255},
-                                   {0, 1, 255},
-                                   {0, 3, 255},
-                                   {0, 7, 255},
-                                   {0, 1, 2, 255},
-                                   {0, 1, 7, 255},
-                                   {0, 3, 5, 255},
-                                   {0, 1, 2, 3, 255},
-                                   {0, 1, 2, 4, 255},
-                                   {0, 1, 6, 7, 255},
-                                   {0, 1, 3, 7, 255},
-                                   {0, 1, 2, 7, 255},
-                                   {0, 3, 5, 6, 255},
-                                   {0, 2, 3, 7, 255}};
+constexpr int kBaseCaseCount = 15;
+constexpr int kBaseCases[kBaseCaseCount][5] = {{255},
+                                               {0, 255},
+                                               {0, 1, 255},
+                                               {0, 3, 255},
+                                               {0, 7, 255},
+                                               {0, 1, 2, 255},
+                                               {0, 1, 7, 255},
+                                               {0, 3, 5, 255},
+                                               {0, 1, 2, 3, 255},
+                                               {0, 1, 2, 4, 255},
+                                               {0, 1, 6, 7, 255},
+                                               {0, 1, 3, 7, 255},
+                                               {0, 1, 2, 7, 255},
+                                               {0, 3, 5, 6, 255},
+                                               {0, 2, 3, 7, 255}};
 
 inline int edge_between(int a, int b) {
   const int low = a < b ? a : b, high = a < b ? b : a;
@@ -233,15 +234,34 @@ inline void spread(int key, const Triangles& triangles, std::array<bool, 256>& k
   }
 }
 
+inline int base_key(int base) {
+  int key = 0;
+  for (int i = 0; kBaseCases[base][i] != 255; ++i) key |= corner_weight(kBaseCases[base][i]);
+  return key;
+}
+
+/// Which base case each key comes from, by rotation or complement.
+inline std::array<std::uint8_t, 256> base_cases() {
+  std::array<std::uint8_t, 256> bases{};
+  // Backwards, so that the first base case that reaches a key has it, as in build_table().
+  for (int base = kBaseCaseCount - 1; base >= 0; --base) {
+    for (int r = 0; r < 24; ++r) {
+      const int key = rotated_key(base_key(base), rotation(r));
+      bases[static_cast<std::size_t>(key)] = bases[static_cast<std::size_t>(255 - key)] =
+          static_cast<std::uint8_t>(base);
+    }
+  }
+  return bases;
+}
+
 /// The table, and whether all 256 keys were reached and cut. Both are tested; mc_table() is what to
 /// use.
 inline McTable build_table(bool& ok) {
   McTable table;
   std::array<bool, 256> known{};
   ok = true;
-  for (const auto& corners : kBaseCases) {
-    int key = 0;
-    for (int i = 0; corners[i] != 255; ++i) key |= corner_weight(corners[i]);
+  for (int number = 0; number < kBaseCaseCount; ++number) {
+    const int key = base_key(number);
     const Triangles base = case_triangles(key, ok);
     spread(key, base, known, table);
     spread(255 - key, has_ambiguous_face(key) ? case_triangles(255 - key, ok) : reversed(base),

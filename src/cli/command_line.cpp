@@ -264,7 +264,7 @@ int run_program(int argc, char** argv) {
       ->group("Options");
   for (const auto add :
        {add_render, add_strip, add_mesh, add_spheres, add_check, add_info, add_compare, add_golden,
-        add_analyze, add_bench, add_cache, add_devices, add_schema})
+        add_analyze, add_bench, add_cache, add_cubes, add_devices, add_schema})
     add(line);
 
   // Help and version answer before anything is checked, wherever they stand.

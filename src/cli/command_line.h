@@ -87,6 +87,7 @@ void add_golden(CommandLine& line);
 void add_analyze(CommandLine& line);
 void add_bench(CommandLine& line);
 void add_cache(CommandLine& line);
+void add_cubes(CommandLine& line);
 void add_devices(CommandLine& line);
 void add_schema(CommandLine& line);
 

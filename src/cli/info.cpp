@@ -16,6 +16,7 @@ namespace {
 struct InfoOptions {
   std::string input;
   std::vector<std::string> sets;
+  bool frames = false;
   JsonOutput json;
 };
 
@@ -75,6 +76,61 @@ Result<int> image_info(const InfoOptions& options) {
   return 0;
 }
 
+/// What each frame shows of an actor.
+nlohmann::ordered_json print_frames(const InfoOptions& options, const Scene& scene,
+                                    const ActorSettings& actor) {
+  using Json = nlohmann::ordered_json;
+  const Timeline timeline = make_timeline(scene, actor);
+  const auto objects = chain_objects(actor);
+  const auto name = [&](int index) { return objects[static_cast<std::size_t>(index)]->name; };
+  Json json{{"name", actor.name}, {"legs", Json::array()}, {"frames", Json::array()}};
+  for (std::size_t i = 0; i < timeline.legs.size(); ++i) {
+    const Leg& leg = timeline.legs[i];
+    Json shares;
+    for (const StageInfo& stage : stage_table())
+      shares[stage.name] = leg.shares[static_cast<std::size_t>(stage.stage)];
+    json["legs"].push_back({{"from", name(static_cast<int>(i))},
+                            {"to", name(static_cast<int>(i) + 1)},
+                            {"from_meta", !leg.from_full},
+                            {"to_meta", !leg.to_full},
+                            {"shares", std::move(shares)}});
+  }
+  if (!options.json.wanted)
+    print_data("{:>5} {:>7} {:<24} {:<12} {:>8} {:>7}\n", "frame", "t", "from -> to", "stage",
+               "progress", "u");
+  for (int frame = 1; frame <= timeline.count; ++frame) {
+    const Moment m = moment_at(timeline, frame);
+    if (!options.json.wanted)
+      print_data("{:>5} {:>7.4f} {:<24} {:<12} {:>8.4f} {:>7.4f}\n", frame, m.t,
+                 name(m.leg) + " -> " + name(m.leg + 1), stage_name(m.stage), m.progress, m.u);
+    json["frames"].push_back({{"frame", frame},
+                              {"t", m.t},
+                              {"leg", m.leg},
+                              {"stage", stage_name(m.stage)},
+                              {"progress", m.progress},
+                              {"time", m.time},
+                              {"u", m.u},
+                              {"mesh", m.object >= 0 ? Json(name(m.object)) : Json()},
+                              {"look", m.look},
+                              {"boundary", m.boundary},
+                              {"growth", m.growth}});
+  }
+  return json;
+}
+
+/// The same of all actors, and what the stages are.
+Status print_frames(const InfoOptions& options, const Scene& scene) {
+  using Json = nlohmann::ordered_json;
+  Json json{{"stages", Json::array()}, {"actors", Json::array()}};
+  for (const StageInfo& stage : stage_table())
+    json["stages"].push_back({{"name", stage.name}, {"what", stage.what}});
+  for (const ActorSettings& actor : scene.actors) {
+    if (!options.json.wanted && scene.actors.size() > 1) print_data("{}:\n", actor.name);
+    json["actors"].push_back(print_frames(options, scene, actor));
+  }
+  return options.json.wanted ? write_json(options.json, dump_json(json)) : Status(Ok{});
+}
+
 /// An actor's objects, and its runs of frames in one stage of one leg.
 void print_actor(const Scene& scene, const ActorSettings& actor) {
   const Timeline timeline = make_timeline(scene, actor);
@@ -99,6 +155,10 @@ void print_actor(const Scene& scene, const ActorSettings& actor) {
 Result<int> scene_info(const InfoOptions& options) {
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(const Scene scene, load_scene(options.input, overrides));
+  if (options.frames) {
+    PM_TRY_STATUS(print_frames(options, scene));
+    return 0;
+  }
   if (options.json.wanted) {
     PM_TRY_STATUS(
         write_json(options.json,
@@ -155,6 +215,8 @@ Result<int> run_info(const InfoOptions& options) {
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return std::tolower(c); });
   if (extension == ".json") return scene_info(options);
+  if (options.frames)
+    return make_error(ErrorCode::kUsage, "{}: --frames is for scenes (.json)", options.input);
   if (extension == ".obj") return model_info(options);
   return image_info(options);
 }
@@ -163,13 +225,18 @@ Result<int> run_info(const InfoOptions& options) {
 
 void add_info(CommandLine& line) {
   auto options = std::make_shared<InfoOptions>();
-  CLI::App* command = add_command(line, "info", "Describe a scene, a model (OBJ) or an image.",
-                                  "  polymorph info scene.json\n  polymorph info scene.json "
-                                  "--json\n  polymorph info frame.0012.exr",
-                                  "  0 described   2 usage   3 unreadable");
+  CLI::App* command =
+      add_command(line, "info", "Describe a scene, a model (OBJ) or an image.",
+                  "  polymorph info scene.json\n  polymorph info scene.json "
+                  "--json\n  polymorph info scene.json --frames\n  polymorph info frame.0012.exr",
+                  "  0 described   2 usage   3 unreadable");
   command->add_option("input", options->input, "scene .json, model .obj, or image")
       ->required()
       ->type_name("FILE")
+      ->group("Main");
+  command
+      ->add_flag("--frames", options->frames,
+                 "of a scene: what each frame shows, a line a frame; --json: with all stages")
       ->group("Main");
   add_overrides(command, options->sets);
   add_json(command, options->json);

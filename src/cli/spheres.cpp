@@ -67,7 +67,8 @@ Status check_outputs(const SpheresOptions& options) {
   };
   if (!options.write_balls.empty()) PM_TRY_STATUS(wants(options.write_balls, {".json", ".csv"}));
   if (!options.write_surface.empty()) PM_TRY_STATUS(wants(options.write_surface, {".obj", ".ply"}));
-  if (!options.write_spheres.empty()) PM_TRY_STATUS(wants(options.write_spheres, {".obj", ".ply"}));
+  if (!options.write_spheres.empty())
+    PM_TRY_STATUS(wants(options.write_spheres, {".obj", ".ply", ".json"}));
   if (!options.output.empty()) PM_TRY_STATUS(wants(options.output, {".png", ".exr"}));
   for (const std::string& file :
        {options.write_balls, options.write_surface, options.write_spheres, options.output}) {
@@ -115,6 +116,21 @@ std::string to_json(const Model& model, const SpheresOptions& options, const Mad
                         {"surface_triangles", f.triangles},
                         {"seconds", made.seconds},
                         {"problems", made.problems}});
+}
+
+/// The whole tree, parents before children; the leaves are the approximation.
+std::string tree_json(const SphereTree& tree) {
+  using Json = nlohmann::ordered_json;
+  Json spheres = Json::array();
+  for (const SphereNode& node : tree.nodes) {
+    const Vec3 c = node.sphere.center;
+    spheres.push_back({{"center", {c.x, c.y, c.z}},
+                       {"radius", node.sphere.radius},
+                       {"level", node.level},
+                       {"parent", node.parent},
+                       {"leaf", node.leaf}});
+  }
+  return dump_json(Json{{"spheres", std::move(spheres)}}, -1);
 }
 
 void print_table(const Model& model, const SpheresOptions& options, const Made& made) {
@@ -175,7 +191,9 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
                                             : encode_balls(made.balls, FieldKind::kGaussian)));
   const std::vector<Sphere> spheres = made.approximation.tree.leaves();
   if (!options.write_spheres.empty())
-    PM_TRY_STATUS(write_mesh(options.write_spheres, mesh_of_spheres(spheres)));
+    PM_TRY_STATUS(options.write_spheres.ends_with(".json")
+                      ? write_file(options.write_spheres, tree_json(made.approximation.tree))
+                      : write_mesh(options.write_spheres, mesh_of_spheres(spheres)));
   if (options.write_surface.empty() && options.output.empty()) return 0;
   PM_TRY(const Mesh surface, extract_surface(*extractor, made.balls, cell, {}));
   if (!options.write_surface.empty()) PM_TRY_STATUS(write_mesh(options.write_surface, surface));
@@ -252,7 +270,9 @@ void add_spheres(CommandLine& line) {
   command->add_option("--write-surface", options->write_surface, "their surface as .obj or .ply")
       ->type_name("FILE")
       ->group("Main");
-  command->add_option("--write-spheres", options->write_spheres, "the spheres as .obj or .ply")
+  command
+      ->add_option("--write-spheres", options->write_spheres,
+                   "the spheres as .obj, .ply, or .json with their tree")
       ->type_name("FILE")
       ->group("Main");
   command->add_flag("--overwrite", options->overwrite, "replace existing files")->group("Main");

@@ -433,7 +433,7 @@ class CheckWhole {
       const std::string name(rest.substr(0, end));
       if (std::find(kAovNames.begin(), kAovNames.end(), name) == kAovNames.end())
         report("/image/aovs", aovs,
-               fmt::format("has no layer \"{}\"{} - known: {}, or all, or none", name,
+               fmt::format("has no layer \"{}\"{} (known: {}; all; none)", name,
                            did_you_mean(name, kAovNames), join_quoted(kAovNames)));
       if (end == rest.size()) break;
       rest.remove_prefix(end + 1);

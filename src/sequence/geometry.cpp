@@ -45,6 +45,8 @@ void append(Mesh& mesh, const Mesh& more) {
   mesh.normals.insert(mesh.normals.end(), more.normals.begin(), more.normals.end());
   for (const Triangle& t : more.triangles)
     mesh.triangles.push_back({{t.v[0] + first, t.v[1] + first, t.v[2] + first}});
+  // A flat one, which has no normals, makes the whole flat.
+  if (mesh.normals.size() != mesh.positions.size()) mesh.normals.clear();
 }
 
 /// The object's labels in the actor's numbering.

@@ -56,28 +56,33 @@ std::string encode_obj(const Mesh& mesh, std::span<const MeshPart> parts) {
   auto out = std::back_inserter(text);
   for (const Vec3& p : mesh.positions) fmt::format_to(out, "v {} {} {}\n", p.x, p.y, p.z);
   for (const Vec3& n : mesh.normals) fmt::format_to(out, "vn {} {} {}\n", n.x, n.y, n.z);
+  const bool flat = mesh.normals.empty();
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     for (; !parts.empty() && parts.front().first_triangle == i; parts = parts.subspan(1))
       fmt::format_to(out, "o {}\n", parts.front().name);
     const Triangle& t = mesh.triangles[i];
-    fmt::format_to(out, "f {0}//{0} {1}//{1} {2}//{2}\n", t.v[0] + 1, t.v[1] + 1, t.v[2] + 1);
+    if (flat)
+      fmt::format_to(out, "f {} {} {}\n", t.v[0] + 1, t.v[1] + 1, t.v[2] + 1);
+    else
+      fmt::format_to(out, "f {0}//{0} {1}//{1} {2}//{2}\n", t.v[0] + 1, t.v[1] + 1, t.v[2] + 1);
   }
   return text;
 }
 
 std::string encode_ply(const Mesh& mesh, const MeshTags& tags) {
+  const bool flat = mesh.normals.empty();
   std::string bytes = "ply\nformat binary_little_endian 1.0\ncomment polymorph surface\n";
   for (std::size_t i = 0; i < tags.label_names.size(); ++i)
     bytes += fmt::format("comment label {} {}\n", i, tags.label_names[i]);
   bytes += fmt::format(
-      "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
-      "property float nx\nproperty float ny\nproperty float nz\n{}"
+      "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n{}{}"
       "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
-      mesh.positions.size(), tags.labels.empty() ? "" : "property int label\n",
-      mesh.triangles.size());
+      mesh.positions.size(),
+      flat ? "" : "property float nx\nproperty float ny\nproperty float nz\n",
+      tags.labels.empty() ? "" : "property int label\n", mesh.triangles.size());
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     append(bytes, mesh.positions[i]);
-    append(bytes, mesh.normals[i]);
+    if (!flat) append(bytes, mesh.normals[i]);
     if (!tags.labels.empty()) append(bytes, tags.labels[i]);
   }
   for (const Triangle& t : mesh.triangles) {

@@ -26,11 +26,11 @@ struct MeshTags {
   std::vector<std::string> label_names;
 };
 
-/// Wavefront OBJ text with v, vn and f, and an `o` line before each part. Numbers read back to the
-/// same floats.
+/// Wavefront OBJ text with v, vn (none where the mesh is flat) and f, and an `o` line before each
+/// part. Numbers read back to the same floats.
 std::string encode_obj(const Mesh& mesh, std::span<const MeshPart> parts = {});
-/// Binary little-endian PLY with positions, normals and indices; with labels also an int `label` a
-/// vertex, whose names stand in comments: "comment label 0 beak".
+/// Binary little-endian PLY with positions, normals (none where the mesh is flat) and indices; with
+/// labels also an int `label` a vertex, whose names stand in comments: "comment label 0 beak".
 std::string encode_ply(const Mesh& mesh, const MeshTags& tags = {});
 /// {"field": "gaussian", "balls": [{"center": [x, y, z], "a": .., "w": .., "radius": ..}, ...]}.
 std::string encode_balls(const std::vector<Ball>& balls, FieldKind kind);

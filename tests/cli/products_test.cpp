@@ -71,7 +71,7 @@ TEST_F(Products, LayersOnDemand) {
     EXPECT_TRUE(contains(all.out, name)) << name << all.out;
   run(0, {"render", "scene.json", "-f", "2", "-o", "two.exr", "--aovs", "P,id", "-j", "2"});
   EXPECT_TRUE(contains(run(0, {"info", "two.exr"}).out, "8 channels"));
-  const Ran wrong = run(3, {"render", "scene.json", "-f", "2", "-o", "x.exr", "--aovs", "Z,albdo"});
+  const Ran wrong = run(2, {"render", "scene.json", "-f", "2", "-o", "x.exr", "--aovs", "Z,albdo"});
   EXPECT_TRUE(contains(wrong.err, "did you mean \"albedo\"")) << wrong.err;
 }
 
@@ -176,6 +176,36 @@ TEST_F(Products, InfoOfAScene) {
   // What it prints is a scene again.
   write("again.json", json.out);
   run(0, {"check", "again.json"});
+}
+
+TEST_F(Products, InfoOfEveryFrame) {
+  const Ran table = run(0, {"info", "scene.json", "--frames"});
+  EXPECT_EQ(lines_of(table.out).size(), 5u) << "a heading and four frames: " << table.out;
+  const auto json = parse(run(0, {"info", "scene.json", "--frames", "--json"}).out);
+  EXPECT_EQ(json["stages"].size(), 5u);
+  EXPECT_EQ(json["stages"][2]["name"], "volume");
+  const auto& actor = json["actors"][0];
+  ASSERT_EQ(actor["frames"].size(), 4u);
+  EXPECT_EQ(actor["frames"][0]["mesh"], "cube");
+  EXPECT_EQ(actor["frames"][3]["u"], 1.0);
+  double shares = 0;
+  for (const auto& share : actor["legs"][0]["shares"]) shares += share.get<double>();
+  EXPECT_NEAR(shares, 1, 1e-5);
+  write("tetra.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
+  EXPECT_TRUE(contains(run(2, {"info", "tetra.obj", "--frames"}).err, "is for scenes"));
+}
+
+TEST_F(Products, CubesAreTheTableOfMarchingCubes) {
+  const auto json = parse(run(0, {"cubes", "--json"}).out);
+  ASSERT_EQ(json["cubes"].size(), 256u);
+  EXPECT_EQ(json["bases"].size(), 15u);
+  for (std::size_t base = 0; base < 15; ++base)
+    EXPECT_EQ(json["cubes"][json["bases"][base].get<std::size_t>()]["base"], base);
+  // The report's example: four corners of one face, two triangles.
+  EXPECT_EQ(json["cubes"][240]["inside"], nlohmann::json({0, 1, 2, 3}));
+  EXPECT_EQ(json["cubes"][240]["triangles"].size(), 2u);
+  EXPECT_EQ(lines_of(run(0, {"cubes", "240"}).out).size(), 2u);
+  EXPECT_EQ(run(2, {"cubes", "256"}).out, "");
 }
 
 TEST_F(Products, InfoOfAModel) {

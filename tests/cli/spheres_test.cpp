@@ -79,6 +79,13 @@ TEST_F(SpheresCommand, WritesBallsSpheresSurfaceAndPicture) {
   EXPECT_TRUE(exists("p.png"));
   run(0, {"spheres", "box.obj", "--balls", "8", "-q", "--write-balls", "balls.csv"});
   EXPECT_EQ(lines_of(read_text(folder / "balls.csv")).size(), 9u) << "a heading and 8 balls";
+  run(0, {"spheres", "cube", "--method", "octree", "--resolution", "2", "--no-fit", "-q",
+          "--write-spheres", "tree.json"});
+  const auto tree = parse(read_text(folder / "tree.json"))["spheres"];
+  ASSERT_EQ(tree.size(), 9u) << "the root and its eight leaves";
+  EXPECT_EQ(tree[0]["leaf"], false);
+  EXPECT_EQ(tree[8]["parent"], 0);
+  EXPECT_EQ(tree[8]["leaf"], true);
   const Ran again = run(4, command);
   EXPECT_TRUE(contains(again.err, "--overwrite")) << again.err;
 }

@@ -4,8 +4,8 @@
 namespace polymorph {
 namespace {
 
-const std::vector<std::string> kCommands{"render", "strip", "mesh",  "check",   "info",  "compare",
-                                         "golden", "bench", "cache", "devices", "schema"};
+const std::vector<std::string> kCommands{"render", "strip", "mesh",  "check", "info",    "compare",
+                                         "golden", "bench", "cache", "cubes", "devices", "schema"};
 
 class Usage : public ProgramTest {
  protected:

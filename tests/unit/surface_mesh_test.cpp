@@ -109,6 +109,17 @@ TEST(MeshFiles, ObjAndPlyHoldTheWholeMesh) {
   EXPECT_EQ(write_mesh("/tmp/x.stl", mesh).error().code, ErrorCode::kUsage);
 }
 
+TEST(MeshFiles, FlatMeshesHaveNoNormals) {
+  Mesh mesh = tetrahedron();
+  mesh.normals.clear();
+  const std::string obj = encode_obj(mesh);
+  EXPECT_EQ(obj.find("vn "), std::string::npos);
+  EXPECT_NE(obj.find("f 2 3 4\n"), std::string::npos);
+  const std::string ply = encode_ply(mesh);
+  EXPECT_EQ(ply.find("float nx"), std::string::npos);
+  EXPECT_EQ(ply.size() - (ply.find("end_header\n") + 11), 4 * 12 + 4 * 13u);
+}
+
 TEST(MeshFiles, BallsSayTheirVisibleRadius) {
   const std::string json = encode_balls({gaussian_ball({1, 2, 3}, 0.5f)}, FieldKind::kGaussian);
   EXPECT_NE(json.find("\"center\": [1, 2, 3], \"a\": 8, \"w\": 2, \"radius\": 0.5"),

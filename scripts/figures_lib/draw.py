@@ -1,0 +1,133 @@
+"""How pictures look: one set of sizes and colours, sheets of renders, and solids seen from an angle."""
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+from matplotlib.collections import PolyCollection  # noqa: E402
+
+REPORT = "#c4572e"  # the report's method
+OURS = "#1f6f9f"
+GREEN, GREY, LIGHT, INK = "#3c8d4f", "#8a8f94", "#dfe3e6", "#22262a"
+LEVELS = ["#7b3f98", "#1f6f9f", "#3c8d4f", "#d9a22b", "#c4572e", "#8a8f94"]
+DPI = 100
+
+plt.rcParams.update(
+    {
+        "font.family": "DejaVu Sans",
+        "font.size": 10,
+        "axes.titlesize": 10.5,
+        "axes.labelsize": 10,
+        "axes.edgecolor": GREY,
+        "axes.labelcolor": INK,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "axes.grid": False,
+        "grid.color": LIGHT,
+        "text.color": INK,
+        "xtick.color": INK,
+        "ytick.color": INK,
+        "legend.frameon": False,
+        "legend.fontsize": 9,
+        "lines.linewidth": 1.6,
+        "figure.constrained_layout.h_pad": 0.09,
+        "figure.dpi": DPI,
+        "savefig.dpi": 2 * DPI,
+        "svg.hashsalt": "polymorph",  # the same bytes for the same figure
+    }
+)
+
+
+def panels(columns, rows=1, width=900, height=300, **options):
+    """A figure of so many axes, in pixels; axes come as a flat list."""
+    fig, axes = plt.subplots(rows, columns, figsize=(width / DPI, height / DPI), layout="constrained", **options)
+    return fig, list(np.ravel(axes))
+
+
+def plain(ax, title="", color=INK):
+    """Axes without axes: equal scales, a title."""
+    ax.set_aspect("equal")
+    ax.axis("off")
+    ax.set_title(title, color=color)
+    return ax
+
+
+def outline(ax, points, **style):
+    points = np.vstack([points, points[:1]])
+    ax.plot(points[:, 0], points[:, 1], **{"color": INK, "lw": 1.4, **style})
+
+
+def circles(ax, centers, radii, **style):
+    for (x, y), r in zip(centers, radii):
+        ax.add_patch(plt.Circle((x, y), r, **{"fill": False, "lw": 0.8, "ec": OURS, **style}))
+
+
+def view(azimuth, elevation):
+    """Rows: to the right, up, towards the eye; degrees, y is up, as the scenes' camera."""
+    a, e = np.radians(azimuth), np.radians(elevation)
+    right = [np.cos(a), 0, -np.sin(a)]
+    toward = [np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)]
+    return np.array([right, np.cross(toward, right), toward])
+
+
+def solid(ax, points, triangles, look, color=LIGHT, edge="none", alpha=1.0, light=(0.3, 0.7, 0.65), lw=0.4):
+    """A shaded mesh, far faces first; kept as pixels in SVG files when it has many triangles."""
+    seen = points @ look.T
+    corners = seen[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-20)
+    front = normal[:, 2] > 0
+    corners, normal = corners[front], normal[front]
+    order = corners[:, :, 2].mean(axis=1).argsort()
+    shade = 0.55 + 0.45 * np.clip(normal[order] @ (np.array(light) / np.linalg.norm(light)), 0, 1)
+    rgb = np.array(matplotlib.colors.to_rgb(color))
+    faces = np.clip(rgb[None] * shade[:, None], 0, 1)
+    ax.add_collection(
+        PolyCollection(
+            corners[order][:, :, :2],
+            facecolors=faces,
+            edgecolors=faces if edge == "none" else edge,
+            linewidths=0.2 if edge == "none" else lw,
+            alpha=alpha,
+            rasterized=len(triangles) > 1000,
+        )
+    )
+    ax.autoscale_view()
+
+
+BOX_EDGES = [(a, a | 1 << k) for a in range(8) for k in range(3) if not a >> k & 1]
+BOX_CORNERS = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)], float)
+
+
+def box(ax, low, side, look, **style):
+    """The wire of a cube."""
+    corners = (np.asarray(low) + side * BOX_CORNERS) @ look.T
+    for a, b in BOX_EDGES:
+        ax.plot(corners[[a, b], 0], corners[[a, b], 1], **{"color": GREY, "lw": 0.7, **style})
+
+
+def sheet(rows, labels, heads=(), gap=6, scale=1):
+    """Renders in rows, pixel for pixel, a label above each row and heads above the columns: a figure to save."""
+    height, width = rows[0][0].shape[:2]
+    columns = max(len(row) for row in rows)
+    line, head = 26, 24 if heads else 4
+    total_w = columns * (width + gap) - gap
+    total_h = head + sum((line if label else 0) + row[0].shape[0] + gap for row, label in zip(rows, labels))
+    fig = plt.figure(figsize=(total_w / DPI, total_h / DPI), dpi=DPI)
+    fig.pixel_exact = True
+    for i, text in enumerate(heads):
+        fig.text((i * (width + gap) + width / 2) / total_w, 1 - 16 / total_h, text, ha="center", va="center")
+    top = head
+    for row, label in zip(rows, labels):
+        if label:
+            color = REPORT if label.startswith("The report's method") else OURS if label.startswith("Ours") else INK
+            fig.text(2 / total_w, 1 - (top + 15) / total_h, label, va="center", weight="bold", color=color)
+            top += line
+        for i, picture in enumerate(row):
+            h, w = picture.shape[:2]
+            ax = fig.add_axes([i * (width + gap) / total_w, 1 - (top + h) / total_h, w / total_w, h / total_h])
+            ax.imshow(picture, interpolation="nearest", aspect="auto")
+            ax.axis("off")
+        top += row[0].shape[0] + gap
+    return fig

@@ -1,0 +1,182 @@
+"""Triangle meshes and plane polygons, as far as figures need them."""
+
+import math
+
+import numpy as np
+
+
+def read_obj(path):
+    """Points and triangles; polygons are cut into fans."""
+    points, triangles = [], []
+    for line in open(path, encoding="utf-8", errors="replace"):
+        if line.startswith("v "):
+            points.append([float(x) for x in line.split()[1:4]])
+        elif line.startswith("f "):
+            corners = [int(c.split("/")[0]) for c in line.split()[1:]]
+            corners = [c - 1 if c > 0 else len(points) + c for c in corners]
+            triangles += [(corners[0], corners[i], corners[i + 1]) for i in range(1, len(corners) - 1)]
+    return np.array(points), np.array(triangles)
+
+
+def read_ply(path):
+    """Points and triangles of the PLY files that polymorph writes."""
+    data = path.read_bytes()
+    head, _, body = data.partition(b"end_header\n")
+    count = {line.split()[1]: int(line.split()[2]) for line in head.splitlines() if line.startswith(b"element")}
+    floats = sum(line.startswith(b"property float") for line in head.splitlines())
+    vertices = np.frombuffer(body, "<f4", count[b"vertex"] * floats).reshape(-1, floats)
+    faces = np.frombuffer(body[vertices.nbytes :], np.dtype([("n", "u1"), ("v", "<u4", 3)]), count[b"face"])
+    return vertices[:, :3].astype(float), faces["v"].astype(int)
+
+
+def volume(points, triangles):
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+
+
+def components(points, triangles):
+    """How many parts hang together: the least label spreads along triangles until nothing changes."""
+    label = np.arange(len(points))
+    while True:
+        least = label[triangles].min(axis=1)
+        new = label.copy()
+        for k in range(3):
+            np.minimum.at(new, triangles[:, k], least)
+        new = new[new]
+        if (new == label).all():
+            return len(np.unique(label[np.unique(triangles)]))
+        label = new
+
+
+def crossed_cells(points, triangles):
+    """Cells (integer triples) that a marching cubes surface with vertices at edge midpoints crosses, and their size.
+
+    A triangle lies in one cell, its centroid not on the cell's border. Along an axis, midpoints are half a cell apart;
+    two thirds of the vertices have the whole number there, which tells where the grid's planes are.
+    """
+    cells = np.empty((len(triangles), 3), int)
+    coordinates = np.unique(np.round(points[:, 0], 5))
+    steps = np.diff(coordinates)
+    half = np.median(steps[steps > 0.2 * np.median(steps)])
+    for k in range(3):
+        index = np.round((points[:, k] - points[0, k]) / half).astype(int)
+        parity = np.bincount(index % 2, minlength=2).argmax()  # of grid planes
+        cells[:, k] = np.floor((index[triangles].mean(axis=1) - parity) / 2)
+    return np.unique(cells, axis=0), 2 * half
+
+
+def slice_at(points, triangles, z):
+    """Segments (n, 2, 2) in which the plane cuts the mesh."""
+    corners = points[triangles]
+    above = corners[:, :, 2] > z
+    segments = []
+    for corner, side in zip(corners, above):
+        if side.all() or not side.any():
+            continue
+        ends = []
+        for k in range(3):
+            p, q = corner[k], corner[(k + 1) % 3]
+            if side[k] != side[(k + 1) % 3]:
+                ends.append((p + (z - p[2]) / (q[2] - p[2]) * (q - p))[:2])
+        segments.append(ends)
+    return np.array(segments)
+
+
+def icosphere(cuts):
+    g = (1 + math.sqrt(5)) / 2
+    points = [np.array(p, float) for a in (-1, 1) for b in (-g, g) for p in ((0, a, b), (b, 0, a), (a, b, 0))]
+    points = [p / np.linalg.norm(p) for p in points]
+    near = [[np.linalg.norm(p - q) < 1.1 for q in points] for p in points]
+    triangles = []
+    for i in range(12):
+        for j in range(i + 1, 12):
+            for k in range(j + 1, 12):
+                if near[i][j] and near[j][k] and near[i][k]:
+                    out = np.linalg.det([points[i], points[j], points[k]]) > 0
+                    triangles.append((i, j, k) if out else (i, k, j))
+    for _ in range(cuts):
+        middles, finer = {}, []
+
+        def middle(i, j):
+            key = (min(i, j), max(i, j))
+            if key not in middles:
+                middles[key] = len(points)
+                points.append((points[i] + points[j]) / np.linalg.norm(points[i] + points[j]))
+            return middles[key]
+
+        for a, b, c in triangles:
+            ab, bc, ca = middle(a, b), middle(b, c), middle(c, a)
+            finer += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        triangles = finer
+    return np.array(points), np.array(triangles)
+
+
+def prism_obj(outline, depth):
+    """An OBJ of the counter-clockwise outline, `depth` thick around z = 0."""
+    n = len(outline)
+    lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for z in (depth / 2, -depth / 2) for x, y in outline]
+    lines.append("f " + " ".join(str(i + 1) for i in range(n)))
+    lines.append("f " + " ".join(str(n + i + 1) for i in reversed(range(n))))
+    for i in range(n):
+        j = (i + 1) % n
+        lines.append(f"f {i + 1} {n + i + 1} {n + j + 1} {j + 1}")
+    return "\n".join(lines) + "\n"
+
+
+def along(outline, count):
+    """`count` points evenly along the closed outline."""
+    outline = np.asarray(outline, float)
+    ends = np.roll(outline, -1, axis=0)
+    lengths = np.linalg.norm(ends - outline, axis=1)
+    starts = np.concatenate([[0], np.cumsum(lengths)])
+    out = []
+    for at in (np.arange(count) + 0.5) * starts[-1] / count:
+        i = min(np.searchsorted(starts, at, side="right") - 1, len(outline) - 1)
+        out.append(outline[i] + (at - starts[i]) / lengths[i] * (ends[i] - outline[i]))
+    return np.array(out)
+
+
+def inside(outline, points):
+    """Of each point, by the parity of crossings of a ray to the right."""
+    outline, points = np.asarray(outline, float), np.atleast_2d(points)
+    ends = np.roll(outline, -1, axis=0)
+    odd = np.zeros(len(points), bool)
+    for (x0, y0), (x1, y1) in zip(outline, ends):
+        crosses = (y0 > points[:, 1]) != (y1 > points[:, 1])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            at = x0 + (points[:, 1] - y0) / (y1 - y0) * (x1 - x0)
+        odd ^= crosses & (points[:, 0] < at)
+    return odd
+
+
+def polygon_area(outline):
+    x, y = np.asarray(outline, float).T
+    return float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))) / 2
+
+
+def marching_squares(values, x, y, level, midpoint):
+    """Segments of values[j, i] = level over the points (x[i], y[j]); ambiguous squares keep the inside apart."""
+    segments = []
+    for j in range(len(y) - 1):
+        for i in range(len(x) - 1):
+            corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
+            v = [values[b, a] - level for a, b in corners]
+
+            def cut(k):
+                (a, b), (c, d) = corners[k], corners[(k + 1) % 4]
+                t = 0.5 if midpoint else v[k] / (v[k] - v[(k + 1) % 4])
+                return (x[a] + t * (x[c] - x[a]), y[b] + t * (y[d] - y[b]))
+
+            # Each run of inside corners is cut off on its own: from the edge before it to the edge behind it.
+            for k in range(4):
+                if v[k] > 0 and v[k - 1] <= 0:
+                    last = k
+                    while v[(last + 1) % 4] > 0:
+                        last = (last + 1) % 4
+                    segments.append((cut(last), cut((k - 1) % 4)))
+    return segments
+
+
+def enclosed(segments):
+    """Area to the left of directed segments that close."""
+    return sum(p[0] * q[1] - p[1] * q[0] for p, q in segments) / 2

@@ -1,0 +1,61 @@
+"""The list of figures, and what each depends on."""
+
+import ast
+import dataclasses
+import hashlib
+import inspect
+import pathlib
+import sys
+import typing
+
+HERE = pathlib.Path(__file__).resolve().parent
+FIGURES = []
+# Code that every picture passes through. The page is not among it: it is written anew each time.
+SHARED = ["draw.py", "geometry.py", "work.py"]
+
+
+@dataclasses.dataclass
+class Figure:
+    name: str
+    title: str
+    report: str  # what the report shows and says, its numbers included
+    make: typing.Callable
+    models: tuple = ()  # of scenes/models, without .obj; "suzanne" is Blender's or our monkey
+    scenes: tuple = ()  # below scenes/
+    machine: bool = False  # measures this machine, so it is another figure on another one
+
+
+def figure(name, title, report, models=(), scenes=(), machine=False):
+    """Registers the function below as the maker of a figure; its argument is a work.Work."""
+
+    def register(make):
+        FIGURES.append(Figure(name, title, report, make, tuple(models), tuple(scenes), machine))
+        return make
+
+    return register
+
+
+def names():
+    return [f.name for f in FIGURES]
+
+
+def is_figure(node):
+    return isinstance(node, ast.FunctionDef) and any(
+        isinstance(d, ast.Call) and getattr(d.func, "id", "") == "figure" for d in node.decorator_list
+    )
+
+
+def code_of(chosen):
+    """The chapter's code without its other figures, and the shared code; comments and layout do not count."""
+    module = ast.parse(inspect.getsource(sys.modules[chosen.make.__module__]))
+    module.body = [n for n in module.body if not is_figure(n) or n.name == chosen.make.__name__]
+    shared = [ast.unparse(ast.parse((HERE / file).read_text(encoding="utf-8"))) for file in SHARED]
+    return ast.unparse(module) + "".join(shared)
+
+
+def digest(*parts):
+    hasher = hashlib.sha256()
+    for part in parts:
+        data = part if isinstance(part, bytes) else str(part).encode()
+        hasher.update(len(data).to_bytes(8, "little") + data)
+    return hasher.hexdigest()

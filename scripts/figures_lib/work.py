@@ -1,0 +1,318 @@
+"""Making figures: the program, the inputs, the files that come out, and whether they are still current."""
+
+import csv
+import datetime
+import io
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import time
+import traceback
+
+import matplotlib
+import matplotlib.image
+import matplotlib.pyplot as plt
+import numpy as np
+
+from . import registry
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+MODELS = ROOT / "scenes/models"
+REPORT_SCENE = "golden/report-method.json"
+# Suzanne as she is, +Z to the front and Y up; the second operator is that of Blender before 3.3.
+EXPORT_SUZANNE = """
+import bpy, sys
+bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.mesh.primitive_monkey_add()
+bpy.ops.object.shade_smooth()
+path = sys.argv[-1]
+if hasattr(bpy.ops.wm, "obj_export"):
+    bpy.ops.wm.obj_export(filepath=path, export_materials=False)
+else:
+    bpy.ops.export_scene.obj(filepath=path, use_materials=False)
+"""
+
+
+def write_atomically(path, data):
+    part = path.with_name(path.name + ".part")
+    part.write_bytes(data if isinstance(data, bytes) else data.encode())
+    os.replace(part, path)
+
+
+class Studio:
+    """Where figures go and what they are made with."""
+
+    def __init__(self, options):
+        self.folder = pathlib.Path(options.dir).resolve()
+        self.stamps = self.folder / "stamps"
+        self.stamps.mkdir(parents=True, exist_ok=True)
+        self.program = options.program.resolve()
+        self.quality = options.quality
+        self.blender = shutil.which(options.blender) if options.blender else None
+        modules = sorted(self.program.parent.glob("*.so"))
+        self.program_digest = registry.digest(*(p.read_bytes() for p in [self.program, *modules]))
+        self.version = self.run("--version").strip()
+        self.machine = None
+        self.analyses = {}  # figures and Table 6.4 ask for the same ones
+
+    def run(self, *arguments, cwd=None):
+        done = subprocess.run(
+            [self.program, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, stdin=subprocess.DEVNULL
+        )
+        if done.returncode != 0:
+            raise RuntimeError(
+                f"polymorph {' '.join(map(str, arguments))}\nended with {done.returncode}: {done.stderr}"
+            )
+        return done.stdout
+
+    def model(self, name):
+        if name != "suzanne":
+            return MODELS / f"{name}.obj"
+        return self.suzanne() if self.blender else MODELS / "monkey.obj"
+
+    def suzanne(self):
+        path = self.folder / "models/suzanne.obj"
+        if not path.exists():
+            path.parent.mkdir(exist_ok=True)
+            script = path.with_name("export.py")
+            script.write_text(EXPORT_SUZANNE)
+            part = path.with_name("part.obj")
+            command = [self.blender, "--background", "--python-exit-code", "1", "--python", script, "--", part]
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+            os.replace(part, path)
+            script.unlink()
+        return path
+
+    def input_files(self, figure):
+        files = [ROOT / "scenes" / s for s in figure.scenes]
+        for name in figure.models:
+            path = self.model(name)
+            files += [path, *(p for e in (".mtl", ".png") if (p := path.with_suffix(e)).exists())]
+        return files
+
+    def digest(self, figure):
+        parts = [self.program_digest, self.quality, matplotlib.__version__, figure.title, registry.code_of(figure)]
+        for path in self.input_files(figure):
+            parts += [path.name, path.read_bytes()]
+        if figure.machine:
+            self.machine = self.machine or self.run("devices", "--json")
+            parts.append(self.machine)
+        return registry.digest(*parts)
+
+    def stamp_of(self, figure):
+        try:
+            return json.loads((self.stamps / f"{figure.name}.json").read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+
+    def is_current(self, figure):
+        stamp = self.stamp_of(figure)
+        return (
+            stamp is not None
+            and stamp["digest"] == self.digest(figure)
+            and all((self.folder / file).exists() for file in stamp["files"])
+        )
+
+    def make(self, figure):
+        """None, or what went wrong. The stamp is written last: a figure without one is made again."""
+        digest = self.digest(figure)
+        start = time.monotonic()
+        with tempfile.TemporaryDirectory(prefix="polymorph-figures-") as scratch:
+            work = Work(self, figure, pathlib.Path(scratch))
+            try:
+                figure.make(work)
+            except Exception:
+                return traceback.format_exc()
+            finally:
+                plt.close("all")
+        stamp = {
+            "digest": digest,
+            "made": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M UTC"),
+            "seconds": round(time.monotonic() - start, 1),
+            "quality": self.quality,
+            "ours": work.ours,
+            "why": work.why,
+            "blocks": work.blocks,
+            "files": work.files,
+            "commands": work.commands,
+        }
+        write_atomically(self.stamps / f"{figure.name}.json", json.dumps(stamp, indent=1) + "\n")
+        return None
+
+
+def draw_only_models():
+    """Settings where a scene's models are shown and never its balls: those that cost nothing."""
+    cheap = {"method": "octree", "resolution": 3, "fit": "none"}
+    return {"spheres": cheap, "frames": {"count": 2}, "boundary": {"method": "cut"}, "plan": {"method": "index"}}
+
+
+class Work:
+    """What a figure's maker may use: the program, its declared inputs, and ways to hand in results."""
+
+    def __init__(self, studio, figure, scratch):
+        self.studio, self.figure, self.scratch = studio, figure, scratch
+        self.draft = studio.quality == "draft"
+        self.ours = self.why = ""
+        self.blocks, self.files, self.commands = [], [], []
+        self.count = 0
+
+    # Inputs. Only what the figure has declared, so that its digest is the truth.
+
+    def model(self, name):
+        if name not in self.figure.models:
+            raise KeyError(f"{self.figure.name} does not declare the model {name}")
+        return self.studio.model(name)
+
+    def name_of(self, model):
+        """As captions say it."""
+        if model == "suzanne":
+            return "Suzanne" if self.studio.blender else "monkey"
+        return model
+
+    def scene_json(self, name):
+        if name not in self.figure.scenes:
+            raise KeyError(f"{self.figure.name} does not declare the scene {name}")
+        return json.loads((ROOT / "scenes" / name).read_text(encoding="utf-8"))
+
+    # The program.
+
+    def short(self, text):
+        """A command as the page shows it, seen from the repository's root."""
+        for path, name in ((self.scratch, "work/"), (self.studio.folder, ""), (ROOT, "")):
+            text = text.replace(f"{path}/", name)
+        return text
+
+    def run(self, *arguments):
+        self.commands.append(f"polymorph {self.short(' '.join(str(a) for a in arguments))}")
+        return self.studio.run(*arguments, cwd=self.scratch)
+
+    def json(self, *arguments):
+        return json.loads(self.run(*arguments, "--json", "-q"))
+
+    def file(self, suffix):
+        self.count += 1
+        return self.scratch / f"{self.count}{suffix}"
+
+    def scene(self, objects, *layers):
+        """A scene file of these objects (names of models, or dicts with "model" or "shape") and settings."""
+
+        def full(entry):
+            entry = {"model": entry} if isinstance(entry, str) else dict(entry)
+            if "model" in entry and not isinstance(entry["model"], pathlib.Path):
+                entry["model"] = self.model(entry["model"])
+            return {k: str(v) if isinstance(v, pathlib.Path) else v for k, v in entry.items()}
+
+        first, *between, last = [full(o) for o in objects]
+        scene = {"source": first, "target": last}
+        if between:
+            scene["intermediate"] = between
+        for layer in layers:
+            for key, value in layer.items():
+                scene[key] = {**scene.get(key, {}), **value} if isinstance(value, dict) else value
+        path = self.file(".json")
+        path.write_text(json.dumps(scene), encoding="utf-8")
+        self.commands.append(f"cat > work/{path.name} <<< '{self.short(json.dumps(scene))}'")
+        return path
+
+    def report(self):
+        """The settings of the report's own method, its 27 cells and angular surface included."""
+        scene = self.scene_json(REPORT_SCENE)
+        keep = {k: scene[k] for k in ("spheres", "field", "plan", "motion", "boundary", "look")}
+        return {**keep, "surface": {"resolution": 27, "placement": "midpoint", "flat": True, "crumbs": 0}}
+
+    def render(self, scene, frames, width=200, height=150, samples=None):
+        """Frames of a scene as arrays."""
+        if not self.draft:
+            width, height = width * 3 // 2, height * 3 // 2
+        self.count += 1
+        pattern = self.scratch / f"{self.count}.####.png"
+        settings = {"width": width, "height": height, "samples": samples or (16 if self.draft else 96)}
+        sets = [x for key, value in settings.items() for x in ("--set", f"image.{key}={value}")]
+        frames = list(frames)
+        listed = ",".join(str(f) for f in sorted(set(frames)))
+        self.run("render", scene, "-o", pattern, "-f", listed, "-q", "--progress", "none", *sets)
+        return [read_picture(self.scratch / f"{self.count}.{f:04d}.png") for f in frames]
+
+    def mesh(self, scene, frame):
+        """Points and triangles of a frame's surface."""
+        from . import geometry
+
+        path = self.file(".ply")
+        self.run("mesh", scene, "-f", frame, "-o", path, "-q")
+        return geometry.read_ply(path)
+
+    def analyze(self, scene, frames=13):
+        """The metrics of each morph of a scene: name -> value."""
+        key = (scene.read_text(encoding="utf-8"), frames)
+        if key not in self.studio.analyses:
+            self.studio.analyses[key] = self.json("analyze", scene, "-n", frames)["morphs"]
+        return self.studio.analyses[key]
+
+    def spheres(self, model, *options, picture=0):
+        """What `polymorph spheres` says of a model (a name or a path), and pictures of model, spheres and surface."""
+        path = model if isinstance(model, pathlib.Path) else self.model(model)
+        if not picture:
+            return self.json("spheres", path, *options), None
+        file = self.file(".png")
+        width = picture if self.draft else picture * 3 // 2
+        said = self.json("spheres", path, *options, "-o", file, "--width", width)
+        sheet = read_picture(file)
+        gap = (sheet.shape[1] - 3 * width) // 4  # around the three, with labels below
+        return said, [sheet[gap : gap + width, gap + k * (width + gap) :][:, :width] for k in range(3)]
+
+    # Results.
+
+    def keep(self, name, data):
+        write_atomically(self.studio.folder / name, data)
+        self.files.append(name)
+
+    def picture(self, fig, caption="", part=""):
+        """Saves a figure: sheets of renders as PNG, drawings as SVG, too."""
+        stem = self.figure.name + (f"-{part}" if part else "")
+        exact = getattr(fig, "pixel_exact", False)
+        block = {"kind": "picture", "png": f"{stem}.png", "caption": caption}
+        block["width"] = round(fig.get_figwidth() * fig.dpi)
+        for format in ["png"] if exact else ["png", "svg"]:
+            buffer = io.BytesIO()
+            options = {"dpi": fig.dpi} if exact else {}
+            metadata = {"Date": None} if format == "svg" else {"Software": None}
+            fig.savefig(buffer, format=format, metadata=metadata, facecolor="white", **options)
+            self.keep(f"{stem}.{format}", buffer.getvalue())
+            block[format] = f"{stem}.{format}"
+        self.blocks.append(block)
+
+    def table(self, head, rows, caption="", part="", show=True, marks=None):
+        """Saves a CSV; shows it as a table unless it is only data behind a picture. marks(row, column) -> css class."""
+        stem = self.figure.name + (f"-{part}" if part else "")
+        text = io.StringIO()
+        csv.writer(text, lineterminator="\n").writerows([head, *rows])
+        self.keep(f"{stem}.csv", text.getvalue())
+        block = {"kind": "table", "csv": f"{stem}.csv", "caption": caption, "show": show}
+        if show:
+            block["head"], block["rows"] = list(head), [[shown(c) for c in row] for row in rows]
+            if marks:
+                block["marks"] = [[marks(i, j) or "" for j in range(len(head))] for i in range(len(rows))]
+        self.blocks.append(block)
+
+    def say(self, ours, why=""):
+        """A sentence on what ours shows, and one on what differs and why."""
+        self.ours, self.why = ours, why
+
+
+def read_picture(path):
+    """RGB, 0..1."""
+    return np.asarray(matplotlib.image.imread(path), float)[:, :, :3]
+
+
+def shown(value):
+    """Numbers as tables show them: four digits, no exponents."""
+    if value is None:
+        return "–"
+    if isinstance(value, bool) or not isinstance(value, float):
+        return str(value)
+    if value == 0 or abs(value) >= 1000:
+        return f"{value:.0f}"
+    return f"{value:.4g}" if abs(value) >= 0.001 else f"{value:.4f}".rstrip("0").rstrip(".")

@@ -1,0 +1,80 @@
+#include <nlohmann/json.hpp>
+
+#include "cli/command_line.h"
+#include "kernels/mc_tables.h"
+#include "scene/json_text.h"
+
+namespace polymorph {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json cube_json(int key) {
+  Json inside = Json::array(), triangles = Json::array();
+  for (int corner = 0; corner < 8; ++corner)
+    if (key_has(key, corner)) inside.push_back(corner);
+  const McTable& table = mc_table();
+  for (int t = 0; t < table.count[key]; ++t)
+    triangles.push_back(
+        Json{table.edges[key][3 * t], table.edges[key][3 * t + 1], table.edges[key][3 * t + 2]});
+  return {{"key", key},
+          {"base", mc::base_cases()[static_cast<std::size_t>(key)]},
+          {"inside", std::move(inside)},
+          {"triangles", std::move(triangles)}};
+}
+
+/// Where things are in a cell, so that the table can be drawn without this program's source.
+Json layout_json() {
+  Json corners = Json::array(), edges = Json::array();
+  for (int c = 0; c < 8; ++c)
+    corners.push_back({{"at", {c & 1, c >> 1 & 1, c >> 2 & 1}}, {"weight", corner_weight(c)}});
+  for (int e = 0; e < 12; ++e) edges.push_back({edge_low_corner(e), edge_high_corner(e)});
+  return {{"corners", std::move(corners)}, {"edges", std::move(edges)}};
+}
+
+Json base_keys_json() {
+  Json keys = Json::array();
+  for (int base = 0; base < mc::kBaseCaseCount; ++base) keys.push_back(mc::base_key(base));
+  return keys;
+}
+
+Result<int> run_cubes(int wanted, const JsonOutput& json_output) {
+  const int first = wanted >= 0 ? wanted : 0, last = wanted >= 0 ? wanted : 255;
+  Json json = layout_json();
+  json["bases"] = base_keys_json();
+  json["cubes"] = Json::array();
+  if (!json_output.wanted) print_data("key  base  inside           triangles, as edges\n");
+  for (int key = first; key <= last; ++key) {
+    Json cube = cube_json(key);
+    if (!json_output.wanted)
+      print_data("{:>3}  {:>4}  {:<15}  {}\n", key, cube["base"].get<int>(), cube["inside"].dump(),
+                 cube["triangles"].dump());
+    json["cubes"].push_back(std::move(cube));
+  }
+  if (json_output.wanted) PM_TRY_STATUS(write_json(json_output, dump_json(json, -1)));
+  return 0;
+}
+
+}  // namespace
+
+void add_cubes(CommandLine& line) {
+  struct Options {
+    int key = -1;
+    JsonOutput json;
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* command = add_command(line, "cubes", "Print the table of marching cubes.",
+                                  "  polymorph cubes 240\n  polymorph cubes --json", "  0 printed");
+  command
+      ->add_option("key", options->key,
+                   "only this one of the 256: the sum of its inside corners' weights")
+      ->check(CLI::Range(0, 255))
+      ->type_name("KEY")
+      ->group("Main");
+  add_json(command, options->json);
+  command->callback([&line, options] {
+    line.action = [options] { return run_cubes(options->key, options->json); };
+  });
+}
+
+}  // namespace polymorph
