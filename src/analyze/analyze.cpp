@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "analyze/measure.h"
 #include "base/box.h"
 #include "base/result.h"
+#include "model/closest.h"
 #include "morph/features.h"
 
 namespace polymorph {
@@ -39,6 +41,26 @@ Mesh on_the_way(const Mesh& source, const Similarity& truth,
   for (Vec3& p : moved.positions)
     p = to_float(middle * (1 - u) + end * u + turn * (Vec3d(p) - middle) * scale);
   return moved;
+}
+
+/// Without the faces that lie deeper than `depth` inside a closed surface: a spout goes on inside
+/// its pot, where nobody sees it end.
+Mesh without_hidden(Mesh mesh, const Mesh& surface, double depth) {
+  const ClosestPointQuery query(surface.positions, surface.triangles);
+  const std::vector<ClosestPoint> closest = query.closest(mesh.positions);
+  const auto is_hidden = [&](std::uint32_t v) {
+    const ClosestPoint& near = closest[v];
+    if (near.triangle == ClosestPoint::kNoTriangle) return false;
+    const auto& corner = surface.triangles[near.triangle].v;
+    const Vec3 a = surface.positions[corner[0]];
+    const Vec3 out = cross(surface.positions[corner[1]] - a, surface.positions[corner[2]] - a);
+    return static_cast<double>(near.distance) > depth &&
+           dot(out, mesh.positions[v] - near.point) < 0;
+  };
+  std::erase_if(mesh.triangles, [&](const Triangle& t) {
+    return is_hidden(t.v[0]) && is_hidden(t.v[1]) && is_hidden(t.v[2]);
+  });
+  return mesh;
 }
 
 double rms_step(const MorphFrame& a, const MorphFrame& b, const std::vector<double>& masses) {
@@ -219,7 +241,58 @@ class Analyzer {
       if (around > 1e-3 * mean && rows()[k].rate > 1e-6 * size_)
         pop = std::max(pop, 2 * rows()[k].rate / around);
     }
-    add("pop", "5 smoothness", pop, "<= 2", "largest pace of a frame over its neighbours' mean");
+    // What an even step of the volumetric stage is beside a hand-over.
+    const std::size_t intervals = rows().size() - 1;
+    const auto even_step = [&](bool first) {
+      for (std::size_t i = 0; i < intervals; ++i) {
+        const std::size_t k = first ? i : intervals - 1 - i;
+        if (counts(k)) return rows()[k].rate / static_cast<double>(intervals);
+      }
+      return 0.0;
+    };
+    std::optional<double> jump;
+    for (const auto& [handover, frame, first] :
+         {std::tuple(&ends_.leaving, &frames_.front(), true),
+          std::tuple(&ends_.arriving, &frames_.back(), false)}) {
+      if (handover->shown.empty()) continue;
+      const HandoverSteps steps = steps_of(*handover, frame->surface);
+      jump = std::max(jump.value_or(0), steps.jump / size_);
+      pop = std::max({pop, steps.pop, steps.pop_of_jump(even_step(first))});
+    }
+    add("pop", "5 smoothness", pop, "<= 2",
+        "largest pace of a frame over its neighbours' mean; boundary stages and hand-overs count");
+    add("handover", "5 smoothness", jump, "<= 0.002",
+        "largest step between an object's mesh and the balls' surface, over L");
+  }
+
+  struct HandoverSteps {
+    double pop = 0;                ///< among the boundary stage's own steps
+    std::optional<double> before;  ///< the last of these
+    double jump = 0;               ///< the step after it
+    double pop_of_jump(double after) const {
+      const double around = before.value_or(after) + after;
+      return around > 0 ? 2 * jump / around : 0;
+    }
+  };
+  HandoverSteps steps_of(const Handover& handover, const Mesh& surface) const {
+    std::vector<double> step;
+    MeasuredSurface previous = measured(handover.shown.front());
+    for (std::size_t k = 1; k < handover.shown.size(); ++k) {
+      MeasuredSurface now = measured(handover.shown[k]);
+      step.push_back(previous.distance_to(now).mean);
+      previous = std::move(now);
+    }
+    constexpr double kHidden = 0.01;
+    HandoverSteps steps;
+    // A ten thousandth of the object is no step.
+    for (std::size_t k = 1; k + 1 < step.size(); ++k)
+      if (step[k] > 1e-4 * size_)
+        steps.pop = std::max(steps.pop, 2 * step[k] / (step[k - 1] + step[k + 1]));
+    if (!step.empty()) steps.before = step.back();
+    steps.jump = measured(without_hidden(handover.shown.back(), surface, kHidden * size_))
+                     .distance_to(measured(surface))
+                     .mean;
+    return steps;
   }
 
   void monotonicity() {

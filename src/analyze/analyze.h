@@ -24,6 +24,13 @@ struct Similarity {
 /// The similarity of two point lists in the same order, if it is one to within 1e-3 of their size.
 std::optional<Similarity> similarity_of(const std::vector<Vec3>& from, const std::vector<Vec3>& to);
 
+/// How an object's own mesh becomes the surface of the first frame, or the last frame's surface an
+/// object's mesh (then it is run backwards): what is seen meanwhile, at even steps, from the mesh
+/// to where it is taken for the balls' surface.
+struct Handover {
+  std::vector<Mesh> shown;
+};
+
 /// What one morph goes between; what is not known stays empty, and so do the numbers made of it.
 struct MorphEnds {
   std::string actor;                     ///< whose morph it is; empty: the only one's
@@ -34,6 +41,7 @@ struct MorphEnds {
   std::vector<double> landmark_errors;   ///< distance of each landmark from where it should arrive
   std::optional<Similarity> truth;       ///< the target is the source, so moved
   std::optional<Similarity> recovered;   ///< what the plan took it for
+  Handover leaving, arriving;            ///< the source's and the target's; empty: none is seen
 };
 
 /// One moment of the morph.

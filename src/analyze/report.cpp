@@ -225,11 +225,11 @@ bool reaches(double value, const std::string& goal) {
 }
 
 std::vector<std::string> metric_names() {
-  return {"attributes",        "topology", "landmarks",    "source_error",   "target_error",
-          "rigidity",          "bending",  "pop",          "backtrack",      "dip",
-          "area_backtrack",    "area_dip", "nonlinearity", "rotation_error", "scale_error",
-          "translation_error", "slow_in",  "slow_out",     "peak",           "leakage",
-          "bad_surfaces"};
+  return {"attributes",  "topology",          "landmarks", "source_error", "target_error",
+          "rigidity",    "bending",           "pop",       "handover",     "backtrack",
+          "dip",         "area_backtrack",    "area_dip",  "nonlinearity", "rotation_error",
+          "scale_error", "translation_error", "slow_in",   "slow_out",     "peak",
+          "leakage",     "bad_surfaces"};
 }
 
 Result<Limit> parse_limit(const std::string& text) {

@@ -39,7 +39,7 @@ Status write_one(const PreparedScene& prepared, const FrameGeometry& geometry,
   const FrameMesh frame = mesh_of(prepared, geometry);
   if (frame.mesh.triangles.empty())
     log_warning("frame {}: the balls have no surface at this level", geometry.frame);
-  PM_TRY_STATUS(write_mesh(path, frame.mesh, frame.parts));
+  PM_TRY_STATUS(write_mesh(path, frame.mesh, frame.tags));
   const MeshReport report = check_mesh(frame.mesh);
   print_data(
       "{} {} {}: {} vertices, {} triangles, {}, genus {}, {} part{}, volume {:.6g}, area {:.6g}, "
@@ -90,13 +90,13 @@ Result<int> run_mesh(const CommandLine& line, const MeshOptions& options) {
 
 void add_mesh(CommandLine& line) {
   auto options = std::make_shared<MeshOptions>();
-  CLI::App* command =
-      add_command(line, "mesh", "Write the surface (OBJ, PLY) or the balls (JSON) of frames.",
-                  "  polymorph mesh scene.json -f 12 -o half.obj\n"
-                  "  polymorph mesh scene.json -o surface.####.ply\n"
-                  "  polymorph mesh scene.json -f 12 -o balls.json",
-                  "  0 written   2 usage   3 bad scene or model   4 cannot write\n"
-                  "  5 device or memory   130, 143 stopped by a signal");
+  CLI::App* command = add_command(
+      line, "mesh", "Write the surface (OBJ, PLY with labels) or the balls (JSON) of frames.",
+      "  polymorph mesh scene.json -f 12 -o half.obj\n"
+      "  polymorph mesh scene.json -o surface.####.ply\n"
+      "  polymorph mesh scene.json -f 12 -o balls.json",
+      "  0 written   2 usage   3 bad scene or model   4 cannot write\n"
+      "  5 device or memory   130, 143 stopped by a signal");
   command->add_option("scene", options->scene, "the scene file")
       ->required()
       ->type_name("SCENE")

@@ -1,11 +1,14 @@
 #include "morph/labels.h"
 
 #include <algorithm>
+#include <numeric>
 #include <set>
 
 #include "base/text.h"
 #include "model/closest.h"
 #include "morph/cost.h"
+#include "morph/motion.h"
+#include "surface/near_balls.h"
 
 namespace polymorph {
 namespace {
@@ -63,6 +66,55 @@ LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
     }
   }
   return match;
+}
+
+std::vector<std::uint32_t> label_points(const MorphPlan& plan, float time,
+                                        std::span<const Ball> balls, std::span<const Vec3> points,
+                                        std::span<const std::uint32_t> from_names,
+                                        std::span<const std::uint32_t> to_names) {
+  PM_CHECK(balls.size() == plan.pairs.size());
+  PM_CHECK(from_names.size() == plan.from.size() && to_names.size() == plan.to.size());
+  std::uint32_t count = 1;
+  for (const auto& names : {from_names, to_names})
+    for (const std::uint32_t name : names) count = std::max(count, name + 1);
+  // Names that belong together are a family, called by the least of them.
+  std::vector<std::uint32_t> family(count);
+  std::iota(family.begin(), family.end(), 0u);
+  for (const Pair& pair : plan.pairs) {
+    if (plan.from_labels.empty() || plan.from_labels[pair.from] == kNoLabel ||
+        plan.from_labels[pair.from] != plan.to_labels[pair.to])
+      continue;
+    const std::uint32_t a = family[from_names[pair.from]], b = family[to_names[pair.to]];
+    std::replace(family.begin(), family.end(), std::max(a, b), std::min(a, b));
+  }
+  const std::vector<float> progress = pair_progress(plan, time);
+  const NearBalls near(balls, plan.kind);
+  std::vector<std::uint32_t> labels(points.size(), 0);
+  for_each_near(near, points, 0, [&](std::size_t begin, std::size_t end, auto list) {
+    std::vector<float> shares;
+    std::vector<double> of_name(count), of_family(count);
+    for (std::size_t i = begin; i < end; ++i) {
+      near.log_field(points[i], list, shares);
+      std::fill(of_name.begin(), of_name.end(), 0.0);
+      std::fill(of_family.begin(), of_family.end(), 0.0);
+      const auto add = [&](std::uint32_t name, float share) {
+        of_name[name] += static_cast<double>(share);
+        of_family[family[name]] += static_cast<double>(share);
+      };
+      for (std::size_t k = 0; k < list.size(); ++k) {
+        const Pair& pair = plan.pairs[list[k]];
+        add(from_names[pair.from], shares[k] * (1 - progress[list[k]]));
+        add(to_names[pair.to], shares[k] * progress[list[k]]);
+      }
+      const auto best = static_cast<std::uint32_t>(
+          std::max_element(of_family.begin(), of_family.end()) - of_family.begin());
+      std::uint32_t winner = best;
+      for (std::uint32_t name = 0; name < count; ++name)
+        if (family[name] == best && of_name[name] > of_name[winner]) winner = name;
+      labels[i] = winner;
+    }
+  });
+  return labels;
 }
 
 Status check_label_map(const std::vector<LabelledObject>& chain,

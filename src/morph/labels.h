@@ -3,12 +3,14 @@
 
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
 #include "kernels/types.h"
 #include "model/model.h"
+#include "morph/plan.h"
 
 namespace polymorph {
 
@@ -30,6 +32,16 @@ struct LabelMatch {
 /// direction); labels it does not name belong to the label of the same name.
 LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
                         const std::map<std::string, std::string>& map);
+
+/// What each point of the surface between two objects belongs to: one number a point, of those in
+/// `from_names` and `to_names` (one a ball of either object, in one numbering). A pair's share of
+/// the field at the point goes to its source's label by 1 - u and to its target's by u; labels that
+/// belong together count as one, and the larger of them gives the name. `balls` are those of
+/// balls_at(plan, time).
+std::vector<std::uint32_t> label_points(const MorphPlan& plan, float time,
+                                        std::span<const Ball> balls, std::span<const Vec3> points,
+                                        std::span<const std::uint32_t> from_names,
+                                        std::span<const std::uint32_t> to_names);
 
 /// Errors (kInput): a name in `map` that no object of the chain has.
 Status check_label_map(const std::vector<LabelledObject>& chain,

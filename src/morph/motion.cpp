@@ -4,20 +4,20 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <span>
 
 #include "base/parallel.h"
 #include "base/random.h"
 #include "base/result.h"
 #include "morph/easing.h"
+#include "morph/parts.h"
 
 namespace polymorph {
 namespace {
 
-/// Does the path turn and grow by the plan's alignment?
-bool is_rigid(const MorphPlan& plan) { return plan.motion.path == Path::kRigid; }
-
+/// What all balls turn and grow with.
 Alignment path_alignment(const MorphPlan& plan) {
-  if (is_rigid(plan)) return plan.alignment;
+  if (plan.motion.path == Path::kRigid) return plan.alignment;
   Alignment straight;
   straight.from_center = plan.alignment.from_center;
   straight.to_center = plan.alignment.to_center;
@@ -129,9 +129,21 @@ struct Place {
   Mat3 rotation;
 };
 
-Place place_at(const Alignment& alignment, Vec3d turn, double u) {
+Place place_at(const Alignment& alignment, double u) {
   return {alignment.from_center * (1 - u) + alignment.to_center * u, std::pow(alignment.scale, u),
-          exp_rotation(turn * u)};
+          exp_rotation(alignment.turn * u)};
+}
+
+/// Puts the balls where the graph of their neighbours wants them.
+void join(const MorphPlan& plan, std::span<const double> progress, std::vector<Ball>& balls) {
+  std::vector<Vec3d> places;
+  std::vector<Mat3> turns;
+  for (std::size_t e = 0; e < balls.size(); ++e) {
+    places.emplace_back(balls[e].center);
+    turns.push_back(exp_rotation(plan.parts[plan.movers[e].part].turn * progress[e]));
+  }
+  const std::vector<Vec3d> joined = plan.graph->joined(places, turns, progress);
+  for (std::size_t e = 0; e < balls.size(); ++e) balls[e].center = to_float(joined[e]);
 }
 
 /// Balls that were fitted to one surface stand out singly when they part. With weight and falloff
@@ -169,6 +181,12 @@ double volume_at(const Mover& mover, double u) {
                   0.1 * std::min(mover.from_volume, mover.to_volume));
 }
 
+/// How much of a ball's drift shows: a unit velocity at time 0, nothing left of it at 1.
+double drifted(float time) {
+  const double t = std::clamp(static_cast<double>(time), 0.0, 1.0);
+  return t * (1 - t) * (1 - t);
+}
+
 /// A ball between its ends.
 Ball between(const MorphPlan& plan, const Mover& mover, const Place& place, double u) {
   Ball ball;
@@ -196,9 +214,17 @@ Ball between(const MorphPlan& plan, const Mover& mover, const Place& place, doub
 
 }  // namespace
 
-std::vector<Mover> make_movers(const MorphPlan& plan) {
-  const Alignment alignment = path_alignment(plan);
-  const Mat3 back = transposed(alignment.rotation);
+void set_movers(MorphPlan& plan) {
+  RigidParts parts;
+  plan.graph.reset();
+  if (plan.motion.path == Path::kParts) {
+    parts = rigid_parts(plan);
+    plan.graph = std::make_shared<const BallGraph>(plan, parts);
+  } else {
+    parts.alignments = {path_alignment(plan)};
+    parts.part_of.assign(plan.pairs.size(), 0);
+  }
+  plan.parts = std::move(parts.alignments);
   const std::vector<float> order = starting_order(plan);
   const auto count = static_cast<double>(plan.pairs.size());
   std::vector<Mover> movers(plan.pairs.size());
@@ -207,6 +233,9 @@ std::vector<Mover> make_movers(const MorphPlan& plan) {
     const Ball& p = plan.from[pair.from];
     const Ball& q = plan.to[pair.to];
     Mover& mover = movers[e];
+    mover.part = parts.part_of[e];
+    const Alignment& alignment = plan.parts[mover.part];
+    const Mat3 back = transposed(alignment.rotation);
     mover.from = Vec3d(p.center) - alignment.from_center;
     mover.to = back * (Vec3d(q.center) - alignment.to_center) * (1 / alignment.scale);
     mover.from_volume = volume_of_ball(p);
@@ -226,17 +255,18 @@ std::vector<Mover> make_movers(const MorphPlan& plan) {
     mover.inertia = static_cast<float>(std::pow(std::clamp(pair.mass * count, 1 / kMost, kMost),
                                                 static_cast<double>(plan.motion.spring.lag)));
   }
-  return movers;
+  plan.movers = std::move(movers);
 }
 
 std::vector<Ball> balls_at(const MorphPlan& plan, float time) {
   PM_CHECK(plan.movers.size() == plan.pairs.size());
-  const Alignment alignment = path_alignment(plan);
-  const Vec3d turn = alignment.turn;
   std::vector<Ball> balls(plan.pairs.size());
+  std::vector<double> progress(balls.size());
   const bool together = move_together(plan);
   const float common = ease(plan.motion, time);
-  const Place place = place_at(alignment, turn, static_cast<double>(common));
+  std::vector<Place> places;  // of the parts, where all balls are equally far
+  for (const Alignment& part : plan.parts)
+    places.push_back(place_at(part, static_cast<double>(common)));
   parallel_for(
       static_cast<std::int64_t>(balls.size()),
       [&](std::int64_t index) {
@@ -244,6 +274,7 @@ std::vector<Ball> balls_at(const MorphPlan& plan, float time) {
         const Pair& pair = plan.pairs[e];
         const Mover& mover = plan.movers[e];
         const float u = together ? common : own_time(plan, e, time);
+        progress[e] = static_cast<double>(u);
         // The ends' own numbers, not what powers and turns make of them in the last bits.
         if (time <= 0 || u == 0) {
           balls[e] = plan.from[pair.from];
@@ -253,15 +284,37 @@ std::vector<Ball> balls_at(const MorphPlan& plan, float time) {
           balls[e].w = mover.to_w;
         } else {
           const auto v = static_cast<double>(u);
-          balls[e] = between(plan, mover, together ? place : place_at(alignment, turn, v), v);
+          balls[e] = between(
+              plan, mover, together ? places[mover.part] : place_at(plan.parts[mover.part], v), v);
         }
       },
       256);
+  if (plan.graph && time > 0 && time < 1) join(plan, progress, balls);
+  for (std::size_t e = 0; e < balls.size(); ++e)
+    balls[e].center = balls[e].center + to_float(plan.movers[e].drift * drifted(time));
   return balls;
 }
 
+void carry_on(MorphPlan& plan, const MorphPlan& before, float until, double pace) {
+  PM_CHECK(plan.from.size() == before.pairs.size());
+  constexpr float kStep = 1.0f / 128;
+  const auto scale = 1 / static_cast<double>(kStep);
+  const std::vector<Ball> earlier = balls_at(before, until - kStep),
+                          later = balls_at(before, until + kStep);
+  // Second order at the very beginning of the new motion.
+  const std::vector<Ball> own[3] = {balls_at(plan, 0), balls_at(plan, kStep),
+                                    balls_at(plan, 2 * kStep)};
+  for (std::size_t e = 0; e < plan.movers.size(); ++e) {
+    const std::uint32_t i = plan.pairs[e].from;
+    const Vec3d had = (Vec3d(later[i].center) - Vec3d(earlier[i].center)) * (0.5 * scale * pace);
+    const Vec3d has =
+        (Vec3d(own[1][e].center) * 4 - Vec3d(own[0][e].center) * 3 - Vec3d(own[2][e].center)) *
+        (0.5 * scale);
+    plan.movers[e].drift = had - has;
+  }
+}
+
 std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time) {
-  const Alignment alignment = path_alignment(plan);
   const bool together = move_together(plan);
   const float common = ease(plan.motion, time);
   std::vector<PairFrame> frames(plan.pairs.size());
@@ -271,6 +324,7 @@ std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time) {
         const auto e = static_cast<std::size_t>(index);
         const Mover& mover = plan.movers[e];
         const auto u = static_cast<double>(together ? common : own_time(plan, e, time));
+        const Alignment& alignment = plan.parts[mover.part];
         const Mat3 back = transposed(exp_rotation(alignment.turn * u));
         Mat3 from = back, to = back;
         if (!mover.round) {

@@ -7,21 +7,28 @@
 
 namespace polymorph {
 
-/// What the plan's pairs and its motion settings say of each pair. plan_morph() calls it; call it
-/// again after a change of plan.motion.
-std::vector<Mover> make_movers(const MorphPlan& plan);
+/// Works out parts, graph and movers from the plan's pairs and motion settings. plan_morph() calls
+/// it; call it again after a change of plan.motion.
+void set_movers(MorphPlan& plan);
 
 /// The balls at `time` in [0, 1] of the motion (not eased), one a pair, in pair order. 0 and 1 give
 /// the fields of `from` and `to` exactly. With u the ball's own eased time:
 ///   straight, bezier: (1-u) p + u q, or a curve through both;
 ///   rigid: c(u) + s^u exp(u log R) [(1-u) p' + u q'] with the plan's alignment: exact at both
 ///   ends, and a similarity all the way where one object is a turned and scaled copy of the other.
+///   parts: the same, each part (morph/parts.h) with its own turn, growth and shift, and then an
+///   as-rigid-as-possible solve over neighbouring balls.
 ///   explode: thrown out of p, falling onto the floor, and backwards into q; one fades to the
 ///   other.
 /// Ellipsoids turn with the motion, and the logarithm of their shape is linear. The cube of a
 /// ball's size (a^-3/2) is linear, and so is its strength: w for inverse-square balls, w +
 /// ln(share) for Gaussian ones.
 std::vector<Ball> balls_at(const MorphPlan& plan, float time);
+
+/// Makes a plan whose source is the balls of `before` at `until` go on with their velocity, which
+/// fades: its balls' centres leave with the velocity at which they came, whatever its easing, and
+/// arrive as they would. `pace`: how much time of `before` goes by in a unit of this plan's.
+void carry_on(MorphPlan& plan, const MorphPlan& before, float until, double pace);
 
 /// Takes an offset from a pair's moving ball to the offset from its source (target) ball that it
 /// stands for: turned, scaled and stretched as the ball was. The identity at its own end.

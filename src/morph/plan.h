@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "kernels/types.h"
@@ -41,16 +42,20 @@ struct PlanSide {
 
 /// Where one pair is at any time: what both ends say, so that a frame only interpolates.
 struct Mover {
-  Vec3d from, to;  ///< about the alignment's centres, both in `from`'s orientation
+  std::uint32_t part = 0;  ///< of the plan's: what it turns and grows with
+  Vec3d from, to;          ///< about the part's centres, both in `from`'s orientation
   double from_volume = 1, to_volume = 1;  ///< a^-3/2
   float from_w = 0, to_w = 0;
   bool round = true;
   Mat3 from_log, to_log;  ///< of the shapes, in `from`'s orientation; unused when round
   Vec3d bow;              ///< bezier: the way the path bows out
   Vec3d launch;           ///< explode: velocity out of either object, scene units a motion
+  Vec3d drift;            ///< what is left of an earlier motion: scene units a motion
   float delay = 0;        ///< stagger: [0, stagger_share]
   float inertia = 1;      ///< spring: of mean 1, about
 };
+
+class BallGraph;  // morph/parts.h
 
 struct MorphPlan {
   FieldKind kind = FieldKind::kGaussian;
@@ -59,9 +64,12 @@ struct MorphPlan {
   std::vector<Pair> pairs;
   Alignment alignment;
   MotionSettings motion;
-  std::vector<Mover> movers;  ///< one a pair
-  double size = 1;            ///< geometric mean of both objects' RMS sizes
-  double floor = 0;           ///< height of the lowest ball's centre in either object
+  /// What balls turn and grow with: one for all, or (path `parts`) one each.
+  std::vector<Alignment> parts;
+  std::shared_ptr<const BallGraph> graph;  ///< path `parts`: what holds them together
+  std::vector<Mover> movers;               ///< one a pair
+  double size = 1;                         ///< geometric mean of both objects' RMS sizes
+  double floor = 0;                        ///< height of the lowest ball's centre in either object
 };
 
 /// Both ball lists must not be empty. Deterministic; `index` also depends on the seed. The plan

@@ -106,12 +106,19 @@ Timeline make_timeline(const Scene& scene, const ActorSettings& actor) {
     leg.first_step = first + stood;
     if (held > 0) stood += objects[i + 1]->hold;
     leg.motion = objects[i + 1]->motion;
-    leg.from_full = !objects[i]->meta;
-    leg.to_full = !objects[i + 1]->meta;
+    // What is left before it is reached is never seen itself.
+    leg.from_full = !objects[i]->meta && objects[i]->retarget == 1;
+    leg.to_full = !objects[i + 1]->meta && objects[i + 1]->retarget == 1;
+    leg.until = objects[i + 1]->retarget;
     set_shares(leg, scene.boundary, timeline.own_look);
     timeline.legs.push_back(leg);
   }
   return timeline;
+}
+
+double pace_of(const Leg& leg) {
+  return static_cast<double>(leg.until) /
+         (static_cast<double>(leg.shares[2]) * std::max(leg.steps, 1));
 }
 
 int frame_count(const Scene& scene) {
@@ -173,7 +180,7 @@ Moment moment_at(const Timeline& timeline, int frame) {
       moment.time = 0;
       break;
     case Stage::kVolume:
-      moment.time = moment.progress;
+      moment.time = leg.until * moment.progress;
       break;
     case Stage::kBoundaryIn:
       moment.object = to, moment.look = 1, moment.boundary = faded, moment.growth = 1 - faded,

@@ -36,6 +36,7 @@ struct Leg {
   int first_step = 0, steps = 1;
   bool from_full = true, to_full = true;
   float shares[5] = {0, 0, 1, 0, 0};
+  float until = 1;  ///< of the motion's time: where the leg is left for the next one
   MotionSettings motion;
 };
 
@@ -52,6 +53,9 @@ struct Timeline {
 };
 
 /// `actor`: of the scene.
+/// How much of its motion's time a leg goes through in a frame of its volumetric stage.
+double pace_of(const Leg& leg);
+
 Timeline make_timeline(const Scene& scene, const ActorSettings& actor);
 
 /// How many frames the scene has: as many as it says, or as its actors need.

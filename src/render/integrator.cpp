@@ -333,9 +333,11 @@ Shading layer_shading(const MaterialLayer& layer, const MeshHit& hit) {
 }
 
 Shading mesh_shading(const RenderMesh& mesh, const MeshHit& hit) {
-  const Shading own = layer_shading(mesh, hit);
-  const float share = mesh.other.materials.empty() ? 0.0f : clamp01(mesh.other_share);
-  return share > 0 ? mix(own, layer_shading(mesh.other, hit), share) : own;
+  Shading shading = layer_shading(mesh, hit);
+  for (const MixedLayer& layer : mesh.over)
+    if (!layer.materials.empty() && layer.share > 0)
+      shading = mix(shading, layer_shading(layer, hit), clamp01(layer.share));
+  return shading;
 }
 
 Bsdf bsdf_at(const World& world, const LightPath& path, const MeshHit& hit,

@@ -52,7 +52,9 @@ bool has_glass(const MaterialLayer& layer) {
 }
 bool has_glass(const RenderScene& scene) {
   return std::any_of(scene.meshes.begin(), scene.meshes.end(), [&](const RenderMesh& mesh) {
-    return has_glass(mesh) || has_glass(mesh.other) ||
+    return has_glass(mesh) ||
+           std::any_of(mesh.over.begin(), mesh.over.end(),
+                       [](const MixedLayer& layer) { return has_glass(layer); }) ||
            (scene.look.kind == LookKind::kGlass && (mesh.look > 0 || mesh.materials.empty()));
   });
 }

@@ -24,17 +24,21 @@ struct MaterialLayer {
   std::span<const std::shared_ptr<const Image>> textures;
 };
 
+/// A layer over others: colours, gloss and roughness are mixed.
+struct MixedLayer : MaterialLayer {
+  float share = 0;  ///< [0, 1]
+};
+
 /// One surface to trace, with its own materials. Spans are borrowed for the length of the call.
 struct RenderMesh : MaterialLayer {
   std::span<const Vec3> positions;
   std::span<const Triangle> triangles;
   std::span<const Vec3> vertex_normals;  ///< one a position, or empty
   std::span<const Vec3>
-      corner_normals;     ///< 3 a triangle, or empty; used when vertex_normals is empty
-  MaterialLayer other;    ///< what it turns into
-  float other_share = 0;  ///< [0, 1]: colours, gloss and roughness are mixed
-  float look = 0;         ///< 0 = own materials, 1 = the common look; between: the two BSDFs mixed
-  float id = 0;           ///< written to the id AOV; > 0 (ground 1 is reserved; 0 = nothing hit)
+      corner_normals;            ///< 3 a triangle, or empty; used when vertex_normals is empty
+  std::vector<MixedLayer> over;  ///< what it turns into, one over the other
+  float look = 0;  ///< 0 = own materials, 1 = the common look; between: the two BSDFs mixed
+  float id = 0;    ///< written to the id AOV; > 0 (ground 1 is reserved; 0 = nothing hit)
   std::span<const Vec3> displacement;   ///< from this frame to the next, one a position, or empty
   std::span<const float> vertex_blend;  ///< of the morph AOV, one a position, or empty = `blend`
   float blend = 0;  ///< [0, 1]: 0 = wholly what the leg comes from, 1 = what it goes to

@@ -61,6 +61,9 @@ void describe(V& v, ObjectSettings& s) {
   v.object("motion", s.motion, "of the balls on their way to this object; default: the scene's");
   v.integer("hold", s.hold, 0, 10000,
             "frames that an object on the way stands still, the one that shows it not counted");
+  v.number("retarget", s.retarget, 0.01, 1,
+           "of an object on the way: the share of the motion's time after which the morph changes "
+           "its mind and goes on to the next object from where the balls are; 1: it is reached");
 }
 
 template <class V>
@@ -153,9 +156,11 @@ void describe(V& v, MotionSettings& s) {
            {{"straight", Path::kStraight},
             {"bezier", Path::kBezier},
             {"rigid", Path::kRigid},
+            {"parts", Path::kParts},
             {"explode", Path::kExplode}},
            "the way of a ball: a line, an arc, the turn and growth that lays one object on the "
-           "other, or a throw out of the one and, backwards, into the other");
+           "other, the same label by label with neighbours held together, or a throw out of the "
+           "one and, backwards, into the other");
   v.number("bend", s.bend, -2, 2, "bezier: how far a path bows out, as a share of its length");
   v.number("burst", s.burst, 0, 100, "explode: speed, in the objects' sizes a motion");
   v.number("gravity", s.gravity, 0, 100, "explode: 1 brings balls down within the motion");

@@ -181,6 +181,7 @@ class ReadFields {
   void objects(const char* key, std::vector<T>& out, const char*) {
     const JsonValue* value = expect(key, JsonValue::Kind::kArray);
     if (!value) return;
+    out.clear();  // a list of one's own replaces a default
     for (std::size_t i = 0; i < value->items.size(); ++i) {
       if constexpr (std::is_same_v<T, ObjectSettings>)
         out.push_back(actor_prototype_.source);
@@ -205,7 +206,6 @@ class ReadFields {
       describe_chain(*this, out.front());
       return;
     }
-    out.clear();
     objects(key, out, doc);
     for (const char* alone : {"source", "intermediate", "target"})
       if (const JsonValue* value = find(alone))
@@ -388,6 +388,16 @@ class CheckWhole {
              own ? value.find("per_leg") : inner(frames, {"per_leg"}),
              fmt::format("has {} entries for {} (objects - 1)", per_leg.size(), legs_text));
     if (scene_.frames.count > 0 && scene_.frames.per_leg.empty()) check_time(actor, pointer, value);
+    for (const auto& [key, object] :
+         {std::pair("source", &actor.source), std::pair("target", &actor.target)})
+      if (object->retarget < 1)
+        report(fmt::format("{}/{}/retarget", pointer, key), inner(&value, {key, "retarget"}),
+               "only an object on the way can be left before it is reached");
+    const JsonValue* on_the_way = value.find("intermediate");
+    for (std::size_t i = 0; i < actor.intermediate.size(); ++i)
+      if (actor.intermediate[i].retarget < 1 && actor.intermediate[i].hold > 0)
+        report(fmt::format("{}/intermediate/{}/hold", pointer, i), &on_the_way->items[i],
+               "an object that is left before it is reached cannot stand still");
     const JsonValue* actors_landmarks = inner(&value, {"plan", "landmarks"});
     const JsonValue* landmarks =
         actors_landmarks ? actors_landmarks : inner(&document_.root, {"plan", "landmarks"});

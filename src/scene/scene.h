@@ -41,7 +41,7 @@ struct SphereSettings {
 };
 
 enum class Easing : std::uint8_t { kLinear, kSmoothstep, kQuintic, kBezier, kSpring };
-enum class Path : std::uint8_t { kStraight, kBezier, kRigid, kExplode };
+enum class Path : std::uint8_t { kStraight, kBezier, kRigid, kParts, kExplode };
 enum class Stagger : std::uint8_t { kNone, kAxis, kRadius, kLabel, kNoise };
 
 /// A damped spring (report Eq. 3.4); the unit of time is the motion's duration.
@@ -83,6 +83,8 @@ struct ObjectSettings {
   SphereSettings spheres;
   MotionSettings motion;  ///< of the leg that ends at this object
   int hold = 0;           ///< frames that it stands still between its two legs
+  /// Where on the motion to it, in time, the morph turns to the next object; 1: it is reached.
+  float retarget = 1;
 };
 
 /// The built-in shapes an object may name; model/shapes.h makes them.

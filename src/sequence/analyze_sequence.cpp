@@ -1,10 +1,12 @@
 #include "sequence/analyze_sequence.h"
 
+#include <cmath>
 #include <map>
 
 #include "model/load_obj.h"
 #include "model/normals.h"
 #include "morph/cost.h"
+#include "morph/motion.h"
 
 namespace polymorph {
 namespace {
@@ -55,7 +57,9 @@ void measure_landmarks(const MorphPlan& plan, const std::vector<LandmarkSettings
 MorphEnds ends_of(const PreparedActor& actor, const PlanSettings& settings, std::size_t leg) {
   const MorphPlan& plan = actor.legs[leg].plan;
   const PreparedObject& from = actor.objects[actor.legs[leg].from];
-  const PreparedObject& to = actor.objects[actor.legs[leg].to];
+  // Where it is left before it is reached, the morph goes to what the next leg starts from.
+  const bool arrives = actor.legs[leg].until == 1;
+  const PreparedObject& to = actor.objects[arrives ? actor.legs[leg].to : actor.legs[leg + 1].from];
   MorphEnds ends;
   ends.from = from.name;
   ends.to = to.name;
@@ -69,6 +73,26 @@ MorphEnds ends_of(const PreparedActor& actor, const PlanSettings& settings, std:
   ends.recovered = Similarity{found.rotation, found.scale,
                               found.to_center - found.rotation * found.from_center * found.scale};
   return ends;
+}
+
+/// The boundary stage at an end of a leg, in as many steps as its share of the time asks for beside
+/// `count` frames of the motion; nothing at an end that shows no model.
+Status measure_handover(const PreparedScene& prepared, const PreparedActor& actor,
+                        SurfaceExtractor& extractor, std::size_t leg, bool leaving, int count,
+                        Handover& handover) {
+  const Leg& time = actor.timeline.legs[leg];
+  if (!(leaving ? time.from_full : time.to_full)) return Ok{};
+  constexpr int kFewest = 4;
+  const float share = time.shares[leaving ? 1 : 3] / time.shares[2];
+  const int wanted = static_cast<int>(std::lround(static_cast<float>(count) * share));
+  const int steps = share > 0 ? std::max(kFewest, wanted) : 0;
+  for (int k = 0; k <= steps; ++k) {
+    const float way = steps > 0 ? static_cast<float>(k) / static_cast<float>(steps) : 0.0f;
+    PM_TRY(const ActorGeometry geometry,
+           boundary_at(prepared, actor, extractor, static_cast<int>(leg), leaving, way));
+    handover.shown.push_back(shown_mesh(actor, geometry));
+  }
+  return Ok{};
 }
 
 }  // namespace
@@ -90,18 +114,22 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared,
       const int count = samples_of(actor.timeline.legs[leg]);
       for (int k = 0; k < count; ++k) {
         if (!progress(done++, total)) return stopped();
-        const float time = static_cast<float>(k) / static_cast<float>(count - 1);
+        const float way = static_cast<float>(k) / static_cast<float>(count - 1);
+        const float until = actor.legs[leg].until, time = way * until;
         PM_TRY(ActorGeometry geometry,
                volume_at(prepared, actor, extractor, static_cast<int>(leg), time));
         MorphFrame frame;
-        frame.time = static_cast<double>(time);
-        frame.u = static_cast<double>(geometry.moment.u);
+        frame.time = static_cast<double>(way);
+        frame.u = static_cast<double>(geometry.moment.u / progress_at(actor.legs[leg].plan, until));
         frame.surface = std::move(geometry.surface);
         for (const Ball& ball : geometry.balls) frame.centers.push_back(ball.center);
         samples.push_back(std::move(frame));
       }
       MorphEnds ends = ends_of(actor, prepared.scene.actors[a].plan, leg);
       if (prepared.actors.size() > 1) ends.actor = actor.name;
+      for (const bool leaving : {true, false})
+        PM_TRY_STATUS(measure_handover(prepared, actor, extractor, leg, leaving, count,
+                                       leaving ? ends.leaving : ends.arriving));
       morphs.push_back(analyze_morph(ends, samples));
     }
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "model/normals.h"
+#include "morph/labels.h"
 #include "morph/motion.h"
 #include "morph/pull_back.h"
 #include "surface/crossfade.h"
@@ -44,23 +45,53 @@ void append(Mesh& mesh, const Mesh& more) {
   mesh.normals.insert(mesh.normals.end(), more.normals.begin(), more.normals.end());
   for (const Triangle& t : more.triangles)
     mesh.triangles.push_back({{t.v[0] + first, t.v[1] + first, t.v[2] + first}});
+  // A flat one, which has no normals, makes the whole flat.
+  if (mesh.normals.size() != mesh.positions.size()) mesh.normals.clear();
+}
+
+/// The object's labels in the actor's numbering.
+std::vector<std::uint32_t> label_numbers(const PreparedActor& actor, const PreparedObject& object) {
+  std::vector<std::uint32_t> numbers;
+  for (const std::string& name : object.model.label_names)
+    numbers.push_back(static_cast<std::uint32_t>(
+        std::find(actor.label_names.begin(), actor.label_names.end(), name) -
+        actor.label_names.begin()));
+  return numbers;
+}
+
+/// One a point of the model: that of its last face.
+std::vector<std::uint32_t> model_labels(const PreparedActor& actor, const PreparedObject& object) {
+  const std::vector<std::uint32_t> numbers = label_numbers(actor, object);
+  std::vector<std::uint32_t> labels(object.model.points.size(), 0);
+  for (std::size_t t = 0; t < object.model.triangles.size(); ++t)
+    for (const std::uint32_t v : object.model.triangles[t].v)
+      labels[v] = numbers[object.model.labels[t]];
+  return labels;
 }
 
 Clothes clothes_of(const PreparedActor& actor, std::size_t object, const Mesh& surface,
-                   std::span<const Vec3> at) {
+                   std::span<const Vec3> at, float share = 1) {
   const PreparedObject& o = actor.objects[object];
-  return {static_cast<int>(object),
-          transfer_materials(o.model, *o.closest, o.charts, at, surface.triangles)};
+  return {object, share, transfer_materials(o.model, *o.closest, o.charts, at, surface.triangles)};
 }
 
-/// Gives the volumetric stage's surface what the objects wear at the points it was pulled back to.
-void dress(const PreparedActor& actor, ActorGeometry& geometry) {
-  if (geometry.surface.triangles.empty()) return;
-  const PreparedLeg& leg = leg_of(actor, geometry.moment.leg);
-  const PullBack pulled =
-      pull_back(leg.plan, geometry.moment.time, geometry.balls, geometry.surface.positions);
-  geometry.own = clothes_of(actor, leg.from, geometry.surface, pulled.source);
-  geometry.other = clothes_of(actor, leg.to, geometry.surface, pulled.target);
+/// What the points of a moving surface wear: what the leg comes from, as it was there, and over it
+/// what it goes to.
+void dress(const PreparedActor& actor, std::size_t leg, float time, std::span<const Ball> balls,
+           std::span<const Vec3> points, ActorGeometry& geometry) {
+  const PreparedLeg& way = actor.legs[leg];
+  const PullBack pulled = pull_back(way.plan, time, balls, points);
+  // Balls in flight wore what the leg before them had made of its objects by then.
+  const bool was_in_flight = leg > 0 && actor.legs[leg - 1].until < 1;
+  if (was_in_flight) {
+    const PreparedLeg& before = actor.legs[leg - 1];
+    dress(actor, leg - 1, before.until, balls_at(before.plan, before.until), pulled.source,
+          geometry);
+  } else {
+    geometry.clothes.push_back(clothes_of(actor, way.from, geometry.surface, pulled.source));
+  }
+  geometry.clothes.push_back(clothes_of(actor, way.to, geometry.surface, pulled.target,
+                                        std::clamp(progress_at(way.plan, time), 0.0f, 1.0f)));
 }
 
 /// The moment of a stage in which a model shows, whole or on its way to or from its balls.
@@ -72,8 +103,8 @@ Result<ActorGeometry> model_at(const PreparedScene& prepared, const PreparedActo
   const bool own_look = prepared.scene.look.kind == LookKind::kOwn;
   const auto wear_own = [&] {
     if (own_look)
-      geometry.own = clothes_of(actor, static_cast<std::size_t>(moment.object), geometry.surface,
-                                geometry.surface.positions);
+      geometry.clothes.push_back(clothes_of(actor, static_cast<std::size_t>(moment.object),
+                                            geometry.surface, geometry.surface.positions));
   };
   const float way = 1 - moment.boundary;  // from the model to its balls
   if (way <= 0) {
@@ -112,9 +143,10 @@ void add_flow(const PreparedActor& actor, ActorGeometry& geometry, bool last) {
   const Moment& now = geometry.moment;
   const Moment next = last ? now : moment_at(actor.timeline, now.frame + 1);
   if (now.object < 0) {
+    const PreparedLeg& leg = leg_of(actor, now.leg);
     const bool goes_on = next.leg == now.leg && next.object < 0;
-    geometry.flow = flow_at(leg_of(actor, now.leg).plan, now.time, goes_on ? next.time : 1,
-                            geometry.balls, geometry.surface.positions);
+    geometry.flow = flow_at(leg.plan, now.time, goes_on ? next.time : leg.until, geometry.balls,
+                            geometry.surface.positions);
     return;
   }
   const PreparedObject& object = object_of(actor, now.object);
@@ -128,8 +160,7 @@ void add_flow(const PreparedActor& actor, ActorGeometry& geometry, bool last) {
 }
 
 MaterialLayer layer_of(const PreparedActor& actor, const Clothes& clothes) {
-  if (clothes.object < 0) return {};
-  const Model& model = object_of(actor, clothes.object).model;
+  const Model& model = actor.objects[clothes.object].model;
   return {clothes.materials.corner_uvs, clothes.materials.triangle_materials, model.materials,
           model.textures};
 }
@@ -142,10 +173,11 @@ void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float
     mesh.positions = geometry.surface.positions;
     mesh.triangles = geometry.surface.triangles;
     mesh.vertex_normals = geometry.surface.normals;
-    static_cast<MaterialLayer&>(mesh) = layer_of(actor, geometry.own);
-    mesh.other = layer_of(actor, geometry.other);
-    mesh.other_share = std::clamp(geometry.moment.u, 0.0f, 1.0f);
-    mesh.look = geometry.own.object < 0 ? 1.0f : 0.0f;
+    const std::vector<Clothes>& clothes = geometry.clothes;
+    if (!clothes.empty()) static_cast<MaterialLayer&>(mesh) = layer_of(actor, clothes.front());
+    for (std::size_t i = 1; i < clothes.size(); ++i)
+      mesh.over.push_back({layer_of(actor, clothes[i]), clothes[i].share});
+    mesh.look = clothes.empty() ? 1.0f : 0.0f;
     mesh.id = id;
     mesh.displacement = geometry.flow.displacement;
     mesh.vertex_blend = geometry.flow.blend;
@@ -173,8 +205,8 @@ void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float
 
 }  // namespace
 
-Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedActor& actor,
-                                SurfaceExtractor& extractor, int leg, float time) {
+Result<ActorGeometry> balls_on_way(const PreparedScene& prepared, const PreparedActor& actor,
+                                   SurfaceExtractor& extractor, int leg, float time) {
   const MorphPlan& plan = leg_of(actor, leg).plan;
   ActorGeometry geometry;
   geometry.moment.leg = leg;
@@ -192,6 +224,12 @@ Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedAct
     PM_TRY(geometry.iso,
            iso_for_volume(extractor, geometry.balls, actor.cell, prepared.extract, volume, near));
   }
+  return geometry;
+}
+
+Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedActor& actor,
+                                SurfaceExtractor& extractor, int leg, float time) {
+  PM_TRY(ActorGeometry geometry, balls_on_way(prepared, actor, extractor, leg, time));
   ExtractSettings extract = prepared.extract;
   extract.iso = geometry.iso;
   extract.method = prepared.scene.surface.method;
@@ -202,6 +240,24 @@ Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedAct
   if (extract.method == SurfaceMethod::kMarchingCubes)
     drop_crumbs(geometry.surface, static_cast<double>(prepared.scene.surface.crumbs));
   return geometry;
+}
+
+Result<ActorGeometry> boundary_at(const PreparedScene& prepared, const PreparedActor& actor,
+                                  SurfaceExtractor& extractor, int leg, bool leaving, float way) {
+  Moment moment;
+  moment.leg = leg;
+  moment.object = static_cast<int>(leaving ? leg_of(actor, leg).from : leg_of(actor, leg).to);
+  if (object_of(actor, moment.object).boundary == BoundaryMethod::kCut) way = 0;
+  moment.time = leaving ? 0.0f : 1.0f;
+  moment.boundary = 1 - way;
+  moment.growth = way;
+  return model_at(prepared, actor, extractor, moment);
+}
+
+Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry) {
+  Mesh mesh = geometry.surface;
+  if (!geometry.points.empty()) append(mesh, model_mesh(actor, geometry));
+  return mesh;
 }
 
 Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtractor& extractor,
@@ -221,7 +277,9 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtracto
     }
     PM_TRY(ActorGeometry one, volume_at(prepared, actor, extractor, moment.leg, moment.time));
     one.moment = moment;
-    if (prepared.scene.look.kind == LookKind::kOwn) dress(actor, one);
+    if (prepared.scene.look.kind == LookKind::kOwn && !one.surface.triangles.empty())
+      dress(actor, static_cast<std::size_t>(moment.leg), moment.time, one.balls,
+            one.surface.positions, one);
     if (flows) add_flow(actor, one, frame == prepared.frame_count);
     geometry.actors.push_back(std::move(one));
   }
@@ -247,6 +305,30 @@ Mesh surfaces_of(const FrameGeometry& geometry) {
   return mesh;
 }
 
+std::vector<std::uint32_t> surface_labels(const PreparedActor& actor,
+                                          const ActorGeometry& geometry) {
+  const std::vector<Vec3>& points = geometry.surface.positions;
+  const Moment& moment = geometry.moment;
+  if (moment.object < 0) {
+    const PreparedLeg& leg = leg_of(actor, moment.leg);
+    const auto names = [&](std::size_t object) {
+      const std::vector<std::uint32_t> numbers = label_numbers(actor, actor.objects[object]);
+      std::vector<std::uint32_t> own;
+      for (const std::uint32_t label : actor.objects[object].ball_labels)
+        own.push_back(numbers[label]);
+      return own;
+    };
+    return label_points(leg.plan, moment.time, geometry.balls, points, names(leg.from),
+                        names(leg.to));
+  }
+  const PreparedObject& object = object_of(actor, moment.object);
+  const std::vector<std::uint32_t> numbers = label_numbers(actor, object);
+  std::vector<std::uint32_t> labels;
+  for (const ClosestPoint& point : object.closest->closest(points))
+    labels.push_back(numbers[object.model.labels[point.triangle]]);
+  return labels;
+}
+
 FrameMesh mesh_of(const PreparedScene& prepared, const FrameGeometry& geometry) {
   FrameMesh frame;
   std::vector<std::string> kinds;
@@ -254,8 +336,16 @@ FrameMesh mesh_of(const PreparedScene& prepared, const FrameGeometry& geometry) 
     const ActorGeometry& one = geometry.actors[a];
     const bool is_model = one.surface.triangles.empty() && !one.points.empty();
     kinds.push_back(is_model ? "model" : "surface");
-    frame.parts.push_back({prepared.actors[a].name, frame.mesh.triangles.size()});
-    append(frame.mesh, is_model ? model_mesh(prepared.actors[a], one) : one.surface);
+    const PreparedActor& actor = prepared.actors[a];
+    const auto first = static_cast<std::uint32_t>(frame.tags.label_names.size());
+    for (const std::string& name : actor.label_names)
+      frame.tags.label_names.push_back(prepared.actors.size() > 1 ? actor.name + "." + name : name);
+    for (const std::uint32_t label : is_model
+                                         ? model_labels(actor, object_of(actor, one.moment.object))
+                                         : surface_labels(actor, one))
+      frame.tags.labels.push_back(first + label);
+    frame.tags.parts.push_back({actor.name, frame.mesh.triangles.size()});
+    append(frame.mesh, is_model ? model_mesh(actor, one) : one.surface);
   }
   frame.what = each_once(kinds);
   return frame;

@@ -19,7 +19,8 @@ namespace polymorph {
 
 /// An object's materials as the surface wears them.
 struct Clothes {
-  int object = -1;  ///< of the actor; -1: none, the common look
+  std::size_t object = 0;  ///< of the actor
+  float share = 1;         ///< mixed over what is below it
   TransferredMaterials materials;
 };
 
@@ -34,8 +35,9 @@ struct ActorGeometry {
   /// Only where the scene asks for motion blur or for a layer that needs them: see wants_flow().
   Flow flow;                       ///< of the surface's points, to the next frame; empty = still
   std::vector<Vec3> displacement;  ///< of the model's points, to the next frame; empty = still
-  /// The surface's own look: what it comes from and, mixed with it by moment.u, what it becomes.
-  Clothes own, other;
+  /// The surface's own look: what it comes from, and over it what it becomes. Three and more where
+  /// it did not reach an object that it set out for. Empty: the common look.
+  std::vector<Clothes> clothes;
 };
 
 struct FrameGeometry {
@@ -45,11 +47,24 @@ struct FrameGeometry {
   std::vector<ActorGeometry> actors;  ///< as in PreparedScene
 };
 
+/// The balls of a leg at `time` in [0, 1] of their motion, and their level; no surface yet.
+Result<ActorGeometry> balls_on_way(const PreparedScene& prepared, const PreparedActor& actor,
+                                   SurfaceExtractor& extractor, int leg, float time);
+
 /// The balls of a leg at `time` in [0, 1] of their motion, their level and their surface: what
 /// shows in the volumetric stage. `moment` says only leg, time and u. `actor`: of `prepared`, of
 /// which only the settings are needed. Errors: kResource.
 Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedActor& actor,
                                 SurfaceExtractor& extractor, int leg, float time);
+
+/// A model on its way to its balls' surface, at the beginning (`leaving`) or the end of a leg:
+/// `way` 0 is the model, 1 what is taken for the balls' surface. For an object without a boundary
+/// stage the model. Errors: kResource.
+Result<ActorGeometry> boundary_at(const PreparedScene& prepared, const PreparedActor& actor,
+                                  SurfaceExtractor& extractor, int leg, bool leaving, float way);
+
+/// What is seen of an actor: its surface, its model where that shows, or both.
+Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry);
 
 /// Does the picture show where things move?
 inline bool wants_flow(const Scene& scene) {
@@ -69,11 +84,17 @@ std::size_t ball_count(const FrameGeometry& geometry);
 /// The balls' surfaces of all actors, one after the other: what golden frames keep the digest of.
 Mesh surfaces_of(const FrameGeometry& geometry);
 
+/// What each vertex of an actor's surface belongs to: index into actor.label_names. Of moving balls
+/// by their shares (morph/labels.h), else by the nearest face of the model that the surface comes
+/// from.
+std::vector<std::uint32_t> surface_labels(const PreparedActor& actor,
+                                          const ActorGeometry& geometry);
+
 /// A frame as a mesh: of each actor its surface or, where it has none, its model.
 struct FrameMesh {
   Mesh mesh;
-  std::vector<MeshPart> parts;  ///< one an actor
-  std::string what;             ///< "surface", "model" or both: "surface, model"
+  MeshTags tags;     ///< a part an actor; labels "beak", or "actor.beak" of several
+  std::string what;  ///< "surface", "model" or both: "surface, model"
 };
 FrameMesh mesh_of(const PreparedScene& prepared, const FrameGeometry& geometry);
 

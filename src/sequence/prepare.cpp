@@ -10,7 +10,9 @@
 #include "model/normals.h"
 #include "model/shapes.h"
 #include "morph/labels.h"
+#include "morph/motion.h"
 #include "scene/load_scene.h"
+#include "sequence/geometry.h"
 #include "spheres/figures.h"
 #include "surface/crossfade.h"
 #include "surface/grid.h"
@@ -136,6 +138,7 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
                       "or raise spheres.resolution",
                       object.name, object.balls.size());
   PM_TRY(object.field_maximum, field_maximum(extractor, object.balls, extract));
+  object.ball_labels = face_labels(object.model, object.balls);
   object.closest = std::make_shared<const ClosestPointQuery>(object.model);
   object.charts = texture_charts(object.model);
   if (object.meta) return Ok{};
@@ -145,37 +148,91 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
 PlanSide plan_side(const PreparedObject& object, const std::vector<std::int32_t>& classes) {
   PlanSide side;
   side.balls = object.balls;
-  for (const std::uint32_t label : face_labels(object.model, object.balls))
-    side.labels.push_back(classes[label]);
+  for (const std::uint32_t label : object.ball_labels) side.labels.push_back(classes[label]);
   return side;
 }
 
+std::uint32_t index_of(std::vector<std::string>& names, const std::string& name) {
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) names.push_back(name);
+  return static_cast<std::uint32_t>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+/// What the balls of the actor's last leg are at the moment at which it is left: the source of the
+/// next.
+Result<PreparedObject> object_in_flight(const PreparedScene& prepared, const PreparedActor& actor,
+                                        SurfaceExtractor& extractor) {
+  const PreparedLeg& leg = actor.legs.back();
+  const PreparedObject &from = actor.objects[leg.from], &to = actor.objects[leg.to];
+  PM_TRY(
+      const ActorGeometry moment,
+      balls_on_way(prepared, actor, extractor, static_cast<int>(actor.legs.size()) - 1, leg.until));
+  PreparedObject object;
+  object.name = fmt::format("{} -> {} at {:.3g}", from.name, to.name, leg.until);
+  object.meta = true;
+  object.balls = rescaled(moment.balls, leg.plan.kind, moment.iso);
+  PM_TRY(const Mesh mesh, extract_surface(extractor, object.balls, actor.cell, prepared.extract));
+  if (mesh.triangles.empty())
+    return make_error(ErrorCode::kInput, "{}: the balls have no surface to go on from",
+                      object.name);
+  object.ball_volume = object.model_volume = volume_of(mesh);
+  object.model.name = object.name;
+  object.model.points = mesh.positions;
+  object.model.triangles = mesh.triangles;
+  // A ball belongs to what it is more of.
+  const bool near = moment.moment.u < 0.5f;
+  for (const Pair& pair : leg.plan.pairs)
+    object.ball_labels.push_back(index_of(object.model.label_names,
+                                          near ? from.model.label_names[from.ball_labels[pair.from]]
+                                               : to.model.label_names[to.ball_labels[pair.to]]));
+  return object;
+}
+
 /// Who becomes whom on each of the actor's legs.
-Status make_legs(PreparedActor& actor, const ActorSettings& settings, const Scene& scene) {
+Status make_legs(PreparedActor& actor, const ActorSettings& settings, const PreparedScene& prepared,
+                 SurfaceExtractor& extractor) {
+  const auto labels_of = [&](std::size_t object) {
+    return LabelledObject{actor.objects[object].name, actor.objects[object].model.label_names};
+  };
   std::vector<LabelledObject> labels;
-  for (const PreparedObject& object : actor.objects)
-    labels.push_back({object.name, object.model.label_names});
+  for (std::size_t i = 0; i < actor.objects.size(); ++i) labels.push_back(labels_of(i));
   PM_TRY_STATUS(check_label_map(labels, settings.plan.labels));
-  for (std::size_t i = 0; i + 1 < actor.objects.size(); ++i) {
-    const LabelMatch match = match_labels(labels[i], labels[i + 1], settings.plan.labels);
-    PlanSide from = plan_side(actor.objects[i], match.from);
+  std::size_t source = 0;
+  for (std::size_t i = 0; i < actor.timeline.legs.size(); ++i) {
+    const Leg& leg = actor.timeline.legs[i];
+    const LabelMatch match =
+        match_labels(labels_of(source), labels_of(i + 1), settings.plan.labels);
+    PlanSide from = plan_side(actor.objects[source], match.from);
     PlanSide to = plan_side(actor.objects[i + 1], match.to);
     for (const LandmarkSettings& landmark : settings.plan.landmarks)
       if (landmark.leg == static_cast<int>(i) + 1) {
         from.landmarks.push_back(landmark.from);
         to.landmarks.push_back(landmark.to);
       }
-    actor.legs.push_back({i, i + 1,
-                          plan_morph(std::move(from), std::move(to), scene.field.kind,
-                                     settings.plan, actor.timeline.legs[i].motion)});
+    MorphPlan plan = plan_morph(std::move(from), std::move(to), prepared.scene.field.kind,
+                                settings.plan, leg.motion);
+    if (source != i) {
+      const Leg& before = actor.timeline.legs[i - 1];
+      carry_on(plan, actor.legs.back().plan, before.until, pace_of(before) / pace_of(leg));
+    }
+    actor.legs.push_back({source, i + 1, std::move(plan), leg.until});
+    source = i + 1;
+    if (leg.until < 1) {
+      PM_TRY(PreparedObject object, object_in_flight(prepared, actor, extractor));
+      source = actor.objects.size();
+      actor.objects.push_back(std::move(object));
+    }
   }
+  for (const PreparedObject& object : actor.objects)
+    for (const std::string& name : object.model.label_names) index_of(actor.label_names, name);
   return Ok{};
 }
 
 /// An actor's balls and plans, from its models.
-Result<PreparedActor> make_actor(const Scene& scene, const ActorSettings& settings,
-                                 std::span<Model> models, const ExtractSettings& extract,
-                                 SurfaceExtractor& extractor, const std::filesystem::path& cache) {
+Result<PreparedActor> make_actor(const PreparedScene& prepared, const ActorSettings& settings,
+                                 std::span<Model> models, SurfaceExtractor& extractor,
+                                 const std::filesystem::path& cache) {
+  const Scene& scene = prepared.scene;
   PreparedActor actor;
   actor.name = settings.name;
   actor.timeline = make_timeline(scene, settings);
@@ -191,10 +248,11 @@ Result<PreparedActor> make_actor(const Scene& scene, const ActorSettings& settin
     object.name = objects[i]->name;
     object.meta = objects[i]->meta;
     object.model = std::move(models[i]);
-    PM_TRY_STATUS(make_balls(object, *objects[i], scene, actor.cell, extract, extractor, cache));
+    PM_TRY_STATUS(
+        make_balls(object, *objects[i], scene, actor.cell, prepared.extract, extractor, cache));
     actor.objects.push_back(std::move(object));
   }
-  PM_TRY_STATUS(make_legs(actor, settings, scene));
+  PM_TRY_STATUS(make_legs(actor, settings, prepared, extractor));
   return actor;
 }
 
@@ -286,7 +344,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extrac
   for (const ActorSettings& settings : scene.actors) {
     const std::size_t count = chain_objects(settings).size();
     PM_TRY(PreparedActor actor,
-           make_actor(scene, settings, models.first(count), prepared.extract, extractor, cache));
+           make_actor(prepared, settings, models.first(count), extractor, cache));
     models = models.subspan(count);
     prepared.box = unite(prepared.box, actor.box);
     prepared.actors.push_back(std::move(actor));

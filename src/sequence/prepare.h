@@ -28,7 +28,8 @@ struct PreparedObject {
   Model model;
   bool meta = false;
   std::size_t sphere_count = 0;
-  std::vector<Ball> balls;  ///< surface at field = 1
+  std::vector<Ball> balls;                 ///< surface at field = 1
+  std::vector<std::uint32_t> ball_labels;  ///< one a ball: index into model.label_names
   double model_volume = 0;
   double ball_volume = 0;  ///< enclosed by the balls' surface
   float field_maximum = 1;
@@ -45,14 +46,19 @@ struct PreparedObject {
 struct PreparedLeg {
   std::size_t from = 0, to = 0;  ///< of the actor's objects
   MorphPlan plan;
+  float until = 1;  ///< of the motion's time: then the balls are left to the next leg
 };
 
 /// One chain, in its place in the world.
 struct PreparedActor {
   std::string name;
   Timeline timeline;
+  /// The chain's, then those that are no model but balls in flight, which a leg was left with: such
+  /// a one's `model` is its surface, without materials.
   std::vector<PreparedObject> objects;
   std::vector<PreparedLeg> legs;
+  /// Of all its objects, each name once.
+  std::vector<std::string> label_names;
   Box box;         ///< of all its objects
   float cell = 0;  ///< edge of its surfaces' cells
 };

@@ -69,18 +69,21 @@ std::string encode_obj(const Mesh& mesh, std::span<const MeshPart> parts) {
   return text;
 }
 
-std::string encode_ply(const Mesh& mesh) {
+std::string encode_ply(const Mesh& mesh, const MeshTags& tags) {
   const bool flat = mesh.normals.empty();
-  std::string bytes = fmt::format(
-      "ply\nformat binary_little_endian 1.0\ncomment polymorph surface\nelement vertex {}\n"
-      "property float x\nproperty float y\nproperty float z\n{}"
+  std::string bytes = "ply\nformat binary_little_endian 1.0\ncomment polymorph surface\n";
+  for (std::size_t i = 0; i < tags.label_names.size(); ++i)
+    bytes += fmt::format("comment label {} {}\n", i, tags.label_names[i]);
+  bytes += fmt::format(
+      "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n{}{}"
       "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
       mesh.positions.size(),
       flat ? "" : "property float nx\nproperty float ny\nproperty float nz\n",
-      mesh.triangles.size());
+      tags.labels.empty() ? "" : "property int label\n", mesh.triangles.size());
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     append(bytes, mesh.positions[i]);
     if (!flat) append(bytes, mesh.normals[i]);
+    if (!tags.labels.empty()) append(bytes, tags.labels[i]);
   }
   for (const Triangle& t : mesh.triangles) {
     append(bytes, std::uint8_t{3});
@@ -111,10 +114,9 @@ std::string encode_balls_csv(const std::vector<Ball>& balls, FieldKind kind) {
   return text;
 }
 
-Status write_mesh(const std::filesystem::path& path, const Mesh& mesh,
-                  std::span<const MeshPart> parts) {
-  if (path.extension() == ".obj") return write_file(path, encode_obj(mesh, parts));
-  if (path.extension() == ".ply") return write_file(path, encode_ply(mesh));
+Status write_mesh(const std::filesystem::path& path, const Mesh& mesh, const MeshTags& tags) {
+  if (path.extension() == ".obj") return write_file(path, encode_obj(mesh, tags.parts));
+  if (path.extension() == ".ply") return write_file(path, encode_ply(mesh, tags));
   return make_error(ErrorCode::kUsage, "{}: unknown mesh format \"{}\" - use .obj or .ply",
                     path.string(), path.extension().string());
 }

@@ -146,6 +146,15 @@ TEST_F(Products, SeveralActors) {
   EXPECT_EQ(image["attributes"]["polymorph/stage"], "volume");
 }
 
+TEST_F(Products, PlyMeshesKnowWhatTheirVerticesBelongTo) {
+  for (const char* frame : {"1", "2"}) {
+    run(0, {"mesh", "scene.json", "-f", frame, "-o", "labels.ply", "--overwrite"});
+    const std::string ply = read_text(folder / "labels.ply");
+    EXPECT_TRUE(contains(ply, "comment label 0 cube\ncomment label 1 sphere\n")) << frame;
+    EXPECT_TRUE(contains(ply, "property float nz\nproperty int label\n")) << frame;
+  }
+}
+
 TEST_F(Products, StoppedBySignalLeavesNoParts) {
   write("long.json", tiny_scene(4000));
   const Started started = start({"mesh", "long.json", "-o", "m.####.obj"});

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "analyze/analyze.h"
+#include "analyze/measure.h"
 #include "morph/motion.h"
 #include "morph_testing.h"
 #include "surface/grid.h"
@@ -21,6 +22,7 @@ struct Case {
   std::vector<std::int32_t> from_labels, to_labels;
   std::optional<Similarity> truth;
   PlanSettings plan;
+  MotionSettings motion = {};
 };
 
 Analysis analyze(const Case& given) {
@@ -32,7 +34,7 @@ Analysis analyze(const Case& given) {
   };
   const MorphPlan plan =
       plan_morph({given.from, given.from_labels, {}}, {given.to, given.to_labels, {}},
-                 FieldKind::kGaussian, given.plan);
+                 FieldKind::kGaussian, given.plan, given.motion);
   MorphEnds ends;
   ends.source = surface(given.from, 1);
   ends.target = surface(given.to, 1);
@@ -179,6 +181,44 @@ TEST(Gates, LabelledLimbsBecomeTheirLimbs) {
   EXPECT_GE(value(analyze(given), "attributes"), 0.5);  // by shape alone; chance is 0
 }
 
+TEST(Gates, LabelledPartsHoldTheirNeighboursBetterThanOneTurnDoes) {
+  const Creature a = creature(0.9f, 0.9f, 9), b = creature(0.7f, 0.3f, 6);
+  Case given{a.balls, b.balls, a.labels, b.labels, std::nullopt, {}};
+  given.plan.label_mode = LabelMode::kHard;
+  const double rigid = value(analyze(given), "rigidity");
+  given.motion.path = Path::kParts;
+  const Analysis parts = analyze(given);
+  expect_sound(parts);
+  RecordProperty("rigid", std::to_string(rigid));
+  RecordProperty("parts", std::to_string(value(parts, "rigidity")));
+  EXPECT_LT(value(parts, "rigidity"), 0.25 * rigid);
+  EXPECT_EQ(value(parts, "topology"), 0);
+  EXPECT_LE(value(parts, "leakage"), 1e-3) << "a limb that swings leaves the hull of both ends";
+}
+
+TEST(Gates, LimbsThatOnlySwingStayRigidAsParts) {
+  // Arms and legs turn about where they grow out of the trunk, each its own way.
+  const Creature a = creature(0.9f, 0.9f, 9);
+  Creature b = a;
+  for (std::size_t i = 0; i < b.balls.size(); ++i) {
+    const std::int32_t limb = a.labels[i];
+    if (limb == 0) continue;
+    const double side = limb % 2 ? -1 : 1, end = limb <= 2 ? 1 : -1;
+    const Vec3d joint{side * 0.2, end * 0.45, 0.05 * end};
+    const Mat3 turn = exp_rotation(Vec3d{0, 0, side * end * 80 * std::numbers::pi / 180});
+    b.balls[i].center = to_float(joint + turn * (Vec3d(a.balls[i].center) - joint));
+  }
+  Case given{a.balls, b.balls, a.labels, b.labels, std::nullopt, {}};
+  given.plan.label_mode = LabelMode::kHard;
+  const double rigid = value(analyze(given), "rigidity");
+  given.motion.path = Path::kParts;
+  const double parts = value(analyze(given), "rigidity");
+  RecordProperty("rigid", std::to_string(rigid));
+  RecordProperty("parts", std::to_string(parts));
+  EXPECT_GT(rigid, 0.1);
+  EXPECT_LT(parts, 0.4 * rigid);
+}
+
 TEST(Gates, BackwardsIsTheSameMorphFrameByFrame) {
   const Creature a = creature(0.9f, 0.9f, 9), b = creature(0.7f, 0.3f, 6);
   const Analysis there = analyze({a.balls, b.balls, {}, {}, std::nullopt, {}});
@@ -190,6 +230,25 @@ TEST(Gates, BackwardsIsTheSameMorphFrameByFrame) {
     EXPECT_NEAR(one.area / two.area, 1, 2e-3);
     EXPECT_EQ(one.components, two.components);
     EXPECT_EQ(one.genus, two.genus);
+  }
+}
+
+TEST(Gates, BackwardsTheSurfacesAreTheSame) {
+  const Creature a = creature(0.9f, 0.9f, 9), b = creature(0.7f, 0.3f, 6);
+  const auto extractor = make_cpu_extractor();
+  const MorphPlan there =
+      plan_morph({a.balls, a.labels, {}}, {b.balls, b.labels, {}}, FieldKind::kGaussian, {});
+  const MorphPlan back =
+      plan_morph({b.balls, b.labels, {}}, {a.balls, a.labels, {}}, FieldKind::kGaussian, {});
+  const auto surface = [&](const MorphPlan& plan, float time) {
+    const Mesh mesh = extract_surface(*extractor, balls_at(plan, time), kCell, {}).value();
+    return std::pair(MeasuredSurface(mesh.positions, mesh.triangles),
+                     static_cast<double>(box_of(mesh.positions).diagonal()));
+  };
+  for (int k = 0; k <= 8; ++k) {
+    const float time = static_cast<float>(k) / 8;
+    const auto one = surface(there, time), two = surface(back, 1 - time);
+    EXPECT_LT(one.first.distance_to(two.first).largest, 1e-3 * one.second) << time;
   }
 }
 

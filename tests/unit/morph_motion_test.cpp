@@ -271,5 +271,66 @@ TEST(Spring, BigBallsLagBehindSmallOnes) {
   EXPECT_LT(balls[0].center.x + 0.1f, balls[1].center.x);
 }
 
+TEST(Parts, AreExactAtBothEndsAndDeterministic) {
+  const Creature a = creature(0.9f, 0.9f, 9), b = creature(0.7f, 0.3f, 6);
+  MotionSettings motion;
+  motion.path = Path::kParts;
+  for (const bool labelled : {true, false}) {
+    for (const Stagger stagger : {Stagger::kNone, Stagger::kNoise}) {
+      motion.stagger = stagger;
+      const auto labels = [&](const Creature& c) {
+        return labelled ? c.labels : std::vector<std::int32_t>{};
+      };
+      const MorphPlan plan = plan_morph({a.balls, labels(a), {}}, {b.balls, labels(b), {}},
+                                        FieldKind::kGaussian, {}, motion);
+      EXPECT_GE(plan.parts.size(), 2u);
+      for (const auto& [time, ends] : {std::pair(0.0f, &plan.from), std::pair(1.0f, &plan.to)}) {
+        const auto at = balls_at(plan, time),
+                   near = balls_at(plan, time + (time > 0 ? -1 : 1) * 0.02f);
+        for (std::size_t e = 0; e < at.size(); ++e) {
+          const Ball& end = (*ends)[time > 0 ? plan.pairs[e].to : plan.pairs[e].from];
+          EXPECT_EQ(length(at[e].center - end.center), 0);
+          EXPECT_LT(length(near[e].center - end.center), 0.01f) << "and nearly so near them";
+        }
+      }
+      const auto once = balls_at(plan, 0.4f), again = balls_at(plan, 0.4f);
+      for (std::size_t e = 0; e < once.size(); ++e)
+        EXPECT_EQ(length(once[e].center - again[e].center), 0);
+    }
+  }
+}
+
+TEST(Parts, OfACopyMoveAsTheWholeDoes) {
+  const std::vector<Ball> a = bar();
+  const Mat3 turn = exp_rotation(Vec3d{0.3, 0.9, 0.5});
+  const std::vector<Ball> b = moved(a, turn, 1.3, {1, 0, 2});
+  MotionSettings motion;
+  const MorphPlan rigid = plan_morph({a, {}, {}}, {b, {}, {}}, FieldKind::kGaussian, {}, motion);
+  motion.path = Path::kParts;
+  const MorphPlan parts = plan_morph({a, {}, {}}, {b, {}, {}}, FieldKind::kGaussian, {}, motion);
+  for (const float time : {0.2f, 0.5f, 0.8f}) {
+    const auto x = balls_at(rigid, time), y = balls_at(parts, time);
+    ASSERT_EQ(x.size(), y.size());
+    for (std::size_t e = 0; e < x.size(); ++e)
+      EXPECT_LT(length(x[e].center - y[e].center), 0.05f) << time;
+  }
+}
+
+TEST(Parts, BackwardsAreTheSame) {
+  const Creature a = creature(0.9f, 0.9f, 9), b = creature(0.7f, 0.3f, 6);
+  MotionSettings motion;
+  motion.path = Path::kParts;
+  const MorphPlan there = plan_morph({a.balls, a.labels, {}}, {b.balls, b.labels, {}},
+                                     FieldKind::kGaussian, {}, motion);
+  const MorphPlan back = plan_morph({b.balls, b.labels, {}}, {a.balls, a.labels, {}},
+                                    FieldKind::kGaussian, {}, motion);
+  ASSERT_EQ(there.pairs.size(), back.pairs.size());
+  for (const float time : {0.25f, 0.5f, 0.7f}) {
+    const auto x = balls_at(there, time), y = balls_at(back, 1 - time);
+    for (std::size_t e = 0; e < x.size(); ++e)
+      EXPECT_LT(length(x[e].center - y[e].center), 2e-3f) << time;
+  }
+}
+
 }  // namespace
 }  // namespace polymorph

@@ -1,11 +1,15 @@
 #include "morph/plan.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <ctime>
 #include <numbers>
 #include <numeric>
 
+#include "base/parallel.h"
+#include "morph/labels.h"
 #include "morph/mass.h"
 #include "morph/motion.h"
 #include "morph_testing.h"
@@ -255,6 +259,74 @@ TEST(BallMasses, AreWhatEachBallEncloses) {
   crowd.push_back(hidden);
   EXPECT_LT(ball_masses(crowd, FieldKind::kGaussian)[11], 1e-4);
   EXPECT_GT(ball_masses(crowd, FieldKind::kGaussian)[11], 0);
+}
+
+/// The points of a surface belong to what their balls are more of.
+TEST(Labels, GoWithTheirBallsAndTakeTheTargetsNamesHalfWay) {
+  const Creature a = creature(0.9f, 0.9f, 9), b = creature(0.7f, 0.3f, 6);
+  PlanSettings settings;
+  settings.label_mode = LabelMode::kHard;
+  const MorphPlan plan =
+      plan_morph({a.balls, a.labels, {}}, {b.balls, b.labels, {}}, FieldKind::kGaussian, settings);
+  // The target's limbs have names of their own: 10 more than the source's.
+  std::vector<std::uint32_t> from_names, to_names;
+  for (const std::int32_t label : a.labels) from_names.push_back(static_cast<std::uint32_t>(label));
+  for (const std::int32_t label : b.labels)
+    to_names.push_back(static_cast<std::uint32_t>(label) + 10);
+  for (const float time : {0.0f, 0.3f, 0.7f, 1.0f}) {
+    const std::vector<Ball> balls = balls_at(plan, time);
+    std::vector<Vec3> points;
+    for (const Ball& ball : balls) points.push_back(ball.center);
+    const auto labels = label_points(plan, time, balls, points, from_names, to_names);
+    std::size_t right = 0;
+    for (std::size_t e = 0; e < points.size(); ++e) {
+      const Pair& pair = plan.pairs[e];
+      right += labels[e] == (time < 0.5f ? from_names[pair.from] : to_names[pair.to]);
+    }
+    // Where a limb leaves the trunk, the trunk's wider balls weigh more.
+    EXPECT_GE(static_cast<double>(right), 0.85 * static_cast<double>(points.size())) << time;
+  }
+}
+
+TEST(Labels, WithoutPartnersTheLargerShareWins) {
+  const std::vector<Ball> one{ball_at({0, 0, 0}, 1)};
+  const MorphPlan plan = plan_morph({one, {}, {}}, {one, {}, {}}, FieldKind::kGaussian, {});
+  const std::vector<std::uint32_t> from{1}, to{0};
+  const std::vector<Vec3> point{{0.3f, 0, 0}};
+  EXPECT_EQ(label_points(plan, 0.4f, balls_at(plan, 0.4f), point, from, to)[0], 1u);
+  EXPECT_EQ(label_points(plan, 0.6f, balls_at(plan, 0.6f), point, from, to)[0], 0u);
+}
+
+/// Balls through a torus, neighbours overlapping as fitted ones do.
+std::vector<Ball> torus_balls(std::size_t count, std::uint64_t seed) {
+  std::vector<Ball> balls;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto r = [&](std::uint64_t k) { return random_float(seed, k, i); };
+    const float turn = 6.2831853f * r(0), tube = 0.4f * std::sqrt(r(1)), side = 6.2831853f * r(2);
+    const float ring = 1 + tube * std::cos(side);
+    balls.push_back(ball_at({ring * std::cos(turn), tube * std::sin(side), ring * std::sin(turn)},
+                            1.2f / std::cbrt(static_cast<float>(count))));
+  }
+  return balls;
+}
+
+TEST(TransportPlan, IsMadeInSecondsOnOneCore) {
+#if !defined(NDEBUG) || defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "of an optimised build";
+#endif
+  set_thread_count(1);
+  for (const auto& [count, limit] : {std::pair(1024, 1.0), std::pair(4096, 10.0)}) {
+    const auto from = torus_balls(static_cast<std::size_t>(count), 1),
+               to = torus_balls(static_cast<std::size_t>(count), 2);
+    // The processor's time: others may be at work, too.
+    const std::clock_t start = std::clock();
+    const MorphPlan plan = plan_morph({from, {}, {}}, {to, {}, {}}, FieldKind::kGaussian, {});
+    const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+    EXPECT_GE(plan.pairs.size(), from.size());
+    EXPECT_LE(seconds, limit) << count;
+    RecordProperty(fmt::format("seconds_{}", count), fmt::format("{:.2f}", seconds));
+  }
+  set_thread_count(0);
 }
 
 }  // namespace

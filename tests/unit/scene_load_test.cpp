@@ -192,7 +192,8 @@ TEST_F(SceneTest, AListOfActorsIsReadAndOneChainIsAnActorToo) {
   ASSERT_TRUE(alone.ok());
   ASSERT_EQ(alone->actors.size(), 1u);
   EXPECT_EQ(alone->actors[0].name, "a");
-  const auto scene = load(R"({"spheres": {"balls": 77}, "plan": {"method": "nearest", "seed": 3},
+  const auto scene = load(R"({"spheres": {"balls": 77}, "plan": {"method": "nearest", "seed": 3,
+      "landmarks": [{"from": [0, 1, 0], "to": [0, 2, 0]}]},
     "actors": [{"source": "a.obj", "target": {"model": "b.obj", "spheres": {"fit": "round"}}},
                {"source": "a.obj", "intermediate": ["sphere"], "target": "b.obj", "start": 9,
                 "translate": [2, 0, 0], "scale": 0.5, "per_leg": [5, 6],
@@ -207,6 +208,7 @@ TEST_F(SceneTest, AListOfActorsIsReadAndOneChainIsAnActorToo) {
   EXPECT_EQ(first.plan.method, PlanMethod::kNearest);
   EXPECT_EQ(second.plan.method, PlanMethod::kIndex);
   EXPECT_EQ(second.plan.seed, 3u) << "the scene's plan is every actor's default";
+  EXPECT_EQ(first.plan.landmarks.size(), 1u);
   EXPECT_EQ(second.start, 9);
   EXPECT_EQ(second.per_leg, (std::vector<int>{5, 6}));
   EXPECT_EQ(second.translate.x, 2);
@@ -215,6 +217,7 @@ TEST_F(SceneTest, AListOfActorsIsReadAndOneChainIsAnActorToo) {
   const auto again = load(text);
   ASSERT_TRUE(again.ok()) << again.error().message;
   EXPECT_EQ(scene_to_json(*again, folder), text);
+  EXPECT_EQ(again->actors[0].plan.landmarks.size(), 1u) << "a list replaces the default";
 }
 
 TEST_F(SceneTest, WhatIsWrongWithActorsHasItsPlace) {

@@ -1,0 +1,319 @@
+#include "morph/parts.h"
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+
+#include "base/parallel.h"
+#include "base/result.h"
+#include "morph/cost.h"
+#include "morph/features.h"
+
+namespace polymorph {
+namespace {
+
+constexpr std::size_t kMostClusters = 8;
+constexpr std::size_t kFewestPairs = 12;  // of a cluster, on the mean
+constexpr std::size_t kNeighbors = 8;
+constexpr int kRounds = 3;
+/// How much a ball is held in its part's place, against one edge. Weak: a limb's own straight way
+/// would tear it off.
+constexpr double kAnchor = 0.01;
+
+/// The similarity of some pairs, with the whole's turn where theirs is not determined.
+Alignment fit_part(const MorphPlan& plan, const std::vector<std::uint32_t>& members) {
+  Alignment fit;
+  double mass = 0;
+  for (const std::uint32_t e : members) {
+    const Pair& pair = plan.pairs[e];
+    fit.from_center = fit.from_center + Vec3d(plan.from[pair.from].center) * pair.mass;
+    fit.to_center = fit.to_center + Vec3d(plan.to[pair.to].center) * pair.mass;
+    mass += pair.mass;
+  }
+  fit.from_center = fit.from_center * (1 / mass);
+  fit.to_center = fit.to_center * (1 / mass);
+  Mat3 sum{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
+  double from_square = 0, to_square = 0;
+  for (const std::uint32_t e : members) {
+    const Pair& pair = plan.pairs[e];
+    const Vec3d p = Vec3d(plan.from[pair.from].center) - fit.from_center;
+    const Vec3d q = Vec3d(plan.to[pair.to].center) - fit.to_center;
+    const double a[3] = {p.x, p.y, p.z}, b[3] = {q.x, q.y, q.z};
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) sum.at(r, c) += pair.mass * b[r] * a[c];
+    from_square += pair.mass * dot(p, p);
+    to_square += pair.mass * dot(q, q);
+  }
+  // A straight limb does not say how far it rolls about itself.
+  constexpr double kWhole = 1e-3;
+  const double weight = kWhole * std::sqrt(from_square * to_square) + 1e-30;
+  for (std::size_t k = 0; k < 9; ++k) sum.m[k] += weight * plan.alignment.rotation.m[k];
+  fit.rotation = nearest_rotation(sum);
+  fit.turn = log_rotation(fit.rotation);
+  // Of the two ways round, that which stays with the whole.
+  const double angle = length(fit.turn);
+  if (angle > 1e-6) {
+    const Vec3d other = fit.turn * ((angle - 2 * std::numbers::pi) / angle);
+    if (length(other - plan.alignment.turn) < length(fit.turn - plan.alignment.turn))
+      fit.turn = other;
+  }
+  constexpr double kMostGrowth = 4;
+  fit.scale = from_square > 0 && to_square > 0
+                  ? std::clamp(std::sqrt(to_square / from_square), 1 / kMostGrowth, kMostGrowth)
+                  : plan.alignment.scale;
+  return fit;
+}
+
+/// Pairs by label, with part 0 for those that leave theirs; empty where labels say too little.
+std::vector<std::uint32_t> parts_by_label(const MorphPlan& plan) {
+  if (plan.from_labels.empty() || plan.to_labels.empty()) return {};
+  std::map<std::int32_t, std::uint32_t> parts;
+  std::vector<std::uint32_t> part_of(plan.pairs.size(), 0);
+  double kept = 0, all = 0;
+  for (std::size_t e = 0; e < plan.pairs.size(); ++e) {
+    const Pair& pair = plan.pairs[e];
+    const std::int32_t label = plan.from_labels[pair.from];
+    all += pair.mass;
+    if (label == kNoLabel || label != plan.to_labels[pair.to]) continue;
+    kept += pair.mass;
+    part_of[e] = parts.emplace(label, static_cast<std::uint32_t>(parts.size() + 1)).first->second;
+  }
+  return parts.size() >= 2 && kept > 0.5 * all ? part_of : std::vector<std::uint32_t>{};
+}
+
+/// k-means of the pairs' places in both objects at once, seeded by the farthest.
+std::vector<std::uint32_t> parts_by_place(const MorphPlan& plan) {
+  const Alignment& whole = plan.alignment;
+  const std::size_t n = plan.pairs.size();
+  struct Point {
+    Vec3d p, q;
+  };
+  std::vector<Point> points;
+  for (const Pair& pair : plan.pairs)
+    points.push_back(
+        {whole.rotation * (Vec3d(plan.from[pair.from].center) - whole.from_center) *
+             std::sqrt(whole.scale),
+         (Vec3d(plan.to[pair.to].center) - whole.to_center) * (1 / std::sqrt(whole.scale))});
+  const auto square = [](const Point& a, const Point& b) {
+    return dot(a.p - b.p, a.p - b.p) + dot(a.q - b.q, a.q - b.q);
+  };
+  const std::size_t count = std::clamp<std::size_t>(n / kFewestPairs, 1, kMostClusters);
+  std::vector<Point> middles{{{}, {}}};  // the first is only where the search starts
+  for (std::size_t k = 0; k <= count; ++k) {
+    std::size_t farthest = 0;
+    double most = -1;
+    for (std::size_t e = 0; e < n; ++e) {
+      double nearest = std::numeric_limits<double>::infinity();
+      for (const Point& middle : middles) nearest = std::min(nearest, square(points[e], middle));
+      if (nearest > most * (1 + 1e-9)) most = nearest, farthest = e;
+    }
+    if (k == 0) middles.clear();
+    if (middles.size() < count) middles.push_back(points[farthest]);
+  }
+  std::vector<std::uint32_t> part_of(n, 0);
+  for (int round = 0; round < 10; ++round) {
+    for (std::size_t e = 0; e < n; ++e)
+      for (std::uint32_t k = 0; k < middles.size(); ++k)
+        if (square(points[e], middles[k]) < square(points[e], middles[part_of[e]])) part_of[e] = k;
+    std::vector<Point> sums(middles.size());
+    std::vector<double> masses(middles.size(), 0);
+    for (std::size_t e = 0; e < n; ++e) {
+      const double m = plan.pairs[e].mass;
+      sums[part_of[e]].p = sums[part_of[e]].p + points[e].p * m;
+      sums[part_of[e]].q = sums[part_of[e]].q + points[e].q * m;
+      masses[part_of[e]] += m;
+    }
+    for (std::size_t k = 0; k < middles.size(); ++k)
+      if (masses[k] > 0) middles[k] = {sums[k].p * (1 / masses[k]), sums[k].q * (1 / masses[k])};
+  }
+  return part_of;
+}
+
+/// One direction of an edge: what it is at both ends, in the source's orientation.
+struct Edge {
+  std::uint32_t other = 0;
+  Vec3d from, to;
+  double from_length = 0, to_length = 0;
+
+  Vec3d at(double u) const {
+    const Vec3d way = from * (1 - u) + to * u;
+    const double even = (1 - u) * from_length + u * to_length, far = length(way);
+    return far > 1e-3 * even ? way * (even / far) : way;
+  }
+};
+
+}  // namespace
+
+struct BallGraph::System {
+  std::vector<std::vector<Edge>> edges;  ///< of each pair, both directions of every edge
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;
+};
+
+BallGraph::BallGraph(const MorphPlan& plan, const RigidParts& parts) {
+  const std::size_t n = plan.pairs.size();
+  std::vector<Vec3> from, to;
+  for (const Pair& pair : plan.pairs) {
+    from.push_back(plan.from[pair.from].center);
+    to.push_back(plan.to[pair.to].center);
+  }
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> links;
+  for (const auto& neighbors :
+       {nearest_neighbors(from, kNeighbors), nearest_neighbors(to, kNeighbors)})
+    for (std::uint32_t e = 0; e < n; ++e)
+      for (const std::uint32_t f : neighbors[e]) {
+        links.emplace_back(e, f);
+        links.emplace_back(f, e);
+      }
+  std::sort(links.begin(), links.end());
+  links.erase(std::unique(links.begin(), links.end()), links.end());
+
+  auto system = std::make_unique<System>();
+  system->edges.resize(n);
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const auto& [e, f] : links) {
+    const Alignment& part = parts.alignments[parts.part_of[e]];
+    Edge edge;
+    edge.other = f;
+    edge.from = Vec3d(from[e]) - Vec3d(from[f]);
+    const Vec3d to_way = Vec3d(to[e]) - Vec3d(to[f]);
+    edge.from_length = length(edge.from);
+    edge.to_length = length(to_way);
+    edge.to = transposed(part.rotation) * to_way * (1 / part.scale);
+    const auto row = static_cast<int>(e), column = static_cast<int>(f);
+    entries.emplace_back(row, row, 1.0);
+    entries.emplace_back(row, column, -1.0);
+    system->edges[e].push_back(edge);
+  }
+  for (int e = 0; e < static_cast<int>(n); ++e) entries.emplace_back(e, e, kAnchor);
+  Eigen::SparseMatrix<double> matrix(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n));
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  system->solver.compute(matrix);
+  PM_CHECK(system->solver.info() == Eigen::Success);  // diagonally dominant
+  system_ = std::move(system);
+}
+
+BallGraph::~BallGraph() = default;
+
+std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<const Mat3> turns,
+                                     std::span<const double> progress) const {
+  const std::size_t n = system_->edges.size();
+  PM_CHECK(places.size() == n && turns.size() == n && progress.size() == n);
+  std::vector<Mat3> turned(turns.begin(), turns.end());
+  std::vector<Vec3d> now(places.begin(), places.end());
+  Eigen::MatrixXd right(static_cast<Eigen::Index>(n), 3);
+  // What an edge should be, by the ball at its near end; an edge's u is the mean of its ends'.
+  const auto wanted = [&](std::size_t e, const Edge& edge) {
+    return edge.at((progress[e] + progress[edge.other]) / 2);
+  };
+  for (int round = 0; round < kRounds; ++round) {
+    parallel_for(
+        static_cast<std::int64_t>(n),
+        [&](std::int64_t index) {
+          const auto e = static_cast<std::size_t>(index);
+          Vec3d sum = places[e] * kAnchor;
+          for (const Edge& edge : system_->edges[e]) {
+            const auto& back = system_->edges[edge.other];
+            const auto twin = std::lower_bound(
+                back.begin(), back.end(), static_cast<std::uint32_t>(e),
+                [](const Edge& one, std::uint32_t other) { return one.other < other; });
+            const Vec3d way =
+                turned[e] * wanted(e, edge) - turned[edge.other] * wanted(edge.other, *twin);
+            sum = sum + way * 0.5;
+          }
+          right(index, 0) = sum.x;
+          right(index, 1) = sum.y;
+          right(index, 2) = sum.z;
+        },
+        64);
+    const Eigen::MatrixXd solved = system_->solver.solve(right);
+    for (std::size_t e = 0; e < n; ++e) {
+      const auto row = static_cast<Eigen::Index>(e);
+      now[e] = {solved(row, 0), solved(row, 1), solved(row, 2)};
+    }
+    if (round + 1 == kRounds) break;
+    parallel_for(
+        static_cast<std::int64_t>(n),
+        [&](std::int64_t index) {
+          const auto e = static_cast<std::size_t>(index);
+          Mat3 sum{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
+          double size = 0;
+          for (const Edge& edge : system_->edges[e]) {
+            const Vec3d p = wanted(e, edge), q = now[e] - now[edge.other];
+            const double a[3] = {p.x, p.y, p.z}, b[3] = {q.x, q.y, q.z};
+            for (int r = 0; r < 3; ++r)
+              for (int c = 0; c < 3; ++c) sum.at(r, c) += b[r] * a[c];
+            size += length(p) * length(q);
+          }
+          // The part's own turn where a ball's edges do not determine one.
+          for (std::size_t k = 0; k < 9; ++k) sum.m[k] += 0.1 * size * turns[e].m[k];
+          turned[e] = nearest_rotation(sum);
+        },
+        64);
+  }
+  return now;
+}
+
+namespace {
+
+/// Mean squared ln of the neighbours' distances over the even ones, half way: what the parts are
+/// worth.
+double strain_of(const MorphPlan& plan, const RigidParts& parts) {
+  std::vector<Vec3d> places;
+  std::vector<Mat3> turns;
+  std::vector<Vec3> from;
+  for (std::size_t e = 0; e < plan.pairs.size(); ++e) {
+    const Alignment& part = parts.alignments[parts.part_of[e]];
+    const Vec3d p = Vec3d(plan.from[plan.pairs[e].from].center) - part.from_center;
+    const Vec3d q = Vec3d(plan.to[plan.pairs[e].to].center) - part.to_center;
+    turns.push_back(exp_rotation(part.turn * 0.5));
+    places.push_back((part.from_center + part.to_center) * 0.5 +
+                     turns.back() * (p + transposed(part.rotation) * q * (1 / part.scale)) *
+                         (0.5 * std::sqrt(part.scale)));
+    from.push_back(plan.from[plan.pairs[e].from].center);
+  }
+  const std::vector<double> half(places.size(), 0.5);
+  const std::vector<Vec3d> joined = BallGraph(plan, parts).joined(places, turns, half);
+  const auto neighbors = nearest_neighbors(from, kNeighbors);
+  double sum = 0;
+  for (std::size_t e = 0; e < joined.size(); ++e)
+    for (const std::uint32_t f : neighbors[e]) {
+      const auto between = [&](const std::vector<Ball>& balls, std::uint32_t i, std::uint32_t k) {
+        return length(Vec3d(balls[i].center) - Vec3d(balls[k].center));
+      };
+      const double even = 0.5 * (between(plan.from, plan.pairs[e].from, plan.pairs[f].from) +
+                                 between(plan.to, plan.pairs[e].to, plan.pairs[f].to));
+      const double now = length(joined[e] - joined[f]);
+      if (even > 1e-3 * plan.size && now > 1e-6 * plan.size)
+        sum += std::pow(std::log(now / even), 2);
+    }
+  return sum;
+}
+
+RigidParts with_alignments(const MorphPlan& plan, std::vector<std::uint32_t> part_of,
+                           bool first_is_whole) {
+  RigidParts parts;
+  parts.part_of = std::move(part_of);
+  const std::uint32_t count = *std::max_element(parts.part_of.begin(), parts.part_of.end()) + 1;
+  std::vector<std::vector<std::uint32_t>> members(count);
+  for (std::uint32_t e = 0; e < parts.part_of.size(); ++e) members[parts.part_of[e]].push_back(e);
+  for (std::uint32_t k = 0; k < count; ++k)
+    parts.alignments.push_back(members[k].empty() || (first_is_whole && k == 0)
+                                   ? plan.alignment
+                                   : fit_part(plan, members[k]));
+  return parts;
+}
+
+}  // namespace
+
+RigidParts rigid_parts(const MorphPlan& plan) {
+  if (std::vector<std::uint32_t> labelled = parts_by_label(plan); !labelled.empty())
+    return with_alignments(plan, std::move(labelled), true);
+  RigidParts whole = with_alignments(plan, std::vector<std::uint32_t>(plan.pairs.size(), 0), true);
+  RigidParts clusters = with_alignments(plan, parts_by_place(plan), false);
+  return strain_of(plan, clusters) < strain_of(plan, whole) ? clusters : whole;
+}
+
+}  // namespace polymorph

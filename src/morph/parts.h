@@ -1,0 +1,48 @@
+// Rigid parts that move each in its own way and hold together: the path `parts`.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "morph/linear.h"
+#include "morph/plan.h"
+
+namespace polymorph {
+
+/// Which part each pair belongs to, and what lays each part on its counterpart.
+struct RigidParts {
+  std::vector<Alignment> alignments;
+  std::vector<std::uint32_t> part_of;  ///< one a pair
+};
+
+/// A part a label where the labels that keep to themselves hold most of the mass; what leaves its
+/// label moves with the whole. Else at most eight clusters of pairs that are neighbours in both
+/// objects, if neighbours then keep their distances better than with the whole as one part. Each
+/// with its own turn, growth and shift; a turn the way round that is nearer to the whole's.
+/// Deterministic.
+RigidParts rigid_parts(const MorphPlan& plan);
+
+/// The graph of neighbouring balls, each edge as long as it should be at every time, and the solve
+/// that puts the balls where their edges want them (Sorkine and Alexa 2007, "As-rigid-as-possible
+/// surface modeling"): prefactored, so that a frame costs a few substitutions.
+class BallGraph {
+ public:
+  /// `parts` as rigid_parts(plan) gave them.
+  BallGraph(const MorphPlan& plan, const RigidParts& parts);
+  ~BallGraph();
+
+  /// Places near `places` (one a pair, where their parts would have them) whose edges are nearest
+  /// to what they should be: as long as (1-u) |p_e - p_f| + u |q_e - q_f|, turned as `turns`, which
+  /// are fitted anew to what comes out, twice. With u = 0 (1) and the source's (target's)
+  /// places, those. `progress`: u of each pair.
+  std::vector<Vec3d> joined(std::span<const Vec3d> places, std::span<const Mat3> turns,
+                            std::span<const double> progress) const;
+
+ private:
+  struct System;
+  std::unique_ptr<const System> system_;
+};
+
+}  // namespace polymorph

@@ -1,0 +1,204 @@
+// A change of target on the way: the balls as they then are go on to another object.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+
+#include "analyze/measure.h"
+#include "base/file.h"
+#include "morph/motion.h"
+#include "scene/load_scene.h"
+#include "sequence/analyze_sequence.h"
+#include "surface/mesh_check.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+class RetargetTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder = fs::temp_directory_path() / ("pm_retarget_test_" + std::to_string(::getpid()));
+    fs::create_directories(folder);
+  }
+  void TearDown() override { fs::remove_all(folder); }
+  Scene scene_of(const std::string& chain) {
+    EXPECT_TRUE(write_file(folder / "scene.json", "{" + chain + R"(, "spheres": {"balls": 16},
+                               "surface": {"resolution": 40}})")
+                    .ok());
+    auto scene = load_scene(folder / "scene.json");
+    EXPECT_TRUE(scene.ok()) << scene.error().message;
+    return scene.ok() ? *scene : Scene{};
+  }
+  PreparedScene prepared_of(const std::string& chain) {
+    auto prepared = prepare_scene(scene_of(chain), *extractor, folder / "cache");
+    EXPECT_TRUE(prepared.ok()) << prepared.error().message;
+    return prepared.ok() ? std::move(*prepared) : PreparedScene{};
+  }
+  Mesh surface_of(const PreparedScene& prepared, int leg, float time) {
+    auto geometry = volume_at(prepared, prepared.actors[0], *extractor, leg, time);
+    EXPECT_TRUE(geometry.ok()) << geometry.error().message;
+    return geometry.ok() ? std::move(geometry->surface) : Mesh{};
+  }
+  fs::path folder;
+  std::unique_ptr<SurfaceExtractor> extractor = make_cpu_extractor();
+};
+
+constexpr const char* kChain =
+    R"("source": "cube", "intermediate": [{"shape": "torus", "retarget": 0.45}],
+       "target": {"shape": "sphere", "translate": [0.5, 0, 0]}, "frames": {"count": 60})";
+
+MeasuredSurface measured(const Mesh& mesh) { return {mesh.positions, mesh.triangles}; }
+
+TEST_F(RetargetTest, TheSurfaceAtTheChangeIsOneAndTheSame) {
+  const PreparedScene prepared = prepared_of(kChain);
+  const PreparedActor& actor = prepared.actors[0];
+  ASSERT_EQ(actor.legs.size(), 2u);
+  ASSERT_EQ(actor.objects.size(), 4u) << "the balls in flight are an object after the chain's";
+  EXPECT_EQ(actor.legs[1].from, 3u);
+  EXPECT_EQ(actor.legs[1].to, 2u);
+  const Mesh before = surface_of(prepared, 0, 0.45f), after = surface_of(prepared, 1, 0);
+  const double size = static_cast<double>(box_of(before.positions).diagonal());
+  EXPECT_LT(measured(before).distance_to(measured(after)).largest, 1e-3 * size);
+  EXPECT_NEAR(check_mesh(before).volume / check_mesh(after).volume, 1, 1e-3);
+  // It is neither of the objects that it lies between.
+  EXPECT_GT(measured(before).distance_to(measured(surface_of(prepared, 0, 0))).largest,
+            0.02 * size);
+  EXPECT_GT(measured(before).distance_to(measured(surface_of(prepared, 0, 1))).largest,
+            0.02 * size);
+}
+
+TEST_F(RetargetTest, NoFrameJumps) {
+  const PreparedScene prepared = prepared_of(kChain);
+  const Timeline& timeline = prepared.actors[0].timeline;
+  int change = 1;
+  while (moment_at(timeline, change).leg == 0) ++change;
+  std::vector<double> steps;
+  std::optional<MeasuredSurface> previous;
+  for (int frame = change - 4; frame <= change + 4; ++frame) {
+    const auto geometry = geometry_at(prepared, *extractor, frame);
+    ASSERT_TRUE(geometry.ok());
+    const ActorGeometry& one = geometry->actors[0];
+    EXPECT_EQ(one.moment.object, -1) << "the torus is never reached, frame " << frame;
+    EXPECT_TRUE(check_mesh(one.surface).manifold()) << frame;
+    MeasuredSurface now = measured(one.surface);
+    if (previous) steps.push_back(previous->distance_to(now).mean);
+    previous = std::move(now);
+  }
+  for (std::size_t k = 1; k + 1 < steps.size(); ++k)
+    EXPECT_LE(2 * steps[k] / (steps[k - 1] + steps[k + 1]), 2) << k;
+}
+
+/// Of all balls: root mean square of what changes of their velocity at the change, over it.
+double velocity_change(const PreparedScene& prepared, bool carried) {
+  const PreparedActor& actor = prepared.actors[0];
+  MorphPlan plan = actor.legs[1].plan;
+  if (!carried)
+    for (Mover& mover : plan.movers) mover.drift = {};
+  const MorphPlan& before = actor.legs[0].plan;
+  const float step = 1e-2f;
+  const auto at = [&](double frames, int leg) {
+    return static_cast<float>(frames) * static_cast<float>(pace_of(actor.timeline.legs[leg]));
+  };
+  const auto earlier = balls_at(before, 0.45f - at(step, 0)), last = balls_at(before, 0.45f);
+  const auto first = balls_at(plan, 0), later = balls_at(plan, at(step, 1));
+  double change = 0, had = 0;
+  for (std::size_t e = 0; e < plan.pairs.size(); ++e) {
+    const std::uint32_t i = plan.pairs[e].from;
+    EXPECT_LT(length(first[e].center - last[i].center), 1e-6f);
+    const Vec3d came = Vec3d(last[i].center) - Vec3d(earlier[i].center);
+    const Vec3d goes = Vec3d(later[e].center) - Vec3d(first[e].center);
+    change += dot(goes - came, goes - came);
+    had += dot(came, came);
+  }
+  return std::sqrt(change / had);
+}
+
+TEST_F(RetargetTest, BallsKeepTheirVelocityWhateverTheEasingAndThePace) {
+  for (const char* motion :
+       {R"({"easing": "quintic"})", R"({"easing": "linear"})",
+        R"({"easing": "quintic", "path": "bezier"})", R"({"stagger": "noise"})"}) {
+    const PreparedScene prepared = prepared_of(
+        std::string(R"("source": "cube", "intermediate": [{"shape": "torus", "retarget": 0.45}],
+          "target": {"shape": "sphere", "translate": [0.5, 0, 0], "motion": )") +
+        motion + R"(}, "frames": {"per_leg": [20, 50]})");
+    EXPECT_LT(velocity_change(prepared, true), 0.05) << motion;
+    EXPECT_GT(velocity_change(prepared, false), 0.3) << motion << ": what would be without";
+  }
+}
+
+TEST_F(RetargetTest, ItsColoursAreThoseOfAllThatItWasBetween) {
+  const PreparedScene prepared = prepared_of(kChain);
+  const Timeline& timeline = prepared.actors[0].timeline;
+  int change = 1;
+  while (moment_at(timeline, change).leg == 0) ++change;
+  const auto before = geometry_at(prepared, *extractor, change - 1),
+             after = geometry_at(prepared, *extractor, change);
+  ASSERT_TRUE(before.ok() && after.ok());
+  const auto& old_clothes = before->actors[0].clothes;
+  const auto& clothes = after->actors[0].clothes;
+  ASSERT_EQ(old_clothes.size(), 2u);
+  ASSERT_EQ(clothes.size(), 3u);
+  EXPECT_EQ(clothes[0].object, 0u);
+  EXPECT_EQ(clothes[1].object, 1u);
+  EXPECT_EQ(clothes[2].object, 2u);
+  EXPECT_EQ(clothes[2].share, 0);
+  EXPECT_NEAR(clothes[1].share, old_clothes[1].share, 0.1f);
+  EXPECT_EQ(clothes[1].share, progress_at(prepared.actors[0].legs[0].plan, 0.45f));
+}
+
+TEST_F(RetargetTest, AnalysesKnowWhereALegIsLeft) {
+  const PreparedScene prepared = prepared_of(kChain);
+  const auto morphs = analyze_scene(prepared, *extractor, 9, [](int, int) { return true; });
+  ASSERT_TRUE(morphs.ok()) << morphs.error().message;
+  ASSERT_EQ(morphs->size(), 2u);
+  EXPECT_EQ(morph_name((*morphs)[0]), "cube -> cube -> torus at 0.45");
+  EXPECT_EQ(morph_name((*morphs)[1]), "cube -> torus at 0.45 -> sphere");
+  for (const Analysis& morph : *morphs) {
+    EXPECT_EQ(morph.frames.back().u, 1) << "of the way that is gone";
+    EXPECT_EQ(*morph.find("bad_surfaces")->value, 0);
+    EXPECT_LE(*morph.find("pop")->value, 2);
+    EXPECT_LE(*morph.find("target_error")->value, 0.02);
+    EXPECT_GE(*morph.find("dip")->value, 0.98);
+  }
+}
+
+TEST_F(RetargetTest, MindsMayBeChangedTwice) {
+  const PreparedScene prepared = prepared_of(
+      R"("source": "cube", "intermediate": [{"shape": "torus", "retarget": 0.4},
+           {"shape": "puddle", "retarget": 0.6}], "target": "sphere", "frames": {"count": 40})");
+  const PreparedActor& actor = prepared.actors[0];
+  ASSERT_EQ(actor.legs.size(), 3u);
+  EXPECT_EQ(actor.legs[2].from, 5u);
+  const Mesh before = surface_of(prepared, 1, 0.6f), after = surface_of(prepared, 2, 0);
+  EXPECT_LT(measured(before).distance_to(measured(after)).largest,
+            1e-3 * static_cast<double>(box_of(before.positions).diagonal()));
+  const auto last = geometry_at(prepared, *extractor, 34);
+  ASSERT_TRUE(last.ok());
+  EXPECT_EQ(last->actors[0].clothes.size(), 4u);
+  // Vertices still know what they belong to.
+  const FrameMesh frame = mesh_of(prepared, *last);
+  EXPECT_EQ(frame.tags.label_names,
+            (std::vector<std::string>{"cube", "torus", "puddle", "sphere"}));
+  ASSERT_EQ(frame.tags.labels.size(), frame.mesh.positions.size());
+  for (const std::uint32_t label : frame.tags.labels) ASSERT_LT(label, 4u);
+}
+
+TEST_F(RetargetTest, OnlyWhatIsOnTheWayCanBeLeft) {
+  const auto wrong = [&](const std::string& chain) {
+    EXPECT_TRUE(write_file(folder / "bad.json", "{" + chain + "}").ok());
+    const auto scene = load_scene(folder / "bad.json");
+    return scene.ok() ? std::string() : scene.error().message;
+  };
+  EXPECT_NE(wrong(R"("source": "cube", "target": {"shape": "torus", "retarget": 0.5})")
+                .find("/target/retarget: only an object on the way"),
+            std::string::npos);
+  EXPECT_NE(wrong(R"("source": "cube", "target": "torus",
+                     "intermediate": [{"shape": "sphere", "retarget": 0.5, "hold": 3}])")
+                .find("/intermediate/0/hold: an object that is left"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace polymorph
