@@ -185,7 +185,7 @@ void add_render(CommandLine& line) {
       ->group("Scene");
   command
       ->add_option("--aovs", options->aovs,
-                   "layers of the EXR: Z,N,P,albedo,uv,motion,morph,id, all or none")
+                   "layers of the EXR: Z,N,P,albedo,uv,motion,morph,label,id, all or none")
       ->type_name("LIST")
       ->group("Scene");
   command->add_option("--seed", options->seed, "of the sampling noise")

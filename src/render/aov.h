@@ -22,6 +22,7 @@ struct FirstHit {
   Vec2 motion;      ///< pixels to the next frame, x to the right, y down; 0 on the last
   float blend = 0;  ///< share of what the leg goes to
   float t = 0;      ///< the sequence's moment
+  float label = 0;  ///< what the nearest vertex belongs to, from 1
 };
 
 struct Aov {
@@ -42,6 +43,7 @@ inline constexpr Aov kAovs[] = {
     {"albedo", "albedo.G", [](const FirstHit& hit) { return hit.albedo.y; }},
     {"albedo", "albedo.B", [](const FirstHit& hit) { return hit.albedo.z; }},
     {"id", "id", [](const FirstHit& hit) { return hit.id; }},
+    {"label", "label", [](const FirstHit& hit) { return hit.label; }},
     {"morph", "morph.blend", [](const FirstHit& hit) { return hit.blend; }},
     {"morph", "morph.t", [](const FirstHit& hit) { return hit.t; }},
     {"motion", "motion.X", [](const FirstHit& hit) { return hit.motion.x; }},

@@ -583,6 +583,11 @@ FirstHit first_hit(const World& world, const Ray& ray, const Meeting& first) {
     }
     shown.blend = mesh.vertex_blend.empty() ? mesh.blend : at(mesh.vertex_blend);
     shown.t = world.moment;
+    if (!mesh.vertex_labels.empty()) {
+      const float rest = 1 - hit.u - hit.v;
+      const int nearest = rest >= hit.u && rest >= hit.v ? 0 : hit.u >= hit.v ? 1 : 2;
+      shown.label = static_cast<float>(mesh.first_label + mesh.vertex_labels[t.v[nearest]]);
+    }
   } else if (first.on_floor) {
     shown.depth = first.floor.distance;
     shown.normal = {0, 1, 0};

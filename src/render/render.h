@@ -41,6 +41,8 @@ struct RenderMesh : MaterialLayer {
   float id = 0;    ///< written to the id AOV; > 0 (ground 1 is reserved; 0 = nothing hit)
   std::span<const Vec3> displacement;   ///< from this frame to the next, one a position, or empty
   std::span<const float> vertex_blend;  ///< of the morph AOV, one a position, or empty = `blend`
+  std::span<const std::uint32_t> vertex_labels;  ///< of the label AOV, one a position, or empty
+  std::uint32_t first_label = 1;                 ///< what label 0 is written as
   float blend = 0;  ///< [0, 1]: 0 = wholly what the leg comes from, 1 = what it goes to
 };
 

@@ -326,7 +326,8 @@ void describe(V& v, ImageSettings& s) {
   v.number("exposure", s.exposure, -20, 20, "stops, for PNG, GIF and strips; EXR stays as it is");
   v.boolean("transparent", s.transparent, "alpha 0 instead of a backdrop");
   v.text("aovs", s.aovs,
-         "layers of an EXR beside R, G, B, A: Z, N, P, albedo, uv, motion, morph, id, separated by "
+         "layers of an EXR beside R, G, B, A: Z, N, P, albedo, uv, motion, morph, label, id, "
+         "separated by "
          "commas, or all, or none");
 }
 

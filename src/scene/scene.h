@@ -266,8 +266,8 @@ struct ImageSettings {
 };
 
 /// The layers that image.aovs may name.
-inline const std::vector<std::string> kAovNames{"Z",  "N",      "P",     "albedo",
-                                                "uv", "motion", "morph", "id"};
+inline const std::vector<std::string> kAovNames{"Z",      "N",     "P",     "albedo", "uv",
+                                                "motion", "morph", "label", "id"};
 /// Is this layer among those that image.aovs asks for?
 inline bool aov_is_chosen(std::string_view aovs, std::string_view layer) {
   if (aovs == "all") return true;

@@ -165,9 +165,9 @@ MaterialLayer layer_of(const PreparedActor& actor, const Clothes& clothes) {
           model.textures};
 }
 
-/// The actor's meshes; `id` is its surface's, its objects' follow.
+/// The actor's meshes; `id` is its surface's, its objects' follow. `first_label`: of the layer.
 void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float id,
-                RenderScene& scene) {
+                std::uint32_t first_label, RenderScene& scene) {
   if (!geometry.surface.triangles.empty()) {
     RenderMesh mesh;
     mesh.positions = geometry.surface.positions;
@@ -179,6 +179,8 @@ void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float
       mesh.over.push_back({layer_of(actor, clothes[i]), clothes[i].share});
     mesh.look = clothes.empty() ? 1.0f : 0.0f;
     mesh.id = id;
+    mesh.vertex_labels = geometry.surface_labels;
+    mesh.first_label = first_label;
     mesh.displacement = geometry.flow.displacement;
     mesh.vertex_blend = geometry.flow.blend;
     mesh.blend = geometry.moment.time;  // 0 and 1 on the ways out of and into a model
@@ -197,6 +199,8 @@ void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float
     mesh.textures = model.textures;
     mesh.look = geometry.moment.look;
     mesh.id = id + 1 + static_cast<float>(geometry.moment.object);
+    mesh.vertex_labels = geometry.point_labels;
+    mesh.first_label = first_label;
     mesh.displacement = geometry.displacement;
     mesh.blend = geometry.moment.time;
     scene.meshes.push_back(mesh);
@@ -283,6 +287,14 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtracto
     if (flows) add_flow(actor, one, frame == prepared.frame_count);
     geometry.actors.push_back(std::move(one));
   }
+  if (aov_is_chosen(prepared.scene.image.aovs, "label"))
+    for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
+      const PreparedActor& actor = prepared.actors[a];
+      ActorGeometry& one = geometry.actors[a];
+      if (!one.surface.positions.empty()) one.surface_labels = surface_labels(actor, one);
+      if (!one.points.empty())
+        one.point_labels = model_labels(actor, object_of(actor, one.moment.object));
+    }
   return geometry;
 }
 
@@ -361,8 +373,10 @@ RenderScene render_scene(const PreparedScene& prepared, const FrameGeometry& geo
   scene.bounds = prepared.box;
   scene.moment = geometry.t;
   float id = kFirstId;
+  std::uint32_t label = 1;  // 0 is nothing and the ground
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
-    add_meshes(prepared.actors[a], geometry.actors[a], id, scene);
+    add_meshes(prepared.actors[a], geometry.actors[a], id, label, scene);
+    label += static_cast<std::uint32_t>(prepared.actors[a].label_names.size());
     id += 1 + static_cast<float>(prepared.actors[a].objects.size());
   }
   return scene;

@@ -35,6 +35,8 @@ struct ActorGeometry {
   /// Only where the scene asks for motion blur or for a layer that needs them: see wants_flow().
   Flow flow;                       ///< of the surface's points, to the next frame; empty = still
   std::vector<Vec3> displacement;  ///< of the model's points, to the next frame; empty = still
+  /// Only where the scene asks for the layer: index into the actor's label_names, of each vertex.
+  std::vector<std::uint32_t> surface_labels, point_labels;
   /// The surface's own look: what it comes from, and over it what it becomes. Three and more where
   /// it did not reach an object that it set out for. Empty: the common look.
   std::vector<Clothes> clothes;

@@ -320,6 +320,15 @@ std::vector<Attribute> header_of(const PreparedScene& prepared, const FrameGeome
       {"polymorph/samples", prepared.scene.image.samples},
       {"polymorph/exposure", prepared.scene.image.exposure},
       {"polymorph/seed", fmt::format("{}", prepared.scene.image.seed)}};
+  if (aov_is_chosen(prepared.scene.image.aovs, "label")) {
+    std::string names;
+    int number = 0;
+    for (const PreparedActor& actor : prepared.actors)
+      for (const std::string& name : actor.label_names)
+        names += fmt::format("{}{} {}{}", names.empty() ? "" : ", ", ++number,
+                             prepared.actors.size() > 1 ? actor.name + "." : "", name);
+    attributes.push_back({"polymorph/labels", names});
+  }
   if (!command.empty()) attributes.push_back({"polymorph/command", command});
   return attributes;
 }

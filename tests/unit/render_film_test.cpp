@@ -151,7 +151,7 @@ TEST(Layers, AreThoseThatWereAskedFor) {
   RenderSettings settings = small_settings(1);
   settings.image.aovs = "all";
   const Image all = render_or_fail(target.scene, settings);
-  ASSERT_EQ(all.channels.size(), 4u + 17);
+  ASSERT_EQ(all.channels.size(), 4u + 18);
   const auto at = [&](const char* name) { return all.at(24, 18, all.find_channel(name)); };
   EXPECT_NEAR(at("P.X"), at("uv.U") * 2 - 1, 1e-4f);
   EXPECT_NEAR(at("P.Y"), at("uv.V") * 2 - 1, 1e-4f);

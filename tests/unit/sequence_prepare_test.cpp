@@ -251,6 +251,7 @@ TEST_F(SequenceTest, LayersShowHowPointsMoveAndWhatTheyBecome) {
       const float blend = at(*image, x, y, "morph.blend");
       EXPECT_GE(blend, 0);
       EXPECT_LE(blend, 1);
+      EXPECT_EQ(at(*image, x, y, "label") >= 1, id >= 2) << "all that is no ground has a label";
       const float motion = std::hypot(at(*image, x, y, "motion.X"), at(*image, x, y, "motion.Y"));
       if (id <= 1) {
         EXPECT_EQ(motion, 0) << "the ground stands still";
