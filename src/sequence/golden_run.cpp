@@ -163,6 +163,14 @@ Result<GoldenFrame> judge(const GoldenSuite& suite, const GoldenSettings& settin
   return result;
 }
 
+/// CHANGES.md as it is; one that cannot be read is not begun anew.
+Result<std::string> changes_of(const GoldenSuite& suite) {
+  const fs::path file = suite.folder / "CHANGES.md";
+  std::error_code ignored;
+  if (fs::exists(file, ignored)) return read_file(file);
+  return fmt::format("# Changes to the golden frames of {}\n", suite.name);
+}
+
 }  // namespace
 
 std::size_t GoldenResult::failed() const {
@@ -200,7 +208,7 @@ Result<std::vector<fs::path>> update_golden(const GoldenSuite& suite,
   GoldenSettings quiet = settings;
   quiet.failures.clear();
   std::vector<SurfaceRecord> records;
-  std::vector<std::pair<fs::path, std::string>> files;  // all encoded before the first is written
+  std::vector<NewFile> files;
   bool surface_changed = old_records.size() != suite.frames.size();
   for (const int frame : suite.frames) {
     PM_TRY(const RenderedFrame rendered, renderer.render(frame));
@@ -213,25 +221,19 @@ Result<std::vector<fs::path>> update_golden(const GoldenSuite& suite,
     surface_changed |= !judged.surface_passed;
     if (judged.passed()) continue;
     PM_TRY(std::string encoded, encode_exr(rendered.image));
-    files.emplace_back(golden_image_path(suite, frame), std::move(encoded));
+    files.push_back({golden_image_path(suite, frame), std::move(encoded)});
   }
+  const std::size_t frames = files.size();
+  if (surface_changed)
+    files.push_back({suite.folder / "surface.csv", surface_records_text(records)});
   std::vector<fs::path> written;
-  for (const auto& [path, bytes] : files) {
-    PM_TRY_STATUS(write_file(path, bytes));
-    written.push_back(path);
-  }
-  if (surface_changed) {
-    PM_TRY_STATUS(write_surface_records(suite.folder / "surface.csv", records));
-    written.push_back(suite.folder / "surface.csv");
-  }
-  if (written.empty()) return written;
-  const fs::path changes = suite.folder / "CHANGES.md";
-  auto before = read_file(changes);
-  std::string text =
-      before ? *before : fmt::format("# Changes to the golden frames of {}\n", suite.name);
-  text += fmt::format("\n- polymorph {}, {} frame{}: {}\n", PM_VERSION, files.size(),
-                      files.size() == 1 ? "" : "s", reason);
-  PM_TRY_STATUS(write_file(changes, text));
+  for (const NewFile& file : files) written.push_back(file.path);
+  if (files.empty()) return written;
+  PM_TRY(std::string changes, changes_of(suite));
+  changes += fmt::format("\n- polymorph {}, {} frame{}: {}\n", PM_VERSION, frames,
+                         frames == 1 ? "" : "s", reason);
+  files.push_back({suite.folder / "CHANGES.md", std::move(changes)});
+  PM_TRY_STATUS(write_files(files));
   return written;
 }
 

@@ -45,8 +45,8 @@ struct GoldenResult {
 Result<GoldenResult> test_golden(const GoldenSuite& suite, const GoldenSettings& settings);
 
 /// Replaces failing and missing goldens (and surface.csv), refuses NaN, appends to CHANGES.md with
-/// the reason. Returns what was written. Errors: kUsage without a reason or when CI is set in the
-/// environment.
+/// the reason; all of it or nothing, once every frame is rendered (base/file.h, write_files).
+/// Returns what was written. Errors: kUsage without a reason or when CI is set in the environment.
 Result<std::vector<std::filesystem::path>> update_golden(const GoldenSuite& suite,
                                                          const GoldenSettings& settings,
                                                          const std::string& reason);
