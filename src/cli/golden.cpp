@@ -85,7 +85,7 @@ Status test(const GoldenSuite& suite, const GoldenSettings& settings, const Gold
 
 Result<int> test_all(const GoldenOptions& options, GoldenSettings settings,
                      const std::vector<std::string>& names) {
-  PM_TRY_STATUS(check_report(options.report));
+  PM_TRY_STATUS(begin_report(options.report));
   PictureBudget budget;
   if (options.report.pictures()) settings.pictures = &budget;
   Report report{names.size() == 1 ? names[0] + ": golden frames" : "Golden frames",

@@ -72,11 +72,15 @@ std::string report_html(const Report& report);
 std::string report_junit(const Report& report);
 
 /// {"passed", "failed", "cases": [{"group", "name", "passed", "verdict", "reason", "figures",
-/// "channels", ...}]}
-std::string report_json(const Report& report);
+/// "channels", ...}]}; with `files`, the report's names in its folder as "polymorph_report".
+std::string report_json(const Report& report, const std::vector<std::string>& files = {});
 
-/// index.html, junit.xml, report.json and a PNG a failure (reference | new | heat) in `folder`.
-/// Returns the page's path. Errors: kOutput.
+/// Removes the files of an earlier report from `folder`: those that its report.json lists. Other
+/// files stay, and so does everything beside a report.json of another program. Errors: kOutput.
+Status remove_report(const std::filesystem::path& folder);
+
+/// index.html, junit.xml, report.json and a PNG a failure (reference | new | heat) in `folder`, in
+/// place of an earlier report there. Returns the page's path. Errors: kOutput.
 Result<std::filesystem::path> write_report_folder(const Report& report,
                                                   const std::filesystem::path& folder);
 

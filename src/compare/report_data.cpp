@@ -151,8 +151,9 @@ Json case_json(const ReportCase& one) {
   return json;
 }
 
-std::string report_json(const Report& report) {
+std::string report_json(const Report& report, const std::vector<std::string>& files) {
   Json json{{"title", report.title}};
+  if (!files.empty()) json["polymorph_report"] = files;
   json["facts"] = Json::object();
   for (const auto& [name, value] : report.facts) json["facts"][name] = value;
   json["passed"] = report.cases.size() - report.failed();

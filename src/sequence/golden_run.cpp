@@ -80,22 +80,33 @@ bool all_finite(const Image& image) {
                      [](float v) { return std::isfinite(v); });
 }
 
+fs::path failure_path(const GoldenSuite& suite, const GoldenSettings& settings, int frame,
+                      const char* what) {
+  return settings.failures / suite.name / fmt::format("frame.{:04d}.{}", frame, what);
+}
+
+/// What an earlier run kept of the frame would show a failure that is gone.
+void forget_failure(const GoldenSuite& suite, const GoldenSettings& settings, int frame) {
+  if (settings.failures.empty()) return;
+  for (const char* what : {"actual.exr", "reference.exr", "difference.png"}) {
+    std::error_code ignored;
+    fs::remove(failure_path(suite, settings, frame, what), ignored);
+  }
+}
+
 /// Leaves actual, reference and difference behind, so that a failure can be looked at.
-Status keep_failure(const GoldenSuite& suite, const GoldenSettings& settings, const Image& actual,
-                    const Image* reference, const Comparison& comparison, const PixelMaps& maps) {
+Status keep_failure(const GoldenSuite& suite, const GoldenSettings& settings,
+                    const RenderedFrame& rendered, const Image* reference,
+                    const Comparison& comparison, const PixelMaps& maps) {
   if (settings.failures.empty()) return Ok{};
-  const auto frame = [&](const char* what, const char* extension, int number) {
-    return settings.failures / suite.name /
-           fmt::format("frame.{:04d}.{}.{}", number, what, extension);
+  const auto path = [&](const char* what) {
+    return failure_path(suite, settings, rendered.surface.frame, what);
   };
-  int number = 0;
-  for (const Attribute& attribute : actual.attributes)
-    if (attribute.name == "polymorph/frame") number = std::get<int>(attribute.value);
-  PM_TRY_STATUS(write_image(frame("actual", "exr", number), actual));
+  PM_TRY_STATUS(write_image(path("actual.exr"), rendered.image));
   if (reference) {
-    PM_TRY_STATUS(write_image(frame("reference", "exr", number), *reference));
-    PM_TRY(const Image difference, failure_picture(actual, *reference, comparison, maps));
-    PM_TRY_STATUS(write_image(frame("difference", "png", number), difference));
+    PM_TRY_STATUS(write_image(path("reference.exr"), *reference));
+    PM_TRY(const Image difference, failure_picture(rendered.image, *reference, comparison, maps));
+    PM_TRY_STATUS(write_image(path("difference.png"), difference));
   }
   return Ok{};
 }
@@ -125,8 +136,7 @@ Status fill_report(const GoldenSuite& suite, const GoldenSettings& settings, con
   report.message = result.message;
   report.comparison = result.image;
   if (!result.passed() && !settings.failures.empty())
-    report.actual =
-        settings.failures / suite.name / fmt::format("frame.{:04d}.actual.exr", result.frame);
+    report.actual = failure_path(suite, settings, result.frame, "actual.exr");
   if (!settings.pictures) return Ok{};
   return add_pictures(report, actual, reference, maps, *settings.pictures);
 }
@@ -145,7 +155,7 @@ Result<GoldenFrame> judge(const GoldenSuite& suite, const GoldenSettings& settin
     result.message =
         fmt::format("{} is missing - make it with: polymorph golden update {} --reason ...",
                     golden.string(), suite.name);
-    PM_TRY_STATUS(keep_failure(suite, settings, rendered.image, nullptr, {}, {}));
+    PM_TRY_STATUS(keep_failure(suite, settings, rendered, nullptr, {}, {}));
     PM_TRY_STATUS(fill_report(suite, settings, rendered.image, nullptr, {}, result));
     return result;
   }
@@ -158,7 +168,7 @@ Result<GoldenFrame> judge(const GoldenSuite& suite, const GoldenSettings& settin
   if (!result.image->passed())
     result.message += (result.message.empty() ? "" : "; ") + result.image->reason;
   if (!result.message.empty())
-    PM_TRY_STATUS(keep_failure(suite, settings, rendered.image, &reference, *result.image, maps));
+    PM_TRY_STATUS(keep_failure(suite, settings, rendered, &reference, *result.image, maps));
   PM_TRY_STATUS(fill_report(suite, settings, actual, &reference, maps, result));
   return result;
 }
@@ -184,6 +194,7 @@ Result<GoldenResult> test_golden(const GoldenSuite& suite, const GoldenSettings&
   GoldenResult result{suite.name, {}, find_orphans(suite)};
   for (const int frame : suite.frames) {
     const auto start = std::chrono::steady_clock::now();
+    forget_failure(suite, settings, frame);
     PM_TRY(const RenderedFrame rendered, renderer.render(frame));
     PM_TRY(GoldenFrame judged, judge(suite, settings, records, rendered));
     judged.report.seconds =

@@ -92,6 +92,31 @@ TEST_F(Reports, OfGoldenSuites) {
                        "<testcase classname=\"tiny\" name=\"frame 3\""));
 }
 
+TEST_F(Reports, NothingOfAnEarlierRunStays) {
+  write("scenes/tiny.json", tiny_scene());
+  write("golden_frames/tiny/suite.json",
+        R"({"scene": "../../scenes/tiny.json", "frames": [1, 3]})");
+  const std::vector<std::string> test{"golden", "test",       "--report",
+                                      "out",    "--failures", "out/frames"};
+  run(1, test);
+  write("out/notes.png", "somebody's");
+  write("out/frames/tiny/mine.exr", "somebody's");
+  EXPECT_TRUE(exists("out/tiny.frame.1.png"));
+  EXPECT_TRUE(exists("out/frames/tiny/frame.0001.actual.exr"));
+  run(0, {"golden", "update", "tiny", "--reason", "first"});
+  run(0, test);
+  EXPECT_FALSE(exists("out/tiny.frame.1.png"));
+  EXPECT_FALSE(exists("out/frames/tiny/frame.0001.actual.exr"));
+  EXPECT_TRUE(exists("out/notes.png") && exists("out/frames/tiny/mine.exr"));
+  EXPECT_TRUE(exists("out/index.html"));
+
+  // A run that ends without a report does not leave the one before it.
+  run(3, {"compare", "gone.exr", "gone.exr", "--report", "out"});
+  EXPECT_FALSE(exists("out/index.html"));
+  EXPECT_FALSE(exists("out/junit.xml"));
+  EXPECT_TRUE(exists("out/notes.png"));
+}
+
 TEST_F(Reports, AsCiMakesThem) {
   write("scenes/tiny.json", tiny_scene());
   write("golden_frames/tiny/suite.json", R"({"scene": "../../scenes/tiny.json", "frames": [1]})");

@@ -216,5 +216,39 @@ TEST(Pictures, HeatRisesInLightness) {
   EXPECT_EQ(heat_range(0), 0.01);
 }
 
+TEST(Report, AnEarlierReportGoesAndForeignFilesStay) {
+  std::string name = (std::filesystem::temp_directory_path() / "polymorph_report_XXXXXX").string();
+  const std::filesystem::path folder = mkdtemp(name.data());
+  const auto exists = [&](const char* file) { return std::filesystem::exists(folder / file); };
+  ASSERT_TRUE(write_file(folder / "suite.frame.9.png", "somebody's"));
+  ASSERT_TRUE(write_file(folder / "notes.txt", "somebody's"));
+  ASSERT_TRUE(write_report_folder(small_report(), folder));
+  EXPECT_TRUE(exists("suite.frame.2.png"));
+
+  Report good = small_report();
+  good.cases.pop_back();
+  ASSERT_TRUE(write_report_folder(good, folder));
+  EXPECT_FALSE(exists("suite.frame.2.png")) << "of a failure that is gone";
+  EXPECT_TRUE(exists("index.html"));
+
+  ASSERT_TRUE(write_report_folder(small_report(), folder));
+  ASSERT_TRUE(remove_report(folder));
+  for (const char* file : {"index.html", "junit.xml", "report.json", "suite.frame.2.png"})
+    EXPECT_FALSE(exists(file)) << file;
+  EXPECT_TRUE(exists("suite.frame.9.png") && exists("notes.txt")) << "not ours";
+
+  // Lists of others, and names that lead out of the folder.
+  ASSERT_TRUE(write_file(folder / "report.json", R"({"files": ["notes.txt"], "cases": []})"));
+  ASSERT_TRUE(remove_report(folder));
+  EXPECT_TRUE(exists("notes.txt") && exists("report.json"));
+  std::filesystem::create_directory(folder / "inner");
+  ASSERT_TRUE(write_file(folder / "inner" / "report.json",
+                         R"({"polymorph_report": ["../notes.txt", "..", "", 3, "gone.png"]})"));
+  ASSERT_TRUE(remove_report(folder / "inner"));
+  EXPECT_TRUE(exists("notes.txt"));
+  ASSERT_TRUE(remove_report(folder / "not there"));
+  std::filesystem::remove_all(folder);
+}
+
 }  // namespace
 }  // namespace polymorph
