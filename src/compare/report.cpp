@@ -156,6 +156,11 @@ std::size_t Report::failed() const {
       std::count_if(cases.begin(), cases.end(), [](const ReportCase& c) { return !c.passed(); }));
 }
 
+std::size_t Report::errors() const {
+  return static_cast<std::size_t>(
+      std::count_if(cases.begin(), cases.end(), [](const ReportCase& c) { return c.error; }));
+}
+
 Status add_pictures(ReportCase& one, const Image& actual, const Image* reference,
                     const PixelMaps& maps, PictureBudget& budget) {
   one.width = std::max(actual.width, reference ? reference->width : 0);

@@ -56,9 +56,11 @@ class SuiteRenderer {
   std::unique_ptr<Renderer> renderer_;
 };
 
-std::vector<SurfaceRecord> read_records(const GoldenSuite& suite) {
-  auto records = read_surface_records(suite.folder / "surface.csv");
-  return records ? std::move(*records) : std::vector<SurfaceRecord>{};
+Result<std::vector<SurfaceRecord>> read_records(const GoldenSuite& suite) {
+  const fs::path file = suite.folder / "surface.csv";
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) return std::vector<SurfaceRecord>{};
+  return read_surface_records(file);
 }
 
 std::string compare_surface(const SurfaceRecord& actual,
@@ -134,6 +136,7 @@ Status fill_report(const GoldenSuite& suite, const GoldenSettings& settings, con
   report.reference = golden_image_path(suite, result.frame);
   report.tolerance = suite.tolerance;
   report.message = result.message;
+  report.error = result.unreadable;
   report.comparison = result.image;
   if (!result.passed() && !settings.failures.empty())
     report.actual = failure_path(suite, settings, result.frame, "actual.exr");
@@ -159,17 +162,24 @@ Result<GoldenFrame> judge(const GoldenSuite& suite, const GoldenSettings& settin
     PM_TRY_STATUS(fill_report(suite, settings, rendered.image, nullptr, {}, result));
     return result;
   }
-  PM_TRY(const Image reference, read_image(golden));
+  const auto reference = read_image(golden);
+  if (!reference) {
+    result.unreadable = true;
+    result.message = reference.error().message;
+    PM_TRY_STATUS(keep_failure(suite, settings, rendered, nullptr, {}, {}));
+    PM_TRY_STATUS(fill_report(suite, settings, rendered.image, nullptr, {}, result));
+    return result;
+  }
   // The golden went through half floats; so must what it is held against.
   PM_TRY(const std::string encoded, encode_exr(rendered.image));
   PM_TRY(const Image actual, decode_image(encoded, golden.string()));
   PixelMaps maps;
-  result.image = compare_images(actual, reference, suite.tolerance, &maps);
+  result.image = compare_images(actual, *reference, suite.tolerance, &maps);
   if (!result.image->passed())
     result.message += (result.message.empty() ? "" : "; ") + result.image->reason;
   if (!result.message.empty())
-    PM_TRY_STATUS(keep_failure(suite, settings, rendered, &reference, *result.image, maps));
-  PM_TRY_STATUS(fill_report(suite, settings, actual, &reference, maps, result));
+    PM_TRY_STATUS(keep_failure(suite, settings, rendered, &*reference, *result.image, maps));
+  PM_TRY_STATUS(fill_report(suite, settings, actual, &*reference, maps, result));
   return result;
 }
 
@@ -190,7 +200,7 @@ std::size_t GoldenResult::failed() const {
 
 Result<GoldenResult> test_golden(const GoldenSuite& suite, const GoldenSettings& settings) {
   PM_TRY(SuiteRenderer renderer, SuiteRenderer::create(suite, settings));
-  const std::vector<SurfaceRecord> records = read_records(suite);
+  PM_TRY(const std::vector<SurfaceRecord> records, read_records(suite));
   GoldenResult result{suite.name, {}, find_orphans(suite)};
   for (const int frame : suite.frames) {
     const auto start = std::chrono::steady_clock::now();
@@ -215,7 +225,10 @@ Result<std::vector<fs::path>> update_golden(const GoldenSuite& suite,
   if (reason.empty())
     return make_error(ErrorCode::kUsage, "golden update needs --reason \"why the frames changed\"");
   PM_TRY(SuiteRenderer renderer, SuiteRenderer::create(suite, settings));
-  const std::vector<SurfaceRecord> old_records = read_records(suite);
+  // Damaged ones are written anew.
+  const auto readable = read_records(suite);
+  const std::vector<SurfaceRecord> old_records =
+      readable ? *readable : std::vector<SurfaceRecord>{};
   GoldenSettings quiet = settings;
   quiet.failures.clear();
   std::vector<SurfaceRecord> records;

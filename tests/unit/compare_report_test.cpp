@@ -140,6 +140,27 @@ TEST(Report, JunitHasACaseAFrame) {
   EXPECT_EQ(xml.find('\xff'), std::string::npos) << "not UTF-8";
 }
 
+TEST(Report, WhatCouldNotBeTestedIsAnErrorNotAFailure) {
+  Report report = small_report();
+  ReportCase one;
+  one.group = "other";
+  one.name = "the suite";
+  one.message = "scene.json:1:2: no such file\n  {";
+  one.error = true;
+  report.cases.push_back(one);
+  EXPECT_EQ(report.failed(), 2u);
+  EXPECT_EQ(report.errors(), 1u);
+  const std::string xml = report_junit(report);
+  EXPECT_NE(xml.find("tests=\"3\" failures=\"1\" errors=\"1\""), std::string::npos) << xml;
+  EXPECT_NE(xml.find("<testsuite name=\"other\" tests=\"1\" failures=\"0\" errors=\"1\""),
+            std::string::npos);
+  EXPECT_NE(xml.find("<error message=\"scene.json:1:2: no such file"), std::string::npos);
+  const auto json = nlohmann::json::parse(report_json(report));
+  EXPECT_EQ(json["errors"], 1);
+  EXPECT_EQ(json["cases"][2]["verdict"], "error");
+  EXPECT_EQ(page_data(report_html(report))["cases"][1]["verdict"], "error");
+}
+
 TEST(Report, JsonSaysAll) {
   const auto json = nlohmann::json::parse(report_json(small_report()));
   EXPECT_EQ(json["passed"], 1);
