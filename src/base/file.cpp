@@ -4,9 +4,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <cstring>
+#include <deque>
+#include <set>
 
 #include "base/random.h"
 
@@ -30,9 +34,43 @@ struct Descriptor {
 struct Temporary {
   fs::path path;
   bool keep = false;
+  explicit Temporary(fs::path p) : path(std::move(p)) {}
+  Temporary(const Temporary&) = delete;
+  Temporary& operator=(const Temporary&) = delete;
   ~Temporary() {
     if (!keep) ::unlink(path.c_str());
   }
+};
+
+std::atomic<int> deferred_signal{0};
+void defer_signal(int number) { deferred_signal = number; }
+
+/// Signals that end the process wait until this is left: between the renames of several files they
+/// would leave some old and some new. A mask would hold them off this thread alone.
+class DeferredSignals {
+ public:
+  DeferredSignals() {
+    deferred_signal = 0;
+    struct sigaction deferred {};
+    deferred.sa_handler = defer_signal;
+    sigemptyset(&deferred.sa_mask);
+    deferred.sa_flags = SA_RESTART;
+    for (std::size_t i = 0; i < std::size(kSignals); ++i) {
+      ::sigaction(kSignals[i], nullptr, &before_[i]);
+      if (before_[i].sa_handler != SIG_IGN) ::sigaction(kSignals[i], &deferred, nullptr);
+    }
+  }
+  ~DeferredSignals() {
+    for (std::size_t i = 0; i < std::size(kSignals); ++i)
+      ::sigaction(kSignals[i], &before_[i], nullptr);
+    if (deferred_signal != 0) std::raise(deferred_signal);
+  }
+  DeferredSignals(const DeferredSignals&) = delete;
+  DeferredSignals& operator=(const DeferredSignals&) = delete;
+
+ private:
+  static constexpr int kSignals[] = {SIGINT, SIGTERM, SIGHUP};
+  struct sigaction before_[std::size(kSignals)]{};
 };
 
 Error write_error(const fs::path& path, int number, const char* remedy) {
@@ -97,6 +135,64 @@ Status write_all(int fd, std::string_view bytes, const fs::path& path) {
   return Ok{};
 }
 
+/// The bytes, safe on the disk under a name of their own beside `path`.
+Status write_temporary(const fs::path& path, std::string_view bytes, Temporary& temporary) {
+  PM_TRY_STATUS(make_parent(path));
+  const Descriptor file(
+      ::open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+  if (file.fd < 0) {
+    const int number = errno;
+    temporary.keep = true;  // nothing was made
+    return write_error(path, number, remedy_of(number));
+  }
+  PM_TRY_STATUS(write_all(file.fd, bytes, path));
+  if (::fsync(file.fd) != 0 && errno != EINVAL && errno != EROFS)
+    return write_error(path, errno, remedy_of(errno));
+  return Ok{};
+}
+
+/// Makes a rename durable; not all file systems can.
+void sync_folder(const fs::path& path) {
+  const fs::path parent = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  const Descriptor folder(::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (folder.fd >= 0) ::fsync(folder.fd);
+}
+
+/// A file on its way to `path`, and what was there before.
+struct Replacement {
+  const fs::path& path;
+  Temporary bytes, old;
+  bool had_old = false;
+  explicit Replacement(const fs::path& p)
+      : path(p), bytes(temporary_name(p)), old(temporary_name(p)) {}
+
+  /// 0, or the number of the error that left the path as it was.
+  int put() {
+    had_old = ::link(path.c_str(), old.path.c_str()) == 0;
+    if (!had_old && errno != ENOENT) {
+      // Not all file systems know second names: the old file moves to its other one.
+      std::error_code ignored;
+      if (fs::is_directory(fs::symlink_status(path, ignored))) return EISDIR;
+      if (::rename(path.c_str(), old.path.c_str()) != 0) return errno;
+      had_old = true;
+    }
+    if (::rename(bytes.path.c_str(), path.c_str()) == 0) {
+      bytes.keep = true;
+      return 0;
+    }
+    const int number = errno;
+    if (had_old) take_back();
+    return number;
+  }
+  /// What cannot be put back keeps its other name.
+  void take_back() {
+    if (had_old)
+      old.keep = ::rename(old.path.c_str(), path.c_str()) != 0;
+    else
+      ::unlink(path.c_str());
+  }
+};
+
 }  // namespace
 
 Result<std::string> read_file(const fs::path& path, std::uint64_t limit) {
@@ -144,25 +240,31 @@ Status write_file(const fs::path& path, std::string_view bytes) {
     if (stream.fd < 0) return write_error(path, errno, remedy_of(errno));
     return write_all(stream.fd, bytes, path);
   }
-  PM_TRY_STATUS(make_parent(path));
-  Temporary temporary{temporary_name(path)};
-  {
-    Descriptor file(::open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-    if (file.fd < 0) {
-      const int number = errno;
-      temporary.keep = true;  // nothing was made
-      return write_error(path, number, remedy_of(number));
-    }
-    PM_TRY_STATUS(write_all(file.fd, bytes, path));
-    if (::fsync(file.fd) != 0 && errno != EINVAL && errno != EROFS)
-      return write_error(path, errno, remedy_of(errno));
-  }
+  Temporary temporary(temporary_name(path));
+  PM_TRY_STATUS(write_temporary(path, bytes, temporary));
   if (::rename(temporary.path.c_str(), path.c_str()) != 0)
     return write_error(path, errno, remedy_of(errno));
   temporary.keep = true;
-  const fs::path parent = path.has_parent_path() ? path.parent_path() : fs::path(".");
-  const Descriptor folder(::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (folder.fd >= 0) ::fsync(folder.fd);  // makes the rename durable; not all file systems can
+  sync_folder(path);
+  return Ok{};
+}
+
+Status write_files(const std::vector<NewFile>& files) {
+  for (const NewFile& file : files) PM_TRY_STATUS(check_writable(file.path));
+  const DeferredSignals deferred;
+  std::deque<Replacement> replacements;
+  for (const NewFile& file : files)
+    PM_TRY_STATUS(
+        write_temporary(file.path, file.bytes, replacements.emplace_back(file.path).bytes));
+  for (std::size_t i = 0; i < replacements.size(); ++i) {
+    const int number = replacements[i].put();
+    if (number == 0) continue;
+    for (std::size_t done = i; done > 0; --done) replacements[done - 1].take_back();
+    return write_error(files[i].path, number, remedy_of(number));
+  }
+  std::set<fs::path> folders;
+  for (const NewFile& file : files)
+    if (folders.insert(file.path.parent_path()).second) sync_folder(file.path);
   return Ok{};
 }
 

@@ -21,6 +21,15 @@ Result<std::string> read_file(const std::filesystem::path& path, std::uint64_t l
 /// reason.
 Status write_file(const std::filesystem::path& path, std::string_view bytes);
 
+struct NewFile {
+  std::filesystem::path path;
+  std::string bytes;
+};
+/// Writes all of them or none: whatever fails, and whatever signal comes (it waits until all is
+/// done), every path holds its old file or every path its new one. Only a kill or a power cut
+/// between the renames at the end, a millisecond, can leave both. Errors: kOutput.
+Status write_files(const std::vector<NewFile>& files);
+
 /// Fails (kOutput) now if write_file(path) could not work later: parent folder missing and not
 /// makeable, a directory in the way, no permission. Leaves nothing behind.
 Status check_writable(const std::filesystem::path& path);

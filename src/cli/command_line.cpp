@@ -162,11 +162,7 @@ int run_action(CommandLine& line) {
   const auto result = line.action();
   set_status_line("");
   if (result) return *result;
-  for (const std::string& text : split(result.error().message, '\n')) {
-    // Each finding of a list is an error of its own; excerpt lines are not.
-    const bool excerpt = text.starts_with("  ");
-    log_message(excerpt ? LogLevel::kInfo : LogLevel::kError, text);
-  }
+  print_error(result.error());
   return static_cast<int>(result.error().code);
 }
 
@@ -245,6 +241,14 @@ const std::atomic<bool>& stop_requested() {
 
 ErrorCode stop_code() {
   return stop_signal == SIGTERM ? ErrorCode::kTerminated : ErrorCode::kInterrupted;
+}
+
+void print_error(const Error& error) {
+  for (const std::string& text : split(error.message, '\n')) {
+    // Each finding of a list is an error of its own; excerpt lines are not.
+    const bool excerpt = text.starts_with("  ");
+    log_message(excerpt ? LogLevel::kInfo : LogLevel::kError, text);
+  }
 }
 
 int run_program(int argc, char** argv) {

@@ -91,6 +91,9 @@ void add_cubes(CommandLine& line);
 void add_devices(CommandLine& line);
 void add_schema(CommandLine& line);
 
+/// The error on standard error, as the end of a run says it.
+void print_error(const Error& error);
+
 /// The whole program: parses, runs, prints errors, returns the exit code.
 int run_program(int argc, char** argv);
 

@@ -78,8 +78,8 @@ Result<ReportCase> compare_pair(const CompareOptions& options, const ImagePair& 
 }
 
 Result<int> run_compare(const CompareOptions& options) {
+  PM_TRY_STATUS(begin_report(options.report));
   PM_TRY(const std::vector<ImagePair> pairs, pairs_of(options));
-  PM_TRY_STATUS(check_report(options.report));
   Report report{fmt::format("{} against {}", options.actual, options.reference),
                 {{"polymorph", PM_VERSION}},
                 {},

@@ -21,11 +21,12 @@ void add_report(CLI::App* command, ReportOptions& options) {
       ->group("Output");
 }
 
-Status check_report(const ReportOptions& options) {
+Status begin_report(const ReportOptions& options) {
   if (!options.folder.empty())
     PM_TRY_STATUS(check_writable(std::filesystem::path(options.folder) / "index.html"));
   for (const std::string& file : {options.html, options.junit})
     if (!file.empty()) PM_TRY_STATUS(check_writable(file));
+  if (!options.folder.empty()) PM_TRY_STATUS(remove_report(options.folder));
   return Ok{};
 }
 

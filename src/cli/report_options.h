@@ -14,8 +14,9 @@ struct ReportOptions {
 };
 void add_report(CLI::App* command, ReportOptions& options);
 
-/// Fails before any work if a file could not be written after it.
-Status check_report(const ReportOptions& options);
+/// Before any work: fails if a file could not be written after it, and removes the folder's earlier
+/// report, which else would stand for a run that ends without one.
+Status begin_report(const ReportOptions& options);
 Status write_reports(const ReportOptions& options, const Report& report);
 
 /// A word as a shell takes it.

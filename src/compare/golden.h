@@ -43,7 +43,6 @@ std::filesystem::path golden_image_path(const GoldenSuite& suite, int frame);
 
 /// "frame,vertices,triangles,digest" and a line a frame, rising. Errors: kInput with the line.
 Result<std::vector<SurfaceRecord>> read_surface_records(const std::filesystem::path& csv);
-Status write_surface_records(const std::filesystem::path& csv,
-                             const std::vector<SurfaceRecord>& records);
+std::string surface_records_text(const std::vector<SurfaceRecord>& records);
 
 }  // namespace polymorph

@@ -18,6 +18,8 @@ extern const std::string_view report_page;  // report.html
 
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr int kThumbnailWidth = 168;  // twice what the list shows
 constexpr int kWidest = 2048;
 
@@ -128,11 +130,35 @@ nlohmann::ordered_json page_case(const ReportCase& one) {
   return json;
 }
 
+/// What a report.json says its report consists of; nothing if it is not one of ours.
+std::vector<std::string> listed_files(const fs::path& report_json) {
+  const auto text = read_file(report_json, 256 << 20);
+  if (!text) return {};
+  const auto shallow = [](int depth, nlohmann::json::parse_event_t, nlohmann::json&) {
+    return depth < 16;
+  };
+  const auto json = nlohmann::json::parse(*text, shallow, false);
+  if (!json.is_object() || !json.contains("polymorph_report")) return {};
+  std::vector<std::string> names;
+  for (const auto& entry : json["polymorph_report"]) {
+    if (!entry.is_string()) continue;
+    const auto name = entry.get<std::string>();
+    // A name in this folder, never a path out of it.
+    if (!name.empty() && name[0] != '.' && fs::path(name).filename() == name) names.push_back(name);
+  }
+  return names;
+}
+
 }  // namespace
 
 std::size_t Report::failed() const {
   return static_cast<std::size_t>(
       std::count_if(cases.begin(), cases.end(), [](const ReportCase& c) { return !c.passed(); }));
+}
+
+std::size_t Report::errors() const {
+  return static_cast<std::size_t>(
+      std::count_if(cases.begin(), cases.end(), [](const ReportCase& c) { return c.error; }));
 }
 
 Status add_pictures(ReportCase& one, const Image& actual, const Image* reference,
@@ -185,13 +211,35 @@ std::string report_html(const Report& report) {
                               {"{{data}}", for_script(dump_json(data, -1))}});
 }
 
-Result<std::filesystem::path> write_report_folder(const Report& report,
-                                                  const std::filesystem::path& folder) {
+Status remove_report(const fs::path& folder) {
+  const fs::path list = folder / "report.json";
+  std::error_code error;
+  if (!fs::is_regular_file(fs::symlink_status(list, error))) return Ok{};
+  for (const std::string& name : listed_files(list)) {
+    // The list goes last: who is stopped before that can go on from it.
+    if (name == "report.json" || !fs::is_regular_file(fs::symlink_status(folder / name, error)))
+      continue;
+    if (!fs::remove(folder / name, error) && error)
+      return make_error(ErrorCode::kOutput, "{}: cannot remove an earlier report's file: {}",
+                        (folder / name).string(), error.message());
+  }
+  if (!listed_files(list).empty() && !fs::remove(list, error) && error)
+    return make_error(ErrorCode::kOutput, "{}: cannot remove an earlier report's file: {}",
+                      list.string(), error.message());
+  return Ok{};
+}
+
+Result<fs::path> write_report_folder(const Report& report, const fs::path& folder) {
+  PM_TRY_STATUS(remove_report(folder));
+  std::vector<std::string> files{"index.html", "junit.xml", "report.json"};
+  for (const ReportCase& one : report.cases)
+    if (!one.triptych_png.empty()) files.push_back(file_name(one));
+  // First what lists the others, last what people open.
+  PM_TRY_STATUS(write_file(folder / "report.json", report_json(report, files)));
   for (const ReportCase& one : report.cases)
     if (!one.triptych_png.empty())
       PM_TRY_STATUS(write_file(folder / file_name(one), one.triptych_png));
   PM_TRY_STATUS(write_file(folder / "junit.xml", report_junit(report)));
-  PM_TRY_STATUS(write_file(folder / "report.json", report_json(report)));
   PM_TRY_STATUS(write_file(folder / "index.html", report_html(report)));
   return folder / "index.html";
 }

@@ -19,8 +19,9 @@ struct ReportCase {
   std::string name;   ///< "frame 12", "a.exr"
   std::filesystem::path actual, reference;
   std::string message;  ///< why it failed; "" = it passed
+  bool error = false;   ///< it could not even be tested; the message says why
   std::string detail;   ///< worth knowing though it passed; used without a comparison
-  std::string verdict;  ///< a word; "" = the comparison's, or "missing" without one
+  std::string verdict;  ///< a word; "" = the comparison's, or "error" or "missing" without one
   std::optional<Comparison> comparison;  ///< absent when there is nothing to compare with
   Tolerance tolerance;
   double seconds = 0;
@@ -40,6 +41,7 @@ struct Report {
   std::vector<ReportCase> cases;
   std::vector<std::string> notes;  ///< orphans and the like
   std::size_t failed() const;
+  std::size_t errors() const;  ///< those of the failed that could not even be tested
 };
 
 /// A number of a case, with the limit it must not exceed, if there is one.
@@ -71,12 +73,17 @@ std::string report_html(const Report& report);
 /// JUnit XML: a suite a group, a test case a frame, the figures as properties.
 std::string report_junit(const Report& report);
 
-/// {"passed", "failed", "cases": [{"group", "name", "passed", "verdict", "reason", "figures",
-/// "channels", ...}]}
-std::string report_json(const Report& report);
+/// {"passed", "failed", "errors", "cases": [{"group", "name", "passed", "verdict", "reason",
+/// "figures", "channels", ...}]}; with `files`, the report's names in its folder as
+/// "polymorph_report".
+std::string report_json(const Report& report, const std::vector<std::string>& files = {});
 
-/// index.html, junit.xml, report.json and a PNG a failure (reference | new | heat) in `folder`.
-/// Returns the page's path. Errors: kOutput.
+/// Removes the files of an earlier report from `folder`: those that its report.json lists. Other
+/// files stay, and so does everything beside a report.json of another program. Errors: kOutput.
+Status remove_report(const std::filesystem::path& folder);
+
+/// index.html, junit.xml, report.json and a PNG a failure (reference | new | heat) in `folder`, in
+/// place of an earlier report there. Returns the page's path. Errors: kOutput.
 Result<std::filesystem::path> write_report_folder(const Report& report,
                                                   const std::filesystem::path& folder);
 

@@ -37,7 +37,8 @@ std::string xml(const std::string& text) {
 
 std::string verdict_of(const ReportCase& one) {
   if (!one.verdict.empty()) return one.verdict;
-  return one.comparison ? verdict_name(one.comparison->verdict) : "missing";
+  if (one.comparison) return verdict_name(one.comparison->verdict);
+  return one.error ? "error" : "missing";
 }
 
 std::string plain(double value) {
@@ -62,8 +63,9 @@ std::string junit_case(const ReportCase& one, const std::string& suite) {
         details += fmt::format("{}{}: {} (limit {})\n", figure.over() ? "OVER " : "", figure.label,
                                plain(figure.value), plain(*figure.limit));
     if (!one.accept.empty()) details += "to accept: " + one.accept + "\n";
-    text +=
-        fmt::format("      <failure message=\"{}\">{}</failure>\n", xml(one.message), xml(details));
+    const char* const element = one.error ? "error" : "failure";
+    text += fmt::format("      <{0} message=\"{1}\">{2}</{0}>\n", element, xml(one.message),
+                        xml(details));
   } else if (one.warned()) {
     text +=
         fmt::format("      <system-out>warning: {} pixels differ by more than {}</system-out>\n",
@@ -151,12 +153,14 @@ Json case_json(const ReportCase& one) {
   return json;
 }
 
-std::string report_json(const Report& report) {
+std::string report_json(const Report& report, const std::vector<std::string>& files) {
   Json json{{"title", report.title}};
+  if (!files.empty()) json["polymorph_report"] = files;
   json["facts"] = Json::object();
   for (const auto& [name, value] : report.facts) json["facts"][name] = value;
   json["passed"] = report.cases.size() - report.failed();
   json["failed"] = report.failed();
+  json["errors"] = report.errors();
   json["notes"] = report.notes;
   json["cases"] = Json::array();
   for (const ReportCase& one : report.cases) json["cases"].push_back(case_json(one));
@@ -170,24 +174,25 @@ std::string report_junit(const Report& report) {
       groups.push_back(one.group);
   std::string text = fmt::format(
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"{}\" tests=\"{}\" "
-      "failures=\"{}\">\n",
-      xml(report.title), report.cases.size(), report.failed());
+      "failures=\"{}\" errors=\"{}\">\n",
+      xml(report.title), report.cases.size(), report.failed() - report.errors(), report.errors());
   for (const std::string& group : groups) {
     std::string cases;
-    std::size_t count = 0, failed = 0;
+    std::size_t count = 0, failed = 0, errors = 0;
     double seconds = 0;
     const std::string name = group.empty() ? "compare" : group;
     for (const ReportCase& one : report.cases) {
       if (one.group != group) continue;
       ++count;
-      failed += !one.passed();
+      failed += !one.passed() && !one.error;
+      errors += one.error;
       seconds += one.seconds;
       cases += junit_case(one, name);
     }
     text += fmt::format(
-        "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"0\" "
+        "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"{}\" skipped=\"0\" "
         "time=\"{:.3f}\">\n{}  </testsuite>\n",
-        xml(name), count, failed, seconds, cases);
+        xml(name), count, failed, errors, seconds, cases);
   }
   return text + "</testsuites>\n";
 }

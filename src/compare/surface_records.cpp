@@ -45,13 +45,12 @@ Result<std::vector<SurfaceRecord>> read_surface_records(const std::filesystem::p
   return records;
 }
 
-Status write_surface_records(const std::filesystem::path& csv,
-                             const std::vector<SurfaceRecord>& records) {
+std::string surface_records_text(const std::vector<SurfaceRecord>& records) {
   std::string text = fmt::format("{}\n", kHeader);
   for (const SurfaceRecord& record : records)
     text += fmt::format("{},{},{},{}\n", record.frame, record.vertices, record.triangles,
                         record.digest);
-  return write_file(csv, text);
+  return text;
 }
 
 }  // namespace polymorph

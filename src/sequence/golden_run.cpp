@@ -56,9 +56,11 @@ class SuiteRenderer {
   std::unique_ptr<Renderer> renderer_;
 };
 
-std::vector<SurfaceRecord> read_records(const GoldenSuite& suite) {
-  auto records = read_surface_records(suite.folder / "surface.csv");
-  return records ? std::move(*records) : std::vector<SurfaceRecord>{};
+Result<std::vector<SurfaceRecord>> read_records(const GoldenSuite& suite) {
+  const fs::path file = suite.folder / "surface.csv";
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) return std::vector<SurfaceRecord>{};
+  return read_surface_records(file);
 }
 
 std::string compare_surface(const SurfaceRecord& actual,
@@ -80,22 +82,33 @@ bool all_finite(const Image& image) {
                      [](float v) { return std::isfinite(v); });
 }
 
+fs::path failure_path(const GoldenSuite& suite, const GoldenSettings& settings, int frame,
+                      const char* what) {
+  return settings.failures / suite.name / fmt::format("frame.{:04d}.{}", frame, what);
+}
+
+/// What an earlier run kept of the frame would show a failure that is gone.
+void forget_failure(const GoldenSuite& suite, const GoldenSettings& settings, int frame) {
+  if (settings.failures.empty()) return;
+  for (const char* what : {"actual.exr", "reference.exr", "difference.png"}) {
+    std::error_code ignored;
+    fs::remove(failure_path(suite, settings, frame, what), ignored);
+  }
+}
+
 /// Leaves actual, reference and difference behind, so that a failure can be looked at.
-Status keep_failure(const GoldenSuite& suite, const GoldenSettings& settings, const Image& actual,
-                    const Image* reference, const Comparison& comparison, const PixelMaps& maps) {
+Status keep_failure(const GoldenSuite& suite, const GoldenSettings& settings,
+                    const RenderedFrame& rendered, const Image* reference,
+                    const Comparison& comparison, const PixelMaps& maps) {
   if (settings.failures.empty()) return Ok{};
-  const auto frame = [&](const char* what, const char* extension, int number) {
-    return settings.failures / suite.name /
-           fmt::format("frame.{:04d}.{}.{}", number, what, extension);
+  const auto path = [&](const char* what) {
+    return failure_path(suite, settings, rendered.surface.frame, what);
   };
-  int number = 0;
-  for (const Attribute& attribute : actual.attributes)
-    if (attribute.name == "polymorph/frame") number = std::get<int>(attribute.value);
-  PM_TRY_STATUS(write_image(frame("actual", "exr", number), actual));
+  PM_TRY_STATUS(write_image(path("actual.exr"), rendered.image));
   if (reference) {
-    PM_TRY_STATUS(write_image(frame("reference", "exr", number), *reference));
-    PM_TRY(const Image difference, failure_picture(actual, *reference, comparison, maps));
-    PM_TRY_STATUS(write_image(frame("difference", "png", number), difference));
+    PM_TRY_STATUS(write_image(path("reference.exr"), *reference));
+    PM_TRY(const Image difference, failure_picture(rendered.image, *reference, comparison, maps));
+    PM_TRY_STATUS(write_image(path("difference.png"), difference));
   }
   return Ok{};
 }
@@ -123,10 +136,10 @@ Status fill_report(const GoldenSuite& suite, const GoldenSettings& settings, con
   report.reference = golden_image_path(suite, result.frame);
   report.tolerance = suite.tolerance;
   report.message = result.message;
+  report.error = result.unreadable;
   report.comparison = result.image;
   if (!result.passed() && !settings.failures.empty())
-    report.actual =
-        settings.failures / suite.name / fmt::format("frame.{:04d}.actual.exr", result.frame);
+    report.actual = failure_path(suite, settings, result.frame, "actual.exr");
   if (!settings.pictures) return Ok{};
   return add_pictures(report, actual, reference, maps, *settings.pictures);
 }
@@ -145,22 +158,37 @@ Result<GoldenFrame> judge(const GoldenSuite& suite, const GoldenSettings& settin
     result.message =
         fmt::format("{} is missing - make it with: polymorph golden update {} --reason ...",
                     golden.string(), suite.name);
-    PM_TRY_STATUS(keep_failure(suite, settings, rendered.image, nullptr, {}, {}));
+    PM_TRY_STATUS(keep_failure(suite, settings, rendered, nullptr, {}, {}));
     PM_TRY_STATUS(fill_report(suite, settings, rendered.image, nullptr, {}, result));
     return result;
   }
-  PM_TRY(const Image reference, read_image(golden));
+  const auto reference = read_image(golden);
+  if (!reference) {
+    result.unreadable = true;
+    result.message = reference.error().message;
+    PM_TRY_STATUS(keep_failure(suite, settings, rendered, nullptr, {}, {}));
+    PM_TRY_STATUS(fill_report(suite, settings, rendered.image, nullptr, {}, result));
+    return result;
+  }
   // The golden went through half floats; so must what it is held against.
   PM_TRY(const std::string encoded, encode_exr(rendered.image));
   PM_TRY(const Image actual, decode_image(encoded, golden.string()));
   PixelMaps maps;
-  result.image = compare_images(actual, reference, suite.tolerance, &maps);
+  result.image = compare_images(actual, *reference, suite.tolerance, &maps);
   if (!result.image->passed())
     result.message += (result.message.empty() ? "" : "; ") + result.image->reason;
   if (!result.message.empty())
-    PM_TRY_STATUS(keep_failure(suite, settings, rendered.image, &reference, *result.image, maps));
-  PM_TRY_STATUS(fill_report(suite, settings, actual, &reference, maps, result));
+    PM_TRY_STATUS(keep_failure(suite, settings, rendered, &*reference, *result.image, maps));
+  PM_TRY_STATUS(fill_report(suite, settings, actual, &*reference, maps, result));
   return result;
+}
+
+/// CHANGES.md as it is; one that cannot be read is not begun anew.
+Result<std::string> changes_of(const GoldenSuite& suite) {
+  const fs::path file = suite.folder / "CHANGES.md";
+  std::error_code ignored;
+  if (fs::exists(file, ignored)) return read_file(file);
+  return fmt::format("# Changes to the golden frames of {}\n", suite.name);
 }
 
 }  // namespace
@@ -172,10 +200,11 @@ std::size_t GoldenResult::failed() const {
 
 Result<GoldenResult> test_golden(const GoldenSuite& suite, const GoldenSettings& settings) {
   PM_TRY(SuiteRenderer renderer, SuiteRenderer::create(suite, settings));
-  const std::vector<SurfaceRecord> records = read_records(suite);
+  PM_TRY(const std::vector<SurfaceRecord> records, read_records(suite));
   GoldenResult result{suite.name, {}, find_orphans(suite)};
   for (const int frame : suite.frames) {
     const auto start = std::chrono::steady_clock::now();
+    forget_failure(suite, settings, frame);
     PM_TRY(const RenderedFrame rendered, renderer.render(frame));
     PM_TRY(GoldenFrame judged, judge(suite, settings, records, rendered));
     judged.report.seconds =
@@ -196,11 +225,14 @@ Result<std::vector<fs::path>> update_golden(const GoldenSuite& suite,
   if (reason.empty())
     return make_error(ErrorCode::kUsage, "golden update needs --reason \"why the frames changed\"");
   PM_TRY(SuiteRenderer renderer, SuiteRenderer::create(suite, settings));
-  const std::vector<SurfaceRecord> old_records = read_records(suite);
+  // Damaged ones are written anew.
+  const auto readable = read_records(suite);
+  const std::vector<SurfaceRecord> old_records =
+      readable ? *readable : std::vector<SurfaceRecord>{};
   GoldenSettings quiet = settings;
   quiet.failures.clear();
   std::vector<SurfaceRecord> records;
-  std::vector<std::pair<fs::path, std::string>> files;  // all encoded before the first is written
+  std::vector<NewFile> files;
   bool surface_changed = old_records.size() != suite.frames.size();
   for (const int frame : suite.frames) {
     PM_TRY(const RenderedFrame rendered, renderer.render(frame));
@@ -213,25 +245,19 @@ Result<std::vector<fs::path>> update_golden(const GoldenSuite& suite,
     surface_changed |= !judged.surface_passed;
     if (judged.passed()) continue;
     PM_TRY(std::string encoded, encode_exr(rendered.image));
-    files.emplace_back(golden_image_path(suite, frame), std::move(encoded));
+    files.push_back({golden_image_path(suite, frame), std::move(encoded)});
   }
+  const std::size_t frames = files.size();
+  if (surface_changed)
+    files.push_back({suite.folder / "surface.csv", surface_records_text(records)});
   std::vector<fs::path> written;
-  for (const auto& [path, bytes] : files) {
-    PM_TRY_STATUS(write_file(path, bytes));
-    written.push_back(path);
-  }
-  if (surface_changed) {
-    PM_TRY_STATUS(write_surface_records(suite.folder / "surface.csv", records));
-    written.push_back(suite.folder / "surface.csv");
-  }
-  if (written.empty()) return written;
-  const fs::path changes = suite.folder / "CHANGES.md";
-  auto before = read_file(changes);
-  std::string text =
-      before ? *before : fmt::format("# Changes to the golden frames of {}\n", suite.name);
-  text += fmt::format("\n- polymorph {}, {} frame{}: {}\n", PM_VERSION, files.size(),
-                      files.size() == 1 ? "" : "s", reason);
-  PM_TRY_STATUS(write_file(changes, text));
+  for (const NewFile& file : files) written.push_back(file.path);
+  if (files.empty()) return written;
+  PM_TRY(std::string changes, changes_of(suite));
+  changes += fmt::format("\n- polymorph {}, {} frame{}: {}\n", PM_VERSION, frames,
+                         frames == 1 ? "" : "s", reason);
+  files.push_back({suite.folder / "CHANGES.md", std::move(changes)});
+  PM_TRY_STATUS(write_files(files));
   return written;
 }
 

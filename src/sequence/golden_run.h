@@ -25,7 +25,8 @@ struct GoldenSettings {
 
 struct GoldenFrame {
   int frame = 0;
-  bool missing = false;             ///< no golden image or no row in surface.csv
+  bool missing = false;             ///< no golden image
+  bool unreadable = false;          ///< there is one, but damaged
   bool surface_passed = false;      ///< counts and digest are equal
   std::optional<Comparison> image;  ///< absent when the golden is missing
   std::string message;              ///< why it failed, empty when it passed
@@ -41,11 +42,13 @@ struct GoldenResult {
   std::size_t failed() const;
 };
 
-/// Renders and compares; writes nothing but failures. Errors: kInput, kResource, kOutput.
+/// Renders and compares; writes nothing but failures. A golden image that cannot be read is its
+/// frame's failure; all else that cannot is an error: kInput, kResource, kOutput.
 Result<GoldenResult> test_golden(const GoldenSuite& suite, const GoldenSettings& settings);
 
-/// Replaces failing and missing goldens (and surface.csv), refuses NaN, appends to CHANGES.md with
-/// the reason. Returns what was written. Errors: kUsage without a reason or when CI is set in the
+/// Replaces failing, damaged and missing goldens (and surface.csv), refuses NaN, appends to
+/// CHANGES.md with the reason; all of it or nothing, once every frame is rendered (base/file.h,
+/// write_files). Returns what was written. Errors: kUsage without a reason or when CI is set in the
 /// environment.
 Result<std::vector<std::filesystem::path>> update_golden(const GoldenSuite& suite,
                                                          const GoldenSettings& settings,

@@ -1,5 +1,6 @@
 // compare and golden: the answer is the exit code.
 #include <limits>
+#include <map>
 
 #include "cli/program.h"
 #include "image/image_io.h"
@@ -129,6 +130,46 @@ TEST_F(Golden, MissingFailsUpdatedPassesChangedFails) {
   EXPECT_TRUE(contains(changed.err, "polymorph golden update tiny --reason")) << changed.err;
   for (const char* name : {"actual.exr", "reference.exr", "difference.png"})
     EXPECT_TRUE(exists(std::string("failed/tiny/frame.0003.") + name)) << name;
+}
+
+TEST_F(Golden, AnUpdateThatCannotBeFinishedChangesNothing) {
+  run(0, {"golden", "update", "tiny", "--reason", "first"});
+  const auto state = [&] {
+    std::map<std::string, std::string> files;
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "golden_frames/tiny"))
+      files[entry.path().filename().string()] =
+          entry.is_regular_file() ? read_text(entry.path()) : "";
+    return files;
+  };
+  write("scenes/tiny.json", tiny_scene(4, R"({"shape": "torus", "spheres": {"balls": 12}})"));
+  write("golden_frames/tiny/notes.txt", "not of the suite");
+  // The last file of an update: the frames before it could all be written.
+  const std::string changes = read_text(folder / "golden_frames/tiny/CHANGES.md");
+  std::filesystem::remove(folder / "golden_frames/tiny/CHANGES.md");
+  std::filesystem::create_directory(folder / "golden_frames/tiny/CHANGES.md");
+  const auto before = state();
+  const Ran refused = run({"golden", "update", "tiny", "--reason", "second"});
+  EXPECT_NE(refused.code, 0);
+  EXPECT_TRUE(contains(refused.err, "CHANGES.md")) << refused.err;
+  EXPECT_EQ(state(), before);
+
+  std::filesystem::remove(folder / "golden_frames/tiny/CHANGES.md");
+  write("golden_frames/tiny/CHANGES.md", changes);
+  // A signal at any moment leaves the suite of before or the suite of after.
+  const auto old = state();
+  run(0, {"golden", "update", "tiny", "--reason", "second"});
+  const auto done = state();
+  EXPECT_NE(done, old);
+  for (const auto& [name, bytes] : old) write("golden_frames/tiny/" + name, bytes);
+  for (const int after_ms : {0, 60, 120, 180}) {
+    const Started update = start({"golden", "update", "tiny", "--reason", "second"});
+    ::usleep(static_cast<unsigned>(after_ms) * 1000);
+    ::kill(update.id, SIGTERM);
+    finish(update);
+    const auto now = state();
+    EXPECT_TRUE(now == old || now == done) << "after " << after_ms << " ms";
+    if (now != old) break;
+  }
 }
 
 TEST_F(Golden, TierASaysThatTheBuildAgreesWithItself) {

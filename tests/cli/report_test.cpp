@@ -1,5 +1,7 @@
 // Reports as users get them: the files, and the page in a real browser (skipped where there is
 // none).
+#include <map>
+
 #include "cli/program.h"
 #include "image/image_io.h"
 
@@ -90,6 +92,79 @@ TEST_F(Reports, OfGoldenSuites) {
   EXPECT_TRUE(exists("kept/tiny/frame.0003.difference.png"));
   EXPECT_TRUE(contains(read_text(folder / "changed/junit.xml"),
                        "<testcase classname=\"tiny\" name=\"frame 3\""));
+}
+
+TEST_F(Reports, NothingOfAnEarlierRunStays) {
+  write("scenes/tiny.json", tiny_scene());
+  write("golden_frames/tiny/suite.json",
+        R"({"scene": "../../scenes/tiny.json", "frames": [1, 3]})");
+  const std::vector<std::string> test{"golden", "test",       "--report",
+                                      "out",    "--failures", "out/frames"};
+  run(1, test);
+  write("out/notes.png", "somebody's");
+  write("out/frames/tiny/mine.exr", "somebody's");
+  EXPECT_TRUE(exists("out/tiny.frame.1.png"));
+  EXPECT_TRUE(exists("out/frames/tiny/frame.0001.actual.exr"));
+  run(0, {"golden", "update", "tiny", "--reason", "first"});
+  run(0, test);
+  EXPECT_FALSE(exists("out/tiny.frame.1.png"));
+  EXPECT_FALSE(exists("out/frames/tiny/frame.0001.actual.exr"));
+  EXPECT_TRUE(exists("out/notes.png") && exists("out/frames/tiny/mine.exr"));
+  EXPECT_TRUE(exists("out/index.html"));
+
+  // A run that ends without a report does not leave the one before it.
+  run(3, {"compare", "gone.exr", "gone.exr", "--report", "out"});
+  EXPECT_FALSE(exists("out/index.html"));
+  EXPECT_FALSE(exists("out/junit.xml"));
+  EXPECT_TRUE(exists("out/notes.png"));
+}
+
+TEST_F(Reports, WhatCannotBeTestedIsReportedAndTheRestIsTested) {
+  write("scenes/tiny.json", tiny_scene());
+  const std::string suite = R"({"scene": "../../scenes/tiny.json", "frames": [1]})";
+  for (const char* name : {"good", "image", "records"}) {
+    write(Path("golden_frames") / name / "suite.json", suite);
+    run(0, {"golden", "update", name, "--reason", "first"});
+  }
+  write("golden_frames/image/frame.0001.exr", "damaged");
+  write("golden_frames/records/surface.csv", "damaged");
+  write("golden_frames/bad/suite.json", R"({"scene": "../../scenes/bad.json", "frames": [1]})");
+  write("scenes/bad.json", "{\"sauce\": 1}");
+  write("golden_frames/gone/suite.json", R"({"scene": "../../scenes/gone.json", "frames": [1]})");
+  const Ran ran = run(3, {"golden", "test", "--report", "out"});
+  EXPECT_TRUE(contains(ran.out, "good: 1 of 1 frames pass\n")) << ran.out;
+  for (const char* name : {"bad", "gone", "records"})
+    EXPECT_TRUE(contains(ran.out, std::string(name) + ": could not be tested\n")) << ran.out;
+  EXPECT_TRUE(contains(ran.err, "sauce")) << ran.err;
+  const auto json = parse(read_text(folder / "out/report.json"));
+  EXPECT_EQ(json["passed"], 1);
+  EXPECT_EQ(json["failed"], 4);
+  EXPECT_EQ(json["errors"], 4);
+  std::map<std::string, std::string> messages;
+  for (const auto& one : json["cases"])
+    if (one["verdict"] == "error") messages[one["group"]] = one["message"];
+  EXPECT_TRUE(contains(messages["bad"], "sauce")) << messages["bad"];
+  EXPECT_TRUE(contains(messages["gone"], "gone.json")) << messages["gone"];
+  EXPECT_TRUE(contains(messages["image"], "frame.0001.exr")) << messages["image"];
+  EXPECT_TRUE(contains(messages["records"], "surface.csv:1")) << messages["records"];
+  const std::string junit = read_text(folder / "out/junit.xml");
+  EXPECT_TRUE(contains(junit, "tests=\"5\" failures=\"0\" errors=\"4\"")) << junit;
+  EXPECT_TRUE(contains(junit, "<testcase classname=\"gone\" name=\"the suite\"")) << junit;
+  EXPECT_TRUE(contains(junit, "<error message=\"")) << junit;
+  EXPECT_TRUE(contains(read_text(folder / "out/index.html"), "gone.json"));
+
+  // Both kinds of damage are repaired by an update.
+  run(0, {"golden", "update", "image", "--reason", "damaged"});
+  run(0, {"golden", "update", "records", "--reason", "damaged"});
+  run(0, {"golden", "test", "image", "records"});
+}
+
+TEST_F(Reports, OfSuitesThatAreNotThere) {
+  run(3, {"golden", "test", "--root", "nowhere", "--report", "out"});
+  EXPECT_TRUE(contains(read_text(folder / "out/junit.xml"), "errors=\"1\""));
+  EXPECT_TRUE(contains(read_text(folder / "out/report.json"), "nowhere: cannot list"));
+  run(3, {"golden", "test", "tiny", "--root", "nowhere", "--json", "report.json"});
+  EXPECT_EQ(parse(read_text(folder / "report.json"))["errors"], 1);
 }
 
 TEST_F(Reports, AsCiMakesThem) {

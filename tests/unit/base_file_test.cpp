@@ -2,10 +2,13 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <fstream>
+#include <thread>
 
 #include "base/hash.h"
 #include "base/random.h"
@@ -110,6 +113,84 @@ TEST_F(FileTest, AFullDiskIsAnErrorAndLeavesNothing) {
   EXPECT_EQ(status.error().code, ErrorCode::kOutput);
   EXPECT_NE(status.error().message.find("No space"), std::string::npos) << status.error().message;
   EXPECT_TRUE(empty);
+}
+
+TEST_F(FileTest, SeveralAreWrittenTogether) {
+  ASSERT_TRUE(write_file(folder / "a", "old a"));
+  ASSERT_TRUE(write_files({{folder / "a", "new a"}, {folder / "b", "new b"}}));
+  EXPECT_EQ(*read_file(folder / "a"), "new a");
+  EXPECT_EQ(*read_file(folder / "b"), "new b");
+  EXPECT_EQ(entries(), 2u) << "neither temporaries nor old files stay";
+}
+
+TEST_F(FileTest, SeveralStayAsTheyWereWhenOneCannotBeWritten) {
+  ASSERT_TRUE(write_file(folder / "a", "old a"));
+  fs::create_directory(folder / "b");
+  const auto folder_in_the_way = write_files({{folder / "a", "new a"}, {folder / "b", "new b"}});
+  ASSERT_FALSE(folder_in_the_way);
+  EXPECT_EQ(folder_in_the_way.error().code, ErrorCode::kOutput);
+  EXPECT_EQ(*read_file(folder / "a"), "old a");
+  fs::remove(folder / "b");
+
+  // A file that becomes too large: the one before it was written by then.
+  const auto before = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit limit{}, small{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
+  small = limit;
+  small.rlim_cur = 100;
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  const auto full = write_files({{folder / "a", "new a"}, {folder / "b", std::string(200, 'b')}});
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &limit), 0);
+  std::signal(SIGXFSZ, before);
+  ASSERT_FALSE(full);
+  EXPECT_EQ(*read_file(folder / "a"), "old a");
+  EXPECT_EQ(entries(), 1u);
+}
+
+TEST_F(FileTest, RenamesThatWereDoneAreUndone) {
+  // "c/d" makes a folder where "c" is to be, after both were found writable.
+  ASSERT_TRUE(write_file(folder / "a", "old a"));
+  fs::create_symlink("nowhere", folder / "link");
+  const auto failed = write_files({{folder / "a", "new a"},
+                                   {folder / "b", "new b"},
+                                   {folder / "link", "no link"},
+                                   {folder / "c", "new c"},
+                                   {folder / "c" / "d", "new d"}});
+  ASSERT_FALSE(failed);
+  EXPECT_NE(failed.error().message.find("/c: "), std::string::npos) << failed.error().message;
+  EXPECT_EQ(*read_file(folder / "a"), "old a");
+  EXPECT_FALSE(fs::exists(folder / "b")) << "it was not there before";
+  EXPECT_EQ(fs::read_symlink(folder / "link"), "nowhere");
+  EXPECT_TRUE(fs::is_empty(folder / "c"));
+  EXPECT_EQ(entries(), 3u);
+}
+
+std::atomic<int> signals{0}, signals_after_all{0};
+std::string last_file;
+
+TEST_F(FileTest, ASignalWaitsUntilAllAreWritten) {
+  std::vector<NewFile> files;
+  for (int i = 0; i < 40; ++i)
+    files.push_back({folder / std::to_string(i), std::string(1 << 14, 'x')});
+  last_file = files.back().path.string();
+  const auto before = std::signal(SIGTERM, [](int) {
+    ++signals;
+    signals_after_all += ::access(last_file.c_str(), F_OK) == 0;
+  });
+  std::atomic<bool> over = false;
+  std::thread sender([&] {
+    // The first temporary says that writing has begun.
+    while (!over && entries() == 0) std::this_thread::yield();
+    if (!over) ::kill(::getpid(), SIGTERM);
+  });
+  EXPECT_TRUE(write_files(files));
+  const std::size_t seen = entries();
+  over = true;
+  sender.join();
+  std::signal(SIGTERM, before);
+  EXPECT_EQ(seen, files.size());
+  EXPECT_EQ(signals, 1);
+  EXPECT_EQ(signals_after_all, 1);
 }
 
 TEST(Hasher, DependsOnEveryByteAndOnWhereTextsEnd) {

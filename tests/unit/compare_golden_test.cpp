@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "base/file.h"
 #include "compare/golden.h"
 
 namespace polymorph {
@@ -122,7 +123,7 @@ TEST_F(Golden, ListsSuitesInOrderAndNamesTheNearest) {
 TEST_F(Golden, SurfaceRecordsSurviveWritingAndReading) {
   const std::vector<SurfaceRecord> records{{1, 1000, 1996, "00ff"}, {12, 5000000000, 3, "abc"}};
   const fs::path csv = root_ / "surface.csv";
-  ASSERT_TRUE(write_surface_records(csv, records));
+  ASSERT_TRUE(write_file(csv, surface_records_text(records)));
   const auto back = read_surface_records(csv);
   ASSERT_TRUE(back) << back.error().message;
   ASSERT_EQ(back->size(), 2u);

@@ -140,6 +140,27 @@ TEST(Report, JunitHasACaseAFrame) {
   EXPECT_EQ(xml.find('\xff'), std::string::npos) << "not UTF-8";
 }
 
+TEST(Report, WhatCouldNotBeTestedIsAnErrorNotAFailure) {
+  Report report = small_report();
+  ReportCase one;
+  one.group = "other";
+  one.name = "the suite";
+  one.message = "scene.json:1:2: no such file\n  {";
+  one.error = true;
+  report.cases.push_back(one);
+  EXPECT_EQ(report.failed(), 2u);
+  EXPECT_EQ(report.errors(), 1u);
+  const std::string xml = report_junit(report);
+  EXPECT_NE(xml.find("tests=\"3\" failures=\"1\" errors=\"1\""), std::string::npos) << xml;
+  EXPECT_NE(xml.find("<testsuite name=\"other\" tests=\"1\" failures=\"0\" errors=\"1\""),
+            std::string::npos);
+  EXPECT_NE(xml.find("<error message=\"scene.json:1:2: no such file"), std::string::npos);
+  const auto json = nlohmann::json::parse(report_json(report));
+  EXPECT_EQ(json["errors"], 1);
+  EXPECT_EQ(json["cases"][2]["verdict"], "error");
+  EXPECT_EQ(page_data(report_html(report))["cases"][1]["verdict"], "error");
+}
+
 TEST(Report, JsonSaysAll) {
   const auto json = nlohmann::json::parse(report_json(small_report()));
   EXPECT_EQ(json["passed"], 1);
@@ -214,6 +235,40 @@ TEST(Pictures, HeatRisesInLightness) {
   EXPECT_EQ(heat_range(0.05), 0.05);
   EXPECT_EQ(heat_range(0.051), 0.1);
   EXPECT_EQ(heat_range(0), 0.01);
+}
+
+TEST(Report, AnEarlierReportGoesAndForeignFilesStay) {
+  std::string name = (std::filesystem::temp_directory_path() / "polymorph_report_XXXXXX").string();
+  const std::filesystem::path folder = mkdtemp(name.data());
+  const auto exists = [&](const char* file) { return std::filesystem::exists(folder / file); };
+  ASSERT_TRUE(write_file(folder / "suite.frame.9.png", "somebody's"));
+  ASSERT_TRUE(write_file(folder / "notes.txt", "somebody's"));
+  ASSERT_TRUE(write_report_folder(small_report(), folder));
+  EXPECT_TRUE(exists("suite.frame.2.png"));
+
+  Report good = small_report();
+  good.cases.pop_back();
+  ASSERT_TRUE(write_report_folder(good, folder));
+  EXPECT_FALSE(exists("suite.frame.2.png")) << "of a failure that is gone";
+  EXPECT_TRUE(exists("index.html"));
+
+  ASSERT_TRUE(write_report_folder(small_report(), folder));
+  ASSERT_TRUE(remove_report(folder));
+  for (const char* file : {"index.html", "junit.xml", "report.json", "suite.frame.2.png"})
+    EXPECT_FALSE(exists(file)) << file;
+  EXPECT_TRUE(exists("suite.frame.9.png") && exists("notes.txt")) << "not ours";
+
+  // Lists of others, and names that lead out of the folder.
+  ASSERT_TRUE(write_file(folder / "report.json", R"({"files": ["notes.txt"], "cases": []})"));
+  ASSERT_TRUE(remove_report(folder));
+  EXPECT_TRUE(exists("notes.txt") && exists("report.json"));
+  std::filesystem::create_directory(folder / "inner");
+  ASSERT_TRUE(write_file(folder / "inner" / "report.json",
+                         R"({"polymorph_report": ["../notes.txt", "..", "", 3, "gone.png"]})"));
+  ASSERT_TRUE(remove_report(folder / "inner"));
+  EXPECT_TRUE(exists("notes.txt"));
+  ASSERT_TRUE(remove_report(folder / "not there"));
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace
