@@ -1,6 +1,7 @@
 // The CUDA backend's extractor, and what devices there are.
+#include <cstdlib>
 #include <fstream>
-#include <sstream>
+#include <utility>
 
 #include "cuda_backend.cuh"
 #include "extract.h"
@@ -34,8 +35,26 @@ std::string driver_text() {
   return module.empty() ? version_text(version) : module;
 }
 
-ExtractStatus no_device(const std::string& why) {
-  return {ExtractCode::kNoDevice, why + ", use the cpu backend or see `polymorph devices`"};
+ExtractStatus no_device(std::string why) { return {ExtractCode::kNoDevice, std::move(why)}; }
+
+/// Why cudaGetDeviceCount() found nothing, as what is missing.
+std::string why_no_device(cudaError_t error) {
+  int driver = 0, runtime = 0;
+  if (cudaDriverGetVersion(&driver) != cudaSuccess || driver == 0) {
+    return "no NVIDIA driver answers (is it installed and loaded?)";
+  }
+  if (error == cudaErrorInsufficientDriver && cudaRuntimeGetVersion(&runtime) == cudaSuccess) {
+    return "the NVIDIA driver (" + version_text(driver) + ") is too old for this build (" +
+           version_text(runtime) + "), update it";
+  }
+  const char* visible = std::getenv("CUDA_VISIBLE_DEVICES");
+  if (visible && (error == cudaSuccess || error == cudaErrorNoDevice)) {
+    return "CUDA_VISIBLE_DEVICES=\"" + std::string(visible) + "\" hides every GPU";
+  }
+  if (error == cudaSuccess || error == cudaErrorNoDevice) {
+    return "the NVIDIA driver (" + version_text(driver) + ") sees no GPU";
+  }
+  return std::string("the NVIDIA driver fails: ") + cudaGetErrorString(error);
 }
 
 }  // namespace
@@ -44,9 +63,7 @@ std::unique_ptr<SurfaceExtractor> make_cuda_extractor(int index, ExtractStatus& 
   int count = 0;
   cudaError_t error = cudaGetDeviceCount(&count);
   if (error != cudaSuccess || count == 0) {
-    status =
-        no_device(std::string("no cuda device answers (") +
-                  (error == cudaSuccess ? "none is visible" : cudaGetErrorString(error)) + ")");
+    status = no_device(why_no_device(error));
     return nullptr;
   }
   if (index < 0 || index >= count) {

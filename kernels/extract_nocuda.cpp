@@ -5,9 +5,7 @@ namespace polymorph {
 
 std::unique_ptr<SurfaceExtractor> make_cuda_extractor(int, ExtractStatus& status) {
   status = {ExtractCode::kBuiltWithout,
-            "this polymorph was built without CUDA (no nvcc was found or POLYMORPH_CUDA=OFF), use "
-            "the cpu "
-            "backend or build with the CUDA Toolkit"};
+            "this polymorph was built without CUDA (no nvcc was found or POLYMORPH_CUDA=OFF)"};
   return nullptr;
 }
 

@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <deque>
 #include <future>
@@ -356,7 +357,9 @@ Result<std::unique_ptr<SurfaceExtractor>> make_extractor(const std::string& devi
   if (!automatic)
     return make_error(ErrorCode::kResource, "--device {}: {} - use --device cpu or auto", device,
                       status.message);
-  log_debug("using the cpu: {}", status.message);
+  // Said once, not for every scene of a command.
+  static std::atomic_flag said;
+  if (!said.test_and_set()) log_info("surfaces are made on the CPU: {}", status.message);
   return cpu();
 }
 
