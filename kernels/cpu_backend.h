@@ -18,6 +18,7 @@
 #endif
 
 #include "extract_surface.h"
+#include "fork_join.h"
 #include "math.h"
 #include "tree.h"
 #include "validate.h"
@@ -209,10 +210,11 @@ class BasicCpuBackend {
     if (n <= 0) return;
     const std::int64_t threads = tbb::this_task_arena::max_concurrency();
     const std::int64_t grain = std::max<std::int64_t>(1, std::min(most, n / (8 * threads)));
+    ForkJoin loop;
     tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, n, grain),
-                      [&f](const tbb::blocked_range<std::int64_t>& r) {
+                      [&](const tbb::blocked_range<std::int64_t>& r) {
                         const StrictFloats strict;
-                        f(r.begin(), r.end());
+                        loop.part([&] { f(r.begin(), r.end()); });
                       });
   }
 

@@ -6,6 +6,8 @@
 
 #include <cstdint>
 
+#include "kernels/fork_join.h"
+
 namespace polymorph {
 
 /// Limits all parallel work of the process to `count` threads; 0 = as many as this process may use
@@ -19,8 +21,11 @@ int thread_count();
 /// depend on how the range is cut: write by index, reduce in a fixed order afterwards.
 template <class F>
 void parallel_ranges(std::int64_t n, std::int64_t grain, const F& f) {
+  ForkJoin loop;
   tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, n, grain),
-                    [&](const tbb::blocked_range<std::int64_t>& r) { f(r.begin(), r.end()); });
+                    [&](const tbb::blocked_range<std::int64_t>& r) {
+                      loop.part([&] { f(r.begin(), r.end()); });
+                    });
 }
 
 /// Runs f(i) for i in [0, n).

@@ -16,7 +16,7 @@ class Analyze : public ProgramTest {
 
 TEST_F(Analyze, ASceneInNumbersAndAllFiles) {
   const Ran ran = run(0, {"analyze", "scene.json", "-n", "5", "--html", "a.html", "--csv", "a.csv",
-                          "--json", "a.json"});
+                          "--json", "a.json", "--device", "cpu"});
   EXPECT_EQ(ran.err, "");
   const auto json = nlohmann::json::parse(read_text(folder / "a.json"));
   ASSERT_EQ(json["morphs"].size(), 1u);

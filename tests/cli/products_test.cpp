@@ -86,7 +86,7 @@ TEST_F(Products, StripNeedsFrames) {
 
 TEST_F(Products, MeshSaysThatItIsClosed) {
   for (const char* name : {"half.obj", "half.ply"}) {
-    const Ran ran = run(0, {"mesh", "scene.json", "-f", "2", "-o", name});
+    const Ran ran = run(0, {"mesh", "scene.json", "-f", "2", "-o", name, "--device", "cpu"});
     EXPECT_EQ(ran.err, "");
     const auto lines = lines_of(ran.out);
     ASSERT_EQ(lines.size(), 1u) << ran.out;

@@ -25,7 +25,8 @@ class Render : public ProgramTest {
 };
 
 TEST_F(Render, WritesExrAndPng) {
-  const Ran ran = run(0, {"render", "scene.json", "-o", "out/f.####.exr", "--png"});
+  const Ran ran =
+      run(0, {"render", "scene.json", "-o", "out/f.####.exr", "--png", "--device", "cpu"});
   EXPECT_EQ(ran.out, "");
   for (const char* number : {"0001", "0002", "0003", "0004"})
     for (const char* extension : {".exr", ".png"})
@@ -74,8 +75,8 @@ TEST_F(Render, SkipExistingKeepsCurrentFramesOnly) {
 }
 
 TEST_F(Render, DryRunWritesNothing) {
-  const Ran ran =
-      run(0, {"render", "scene.json", "-o", "out/f.####.exr", "--png", "-f", "2-3", "-n"});
+  const Ran ran = run(0, {"render", "scene.json", "-o", "out/f.####.exr", "--png", "-f", "2-3",
+                          "-n", "--device", "cpu"});
   EXPECT_EQ(ran.out,
             "frame 2 volume out/f.0002.exr out/f.0002.png\n"
             "frame 3 volume out/f.0003.exr out/f.0003.png\n");
