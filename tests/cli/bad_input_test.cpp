@@ -14,7 +14,7 @@ class BadModel : public ProgramTest {
   /// say `parts` on standard error.
   void expect_refused(const std::string& model, const std::vector<std::string>& parts) {
     write("scene.json", tiny_scene(2, '"' + model + '"'));
-    const Ran rendered = run(3, {"render", "scene.json", "-o", "f.####.exr"});
+    const Ran rendered = run(3, {"render", "scene.json", "-o", "f.####.exr", "--device", "cpu"});
     EXPECT_EQ(rendered.out, "");
     EXPECT_EQ(count_files(".exr"), 0u);
     const Ran checked = run(1, {"check", "scene.json"});

@@ -36,7 +36,7 @@ struct TemporaryFolder {
 };
 
 inline std::filesystem::path data_file(const std::string& name) {
-  return std::filesystem::path(__FILE__).parent_path().parent_path() / "data" / "image" / name;
+  return std::filesystem::path(PM_SOURCE_DIR) / "tests/data/image" / name;
 }
 
 /// Values in [0, 1) that a half float holds exactly, different everywhere.
