@@ -124,6 +124,7 @@ class SequenceRun {
     if (!settings_.isa.empty())
       prepared_.hash = Hasher().add(prepared_.hash).add(settings_.isa).hex();
     report_.scene_hash = prepared_.hash;
+    if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // nobody would see them
     report_.frames.resize(settings_.frames.size());
     const auto frames_start = Clock::now();
     Status status = all_frames();

@@ -69,6 +69,21 @@ TEST_F(Products, LayersOnDemand) {
   for (const char* name :
        {"Z ", "N.X", "P.Z", "albedo.R", "uv.U", "motion.X", "morph.blend", "morph.t", "id "})
     EXPECT_TRUE(contains(all.out, name)) << name << all.out;
+  // Others' tools open it and find what is in it, where they are installed.
+  const auto said_by = [&](const std::string& tool, const std::string& options) {
+    if (std::system(("command -v " + tool + " > /dev/null").c_str()) != 0) return std::string();
+    const std::string line = tool + options + " all.exr > said.txt 2>&1";
+    EXPECT_EQ(std::system(("cd " + folder.string() + " && " + line).c_str()), 0) << line;
+    return read_text(folder / "said.txt");
+  };
+  if (const std::string said = said_by("exrheader", ""); !said.empty()) {
+    EXPECT_TRUE(contains(said, "morph.blend, 32-bit floating-point")) << said;
+    EXPECT_TRUE(contains(said, "R, 16-bit floating-point")) << said;
+    EXPECT_TRUE(contains(said, "chromaticities")) << said;
+  }
+  if (const std::string said = said_by("oiiotool", " --info -v"); !said.empty()) {
+    EXPECT_TRUE(contains(said, "motion.X")) << said;
+  }
   run(0, {"render", "scene.json", "-f", "2", "-o", "two.exr", "--aovs", "P,id", "-j", "2"});
   EXPECT_TRUE(contains(run(0, {"info", "two.exr"}).out, "8 channels"));
   const Ran wrong = run(2, {"render", "scene.json", "-f", "2", "-o", "x.exr", "--aovs", "Z,albdo"});
