@@ -21,11 +21,11 @@ struct RenderOptions {
   JsonOutput json;
 };
 
-/// Half size, coarser surface, one pass: direct light and one ray for what hides the sky.
+/// Half size, coarser surface, direct light and a ray for what hides the sky.
 void make_preview(Scene& scene) {
   scene.image.width = std::max(1, scene.image.width / 2);
   scene.image.height = std::max(1, scene.image.height / 2);
-  scene.image.samples = 1;
+  scene.image.samples = std::min(scene.image.samples, 2);
   scene.image.noise = 0;
   scene.image.max_depth = 1;
   scene.surface.resolution = std::max(8, scene.surface.resolution / 2);

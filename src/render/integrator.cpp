@@ -26,6 +26,9 @@ constexpr float kMirrorAlpha = 0.1f;
 constexpr int kFreeMirrors = 2;
 // And so many boundaries of glass: two balls and what is behind them, with a reflection inside.
 constexpr int kFreeGlass = 8;
+// With a single bounce (previews) what hides the sky is taken to send back this share of it, for
+// all the bounces that are left out: fewer black grains, and shadows about as deep as they are.
+constexpr float kGuessedBounce = 0.4f;
 // The density of a direction that a smooth mirror or glass leaves no choice of.
 constexpr float kCertain = 1e30f;
 // The sampler's sets beside those of the vertices themselves; beyond any depth.
@@ -504,7 +507,7 @@ PathLight trace_path(const World& world, const Ray& ray, const Meeting& first,
         if (world.geometry->blocked(last)) share = {};
       }
       if (is_black(share)) {
-        add_sky(world, path, 0);
+        add_sky(world, path, world.max_depth == 1 ? kGuessedBounce : 0);
         return result_of(path);
       }
       add_met_lamps(world, path, std::numeric_limits<float>::infinity());
