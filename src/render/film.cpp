@@ -40,12 +40,6 @@ PixelFilter make_pixel_filter(float radius) {
   return filter;
 }
 
-float filter_offset(const PixelFilter& filter, float u) {
-  const float x = u * PixelFilter::kCells;
-  const int i = std::min(static_cast<int>(x), PixelFilter::kCells - 1);
-  return lerp(filter.offsets[i], filter.offsets[i + 1], x - static_cast<float>(i));
-}
-
 std::vector<const Aov*> chosen_aovs(const std::string& layers) {
   std::vector<const Aov*> chosen;
   for (const Aov& aov : kAovs)

@@ -9,6 +9,7 @@
 
 #include "kernels/types.h"
 #include "render/aov.h"
+#include "render/lanes.h"
 
 namespace polymorph {
 
@@ -18,7 +19,13 @@ struct PixelFilter {
   std::array<float, kCells + 1> offsets{};
 };
 PixelFilter make_pixel_filter(float radius);
-float filter_offset(const PixelFilter& filter, float u);
+template <class V>
+inline V filter_offset(const PixelFilter& filter, V u) {
+  const V x = u * static_cast<float>(PixelFilter::kCells);
+  const auto i = smaller(whole(x), PixelFilter::kCells - 1);
+  const float* offsets = filter.offsets.data();
+  return lerp(gathered(offsets, i), gathered(offsets + 1, i), x - number(i));
+}
 
 /// R G B A, then the AOVs.
 std::vector<std::string> film_channels(const std::vector<const Aov*>& aovs);

@@ -1,8 +1,5 @@
-// The GGX distribution in a local frame (z = normal), isotropic.
+// The GGX distribution in a local frame (z = normal), isotropic. For one direction or for eight.
 #pragma once
-
-#include <algorithm>
-#include <cmath>
 
 #include "render/vector_math.h"
 
@@ -11,43 +8,51 @@ namespace polymorph {
 inline constexpr float kLeastAlpha = 1e-3f;  // a mirror, as far as float arithmetic can tell
 
 /// Density of microfacet normals.
-inline float ggx_density(Vec3 half, float alpha) {
+template <class T3>
+inline NumberOf<T3> ggx_density(T3 half, NumberOf<T3> alpha) {
   // (h.x^2 + h.y^2) / a^2 + h.z^2 keeps its digits for sharp lobes, where h.z^2 (a^2 - 1) + 1 does
   // not.
-  const float a2 = alpha * alpha;
-  const float e = (half.x * half.x + half.y * half.y) / a2 + half.z * half.z;
+  const NumberOf<T3> a2 = alpha * alpha;
+  const NumberOf<T3> e = (half.x * half.x + half.y * half.y) / a2 + half.z * half.z;
   return kInvPi / (a2 * e * e);
 }
 /// Smith's Lambda plus terms, as sqrt(a^2 + (1 - a^2) c^2).
-inline float ggx_root(float cosine, float alpha) {
-  const float a2 = alpha * alpha;
-  return std::sqrt(a2 + (1 - a2) * cosine * cosine);
+template <class V>
+inline V ggx_root(V cosine, V alpha) {
+  const V a2 = alpha * alpha;
+  return square_root(a2 + (1.0f - a2) * cosine * cosine);
 }
 /// Share of microfacets seen from a direction.
-inline float ggx_masking(float cosine, float alpha) {
-  return 2 * cosine / (cosine + ggx_root(cosine, alpha));
+template <class V>
+inline V ggx_masking(V cosine, V alpha) {
+  return 2.0f * cosine / (cosine + ggx_root(cosine, alpha));
 }
 /// G2 / (4 cos_a cos_b), height-correlated (Heitz 2014).
-inline float ggx_visibility(float a, float b, float alpha) {
+template <class V>
+inline V ggx_visibility(V a, V b, V alpha) {
   return 0.5f / (a * ggx_root(b, alpha) + b * ggx_root(a, alpha));
 }
 /// Density, per solid angle, of the direction mirrored at a visible normal.
-inline float ggx_direction_density(Vec3 view, Vec3 half, float alpha) {
-  return ggx_density(half, alpha) / (2 * (view.z + ggx_root(view.z, alpha)));
+template <class T3>
+inline NumberOf<T3> ggx_direction_density(T3 view, T3 half, NumberOf<T3> alpha) {
+  return ggx_density(half, alpha) / (2.0f * (view.z + ggx_root(view.z, alpha)));
 }
 /// A microfacet normal as seen from `view` (Dupuy and Benyoub 2023, spherical caps).
-inline Vec3 sample_ggx_normal(Vec3 view, float alpha, float u, float v) {
-  const Vec3 stretched = normalized(Vec3{alpha * view.x, alpha * view.y, view.z});
-  const Vec2 around = cos_sin_turns(u);
-  const float z = (1 - v) * (1 + stretched.z) - stretched.z;
-  const float r = std::sqrt(std::clamp(1 - z * z, 0.0f, 1.0f));
-  const Vec3 h = Vec3{r * around.x, r * around.y, z} + stretched;
-  return normalized(Vec3{alpha * h.x, alpha * h.y, std::max(h.z, 1e-7f)});
+template <class T3>
+inline T3 sample_ggx_normal(T3 view, NumberOf<T3> alpha, NumberOf<T3> u, NumberOf<T3> v) {
+  using V = NumberOf<T3>;
+  const T3 stretched = normalized(T3{alpha * view.x, alpha * view.y, view.z});
+  const Vec2Of<V> around = cos_sin_turns(u);
+  const V z = (1.0f - v) * (1.0f + stretched.z) - stretched.z;
+  const V r = square_root(clamp01(1.0f - z * z));
+  const T3 h = T3{r * around.x, r * around.y, z} + stretched;
+  return normalized(T3{alpha * h.x, alpha * h.y, most(h.z, 1e-7f)});
 }
 /// Schlick 1994: the share of 1 - f0 that is reflected on top of f0.
-inline float schlick(float cosine) {
-  const float m = clamp01(1 - cosine);
-  const float m2 = m * m;
+template <class V>
+inline V schlick(V cosine) {
+  const V m = clamp01(1.0f - cosine);
+  const V m2 = m * m;
   return m2 * m2 * m;
 }
 

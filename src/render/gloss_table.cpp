@@ -1,5 +1,6 @@
 #include "render/gloss_table.h"
 
+#include <algorithm>
 #include <array>
 
 #include "render/ggx.h"
@@ -62,31 +63,49 @@ const Tables& tables() {
   return kTables;
 }
 
-struct Cell {
-  int index;
-  float fraction;
+/// A place between two nodes.
+template <class V>
+struct CellOf {
+  decltype(whole(V{})) index;
+  V fraction;
 };
-Cell cell_of(float value) {
-  const float x = std::sqrt(clamp01(value)) * (kNodes - 1);
-  const int index = std::min(static_cast<int>(x), kNodes - 2);
-  return {index, x - static_cast<float>(index)};
+template <class V>
+CellOf<V> cell_of(V value) {
+  const V x = square_root(clamp01(value)) * static_cast<float>(kNodes - 1);
+  const auto index = smaller(whole(x), kNodes - 2);
+  return {index, x - number(index)};
 }
-SplitAlbedo mix(SplitAlbedo a, SplitAlbedo b, float t) {
-  return {lerp(a.scale, b.scale, t), lerp(a.bias, b.bias, t)};
+
+/// Between the node at `index` and the next one, `fraction` of the way.
+template <class V, class I>
+SplitAlbedoOf<V> between(const SplitAlbedo* nodes, I index, V fraction) {
+  static_assert(sizeof(SplitAlbedo) == 2 * sizeof(float));
+  const float* numbers = &nodes->scale;
+  const I at = index * 2;
+  return {lerp(gathered(numbers, at), gathered(numbers + 2, at), fraction),
+          lerp(gathered(numbers + 1, at), gathered(numbers + 3, at), fraction)};
+}
+
+template <class V>
+SplitAlbedoOf<V> look_up(V alpha, V cosine) {
+  const CellOf<V> a = cell_of(alpha), c = cell_of(cosine);
+  const SplitAlbedo* nodes = tables().directional.data();
+  const auto index = a.index * kNodes + c.index;
+  const SplitAlbedoOf<V> low = between(nodes, index, c.fraction);
+  const SplitAlbedoOf<V> high = between(nodes + kNodes, index, c.fraction);
+  return {lerp(low.scale, high.scale, a.fraction), lerp(low.bias, high.bias, a.fraction)};
+}
+template <class V>
+SplitAlbedoOf<V> look_up_mean(V alpha) {
+  const CellOf<V> a = cell_of(alpha);
+  return between(tables().mean.data(), a.index, a.fraction);
 }
 
 }  // namespace
 
-SplitAlbedo split_albedo(float alpha, float cosine) {
-  const Cell a = cell_of(alpha), c = cell_of(cosine);
-  const SplitAlbedo* node = &tables().directional[a.index * kNodes + c.index];
-  return mix(mix(node[0], node[1], c.fraction), mix(node[kNodes], node[kNodes + 1], c.fraction),
-             a.fraction);
-}
-
-SplitAlbedo mean_split_albedo(float alpha) {
-  const Cell a = cell_of(alpha);
-  return mix(tables().mean[a.index], tables().mean[a.index + 1], a.fraction);
-}
+SplitAlbedoOf<float> split_albedo(float alpha, float cosine) { return look_up(alpha, cosine); }
+SplitAlbedoOf<Pack> split_albedo(Pack alpha, Pack cosine) { return look_up(alpha, cosine); }
+SplitAlbedoOf<float> mean_split_albedo(float alpha) { return look_up_mean(alpha); }
+SplitAlbedoOf<Pack> mean_split_albedo(Pack alpha) { return look_up_mean(alpha); }
 
 }  // namespace polymorph

@@ -2,13 +2,20 @@
 // tabulated.
 #pragma once
 
+#include "render/lanes.h"
+
 namespace polymorph {
 
-struct SplitAlbedo {
-  float scale, bias;  ///< their sum is the albedo of a perfect reflector (single scattering)
+template <class V>
+struct SplitAlbedoOf {
+  V scale, bias;  ///< their sum is the albedo of a perfect reflector (single scattering)
 };
-SplitAlbedo split_albedo(float alpha, float cosine);
+using SplitAlbedo = SplitAlbedoOf<float>;
+
+SplitAlbedoOf<float> split_albedo(float alpha, float cosine);
+SplitAlbedoOf<Pack> split_albedo(Pack alpha, Pack cosine);
 /// Its cosine-weighted mean over all directions.
-SplitAlbedo mean_split_albedo(float alpha);
+SplitAlbedoOf<float> mean_split_albedo(float alpha);
+SplitAlbedoOf<Pack> mean_split_albedo(Pack alpha);
 
 }  // namespace polymorph

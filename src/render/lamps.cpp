@@ -8,14 +8,81 @@ namespace {
 
 constexpr float kNever = std::numeric_limits<float>::infinity();
 
-/// 1 - cos of the half angle at which a ball is seen, and the sine's square.
-struct Cap {
-  float height = 0, sin2 = 0;
-};
-Cap cap_of(float radius, float distance2) {
-  const float sin2 = radius * radius / distance2;
+/// 1 - cos of the half angle at which a ball is seen from outside.
+template <class V>
+V cap_height(float radius, V distance2) {
+  const V sin2 = radius * radius / distance2;
   // 1 - sqrt(1 - s^2) would cancel for small balls.
-  return {sin2 / (1 + std::sqrt(std::max(0.0f, 1 - sin2))), sin2};
+  return sin2 / (1.0f + square_root(most(1.0f - sin2, 0.0f)));
+}
+
+template <class T3>
+NumberOf<T3> meets(const Lamp& lamp, const RayOf<T3>& ray) {
+  using V = NumberOf<T3>;
+  const V never = same<V>(kNever);
+  const T3 way = lamp.position - ray.origin;
+  if (lamp.panel) {
+    const V facing = -dot(ray.direction, lamp.frame.z);
+    const V distance = -dot(way, lamp.frame.z) / facing;
+    const T3 there = ray.direction * distance - way;
+    const MaskOf<T3> met = (facing > 1e-6f) & (distance > 0.0f) & (distance < ray.far) &
+                           (absolute(dot(there, lamp.frame.x)) <= lamp.half_width) &
+                           (absolute(dot(there, lamp.frame.y)) <= lamp.half_height);
+    return select(met, distance, never);
+  }
+  if (!(lamp.radius > 0)) return never;
+  const V along = dot(way, ray.direction);
+  const T3 aside = way - ray.direction * along;
+  const V inside2 = lamp.radius * lamp.radius - dot(aside, aside);
+  const V distance = along - square_root(most(inside2, 0.0f));
+  return select((inside2 >= 0.0f) & (distance > 0.0f) & (distance < ray.far), distance, never);
+}
+
+template <class T3>
+NumberOf<T3> density_of(const Lamp& lamp, const RayOf<T3>& ray, NumberOf<T3> distance) {
+  using V = NumberOf<T3>;
+  if (lamp.panel) {
+    const V cosine = -dot(ray.direction, lamp.frame.z);
+    return distance * distance / (cosine * (4 * lamp.half_width * lamp.half_height));
+  }
+  const T3 way = lamp.position - ray.origin;
+  return 1.0f / (2 * kPi * cap_height(lamp.radius, dot(way, way)));
+}
+
+template <class T3>
+LampSampleOf<T3> sample(const Lamp& lamp, T3 from, NumberOf<T3> u, NumberOf<T3> v) {
+  using V = NumberOf<T3>;
+  LampSampleOf<T3> sample;
+  if (lamp.panel) {
+    const T3 point = lamp.position + lamp.frame.x * ((2.0f * u - 1.0f) * lamp.half_width) +
+                     lamp.frame.y * ((2.0f * v - 1.0f) * lamp.half_height);
+    const T3 way = point - from;
+    sample.distance = length(way);
+    sample.direction = way / sample.distance;
+    const V cosine = -dot(sample.direction, lamp.frame.z);
+    const MaskOf<T3> lit = (sample.distance > 0.0f) & (cosine > 1e-6f);
+    sample.density = kept_if(lit, sample.distance * sample.distance /
+                                      (cosine * (4 * lamp.half_width * lamp.half_height)));
+    sample.power = kept_if(lit, lamp.radiance * (1.0f / sample.density));
+    return sample;
+  }
+  const T3 way = lamp.position - from;
+  const V distance2 = dot(way, way);
+  sample.distance = square_root(distance2);
+  const MaskOf<T3> outside = sample.distance > lamp.radius;
+  const T3 axis = way / sample.distance;
+  if (!(lamp.radius > 0)) {
+    sample.direction = axis;
+    sample.power = kept_if(outside, lamp.intensity * (1.0f / distance2));
+    return sample;
+  }
+  const V height = cap_height(lamp.radius, distance2);
+  sample.direction = normalized(to_world(make_frame(axis), cone_direction(height, u, v)));
+  const V met = meets(lamp, RayOf<T3>{from, sample.direction});
+  sample.distance = select(met < kNever, met, sample.distance);
+  sample.density = kept_if(outside, 1.0f / (2 * kPi * height));
+  sample.power = kept_if(outside, lamp.radiance * (1.0f / sample.density));
+  return sample;
 }
 
 }  // namespace
@@ -49,73 +116,20 @@ Lamp make_lamp(const LampSettings& settings, Vec3 middle) {
 }
 
 LampSample sample_lamp(const Lamp& lamp, Vec3 from, float u, float v) {
-  LampSample sample;
-  if (lamp.panel) {
-    const Vec3 point = lamp.position + lamp.frame.x * ((2 * u - 1) * lamp.half_width) +
-                       lamp.frame.y * ((2 * v - 1) * lamp.half_height);
-    const Vec3 way = point - from;
-    const float distance2 = dot(way, way);
-    sample.distance = std::sqrt(distance2);
-    if (!(sample.distance > 0)) return {};
-    sample.direction = way / sample.distance;
-    const float cosine = -dot(sample.direction, lamp.frame.z);
-    if (cosine <= 1e-6f) return {};
-    sample.density = distance2 / (cosine * 4 * lamp.half_width * lamp.half_height);
-    sample.power = lamp.radiance / sample.density;
-    return sample;
-  }
-  const Vec3 way = lamp.position - from;
-  const float distance2 = dot(way, way);
-  sample.distance = std::sqrt(distance2);
-  if (!(sample.distance > lamp.radius)) return {};
-  const Vec3 axis = way / sample.distance;
-  if (!(lamp.radius > 0)) {
-    sample.direction = axis;
-    sample.power = lamp.intensity / distance2;
-    return sample;
-  }
-  const Cap cap = cap_of(lamp.radius, distance2);
-  const Vec2 disc = concentric_disc(u, v);
-  const float r2 = disc.x * disc.x + disc.y * disc.y;
-  const float scale = std::sqrt(std::max(0.0f, cap.height * (2 - r2 * cap.height)));
-  sample.direction =
-      normalized(to_world(make_frame(axis), {disc.x * scale, disc.y * scale, 1 - r2 * cap.height}));
-  const float met = meets_lamp(lamp, {from, sample.direction});
-  if (met < kNever) sample.distance = met;
-  sample.density = 1 / (2 * kPi * cap.height);
-  sample.power = lamp.radiance / sample.density;
-  return sample;
+  return sample(lamp, from, u, v);
+}
+LampSampleOf<Pack3> sample_lamp(const Lamp& lamp, const Pack3& from, Pack u, Pack v) {
+  return sample(lamp, from, u, v);
 }
 
-float meets_lamp(const Lamp& lamp, const Ray& ray) {
-  const Vec3 way = lamp.position - ray.origin;
-  if (lamp.panel) {
-    const float facing = -dot(ray.direction, lamp.frame.z);
-    if (facing <= 1e-6f) return kNever;
-    const float distance = -dot(way, lamp.frame.z) / facing;
-    if (!(distance > 0 && distance < ray.far)) return kNever;
-    const Vec3 there = ray.direction * distance - way;
-    return std::fabs(dot(there, lamp.frame.x)) <= lamp.half_width &&
-                   std::fabs(dot(there, lamp.frame.y)) <= lamp.half_height
-               ? distance
-               : kNever;
-  }
-  if (!(lamp.radius > 0)) return kNever;
-  const float along = dot(way, ray.direction);
-  const Vec3 aside = way - ray.direction * along;
-  const float inside2 = lamp.radius * lamp.radius - dot(aside, aside);
-  if (along <= 0 || inside2 < 0) return kNever;
-  const float distance = along - std::sqrt(inside2);
-  return distance > 0 && distance < ray.far ? distance : kNever;
-}
+float meets_lamp(const Lamp& lamp, const Ray& ray) { return meets(lamp, ray); }
+Pack meets_lamp(const Lamp& lamp, const RayOf<Pack3>& ray) { return meets(lamp, ray); }
 
 float lamp_density(const Lamp& lamp, const Ray& ray, float distance) {
-  if (lamp.panel) {
-    const float cosine = -dot(ray.direction, lamp.frame.z);
-    return distance * distance / (cosine * 4 * lamp.half_width * lamp.half_height);
-  }
-  const Vec3 way = lamp.position - ray.origin;
-  return 1 / (2 * kPi * cap_of(lamp.radius, dot(way, way)).height);
+  return density_of(lamp, ray, distance);
+}
+Pack lamp_density(const Lamp& lamp, const RayOf<Pack3>& ray, Pack distance) {
+  return density_of(lamp, ray, distance);
 }
 
 }  // namespace polymorph

@@ -23,18 +23,23 @@ struct Lamp {
 /// A lamp or panel of the settings (not a sun). `middle` is its target where it names none.
 Lamp make_lamp(const LampSettings& settings, Vec3 middle);
 
-/// A way from a point to a lamp.
-struct LampSample {
-  Vec3 direction;
-  float distance = 0;
-  float density = 0;  ///< per solid angle; 0 = a point, or nothing to see from here
-  Vec3 power;         ///< radiance / density, or intensity / distance^2; black = nothing
+/// A way from a point to a lamp, or eight.
+template <class T3>
+struct LampSampleOf {
+  T3 direction{};
+  NumberOf<T3> distance{};
+  NumberOf<T3> density{};  ///< per solid angle; 0 = a point, or nothing to see from here
+  T3 power{};              ///< radiance / density, or intensity / distance^2; black = nothing
 };
+using LampSample = LampSampleOf<Vec3>;
 LampSample sample_lamp(const Lamp& lamp, Vec3 from, float u, float v);
+LampSampleOf<Pack3> sample_lamp(const Lamp& lamp, const Pack3& from, Pack u, Pack v);
 
 /// Distance at which a ray meets the glowing side, or infinity. Points are never met.
 float meets_lamp(const Lamp& lamp, const Ray& ray);
+Pack meets_lamp(const Lamp& lamp, const RayOf<Pack3>& ray);
 /// Density of sample_lamp() for a ray from its origin that meets the lamp at `distance`.
 float lamp_density(const Lamp& lamp, const Ray& ray, float distance);
+Pack lamp_density(const Lamp& lamp, const RayOf<Pack3>& ray, Pack distance);
 
 }  // namespace polymorph

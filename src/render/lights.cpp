@@ -82,7 +82,7 @@ KeyLight make_disc(float azimuth, float elevation, float size, Vec3 irradiance,
   const float a = radians(azimuth), e = radians(elevation);
   KeyLight key;
   key.frame = make_frame(normalized(to_world(
-      make_rig(camera), {std::sin(a) * std::cos(e), std::sin(e), std::cos(a) * std::cos(e)})));
+      make_rig(camera), Vec3{std::sin(a) * std::cos(e), std::sin(e), std::cos(a) * std::cos(e)})));
   key.irradiance = irradiance;
   key.sample_power = irradiance;
   if (size > 0) {
@@ -108,29 +108,6 @@ KeyLight make_key_light(const LightSettings& settings, const Camera& camera) {
 KeyLight make_sun(const LampSettings& settings, const Camera& camera) {
   return make_disc(settings.azimuth, settings.elevation, settings.size,
                    settings.color * settings.intensity, camera);
-}
-
-Vec3 sample_key(const KeyLight& key, float u, float v) {
-  if (!(key.density > 0)) return key.frame.z;
-  // The disc's points keep their order on the cone, so even samples stay even.
-  const Vec2 disc = concentric_disc(u, v);
-  const float r2 = disc.x * disc.x + disc.y * disc.y;
-  const float height = 1 - key.cos_radius;
-  const float cosine = 1 - r2 * height;
-  // sin = r sqrt(height (2 - r^2 height)), with the disc's own r kept as the azimuth's length.
-  const float scale = std::sqrt(std::max(0.0f, height * (2 - r2 * height)));
-  return to_world(key.frame, {disc.x * scale, disc.y * scale, cosine});
-}
-
-bool key_is_clear(const KeyLight& key, Vec3 point, Vec3 center, float radius) {
-  // The cone of the light's directions around its axis, half angle r: the sphere is outside of it
-  // where the signed distance of its centre from the cone, d cos r - along sin r, exceeds its
-  // radius.
-  const Vec3 to_center = center - point;
-  const float along = dot(to_center, key.frame.z);
-  if (along + radius < 0) return true;
-  const float away = std::sqrt(std::max(0.0f, dot(to_center, to_center) - along * along));
-  return away * key.cos_radius - along * key.sin_radius > radius;
 }
 
 Sky make_studio_sky(const Frame& rig, const KeyLight& key, Vec3 floor, float scale, SkyPart part) {

@@ -27,14 +27,29 @@ KeyLight make_key_light(const LightSettings& settings, const Camera& camera);
 /// A lamp of kind sun, the same way.
 KeyLight make_sun(const LampSettings& settings, const Camera& camera);
 /// A direction towards it.
-Vec3 sample_key(const KeyLight& key, float u, float v);
-inline bool hits_key(const KeyLight& key, Vec3 direction) {
-  return key.density > 0 && dot(direction, key.frame.z) >= key.cos_radius;
+template <class V>
+inline Vec3Of<V> sample_key(const KeyLight& key, V u, V v) {
+  if (!(key.density > 0)) return same3<Vec3Of<V>>(key.frame.z);
+  return to_world(key.frame, cone_direction(1 - key.cos_radius, u, v));
+}
+template <class T3>
+inline MaskOf<T3> hits_key(const KeyLight& key, T3 direction) {
+  return dot(direction, key.frame.z) >= (key.density > 0 ? key.cos_radius : 2.0f);
 }
 
 /// Can nothing inside this sphere stand between the point and any part of the light? (May say no
 /// needlessly.)
-bool key_is_clear(const KeyLight& key, Vec3 point, Vec3 center, float radius);
+template <class T3>
+inline MaskOf<T3> key_is_clear(const KeyLight& key, T3 point, Vec3 center, float radius) {
+  // The cone of the light's directions around its axis, half angle r: the sphere is outside of it
+  // where the signed distance of its centre from the cone, d cos r - along sin r, exceeds its
+  // radius.
+  using V = NumberOf<T3>;
+  const T3 to_center = center - point;
+  const V along = dot(to_center, key.frame.z);
+  const V away = square_root(most(dot(to_center, to_center) - along * along, 0.0f));
+  return (along + radius < 0.0f) | (away * key.cos_radius - along * key.sin_radius > radius);
+}
 
 /// Camera's horizontal bearing: x to its right, y up in the world, z from the subject towards the
 /// camera.

@@ -6,46 +6,140 @@
 namespace polymorph {
 namespace {
 
-const Vec3 kWhite{1, 1, 1};
-
-bool is_black(Vec3 c) { return !(c.x > 0 || c.y > 0 || c.z > 0); }
-
-/// Single-scattering albedo and the factor that restores what was scattered more than once.
-struct GlossEnergy {
-  Vec3 albedo, compensation;
-};
-GlossEnergy gloss_energy(Vec3 f0, float alpha, float cosine) {
-  const SplitAlbedo split = split_albedo(alpha, cosine);
-  const float whole = std::max(split.scale + split.bias, 1e-3f);
-  const Vec3 compensation = kWhite + f0 * std::max(0.0f, (1 - whole) / whole);
-  return {(f0 * split.scale + kWhite * split.bias) * compensation, compensation};
+template <class T3>
+T3 white() {
+  return same3<T3>({1, 1, 1});
+}
+template <class T3>
+T3 reciprocal(T3 a) {
+  return {1.0f / a.x, 1.0f / a.y, 1.0f / a.z};
 }
 
-Vec3 fresnel(Vec3 f0, float cosine) { return f0 + (kWhite - f0) * schlick(cosine); }
+/// Single-scattering albedo and the factor that restores what was scattered more than once.
+template <class T3>
+struct GlossEnergy {
+  T3 albedo, compensation;
+};
+template <class T3>
+GlossEnergy<T3> gloss_energy(T3 f0, NumberOf<T3> alpha, NumberOf<T3> cosine) {
+  using V = NumberOf<T3>;
+  const SplitAlbedoOf<V> split = split_albedo(alpha, cosine);
+  const V whole = most(split.scale + split.bias, 1e-3f);
+  const T3 compensation = white<T3>() + f0 * most((1.0f - whole) / whole, 0.0f);
+  return {(f0 * split.scale + white<T3>() * split.bias) * compensation, compensation};
+}
 
-/// Adds one material's lobes.
-void add_material(Bsdf& bsdf, const Shading& material, float weight) {
-  const float metal = clamp01(material.metallic);
-  const Vec3 f0 = min(lerp(material.specular, material.color, metal), kWhite);
-  const Vec3 base = min(material.color, kWhite) * (1 - metal);
-  const float alpha = std::max(square(clamp01(material.roughness)), kLeastAlpha);
-  DiffuseLobe lobe;
-  Vec3 left = kWhite;
-  if (!is_black(f0)) {
-    const GlossEnergy energy = gloss_energy(f0, alpha, bsdf.view.z);
-    bsdf.gloss[bsdf.gloss_count] = {f0, alpha, weight, energy.compensation};
-    bsdf.choose_gloss[bsdf.gloss_count++] = weight * luminance(energy.albedo);
-    left = max(kWhite - energy.albedo, Vec3{});
-    const SplitAlbedo mean = mean_split_albedo(alpha);
-    const Vec3 rest = kWhite - min(f0 * mean.scale + kWhite * mean.bias, kWhite * 0.99f);
-    lobe.coat_f0 = f0;
+template <class T3>
+T3 fresnel(T3 f0, NumberOf<T3> cosine) {
+  return f0 + (white<T3>() - f0) * schlick(cosine);
+}
+
+/// Adds one material's lobes. A lobe that is there for one of eight is there for all, with weight
+/// 0.
+template <class T3>
+void add_material(BsdfOf<T3>& bsdf, const ShadingOf<T3>& material, NumberOf<T3> weight) {
+  using V = NumberOf<T3>;
+  const V metal = clamp01(material.metallic);
+  const T3 f0 = min(lerp(material.specular, material.color, metal), white<T3>());
+  const T3 base = min(material.color, white<T3>()) * (1.0f - metal);
+  const V alpha = most(square(clamp01(material.roughness)), kLeastAlpha);
+  const MaskOf<T3> there = weight > 0.0f;
+  const MaskOf<T3> glossy = opposite(is_black(f0)) & there;
+  const MaskOf<T3> diffuse = opposite(is_black(base)) & there;
+  DiffuseLobeOf<T3> lobe{{}, {}, same<V>(1), white<T3>()};
+  T3 left = white<T3>();
+  if (any(glossy)) {
+    const GlossEnergy<T3> energy = gloss_energy(f0, alpha, bsdf.view.z);
+    bsdf.gloss[bsdf.gloss_count] = {f0, alpha, kept_if(glossy, weight), energy.compensation};
+    bsdf.choose_gloss[bsdf.gloss_count++] = kept_if(glossy, weight * luminance(energy.albedo));
+    bsdf.has_gloss = bsdf.has_gloss | glossy;
+    bsdf.sharpest_alpha = select(glossy, least(alpha, bsdf.sharpest_alpha), bsdf.sharpest_alpha);
+    if (!any(diffuse)) return;
+    left = select(glossy, max(white<T3>() - energy.albedo, T3{}), left);
+    const SplitAlbedoOf<V> mean = mean_split_albedo(alpha);
+    const T3 coat = f0 * mean.scale + white<T3>() * mean.bias;
+    lobe.coat_f0 = kept_if(glossy, f0);
     lobe.coat_alpha = alpha;
-    lobe.coat_rest = {1 / rest.x, 1 / rest.y, 1 / rest.z};
+    lobe.coat_rest = reciprocal(white<T3>() - min(coat, white<T3>() * 0.99f));
   }
-  if (is_black(base)) return;
-  lobe.albedo = base * left * weight;
+  if (!any(diffuse)) return;
+  lobe.albedo = kept_if(diffuse, base * left * weight);
   bsdf.diffuse_albedo = bsdf.diffuse_albedo + lobe.albedo;
+  bsdf.has_diffuse = bsdf.has_diffuse | diffuse;
   bsdf.diffuse[bsdf.diffuse_count++] = lobe;
+}
+
+template <class T3>
+BsdfOf<T3> mixture(const ShadingOf<T3>& a, const ShadingOf<T3>& b, NumberOf<T3> share, T3 normal,
+                   T3 view) {
+  using V = NumberOf<T3>;
+  BsdfOf<T3> bsdf;
+  bsdf.frame = make_frame(normal);
+  bsdf.view = to_local(bsdf.frame, view);
+  bsdf.view.z = most(bsdf.view.z, 1e-4f);
+  if (any(share < 1.0f)) add_material(bsdf, a, 1.0f - share);
+  if (any(share > 0.0f)) add_material(bsdf, b, share);
+  const V diffuse = luminance(bsdf.diffuse_albedo);
+  const V sum = diffuse + bsdf.choose_gloss[0] + bsdf.choose_gloss[1];
+  const V scale = kept_if(sum > 0.0f, 1.0f / sum);
+  bsdf.choose_diffuse = diffuse * scale;
+  for (V& choose : bsdf.choose_gloss) choose = choose * scale;
+  return bsdf;
+}
+
+template <class T3>
+BsdfValueOf<T3> evaluate(const BsdfOf<T3>& bsdf, T3 direction) {
+  using V = NumberOf<T3>;
+  BsdfValueOf<T3> result;
+  const MaskOf<T3> above = direction.z > 0.0f;
+  // Kelemen and Szirmay-Kalos 2001: what the coat leaves, going in and coming out, normalised.
+  for (int i = 0; i < bsdf.diffuse_count; ++i) {
+    const DiffuseLobeOf<T3>& lobe = bsdf.diffuse[i];
+    T3 left = white<T3>();
+    const MaskOf<T3> coated = opposite(is_black(lobe.coat_f0));
+    if (any(coated)) {
+      const T3 coat = gloss_energy(lobe.coat_f0, lobe.coat_alpha, direction.z).albedo;
+      left = select(coated, max(white<T3>() - coat, T3{}) * lobe.coat_rest, left);
+    }
+    result.value = result.value + lobe.albedo * left * (kInvPi * direction.z);
+  }
+  result.density = bsdf.choose_diffuse * kInvPi * direction.z;
+  if (bsdf.gloss_count > 0) {
+    const T3 half = normalized(direction + bsdf.view);
+    const V facing = dot(half, direction);
+    for (int i = 0; i < bsdf.gloss_count; ++i) {
+      const GlossLobeOf<T3>& lobe = bsdf.gloss[i];
+      const V strength = lobe.weight * direction.z * ggx_density(half, lobe.alpha) *
+                         ggx_visibility(bsdf.view.z, direction.z, lobe.alpha);
+      result.value = result.value + fresnel(lobe.f0, facing) * lobe.compensation * strength;
+      result.density = result.density +
+                       bsdf.choose_gloss[i] * ggx_direction_density(bsdf.view, half, lobe.alpha);
+    }
+  }
+  return {kept_if(above, result.value), kept_if(above, result.density)};
+}
+
+template <class T3>
+T3 sample(const BsdfOf<T3>& bsdf, NumberOf<T3> u, NumberOf<T3> v) {
+  using V = NumberOf<T3>;
+  const MaskOf<T3> diffuse = u < bsdf.choose_diffuse;
+  T3 direction = same3<T3>({0, 0, -1});
+  if (bsdf.diffuse_count > 0)
+    direction =
+        select(diffuse, cosine_direction(kept_if(diffuse, u / bsdf.choose_diffuse), v), direction);
+  if (bsdf.gloss_count == 0) return direction;
+  u = u - bsdf.choose_diffuse;
+  V edge = bsdf.choose_gloss[0], alpha = bsdf.gloss[0].alpha;
+  if (bsdf.gloss_count == 2) {
+    const MaskOf<T3> second = u >= edge;
+    u = select(second, u - edge, u);
+    edge = select(second, bsdf.choose_gloss[1], edge);
+    alpha = select(second, bsdf.gloss[1].alpha, alpha);
+  }
+  const MaskOf<T3> glossy = opposite(diffuse) & (edge > 0.0f);
+  const T3 half =
+      sample_ggx_normal(bsdf.view, alpha, kept_if(glossy, least(u / edge, 0.9999999f)), v);
+  return select(glossy, half * (2.0f * dot(bsdf.view, half)) - bsdf.view, direction);
 }
 
 }  // namespace
@@ -75,66 +169,19 @@ Shading look_shading(const LookSettings& look) {
 }
 
 Bsdf make_bsdf(const Shading& a, const Shading& b, float share, Vec3 normal, Vec3 view) {
-  Bsdf bsdf;
-  bsdf.frame = make_frame(normal);
-  bsdf.view = to_local(bsdf.frame, view);
-  bsdf.view.z = std::max(bsdf.view.z, 1e-4f);
-  if (share < 1) add_material(bsdf, a, 1 - share);
-  if (share > 0) add_material(bsdf, b, share);
-  const float diffuse = luminance(bsdf.diffuse_albedo);
-  const float sum = diffuse + bsdf.choose_gloss[0] + bsdf.choose_gloss[1];
-  const float scale = sum > 0 ? 1 / sum : 0.0f;
-  bsdf.choose_diffuse = diffuse * scale;
-  for (float& choose : bsdf.choose_gloss) choose *= scale;
-  return bsdf;
+  return mixture(a, b, share, normal, view);
+}
+BsdfOf<Pack3> make_bsdf(const ShadingOf<Pack3>& a, const ShadingOf<Pack3>& b, Pack share,
+                        const Pack3& normal, const Pack3& view) {
+  return mixture(a, b, share, normal, view);
 }
 
-BsdfValue evaluate_bsdf(const Bsdf& bsdf, Vec3 direction) {
-  BsdfValue result;
-  if (direction.z <= 0) return result;
-  // Kelemen and Szirmay-Kalos 2001: what the coat leaves, going in and coming out, normalised.
-  for (int i = 0; i < bsdf.diffuse_count; ++i) {
-    const DiffuseLobe& lobe = bsdf.diffuse[i];
-    Vec3 left = kWhite;
-    if (!is_black(lobe.coat_f0))
-      left = max(kWhite - gloss_energy(lobe.coat_f0, lobe.coat_alpha, direction.z).albedo, Vec3{}) *
-             lobe.coat_rest;
-    result.value = result.value + lobe.albedo * left * (kInvPi * direction.z);
-  }
-  result.density = bsdf.choose_diffuse * kInvPi * direction.z;
-  if (bsdf.gloss_count == 0) return result;
-  const Vec3 half = normalized(direction + bsdf.view);
-  const float facing = dot(half, direction);
-  for (int i = 0; i < bsdf.gloss_count; ++i) {
-    const GlossLobe& lobe = bsdf.gloss[i];
-    const float strength = lobe.weight * direction.z * ggx_density(half, lobe.alpha) *
-                           ggx_visibility(bsdf.view.z, direction.z, lobe.alpha);
-    result.value = result.value + fresnel(lobe.f0, facing) * lobe.compensation * strength;
-    result.density += bsdf.choose_gloss[i] * ggx_direction_density(bsdf.view, half, lobe.alpha);
-  }
-  return result;
+BsdfValue evaluate_bsdf(const Bsdf& bsdf, Vec3 direction) { return evaluate(bsdf, direction); }
+BsdfValueOf<Pack3> evaluate_bsdf(const BsdfOf<Pack3>& bsdf, const Pack3& direction) {
+  return evaluate(bsdf, direction);
 }
 
-Vec3 sample_bsdf(const Bsdf& bsdf, float u, float v) {
-  float edge = bsdf.choose_diffuse;
-  if (u < edge) return cosine_direction(u / edge, v);
-  u -= edge;
-  int lobe = 0;
-  if (bsdf.gloss_count == 2 && u >= bsdf.choose_gloss[0]) {
-    u -= bsdf.choose_gloss[0];
-    lobe = 1;
-  }
-  edge = bsdf.choose_gloss[lobe];
-  if (!(edge > 0)) return {0, 0, -1};
-  const Vec3 half =
-      sample_ggx_normal(bsdf.view, bsdf.gloss[lobe].alpha, std::min(u / edge, 0.9999999f), v);
-  return half * (2 * dot(bsdf.view, half)) - bsdf.view;
-}
-
-float sharpest_alpha(const Bsdf& bsdf) {
-  float alpha = 1;
-  for (int i = 0; i < bsdf.gloss_count; ++i) alpha = std::min(alpha, bsdf.gloss[i].alpha);
-  return alpha;
-}
+Vec3 sample_bsdf(const Bsdf& bsdf, float u, float v) { return sample(bsdf, u, v); }
+Pack3 sample_bsdf(const BsdfOf<Pack3>& bsdf, Pack u, Pack v) { return sample(bsdf, u, v); }
 
 }  // namespace polymorph

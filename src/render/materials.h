@@ -12,67 +12,83 @@ namespace polymorph {
 /// A GGX microfacet reflector (Walter et al. 2007) with height-correlated masking, Schlick's
 /// Fresnel term, and the energy of multiple scattering restored (Turquin 2019, "Practical multiple
 /// scattering compensation").
-struct GlossLobe {
-  Vec3 f0;             ///< reflectance head on
-  float alpha = 0.1f;  ///< roughness squared
-  float weight = 1;
-  Vec3 compensation{1, 1, 1};
+template <class T3>
+struct GlossLobeOf {
+  T3 f0;                ///< reflectance head on
+  NumberOf<T3> alpha;   ///< roughness squared
+  NumberOf<T3> weight;  ///< 0 = not there
+  T3 compensation;
 };
 
 /// A Lambertian base under a coat.
-struct DiffuseLobe {
-  Vec3 albedo;   ///< left under the coat as seen from the viewer, times the mixture's weight
-  Vec3 coat_f0;  ///< 0 = no coat
-  float coat_alpha = 1;
-  Vec3 coat_rest{1, 1, 1};  ///< 1 / (1 - mean albedo of the coat)
+template <class T3>
+struct DiffuseLobeOf {
+  T3 albedo;   ///< left under the coat as seen from the viewer, times the mixture's weight
+  T3 coat_f0;  ///< 0 = no coat
+  NumberOf<T3> coat_alpha;
+  T3 coat_rest;  ///< 1 / (1 - mean albedo of the coat)
 };
 
-/// Scattering at one point, seen from one direction.
-struct Bsdf {
-  Frame frame;  ///< z = shading normal
-  Vec3 view;    ///< towards the viewer, in `frame`; z > 0
-  DiffuseLobe diffuse[2];
-  GlossLobe gloss[2];
+/// Scattering at one point, seen from one direction; or at eight.
+template <class T3>
+struct BsdfOf {
+  FrameOf<T3> frame;  ///< z = shading normal
+  T3 view;            ///< towards the viewer, in `frame`; z > 0
+  DiffuseLobeOf<T3> diffuse[2];
+  GlossLobeOf<T3> gloss[2];
   int diffuse_count = 0, gloss_count = 0;
-  Vec3 diffuse_albedo;       ///< of all diffuse lobes together
-  float choose_diffuse = 0;  ///< probabilities of sampling each kind; sum 1, or all 0 for black
-  float choose_gloss[2] = {0, 0};
+  T3 diffuse_albedo{};  ///< of all diffuse lobes together
+  NumberOf<T3>
+      choose_diffuse{};  ///< probabilities of sampling each kind; sum 1, or all 0 for black
+  NumberOf<T3> choose_gloss[2] = {};
+  MaskOf<T3> has_diffuse{}, has_gloss{};
+  NumberOf<T3> sharpest_alpha = same<NumberOf<T3>>(1);  ///< of the gloss lobes; 1 without
 };
+using Bsdf = BsdfOf<Vec3>;
 
 /// A uniform, texture-resolved material.
-struct Shading {
-  Vec3 color;
-  Vec3 specular;
-  float roughness;
-  float metallic;
-  float transmission = 0;  ///< share that is clear glass of this colour
-  float ior = 1.5f;
+template <class T3>
+struct ShadingOf {
+  T3 color;
+  T3 specular;
+  NumberOf<T3> roughness;
+  NumberOf<T3> metallic;
+  NumberOf<T3> transmission = same<NumberOf<T3>>(0);  ///< share that is clear glass of this colour
+  NumberOf<T3> ior = same<NumberOf<T3>>(1.5f);
 };
+using Shading = ShadingOf<Vec3>;
 Shading own_shading(const Material& material, Vec3 texel);
 /// (1 - share) a + share b, number by number.
 Shading mix(const Shading& a, const Shading& b, float share);
 Shading look_shading(const LookSettings& look);
-/// The same colour without gloss.
-inline Shading matte_shading(const Shading& s) {
-  return {s.color, {}, 1, 0, s.transmission, s.ior};
+/// The same colour without gloss, where `matte`.
+template <class T3>
+inline ShadingOf<T3> matte_if(MaskOf<T3> matte, ShadingOf<T3> s) {
+  s.specular = kept_if(opposite(matte), s.specular);
+  s.roughness = select(matte, same<NumberOf<T3>>(1), s.roughness);
+  s.metallic = kept_if(opposite(matte), s.metallic);
+  return s;
 }
 
 /// A mixture (1 - share) a + share b at a point with this shading normal; `view` is a unit world
 /// vector on the normal's side.
 Bsdf make_bsdf(const Shading& a, const Shading& b, float share, Vec3 normal, Vec3 view);
+BsdfOf<Pack3> make_bsdf(const ShadingOf<Pack3>& a, const ShadingOf<Pack3>& b, Pack share,
+                        const Pack3& normal, const Pack3& view);
 
-struct BsdfValue {
-  Vec3 value;         ///< bsdf times cosine
-  float density = 0;  ///< of sample_bsdf, per solid angle
+template <class T3>
+struct BsdfValueOf {
+  T3 value{};              ///< bsdf times cosine
+  NumberOf<T3> density{};  ///< of sample_bsdf, per solid angle
 };
+using BsdfValue = BsdfValueOf<Vec3>;
 /// `direction` in the bsdf's frame; zero below the horizon.
 BsdfValue evaluate_bsdf(const Bsdf& bsdf, Vec3 direction);
+BsdfValueOf<Pack3> evaluate_bsdf(const BsdfOf<Pack3>& bsdf, const Pack3& direction);
 
 /// A direction in the bsdf's frame (it may lie below the horizon: then nothing is scattered there).
 Vec3 sample_bsdf(const Bsdf& bsdf, float u, float v);
-
-/// The sharpest lobe's alpha; 1 without gloss.
-float sharpest_alpha(const Bsdf& bsdf);
+Pack3 sample_bsdf(const BsdfOf<Pack3>& bsdf, Pack u, Pack v);
 
 /// Directional albedo of a GGX lobe, F0 = `f0`, at cosine `cosine`; with multiple scattering.
 Vec3 gloss_albedo(Vec3 f0, float alpha, float cosine);

@@ -9,7 +9,7 @@
 #include "base/parallel.h"
 #include "base/random.h"
 #include "render/floating_point.h"
-#include "render/integrator.h"
+#include "render/world.h"
 
 namespace polymorph {
 namespace {
@@ -124,6 +124,11 @@ std::vector<Ray> scattered_rays(const Bare& bare, const std::vector<Ray>& camera
   return rays;
 }
 
+void set_lane(RayOf<Pack3>& pack, int l, const Ray& ray) {
+  polymorph::set_lane(pack.origin, l, ray.origin);
+  polymorph::set_lane(pack.direction, l, ray.direction);
+}
+
 /// f(first ray of a run, count), over all threads.
 template <class F>
 void over(const std::vector<Ray>& rays, const F& f) {
@@ -148,8 +153,12 @@ Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, i
   world.geometry = &geometry;
   const std::vector<Ray> camera = camera_rays(scene.camera, width, height);
   const std::vector<Ray> scattered = scattered_rays(bare, camera);
+  std::vector<RayOf<Pack3>> packed(camera.size() / kLanes);  // as the renderer makes them
+  for (std::size_t i = 0; i < camera.size(); ++i)
+    set_lane(packed[i / kLanes], static_cast<int>(i % kLanes), camera[i]);
   std::vector<float> distances(camera.size());
-  std::vector<Meeting> met(camera.size());
+  std::vector<MeetingOf<Pack>> met(packed.size());
+  std::vector<MeshHit> hits(camera.size());
   const auto run = [&](std::size_t loop) {
     const std::vector<Ray>& rays = loop < 3 ? camera : scattered;
     over(rays, [&](std::size_t begin, std::size_t n) {
@@ -157,9 +166,10 @@ Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, i
       for (std::size_t k = begin; k < begin + n; ++k) {
         const bool packet = (k - begin) % kPacket == 0 && k + kPacket <= begin + n;
         if (loop == 1 && packet) bare.shoot16(&rays[k], &distances[k]);
-        if (loop == 2 && packet) meet(world, &rays[k], &met[k], kPacket, tally);
+        if (loop == 2 && packet)
+          meet(world, &packed[k / kLanes], &met[k / kLanes], kPacket, true, tally);
         if (loop == 0 || loop == 3) distances[k] = bare.shoot(rays[k]).ray.tfar;
-        if (loop == 4) met[k].mesh = geometry.closest(rays[k]);
+        if (loop == 4) hits[k] = geometry.closest(rays[k]);
       }
     });
   };

@@ -140,7 +140,7 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   job.image = image;
   job.sampler = make_frame_sampler(image.seed, settings.frame, image.samples);
   job.filter = &state.filter;
-  if (settings.aovs) job.aovs = chosen_aovs(image.aovs);
+  job.aovs = chosen_aovs(image.aovs);
   state.stats = {};
   state.stats.build_seconds = seconds_since(start);
 

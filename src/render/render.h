@@ -79,8 +79,7 @@ struct RenderScene {
 
 struct RenderSettings {
   ImageSettings image;
-  int frame = 0;     ///< part of the random keys, so noise differs from frame to frame
-  bool aovs = true;  ///< those that image.aovs names, next to RGBA
+  int frame = 0;  ///< part of the random keys, so noise differs from frame to frame
 };
 
 /// Path tracing. Lights: `key_intensity` is the irradiance on a surface that faces the key light,

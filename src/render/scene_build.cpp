@@ -37,47 +37,71 @@ void note_error(void* user, RTCError code, const char* text) {
 }
 
 /// The triangle's corners, or its shading normals.
-struct Corners {
-  Vec3 a, b, c;
+template <class T3>
+struct CornersOf {
+  T3 a, b, c;
 };
 
-Vec3 interpolate(const Corners& c, float u, float v) {
-  return c.a * (1 - u - v) + c.b * u + c.c * v;
-}
-
-bool shading_normals(const RenderMesh& mesh, std::uint32_t triangle, Corners& out) {
-  if (!mesh.vertex_normals.empty()) {
-    const Triangle& t = mesh.triangles[triangle];
-    out = {mesh.vertex_normals[t.v[0]], mesh.vertex_normals[t.v[1]], mesh.vertex_normals[t.v[2]]};
-    return true;
-  }
-  if (!mesh.corner_normals.empty()) {
-    const std::size_t i = std::size_t{triangle} * 3;
-    out = {mesh.corner_normals[i], mesh.corner_normals[i + 1], mesh.corner_normals[i + 2]};
-    return true;
-  }
-  return false;
+template <class T3>
+T3 interpolate(const CornersOf<T3>& c, NumberOf<T3> u, NumberOf<T3> v) {
+  return c.a * (1.0f - u - v) + c.b * u + c.c * v;
 }
 
 /// Bends a shading normal so that the mirrored view ray stays above the triangle (Keller et al.
 /// 2017, "The Iray light transport simulation and rendering system"): no black rims on coarse,
 /// shiny meshes.
-Vec3 bend_to_valid_reflection(Vec3 shading, Vec3 normal, Vec3 view) {
-  const Vec3 mirrored = shading * (2 * dot(shading, view)) - view;
-  const float above = dot(mirrored, normal);
-  const float least = std::min(0.9f * dot(view, normal), 0.01f);
-  if (above >= least) return shading;
-  const Vec3 bent = normalized(normalized(mirrored + normal * (least - above)) + view);
-  return dot(bent, normal) > 0 ? bent : normal;
+template <class T3>
+T3 bend_to_valid_reflection(T3 shading, T3 normal, T3 view) {
+  using V = NumberOf<T3>;
+  const T3 mirrored = shading * (2.0f * dot(shading, view)) - view;
+  const V above = dot(mirrored, normal);
+  const V least_above = least(0.9f * dot(view, normal), 0.01f);
+  const MaskOf<T3> low = above < least_above;
+  if (!any(low)) return shading;
+  const T3 bent = normalized(normalized(mirrored + normal * (least_above - above)) + view);
+  return select(low, select(dot(bent, normal) > 0.0f, bent, normal), shading);
 }
 
 /// Moves a point of a flat triangle onto the smooth surface its vertex normals describe (Hanika
 /// 2021, "Hacking the shadow terminator"): no faceted terminator on coarse meshes.
-Vec3 lift(Vec3 position, const Corners& p, const Corners& n, float u, float v, float side) {
-  const auto above = [&](Vec3 vertex, Vec3 normal) {
-    return normal * (-std::min(0.0f, side * dot(position - vertex, normal)) * side);
+template <class T3>
+T3 lift(T3 position, const CornersOf<T3>& p, const CornersOf<T3>& n, NumberOf<T3> u, NumberOf<T3> v,
+        NumberOf<T3> side) {
+  using V = NumberOf<T3>;
+  const auto above = [&](T3 vertex, T3 normal, V weight) {
+    const V below = least(side * dot(position - vertex, normal), 0.0f);
+    return normal * (-below * side * weight);
   };
-  return position + above(p.a, n.a) * (1 - u - v) + above(p.b, n.b) * u + above(p.c, n.c) * v;
+  return position + above(p.a, n.a, 1.0f - u - v) + above(p.b, n.b, u) + above(p.c, n.c, v);
+}
+
+/// `n` zero: the triangle has no shading normals.
+template <class T3>
+SurfacePointOf<T3> point_on(const CornersOf<T3>& p, const CornersOf<T3>& n, const RayOf<T3>& ray,
+                            const MeshHitOf<NumberOf<T3>>& hit) {
+  using V = NumberOf<T3>;
+  const T3 view = -ray.direction;
+  SurfacePointOf<T3> point;
+  point.position = interpolate(p, hit.u, hit.v);
+  const T3 normal = normalized(cross(p.b - p.a, p.c - p.a));
+  point.normal = select(dot(normal, normal) > 0.5f, normal, view);
+  const V side = with_sign_of(dot(point.normal, view), same<V>(1));
+  point.normal = point.normal * side;
+  point.inside = side < 0.0f;
+  point.shading = point.normal;
+  point.lifted = point.position;
+
+  const T3 smooth = normalized(interpolate(n, hit.u, hit.v));
+  const MaskOf<T3> has_smooth = dot(smooth, smooth) > 0.5f;
+  if (any(has_smooth)) {
+    // Some files have normals that disagree with their triangles; the triangle decides.
+    const V agree = with_sign_of(dot(smooth, point.normal), same<V>(1));
+    const T3 bent = bend_to_valid_reflection(smooth * agree, point.normal, view);
+    point.shading = select(has_smooth, bent, point.shading);
+    const T3 lifted = lift(point.position, p, n, hit.u, hit.v, agree);
+    point.lifted = select(has_smooth, lifted, point.lifted);
+  }
+  return point;
 }
 
 void check_layer(const MaterialLayer& layer, std::size_t triangles) {
@@ -103,6 +127,24 @@ void check_mesh(const RenderMesh& mesh) {
 /// Where a vertex is at a share of the frame's way to the next, -0.5 to 0.5 of a shutter of 1.
 Vec3 moved(const RenderMesh& mesh, std::size_t vertex, float way) {
   return mesh.positions[vertex] + mesh.displacement[vertex] * way;
+}
+
+/// Corners and shading normals of a triangle at a time of the shutter.
+void read_triangle(const RenderMesh& m, std::uint32_t triangle, float shutter, float time,
+                   CornersOf<Vec3>& p, CornersOf<Vec3>& n) {
+  const Triangle& t = m.triangles[triangle];
+  p = {m.positions[t.v[0]], m.positions[t.v[1]], m.positions[t.v[2]]};
+  if (shutter > 0 && !m.displacement.empty()) {
+    const float way = shutter * (time - 0.5f);
+    p = {moved(m, t.v[0], way), moved(m, t.v[1], way), moved(m, t.v[2], way)};
+  }
+  n = {};
+  if (!m.vertex_normals.empty())
+    n = {m.vertex_normals[t.v[0]], m.vertex_normals[t.v[1]], m.vertex_normals[t.v[2]]};
+  else if (!m.corner_normals.empty())
+    n = {m.corner_normals[std::size_t{triangle} * 3],
+         m.corner_normals[std::size_t{triangle} * 3 + 1],
+         m.corner_normals[std::size_t{triangle} * 3 + 2]};
 }
 
 bool attach_mesh(RTCDevice device, RTCScene scene, const RenderMesh& mesh, unsigned id,
@@ -214,21 +256,58 @@ Result<TracedScene> TracedScene::build(const RayDevice& device,
   return traced;
 }
 
+namespace {
+
+RTCRay embree_ray(const Ray& ray) {
+  return {ray.origin.x,
+          ray.origin.y,
+          ray.origin.z,
+          0.0f,
+          ray.direction.x,
+          ray.direction.y,
+          ray.direction.z,
+          ray.time,
+          ray.far,
+          0xffffffffu,
+          0,
+          0};
+}
+
+/// Fills the packet and says which rays to follow: those that do not pass by everything.
+bool fill(const TracedScene& scene, const RayOf<Pack3>* rays, int count, RTCRay16& packet,
+          int* valid) {
+  // Debian's Embree asserts that lanes which are switched off hold numbers, too.
+  if (count <= kLanes) std::memset(&packet, 0, sizeof packet);
+  std::memset(valid, 0, kPacket * sizeof(int));
+  bool some = false;
+  for (int first = 0; first < count; first += kLanes) {
+    const RayOf<Pack3>& ray = rays[first / kLanes];
+    const PackMask follow = opposite(scene.misses_bounds(ray)) & first_lanes(count - first);
+    some = some || any(follow);
+    std::memcpy(valid + first, &follow, sizeof follow);
+    Lanes<Pack>::store(packet.org_x + first, ray.origin.x);
+    Lanes<Pack>::store(packet.org_y + first, ray.origin.y);
+    Lanes<Pack>::store(packet.org_z + first, ray.origin.z);
+    Lanes<Pack>::store(packet.tnear + first, same<Pack>(0));
+    Lanes<Pack>::store(packet.dir_x + first, ray.direction.x);
+    Lanes<Pack>::store(packet.dir_y + first, ray.direction.y);
+    Lanes<Pack>::store(packet.dir_z + first, ray.direction.z);
+    Lanes<Pack>::store(packet.time + first, ray.time);
+    Lanes<Pack>::store(packet.tfar + first, ray.far);
+    const PackBits all = PackBits{} + 0xffffffffu, none{};
+    std::memcpy(packet.mask + first, &all, sizeof all);
+    std::memcpy(packet.id + first, &none, sizeof none);
+    std::memcpy(packet.flags + first, &none, sizeof none);
+  }
+  return some;
+}
+
+}  // namespace
+
 MeshHit TracedScene::closest(const Ray& ray) const {
   if (misses_bounds(ray)) return {};
   RTCRayHit query;
-  query.ray = {ray.origin.x,
-               ray.origin.y,
-               ray.origin.z,
-               0.0f,
-               ray.direction.x,
-               ray.direction.y,
-               ray.direction.z,
-               ray.time,
-               ray.far,
-               0xffffffffu,
-               0,
-               0};
+  query.ray = embree_ray(ray);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   RTCIntersectContext context;
@@ -238,93 +317,66 @@ MeshHit TracedScene::closest(const Ray& ray) const {
   return {query.hit.geomID, query.hit.primID, query.ray.tfar, query.hit.u, query.hit.v};
 }
 
-void TracedScene::closest(const Ray* rays, MeshHit* hits, int count) const {
-  alignas(64) int valid[kPacket] = {};
-  // Zeros: Debian's Embree asserts that lanes which are switched off hold numbers, too.
-  alignas(64) RTCRayHit16 query{};
-  bool any = false;
-  for (int i = 0; i < count; ++i) {
-    hits[i] = {};
-    if (misses_bounds(rays[i])) continue;
-    any = true;
-    valid[i] = -1;
-    const Ray& r = rays[i];
-    query.ray.org_x[i] = r.origin.x;
-    query.ray.org_y[i] = r.origin.y;
-    query.ray.org_z[i] = r.origin.z;
-    query.ray.tnear[i] = 0;
-    query.ray.dir_x[i] = r.direction.x;
-    query.ray.dir_y[i] = r.direction.y;
-    query.ray.dir_z[i] = r.direction.z;
-    query.ray.time[i] = r.time;
-    query.ray.tfar[i] = r.far;
-    query.ray.mask[i] = 0xffffffffu;
-    query.ray.id[i] = 0;
-    query.ray.flags[i] = 0;
-    query.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-    query.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+void TracedScene::closest(const RayOf<Pack3>* rays, MeshHitOf<Pack>* hits, int count,
+                          bool alike) const {
+  alignas(64) int valid[kPacket];
+  alignas(64) RTCRayHit16 query;
+  std::memset(query.hit.geomID, 0xff, sizeof query.hit.geomID);
+  std::memset(query.hit.instID, 0xff, sizeof query.hit.instID);
+  if (fill(*this, rays, count, query.ray, valid)) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    if (alike) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcIntersect16(valid, scene_.get(), &context, &query);
   }
-  if (!any) return;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcIntersect16(valid, scene_.get(), &context, &query);
-  for (int i = 0; i < count; ++i)
-    if (valid[i] && query.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID)
-      hits[i] = {query.hit.geomID[i], query.hit.primID[i], query.ray.tfar[i], query.hit.u[i],
-                 query.hit.v[i]};
+  for (int first = 0; first < count; first += kLanes) {
+    MeshHitOf<Pack>& hit = hits[first / kLanes];
+    std::memcpy(&hit.mesh, query.hit.geomID + first, sizeof hit.mesh);
+    std::memcpy(&hit.triangle, query.hit.primID + first, sizeof hit.triangle);
+    hit.distance = Lanes<Pack>::load(query.ray.tfar + first);
+    hit.u = Lanes<Pack>::load(query.hit.u + first);
+    hit.v = Lanes<Pack>::load(query.hit.v + first);
+  }
 }
 
-bool TracedScene::blocked(const Ray& ray) const {
-  if (misses_bounds(ray)) return false;
-  RTCRay query{ray.origin.x,
-               ray.origin.y,
-               ray.origin.z,
-               0.0f,
-               ray.direction.x,
-               ray.direction.y,
-               ray.direction.z,
-               ray.time,
-               ray.far,
-               0xffffffffu,
-               0,
-               0};
+std::uint32_t TracedScene::blocked(const RayOf<Pack3>* rays, int count) const {
+  alignas(64) int valid[kPacket];
+  alignas(64) RTCRay16 query;
+  if (!fill(*this, rays, count, query, valid)) return 0;
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  rtcOccluded1(scene_.get(), &context, &query);
-  return query.tfar < 0;
+  rtcOccluded16(valid, scene_.get(), &context, &query);
+  std::uint32_t bits = 0;
+  for (int first = 0; first < count; first += kLanes)
+    bits |= Lanes<Pack>::bits(Lanes<Pack>::load(query.tfar + first) < 0.0f) << first;
+  return bits;
 }
 
 SurfacePoint TracedScene::surface_point(const Ray& ray, const MeshHit& hit) const {
-  const RenderMesh& m = (*meshes_)[hit.mesh];
-  const Triangle& t = m.triangles[hit.triangle];
-  Corners p{m.positions[t.v[0]], m.positions[t.v[1]], m.positions[t.v[2]]};
-  if (shutter_ > 0 && !m.displacement.empty()) {
-    const float way = shutter_ * (ray.time - 0.5f);
-    p = {moved(m, t.v[0], way), moved(m, t.v[1], way), moved(m, t.v[2], way)};
-  }
-  const Vec3 view = -ray.direction;
-  SurfacePoint point;
-  point.position = interpolate(p, hit.u, hit.v);
-  point.normal = normalized(cross(p.b - p.a, p.c - p.a));
-  if (!(dot(point.normal, point.normal) > 0.5f)) point.normal = view;
-  const float side = dot(point.normal, view) < 0 ? -1.0f : 1.0f;
-  point.normal = point.normal * side;
-  point.inside = side < 0;
-  point.shading = point.normal;
-  point.lifted = point.position;
+  CornersOf<Vec3> p, n;
+  read_triangle((*meshes_)[hit.mesh], hit.triangle, shutter_, ray.time, p, n);
+  return point_on(p, n, ray, hit);
+}
 
-  Corners n;
-  if (shading_normals(m, hit.triangle, n)) {
-    const Vec3 smooth = normalized(interpolate(n, hit.u, hit.v));
-    if (dot(smooth, smooth) > 0.5f) {
-      // Some files have normals that disagree with their triangles; the triangle decides.
-      const float agree = dot(smooth, point.normal) < 0 ? -1.0f : 1.0f;
-      point.shading = bend_to_valid_reflection(smooth * agree, point.normal, view);
-      point.lifted = lift(point.position, p, n, hit.u, hit.v, agree);
-    }
+SurfacePointOf<Pack3> TracedScene::surface_point(const RayOf<Pack3>& ray,
+                                                 const MeshHitOf<Pack>& hit) const {
+  // Eight rows of the 18 numbers of a triangle.
+  struct Row {
+    CornersOf<Vec3> p, n;
+    float rest[6] = {};
+  };
+  std::array<Row, kLanes> rows;
+  const float* starts[kLanes];
+  for (int l = 0; l < kLanes; ++l) {
+    read_triangle((*meshes_)[hit.mesh[l]], hit.triangle[l], shutter_, ray.time[l], rows[l].p,
+                  rows[l].n);
+    starts[l] = &rows[l].p.a.x;
   }
-  return point;
+  Pack columns[24];
+  load_rows<24>(starts, columns);
+  CornersOf<Pack3> corners[2];
+  std::memcpy(corners, columns, sizeof corners);
+  return point_on(corners[0], corners[1], ray, hit);
 }
 
 }  // namespace polymorph

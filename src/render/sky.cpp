@@ -17,9 +17,10 @@ constexpr int kMaxDistributionWidth = 2048;
 constexpr float kCalmMeans = 4;
 
 /// (column, row) of a direction, both in [0, 1].
-Vec2 lat_long(Vec3 d) {
-  const float flat = std::sqrt(d.x * d.x + d.z * d.z);
-  return {0.5f + atan2_turns(d.x, -d.z), 0.5f - 2 * atan2_turns(d.y, flat)};
+template <class T3>
+Vec2Of<NumberOf<T3>> lat_long(T3 d) {
+  const NumberOf<T3> flat = square_root(d.x * d.x + d.z * d.z);
+  return {0.5f + atan2_turns(d.x, -d.z), 0.5f - 2.0f * atan2_turns(d.y, flat)};
 }
 
 Vec3 from_lat_long(float u, float v) {
@@ -107,11 +108,65 @@ Vec3 octahedral_decode(float x, float y) {
   }
   return normalized(d);
 }
-Vec2 octahedral_encode(Vec3 d) {
-  const float sum = std::fabs(d.x) + std::fabs(d.y) + std::fabs(d.z);
-  const float x = d.x / sum, y = d.z / sum;
-  if (d.y >= 0) return {x, y};
-  return {std::copysign(1 - std::fabs(y), x), std::copysign(1 - std::fabs(x), y)};
+template <class T3>
+Vec2Of<NumberOf<T3>> octahedral_encode(T3 d) {
+  using V = NumberOf<T3>;
+  const V sum = absolute(d.x) + absolute(d.y) + absolute(d.z);
+  const V x = d.x / sum, y = d.z / sum;
+  const MaskOf<T3> upper = d.y >= 0.0f;
+  return {select(upper, x, with_sign_of(x, 1.0f - absolute(y))),
+          select(upper, y, with_sign_of(y, 1.0f - absolute(x)))};
+}
+
+/// Between four neighbours in a table of vectors.
+template <class T3, class I>
+T3 bilinear(const Vec3* table, I upper_left, I upper_right, I lower_left, I lower_right,
+            NumberOf<T3> fx, NumberOf<T3> fy) {
+  return lerp(lerp(gathered(table, upper_left), gathered(table, upper_right), fx),
+              lerp(gathered(table, lower_left), gathered(table, lower_right), fx), fy);
+}
+
+template <class T3>
+T3 radiance_along(const Sky& sky, T3 direction) {
+  using V = NumberOf<T3>;
+  const Vec2Of<V> p = lat_long(direction);
+  // NaN has no texel: clamp01() makes it 0.
+  const V x = clamp01(p.x) * static_cast<float>(sky.width) - 0.5f;
+  const V y = least(most(p.y * static_cast<float>(sky.height) - 0.5f, 0.0f),
+                    static_cast<float>(sky.height - 1));
+  const auto row = whole(y), next_row = smaller(row + 1, sky.height - 1);
+  // From 0 to width: the last column's right neighbour is the first.
+  const auto right = smaller(whole(x + 1.0f), sky.width);
+  const auto left = right - 1;
+  const auto column = left + kept_if(left < 0, sky.width),
+             next = right - kept_if(right >= sky.width, sky.width);
+  return bilinear<T3>(sky.texels.data(), row * sky.width + column, row * sky.width + next,
+                      next_row * sky.width + column, next_row * sky.width + next, x - number(left),
+                      y - number(row));
+}
+
+template <class T3>
+NumberOf<T3> bright_density(const Sky& sky, T3 direction) {
+  const SkyDistribution& d = sky.distribution;
+  if (!sky.has_bright) return same<NumberOf<T3>>(0);
+  const auto p = lat_long(direction);
+  const auto x = smaller(whole(clamp01(p.x) * static_cast<float>(d.width)), d.width - 1);
+  const auto y = smaller(whole(clamp01(p.y) * static_cast<float>(d.height)), d.height - 1);
+  return gathered(d.density.data(), y * d.width + x);
+}
+
+template <class T3>
+T3 irradiance_on(const Sky& sky, T3 normal) {
+  using V = NumberOf<T3>;
+  constexpr int kNodes = kIrradianceCells + 1;
+  const Vec2Of<V> p = octahedral_encode(normal);
+  const V x = clamp01((p.x + 1.0f) * 0.5f) * static_cast<float>(kIrradianceCells);
+  const V y = clamp01((p.y + 1.0f) * 0.5f) * static_cast<float>(kIrradianceCells);
+  const auto column = smaller(whole(x), kIrradianceCells - 1);
+  const auto row = smaller(whole(y), kIrradianceCells - 1);
+  const auto node = row * kNodes + column;
+  return bilinear<T3>(sky.irradiance.data(), node, node + 1, node + kNodes, node + kNodes + 1,
+                      x - number(column), y - number(row));
 }
 
 std::vector<Vec3> make_irradiance(const Sky& sky) {
@@ -225,33 +280,8 @@ Sky make_image_sky(const Image& image, float scale, SkyPart part) {
   return sky;
 }
 
-SkySplit split_radiance(const Sky& sky, Vec3 radiance) {
-  const float light = luminance(radiance);
-  if (light <= sky.calm_level) return {radiance, {}};
-  const Vec3 calm = radiance * (sky.calm_level / light);
-  return {calm, radiance - calm};
-}
-
 Vec3 sky_direction(const Sky& sky, float x, float y) {
   return from_lat_long(x / static_cast<float>(sky.width), y / static_cast<float>(sky.height));
-}
-
-Vec3 sky_radiance(const Sky& sky, Vec3 direction) {
-  if (!(dot(direction, direction) > 0.5f)) return {};  // NaN has no texel
-  const Vec2 p = lat_long(direction);
-  const float x = p.x * static_cast<float>(sky.width) - 0.5f;
-  const float y = std::clamp(p.y * static_cast<float>(sky.height) - 0.5f, 0.0f,
-                             static_cast<float>(sky.height - 1));
-  const int row = static_cast<int>(y), next_row = std::min(row + 1, sky.height - 1);
-  const float x_floor = std::floor(x);
-  int column = static_cast<int>(x_floor);
-  if (column < 0) column += sky.width;
-  if (column >= sky.width) column -= sky.width;
-  const int next = column + 1 < sky.width ? column + 1 : 0;
-  const Vec3* upper = &sky.texels[static_cast<std::size_t>(row) * sky.width];
-  const Vec3* lower = &sky.texels[static_cast<std::size_t>(next_row) * sky.width];
-  const float fx = x - x_floor, fy = y - static_cast<float>(row);
-  return lerp(lerp(upper[column], upper[next], fx), lerp(lower[column], lower[next], fx), fy);
 }
 
 SkySample sample_bright_sky(const Sky& sky, float u, float v) {
@@ -272,29 +302,17 @@ SkySample sample_bright_sky(const Sky& sky, float u, float v) {
           d.density[static_cast<std::size_t>(row.index) * d.width + column.index]};
 }
 
-float bright_sky_density(const Sky& sky, Vec3 direction) {
-  const SkyDistribution& d = sky.distribution;
-  if (!sky.has_bright) return 0;
-  const Vec2 p = lat_long(direction);
-  const int x = std::clamp(static_cast<int>(p.x * static_cast<float>(d.width)), 0, d.width - 1);
-  const int y = std::clamp(static_cast<int>(p.y * static_cast<float>(d.height)), 0, d.height - 1);
-  return d.density[static_cast<std::size_t>(y) * d.width + x];
+Vec3 sky_radiance(const Sky& sky, Vec3 direction) { return radiance_along(sky, direction); }
+Pack3 sky_radiance(const Sky& sky, const Pack3& direction) {
+  return radiance_along(sky, direction);
 }
 
-Vec3 sky_irradiance(const Sky& sky, Vec3 normal) {
-  constexpr int kNodes = kIrradianceCells + 1;
-  const Vec2 p = octahedral_encode(normal);
-  const auto cell = [](float unit, float& fraction) {
-    const float x = std::clamp((unit + 1) * (0.5f * kIrradianceCells), 0.0f,
-                               static_cast<float>(kIrradianceCells));
-    const int index = std::min(static_cast<int>(x), kIrradianceCells - 1);
-    fraction = x - static_cast<float>(index);
-    return index;
-  };
-  float fx, fy;
-  const int x = cell(p.x, fx), y = cell(p.y, fy);
-  const Vec3* node = &sky.irradiance[static_cast<std::size_t>(y) * kNodes + x];
-  return lerp(lerp(node[0], node[1], fx), lerp(node[kNodes], node[kNodes + 1], fx), fy);
+float bright_sky_density(const Sky& sky, Vec3 direction) { return bright_density(sky, direction); }
+Pack bright_sky_density(const Sky& sky, const Pack3& direction) {
+  return bright_density(sky, direction);
 }
+
+Vec3 sky_irradiance(const Sky& sky, Vec3 normal) { return irradiance_on(sky, normal); }
+Pack3 sky_irradiance(const Sky& sky, const Pack3& normal) { return irradiance_on(sky, normal); }
 
 }  // namespace polymorph

@@ -7,6 +7,7 @@
 
 #include "image/image.h"
 #include "kernels/types.h"
+#include "render/vector_math.h"
 
 namespace polymorph {
 
@@ -50,12 +51,20 @@ Vec3 sky_direction(const Sky& sky, float x, float y);
 
 /// Bilinear; wraps around in azimuth.
 Vec3 sky_radiance(const Sky& sky, Vec3 direction);
+Pack3 sky_radiance(const Sky& sky, const Pack3& direction);
 
 /// The two parts of a radiance; their sum is the whole.
-struct SkySplit {
-  Vec3 calm, bright;
+template <class T3>
+struct SkySplitOf {
+  T3 calm, bright;
 };
-SkySplit split_radiance(const Sky& sky, Vec3 radiance);
+using SkySplit = SkySplitOf<Vec3>;
+template <class T3>
+inline SkySplitOf<T3> split_radiance(const Sky& sky, T3 radiance) {
+  const NumberOf<T3> light = luminance(radiance);
+  const T3 calm = select(light <= sky.calm_level, radiance, radiance * (sky.calm_level / light));
+  return {calm, radiance - calm};
+}
 
 /// A direction by the brightness of the bright part.
 struct SkySample {
@@ -64,9 +73,11 @@ struct SkySample {
 };
 SkySample sample_bright_sky(const Sky& sky, float u, float v);
 float bright_sky_density(const Sky& sky, Vec3 direction);
+Pack bright_sky_density(const Sky& sky, const Pack3& direction);
 
 /// What an unshadowed surface with this unit normal receives from the calm part: integral of
 /// radiance times cosine.
 Vec3 sky_irradiance(const Sky& sky, Vec3 normal);
+Pack3 sky_irradiance(const Sky& sky, const Pack3& normal);
 
 }  // namespace polymorph

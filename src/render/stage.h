@@ -26,15 +26,42 @@ struct Floor {
 };
 Floor make_floor(const GroundSettings& settings, const Box& bounds);
 
-/// Distance to the floor from above, or infinity; `fade` is 1 where it can no longer be seen.
-struct FloorHit {
-  float distance;
-  Vec3 position;
-  float fade;
-  float tone;  ///< times the floor's colour
+/// Distance at which a ray from above meets the floor, if that is before ray.far and where the
+/// floor can be seen; else infinity.
+template <class T3>
+inline NumberOf<T3> meets_floor(const Floor& floor, const RayOf<T3>& ray) {
+  using V = NumberOf<T3>;
+  const V never = same<V>(std::numeric_limits<float>::infinity());
+  if (!floor.enabled) return never;
+  const V distance = (floor.height - ray.origin.y) / ray.direction.y;
+  const V x = ray.origin.x + ray.direction.x * distance - floor.center.x;
+  const V z = ray.origin.z + ray.direction.z * distance - floor.center.z;
+  const MaskOf<T3> met = (ray.direction.y < 0.0f) & (ray.origin.y > floor.height) &
+                         (distance < ray.far) & (x * x + z * z < floor.fade_end * floor.fade_end);
+  return select(met, distance, never);
+}
+
+/// The floor where a ray meets it.
+template <class T3>
+struct FloorPointOf {
+  T3 position;
+  NumberOf<T3> fade;  ///< 1 where it can no longer be seen
+  NumberOf<T3> tone;  ///< times the floor's colour
 };
-/// Is the floor met before ray.far, and not wholly faded?
-bool meets_floor(const Floor& floor, const Ray& ray, FloorHit& hit);
+template <class T3>
+inline FloorPointOf<T3> floor_point(const Floor& floor, const RayOf<T3>& ray,
+                                    NumberOf<T3> distance) {
+  using V = NumberOf<T3>;
+  FloorPointOf<T3> point;
+  point.position = ray.origin + ray.direction * distance;
+  point.position.y = same<V>(floor.height);
+  const V x = point.position.x - floor.center.x, z = point.position.z - floor.center.z;
+  const V away = square_root(x * x + z * z);
+  point.fade = smoothstep(floor.fade_start, floor.fade_end, away);
+  const V far = smoothstep(0.2f * floor.fade_start, 0.8f * floor.fade_end, away);
+  point.tone = 1.0f + (floor.far_tone - 1.0f) * far;
+  return point;
+}
 
 /// What a camera ray sees where it meets nothing.
 struct Backdrop {
@@ -43,6 +70,6 @@ struct Backdrop {
   Frame camera;              ///< x right, y up, z forward
   float scale = 1;           ///< 1 / tan(half the vertical field of view)
 };
-Vec3 backdrop_radiance(const Backdrop& backdrop, Vec3 direction);
+Pack3 backdrop_radiance(const Backdrop& backdrop, const Pack3& direction);
 
 }  // namespace polymorph

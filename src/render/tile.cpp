@@ -14,17 +14,17 @@ constexpr int kFirstSamples = 16;         // of the adaptive rounds; each round 
 constexpr int kBlock = 4;                 // pixels along a side of what goes on or stops together
 constexpr std::uint32_t kTimeSet = 4096;  // beside the sets of the vertices
 
-/// The ray through (x, y), in pixels from the picture's upper left corner, and through the point
+/// Rays through (x, y), in pixels from the picture's upper left corner, and through the points
 /// (u, v) of the lens. Pixels are square.
-Ray camera_ray(const Camera& camera, const ImageSettings& image, float x, float y, float u,
-               float v) {
+RayOf<Pack3> camera_rays(const Camera& camera, const ImageSettings& image, Pack x, Pack y,
+                         Vec2Of<Pack> lens) {
   const float scale = 2 * camera.tan_half_fov_y / static_cast<float>(image.height);
-  const float across = (x - 0.5f * static_cast<float>(image.width)) * scale;
-  const float upward = (0.5f * static_cast<float>(image.height) - y) * scale;
-  const Vec3 way = camera.forward + camera.right * across + camera.up * upward;
-  if (!(camera.lens_radius > 0)) return {camera.position, normalized(way)};
-  const Vec2 lens = concentric_disc(u, v) * camera.lens_radius;
-  const Vec3 shift = camera.right * lens.x + camera.up * lens.y;
+  const Pack across = (x - 0.5f * static_cast<float>(image.width)) * scale;
+  const Pack upward = (0.5f * static_cast<float>(image.height) - y) * scale;
+  const Pack3 way = camera.forward + camera.right * across + camera.up * upward;
+  if (!(camera.lens_radius > 0)) return {same3<Pack3>(camera.position), normalized(way)};
+  const Pack2 at = concentric_disc(lens.x, lens.y) * same<Pack>(camera.lens_radius);
+  const Pack3 shift = camera.right * at.x + camera.up * at.y;
   return {camera.position + shift, normalized(way * camera.focus - shift)};
 }
 
@@ -94,20 +94,21 @@ class Tile {
   }
 
   void write_aovs(Image& film) {
-    std::array<Ray, kPacket> rays;
-    std::array<Meeting, kPacket> meetings;
+    Camera pinhole = job_.camera;
+    pinhole.lens_radius = 0;
     for (int y = 0; y < height_; ++y) {
-      Camera pinhole = job_.camera;
-      pinhole.lens_radius = 0;
-      for (int x = 0; x < width_; ++x)
-        rays[static_cast<std::size_t>(x)] =
-            camera_ray(pinhole, job_.image, static_cast<float>(left_ + x) + 0.5f,
-                       static_cast<float>(top_ + y) + 0.5f, 0, 0);
-      meet(job_.world, rays.data(), meetings.data(), width_, tally_);
+      RayOf<Pack3> rays[2];
+      MeetingOf<Pack> meetings[2];
+      for (int k = 0; k < 2; ++k)
+        rays[k] = camera_rays(
+            pinhole, job_.image,
+            Lanes<Pack>::first_numbers() + (static_cast<float>(left_ + k * kLanes) + 0.5f),
+            same<Pack>(static_cast<float>(top_ + y) + 0.5f), Pack2{});
+      meet(job_.world, rays, meetings, width_, true, tally_);
       for (int x = 0; x < width_; ++x) {
-        const auto i = static_cast<std::size_t>(x);
-        FirstHit hit = first_hit(job_.world, rays[i], meetings[i]);
-        if (hit.id > 0) hit.depth *= dot(rays[i].direction, job_.camera.forward);
+        const Ray ray = lane(rays[x / kLanes], x % kLanes);
+        FirstHit hit = first_hit(job_.world, ray, lane(meetings[x / kLanes], x % kLanes));
+        if (hit.id > 0) hit.depth *= dot(ray.direction, job_.camera.forward);
         if (hit.id > 1) {
           const Vec2 now = on_film(hit.position), next = on_film(hit.next);
           hit.motion = {next.x - now.x, next.y - now.y};
@@ -121,48 +122,46 @@ class Tile {
  private:
   /// Samples [from, to) of the pixels that are still noisy.
   void sample_round(int from, int to) {
-    std::array<Ray, kPacket> rays;
-    std::array<Meeting, kPacket> meetings;
-    std::array<int, kPacket> pixels;
-    std::array<std::uint32_t, kPacket> samples;
-    int count = 0;
-    const auto flush = [&] {
-      meet(job_.world, rays.data(), meetings.data(), count, tally_);
-      for (int i = 0; i < count; ++i) {
-        const auto k = static_cast<std::size_t>(i);
-        const PathSampler sampler = sampler_of(pixels[k], samples[k]);
-        add_sample(sums_[pixels[k]], trace_path(job_.world, rays[k], meetings[k], sampler, tally_),
-                   samples[k] % 2 == 1);
-      }
-      count = 0;
-    };
     for (int pixel = 0; pixel < width_ * height_; ++pixel) {
       if (done_[pixel]) continue;
       for (int s = from; s < to; ++s) {
-        const auto k = static_cast<std::size_t>(count++);
-        pixels[k] = pixel;
-        samples[k] = static_cast<std::uint32_t>(s);
-        rays[k] = ray_of(pixel, samples[k]);
-        if (count == kPacket) flush();
+        pixels_[wave_.count] = pixel;
+        numbers_[wave_.count] = static_cast<std::uint32_t>(s);
+        if (++wave_.count == Wave::kMost) flush();
       }
     }
-    if (count > 0) flush();
+    if (wave_.count > 0) flush();
   }
 
-  PathSampler sampler_of(int pixel, std::uint32_t sample) const {
-    return {job_.sampler, left_ + pixel % width_, top_ + pixel / width_, sample};
+  /// Follows the paths that have been collected.
+  void flush() {
+    for (int first = 0; first < wave_.count; first += kLanes) shoot(first);
+    trace(job_.world, job_.sampler, wave_, tally_);
+    for (int i = 0; i < wave_.count; ++i)
+      add_sample(sums_[pixels_[i]], wave_.lights[i], numbers_[i] % 2 == 1);
+    wave_.count = 0;
   }
 
-  Ray ray_of(int pixel, std::uint32_t sample) const {
-    const PathSampler sampler = sampler_of(pixel, sample);
-    const Sample4 random = sampler.get(0);
-    Ray ray = camera_ray(
-        job_.camera, job_.image,
-        static_cast<float>(left_ + pixel % width_) + 0.5f + filter_offset(*job_.filter, random.a),
-        static_cast<float>(top_ + pixel / width_) + 0.5f + filter_offset(*job_.filter, random.b),
-        random.c, random.d);
-    if (job_.camera.shutter > 0) ray.time = sampler.get(kTimeSet).a;
-    return ray;
+  /// Camera rays of the samples [first, first + 8).
+  void shoot(int first) {
+    const int end = std::min(first + kLanes, wave_.count);
+    Pack x{}, y{};
+    PackBits index{};
+    for (int i = first; i < end; ++i) {
+      const int column = left_ + pixels_[i] % width_, row = top_ + pixels_[i] / width_;
+      const SampleIndex sample = sample_index(job_.sampler, column, row, numbers_[i]);
+      x[i - first] = static_cast<float>(column) + 0.5f;
+      y[i - first] = static_cast<float>(row) + 0.5f;
+      index[i - first] = wave_.samples[i] = sample.reversed;
+      wave_.sequence = sample.sequence;
+    }
+    const PathSamplerOf<Pack> sampler(job_.sampler, wave_.sequence, index);
+    const Sample4Of<Pack> random = sampler.get(0);
+    RayOf<Pack3> rays =
+        camera_rays(job_.camera, job_.image, x + filter_offset(*job_.filter, random.a),
+                    y + filter_offset(*job_.filter, random.b), {random.c, random.d});
+    if (job_.camera.shutter > 0) rays.time = sampler.get(kTimeSet).a;
+    for (int i = first; i < end; ++i) wave_.rays[i] = lane(rays, i - first);
   }
 
   /// Marks the pixels of calm blocks as done; says whether any are left. A block beside a noisy one
@@ -213,6 +212,9 @@ class Tile {
   const int left_, top_, width_, height_;
   std::array<PixelSum, kPixels> sums_{};
   std::array<bool, kPixels> done_{};
+  Wave wave_;
+  std::array<int, Wave::kMost> pixels_;             ///< of each path of the wave
+  std::array<std::uint32_t, Wave::kMost> numbers_;  ///< which of the pixel's samples it is
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
 // Small vector helpers of the renderer: frames, directions and the few functions that the inner
-// loop calls too often for libm.
+// loop calls too often for libm. Templates are for one number or for eight (lanes.h).
 #pragma once
 
 #include <algorithm>
@@ -7,90 +7,134 @@
 #include <cstdint>
 #include <numbers>
 
-#include "kernels/types.h"
+#include "render/lanes.h"
 
 namespace polymorph {
 
 inline constexpr float kPi = std::numbers::pi_v<float>;
 inline constexpr float kInvPi = std::numbers::inv_pi_v<float>;
 
-inline float square(float x) { return x * x; }
+template <class V>
+inline V square(V x) {
+  return x * x;
+}
 /// NaN becomes 0, so that what is looked up with it stays inside its table.
-inline float clamp01(float x) { return x > 0 ? (x < 1 ? x : 1.0f) : 0.0f; }
+template <class V>
+inline V clamp01(V x) {
+  return least(most(x, 0.0f), 1.0f);
+}
 inline float radians(float degrees) { return degrees * (kPi / 180.0f); }
-inline float max_component(Vec3 a) { return std::max(a.x, std::max(a.y, a.z)); }
-inline float luminance(Vec3 c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
-inline float smoothstep(float low, float high, float x) {
-  const float t = clamp01((x - low) / (high - low));
-  return t * t * (3 - 2 * t);
+template <class T3>
+inline NumberOf<T3> max_component(T3 a) {
+  return most(a.x, most(a.y, a.z));
+}
+template <class T3>
+inline NumberOf<T3> min_component(T3 a) {
+  return least(a.x, least(a.y, a.z));
+}
+template <class T3>
+inline NumberOf<T3> luminance(T3 c) {
+  return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
+}
+template <class V>
+inline V smoothstep(float low, float high, V x) {
+  const V t = clamp01((x - low) / (high - low));
+  return t * t * (3.0f - 2.0f * t);
+}
+template <class T3>
+inline MaskOf<T3> is_black(T3 c) {
+  return (c.x == 0.0f) & (c.y == 0.0f) & (c.z == 0.0f);
 }
 inline bool finite(Vec3 a) {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
 }
 
 /// An orthonormal frame; `z` is the normal.
-struct Frame {
-  Vec3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
+template <class T3>
+struct FrameOf {
+  T3 x, y, z;
 };
+using Frame = FrameOf<Vec3>;
 
 /// Branchless frame around a unit vector (Duff et al. 2017, "Building an orthonormal basis,
 /// revisited").
-inline Frame make_frame(Vec3 n) {
-  const float sign = std::copysign(1.0f, n.z);
-  const float a = -1.0f / (sign + n.z);
-  const float b = n.x * n.y * a;
-  return {{1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
+template <class T3>
+inline FrameOf<T3> make_frame(T3 n) {
+  using V = NumberOf<T3>;
+  const V sign = with_sign_of(n.z, same<V>(1));
+  const V a = -1.0f / (sign + n.z);
+  const V b = n.x * n.y * a;
+  return {{1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
 }
-inline Vec3 to_world(const Frame& f, Vec3 v) { return f.x * v.x + f.y * v.y + f.z * v.z; }
-inline Vec3 to_local(const Frame& f, Vec3 v) { return {dot(f.x, v), dot(f.y, v), dot(f.z, v)}; }
+/// The frame may be one for all lanes.
+template <class F3, class T3>
+inline T3 to_world(const FrameOf<F3>& f, T3 v) {
+  return f.x * v.x + f.y * v.y + f.z * v.z;
+}
+template <class F3, class T3>
+inline T3 to_local(const FrameOf<F3>& f, T3 v) {
+  return {dot(v, f.x), dot(v, f.y), dot(v, f.z)};
+}
 
 /// Cosine and sine of `turns` full turns, |turns| < 2^20; error below 1e-6.
-inline Vec2 cos_sin_turns(float turns) {
-  // Quarter turns away, then Taylor polynomials on [-pi/4, pi/4].
-  const float quarters = std::nearbyint(turns * 4);
-  const float x = (turns * 4 - quarters) * (kPi / 2);
-  const float x2 = x * x;
-  const float s = x * (1 + x2 * (-1.0f / 6 + x2 * (1.0f / 120 + x2 * (-1.0f / 5040))));
-  const float c = 1 + x2 * (-0.5f + x2 * (1.0f / 24 + x2 * (-1.0f / 720 + x2 * (1.0f / 40320))));
-  switch (static_cast<std::int32_t>(quarters) & 3) {
-    case 0:
-      return {c, s};
-    case 1:
-      return {-s, c};
-    case 2:
-      return {-c, -s};
-    default:
-      return {s, -c};
-  }
+template <class V>
+inline Vec2Of<V> cos_sin_turns(V turns) {
+  // Quarter turns away, then Taylor polynomials on [-pi/4, pi/4]. Adding 1.5 * 2^23 rounds to the
+  // nearest integer and leaves it in the low bits of the sum.
+  constexpr float kRound = 12582912.0f;
+  const V shifted = turns * 4.0f + kRound;
+  const V x = (turns * 4.0f - (shifted - kRound)) * (kPi / 2);
+  const V x2 = x * x;
+  const V s = x * (1.0f + x2 * (-1.0f / 6 + x2 * (1.0f / 120 + x2 * (-1.0f / 5040))));
+  const V c = 1.0f + x2 * (-0.5f + x2 * (1.0f / 24 + x2 * (-1.0f / 720 + x2 * (1.0f / 40320))));
+  const BitsOf<V> quarter = float_bits(shifted);
+  const MaskOf<V> odd = (quarter & 1u) != 0u;
+  return {flipped_if(((quarter + 1u) & 2u) << 30, select(odd, s, c)),
+          flipped_if((quarter & 2u) << 30, select(odd, c, s))};
 }
 
 /// atan2(y, x) in turns, (-0.5, 0.5]; error below 1e-5 turns. 0 where both are 0.
-inline float atan2_turns(float y, float x) {
-  const float ax = std::fabs(x), ay = std::fabs(y);
-  const float high = std::max(ax, ay), low = std::min(ax, ay);
-  const float t = high > 0 ? low / high : 0;
-  const float t2 = t * t;
+template <class V>
+inline V atan2_turns(V y, V x) {
+  const V ax = absolute(x), ay = absolute(y);
+  const V high = most(ax, ay), low = least(ax, ay);
+  const V t = low / select(high > 0.0f, high, same<V>(1));
+  const V t2 = t * t;
   // Minimax odd polynomial for atan on [0, 1] (Abramowitz & Stegun 4.4.49).
-  float a = t * (0.9998660f +
-                 t2 * (-0.3302995f + t2 * (0.1801410f + t2 * (-0.0851330f + t2 * 0.0208351f))));
-  a *= 0.5f * kInvPi;
-  if (ay > ax) a = 0.25f - a;
-  if (x < 0) a = 0.5f - a;
-  return y < 0 ? -a : a;
+  V a = t * (0.9998660f +
+             t2 * (-0.3302995f + t2 * (0.1801410f + t2 * (-0.0851330f + t2 * 0.0208351f))));
+  a = a * (0.5f * kInvPi);
+  a = select(ay > ax, 0.25f - a, a);
+  a = select(x < 0.0f, 0.5f - a, a);
+  return select(y < 0.0f, -a, a);
 }
 
 /// Point of the unit disc, area-preserving and continuous (Shirley and Chiu 1997).
-inline Vec2 concentric_disc(float u, float v) {
-  const float a = 2 * u - 1, b = 2 * v - 1;
-  if (a == 0 && b == 0) return {};
-  if (a * a > b * b) return cos_sin_turns(0.125f * (b / a)) * a;
-  return cos_sin_turns(0.25f - 0.125f * (a / b)) * b;
+template <class V>
+inline Vec2Of<V> concentric_disc(V u, V v) {
+  const V a = 2.0f * u - 1.0f, b = 2.0f * v - 1.0f;
+  const MaskOf<V> wide = a * a > b * b;
+  const V radius = select(wide, a, b);
+  const V share = select(wide, b, a) / select(radius == 0.0f, same<V>(1), radius);
+  return cos_sin_turns<V>(select(wide, 0.125f * share, 0.25f - 0.125f * share)) * radius;
 }
 
 /// Direction about +z with density cos / pi.
-inline Vec3 cosine_direction(float u, float v) {
-  const Vec2 d = concentric_disc(u, v);
-  return {d.x, d.y, std::sqrt(std::max(0.0f, 1 - d.x * d.x - d.y * d.y))};
+template <class V>
+inline Vec3Of<V> cosine_direction(V u, V v) {
+  const Vec2Of<V> d = concentric_disc(u, v);
+  return {d.x, d.y, square_root(most(1.0f - d.x * d.x - d.y * d.y, 0.0f))};
+}
+
+/// Direction in the cone about +z of half angle acos(1 - height), evenly by solid angle. The disc's
+/// points keep their order on the cone, so even samples stay even.
+template <class V, class H>
+inline Vec3Of<V> cone_direction(H height, V u, V v) {
+  const Vec2Of<V> disc = concentric_disc(u, v);
+  const V r2 = disc.x * disc.x + disc.y * disc.y;
+  // sin = r sqrt(height (2 - r^2 height)), with the disc's own r kept as the azimuth's length.
+  const V scale = square_root(most(height * (2.0f - r2 * height), 0.0f));
+  return {disc.x * scale, disc.y * scale, 1.0f - r2 * height};
 }
 
 }  // namespace polymorph

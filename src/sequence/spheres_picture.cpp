@@ -95,7 +95,7 @@ Status write_spheres_picture(const std::filesystem::path& path, const Model& mod
   RenderSettings settings;
   settings.image.width = width;
   settings.image.height = width;
-  settings.aovs = false;
+  settings.image.aovs = "none";
   RenderScene scene;
   scene.bounds = model.box();
   scene.camera = make_camera(CameraSettings{}, model.points, width, width);

@@ -68,13 +68,8 @@ TEST(Shutter, SmearsWhatMovesByItsWay) {
 }
 
 TEST(Noise, IsReachedWithFewerSamplesThanThereMayBe) {
-  const TestMesh ball = make_ball(96, 48, 0.7f);
-  RenderScene scene;
-  RenderMesh mesh = view_of(ball);
-  scene.meshes = {mesh};
-  scene.bounds = {{-1, -0.7f, -1}, {1, 1, 1}};
-  scene.ground.height = -0.7f;
-  scene.camera = make_camera({}, scene.bounds, 64, 48);
+  const BallOnFloor stage;
+  const RenderScene& scene = stage.scene;
   RenderSettings settings = small_settings(1024);
   settings.image.width = 64;
   settings.image.height = 48;
@@ -106,12 +101,8 @@ TEST(Noise, IsReachedWithFewerSamplesThanThereMayBe) {
 }
 
 TEST(Alpha, ATransparentPictureKeepsObjectAndShadow) {
-  const TestMesh ball = make_ball(96, 48, 0.7f);
-  RenderScene scene;
-  scene.meshes = {view_of(ball)};
-  scene.bounds = {{-1, -0.7f, -1}, {1, 1, 1}};
-  scene.ground.height = -0.7f;
-  scene.camera = make_camera({}, scene.bounds, 64, 48);
+  BallOnFloor stage;
+  RenderScene& scene = stage.scene;
   RenderSettings settings = small_settings(64);
   settings.image.width = 64;
   settings.image.height = 48;

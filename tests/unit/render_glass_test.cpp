@@ -67,9 +67,7 @@ TEST(Glass, ThrowsAShadowOfItsColour) {
   plane.materials = {matte({0.5f, 0.5f, 0.5f})};
   RenderScene scene = furnace(0);
   scene.meshes = {view_of(plane), view_of(pane, 3)};
-  scene.camera.position = {0, 0.5f, 0};
-  scene.camera.forward = {0, -1, 0};
-  scene.camera.up = {0, 0, -1};
+  look_down(scene.camera, 0.5f);
   scene.lights.key_elevation = 90;
   scene.lights.key_intensity = 2;
   scene.lights.key_color = {1, 1, 1};
@@ -78,6 +76,30 @@ TEST(Glass, ThrowsAShadowOfItsColour) {
   const float open = 0.5f * 2 / std::numbers::pi_v<float>;
   EXPECT_NEAR(image.at(24, 18, 0), 0.96f * open, 0.03f * open);
   EXPECT_NEAR(image.at(24, 18, 1), 0.96f * 0.5f * open, 0.03f * open);
+}
+
+TEST(Glass, SomewhereInTheSceneChangesNoLightElsewhere) {
+  // Between two large plates over a floor it is dark: the ground that the last rays of paths take
+  // for the sky's lower half is hidden by the lower plate.
+  TestMesh lower = make_square({}, {1, 0, 0}, {0, 0, -1}, 50);
+  TestMesh upper = make_square({0, 1, 0}, {1, 0, 0}, {0, 0, 1}, 50);
+  lower.materials = {matte({0, 0, 0})};
+  upper.materials = {matte({0.8f, 0.8f, 0.8f})};
+  RenderScene scene = furnace(1);
+  scene.ground.enabled = true;
+  scene.ground.height = -1;
+  scene.meshes = {view_of(lower), view_of(upper, 3)};
+  scene.camera.position = {0, 0.2f, 0};
+  scene.camera.forward = {0, 1, 0};
+  scene.camera.up = {0, 0, 1};
+  RenderSettings settings = small_settings(64);
+  settings.image.max_depth = 2;
+  const double opaque = mean_green(render_or_fail(scene, settings));
+  EXPECT_LT(opaque, 0.05);
+  TestMesh pane = make_square({0, 10, 0}, {1, 0, 0}, {0, 0, -1}, 1);
+  pane.materials[0].transmission = 1;
+  scene.meshes.push_back(view_of(pane, 4));
+  EXPECT_NEAR(mean_green(render_or_fail(scene, settings)), opaque, 1e-4);
 }
 
 }  // namespace

@@ -63,9 +63,7 @@ TEST(Render, DiffusePlaneHasTheIrradianceOfTheDisc) {
   plane.materials = {matte({0.5f, 0.5f, 0.5f})};
   RenderScene scene = furnace(0);
   scene.meshes = {view_of(plane)};
-  scene.camera.position = {0, 5, 0};
-  scene.camera.forward = {0, -1, 0};
-  scene.camera.up = {0, 0, -1};
+  look_down(scene.camera, 5);
   scene.lights.key_intensity = 2;
   scene.lights.key_color = {1, 1, 1};
   for (float elevation : {30.0f, 60.0f, 90.0f}) {
@@ -89,9 +87,7 @@ TEST(Render, AnOccluderThrowsAShadowWithAPenumbra) {
   RenderScene scene = furnace(0);
   scene.meshes = {view_of(plane), view_of(lid)};
   // From below the lid, straight down; the light is overhead, so the lid's edge is above x = 0.
-  scene.camera.position = {0, 1.5f, 0};
-  scene.camera.forward = {0, -1, 0};
-  scene.camera.up = {0, 0, -1};
+  look_down(scene.camera, 1.5f);
   scene.lights.key_elevation = 90;
   scene.lights.key_intensity = 2;
   scene.lights.key_color = {1, 1, 1};
@@ -120,9 +116,7 @@ TEST(Render, ABallHidesItsFormFactorOfTheSkyFromTheFloor) {
   RenderScene scene = furnace(1);
   scene.meshes = {view_of(ball)};
   scene.ground = {true, -0.75f, {0.5f, 0.5f, 0.5f}};
-  scene.camera.position = {0, 9.25f, 0};
-  scene.camera.forward = {0, -1, 0};
-  scene.camera.up = {0, 0, -1};
+  look_down(scene.camera, 9.25f);
   const Image image = render_or_fail(scene, small_settings(1024));
   const float pixel = 2 * scene.camera.tan_half_fov_y * 10 / static_cast<float>(image.height);
   for (int x : {32, 36, 44}) {
@@ -238,7 +232,7 @@ TEST(Render, AovsHoldTheFirstHit) {
   EXPECT_EQ(image.at(0, 0, 8), 0);
   EXPECT_EQ(image.at(0, 0, 5), 0);
   EXPECT_EQ(image.at(0, 0, 3), 1);
-  settings.aovs = false;
+  settings.image.aovs = "none";
   EXPECT_EQ(render_or_fail(scene, settings).channels,
             (std::vector<std::string>{"R", "G", "B", "A"}));
 }

@@ -58,7 +58,8 @@ TEST(Lamps, SamplesPointAtTheLampAndKnowTheirDensity) {
   for (const LampSettings& settings : {ball, panel}) {
     const Lamp lamp = make_lamp(settings, {});
     for (int i = 0; i < 100; ++i) {
-      const float u = static_cast<float>(i % 10) / 10 + 0.03f, v = (static_cast<float>(i) + 0.5f) / 101;
+      const float u = static_cast<float>(i % 10) / 10 + 0.03f,
+                  v = (static_cast<float>(i) + 0.5f) / 101;
       const LampSample s = sample_lamp(lamp, {0.1f, 0, 0}, u, v);
       ASSERT_GT(s.density, 0);
       const Ray ray{{0.1f, 0, 0}, s.direction};
@@ -109,9 +110,7 @@ TEST(Lamps, ASecondSunAddsItsIrradiance) {
   plane.materials = {matte({0.5f, 0.5f, 0.5f})};
   RenderScene scene = furnace(0);
   scene.meshes = {view_of(plane)};
-  scene.camera.position = {0, 3, 0.01f};
-  scene.camera.forward = {0, -1, 0};
-  scene.camera.up = {0, 0, -1};
+  look_down(scene.camera, 3);
   LampSettings sun;
   sun.kind = LampKind::kSun;
   sun.elevation = 30;

@@ -91,6 +91,25 @@ inline RenderScene furnace(float sky = 1) {
   return scene;
 }
 
+/// From this height on the y axis straight down; the picture's upper edge is at -z.
+inline void look_down(Camera& camera, float height) {
+  camera.position = {0, height, 0};
+  camera.forward = {0, -1, 0};
+  camera.up = {0, 0, -1};
+}
+
+/// A ball on a floor, under the settings' own lights.
+struct BallOnFloor {
+  TestMesh ball = make_ball(96, 48, 0.7f);
+  RenderScene scene;
+  BallOnFloor() {
+    scene.meshes = {view_of(ball)};
+    scene.bounds = {{-1, -0.7f, -1}, {1, 1, 1}};
+    scene.ground.height = -0.7f;
+    scene.camera = make_camera({}, scene.bounds, 64, 48);
+  }
+};
+
 inline RenderSettings small_settings(int samples = 16) {
   RenderSettings settings;
   settings.image.width = 48;

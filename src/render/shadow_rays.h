@@ -1,0 +1,41 @@
+// Ways from surfaces to lights, looked along sixteen at a time.
+#pragma once
+
+#include <array>
+
+#include "render/world.h"
+
+namespace polymorph {
+
+/// The share of light that comes along a ray past all meshes: none past anything opaque; straight
+/// through glass.
+Vec3 through_meshes(const World& world, const Ray& ray, Tally& tally);
+
+/// Collects rays towards lights; what arrives is added to `direct`, in the order of adding.
+class ShadowRays {
+ public:
+  ShadowRays(const World& world, Tally& tally, Vec3* direct)
+      : world_(world), tally_(tally), direct_(direct) {}
+
+  /// Light that arrives along the rays unless something is in their way: what the floor hides and
+  /// what is black anyway is left out. direct[path[l]] gets the share of lane l, where `wanted`.
+  void add(const RayOf<Pack3>& ray, const Pack3& light, PackBits path, PackMask wanted);
+  void flush();
+
+ private:
+  struct Row {
+    Ray ray;
+    Vec3 light;
+    std::uint32_t path;
+    float rest[4];
+  };
+  void look(int first, int count);
+
+  const World& world_;
+  Tally& tally_;
+  Vec3* direct_;
+  int count_ = 0;
+  std::array<Row, 2 * kPacket> rows_;
+};
+
+}  // namespace polymorph
