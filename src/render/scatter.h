@@ -1,0 +1,47 @@
+// What happens to paths where they meet a floor or a mesh.
+#pragma once
+
+#include "render/glass.h"
+#include "render/path.h"
+#include "render/shadow_rays.h"
+#include "render/surface_shading.h"
+
+namespace polymorph {
+
+/// The numbers of eight paths' vertices, in sets that do not meet.
+struct VertexRandom {
+  static constexpr std::uint32_t kSkySets = 1024, kGlassSets = 2048,
+                                 kLightSets = 8192;  ///< beyond any depth
+  static constexpr std::uint32_t kMostLights = 32;
+  PathSamplerOf<Pack> sampler;
+  std::uint32_t set;  ///< 1 + v at vertex v
+  /// For the key light and the next direction.
+  Sample4Of<Pack> own() const { return sampler.get(set); }
+  Sample4Of<Pack> sky() const { return sampler.get(kSkySets + set); }
+  Sample4Of<Pack> glass() const { return sampler.get(kGlassSets + set); }
+  Sample4Of<Pack> light(std::size_t i) const {
+    return sampler.get(kLightSets + set * kMostLights + static_cast<std::uint32_t>(i));
+  }
+};
+
+/// Eight vertices of as many paths, as far as lights are concerned.
+struct Vertices {
+  Paths& path;
+  PackBits rows;  ///< where the paths stand in the wave
+  Pack3 origin;   ///< of rays that leave
+  PackMask live;
+  PackMask shared{};  ///< the next ray may meet suns and lamps as well
+  ShadowRays& shadows;
+};
+
+/// Both return the lanes whose paths go on.
+PackMask scatter_on_floor(const World& world, Vertices& at, const FloorPointOf<Pack3>& point,
+                          const VertexRandom& random, Tally& tally);
+PackMask scatter_on_mesh(const World& world, Vertices& at, const SurfacePointOf<Pack3>& point,
+                         const BsdfOf<Pack3>& bsdf, const VertexRandom& random);
+
+/// Light goes through a boundary of glass, or is thrown back there.
+void pass_glass(const World& world, PathRow& path, const SurfacePoint& point, const Shading& glass,
+                const Sample4& random);
+
+}  // namespace polymorph
