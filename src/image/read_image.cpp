@@ -6,6 +6,7 @@
 #include "base/file.h"
 #include "base/parallel.h"
 #include "base/text.h"
+#include "image/decode_png.h"
 #include "image/image_io.h"
 #include "image/oiio_loader.h"
 #include "image/sniff.h"
@@ -13,8 +14,6 @@
 
 namespace polymorph {
 namespace {
-
-using DecodedImage = std::unique_ptr<PmOiioImage, PmOiioFreeFunction*>;
 
 /// Where each channel of the result comes from: R, G, B, A, Z, N.X, N.Y, N.Z, then the rest by
 /// name; a lone grey becomes R, G and B.
@@ -112,6 +111,14 @@ Image to_image(const PmOiioImage& decoded, const ReadImageSettings& settings) {
   return image;
 }
 
+Result<DecodedImage> decode(const std::string& bytes, const std::string& format,
+                            std::size_t max_bytes) {
+  if (format == "png") return decode_png(bytes, max_bytes);
+  PM_TRY(const OiioModule module, load_oiio_module());
+  const PmOiioRequest request{format.c_str(), bytes.data(), bytes.size(), max_bytes};
+  return DecodedImage(module.decode(&request), module.release);
+}
+
 }  // namespace
 
 Result<Image> read_image(const std::filesystem::path& path, const ReadImageSettings& settings) {
@@ -123,9 +130,7 @@ Result<Image> decode_image(const std::string& bytes, const std::string& name,
                            const ReadImageSettings& settings) {
   const Result<std::string> format = sniff_image_format(bytes);
   if (!format) return make_error(ErrorCode::kInput, "{}: {}", name, format.error().message);
-  PM_TRY(const OiioModule module, load_oiio_module());
-  const PmOiioRequest request{format->c_str(), bytes.data(), bytes.size(), settings.max_bytes};
-  const DecodedImage decoded(module.decode(&request), module.release);
+  PM_TRY(const DecodedImage decoded, decode(bytes, *format, settings.max_bytes));
   if (decoded->failure == PM_OIIO_TOO_LARGE)
     return make_error(ErrorCode::kInput,
                       "{}: {} x {} pixels of {} channels need {} (more than the limit of {}) - "

@@ -18,13 +18,17 @@ double side_of(Vec3d a, Vec3d b, Vec3d c, Vec3d p) {
   return std::abs(volume) > 1e-10 * size ? volume : 0;
 }
 
-/// The segment pq passes through the inside of abc, its ends strictly on either side.
-bool pierces(Vec3d p, Vec3d q, const Vec3d (&t)[3]) {
-  const double sp = side_of(t[0], t[1], t[2], p), sq = side_of(t[0], t[1], t[2], q);
-  if (!(sp * sq < 0)) return false;
-  const double x = side_of(p, q, t[0], t[1]), y = side_of(p, q, t[1], t[2]),
-               z = side_of(p, q, t[2], t[0]);
-  return (x > 0 && y > 0 && z > 0) || (x < 0 && y < 0 && z < 0);
+/// An edge of triangle s, whose corners have these sides of triangle t's plane, passes through the
+/// inside of t, its ends strictly on either side.
+bool pierces(const Vec3d (&s)[3], const double (&sides)[3], const Vec3d (&t)[3]) {
+  for (int k = 0; k < 3; ++k) {
+    const int next = (k + 1) % 3;
+    if (!(sides[k] * sides[next] < 0)) continue;
+    const double x = side_of(s[k], s[next], t[0], t[1]), y = side_of(s[k], s[next], t[1], t[2]),
+                 z = side_of(s[k], s[next], t[2], t[0]);
+    if ((x > 0 && y > 0 && z > 0) || (x < 0 && y < 0 && z < 0)) return true;
+  }
+  return false;
 }
 
 bool share_a_point(const Triangle& a, const Triangle& b) {
@@ -38,12 +42,22 @@ bool cross_properly(const Model& model, const Triangle& s, const Triangle& t) {
   const auto corners = [&](const Triangle& from, Vec3d(&to)[3]) {
     for (int k = 0; k < 3; ++k) to[k] = Vec3d(model.points[from.v[k]]);
   };
+  // Nearly all pairs end at the first plane.
   Vec3d a[3], b[3];
   corners(s, a);
   corners(t, b);
-  for (int k = 0; k < 3; ++k)
-    if (pierces(a[k], a[(k + 1) % 3], b) || pierces(b[k], b[(k + 1) % 3], a)) return true;
-  return false;
+  double of_a[3], of_b[3];
+  for (int k = 0; k < 3; ++k) of_a[k] = side_of(b[0], b[1], b[2], a[k]);
+  if ((of_a[0] > 0 && of_a[1] > 0 && of_a[2] > 0) || (of_a[0] < 0 && of_a[1] < 0 && of_a[2] < 0))
+    return false;
+  for (int k = 0; k < 3; ++k) of_b[k] = side_of(a[0], a[1], a[2], b[k]);
+  return pierces(a, of_a, b) || pierces(b, of_b, a);
+}
+
+bool boxes_touch(const Box& box, const TriangleBvh::Corners& c) {
+  const Vec3 low = min(c.p[0], min(c.p[1], c.p[2])), high = max(c.p[0], max(c.p[1], c.p[2]));
+  return box.low.x <= high.x && box.high.x >= low.x && box.low.y <= high.y && box.high.y >= low.y &&
+         box.low.z <= high.z && box.high.z >= low.z;
 }
 
 /// The triangles above `t` that cross it, ascending; at most `most`.
@@ -67,7 +81,8 @@ std::vector<std::uint32_t> crossing(const Model& model, const TriangleBvh& bvh, 
       }
       for (std::uint32_t slot = node.child[k]; slot < node.child[k] + node.count[k]; ++slot) {
         const std::uint32_t other = bvh.triangles[slot];
-        if (other > t && !share_a_point(triangle, model.triangles[other]) &&
+        if (other > t && boxes_touch(box, bvh.corners[slot]) &&
+            !share_a_point(triangle, model.triangles[other]) &&
             cross_properly(model, triangle, model.triangles[other]))
           found.push_back(other);
       }

@@ -81,6 +81,38 @@ TEST(ReadImage, PalettePng) {
   EXPECT_EQ(image->pixels, (std::vector<float>{0, 1, 128 / 255.0f, 1, 0, 0}));
 }
 
+TEST(ReadImage, PngOfFewBitsAndWithTransparentColours) {
+  const TemporaryFolder folder;
+  const ReadImageSettings linear{.integer_curve = TransferCurve::kLinear};
+  // Grey of 2 bits: 0, 1, 2, 3 in a byte, then 3 and filling.
+  const auto grey =
+      read_image(folder.put("2.png", make_png(5, 1, 2, 0, {std::string("\x1b\xc0", 2)})), linear);
+  ASSERT_TRUE(grey) << grey.error().message;
+  EXPECT_EQ(grey->channels, (Names{"R", "G", "B"}));
+  for (int x = 0; x < 5; ++x)
+    EXPECT_NEAR(grey->at(x, 0, 1), static_cast<float>(std::min(x, 3)) / 3, 1e-6f);
+  // A palette of which the first colour is half transparent.
+  std::string png =
+      make_png(2, 1, 1, 3, {std::string("\x40", 1)}, std::string("\xff\0\0\0\xff\0", 6));
+  png.insert(png.find("IDAT") - 4, png_chunk("tRNS", "\x80"));
+  const auto palette =
+      read_image(folder.put("t.png", png), {TransferCurve::kLinear, AlphaMode::kStraight});
+  ASSERT_TRUE(palette) << palette.error().message;
+  EXPECT_EQ(palette->channels, (Names{"R", "G", "B", "A"}));
+  EXPECT_EQ(palette->pixels, (std::vector<float>{1, 0, 0, 128 / 255.0f, 0, 1, 0, 1}));
+}
+
+TEST(ReadImage, TextsOfPngsAreAttributes) {
+  Image image = random_image(3, 2, {"R", "G", "B"});
+  image.attributes = {{"polymorph.scene", std::string("scene.json")}, {"polymorph.frame", 7}};
+  const auto back = decode_image(*encode_png(image), "memory");
+  ASSERT_TRUE(back) << back.error().message;
+  ASSERT_EQ(back->attributes.size(), 2u);
+  EXPECT_EQ(back->attributes[0].name, "polymorph.scene");
+  EXPECT_EQ(std::get<std::string>(back->attributes[0].value), "scene.json");
+  EXPECT_EQ(std::get<std::string>(back->attributes[1].value), "7");
+}
+
 TEST(ReadImage, TransparentPixelsOfPngKeepTheirColourWhenStraight) {
   const TemporaryFolder folder;
   const auto path = folder.put("t.png", make_png(1, 1, 8, 6, {std::string("\xff\x80\x00\x00", 4)}));
@@ -232,10 +264,12 @@ TEST(ReadImage, NamesThePathsWhereTheModuleWasLookedFor) {
   // The module may be open already: "threadsafe" asks in a fresh process.
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const TemporaryFolder folder;
-  const auto path = folder.put("a.png", make_png(1, 1, 8, 2, {"\xff\xff\xff"}));
+  const auto path = folder.put("a.exr", *encode_exr(random_image(2, 2, {"R", "G", "B"})));
+  const auto png = folder.put("a.png", make_png(1, 1, 8, 2, {"\xff\xff\xff"}));
   EXPECT_EXIT(
       {
         setenv("POLYMORPH_OIIO_MODULE", "/nowhere/polymorph_oiio.so", 1);
+        if (!read_image(png)) std::exit(1);  // needs no module
         const auto image = read_image(path);
         if (image) std::exit(0);
         std::fputs(image.error().message.c_str(), stderr);

@@ -1,0 +1,19 @@
+// PNG without OpenImageIO, whose libraries cost 0.3 s to open: textures and golden frames are PNGs.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "image/oiio_module.h"
+
+namespace polymorph {
+
+/// An image as the module hands it out, and what frees it.
+using DecodedImage = std::unique_ptr<PmOiioImage, PmOiioFreeFunction*>;
+
+/// Decodes a PNG of any kind: grey, palette or colours, 1 to 16 bits, with or without alpha,
+/// interlaced or not. Text chunks become attributes. Never null; see PmOiioImage::failure. `bytes`
+/// must have passed sniff_image_format().
+DecodedImage decode_png(const std::string& bytes, std::uint64_t max_bytes);
+
+}  // namespace polymorph
