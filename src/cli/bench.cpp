@@ -60,6 +60,15 @@ struct Timing {
   double low = 0, median = 0, high = 0;
 };
 
+double median_of(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+Timing timing_of(const std::vector<double>& seconds) {
+  const auto [low, high] = std::minmax_element(seconds.begin(), seconds.end());
+  return {*low, median_of(seconds), *high};
+}
+
 template <class F>
 Result<Timing> time_it(int repeats, const F& run) {
   std::vector<double> seconds;
@@ -70,8 +79,7 @@ Result<Timing> time_it(int repeats, const F& run) {
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (i > 0) seconds.push_back(s);  // the first warms up
   }
-  std::sort(seconds.begin(), seconds.end());
-  return Timing{seconds.front(), seconds[seconds.size() / 2], seconds.back()};
+  return timing_of(seconds);
 }
 
 nlohmann::ordered_json report_row(const BenchOptions& options, const std::string& name,
@@ -174,9 +182,7 @@ Status bench_surface(const BenchOptions& options, const std::string& device,
            }));
     auto row = report_row(options, name, timing, note);
     for (const std::string& pass : order) {
-      std::vector<double>& seconds = passes[pass];
-      std::sort(seconds.begin(), seconds.end());
-      const double ms = seconds[seconds.size() / 2] * 1e3;
+      const double ms = median_of(passes[pass]) * 1e3;
       if (!options.json.wanted) print_data("  {:<26} {:>9.3f} ms\n", pass, ms);
       row["passes_ms"][pass] = ms;
     }
@@ -297,9 +303,7 @@ Status bench_render(const BenchOptions& options, const Mesh& mesh, nlohmann::ord
   PM_TRY(const std::vector<RayLoop> loops,
          measure_rays(scene, options.width, options.height, options.repeats));
   for (const RayLoop& loop : loops) {
-    std::vector<double> seconds = loop.seconds;
-    std::sort(seconds.begin(), seconds.end());
-    const Timing t{seconds.front(), seconds[seconds.size() / 2], seconds.back()};
+    const Timing t = timing_of(loop.seconds);
     rows.push_back(report_row(
         options, loop.name, t,
         fmt::format("{:.1f} M rays/s", static_cast<double>(loop.rays) * 1e-6 / t.median)));
@@ -309,8 +313,7 @@ Status bench_render(const BenchOptions& options, const Mesh& mesh, nlohmann::ord
     std::vector<double> ratios;
     for (std::size_t i = 0; i < loops[own].seconds.size(); ++i)
       ratios.push_back(loops[bare].seconds[i] / loops[own].seconds[i]);
-    std::sort(ratios.begin(), ratios.end());
-    return ratios[ratios.size() / 2];
+    return median_of(ratios);
   };
   const double camera = ratio(2, 1), scattered = ratio(4, 3);
   if (!options.json.wanted)

@@ -90,29 +90,23 @@ std::vector<std::uint32_t> label_points(const MorphPlan& plan, float time,
   const std::vector<float> progress = pair_progress(plan, time);
   const NearBalls near(balls, plan.kind);
   std::vector<std::uint32_t> labels(points.size(), 0);
-  for_each_near(near, points, 0, [&](std::size_t begin, std::size_t end, auto list) {
-    std::vector<float> shares;
+  for_each_share(near, points, [&](std::size_t i, std::span<const BallShare> shares) {
     std::vector<double> of_name(count), of_family(count);
-    for (std::size_t i = begin; i < end; ++i) {
-      near.log_field(points[i], list, shares);
-      std::fill(of_name.begin(), of_name.end(), 0.0);
-      std::fill(of_family.begin(), of_family.end(), 0.0);
-      const auto add = [&](std::uint32_t name, float share) {
-        of_name[name] += static_cast<double>(share);
-        of_family[family[name]] += static_cast<double>(share);
-      };
-      for (std::size_t k = 0; k < list.size(); ++k) {
-        const Pair& pair = plan.pairs[list[k]];
-        add(from_names[pair.from], shares[k] * (1 - progress[list[k]]));
-        add(to_names[pair.to], shares[k] * progress[list[k]]);
-      }
-      const auto best = static_cast<std::uint32_t>(
-          std::max_element(of_family.begin(), of_family.end()) - of_family.begin());
-      std::uint32_t winner = best;
-      for (std::uint32_t name = 0; name < count; ++name)
-        if (family[name] == best && of_name[name] > of_name[winner]) winner = name;
-      labels[i] = winner;
+    const auto add = [&](std::uint32_t name, float share) {
+      of_name[name] += static_cast<double>(share);
+      of_family[family[name]] += static_cast<double>(share);
+    };
+    for (const auto& [ball, share] : shares) {
+      const Pair& pair = plan.pairs[ball];
+      add(from_names[pair.from], share * (1 - progress[ball]));
+      add(to_names[pair.to], share * progress[ball]);
     }
+    const auto best = static_cast<std::uint32_t>(
+        std::max_element(of_family.begin(), of_family.end()) - of_family.begin());
+    std::uint32_t winner = best;
+    for (std::uint32_t name = 0; name < count; ++name)
+      if (family[name] == best && of_name[name] > of_name[winner]) winner = name;
+    labels[i] = winner;
   });
   return labels;
 }

@@ -81,16 +81,7 @@ Sky make_day_sky(const KeyLight& sun, Vec3 floor, float turbidity, float scale, 
           model.radiance(d.y, dot(d, sun.frame.z));
     }
   });
-  Vec3 sum;
-  double cosines = 0;
-  for (int y = 0; y < horizon; ++y) {
-    const Vec3 d = direction(0, y);
-    const float weight = d.y * std::sqrt(std::max(0.0f, 1 - d.y * d.y));
-    for (std::size_t x = 0; x < width; ++x)
-      sum = sum + sky.texels[static_cast<std::size_t>(y) * width + x] * weight;
-    cosines += static_cast<double>(weight) * sky.width;
-  }
-  const Vec3 mean = sum / static_cast<float>(cosines);  // irradiance over pi
+  const Vec3 mean = upper_mean(sky, [&](std::size_t i) { return sky.texels[i]; });
   const float level = scale * kDayIrradiance * kInvPi / std::max(luminance(mean), 1e-6f);
   const Vec3 ground =
       floor * (sun.irradiance * (kInvPi * std::max(0.0f, sun.frame.z.y)) + mean * level);

@@ -127,27 +127,12 @@ Sky make_studio_sky(const Frame& rig, const KeyLight& key, Vec3 floor, float sca
     }
   });
   // The floor's radiance L lights itself through the sweep: L = floor / pi (key + sky + L share).
-  double sky_sum[3] = {0, 0, 0}, share = 0, cosines = 0;
-  for (int y = 0; y < sky.height / 2; ++y) {
-    const Vec3 d = sky_direction(sky, 0.5f, static_cast<float>(y) + 0.5f);
-    const double weight = d.y * std::sqrt(std::max(0.0f, 1 - d.y * d.y));
-    for (int x = 0; x < sky.width; ++x) {
-      const std::size_t i = static_cast<std::size_t>(y) * sky.width + x;
-      sky_sum[0] += weight * sky.texels[i].x;
-      sky_sum[1] += weight * sky.texels[i].y;
-      sky_sum[2] += weight * sky.texels[i].z;
-      share += weight * sweep[i];
-      cosines += weight;
-    }
-  }
-  const double norm = static_cast<double>(kPi) / cosines;
-  const float level = scale * kStudioIrradiance / static_cast<float>(sky_sum[1] * norm);
-  const Vec3 from_sky =
-      Vec3{static_cast<float>(sky_sum[0] * norm), static_cast<float>(sky_sum[1] * norm),
-           static_cast<float>(sky_sum[2] * norm)} *
-      level;
-  const Vec3 direct = floor * kInvPi * (key.irradiance * std::max(0.0f, key.frame.z.y) + from_sky);
-  const Vec3 again = floor * kInvPi * static_cast<float>(share * norm);
+  const Vec3 mean = upper_mean(sky, [&](std::size_t i) { return sky.texels[i]; });
+  const float share = upper_mean(sky, [&](std::size_t i) { return Vec3{sweep[i], 0, 0}; }).x;
+  const float level = scale * kStudioIrradiance * kInvPi / mean.y;
+  const Vec3 direct =
+      floor * (key.irradiance * (kInvPi * std::max(0.0f, key.frame.z.y)) + mean * level);
+  const Vec3 again = floor * share;
   const Vec3 lit{direct.x / (1 - again.x), direct.y / (1 - again.y), direct.z / (1 - again.z)};
   for (std::size_t i = 0; i < count; ++i) sky.texels[i] = sky.texels[i] * level + lit * sweep[i];
   sky.calm_level = std::numeric_limits<float>::infinity();

@@ -124,9 +124,15 @@ std::vector<Ray> scattered_rays(const Bare& bare, const std::vector<Ray>& camera
   return rays;
 }
 
-void set_lane(RayOf<Pack3>& pack, int l, const Ray& ray) {
-  polymorph::set_lane(pack.origin, l, ray.origin);
-  polymorph::set_lane(pack.direction, l, ray.direction);
+/// Eight to a pack; the last pack of sixteen is filled up with the last ray.
+std::vector<RayOf<Pack3>> packed_rays(const std::vector<Ray>& rays) {
+  std::vector<RayOf<Pack3>> packs((rays.size() + kPacket - 1) / kPacket * kPacket / kLanes);
+  for (std::size_t i = 0; i < packs.size() * kLanes; ++i) {
+    const Ray& ray = rays[std::min(i, rays.size() - 1)];
+    set_lane(packs[i / kLanes].origin, static_cast<int>(i % kLanes), ray.origin);
+    set_lane(packs[i / kLanes].direction, static_cast<int>(i % kLanes), ray.direction);
+  }
+  return packs;
 }
 
 /// f(first ray of a run, count), over all threads.
@@ -153,23 +159,22 @@ Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, i
   world.geometry = &geometry;
   const std::vector<Ray> camera = camera_rays(scene.camera, width, height);
   const std::vector<Ray> scattered = scattered_rays(bare, camera);
-  std::vector<RayOf<Pack3>> packed(camera.size() / kLanes);  // as the renderer makes them
-  for (std::size_t i = 0; i < camera.size(); ++i)
-    set_lane(packed[i / kLanes], static_cast<int>(i % kLanes), camera[i]);
+  // As the renderer makes them.
+  const std::vector<RayOf<Pack3>> packed[] = {packed_rays(camera), packed_rays(scattered)};
   std::vector<float> distances(camera.size());
-  std::vector<MeetingOf<Pack>> met(packed.size());
-  std::vector<MeshHit> hits(camera.size());
+  std::vector<MeetingOf<Pack>> met(packed[0].size());
   const auto run = [&](std::size_t loop) {
-    const std::vector<Ray>& rays = loop < 3 ? camera : scattered;
+    const bool alike = loop < 3;
+    const std::vector<Ray>& rays = alike ? camera : scattered;
     over(rays, [&](std::size_t begin, std::size_t n) {
       Tally tally;
       for (std::size_t k = begin; k < begin + n; ++k) {
-        const bool packet = (k - begin) % kPacket == 0 && k + kPacket <= begin + n;
-        if (loop == 1 && packet) bare.shoot16(&rays[k], &distances[k]);
-        if (loop == 2 && packet)
-          meet(world, &packed[k / kLanes], &met[k / kLanes], kPacket, true, tally);
+        const bool packet = (k - begin) % kPacket == 0;
+        const int count = static_cast<int>(std::min<std::size_t>(kPacket, begin + n - k));
+        if (loop == 1 && count == kPacket && packet) bare.shoot16(&rays[k], &distances[k]);
+        if ((loop == 2 || loop == 4) && packet)
+          meet(world, &packed[alike ? 0 : 1][k / kLanes], &met[k / kLanes], count, alike, tally);
         if (loop == 0 || loop == 3) distances[k] = bare.shoot(rays[k]).ray.tfar;
-        if (loop == 4) hits[k] = geometry.closest(rays[k]);
       }
     });
   };

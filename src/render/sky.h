@@ -42,12 +42,32 @@ struct Sky {
 /// 0.
 void prepare_sky(Sky& sky, SkyPart part);
 
+/// The direction of the texel at (x, y) in texels.
+Vec3 sky_direction(const Sky& sky, float x, float y);
+
+/// Mean of value(texel's number) over the upper half, by the cosine at a floor: irradiance / pi.
+template <class F>
+Vec3 upper_mean(const Sky& sky, const F& value) {
+  double sum[3] = {0, 0, 0}, cosines = 0;
+  for (int y = 0; y < sky.height / 2; ++y) {
+    const Vec3 d = sky_direction(sky, 0.5f, static_cast<float>(y) + 0.5f);
+    const double weight = d.y * std::sqrt(std::max(0.0f, 1 - d.y * d.y));
+    for (int x = 0; x < sky.width; ++x) {
+      const Vec3 v = value(static_cast<std::size_t>(y) * static_cast<std::size_t>(sky.width) +
+                           static_cast<std::size_t>(x));
+      sum[0] += weight * v.x;
+      sum[1] += weight * v.y;
+      sum[2] += weight * v.z;
+    }
+    cosines += weight * sky.width;
+  }
+  return {static_cast<float>(sum[0] / cosines), static_cast<float>(sum[1] / cosines),
+          static_cast<float>(sum[2] / cosines)};
+}
+
 /// A sky from a lat-long image (channels R G B, or the first one as grey) times `scale`. Pixels
 /// that are negative or not finite count as black.
 Sky make_image_sky(const Image& image, float scale, SkyPart part);
-
-/// The direction of the texel at (x, y) in texels, and back.
-Vec3 sky_direction(const Sky& sky, float x, float y);
 
 /// Bilinear; wraps around in azimuth.
 Vec3 sky_radiance(const Sky& sky, Vec3 direction);

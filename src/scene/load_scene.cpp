@@ -428,16 +428,13 @@ class CheckWhole {
   }
   void check_picture() {
     const JsonValue* aovs = inner(&document_.root, {"image", "aovs"});
-    for (std::string_view rest = scene_.image.aovs; aovs && rest != "all" && rest != "none";) {
-      const std::size_t end = std::min(rest.find(','), rest.size());
-      const std::string name(rest.substr(0, end));
-      if (std::find(kAovNames.begin(), kAovNames.end(), name) == kAovNames.end())
-        report("/image/aovs", aovs,
-               fmt::format("has no layer \"{}\"{} (known: {}; all; none)", name,
-                           did_you_mean(name, kAovNames), join_quoted(kAovNames)));
-      if (end == rest.size()) break;
-      rest.remove_prefix(end + 1);
-    }
+    const std::string& chosen = scene_.image.aovs;
+    if (aovs && chosen != "all" && chosen != "none")
+      for (const std::string& name : split(chosen, ','))
+        if (std::find(kAovNames.begin(), kAovNames.end(), name) == kAovNames.end())
+          report("/image/aovs", aovs,
+                 fmt::format("has no layer \"{}\"{} (known: {}; all; none)", name,
+                             did_you_mean(name, kAovNames), join_quoted(kAovNames)));
     if (scene_.lights.lamps.size() > kMaxLamps)
       report("/lights/lamps", inner(&document_.root, {"lights", "lamps"}),
              fmt::format("has {} lamps - at most {} are possible", scene_.lights.lamps.size(),

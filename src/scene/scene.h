@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/text.h"
 #include "kernels/types.h"
 
 namespace polymorph {
@@ -270,13 +271,8 @@ inline const std::vector<std::string> kAovNames{"Z",      "N",     "P",     "alb
                                                 "motion", "morph", "label", "id"};
 /// Is this layer among those that image.aovs asks for?
 inline bool aov_is_chosen(std::string_view aovs, std::string_view layer) {
-  if (aovs == "all") return true;
-  for (std::size_t begin = 0; begin <= aovs.size();) {
-    const std::size_t end = std::min(aovs.find(',', begin), aovs.size());
-    if (aovs.substr(begin, end - begin) == layer) return true;
-    begin = end + 1;
-  }
-  return false;
+  const std::vector<std::string> chosen = split(aovs, ',');
+  return aovs == "all" || std::find(chosen.begin(), chosen.end(), layer) != chosen.end();
 }
 
 struct OutputSettings {

@@ -115,7 +115,8 @@ class SequenceRun {
     PM_TRY(prepared_, prepare_scene(scene, *extractor_, settings_.cache_folder));
     for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
     report_.prepare_seconds = seconds_since(start);
-    for (int i = 0; i < std::max(1, settings_.jobs); ++i) {
+    PM_CHECK(settings_.jobs >= 1);
+    for (int i = 0; i < settings_.jobs; ++i) {
       PM_TRY(Renderer renderer, Renderer::create(settings_.isa));
       idle_.push_back(std::make_unique<Renderer>(std::move(renderer)));
     }
@@ -188,7 +189,7 @@ class SequenceRun {
     if (record.triangles > 0) record.digest = mesh_digest(surface);
     record.surface_seconds = seconds_since(start);
     Status before = Ok{};
-    while (idle_.empty()) before = finish_tracing();
+    if (idle_.empty()) before = finish_tracing();
     begin_tracing(index, std::move(*geometry));
     return before;
   }
@@ -219,8 +220,7 @@ class SequenceRun {
     record.trace_seconds = traced.seconds;
     record.seconds = record.surface_seconds + traced.seconds;
     Status before = Ok{};
-    while (writing_.size() >= static_cast<std::size_t>(std::max(1, settings_.jobs)))
-      before = finish_writing();
+    if (writing_.size() == static_cast<std::size_t>(settings_.jobs)) before = finish_writing();
     if (!traced.image) return failed(record, traced.image.error());
     const int frame = record.frame;
     auto task = [this, frame, image = std::move(*traced.image)]() -> Written {

@@ -79,8 +79,8 @@ std::vector<std::uint32_t> NearBalls::within(const Box& box) const {
   return list;
 }
 
-LogField NearBalls::log_field(Vec3 p, std::span<const std::uint32_t> list,
-                              std::vector<float>& shares) const {
+LogField NearBalls::log_field(Vec3 p, std::span<const std::uint32_t> list) const {
+  thread_local std::vector<float> shares;
   shares.resize(list.size());
   float largest = -std::numeric_limits<float>::infinity();
   for (std::size_t k = 0; k < list.size(); ++k) {
@@ -89,11 +89,7 @@ LogField NearBalls::log_field(Vec3 p, std::span<const std::uint32_t> list,
     largest = std::max(largest, shares[k]);
   }
   LogField field{static_cast<double>(largest), {}};
-  if (!std::isfinite(largest)) {  // out of every ball's reach
-    std::fill(shares.begin(), shares.end(),
-              1 / static_cast<float>(std::max<std::size_t>(shares.size(), 1)));
-    return field;
-  }
+  if (!std::isfinite(largest)) return field;  // out of every ball's reach
   double sum = 0;
   for (float& share : shares) {
     share = share - largest < -20 ? 0.0f : std::exp(share - largest);
@@ -119,11 +115,6 @@ LogField NearBalls::log_field(Vec3 p, std::span<const std::uint32_t> list,
     field.gradient = field.gradient + shares[k] * rise;
   }
   return field;
-}
-
-LogField NearBalls::log_field(Vec3 p, std::span<const std::uint32_t> list) const {
-  thread_local std::vector<float> shares;
-  return log_field(p, list, shares);
 }
 
 void for_each_near(

@@ -32,8 +32,6 @@ class NearBalls {
   /// The field at `p`, over a list that within() gave for a box around it. -infinity where nothing
   /// reaches.
   LogField log_field(Vec3 p, std::span<const std::uint32_t> list) const;
-  /// The same, with each listed ball's share of the field in `shares` (sum 1).
-  LogField log_field(Vec3 p, std::span<const std::uint32_t> list, std::vector<float>& shares) const;
 
   std::span<const Ball> balls() const { return balls_; }
   FieldKind kind() const { return kind_; }

@@ -1,6 +1,7 @@
 // Lens, shutter, adaptive samples, alpha and layers.
 #include <algorithm>
 
+#include "render/aov.h"
 #include "render_testing.h"
 
 namespace polymorph {
@@ -151,6 +152,15 @@ TEST(Layers, AreThoseThatWereAskedFor) {
   EXPECT_EQ(at("morph.t"), 0.5f);
   settings.image.aovs = "none";
   EXPECT_EQ(render_or_fail(target.scene, settings).channels.size(), 4u);
+}
+
+TEST(Layers, ThoseThatAreKnownAreThoseThatAreMade) {
+  for (const std::string& name : kAovNames) EXPECT_FALSE(chosen_aovs(name).empty()) << name;
+  for (const Aov& aov : kAovs)
+    EXPECT_NE(std::find(kAovNames.begin(), kAovNames.end(), aov.layer), kAovNames.end())
+        << aov.layer;
+  EXPECT_EQ(chosen_aovs("all").size(), std::size(kAovs));
+  EXPECT_TRUE(chosen_aovs("none").empty());
 }
 
 }  // namespace

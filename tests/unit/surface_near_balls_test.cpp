@@ -38,13 +38,9 @@ TEST_P(NearBallsTest, SumsWhatTheKernelsSumAndItsGradientIsItsSlope) {
   std::vector<float> values;
   ASSERT_EQ(make_cpu_extractor()->sample(balls, points, settings, values).code, ExtractCode::kOk);
   for_each_near(near, points, 0.01f, [&](std::size_t begin, std::size_t end, auto list) {
-    std::vector<float> shares;
     for (std::size_t i = begin; i < end; ++i) {
-      const LogField field = near.log_field(points[i], list, shares);
+      const LogField field = near.log_field(points[i], list);
       EXPECT_NEAR(field.value, std::log(static_cast<double>(values[i])), 2e-3);
-      float sum = 0;
-      for (const float share : shares) sum += share;
-      EXPECT_NEAR(sum, 1, 1e-4f);
       const float h = 1e-3f;
       const auto slope = [&](Vec3 d) {
         return (near.log_field(points[i] + d * h, list).value -
@@ -57,6 +53,44 @@ TEST_P(NearBallsTest, SumsWhatTheKernelsSumAndItsGradientIsItsSlope) {
       EXPECT_NEAR(static_cast<double>(field.gradient.z), slope({0, 0, 1}), tolerance);
     }
   });
+}
+
+TEST_P(NearBallsTest, SharesAreWhatEachBallAddsOverTheWhole) {
+  const std::vector<Ball> balls = balls_for(GetParam());
+  const NearBalls near(balls, GetParam());
+  std::vector<Vec3> points;
+  for (std::uint64_t i = 0; i < 300; ++i)
+    points.push_back({random_float(4, 0, i), random_float(4, 1, i), 2 * random_float(4, 2, i) - 1});
+  std::vector<int> seen(points.size(), 0);
+  for_each_share(near, points, [&](std::size_t i, std::span<const BallShare> shares) {
+    ++seen[i];
+    std::vector<double> strength;
+    double whole = 0;
+    for (const Ball& ball : balls) {
+      const auto log = static_cast<double>(log_strength(ball, GetParam(), points[i] - ball.center));
+      strength.push_back(std::exp(log));
+      whole += strength.back();
+    }
+    ASSERT_FALSE(shares.empty());
+    float sum = 0;
+    std::vector<char> named(balls.size(), 0);
+    for (std::size_t k = 0; k < shares.size(); ++k) {
+      if (k > 0) {
+        EXPECT_LT(shares[k - 1].ball, shares[k].ball);
+      }
+      sum += shares[k].share;
+      named[shares[k].ball] = 1;
+      // What is left out below 1e-4 of the largest adds up to little.
+      if (whole > 0) {
+        EXPECT_NEAR(shares[k].share, strength[shares[k].ball] / whole, 0.01) << shares[k].ball;
+      }
+    }
+    EXPECT_NEAR(sum, 1, 1e-5f);
+    const double largest = *std::max_element(strength.begin(), strength.end());
+    for (std::size_t b = 0; b < balls.size(); ++b)
+      EXPECT_TRUE(named[b] || !(strength[b] > 2e-4 * largest)) << b;
+  });
+  EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), 300);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, NearBallsTest,
