@@ -1,11 +1,9 @@
 // Several actors in one scene.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <set>
 
-#include "base/file.h"
-#include "scene/load_scene.h"
+#include "scene_fixture.h"
 #include "sequence/analyze_sequence.h"
 #include "sequence/render_sequence.h"
 #include "surface/mesh_check.h"
@@ -13,52 +11,33 @@
 namespace polymorph {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr const char* kCommon =
     R"("spheres": {"balls": 12}, "surface": {"resolution": 24},
        "image": {"width": 64, "height": 32, "samples": 1})";
 constexpr const char* kCube = R"("source": "cube", "target": "sphere")";
 constexpr const char* kTorus = R"("source": "torus", "target": "cube")";
 
-class ActorsTest : public ::testing::Test {
+class ActorsTest : public SceneTest {
  protected:
-  void SetUp() override {
-    folder = fs::temp_directory_path() / ("pm_actors_test_" + std::to_string(::getpid()));
-    fs::create_directories(folder);
-  }
-  void TearDown() override { fs::remove_all(folder); }
-  Scene scene_of(const std::string& chain) {
-    EXPECT_TRUE(write_file(folder / "scene.json", "{" + chain + ", " + kCommon + "}").ok());
-    auto scene = load_scene(folder / "scene.json");
-    EXPECT_TRUE(scene.ok()) << scene.error().message;
-    return scene.ok() ? *scene : Scene{};
-  }
-  PreparedScene prepared_of(const Scene& scene) {
-    auto prepared = prepare_scene(scene, *extractor, folder / "cache");
-    EXPECT_TRUE(prepared.ok()) << prepared.error().message;
-    return prepared.ok() ? std::move(*prepared) : PreparedScene{};
-  }
+  ActorsTest() : SceneTest(kCommon) {}
   FrameGeometry frame_of(const PreparedScene& prepared, int frame) {
     auto geometry = geometry_at(prepared, *extractor, frame);
     EXPECT_TRUE(geometry.ok()) << geometry.error().message;
     return geometry.ok() ? std::move(*geometry) : FrameGeometry{};
   }
-  fs::path folder;
-  std::unique_ptr<SurfaceExtractor> extractor = make_cpu_extractor();
 };
 
 TEST_F(ActorsTest, AnActorInCompanyIsWhatItIsAloneLaterAndElsewhere) {
   // Nothing is brought to a common size, so that the torus is alone what it is in company.
   const std::string own = R"(, "arrange": "none")";
-  const PreparedScene cube = prepared_of(scene_of(kCube + own + R"(, "frames": {"count": 12})"));
-  const PreparedScene torus = prepared_of(
-      scene_of(std::string(R"("actors": [{"translate": [3, 0, 0], "rotate": [0, 30, 0], )") +
-               kTorus + "}]" + own + R"(, "frames": {"count": 12})"));
-  const PreparedScene both = prepared_of(scene_of(
+  const PreparedScene cube = prepared_of(kCube + own + R"(, "frames": {"count": 12})");
+  const PreparedScene torus =
+      prepared_of(std::string(R"("actors": [{"translate": [3, 0, 0], "rotate": [0, 30, 0], )") +
+                  kTorus + "}]" + own + R"(, "frames": {"count": 12})");
+  const PreparedScene both = prepared_of(
       std::string(R"("actors": [{"per_leg": [12], )") + kCube +
       R"(}, {"start": 6, "translate": [3, 0, 0], "rotate": [0, 30, 0], "per_leg": [12], )" +
-      kTorus + "}]" + own));
+      kTorus + "}]" + own);
   ASSERT_EQ(both.frame_count, 17);
   ASSERT_EQ(both.actors.size(), 2u);
   std::set<std::string> seen;
@@ -103,8 +82,8 @@ TEST_F(ActorsTest, AllComeToTheFirstSourcesSizeAndToTheirPlaces) {
 
 TEST_F(ActorsTest, AnalysesAreAnActorEach) {
   const PreparedScene both =
-      prepared_of(scene_of(std::string(R"("actors": [{)") + kCube +
-                           R"(}, {"name": "ring", "translate": [3, 0, 0], )" + kTorus + "}]"));
+      prepared_of(std::string(R"("actors": [{)") + kCube +
+                  R"(}, {"name": "ring", "translate": [3, 0, 0], )" + kTorus + "}]");
   const auto morphs = analyze_scene(both, *extractor, 5, [](int, int) { return true; });
   ASSERT_TRUE(morphs.ok()) << morphs.error().message;
   ASSERT_EQ(morphs->size(), 2u);

@@ -1,48 +1,25 @@
 // A change of target on the way: the balls as they then are go on to another object.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 
 #include "analyze/measure.h"
-#include "base/file.h"
 #include "morph/motion.h"
-#include "scene/load_scene.h"
+#include "scene_fixture.h"
 #include "sequence/analyze_sequence.h"
 #include "surface/mesh_check.h"
 
 namespace polymorph {
 namespace {
 
-namespace fs = std::filesystem;
-
-class RetargetTest : public ::testing::Test {
+class RetargetTest : public SceneTest {
  protected:
-  void SetUp() override {
-    folder = fs::temp_directory_path() / ("pm_retarget_test_" + std::to_string(::getpid()));
-    fs::create_directories(folder);
-  }
-  void TearDown() override { fs::remove_all(folder); }
-  Scene scene_of(const std::string& chain) {
-    EXPECT_TRUE(write_file(folder / "scene.json", "{" + chain + R"(, "spheres": {"balls": 16},
-                               "surface": {"resolution": 40}})")
-                    .ok());
-    auto scene = load_scene(folder / "scene.json");
-    EXPECT_TRUE(scene.ok()) << scene.error().message;
-    return scene.ok() ? *scene : Scene{};
-  }
-  PreparedScene prepared_of(const std::string& chain) {
-    auto prepared = prepare_scene(scene_of(chain), *extractor, folder / "cache");
-    EXPECT_TRUE(prepared.ok()) << prepared.error().message;
-    return prepared.ok() ? std::move(*prepared) : PreparedScene{};
-  }
+  RetargetTest() : SceneTest(R"("spheres": {"balls": 16}, "surface": {"resolution": 40})") {}
   Mesh surface_of(const PreparedScene& prepared, int leg, float time) {
     auto geometry = volume_at(prepared, prepared.actors[0], *extractor, leg, time);
     EXPECT_TRUE(geometry.ok()) << geometry.error().message;
     return geometry.ok() ? std::move(geometry->surface) : Mesh{};
   }
-  fs::path folder;
-  std::unique_ptr<SurfaceExtractor> extractor = make_cpu_extractor();
 };
 
 constexpr const char* kChain =

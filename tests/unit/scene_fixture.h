@@ -1,0 +1,45 @@
+// Tests that write a small scene and prepare it.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "base/file.h"
+#include "scene/load_scene.h"
+#include "sequence/prepare.h"
+
+namespace polymorph {
+
+/// A folder of its own for each test. `common` stands behind every scene's own keys.
+class SceneTest : public ::testing::Test {
+ protected:
+  explicit SceneTest(std::string common) : common_(std::move(common)) {
+    std::filesystem::create_directories(folder);
+  }
+  ~SceneTest() override { std::filesystem::remove_all(folder); }
+
+  Scene scene_of(const std::string& chain) {
+    EXPECT_TRUE(write_file(folder / "scene.json", "{" + chain + ", " + common_ + "}").ok());
+    auto scene = load_scene(folder / "scene.json");
+    EXPECT_TRUE(scene.ok()) << scene.error().message;
+    return scene.ok() ? *scene : Scene{};
+  }
+  PreparedScene prepared_of(const std::string& chain) {
+    auto prepared = prepare_scene(scene_of(chain), *extractor, folder / "cache");
+    EXPECT_TRUE(prepared.ok()) << prepared.error().message;
+    return prepared.ok() ? std::move(*prepared) : PreparedScene{};
+  }
+
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("pm_scene_test_" + std::to_string(::getpid()));
+  const std::unique_ptr<SurfaceExtractor> extractor = make_cpu_extractor();
+
+ private:
+  std::string common_;
+};
+
+}  // namespace polymorph
