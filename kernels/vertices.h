@@ -77,6 +77,7 @@ struct PlaceVertices {
   float floor = 0;  ///< field values are held above this before the logarithm
   int refine_steps = 1;
   bool midpoint = false;
+  int margin = 0;  ///< of the bricks' level
   View<const Node> bricks;
   View<const std::uint32_t> entries;
   View<const typename F::Ball> balls;
@@ -86,6 +87,7 @@ struct PlaceVertices {
   View<const Offsets> first;
   View<Vec3> positions;
   View<Vec3> normals;
+  View<const FarField> far;  ///< of each brick, where balls never end
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t b) const {
@@ -103,6 +105,8 @@ struct PlaceVertices {
     });
     team.sync();
     const Node brick = bricks[b];
+    const BrickField<F> field(grid, margin, brick, balls.data, entries.data,
+                              F::kEnds ? nullptr : &far[b]);
     team.each((count + kLanes - 1) / kLanes, [&](int item) {
       EdgeColumns<kLanes> edges;
       for (int l = 0; l < kLanes; ++l) {
@@ -110,8 +114,7 @@ struct PlaceVertices {
         const int i = item * kLanes + l < count ? item * kLanes + l : count - 1;
         read_edge(brick.at, values.data + b * kBrickValues, scratch.edges[i], edges, l);
       }
-      place<V>(edges, {entries.data + brick.begin, brick.count}, out + item * kLanes,
-               count - item * kLanes);
+      place<V>(edges, field, out + item * kLanes, count - item * kLanes);
     });
   }
 
@@ -149,12 +152,12 @@ struct PlaceVertices {
   }
 
   template <class V>
-  PM_HD void place(const EdgeColumns<Lanes<V>::kCount>& edges, BallList list, std::int64_t to,
-                   int count) const {
+  PM_HD void place(const EdgeColumns<Lanes<V>::kCount>& edges, const BrickField<F>& field,
+                   std::int64_t to, int count) const {
     constexpr int kLanes = Lanes<V>::kCount;
-    const V t = midpoint ? same<V>(0.5f) : find_root<V>(edges, list);
+    const V t = midpoint ? same<V>(0.5f) : find_root<V>(edges, field);
     const Points<V> at = along(edges, t);
-    const Points<V> down = downhill_at<F>(at, balls.data, list);
+    const Points<V> down = field.downhill(at);
     const V length2 = fused(down.z, down.z, fused(down.y, down.y, down.x * down.x));
     const V length = square_root(length2);
     alignas(32) float p[3][kLanes], n[3][kLanes];
@@ -178,7 +181,7 @@ struct PlaceVertices {
 
   /// Where along each edge log2(field / iso) is 0, as a fraction.
   template <class V>
-  PM_HD V find_root(const EdgeColumns<Lanes<V>::kCount>& edges, BallList list) const {
+  PM_HD V find_root(const EdgeColumns<Lanes<V>::kCount>& edges, const BrickField<F>& field) const {
     using L = Lanes<V>;
     const V value0 = L::load(edges.value0), value1 = L::load(edges.value1);
     const V low = L::load(edges.low), high = L::load(edges.high);
@@ -189,7 +192,7 @@ struct PlaceVertices {
     Bracket<V> b = {zero, g0, one, g1, one, g1};
     V t = least(most(b.line_root(), low), high);
     for (int s = 0; s < refine_steps; ++s) {
-      const V value = field_at<F>(along(edges, t), balls.data, list);
+      const V value = field.value(along(edges, t));
       const V g = log_of_two(most(value, least_value)) - level;
       const auto lower = (value > iso) == (value0 > iso);
       b = {select(lower, t, b.t0), select(lower, g, b.g0),    select(lower, b.t1, t),
