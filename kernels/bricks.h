@@ -343,7 +343,8 @@ struct SampleBricks {
   /// or less, whose absolute values add up to iso there and twice what is against it.
   PM_HD float doubt(const FarField& field) const {
     const float rounding = 0x1p-24f * (40.0f + 0.5f * static_cast<float>(everyone.count));
-    return 1.001f * fused(rounding, iso + 2 * (field.against + field.size), field.error);
+    return 1.001f *
+           fused(rounding, iso + 2 * (field.against + field.size), field.error + field.rounding);
   }
 
   /// Sums over all balls at the points whose values are not further than `within` from iso.

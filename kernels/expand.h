@@ -86,7 +86,8 @@ struct ExpandFar {
       // Rounding: of the sums at the points, of the weights and of the sums with them; each up to
       // 6.3 times as large between the points.
       const float rounding = 0x1p-24f * (1200.0f + 2.0f * static_cast<float>(parent.count));
-      out[n].error = fused(rounding, size, 1.0001f * (from.error + scratch.sum[0]));
+      out[n].error = 1.0001f * (from.error + scratch.sum[0]);
+      out[n].rounding = fused(rounding, size, from.rounding);
       out[n].bend = from.bend + 1.0001f * scratch.sum[1];
       out[n].size = size;
       out[n].against = scratch.sum[3];

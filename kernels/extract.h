@@ -373,6 +373,7 @@ class Extraction final : public SurfaceExtractor {
     place.positions = positions;
     place.normals = normals;
     place.far = bricks.far;
+    place.everyone = in.all();
     backend_.for_teams(bricks.count, bricks.room, place, "vertices");
   }
 

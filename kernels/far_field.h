@@ -13,9 +13,9 @@
 // a side `a` is off by at most a^4 / 8 times the fourth derivative / 4!: 5/8 |w| a^4 / near^3, near
 // being the least q in the box. Along three axes it is 1 + L + L^2 = 6.27 times as much, L = 1.848
 // being the Lebesgue constant of 4 points. A ball is distant where that is below a tolerance.
-// The sum of these bounds, and of rounding, is FarField::error. Where a value is nearer to iso than
-// that, the exact sum over all balls decides (bricks.h): which points are inside is what the exact
-// field says, whichever brick asks.
+// FarField::error is the sum of these bounds. Where a value is nearer to iso than that and rounding
+// together, the exact sum over all balls decides (bricks.h): which points are inside is what the
+// exact field says, whichever brick asks.
 //
 // Interpolation, not a Taylor series about the middle: 64 values are as exact as the 56
 // coefficients of fifth degree (at the worst point of a box whose half side is 1/4 of the distance
@@ -51,7 +51,8 @@ PM_HD constexpr float far_point(int i) {
 /// Of one node. No defaults: the CPU's buffers would write them all.
 struct FarField {
   float value[kFarPoints];  ///< at the points, x first
-  float error;              ///< the polynomial is nowhere in the box further off than this
+  float error;              ///< bound of what the polynomial is off by anywhere in the box, and
+  float rounding;           ///< of its rounding, which is far from ever reaching that
   float bend;               ///< sum of 3 |w| / near^2: half a bound of second derivatives
   float size;               ///< sum of |w| / near
   float against;            ///< the same of the balls with w < 0 in the node's list

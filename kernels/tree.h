@@ -189,7 +189,7 @@ struct Slopes {
     const V reach2 = fused(half_x, half_x, fused(half_y, half_y, half_z * half_z));
     // The polynomial's slope is off by at most 8.2 error / half a side along each axis: Shadrin
     // 1995 for the slope of an interpolation, and the sum of all |slope|, which is 12.3.
-    const V off = fused(reach2, same<V>(far.bend), same<V>(26 * far.error));
+    const V off = fused(reach2, same<V>(far.bend), same<V>(26 * (far.error + far.rounding)));
     const V swing_beyond = swing(beyond.x, beyond.y, beyond.z) + off;
     const V swing_all = swing(gx + beyond.x, gy + beyond.y, gz + beyond.z) + (error + off);
     lower = beyond.value + most(lower - swing_beyond, middle - swing_all);

@@ -298,7 +298,7 @@ void expect_bounded(OneLevel<InverseSquare, V>& tree, FarReport& report) {
       const double rounding =
           0x1p-24 * (40 + 0.5 * static_cast<double>(tree.balls.size())) * sums.size;
       const double off = std::abs(static_cast<double>(value) - sums.value);
-      const double share = off / (static_cast<double>(far.error) + rounding);
+      const double share = off / (static_cast<double>(far.error + far.rounding) + rounding);
       ASSERT_LE(share, 1.0) << "brick " << b << " value " << i << ": " << value << " for "
                             << sums.value;
       report.worst = std::max(report.worst, share);
