@@ -376,6 +376,34 @@ TEST_P(SurfaceTest, inverse_square_vertices_are_within_a_thousandth_of_a_cell) {
   }
 }
 
+/// A sphere of balls of which the field is nearly 1 wherever the surface is: exact sums place it.
+TEST_P(SurfaceTest, inverse_square_vertices_in_flat_places_are_where_the_exact_field_is) {
+  ExtractSettings settings;
+  settings.field = FieldKind::kInverseSquare;
+  settings.refine_steps = 4;
+  std::vector<Ball> balls;
+  constexpr int kBalls = 800;
+  for (int i = 0; i < kBalls; ++i) {
+    const float z = (2 * static_cast<float>(i) + 1) / kBalls - 1, ring = std::sqrt(1 - z * z);
+    const float turn = 2.399963f * static_cast<float>(i);
+    balls.push_back({{ring * std::cos(turn), ring * std::sin(turn), z}, 1, 0.001f});
+  }
+  const float middle = sample(balls, {{0.5f, 0, 0}}, settings)[0];
+  for (Ball& ball : balls) ball.w /= middle;
+  const Mesh mesh = extract(balls, cube_grid(60, 1.2f), settings);
+  ASSERT_NO_FATAL_FAILURE(expect_sound(mesh));
+  const std::vector<float> values = sample(balls, mesh.positions, settings);
+  float worst = 0;
+  std::size_t flat = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (length(mesh.positions[i]) > 0.7f) continue;
+    ++flat;
+    worst = std::max(worst, std::fabs(values[i] - 1));
+  }
+  EXPECT_GT(flat, 100u);
+  EXPECT_LT(worst, 5e-6f);
+}
+
 TEST_P(SurfaceTest, inverse_square_normals_are_those_of_the_exact_field) {
   ExtractSettings settings;
   settings.field = FieldKind::kInverseSquare;
