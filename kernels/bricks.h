@@ -105,6 +105,9 @@ constexpr int kMostCoarse = 216;
 constexpr int kFaceVertices = 4, kFaceTriangles = 2;
 
 /// Field values and inside flags of each brick, its crossed edges and its counts. One team a brick.
+///
+/// Where balls never end, values come from the brick's list and polynomial; where such a value is
+/// so near to iso that the exact one may lie beyond, the exact one takes its place.
 template <class F>
 struct SampleBricks {
   static constexpr int kThreads = 128;
@@ -117,6 +120,8 @@ struct SampleBricks {
     };
     std::uint8_t inside[kLines];
     std::uint32_t vertices[kRows + 1], triangles[kRows + 1], edges[kRows];
+    std::uint32_t unsure[F::kEnds ? 1 : kLines + 1];
+    std::uint16_t unsure_points[F::kEnds ? 1 : kBrickValues];
   };
   Grid grid;
   float iso = 1;
@@ -130,6 +135,9 @@ struct SampleBricks {
   View<std::uint8_t> inside;  ///< bit x of each line
   View<std::uint32_t> rows;   ///< packed_row() of each row
   View<Counts> counts;        ///< of each brick: vertices, triangles
+  // Where balls never end:
+  View<const FarField> far;  ///< of each brick
+  BallList everyone;
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t b) const {
@@ -140,7 +148,8 @@ struct SampleBricks {
     if (influence > 1) {
       interpolate_all(team, scratch, brick, first);
     } else {
-      sample_all(team, scratch, brick, first);
+      sample_all(team, scratch, b, first);
+      if constexpr (!F::kEnds) make_sure(team, scratch, doubt(far[b]), first);
     }
     drop_rim(team, first, scratch.values);
     team.each(kLines, [&](int line) {
@@ -195,7 +204,7 @@ struct SampleBricks {
       }
       const Points<V> at = {Lanes<V>::load(x), Lanes<V>::load(y), Lanes<V>::load(z)};
       Lanes<V>::store(scratch.coarse + item * kLanes,
-                      grid_field_at<F>(at, balls.data, {entries.data + brick.begin, brick.count}));
+                      grid_field_at<F>(at, balls.data, coarse_list(brick)));
     });
     team.sync();
     team.each(kBrickValues, [&](int i) {
@@ -214,12 +223,18 @@ struct SampleBricks {
     });
     team.sync();
   }
+  /// Bricks share these points, and what is interpolated between them has no bound to be sure by.
+  PM_HD BallList coarse_list(const Node& brick) const {
+    if constexpr (!F::kEnds) return everyone;
+    return {entries.data + brick.begin, brick.count};
+  }
   /// The point below or at grid point g of those that are `influence` apart.
   PM_HD int coarse(int g) const { return (g + influence * 4) / influence - 4; }
 
   template <class Team>
-  PM_HD void sample_all(const Team& team, Scratch& scratch, const Node& brick, Int3 first) const {
+  PM_HD void sample_all(const Team& team, Scratch& scratch, std::int64_t b, Int3 first) const {
     using V = typename Team::V;
+    const Node brick = bricks[b];
     constexpr int kItems = kBrickValues / kTogether / Lanes<V>::kCount;
     if constexpr (F::kSplits) {
       team.each(kItems, [&](int item) {
@@ -243,7 +258,9 @@ struct SampleBricks {
         team.sync();
       }
     } else {
-      team.each(kItems, [&](int item) { sample<V>(brick, first, item, scratch.values); });
+      const BrickField<F> field(grid, 0, brick, balls.data, entries.data,
+                                F::kEnds ? nullptr : &far[b]);
+      team.each(kItems, [&](int item) { sample<V>(field, first, item, scratch.values); });
       team.sync();
     }
   }
@@ -282,7 +299,7 @@ struct SampleBricks {
 
   /// The field at kTogether lines that share z, as many points of each as V has lanes.
   template <class V>
-  PM_HD void sample(const Node& brick, Int3 first, int item, float* to) const {
+  PM_HD void sample(const BrickField<F>& field, Int3 first, int item, float* to) const {
     const int x = place_of<V>(item, 0) % kBrickPoints, line = place_of<V>(item, 0) / kBrickPoints;
     const V numbers = Lanes<V>::first_numbers() + static_cast<float>(first.x + x);
     const V px = grid.origin.x + grid.cell * numbers;
@@ -293,12 +310,18 @@ struct SampleBricks {
     const float pz = grid.origin.z + grid.cell * static_cast<float>(first.z + line / kBrickPoints);
     V sum[kTogether], q[kTogether];
     for (int r = 0; r < kTogether; ++r) sum[r] = same<V>(0.0f);
-    const std::uint32_t* list = entries.data + brick.begin;
-    if constexpr (F::kFours) {
-      for (std::uint32_t j = 0; j < brick.count; j += kFour) {
+    const std::uint32_t* list = field.list.indices;
+    if constexpr (F::kEnds) {
+      for (std::uint32_t j = 0; j < field.list.count; ++j) {
+        const typename F::Ball ball = field.balls[list[j]];
+        ball.q_rows(px, py, pz, q);
+        for (int r = 0; r < kTogether; ++r) sum[r] = sum[r] + F::value(ball, q[r]);
+      }
+    } else {
+      for (std::uint32_t j = 0; j < field.list.count; j += kFour) {
         RoundBall four[kFour];
         V of[kFour][kTogether];
-        load_four(balls.data, list + j, brick.count - j, four);
+        load_four(field.balls, list + j, field.list.count - j, four);
         for (int i = 0; i < kFour; ++i) four[i].q_rows(px, py, pz, of[i]);
         for (int r = 0; r < kTogether; ++r) {
           const V most_q = same<V>(kLargestDistance2);
@@ -307,15 +330,65 @@ struct SampleBricks {
           sum[r] = sum[r] + sum_of_four(four, qs);
         }
       }
-    }
-    for (std::uint32_t j = 0; !F::kFours && j < brick.count; ++j) {
-      const typename F::Ball ball = balls.data[list[j]];
-      ball.q_rows(px, py, pz, q);
-      for (int r = 0; r < kTogether; ++r) sum[r] = sum[r] + F::value(ball, q[r]);
+      far_rows(field.far->value, field.box, px, py, pz, q);
+      for (int r = 0; r < kTogether; ++r) sum[r] = sum[r] + q[r];
     }
     for (int r = 0; r < kTogether; ++r) {
       Lanes<V>::store(to + kBrickPoints * (line + r) + x, sum[r]);
     }
+  }
+
+  /// How far the value of a point can be from iso with the exact value, rounded as well, on the
+  /// other side: the polynomial's error, and rounding of both sums. These have all balls / 4 terms
+  /// or less, whose absolute values add up to iso there and twice what is against it.
+  PM_HD float doubt(const FarField& field) const {
+    const float rounding = 0x1p-24f * (40.0f + 0.5f * static_cast<float>(everyone.count));
+    return 1.001f *
+           fused(rounding, iso + 2 * (field.against + field.size), field.error + field.rounding);
+  }
+
+  /// Sums over all balls at the points whose values are not further than `within` from iso.
+  template <class Team>
+  PM_HD void make_sure(const Team& team, Scratch& scratch, float within, Int3 first) const {
+    using V = typename Team::V;
+    constexpr int kLanes = Lanes<V>::kCount;
+    const auto is_sure = [&](float value) { return value > iso + within || value < iso - within; };
+    team.each(kLines, [&](int line) {
+      std::uint32_t count = 0;
+      for (int x = 0; x < kBrickPoints; ++x) {
+        count += is_sure(scratch.values[kBrickPoints * line + x]) ? 0 : 1;
+      }
+      scratch.unsure[line] = count;
+    });
+    team.sync();
+    const auto count = static_cast<int>(team.scan(scratch.unsure, kLines));
+    if (count == 0) return;
+    team.each(kLines, [&](int line) {
+      std::uint32_t to = scratch.unsure[line];
+      for (int i = kBrickPoints * line; i < kBrickPoints * (line + 1); ++i) {
+        if (!is_sure(scratch.values[i]))
+          scratch.unsure_points[to++] = static_cast<std::uint16_t>(i);
+      }
+    });
+    team.sync();
+    team.each((count + kLanes - 1) / kLanes, [&](int item) {
+      alignas(32) float x[kLanes], y[kLanes], z[kLanes], value[kLanes];
+      const auto point = [&](int l) {
+        const int i = item * kLanes + l;
+        return static_cast<int>(scratch.unsure_points[i < count ? i : count - 1]);
+      };
+      for (int l = 0; l < kLanes; ++l) {
+        const int i = point(l);
+        const Vec3 p =
+            grid_point(grid, {first.x + i % kBrickPoints, first.y + i / kBrickPoints % kBrickPoints,
+                              first.z + i / kLines});
+        x[l] = p.x, y[l] = p.y, z[l] = p.z;
+      }
+      const Points<V> at = {Lanes<V>::load(x), Lanes<V>::load(y), Lanes<V>::load(z)};
+      Lanes<V>::store(value, field_at<F>(at, balls.data, everyone));
+      for (int l = 0; l < kLanes; ++l) scratch.values[point(l)] = value[l];
+    });
+    team.sync();
   }
 
   /// Points of the rim, and beyond it, are outside.

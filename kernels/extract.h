@@ -23,6 +23,7 @@
 
 #include "bricks.h"
 #include "cubes.h"
+#include "expand.h"
 #include "extract_surface.h"
 #include "field.h"
 #include "mc_tables.h"
@@ -114,6 +115,10 @@ class Extraction final : public SurfaceExtractor {
   struct BallViews {
     View<typename F::Ball> balls;
     View<std::uint32_t> everyone;
+    View<FarField> root_far;  ///< and the length of its field, where balls never end
+    float length = 1;
+
+    BallList all() const { return {everyone.data, static_cast<std::uint32_t>(everyone.size)}; }
   };
   struct BrickViews {
     Tree tree;
@@ -121,6 +126,7 @@ class Extraction final : public SurfaceExtractor {
     std::int64_t room = 0;  ///< bricks that every view below has room for
     View<Node> nodes;
     View<std::uint32_t> entries;
+    View<FarField> far;
     View<float> values;
     View<std::uint8_t> inside;
     View<std::uint32_t> rows;
@@ -159,13 +165,20 @@ class Extraction final : public SurfaceExtractor {
                        View<Node> root, View<Offsets> root_count) {
     const auto n = static_cast<std::int64_t>(balls.size());
     const View<Ball> raw = raw_balls_.resize(backend_, n);
-    const BallViews<F> out = {prepared<F>(n), everyone_.resize(backend_, n)};
+    BallViews<F> out;
+    out.balls = prepared<F>(n);
+    out.everyone = everyone_.resize(backend_, n);
     backend_.upload(raw, balls.data());
     FieldScale scale;
     scale.log2_floor = log_of_two(settings.cutoff * settings.iso);
-    if (F::kFours) scale.length = length_of(balls);
-    backend_.for_each(n, PrepareBalls<F>{raw, out.balls, out.everyone, scale, root, root_count},
-                      "prepare");
+    if constexpr (!F::kEnds) {
+      scale.length = length_of(balls);
+      if (root.size > 0) out.root_far = root_far_.resize(backend_, 1);
+      out.length = scale.length;
+    }
+    backend_.for_each(
+        n, PrepareBalls<F>{raw, out.balls, out.everyone, scale, root, root_count, out.root_far},
+        "prepare");
     return out;
   }
 
@@ -177,9 +190,8 @@ class Extraction final : public SurfaceExtractor {
     const View<Vec3> at = sample_points_.resize(backend_, n);
     const View<float> out = sample_values_.resize(backend_, n);
     backend_.upload(at, points.data());
-    const BallList all = {in.everyone.data, static_cast<std::uint32_t>(in.everyone.size)};
     constexpr int kLanes = Lanes<V>::kCount;
-    backend_.for_each((n + kLanes - 1) / kLanes, SamplePoints<F, V>{at, in.balls, all, out},
+    backend_.for_each((n + kLanes - 1) / kLanes, SamplePoints<F, V>{at, in.balls, in.all(), out},
                       "sample");
     backend_.download(values.data(), out);
   }
@@ -247,6 +259,11 @@ class Extraction final : public SurfaceExtractor {
     return levels;
   }
 
+  /// Cells around a brick in which the points lie that its values come from.
+  static int margin_of(const ExtractSettings& settings) {
+    return settings.influence > 1 ? settings.influence : 0;
+  }
+
   /// Bricks that a smooth body filling the grid would have: where a backend's memory begins.
   static std::int64_t brick_guess(const Grid& grid) {
     const Int3 n = tree_levels(grid)[0].nodes;
@@ -259,9 +276,11 @@ class Extraction final : public SurfaceExtractor {
   BrickViews find_bricks(const BallViews<F>& in, const Grid& grid,
                          const ExtractSettings& settings) {
     std::vector<Level> levels = tree_levels(grid);
-    if (settings.influence > 1) {
-      for (Level& level : levels) level.margin = settings.influence;
+    for (Level& level : levels) {
+      level.margin = margin_of(settings);
+      set_reach(level, grid.cell / in.length, settings.iso);
     }
+    View<FarField> far = in.root_far;
     BrickViews out;
     out.tree.levels = static_cast<int>(levels.size());
     View<Node> parents = nodes_[levels.size()].resize(backend_, 1);
@@ -276,21 +295,30 @@ class Extraction final : public SurfaceExtractor {
       const View<Counts> counts = counts_.fit(backend_, count, 1, guess / 4 + 1);
       const View<Offsets> first = first_.fit(backend_, count, 1, guess / 4 + 1);
       // One pass may have more room than the next; none goes beyond what all have.
-      const std::int64_t room =
+      std::int64_t room =
           std::min({parents.size, child_entries.size / kChildren, counts.size, first.size});
+      if constexpr (!F::kEnds) room = std::min(room, far.size);
       backend_.for_teams(count, room,
                          ClassifyChildren<F>{grid, settings.iso, levels[l], parents, entries,
-                                             in.balls, child_entries, counts},
+                                             in.balls, child_entries, counts, far},
                          "bricks");
       backend_.scan({counts.data, room}, count, first, &totals_view_[number], "bricks");
       const View<Node> nodes = nodes_[l].fit(backend_, &totals_view_[number].first, 1, guess);
       const View<std::uint32_t> node_entries =
-          F::kEnds ? entries_[l % 2].fit(backend_, &totals_view_[number].second, 1, 48 * guess)
-                   : entries;
+          entries_[l % 2].fit(backend_, &totals_view_[number].second, 1, 48 * guess);
       backend_.for_teams(count, room,
                          FillChildren<F>{grid, levels[l], parents, entries, in.balls, child_entries,
                                          first, nodes, node_entries},
                          "bricks");
+      if constexpr (!F::kEnds) {
+        const View<FarField> node_far =
+            far_[l % 2].fit(backend_, &totals_view_[number].first, 1, guess);
+        backend_.for_teams(
+            &totals_view_[number].first, std::min(nodes.size, node_far.size),
+            ExpandFar<F>{grid, levels[l], parents, nodes, entries, in.balls, far, node_far},
+            "bricks");
+        far = node_far;
+      }
       out.tree.nodes[l + 1] = parents;
       parents = nodes;
       entries = node_entries;
@@ -299,6 +327,7 @@ class Extraction final : public SurfaceExtractor {
     out.count = &totals_view_[0].first;
     out.nodes = parents;
     out.entries = entries;
+    out.far = far;
     return out;
   }
 
@@ -314,12 +343,14 @@ class Extraction final : public SurfaceExtractor {
     bricks.room =
         std::min({bricks.nodes.size, bricks.values.size / kBrickValues, bricks.inside.size / kLines,
                   bricks.rows.size / kRows, bricks.counts.size, bricks.first.size});
-    backend_.for_teams(bricks.count, bricks.room,
-                       SampleBricks<F>{grid, settings.iso, settings.influence,
-                                       settings.method == SurfaceMethod::kMatrix, table,
-                                       bricks.nodes, bricks.entries, in.balls, bricks.values,
-                                       bricks.inside, bricks.rows, bricks.counts},
-                       "sample");
+    if constexpr (!F::kEnds) bricks.room = std::min(bricks.room, bricks.far.size);
+    backend_.for_teams(
+        bricks.count, bricks.room,
+        SampleBricks<F>{grid, settings.iso, settings.influence,
+                        settings.method == SurfaceMethod::kMatrix, table, bricks.nodes,
+                        bricks.entries, in.balls, bricks.values, bricks.inside, bricks.rows,
+                        bricks.counts, bricks.far, in.all()},
+        "sample");
   }
 
   template <class F>
@@ -330,6 +361,7 @@ class Extraction final : public SurfaceExtractor {
     place.iso = settings.iso;
     place.floor = settings.iso * settings.cutoff;
     place.refine_steps = settings.influence > 1 ? 0 : settings.refine_steps;
+    place.margin = margin_of(settings);
     place.midpoint = settings.placement == Placement::kMidpoint;
     place.bricks = bricks.nodes;
     place.entries = bricks.entries;
@@ -340,6 +372,8 @@ class Extraction final : public SurfaceExtractor {
     place.first = bricks.first;
     place.positions = positions;
     place.normals = normals;
+    place.far = bricks.far;
+    place.everyone = in.all();
     backend_.for_teams(bricks.count, bricks.room, place, "vertices");
   }
 
@@ -365,6 +399,7 @@ class Extraction final : public SurfaceExtractor {
   View<Offsets> totals_view_;
   Buffer<Node> nodes_[kMostLevels];
   Buffer<std::uint32_t> entries_[2];  ///< of even and of odd levels
+  Buffer<FarField> root_far_, far_[2];
   Buffer<std::uint32_t> child_entries_;
   Buffer<Counts> counts_, brick_counts_;
   Buffer<Offsets> first_, brick_first_;

@@ -75,8 +75,8 @@ class SurfaceExtractor {
                                 const ExtractSettings& settings, Mesh& mesh) = 0;
 
   /// Field values at arbitrary points (no culling for kInverseSquare, `cutoff` culling for
-  /// kGaussian): bit for bit what extract() compares with iso at a grid point. `values` is resized
-  /// to points.size().
+  /// kGaussian): bit for bit what extract() compares with iso at a grid point, or, for
+  /// kInverseSquare, on the same side of iso as that. `values` is resized to points.size().
   virtual ExtractStatus sample(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
                                const ExtractSettings& settings, std::vector<float>& values) = 0;
 

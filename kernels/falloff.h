@@ -169,6 +169,13 @@ PM_HD inline bool factor(const Sym3& s, double by, double (&m)[6]) {
   return true;
 }
 
+/// Whether a ball that never ends is too near a box for a polynomial (far_field.h): near^3 <= reach
+/// |w|. So is one held at the largest distance, which makes a kink that no polynomial follows.
+template <class V>
+PM_HD inline auto is_near(V w, QRange<V> q, float reach) {
+  return (q.near * (q.near * q.near) <= reach * most(w, -w)) | (q.far >= kLargestDistance2);
+}
+
 /// One axis' share of a ball's value where the field splits: u^2 along it, or its sum with base.
 /// Within the ball's reach u^2 <= kLargestFactor (prepare_ball); beyond, the share counts nowhere.
 constexpr float kLargestFactor = 125.0f;
@@ -182,13 +189,22 @@ template <FieldKind kKindOf, class BallType>
 struct Field {
   using Ball = BallType;
   static constexpr FieldKind kKind = kKindOf;
-  /// Balls end somewhere: lists are culled.
+  /// Balls end somewhere. Where they do not, distant ones are summed by far_field.h, and sums take
+  /// four balls at a time (sum_of_four).
   static constexpr bool kEnds = kKind != FieldKind::kInverseSquare;
   /// A contribution is a product of three numbers, one an axis: on a grid they are shared.
-  /// Never-ending sums take four balls at a time (sum_of_four).
-  static constexpr bool kFours = kKind == FieldKind::kInverseSquare;
   static constexpr bool kSplits =
       kKind == FieldKind::kGaussian && std::is_same<Ball, RoundBall>::value;
+
+  /// Whether a ball belongs in the list of a node over whose box its coordinate has the range q.
+  template <class V>
+  PM_HD static auto reaches(const Ball& ball, QRange<V> q, float reach) {
+    if constexpr (kEnds) {
+      return q.near <= ball.limit;
+    } else {
+      return is_near(same<V>(ball.w), q, reach);
+    }
+  }
 
   /// What a ball contributes where its coordinate is q.
   template <class V>
@@ -239,8 +255,8 @@ PM_HD inline void load_four(const RoundBall* balls, const std::uint32_t* list, s
 }
 
 /// w0 / q0 + w1 / q1 + w2 / q2 + w3 / q3 with one division.
-template <class V>
-PM_HD inline V sum_of_four(const RoundBall (&b)[kFour], const V (&q)[kFour]) {
+template <class BallType, class V>
+PM_HD inline V sum_of_four(const BallType (&b)[kFour], const V (&q)[kFour]) {
   const V n01 = fused(same<V>(b[0].w), q[1], b[1].w * q[0]), d01 = q[0] * q[1];
   const V n23 = fused(same<V>(b[2].w), q[3], b[3].w * q[2]), d23 = q[2] * q[3];
   return fused(n01, d23, n23 * d01) / (d01 * d23);

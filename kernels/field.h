@@ -1,9 +1,11 @@
 // The field at points: sums over a list of balls, in ascending ball order.
 //
 // Two lists give the same bits at a point when they differ only in balls that contribute exactly 0
-// there: all sums start at +0 and adding 0 changes no float (for kInverseSquare every list holds
-// every ball). The lists of a brick hold every ball that reaches any of its points (tree.h), so a
-// point shared by several bricks has one value, and it is the value of the sum over all balls.
+// there: all sums start at +0 and adding 0 changes no float. The lists of a brick hold every ball
+// that reaches any of its points (tree.h), so a point shared by several bricks has one value, and
+// it is the value of the sum over all balls. Where balls never end, a brick's value is that of its
+// list and its polynomial, and bricks differ by rounding and far_field.h's error: bricks.h sees to
+// it that they agree about which points are inside.
 //
 // Where the field splits, its value at a grid point is a sum of products of factors; between the
 // points, where factors cannot be shared, one power does: the two differ by rounding.
@@ -12,6 +14,7 @@
 #include <cstdint>
 
 #include "falloff.h"
+#include "far_field.h"
 #include "host_device.h"
 #include "tree.h"
 #include "view.h"
@@ -39,7 +42,7 @@ PM_HD inline void four_q(const RoundBall (&four)[kFour], const Points<V>& p, V (
 template <class F, class V>
 PM_HD inline V field_at(const Points<V>& p, const typename F::Ball* balls, BallList list) {
   V sum = same<V>(0.0f);
-  if constexpr (F::kFours) {
+  if constexpr (!F::kEnds) {
     for (std::uint32_t j = 0; j < list.count; j += kFour) {
       RoundBall four[kFour];
       V q[kFour];
@@ -75,7 +78,7 @@ template <class F, class V>
 PM_HD inline Points<V> downhill_at(const Points<V>& p, const typename F::Ball* balls,
                                    BallList list) {
   Points<V> sum = {same<V>(0.0f), same<V>(0.0f), same<V>(0.0f)};
-  if constexpr (F::kFours) {
+  if constexpr (!F::kEnds) {
     for (std::uint32_t j = 0; j < list.count; j += kFour) {
       RoundBall four[kFour];
       V q[kFour];
@@ -105,6 +108,46 @@ PM_HD inline Points<V> downhill_at(const Points<V>& p, const typename F::Ball* b
   return sum;
 }
 
+/// The field in a brick: its list, and where balls never end its polynomial.
+template <class F>
+struct BrickField {
+  const typename F::Ball* balls = nullptr;
+  BallList list;
+  const FarField* far = nullptr;
+  FarBox box = {};
+
+  /// `margin` as the bricks' level has it.
+  PM_HD BrickField(const Grid& grid, int margin, const Node& brick, const typename F::Ball* all,
+                   const std::uint32_t* entries, const FarField* far_of_brick)
+      : balls(all), list{entries + brick.begin, brick.count}, far(far_of_brick) {
+    if constexpr (!F::kEnds) box = far_box(grid, kBrickCells, margin, brick.at);
+  }
+
+  template <class V>
+  PM_HD V value(const Points<V>& p) const {
+    const V near = field_at<F>(p, balls, list);
+    if constexpr (F::kEnds) {
+      return near;
+    } else {
+      return near + far_value<V>(far->value, box.inverse.x * (p.x - box.middle.x),
+                                 box.inverse.y * (p.y - box.middle.y),
+                                 box.inverse.z * (p.z - box.middle.z));
+    }
+  }
+  /// -grad of the field up to a positive factor: outward at the surface.
+  template <class V>
+  PM_HD Points<V> downhill(const Points<V>& p) const {
+    Points<V> sum = downhill_at<F>(p, balls, list);
+    if constexpr (!F::kEnds) {
+      // Half of it, as in the sum over the list.
+      const FarSlope<V> slope(far->value, box, p.x, p.y, p.z);
+      sum.x = fused(same<V>(-0.5f), slope.x, sum.x), sum.y = fused(same<V>(-0.5f), slope.y, sum.y);
+      sum.z = fused(same<V>(-0.5f), slope.z, sum.z);
+    }
+    return sum;
+  }
+};
+
 /// Prepares all balls, and the root of the tree where there is one; one item a ball.
 template <class F>
 struct PrepareBalls {
@@ -114,6 +157,7 @@ struct PrepareBalls {
   FieldScale scale;
   View<Node> root;
   View<Offsets> root_count;  ///< nodes and entries of the root's level
+  View<FarField> root_far;
 
   PM_HD void operator()(std::int64_t i) const {
     if (i >= balls.size) return;
@@ -124,6 +168,7 @@ struct PrepareBalls {
     node.count = static_cast<std::uint32_t>(balls.size);
     root[0] = node;
     root_count[0] = {1, 0};
+    if (root_far.size > 0) root_far[0] = FarField{};
   }
 };
 

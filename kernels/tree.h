@@ -6,9 +6,10 @@
 //
 // Level 0 nodes are bricks of 7^3 cells, so that a brick has 8^3 points; a node of level l has 4^3
 // children of level l - 1, down from one root. A node keeps the balls of its parent that reach it,
-// in order, so that no sort and no atomic is needed: count, scan, fill. A child is dropped when the
-// field cannot pass iso in it. Nodes of a level stand in the order of their parents, and a parent
-// knows its children as 64 bits and the number of the first: so any brick is found from its place.
+// in order, so that no sort and no atomic is needed: count, scan, fill. Where balls never end,
+// those reach it that are not distant (far_field.h). A child is dropped when the field cannot pass
+// iso in it. Nodes of a level stand in the order of their parents, and a parent knows its children
+// as 64 bits and the number of the first: so any brick is found from its place.
 //
 // Why culling is exact and not approximate: a ball is in a node's list if range().near <= limit.
 // The coordinates of all points of a node lie between those of its two corner points (origin + cell
@@ -21,6 +22,7 @@
 #include <cstdint>
 
 #include "falloff.h"
+#include "far_field.h"
 #include "host_device.h"
 #include "types.h"
 #include "view.h"
@@ -38,13 +40,26 @@ struct Level {
   Int3 nodes;
   int cells = kBrickCells;
   int margin = 0;  ///< cells around a node from which its values come
+  /// Where balls never end: near ones have near^3 <= reach |w|, distant ones an error of at most
+  /// truncation |w| / near^3 (far_field.h).
+  float reach = 0, truncation = 0;
 };
+
+/// Which balls a level takes for distant: those whose polynomial is off by less than kFarTolerance
+/// iso for each cell that FieldScale::length has. `cell` is counted in that.
+inline void set_reach(Level& level, float cell, float iso) {
+  const float half = cell * static_cast<float>(level.cells + 2 * level.margin) / 2;
+  // Beyond these, boxes reach to the largest distance, and all balls are near (is_near).
+  level.truncation = least(kFarError * (half * half) * (half * half), 1e30f);
+  level.reach = least(level.truncation / (kFarTolerance * iso * cell), 1e30f);
+}
 
 struct Node {
   std::int64_t begin = 0;         ///< first entry of its ball list
   std::uint64_t children = 0;     ///< bit x + 4 (y + 4 z): that child is kept
   std::uint32_t count = 0;        ///< entries
   std::uint32_t first_child = 0;  ///< number of the first kept child, in the next lower level
+  std::uint32_t parent = 0;       ///< its number, in the next higher level
   Int3 at;                        ///< among the nodes of its level
 };
 
@@ -75,21 +90,27 @@ struct NodeBox {
   bool has_rim = false;
 };
 
-/// Of a node of a level, and `margin` cells around it: the points that its values come from.
+/// Of a node of a level, and `margin` cells around it: the points that its values come from. At
+/// least one cell wide, so that a polynomial has room.
 PM_HD inline NodeBox node_box(const Grid& grid, int cells, int margin, Int3 p) {
   const Int3 first = {p.x * cells - 1, p.y * cells - 1, p.z * cells - 1};
   const Int3 last = {first.x + cells, first.y + cells, first.z + cells};
   const Int3 n = grid.points;
-  const Int3 low = {first.x < 0 ? 0 : first.x, first.y < 0 ? 0 : first.y,
-                    first.z < 0 ? 0 : first.z};
+  Int3 low = {first.x < 0 ? 0 : first.x, first.y < 0 ? 0 : first.y, first.z < 0 ? 0 : first.z};
   const Int3 high = {last.x >= n.x ? n.x - 1 : last.x, last.y >= n.y ? n.y - 1 : last.y,
                      last.z >= n.z ? n.z - 1 : last.z};
   NodeBox box;
-  box.low = grid_point(grid, {low.x - margin, low.y - margin, low.z - margin});
   box.high = grid_point(grid, {high.x + margin, high.y + margin, high.z + margin});
   box.has_rim = low.x != first.x || low.y != first.y || low.z != first.z || high.x != last.x ||
                 high.y != last.y || high.z != last.z;
+  low = {low.x < high.x ? low.x : high.x - 1, low.y < high.y ? low.y : high.y - 1,
+         low.z < high.z ? low.z : high.z - 1};
+  box.low = grid_point(grid, {low.x - margin, low.y - margin, low.z - margin});
   return box;
+}
+PM_HD inline FarBox far_box(const Grid& grid, int cells, int margin, Int3 p) {
+  const NodeBox box = node_box(grid, cells, margin, p);
+  return {box.low, box.high};
 }
 
 /// The boxes of as many neighbouring children as V has lanes.
@@ -159,14 +180,23 @@ struct Slopes {
     gz = gz + kept_if(smooth, fall * dz);
   }
 
+  /// Bounds by these, where they are tighter than those given; and with what distant balls add.
   template <class Team>
-  PM_HD void tighten(const Team& team, V& lower, V& upper) {
+  PM_HD void tighten(const Team& team, const FarField& far, const FarBox& box, V& lower, V& upper) {
     middle = team.group_sum(middle), error = team.group_sum(error);
     gx = team.group_sum(gx), gy = team.group_sum(gy), gz = team.group_sum(gz);
-    const V swing =
-        fused(most(gx, -gx), half_x, fused(most(gy, -gy), half_y, most(gz, -gz) * half_z)) + error;
-    lower = most(lower, middle - swing);
-    upper = least(upper, middle + swing);
+    const FarSlope<V> beyond(far.value, box, x, y, z);
+    const V reach2 = fused(half_x, half_x, fused(half_y, half_y, half_z * half_z));
+    // The polynomial's slope is off by at most 8.2 error / half a side along each axis: Shadrin
+    // 1995 for the slope of an interpolation, and the sum of all |slope|, which is 12.3.
+    const V off = fused(reach2, same<V>(far.bend), same<V>(26 * (far.error + far.rounding)));
+    const V swing_beyond = swing(beyond.x, beyond.y, beyond.z) + off;
+    const V swing_all = swing(gx + beyond.x, gy + beyond.y, gz + beyond.z) + (error + off);
+    lower = beyond.value + most(lower - swing_beyond, middle - swing_all);
+    upper = beyond.value + least(upper + swing_beyond, middle + swing_all);
+  }
+  PM_HD V swing(V sx, V sy, V sz) const {
+    return fused(most(sx, -sx), half_x, fused(most(sy, -sy), half_y, most(sz, -sz) * half_z));
   }
 };
 
@@ -186,6 +216,7 @@ struct ClassifyChildren {
   View<const typename F::Ball> balls;
   View<std::uint32_t> child_entries;  ///< of each child of each parent
   View<Counts> counts;                ///< of each parent: children kept, their entries
+  View<const FarField> far;           ///< of each parent, where balls never end
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t p) const {
@@ -196,13 +227,13 @@ struct ClassifyChildren {
       const ChildBoxes<V> boxes(grid, level, parent.at, first);
       std::uint32_t keep = 0;
       V reached = same<V>(0.0f);
-      if (boxes.exist != 0) keep = classify<V>(team, parent, boxes, reached);
+      if (boxes.exist != 0) keep = classify<V>(team, p, boxes, reached);
       if (!team.leads_group()) return;
       alignas(32) float count[Lanes<V>::kCount];
       Lanes<V>::store(count, reached);
       for (int l = 0; l < Lanes<V>::kCount; ++l) {
         scratch.kept[first + l] = keep >> l & 1u;
-        scratch.counts[first + l] = F::kEnds ? static_cast<std::uint32_t>(count[l]) : 0;
+        scratch.counts[first + l] = static_cast<std::uint32_t>(count[l]);
       }
     });
     team.sync();
@@ -225,8 +256,9 @@ struct ClassifyChildren {
   /// Bounds of the field over each box: each ball at its nearest and its furthest; a ball that
   /// never ends also by its slope in the middle, which cancels between balls on different sides.
   template <class V, class Team>
-  PM_HD std::uint32_t classify(const Team& team, const Node& parent, const ChildBoxes<V>& boxes,
+  PM_HD std::uint32_t classify(const Team& team, std::int64_t p, const ChildBoxes<V>& boxes,
                                V& reached) const {
+    const Node parent = parents[p];
     V lower = same<V>(0.0f), upper = lower, magnitude = lower, count = lower;
     Slopes<V> slopes(boxes);
     for (std::uint32_t j = team.group_rank(); j < parent.count; j += team.kGroup) {
@@ -236,15 +268,20 @@ struct ClassifyChildren {
       lower = lower + least(at_near, at_far);
       upper = upper + most(at_near, at_far);
       magnitude = magnitude + most(at_near, -at_near);
-      count = count + kept_if(q.near <= ball.limit, same<V>(1.0f));
-      if constexpr (F::kFours) slopes.add(ball, q.near, at_near, at_far);
+      count = count + kept_if(F::reaches(ball, q, level.reach), same<V>(1.0f));
+      if constexpr (!F::kEnds) slopes.add(ball, q.near, at_near, at_far);
     }
     lower = team.group_sum(lower), upper = team.group_sum(upper);
     magnitude = team.group_sum(magnitude), reached = team.group_sum(count);
     // How far a sum can differ from its bound: rounding of both, and twice the error of
     // power_of_two().
-    if constexpr (F::kFours) slopes.tighten(team, lower, upper);
-    const float terms = static_cast<float>(parent.count);
+    auto terms = static_cast<float>(parent.count);
+    if constexpr (!F::kEnds) {
+      const FarBox box = far_box(grid, kFan * level.cells, level.margin, parent.at);
+      slopes.tighten(team, far[p], box, lower, upper);
+      magnitude = magnitude + far[p].size;
+      terms = static_cast<float>(balls.size);
+    }
     const V slack = magnitude * (2e-6f + 2.5e-7f * terms);
     const std::uint32_t outside = Lanes<V>::bits(upper + slack <= iso);
     const std::uint32_t inside = Lanes<V>::bits(lower - slack > iso) & ~boxes.rim;
@@ -289,14 +326,13 @@ struct FillChildren {
       if (slot >= nodes.size) return;
       Node node;
       node.at = child_position(parent.at, c);
-      node.begin = F::kEnds ? scratch.begin[c] : parent.begin;
-      node.count = F::kEnds ? static_cast<std::uint32_t>(scratch.begin[c + 1] - scratch.begin[c])
-                            : parent.count;
+      node.parent = static_cast<std::uint32_t>(p);
+      node.begin = scratch.begin[c];
+      node.count = static_cast<std::uint32_t>(scratch.begin[c + 1] - scratch.begin[c]);
       // No room: the pass runs again with more.
-      if (F::kEnds && scratch.begin[c + 1] > node_entries.size) node.count = 0;
+      if (scratch.begin[c + 1] > node_entries.size) node.count = 0;
       nodes[slot] = node;
     });
-    if (!F::kEnds) return;
     team.each_group(kChildren / Lanes<V>::kCount, [&](int g) {
       const int base = g * Lanes<V>::kCount;
       const auto kept =
@@ -311,7 +347,7 @@ struct FillChildren {
         if (j < parent.count) {
           index = entries[parent.begin + j];
           const typename F::Ball ball = balls[index];
-          reached = kept & Lanes<V>::bits(boxes.range_of(ball).near <= ball.limit);
+          reached = kept & Lanes<V>::bits(F::reaches(ball, boxes.range_of(ball), level.reach));
         }
         team.append(reached, cursor, [&](std::int64_t place) {
           if (place < node_entries.size) node_entries[place] = index;

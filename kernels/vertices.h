@@ -24,6 +24,11 @@ namespace polymorph {
 /// point stay apart, at most 0.2 % of a cell from where they belong.
 constexpr float kEdgeMargin = 1.0f / 512.0f;
 
+/// Where the field changes along a vertex' edge by less than this many times its polynomial's
+/// bound, exact sums place the vertex. Errors are a tenth of their bounds at most, so that the
+/// others move by some thousandths of a cell at most.
+constexpr float kFlat = 32;
+
 /// |log2(field / iso)| at which a vertex needs no further step: some ten times the rounding of the
 /// field.
 constexpr float kCloseEnough = 0x1p-17f;
@@ -77,6 +82,7 @@ struct PlaceVertices {
   float floor = 0;  ///< field values are held above this before the logarithm
   int refine_steps = 1;
   bool midpoint = false;
+  int margin = 0;  ///< of the bricks' level; above 0, the surface is not the exact field's anyway
   View<const Node> bricks;
   View<const std::uint32_t> entries;
   View<const typename F::Ball> balls;
@@ -86,6 +92,9 @@ struct PlaceVertices {
   View<const Offsets> first;
   View<Vec3> positions;
   View<Vec3> normals;
+  // Where balls never end:
+  View<const FarField> far;  ///< of each brick
+  BallList everyone;
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t b) const {
@@ -103,6 +112,8 @@ struct PlaceVertices {
     });
     team.sync();
     const Node brick = bricks[b];
+    const BrickField<F> field(grid, margin, brick, balls.data, entries.data,
+                              F::kEnds ? nullptr : &far[b]);
     team.each((count + kLanes - 1) / kLanes, [&](int item) {
       EdgeColumns<kLanes> edges;
       for (int l = 0; l < kLanes; ++l) {
@@ -110,8 +121,7 @@ struct PlaceVertices {
         const int i = item * kLanes + l < count ? item * kLanes + l : count - 1;
         read_edge(brick.at, values.data + b * kBrickValues, scratch.edges[i], edges, l);
       }
-      place<V>(edges, {entries.data + brick.begin, brick.count}, out + item * kLanes,
-               count - item * kLanes);
+      place<V>(edges, field, out + item * kLanes, count - item * kLanes);
     });
   }
 
@@ -149,12 +159,16 @@ struct PlaceVertices {
   }
 
   template <class V>
-  PM_HD void place(const EdgeColumns<Lanes<V>::kCount>& edges, BallList list, std::int64_t to,
-                   int count) const {
+  PM_HD void place(const EdgeColumns<Lanes<V>::kCount>& edges, const BrickField<F>& field,
+                   std::int64_t to, int count) const {
     constexpr int kLanes = Lanes<V>::kCount;
-    const V t = midpoint ? same<V>(0.5f) : find_root<V>(edges, list);
-    const Points<V> at = along(edges, t);
-    const Points<V> down = downhill_at<F>(at, balls.data, list);
+    V t = midpoint ? same<V>(0.5f) : find_root<V>(edges, field, 0);
+    Points<V> at = along(edges, t), down = field.downhill(at);
+    const std::uint32_t flat = midpoint || margin > 0 ? 0 : flat_lanes<V>(edges, field, down);
+    if (flat != 0) {
+      t = find_root<V>(edges, field, flat);
+      at = along(edges, t), down = field.downhill(at);
+    }
     const V length2 = fused(down.z, down.z, fused(down.y, down.y, down.x * down.x));
     const V length = square_root(length2);
     alignas(32) float p[3][kLanes], n[3][kLanes];
@@ -176,20 +190,45 @@ struct PlaceVertices {
     }
   }
 
-  /// Where along each edge log2(field / iso) is 0, as a fraction.
+  /// Bit l: the field is flat along the edge of lane l, where downhill() is `down`.
   template <class V>
-  PM_HD V find_root(const EdgeColumns<Lanes<V>::kCount>& edges, BallList list) const {
+  PM_HD std::uint32_t flat_lanes(const EdgeColumns<Lanes<V>::kCount>& edges,
+                                 const BrickField<F>& field, const Points<V>& down) const {
+    if constexpr (F::kEnds) return 0;
     using L = Lanes<V>;
-    const V value0 = L::load(edges.value0), value1 = L::load(edges.value1);
+    const V half = fused(down.x, L::load(edges.step_x),
+                         fused(down.y, L::load(edges.step_y), down.z * L::load(edges.step_z)));
+    return L::bits(most(half, -half) < same<V>(0.5f * kFlat * field.far->error));
+  }
+  /// The sum over all balls in the lanes with a bit, `value` in the others.
+  template <class V>
+  PM_HD V exact_where(std::uint32_t lanes, V value, const Points<V>& at) const {
+    if (F::kEnds || lanes == 0) return value;
+    alignas(32) float exact[Lanes<V>::kCount], all[Lanes<V>::kCount];
+    Lanes<V>::store(exact, field_at<F>(at, balls.data, everyone));
+    Lanes<V>::store(all, value);
+    for (int l = 0; l < Lanes<V>::kCount; ++l) all[l] = lanes >> l & 1u ? exact[l] : all[l];
+    return Lanes<V>::load(all);
+  }
+
+  /// Where along each edge log2(field / iso) is 0, as a fraction; by exact sums in flat lanes.
+  template <class V>
+  PM_HD V find_root(const EdgeColumns<Lanes<V>::kCount>& edges, const BrickField<F>& field,
+                    std::uint32_t flat) const {
+    using L = Lanes<V>;
+    V value0 = L::load(edges.value0), value1 = L::load(edges.value1);
     const V low = L::load(edges.low), high = L::load(edges.high);
     const V least_value = same<V>(floor), level = log_of_two(same<V>(iso));
     const V zero = same<V>(0.0f), one = same<V>(1.0f);
+    value0 = exact_where(flat, value0, along(edges, zero));
+    value1 = exact_where(flat, value1, along(edges, one));
     const V g0 = log_of_two(most(value0, least_value)) - level;
     const V g1 = log_of_two(most(value1, least_value)) - level;
     Bracket<V> b = {zero, g0, one, g1, one, g1};
     V t = least(most(b.line_root(), low), high);
     for (int s = 0; s < refine_steps; ++s) {
-      const V value = field_at<F>(along(edges, t), balls.data, list);
+      const Points<V> at = along(edges, t);
+      const V value = exact_where(flat, field.value(at), at);
       const V g = log_of_two(most(value, least_value)) - level;
       const auto lower = (value > iso) == (value0 > iso);
       b = {select(lower, t, b.t0), select(lower, g, b.g0),    select(lower, b.t1, t),

@@ -101,6 +101,12 @@ inline std::vector<Ball> random_balls(int count, FieldKind field, unsigned seed)
   return balls;
 }
 
+/// Every third ball takes away what it would add.
+inline std::vector<Ball> with_holes(std::vector<Ball> balls) {
+  for (std::size_t i = 2; i < balls.size(); i += 3) balls[i].w = -balls[i].w;
+  return balls;
+}
+
 /// The matrix with eigenvalues 1 / axes^2 along turned axes, determinant 1.
 inline Sym3 shape_of(Vec3 axes, double turn_z, double turn_x) {
   const double cz = std::cos(turn_z), sz = std::sin(turn_z);

@@ -1,14 +1,19 @@
-// Culling is exact: a brick's short list of balls gives the bits of the sum over all balls.
+// Culling is exact: a brick's short list of balls gives the bits of the sum over all balls. Where
+// balls never end, list and polynomial give it within a bound, and which points are inside exactly.
 #include "kernels/bricks.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstring>
 #include <memory>
 #include <type_traits>
 #include <vector>
 
 #include "backend_fixture.h"
 #include "kernels/cpu_backend.h"
+#include "kernels/expand.h"
 
 namespace polymorph {
 namespace {
@@ -39,6 +44,7 @@ struct OneLevel {
   std::vector<typename F::Ball> balls;
   std::vector<std::uint32_t> everyone, child_entries, entries;
   std::vector<Node> root, bricks;
+  std::vector<FarField> root_far, far;
 
   OneLevel(const std::vector<Ball>& raw, const Grid& g, float level_of_field)
       : grid(g), iso(level_of_field) {
@@ -48,15 +54,19 @@ struct OneLevel {
     std::vector<Ball> copy = raw;
     balls.resize(raw.size());
     everyone.resize(raw.size());
+    constexpr float kLength = 2;
     const PrepareBalls<F> prepare = {view_of(copy),
                                      view_of(balls),
                                      view_of(everyone),
-                                     FieldScale{log_of_two(1e-4f * iso), 2},
+                                     FieldScale{log_of_two(1e-4f * iso), kLength},
+                                     {},
                                      {},
                                      {}};
     for (std::size_t i = 0; i < raw.size(); ++i) prepare(static_cast<std::int64_t>(i));
     root.resize(1);
     root[0].count = static_cast<std::uint32_t>(raw.size());
+    root_far.resize(1);
+    set_reach(level, grid.cell / kLength, iso);
     child_entries.resize(kChildren);
     std::vector<Counts> counts(1);
     std::vector<Offsets> first(1);
@@ -67,7 +77,8 @@ struct OneLevel {
                                           view_of(everyone),
                                           view_of(balls),
                                           view_of(child_entries),
-                                          view_of(counts)};
+                                          view_of(counts),
+                                          view_of(root_far)};
     typename ClassifyChildren<F>::Scratch classified;
     classify(CpuTeam<V>{}, classified, 0);
     bricks.resize(counts[0].first);
@@ -83,7 +94,34 @@ struct OneLevel {
                                   view_of(entries)};
     typename FillChildren<F>::Scratch filled;
     fill(CpuTeam<V>{}, filled, 0);
-    if (!F::kEnds) entries = everyone;
+    if constexpr (!F::kEnds) {
+      far.resize(bricks.size());
+      const ExpandFar<F> expand = {g,
+                                   level,
+                                   view_of(root),
+                                   view_of(bricks),
+                                   view_of(everyone),
+                                   view_of(balls),
+                                   view_of(root_far),
+                                   view_of(far)};
+      typename ExpandFar<F>::Scratch expanded;
+      for (std::size_t b = 0; b < bricks.size(); ++b)
+        expand(CpuTeam<V>{}, expanded, static_cast<std::int64_t>(b));
+    }
+  }
+
+  BallList all() const { return {everyone.data(), static_cast<std::uint32_t>(everyone.size())}; }
+
+  SampleBricks<F> sampler() {
+    SampleBricks<F> sample;
+    sample.grid = grid;
+    sample.iso = iso;
+    sample.bricks = view_of(bricks);
+    sample.entries = view_of(entries);
+    sample.balls = view_of(balls);
+    sample.far = view_of(far);
+    sample.everyone = all();
+    return sample;
   }
 
   /// The values that a brick's pass sees.
@@ -93,18 +131,12 @@ struct OneLevel {
     std::vector<std::uint8_t> inside(bricks.size() * kLines);
     std::vector<std::uint32_t> rows(bricks.size() * kRows);
     std::vector<Counts> counts(bricks.size());
-    const SampleBricks<F> sample = {grid,
-                                    iso,
-                                    1,
-                                    false,
-                                    view_of(table),
-                                    view_of(bricks),
-                                    view_of(entries),
-                                    view_of(balls),
-                                    view_of(values),
-                                    view_of(inside),
-                                    view_of(rows),
-                                    view_of(counts)};
+    SampleBricks<F> sample = sampler();
+    sample.table = view_of(table);
+    sample.values = view_of(values);
+    sample.inside = view_of(inside);
+    sample.rows = view_of(rows);
+    sample.counts = view_of(counts);
     auto scratch = std::make_unique<typename SampleBricks<F>::Scratch>();
     sample(CpuTeam<V>{}, *scratch, static_cast<std::int64_t>(brick));
     return {scratch->values, scratch->values + kBrickValues};
@@ -114,8 +146,7 @@ struct OneLevel {
   float brute_force(Int3 point) {
     std::vector<Vec3> at = {grid_point(grid, point)};
     std::vector<float> value(1);
-    const BallList all = {everyone.data(), static_cast<std::uint32_t>(everyone.size())};
-    SamplePoints<F, float>{view_of(at), view_of(balls), all, view_of(value)}(0);
+    SamplePoints<F, float>{view_of(at), view_of(balls), all(), view_of(value)}(0);
     return value[0];
   }
 
@@ -208,8 +239,114 @@ TEST(Bricks, wyvill_values_are_those_of_all_balls_bit_for_bit) {
   }
 }
 
-TEST(Bricks, inverse_square_values_are_those_of_all_balls_bit_for_bit) {
-  expect_exact_bricks<InverseSquare>(cube_grid(27, 1.3f), 30, 7);
+/// Of the field's balls, in double.
+struct TrueSums {
+  double value = 0, size = 0;  ///< size: of the absolute values
+  double slope[3] = {0, 0, 0};
+};
+template <class V>
+TrueSums true_sums(const OneLevel<InverseSquare, V>& tree, Vec3 p) {
+  TrueSums sums;
+  for (const RoundBall& b : tree.balls) {
+    const auto along = [&](float to, float from) {
+      return static_cast<double>(b.scale) * (static_cast<double>(to) - static_cast<double>(from));
+    };
+    const double d[3] = {along(p.x, b.x), along(p.y, b.y), along(p.z, b.z)};
+    const double q = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + static_cast<double>(b.base);
+    const double term = static_cast<double>(b.w) / q;
+    sums.value += term, sums.size += std::abs(term);
+    for (int a = 0; a < 3; ++a) sums.slope[a] -= 2 * static_cast<double>(b.scale) * d[a] * term / q;
+  }
+  return sums;
+}
+
+/// What a set of bricks was like.
+struct FarReport {
+  std::size_t distant = 0;  ///< balls that are in no list, over all bricks
+  int exact = 0;            ///< points whose value is the exact one for being near iso
+  double worst = 0;         ///< error of a value as a share of its bound
+  double moved = 0;         ///< how far errors of values near iso move the surface, in cells
+  double turned = 0;        ///< error of a slope as a share of it
+};
+
+/// Each value is within its brick's bound of the exact one, and on the same side of iso, to the bit
+/// of the exact sum.
+template <class V>
+void expect_bounded(OneLevel<InverseSquare, V>& tree, FarReport& report) {
+  ASSERT_FALSE(tree.bricks.empty());
+  const SampleBricks<InverseSquare> sample = tree.sampler();
+  for (std::size_t b = 0; b < tree.bricks.size(); ++b) {
+    const std::vector<float> values = tree.values_of(b);
+    const FarField& far = tree.far[b];
+    report.distant += tree.balls.size() - tree.bricks[b].count;
+    const float doubt = sample.doubt(far);
+    const BrickField<InverseSquare> field(tree.grid, 0, tree.bricks[b], tree.balls.data(),
+                                          tree.entries.data(), &far);
+    for (int i = 0; i < kBrickValues; ++i) {
+      const Int3 g = tree.point_of(tree.bricks[b].at, i);
+      if (tree.is_rim(g)) continue;
+      const float value = values[static_cast<std::size_t>(i)], exact = tree.brute_force(g);
+      ASSERT_EQ(value > tree.iso, exact > tree.iso) << "brick " << b << " value " << i;
+      if (float_bits(value) == float_bits(exact)) {
+        report.exact += std::abs(exact - tree.iso) <= doubt ? 1 : 0;
+        continue;
+      }
+      ASSERT_GT(std::abs(value - tree.iso), 0.99f * doubt) << "brick " << b << " value " << i;
+      // The polynomial's own bound, and the rounding of a sum as doubt() has it.
+      const Vec3 p = grid_point(tree.grid, g);
+      const TrueSums sums = true_sums(tree, p);
+      const double rounding =
+          0x1p-24 * (40 + 0.5 * static_cast<double>(tree.balls.size())) * sums.size;
+      const double off = std::abs(static_cast<double>(value) - sums.value);
+      const double share = off / (static_cast<double>(far.error + far.rounding) + rounding);
+      ASSERT_LE(share, 1.0) << "brick " << b << " value " << i << ": " << value << " for "
+                            << sums.value;
+      report.worst = std::max(report.worst, share);
+      const double* g3 = sums.slope;
+      const double slope = std::hypot(g3[0], g3[1], g3[2]);
+      const double fall = slope * static_cast<double>(tree.grid.cell);
+      if (std::abs(exact - tree.iso) > 0.3f * tree.iso || fall < 0.01) continue;
+      report.moved = std::max(report.moved, off / fall);
+      const Points<float> down = field.downhill(Points<float>{p.x, p.y, p.z});
+      report.turned = std::max(report.turned, std::hypot(2 * static_cast<double>(down.x) + g3[0],
+                                                         2 * static_cast<double>(down.y) + g3[1],
+                                                         2 * static_cast<double>(down.z) + g3[2]) /
+                                                  slope);
+    }
+  }
+}
+
+TEST(Bricks, inverse_square_values_are_within_their_bound_and_on_the_exact_side) {
+  FarReport report;
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    for (const bool holes : {false, true}) {
+      SCOPED_TRACE(testing::Message() << "seed " << seed << " holes " << holes);
+      std::vector<Ball> balls = some_balls<InverseSquare>(300, seed);
+      for (Ball& ball : balls) ball.w *= holes ? 0.4f : 0.15f;
+      if (holes) balls = with_holes(balls);
+      for (const float half : {1.3f, 0.4f}) {
+        OneLevel<InverseSquare, Pack> tree(balls, cube_grid(27, half), 1.0f);
+        ASSERT_NO_FATAL_FAILURE(expect_bounded(tree, report));
+      }
+    }
+  }
+  EXPECT_GT(report.distant, 10000u) << "nothing was distant: the test shows nothing";
+  EXPECT_GT(report.exact, 0) << "no point was near iso: the test shows nothing";
+  EXPECT_GT(report.worst, 1e-3) << "the bound says nothing";
+  EXPECT_LT(report.moved, 1e-3);
+  EXPECT_LT(report.turned, 3e-3);
+}
+
+TEST(Bricks, inverse_square_bricks_do_not_depend_on_the_lanes) {
+  const std::vector<Ball> balls = with_holes(some_balls<InverseSquare>(200, 9));
+  OneLevel<InverseSquare, Pack> packs(balls, cube_grid(27, 1.3f), 1.0f);
+  OneLevel<InverseSquare, float> ones(balls, cube_grid(27, 1.3f), 1.0f);
+  EXPECT_EQ(packs.entries, ones.entries);
+  ASSERT_EQ(packs.far.size(), ones.far.size());
+  for (std::size_t b = 0; b < packs.far.size(); ++b) {
+    ASSERT_EQ(std::memcmp(&packs.far[b], &ones.far[b], sizeof(FarField)), 0) << b;
+    ASSERT_EQ(packs.values_of(b), ones.values_of(b)) << b;
+  }
 }
 
 TEST(Bricks, dropped_bricks_do_not_cross_iso) {

@@ -21,10 +21,16 @@ namespace {
 constexpr FieldKind kEveryField[] = {FieldKind::kGaussian, FieldKind::kInverseSquare,
                                      FieldKind::kWyvill};
 
-/// Random balls; of a field with shapes also the same as ellipsoids.
+/// Random balls; of a field with shapes also the same as ellipsoids, of one that never ends also
+/// weaker ones, of which some take away: many small surfaces with most balls distant.
 std::vector<std::vector<Ball>> ball_sets(int count, FieldKind field, unsigned seed) {
   std::vector<std::vector<Ball>> sets = {random_balls(count, field, seed)};
-  if (field != FieldKind::kInverseSquare) sets.push_back(squeezed(sets[0], seed));
+  if (field != FieldKind::kInverseSquare) {
+    sets.push_back(squeezed(sets[0], seed));
+  } else {
+    sets.push_back(with_holes(sets[0]));
+    for (Ball& ball : sets[1]) ball.w *= 20 / static_cast<float>(count + 20);
+  }
   return sets;
 }
 

@@ -1,0 +1,167 @@
+// What distant balls of a field that never ends add within a node of the tree: their sum at 4^3
+// Chebyshev points of the node's box, and between those the polynomial through them, of third
+// degree along each axis. Nearer balls stay in the node's list and are summed one by one.
+//
+// Each level hands its polynomial to the next: a child takes its parent's values at points of its
+// own (a polynomial restricted to a smaller box is the same polynomial, so that costs rounding
+// only) and adds the balls of its parent's list that are distant from the smaller box (expand.h).
+// So each ball is in exactly one place for a brick: in an ancestor's polynomial or in the list.
+//
+// How far the polynomial can be off: along an axis w / q has derivatives of order n of at most
+// n! (n + 1) |w| / q^(n / 2 + 1), since the expansion of 1 / q has Chebyshev polynomials of the
+// second kind as its coefficients and |U_n| <= n + 1. Interpolation in 4 Chebyshev points over half
+// a side `a` is off by at most a^4 / 8 times the fourth derivative / 4!: 5/8 |w| a^4 / near^3, near
+// being the least q in the box. Along three axes it is 1 + L + L^2 = 6.27 times as much, L = 1.848
+// being the Lebesgue constant of 4 points. A ball is distant where that is below a tolerance.
+// FarField::error is the sum of these bounds. Where a value is nearer to iso than that and rounding
+// together, the exact sum over all balls decides (bricks.h): which points are inside is what the
+// exact field says, whichever brick asks.
+//
+// Interpolation, not a Taylor series about the middle: 64 values are as exact as the 56
+// coefficients of fifth degree (at the worst point of a box whose half side is 1/4 of the distance
+// to it, 0.26 % of the ball's share against 0.21 %; third degree with 4^3 points against fourth
+// with 35 coefficients, 0.75 %), each value is summed by one thread in the order of the list, and
+// handing it to the children is evaluating it.
+#pragma once
+
+#include "host_device.h"
+#include "math.h"
+#include "types.h"
+
+namespace polymorph {
+
+constexpr int kFarAlong = 4;  ///< points along an axis
+constexpr int kFarPoints = kFarAlong * kFarAlong * kFarAlong;
+constexpr float kFarError = 3.93f;  ///< 5/8 (1 + L + L^2), and rounding
+
+/// A distant ball's largest error, in iso times a cell's share of the field's length: as a field
+/// falls from iso by about as much in a cell, a share of a cell. Measured on 1032 balls (bench) at
+/// 256^3: with 1e-3 vertices are off by 3.7e-4 cells rms (8.5e-4 for the worst in 1000) and the
+/// surface takes 0.8 times as long; with 2e-4 by 1.6e-4 (1.9e-4); with 1e-4 by 0.9e-4 (1.3e-4), and
+/// 1.15 times as long.
+constexpr float kFarTolerance = 2e-4f;
+
+/// cos(pi / 8) and cos(3 pi / 8), where the points lie in halves of a side, and their squares.
+constexpr float kFarOuter = 0.92387953f, kFarInner = 0.38268343f;
+constexpr float kFarOuter2 = 0.85355339f, kFarInner2 = 0.14644661f;
+PM_HD constexpr float far_point(int i) {
+  return i == 0 ? -kFarOuter : i == 1 ? -kFarInner : i == 2 ? kFarInner : kFarOuter;
+}
+
+/// Of one node. No defaults: the CPU's buffers would write them all.
+struct FarField {
+  float value[kFarPoints];  ///< at the points, x first
+  float error;              ///< bound of what the polynomial is off by anywhere in the box, and
+  float rounding;           ///< of its rounding, which is far from ever reaching that
+  float bend;               ///< sum of 3 |w| / near^2: half a bound of second derivatives
+  float size;               ///< sum of |w| / near
+  float against;            ///< the same of the balls with w < 0 in the node's list
+};
+
+/// The box of a polynomial.
+struct FarBox {
+  Vec3 middle, half, inverse;  ///< half the sides, and 1 / half
+
+  FarBox() = default;
+  PM_HD FarBox(Vec3 low, Vec3 high)
+      : middle(0.5f * low + 0.5f * high),
+        half(0.5f * high - 0.5f * low),
+        inverse{1.0f / half.x, 1.0f / half.y, 1.0f / half.z} {}
+};
+
+/// What each of the 4 points adds at s in [-1, 1]: the polynomial that is 1 there, 0 at the others.
+template <class V>
+struct FarWeights {
+  V at[kFarAlong];
+
+  /// 1 / (2 kFarOuter d) and 1 / (2 kFarInner d), d the difference of their squares.
+  static constexpr float kByOuter = 0.76536686f, kByInner = 1.84775907f;
+
+  PM_HD explicit FarWeights(V s) {
+    const V s2 = s * s, outer = kByOuter * (s2 - kFarInner2), inner = kByInner * (s2 - kFarOuter2);
+    at[0] = outer * (kFarOuter - s), at[1] = inner * (s - kFarInner);
+    at[2] = inner * (-kFarInner - s), at[3] = outer * (kFarOuter + s);
+  }
+  /// With the polynomials' derivatives.
+  PM_HD FarWeights(V s, V (&slope)[kFarAlong]) : FarWeights(s) {
+    const V outer = s * s - kFarInner2, inner = s * s - kFarOuter2, twice = s + s;
+    slope[0] = kByOuter * fused(twice, kFarOuter - s, -outer);
+    slope[1] = kByInner * fused(twice, s - kFarInner, inner);
+    slope[2] = kByInner * fused(twice, -kFarInner - s, -inner);
+    slope[3] = kByOuter * fused(twice, kFarOuter + s, outer);
+  }
+};
+
+template <class V>
+PM_HD inline V far_sum(const V (&weight)[kFarAlong], const float* value) {
+  V sum = weight[0] * value[0];
+  for (int i = 1; i < kFarAlong; ++i) sum = fused(weight[i], same<V>(value[i]), sum);
+  return sum;
+}
+
+/// The polynomial at a point, counted in halves of the sides from the middle.
+template <class V>
+PM_HD inline V far_value(const float (&value)[kFarPoints], V x, V y, V z) {
+  const FarWeights<V> wx(x), wy(y), wz(z);
+  V sum = same<V>(0.0f);
+  for (int k = 0; k < kFarAlong; ++k) {
+    V plane = same<V>(0.0f);
+    for (int j = 0; j < kFarAlong; ++j) {
+      plane = fused(wy.at[j], far_sum(wx.at, value + kFarAlong * (j + kFarAlong * k)), plane);
+    }
+    sum = fused(wz.at[k], plane, sum);
+  }
+  return sum;
+}
+
+/// At N rows of points that share x and z: what they share is computed once.
+template <class V, int N>
+PM_HD inline void far_rows(const float (&value)[kFarPoints], const FarBox& box, V x,
+                           const float (&y)[N], float z, V (&out)[N]) {
+  constexpr int kPlane = kFarAlong * kFarAlong;
+  const FarWeights<float> wz(box.inverse.z * (z - box.middle.z));
+  const FarWeights<V> wx(box.inverse.x * (x - box.middle.x));
+  float plane[kPlane];
+  for (int i = 0; i < kPlane; ++i) plane[i] = wz.at[0] * value[i];
+  for (int k = 1; k < kFarAlong; ++k) {
+    for (int i = 0; i < kPlane; ++i) plane[i] = fused(wz.at[k], value[kPlane * k + i], plane[i]);
+  }
+  V line[kFarAlong];
+  for (int j = 0; j < kFarAlong; ++j) line[j] = far_sum(wx.at, plane + kFarAlong * j);
+  for (int r = 0; r < N; ++r) {
+    const FarWeights<float> wy(box.inverse.y * (y[r] - box.middle.y));
+    out[r] = same<V>(0.0f);
+    for (int j = 0; j < kFarAlong; ++j) out[r] = fused(same<V>(wy.at[j]), line[j], out[r]);
+  }
+}
+
+/// The polynomial and its gradient.
+template <class V>
+struct FarSlope {
+  V value, x, y, z;
+
+  PM_HD FarSlope(const float (&values)[kFarPoints], const FarBox& box, V px, V py, V pz)
+      : value(same<V>(0.0f)), x(value), y(value), z(value) {
+    V sx[kFarAlong], sy[kFarAlong], sz[kFarAlong];
+    const FarWeights<V> wx(box.inverse.x * (px - box.middle.x), sx);
+    const FarWeights<V> wy(box.inverse.y * (py - box.middle.y), sy);
+    const FarWeights<V> wz(box.inverse.z * (pz - box.middle.z), sz);
+    for (int k = 0; k < kFarAlong; ++k) {
+      V plane = same<V>(0.0f), along_x = plane, along_y = plane;
+      for (int j = 0; j < kFarAlong; ++j) {
+        const float* row = values + kFarAlong * (j + kFarAlong * k);
+        const V sum = far_sum(wx.at, row);
+        plane = fused(wy.at[j], sum, plane);
+        along_x = fused(wy.at[j], far_sum(sx, row), along_x);
+        along_y = fused(sy[j], sum, along_y);
+      }
+      value = fused(wz.at[k], plane, value);
+      x = fused(wz.at[k], along_x, x);
+      y = fused(wz.at[k], along_y, y);
+      z = fused(sz[k], plane, z);
+    }
+    x = box.inverse.x * x, y = box.inverse.y * y, z = box.inverse.z * z;
+  }
+};
+
+}  // namespace polymorph
