@@ -177,8 +177,9 @@ Diagnosis diagnose(const Model& model) {
 
 Diagnosis diagnose_fully(const Model& model) {
   Diagnosis d = diagnose(model);
-  d.thickness = measure_thickness(model);
-  d.crossings = count_self_intersections(model);
+  const TriangleBvh bvh = build_triangle_bvh(model.points, model.triangles);
+  d.thickness = measure_thickness(model, bvh);
+  d.crossings = count_self_intersections(model, bvh);
   return d;
 }
 

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "base/parallel.h"
-#include "model/triangle_bvh.h"
 #include "model/vec3d.h"
 
 namespace polymorph {
@@ -94,10 +93,10 @@ std::vector<std::uint32_t> crossing(const Model& model, const TriangleBvh& bvh, 
 
 }  // namespace
 
-SelfIntersections count_self_intersections(const Model& model, std::size_t most) {
+SelfIntersections count_self_intersections(const Model& model, const TriangleBvh& bvh,
+                                           std::size_t most) {
   constexpr std::size_t kBatch = 16384;
   SelfIntersections result;
-  const TriangleBvh bvh = build_triangle_bvh(model.points, model.triangles);
   // Batches of fixed size, so that where it stops does not depend on threads.
   for (std::size_t begin = 0; begin < model.triangles.size() && !result.stopped; begin += kBatch) {
     const std::size_t count = std::min(kBatch, model.triangles.size() - begin);

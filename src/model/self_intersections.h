@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "model/model.h"
+#include "model/triangle_bvh.h"
 
 namespace polymorph {
 
@@ -17,6 +18,7 @@ struct SelfIntersections {
 /// Counts the pairs of triangles without a common point that cross properly: an edge of one passes
 /// through the other's inside. Faces that only touch, or lie in one plane, do not count. Stops
 /// after `most` pairs. A function of its arguments alone.
-SelfIntersections count_self_intersections(const Model& model, std::size_t most = 10000);
+SelfIntersections count_self_intersections(const Model& model, const TriangleBvh& bvh,
+                                           std::size_t most = 10000);
 
 }  // namespace polymorph

@@ -8,7 +8,6 @@
 #include "base/parallel.h"
 #include "model/normals.h"
 #include "model/sample_surface.h"
-#include "model/triangle_bvh.h"
 #include "model/vec3d.h"
 
 namespace polymorph {
@@ -80,9 +79,8 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
 
 }  // namespace
 
-Thickness measure_thickness(const Model& model, std::size_t samples) {
+Thickness measure_thickness(const Model& model, const TriangleBvh& bvh, std::size_t samples) {
   const std::vector<SurfaceSample> from = sample_surface(model, samples);
-  const TriangleBvh bvh = build_triangle_bvh(model.points, model.triangles);
   // Nearer than this is the next face around an edge, or a double of the same face.
   const double nearest = 1e-6 * static_cast<double>(model.box().diagonal());
   std::vector<double> lengths(from.size());

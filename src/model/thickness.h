@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "model/model.h"
+#include "model/triangle_bvh.h"
 
 namespace polymorph {
 
@@ -20,7 +21,7 @@ struct Thickness {
 
 /// By `samples` rays against the faces' normals; a model that is inside out gives `open` near 1. A
 /// function of its arguments alone.
-Thickness measure_thickness(const Model& model, std::size_t samples = 4000);
+Thickness measure_thickness(const Model& model, const TriangleBvh& bvh, std::size_t samples = 4000);
 
 /// Thin: it would take more than 1500 balls to show the walls, several times what is usual.
 bool is_thin(const Thickness& thickness);

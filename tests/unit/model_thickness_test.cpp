@@ -13,22 +13,29 @@
 namespace polymorph {
 namespace {
 
+Thickness thickness_of(const Model& model) {
+  return measure_thickness(model, build_triangle_bvh(model.points, model.triangles));
+}
+SelfIntersections crossings_of(const Model& model, std::size_t most = 10000) {
+  return count_self_intersections(model, build_triangle_bvh(model.points, model.triangles), most);
+}
+
 TEST(Thickness, OfSolidsIsTheirSize) {
-  const Thickness cube = measure_thickness(make_shape("cube").value());
+  const Thickness cube = thickness_of(make_shape("cube").value());
   EXPECT_NEAR(cube.median, 2, 1e-5);
   EXPECT_NEAR(cube.low, 2, 1e-5);
   EXPECT_NEAR(cube.balls, 24.0 / 4, 0.01);
   EXPECT_EQ(cube.open, 0);
-  const Thickness sphere = measure_thickness(make_shape("sphere").value());
+  const Thickness sphere = thickness_of(make_shape("sphere").value());
   EXPECT_NEAR(sphere.median, 2, 0.02);
   EXPECT_FALSE(is_thin(cube) || is_thin(sphere));
-  EXPECT_FALSE(is_thin(measure_thickness(make_shape("puddle").value())));
+  EXPECT_FALSE(is_thin(thickness_of(make_shape("puddle").value())));
 }
 
 TEST(Thickness, OfAHollowBoxIsItsWalls) {
   Model model = box_model({0, 0, 0}, {4, 4, 4});
   add_box(model, {0.05f, 0.05f, 0.05f}, {3.95f, 3.95f, 3.95f}, true);
-  const Thickness t = measure_thickness(model);
+  const Thickness t = thickness_of(model);
   EXPECT_NEAR(t.median, 0.05, 1e-5);
   EXPECT_EQ(t.open, 0);
   EXPECT_NEAR(t.balls, 6 * (16 + 3.9 * 3.9) / (0.05 * 0.05), 1000);
@@ -41,27 +48,27 @@ TEST(Thickness, OfAHollowBoxIsItsWalls) {
 TEST(Thickness, CountsWhatHasNothingBehindIt) {
   Model open = box_model({0, 0, 0}, {1, 1, 1});
   open.triangles.erase(open.triangles.begin(), open.triangles.begin() + 2);  // the side x = 0
-  const Thickness t = measure_thickness(open);
+  const Thickness t = thickness_of(open);
   EXPECT_NEAR(t.open, 0.2, 0.01) << "the side across from it";
   EXPECT_NEAR(t.median, 1, 1e-5);
   Model sheet;
   sheet.points = {{0, 0, 0}, {1, 0, 0}, {1, 0, 1}};
   sheet.triangles = {{{0, 1, 2}}};
-  EXPECT_EQ(measure_thickness(sheet).rays, 0u);
-  EXPECT_EQ(measure_thickness(sheet).open, 1);
-  EXPECT_EQ(measure_thickness(Model{}).rays, 0u);
+  EXPECT_EQ(thickness_of(sheet).rays, 0u);
+  EXPECT_EQ(thickness_of(sheet).open, 1);
+  EXPECT_EQ(thickness_of(Model{}).rays, 0u);
 }
 
 TEST(SelfIntersections, CrossingBoxesAreFoundAndTouchingOnesAreNot) {
-  EXPECT_EQ(count_self_intersections(box_model({0, 0, 0}, {1, 1, 1})).pairs, 0u);
+  EXPECT_EQ(crossings_of(box_model({0, 0, 0}, {1, 1, 1})).pairs, 0u);
   Model touching = box_model({0, 0, 0}, {1, 1, 1});
   add_box(touching, {1, 0, 0}, {2, 1, 1});
   add_box(touching, {1, 1, 1}, {2, 2, 2});
   add_box(touching, {0.25f, 1, 0.25f}, {0.75f, 2, 0.75f});
-  EXPECT_EQ(count_self_intersections(touching).pairs, 0u);
+  EXPECT_EQ(crossings_of(touching).pairs, 0u);
   Model crossing = box_model({0, 0, 0}, {1, 1, 1});
   add_box(crossing, {0.4f, 0.3f, 0.35f}, {1.5f, 0.7f, 0.8f});  // a peg through one side
-  const SelfIntersections found = count_self_intersections(crossing);
+  const SelfIntersections found = crossings_of(crossing);
   EXPECT_GT(found.pairs, 0u);
   EXPECT_FALSE(found.stopped);
   EXPECT_LT(found.first[0], 12u);
@@ -110,8 +117,8 @@ TEST(SelfIntersections, AreAllPairsThatBruteForceFindsInTriangleSoup) {
       expected += any;
     }
   EXPECT_GT(expected, 50u);
-  EXPECT_EQ(count_self_intersections(soup).pairs, expected);
-  const SelfIntersections few = count_self_intersections(soup, 10);
+  EXPECT_EQ(crossings_of(soup).pairs, expected);
+  const SelfIntersections few = crossings_of(soup, 10);
   EXPECT_EQ(few.pairs, 10u);
   EXPECT_TRUE(few.stopped);
 }
