@@ -86,7 +86,7 @@ struct RenderSettings {
 /// `sky_intensity` scales the sky; the defaults put a mid-grey object at about half of the sRGB
 /// range and a white one just below white. A path may scatter at `max_depth` surfaces; two sharp
 /// mirrors are free. Biases, for clean pictures at few samples: strong light by way of a second
-/// surface is cut off (integrator.cpp, kIndirectLimit), and after a diffuse surface gloss is
+/// surface is cut off (path.cpp, kIndirectLimit), and after a diffuse surface gloss is
 /// followed as diffuse of the same colour (no caustics; light goes straight on through glass).
 /// Filter: Blackman-Harris, radius 1.35 pixels. With image.noise, a block of pixels is sampled in
 /// doubling rounds, 16 samples first, until its estimated error is below it.

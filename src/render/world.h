@@ -24,9 +24,8 @@ struct World {
   Vec3 center;  ///< of a sphere around all meshes
   float radius = 0;
   LookSettings look;
-  float white = 1;  ///< what a white surface sends back under all this light; scales the limits
-  int max_depth =
-      4;  ///< surfaces that a path may scatter at; mirrors count less, see integrator.cpp
+  float white = 1;    ///< what a white surface sends back under all this light; scales the limits
+  int max_depth = 4;  ///< surfaces that a path may scatter at; mirrors count less, see path.h
   bool has_glass = false;    ///< on any mesh
   bool transparent = false;  ///< camera rays see no backdrop
   bool shadow_only = false;  ///< camera rays see of the floor only its shadows

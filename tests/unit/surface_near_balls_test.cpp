@@ -24,14 +24,20 @@ std::vector<Ball> balls_for(FieldKind kind) {
   return balls;
 }
 
+std::vector<Vec3> random_points(std::uint64_t seed) {
+  std::vector<Vec3> points;
+  for (std::uint64_t i = 0; i < 300; ++i)
+    points.push_back(
+        {random_float(seed, 0, i), random_float(seed, 1, i), 2 * random_float(seed, 2, i) - 1});
+  return points;
+}
+
 class NearBallsTest : public ::testing::TestWithParam<FieldKind> {};
 
 TEST_P(NearBallsTest, SumsWhatTheKernelsSumAndItsGradientIsItsSlope) {
   const std::vector<Ball> balls = balls_for(GetParam());
   const NearBalls near(balls, GetParam());
-  std::vector<Vec3> points;
-  for (std::uint64_t i = 0; i < 300; ++i)
-    points.push_back({random_float(1, 0, i), random_float(1, 1, i), 2 * random_float(1, 2, i) - 1});
+  const std::vector<Vec3> points = random_points(1);
   ExtractSettings settings;
   settings.field = GetParam();
   settings.cutoff = 1e-9f;
@@ -58,9 +64,7 @@ TEST_P(NearBallsTest, SumsWhatTheKernelsSumAndItsGradientIsItsSlope) {
 TEST_P(NearBallsTest, SharesAreWhatEachBallAddsOverTheWhole) {
   const std::vector<Ball> balls = balls_for(GetParam());
   const NearBalls near(balls, GetParam());
-  std::vector<Vec3> points;
-  for (std::uint64_t i = 0; i < 300; ++i)
-    points.push_back({random_float(4, 0, i), random_float(4, 1, i), 2 * random_float(4, 2, i) - 1});
+  const std::vector<Vec3> points = random_points(4);
   std::vector<int> seen(points.size(), 0);
   for_each_share(near, points, [&](std::size_t i, std::span<const BallShare> shares) {
     ++seen[i];
