@@ -4,7 +4,9 @@ target_compile_options(pm_flags INTERFACE
   # No contraction: the same bits on every compiler, and on the GPU (--fmad=false).
   $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion>
   $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<BOOL:${POLYMORPH_WERROR}>>:-Werror>
-  $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<NOT:$<STREQUAL:${POLYMORPH_ARCH},>>>:-march=${POLYMORPH_ARCH}>)
+  $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<NOT:$<STREQUAL:${POLYMORPH_ARCH},>>>:-march=${POLYMORPH_ARCH}>
+  # Vectors of eight floats are passed in memory then, and stay within the program.
+  $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<STREQUAL:${POLYMORPH_ARCH},>>:-Wno-psabi>)
 target_compile_definitions(pm_flags INTERFACE PM_VERSION="${PROJECT_VERSION}")
 target_include_directories(pm_flags INTERFACE ${CMAKE_SOURCE_DIR} ${CMAKE_SOURCE_DIR}/src)
 
