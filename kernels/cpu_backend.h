@@ -123,11 +123,14 @@ class BasicCpuBackend {
     });
   }
 
-  /// Calls f(team, scratch, i) for i in [0, *count), in any order.
+  static constexpr bool kManyTeams = false;  ///< is it worth while to share an item's work?
+
+  /// Calls f(team, scratch, i) for i in [0, parts * *count), in any order.
   template <class F>
-  void for_teams(const std::int64_t* count, std::int64_t /*limit*/, const F& f, const char* name) {
+  void for_teams(const std::int64_t* count, std::int64_t /*limit*/, const F& f, const char* name,
+                 int parts = 1) {
     const Stopwatch watch(*this, name);
-    ranges(*count, 16, [&f](std::int64_t begin, std::int64_t end) {
+    ranges(*count * parts, 16, [&f](std::int64_t begin, std::int64_t end) {
       const F local = f;
       typename F::Scratch scratch;
       for (std::int64_t i = begin; i < end; ++i) local(Team{}, scratch, i);

@@ -114,9 +114,9 @@ struct CudaTeam {
 /// One block an item; as many items as *count says, but never more than there is memory for.
 template <class F>
 __global__ void __launch_bounds__(F::kThreads)
-    run_teams(const std::int64_t* count, std::int64_t limit, F f) {
+    run_teams(const std::int64_t* count, std::int64_t limit, int parts, F f) {
   __shared__ typename F::Scratch scratch;
-  const std::int64_t n = *count < limit ? *count : limit;
+  const std::int64_t n = (*count < limit ? *count : limit) * parts;
   for (std::int64_t i = blockIdx.x; i < n; i += gridDim.x) {
     f(CudaTeam{}, scratch, i);
     __syncthreads();
@@ -258,18 +258,21 @@ class CudaBackend {
     check_cuda(cudaGetLastError(), name);
   }
 
-  /// Calls f(team, scratch, i) for i in [0, *count), as far as i < limit; *count is read on the
-  /// device.
+  static constexpr bool kManyTeams = true;  ///< is it worth while to share an item's work?
+
+  /// Calls f(team, scratch, i) for i in [0, parts * n), n = *count but at most `limit`; *count is
+  /// read on the device.
   template <class F>
-  void for_teams(const std::int64_t* count, std::int64_t limit, const F& f, const char* name) {
+  void for_teams(const std::int64_t* count, std::int64_t limit, const F& f, const char* name,
+                 int parts = 1) {
     static_assert(std::is_trivially_copyable<F>::value,
                   "a kernel is copied to the device as bytes");
     if (limit <= 0) return;
     const Scope scope(*this, name);
     // As many blocks as can be there at once, and twice that, so that long ones even out.
     const std::int64_t most = std::int64_t{4096} / F::kThreads * processors_;
-    const auto blocks = static_cast<unsigned>(limit < most ? limit : most);
-    run_teams<<<blocks, static_cast<unsigned>(F::kThreads), 0, stream_>>>(count, limit, f);
+    const auto blocks = static_cast<unsigned>(limit * parts < most ? limit * parts : most);
+    run_teams<<<blocks, static_cast<unsigned>(F::kThreads), 0, stream_>>>(count, limit, parts, f);
     check_cuda(cudaGetLastError(), name);
   }
 

@@ -259,6 +259,14 @@ class Extraction final : public SurfaceExtractor {
     return levels;
   }
 
+  /// Teams that share a parent of level l's nodes, so that the few at the top keep a GPU busy.
+  static int parts_of(const std::vector<Level>& levels, std::size_t l) {
+    if (!B::kManyTeams) return 1;
+    const Int3 n = l + 1 < levels.size() ? levels[l + 1].nodes : Int3{1, 1, 1};
+    const std::int64_t most = std::int64_t{n.x} * n.y * n.z;
+    return most <= 4 ? kChildren : most <= 256 ? 8 : 1;
+  }
+
   /// Cells around a brick in which the points lie that its values come from.
   static int margin_of(const ExtractSettings& settings) {
     return settings.influence > 1 ? settings.influence : 0;
@@ -298,18 +306,20 @@ class Extraction final : public SurfaceExtractor {
       std::int64_t room =
           std::min({parents.size, child_entries.size / kChildren, counts.size, first.size});
       if constexpr (!F::kEnds) room = std::min(room, far.size);
+      const int parts = parts_of(levels, l);
       backend_.for_teams(count, room,
                          ClassifyChildren<F>{grid, settings.iso, levels[l], parents, entries,
-                                             in.balls, child_entries, counts, far},
-                         "bricks");
+                                             in.balls, child_entries, far, parts},
+                         "bricks", parts);
+      backend_.for_teams(count, room, SumChildren{parents, child_entries, counts}, "bricks");
       backend_.scan({counts.data, room}, count, first, &totals_view_[number], "bricks");
       const View<Node> nodes = nodes_[l].fit(backend_, &totals_view_[number].first, 1, guess);
       const View<std::uint32_t> node_entries =
           entries_[l % 2].fit(backend_, &totals_view_[number].second, 1, 48 * guess);
       backend_.for_teams(count, room,
                          FillChildren<F>{grid, levels[l], parents, entries, in.balls, child_entries,
-                                         first, nodes, node_entries},
-                         "bricks");
+                                         first, nodes, node_entries, parts},
+                         "bricks", parts);
       if constexpr (!F::kEnds) {
         const View<FarField> node_far =
             far_[l % 2].fit(backend_, &totals_view_[number].first, 1, guess);

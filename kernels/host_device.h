@@ -15,3 +15,10 @@
 #else
 #define PM_LANES
 #endif
+
+/// Stands before a loop whose loads a GPU should have on their way four rounds ahead.
+#if defined(__CUDA_ARCH__)
+#define PM_UNROLL _Pragma("unroll 4")
+#else
+#define PM_UNROLL
+#endif

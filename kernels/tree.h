@@ -200,30 +200,30 @@ struct Slopes {
   }
 };
 
-/// Which children of a node the surface can cross, and how many balls reach each. One team a node.
+/// Which children of a node the surface can cross, and how many balls reach each. `parts` teams
+/// share a node: near the root there are few nodes, and each walks a long list.
 template <class F>
 struct ClassifyChildren {
-  static constexpr int kThreads = 1024;
-  struct Scratch {
-    std::uint32_t counts[kChildren];  ///< balls that reach it
-    std::uint8_t kept[kChildren];
-  };
+  static constexpr int kThreads = 512;
+  struct Scratch {};
   Grid grid;
   float iso = 1;
   Level level;  ///< of the children
   View<Node> parents;
   View<const std::uint32_t> entries;
   View<const typename F::Ball> balls;
-  View<std::uint32_t> child_entries;  ///< of each child of each parent
-  View<Counts> counts;                ///< of each parent: children kept, their entries
+  View<std::uint32_t> child_entries;  ///< of each child of each parent: 1 + its balls; 0 = dropped
   View<const FarField> far;           ///< of each parent, where balls never end
+  int parts = 1;                      ///< a power of two, so that a part has whole groups
 
   template <class Team>
-  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t p) const {
+  PM_HD void operator()(const Team& team, Scratch&, std::int64_t item) const {
     using V = typename Team::V;
+    const std::int64_t p = item / parts;
+    const int each = kChildren / parts, begin = static_cast<int>(item % parts) * each;
     const Node parent = parents[p];
-    team.each_group(kChildren / Lanes<V>::kCount, [&](int g) {
-      const int first = g * Lanes<V>::kCount;
+    team.each_group(each / Lanes<V>::kCount, [&](int g) {
+      const int first = begin + g * Lanes<V>::kCount;
       const ChildBoxes<V> boxes(grid, level, parent.at, first);
       std::uint32_t keep = 0;
       V reached = same<V>(0.0f);
@@ -231,25 +231,9 @@ struct ClassifyChildren {
       if (!team.leads_group()) return;
       alignas(32) float count[Lanes<V>::kCount];
       Lanes<V>::store(count, reached);
-      for (int l = 0; l < Lanes<V>::kCount; ++l) {
-        scratch.kept[first + l] = keep >> l & 1u;
-        scratch.counts[first + l] = static_cast<std::uint32_t>(count[l]);
-      }
-    });
-    team.sync();
-    team.each(kChildren, [&](int c) {
-      child_entries[p * kChildren + c] = scratch.kept[c] ? scratch.counts[c] : 0;
-    });
-    team.each(1, [&](int) {
-      std::uint64_t mask = 0;
-      Counts sum;
-      for (int c = 0; c < kChildren; ++c) {
-        mask |= static_cast<std::uint64_t>(scratch.kept[c]) << c;
-        sum.second += scratch.kept[c] ? scratch.counts[c] : 0;
-      }
-      sum.first = static_cast<std::uint32_t>(count_bits(mask));
-      parents[p].children = mask;
-      counts[p] = sum;
+      for (int l = 0; l < Lanes<V>::kCount; ++l)
+        child_entries[p * kChildren + first + l] =
+            keep >> l & 1u ? 1 + static_cast<std::uint32_t>(count[l]) : 0;
     });
   }
 
@@ -261,7 +245,8 @@ struct ClassifyChildren {
     const Node parent = parents[p];
     V lower = same<V>(0.0f), upper = lower, magnitude = lower, count = lower;
     Slopes<V> slopes(boxes);
-    for (std::uint32_t j = team.group_rank(); j < parent.count; j += team.kGroup) {
+    PM_UNROLL  // balls are on their way while others are looked at
+        for (std::uint32_t j = team.group_rank(); j < parent.count; j += team.kGroup) {
       const typename F::Ball ball = balls[entries[parent.begin + j]];
       const QRange<V> q = boxes.range_of(ball);
       const V at_near = F::value(ball, q.near), at_far = F::value(ball, q.far);
@@ -289,12 +274,42 @@ struct ClassifyChildren {
   }
 };
 
+/// The kept children of a node, and their entries. One team a node.
+struct SumChildren {
+  static constexpr int kThreads = kChildren;
+  struct Scratch {
+    std::uint32_t entries[kChildren];
+  };
+  View<Node> parents;
+  View<const std::uint32_t> child_entries;
+  View<Counts> counts;  ///< of each parent: children kept, their entries
+
+  template <class Team>
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t p) const {
+    team.each(kChildren, [&](int c) { scratch.entries[c] = child_entries[p * kChildren + c]; });
+    team.sync();
+    team.each(1, [&](int) {
+      std::uint64_t mask = 0;
+      Counts sum;
+      for (int c = 0; c < kChildren; ++c) {
+        const std::uint32_t kept = scratch.entries[c] > 0 ? 1 : 0;
+        mask |= std::uint64_t{kept} << c;
+        sum.second += scratch.entries[c] - kept;
+      }
+      sum.first = static_cast<std::uint32_t>(count_bits(mask));
+      parents[p].children = mask;
+      counts[p] = sum;
+    });
+  }
+};
+
 /// Writes the kept children of a node with their ball lists. One team a node.
 template <class F>
 struct FillChildren {
-  static constexpr int kThreads = 1024;
+  static constexpr int kThreads = 512;
+  static constexpr std::uint32_t kAhead = 4;  ///< balls on their way while others are looked at
   struct Scratch {
-    std::int64_t begin[kChildren + 1];  ///< of each child's list
+    std::uint32_t begin[kChildren + 1];  ///< of each child's list, from the node's first
   };
   Grid grid;
   Level level;  ///< of the children
@@ -305,53 +320,63 @@ struct FillChildren {
   View<const Offsets> first;  ///< child and entry of each parent
   View<Node> nodes;
   View<std::uint32_t> node_entries;
+  int parts = 1;  ///< teams that share a node, as in ClassifyChildren
 
   template <class Team>
-  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t p) const {
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t item) const {
     using V = typename Team::V;
+    const std::int64_t p = item / parts;
+    const int each = kChildren / parts, from = static_cast<int>(item % parts) * each;
     const Node parent = parents[p];
-    team.each(1, [&](int) {
-      std::int64_t begin = first[p].second;
-      for (int c = 0; c < kChildren; ++c) {
-        scratch.begin[c] = begin;
-        begin += child_entries[p * kChildren + c];
-      }
-      scratch.begin[kChildren] = begin;
-      parents[p].first_child = static_cast<std::uint32_t>(first[p].first);
+    const Offsets start = first[p];
+    team.each(kChildren, [&](int c) {
+      scratch.begin[c] = parent.children >> c & 1u ? child_entries[p * kChildren + c] - 1 : 0;
+    });
+    team.each(1, [&](int) {  // the other parts do not look at it
+      if (from == 0) parents[p].first_child = static_cast<std::uint32_t>(start.first);
     });
     team.sync();
-    team.each(kChildren, [&](int c) {
+    team.scan(scratch.begin, kChildren);
+    team.each(each, [&](int i) {
+      const int c = from + i;
       if (!(parent.children >> c & 1u)) return;
-      const std::int64_t slot = first[p].first + count_bits(parent.children & bits_below(c));
+      const std::int64_t slot = start.first + count_bits(parent.children & bits_below(c));
       if (slot >= nodes.size) return;
       Node node;
       node.at = child_position(parent.at, c);
       node.parent = static_cast<std::uint32_t>(p);
-      node.begin = scratch.begin[c];
-      node.count = static_cast<std::uint32_t>(scratch.begin[c + 1] - scratch.begin[c]);
+      node.begin = start.second + scratch.begin[c];
+      node.count = scratch.begin[c + 1] - scratch.begin[c];
       // No room: the pass runs again with more.
-      if (scratch.begin[c + 1] > node_entries.size) node.count = 0;
+      if (node.begin + node.count > node_entries.size) node.count = 0;
       nodes[slot] = node;
     });
-    team.each_group(kChildren / Lanes<V>::kCount, [&](int g) {
-      const int base = g * Lanes<V>::kCount;
+    team.each_group(each / Lanes<V>::kCount, [&](int g) {
+      const int base = from + g * Lanes<V>::kCount;
       const auto kept =
           static_cast<std::uint32_t>(parent.children >> base & bits_below(Lanes<V>::kCount));
       if (kept == 0) return;
       const ChildBoxes<V> boxes(grid, level, parent.at, base);
       std::int64_t cursor[Lanes<V>::kCount];
-      for (int l = 0; l < Lanes<V>::kCount; ++l) cursor[l] = scratch.begin[base + l];
-      for (std::uint32_t j0 = 0; j0 < parent.count; j0 += team.kGroup) {
-        const std::uint32_t j = j0 + team.group_rank();
-        std::uint32_t reached = 0, index = 0;
-        if (j < parent.count) {
-          index = entries[parent.begin + j];
-          const typename F::Ball ball = balls[index];
-          reached = kept & Lanes<V>::bits(F::reaches(ball, boxes.range_of(ball), level.reach));
+      for (int l = 0; l < Lanes<V>::kCount; ++l) cursor[l] = start.second + scratch.begin[base + l];
+      for (std::uint32_t j0 = 0; j0 < parent.count; j0 += kAhead * team.kGroup) {
+        std::uint32_t index[kAhead];
+        typename F::Ball ball[kAhead];
+        for (std::uint32_t k = 0; k < kAhead; ++k) {
+          const std::uint32_t j = j0 + k * team.kGroup + team.group_rank();
+          index[k] = entries[parent.begin + (j < parent.count ? j : 0)];
+          ball[k] = balls[index[k]];
         }
-        team.append(reached, cursor, [&](std::int64_t place) {
-          if (place < node_entries.size) node_entries[place] = index;
-        });
+        for (std::uint32_t k = 0; k < kAhead; ++k) {
+          const std::uint32_t j = j0 + k * team.kGroup + team.group_rank();
+          const std::uint32_t reached =
+              j < parent.count
+                  ? kept & Lanes<V>::bits(F::reaches(ball[k], boxes.range_of(ball[k]), level.reach))
+                  : 0;
+          team.append(reached, cursor, [&](std::int64_t place) {
+            if (place < node_entries.size) node_entries[place] = index[k];
+          });
+        }
       }
     });
   }

@@ -77,10 +77,11 @@ struct OneLevel {
                                           view_of(everyone),
                                           view_of(balls),
                                           view_of(child_entries),
-                                          view_of(counts),
                                           view_of(root_far)};
     typename ClassifyChildren<F>::Scratch classified;
     classify(CpuTeam<V>{}, classified, 0);
+    SumChildren::Scratch summed;
+    SumChildren{view_of(root), view_of(child_entries), view_of(counts)}(CpuTeam<V>{}, summed, 0);
     bricks.resize(counts[0].first);
     entries.resize(counts[0].second);
     const FillChildren<F> fill = {g,
