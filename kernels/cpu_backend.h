@@ -51,6 +51,7 @@ template <class VectorOf>
 struct CpuTeam {
   using V = VectorOf;
   static constexpr std::uint32_t kGroup = 1;
+  static constexpr int kParts = 1;  ///< teams that share a node of the tree
 
   template <class F>
   void each(int n, const F& f) const {
@@ -64,6 +65,11 @@ struct CpuTeam {
   std::uint32_t group_rank() const { return 0; }
   bool leads_group() const { return true; }
   V group_sum(V a) const { return a; }
+  /// To what the groups of teams that share an item add up.
+  template <class T>
+  void add(T& to, T value) const {
+    to += value;
+  }
   template <class Write>
   void append(std::uint32_t bits, std::int64_t* cursors, const Write& write) const {
     for (; bits != 0; bits &= bits - 1) write(cursors[lowest_bit(bits)]++);
@@ -123,9 +129,9 @@ class BasicCpuBackend {
     });
   }
 
-  static constexpr bool kManyTeams = false;  ///< is it worth while to share an item's work?
+  static constexpr bool kManyTops = false;  ///< does a tree begin with many nodes, not with one?
 
-  /// Calls f(team, scratch, i) for i in [0, parts * *count), in any order.
+  /// Calls f(team, scratch, i) for i in [0, *count * parts), in any order.
   template <class F>
   void for_teams(const std::int64_t* count, std::int64_t /*limit*/, const F& f, const char* name,
                  int parts = 1) {
@@ -175,7 +181,10 @@ class BasicCpuBackend {
     most_memory_ = most_memory;
   }
   /// Memory is made as counts become known: nothing ever runs short.
-  bool everything_fitted(View<Offsets>) const { return true; }
+  bool everything_fitted(View<Offsets> totals, Offsets* known) const {
+    std::copy(totals.data, totals.data + totals.size, known);
+    return true;
+  }
   void finish_frame() {}
   std::vector<PassTime> pass_times() const { return times_; }
   std::size_t memory_used() const { return used_ + results_; }

@@ -52,6 +52,7 @@ __global__ void run_items(std::int64_t n, F f) {
 struct CudaTeam {
   using V = float;
   static constexpr std::uint32_t kGroup = 32;
+  static constexpr int kParts = 4;  ///< so that a group of ClassifyChildren has one child
   static constexpr unsigned kAll = 0xffffffffu;
 
 #if defined(__CUDA_ARCH__)
@@ -70,6 +71,10 @@ struct CudaTeam {
   __device__ float group_sum(float a) const {
     for (unsigned d = kGroup / 2; d > 0; d /= 2) a += __shfl_xor_sync(kAll, a, d);
     return a;
+  }
+  __device__ void add(std::uint32_t& to, std::uint32_t value) const { atomicAdd(&to, value); }
+  __device__ void add(std::uint64_t& to, std::uint64_t value) const {
+    atomicAdd(reinterpret_cast<unsigned long long*>(&to), value);
   }
   /// Threads of the group with a bit write behind each other, in the order of their ranks.
   template <class Write>
@@ -105,6 +110,8 @@ struct CudaTeam {
   PM_HD std::uint32_t group_rank() const { return 0; }
   PM_HD bool leads_group() const { return true; }
   PM_HD float group_sum(float a) const { return a; }
+  template <class T>
+  PM_HD void add(T&, T) const {}
   template <class Write>
   PM_HD void append(std::uint32_t, std::int64_t*, const Write&) const {}
   PM_HD std::uint32_t scan(std::uint32_t*, int) const { return 0; }
@@ -185,8 +192,7 @@ class CudaBackend {
         stream_(std::exchange(other.stream_, nullptr)),
         staging_(std::exchange(other.staging_, nullptr)),
         marks_(std::move(other.marks_)),
-        used_marks_(std::exchange(other.used_marks_, 0)),
-        times_(std::move(other.times_)) {}
+        used_marks_(std::exchange(other.used_marks_, 0)) {}
   CudaBackend(const CudaBackend&) = delete;
   CudaBackend& operator=(const CudaBackend&) = delete;
   CudaBackend& operator=(CudaBackend&&) = delete;
@@ -258,9 +264,9 @@ class CudaBackend {
     check_cuda(cudaGetLastError(), name);
   }
 
-  static constexpr bool kManyTeams = true;  ///< is it worth while to share an item's work?
+  static constexpr bool kManyTops = true;  ///< does a tree begin with many nodes, not with one?
 
-  /// Calls f(team, scratch, i) for i in [0, parts * n), n = *count but at most `limit`; *count is
+  /// Calls f(team, scratch, i) for i in [0, n * parts), n = *count but at most `limit`; *count is
   /// read on the device.
   template <class F>
   void for_teams(const std::int64_t* count, std::int64_t limit, const F& f, const char* name,
@@ -349,22 +355,22 @@ class CudaBackend {
   void start_frame(std::size_t most_memory) {
     check_cuda(cudaSetDevice(device_), "select the device");
     used_marks_ = 0;
-    times_.clear();
     fits_.clear();
     uploaded_ = 0;
     most_memory_ = most_memory;
   }
 
   /// Waits for the passes; where a count was more than its buffer holds, makes that larger.
-  /// `totals` are all the counts that fit() was told of.
-  bool everything_fitted(View<Offsets> totals) {
+  /// `totals` are all the counts that fit() was told of; `known` gets them.
+  bool everything_fitted(View<Offsets> totals, Offsets* known) {
     mark(kNoPass);
-    const auto* counts = reinterpret_cast<const Offsets*>(staging_);
-    download(reinterpret_cast<Offsets*>(staging_), totals);
+    auto* pinned = reinterpret_cast<Offsets*>(staging_);
+    download(pinned, totals);
+    std::copy(pinned, pinned + totals.size, known);
     bool fitted = true;
     for (const Fit& fit : fits_) {
       const std::int64_t at = fit.count - &totals.data->first;
-      const Offsets& pair = counts[at / 2];
+      const Offsets& pair = known[at / 2];
       const std::int64_t count = at % 2 == 0 ? pair.first : pair.second;
       if (count <= fit.room) continue;
       fit.buffer->grow(*this, count * fit.each);
@@ -376,17 +382,25 @@ class CudaBackend {
   std::size_t memory_used() const { return used_; }
 
   void finish_frame() {
+    // After everything_fitted() there is nothing to wait for, unless the mesh was fetched.
+    if (std::strcmp(marks_[used_marks_ - 1].name, kNoPass) == 0) return;
     mark(kNoPass);
     check_cuda(cudaStreamSynchronize(stream_), "finish the frame");
+  }
+  /// Of the last frame; read from the device here, because not every frame is asked for them.
+  std::vector<PassTime> pass_times() const {
+    std::vector<PassTime> times;
     for (std::size_t i = 0; i + 1 < used_marks_; ++i) {
       float milliseconds = 0;
-      check_cuda(cudaEventElapsedTime(&milliseconds, marks_[i].event, marks_[i + 1].event),
-                 "read the timers");
-      if (std::strcmp(marks_[i].name, kNoPass) == 0) continue;
-      add_pass_time(times_, marks_[i].name, 1e-3 * static_cast<double>(milliseconds));
+      if (std::strcmp(marks_[i].name, kNoPass) == 0 ||
+          cudaEventElapsedTime(&milliseconds, marks_[i].event, marks_[i + 1].event) !=
+              cudaSuccess) {
+        continue;
+      }
+      add_pass_time(times, marks_[i].name, 1e-3 * static_cast<double>(milliseconds));
     }
+    return times;
   }
-  std::vector<PassTime> pass_times() const { return times_; }
 
  private:
   /// An event on the stream, and the pass that begins there; no pass between frames.
@@ -450,7 +464,6 @@ class CudaBackend {
   std::size_t used_ = 0, most_memory_ = 0, uploaded_ = 0;
   std::vector<Mark> marks_;
   std::size_t used_marks_ = 0;
-  std::vector<PassTime> times_;
 };
 
 }  // namespace polymorph

@@ -110,15 +110,22 @@ class Extraction final : public SurfaceExtractor {
   using Buffer = typename B::template Buffer<T>;
   using V = typename B::Team::V;
 
-  /// The balls as the kernels read them, and the list of all of them.
+  /// The balls as the kernels read them, the list of all of them, and the tops of the tree.
   template <class F>
   struct BallViews {
     View<typename F::Ball> balls;
     View<std::uint32_t> everyone;
-    View<FarField> root_far;  ///< and the length of its field, where balls never end
+    View<Node> nodes;
+    View<Counts> sums;
+    View<FarField> far;  ///< of the tops, and the length of the field, where balls never end
     float length = 1;
 
     BallList all() const { return {everyone.data, static_cast<std::uint32_t>(everyone.size)}; }
+  };
+  /// The levels below the tops, bricks first, and the tops along each axis.
+  struct TreeShape {
+    std::vector<Level> levels;
+    Int3 tops = {1, 1, 1};
   };
   struct BrickViews {
     Tree tree;
@@ -159,10 +166,10 @@ class Extraction final : public SurfaceExtractor {
     }
   }
 
-  /// Prepares the balls, and the root of the tree in the given places.
+  /// Prepares the balls, and the tops of a tree where it has levels.
   template <class F>
   BallViews<F> prepare(const std::vector<Ball>& balls, const ExtractSettings& settings,
-                       View<Node> root, View<Offsets> root_count) {
+                       const TreeShape& shape = {}) {
     const auto n = static_cast<std::int64_t>(balls.size());
     const View<Ball> raw = raw_balls_.resize(backend_, n);
     BallViews<F> out;
@@ -171,21 +178,31 @@ class Extraction final : public SurfaceExtractor {
     backend_.upload(raw, balls.data());
     FieldScale scale;
     scale.log2_floor = log_of_two(settings.cutoff * settings.iso);
+    const std::size_t levels = shape.levels.size();
+    const std::int64_t tops =
+        levels == 0 ? 0 : std::int64_t{shape.tops.x} * shape.tops.y * shape.tops.z;
+    View<Offsets> count;
+    if (tops > 0) {
+      out.nodes = nodes_[levels].resize(backend_, tops);
+      out.sums = sums_[levels % 2].resize(backend_, tops);
+      count = {&totals_view_[static_cast<std::int64_t>(levels)], 1};
+    }
     if constexpr (!F::kEnds) {
       scale.length = length_of(balls);
-      if (root.size > 0) out.root_far = root_far_.resize(backend_, 1);
+      if (tops > 0) out.far = far_[levels % 2].resize(backend_, tops);
       out.length = scale.length;
     }
-    backend_.for_each(
-        n, PrepareBalls<F>{raw, out.balls, out.everyone, scale, root, root_count, out.root_far},
-        "prepare");
+    backend_.for_each(std::max(n, tops),
+                      PrepareBalls<F>{raw, out.balls, out.everyone, scale, shape.tops, out.nodes,
+                                      out.sums, count, out.far},
+                      "prepare");
     return out;
   }
 
   template <class F>
   void sample_field(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
                     const ExtractSettings& settings, std::vector<float>& values) {
-    const BallViews<F> in = prepare<F>(balls, settings, {}, {});
+    const BallViews<F> in = prepare<F>(balls, settings);
     const auto n = static_cast<std::int64_t>(points.size());
     const View<Vec3> at = sample_points_.resize(backend_, n);
     const View<float> out = sample_values_.resize(backend_, n);
@@ -201,14 +218,13 @@ class Extraction final : public SurfaceExtractor {
                      const ExtractSettings& settings, Mesh& mesh) {
     const View<BrickTable> table = table_view();
     totals_view_ = totals_.resize(backend_, kMostLevels + 1);
-    const std::size_t levels = tree_levels(grid).size();
-    const BallViews<F> in = prepare<F>(balls, settings, nodes_[levels].resize(backend_, 1),
-                                       {&totals_view_[static_cast<std::int64_t>(levels)], 1});
+    const TreeShape shape = tree_shape(grid, B::kManyTops && F::kEnds);
+    Offsets totals[kMostLevels + 1];
     View<Vec3> positions, normals;
     View<Triangle> triangles;
-    Offsets sizes;
     do {
-      BrickViews bricks = find_bricks<F>(in, grid, settings);
+      const BallViews<F> in = prepare<F>(balls, settings, shape);
+      BrickViews bricks = find_bricks<F>(in, shape, grid, settings);
       count_bricks<F>(in, grid, settings, table, bricks);
       const Offsets* total = &totals_view_[kMostLevels];
       backend_.scan({bricks.counts.data, bricks.room}, bricks.count, bricks.first,
@@ -228,8 +244,8 @@ class Extraction final : public SurfaceExtractor {
                                     bricks.counts, bricks.first, bricks.room,   triangles};
         backend_.for_teams(bricks.count, bricks.room, emit, "triangles");
       }
-    } while (!backend_.everything_fitted(totals_view_));
-    backend_.download(&sizes, View<Offsets>{&totals_view_[kMostLevels], 1});
+    } while (!backend_.everything_fitted(totals_view_, totals));
+    const Offsets sizes = totals[kMostLevels];
     if (sizes.first >= std::numeric_limits<std::uint32_t>::max()) {
       throw ExtractFailure{{ExtractCode::kBadInput,
                             "the surface would have " + std::to_string(sizes.first) +
@@ -245,26 +261,25 @@ class Extraction final : public SurfaceExtractor {
     backend_.deliver(mesh.triangles, triangles, sizes.second);
   }
 
-  /// The levels of the tree below its root, bricks first.
-  static std::vector<Level> tree_levels(const Grid& grid) {
-    const auto divided = [](Int3 a, int by) {
-      return Int3{(a.x + by - 1) / by, (a.y + by - 1) / by, (a.z + by - 1) / by};
-    };
-    const Int3 cells = {grid.points.x + 1, grid.points.y + 1, grid.points.z + 1};
-    std::vector<Level> levels = {{divided(cells, kBrickCells), kBrickCells}};
-    for (Int3 n = levels[0].nodes; n.x > kFan || n.y > kFan || n.z > kFan;
-         n = levels.back().nodes) {
-      levels.push_back({divided(n, kFan), levels.back().cells * kFan});
-    }
-    return levels;
+  static Int3 divided(Int3 a, int by) {
+    return {(a.x + by - 1) / by, (a.y + by - 1) / by, (a.z + by - 1) / by};
   }
-
-  /// Teams that share a parent of level l's nodes, so that the few at the top keep a GPU busy.
-  static int parts_of(const std::vector<Level>& levels, std::size_t l) {
-    if (!B::kManyTeams) return 1;
-    const Int3 n = l + 1 < levels.size() ? levels[l + 1].nodes : Int3{1, 1, 1};
-    const std::int64_t most = std::int64_t{n.x} * n.y * n.z;
-    return most <= 4 ? kChildren : most <= 256 ? 8 : 1;
+  /// Down from one top, or from up to 4^3 of them: a GPU takes no longer for the children of all
+  /// than for those of one. Where balls never end, both begin alike: each level of polynomials
+  /// rounds.
+  static TreeShape tree_shape(const Grid& grid, bool many_tops) {
+    const Int3 cells = {grid.points.x + 1, grid.points.y + 1, grid.points.z + 1};
+    TreeShape out;
+    out.levels = {{divided(cells, kBrickCells), kBrickCells}};
+    for (Int3 n = out.levels[0].nodes; n.x > kFan || n.y > kFan || n.z > kFan;
+         n = out.levels.back().nodes) {
+      out.levels.push_back({divided(n, kFan), out.levels.back().cells * kFan});
+    }
+    if (many_tops && out.levels.size() > 1) {
+      out.tops = out.levels.back().nodes;
+      out.levels.pop_back();
+    }
+    return out;
   }
 
   /// Cells around a brick in which the points lie that its values come from.
@@ -274,63 +289,65 @@ class Extraction final : public SurfaceExtractor {
 
   /// Bricks that a smooth body filling the grid would have: where a backend's memory begins.
   static std::int64_t brick_guess(const Grid& grid) {
-    const Int3 n = tree_levels(grid)[0].nodes;
+    const Int3 n = divided({grid.points.x + 1, grid.points.y + 1, grid.points.z + 1}, kBrickCells);
     const auto area = [](int a, int b) { return static_cast<std::int64_t>(a) * b; };
     return area(n.x, n.y) + area(n.y, n.z) + area(n.z, n.x) + kChildren;
   }
 
-  /// Walks the tree from its root to the bricks.
+  /// Walks the tree from its tops to the bricks.
   template <class F>
-  BrickViews find_bricks(const BallViews<F>& in, const Grid& grid,
+  BrickViews find_bricks(const BallViews<F>& in, TreeShape shape, const Grid& grid,
                          const ExtractSettings& settings) {
-    std::vector<Level> levels = tree_levels(grid);
+    std::vector<Level>& levels = shape.levels;
     for (Level& level : levels) {
       level.margin = margin_of(settings);
       set_reach(level, grid.cell / in.length, settings.iso);
     }
-    View<FarField> far = in.root_far;
     BrickViews out;
     out.tree.levels = static_cast<int>(levels.size());
-    View<Node> parents = nodes_[levels.size()].resize(backend_, 1);
+    out.tree.tops = shape.tops;
+    View<Node> parents = in.nodes;
+    View<Counts> sums = in.sums;
+    View<FarField> far = in.far;
     View<std::uint32_t> entries = in.everyone;
     std::int64_t guess = brick_guess(grid);
     for (std::size_t l = 1; l < levels.size(); ++l) guess = guess / 8 + kChildren;
     for (std::size_t l = levels.size(); l-- > 0; guess *= 8) {
       const auto number = static_cast<std::int64_t>(l);
       const std::int64_t* count = &totals_view_[number + 1].first;
+      const Offsets* total = &totals_view_[number];
       const View<std::uint32_t> child_entries =
           child_entries_.fit(backend_, count, kChildren, guess / 4 + 1);
-      const View<Counts> counts = counts_.fit(backend_, count, 1, guess / 4 + 1);
       const View<Offsets> first = first_.fit(backend_, count, 1, guess / 4 + 1);
       // One pass may have more room than the next; none goes beyond what all have.
       std::int64_t room =
-          std::min({parents.size, child_entries.size / kChildren, counts.size, first.size});
+          std::min({parents.size, sums.size, child_entries.size / kChildren, first.size});
       if constexpr (!F::kEnds) room = std::min(room, far.size);
-      const int parts = parts_of(levels, l);
       backend_.for_teams(count, room,
                          ClassifyChildren<F>{grid, settings.iso, levels[l], parents, entries,
-                                             in.balls, child_entries, far, parts},
-                         "bricks", parts);
-      backend_.for_teams(count, room, SumChildren{parents, child_entries, counts}, "bricks");
-      backend_.scan({counts.data, room}, count, first, &totals_view_[number], "bricks");
-      const View<Node> nodes = nodes_[l].fit(backend_, &totals_view_[number].first, 1, guess);
+                                             in.balls, child_entries, sums, far},
+                         "bricks", B::Team::kParts);
+      backend_.scan({sums.data, room}, count, first, &totals_view_[number], "bricks");
+      const View<Node> nodes = nodes_[l].fit(backend_, &total->first, 1, guess);
+      View<Counts> node_sums;
+      if (l > 0) node_sums = sums_[l % 2].fit(backend_, &total->first, 1, guess);
       const View<std::uint32_t> node_entries =
-          entries_[l % 2].fit(backend_, &totals_view_[number].second, 1, 48 * guess);
+          entries_[l % 2].fit(backend_, &total->second, 1, 48 * guess);
       backend_.for_teams(count, room,
                          FillChildren<F>{grid, levels[l], parents, entries, in.balls, child_entries,
-                                         first, nodes, node_entries, parts},
-                         "bricks", parts);
+                                         first, nodes, node_sums, node_entries},
+                         "bricks", B::Team::kParts);
       if constexpr (!F::kEnds) {
-        const View<FarField> node_far =
-            far_[l % 2].fit(backend_, &totals_view_[number].first, 1, guess);
+        const View<FarField> node_far = far_[l % 2].fit(backend_, &total->first, 1, guess);
         backend_.for_teams(
-            &totals_view_[number].first, std::min(nodes.size, node_far.size),
+            &total->first, std::min(nodes.size, node_far.size),
             ExpandFar<F>{grid, levels[l], parents, nodes, entries, in.balls, far, node_far},
             "bricks");
         far = node_far;
       }
       out.tree.nodes[l + 1] = parents;
       parents = nodes;
+      sums = node_sums;
       entries = node_entries;
     }
     out.tree.nodes[0] = parents;
@@ -408,10 +425,11 @@ class Extraction final : public SurfaceExtractor {
   Buffer<Offsets> totals_;
   View<Offsets> totals_view_;
   Buffer<Node> nodes_[kMostLevels];
-  Buffer<std::uint32_t> entries_[2];  ///< of even and of odd levels
-  Buffer<FarField> root_far_, far_[2];
+  Buffer<std::uint32_t> entries_[2];  ///< of even and of odd levels, as are:
+  Buffer<FarField> far_[2];
+  Buffer<Counts> sums_[2];
   Buffer<std::uint32_t> child_entries_;
-  Buffer<Counts> counts_, brick_counts_;
+  Buffer<Counts> brick_counts_;
   Buffer<Offsets> first_, brick_first_;
   Buffer<float> values_;
   Buffer<std::uint8_t> inside_;

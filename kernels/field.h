@@ -148,27 +148,33 @@ struct BrickField {
   }
 };
 
-/// Prepares all balls, and the root of the tree where there is one; one item a ball.
+/// Prepares all balls, and the tops of a tree where there is one; one item a ball or a top.
 template <class F>
 struct PrepareBalls {
   View<const Ball> balls;
   View<typename F::Ball> prepared;
   View<std::uint32_t> everyone;  ///< 0, 1, 2, ...: the list that holds all balls
   FieldScale scale;
-  View<Node> root;
-  View<Offsets> root_count;  ///< nodes and entries of the root's level
-  View<FarField> root_far;
+  Int3 tops;  ///< along each axis
+  View<Node> nodes;
+  View<Counts> sums;
+  View<Offsets> node_count;  ///< nodes and entries of the tops' level
+  View<FarField> far;        ///< of the tops, where balls never end
 
   PM_HD void operator()(std::int64_t i) const {
-    if (i >= balls.size) return;
-    prepared[i] = prepare_ball<F>(balls[i], scale);
-    everyone[i] = static_cast<std::uint32_t>(i);
-    if (i > 0 || root.size == 0) return;
+    if (i < balls.size) {
+      prepared[i] = prepare_ball<F>(balls[i], scale);
+      everyone[i] = static_cast<std::uint32_t>(i);
+    }
+    if (i >= nodes.size) return;
+    const auto top = static_cast<int>(i);
     Node node;
+    node.at = {top % tops.x, top / tops.x % tops.y, top / tops.x / tops.y};
     node.count = static_cast<std::uint32_t>(balls.size);
-    root[0] = node;
-    root_count[0] = {1, 0};
-    if (root_far.size > 0) root_far[0] = FarField{};
+    nodes[i] = node;
+    sums[i] = {};
+    if (i < far.size) far[i] = FarField{};
+    if (i == 0) node_count[0] = {nodes.size, 0};
   }
 };
 

@@ -5,11 +5,11 @@
 // e = grid point + 1: e = 0 and e = points + 1 are the rim.
 //
 // Level 0 nodes are bricks of 7^3 cells, so that a brick has 8^3 points; a node of level l has 4^3
-// children of level l - 1, down from one root. A node keeps the balls of its parent that reach it,
-// in order, so that no sort and no atomic is needed: count, scan, fill. Where balls never end,
-// those reach it that are not distant (far_field.h). A child is dropped when the field cannot pass
-// iso in it. Nodes of a level stand in the order of their parents, and a parent knows its children
-// as 64 bits and the number of the first: so any brick is found from its place.
+// children of level l - 1, down from the tops, whose lists are of all balls. A node keeps the balls
+// of its parent that reach it, in order, so that no sort is needed: count, scan, fill. Where balls
+// never end, those reach it that are not distant (far_field.h). A child is dropped when the field
+// cannot pass iso in it. Nodes of a level stand in the order of their parents, and a parent knows
+// its children as 64 bits and the number of the first: so any brick is found from its place.
 //
 // Why culling is exact and not approximate: a ball is in a node's list if range().near <= limit.
 // The coordinates of all points of a node lie between those of its two corner points (origin + cell
@@ -200,8 +200,8 @@ struct Slopes {
   }
 };
 
-/// Which children of a node the surface can cross, and how many balls reach each. `parts` teams
-/// share a node: near the root there are few nodes, and each walks a long list.
+/// Which children of a node the surface can cross, and how many balls reach each. Team::kParts
+/// teams share a node: near the tops there are few nodes, and each walks a long list.
 template <class F>
 struct ClassifyChildren {
   static constexpr int kThreads = 512;
@@ -213,16 +213,17 @@ struct ClassifyChildren {
   View<const std::uint32_t> entries;
   View<const typename F::Ball> balls;
   View<std::uint32_t> child_entries;  ///< of each child of each parent: 1 + its balls; 0 = dropped
+  View<Counts> sums;                  ///< of each parent: children kept, their balls; 0 before
   View<const FarField> far;           ///< of each parent, where balls never end
-  int parts = 1;                      ///< a power of two, so that a part has whole groups
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch&, std::int64_t item) const {
     using V = typename Team::V;
-    const std::int64_t p = item / parts;
-    const int each = kChildren / parts, begin = static_cast<int>(item % parts) * each;
+    constexpr int kEach = kChildren / Team::kParts;
+    const std::int64_t p = item / Team::kParts;
+    const int begin = static_cast<int>(item % Team::kParts) * kEach;
     const Node parent = parents[p];
-    team.each_group(each / Lanes<V>::kCount, [&](int g) {
+    team.each_group(kEach / Lanes<V>::kCount, [&](int g) {
       const int first = begin + g * Lanes<V>::kCount;
       const ChildBoxes<V> boxes(grid, level, parent.at, first);
       std::uint32_t keep = 0;
@@ -231,9 +232,16 @@ struct ClassifyChildren {
       if (!team.leads_group()) return;
       alignas(32) float count[Lanes<V>::kCount];
       Lanes<V>::store(count, reached);
-      for (int l = 0; l < Lanes<V>::kCount; ++l)
-        child_entries[p * kChildren + first + l] =
-            keep >> l & 1u ? 1 + static_cast<std::uint32_t>(count[l]) : 0;
+      std::uint32_t sum = 0;
+      for (int l = 0; l < Lanes<V>::kCount; ++l) {
+        const std::uint32_t of_child = keep >> l & 1u ? static_cast<std::uint32_t>(count[l]) : 0;
+        child_entries[p * kChildren + first + l] = of_child + (keep >> l & 1u);
+        sum += of_child;
+      }
+      if (keep == 0) return;
+      team.add(parents[p].children, std::uint64_t{keep} << first);
+      team.add(sums[p].first, static_cast<std::uint32_t>(count_bits(keep)));
+      team.add(sums[p].second, sum);
     });
   }
 
@@ -274,36 +282,7 @@ struct ClassifyChildren {
   }
 };
 
-/// The kept children of a node, and their entries. One team a node.
-struct SumChildren {
-  static constexpr int kThreads = kChildren;
-  struct Scratch {
-    std::uint32_t entries[kChildren];
-  };
-  View<Node> parents;
-  View<const std::uint32_t> child_entries;
-  View<Counts> counts;  ///< of each parent: children kept, their entries
-
-  template <class Team>
-  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t p) const {
-    team.each(kChildren, [&](int c) { scratch.entries[c] = child_entries[p * kChildren + c]; });
-    team.sync();
-    team.each(1, [&](int) {
-      std::uint64_t mask = 0;
-      Counts sum;
-      for (int c = 0; c < kChildren; ++c) {
-        const std::uint32_t kept = scratch.entries[c] > 0 ? 1 : 0;
-        mask |= std::uint64_t{kept} << c;
-        sum.second += scratch.entries[c] - kept;
-      }
-      sum.first = static_cast<std::uint32_t>(count_bits(mask));
-      parents[p].children = mask;
-      counts[p] = sum;
-    });
-  }
-};
-
-/// Writes the kept children of a node with their ball lists. One team a node.
+/// Writes the kept children of a node with their ball lists; teams share it as above.
 template <class F>
 struct FillChildren {
   static constexpr int kThreads = 512;
@@ -319,14 +298,15 @@ struct FillChildren {
   View<const std::uint32_t> child_entries;
   View<const Offsets> first;  ///< child and entry of each parent
   View<Node> nodes;
+  View<Counts> sums;  ///< of each node, for ClassifyChildren to add to; none for bricks
   View<std::uint32_t> node_entries;
-  int parts = 1;  ///< teams that share a node, as in ClassifyChildren
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t item) const {
     using V = typename Team::V;
-    const std::int64_t p = item / parts;
-    const int each = kChildren / parts, from = static_cast<int>(item % parts) * each;
+    constexpr int kEach = kChildren / Team::kParts;
+    const std::int64_t p = item / Team::kParts;
+    const int from = static_cast<int>(item % Team::kParts) * kEach;
     const Node parent = parents[p];
     const Offsets start = first[p];
     team.each(kChildren, [&](int c) {
@@ -337,7 +317,7 @@ struct FillChildren {
     });
     team.sync();
     team.scan(scratch.begin, kChildren);
-    team.each(each, [&](int i) {
+    team.each(kEach, [&](int i) {
       const int c = from + i;
       if (!(parent.children >> c & 1u)) return;
       const std::int64_t slot = start.first + count_bits(parent.children & bits_below(c));
@@ -350,8 +330,9 @@ struct FillChildren {
       // No room: the pass runs again with more.
       if (node.begin + node.count > node_entries.size) node.count = 0;
       nodes[slot] = node;
+      if (slot < sums.size) sums[slot] = {};
     });
-    team.each_group(each / Lanes<V>::kCount, [&](int g) {
+    team.each_group(kEach / Lanes<V>::kCount, [&](int g) {
       const int base = from + g * Lanes<V>::kCount;
       const auto kept =
           static_cast<std::uint32_t>(parent.children >> base & bits_below(Lanes<V>::kCount));
@@ -384,13 +365,17 @@ struct FillChildren {
 
 /// The whole tree, for finding bricks by their place.
 struct Tree {
-  int levels = 0;                       ///< below the root
-  View<const Node> nodes[kMostLevels];  ///< 0: bricks; nodes[levels]: the root
+  int levels = 0;                       ///< below the tops
+  Int3 tops = {1, 1, 1};                ///< along each axis; all of them are there
+  View<const Node> nodes[kMostLevels];  ///< 0: bricks; nodes[levels]: the tops, x first
 
   /// Number of the brick at `p`, or -1 where none is kept.
   PM_HD std::int64_t find(Int3 p) const {
-    if (p.x < 0 || p.y < 0 || p.z < 0) return -1;
-    std::int64_t number = 0;
+    const Int3 top = {p.x >> 2 * levels, p.y >> 2 * levels, p.z >> 2 * levels};
+    if (p.x < 0 || p.y < 0 || p.z < 0 || top.x >= tops.x || top.y >= tops.y || top.z >= tops.z) {
+      return -1;
+    }
+    std::int64_t number = top.x + tops.x * (top.y + tops.y * top.z);
     for (int l = levels; l > 0; --l) {
       const int shift = 2 * (l - 1);
       const Int3 at = {p.x >> shift, p.y >> shift, p.z >> shift};

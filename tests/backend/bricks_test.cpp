@@ -54,22 +54,23 @@ struct OneLevel {
     std::vector<Ball> copy = raw;
     balls.resize(raw.size());
     everyone.resize(raw.size());
+    root.resize(1);
+    if (!F::kEnds) root_far.resize(1);
+    std::vector<Counts> sums(1), no_sums;
+    std::vector<Offsets> root_count(1), first(1);
     constexpr float kLength = 2;
     const PrepareBalls<F> prepare = {view_of(copy),
                                      view_of(balls),
                                      view_of(everyone),
                                      FieldScale{log_of_two(1e-4f * iso), kLength},
-                                     {},
-                                     {},
-                                     {}};
+                                     Int3{1, 1, 1},
+                                     view_of(root),
+                                     view_of(sums),
+                                     view_of(root_count),
+                                     view_of(root_far)};
     for (std::size_t i = 0; i < raw.size(); ++i) prepare(static_cast<std::int64_t>(i));
-    root.resize(1);
-    root[0].count = static_cast<std::uint32_t>(raw.size());
-    root_far.resize(1);
     set_reach(level, grid.cell / kLength, iso);
     child_entries.resize(kChildren);
-    std::vector<Counts> counts(1);
-    std::vector<Offsets> first(1);
     const ClassifyChildren<F> classify = {g,
                                           iso,
                                           level,
@@ -77,13 +78,12 @@ struct OneLevel {
                                           view_of(everyone),
                                           view_of(balls),
                                           view_of(child_entries),
+                                          view_of(sums),
                                           view_of(root_far)};
     typename ClassifyChildren<F>::Scratch classified;
     classify(CpuTeam<V>{}, classified, 0);
-    SumChildren::Scratch summed;
-    SumChildren{view_of(root), view_of(child_entries), view_of(counts)}(CpuTeam<V>{}, summed, 0);
-    bricks.resize(counts[0].first);
-    entries.resize(counts[0].second);
+    bricks.resize(sums[0].first);
+    entries.resize(sums[0].second);
     const FillChildren<F> fill = {g,
                                   level,
                                   view_of(root),
@@ -92,6 +92,7 @@ struct OneLevel {
                                   view_of(child_entries),
                                   view_of(first),
                                   view_of(bricks),
+                                  view_of(no_sums),
                                   view_of(entries)};
     typename FillChildren<F>::Scratch filled;
     fill(CpuTeam<V>{}, filled, 0);

@@ -58,8 +58,10 @@ TEST(Determinism, any_number_of_threads_gives_the_same_bits) {
   }
 }
 
-/// The passes as a GPU thread sees them, one point at a time, without a GPU.
-using ScalarBackend = BasicCpuBackend<float>;
+/// The passes as a GPU thread sees them, one point at a time and down from many tops, without a GPU.
+struct ScalarBackend : BasicCpuBackend<float> {
+  static constexpr bool kManyTops = true;
+};
 
 TEST(Determinism, one_point_at_a_time_gives_the_bits_of_eight) {
   Extraction<ScalarBackend> scalar;
