@@ -65,6 +65,10 @@ struct CpuTeam {
   std::uint32_t group_rank() const { return 0; }
   bool leads_group() const { return true; }
   V group_sum(V a) const { return a; }
+  template <class T>
+  T group_most(T a) const {
+    return a;
+  }
   /// To what the groups of teams that share an item add up.
   template <class T>
   void add(T& to, T value) const {

@@ -72,6 +72,10 @@ struct CudaTeam {
     for (unsigned d = kGroup / 2; d > 0; d /= 2) a += __shfl_xor_sync(kAll, a, d);
     return a;
   }
+  __device__ float group_most(float a) const {
+    for (unsigned d = kGroup / 2; d > 0; d /= 2) a = most(a, __shfl_xor_sync(kAll, a, d));
+    return a;
+  }
   __device__ void add(std::uint32_t& to, std::uint32_t value) const { atomicAdd(&to, value); }
   __device__ void add(std::uint64_t& to, std::uint64_t value) const {
     atomicAdd(reinterpret_cast<unsigned long long*>(&to), value);
@@ -110,6 +114,7 @@ struct CudaTeam {
   PM_HD std::uint32_t group_rank() const { return 0; }
   PM_HD bool leads_group() const { return true; }
   PM_HD float group_sum(float a) const { return a; }
+  PM_HD float group_most(float a) const { return a; }
   template <class T>
   PM_HD void add(T&, T) const {}
   template <class Write>
@@ -307,32 +312,13 @@ class CudaBackend {
     // The caller's memory may go away as soon as this returns.
     check_cuda(cudaStreamSynchronize(stream_), "upload");
   }
-  template <class T>
-  void download(T* to, View<T> from) {
-    const auto bytes = static_cast<std::size_t>(from.size) * sizeof(T);
-    check_cuda(cudaMemcpyAsync(to, from.data, bytes, cudaMemcpyDeviceToHost, stream_), "download");
-    check_cuda(cudaStreamSynchronize(stream_), "download");
-  }
-  template <class T>
-  void fill_zero(View<T> to) {
-    check_cuda(cudaMemsetAsync(to.data, 0, static_cast<std::size_t>(to.size) * sizeof(T), stream_),
-               "clear");
-  }
-
-  /// Where a pass writes *count elements of a result: device memory, for deliver() to bring over.
-  template <class T>
-  View<T> output(std::vector<T>&, Buffer<T>& buffer, const std::int64_t* count,
-                 std::int64_t guess) {
-    return buffer.fit(*this, count, 1, guess);
-  }
   /// Through pinned memory in two halves: one is copied out while the other is filled.
   template <class T>
-  void deliver(std::vector<T>& to, View<T> from, std::int64_t n) {
-    to.resize(static_cast<std::size_t>(n));
+  void download(T* to, View<T> from) {
     const Scope scope(*this, "download");
-    const auto bytes = static_cast<std::size_t>(n) * sizeof(T);
+    const auto bytes = static_cast<std::size_t>(from.size) * sizeof(T);
     const auto* source = reinterpret_cast<const char*>(from.data);
-    auto* target = reinterpret_cast<char*>(to.data());
+    auto* target = reinterpret_cast<char*>(to);
     constexpr std::size_t kHalf = kStagingBytes / 2;
     const auto fetch = [&](std::size_t part) {
       const std::size_t size = std::min(kHalf, bytes - part * kHalf);
@@ -351,6 +337,17 @@ class CudaBackend {
       std::memcpy(target + part * kHalf, staging_ + part % 2 * kHalf, here);
     }
   }
+  /// Where a pass writes *count elements of a result: device memory, for deliver() to bring over.
+  template <class T>
+  View<T> output(std::vector<T>&, Buffer<T>& buffer, const std::int64_t* count,
+                 std::int64_t guess) {
+    return buffer.fit(*this, count, 1, guess);
+  }
+  template <class T>
+  void deliver(std::vector<T>& to, View<T> from, std::int64_t n) {
+    to.resize(static_cast<std::size_t>(n));
+    download(to.data(), View<T>{from.data, n});
+  }
 
   void start_frame(std::size_t most_memory) {
     check_cuda(cudaSetDevice(device_), "select the device");
@@ -364,9 +361,11 @@ class CudaBackend {
   /// `totals` are all the counts that fit() was told of; `known` gets them.
   bool everything_fitted(View<Offsets> totals, Offsets* known) {
     mark(kNoPass);
-    auto* pinned = reinterpret_cast<Offsets*>(staging_);
-    download(pinned, totals);
-    std::copy(pinned, pinned + totals.size, known);
+    const auto bytes = static_cast<std::size_t>(totals.size) * sizeof(Offsets);
+    check_cuda(cudaMemcpyAsync(staging_, totals.data, bytes, cudaMemcpyDeviceToHost, stream_),
+               "fetch the counts");
+    check_cuda(cudaStreamSynchronize(stream_), "fetch the counts");
+    std::memcpy(known, staging_, bytes);
     bool fitted = true;
     for (const Fit& fit : fits_) {
       const std::int64_t at = fit.count - &totals.data->first;

@@ -15,7 +15,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
+#include <memory>
 #include <new>
 #include <string>
 #include <type_traits>
@@ -27,6 +29,8 @@
 #include "extract_surface.h"
 #include "field.h"
 #include "mc_tables.h"
+#include "motion.h"
+#include "shares.h"
 #include "tree.h"
 #include "triangles.h"
 #include "validate.h"
@@ -101,6 +105,46 @@ class Extraction final : public SurfaceExtractor {
     });
   }
 
+  ExtractStatus step(const std::shared_ptr<const BallPaths>& paths, const PathMoment& moment,
+                     const std::vector<float>& own, std::vector<Ball>& balls) override {
+    balls.clear();
+    const std::size_t count = paths->balls.size(), parts = paths->parts.size();
+    if (!own.empty() && own.size() != count) {
+      return bad_input(std::to_string(own.size()) + " eased times for " + std::to_string(count) +
+                       " balls (must be one for each or none), give each ball its own");
+    }
+    for (const BallPath& path : paths->balls) {
+      if (path.part >= parts) {
+        return bad_input("a ball moves with part " + std::to_string(path.part) + " of " +
+                         std::to_string(parts) + ", look at the plan");
+      }
+    }
+    if (count == 0) return {};
+    return guarded([&] { step_balls(paths, moment, own, balls); });
+  }
+
+  ExtractStatus blend(const std::vector<Ball>& balls, const std::vector<Carried>& carried,
+                      const std::vector<Vec3>& points, const ExtractSettings& settings,
+                      std::vector<CarriedValues>& values) override {
+    values.clear();
+    ExtractStatus status = check_input(balls, settings);
+    const std::size_t maps = balls.empty() ? 0 : carried.size() / balls.size();
+    if (status.code == ExtractCode::kOk && !points.empty() &&
+        (maps < 1 || maps > 2 || maps * balls.size() != carried.size())) {
+      status =
+          bad_input(std::to_string(carried.size()) + " values for " + std::to_string(balls.size()) +
+                    " balls to carry (must be one or two for each), give each ball its own");
+    }
+    if (status.code != ExtractCode::kOk || points.empty()) return status;
+    return guarded([&] {
+      values.resize(maps * points.size());
+      with_field(balls, settings.field, [&](auto field) {
+        if (maps == 1) blend_field<decltype(field), 1>(balls, carried, points, settings, values);
+        if (maps == 2) blend_field<decltype(field), 2>(balls, carried, points, settings, values);
+      });
+    });
+  }
+
   void limit_memory(std::size_t bytes) override { most_memory_ = bytes; }
   std::vector<PassTime> pass_times() const override { return backend_.pass_times(); }
   std::size_t memory_used() const override { return backend_.memory_used(); }
@@ -166,16 +210,53 @@ class Extraction final : public SurfaceExtractor {
     }
   }
 
+  void step_balls(const std::shared_ptr<const BallPaths>& paths, const PathMoment& moment,
+                  const std::vector<float>& own, std::vector<Ball>& balls) {
+    const auto sized = [&](auto& buffer, const auto& from) {
+      return buffer.resize(backend_, static_cast<std::int64_t>(from.size()));
+    };
+    const View<BallPath> ways = sized(paths_, paths->balls);
+    const View<PathPart> parts = sized(parts_, paths->parts);
+    if (paths != held_paths_) {
+      held_paths_.reset();
+      backend_.upload(ways, paths->balls.data());
+      backend_.upload(parts, paths->parts.data());
+      held_paths_ = paths;
+    }
+    const std::vector<PartPlace> places = places_at(paths->parts, moment.eased);
+    const View<PartPlace> placed = sized(places_, places);
+    backend_.upload(placed, places.data());
+    const View<float> eased = sized(eased_, own);
+    if (!own.empty()) backend_.upload(eased, own.data());
+    held_balls_.clear();
+    const View<Ball> moved = raw_balls_.resize(backend_, ways.size);
+    backend_.for_each(ways.size, StepBalls{ways, parts, placed, eased, moment, moved}, "step");
+    balls.resize(paths->balls.size());
+    backend_.download(balls.data(), moved);
+    held_balls_ = balls;
+  }
+
+  /// The balls in backend memory, where they may be already.
+  View<Ball> held(const std::vector<Ball>& balls) {
+    const View<Ball> raw = raw_balls_.resize(backend_, static_cast<std::int64_t>(balls.size()));
+    if (held_balls_.size() != balls.size() ||
+        std::memcmp(held_balls_.data(), balls.data(), balls.size() * sizeof(Ball)) != 0) {
+      held_balls_.clear();
+      backend_.upload(raw, balls.data());
+      held_balls_ = balls;
+    }
+    return raw;
+  }
+
   /// Prepares the balls, and the tops of a tree where it has levels.
   template <class F>
   BallViews<F> prepare(const std::vector<Ball>& balls, const ExtractSettings& settings,
                        const TreeShape& shape = {}) {
     const auto n = static_cast<std::int64_t>(balls.size());
-    const View<Ball> raw = raw_balls_.resize(backend_, n);
+    const View<Ball> raw = held(balls);
     BallViews<F> out;
     out.balls = prepared<F>(n);
     out.everyone = everyone_.resize(backend_, n);
-    backend_.upload(raw, balls.data());
     FieldScale scale;
     scale.log2_floor = log_of_two(settings.cutoff * settings.iso);
     const std::size_t levels = shape.levels.size();
@@ -210,6 +291,26 @@ class Extraction final : public SurfaceExtractor {
     constexpr int kLanes = Lanes<V>::kCount;
     backend_.for_each((n + kLanes - 1) / kLanes, SamplePoints<F, V>{at, in.balls, in.all(), out},
                       "sample");
+    backend_.download(values.data(), out);
+  }
+
+  template <class F, int kMaps>
+  void blend_field(const std::vector<Ball>& balls, const std::vector<Carried>& carried,
+                   const std::vector<Vec3>& points, const ExtractSettings& settings,
+                   std::vector<CarriedValues>& values) {
+    using Blend = BlendShares<F, V, kMaps>;
+    const BallViews<F> in = prepare<F>(balls, settings);
+    const auto n = static_cast<std::int64_t>(points.size());
+    const Offsets runs = {(n + Blend::kRun - 1) / Blend::kRun, 0};
+    const View<Offsets> count = totals_.resize(backend_, kMostLevels + 1);
+    const View<Carried> from = carried_.resize(backend_, static_cast<std::int64_t>(carried.size()));
+    const View<Vec3> at = sample_points_.resize(backend_, n);
+    const View<CarriedValues> out = carried_values_.resize(backend_, kMaps * n);
+    backend_.upload(View<Offsets>{count.data, 1}, &runs);
+    backend_.upload(from, carried.data());
+    backend_.upload(at, points.data());
+    backend_.for_teams(&count[0].first, runs.first, Blend{at, in.balls, in.all(), from, out},
+                       "blend");
     backend_.download(values.data(), out);
   }
 
@@ -415,12 +516,20 @@ class Extraction final : public SurfaceExtractor {
   std::size_t most_memory_ = 0;
   bool table_ready_ = false;
   Buffer<BrickTable> table_;
+  Buffer<BallPath> paths_;
+  Buffer<PathPart> parts_;
+  Buffer<PartPlace> places_;
+  Buffer<float> eased_;
+  std::shared_ptr<const BallPaths> held_paths_;  ///< what paths_ and parts_ hold
   Buffer<Ball> raw_balls_;
+  std::vector<Ball> held_balls_;  ///< what raw_balls_ holds; empty: nothing known
   Buffer<RoundBall> round_balls_;
   Buffer<EllipsoidBall> ellipsoids_;
   Buffer<std::uint32_t> everyone_;
   Buffer<Vec3> sample_points_;
   Buffer<float> sample_values_;
+  Buffer<Carried> carried_;
+  Buffer<CarriedValues> carried_values_;
   /// [level]: nodes and entries, or what stands at [kMostLevels]: vertices and triangles.
   Buffer<Offsets> totals_;
   View<Offsets> totals_view_;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "mesh.h"
+#include "motion.h"
 #include "types.h"
 
 namespace polymorph {
@@ -57,6 +58,16 @@ struct PassTime {
   double seconds = 0;
 };
 
+/// Four values that a ball carries: `value` at its centre, changing by `slope` with the offset from
+/// there.
+struct Carried {
+  float value[4] = {0, 0, 0, 0};
+  Vec3 slope[4];
+};
+struct CarriedValues {
+  float v[4] = {0, 0, 0, 0};
+};
+
 /// Work buffers of one backend, kept between frames. Not shared between threads.
 class SurfaceExtractor {
  public:
@@ -79,6 +90,25 @@ class SurfaceExtractor {
   /// kInverseSquare, on the same side of iso as that. `values` is resized to points.size().
   virtual ExtractStatus sample(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
                                const ExtractSettings& settings, std::vector<float>& values) = 0;
+
+  /// Moves the balls to a moment of their paths: `balls` gets them (as many as paths), and they
+  /// stay where the surface is made, so that the next extract(), sample() or blend() of the same
+  /// balls need not bring them there. So do the paths: call with the same object frame by frame.
+  /// `own`: each ball's eased time, or empty where they share the moment's. kBadInput: `own` of
+  /// another size, a part that is not there.
+  virtual ExtractStatus step(const std::shared_ptr<const BallPaths>& paths,
+                             const PathMoment& moment, const std::vector<float>& own,
+                             std::vector<Ball>& balls) = 0;
+
+  /// What the balls carry to arbitrary points: the mean of their values there, weighted by each
+  /// ball's share of the field (docs/method.md, Colour); balls with less than 1e-4 of the
+  /// strongest's share do not count, and where none reaches the nearest one's values are taken.
+  /// `carried`: one or two for each ball, ball by ball; `values` is resized to as many for each
+  /// point. Fastest where neighbours stand together in `points`, as a mesh's vertices do. Of the
+  /// settings only `field` matters. kBadInput as extract(), and where `carried` is of another size.
+  virtual ExtractStatus blend(const std::vector<Ball>& balls, const std::vector<Carried>& carried,
+                              const std::vector<Vec3>& points, const ExtractSettings& settings,
+                              std::vector<CarriedValues>& values) = 0;
 
   /// Bytes that work buffers and mesh may take from now on, of the machine (CPU) or of the device;
   /// 0 = no limit. A call that needs more ends with kOutOfMemory.

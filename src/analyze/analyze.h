@@ -8,7 +8,7 @@
 
 #include "kernels/mesh.h"
 #include "kernels/types.h"
-#include "model/vec3d.h"
+#include "kernels/linear.h"
 #include "morph/linear.h"
 #include "surface/mesh_check.h"
 

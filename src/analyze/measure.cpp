@@ -8,7 +8,7 @@
 #include "model/closest.h"
 #include "model/inside.h"
 #include "model/sample_surface.h"
-#include "model/vec3d.h"
+#include "kernels/linear.h"
 
 namespace polymorph {
 namespace {

@@ -34,9 +34,9 @@ Status write_balls(const PreparedScene& prepared, const FrameGeometry& geometry,
 }
 
 Status write_one(const PreparedScene& prepared, const FrameGeometry& geometry,
-                 const std::filesystem::path& path) {
+                 SurfaceExtractor& extractor, const std::filesystem::path& path) {
   if (path.extension() == ".json") return write_balls(prepared, geometry, path);
-  const FrameMesh frame = mesh_of(prepared, geometry);
+  PM_TRY(const FrameMesh frame, mesh_of(prepared, geometry, extractor));
   if (frame.mesh.triangles.empty())
     log_warning("frame {}: the balls have no surface at this level", geometry.frame);
   PM_TRY_STATUS(write_mesh(path, frame.mesh, frame.tags));
@@ -81,7 +81,7 @@ Result<int> run_mesh(const CommandLine& line, const MeshOptions& options) {
     if (stop_requested())
       return make_error(stop_code(), "stopped - the files named so far are whole");
     PM_TRY(const FrameGeometry geometry, geometry_at(prepared, *extractor, frame));
-    PM_TRY_STATUS(write_one(prepared, geometry, frame_path(pattern, frame)));
+    PM_TRY_STATUS(write_one(prepared, geometry, *extractor, frame_path(pattern, frame)));
   }
   return 0;
 }

@@ -13,7 +13,7 @@
 #include "model/polygon.h"
 #include "model/text_lines.h"
 #include "model/textures.h"
-#include "model/vec3d.h"
+#include "kernels/linear.h"
 
 namespace polymorph {
 namespace {

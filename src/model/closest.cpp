@@ -6,7 +6,7 @@
 
 #include "base/parallel.h"
 #include "model/triangle_bvh.h"
-#include "model/vec3d.h"
+#include "kernels/linear.h"
 
 namespace polymorph {
 namespace {

@@ -10,7 +10,7 @@
 #include "base/parallel.h"
 #include "base/result.h"
 #include "model/solid_angle.h"
-#include "model/vec3d.h"
+#include "kernels/linear.h"
 
 namespace polymorph {
 namespace {

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "model/edges.h"
-#include "model/vec3d.h"
+#include "kernels/linear.h"
 
 namespace polymorph {
 namespace {

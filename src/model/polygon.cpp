@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "base/result.h"
-#include "model/vec3d.h"
+#include "kernels/linear.h"
 
 namespace polymorph {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "base/morton.h"
 #include "base/random.h"
-#include "model/vec3d.h"
+#include "kernels/linear.h"
 
 namespace polymorph {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "base/parallel.h"
-#include "model/vec3d.h"
+#include "kernels/linear.h"
 
 namespace polymorph {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "base/text.h"
 #include "model/normals.h"
-#include "model/vec3d.h"
+#include "kernels/linear.h"
 #include "scene/scene.h"
 
 namespace polymorph {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "model/vec3d.h"
+#include "kernels/linear.h"
 
 namespace polymorph {
 

@@ -8,7 +8,7 @@
 #include "base/parallel.h"
 #include "model/normals.h"
 #include "model/sample_surface.h"
-#include "model/vec3d.h"
+#include "kernels/linear.h"
 
 namespace polymorph {
 namespace {

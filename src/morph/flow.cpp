@@ -1,8 +1,7 @@
 #include "morph/flow.h"
 
-#include "base/result.h"
 #include "morph/motion.h"
-#include "surface/near_balls.h"
+#include "surface/grid.h"
 
 namespace polymorph {
 namespace {
@@ -17,34 +16,34 @@ Mat3 inverse(const Mat3& a) {
 
 }  // namespace
 
-Flow flow_at(const MorphPlan& plan, float time, float next, std::span<const Ball> balls,
-             std::span<const Vec3> points) {
+Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::vector<Ball>& balls,
+                     const std::vector<Vec3>& points, SurfaceExtractor& extractor) {
   PM_CHECK(balls.size() == plan.pairs.size());
   const std::vector<float> progress = pair_progress(plan, time);
-  const bool moves = next != time;
-  std::vector<Ball> later;
-  std::vector<Mat3> turns;
-  if (moves) {
-    later = balls_at(plan, next);
+  std::vector<Carried> carried(balls.size());
+  for (std::size_t e = 0; e < balls.size(); ++e) carried[e].value[3] = progress[e];
+  if (next != time) {
+    const std::vector<Ball> later = balls_at(plan, next);
     const std::vector<PairFrame> now = pair_frames(plan, time), then = pair_frames(plan, next);
-    for (std::size_t e = 0; e < now.size(); ++e)
-      turns.push_back(inverse(then[e].to_source) * now[e].to_source);
-  }
-  const NearBalls near(balls, plan.kind);
-  Flow flow;
-  flow.displacement.resize(points.size());
-  flow.blend.resize(points.size());
-  for_each_share(near, points, [&](std::size_t i, std::span<const BallShare> shares) {
-    Vec3d way;
-    for (const auto& [e, share] : shares) {
-      flow.blend[i] += share * progress[e];
-      if (!moves) continue;
-      const Vec3d offset = Vec3d(points[i]) - Vec3d(balls[e].center);
-      way = way + (Vec3d(later[e].center) - Vec3d(balls[e].center) + turns[e] * offset - offset) *
-                      static_cast<double>(share);
+    for (std::size_t e = 0; e < balls.size(); ++e) {
+      const Vec3 way = later[e].center - balls[e].center;
+      const Mat3 turn = inverse(then[e].to_source) * now[e].to_source;
+      for (int i = 0; i < 3; ++i) {
+        const auto moved = [&](int k) { return turn.at(i, k) - (i == k ? 1 : 0); };
+        carried[e].value[i] = i == 0 ? way.x : i == 1 ? way.y : way.z;
+        carried[e].slope[i] = to_float({moved(0), moved(1), moved(2)});
+      }
     }
-    flow.displacement[i] = to_float(way);
-  });
+  }
+  ExtractSettings settings;
+  settings.field = plan.kind;
+  std::vector<CarriedValues> values;
+  PM_TRY_STATUS(to_status(extractor.blend(balls, carried, points, settings, values)));
+  Flow flow;
+  for (const CarriedValues& at : values) {
+    flow.displacement.push_back({at.v[0], at.v[1], at.v[2]});
+    flow.blend.push_back(at.v[3]);
+  }
   return flow;
 }
 

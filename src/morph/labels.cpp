@@ -8,7 +8,7 @@
 #include "model/closest.h"
 #include "morph/cost.h"
 #include "morph/motion.h"
-#include "surface/near_balls.h"
+#include "surface/grid.h"
 
 namespace polymorph {
 namespace {
@@ -68,10 +68,12 @@ LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
   return match;
 }
 
-std::vector<std::uint32_t> label_points(const MorphPlan& plan, float time,
-                                        std::span<const Ball> balls, std::span<const Vec3> points,
-                                        std::span<const std::uint32_t> from_names,
-                                        std::span<const std::uint32_t> to_names) {
+Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float time,
+                                                const std::vector<Ball>& balls,
+                                                const std::vector<Vec3>& points,
+                                                std::span<const std::uint32_t> from_names,
+                                                std::span<const std::uint32_t> to_names,
+                                                SurfaceExtractor& extractor) {
   PM_CHECK(balls.size() == plan.pairs.size());
   PM_CHECK(from_names.size() == plan.from.size() && to_names.size() == plan.to.size());
   std::uint32_t count = 1;
@@ -87,27 +89,40 @@ std::vector<std::uint32_t> label_points(const MorphPlan& plan, float time,
     const std::uint32_t a = family[from_names[pair.from]], b = family[to_names[pair.to]];
     std::replace(family.begin(), family.end(), std::max(a, b), std::min(a, b));
   }
+  // Each name is a value that the balls carry, eight at a time.
   const std::vector<float> progress = pair_progress(plan, time);
-  const NearBalls near(balls, plan.kind);
-  std::vector<std::uint32_t> labels(points.size(), 0);
-  for_each_share(near, points, [&](std::size_t i, std::span<const BallShare> shares) {
-    std::vector<double> of_name(count), of_family(count);
-    const auto add = [&](std::uint32_t name, float share) {
-      of_name[name] += static_cast<double>(share);
-      of_family[family[name]] += static_cast<double>(share);
+  ExtractSettings settings;
+  settings.field = plan.kind;
+  std::vector<float> of_names(points.size() * count);
+  for (std::uint32_t first = 0; first < count; first += 8) {
+    std::vector<Carried> carried(2 * balls.size());
+    const auto add = [&](std::size_t ball, std::uint32_t name, float share) {
+      if (name < first || name >= first + 8) return;
+      carried[2 * ball + (name - first) / 4].value[(name - first) % 4] += share;
     };
-    for (const auto& [ball, share] : shares) {
-      const Pair& pair = plan.pairs[ball];
-      add(from_names[pair.from], share * (1 - progress[ball]));
-      add(to_names[pair.to], share * progress[ball]);
+    for (std::size_t e = 0; e < balls.size(); ++e) {
+      add(e, from_names[plan.pairs[e].from], 1 - progress[e]);
+      add(e, to_names[plan.pairs[e].to], progress[e]);
     }
+    std::vector<CarriedValues> values;
+    PM_TRY_STATUS(to_status(extractor.blend(balls, carried, points, settings, values)));
+    for (std::size_t i = 0; i < points.size(); ++i)
+      for (std::uint32_t k = 0; k < std::min(count - first, 8u); ++k)
+        of_names[i * count + first + k] = values[2 * i + k / 4].v[k % 4];
+  }
+  std::vector<std::uint32_t> labels(points.size());
+  std::vector<float> of_family(count);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const float* of_name = of_names.data() + i * count;
+    std::fill(of_family.begin(), of_family.end(), 0.0f);
+    for (std::uint32_t name = 0; name < count; ++name) of_family[family[name]] += of_name[name];
     const auto best = static_cast<std::uint32_t>(
         std::max_element(of_family.begin(), of_family.end()) - of_family.begin());
     std::uint32_t winner = best;
     for (std::uint32_t name = 0; name < count; ++name)
       if (family[name] == best && of_name[name] > of_name[winner]) winner = name;
     labels[i] = winner;
-  });
+  }
   return labels;
 }
 

@@ -45,9 +45,7 @@ float widest_axis(const Ball& ball) {
 /// Unit ball -> the ellipsoid d^T shape d = 1.
 Mat3 to_ellipsoid(const Ball& ball) {
   if (is_round(ball)) return {};
-  Mat3 half = log_symmetric(to_mat3(ball.shape));
-  for (double& v : half.m) v *= -0.5;
-  return exp_symmetric(half);
+  return to_mat3(exp_symmetric(to_sym3d(log_symmetric(to_mat3(ball.shape))) * -0.5));
 }
 
 double inside_volume(const std::vector<Ball>& balls, std::size_t index,

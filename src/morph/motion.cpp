@@ -11,6 +11,7 @@
 #include "base/result.h"
 #include "morph/easing.h"
 #include "morph/parts.h"
+#include "surface/grid.h"
 
 namespace polymorph {
 namespace {
@@ -57,17 +58,6 @@ Vec3d launch_of(const MorphPlan& plan, std::size_t e, Vec3d from, Vec3d to) {
          (static_cast<double>(plan.motion.burst) * plan.size * (0.75 + 0.25 * random(5)));
 }
 
-/// Where a ball is that was thrown from `start` at `launch` a time ago; it stays where it lands.
-Vec3d thrown(const MorphPlan& plan, Vec3d start, Vec3d launch, double time) {
-  const double gravity = 10 * static_cast<double>(plan.motion.gravity) * plan.size;
-  const double drop = std::max(start.y - plan.floor, 0.0);
-  double flight = time;
-  if (gravity > 0)
-    flight =
-        std::min(time, (launch.y + std::sqrt(launch.y * launch.y + 2 * gravity * drop)) / gravity);
-  return start + launch * flight - Vec3d{0, gravity * flight * flight / 2, 0};
-}
-
 /// Each pair's place in the order of starting, [0, 1].
 std::vector<float> starting_order(const MorphPlan& plan) {
   const std::size_t n = plan.pairs.size();
@@ -111,10 +101,10 @@ std::vector<float> starting_order(const MorphPlan& plan) {
 }
 
 float own_time(const MorphPlan& plan, std::size_t e, float time) {
-  const Mover& mover = plan.movers[e];
+  const PairTiming& timing = plan.timing[e];
   const float share = plan.motion.stagger == Stagger::kNone ? 0.0f : plan.motion.stagger_share;
-  const float own = std::clamp((time - mover.delay) / (1 - share), 0.0f, 1.0f);
-  return ease(plan.motion, own, mover.inertia);
+  const float own = std::clamp((time - timing.delay) / (1 - share), 0.0f, 1.0f);
+  return ease(plan.motion, own, timing.inertia);
 }
 
 /// Without stagger or spring all balls share one u.
@@ -122,25 +112,15 @@ bool move_together(const MorphPlan& plan) {
   return plan.motion.stagger == Stagger::kNone && plan.motion.easing != Easing::kSpring;
 }
 
-/// What all balls of one eased time share: c(u), s^u, exp(u log R).
-struct Place {
-  Vec3d center;
-  double scale = 1;
-  Mat3 rotation;
-};
-
-Place place_at(const Alignment& alignment, double u) {
-  return {alignment.from_center * (1 - u) + alignment.to_center * u, std::pow(alignment.scale, u),
-          exp_rotation(alignment.turn * u)};
-}
-
 /// Puts the balls where the graph of their neighbours wants them.
-void join(const MorphPlan& plan, std::span<const double> progress, std::vector<Ball>& balls) {
+void join(const MorphPlan& plan, std::span<const float> eased, std::vector<Ball>& balls) {
   std::vector<Vec3d> places;
   std::vector<Mat3> turns;
+  std::vector<double> progress;
   for (std::size_t e = 0; e < balls.size(); ++e) {
+    progress.push_back(static_cast<double>(eased[e]));
     places.emplace_back(balls[e].center);
-    turns.push_back(exp_rotation(plan.parts[plan.movers[e].part].turn * progress[e]));
+    turns.push_back(exp_rotation(plan.parts[plan.paths->balls[e].part].turn * progress[e]));
   }
   const std::vector<Vec3d> joined = plan.graph->joined(places, turns, progress);
   for (std::size_t e = 0; e < balls.size(); ++e) balls[e].center = to_float(joined[e]);
@@ -157,64 +137,49 @@ double softness(const MorphPlan& plan) {
          std::clamp((plan.alignment.strain - kAlike) / (kUnlike - kAlike), 0.0, 1.0);
 }
 
-/// What is left of the shapes' logarithm: half way between unlike objects balls are round. A disc
-/// that was a lid's would stick out of whatever it passes.
-double stretch_left(const MorphPlan& plan, double u) {
-  return std::max(1 - 2 * softness(plan) * 4 * std::max(u * (1 - u), 0.0), 0.0);
-}
-
-/// log of the shape, in the source's orientation, times `factor`.
-Mat3 log_shape_at(const Mover& mover, double u, double factor) {
-  Mat3 log;
-  for (std::size_t k = 0; k < 9; ++k)
-    log.m[k] = factor * ((1 - u) * mover.from_log.m[k] + u * mover.to_log.m[k]);
-  return log;
-}
-
-Sym3 shape_at(const Mover& mover, const Mat3& rotation, double u, double stretch) {
-  return to_sym3(rotation * exp_symmetric(log_shape_at(mover, u, stretch)) * transposed(rotation));
-}
-
-/// a^-3/2. An overshooting spring must not turn a small volume negative.
-double volume_at(const Mover& mover, double u) {
-  return std::max((1 - u) * mover.from_volume + u * mover.to_volume,
-                  0.1 * std::min(mover.from_volume, mover.to_volume));
-}
-
 /// How much of a ball's drift shows: a unit velocity at time 0, nothing left of it at 1.
 double drifted(float time) {
   const double t = std::clamp(static_cast<double>(time), 0.0, 1.0);
   return t * (1 - t) * (1 - t);
 }
 
-/// A ball between its ends.
-Ball between(const MorphPlan& plan, const Mover& mover, const Place& place, double u) {
-  Ball ball;
-  Vec3d x = mover.from * (1 - u) + mover.to * u;
-  if (plan.motion.path == Path::kBezier) x = x + mover.bow * (4 * u * (1 - u));
-  Vec3d center = place.center + (place.rotation * x) * place.scale;
-  if (plan.motion.path == Path::kExplode) {
-    const double v = std::clamp(u, 0.0, 1.0);
-    const double middle = std::clamp((v - 0.2) / 0.6, 0.0, 1.0);
-    const double into = middle * middle * (3 - 2 * middle);
-    center = thrown(plan, plan.alignment.from_center + mover.from, mover.launch, v) * (1 - into) +
-             thrown(plan, plan.alignment.to_center + mover.to, mover.launch, 1 - v) * into;
-  }
-  ball.center = to_float(center);
-  const double size = std::cbrt(volume_at(mover, u));
-  ball.a = static_cast<float>(1 / (size * size));
-  const auto v = static_cast<float>(u);
-  ball.w = (1 - v) * mover.from_w + v * mover.to_w;
-  const auto softer = static_cast<float>(1 - softness(plan) * 4 * std::max(u * (1 - u), 0.0));
-  ball.a *= softer;
-  ball.w *= softer;
-  if (!mover.round) ball.shape = shape_at(mover, place.rotation, u, stretch_left(plan, u));
-  return ball;
+/// Each ball's eased time.
+std::vector<float> eased_times(const MorphPlan& plan, float time) {
+  if (move_together(plan)) return std::vector<float>(plan.pairs.size(), ease(plan.motion, time));
+  std::vector<float> eased;
+  for (std::size_t e = 0; e < plan.pairs.size(); ++e) eased.push_back(own_time(plan, e, time));
+  return eased;
+}
+
+/// Balls of their own eased time, or none.
+std::vector<float> own_times(const MorphPlan& plan, float time) {
+  return move_together(plan) ? std::vector<float>() : eased_times(plan, time);
+}
+
+PathMoment moment_of(const MorphPlan& plan, float time) {
+  PathMoment moment;
+  moment.time = time;
+  moment.eased = ease(plan.motion, time);
+  moment.softness = softness(plan);
+  // Balls of a graph drift when they are joined.
+  moment.drifted = plan.graph ? 0 : drifted(time);
+  moment.thrown = plan.motion.path == Path::kExplode;
+  moment.gravity = 10 * static_cast<double>(plan.motion.gravity) * plan.size;
+  moment.floor = plan.floor;
+  return moment;
+}
+
+/// What no ball can do alone.
+void finish(const MorphPlan& plan, float time, std::vector<Ball>& balls) {
+  if (!plan.graph) return;
+  if (time > 0 && time < 1) join(plan, eased_times(plan, time), balls);
+  for (std::size_t e = 0; e < balls.size(); ++e)
+    balls[e].center = balls[e].center + to_float(plan.paths->balls[e].drift * drifted(time));
 }
 
 }  // namespace
 
-void set_movers(MorphPlan& plan) {
+void set_paths(MorphPlan& plan) {
   RigidParts parts;
   plan.graph.reset();
   if (plan.motion.path == Path::kParts) {
@@ -227,71 +192,69 @@ void set_movers(MorphPlan& plan) {
   plan.parts = std::move(parts.alignments);
   const std::vector<float> order = starting_order(plan);
   const auto count = static_cast<double>(plan.pairs.size());
-  std::vector<Mover> movers(plan.pairs.size());
-  for (std::size_t e = 0; e < movers.size(); ++e) {
+  BallPaths paths;
+  for (const Alignment& part : plan.parts)
+    paths.parts.push_back({part.from_center, part.to_center, part.turn, std::log(part.scale)});
+  paths.balls.resize(plan.pairs.size());
+  plan.timing.assign(plan.pairs.size(), {});
+  for (std::size_t e = 0; e < paths.balls.size(); ++e) {
     const Pair& pair = plan.pairs[e];
     const Ball& p = plan.from[pair.from];
     const Ball& q = plan.to[pair.to];
-    Mover& mover = movers[e];
-    mover.part = parts.part_of[e];
-    const Alignment& alignment = plan.parts[mover.part];
+    BallPath& path = paths.balls[e];
+    path.part = parts.part_of[e];
+    const Alignment& alignment = plan.parts[path.part];
     const Mat3 back = transposed(alignment.rotation);
-    mover.from = Vec3d(p.center) - alignment.from_center;
-    mover.to = back * (Vec3d(q.center) - alignment.to_center) * (1 / alignment.scale);
-    mover.from_volume = volume_of_ball(p);
-    mover.to_volume = volume_of_ball(q);
-    mover.from_w = strength(plan.kind, p.w, pair.from_share);
-    mover.to_w = strength(plan.kind, q.w, pair.to_share);
-    mover.round = is_round(p) && is_round(q);
-    if (!mover.round) {
-      mover.from_log = log_symmetric(to_mat3(p.shape));
-      mover.to_log = back * log_symmetric(to_mat3(q.shape)) * alignment.rotation;
+    path.start = p;
+    path.end = q;
+    path.start.w = strength(plan.kind, p.w, pair.from_share);
+    path.end.w = strength(plan.kind, q.w, pair.to_share);
+    path.from = Vec3d(p.center) - alignment.from_center;
+    path.to = back * (Vec3d(q.center) - alignment.to_center) * (1 / alignment.scale);
+    path.from_volume = volume_of_ball(p);
+    path.to_volume = volume_of_ball(q);
+    path.round = is_round(p) && is_round(q);
+    if (!path.round) {
+      path.from_log = to_sym3d(log_symmetric(to_mat3(p.shape)));
+      path.to_log = to_sym3d(back * log_symmetric(to_mat3(q.shape)) * alignment.rotation);
     }
     if (plan.motion.path == Path::kBezier)
-      mover.bow = bow_of(plan, Vec3d(p.center), Vec3d(q.center));
-    if (plan.motion.path == Path::kExplode) mover.launch = launch_of(plan, e, mover.from, mover.to);
-    if (plan.motion.stagger != Stagger::kNone) mover.delay = order[e] * plan.motion.stagger_share;
+      path.bow = bow_of(plan, Vec3d(p.center), Vec3d(q.center));
+    if (plan.motion.path == Path::kExplode) path.launch = launch_of(plan, e, path.from, path.to);
+    PairTiming& timing = plan.timing[e];
+    if (plan.motion.stagger != Stagger::kNone) timing.delay = order[e] * plan.motion.stagger_share;
     constexpr double kMost = 8;
-    mover.inertia = static_cast<float>(std::pow(std::clamp(pair.mass * count, 1 / kMost, kMost),
-                                                static_cast<double>(plan.motion.spring.lag)));
+    timing.inertia = static_cast<float>(std::pow(std::clamp(pair.mass * count, 1 / kMost, kMost),
+                                                 static_cast<double>(plan.motion.spring.lag)));
   }
-  plan.movers = std::move(movers);
+  plan.paths = std::make_shared<const BallPaths>(std::move(paths));
 }
 
 std::vector<Ball> balls_at(const MorphPlan& plan, float time) {
-  PM_CHECK(plan.movers.size() == plan.pairs.size());
+  PM_CHECK(plan.paths && plan.paths->balls.size() == plan.pairs.size());
   std::vector<Ball> balls(plan.pairs.size());
-  std::vector<double> progress(balls.size());
-  const bool together = move_together(plan);
-  const float common = ease(plan.motion, time);
-  std::vector<Place> places;  // of the parts, where all balls are equally far
-  for (const Alignment& part : plan.parts)
-    places.push_back(place_at(part, static_cast<double>(common)));
-  parallel_for(
-      static_cast<std::int64_t>(balls.size()),
-      [&](std::int64_t index) {
-        const auto e = static_cast<std::size_t>(index);
-        const Pair& pair = plan.pairs[e];
-        const Mover& mover = plan.movers[e];
-        const float u = together ? common : own_time(plan, e, time);
-        progress[e] = static_cast<double>(u);
-        // The ends' own numbers, not what powers and turns make of them in the last bits.
-        if (time <= 0 || u == 0) {
-          balls[e] = plan.from[pair.from];
-          balls[e].w = mover.from_w;
-        } else if (time >= 1 || u == 1) {
-          balls[e] = plan.to[pair.to];
-          balls[e].w = mover.to_w;
-        } else {
-          const auto v = static_cast<double>(u);
-          balls[e] = between(
-              plan, mover, together ? places[mover.part] : place_at(plan.parts[mover.part], v), v);
-        }
-      },
-      256);
-  if (plan.graph && time > 0 && time < 1) join(plan, progress, balls);
-  for (std::size_t e = 0; e < balls.size(); ++e)
-    balls[e].center = balls[e].center + to_float(plan.movers[e].drift * drifted(time));
+  const PathMoment moment = moment_of(plan, time);
+  const std::vector<float> own = own_times(plan, time);
+  const std::vector<PartPlace> places = places_at(plan.paths->parts, moment.eased);
+  const auto view = [](const auto& of) {
+    return View(of.data(), static_cast<std::int64_t>(of.size()));
+  };
+  const StepBalls step = {view(plan.paths->balls),
+                          view(plan.paths->parts),
+                          view(places),
+                          view(own),
+                          moment,
+                          {balls.data(), static_cast<std::int64_t>(balls.size())}};
+  parallel_for(static_cast<std::int64_t>(balls.size()), step, 256);
+  finish(plan, time, balls);
+  return balls;
+}
+
+Result<std::vector<Ball>> balls_at(const MorphPlan& plan, float time, SurfaceExtractor& extractor) {
+  std::vector<Ball> balls;
+  PM_TRY_STATUS(
+      to_status(extractor.step(plan.paths, moment_of(plan, time), own_times(plan, time), balls)));
+  finish(plan, time, balls);
   return balls;
 }
 
@@ -304,39 +267,43 @@ void carry_on(MorphPlan& plan, const MorphPlan& before, float until, double pace
   // Second order at the very beginning of the new motion.
   const std::vector<Ball> own[3] = {balls_at(plan, 0), balls_at(plan, kStep),
                                     balls_at(plan, 2 * kStep)};
-  for (std::size_t e = 0; e < plan.movers.size(); ++e) {
+  BallPaths paths = *plan.paths;
+  for (std::size_t e = 0; e < paths.balls.size(); ++e) {
     const std::uint32_t i = plan.pairs[e].from;
     const Vec3d had = (Vec3d(later[i].center) - Vec3d(earlier[i].center)) * (0.5 * scale * pace);
     const Vec3d has =
         (Vec3d(own[1][e].center) * 4 - Vec3d(own[0][e].center) * 3 - Vec3d(own[2][e].center)) *
         (0.5 * scale);
-    plan.movers[e].drift = had - has;
+    paths.balls[e].drift = had - has;
   }
+  plan.paths = std::make_shared<const BallPaths>(std::move(paths));
 }
 
 std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time) {
-  const bool together = move_together(plan);
-  const float common = ease(plan.motion, time);
+  const std::vector<float> eased = eased_times(plan, time);
+  const double soft = softness(plan);
   std::vector<PairFrame> frames(plan.pairs.size());
   parallel_for(
       static_cast<std::int64_t>(frames.size()),
       [&](std::int64_t index) {
         const auto e = static_cast<std::size_t>(index);
-        const Mover& mover = plan.movers[e];
-        const auto u = static_cast<double>(together ? common : own_time(plan, e, time));
-        const Alignment& alignment = plan.parts[mover.part];
+        const BallPath& path = plan.paths->balls[e];
+        const auto u = static_cast<double>(eased[e]);
+        const Alignment& alignment = plan.parts[path.part];
         const Mat3 back = transposed(exp_rotation(alignment.turn * u));
         Mat3 from = back, to = back;
-        if (!mover.round) {
-          const Mat3 root =
-              exp_symmetric(log_shape_at(mover, u, 0.5 * stretch_left(plan, u))) * back;
-          from = exp_symmetric(log_shape_at(mover, 0, -0.5)) * root;
-          to = exp_symmetric(log_shape_at(mover, 1, -0.5)) * root;
+        if (!path.round) {
+          const auto power = [](const Sym3d& log, double by) {
+            return to_mat3(exp_symmetric(log * by));
+          };
+          const Mat3 root = power(log_shape_at(path, u), 0.5 * stretch_left(soft, u)) * back;
+          from = power(path.from_log, -0.5) * root;
+          to = power(path.to_log, -0.5) * root;
         }
         to = alignment.rotation * to;
-        const double size = std::cbrt(volume_at(mover, u));
-        const double from_size = std::cbrt(mover.from_volume) / size;
-        const double to_size = std::cbrt(mover.to_volume) / size;
+        const double size = cube_root(volume_at(path, u));
+        const double from_size = cube_root(path.from_volume) / size;
+        const double to_size = cube_root(path.to_volume) / size;
         for (double& v : from.m) v *= from_size;
         for (double& v : to.m) v *= to_size;
         frames[e] = {from, to};
@@ -346,11 +313,8 @@ std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time) {
 }
 
 std::vector<float> pair_progress(const MorphPlan& plan, float time) {
-  if (move_together(plan))
-    return std::vector<float>(plan.pairs.size(), std::clamp(ease(plan.motion, time), 0.0f, 1.0f));
-  std::vector<float> progress;
-  for (std::size_t e = 0; e < plan.pairs.size(); ++e)
-    progress.push_back(std::clamp(own_time(plan, e, time), 0.0f, 1.0f));
+  std::vector<float> progress = eased_times(plan, time);
+  for (float& u : progress) u = std::clamp(u, 0.0f, 1.0f);
   return progress;
 }
 

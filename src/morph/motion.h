@@ -3,13 +3,15 @@
 
 #include <vector>
 
+#include "base/result.h"
+#include "kernels/extract_surface.h"
 #include "morph/plan.h"
 
 namespace polymorph {
 
-/// Works out parts, graph and movers from the plan's pairs and motion settings. plan_morph() calls
-/// it; call it again after a change of plan.motion.
-void set_movers(MorphPlan& plan);
+/// Works out parts, graph, paths and timing from the plan's pairs and motion settings. plan_morph()
+/// calls it; call it again after a change of plan.motion.
+void set_paths(MorphPlan& plan);
 
 /// The balls at `time` in [0, 1] of the motion (not eased), one a pair, in pair order. 0 and 1 give
 /// the fields of `from` and `to` exactly. With u the ball's own eased time:
@@ -24,6 +26,10 @@ void set_movers(MorphPlan& plan);
 /// ball's size (a^-3/2) is linear, and so is its strength: w for inverse-square balls, w +
 /// ln(share) for Gaussian ones.
 std::vector<Ball> balls_at(const MorphPlan& plan, float time);
+
+/// The same balls, moved by the extractor, where they stay for the surface. Errors: the extractor's
+/// (surface/grid.h: to_status).
+Result<std::vector<Ball>> balls_at(const MorphPlan& plan, float time, SurfaceExtractor& extractor);
 
 /// Makes a plan whose source is the balls of `before` at `until` go on with their velocity, which
 /// fades: its balls' centres leave with the velocity at which they came, whatever its easing, and

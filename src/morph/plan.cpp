@@ -334,7 +334,7 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
   plan.size = std::sqrt(rms_size(plan.from) * rms_size(plan.to));
   plan.floor = std::min(lowest(plan.from), lowest(plan.to));
   plan.motion = motion;
-  set_movers(plan);
+  set_paths(plan);
   return plan;
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "kernels/motion.h"
 #include "kernels/types.h"
 #include "morph/linear.h"
 #include "scene/scene.h"
@@ -40,19 +41,10 @@ struct PlanSide {
   std::vector<Vec3> landmarks;  ///< those of the other side in the same order
 };
 
-/// Where one pair is at any time: what both ends say, so that a frame only interpolates.
-struct Mover {
-  std::uint32_t part = 0;  ///< of the plan's: what it turns and grows with
-  Vec3d from, to;          ///< about the part's centres, both in `from`'s orientation
-  double from_volume = 1, to_volume = 1;  ///< a^-3/2
-  float from_w = 0, to_w = 0;
-  bool round = true;
-  Mat3 from_log, to_log;  ///< of the shapes, in `from`'s orientation; unused when round
-  Vec3d bow;              ///< bezier: the way the path bows out
-  Vec3d launch;           ///< explode: velocity out of either object, scene units a motion
-  Vec3d drift;            ///< what is left of an earlier motion: scene units a motion
-  float delay = 0;        ///< stagger: [0, stagger_share]
-  float inertia = 1;      ///< spring: of mean 1, about
+/// When a pair starts, and how heavy it is.
+struct PairTiming {
+  float delay = 0;    ///< stagger: [0, stagger_share]
+  float inertia = 1;  ///< spring: of mean 1, about
 };
 
 class BallGraph;  // morph/parts.h
@@ -67,9 +59,11 @@ struct MorphPlan {
   /// What balls turn and grow with: one for all, or (path `parts`) one each.
   std::vector<Alignment> parts;
   std::shared_ptr<const BallGraph> graph;  ///< path `parts`: what holds them together
-  std::vector<Mover> movers;               ///< one a pair
-  double size = 1;                         ///< geometric mean of both objects' RMS sizes
-  double floor = 0;                        ///< height of the lowest ball's centre in either object
+  /// What moves the balls, one a pair; a new object whenever it changes.
+  std::shared_ptr<const BallPaths> paths;
+  std::vector<PairTiming> timing;  ///< one a pair
+  double size = 1;                 ///< geometric mean of both objects' RMS sizes
+  double floor = 0;                ///< height of the lowest ball's centre in either object
 };
 
 /// Both ball lists must not be empty. Deterministic; `index` also depends on the seed. The plan

@@ -1,32 +1,40 @@
 #include "morph/pull_back.h"
 
-#include "base/result.h"
 #include "morph/motion.h"
-#include "surface/near_balls.h"
+#include "surface/grid.h"
 
 namespace polymorph {
+namespace {
 
-PullBack pull_back(const MorphPlan& plan, float time, std::span<const Ball> balls,
-                   std::span<const Vec3> points) {
+/// The place that a ball's centre stands for, and how offsets from there are turned.
+Carried affine(Vec3 center, const Mat3& turn) {
+  Carried carried = {{center.x, center.y, center.z, 0}, {}};
+  for (int i = 0; i < 3; ++i)
+    carried.slope[i] = to_float({turn.at(i, 0), turn.at(i, 1), turn.at(i, 2)});
+  return carried;
+}
+
+}  // namespace
+
+Result<PullBack> pull_back(const MorphPlan& plan, float time, const std::vector<Ball>& balls,
+                           const std::vector<Vec3>& points, SurfaceExtractor& extractor) {
   PM_CHECK(balls.size() == plan.pairs.size());
   const std::vector<PairFrame> frames = pair_frames(plan, time);
-  const NearBalls near(balls, plan.kind);
+  std::vector<Carried> carried;
+  for (std::size_t e = 0; e < balls.size(); ++e) {
+    carried.push_back(affine(plan.from[plan.pairs[e].from].center, frames[e].to_source));
+    carried.push_back(affine(plan.to[plan.pairs[e].to].center, frames[e].to_target));
+  }
+  ExtractSettings settings;
+  settings.field = plan.kind;
+  std::vector<CarriedValues> values;
+  PM_TRY_STATUS(to_status(extractor.blend(balls, carried, points, settings, values)));
   PullBack pulled;
-  pulled.source.resize(points.size());
-  pulled.target.resize(points.size());
-  for_each_share(near, points, [&](std::size_t i, std::span<const BallShare> shares) {
-    Vec3d source, target;
-    for (const auto& [e, share] : shares) {
-      const auto q = static_cast<double>(share);
-      const Vec3d offset = Vec3d(points[i]) - Vec3d(balls[e].center);
-      source =
-          source + (Vec3d(plan.from[plan.pairs[e].from].center) + frames[e].to_source * offset) * q;
-      target =
-          target + (Vec3d(plan.to[plan.pairs[e].to].center) + frames[e].to_target * offset) * q;
-    }
-    pulled.source[i] = to_float(source);
-    pulled.target[i] = to_float(target);
-  });
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const float *source = values[2 * i].v, *target = values[2 * i + 1].v;
+    pulled.source.push_back({source[0], source[1], source[2]});
+    pulled.target.push_back({target[0], target[1], target[2]});
+  }
   return pulled;
 }
 

@@ -4,7 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "kernels/types.h"
+#include "base/result.h"
+#include "kernels/extract_surface.h"
 #include "morph/plan.h"
 
 namespace polymorph {
@@ -18,7 +19,8 @@ struct PullBack {
 /// field at x, p_e the ball it comes from (goes to) and F_e its frame (pair_frames). `balls` are
 /// those of balls_at(plan, time). At time 0 (1) X is the point itself, on the source (target)
 /// (docs/method.md, Colour).
-PullBack pull_back(const MorphPlan& plan, float time, std::span<const Ball> balls,
-                   std::span<const Vec3> points);
+/// Errors: the extractor's (surface/grid.h: to_status).
+Result<PullBack> pull_back(const MorphPlan& plan, float time, const std::vector<Ball>& balls,
+                           const std::vector<Vec3>& points, SurfaceExtractor& extractor);
 
 }  // namespace polymorph

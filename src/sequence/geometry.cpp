@@ -77,21 +77,23 @@ Clothes clothes_of(const PreparedActor& actor, std::size_t object, const Mesh& s
 
 /// What the points of a moving surface wear: what the leg comes from, as it was there, and over it
 /// what it goes to.
-void dress(const PreparedActor& actor, std::size_t leg, float time, std::span<const Ball> balls,
-           std::span<const Vec3> points, ActorGeometry& geometry) {
+Status dress(const PreparedActor& actor, std::size_t leg, float time,
+             const std::vector<Ball>& balls, const std::vector<Vec3>& points,
+             SurfaceExtractor& extractor, ActorGeometry& geometry) {
   const PreparedLeg& way = actor.legs[leg];
-  const PullBack pulled = pull_back(way.plan, time, balls, points);
+  PM_TRY(const PullBack pulled, pull_back(way.plan, time, balls, points, extractor));
   // Balls in flight wore what the leg before them had made of its objects by then.
   const bool was_in_flight = leg > 0 && actor.legs[leg - 1].until < 1;
   if (was_in_flight) {
     const PreparedLeg& before = actor.legs[leg - 1];
-    dress(actor, leg - 1, before.until, balls_at(before.plan, before.until), pulled.source,
-          geometry);
+    PM_TRY_STATUS(dress(actor, leg - 1, before.until, balls_at(before.plan, before.until),
+                        pulled.source, extractor, geometry));
   } else {
     geometry.clothes.push_back(clothes_of(actor, way.from, geometry.surface, pulled.source));
   }
   geometry.clothes.push_back(clothes_of(actor, way.to, geometry.surface, pulled.target,
                                         std::clamp(progress_at(way.plan, time), 0.0f, 1.0f)));
+  return Ok{};
 }
 
 /// The moment of a stage in which a model shows, whole or on its way to or from its balls.
@@ -129,8 +131,9 @@ Result<ActorGeometry> model_at(const PreparedScene& prepared, const PreparedActo
   }
   if (moment.boundary > 0)
     geometry.points = shrunk_points(object.model, object.shrink_targets, moment.boundary);
-  geometry.balls = grown(balls_at(leg_of(actor, moment.leg).plan, moment.time),
-                         prepared.scene.field.kind, moment.growth, object.field_maximum);
+  PM_TRY(std::vector<Ball> balls, balls_at(leg_of(actor, moment.leg).plan, moment.time, extractor));
+  geometry.balls =
+      grown(std::move(balls), prepared.scene.field.kind, moment.growth, object.field_maximum);
   PM_TRY(geometry.surface,
          extract_surface(extractor, geometry.balls, actor.cell, prepared.extract));
   wear_own();
@@ -139,24 +142,26 @@ Result<ActorGeometry> model_at(const PreparedScene& prepared, const PreparedActo
 
 /// Where what shows now goes until the next frame, within its stage. What the level does to keep
 /// the volume is left out, and so are blended surfaces, which move by less than a cell.
-void add_flow(const PreparedActor& actor, ActorGeometry& geometry, bool last) {
+Status add_flow(const PreparedActor& actor, SurfaceExtractor& extractor, bool last,
+                ActorGeometry& geometry) {
   const Moment& now = geometry.moment;
   const Moment next = last ? now : moment_at(actor.timeline, now.frame + 1);
   if (now.object < 0) {
     const PreparedLeg& leg = leg_of(actor, now.leg);
     const bool goes_on = next.leg == now.leg && next.object < 0;
-    geometry.flow = flow_at(leg.plan, now.time, goes_on ? next.time : leg.until, geometry.balls,
-                            geometry.surface.positions);
-    return;
+    PM_TRY(geometry.flow, flow_at(leg.plan, now.time, goes_on ? next.time : leg.until,
+                                  geometry.balls, geometry.surface.positions, extractor));
+    return Ok{};
   }
   const PreparedObject& object = object_of(actor, now.object);
-  if (object.boundary != BoundaryMethod::kProject || geometry.points.empty()) return;
-  if (next.object >= 0 && next.object != now.object) return;
+  if (object.boundary != BoundaryMethod::kProject || geometry.points.empty()) return Ok{};
+  if (next.object >= 0 && next.object != now.object) return Ok{};
   const float way = next.object < 0 ? 1 : 1 - next.boundary;
-  if (way == 1 - now.boundary) return;
+  if (way == 1 - now.boundary) return Ok{};
   geometry.displacement = projected_mesh(object.model, object.projection, way).points;
   for (std::size_t i = 0; i < geometry.points.size(); ++i)
     geometry.displacement[i] = geometry.displacement[i] - geometry.points[i];
+  return Ok{};
 }
 
 MaterialLayer layer_of(const PreparedActor& actor, const Clothes& clothes) {
@@ -216,7 +221,7 @@ Result<ActorGeometry> balls_on_way(const PreparedScene& prepared, const Prepared
   geometry.moment.leg = leg;
   geometry.moment.time = time;
   geometry.moment.u = progress_at(plan, time);
-  geometry.balls = balls_at(plan, time);
+  PM_TRY(geometry.balls, balls_at(plan, time, extractor));
   if (plan.motion.keep_volume && time > 0 && time < 1) {
     const auto u = static_cast<double>(geometry.moment.u);
     const double from = actor.objects[leg_of(actor, leg).from].ball_volume;
@@ -275,23 +280,25 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtracto
     const Moment moment = moment_at(actor.timeline, frame);
     if (moment.object >= 0) {
       PM_TRY(ActorGeometry one, model_at(prepared, actor, extractor, moment));
-      if (flows) add_flow(actor, one, frame == prepared.frame_count);
+      if (flows) PM_TRY_STATUS(add_flow(actor, extractor, frame == prepared.frame_count, one));
       geometry.actors.push_back(std::move(one));
       continue;
     }
     PM_TRY(ActorGeometry one, volume_at(prepared, actor, extractor, moment.leg, moment.time));
     one.moment = moment;
     if (prepared.scene.look.kind == LookKind::kOwn && !one.surface.triangles.empty())
-      dress(actor, static_cast<std::size_t>(moment.leg), moment.time, one.balls,
-            one.surface.positions, one);
-    if (flows) add_flow(actor, one, frame == prepared.frame_count);
+      PM_TRY_STATUS(dress(actor, static_cast<std::size_t>(moment.leg), moment.time, one.balls,
+                          one.surface.positions, extractor, one));
+    if (flows) PM_TRY_STATUS(add_flow(actor, extractor, frame == prepared.frame_count, one));
     geometry.actors.push_back(std::move(one));
   }
   if (aov_is_chosen(prepared.scene.image.aovs, "label"))
     for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
       const PreparedActor& actor = prepared.actors[a];
       ActorGeometry& one = geometry.actors[a];
-      if (!one.surface.positions.empty()) one.surface_labels = surface_labels(actor, one);
+      if (!one.surface.positions.empty()) {
+        PM_TRY(one.surface_labels, surface_labels(actor, one, extractor));
+      }
       if (!one.points.empty())
         one.point_labels = model_labels(actor, object_of(actor, one.moment.object));
     }
@@ -317,8 +324,9 @@ Mesh surfaces_of(const FrameGeometry& geometry) {
   return mesh;
 }
 
-std::vector<std::uint32_t> surface_labels(const PreparedActor& actor,
-                                          const ActorGeometry& geometry) {
+Result<std::vector<std::uint32_t>> surface_labels(const PreparedActor& actor,
+                                                  const ActorGeometry& geometry,
+                                                  SurfaceExtractor& extractor) {
   const std::vector<Vec3>& points = geometry.surface.positions;
   const Moment& moment = geometry.moment;
   if (moment.object < 0) {
@@ -331,7 +339,7 @@ std::vector<std::uint32_t> surface_labels(const PreparedActor& actor,
       return own;
     };
     return label_points(leg.plan, moment.time, geometry.balls, points, names(leg.from),
-                        names(leg.to));
+                        names(leg.to), extractor);
   }
   const PreparedObject& object = object_of(actor, moment.object);
   const std::vector<std::uint32_t> numbers = label_numbers(actor, object);
@@ -341,7 +349,8 @@ std::vector<std::uint32_t> surface_labels(const PreparedActor& actor,
   return labels;
 }
 
-FrameMesh mesh_of(const PreparedScene& prepared, const FrameGeometry& geometry) {
+Result<FrameMesh> mesh_of(const PreparedScene& prepared, const FrameGeometry& geometry,
+                          SurfaceExtractor& extractor) {
   FrameMesh frame;
   std::vector<std::string> kinds;
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
@@ -352,10 +361,13 @@ FrameMesh mesh_of(const PreparedScene& prepared, const FrameGeometry& geometry) 
     const auto first = static_cast<std::uint32_t>(frame.tags.label_names.size());
     for (const std::string& name : actor.label_names)
       frame.tags.label_names.push_back(prepared.actors.size() > 1 ? actor.name + "." + name : name);
-    for (const std::uint32_t label : is_model
-                                         ? model_labels(actor, object_of(actor, one.moment.object))
-                                         : surface_labels(actor, one))
-      frame.tags.labels.push_back(first + label);
+    std::vector<std::uint32_t> labels;
+    if (is_model) {
+      labels = model_labels(actor, object_of(actor, one.moment.object));
+    } else {
+      PM_TRY(labels, surface_labels(actor, one, extractor));
+    }
+    for (const std::uint32_t label : labels) frame.tags.labels.push_back(first + label);
     frame.tags.parts.push_back({actor.name, frame.mesh.triangles.size()});
     append(frame.mesh, is_model ? model_mesh(actor, one) : one.surface);
   }

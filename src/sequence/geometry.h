@@ -88,9 +88,10 @@ Mesh surfaces_of(const FrameGeometry& geometry);
 
 /// What each vertex of an actor's surface belongs to: index into actor.label_names. Of moving balls
 /// by their shares (morph/labels.h), else by the nearest face of the model that the surface comes
-/// from.
-std::vector<std::uint32_t> surface_labels(const PreparedActor& actor,
-                                          const ActorGeometry& geometry);
+/// from. Errors: the extractor's.
+Result<std::vector<std::uint32_t>> surface_labels(const PreparedActor& actor,
+                                                  const ActorGeometry& geometry,
+                                                  SurfaceExtractor& extractor);
 
 /// A frame as a mesh: of each actor its surface or, where it has none, its model.
 struct FrameMesh {
@@ -98,7 +99,9 @@ struct FrameMesh {
   MeshTags tags;     ///< a part an actor; labels "beak", or "actor.beak" of several
   std::string what;  ///< "surface", "model" or both: "surface, model"
 };
-FrameMesh mesh_of(const PreparedScene& prepared, const FrameGeometry& geometry);
+/// Errors: the extractor's.
+Result<FrameMesh> mesh_of(const PreparedScene& prepared, const FrameGeometry& geometry,
+                          SurfaceExtractor& extractor);
 
 /// What the renderer is given for one frame; borrows from both arguments. The id AOV counts from 2
 /// through the actors, for each its surface and then its objects' models.

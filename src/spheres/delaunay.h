@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "model/vec3d.h"
+#include "kernels/linear.h"
 
 namespace polymorph {
 

@@ -48,16 +48,4 @@ void for_each_near(
     const NearBalls& balls, std::span<const Vec3> points, float reach,
     const std::function<void(std::size_t, std::size_t, std::span<const std::uint32_t>)>& f);
 
-/// A ball's share of the field at a point.
-struct BallShare {
-  std::uint32_t ball;
-  float share;  ///< (0, 1]
-};
-
-/// Runs f(i, shares) for every point: the balls with more than 1e-4 of the largest share there, in
-/// ascending order; their shares sum to 1. At least one, also where nothing reaches. In parallel:
-/// write by index.
-void for_each_share(const NearBalls& balls, std::span<const Vec3> points,
-                    const std::function<void(std::size_t, std::span<const BallShare>)>& f);
-
 }  // namespace polymorph

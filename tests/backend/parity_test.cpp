@@ -4,6 +4,7 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
+#include <cstring>
 #include <vector>
 
 #if defined(__SSE__)
@@ -34,6 +35,32 @@ std::vector<std::vector<Ball>> ball_sets(int count, FieldKind field, unsigned se
   return sets;
 }
 
+/// What the balls carry to some points, two quadruples each.
+std::vector<CarriedValues> blended(SurfaceExtractor& extractor, const std::vector<Ball>& balls,
+                                   FieldKind field) {
+  std::vector<Carried> carried(2 * balls.size());
+  for (std::size_t i = 0; i < carried.size(); ++i)
+    for (int k = 0; k < 4; ++k) {
+      const float number = static_cast<float>(i % 97) - 40, of = static_cast<float>(k + 1);
+      carried[i].value[k] = number / of;
+      carried[i].slope[k] = {of, number * 0.1f, -of};
+    }
+  std::vector<Vec3> points;
+  for (const Ball& ball : random_balls(5003, field, 77)) points.push_back(ball.center * 1.2f);
+  ExtractSettings settings;
+  settings.field = field;
+  std::vector<CarriedValues> values;
+  const ExtractStatus status = extractor.blend(balls, carried, points, settings, values);
+  EXPECT_EQ(status.code, ExtractCode::kOk) << status.message;
+  EXPECT_EQ(values.size(), 2 * points.size());
+  return values;
+}
+
+void expect_same_values(const std::vector<CarriedValues>& a, const std::vector<CarriedValues>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(CarriedValues)), 0);
+}
+
 Mesh extract_with_threads(int threads, FieldKind field) {
   const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
                                     static_cast<std::size_t>(threads));
@@ -58,7 +85,8 @@ TEST(Determinism, any_number_of_threads_gives_the_same_bits) {
   }
 }
 
-/// The passes as a GPU thread sees them, one point at a time and down from many tops, without a GPU.
+/// The passes as a GPU thread sees them, one point at a time and down from many tops, without a
+/// GPU.
 struct ScalarBackend : BasicCpuBackend<float> {
   static constexpr bool kManyTops = true;
 };
@@ -76,6 +104,7 @@ TEST(Determinism, one_point_at_a_time_gives_the_bits_of_eight) {
       ASSERT_EQ(lanes->extract(balls, cube_grid(83, 1.6f), settings, eight).code, ExtractCode::kOk);
       ASSERT_FALSE(one.triangles.empty());
       expect_same_mesh(one, eight);
+      expect_same_values(blended(scalar, balls, field), blended(*lanes, balls, field));
     }
   }
 }
@@ -143,6 +172,7 @@ TEST_P(ParityTest, cuda_gives_the_bits_of_the_cpu) {
       ASSERT_EQ(cpu->sample(balls, points, settings, cpu_values).code, ExtractCode::kOk);
       ASSERT_EQ(cuda->sample(balls, points, settings, cuda_values).code, ExtractCode::kOk);
       EXPECT_TRUE(same_bits(cpu_values, cuda_values));
+      expect_same_values(blended(*cuda, balls, GetParam()), blended(*cpu, balls, GetParam()));
     }
   }
 }

@@ -82,9 +82,9 @@ TEST_P(SurfaceTest, lone_ellipsoid_is_its_ellipsoid) {
     for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
       const Vec3 d = mesh.positions[i] - ball.center;
       const Sym3& s = ball.shape;
-      const Vec3 out =
-          normalized({s.xx * d.x + s.xy * d.y + s.xz * d.z, s.xy * d.x + s.yy * d.y + s.yz * d.z,
-                      s.xz * d.x + s.yz * d.y + s.zz * d.z});
+      const Vec3 out = normalized(Vec3{s.xx * d.x + s.xy * d.y + s.xz * d.z,
+                                       s.xy * d.x + s.yy * d.y + s.yz * d.z,
+                                       s.xz * d.x + s.yz * d.y + s.zz * d.z});
       ASSERT_GT(dot(out, mesh.normals[i]), 0.99999f);
     }
   }

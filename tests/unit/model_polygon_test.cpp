@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "model/vec3d.h"
+#include "kernels/linear.h"
 
 namespace polymorph {
 namespace {

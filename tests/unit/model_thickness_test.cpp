@@ -7,7 +7,7 @@
 #include "model/diagnose.h"
 #include "model/self_intersections.h"
 #include "model/shapes.h"
-#include "model/vec3d.h"
+#include "kernels/linear.h"
 #include "model_testing.h"
 
 namespace polymorph {

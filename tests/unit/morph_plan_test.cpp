@@ -277,7 +277,9 @@ TEST(Labels, GoWithTheirBallsAndTakeTheTargetsNamesHalfWay) {
     const std::vector<Ball> balls = balls_at(plan, time);
     std::vector<Vec3> points;
     for (const Ball& ball : balls) points.push_back(ball.center);
-    const auto labels = label_points(plan, time, balls, points, from_names, to_names);
+    const auto labels =
+        label_points(plan, time, balls, points, from_names, to_names, *make_cpu_extractor())
+            .value();
     std::size_t right = 0;
     for (std::size_t e = 0; e < points.size(); ++e) {
       const Pair& pair = plan.pairs[e];
@@ -293,8 +295,12 @@ TEST(Labels, WithoutPartnersTheLargerShareWins) {
   const MorphPlan plan = plan_morph({one, {}, {}}, {one, {}, {}}, FieldKind::kGaussian, {});
   const std::vector<std::uint32_t> from{1}, to{0};
   const std::vector<Vec3> point{{0.3f, 0, 0}};
-  EXPECT_EQ(label_points(plan, 0.4f, balls_at(plan, 0.4f), point, from, to)[0], 1u);
-  EXPECT_EQ(label_points(plan, 0.6f, balls_at(plan, 0.6f), point, from, to)[0], 0u);
+  const auto label_at = [&](float time) {
+    return label_points(plan, time, balls_at(plan, time), point, from, to, *make_cpu_extractor())
+        .value()[0];
+  };
+  EXPECT_EQ(label_at(0.4f), 1u);
+  EXPECT_EQ(label_at(0.6f), 0u);
 }
 
 /// Balls through a torus, neighbours overlapping as fitted ones do.

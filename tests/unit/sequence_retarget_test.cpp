@@ -71,8 +71,11 @@ TEST_F(RetargetTest, NoFrameJumps) {
 double velocity_change(const PreparedScene& prepared, bool carried) {
   const PreparedActor& actor = prepared.actors[0];
   MorphPlan plan = actor.legs[1].plan;
-  if (!carried)
-    for (Mover& mover : plan.movers) mover.drift = {};
+  if (!carried) {
+    BallPaths paths = *plan.paths;
+    for (BallPath& path : paths.balls) path.drift = {};
+    plan.paths = std::make_shared<const BallPaths>(std::move(paths));
+  }
   const MorphPlan& before = actor.legs[0].plan;
   const float step = 1e-2f;
   const auto at = [&](double frames, int leg) {
@@ -155,7 +158,9 @@ TEST_F(RetargetTest, MindsMayBeChangedTwice) {
   ASSERT_TRUE(last.ok());
   EXPECT_EQ(last->actors[0].clothes.size(), 4u);
   // Vertices still know what they belong to.
-  const FrameMesh frame = mesh_of(prepared, *last);
+  const auto labelled = mesh_of(prepared, *last, *extractor);
+  ASSERT_TRUE(labelled.ok());
+  const FrameMesh& frame = *labelled;
   EXPECT_EQ(frame.tags.label_names,
             (std::vector<std::string>{"cube", "torus", "puddle", "sphere"}));
   ASSERT_EQ(frame.tags.labels.size(), frame.mesh.positions.size());

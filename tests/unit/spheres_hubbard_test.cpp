@@ -8,7 +8,7 @@
 #include "base/parallel.h"
 #include "model/sample_surface.h"
 #include "model/shapes.h"
-#include "model/vec3d.h"
+#include "kernels/linear.h"
 #include "model_testing.h"
 #include "spheres/delaunay.h"
 

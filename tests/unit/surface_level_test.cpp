@@ -109,6 +109,15 @@ TEST(IsoForVolume, TakesFewSurfacesEvenNextToAVanishingOne) {
                          const ExtractSettings& settings, std::vector<float>& values) override {
       return inner->sample(balls, points, settings, values);
     }
+    ExtractStatus step(const std::shared_ptr<const BallPaths>& paths, const PathMoment& moment,
+                       const std::vector<float>& own, std::vector<Ball>& balls) override {
+      return inner->step(paths, moment, own, balls);
+    }
+    ExtractStatus blend(const std::vector<Ball>& balls, const std::vector<Carried>& carried,
+                        const std::vector<Vec3>& points, const ExtractSettings& settings,
+                        std::vector<CarriedValues>& values) override {
+      return inner->blend(balls, carried, points, settings, values);
+    }
     std::vector<PassTime> pass_times() const override { return inner->pass_times(); }
   } extractor;
   // A flat-topped field: a little too high a level and nothing is left.

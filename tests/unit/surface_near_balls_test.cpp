@@ -61,42 +61,6 @@ TEST_P(NearBallsTest, SumsWhatTheKernelsSumAndItsGradientIsItsSlope) {
   });
 }
 
-TEST_P(NearBallsTest, SharesAreWhatEachBallAddsOverTheWhole) {
-  const std::vector<Ball> balls = balls_for(GetParam());
-  const NearBalls near(balls, GetParam());
-  const std::vector<Vec3> points = random_points(4);
-  std::vector<int> seen(points.size(), 0);
-  for_each_share(near, points, [&](std::size_t i, std::span<const BallShare> shares) {
-    ++seen[i];
-    std::vector<double> strength;
-    double whole = 0;
-    for (const Ball& ball : balls) {
-      const auto log = static_cast<double>(log_strength(ball, GetParam(), points[i] - ball.center));
-      strength.push_back(std::exp(log));
-      whole += strength.back();
-    }
-    ASSERT_FALSE(shares.empty());
-    float sum = 0;
-    std::vector<char> named(balls.size(), 0);
-    for (std::size_t k = 0; k < shares.size(); ++k) {
-      if (k > 0) {
-        EXPECT_LT(shares[k - 1].ball, shares[k].ball);
-      }
-      sum += shares[k].share;
-      named[shares[k].ball] = 1;
-      // What is left out below 1e-4 of the largest adds up to little.
-      if (whole > 0) {
-        EXPECT_NEAR(shares[k].share, strength[shares[k].ball] / whole, 0.01) << shares[k].ball;
-      }
-    }
-    EXPECT_NEAR(sum, 1, 1e-5f);
-    const double largest = *std::max_element(strength.begin(), strength.end());
-    for (std::size_t b = 0; b < balls.size(); ++b)
-      EXPECT_TRUE(named[b] || !(strength[b] > 2e-4 * largest)) << b;
-  });
-  EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), 300);
-}
-
 INSTANTIATE_TEST_SUITE_P(Kinds, NearBallsTest,
                          ::testing::Values(FieldKind::kGaussian, FieldKind::kInverseSquare,
                                            FieldKind::kWyvill));

@@ -1,0 +1,162 @@
+// Where the balls of a morph are at a time: the report's step from frame to frame (its section 4,
+// 6th step), which either backend takes. What a ball does on its way is worked out once, when it is
+// known who becomes whom (src/morph/motion.cpp); a frame only puts numbers in. Formulas:
+// docs/method.md, Time.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "host_device.h"
+#include "linear.h"
+#include "types.h"
+#include "view.h"
+
+namespace polymorph {
+
+/// What a part of the balls turns and grows with, from its source to its target.
+struct PathPart {
+  Vec3d from_center, to_center;
+  Vec3d turn;            ///< axis times angle
+  double log_scale = 0;  ///< natural logarithm
+};
+
+/// A part at an eased time.
+struct PartPlace {
+  Vec3d center;
+  double scale = 1;
+  Mat3 rotation;
+};
+PM_HD inline PartPlace place_at(const PathPart& part, double u) {
+  return {part.from_center * (1 - u) + part.to_center * u, exp_of(part.log_scale * u),
+          exp_rotation(part.turn * u)};
+}
+
+/// All parts at an eased time.
+inline std::vector<PartPlace> places_at(const std::vector<PathPart>& parts, float u) {
+  std::vector<PartPlace> places;
+  for (const PathPart& part : parts) places.push_back(place_at(part, static_cast<double>(u)));
+  return places;
+}
+
+/// One ball's way, as both its ends say.
+struct BallPath {
+  Ball start, end;  ///< the balls at the ends themselves
+  Vec3d from, to;   ///< about the part's centres, both in the source's orientation
+  Vec3d bow;        ///< which way the path bows out; zero: straight
+  Vec3d launch;     ///< thrown out of either end: scene units a motion
+  Vec3d drift;      ///< what is left of an earlier motion: scene units a motion
+  double from_volume = 1, to_volume = 1;  ///< a^-3/2
+  Sym3d from_log, to_log;  ///< of the shapes, in the source's orientation; unused when round
+  std::uint32_t part = 0;
+  bool round = true;
+};
+struct BallPaths {
+  std::vector<BallPath> balls;
+  std::vector<PathPart> parts;
+};
+
+/// What all balls share at a time.
+struct PathMoment {
+  float time = 0;       ///< [0, 1], not eased
+  float eased = 0;      ///< where balls have no eased time of their own
+  double softness = 0;  ///< balls that part melt into each other by this (docs/method.md, Time)
+  double drifted = 0;   ///< how much of a ball's drift shows
+  bool thrown = false;  ///< from both ends, and from one flight to the other half way
+  double gravity = 0;   ///< scene units a motion squared
+  double floor = 0;     ///< height where they land
+};
+
+/// How soft balls are at an eased time, [0, 1]: nothing at the ends, all of it half way.
+PM_HD constexpr double softened(double softness, double u) {
+  const double middle = 4 * u * (1 - u);
+  return softness * (middle > 0 ? middle : 0);
+}
+/// What is left of the shapes' logarithm: half way between unlike objects balls are round. A disc
+/// that was a lid's would stick out of whatever it passes.
+PM_HD constexpr double stretch_left(double softness, double u) {
+  const double left = 1 - 2 * softened(softness, u);
+  return left > 0 ? left : 0;
+}
+/// The logarithm of a ball's shape at an eased time, in the source's orientation.
+PM_HD constexpr Sym3d log_shape_at(const BallPath& path, double u) {
+  return path.from_log * (1 - u) + path.to_log * u;
+}
+/// a^-3/2 at an eased time. An overshooting spring must not turn a small volume negative.
+PM_HD constexpr double volume_at(const BallPath& path, double u) {
+  const double volume = (1 - u) * path.from_volume + u * path.to_volume;
+  const double least =
+      0.1 * (path.from_volume < path.to_volume ? path.from_volume : path.to_volume);
+  return volume > least ? volume : least;
+}
+
+/// Where a ball is that was thrown from `start` a time ago; it stays where it lands.
+PM_HD inline Vec3d thrown_from(const PathMoment& moment, Vec3d start, Vec3d launch, double time) {
+  const double drop = start.y > moment.floor ? start.y - moment.floor : 0.0;
+  double flight = time;
+  if (moment.gravity > 0) {
+    const double lands =
+        (launch.y + std::sqrt(launch.y * launch.y + 2 * moment.gravity * drop)) / moment.gravity;
+    if (lands < flight) flight = lands;
+  }
+  return start + launch * flight - Vec3d{0, moment.gravity * flight * flight / 2, 0};
+}
+
+/// The ball between its ends, at its eased time u.
+PM_HD inline Ball ball_between(const BallPath& path, const PathMoment& moment, const PathPart& part,
+                               const PartPlace& place, double u) {
+  Ball ball;
+  const Vec3d x = path.from * (1 - u) + path.to * u + path.bow * (4 * u * (1 - u));
+  Vec3d center = place.center + (place.rotation * x) * place.scale;
+  if (moment.thrown) {
+    const double v = u < 0 ? 0 : u > 1 ? 1 : u;
+    double middle = (v - 0.2) / 0.6;
+    middle = middle < 0 ? 0 : middle > 1 ? 1 : middle;
+    const double into = middle * middle * (3 - 2 * middle);
+    center = thrown_from(moment, part.from_center + path.from, path.launch, v) * (1 - into) +
+             thrown_from(moment, part.to_center + path.to, path.launch, 1 - v) * into;
+  }
+  ball.center = to_float(center);
+  const double size = cube_root(volume_at(path, u));
+  const auto v = static_cast<float>(u),
+             harder = static_cast<float>(1 - softened(moment.softness, u));
+  ball.a = static_cast<float>(1 / (size * size)) * harder;
+  ball.w = ((1 - v) * path.start.w + v * path.end.w) * harder;
+  if (!path.round) {
+    const Sym3d log = log_shape_at(path, u) * stretch_left(moment.softness, u);
+    ball.shape = to_sym3(place.rotation * to_mat3(exp_symmetric(log)) * transposed(place.rotation));
+  }
+  return ball;
+}
+
+/// Puts each ball where it is; one item a ball.
+struct StepBalls {
+  View<const BallPath> paths;
+  View<const PathPart> parts;
+  View<const PartPlace> places;  ///< of the parts, where all balls are equally far
+  View<const float> own;         ///< else each ball's eased time
+  PathMoment moment;
+  View<Ball> balls;
+
+  PM_HD void operator()(std::int64_t e) const {
+    if (e >= paths.size) return;
+    const BallPath& path = paths[e];
+    const float u = own.size > 0 ? own[e] : moment.eased;
+    Ball ball;
+    // The ends' own numbers, not what powers and turns make of them in the last bits.
+    if (moment.time <= 0 || u == 0) {
+      ball = path.start;
+    } else if (moment.time >= 1 || u == 1) {
+      ball = path.end;
+    } else {
+      const auto v = static_cast<double>(u);
+      const PathPart& part = parts[path.part];
+      ball =
+          ball_between(path, moment, part, own.size > 0 ? place_at(part, v) : places[path.part], v);
+    }
+    ball.center = ball.center + to_float(path.drift * moment.drifted);
+    balls[e] = ball;
+  }
+};
+
+}  // namespace polymorph
