@@ -1,8 +1,9 @@
 // The order of all passes, once for every backend.
 //
-// A backend gives: Team (how the threads that share one item work together: V, each, each_group,
-// sync, scan, append); for_each and for_teams; scan; Buffer<T> with resize and fit; upload,
-// download, output, deliver; start_frame, everything_fitted, finish_frame. What it cannot do
+// A backend gives: Team (how the threads that share one item work together: V, kParts, each,
+// each_group, group_sum, group_most, sync, scan, append, add); kManyTops; for_each and for_teams;
+// scan; Buffer<T> with resize and fit; upload, download, output, deliver; start_frame,
+// everything_fitted, finish_frame. What it cannot do
 // (memory, a failing device) it throws as ExtractFailure or std::bad_alloc; both end here and leave
 // as a status.
 //

@@ -119,9 +119,9 @@ PM_HD inline Ball ball_between(const BallPath& path, const PathMoment& moment, c
   ball.center = to_float(center);
   const double size = cube_root(volume_at(path, u));
   const auto v = static_cast<float>(u),
-             harder = static_cast<float>(1 - softened(moment.softness, u));
-  ball.a = static_cast<float>(1 / (size * size)) * harder;
-  ball.w = ((1 - v) * path.start.w + v * path.end.w) * harder;
+             weaker = static_cast<float>(1 - softened(moment.softness, u));
+  ball.a = static_cast<float>(1 / (size * size)) * weaker;
+  ball.w = ((1 - v) * path.start.w + v * path.end.w) * weaker;
   if (!path.round) {
     const Sym3d log = log_shape_at(path, u) * stretch_left(moment.softness, u);
     ball.shape = to_sym3(place.rotation * to_mat3(exp_symmetric(log)) * transposed(place.rotation));

@@ -173,7 +173,7 @@ TEST_F(Products, PlyMeshesKnowWhatTheirVerticesBelongTo) {
 TEST_F(Products, StoppedBySignalLeavesNoParts) {
   write("long.json", tiny_scene(4000));
   const Started started = start({"mesh", "long.json", "-o", "m.####.obj"});
-  for (int i = 0; i < 3000 && !exists("m.0003.obj"); ++i) ::usleep(10000);
+  for (int i = 0; i < 12000 && !exists("m.0003.obj"); ++i) ::usleep(10000);
   ASSERT_EQ(::kill(started.id, SIGTERM), 0);
   const Ran ran = finish(started);
   EXPECT_EQ(ran.code, 143) << ran.err;

@@ -213,7 +213,7 @@ TEST_F(Render, StoppedBySignalLeavesWholeFrames) {
     const std::string name = prefix + ".####.exr";
     const Path third = folder / (prefix + ".0003.exr");
     const Started started = start({"render", "long.json", "-o", name, "--json"});
-    for (int i = 0; i < 3000 && !std::filesystem::exists(third); ++i)
+    for (int i = 0; i < 12000 && !std::filesystem::exists(third); ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     ASSERT_EQ(::kill(started.id, signal), 0);
     const Ran ran = finish(started);
