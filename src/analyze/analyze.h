@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "kernels/linear.h"
 #include "kernels/mesh.h"
 #include "kernels/types.h"
-#include "kernels/linear.h"
 #include "morph/linear.h"
 #include "surface/mesh_check.h"
 

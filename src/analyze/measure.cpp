@@ -5,10 +5,10 @@
 #include <limits>
 
 #include "base/parallel.h"
+#include "kernels/linear.h"
 #include "model/closest.h"
 #include "model/inside.h"
 #include "model/sample_surface.h"
-#include "kernels/linear.h"
 
 namespace polymorph {
 namespace {

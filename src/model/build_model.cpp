@@ -7,13 +7,13 @@
 #include <numeric>
 #include <sstream>
 
+#include "kernels/linear.h"
 #include "model/diagnose.h"
 #include "model/edges.h"
 #include "model/normals.h"
 #include "model/polygon.h"
 #include "model/text_lines.h"
 #include "model/textures.h"
-#include "kernels/linear.h"
 
 namespace polymorph {
 namespace {

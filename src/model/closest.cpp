@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "base/parallel.h"
-#include "model/triangle_bvh.h"
 #include "kernels/linear.h"
+#include "model/triangle_bvh.h"
 
 namespace polymorph {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "base/parallel.h"
 #include "base/result.h"
-#include "model/solid_angle.h"
 #include "kernels/linear.h"
+#include "model/solid_angle.h"
 
 namespace polymorph {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "model/edges.h"
 #include "kernels/linear.h"
+#include "model/edges.h"
 
 namespace polymorph {
 namespace {

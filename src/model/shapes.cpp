@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "base/text.h"
-#include "model/normals.h"
 #include "kernels/linear.h"
+#include "model/normals.h"
 #include "scene/scene.h"
 
 namespace polymorph {

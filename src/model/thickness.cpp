@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "base/parallel.h"
+#include "kernels/linear.h"
 #include "model/normals.h"
 #include "model/sample_surface.h"
-#include "kernels/linear.h"
 
 namespace polymorph {
 namespace {

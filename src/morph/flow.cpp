@@ -35,10 +35,8 @@ Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::v
       }
     }
   }
-  ExtractSettings settings;
-  settings.field = plan.kind;
-  std::vector<CarriedValues> values;
-  PM_TRY_STATUS(to_status(extractor.blend(balls, carried, points, settings, values)));
+  PM_TRY(const std::vector<CarriedValues> values,
+         carried_to(extractor, balls, plan.kind, carried, points));
   Flow flow;
   for (const CarriedValues& at : values) {
     flow.displacement.push_back({at.v[0], at.v[1], at.v[2]});

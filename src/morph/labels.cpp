@@ -91,8 +91,6 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
   }
   // Each name is a value that the balls carry, eight at a time.
   const std::vector<float> progress = pair_progress(plan, time);
-  ExtractSettings settings;
-  settings.field = plan.kind;
   std::vector<float> of_names(points.size() * count);
   for (std::uint32_t first = 0; first < count; first += 8) {
     std::vector<Carried> carried(2 * balls.size());
@@ -104,8 +102,8 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
       add(e, from_names[plan.pairs[e].from], 1 - progress[e]);
       add(e, to_names[plan.pairs[e].to], progress[e]);
     }
-    std::vector<CarriedValues> values;
-    PM_TRY_STATUS(to_status(extractor.blend(balls, carried, points, settings, values)));
+    PM_TRY(const std::vector<CarriedValues> values,
+           carried_to(extractor, balls, plan.kind, carried, points));
     for (std::size_t i = 0; i < points.size(); ++i)
       for (std::uint32_t k = 0; k < std::min(count - first, 8u); ++k)
         of_names[i * count + first + k] = values[2 * i + k / 4].v[k % 4];

@@ -25,10 +25,8 @@ Result<PullBack> pull_back(const MorphPlan& plan, float time, const std::vector<
     carried.push_back(affine(plan.from[plan.pairs[e].from].center, frames[e].to_source));
     carried.push_back(affine(plan.to[plan.pairs[e].to].center, frames[e].to_target));
   }
-  ExtractSettings settings;
-  settings.field = plan.kind;
-  std::vector<CarriedValues> values;
-  PM_TRY_STATUS(to_status(extractor.blend(balls, carried, points, settings, values)));
+  PM_TRY(const std::vector<CarriedValues> values,
+         carried_to(extractor, balls, plan.kind, carried, points));
   PullBack pulled;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const float *source = values[2 * i].v, *target = values[2 * i + 1].v;

@@ -80,4 +80,15 @@ Result<Mesh> extract_surface(SurfaceExtractor& extractor, const std::vector<Ball
   return mesh;
 }
 
+Result<std::vector<CarriedValues>> carried_to(SurfaceExtractor& extractor,
+                                              const std::vector<Ball>& balls, FieldKind kind,
+                                              const std::vector<Carried>& carried,
+                                              const std::vector<Vec3>& points) {
+  ExtractSettings settings;
+  settings.field = kind;
+  std::vector<CarriedValues> values;
+  PM_TRY_STATUS(to_status(extractor.blend(balls, carried, points, settings, values)));
+  return values;
+}
+
 }  // namespace polymorph

@@ -26,4 +26,10 @@ Result<Grid> fit_grid(const Box& box, float cell);
 Result<Mesh> extract_surface(SurfaceExtractor& extractor, const std::vector<Ball>& balls,
                              float cell, const ExtractSettings& settings);
 
+/// What the balls carry to points (SurfaceExtractor::blend). Errors: as extract_surface().
+Result<std::vector<CarriedValues>> carried_to(SurfaceExtractor& extractor,
+                                              const std::vector<Ball>& balls, FieldKind kind,
+                                              const std::vector<Carried>& carried,
+                                              const std::vector<Vec3>& points);
+
 }  // namespace polymorph

@@ -33,9 +33,6 @@ class NearBalls {
   /// reaches.
   LogField log_field(Vec3 p, std::span<const std::uint32_t> list) const;
 
-  std::span<const Ball> balls() const { return balls_; }
-  FieldKind kind() const { return kind_; }
-
  private:
   std::span<const Ball> balls_;
   FieldKind kind_;

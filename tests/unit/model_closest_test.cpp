@@ -7,8 +7,8 @@
 #include <random>
 
 #include "base/parallel.h"
-#include "model/shapes.h"
 #include "kernels/linear.h"
+#include "model/shapes.h"
 #include "model_testing.h"
 
 namespace polymorph {

@@ -4,10 +4,10 @@
 
 #include <cmath>
 
+#include "kernels/linear.h"
 #include "model/diagnose.h"
 #include "model/self_intersections.h"
 #include "model/shapes.h"
-#include "kernels/linear.h"
 #include "model_testing.h"
 
 namespace polymorph {

@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "base/parallel.h"
+#include "kernels/linear.h"
 #include "model/sample_surface.h"
 #include "model/shapes.h"
-#include "kernels/linear.h"
 #include "model_testing.h"
 #include "spheres/delaunay.h"
 
