@@ -8,6 +8,7 @@
 #include "kernels/linear.h"
 #include "model/closest.h"
 #include "model/inside.h"
+#include "model/normals.h"
 #include "model/sample_surface.h"
 
 namespace polymorph {
@@ -42,12 +43,16 @@ double bending_energy(const Mesh& mesh) {
   // The divergence of the normal is twice the mean curvature. Averaged at the vertices, so that
   // marching cubes' slivers, whose own divergence is noise, count by their area.
   const std::size_t n = mesh.positions.size();
+  const std::vector<Vec3> own = mesh.normals.size() == n
+                                    ? std::vector<Vec3>()
+                                    : point_normals(model_of(mesh.positions, mesh.triangles));
+  const std::vector<Vec3>& normals = mesh.normals.size() == n ? mesh.normals : own;
   std::vector<double> area(n, 0), curvature(n, 0);
   for (const Triangle& t : mesh.triangles) {
     Vec3d p[3], normal[3];
     for (int k = 0; k < 3; ++k) {
       p[k] = Vec3d(mesh.positions[t.v[k]]);
-      normal[k] = Vec3d(mesh.normals[t.v[k]]);
+      normal[k] = Vec3d(normals[t.v[k]]);
     }
     const Vec3d doubled = cross(p[1] - p[0], p[2] - p[0]);
     const double twice = length(doubled);

@@ -13,7 +13,8 @@
 namespace polymorph {
 
 /// Integral of the squared mean curvature over the surface, from the vertex normals: 4 pi for any
-/// sphere.
+/// sphere. A mesh without normals (a flat one) is measured by those of its triangles around each
+/// vertex.
 double bending_energy(const Mesh& mesh);
 
 /// Points spread over a surface, and the way to its closest points.

@@ -34,6 +34,14 @@ TEST(BendingEnergy, OfALongPillIsMoreThanASpheres) {
   EXPECT_GT(bending_energy(surface_of(pill, 0.02f)), 1.5 * 4 * std::numbers::pi);
 }
 
+TEST(BendingEnergy, OfASurfaceWithoutNormalsIsMeasuredByItsTriangles) {
+  // What the extractor gives for surface.flat.
+  Mesh sphere = surface_of({ball_at({}, 1)});
+  sphere.normals.clear();
+  EXPECT_NEAR(bending_energy(sphere), 4 * std::numbers::pi, 0.3);
+  EXPECT_EQ(bending_energy({}), 0);
+}
+
 TEST(Distance, BetweenSpheresIsTheDifferenceOfTheirRadii) {
   const auto distance =
       measured(surface_of({ball_at({}, 1)})).distance_to(measured(surface_of({ball_at({}, 1.1f)})));
