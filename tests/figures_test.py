@@ -100,6 +100,18 @@ class Figures(unittest.TestCase):
         self.assertTrue((self.out / "models/suzanne.obj").exists())
         self.assertIn("Suzanne is Blender's own", (self.out / "index.html").read_text())
 
+    def test_the_stages_are_found_in_what_the_program_says_of_a_scene(self):
+        # Cheap models in the place of the figure's own.
+        for name in ("teapot", "penguin"):
+            shutil.copy(ROOT / "scenes/models/cube.obj", self.copy / f"scenes/models/{name}.obj")
+        (self.copy / "scenes/golden").mkdir()
+        shutil.copy(ROOT / "scenes/golden/report-method.json", self.copy / "scenes/golden")
+        self.run_figures(["fig6.7"])
+        rows = list(csv.reader((self.out / "fig6.7.csv").read_text().splitlines()))[1:]
+        self.assertEqual({method for method, _, _ in rows}, {"report", "ours"})
+        for stage in ("boundary-out", "volume", "boundary-in"):
+            self.assertIn(stage, [row[2] for row in rows])
+
     def test_unknown_names_are_told_with_all_that_there_are(self):
         done = self.run_figures(["fig9.9"], code=2)
         self.assertIn("fig9.9", done.stderr)

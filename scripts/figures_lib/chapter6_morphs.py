@@ -228,7 +228,7 @@ def fig6_7(w):
     rows, heads, table = [], None, []
     for name, layers in (("report", [w.report()]), ("ours", [])):
         scene = w.scene(objects, {"frames": {"count": count}}, *layers)
-        said = w.json("info", scene, "--frames")
+        said = w.json("info", scene, "--frames")["actors"][0]
         own = [f["frame"] for f in said["frames"]]
         chosen = [own[0]]
         for stage in ("boundary-out", "volume", "boundary-in"):
