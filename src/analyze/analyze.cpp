@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "analyze/measure.h"
+#include "analyze/smoothness.h"
 #include "base/box.h"
 #include "base/result.h"
 #include "model/closest.h"
@@ -19,8 +20,6 @@ namespace {
 
 constexpr double kDegrees = 57.29577951308232;
 constexpr double kPi = 3.141592653589793;
-
-MeasuredSurface measured(const Mesh& mesh) { return {mesh.positions, mesh.triangles}; }
 
 /// The source on its way to the target, when that is the source moved: a turn and a growth about
 /// the middle, which goes straight.
@@ -121,6 +120,8 @@ class Analyzer {
     features();
     rigidity();
     smoothness();
+    add_roughness_metrics(analysis_);
+    add_step_metrics(ends_, frames_, size_, analysis_);
     monotonicity();
     transformations();
     slow_in_out();
@@ -129,8 +130,8 @@ class Analyzer {
   }
 
  private:
-  void add(const char* name, const char* principle, std::optional<double> value, const char* goal,
-           const char* what) {
+  void add(const char* name, const char* principle, std::optional<double> value,
+           const std::string& goal, const char* what) {
     analysis_.metrics.push_back({name, principle, value, goal, what});
   }
   const std::vector<FrameMeasures>& rows() const { return analysis_.frames; }
@@ -138,6 +139,8 @@ class Analyzer {
   void measure_frames() {
     constexpr double kHullMargin = 0.02;
     const DilatedHull hull(points_, kHullMargin * size_);
+    const RoughnessScale scale = roughness_scale(
+        unite(box_of(frames_.front().surface.positions), box_of(frames_.back().surface.positions)));
     std::optional<MeasuredSurface> previous;
     for (const MorphFrame& frame : frames_) {
       FrameMeasures row;
@@ -145,24 +148,28 @@ class Analyzer {
       row.u = frame.u;
       row.surface = check_mesh(frame.surface);
       row.bending = bending_energy(frame.surface);
+      row.roughness = roughness_of(frame.surface, scale);
       row.leakage = hull.leakage(frame.surface);
-      MeasuredSurface now = measured(frame.surface);
+      MeasuredSurface now(frame.surface);
       if (ends_.truth)
-        row.off_similarity = now.distance_to(measured(on_the_way(frames_[0].surface, *ends_.truth,
-                                                                 ends_.recovered, frame.u)))
-                                 .largest /
-                             size_;
+        row.off_similarity =
+            now.distance_to(MeasuredSurface(on_the_way(frames_[0].surface, *ends_.truth,
+                                                       ends_.recovered, frame.u)))
+                .largest /
+            size_;
       if (previous) {
         FrameMeasures& before = analysis_.frames.back();
-        before.step = previous->distance_to(now).mean;
+        const MeasuredSurface::Distance step = previous->distance_to(now);
+        before.step = step.mean;
+        before.farthest = step.largest;
         before.rate = row.u - before.u > 0 ? before.step / (row.u - before.u) : 0;
       } else {
-        source_error_ = now.distance_to(measured(ends_.source)).largest / size_;
+        source_error_ = now.distance_to(MeasuredSurface(ends_.source)).largest / size_;
       }
       previous = std::move(now);
       analysis_.frames.push_back(std::move(row));
     }
-    target_error_ = previous->distance_to(measured(ends_.target)).largest / size_;
+    target_error_ = previous->distance_to(MeasuredSurface(ends_.target)).largest / size_;
     for (std::size_t k = 0; k + 1 < frames_.size(); ++k)
       analysis_.frames[k].speed = has_balls_ ? rms_step(frames_[k], frames_[k + 1], ends_.masses)
                                              : analysis_.frames[k].step;
@@ -194,6 +201,11 @@ class Analyzer {
                std::abs(genus(rows().back()) - genus(rows().front()));
     add("topology", "2 topology", changes, "<= 0",
         "changes of parts and handles beyond those between the ends");
+    double most = 0;
+    for (const FrameMeasures& row : rows()) most = std::max(most, parts(row));
+    add("parts", "2 topology", most,
+        fmt::format("<= {:g}", std::max(parts(rows().front()), parts(rows().back()))),
+        "largest number of parts at once; goal: as many as the larger end has");
   }
 
   void features() {
@@ -276,22 +288,22 @@ class Analyzer {
   };
   HandoverSteps steps_of(const Handover& handover, const Mesh& surface) const {
     std::vector<double> step;
-    MeasuredSurface previous = measured(handover.shown.front());
+    MeasuredSurface previous(handover.shown.front());
     for (std::size_t k = 1; k < handover.shown.size(); ++k) {
-      MeasuredSurface now = measured(handover.shown[k]);
+      MeasuredSurface now(handover.shown[k]);
       step.push_back(previous.distance_to(now).mean);
       previous = std::move(now);
     }
-    constexpr double kHidden = 0.01;
     HandoverSteps steps;
     // A ten thousandth of the object is no step.
     for (std::size_t k = 1; k + 1 < step.size(); ++k)
       if (step[k] > 1e-4 * size_)
         steps.pop = std::max(steps.pop, 2 * step[k] / (step[k - 1] + step[k + 1]));
     if (!step.empty()) steps.before = step.back();
-    steps.jump = measured(without_hidden(handover.shown.back(), surface, kHidden * size_))
-                     .distance_to(measured(surface))
-                     .mean;
+    steps.jump =
+        MeasuredSurface(without_hidden(handover.shown.back(), surface, kHiddenDepth * size_))
+            .distance_to(MeasuredSurface(surface))
+            .mean;
     return steps;
   }
 

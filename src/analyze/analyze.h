@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "analyze/roughness.h"
 #include "kernels/linear.h"
 #include "kernels/mesh.h"
 #include "kernels/types.h"
@@ -42,6 +43,8 @@ struct MorphEnds {
   std::optional<Similarity> truth;       ///< the target is the source, so moved
   std::optional<Similarity> recovered;   ///< what the plan took it for
   Handover leaving, arriving;            ///< the source's and the target's; empty: none is seen
+  bool source_shown = true;              ///< the object itself is seen before the first frame
+  bool target_shown = true;              ///< and after the last
 };
 
 /// One moment of the morph.
@@ -55,12 +58,14 @@ struct MorphFrame {
 struct FrameMeasures {
   double time = 0, u = 0;
   MeshReport surface;
-  double bending = 0;  ///< integral of the squared mean curvature
-  double step = 0;     ///< chamfer distance to the next frame; 0 at the last
-  double rate = 0;     ///< step / change of u
-  double speed = 0;    ///< RMS step of the balls to the next frame, else `step`
-  double leakage = 0;  ///< volume outside the hull of both objects, dilated by 2 %
-  double strain = 0;   ///< RMS ln of the distances between neighbours over the even ones
+  double bending = 0;   ///< integral of the squared mean curvature
+  Roughness roughness;  ///< L: the diagonal of the first and the last frame's box
+  double step = 0;      ///< chamfer distance to the next frame; 0 at the last
+  double farthest = 0;  ///< Hausdorff distance to the next frame; 0 at the last
+  double rate = 0;      ///< step / change of u
+  double speed = 0;     ///< RMS step of the balls to the next frame, else `step`
+  double leakage = 0;   ///< volume outside the hull of both objects, dilated by 2 %
+  double strain = 0;    ///< RMS ln of the distances between neighbours over the even ones
   std::optional<double> off_similarity;  ///< Hausdorff distance from the moved source, over L
 };
 

@@ -27,16 +27,6 @@ struct OneWay {
   double mean = 0, largest = 0;
 };
 
-OneWay one_way(const std::vector<Vec3>& samples, const ClosestPointQuery& query) {
-  OneWay result;
-  for (const ClosestPoint& closest : query.closest(samples)) {
-    result.mean += static_cast<double>(closest.distance);
-    result.largest = std::max(result.largest, static_cast<double>(closest.distance));
-  }
-  result.mean /= static_cast<double>(samples.size());
-  return result;
-}
-
 }  // namespace
 
 double bending_energy(const Mesh& mesh) {
@@ -74,13 +64,33 @@ double bending_energy(const Mesh& mesh) {
 
 struct MeasuredSurface::Parts {
   std::vector<Vec3> samples;
+  std::vector<Vec3> normals;  ///< of the triangles
   ClosestPointQuery query;
+
+  /// To this surface; what is hidden inside it does not count.
+  OneWay distance_from(const std::vector<Vec3>& others, double hidden) const {
+    OneWay result;
+    const std::vector<ClosestPoint> closest = query.closest(others);
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < others.size(); ++i) {
+      const ClosestPoint& near = closest[i];
+      const auto distance = static_cast<double>(near.distance);
+      if (distance > hidden && dot(normals[near.triangle], others[i] - near.point) < 0) continue;
+      result.mean += distance;
+      result.largest = std::max(result.largest, distance);
+      ++count;
+    }
+    if (count > 0) result.mean /= static_cast<double>(count);
+    return result;
+  }
 };
 
 MeasuredSurface::MeasuredSurface(std::span<const Vec3> points, std::span<const Triangle> triangles)
-    : parts_(new Parts{{}, ClosestPointQuery(points, triangles)}) {
-  for (const SurfaceSample& sample : sample_surface(model_of(points, triangles), kSamples))
+    : parts_(new Parts{{}, {}, ClosestPointQuery(points, triangles)}) {
+  const Model model = model_of(points, triangles);
+  for (const SurfaceSample& sample : sample_surface(model, kSamples))
     parts_->samples.push_back(sample.point);
+  parts_->normals = face_normals(model);
 }
 MeasuredSurface::~MeasuredSurface() = default;
 MeasuredSurface::MeasuredSurface(MeasuredSurface&&) noexcept = default;
@@ -88,12 +98,13 @@ MeasuredSurface& MeasuredSurface::operator=(MeasuredSurface&&) noexcept = defaul
 
 bool MeasuredSurface::empty() const { return parts_->samples.empty(); }
 
-MeasuredSurface::Distance MeasuredSurface::distance_to(const MeasuredSurface& other) const {
+MeasuredSurface::Distance MeasuredSurface::distance_to(const MeasuredSurface& other,
+                                                       double hidden) const {
   if (empty() && other.empty()) return {};
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   if (empty() || other.empty()) return {kInfinity, kInfinity};
-  const OneWay there = one_way(parts_->samples, other.parts_->query);
-  const OneWay back = one_way(other.parts_->samples, parts_->query);
+  const OneWay there = other.parts_->distance_from(parts_->samples, hidden);
+  const OneWay back = parts_->distance_from(other.parts_->samples, kInfinity);
   return {(there.mean + back.mean) / 2, std::max(there.largest, back.largest)};
 }
 

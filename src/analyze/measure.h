@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -22,6 +23,7 @@ class MeasuredSurface {
  public:
   /// Copies what it needs.
   MeasuredSurface(std::span<const Vec3> points, std::span<const Triangle> triangles);
+  explicit MeasuredSurface(const Mesh& mesh) : MeasuredSurface(mesh.positions, mesh.triangles) {}
   ~MeasuredSurface();
   MeasuredSurface(MeasuredSurface&&) noexcept;
   MeasuredSurface& operator=(MeasuredSurface&&) noexcept;
@@ -32,8 +34,10 @@ class MeasuredSurface {
     double largest = 0;  ///< Hausdorff's, over the samples of both
   };
   /// Some 4000 samples a side, evenly spread, and their exact closest points. Infinite if just one
-  /// of the two is empty.
-  Distance distance_to(const MeasuredSurface& other) const;
+  /// of the two is empty. Samples of this one that lie deeper than `hidden` inside the other one,
+  /// which is then closed and outward, do not count: a spout goes on inside its pot.
+  Distance distance_to(const MeasuredSurface& other,
+                       double hidden = std::numeric_limits<double>::infinity()) const;
 
  private:
   struct Parts;

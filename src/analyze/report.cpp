@@ -32,6 +32,11 @@ const std::vector<Column>& columns() {
       return std::optional<double>(static_cast<double>(row.surface.*member));
     };
   };
+  const auto roughness = [](auto member) {
+    return [member](const FrameMeasures& row) {
+      return std::optional<double>(static_cast<double>(row.roughness.*member));
+    };
+  };
   static const std::vector<Column> table{
       {"volume", "volume", surface(&MeshReport::volume)},
       {"area", "area", surface(&MeshReport::area)},
@@ -41,7 +46,14 @@ const std::vector<Column>& columns() {
       {"speed", "RMS step of the balls to the next frame", number(&FrameMeasures::speed)},
       {"step", "chamfer distance to the next frame", number(&FrameMeasures::step)},
       {"rate", "step over the change of eased time", number(&FrameMeasures::rate)},
+      {"farthest", "Hausdorff distance to the next frame", number(&FrameMeasures::farthest)},
       {"bending", "bending energy (a sphere: 12.57)", number(&FrameMeasures::bending)},
+      {"tac", "total absolute curvature (a sphere: 1)", roughness(&Roughness::tac)},
+      {"bumps", "domes with radii below 6 % of L", roughness(&Roughness::bumps)},
+      {"groove", "% of the area in grooves with radii below 6 % of L",
+       roughness(&Roughness::groove)},
+      {"rho", "RMS distance from the solid smoothed by 2 % of L, in % of L",
+       roughness(&Roughness::rho)},
       {"strain", "RMS ln of neighbours' distances over the even ones",
        number(&FrameMeasures::strain)},
       {"leakage", "volume outside the objects' hull", number(&FrameMeasures::leakage)},
@@ -225,11 +237,37 @@ bool reaches(double value, const std::string& goal) {
 }
 
 std::vector<std::string> metric_names() {
-  return {"attributes",  "topology",          "landmarks", "source_error", "target_error",
-          "rigidity",    "bending",           "pop",       "handover",     "backtrack",
-          "dip",         "area_backtrack",    "area_dip",  "nonlinearity", "rotation_error",
-          "scale_error", "translation_error", "slow_in",   "slow_out",     "peak",
-          "leakage",     "bad_surfaces"};
+  return {"attributes",
+          "topology",
+          "parts",
+          "landmarks",
+          "source_error",
+          "target_error",
+          "rigidity",
+          "bending",
+          "pop",
+          "handover",
+          "curvature",
+          "bumps",
+          "groove",
+          "detail",
+          "first_step",
+          "last_step",
+          "source_step",
+          "target_step",
+          "backtrack",
+          "dip",
+          "area_backtrack",
+          "area_dip",
+          "nonlinearity",
+          "rotation_error",
+          "scale_error",
+          "translation_error",
+          "slow_in",
+          "slow_out",
+          "peak",
+          "leakage",
+          "bad_surfaces"};
 }
 
 Result<Limit> parse_limit(const std::string& text) {

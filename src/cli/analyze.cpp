@@ -83,7 +83,7 @@ void add_analyze(CommandLine& line) {
   CLI::App* command = add_command(
       line, "analyze", "Measure how good a morph is: a scene's, or any program's meshes.",
       "  polymorph analyze scene.json --html report.html\n"
-      "  polymorph analyze scene.json --fail-on \"dip>=0.98\" --fail-on \"pop<=2\"\n"
+      "  polymorph analyze scene.json --fail-on \"dip>=0.98\" --fail-on \"curvature<=1.05\"\n"
       "  polymorph analyze \"seq.####.obj\" --source a.obj --target b.obj --json",
       "  0 measured, every limit holds   1 a limit does not hold   2 usage\n"
       "  3 bad scene, model or meshes   4 cannot write   5 device or memory\n"

@@ -130,6 +130,8 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared,
       for (const bool leaving : {true, false})
         PM_TRY_STATUS(measure_handover(prepared, actor, extractor, leg, leaving, count,
                                        leaving ? ends.leaving : ends.arriving));
+      ends.source_shown = !ends.leaving.shown.empty();
+      ends.target_shown = !ends.arriving.shown.empty();
       morphs.push_back(analyze_morph(ends, samples));
     }
   }
@@ -161,6 +163,8 @@ Result<std::vector<Analysis>> analyze_meshes(const FramePattern& pattern,
   ends.to = frame_path(pattern, numbers.back()).filename().string();
   ends.source = frames.front().surface;
   ends.target = frames.back().surface;
+  ends.source_shown = !source.empty();
+  ends.target_shown = !target.empty();
   for (const auto& [file, name, mesh] :
        {std::tuple(&source, &ends.from, &ends.source), std::tuple(&target, &ends.to, &ends.target)})
     if (!file->empty()) {

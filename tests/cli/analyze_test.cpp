@@ -22,8 +22,15 @@ TEST_F(Analyze, ASceneInNumbersAndAllFiles) {
   ASSERT_EQ(json["morphs"].size(), 1u);
   EXPECT_EQ(json["morphs"][0]["frames"].size(), 5u);
   EXPECT_EQ(json["morphs"][0]["metrics"]["bad_surfaces"]["value"], 0.0);
+  for (const char* metric : {"curvature", "bumps", "groove", "detail", "first_step", "last_step",
+                             "source_step", "target_step", "parts"})
+    EXPECT_TRUE(json["morphs"][0]["metrics"][metric]["value"].is_number()) << metric;
+  for (const char* measure : {"tac", "bumps", "groove", "rho", "farthest"})
+    EXPECT_TRUE(json["morphs"][0]["frames"][2][measure].is_number()) << measure;
   EXPECT_EQ(lines_of(read_text(folder / "a.csv")).size(), 6u);
+  EXPECT_TRUE(contains(read_text(folder / "a.csv"), ",tac,bumps,groove,rho,"));
   EXPECT_TRUE(contains(read_text(folder / "a.html"), "<svg"));
+  EXPECT_TRUE(contains(read_text(folder / "a.html"), "<b>tac</b>"));
 }
 
 TEST_F(Analyze, LimitsDecideTheExitCode) {
@@ -47,10 +54,27 @@ TEST_F(Analyze, MeshesOfAnyProgram) {
   EXPECT_TRUE(json["morphs"][0]["metrics"]["attributes"]["value"].is_null());
   EXPECT_LT(json["morphs"][0]["metrics"]["source_error"]["value"], 1e-5);
   EXPECT_TRUE(json["morphs"][0]["metrics"]["pop"]["value"].is_number());
+  EXPECT_TRUE(json["morphs"][0]["metrics"]["source_step"]["value"].is_null());
   // Against other objects than its own ends.
   const Ran other = run(0, {"analyze", "seq.####.obj", "--source", "seq.0003.obj", "--json"});
   EXPECT_GT(nlohmann::json::parse(other.out)["morphs"][0]["metrics"]["source_error"]["value"],
             1e-3);
+  const auto metrics = nlohmann::json::parse(other.out)["morphs"][0]["metrics"];
+  EXPECT_GT(metrics["source_step"]["value"], 0.5);
+  EXPECT_TRUE(metrics["target_step"]["value"].is_null());
+}
+
+TEST_F(Analyze, AFlatSurfaceIsMeasuredLikeAnyOther) {
+  const auto metrics = [&](const char* flat) {
+    const Ran ran =
+        run(0, {"analyze", "scene.json", "-n", "4", "--set", flat, "--json", "--device", "cpu"});
+    return nlohmann::json::parse(ran.out)["morphs"][0]["metrics"];
+  };
+  const auto flat = metrics("surface.flat=true"), smooth = metrics("surface.flat=false");
+  // The same points; only normals tell the two apart.
+  EXPECT_EQ(flat["curvature"]["value"], smooth["curvature"]["value"]);
+  EXPECT_NEAR(flat["bending"]["value"].get<double>(), smooth["bending"]["value"].get<double>(),
+              0.2);
 }
 
 TEST_F(Analyze, WhatIsNoMorphIsSaid) {

@@ -55,6 +55,17 @@ TEST(Distance, OfSpheresApartIsLargestAtTheirFarEnds) {
   EXPECT_NEAR(distance.largest, 5, 0.02);
 }
 
+TEST(Distance, LeavesOutWhatIsHiddenInside) {
+  const MeasuredSurface unit(surface_of({ball_at({}, 1)}));
+  // One sphere around the middle of the other and one outside.
+  Mesh two = surface_of({ball_at({}, 0.4f), ball_at({3, 0, 0}, 0.4f)});
+  const double all = MeasuredSurface(two).distance_to(unit).mean;
+  const double seen = MeasuredSurface(two).distance_to(unit, 0.1).mean;
+  EXPECT_LT(all, 1.1);
+  // Out there every point is about 2 from the unit sphere, which is 0.6 from the hidden one.
+  EXPECT_NEAR(2 * seen, 2.02 + 0.6, 0.05);
+}
+
 TEST(Distance, FromNothingIsInfinite) {
   EXPECT_TRUE(std::isinf(measured({}).distance_to(measured(surface_of({ball_at({}, 1)}))).mean));
   EXPECT_EQ(measured({}).distance_to(measured({})).mean, 0);

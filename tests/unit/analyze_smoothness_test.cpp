@@ -1,0 +1,145 @@
+#include "analyze/smoothness.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "analyze/report.h"
+#include "morph_testing.h"
+#include "surface/grid.h"
+
+namespace polymorph {
+namespace {
+
+Mesh sphere(float radius) {
+  const auto extractor = make_cpu_extractor();
+  return extract_surface(*extractor, {ball_at({}, radius)}, 0.1f, {}).value();
+}
+
+/// With a square plate of no thickness that sticks out of it.
+Mesh with_wing(Mesh mesh) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  for (const float x : {0.9f, 1.6f})
+    for (const float y : {-0.1f, 0.1f}) mesh.positions.push_back({x, y, 0});
+  for (const auto& [a, b, c] : {std::tuple(0u, 2u, 1u), {1u, 2u, 3u}, {0u, 1u, 2u}, {1u, 3u, 2u}})
+    mesh.triangles.push_back({{first + a, first + b, first + c}});
+  return mesh;
+}
+
+/// A sphere that grows evenly in u, at even times that `ease` makes u of.
+template <class Ease>
+std::vector<MorphFrame> growing(int count, const Ease& ease) {
+  std::vector<MorphFrame> frames;
+  for (int k = 0; k < count; ++k) {
+    MorphFrame frame;
+    frame.time = static_cast<double>(k) / (count - 1);
+    frame.u = ease(frame.time);
+    frame.surface = sphere(0.8f + 0.4f * static_cast<float>(frame.u));
+    frames.push_back(std::move(frame));
+  }
+  return frames;
+}
+
+double smoothstep(double t) { return t * t * (3 - 2 * t); }
+
+MorphEnds ends_of(const std::vector<MorphFrame>& frames) {
+  MorphEnds ends;
+  ends.source = frames.front().surface;
+  ends.target = frames.back().surface;
+  return ends;
+}
+
+double value(const Analysis& analysis, const char* name) {
+  const Metric* metric = analysis.find(name);
+  EXPECT_TRUE(metric && metric->value) << name;
+  return metric && metric->value ? *metric->value : NAN;
+}
+
+Analysis rough(const std::vector<Roughness>& frames) {
+  Analysis analysis;
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    FrameMeasures row;
+    row.u = static_cast<double>(k) / static_cast<double>(frames.size() - 1);
+    row.roughness = frames[k];
+    analysis.frames.push_back(row);
+  }
+  add_roughness_metrics(analysis);
+  return analysis;
+}
+
+TEST(RoughnessMetrics, CompareInnerFramesWithTheEnds) {
+  const Analysis analysis = rough({{1, 0, 0, 0.1},
+                                   {4, 5, 7, 9},
+                                   {2, 3, 1, 0.1},
+                                   {2, 2, 2, 0.2},
+                                   {2.8, 1, 2, 9},
+                                   {3, 2, 3, 0.2}});
+  EXPECT_DOUBLE_EQ(value(analysis, "curvature"), 4 / 1.4);
+  EXPECT_DOUBLE_EQ(value(analysis, "bumps"), 2);
+  EXPECT_DOUBLE_EQ(value(analysis, "groove"), 2);
+  EXPECT_DOUBLE_EQ(value(analysis, "detail"), (9 / 0.12 + 0.1 / 0.14 + 0.2 / 0.16 + 9 / 0.18) / 4);
+}
+
+TEST(RoughnessMetrics, AreNotMeasuredWithoutInnerFrames) {
+  const Analysis analysis = rough({{1, 0, 0, 0.1}, {1, 0, 0, 0.1}});
+  for (const char* name : {"curvature", "bumps", "groove", "detail"})
+    EXPECT_FALSE(analysis.find(name)->value) << name;
+}
+
+TEST(StepMetrics, OfAnEvenWayAreOneWhateverTheEasingAndTheFrames) {
+  for (const int count : {9, 16}) {
+    const auto linear = growing(count, [](double t) { return t; });
+    const auto eased = growing(count, smoothstep);
+    for (const auto& frames : {linear, eased}) {
+      const Analysis analysis = analyze_morph(ends_of(frames), frames);
+      EXPECT_NEAR(value(analysis, "first_step"), 1, 0.05) << count;
+      EXPECT_NEAR(value(analysis, "last_step"), 1, 0.05) << count;
+      EXPECT_NEAR(value(analysis, "source_step"), 0, 1e-3) << count;
+      EXPECT_EQ(value(analysis, "parts"), 1);
+    }
+  }
+}
+
+TEST(StepMetrics, TellALateStart) {
+  // All of the way in the second half.
+  auto frames = growing(11, [](double t) { return std::max(0.0, 2 * t - 1); });
+  for (MorphFrame& frame : frames) frame.u = frame.time;
+  const Analysis analysis = analyze_morph(ends_of(frames), frames);
+  EXPECT_NEAR(value(analysis, "first_step"), 0, 0.01);
+  EXPECT_NEAR(value(analysis, "last_step"), 2, 0.1);
+}
+
+TEST(StepMetrics, AWingThatAppearsWholeIsAStep) {
+  const auto frames = growing(11, [](double t) { return t; });
+  MorphEnds ends = ends_of(frames);
+  ends.source = with_wing(ends.source);
+  const Analysis analysis = analyze_morph(ends, frames);
+  // The Hausdorff distance of the wing's tip, 0.8, over steps of 0.04.
+  EXPECT_NEAR(value(analysis, "source_step"), 20, 1.5);
+  EXPECT_NEAR(value(analysis, "target_step"), 0, 1e-3);
+  EXPECT_FALSE(reaches(value(analysis, "source_step"), analysis.find("source_step")->goal));
+}
+
+TEST(StepMetrics, AnObjectThatIsNotShownHasNone) {
+  const auto frames = growing(5, smoothstep);
+  MorphEnds ends = ends_of(frames);
+  ends.source_shown = false;
+  const Analysis analysis = analyze_morph(ends, frames);
+  EXPECT_FALSE(analysis.find("source_step")->value);
+  EXPECT_TRUE(analysis.find("target_step")->value);
+}
+
+TEST(Metrics, AreThoseThatLimitsKnow) {
+  const auto frames = growing(3, smoothstep);
+  std::vector<std::string> names;
+  for (const Metric& metric : analyze_morph(ends_of(frames), frames).metrics)
+    names.push_back(metric.name);
+  EXPECT_EQ(names, metric_names());
+}
+
+}  // namespace
+}  // namespace polymorph
