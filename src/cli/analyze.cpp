@@ -2,6 +2,7 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
+#include "cli/numbers.h"
 #include "sequence/analyze_sequence.h"
 #include "sequence/render_sequence.h"
 
@@ -105,7 +106,7 @@ void add_analyze(CommandLine& line) {
   command
       ->add_option("-n,--frames", options->frames,
                    "frames of each morph of a scene, ends included; default: as it has")
-      ->check(CLI::Range(0, 10000))
+      ->transform(number_from(0, 10000))
       ->type_name("N")
       ->group("Main");
   command->add_option("--source", options->source, "meshes: the object they start from (OBJ)")

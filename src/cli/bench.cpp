@@ -11,6 +11,7 @@
 #include "base/parallel.h"
 #include "base/random.h"
 #include "cli/command_line.h"
+#include "cli/numbers.h"
 #include "morph/plan.h"
 #include "render/ray_bench.h"
 #include "render/render.h"
@@ -397,14 +398,14 @@ void add_bench(CommandLine& line) {
       ->type_name("WHAT")
       ->group("Main");
   command->add_option("--torus", options->balls, "balls on the torus (1032)")
-      ->check(CLI::Range(1, 1000000))
+      ->transform(number_from(1, 1000000))
       ->type_name("N")
       ->group("Main");
   command->add_option("--balls", options->ball_file, "balls from a JSON file instead of the torus")
       ->type_name("FILE")
       ->group("Main");
   command->add_option("--grid", options->grid, "grid points along an axis (128)")
-      ->check(CLI::Range(8, 2048))
+      ->transform(number_from(8, 2048))
       ->type_name("N")
       ->group("Main");
   command->add_option("--field", options->field, "gaussian, wyvill or inverse_square")
@@ -412,11 +413,11 @@ void add_bench(CommandLine& line) {
       ->type_name("FIELD")
       ->group("Main");
   command->add_option("--spp", options->samples, "samples a pixel (16)")
-      ->check(CLI::Range(1, 65536))
+      ->transform(number_from(1, 65536))
       ->type_name("N")
       ->group("Main");
   command->add_option("--repeats", options->repeats, "runs after the first (7)")
-      ->check(CLI::Range(1, 1000))
+      ->transform(number_from(1, 1000))
       ->type_name("N")
       ->group("Main");
   add_json(command, options->json);

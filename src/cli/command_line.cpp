@@ -13,6 +13,7 @@
 #include "base/log.h"
 #include "base/parallel.h"
 #include "base/text.h"
+#include "cli/numbers.h"
 #include "spheres/spheres.h"
 
 namespace polymorph {
@@ -38,7 +39,7 @@ void add_common(CLI::App* command, CommonOptions& common) {
           ->add_option("-t,--threads", common.threads,
                        "threads; 0 = all this process may use (env POLYMORPH_THREADS)")
           ->envname("POLYMORPH_THREADS")
-          ->check(CLI::Range(0, 4096))
+          ->transform(number_from(0, 4096))
           ->type_name("N"));
   add(command
           ->add_option("--device", common.device,
@@ -48,7 +49,7 @@ void add_common(CLI::App* command, CommonOptions& common) {
   add(command
           ->add_option("--max-memory", common.max_memory,
                        "most memory for making surfaces: bytes, or with K, M or G; 0 = no limit")
-          ->transform(CLI::AsSizeValue(false))
+          ->transform(size_in_bytes())
           ->type_name("SIZE"));
   add(command
           ->add_option("--cache-dir", common.cache_dir,

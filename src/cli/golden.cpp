@@ -1,5 +1,6 @@
 #include "base/log.h"
 #include "cli/command_line.h"
+#include "cli/numbers.h"
 #include "cli/report_options.h"
 #include "sequence/golden_run.h"
 #include "sequence/golden_tiers.h"
@@ -207,7 +208,7 @@ void add_golden(CommandLine& line) {
       ->type_name("TIER")
       ->group("Main");
   command->add_option("--runs", options->runs, "renderings a frame for tier C (16)")
-      ->check(CLI::Range(4, 1000))
+      ->transform(number_from(4, 1000))
       ->type_name("N")
       ->group("Main");
   add_report(command, options->report);

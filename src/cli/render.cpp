@@ -2,6 +2,7 @@
 #include "base/log.h"
 #include "base/text.h"
 #include "cli/command_line.h"
+#include "cli/numbers.h"
 #include "cli/progress.h"
 #include "morph/timeline.h"
 #include "sequence/render_sequence.h"
@@ -176,11 +177,11 @@ void add_render(CommandLine& line) {
   command->add_flag("--preview", options->preview, "half size, coarse surface, direct light only")
       ->group("Main");
   command->add_option("--spp", options->samples, "samples a pixel")
-      ->check(CLI::Range(1, 65536))
+      ->transform(number_from(1, 65536))
       ->type_name("N")
       ->group("Scene");
   command->add_option("--noise", options->noise, "sample until this clean: 0.01; --spp is the most")
-      ->check(CLI::Range(0.0, 1.0))
+      ->transform(number_from(0.0, 1.0))
       ->type_name("E")
       ->group("Scene");
   command
@@ -189,7 +190,7 @@ void add_render(CommandLine& line) {
       ->type_name("LIST")
       ->group("Scene");
   command->add_option("--seed", options->seed, "of the sampling noise")
-      ->check(CLI::Range(0LL, 9007199254740991LL))
+      ->transform(number_from(0LL, 9007199254740991LL))
       ->type_name("N")
       ->group("Scene");
   add_overrides(command, options->sets);
@@ -199,7 +200,7 @@ void add_render(CommandLine& line) {
       ->type_name("i/N")
       ->group("Farm");
   command->add_option("-j,--jobs", options->jobs, "frames traced at once (1)")
-      ->check(CLI::Range(1, 256))
+      ->transform(number_from(1, 256))
       ->type_name("N")
       ->group("Farm");
   command->add_flag("--keep-going", options->keep_going, "go on after a failed frame; exit code 6")

@@ -6,6 +6,7 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
+#include "cli/numbers.h"
 #include "model/diagnose.h"
 #include "model/load_obj.h"
 #include "model/shapes.h"
@@ -222,20 +223,20 @@ void add_spheres(CommandLine& line) {
       ->type_name("NAME")
       ->group("Main");
   auto* balls = command->add_option("--balls", options->balls, "how many (256)")
-                    ->check(CLI::Range(1, 4096))
+                    ->transform(number_from(1, 4096))
                     ->type_name("N")
                     ->group("Main");
   auto* error = command
                     ->add_option("--error", options->error,
                                  "as few as keep this Hausdorff distance, a share of the diagonal")
-                    ->check(CLI::Range(1e-4, 0.5))
+                    ->transform(number_from(1e-4, 0.5))
                     ->type_name("E")
                     ->group("Main");
   error->excludes(balls);
   command
       ->add_option("--resolution", options->resolution,
                    "of octree and active: 2^(R-1) cells an axis")
-      ->check(CLI::Range(1, 9))
+      ->transform(number_from(1, 9))
       ->type_name("R")
       ->group("Main");
   auto* fit = command->add_option("--fit", options->fit, "ellipsoid or round balls")
@@ -254,14 +255,14 @@ void add_spheres(CommandLine& line) {
       ->group("Main");
   command
       ->add_option("--grid", options->grid, "cells along the longest side, for the surface (192)")
-      ->check(CLI::Range(8, 2048))
+      ->transform(number_from(8, 2048))
       ->type_name("N")
       ->group("Main");
   command->add_option("-o,--output", options->output, "picture: model | spheres | surface")
       ->type_name("FILE")
       ->group("Main");
   command->add_option("--width", options->width, "of each of the three pictures (480)")
-      ->check(CLI::Range(16, 8192))
+      ->transform(number_from(16, 8192))
       ->type_name("PIXELS")
       ->group("Main");
   command->add_option("--write-balls", options->write_balls, "balls as .json or .csv")

@@ -4,6 +4,7 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
+#include "cli/numbers.h"
 #include "cli/progress.h"
 #include "image/image_io.h"
 #include "image/movie.h"
@@ -240,20 +241,20 @@ void add_strip(CommandLine& line) {
       ->type_name("FILE")
       ->group("Main");
   command->add_option("-n,--count", options->count, "cells, evenly spread over the sequence (8)")
-      ->check(CLI::Range(1, 1000))
+      ->transform(number_from(1, 1000))
       ->type_name("N")
       ->group("Main");
   command->add_option("-f,--frames", options->frames, "these frames instead")
       ->type_name("LIST")
       ->group("Main");
   command->add_option("--columns", options->columns, "cells a row (4)")
-      ->check(CLI::Range(1, 1000))
+      ->transform(number_from(1, 1000))
       ->type_name("N")
       ->group("Main");
   command
       ->add_option("--width", options->width,
                    "width of a cell, GIF and movie; default: as rendered")
-      ->check(CLI::Range(16, 32768))
+      ->transform(number_from(16, 32768))
       ->type_name("PIXELS")
       ->group("Main");
   command->add_option("--label", options->label, "frame, t or none")
@@ -267,7 +268,7 @@ void add_strip(CommandLine& line) {
       ->type_name("FILE")
       ->group("Main");
   command->add_option("--fps", options->fps, "of GIF and movie; default: the scene's")
-      ->check(CLI::Range(0.1, 100.0))
+      ->transform(number_from(0.1, 100.0))
       ->type_name("F")
       ->group("Main");
   command->add_flag("--overwrite", options->overwrite, "replace existing files")->group("Main");
