@@ -116,6 +116,12 @@ Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
   std::vector<std::string> names = options.suites;
   if (names.empty()) {
     auto all = list_golden_suites(options.root);
+    // No suite is no answer: green would hide that the folder is another than was meant.
+    if (all && all->empty())
+      all = make_error(ErrorCode::kInput,
+                       "{}: no golden suite in it (a suite is a folder with a suite.json) - check "
+                       "--root",
+                       options.root);
     if (all) names = std::move(*all);
     if (!all) {
       code = static_cast<int>(all.error().code);
