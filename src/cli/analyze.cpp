@@ -60,8 +60,6 @@ Result<int> run_analyze(const CommandLine& line, const AnalyzeOptions& options) 
     PM_TRY(Limit limit, parse_limit(text));
     limits.push_back(std::move(limit));
   }
-  for (const std::string& file : {options.html, options.csv})
-    if (!file.empty()) PM_TRY_STATUS(check_writable(file));
   auto morphs = analyzed(line, options);
   if (!morphs && stop_requested()) return make_error(stop_code(), "stopped, nothing written");
   if (!morphs) return std::move(morphs).error();

@@ -109,6 +109,7 @@ Grid bench_grid(int n) {
 /// Balls as `polymorph mesh --balls` and encode_balls() write them; each may have a "shape" [xx,
 /// yy, zz, xy, xz, yz].
 Result<std::vector<Ball>> read_balls(const std::filesystem::path& path, std::string& field) {
+  remember_input(path);
   PM_TRY(const std::string text, read_file(path));
   try {
     const auto json = nlohmann::json::parse(text);

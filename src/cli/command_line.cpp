@@ -71,6 +71,31 @@ void add_common(CLI::App* command, CommonOptions& common) {
           ->type_name("FMT"));
 }
 
+/// A report that render wrote for an earlier part of the run that is resumed now.
+bool is_run_report(const std::string& file) {
+  const auto text = read_file(file, 1u << 30);
+  return text && text->starts_with("{\n  \"version\":") &&
+         text->find("\"scene_hash\":") != std::string::npos;
+}
+
+/// What a command writes besides what it is for. --log-file has its own rule (base/log.h), and what
+/// -o and --diff name depends on the frames.
+Status check_side_outputs(const CLI::App& command, bool overwrite) {
+  for (const CLI::Option* option : command.get_options())
+    if (option->get_positional())
+      for (const std::string& word : option->results()) remember_input(word);
+  const CLI::Option* skip = command.get_option_no_throw("--skip-existing");
+  const bool resumes = skip && skip->count() > 0;
+  for (const char* name : {"--json", "--html", "--csv", "--junit"}) {
+    const CLI::Option* option = command.get_option_no_throw(name);
+    if (!option || option->results().empty()) continue;
+    const std::string& file = option->results().front();
+    if (file.empty() || file == "-") continue;
+    PM_TRY_STATUS(check_output(file, overwrite || (resumes && is_run_report(file))));
+  }
+  return Ok{};
+}
+
 Status start_up(const CommonOptions& common) {
   LogSettings log;
   log.level = common.quiet         ? LogLevel::kWarning
@@ -81,6 +106,7 @@ Status start_up(const CommonOptions& common) {
               : common.color == "never" ? ColorMode::kNever
                                         : ColorMode::kAuto;
   log.file = common.log_file;
+  log.replace_file = common.overwrite;
   set_thread_count(common.threads);
   return set_log(log);
 }
@@ -155,7 +181,8 @@ int finish_output(int code) {
 }
 
 int run_action(CommandLine& line) {
-  auto status = start_up(line.common);
+  auto status = check_side_outputs(*line.app.get_subcommands().front(), line.common.overwrite);
+  if (status) status = start_up(line.common);
   if (!status) {
     log_message(LogLevel::kError, status.error().message);
     return static_cast<int>(status.error().code);
@@ -176,6 +203,10 @@ CLI::App* add_command(CommandLine& line, const std::string& name, const std::str
   command->set_help_flag();
   add_common(command, line.common);
   return command;
+}
+
+CLI::Option* add_overwrite(CLI::App* command, CommonOptions& common) {
+  return command->add_flag("--overwrite", common.overwrite, "replace existing files");
 }
 
 void add_overrides(CLI::App* command, std::vector<std::string>& texts) {
@@ -254,6 +285,7 @@ void print_error(const Error& error) {
 
 int run_program(int argc, char** argv) {
   set_signals();
+  const InputGuard inputs_are_kept;
   CommandLine line;
   for (int i = 1; i < argc; ++i) line.text += (i > 1 ? " " : "") + std::string(argv[i]);
   line.app.footer(
@@ -271,6 +303,9 @@ int run_program(int argc, char** argv) {
        {add_render, add_strip, add_mesh, add_spheres, add_check, add_info, add_compare, add_golden,
         add_analyze, add_bench, add_cache, add_cubes, add_devices, add_schema})
     add(line);
+  for (CLI::App* command : line.app.get_subcommands([](const CLI::App*) { return true; }))
+    if (!command->get_option_no_throw("--overwrite"))
+      add_overwrite(command, line.common)->group("Common");
 
   // Help and version answer before anything is checked, wherever they stand.
   const auto given = [&](const char* flag) {

@@ -31,6 +31,7 @@ struct CommonOptions {
   bool no_cache = false;
   std::string device = "auto";
   std::uint64_t max_memory = 0;  ///< bytes; 0 = no limit
+  bool overwrite = false;        ///< files that exist may be replaced
 };
 
 struct CommandLine {
@@ -43,6 +44,10 @@ struct CommandLine {
 /// A subcommand with its one-line purpose, examples and exit codes (shown by its help).
 CLI::App* add_command(CommandLine& line, const std::string& name, const std::string& purpose,
                       const std::string& examples, const std::string& exit_codes);
+
+/// --overwrite, which every command has: those that do not add it themselves get it among what all
+/// commands share.
+CLI::Option* add_overwrite(CLI::App* command, CommonOptions& common);
 
 /// --set path=value, repeated.
 void add_overrides(CLI::App* command, std::vector<std::string>& texts);

@@ -78,9 +78,14 @@ Result<ReportCase> compare_pair(const CompareOptions& options, const ImagePair& 
   return one;
 }
 
-Result<int> run_compare(const CompareOptions& options) {
-  PM_TRY_STATUS(begin_report(options.report));
+Result<int> run_compare(const CompareOptions& options, bool overwrite) {
+  PM_TRY_STATUS(begin_report(options.report, overwrite));
   PM_TRY(const std::vector<ImagePair> pairs, pairs_of(options));
+  for (const ImagePair& pair : pairs)
+    for (const auto& file : {pair.actual, pair.reference}) remember_input(file);
+  if (!options.difference.empty())
+    for (const ImagePair& pair : pairs)
+      PM_TRY_STATUS(check_output(difference_path(options, pair, pairs.size() > 1), overwrite));
   Report report{fmt::format("{} against {}", options.actual, options.reference),
                 {{"polymorph", PM_VERSION}},
                 {},
@@ -156,8 +161,9 @@ void add_compare(CommandLine& line) {
       ->group("Output");
   add_report(command, options->report);
   add_json(command, options->json);
-  command->callback(
-      [&line, options] { line.action = [options] { return run_compare(*options); }; });
+  command->callback([&line, options] {
+    line.action = [&line, options] { return run_compare(*options, line.common.overwrite); };
+  });
 }
 
 }  // namespace polymorph

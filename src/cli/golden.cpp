@@ -15,6 +15,7 @@ struct GoldenOptions {
   std::string isa = GoldenSettings{}.isa;
   std::string tier = "B";
   int runs = 16;
+  bool overwrite = false;
   JsonOutput json;
   ReportOptions report;
 };
@@ -105,7 +106,7 @@ void add_error(const std::string& group, const std::string& name, const Error& e
 }
 
 Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
-  PM_TRY_STATUS(begin_report(options.report));
+  PM_TRY_STATUS(begin_report(options.report, options.overwrite));
   PictureBudget budget;
   if (options.report.pictures()) settings.pictures = &budget;
   Report report{"Golden frames",
@@ -143,7 +144,8 @@ Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
   return code;
 }
 
-Result<int> run_golden(const CommandLine& line, const GoldenOptions& options) {
+Result<int> run_golden(const CommandLine& line, GoldenOptions& options) {
+  options.overwrite = line.common.overwrite;
   const GoldenSettings settings = golden_settings(line, options);
   if (options.verb == "test") return test_all(options, settings);
   std::vector<std::string> names = options.suites;

@@ -12,8 +12,8 @@ namespace {
 
 struct RenderOptions {
   std::string scene, output, frames, shard, isa;
-  bool png = false, no_exr = false, overwrite = false, skip_existing = false, keep_going = false,
-       dry_run = false, preview = false, stats = false, reproducible = false;
+  bool png = false, no_exr = false, skip_existing = false, keep_going = false, dry_run = false,
+       preview = false, stats = false, reproducible = false;
   int samples = 0, jobs = 1;
   double noise = -1;
   std::string aovs;
@@ -63,7 +63,7 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
       if (digits == 0 && limit * 10 <= count)
         return make_error(ErrorCode::kUsage, "{} digits are too few for {} frames - write more #",
                           pattern.digits, count);
-  settings.existing = options.overwrite       ? Existing::kOverwrite
+  settings.existing = line.common.overwrite   ? Existing::kOverwrite
                       : options.skip_existing ? Existing::kSkip
                                               : Existing::kRefuse;
   settings.keep_going = options.keep_going;
@@ -116,7 +116,6 @@ Result<int> run_render(const CommandLine& line, const RenderOptions& options) {
   if (options.noise >= 0) scene.image.noise = static_cast<float>(options.noise);
   if (options.seed >= 0) scene.image.seed = static_cast<std::uint64_t>(options.seed);
   PM_TRY(const SequenceSettings settings, sequence_settings(line, options, scene));
-  if (!options.json.file.empty()) PM_TRY_STATUS(check_writable(options.json.file));
   if (settings.frames.empty()) {
     log_info("no frames in this shard");
     if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, to_json(RunReport{})));
@@ -168,7 +167,7 @@ void add_render(CommandLine& line) {
       ->type_name("LIST")
       ->group("Main");
   command->add_flag("--png", options->png, "a PNG beside each EXR")->group("Main");
-  command->add_flag("--overwrite", options->overwrite, "replace existing frames")->group("Main");
+  add_overwrite(command, line.common)->group("Main");
   auto* skip = command
                    ->add_flag("--skip-existing", options->skip_existing,
                               "keep frames whose header says that they are current")

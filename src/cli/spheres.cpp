@@ -24,7 +24,7 @@ struct SpheresOptions {
   std::string model, method = "medial", fit = "ellipsoid", inside = "winding";
   int balls = 0, resolution = 0, grid = 192, width = 480;
   double error = 0;
-  bool no_fit = false, solidify = false, overwrite = false;
+  bool no_fit = false, solidify = false;
   std::string write_balls, write_surface, write_spheres, output;
   JsonOutput json;
 };
@@ -54,7 +54,7 @@ SphereSettings settings_of(const SpheresOptions& options) {
   return settings;
 }
 
-Status check_outputs(const SpheresOptions& options) {
+Status check_outputs(const SpheresOptions& options, bool overwrite) {
   const auto wants = [](const std::string& file,
                         std::initializer_list<const char*> known) -> Status {
     const std::string extension = std::filesystem::path(file).extension().string();
@@ -74,10 +74,7 @@ Status check_outputs(const SpheresOptions& options) {
   for (const std::string& file :
        {options.write_balls, options.write_surface, options.write_spheres, options.output}) {
     if (file.empty()) continue;
-    std::error_code error;
-    if (!options.overwrite && std::filesystem::exists(file, error))
-      return make_error(ErrorCode::kOutput, "{}: exists - add --overwrite to replace it", file);
-    PM_TRY_STATUS(check_writable(file));
+    PM_TRY_STATUS(check_output(file, overwrite));
   }
   return Ok{};
 }
@@ -151,7 +148,7 @@ void print_table(const Model& model, const SpheresOptions& options, const Made& 
 }
 
 Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) {
-  PM_TRY_STATUS(check_outputs(options));
+  PM_TRY_STATUS(check_outputs(options, line.common.overwrite));
   PM_TRY(const Model model, load(options.model));
   Made made;
   const Diagnosis diagnosis = diagnose_fully(model);
@@ -276,7 +273,7 @@ void add_spheres(CommandLine& line) {
                    "the spheres as .obj, .ply, or .json with their tree")
       ->type_name("FILE")
       ->group("Main");
-  command->add_flag("--overwrite", options->overwrite, "replace existing files")->group("Main");
+  add_overwrite(command, line.common)->group("Main");
   add_json(command, options->json);
   command->callback(
       [&line, options] { line.action = [&line, options] { return run_spheres(line, *options); }; });

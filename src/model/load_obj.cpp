@@ -8,6 +8,7 @@
 namespace polymorph {
 
 Result<LoadedModel> load_obj(const std::filesystem::path& path, const LoadObjSettings& settings) {
+  remember_input(path);
   PM_TRY(const std::string bytes, read_file(path, settings.max_bytes));
   PM_TRY(ObjScan scan, scan_obj(bytes, path.string()));
   PM_TRY(const MtlSet mtls, load_mtls(path, scan.libraries, settings.strict));

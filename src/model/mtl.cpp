@@ -216,6 +216,7 @@ Result<MtlSet> load_mtls(const fs::path& obj, const std::vector<NamedLine>& libr
       }
       if (!done.insert(asset->path).second) continue;
       if (!asset->note.empty()) all.warnings.push_back(fmt::format("{} {}", where, asset->note));
+      remember_input(asset->path);
       PM_TRY(const std::string bytes, read_file(asset->path, kMostBytes));
       PM_TRY(MtlSet one, parse_mtl(bytes, asset->path.string()));
       std::move(one.materials.begin(), one.materials.end(), std::back_inserter(all.materials));

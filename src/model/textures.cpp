@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "base/file.h"
 #include "image/image_io.h"
 #include "model/asset_path.h"
 
@@ -67,7 +68,9 @@ Status load_textures(const fs::path& obj, const ObjScan& scan, const MtlSet& mtl
         index_of.try_emplace(asset->path, static_cast<int>(model.textures.size()));
     if (added) {
       ReadImageSettings settings;
-      settings.alpha = AlphaMode::kStraight;  // the renderer takes the colours and leaves alpha alone
+      settings.alpha =
+          AlphaMode::kStraight;  // the renderer takes the colours and leaves alpha alone
+      remember_input(asset->path);
       auto read = read_image(asset->path, settings);
       if (!read) return make_error(ErrorCode::kInput, "{}: {}", where, read.error().message);
       PM_TRY(Image image, colored(std::move(read).value(), where));

@@ -477,6 +477,14 @@ void name_objects(Scene& scene) {
   }
 }
 
+/// So that no output of this run is put over them, even before they are read.
+void remember_inputs(const Scene& scene) {
+  remember_input(scene.path);
+  for (const ActorSettings& actor : scene.actors)
+    for (const ObjectSettings* object : chain_objects(actor)) remember_input(object->model);
+  remember_input(scene.lights.environment);
+}
+
 }  // namespace
 
 std::string to_string(const SceneFinding& finding, const std::string& file) {
@@ -508,6 +516,7 @@ Result<SceneReading> read_scene(const std::filesystem::path& path,
   fields.finish();
   CheckWhole(document, reading.scene, reading.findings).run();
   name_objects(reading.scene);
+  remember_inputs(reading.scene);
   std::stable_sort(reading.findings.begin(), reading.findings.end(),
                    [](const SceneFinding& a, const SceneFinding& b) {
                      return std::pair(a.line, a.column) < std::pair(b.line, b.column);

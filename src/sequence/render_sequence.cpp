@@ -114,6 +114,10 @@ class SequenceRun {
     PM_TRY(extractor_, make_extractor(settings_.device, report_.device, settings_.max_memory));
     PM_TRY(prepared_, prepare_scene(scene, *extractor_, settings_.cache_folder));
     for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
+    // Once more: only now is it known which files the models and their materials name.
+    if (!settings_.keep_going)
+      for (const int frame : settings_.frames)
+        for (const fs::path& file : files_of(settings_, frame)) PM_TRY_STATUS(check_writable(file));
     report_.prepare_seconds = seconds_since(start);
     PM_CHECK(settings_.jobs >= 1);
     for (int i = 0; i < settings_.jobs; ++i) {

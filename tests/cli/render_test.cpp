@@ -225,7 +225,7 @@ TEST_F(Render, StoppedBySignalLeavesWholeFrames) {
     EXPECT_LT(report["frames"].size(), 2000u);
     for (const auto& frame : report["frames"]) EXPECT_EQ(frame["state"], "done");
     EXPECT_EQ(count_files(".part"), 0u);
-    run(0, {"compare", name, name, "--json", "compare.json"});
+    run(0, {"compare", name, name, "--json", "compare.json", "--overwrite"});
     EXPECT_EQ(parse(read_text(folder / "compare.json")).size(), report["frames"].size());
   }
 }
