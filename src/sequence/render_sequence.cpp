@@ -15,6 +15,7 @@
 #include "base/hash.h"
 #include "base/log.h"
 #include "base/parallel.h"
+#include "base/program_identity.h"
 #include "base/text.h"
 #include "image/image_io.h"
 #include "scene/json_text.h"
@@ -386,6 +387,7 @@ std::size_t RunReport::count(FrameRecord::State state) const {
 std::string to_json(const RunReport& report) {
   using Json = nlohmann::ordered_json;
   Json json{{"version", PM_VERSION},
+            {"build", program_identity()},
             {"scene_hash", report.scene_hash},
             {"device", report.device},
             {"isa", report.isa},
