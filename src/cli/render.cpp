@@ -12,7 +12,7 @@ namespace {
 
 struct RenderOptions {
   std::string scene, output, frames, shard, isa;
-  bool png = false, no_exr = false, skip_existing = false, keep_going = false, dry_run = false,
+  bool png = false, strict = false, skip_existing = false, keep_going = false, dry_run = false,
        preview = false, stats = false, reproducible = false;
   int samples = 0, jobs = 1;
   double noise = -1;
@@ -67,6 +67,7 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
                       : options.skip_existing ? Existing::kSkip
                                               : Existing::kRefuse;
   settings.keep_going = options.keep_going;
+  settings.strict = options.strict;
   settings.dry_run = options.dry_run;
   settings.jobs = options.jobs;
   settings.device = line.common.device;
@@ -173,6 +174,8 @@ void add_render(CommandLine& line) {
                               "keep frames whose header says that they are current")
                    ->group("Main");
   skip->excludes("--overwrite");
+  command->add_flag("--strict", options->strict, "warnings about models and textures are errors")
+      ->group("Main");
   command->add_flag("--preview", options->preview, "half size, coarse surface, direct light only")
       ->group("Main");
   command->add_option("--spp", options->samples, "samples a pixel")

@@ -115,6 +115,11 @@ class SequenceRun {
     PM_TRY(extractor_, make_extractor(settings_.device, report_.device, settings_.max_memory));
     PM_TRY(prepared_, prepare_scene(scene, *extractor_, settings_.cache_folder));
     for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
+    if (settings_.strict && !prepared_.warnings.empty())
+      return make_error(ErrorCode::kInput,
+                        "{}: {} warning{} about its files - mend them, or render without --strict",
+                        scene.path.string(), prepared_.warnings.size(),
+                        prepared_.warnings.size() == 1 ? "" : "s");
     // Once more: only now is it known which files the models and their materials name.
     if (!settings_.keep_going)
       for (const int frame : settings_.frames)
