@@ -201,8 +201,8 @@ void Scanner::scan_face(std::string_view rest) {
   ObjFace face;
   face.line = lines_.number();
   const std::size_t first = corners_.size();
-  for (std::string_view word = take_word(rest); !word.empty() && !word.starts_with("#");
-       word = take_word(rest)) {
+  rest = rest.substr(0, rest.find('#'));  // a comment needs no space before it
+  for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
     if (++face.corners > kMostCorners) {
       fail(fmt::format("face has more than {} corners - split it", kMostCorners));
       corners_.resize(first);
