@@ -160,18 +160,21 @@ MtlMaterial map_material(const tinyobj::material_t& from, const Entry& given) {
 
 /// The files that one mtllib line means: the whole rest of the line (names may have spaces) or, if
 /// there is no such file, each of its words.
-std::vector<std::string> library_names(const fs::path& folder, const std::string& line) {
-  const auto whole = find_asset(folder, folder, line);
-  if (whole && !whole->path.empty()) return {line};
+std::vector<std::string> library_names(AssetFinder& finder, const fs::path& folder,
+                                       const std::string& line) {
+  const auto is_there = [&](const std::string& name) {
+    const auto asset = finder.find(folder, name);
+    return asset && !asset->path.empty();
+  };
+  if (line.size() < 4096 && is_there(line)) return {line};  // no path is longer
   std::vector<std::string> words;
   std::string_view rest = line;
-  for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest))
+  for (std::string_view word = take_word(rest); !word.empty() && words.size() <= kMostLibraries;
+       word = take_word(rest))
     words.emplace_back(word);
   if (words.size() < 2) return {line};
-  for (const std::string& word : words) {
-    const auto one = find_asset(folder, folder, word);
-    if (one && !one->path.empty()) return words;
-  }
+  if (words.size() > kMostLibraries || std::any_of(words.begin(), words.end(), is_there))
+    return words;
   return {line};
 }
 
@@ -196,15 +199,33 @@ Result<MtlSet> parse_mtl(std::string_view bytes, const std::string& file) {
   return set;
 }
 
+MtlNames::MtlNames(const MtlSet& set) {
+  for (const MtlMaterial& material : set.materials)
+    first_.try_emplace(material.material.name, &material);
+}
+
+const MtlMaterial* MtlNames::find(const std::string& name) const {
+  const auto found = first_.find(name);
+  return found == first_.end() ? nullptr : found->second;
+}
+
 Result<MtlSet> load_mtls(const fs::path& obj, const std::vector<NamedLine>& libraries,
                          bool strict) {
   MtlSet all;
   std::set<fs::path> done;  // some exporters repeat the line for every object
+  std::set<std::string> lines, names;
   const fs::path folder = obj.parent_path();
+  AssetFinder finder(folder);
   for (const NamedLine& library : libraries) {
+    if (!lines.insert(library.name).second) continue;
     const std::string where = fmt::format("{}:{}: mtllib", obj.string(), library.line);
-    for (const std::string& name : library_names(folder, library.name)) {
-      auto asset = find_asset(folder, folder, name);
+    for (const std::string& name : library_names(finder, folder, library.name)) {
+      if (!names.insert(name).second) continue;
+      if (names.size() > kMostLibraries)
+        return make_error(ErrorCode::kInput,
+                          "{} names more than {} material libraries - is this a Wavefront OBJ?",
+                          where, kMostLibraries);
+      auto asset = finder.find(folder, name);
       if (!asset) return make_error(ErrorCode::kInput, "{} {}", where, asset.error().message);
       if (asset->path.empty()) {
         if (strict)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <unordered_map>
 
 #include "base/file.h"
 #include "image/image_io.h"
@@ -36,11 +37,11 @@ Result<Image> colored(Image image, const std::string& where) {
 class TextureReader {
  public:
   TextureReader(fs::path folder, Model& model, std::vector<std::string>& warnings)
-      : folder_(std::move(folder)), model_(model), warnings_(warnings) {}
+      : finder_(std::move(folder)), model_(model), warnings_(warnings) {}
 
   /// The index of the material's texture in the model.
   Result<int> read(const MtlMaterial& mtl, const std::string& where) {
-    auto asset = find_asset(folder_, fs::path(mtl.file).parent_path(), mtl.texture);
+    auto asset = finder_.find(fs::path(mtl.file).parent_path(), mtl.texture);
     if (!asset) return make_error(ErrorCode::kInput, "{} {}", where, asset.error().message);
     if (asset->path.empty())
       return make_error(ErrorCode::kInput,
@@ -66,7 +67,7 @@ class TextureReader {
     return static_cast<int>(model_.textures.size()) - 1;
   }
 
-  fs::path folder_;
+  AssetFinder finder_;
   Model& model_;
   std::vector<std::string>& warnings_;
   std::map<fs::path, Result<int>> read_;
@@ -74,23 +75,20 @@ class TextureReader {
 
 }  // namespace
 
-const MtlMaterial* find_material(const MtlSet& mtls, const std::string& name) {
-  for (const MtlMaterial& material : mtls.materials)
-    if (material.material.name == name) return &material;
-  return nullptr;
-}
-
 Status load_textures(const fs::path& obj, const ObjScan& scan, const MtlSet& mtls, bool strict,
                      Model& model, std::vector<std::string>& warnings) {
   TextureReader reader(obj.parent_path(), model, warnings);
   std::vector<std::string> problems;
+  const MtlNames names(mtls);
+  std::unordered_map<std::string, std::size_t> index_of;
+  for (std::size_t i = 0; i < model.materials.size(); ++i)
+    index_of.try_emplace(model.materials[i].name, i);
   for (const NamedLine& used : scan.materials) {
-    const MtlMaterial* mtl = find_material(mtls, used.name);
+    const MtlMaterial* mtl = names.find(used.name);
     if (!mtl || mtl->texture.empty()) continue;
-    const auto material =
-        std::find_if(model.materials.begin(), model.materials.end(),
-                     [&](const Material& m) { return m.name == mtl->material.name; });
-    if (material == model.materials.end()) continue;  // its triangles were all dropped
+    const auto found = index_of.find(mtl->material.name);
+    if (found == index_of.end()) continue;  // its triangles were all dropped
+    Material& material = model.materials[found->second];
     const std::string where = fmt::format("{}:{}: map_Kd", mtl->file, mtl->texture_line);
     if (model.corner_uvs.empty()) {
       warnings.push_back(
@@ -100,13 +98,13 @@ Status load_textures(const fs::path& obj, const ObjScan& scan, const MtlSet& mtl
     }
     const auto texture = reader.read(*mtl, where);
     if (texture) {
-      material->texture = *texture;
+      material.texture = *texture;
       continue;
     }
     // Not the file's fault: no texture could be read.
     if (texture.error().code == ErrorCode::kResource) return texture.error();
     problems.push_back(texture.error().message);
-    material->color = Material{}.color;  // the Kd beside a texture is often white or black
+    material.color = Material{}.color;  // the Kd beside a texture is often white or black
   }
   if (strict && !problems.empty()) {
     std::string message;

@@ -11,9 +11,6 @@
 
 namespace polymorph {
 
-/// The entry of `mtls` that a usemtl name means; null if there is none.
-const MtlMaterial* find_material(const MtlSet& mtls, const std::string& name);
-
 /// Reads each texture that a triangle uses, once, and sets Material::texture. One that is missing,
 /// broken, outside the model's folder or has NaN in it is a warning, and the material a default
 /// grey; with `strict` all of them are one error (kInput). Each names the MTL and its line. Errors
