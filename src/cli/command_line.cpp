@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <mutex>
+#include <system_error>
 
 #include "base/file.h"
 #include "base/log.h"
@@ -182,6 +183,7 @@ int finish_output(int code) {
 
 int run_action(CommandLine& line) {
   auto status = check_side_outputs(*line.app.get_subcommands().front(), line.common.overwrite);
+  if (status) status = check_threads();
   if (status) status = start_up(line.common);
   if (!status) {
     log_message(LogLevel::kError, status.error().message);
@@ -333,6 +335,13 @@ int run_program(int argc, char** argv) {
                 "out of memory - lower surface.resolution, image size or --threads");
     return static_cast<int>(ErrorCode::kResource);
   } catch (const std::exception& error) {
+    const auto* system = dynamic_cast<const std::system_error*>(&error);
+    const bool threads = (system && system->code() == std::errc::resource_unavailable_try_again) ||
+                         std::string_view(error.what()).starts_with("pthread_create");  // TBB's
+    if (threads) {
+      print_error(thread_error(error.what()));
+      return static_cast<int>(ErrorCode::kResource);
+    }
     report_bug(error.what());
     return static_cast<int>(ErrorCode::kInternal);
   }

@@ -1,4 +1,6 @@
-// Small files that are much work.
+// Small files that are much work, and machines that give little.
+#include <sys/resource.h>
+
 #include <cmath>
 
 #include "cli/program.h"
@@ -61,6 +63,24 @@ TEST_F(Limits, ALineOfManyLibraries) {
   for (int i = 0; i < 1000000; ++i) text += " m" + std::to_string(i) + ".mtl";
   write("many.obj", text + "\n" + kPoints + kFaces[0]);
   expect_answer(3, {"info", "many.obj"}, "many.obj:1: mtllib names more than 1000 material");
+}
+
+/// A stack larger than the memory that the process may have: no thread can be made.
+TEST_F(Limits, NoThreadIsAMissingResource) {
+  write("scene.json", tiny_scene());
+  rlimit stack{}, memory{};
+  ASSERT_EQ(::getrlimit(RLIMIT_STACK, &stack), 0);
+  ASSERT_EQ(::getrlimit(RLIMIT_AS, &memory), 0);
+  const rlimit large{rlim_t{16} << 30, stack.rlim_max}, small{rlim_t{6} << 30, memory.rlim_max};
+  if (::setrlimit(RLIMIT_STACK, &large) != 0) GTEST_SKIP() << "the stack's size is limited here";
+  if (::setrlimit(RLIMIT_AS, &small) != 0) GTEST_SKIP() << "memory is limited here";
+  const Started started = start({"render", "scene.json", "-o", "f.####.png"});
+  ::setrlimit(RLIMIT_AS, &memory);
+  ::setrlimit(RLIMIT_STACK, &stack);
+  const Ran ran = finish(started);
+  EXPECT_EQ(ran.code, 5) << ran.err;
+  EXPECT_TRUE(contains(ran.err, "error: no thread can be started (")) << ran.err;
+  EXPECT_EQ(count_files(".png"), 0u);
 }
 
 }  // namespace
