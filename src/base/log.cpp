@@ -15,6 +15,7 @@
 #include <mutex>
 
 #include "base/file.h"
+#include "base/text.h"
 
 namespace polymorph {
 namespace {
@@ -163,7 +164,7 @@ Status set_log(const LogSettings& settings) {
 }
 
 void log_message(LogLevel level, const std::string& message) {
-  logger().log(level_of(level), "{}", message);
+  logger().log(level_of(level), "{}", printable(message, Lines::kKeep));
 }
 
 void set_status_line(const std::string& line) { terminal()->set_status(line); }

@@ -246,9 +246,11 @@ void add_json(CLI::App* command, JsonOutput& json) {
 
 Status write_json(const JsonOutput& json, const std::string& text) {
   if (!json.file.empty()) return write_file(json.file, text);
-  print_data("{}", text);
+  print_bytes(text);
   return Ok{};
 }
+
+void print_bytes(std::string_view bytes) { std::fwrite(bytes.data(), 1, bytes.size(), stdout); }
 
 ProgressMode progress_mode(const CommonOptions& common) {
   if (common.progress == "bar") return ProgressMode::kBar;

@@ -9,10 +9,12 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "base/result.h"
+#include "base/text.h"
 #include "scene/load_scene.h"
 
 namespace polymorph {
@@ -61,12 +63,14 @@ struct JsonOutput {
 void add_json(CLI::App* command, JsonOutput& json);
 Status write_json(const JsonOutput& json, const std::string& text);
 
-/// Data to standard output. A reader that has gone does not end the work; a full disk makes
-/// run_program() fail.
+/// Bytes to standard output, as they are.
+void print_bytes(std::string_view bytes);
+
+/// Data for people and scripts to standard output, printable (base/text.h). A reader that has gone
+/// does not end the work; a full disk makes run_program() fail.
 template <class... Args>
 void print_data(fmt::format_string<Args...> text, Args&&... args) {
-  const std::string data = fmt::format(text, std::forward<Args>(args)...);
-  std::fwrite(data.data(), 1, data.size(), stdout);
+  print_bytes(printable(fmt::format(text, std::forward<Args>(args)...), Lines::kKeep));
 }
 
 ProgressMode progress_mode(const CommonOptions& common);

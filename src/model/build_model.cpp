@@ -7,6 +7,7 @@
 #include <numeric>
 #include <sstream>
 
+#include "base/text.h"
 #include "kernels/linear.h"
 #include "model/diagnose.h"
 #include "model/edges.h"
@@ -98,7 +99,7 @@ class Builder {
   Builder(ObjScan& scan, const MtlSet& mtls, const std::filesystem::path& path,
           std::vector<std::string>& warnings)
       : scan_(scan), mtls_(mtls), file_(path.string()), warnings_(warnings), raw_(parse(scan)) {
-    model_.name = printable_name(path.stem().string());
+    model_.name = printable(path.stem().string());
   }
 
   Result<Model> run() {
@@ -176,7 +177,7 @@ void Builder::map_materials() {
     if (!mtl && !mtls_.materials.empty() && ++missing <= kMostTold)
       warnings_.push_back(
           fmt::format("{}:{}: material \"{}\" is in no MTL - a default grey is used", file_,
-                      used.line, printable_name(used.name)));
+                      used.line, printable(used.name)));
   }
   if (missing > kMostTold)
     warnings_.push_back(fmt::format("{}: {} more materials are in no MTL - a default grey is used",

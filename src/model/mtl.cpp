@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "base/file.h"
+#include "base/text.h"
 #include "model/asset_path.h"
 #include "model/text_lines.h"
 
@@ -77,7 +78,7 @@ void MtlScanner::scan_line(std::string_view line) {
     if (!names_.emplace(rest).second)
       scan_.warnings.push_back(
           fmt::format("{}:{}: material \"{}\" is defined twice - the first one counts", file_,
-                      lines_.number(), printable_name(rest)));
+                      lines_.number(), printable(rest)));
     scan_.entries.push_back({});
     scan_.entries.back().line = lines_.number();
     scan_.text += fmt::format("newmtl {}\n", rest);
@@ -110,7 +111,7 @@ void MtlScanner::scan_numbers(std::string_view word, std::string_view rest, std:
     const ParsedReal real = parse_real(token);
     if (real.problem) {
       errors_.add(lines_.number(),
-                  fmt::format("{} value \"{}\" {}", word, printable_name(token), real.problem));
+                  fmt::format("{} value \"{}\" {}", word, printable(token), real.problem));
       return;
     }
     values.push_back(real.value);
@@ -230,9 +231,9 @@ Result<MtlSet> load_mtls(const fs::path& obj, const std::vector<NamedLine>& libr
       if (asset->path.empty()) {
         if (strict)
           return make_error(ErrorCode::kInput, "{} \"{}\" is not there - put it beside the model",
-                            where, printable_name(name));
-        all.warnings.push_back(fmt::format("{} \"{}\" is not there - a default grey is used", where,
-                                           printable_name(name)));
+                            where, printable(name));
+        all.warnings.push_back(
+            fmt::format("{} \"{}\" is not there - a default grey is used", where, printable(name)));
         continue;
       }
       if (!done.insert(asset->path).second) continue;

@@ -296,7 +296,8 @@ Status set_json_value(JsonDocument& document, std::string_view path, std::string
 }
 
 std::string dump_json(const nlohmann::ordered_json& json, int indent) {
-  return json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return printable_json(
+      json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 const char* kind_name(JsonValue::Kind kind) {

@@ -471,6 +471,7 @@ void name_objects(Scene& scene) {
   const auto name = [](ObjectSettings& object) {
     if (object.name.empty())
       object.name = object.model.empty() ? object.shape : object.model.stem().string();
+    object.name = printable(object.name);
   };
   std::set<std::string> names;
   for (ActorSettings& actor : scene.actors) {
@@ -478,6 +479,7 @@ void name_objects(Scene& scene) {
     for (ObjectSettings& object : actor.intermediate) name(object);
     name(actor.target);
     if (actor.name.empty()) actor.name = actor.source.name;
+    actor.name = printable(actor.name);  // it stands in the headers of meshes and images
     const std::string same = actor.name;
     for (int n = 2; !names.insert(actor.name).second; ++n)
       actor.name = fmt::format("{} {}", same, n);

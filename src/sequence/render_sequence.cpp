@@ -341,7 +341,7 @@ std::vector<Attribute> header_of(const PreparedScene& prepared, const FrameGeome
                              prepared.actors.size() > 1 ? actor.name + "." : "", name);
     attributes.push_back({"polymorph/labels", names});
   }
-  if (!command.empty()) attributes.push_back({"polymorph/command", command});
+  if (!command.empty()) attributes.push_back({"polymorph/command", printable(command)});
   return attributes;
 }
 
