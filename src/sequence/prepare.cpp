@@ -11,6 +11,7 @@
 #include "morph/labels.h"
 #include "morph/motion.h"
 #include "scene/load_scene.h"
+#include "sequence/check_plan.h"
 #include "sequence/content_hash.h"
 #include "sequence/geometry.h"
 #include "spheres/figures.h"
@@ -296,6 +297,7 @@ std::vector<std::string> find_problems(const Scene& scene, const std::filesystem
   };
   for (const ActorSettings& actor : scene.actors)
     for (const ObjectSettings* object : chain_objects(actor)) look_at(actor, *object);
+  if (problems.empty()) problems = plan_problems(scene, loaded.models);
   if (!scene.lights.environment.empty())
     if (const auto image = read_image(scene.lights.environment); !image)
       problems.push_back(image.error().message);
@@ -305,6 +307,8 @@ std::vector<std::string> find_problems(const Scene& scene, const std::filesystem
 Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extractor,
                                     const std::filesystem::path& cache) {
   PM_TRY(LoadedScene loaded, load_models(scene, true));
+  if (const auto problems = plan_problems(scene, loaded.models); !problems.empty())
+    return make_error(ErrorCode::kInput, "{}", fmt::join(problems, "\n"));
   PreparedScene prepared;
   prepared.scene = scene;
   prepared.frame_count = frame_count(scene);

@@ -131,6 +131,18 @@ TEST_F(BadScene, OutOfRange) {
                  {"scene.json:6:21: /camera/fov: must be 1 to 150 (is 200)"});
 }
 
+/// What only the models tell: check says it as render does.
+TEST_F(BadScene, LabelsAndLandmarksThatNoObjectHas) {
+  const auto scene = [](const std::string& plan) {
+    return tiny_scene(2, "\"cube\"", "  \"plan\": {" + plan + "},\n");
+  };
+  expect_refused(scene(R"("labels": {"tail": "wing"})"), {"tail"});
+  expect_refused(scene(R"("landmarks": [{"from": [0, 1, 0], "to": [0, 100, 0]}])"),
+                 {"landmark 0: \"to\" (0, 100, 0) is ", " away from sphere, which reaches from ("});
+  write("scene.json", scene(R"("landmarks": [{"from": [0, 2, 0], "to": [0, 2, 0]}])"));
+  run(0, {"check", "scene.json"});
+}
+
 TEST_F(BadScene, Empty) { expect_refused("", {"scene.json: is empty"}); }
 
 TEST_F(BadScene, NotAnObject) {
