@@ -52,6 +52,18 @@ function(pm_kernels)
   endif()
 endfunction()
 
+# base/program_identity.h, looked at in every build.
+function(pm_identity)
+  set(to ${CMAKE_BINARY_DIR}/generated/program_identity.cpp)
+  string(TOUPPER "${CMAKE_BUILD_TYPE}" type)
+  set(build "${CMAKE_CXX_COMPILER_ID} ${CMAKE_CXX_COMPILER_VERSION} ${CMAKE_BUILD_TYPE} ${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${type}} ${POLYMORPH_ARCH}")
+  string(REGEX REPLACE "[\"\\; ]+" " " build "${build}")
+  add_custom_target(program_identity BYPRODUCTS ${to} VERBATIM
+    COMMAND ${CMAKE_COMMAND} -DSOURCE=${CMAKE_SOURCE_DIR} -DTO=${to} -DBUILD=${build} -P ${CMAKE_SOURCE_DIR}/cmake/identity.cmake)
+  target_sources(pm_base PRIVATE ${to})
+  add_dependencies(pm_base program_identity)
+endfunction()
+
 function(pm_program)
   add_executable(polymorph ${CMAKE_SOURCE_DIR}/src/main.cpp)
   target_link_libraries(polymorph PRIVATE pm_cli)

@@ -1,6 +1,7 @@
 #include "base/file.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -10,6 +11,9 @@
 #include <csignal>
 #include <cstring>
 #include <deque>
+#include <map>
+#include <mutex>
+#include <optional>
 #include <set>
 
 #include "base/random.h"
@@ -109,6 +113,67 @@ fs::path temporary_name(const fs::path& path) {
          fmt::format(".{}.{:012x}.part", path.filename().string(), tag & 0xffffffffffffull);
 }
 
+/// What a name stands for, links followed, whoever else has that name.
+using FileIdentity = std::pair<dev_t, ino_t>;
+std::optional<FileIdentity> identity_of(const fs::path& path) {
+  struct stat info {};
+  if (::stat(path.c_str(), &info) != 0 || !S_ISREG(info.st_mode)) return std::nullopt;
+  return FileIdentity(info.st_dev, info.st_ino);
+}
+
+/// The files that this run reads, and the name that each was read by.
+class Inputs {
+ public:
+  void begin() { set(true); }
+  void end() { set(false); }
+  void add(const fs::path& path) {
+    std::error_code ignored;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!active_) return;
+    if (const auto identity = identity_of(path)) names_[*identity] = fs::absolute(path, ignored);
+  }
+  bool contains(const fs::path& path) {
+    const auto identity = identity_of(path);
+    if (!identity) return false;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto found = names_.find(*identity);
+    // The number of a file that has been removed may be another file's by now.
+    return found != names_.end() && identity_of(found->second) == identity;
+  }
+
+ private:
+  void set(bool active) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    active_ = active;
+    names_.clear();
+  }
+
+  std::mutex mutex_;
+  bool active_ = false;
+  std::map<FileIdentity, fs::path> names_;
+};
+
+Inputs& inputs() {
+  static Inputs all;
+  return all;
+}
+
+/// Errors: what stands under the name is nothing that a file may be put over.
+Status check_target(const fs::path& path) {
+  std::error_code ignored;  // whatever else is wrong with the name, opening it says
+  const fs::file_type kind = fs::status(path, ignored).type();
+  if (kind == fs::file_type::directory) return write_error(path, EISDIR, remedy_of(EISDIR));
+  if (kind == fs::file_type::block || kind == fs::file_type::socket)
+    return make_error(ErrorCode::kOutput,
+                      "{}: cannot write: it is a block device or a socket - choose another name",
+                      path.string());
+  if (inputs().contains(path))
+    return make_error(ErrorCode::kOutput,
+                      "{}: is not written, because this command reads it - choose another name",
+                      path.string());
+  return Ok{};
+}
+
 /// Pipes and devices (/dev/stdout, /dev/null) are written to, never replaced.
 bool is_stream(const fs::path& path) {
   std::error_code ignored;
@@ -129,10 +194,27 @@ Status write_all(int fd, std::string_view bytes, const fs::path& path) {
   while (!bytes.empty()) {
     const ssize_t n = ::write(fd, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
+    if (n < 0 && errno == EAGAIN) {  // a pipe whose reader takes its time
+      pollfd wait{fd, POLLOUT, 0};
+      if (::poll(&wait, 1, -1) >= 0) continue;
+      return make_error(ErrorCode::kOutput, "{}: stopped by a signal while its reader waited",
+                        path.string());
+    }
     if (n < 0) return write_error(path, errno, remedy_of(errno));
     bytes.remove_prefix(static_cast<std::size_t>(n));
   }
   return Ok{};
+}
+
+Status write_stream(const fs::path& path, std::string_view bytes) {
+  // O_NONBLOCK: opening a pipe must not wait for a reader.
+  const Descriptor stream(::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK));
+  if (stream.fd < 0 && errno == ENXIO)
+    return make_error(ErrorCode::kOutput,
+                      "{}: cannot write: nobody reads this pipe - start its reader first",
+                      path.string());
+  if (stream.fd < 0) return write_error(path, errno, remedy_of(errno));
+  return write_all(stream.fd, bytes, path);
 }
 
 /// The bytes, safe on the disk under a name of their own beside `path`.
@@ -233,13 +315,8 @@ Result<std::string> read_file(const fs::path& path, std::uint64_t limit) {
 }
 
 Status write_file(const fs::path& path, std::string_view bytes) {
-  std::error_code ignored;  // whatever else is wrong with the name, open() says below
-  if (fs::is_directory(path, ignored)) return write_error(path, EISDIR, remedy_of(EISDIR));
-  if (is_stream(path)) {
-    const Descriptor stream(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
-    if (stream.fd < 0) return write_error(path, errno, remedy_of(errno));
-    return write_all(stream.fd, bytes, path);
-  }
+  PM_TRY_STATUS(check_target(path));
+  if (is_stream(path)) return write_stream(path, bytes);
   Temporary temporary(temporary_name(path));
   PM_TRY_STATUS(write_temporary(path, bytes, temporary));
   if (::rename(temporary.path.c_str(), path.c_str()) != 0)
@@ -270,7 +347,7 @@ Status write_files(const std::vector<NewFile>& files) {
 
 Status check_writable(const fs::path& path) {
   std::error_code error;
-  if (fs::is_directory(path, error)) return write_error(path, EISDIR, remedy_of(EISDIR));
+  PM_TRY_STATUS(check_target(path));
   if (is_stream(path)) {
     if (::access(path.c_str(), W_OK) != 0) return write_error(path, errno, remedy_of(errno));
     return Ok{};
@@ -285,5 +362,19 @@ Status check_writable(const fs::path& path) {
   if (::access(folder.c_str(), W_OK | X_OK) != 0) return write_error(path, errno, remedy_of(errno));
   return Ok{};
 }
+
+Status check_output(const fs::path& path, bool overwrite) {
+  PM_TRY_STATUS(check_target(path));
+  std::error_code ignored;
+  if (!overwrite && fs::exists(path, ignored) && !is_stream(path))
+    return make_error(ErrorCode::kOutput, "{}: exists - add --overwrite to replace it",
+                      path.string());
+  return check_writable(path);
+}
+
+void remember_input(const fs::path& path) { inputs().add(path); }
+
+InputGuard::InputGuard() { inputs().begin(); }
+InputGuard::~InputGuard() { inputs().end(); }
 
 }  // namespace polymorph

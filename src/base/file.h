@@ -17,8 +17,9 @@ namespace polymorph {
 Result<std::string> read_file(const std::filesystem::path& path, std::uint64_t limit = 2ull << 30);
 
 /// Writes `bytes` under `path` whole or not at all: a temporary beside it, write, fsync, rename,
-/// fsync of the folder. Missing parent folders are made. Errors: kOutput, naming the path and the
-/// reason.
+/// fsync of the folder. Missing parent folders are made. A pipe or a device is written to, not
+/// replaced; a pipe that nobody reads is an error, not a wait. Errors: kOutput, naming the path and
+/// the reason.
 Status write_file(const std::filesystem::path& path, std::string_view bytes);
 
 struct NewFile {
@@ -31,7 +32,27 @@ struct NewFile {
 Status write_files(const std::vector<NewFile>& files);
 
 /// Fails (kOutput) now if write_file(path) could not work later: parent folder missing and not
-/// makeable, a directory in the way, no permission. Leaves nothing behind.
+/// makeable, a directory in the way, no permission, a file that this run reads. Leaves nothing
+/// behind.
 Status check_writable(const std::filesystem::path& path);
+
+/// The one rule for every output, asked before any work: a file that exists is replaced only with
+/// `overwrite`; then check_writable(). Errors: kOutput.
+Status check_output(const std::filesystem::path& path, bool overwrite);
+
+/// Remembers a file that this run reads. While an InputGuard lives, nothing in this header writes
+/// over it from then on, by whatever name and with whatever leave: files are told apart by device
+/// and inode. Names of no regular file are ignored.
+void remember_input(const std::filesystem::path& path);
+
+/// The length of a run, of which a process has one at a time; without it remember_input() does
+/// nothing.
+class InputGuard {
+ public:
+  InputGuard();
+  ~InputGuard();
+  InputGuard(const InputGuard&) = delete;
+  InputGuard& operator=(const InputGuard&) = delete;
+};
 
 }  // namespace polymorph

@@ -1,14 +1,21 @@
 #include "base/log.h"
 
+#include <fcntl.h>
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/base_sink.h>
 #include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/spdlog.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <cctype>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <mutex>
+
+#include "base/file.h"
+#include "base/text.h"
 
 namespace polymorph {
 namespace {
@@ -94,6 +101,54 @@ spdlog::level::level_enum level_of(LogLevel level) {
   return spdlog::level::info;
 }
 
+/// What each line of a log file begins with, a digit where there is a 0: the pattern of set_log().
+constexpr std::string_view kTimePattern = "0000-00-00T00:00:00.000 ";
+
+bool begins_like_a_log(const std::filesystem::path& path) {
+  std::string start(kTimePattern.size(), 0);
+  std::ifstream in(path, std::ios::binary);
+  in.read(start.data(), static_cast<std::streamsize>(start.size()));
+  if (in.gcount() == 0) return true;  // an empty file loses nothing
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    const bool digit = std::isdigit(static_cast<unsigned char>(start[i])) != 0;
+    if (kTimePattern[i] == '0' ? !digit : start[i] != kTimePattern[i]) return false;
+  }
+  return true;
+}
+
+Status open_log_file(const std::filesystem::path& path, bool replace) {
+  struct stat info {};
+  const bool exists = ::stat(path.c_str(), &info) == 0;
+  const bool regular = exists && S_ISREG(info.st_mode);
+  if (regular && !replace && !begins_like_a_log(path))
+    return make_error(ErrorCode::kOutput,
+                      "{}: exists and is no log of this program - add --overwrite to replace it",
+                      path.string());
+  PM_TRY_STATUS(check_writable(path));
+  // Opening a pipe must not wait for a reader; this end keeps it open until the log has its own.
+  int pipe = -1;
+  if (exists && S_ISFIFO(info.st_mode)) {
+    pipe = ::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
+    if (pipe < 0)
+      return make_error(ErrorCode::kOutput,
+                        "{}: cannot write the log: nobody reads this pipe - start its reader first",
+                        path.string());
+  }
+  Status status = Ok{};
+  try {
+    auto file =
+        std::make_shared<spdlog::sinks::basic_file_sink_mt>(path.string(), regular && replace);
+    file->set_pattern("%Y-%m-%dT%H:%M:%S.%e %l %v");
+    logger().sinks().push_back(file);
+    logger().flush_on(spdlog::level::info);
+  } catch (const spdlog::spdlog_ex& e) {
+    status =
+        make_error(ErrorCode::kOutput, "{}: cannot write the log: {}", path.string(), e.what());
+  }
+  if (pipe >= 0) ::close(pipe);
+  return status;
+}
+
 }  // namespace
 
 Status set_log(const LogSettings& settings) {
@@ -104,22 +159,12 @@ Status set_log(const LogSettings& settings) {
       settings.color == ColorMode::kAlways || (settings.color == ColorMode::kAuto && wanted);
   terminal()->json = settings.format == LogFormat::kJson;
   logger().set_level(level_of(settings.level));
-  if (!settings.file.empty()) {
-    try {
-      auto file = std::make_shared<spdlog::sinks::basic_file_sink_mt>(settings.file.string());
-      file->set_pattern("%Y-%m-%dT%H:%M:%S.%e %l %v");
-      logger().sinks().push_back(file);
-      logger().flush_on(spdlog::level::info);
-    } catch (const spdlog::spdlog_ex& e) {
-      return make_error(ErrorCode::kOutput, "{}: cannot write the log: {}", settings.file.string(),
-                        e.what());
-    }
-  }
+  if (!settings.file.empty()) return open_log_file(settings.file, settings.replace_file);
   return Ok{};
 }
 
 void log_message(LogLevel level, const std::string& message) {
-  logger().log(level_of(level), "{}", message);
+  logger().log(level_of(level), "{}", printable(message, Lines::kKeep));
 }
 
 void set_status_line(const std::string& line) { terminal()->set_status(line); }

@@ -20,7 +20,10 @@ struct LogSettings {
   LogFormat format = LogFormat::kText;
   ColorMode color = ColorMode::kAuto;  ///< kAuto: a terminal and no NO_COLOR
   std::filesystem::path file;          ///< also written here, when not empty
+  bool replace_file = false;           ///< `file` may be replaced, whatever it is
 };
+/// A log file that an earlier run of this program began is added to; any other file that exists is
+/// left alone unless it may be replaced. Errors: kOutput.
 Status set_log(const LogSettings& settings);
 
 void log_message(LogLevel level, const std::string& message);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <memory>
+#include <system_error>
 #include <thread>
 
 namespace polymorph {
@@ -33,6 +34,22 @@ void set_thread_count(int count) {
   current = count > 0 ? count : available_threads();
   limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
                                                 static_cast<std::size_t>(current));
+}
+
+Status check_threads() {
+  try {
+    std::thread([] {}).join();
+    return Ok{};
+  } catch (const std::system_error& error) {
+    return thread_error(error.what());
+  }
+}
+
+Error thread_error(const std::string& reason) {
+  return make_error(ErrorCode::kResource,
+                    "no thread can be started ({}) - raise the limit on processes (ulimit -u, or "
+                    "pids.max of the container) or on memory (ulimit -v), or lower ulimit -s",
+                    reason);
 }
 
 int thread_count() { return current > 0 ? current : available_threads(); }

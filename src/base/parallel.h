@@ -5,7 +5,9 @@
 #include <tbb/parallel_for.h>
 
 #include <cstdint>
+#include <string>
 
+#include "base/result.h"
 #include "kernels/fork_join.h"
 
 namespace polymorph {
@@ -13,6 +15,11 @@ namespace polymorph {
 /// Limits all parallel work of the process to `count` threads; 0 = as many as this process may use
 /// (CPU affinity, then SLURM_CPUS_PER_TASK where set). Call before the first parallel work.
 void set_thread_count(int count);
+
+/// Whether a thread can be started at all. Errors: kResource, with the reason.
+Status check_threads();
+/// That error, for a thread that could not be started later.
+Error thread_error(const std::string& reason);
 
 /// How many threads parallel work uses now (>= 1).
 int thread_count();

@@ -37,7 +37,77 @@ std::optional<T> parse_all(std::string_view text) {
   return value;
 }
 
+/// The size of the UTF-8 character at `i`, 0 where there is none.
+std::size_t character_size(std::string_view text, std::size_t i) {
+  const auto lead = static_cast<unsigned char>(text[i]);
+  const std::size_t size = lead < 0x80   ? 1
+                           : lead < 0xc2 ? 0
+                           : lead < 0xe0 ? 2
+                           : lead < 0xf0 ? 3
+                           : lead < 0xf5 ? 4
+                                         : 0;
+  if (size == 0 || i + size > text.size()) return 0;
+  for (std::size_t k = 1; k < size; ++k)
+    if ((static_cast<unsigned char>(text[i + k]) & 0xc0) != 0x80) return 0;
+  if (size < 3) return size;
+  const auto second = static_cast<unsigned char>(text[i + 1]);
+  const bool bad = (lead == 0xe0 && second < 0xa0) || (lead == 0xed && second > 0x9f) ||
+                   (lead == 0xf0 && second < 0x90) || (lead == 0xf4 && second > 0x8f);
+  return bad ? 0 : size;  // overlong forms, surrogates, beyond U+10FFFF
+}
+
+std::uint32_t code_point(std::string_view character) {
+  auto value = static_cast<std::uint32_t>(static_cast<unsigned char>(character[0]));
+  if (character.size() > 1) value &= 0xffu >> (character.size() + 1);
+  for (const char c : character.substr(1))
+    value = value << 6 | (static_cast<unsigned char>(c) & 0x3fu);
+  return value;
+}
+
+/// C0, delete and C1; line and paragraph separators; marks, embeddings, overrides and isolates of
+/// the direction of writing.
+bool is_control(std::uint32_t code) {
+  return code < 0x20 || (code >= 0x7f && code < 0xa0) || code == 0x61c || code == 0x200e ||
+         code == 0x200f || (code >= 0x2028 && code <= 0x202e) || (code >= 0x2066 && code <= 0x2069);
+}
+
 }  // namespace
+
+std::string printable(std::string_view text, Lines lines) {
+  std::string result;
+  result.reserve(text.size());
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t size = character_size(text, i);
+    const std::string_view character = text.substr(i, std::max<std::size_t>(size, 1));
+    const bool layout =
+        lines == Lines::kKeep && (character.front() == '\n' || character.front() == '\t');
+    if (size > 0 && (layout || !is_control(code_point(character))))
+      result += character;
+    else
+      result += '?';
+    i += character.size();
+  }
+  return result;
+}
+
+std::string printable_json(std::string text) {
+  const auto special = [](char c) {
+    return c == '\x7f' || static_cast<unsigned char>(c) == 0xc2 || c == '\xd8' || c == '\xe2';
+  };
+  if (std::none_of(text.begin(), text.end(), special)) return text;
+  std::string result;
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t size = std::max<std::size_t>(character_size(text, i), 1);
+    const std::string_view character = std::string_view(text).substr(i, size);
+    const std::uint32_t code = code_point(character);
+    if (code >= 0x7f && is_control(code))
+      result += fmt::format("\\u{:04x}", code);
+    else
+      result += character;
+    i += size;
+  }
+  return result;
+}
 
 std::optional<double> parse_number(std::string_view text) {
   const auto value = parse_all<double>(text);
@@ -52,6 +122,8 @@ std::optional<std::string> nearest_word(std::string_view word,
   std::optional<std::string> best;
   std::size_t best_distance = std::max<std::size_t>(1, word.size() / 3) + 1;
   for (const std::string& candidate : candidates) {
+    const std::size_t longer = std::max(word.size(), candidate.size());
+    if (longer - std::min(word.size(), candidate.size()) >= best_distance) continue;
     const std::size_t distance = edit_distance(word, candidate);
     if (distance < best_distance) {
       best_distance = distance;
@@ -77,7 +149,7 @@ std::string join_quoted(std::span<const std::string> words) {
 
 std::string escape_markup(std::string_view text) {
   std::string result;
-  for (const char c : text) {
+  for (const char c : printable(text, Lines::kKeep)) {
     if (c == '<')
       result += "&lt;";
     else if (c == '>')

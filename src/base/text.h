@@ -23,7 +23,17 @@ std::string did_you_mean(std::string_view word, std::span<const std::string> can
 /// "a, b or c" with each quoted.
 std::string join_quoted(std::span<const std::string> words);
 
-/// `text` inside HTML or XML, attributes included: < > & and " as entities.
+/// Whether control characters that only lay text out, new lines and tabs, may stay.
+enum class Lines { kKeep, kReplace };
+/// `text` as it may be shown to people and written into files' headers: what is not UTF-8, control
+/// characters (they move a terminal's cursor and end a header's line) and those that turn the
+/// direction of writing are a '?' each.
+std::string printable(std::string_view text, Lines lines = Lines::kReplace);
+
+/// JSON with the same characters as \\u escapes: it says the same.
+std::string printable_json(std::string text);
+
+/// `text` inside HTML or XML, attributes included: < > & and " as entities; printable().
 std::string escape_markup(std::string_view text);
 
 std::vector<std::string> split(std::string_view text, char separator);

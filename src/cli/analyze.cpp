@@ -2,6 +2,7 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
+#include "cli/numbers.h"
 #include "sequence/analyze_sequence.h"
 #include "sequence/render_sequence.h"
 
@@ -59,8 +60,6 @@ Result<int> run_analyze(const CommandLine& line, const AnalyzeOptions& options) 
     PM_TRY(Limit limit, parse_limit(text));
     limits.push_back(std::move(limit));
   }
-  for (const std::string& file : {options.html, options.csv})
-    if (!file.empty()) PM_TRY_STATUS(check_writable(file));
   auto morphs = analyzed(line, options);
   if (!morphs && stop_requested()) return make_error(stop_code(), "stopped, nothing written");
   if (!morphs) return std::move(morphs).error();
@@ -105,7 +104,7 @@ void add_analyze(CommandLine& line) {
   command
       ->add_option("-n,--frames", options->frames,
                    "frames of each morph of a scene, ends included; default: as it has")
-      ->check(CLI::Range(0, 10000))
+      ->transform(number_from(0, 10000))
       ->type_name("N")
       ->group("Main");
   command->add_option("--source", options->source, "meshes: the object they start from (OBJ)")

@@ -11,6 +11,7 @@
 #include "base/parallel.h"
 #include "base/random.h"
 #include "cli/command_line.h"
+#include "cli/numbers.h"
 #include "morph/plan.h"
 #include "render/ray_bench.h"
 #include "render/render.h"
@@ -108,6 +109,7 @@ Grid bench_grid(int n) {
 /// Balls as `polymorph mesh --balls` and encode_balls() write them; each may have a "shape" [xx,
 /// yy, zz, xy, xz, yz].
 Result<std::vector<Ball>> read_balls(const std::filesystem::path& path, std::string& field) {
+  remember_input(path);
   PM_TRY(const std::string text, read_file(path));
   try {
     const auto json = nlohmann::json::parse(text);
@@ -397,14 +399,14 @@ void add_bench(CommandLine& line) {
       ->type_name("WHAT")
       ->group("Main");
   command->add_option("--torus", options->balls, "balls on the torus (1032)")
-      ->check(CLI::Range(1, 1000000))
+      ->transform(number_from(1, 1000000))
       ->type_name("N")
       ->group("Main");
   command->add_option("--balls", options->ball_file, "balls from a JSON file instead of the torus")
       ->type_name("FILE")
       ->group("Main");
   command->add_option("--grid", options->grid, "grid points along an axis (128)")
-      ->check(CLI::Range(8, 2048))
+      ->transform(number_from(8, 2048))
       ->type_name("N")
       ->group("Main");
   command->add_option("--field", options->field, "gaussian, wyvill or inverse_square")
@@ -412,11 +414,11 @@ void add_bench(CommandLine& line) {
       ->type_name("FIELD")
       ->group("Main");
   command->add_option("--spp", options->samples, "samples a pixel (16)")
-      ->check(CLI::Range(1, 65536))
+      ->transform(number_from(1, 65536))
       ->type_name("N")
       ->group("Main");
   command->add_option("--repeats", options->repeats, "runs after the first (7)")
-      ->check(CLI::Range(1, 1000))
+      ->transform(number_from(1, 1000))
       ->type_name("N")
       ->group("Main");
   add_json(command, options->json);

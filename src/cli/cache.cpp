@@ -7,6 +7,7 @@
 #include "base/log.h"
 #include "base/text.h"
 #include "cli/command_line.h"
+#include "cli/numbers.h"
 #include "scene/json_text.h"
 
 namespace polymorph {
@@ -18,23 +19,6 @@ struct CacheOptions {
   std::string verb, max_size, max_age;
   JsonOutput json;
 };
-
-/// A number with one of the units behind it: {"k", 1e3} and so on; without a unit, the first's.
-Result<double> parse_amount(const std::string& option, const std::string& text,
-                            const std::vector<std::pair<char, double>>& units,
-                            const std::string& example) {
-  double factor = units.front().second;
-  std::string number = text;
-  for (const auto& [unit, value] : units)
-    if (!text.empty() && std::tolower(static_cast<unsigned char>(text.back())) == unit) {
-      factor = value;
-      number.pop_back();
-    }
-  const auto value = parse_number(number);
-  if (!value || *value < 0)
-    return make_error(ErrorCode::kUsage, "{} {}: not an amount - write {}", option, text, example);
-  return *value * factor;
-}
 
 std::string format_age(double seconds) {
   const auto whole = [](double value) { return static_cast<long long>(std::floor(value)); };

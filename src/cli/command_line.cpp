@@ -8,11 +8,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <mutex>
+#include <system_error>
 
 #include "base/file.h"
 #include "base/log.h"
 #include "base/parallel.h"
 #include "base/text.h"
+#include "cli/numbers.h"
 #include "spheres/spheres.h"
 
 namespace polymorph {
@@ -38,7 +40,7 @@ void add_common(CLI::App* command, CommonOptions& common) {
           ->add_option("-t,--threads", common.threads,
                        "threads; 0 = all this process may use (env POLYMORPH_THREADS)")
           ->envname("POLYMORPH_THREADS")
-          ->check(CLI::Range(0, 4096))
+          ->transform(number_from(0, 4096))
           ->type_name("N"));
   add(command
           ->add_option("--device", common.device,
@@ -48,7 +50,7 @@ void add_common(CLI::App* command, CommonOptions& common) {
   add(command
           ->add_option("--max-memory", common.max_memory,
                        "most memory for making surfaces: bytes, or with K, M or G; 0 = no limit")
-          ->transform(CLI::AsSizeValue(false))
+          ->transform(size_in_bytes())
           ->type_name("SIZE"));
   add(command
           ->add_option("--cache-dir", common.cache_dir,
@@ -70,6 +72,31 @@ void add_common(CLI::App* command, CommonOptions& common) {
           ->type_name("FMT"));
 }
 
+/// A report that render wrote for an earlier part of the run that is resumed now.
+bool is_run_report(const std::string& file) {
+  const auto text = read_file(file, 1u << 30);
+  return text && text->starts_with("{\n  \"version\":") &&
+         text->find("\"scene_hash\":") != std::string::npos;
+}
+
+/// What a command writes besides what it is for. --log-file has its own rule (base/log.h), and what
+/// -o and --diff name depends on the frames.
+Status check_side_outputs(const CLI::App& command, bool overwrite) {
+  for (const CLI::Option* option : command.get_options())
+    if (option->get_positional())
+      for (const std::string& word : option->results()) remember_input(word);
+  const CLI::Option* skip = command.get_option_no_throw("--skip-existing");
+  const bool resumes = skip && skip->count() > 0;
+  for (const char* name : {"--json", "--html", "--csv", "--junit"}) {
+    const CLI::Option* option = command.get_option_no_throw(name);
+    if (!option || option->results().empty()) continue;
+    const std::string& file = option->results().front();
+    if (file.empty() || file == "-") continue;
+    PM_TRY_STATUS(check_output(file, overwrite || (resumes && is_run_report(file))));
+  }
+  return Ok{};
+}
+
 Status start_up(const CommonOptions& common) {
   LogSettings log;
   log.level = common.quiet         ? LogLevel::kWarning
@@ -80,6 +107,7 @@ Status start_up(const CommonOptions& common) {
               : common.color == "never" ? ColorMode::kNever
                                         : ColorMode::kAuto;
   log.file = common.log_file;
+  log.replace_file = common.overwrite;
   set_thread_count(common.threads);
   return set_log(log);
 }
@@ -154,7 +182,9 @@ int finish_output(int code) {
 }
 
 int run_action(CommandLine& line) {
-  auto status = start_up(line.common);
+  auto status = check_side_outputs(*line.app.get_subcommands().front(), line.common.overwrite);
+  if (status) status = check_threads();
+  if (status) status = start_up(line.common);
   if (!status) {
     log_message(LogLevel::kError, status.error().message);
     return static_cast<int>(status.error().code);
@@ -175,6 +205,10 @@ CLI::App* add_command(CommandLine& line, const std::string& name, const std::str
   command->set_help_flag();
   add_common(command, line.common);
   return command;
+}
+
+CLI::Option* add_overwrite(CLI::App* command, CommonOptions& common) {
+  return command->add_flag("--overwrite", common.overwrite, "replace existing files");
 }
 
 void add_overrides(CLI::App* command, std::vector<std::string>& texts) {
@@ -212,9 +246,11 @@ void add_json(CLI::App* command, JsonOutput& json) {
 
 Status write_json(const JsonOutput& json, const std::string& text) {
   if (!json.file.empty()) return write_file(json.file, text);
-  print_data("{}", text);
+  print_bytes(text);
   return Ok{};
 }
+
+void print_bytes(std::string_view bytes) { std::fwrite(bytes.data(), 1, bytes.size(), stdout); }
 
 ProgressMode progress_mode(const CommonOptions& common) {
   if (common.progress == "bar") return ProgressMode::kBar;
@@ -253,6 +289,7 @@ void print_error(const Error& error) {
 
 int run_program(int argc, char** argv) {
   set_signals();
+  const InputGuard inputs_are_kept;
   CommandLine line;
   for (int i = 1; i < argc; ++i) line.text += (i > 1 ? " " : "") + std::string(argv[i]);
   line.app.footer(
@@ -270,6 +307,9 @@ int run_program(int argc, char** argv) {
        {add_render, add_strip, add_mesh, add_spheres, add_check, add_info, add_compare, add_golden,
         add_analyze, add_bench, add_cache, add_cubes, add_devices, add_schema})
     add(line);
+  for (CLI::App* command : line.app.get_subcommands([](const CLI::App*) { return true; }))
+    if (!command->get_option_no_throw("--overwrite"))
+      add_overwrite(command, line.common)->group("Common");
 
   // Help and version answer before anything is checked, wherever they stand.
   const auto given = [&](const char* flag) {
@@ -297,6 +337,13 @@ int run_program(int argc, char** argv) {
                 "out of memory - lower surface.resolution, image size or --threads");
     return static_cast<int>(ErrorCode::kResource);
   } catch (const std::exception& error) {
+    const auto* system = dynamic_cast<const std::system_error*>(&error);
+    const bool threads = (system && system->code() == std::errc::resource_unavailable_try_again) ||
+                         std::string_view(error.what()).starts_with("pthread_create");  // TBB's
+    if (threads) {
+      print_error(thread_error(error.what()));
+      return static_cast<int>(ErrorCode::kResource);
+    }
     report_bug(error.what());
     return static_cast<int>(ErrorCode::kInternal);
   }

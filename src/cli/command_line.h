@@ -9,10 +9,12 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "base/result.h"
+#include "base/text.h"
 #include "scene/load_scene.h"
 
 namespace polymorph {
@@ -31,6 +33,7 @@ struct CommonOptions {
   bool no_cache = false;
   std::string device = "auto";
   std::uint64_t max_memory = 0;  ///< bytes; 0 = no limit
+  bool overwrite = false;        ///< files that exist may be replaced
 };
 
 struct CommandLine {
@@ -44,6 +47,10 @@ struct CommandLine {
 CLI::App* add_command(CommandLine& line, const std::string& name, const std::string& purpose,
                       const std::string& examples, const std::string& exit_codes);
 
+/// --overwrite, which every command has: those that do not add it themselves get it among what all
+/// commands share.
+CLI::Option* add_overwrite(CLI::App* command, CommonOptions& common);
+
 /// --set path=value, repeated.
 void add_overrides(CLI::App* command, std::vector<std::string>& texts);
 Result<std::vector<Override>> parse_overrides(const std::vector<std::string>& texts);
@@ -56,12 +63,14 @@ struct JsonOutput {
 void add_json(CLI::App* command, JsonOutput& json);
 Status write_json(const JsonOutput& json, const std::string& text);
 
-/// Data to standard output. A reader that has gone does not end the work; a full disk makes
-/// run_program() fail.
+/// Bytes to standard output, as they are.
+void print_bytes(std::string_view bytes);
+
+/// Data for people and scripts to standard output, printable (base/text.h). A reader that has gone
+/// does not end the work; a full disk makes run_program() fail.
 template <class... Args>
 void print_data(fmt::format_string<Args...> text, Args&&... args) {
-  const std::string data = fmt::format(text, std::forward<Args>(args)...);
-  std::fwrite(data.data(), 1, data.size(), stdout);
+  print_bytes(printable(fmt::format(text, std::forward<Args>(args)...), Lines::kKeep));
 }
 
 ProgressMode progress_mode(const CommonOptions& common);

@@ -3,6 +3,7 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
+#include "cli/numbers.h"
 #include "cli/report_options.h"
 #include "compare/report_data.h"
 #include "image/image_io.h"
@@ -77,9 +78,14 @@ Result<ReportCase> compare_pair(const CompareOptions& options, const ImagePair& 
   return one;
 }
 
-Result<int> run_compare(const CompareOptions& options) {
-  PM_TRY_STATUS(begin_report(options.report));
+Result<int> run_compare(const CompareOptions& options, bool overwrite) {
+  PM_TRY_STATUS(begin_report(options.report, overwrite));
   PM_TRY(const std::vector<ImagePair> pairs, pairs_of(options));
+  for (const ImagePair& pair : pairs)
+    for (const auto& file : {pair.actual, pair.reference}) remember_input(file);
+  if (!options.difference.empty())
+    for (const ImagePair& pair : pairs)
+      PM_TRY_STATUS(check_output(difference_path(options, pair, pairs.size() > 1), overwrite));
   Report report{fmt::format("{} against {}", options.actual, options.reference),
                 {{"polymorph", PM_VERSION}},
                 {},
@@ -105,33 +111,28 @@ Result<int> run_compare(const CompareOptions& options) {
 }
 
 void add_limits(CLI::App* command, Tolerance& t) {
-  const auto add = [&](const char* name, float& value, const std::string& what) {
+  constexpr double kMost = 1e30;  // as large as a limit that is off
+  const auto add = [&](const char* name, float& value, double most, const char* type,
+                       const std::string& what) {
     command->add_option(name, value, what)
-        ->check(CLI::NonNegativeNumber)
-        ->type_name("X")
+        ->transform(number_from(0.0, most))
+        ->type_name(type)
         ->group("Main");
   };
-  add("--fail", t.fail, fmt::format("a pixel fails beyond this difference ({})", t.fail));
-  add("--relative", t.relative,
+  add("--fail", t.fail, kMost, "X",
+      fmt::format("a pixel fails beyond this difference ({})", t.fail));
+  add("--relative", t.relative, kMost, "X",
       fmt::format("... plus this share of the reference ({})", t.relative));
-  command
-      ->add_option("--failpercent", t.fail_percent,
-                   fmt::format("so many % of pixels may fail ({})", t.fail_percent))
-      ->check(CLI::Range(0.0, 100.0))
-      ->type_name("P")
-      ->group("Main");
-  add("--hardfail", t.hard_fail, "no pixel may differ by more (off)");
-  add("--depth", t.depth, fmt::format("relative limit for Z ({})", t.depth));
-  add("--normal", t.normal, fmt::format("limit for N.* ({})", t.normal));
-  add("--flip", t.flip_mean, "limit of the mean FLIP, 0 to 1 (off)");
-  add("--flip-p99", t.flip_p99, "... and of what 99 % of the pixels stay below (off)");
-  add("--warn", t.warn, "say so when a pixel differs by more; no failure (off)");
-  command
-      ->add_option("--warnpercent", t.warn_percent,
-                   fmt::format("so many % may, silently ({})", t.warn_percent))
-      ->check(CLI::Range(0.0, 100.0))
-      ->type_name("P")
-      ->group("Main");
+  add("--failpercent", t.fail_percent, 100, "P",
+      fmt::format("so many % of pixels may fail ({})", t.fail_percent));
+  add("--hardfail", t.hard_fail, kMost, "X", "no pixel may differ by more (off)");
+  add("--depth", t.depth, kMost, "X", fmt::format("relative limit for Z ({})", t.depth));
+  add("--normal", t.normal, kMost, "X", fmt::format("limit for N.* ({})", t.normal));
+  add("--flip", t.flip_mean, 1, "X", "limit of the mean FLIP, 0 to 1 (off)");
+  add("--flip-p99", t.flip_p99, 1, "X", "... and of what 99 % of the pixels stay below (off)");
+  add("--warn", t.warn, kMost, "X", "say so when a pixel differs by more; no failure (off)");
+  add("--warnpercent", t.warn_percent, 100, "P",
+      fmt::format("so many % may, silently ({})", t.warn_percent));
 }
 
 }  // namespace
@@ -160,8 +161,9 @@ void add_compare(CommandLine& line) {
       ->group("Output");
   add_report(command, options->report);
   add_json(command, options->json);
-  command->callback(
-      [&line, options] { line.action = [options] { return run_compare(*options); }; });
+  command->callback([&line, options] {
+    line.action = [&line, options] { return run_compare(*options, line.common.overwrite); };
+  });
 }
 
 }  // namespace polymorph

@@ -1,6 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/command_line.h"
+#include "cli/numbers.h"
 #include "kernels/mc_tables.h"
 #include "scene/json_text.h"
 
@@ -68,7 +69,7 @@ void add_cubes(CommandLine& line) {
   command
       ->add_option("key", options->key,
                    "only this one of the 256: the sum of its inside corners' weights")
-      ->check(CLI::Range(0, 255))
+      ->transform(number_from(0, 255))
       ->type_name("KEY")
       ->group("Main");
   add_json(command, options->json);

@@ -1,5 +1,6 @@
 #include "base/log.h"
 #include "cli/command_line.h"
+#include "cli/numbers.h"
 #include "cli/report_options.h"
 #include "sequence/golden_run.h"
 #include "sequence/golden_tiers.h"
@@ -14,6 +15,7 @@ struct GoldenOptions {
   std::string isa = GoldenSettings{}.isa;
   std::string tier = "B";
   int runs = 16;
+  bool overwrite = false;
   JsonOutput json;
   ReportOptions report;
 };
@@ -104,7 +106,7 @@ void add_error(const std::string& group, const std::string& name, const Error& e
 }
 
 Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
-  PM_TRY_STATUS(begin_report(options.report));
+  PM_TRY_STATUS(begin_report(options.report, options.overwrite));
   PictureBudget budget;
   if (options.report.pictures()) settings.pictures = &budget;
   Report report{"Golden frames",
@@ -115,6 +117,12 @@ Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
   std::vector<std::string> names = options.suites;
   if (names.empty()) {
     auto all = list_golden_suites(options.root);
+    // No suite is no answer: green would hide that the folder is another than was meant.
+    if (all && all->empty())
+      all = make_error(ErrorCode::kInput,
+                       "{}: no golden suite in it (a suite is a folder with a suite.json) - check "
+                       "--root",
+                       options.root);
     if (all) names = std::move(*all);
     if (!all) {
       code = static_cast<int>(all.error().code);
@@ -136,7 +144,8 @@ Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
   return code;
 }
 
-Result<int> run_golden(const CommandLine& line, const GoldenOptions& options) {
+Result<int> run_golden(const CommandLine& line, GoldenOptions& options) {
+  options.overwrite = line.common.overwrite;
   const GoldenSettings settings = golden_settings(line, options);
   if (options.verb == "test") return test_all(options, settings);
   std::vector<std::string> names = options.suites;
@@ -207,7 +216,7 @@ void add_golden(CommandLine& line) {
       ->type_name("TIER")
       ->group("Main");
   command->add_option("--runs", options->runs, "renderings a frame for tier C (16)")
-      ->check(CLI::Range(4, 1000))
+      ->transform(number_from(4, 1000))
       ->type_name("N")
       ->group("Main");
   add_report(command, options->report);

@@ -15,7 +15,6 @@ namespace {
 
 struct MeshOptions {
   std::string scene, output, frames;
-  bool overwrite = false;
   std::vector<std::string> sets;
 };
 
@@ -66,12 +65,7 @@ Result<int> run_mesh(const CommandLine& line, const MeshOptions& options) {
                       "{}: unknown format \"{}\" - use .obj or .ply for surfaces, .json for balls",
                       options.output, extension);
   for (const int frame : frames) {
-    const auto path = frame_path(pattern, frame);
-    std::error_code error;
-    if (!options.overwrite && std::filesystem::exists(path, error))
-      return make_error(ErrorCode::kOutput, "{}: exists - add --overwrite to replace it",
-                        path.string());
-    PM_TRY_STATUS(check_writable(path));
+    PM_TRY_STATUS(check_output(frame_path(pattern, frame), line.common.overwrite));
   }
   std::string device;
   PM_TRY(const auto extractor, make_extractor(line.common.device, device, line.common.max_memory));
@@ -109,7 +103,7 @@ void add_mesh(CommandLine& line) {
   command->add_option("-f,--frames", options->frames, "1-48, 1-48x2, 5-1, 1,5,10-20; default: all")
       ->type_name("LIST")
       ->group("Main");
-  command->add_flag("--overwrite", options->overwrite, "replace existing files")->group("Main");
+  add_overwrite(command, line.common)->group("Main");
   add_overrides(command, options->sets);
   command->callback(
       [&line, options] { line.action = [&line, options] { return run_mesh(line, *options); }; });

@@ -2,6 +2,7 @@
 #include "base/log.h"
 #include "base/text.h"
 #include "cli/command_line.h"
+#include "cli/numbers.h"
 #include "cli/progress.h"
 #include "morph/timeline.h"
 #include "sequence/render_sequence.h"
@@ -11,8 +12,8 @@ namespace {
 
 struct RenderOptions {
   std::string scene, output, frames, shard, isa;
-  bool png = false, no_exr = false, overwrite = false, skip_existing = false, keep_going = false,
-       dry_run = false, preview = false, stats = false, reproducible = false;
+  bool png = false, strict = false, skip_existing = false, keep_going = false, dry_run = false,
+       preview = false, stats = false, reproducible = false;
   int samples = 0, jobs = 1;
   double noise = -1;
   std::string aovs;
@@ -62,10 +63,11 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
       if (digits == 0 && limit * 10 <= count)
         return make_error(ErrorCode::kUsage, "{} digits are too few for {} frames - write more #",
                           pattern.digits, count);
-  settings.existing = options.overwrite       ? Existing::kOverwrite
+  settings.existing = line.common.overwrite   ? Existing::kOverwrite
                       : options.skip_existing ? Existing::kSkip
                                               : Existing::kRefuse;
   settings.keep_going = options.keep_going;
+  settings.strict = options.strict;
   settings.dry_run = options.dry_run;
   settings.jobs = options.jobs;
   settings.device = line.common.device;
@@ -115,7 +117,6 @@ Result<int> run_render(const CommandLine& line, const RenderOptions& options) {
   if (options.noise >= 0) scene.image.noise = static_cast<float>(options.noise);
   if (options.seed >= 0) scene.image.seed = static_cast<std::uint64_t>(options.seed);
   PM_TRY(const SequenceSettings settings, sequence_settings(line, options, scene));
-  if (!options.json.file.empty()) PM_TRY_STATUS(check_writable(options.json.file));
   if (settings.frames.empty()) {
     log_info("no frames in this shard");
     if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, to_json(RunReport{})));
@@ -167,20 +168,22 @@ void add_render(CommandLine& line) {
       ->type_name("LIST")
       ->group("Main");
   command->add_flag("--png", options->png, "a PNG beside each EXR")->group("Main");
-  command->add_flag("--overwrite", options->overwrite, "replace existing frames")->group("Main");
+  add_overwrite(command, line.common)->group("Main");
   auto* skip = command
                    ->add_flag("--skip-existing", options->skip_existing,
                               "keep frames whose header says that they are current")
                    ->group("Main");
   skip->excludes("--overwrite");
+  command->add_flag("--strict", options->strict, "warnings about models and textures are errors")
+      ->group("Main");
   command->add_flag("--preview", options->preview, "half size, coarse surface, direct light only")
       ->group("Main");
   command->add_option("--spp", options->samples, "samples a pixel")
-      ->check(CLI::Range(1, 65536))
+      ->transform(number_from(1, 65536))
       ->type_name("N")
       ->group("Scene");
   command->add_option("--noise", options->noise, "sample until this clean: 0.01; --spp is the most")
-      ->check(CLI::Range(0.0, 1.0))
+      ->transform(number_from(0.0, 1.0))
       ->type_name("E")
       ->group("Scene");
   command
@@ -189,7 +192,7 @@ void add_render(CommandLine& line) {
       ->type_name("LIST")
       ->group("Scene");
   command->add_option("--seed", options->seed, "of the sampling noise")
-      ->check(CLI::Range(0LL, 9007199254740991LL))
+      ->transform(number_from(0LL, 9007199254740991LL))
       ->type_name("N")
       ->group("Scene");
   add_overrides(command, options->sets);
@@ -199,7 +202,7 @@ void add_render(CommandLine& line) {
       ->type_name("i/N")
       ->group("Farm");
   command->add_option("-j,--jobs", options->jobs, "frames traced at once (1)")
-      ->check(CLI::Range(1, 256))
+      ->transform(number_from(1, 256))
       ->type_name("N")
       ->group("Farm");
   command->add_flag("--keep-going", options->keep_going, "go on after a failed frame; exit code 6")

@@ -21,12 +21,13 @@ void add_report(CLI::App* command, ReportOptions& options) {
       ->group("Output");
 }
 
-Status begin_report(const ReportOptions& options) {
-  if (!options.folder.empty())
-    PM_TRY_STATUS(check_writable(std::filesystem::path(options.folder) / "index.html"));
-  for (const std::string& file : {options.html, options.junit})
-    if (!file.empty()) PM_TRY_STATUS(check_writable(file));
-  if (!options.folder.empty()) PM_TRY_STATUS(remove_report(options.folder));
+Status begin_report(const ReportOptions& options, bool overwrite) {
+  if (options.folder.empty()) return Ok{};
+  const std::filesystem::path folder(options.folder);
+  PM_TRY_STATUS(check_writable(folder / "index.html"));
+  PM_TRY_STATUS(remove_report(folder));
+  for (const char* name : {"index.html", "junit.xml", "report.json"})
+    PM_TRY_STATUS(check_output(folder / name, overwrite));
   return Ok{};
 }
 

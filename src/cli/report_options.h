@@ -14,9 +14,10 @@ struct ReportOptions {
 };
 void add_report(CLI::App* command, ReportOptions& options);
 
-/// Before any work: fails if a file could not be written after it, and removes the folder's earlier
-/// report, which else would stand for a run that ends without one.
-Status begin_report(const ReportOptions& options);
+/// Before any work: fails if the folder could not be written to after it or has other files of
+/// these names, and removes its earlier report, which else would stand for a run that ends without
+/// one.
+Status begin_report(const ReportOptions& options, bool overwrite);
 Status write_reports(const ReportOptions& options, const Report& report);
 
 /// A word as a shell takes it.

@@ -6,6 +6,7 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
+#include "cli/numbers.h"
 #include "model/diagnose.h"
 #include "model/load_obj.h"
 #include "model/shapes.h"
@@ -23,7 +24,7 @@ struct SpheresOptions {
   std::string model, method = "medial", fit = "ellipsoid", inside = "winding";
   int balls = 0, resolution = 0, grid = 192, width = 480;
   double error = 0;
-  bool no_fit = false, solidify = false, overwrite = false;
+  bool no_fit = false, solidify = false;
   std::string write_balls, write_surface, write_spheres, output;
   JsonOutput json;
 };
@@ -53,7 +54,7 @@ SphereSettings settings_of(const SpheresOptions& options) {
   return settings;
 }
 
-Status check_outputs(const SpheresOptions& options) {
+Status check_outputs(const SpheresOptions& options, bool overwrite) {
   const auto wants = [](const std::string& file,
                         std::initializer_list<const char*> known) -> Status {
     const std::string extension = std::filesystem::path(file).extension().string();
@@ -73,10 +74,7 @@ Status check_outputs(const SpheresOptions& options) {
   for (const std::string& file :
        {options.write_balls, options.write_surface, options.write_spheres, options.output}) {
     if (file.empty()) continue;
-    std::error_code error;
-    if (!options.overwrite && std::filesystem::exists(file, error))
-      return make_error(ErrorCode::kOutput, "{}: exists - add --overwrite to replace it", file);
-    PM_TRY_STATUS(check_writable(file));
+    PM_TRY_STATUS(check_output(file, overwrite));
   }
   return Ok{};
 }
@@ -150,7 +148,7 @@ void print_table(const Model& model, const SpheresOptions& options, const Made& 
 }
 
 Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) {
-  PM_TRY_STATUS(check_outputs(options));
+  PM_TRY_STATUS(check_outputs(options, line.common.overwrite));
   PM_TRY(const Model model, load(options.model));
   Made made;
   const Diagnosis diagnosis = diagnose_fully(model);
@@ -222,20 +220,20 @@ void add_spheres(CommandLine& line) {
       ->type_name("NAME")
       ->group("Main");
   auto* balls = command->add_option("--balls", options->balls, "how many (256)")
-                    ->check(CLI::Range(1, 4096))
+                    ->transform(number_from(1, 4096))
                     ->type_name("N")
                     ->group("Main");
   auto* error = command
                     ->add_option("--error", options->error,
                                  "as few as keep this Hausdorff distance, a share of the diagonal")
-                    ->check(CLI::Range(1e-4, 0.5))
+                    ->transform(number_from(1e-4, 0.5))
                     ->type_name("E")
                     ->group("Main");
   error->excludes(balls);
   command
       ->add_option("--resolution", options->resolution,
                    "of octree and active: 2^(R-1) cells an axis")
-      ->check(CLI::Range(1, 9))
+      ->transform(number_from(1, 9))
       ->type_name("R")
       ->group("Main");
   auto* fit = command->add_option("--fit", options->fit, "ellipsoid or round balls")
@@ -254,14 +252,14 @@ void add_spheres(CommandLine& line) {
       ->group("Main");
   command
       ->add_option("--grid", options->grid, "cells along the longest side, for the surface (192)")
-      ->check(CLI::Range(8, 2048))
+      ->transform(number_from(8, 2048))
       ->type_name("N")
       ->group("Main");
   command->add_option("-o,--output", options->output, "picture: model | spheres | surface")
       ->type_name("FILE")
       ->group("Main");
   command->add_option("--width", options->width, "of each of the three pictures (480)")
-      ->check(CLI::Range(16, 8192))
+      ->transform(number_from(16, 8192))
       ->type_name("PIXELS")
       ->group("Main");
   command->add_option("--write-balls", options->write_balls, "balls as .json or .csv")
@@ -275,7 +273,7 @@ void add_spheres(CommandLine& line) {
                    "the spheres as .obj, .ply, or .json with their tree")
       ->type_name("FILE")
       ->group("Main");
-  command->add_flag("--overwrite", options->overwrite, "replace existing files")->group("Main");
+  add_overwrite(command, line.common)->group("Main");
   add_json(command, options->json);
   command->callback(
       [&line, options] { line.action = [&line, options] { return run_spheres(line, *options); }; });

@@ -4,6 +4,7 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
+#include "cli/numbers.h"
 #include "cli/progress.h"
 #include "image/image_io.h"
 #include "image/movie.h"
@@ -19,7 +20,6 @@ struct StripOptions {
   int count = 8, columns = 4, width = 0;
   bool moves() const { return !gif.empty() || !mp4.empty(); }
   float fps = 0;
-  bool overwrite = false;
   std::vector<std::string> sets;
 };
 
@@ -132,6 +132,7 @@ Result<Frames> from_images(const StripOptions& options) {
   if (!options.moves() && options.frames.empty())
     frames.numbers = spread(frames.numbers, options.count);
   for (const int number : frames.numbers) {
+    remember_input(frame_path(pattern, number));
     PM_TRY(Image image, read_image(frame_path(pattern, number)));
     float exposure = 0;
     for (const Attribute& attribute : image.attributes) {
@@ -176,7 +177,7 @@ Status write_sheet(const StripOptions& options, const Frames& frames) {
 }
 
 /// Before any work.
-Status check_outputs(const StripOptions& options) {
+Status check_outputs(const StripOptions& options, bool overwrite) {
   if (options.output.empty() && !options.moves())
     return make_error(ErrorCode::kUsage,
                       "nothing to make - give -o strip.png, --gif morph.gif or --mp4 morph.mp4");
@@ -192,16 +193,13 @@ Status check_outputs(const StripOptions& options) {
                       options.mp4);
   for (const std::string& file : {options.output, options.gif, options.mp4}) {
     if (file.empty()) continue;
-    std::error_code error;
-    if (!options.overwrite && std::filesystem::exists(file, error))
-      return make_error(ErrorCode::kOutput, "{}: exists - add --overwrite to replace it", file);
-    PM_TRY_STATUS(check_writable(file));
+    PM_TRY_STATUS(check_output(file, overwrite));
   }
   return Ok{};
 }
 
 Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
-  PM_TRY_STATUS(check_outputs(options));
+  PM_TRY_STATUS(check_outputs(options, line.common.overwrite));
   const bool is_scene = std::filesystem::path(options.input).extension() == ".json";
   auto made = is_scene ? from_scene(line, options) : from_images(options);
   if (!made) return std::move(made).error();
@@ -240,20 +238,20 @@ void add_strip(CommandLine& line) {
       ->type_name("FILE")
       ->group("Main");
   command->add_option("-n,--count", options->count, "cells, evenly spread over the sequence (8)")
-      ->check(CLI::Range(1, 1000))
+      ->transform(number_from(1, 1000))
       ->type_name("N")
       ->group("Main");
   command->add_option("-f,--frames", options->frames, "these frames instead")
       ->type_name("LIST")
       ->group("Main");
   command->add_option("--columns", options->columns, "cells a row (4)")
-      ->check(CLI::Range(1, 1000))
+      ->transform(number_from(1, 1000))
       ->type_name("N")
       ->group("Main");
   command
       ->add_option("--width", options->width,
                    "width of a cell, GIF and movie; default: as rendered")
-      ->check(CLI::Range(16, 32768))
+      ->transform(number_from(16, 32768))
       ->type_name("PIXELS")
       ->group("Main");
   command->add_option("--label", options->label, "frame, t or none")
@@ -267,10 +265,10 @@ void add_strip(CommandLine& line) {
       ->type_name("FILE")
       ->group("Main");
   command->add_option("--fps", options->fps, "of GIF and movie; default: the scene's")
-      ->check(CLI::Range(0.1, 100.0))
+      ->transform(number_from(0.1, 100.0))
       ->type_name("F")
       ->group("Main");
-  command->add_flag("--overwrite", options->overwrite, "replace existing files")->group("Main");
+  add_overwrite(command, line.common)->group("Main");
   add_overrides(command, options->sets);
   command->callback(
       [&line, options] { line.action = [&line, options] { return run_strip(line, *options); }; });

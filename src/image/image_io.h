@@ -29,7 +29,9 @@ struct ReadImageSettings {
   std::size_t max_bytes = std::size_t{1} << 30;
 };
 
-/// Reads png, jpeg, tiff or openexr; the format is told from the content, not from the name.
+/// Reads PNG, JPEG, TIFF, OpenEXR, Radiance, Targa, BMP, GIF (its first picture), WebP, PSD, DDS,
+/// JPEG 2000 and PNM; the format is told from the content, and from the name only for
+/// what does not say (image/sniff.h).
 /// Errors (kInput): missing, not an image, truncated, too large; each names the file and the
 /// reason. NaN or infinite pixels are kept (the comparator must see them). kResource: the module is
 /// missing.

@@ -98,6 +98,7 @@ fs::path find_ffmpeg() {
 }
 
 Status write_mp4(const fs::path& path, std::span<const Image> frames, float frames_per_second) {
+  PM_TRY_STATUS(check_writable(path));
   if (frames.empty()) return make_error(ErrorCode::kInput, "a movie needs at least one frame");
   const int width = frames.front().width, height = frames.front().height;
   for (const Image& frame : frames)

@@ -21,7 +21,7 @@ struct PmOiioAttribute {
 };
 
 struct PmOiioRequest {
-  const char* format;  ///< OpenImageIO's reader: "png", "jpeg", "tiff" or "openexr"
+  const char* format;  ///< OpenImageIO's reader, as in "jpeg"
   const void* bytes;   ///< the whole file
   std::size_t size;
   std::uint64_t max_bytes;  ///< of width * height * channels floats; checked before pixels are read

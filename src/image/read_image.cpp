@@ -115,7 +115,14 @@ Result<DecodedImage> decode(const std::string& bytes, const std::string& format,
                             std::size_t max_bytes) {
   if (format == "png") return decode_png(bytes, max_bytes);
   PM_TRY(const OiioModule module, load_oiio_module());
-  const PmOiioRequest request{format.c_str(), bytes.data(), bytes.size(), max_bytes};
+  // OpenImageIO 2.4 trusts what stands in a Targa file behind the pixels (a thumbnail, a date);
+  // without its footer nobody looks there.
+  constexpr std::size_t kFooter = 26;
+  const std::size_t size = format == "targa" && bytes.size() > 18 + kFooter &&
+                                   bytes.ends_with(std::string_view("TRUEVISION-XFILE.\0", 18))
+                               ? bytes.size() - kFooter
+                               : bytes.size();
+  const PmOiioRequest request{format.c_str(), bytes.data(), size, max_bytes};
   return DecodedImage(module.decode(&request), module.release);
 }
 
@@ -128,7 +135,7 @@ Result<Image> read_image(const std::filesystem::path& path, const ReadImageSetti
 
 Result<Image> decode_image(const std::string& bytes, const std::string& name,
                            const ReadImageSettings& settings) {
-  const Result<std::string> format = sniff_image_format(bytes);
+  const Result<std::string> format = sniff_image_format(bytes, name, settings.max_bytes);
   if (!format) return make_error(ErrorCode::kInput, "{}: {}", name, format.error().message);
   PM_TRY(const DecodedImage decoded, decode(bytes, *format, settings.max_bytes));
   if (decoded->failure == PM_OIIO_TOO_LARGE)

@@ -2,6 +2,9 @@
 
 #include <zlib.h>
 
+#include <algorithm>
+#include <cctype>
+#include <cmath>
 #include <cstdint>
 
 #include "image/check_tiff.h"
@@ -26,19 +29,22 @@ constexpr Magic kReadable[] = {
     {"\x76\x2f\x31\x01"sv, "openexr"},
     {"#?RADIANCE"sv, "hdr"},
     {"#?RGBE"sv, "hdr"},
+    {"BM"sv, "bmp"},
+    {"GIF87a"sv, "gif"},
+    {"GIF89a"sv, "gif"},
+    {"8BPS"sv, "psd"},
+    {"DDS "sv, "dds"},
+    {"\0\0\0\x0cjP  \r\n\x87\n"sv, "jpeg2000"},
+    {"\xff\x4f\xff\x51"sv, "jpeg2000"},
 };
 
 constexpr Magic kKnown[] = {
-    {"GIF8"sv, "a GIF"},
-    {"BM"sv, "a BMP"},
-    {"8BPS"sv, "a Photoshop file"},
-
-    {"RIFF"sv, "a WebP or other RIFF file"},
-    {"DDS "sv, "a DDS texture"},
+    {"RIFF"sv, "a RIFF file, but no WebP"},
     {"%PDF"sv, "a PDF"},
     {"<svg"sv, "an SVG"},
     {"<?xml"sv, "an XML file"},
-    {"\0\0\0\x0cjP"sv, "a JPEG 2000 file"},
+    {"PK\x03\x04"sv, "a ZIP archive"},
+    {"\xabKTX"sv, "a KTX texture"},
 };
 
 std::uint32_t big_endian(std::string_view bytes, std::size_t at) {
@@ -111,6 +117,128 @@ Status check_exr(std::string_view bytes) {
   }
 }
 
+std::size_t word_at(std::string_view bytes, std::size_t at) {
+  return static_cast<unsigned char>(bytes[at]) |
+         static_cast<std::size_t>(static_cast<unsigned char>(bytes[at + 1])) << 8;
+}
+
+Status check_room(double width, double height, double channels, std::size_t max_bytes) {
+  if (4.0 * width * height * channels <= static_cast<double>(max_bytes)) return Ok{};
+  return make_error(ErrorCode::kInput, "{} x {} pixels are more than the limit of {} bytes allows",
+                    width, height, max_bytes);
+}
+
+Status check_gif(std::string_view bytes, std::size_t max_bytes) {
+  if (bytes.size() < 13) return make_error(ErrorCode::kInput, "the GIF is truncated");
+  return check_room(static_cast<double>(word_at(bytes, 6)), static_cast<double>(word_at(bytes, 8)),
+                    4, max_bytes);
+}
+
+/// The image header box of a JP2, or the size marker with which a bare code stream begins.
+Status check_jpeg2000(std::string_view bytes, std::size_t max_bytes) {
+  const bool bare = bytes.starts_with("\xff\x4f"sv);
+  const std::size_t box = bytes.find("ihdr"sv);
+  const std::size_t at = bare ? 8 : box == std::string_view::npos ? bytes.size() : box + 4;
+  if (bytes.size() < 34 || at > bytes.size() - 10)
+    return make_error(ErrorCode::kInput, "the JPEG 2000 file is truncated");
+  return check_room(big_endian(bytes, at + (bare ? 0 : 4)), big_endian(bytes, at + (bare ? 4 : 0)),
+                    4, max_bytes);
+}
+
+Status check_bmp(std::string_view bytes) {
+  if (bytes.size() < 54) return make_error(ErrorCode::kInput, "the BMP is truncated");
+  const bool old = little_endian(bytes, 14) < 40;  // OS/2's header has sizes of 16 bits
+  const double width = old ? static_cast<double>(word_at(bytes, 18))
+                           : static_cast<std::int32_t>(little_endian(bytes, 18));
+  const double height = old ? static_cast<double>(word_at(bytes, 20))
+                            : std::abs(1.0 * static_cast<std::int32_t>(little_endian(bytes, 22)));
+  const auto bits = static_cast<double>(word_at(bytes, old ? 24 : 28));
+  const std::uint32_t compression = old ? 0 : little_endian(bytes, 30);
+  // OpenImageIO 2.4 writes beyond its memory at runs that leave the picture.
+  if (compression == 1 || compression == 2)
+    return make_error(ErrorCode::kInput, "run-length encoded BMPs are not read - save it as a PNG");
+  if (!(width >= 1) || !(height >= 1) || bits < 1 || bits > 32)
+    return make_error(ErrorCode::kInput, "the BMP's header is damaged");
+  const double row = std::floor((width * bits + 31) / 32) * 4;
+  if (little_endian(bytes, 10) + row * height > static_cast<double>(bytes.size()))
+    return make_error(ErrorCode::kInput, "the BMP is truncated");
+  return Ok{};
+}
+
+constexpr std::string_view kTargaFooter = "TRUEVISION-XFILE.\0"sv;
+
+/// Whether the bytes can be a Targa picture at all: the format has no sign of its own in front.
+bool is_like_targa(std::string_view bytes) {
+  if (bytes.size() < 18) return false;
+  const auto byte = [&](std::size_t at) { return static_cast<unsigned char>(bytes[at]); };
+  const int map = byte(1), type = byte(2), bits = byte(16);
+  const bool mapped = type == 1 || type == 9, grey = type == 3 || type == 11;
+  if (!(mapped || grey || type == 2 || type == 10) || map > 1 || (mapped && map == 0)) return false;
+  if (word_at(bytes, 12) == 0 || word_at(bytes, 14) == 0) return false;
+  if (mapped) return bits == 8;
+  return grey ? bits == 8 || bits == 16 : bits == 15 || bits == 16 || bits == 24 || bits == 32;
+}
+
+/// Whether all indices of run-length encoded pixels are below `colors`.
+bool runs_are_within(std::string_view runs, std::size_t pixels, std::size_t colors) {
+  std::size_t at = 0;
+  for (std::size_t done = 0; done < pixels;) {
+    if (at >= runs.size()) return false;
+    const auto packet = static_cast<unsigned char>(runs[at++]);
+    const std::size_t count = (packet & 0x7fu) + 1u, stored = packet & 0x80u ? 1 : count;
+    if (stored > runs.size() - at) return false;
+    for (std::size_t i = 0; i < stored; ++i)
+      if (static_cast<unsigned char>(runs[at + i]) >= colors) return false;
+    at += stored;
+    done += count;
+  }
+  return true;
+}
+
+/// The size of what is not run-length encoded, and that no pixel names a colour beyond the map:
+/// OpenImageIO 2.4 would read there.
+Status check_targa(std::string_view bytes) {
+  const auto byte = [&](std::size_t at) {
+    return static_cast<std::size_t>(static_cast<unsigned char>(bytes[at]));
+  };
+  const std::size_t type = byte(2), colors = byte(1) ? word_at(bytes, 5) : 0;
+  const std::size_t begin = 18 + byte(0) + colors * ((byte(7) + 7) / 8);
+  const std::size_t pixels = word_at(bytes, 12) * word_at(bytes, 14);
+  const std::size_t needed = type < 8 ? pixels * ((byte(16) + 7) / 8) : 0;
+  if (begin > bytes.size() || needed > bytes.size() - begin)
+    return make_error(ErrorCode::kInput, "the Targa file is truncated");
+  if (type != 1 && type != 9) return Ok{};
+  const bool depth = byte(7) == 15 || byte(7) == 16 || byte(7) == 24 || byte(7) == 32;
+  const std::string_view indices = bytes.substr(begin);
+  const bool within =
+      type == 9
+          ? runs_are_within(indices, pixels, colors)
+          : std::all_of(indices.begin(), indices.begin() + static_cast<std::ptrdiff_t>(pixels),
+                        [&](char index) { return static_cast<unsigned char>(index) < colors; });
+  if (depth && within && word_at(bytes, 3) == 0) return Ok{};
+  return make_error(ErrorCode::kInput,
+                    "the Targa file's colour map is damaged or unusual - save it as true colour");
+}
+
+bool has_suffix(std::string_view name, std::string_view suffix) {
+  return name.size() >= suffix.size() &&
+         std::equal(
+             suffix.begin(), suffix.end(), name.end() - static_cast<std::ptrdiff_t>(suffix.size()),
+             [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
+}
+
+/// What the beginning says: a reader's name, or empty.
+std::string format_of(std::string_view bytes) {
+  for (const Magic& magic : kReadable)
+    if (bytes.starts_with(magic.bytes)) return magic.name;
+  if (bytes.starts_with("RIFF"sv) && bytes.substr(0, 12).ends_with("WEBP"sv)) return "webp";
+  if (bytes.size() > 2 && bytes[0] == 'P' &&
+      std::string_view("123456Ff").find(bytes[1]) != std::string_view::npos &&
+      std::isspace(static_cast<unsigned char>(bytes[2])))
+    return "pnm";
+  return "";
+}
+
 const char* guess(std::string_view bytes) {
   for (const Magic& magic : kKnown)
     if (bytes.starts_with(magic.bytes)) return magic.name;
@@ -121,21 +249,26 @@ const char* guess(std::string_view bytes) {
 
 }  // namespace
 
-Result<std::string> sniff_image_format(std::string_view bytes) {
+Result<std::string> sniff_image_format(std::string_view bytes, std::string_view name,
+                                       std::size_t max_bytes) {
   if (bytes.empty()) return make_error(ErrorCode::kInput, "the file is empty");
-  for (const Magic& magic : kReadable) {
-    if (!bytes.starts_with(magic.bytes)) continue;
-    const std::string name = magic.name;
-    if (name == "png") PM_TRY_STATUS(check_png(bytes));
-    if (name == "jpeg") PM_TRY_STATUS(check_jpeg(bytes));
-    if (name == "openexr") PM_TRY_STATUS(check_exr(bytes));
-    if (name == "tiff") PM_TRY_STATUS(check_tiff(bytes));
-    return name;
-  }
+  std::string format = format_of(bytes);
+  if (format.empty() && is_like_targa(bytes)) format = "targa";
+  if (format.empty() && (has_suffix(name, ".tga") || bytes.ends_with(kTargaFooter)))
+    return make_error(ErrorCode::kInput, "the Targa file's header is damaged - save it again");
+  if (format == "png") PM_TRY_STATUS(check_png(bytes));
+  if (format == "jpeg") PM_TRY_STATUS(check_jpeg(bytes));
+  if (format == "openexr") PM_TRY_STATUS(check_exr(bytes));
+  if (format == "tiff") PM_TRY_STATUS(check_tiff(bytes));
+  if (format == "gif") PM_TRY_STATUS(check_gif(bytes, max_bytes));
+  if (format == "jpeg2000") PM_TRY_STATUS(check_jpeg2000(bytes, max_bytes));
+  if (format == "bmp") PM_TRY_STATUS(check_bmp(bytes));
+  if (format == "targa") PM_TRY_STATUS(check_targa(bytes));
+  if (!format.empty()) return format;
   return make_error(
       ErrorCode::kInput,
-      "not an image that can be read (by its content it is {}) - give a PNG, JPEG, TIFF, "
-      "Radiance HDR or OpenEXR file",
+      "not an image that can be read (by its content it is {}) - give a PNG, JPEG, Targa, BMP, "
+      "GIF, WebP, TIFF, Radiance HDR or OpenEXR file",
       guess(bytes));
 }
 

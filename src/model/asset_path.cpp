@@ -18,29 +18,6 @@ bool is_file(const fs::path& path) {
   return fs::is_regular_file(path, error);
 }
 
-/// `relative` below `folder` with the case of each part as it is on the disk; empty if there is
-/// none.
-fs::path find_any_case(const fs::path& folder, const fs::path& relative) {
-  fs::path found = folder;
-  for (const fs::path& part : relative) {
-    std::error_code error;
-    if (part == "." || part == ".." || fs::exists(found / part, error)) {
-      found /= part;
-      continue;
-    }
-    const std::string wanted = lower_case(part.string());
-    std::vector<std::string> names;
-    fs::directory_iterator it(found.empty() ? fs::path(".") : found, error);
-    for (const fs::directory_iterator end; !error && it != end; it.increment(error)) {
-      std::string name = it->path().filename().string();
-      if (lower_case(name) == wanted) names.push_back(std::move(name));
-    }
-    if (names.empty()) return {};
-    found /= *std::min_element(names.begin(), names.end());  // not the directory's order
-  }
-  return is_file(found) ? found : fs::path{};
-}
-
 bool is_inside(const fs::path& root, const fs::path& path) {
   const fs::path relative = path.lexically_normal().lexically_relative(root.lexically_normal());
   return !relative.empty() && *relative.begin() != "..";
@@ -48,7 +25,38 @@ bool is_inside(const fs::path& root, const fs::path& path) {
 
 }  // namespace
 
-Result<AssetPath> find_asset(const fs::path& root, const fs::path& folder, std::string_view name) {
+/// `relative` below `folder` with the case of each part as it is on the disk; empty if there is
+/// none.
+fs::path AssetFinder::find_any_case(const fs::path& folder, const fs::path& relative) {
+  fs::path found = folder;
+  for (const fs::path& part : relative) {
+    std::error_code error;
+    if (part == "." || part == ".." || fs::exists(found / part, error)) {
+      found /= part;
+      continue;
+    }
+    const auto& names = names_in(found);
+    const auto name = names.find(lower_case(part.string()));
+    if (name == names.end()) return {};
+    found /= name->second;
+  }
+  return is_file(found) ? found : fs::path{};
+}
+
+const std::map<std::string, std::string>& AssetFinder::names_in(const fs::path& folder) {
+  const auto [known, added] = folders_.try_emplace(folder);
+  if (!added) return known->second;
+  std::error_code error;
+  fs::directory_iterator it(folder.empty() ? fs::path(".") : folder, error);
+  for (const fs::directory_iterator end; !error && it != end; it.increment(error)) {
+    const std::string name = it->path().filename().string();
+    std::string& first = known->second.try_emplace(lower_case(name), name).first->second;
+    first = std::min(first, name);  // not the directory's order
+  }
+  return known->second;
+}
+
+Result<AssetPath> AssetFinder::find(const fs::path& folder, std::string_view name) {
   std::string text(name);
   std::replace(text.begin(), text.end(), '\\', '/');
   const bool drive =
@@ -56,7 +64,7 @@ Result<AssetPath> find_asset(const fs::path& root, const fs::path& folder, std::
   const fs::path named(text);
   // An empty folder is the current one; lexically_relative needs both sides named alike.
   const fs::path base = folder.empty() ? fs::path(".") : folder;
-  const fs::path top = root.empty() ? fs::path(".") : root;
+  const fs::path top = root_.empty() ? fs::path(".") : root_;
   const bool outside = drive || named.is_absolute() || !is_inside(top, base / named);
   if (!outside) {
     if (is_file(base / named)) return AssetPath{base / named, {}};
@@ -80,6 +88,10 @@ Result<AssetPath> find_asset(const fs::path& root, const fs::path& folder, std::
         "\"{}\" lies outside the model's folder and is not opened - copy {} beside the model", name,
         file_name.string());
   return AssetPath{};
+}
+
+Result<AssetPath> find_asset(const fs::path& root, const fs::path& folder, std::string_view name) {
+  return AssetFinder(root).find(folder, name);
 }
 
 }  // namespace polymorph

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "base/result.h"
@@ -23,5 +25,21 @@ struct AssetPath {
 /// has no file and line in front.
 Result<AssetPath> find_asset(const std::filesystem::path& root, const std::filesystem::path& folder,
                              std::string_view name);
+
+/// The same for many names: each folder is listed once.
+class AssetFinder {
+ public:
+  explicit AssetFinder(std::filesystem::path root) : root_(std::move(root)) {}
+  Result<AssetPath> find(const std::filesystem::path& folder, std::string_view name);
+
+ private:
+  std::filesystem::path find_any_case(const std::filesystem::path& folder,
+                                      const std::filesystem::path& relative);
+  /// Names by what they are in lower case.
+  const std::map<std::string, std::string>& names_in(const std::filesystem::path& folder);
+
+  std::filesystem::path root_;
+  std::map<std::filesystem::path, std::map<std::string, std::string>> folders_;
+};
 
 }  // namespace polymorph

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <sstream>
 
+#include "base/text.h"
 #include "kernels/linear.h"
 #include "model/diagnose.h"
 #include "model/edges.h"
@@ -98,7 +99,7 @@ class Builder {
   Builder(ObjScan& scan, const MtlSet& mtls, const std::filesystem::path& path,
           std::vector<std::string>& warnings)
       : scan_(scan), mtls_(mtls), file_(path.string()), warnings_(warnings), raw_(parse(scan)) {
-    model_.name = printable_name(path.stem().string());
+    model_.name = printable(path.stem().string());
   }
 
   Result<Model> run() {
@@ -164,17 +165,23 @@ class Builder {
 };
 
 void Builder::map_materials() {
+  constexpr std::size_t kMostTold = 20;
+  std::size_t missing = 0;
+  const MtlNames names(mtls_);
   for (const NamedLine& used : scan_.materials) {
-    const MtlMaterial* mtl = find_material(mtls_, used.name);
+    const MtlMaterial* mtl = names.find(used.name);
     material_of_.push_back(static_cast<std::uint32_t>(model_.materials.size()));
     mtl_of_.push_back(mtl);
     model_.materials.push_back(mtl ? mtl->material : Material{});
     model_.materials.back().name = used.name;
-    if (!mtl && !mtls_.materials.empty())
+    if (!mtl && !mtls_.materials.empty() && ++missing <= kMostTold)
       warnings_.push_back(
           fmt::format("{}:{}: material \"{}\" is in no MTL - a default grey is used", file_,
-                      used.line, printable_name(used.name)));
+                      used.line, printable(used.name)));
   }
+  if (missing > kMostTold)
+    warnings_.push_back(fmt::format("{}: {} more materials are in no MTL - a default grey is used",
+                                    file_, missing - kMostTold));
   material_of_.push_back(static_cast<std::uint32_t>(model_.materials.size()));
   mtl_of_.push_back(nullptr);
   model_.materials.emplace_back().name = "default";

@@ -14,7 +14,7 @@ namespace polymorph {
 struct LoadObjSettings {
   std::uint64_t max_bytes = 2ull << 30;
   bool textures = true;  ///< false: geometry and materials only (check, spheres)
-  bool strict = false;   ///< a missing MTL is an error, not a warning
+  bool strict = false;   ///< a missing MTL, a missing or broken texture is an error, not a warning
 };
 
 struct LoadedModel {
@@ -31,8 +31,8 @@ struct LoadedModel {
 /// clipping; faces without area are dropped with a warning. Where a face has no normals of its own,
 /// they are computed, smooth up to kCreaseDegrees (smoothing groups are ignored). A closed model
 /// that is inside out is turned around. Labels are group names, or object names where there is no
-/// group. Materials: model/mtl.h. Errors: kInput, also for a missing or broken texture (with the
-/// MTL's line) and for MTLs and textures outside the model's folder.
+/// group. Materials: model/mtl.h. Textures: model/textures.h. Errors: kInput, also for MTLs outside
+/// the model's folder.
 Result<LoadedModel> load_obj(const std::filesystem::path& path,
                              const LoadObjSettings& settings = {});
 

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "base/file.h"
+#include "base/text.h"
 #include "model/asset_path.h"
 #include "model/text_lines.h"
 
@@ -77,7 +78,7 @@ void MtlScanner::scan_line(std::string_view line) {
     if (!names_.emplace(rest).second)
       scan_.warnings.push_back(
           fmt::format("{}:{}: material \"{}\" is defined twice - the first one counts", file_,
-                      lines_.number(), printable_name(rest)));
+                      lines_.number(), printable(rest)));
     scan_.entries.push_back({});
     scan_.entries.back().line = lines_.number();
     scan_.text += fmt::format("newmtl {}\n", rest);
@@ -110,7 +111,7 @@ void MtlScanner::scan_numbers(std::string_view word, std::string_view rest, std:
     const ParsedReal real = parse_real(token);
     if (real.problem) {
       errors_.add(lines_.number(),
-                  fmt::format("{} value \"{}\" {}", word, printable_name(token), real.problem));
+                  fmt::format("{} value \"{}\" {}", word, printable(token), real.problem));
       return;
     }
     values.push_back(real.value);
@@ -160,18 +161,21 @@ MtlMaterial map_material(const tinyobj::material_t& from, const Entry& given) {
 
 /// The files that one mtllib line means: the whole rest of the line (names may have spaces) or, if
 /// there is no such file, each of its words.
-std::vector<std::string> library_names(const fs::path& folder, const std::string& line) {
-  const auto whole = find_asset(folder, folder, line);
-  if (whole && !whole->path.empty()) return {line};
+std::vector<std::string> library_names(AssetFinder& finder, const fs::path& folder,
+                                       const std::string& line) {
+  const auto is_there = [&](const std::string& name) {
+    const auto asset = finder.find(folder, name);
+    return asset && !asset->path.empty();
+  };
+  if (line.size() < 4096 && is_there(line)) return {line};  // no path is longer
   std::vector<std::string> words;
   std::string_view rest = line;
-  for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest))
+  for (std::string_view word = take_word(rest); !word.empty() && words.size() <= kMostLibraries;
+       word = take_word(rest))
     words.emplace_back(word);
   if (words.size() < 2) return {line};
-  for (const std::string& word : words) {
-    const auto one = find_asset(folder, folder, word);
-    if (one && !one->path.empty()) return words;
-  }
+  if (words.size() > kMostLibraries || std::any_of(words.begin(), words.end(), is_there))
+    return words;
   return {line};
 }
 
@@ -196,26 +200,45 @@ Result<MtlSet> parse_mtl(std::string_view bytes, const std::string& file) {
   return set;
 }
 
+MtlNames::MtlNames(const MtlSet& set) {
+  for (const MtlMaterial& material : set.materials)
+    first_.try_emplace(material.material.name, &material);
+}
+
+const MtlMaterial* MtlNames::find(const std::string& name) const {
+  const auto found = first_.find(name);
+  return found == first_.end() ? nullptr : found->second;
+}
+
 Result<MtlSet> load_mtls(const fs::path& obj, const std::vector<NamedLine>& libraries,
                          bool strict) {
   MtlSet all;
   std::set<fs::path> done;  // some exporters repeat the line for every object
+  std::set<std::string> lines, names;
   const fs::path folder = obj.parent_path();
+  AssetFinder finder(folder);
   for (const NamedLine& library : libraries) {
+    if (!lines.insert(library.name).second) continue;
     const std::string where = fmt::format("{}:{}: mtllib", obj.string(), library.line);
-    for (const std::string& name : library_names(folder, library.name)) {
-      auto asset = find_asset(folder, folder, name);
+    for (const std::string& name : library_names(finder, folder, library.name)) {
+      if (!names.insert(name).second) continue;
+      if (names.size() > kMostLibraries)
+        return make_error(ErrorCode::kInput,
+                          "{} names more than {} material libraries - is this a Wavefront OBJ?",
+                          where, kMostLibraries);
+      auto asset = finder.find(folder, name);
       if (!asset) return make_error(ErrorCode::kInput, "{} {}", where, asset.error().message);
       if (asset->path.empty()) {
         if (strict)
           return make_error(ErrorCode::kInput, "{} \"{}\" is not there - put it beside the model",
-                            where, printable_name(name));
-        all.warnings.push_back(fmt::format("{} \"{}\" is not there - a default grey is used", where,
-                                           printable_name(name)));
+                            where, printable(name));
+        all.warnings.push_back(
+            fmt::format("{} \"{}\" is not there - a default grey is used", where, printable(name)));
         continue;
       }
       if (!done.insert(asset->path).second) continue;
       if (!asset->note.empty()) all.warnings.push_back(fmt::format("{} {}", where, asset->note));
+      remember_input(asset->path);
       PM_TRY(const std::string bytes, read_file(asset->path, kMostBytes));
       PM_TRY(MtlSet one, parse_mtl(bytes, asset->path.string()));
       std::move(one.materials.begin(), one.materials.end(), std::back_inserter(all.materials));

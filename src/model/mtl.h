@@ -3,6 +3,8 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include "base/result.h"
@@ -30,10 +32,22 @@ struct MtlSet {
   std::vector<std::string> warnings;
 };
 
+/// Which entry of a set a usemtl name means. The set must outlive it.
+class MtlNames {
+ public:
+  explicit MtlNames(const MtlSet& set);
+  const MtlMaterial* find(const std::string& name) const;  ///< null: there is none
+
+ private:
+  std::unordered_map<std::string_view, const MtlMaterial*> first_;
+};
+
 /// One MTL's text. Errors (kInput): not text, bad numbers, newmtl without a name; up to 20 at once.
 Result<MtlSet> parse_mtl(std::string_view bytes, const std::string& file);
 
-/// All files of the OBJ's mtllib lines. A missing one is a warning, an error when `strict`.
+/// All files of the OBJ's mtllib lines. A missing one is a warning, an error when `strict`. Errors
+/// (kInput): more than kMostLibraries names.
+inline constexpr std::size_t kMostLibraries = 1000;
 Result<MtlSet> load_mtls(const std::filesystem::path& obj, const std::vector<NamedLine>& libraries,
                          bool strict);
 

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 
+#include "base/text.h"
 #include "model/text_lines.h"
 
 namespace polymorph {
@@ -83,10 +84,10 @@ void Scanner::scan_line(std::string_view line) {
   } else if (word == "f" || word == "fo") {
     scan_face(rest);
   } else if (word == "g") {
-    group_ = printable_name(trimmed(rest));
+    group_ = printable(trimmed(rest));
     label_.reset();
   } else if (word == "o") {
-    object_ = printable_name(trimmed(rest));
+    object_ = printable(trimmed(rest));
     group_.clear();
     label_.reset();
   } else if (word == "usemtl") {
@@ -117,8 +118,7 @@ void Scanner::scan_reals(std::string_view rest, std::vector<float>& values, int 
        word = take_word(rest)) {
     const ParsedReal real = parse_real(word);
     if (real.problem) {
-      fail(fmt::format("{} number {} \"{}\" {}", what, found + 1, printable_name(word),
-                       real.problem));
+      fail(fmt::format("{} number {} \"{}\" {}", what, found + 1, printable(word), real.problem));
       found = least;  // one error a line is enough
       break;
     }
@@ -146,7 +146,7 @@ std::optional<std::int64_t> Scanner::resolve(std::string_view digits, std::uint3
     return std::nullopt;
   }
   if (error != std::errc{} || stop != digits.data() + digits.size()) {
-    fail(fmt::format("{} index \"{}\" is not a whole number", what, printable_name(digits)));
+    fail(fmt::format("{} index \"{}\" is not a whole number", what, printable(digits)));
     return std::nullopt;
   }
   if (index >= 0) return index - 1;
@@ -170,7 +170,7 @@ std::optional<Corner> Scanner::scan_corner(std::string_view word) {
     }
     rest.remove_prefix(slash + 1);
     if (parts == 2) {
-      fail(fmt::format("face corner \"{}\" has more than three indices", printable_name(word)));
+      fail(fmt::format("face corner \"{}\" has more than three indices", printable(word)));
       return std::nullopt;
     }
   }
@@ -201,8 +201,8 @@ void Scanner::scan_face(std::string_view rest) {
   ObjFace face;
   face.line = lines_.number();
   const std::size_t first = corners_.size();
-  for (std::string_view word = take_word(rest); !word.empty() && !word.starts_with("#");
-       word = take_word(rest)) {
+  rest = rest.substr(0, rest.find('#'));  // a comment needs no space before it
+  for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
     if (++face.corners > kMostCorners) {
       fail(fmt::format("face has more than {} corners - split it", kMostCorners));
       corners_.resize(first);

@@ -59,17 +59,23 @@ bool boxes_touch(const Box& box, const TriangleBvh::Corners& c) {
          box.low.z <= high.z && box.high.z >= low.z;
 }
 
-/// The triangles above `t` that cross it, ascending; at most `most`.
-std::vector<std::uint32_t> crossing(const Model& model, const TriangleBvh& bvh, std::uint32_t t,
-                                    std::size_t most) {
-  std::vector<std::uint32_t> found;
+/// What was found around one triangle.
+struct Crossings {
+  std::vector<std::uint32_t> triangles;  ///< those above it that cross it, ascending
+  std::size_t looked_at = 0;
+};
+
+/// At most `most` of them.
+Crossings crossing(const Model& model, const TriangleBvh& bvh, std::uint32_t t, std::size_t most) {
+  Crossings result;
+  std::vector<std::uint32_t>& found = result.triangles;
   const Triangle& triangle = model.triangles[t];
   Box box;
   for (const std::uint32_t v : triangle.v) box = extend(box, model.points[v]);
   std::uint32_t stack[TriangleBvh::kStackSize];
   int waiting = 0;
   stack[waiting++] = 0;
-  while (waiting > 0 && found.size() < most) {
+  while (waiting > 0 && found.size() < most && result.looked_at < SelfIntersections::kMostNear) {
     const TriangleBvh::Node& node = bvh.nodes[stack[--waiting]];
     const unsigned touching = children_touching(node, box);
     for (int k = 0; k < TriangleBvh::kWidth; ++k) {
@@ -78,6 +84,7 @@ std::vector<std::uint32_t> crossing(const Model& model, const TriangleBvh& bvh, 
         stack[waiting++] = node.child[k];
         continue;
       }
+      result.looked_at += node.count[k];
       for (std::uint32_t slot = node.child[k]; slot < node.child[k] + node.count[k]; ++slot) {
         const std::uint32_t other = bvh.triangles[slot];
         if (other > t && boxes_touch(box, bvh.corners[slot]) &&
@@ -88,7 +95,7 @@ std::vector<std::uint32_t> crossing(const Model& model, const TriangleBvh& bvh, 
     }
   }
   std::sort(found.begin(), found.end());
-  return found;
+  return result;
 }
 
 }  // namespace
@@ -96,11 +103,12 @@ std::vector<std::uint32_t> crossing(const Model& model, const TriangleBvh& bvh, 
 SelfIntersections count_self_intersections(const Model& model, const TriangleBvh& bvh,
                                            std::size_t most) {
   constexpr std::size_t kBatch = 16384;
+  std::size_t left = (std::size_t{1} << 27) + 256 * model.triangles.size();
   SelfIntersections result;
   // Batches of fixed size, so that where it stops does not depend on threads.
   for (std::size_t begin = 0; begin < model.triangles.size() && !result.stopped; begin += kBatch) {
     const std::size_t count = std::min(kBatch, model.triangles.size() - begin);
-    std::vector<std::vector<std::uint32_t>> found(count);
+    std::vector<Crossings> found(count);
     parallel_for(
         static_cast<std::int64_t>(count),
         [&](std::int64_t i) {
@@ -109,15 +117,19 @@ SelfIntersections count_self_intersections(const Model& model, const TriangleBvh
         },
         64);
     for (std::size_t k = 0; k < count && !result.stopped; ++k) {
-      if (found[k].empty()) continue;
+      left -= std::min(left, found[k].looked_at);
+      result.crowded = result.crowded || found[k].looked_at >= SelfIntersections::kMostNear;
+      if (found[k].triangles.empty()) continue;
       if (result.pairs == 0) {
         result.first[0] = static_cast<std::uint32_t>(begin + k);
-        result.first[1] = found[k].front();
+        result.first[1] = found[k].triangles.front();
       }
-      result.pairs = std::min(most, result.pairs + found[k].size());
+      result.pairs = std::min(most, result.pairs + found[k].triangles.size());
       result.stopped = result.pairs == most;
     }
+    if (left == 0 && begin + count < model.triangles.size()) result.crowded = result.stopped = true;
   }
+  result.stopped = result.stopped || result.crowded;
   return result;
 }
 

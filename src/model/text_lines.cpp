@@ -165,28 +165,4 @@ Error ErrorList::error() const {
   return {ErrorCode::kInput, message};
 }
 
-std::string printable_name(std::string_view text) {
-  std::string name;
-  for (std::size_t i = 0; i < text.size();) {
-    const auto lead = static_cast<unsigned char>(text[i]);
-    const std::size_t size = lead < 0x80   ? 1
-                             : lead < 0xc2 ? 0
-                             : lead < 0xe0 ? 2
-                             : lead < 0xf0 ? 3
-                             : lead < 0xf5 ? 4
-                                           : 0;
-    bool good = size > 0 && i + size <= text.size();
-    for (std::size_t k = 1; good && k < size; ++k)
-      good = (static_cast<unsigned char>(text[i + k]) & 0xc0) == 0x80;
-    if (good && size >= 3) {  // overlong forms, surrogates, beyond U+10FFFF
-      const auto second = static_cast<unsigned char>(text[i + 1]);
-      good = !(lead == 0xe0 && second < 0xa0) && !(lead == 0xed && second > 0x9f) &&
-             !(lead == 0xf0 && second < 0x90) && !(lead == 0xf4 && second > 0x8f);
-    }
-    name += good ? std::string(text.substr(i, size)) : "?";
-    i += good ? size : 1;
-  }
-  return name;
-}
-
 }  // namespace polymorph

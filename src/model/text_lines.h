@@ -74,8 +74,4 @@ struct Occurrences {
   }
 };
 
-/// `text` if it is UTF-8, else with each offending byte as '?': names go into reports, which are
-/// UTF-8.
-std::string printable_name(std::string_view text);
-
 }  // namespace polymorph

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <unordered_map>
 
+#include "base/file.h"
 #include "image/image_io.h"
 #include "model/asset_path.h"
 
@@ -31,24 +33,62 @@ Result<Image> colored(Image image, const std::string& where) {
   return rgb;
 }
 
+/// Each file once, however many materials name it.
+class TextureReader {
+ public:
+  TextureReader(fs::path folder, Model& model, std::vector<std::string>& warnings)
+      : finder_(std::move(folder)), model_(model), warnings_(warnings) {}
+
+  /// The index of the material's texture in the model.
+  Result<int> read(const MtlMaterial& mtl, const std::string& where) {
+    auto asset = finder_.find(fs::path(mtl.file).parent_path(), mtl.texture);
+    if (!asset) return make_error(ErrorCode::kInput, "{} {}", where, asset.error().message);
+    if (asset->path.empty())
+      return make_error(ErrorCode::kInput,
+                        "{} \"{}\" is not there - put it beside the model or remove the line",
+                        where, mtl.texture);
+    if (!asset->note.empty()) warnings_.push_back(fmt::format("{} {}", where, asset->note));
+    const auto known = read_.find(asset->path);
+    if (known != read_.end()) return known->second;
+    const Result<int> index = add(asset->path, where);
+    read_.emplace(asset->path, index);
+    return index;
+  }
+
+ private:
+  Result<int> add(const fs::path& path, const std::string& where) {
+    remember_input(path);
+    ReadImageSettings settings;
+    settings.alpha = AlphaMode::kStraight;  // the renderer takes the colours and leaves alpha alone
+    auto read = read_image(path, settings);
+    if (!read) return make_error(read.error().code, "{}: {}", where, read.error().message);
+    PM_TRY(Image image, colored(std::move(read).value(), where));
+    model_.textures.push_back(std::make_shared<const Image>(std::move(image)));
+    return static_cast<int>(model_.textures.size()) - 1;
+  }
+
+  AssetFinder finder_;
+  Model& model_;
+  std::vector<std::string>& warnings_;
+  std::map<fs::path, Result<int>> read_;
+};
+
 }  // namespace
 
-const MtlMaterial* find_material(const MtlSet& mtls, const std::string& name) {
-  for (const MtlMaterial& material : mtls.materials)
-    if (material.material.name == name) return &material;
-  return nullptr;
-}
-
-Status load_textures(const fs::path& obj, const ObjScan& scan, const MtlSet& mtls, Model& model,
-                     std::vector<std::string>& warnings) {
-  std::map<fs::path, int> index_of;
+Status load_textures(const fs::path& obj, const ObjScan& scan, const MtlSet& mtls, bool strict,
+                     Model& model, std::vector<std::string>& warnings) {
+  TextureReader reader(obj.parent_path(), model, warnings);
+  std::vector<std::string> problems;
+  const MtlNames names(mtls);
+  std::unordered_map<std::string, std::size_t> index_of;
+  for (std::size_t i = 0; i < model.materials.size(); ++i)
+    index_of.try_emplace(model.materials[i].name, i);
   for (const NamedLine& used : scan.materials) {
-    const MtlMaterial* mtl = find_material(mtls, used.name);
+    const MtlMaterial* mtl = names.find(used.name);
     if (!mtl || mtl->texture.empty()) continue;
-    const auto material =
-        std::find_if(model.materials.begin(), model.materials.end(),
-                     [&](const Material& m) { return m.name == mtl->material.name; });
-    if (material == model.materials.end()) continue;  // its triangles were all dropped
+    const auto found = index_of.find(mtl->material.name);
+    if (found == index_of.end()) continue;  // its triangles were all dropped
+    Material& material = model.materials[found->second];
     const std::string where = fmt::format("{}:{}: map_Kd", mtl->file, mtl->texture_line);
     if (model.corner_uvs.empty()) {
       warnings.push_back(
@@ -56,25 +96,23 @@ Status load_textures(const fs::path& obj, const ObjScan& scan, const MtlSet& mtl
                       mtl->texture));
       continue;
     }
-    auto asset = find_asset(obj.parent_path(), fs::path(mtl->file).parent_path(), mtl->texture);
-    if (!asset) return make_error(ErrorCode::kInput, "{} {}", where, asset.error().message);
-    if (asset->path.empty())
-      return make_error(ErrorCode::kInput,
-                        "{} \"{}\" is not there - put it beside the model or remove the line",
-                        where, mtl->texture);
-    if (!asset->note.empty()) warnings.push_back(fmt::format("{} {}", where, asset->note));
-    const auto [it, added] =
-        index_of.try_emplace(asset->path, static_cast<int>(model.textures.size()));
-    if (added) {
-      ReadImageSettings settings;
-      settings.alpha = AlphaMode::kStraight;  // the renderer takes the colours and leaves alpha alone
-      auto read = read_image(asset->path, settings);
-      if (!read) return make_error(ErrorCode::kInput, "{}: {}", where, read.error().message);
-      PM_TRY(Image image, colored(std::move(read).value(), where));
-      model.textures.push_back(std::make_shared<const Image>(std::move(image)));
+    const auto texture = reader.read(*mtl, where);
+    if (texture) {
+      material.texture = *texture;
+      continue;
     }
-    material->texture = it->second;
+    // Not the file's fault: no texture could be read.
+    if (texture.error().code == ErrorCode::kResource) return texture.error();
+    problems.push_back(texture.error().message);
+    material.color = Material{}.color;  // the Kd beside a texture is often white or black
   }
+  if (strict && !problems.empty()) {
+    std::string message;
+    for (const std::string& problem : problems) message += (message.empty() ? "" : "\n") + problem;
+    return Error{ErrorCode::kInput, message};
+  }
+  for (const std::string& problem : problems)
+    warnings.push_back(problem + "; a default grey is used");
   return Ok{};
 }
 

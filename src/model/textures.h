@@ -11,12 +11,11 @@
 
 namespace polymorph {
 
-/// The entry of `mtls` that a usemtl name means; null if there is none.
-const MtlMaterial* find_material(const MtlSet& mtls, const std::string& name);
-
-/// Reads each texture that a triangle uses, once, and sets Material::texture. Errors (kInput):
-/// missing, broken, outside the model's folder, NaN in it; each names the MTL and its line.
+/// Reads each texture that a triangle uses, once, and sets Material::texture. One that is missing,
+/// broken, outside the model's folder or has NaN in it is a warning, and the material a default
+/// grey; with `strict` all of them are one error (kInput). Each names the MTL and its line. Errors
+/// besides (kResource): no reader.
 Status load_textures(const std::filesystem::path& obj, const ObjScan& scan, const MtlSet& mtls,
-                     Model& model, std::vector<std::string>& warnings);
+                     bool strict, Model& model, std::vector<std::string>& warnings);
 
 }  // namespace polymorph

@@ -14,6 +14,7 @@ namespace polymorph {
 namespace {
 
 constexpr double kManyBalls = 1500;
+constexpr std::size_t kMostMet = 16384;  // by one ray, of faces that lie upon each other
 
 /// Distance along the ray at which it meets the triangle, or infinity (Moeller and Trumbore 1997,
 /// in double precision; edges count).
@@ -38,12 +39,13 @@ struct Hit {
 Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from,
               std::uint32_t self) {
   Hit hit;
+  std::size_t met = 0;
   std::uint32_t stack[TriangleBvh::kStackSize];
   int waiting = 0;
   if (!bvh.nodes.empty()) stack[waiting++] = 0;
   const double o[3] = {origin.x, origin.y, origin.z},
                d[3] = {direction.x, direction.y, direction.z};
-  while (waiting > 0) {
+  while (waiting > 0 && met < kMostMet) {
     const TriangleBvh::Node& node = bvh.nodes[stack[--waiting]];
     for (int k = 0; k < TriangleBvh::kWidth; ++k) {
       if (node.child[k] == TriangleBvh::kNone) continue;
@@ -64,6 +66,7 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
         stack[waiting++] = node.child[k];
         continue;
       }
+      met += node.count[k];
       for (std::uint32_t slot = node.child[k]; slot < node.child[k] + node.count[k]; ++slot) {
         if (bvh.triangles[slot] == self) continue;
         const TriangleBvh::Corners& c = bvh.corners[slot];
@@ -74,7 +77,7 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
       }
     }
   }
-  return hit;
+  return met < kMostMet ? hit : Hit{};
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <unordered_map>
 #include <utility>
 
 #include "base/text.h"
@@ -111,11 +112,11 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     const std::size_t offset = token_start();
     end_ = taken_;
     std::vector<JsonMember>& members = open_.back()->members;
-    for (const JsonMember& member : members)
-      if (member.key == value)
-        return fail(offset,
-                    fmt::format("duplicate key \"{}\" (first on line {}) - remove one of the two",
-                                value, document_.position(member.key_offset).line));
+    const auto [first, added] = keys_.back().try_emplace(value, offset);
+    if (!added)
+      return fail(offset,
+                  fmt::format("duplicate key \"{}\" (first on line {}) - remove one of the two",
+                              value, document_.position(first->second).line));
     members.push_back({std::move(value), offset, {}});
     return true;
   }
@@ -167,11 +168,13 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     value.kind = kind;
     value.offset = offset;
     open_.push_back(&value);
+    keys_.emplace_back();
     end_ = taken_;
     return true;
   }
   bool close() {
     open_.pop_back();
+    keys_.pop_back();
     end_ = taken_;
     return true;
   }
@@ -205,6 +208,7 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
   std::size_t end_ = 0;
   // Pointers stay valid: only the innermost open container grows.
   std::vector<JsonValue*> open_;
+  std::vector<std::unordered_map<std::string, std::size_t>> keys_;  ///< of each, and where
 };
 
 JsonValue value_of_kind(JsonValue::Kind kind) {
@@ -292,7 +296,8 @@ Status set_json_value(JsonDocument& document, std::string_view path, std::string
 }
 
 std::string dump_json(const nlohmann::ordered_json& json, int indent) {
-  return json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return printable_json(
+      json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 const char* kind_name(JsonValue::Kind kind) {

@@ -57,7 +57,8 @@ Result<JsonDocument> parse_json(std::string name, std::string text);
 Status set_json_value(JsonDocument& document, std::string_view path, std::string_view value);
 
 /// JSON as it is written everywhere: `indent` spaces a level (-1: one line), a newline at the end,
-/// and bytes that are not UTF-8 (paths may be anything) replaced.
+/// bytes that are not UTF-8 (paths may be anything) replaced, and what a terminal would act upon
+/// escaped.
 std::string dump_json(const nlohmann::ordered_json& json, int indent = 2);
 
 /// "boolean", "number", ... for messages.

@@ -14,6 +14,8 @@ namespace polymorph {
 namespace {
 
 constexpr std::size_t kMaxFindings = 20;
+constexpr std::size_t kMostFindings = 200;  // each is looked up in the text
+constexpr std::size_t kMostItems = 1000;    // of one list
 
 /// The visitor that reads: one object of the JSON tree into one struct.
 class ReadFields {
@@ -182,7 +184,11 @@ class ReadFields {
     const JsonValue* value = expect(key, JsonValue::Kind::kArray);
     if (!value) return;
     out.clear();  // a list of one's own replaces a default
-    for (std::size_t i = 0; i < value->items.size(); ++i) {
+    if (value->items.size() > kMostItems)
+      report(*value, key,
+             fmt::format("has {} entries - a list may have at most {}", value->items.size(),
+                         kMostItems));
+    for (std::size_t i = 0; i < std::min(value->items.size(), kMostItems); ++i) {
       if constexpr (std::is_same_v<T, ObjectSettings>)
         out.push_back(actor_prototype_.source);
       else if constexpr (std::is_same_v<T, ActorSettings>)
@@ -336,6 +342,7 @@ class ReadFields {
           fmt::format("no such file: {} (paths are relative to the scene file)", file.string()));
   }
   void report_at(std::size_t offset, const std::string& pointer, const std::string& message) {
+    if (findings_.size() >= kMostFindings) return;
     const TextPosition at = document_.position(offset);
     findings_.push_back({at.line, at.column, pointer, message});
   }
@@ -361,7 +368,7 @@ class CheckWhole {
     if (!list) {
       check_actor(scene_.actors.front(), "", root);
     } else {
-      for (std::size_t i = 0; i < list->items.size(); ++i)
+      for (std::size_t i = 0; i < std::min(list->items.size(), scene_.actors.size()); ++i)
         check_actor(scene_.actors[i], fmt::format("/actors/{}", i), list->items[i]);
     }
     if (!scene_.frames.per_leg.empty() && scene_.frames.count > 0)
@@ -464,6 +471,7 @@ void name_objects(Scene& scene) {
   const auto name = [](ObjectSettings& object) {
     if (object.name.empty())
       object.name = object.model.empty() ? object.shape : object.model.stem().string();
+    object.name = printable(object.name);
   };
   std::set<std::string> names;
   for (ActorSettings& actor : scene.actors) {
@@ -471,10 +479,19 @@ void name_objects(Scene& scene) {
     for (ObjectSettings& object : actor.intermediate) name(object);
     name(actor.target);
     if (actor.name.empty()) actor.name = actor.source.name;
+    actor.name = printable(actor.name);  // it stands in the headers of meshes and images
     const std::string same = actor.name;
     for (int n = 2; !names.insert(actor.name).second; ++n)
       actor.name = fmt::format("{} {}", same, n);
   }
+}
+
+/// So that no output of this run is put over them, even before they are read.
+void remember_inputs(const Scene& scene) {
+  remember_input(scene.path);
+  for (const ActorSettings& actor : scene.actors)
+    for (const ObjectSettings* object : chain_objects(actor)) remember_input(object->model);
+  remember_input(scene.lights.environment);
 }
 
 }  // namespace
@@ -508,6 +525,7 @@ Result<SceneReading> read_scene(const std::filesystem::path& path,
   fields.finish();
   CheckWhole(document, reading.scene, reading.findings).run();
   name_objects(reading.scene);
+  remember_inputs(reading.scene);
   std::stable_sort(reading.findings.begin(), reading.findings.end(),
                    [](const SceneFinding& a, const SceneFinding& b) {
                      return std::pair(a.line, a.column) < std::pair(b.line, b.column);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/hash.h"
 #include "base/log.h"
 #include "image/image_io.h"
 #include "model/load_obj.h"
@@ -12,6 +11,8 @@
 #include "morph/labels.h"
 #include "morph/motion.h"
 #include "scene/load_scene.h"
+#include "sequence/check_plan.h"
+#include "sequence/content_hash.h"
 #include "sequence/geometry.h"
 #include "spheres/figures.h"
 #include "surface/crossfade.h"
@@ -57,30 +58,6 @@ Model arranged(const Model& model, const ObjectSettings& object, bool stand, flo
   const Transform to_origin = make_transform(-factor * foot, {}, {factor, factor, factor});
   const Transform by_user = make_transform(object.translate, {}, object.scale);
   return transformed(turned, compose(stage, compose(by_user, to_origin)));
-}
-
-/// Everything that decides the pixels: settings, models, textures, environment, and the program
-/// itself.
-std::string content_hash(const Scene& scene, const LoadedScene& loaded, const Image* environment) {
-  Scene settings = scene;
-  settings.output = {};  // where frames go does not change them
-  settings.description.clear();
-  Hasher hasher;
-  hasher.add(std::string_view(PM_VERSION));
-  hasher.add(scene_to_json(settings, std::filesystem::absolute(scene.path).parent_path()));
-  for (const Model& model : loaded.models) {
-    hasher.add(std::span<const Vec3>(model.points)).add(std::span<const Triangle>(model.triangles));
-    hasher.add(std::span<const Vec3>(model.corner_normals))
-        .add(std::span<const Vec2>(model.corner_uvs));
-    hasher.add(std::span<const std::uint32_t>(model.triangle_materials));
-    for (const Material& m : model.materials) {
-      for (const Vec3 v : {m.color, m.specular}) hasher.add(v.x).add(v.y).add(v.z);
-      hasher.add(m.roughness).add(m.metallic).add(m.texture);
-    }
-    for (const auto& texture : model.textures) hasher.add(pixel_digest(*texture));
-  }
-  if (environment) hasher.add(pixel_digest(*environment));
-  return hasher.hex();
 }
 
 /// What turns the model into its balls' surface and back.
@@ -320,6 +297,7 @@ std::vector<std::string> find_problems(const Scene& scene, const std::filesystem
   };
   for (const ActorSettings& actor : scene.actors)
     for (const ObjectSettings* object : chain_objects(actor)) look_at(actor, *object);
+  if (problems.empty()) problems = plan_problems(scene, loaded.models);
   if (!scene.lights.environment.empty())
     if (const auto image = read_image(scene.lights.environment); !image)
       problems.push_back(image.error().message);
@@ -329,6 +307,8 @@ std::vector<std::string> find_problems(const Scene& scene, const std::filesystem
 Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extractor,
                                     const std::filesystem::path& cache) {
   PM_TRY(LoadedScene loaded, load_models(scene, true));
+  if (const auto problems = plan_problems(scene, loaded.models); !problems.empty())
+    return make_error(ErrorCode::kInput, "{}", fmt::join(problems, "\n"));
   PreparedScene prepared;
   prepared.scene = scene;
   prepared.frame_count = frame_count(scene);
@@ -336,7 +316,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extrac
     PM_TRY(Image image, read_image(scene.lights.environment));
     prepared.environment = std::make_shared<const Image>(std::move(image));
   }
-  prepared.hash = content_hash(scene, loaded, prepared.environment.get());
+  prepared.hash = content_hash(scene, loaded.models, prepared.environment.get());
   prepared.warnings = std::move(loaded.warnings);
   prepared.extract.field = scene.field.kind;
   prepared.extract.influence = scene.surface.influence;

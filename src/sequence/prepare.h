@@ -65,7 +65,7 @@ struct PreparedActor {
 
 struct PreparedScene {
   Scene scene;
-  std::string hash;  ///< of all settings and models that decide the pixels
+  std::string hash;  ///< content_hash() of it
   int frame_count = 0;
   std::vector<PreparedActor> actors;
   Box box;  ///< of all objects

@@ -15,6 +15,7 @@
 #include "base/hash.h"
 #include "base/log.h"
 #include "base/parallel.h"
+#include "base/program_identity.h"
 #include "base/text.h"
 #include "image/image_io.h"
 #include "scene/json_text.h"
@@ -114,6 +115,15 @@ class SequenceRun {
     PM_TRY(extractor_, make_extractor(settings_.device, report_.device, settings_.max_memory));
     PM_TRY(prepared_, prepare_scene(scene, *extractor_, settings_.cache_folder));
     for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
+    if (settings_.strict && !prepared_.warnings.empty())
+      return make_error(ErrorCode::kInput,
+                        "{}: {} warning{} about its files - mend them, or render without --strict",
+                        scene.path.string(), prepared_.warnings.size(),
+                        prepared_.warnings.size() == 1 ? "" : "s");
+    // Once more: only now is it known which files the models and their materials name.
+    if (!settings_.keep_going)
+      for (const int frame : settings_.frames)
+        for (const fs::path& file : files_of(settings_, frame)) PM_TRY_STATUS(check_writable(file));
     report_.prepare_seconds = seconds_since(start);
     PM_CHECK(settings_.jobs >= 1);
     for (int i = 0; i < settings_.jobs; ++i) {
@@ -331,7 +341,7 @@ std::vector<Attribute> header_of(const PreparedScene& prepared, const FrameGeome
                              prepared.actors.size() > 1 ? actor.name + "." : "", name);
     attributes.push_back({"polymorph/labels", names});
   }
-  if (!command.empty()) attributes.push_back({"polymorph/command", command});
+  if (!command.empty()) attributes.push_back({"polymorph/command", printable(command)});
   return attributes;
 }
 
@@ -382,6 +392,7 @@ std::size_t RunReport::count(FrameRecord::State state) const {
 std::string to_json(const RunReport& report) {
   using Json = nlohmann::ordered_json;
   Json json{{"version", PM_VERSION},
+            {"build", program_identity()},
             {"scene_hash", report.scene_hash},
             {"device", report.device},
             {"isa", report.isa},

@@ -31,6 +31,7 @@ struct SequenceSettings {
   FramePattern exr;         ///< empty `before`: no EXR
   FramePattern png;         ///< empty `before`: no PNG
   Existing existing = Existing::kRefuse;
+  bool strict = false;      ///< warnings about the scene's files are errors
   bool keep_going = false;  ///< a failed frame does not stop the others
   bool dry_run = false;     ///< only say what would be done
   int jobs = 1;  ///< frames traced at once, and as many written; one more has its surface made

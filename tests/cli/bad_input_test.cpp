@@ -66,11 +66,25 @@ TEST_F(BadModel, NoFaces) {
   expect_refused("m.obj", {"m.obj: no faces (4 vertices)"});
 }
 
-TEST_F(BadModel, MissingTexture) {
+TEST_F(BadModel, MissingTextureIsAWarningUnlessStrict) {
   write("m.mtl", "newmtl red\nKd 1 0 0\nmap_Kd gone.png\n");
   write("m.obj", std::string("mtllib m.mtl\nusemtl red\nvt 0 0\nvt 1 0\nvt 0 1\n") + kPoints +
                      "f 1/1 3/2 2/3\nf 1/1 2/2 4/3\nf 2/1 3/2 4/3\nf 1/1 4/2 3/3\n");
-  expect_refused("m.obj", {"m.mtl:3: map_Kd \"gone.png\" is not there", "put it beside the model"});
+  write("scene.json", tiny_scene(2, "\"m.obj\""));
+  const std::string part = "m.mtl:3: map_Kd \"gone.png\" is not there - put it beside the model";
+  const std::vector<std::string> render{"render", "scene.json", "-o", "f.####.exr", "-q"};
+  std::vector<std::string> strictly = render;
+  strictly.emplace_back("--strict");
+  const Ran strict = run(3, strictly);
+  EXPECT_TRUE(contains(strict.err, part)) << strict.err;
+  EXPECT_TRUE(contains(strict.err, "error: scene.json: 1 warning about its files")) << strict.err;
+  EXPECT_EQ(count_files(".exr"), 0u);
+  const Ran rendered = run(0, render);
+  EXPECT_TRUE(rendered.err.starts_with("warning: ")) << rendered.err;
+  EXPECT_TRUE(contains(rendered.err, part + " or remove the line; a default grey is used"));
+  EXPECT_EQ(count_files(".exr"), 2u);
+  EXPECT_TRUE(contains(run(0, {"check", "scene.json"}).err, part));
+  run(1, {"check", "scene.json", "--strict"});
 }
 
 TEST_F(BadModel, MissingMtlIsAWarningOnly) {
@@ -115,6 +129,18 @@ TEST_F(BadScene, UnknownKeyNamesTheNearest) {
 TEST_F(BadScene, OutOfRange) {
   expect_refused(tiny_scene(2, "\"cube\"", "  \"camera\": {\"fov\": 200},\n"),
                  {"scene.json:6:21: /camera/fov: must be 1 to 150 (is 200)"});
+}
+
+/// What only the models tell: check says it as render does.
+TEST_F(BadScene, LabelsAndLandmarksThatNoObjectHas) {
+  const auto scene = [](const std::string& plan) {
+    return tiny_scene(2, "\"cube\"", "  \"plan\": {" + plan + "},\n");
+  };
+  expect_refused(scene(R"("labels": {"tail": "wing"})"), {"tail"});
+  expect_refused(scene(R"("landmarks": [{"from": [0, 1, 0], "to": [0, 100, 0]}])"),
+                 {"landmark 0: \"to\" (0, 100, 0) is ", " away from sphere, which reaches from ("});
+  write("scene.json", scene(R"("landmarks": [{"from": [0, 2, 0], "to": [0, 2, 0]}])"));
+  run(0, {"check", "scene.json"});
 }
 
 TEST_F(BadScene, Empty) { expect_refused("", {"scene.json: is empty"}); }

@@ -96,6 +96,13 @@ TEST_F(Golden, List) {
   EXPECT_TRUE(contains(run(3, {"golden", "test", "tinny"}).err, "did you mean"));
 }
 
+TEST_F(Golden, AFolderWithoutASuiteIsAnError) {
+  std::filesystem::create_directories(folder / "empty/sub");
+  const Ran ran = run(3, {"golden", "test", "--root", "empty", "--junit", "junit.xml"});
+  EXPECT_TRUE(contains(ran.err, "error: empty: no golden suite in it")) << ran.err;
+  EXPECT_TRUE(contains(read_text(folder / "junit.xml"), "errors=\"1\""));
+}
+
 TEST_F(Golden, UpdateNeedsASuiteAndAReason) {
   EXPECT_TRUE(contains(run(2, {"golden", "update"}).err, "needs the suite's name"));
   EXPECT_TRUE(contains(run(2, {"golden", "update", "tiny"}).err, "needs --reason"));

@@ -110,6 +110,19 @@ class ProgramTest : public ::testing::Test {
     const bool readable = std::filesystem::is_regular_file(started.out);  // /dev/full never ends
     return {code, readable ? read_text(started.out) : "", read_text(started.err)};
   }
+  /// The same for what may hang: after `seconds` the program is killed, and the code is 137.
+  static Ran finish_within(const Started& started, int seconds) {
+    for (int tenth = 0; tenth < 10 * seconds; ++tenth) {
+      siginfo_t ended{};
+      if (::waitid(P_PID, static_cast<id_t>(started.id), &ended, WEXITED | WNOHANG | WNOWAIT) ==
+              0 &&
+          ended.si_pid == started.id)
+        return finish(started);
+      ::usleep(100000);
+    }
+    ::kill(started.id, SIGKILL);
+    return finish(started);
+  }
   Ran run(const std::vector<std::string>& arguments) { return finish(start(arguments)); }
   /// Runs, and fails the test unless the program ends with `code`.
   Ran run(int code, const std::vector<std::string>& arguments) {
@@ -157,8 +170,7 @@ class ProgramTest : public ::testing::Test {
 
 /// A scene that renders in a tenth of a second; `source` as JSON.
 inline std::string tiny_scene(
-    int frames = 4,
-    const std::string& source = R"({"shape": "cube", "spheres": {"balls": 12}})",
+    int frames = 4, const std::string& source = R"({"shape": "cube", "spheres": {"balls": 12}})",
     const std::string& more = "") {
   return "{\n  \"source\": " + source +
          ",\n"

@@ -10,6 +10,9 @@
 namespace polymorph {
 namespace {
 
+constexpr const char* kTwoGroups =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\ng low\nf 1 3 2\nf 1 2 4\ng high\nf 1 4 3\nf 2 3 4\n";
+
 class Render : public ProgramTest {
  protected:
   void SetUp() override {
@@ -72,6 +75,53 @@ TEST_F(Render, SkipExistingKeepsCurrentFramesOnly) {
   EXPECT_TRUE(contains(ran.err, "3 frames rendered, 1 kept in ")) << ran.err;
   const Ran again = run(0, {"render", "scene.json", "-o", "f.####.exr", "--skip-existing"});
   EXPECT_TRUE(contains(again.err, "0 frames rendered, 4 kept")) << again.err;
+}
+
+/// What is kept is what would be rendered: files count by what is in them, not by their names.
+TEST_F(Render, KeepsFramesWhateverTheSceneIsCalled) {
+  write("tour/scene.json", tiny_scene(2, R"({"model": "models/a.obj", "spheres": {"balls": 4}})"));
+  write("tour/models/a.obj", kTwoGroups);
+  std::filesystem::create_directories(folder / "beside");
+  std::filesystem::create_directory_symlink("tour", folder / "link");
+  const std::string out = (folder / "f.####.png").string();
+  run(0, {"render", "tour/scene.json", "-o", out});
+  const Path top = folder;
+  const auto kept = [&](const Path& from, const std::string& scene) {
+    folder = from;
+    const Ran ran = run(0, {"render", scene, "-o", out, "--skip-existing"});
+    folder = top;
+    EXPECT_TRUE(contains(ran.err, "0 frames rendered, 2 kept")) << scene << "\n" << ran.err;
+  };
+  kept(top, "./tour/../tour/scene.json");
+  kept(top, "link/scene.json");
+  kept(top, (top / "tour/scene.json").string());
+  kept(top / "tour", "scene.json");
+  kept(top / "beside", "../tour/scene.json");
+}
+
+TEST_F(Render, KeepsNoFrameThatWouldChange) {
+  write("two.json", tiny_scene(2, R"({"model": "a.obj", "spheres": {"balls": 4}})"));
+  write("a.obj", kTwoGroups);
+  const std::vector<std::string> render{"render", "two.json", "-o", "f.####.png"};
+  run(0, render);
+  const auto rendered = [&](const std::vector<std::string>& more, const char* what) {
+    std::vector<std::string> arguments = render;
+    arguments.push_back("--skip-existing");
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    EXPECT_TRUE(contains(run(0, arguments).err, "2 frames rendered in")) << what;
+    EXPECT_TRUE(contains(run(0, arguments).err, "0 frames rendered, 2 kept")) << what;
+  };
+  std::string names = kTwoGroups;
+  names.replace(names.find("g low"), 5, "g top");
+  names.replace(names.find("g high"), 6, "g low ");
+  write("a.obj", names);
+  rendered({}, "other groups");
+  std::string none = names;
+  while (none.find("g ") != std::string::npos) none.replace(none.find("g "), 2, "# ");
+  write("a.obj", none);
+  rendered({}, "no groups");
+  rendered({"--set", "output.png_bits=16"}, "16 bits");
+  rendered({"--set", "output.dither=true"}, "dither");
 }
 
 TEST_F(Render, DryRunWritesNothing) {
@@ -225,7 +275,7 @@ TEST_F(Render, StoppedBySignalLeavesWholeFrames) {
     EXPECT_LT(report["frames"].size(), 2000u);
     for (const auto& frame : report["frames"]) EXPECT_EQ(frame["state"], "done");
     EXPECT_EQ(count_files(".part"), 0u);
-    run(0, {"compare", name, name, "--json", "compare.json"});
+    run(0, {"compare", name, name, "--json", "compare.json", "--overwrite"});
     EXPECT_EQ(parse(read_text(folder / "compare.json")).size(), report["frames"].size());
   }
 }

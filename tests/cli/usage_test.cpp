@@ -136,7 +136,8 @@ TEST_F(Usage, BadSet) {
 }
 
 TEST_F(Usage, BadValues) {
-  expect_usage({"render", "scene.json", "--spp", "0"}, "0 not in range 1 to 65536");
+  expect_usage({"render", "scene.json", "--spp", "0"},
+               "--spp: 0 is no value for it - write a whole number from 1 to 65536");
   expect_usage({"render", "scene.json", "-t", "x"}, "--threads");
   expect_usage({"render", "scene.json", "--shard", "3/2"}, "write i/N with 1 <= i <= N");
   expect_usage({"render", "scene.json", "--shard", "auto"}, "neither a Slurm array");
@@ -144,6 +145,55 @@ TEST_F(Usage, BadValues) {
   expect_usage({"render", "scene.json", "--progress", "loud"}, "--progress");
   expect_usage({"golden", "shine"}, "shine not in {test,update,list}");
   expect_usage({"bench", "nothing"}, "nothing not in {surface,report,render,all}");
+}
+
+/// Every option that takes a number: not a number, infinite, too large for its type, out of range.
+TEST_F(Usage, NumbersAreFiniteAndInRange) {
+  const std::vector<std::vector<std::string>> of_reals{
+      {"compare", "a.exr", "b.exr", "--fail"},
+      {"compare", "a.exr", "b.exr", "--relative"},
+      {"compare", "a.exr", "b.exr", "--failpercent"},
+      {"compare", "a.exr", "b.exr", "--hardfail"},
+      {"compare", "a.exr", "b.exr", "--depth"},
+      {"compare", "a.exr", "b.exr", "--normal"},
+      {"compare", "a.exr", "b.exr", "--flip"},
+      {"compare", "a.exr", "b.exr", "--flip-p99"},
+      {"compare", "a.exr", "b.exr", "--warn"},
+      {"compare", "a.exr", "b.exr", "--warnpercent"},
+      {"render", "scene.json", "--noise"},
+      {"strip", "scene.json", "--fps"},
+      {"spheres", "cube", "--error"},
+      {"render", "scene.json", "--max-memory"},
+      {"cache", "gc", "--max-size"},
+      {"cache", "gc", "--max-age"}};
+  const std::vector<std::vector<std::string>> of_whole{
+      {"render", "scene.json", "--spp"},    {"render", "scene.json", "--seed"},
+      {"render", "scene.json", "--jobs"},   {"render", "scene.json", "--threads"},
+      {"strip", "scene.json", "--count"},   {"strip", "scene.json", "--columns"},
+      {"strip", "scene.json", "--width"},   {"spheres", "cube", "--balls"},
+      {"spheres", "cube", "--resolution"},  {"spheres", "cube", "--grid"},
+      {"spheres", "cube", "--width"},       {"analyze", "scene.json", "--frames"},
+      {"golden", "test", "--runs"},         {"bench", "surface", "--torus"},
+      {"bench", "surface", "--grid"},       {"bench", "surface", "--spp"},
+      {"bench", "surface", "--repeats"},    {"cubes"},
+      {"render", "scene.json", "--frames"}, {"render", "scene.json", "--shard"},
+      {"render", "scene.json", "--device"}};
+  const auto refuse = [&](std::vector<std::string> arguments, const std::string& value) {
+    const std::string option = arguments.back();
+    const bool named = option.starts_with("--");
+    named ? arguments.back() += "=" + value : arguments.emplace_back(value);
+    const Ran ran = run(2, arguments);
+    EXPECT_EQ(ran.out, "");
+    EXPECT_TRUE(ran.err.starts_with("error: ")) << ran.err;
+    EXPECT_TRUE(!named || contains(ran.err, option)) << ran.err;
+  };
+  for (const auto& arguments : of_reals)
+    for (const char* value : {"nan", "inf", "-1", "1e999", "1,5", "0x10", ""})
+      refuse(arguments, value);
+  for (const auto& arguments : of_whole)
+    for (const char* value : {"nan", "99999999999999999999", "1.5"}) refuse(arguments, value);
+  variables = {{"POLYMORPH_THREADS", "nan"}};
+  expect_usage({"info", "scene.json"}, "--threads");
 }
 
 class Help : public ProgramTest {};

@@ -79,6 +79,43 @@ TEST_F(FileTest, AFifoIsWrittenToNotReplaced) {
   EXPECT_TRUE(fs::is_fifo(fifo));
 }
 
+TEST_F(FileTest, WhatARunReadsIsNotWrittenOver) {
+  const fs::path read = folder / "read", same = folder / "same", link = folder / "link";
+  ASSERT_TRUE(write_file(read, "kept").ok());
+  fs::create_hard_link(read, same);
+  fs::create_symlink("read", link);
+  {
+    const InputGuard guard;
+    remember_input(folder / "." / "read");
+    for (const fs::path& name : {read, same, link}) {
+      EXPECT_FALSE(check_output(name, true).ok());
+      EXPECT_FALSE(write_files({{name, "new"}}).ok());
+      const auto written = write_file(name, "new");
+      ASSERT_FALSE(written.ok());
+      EXPECT_EQ(written.error().code, ErrorCode::kOutput);
+      EXPECT_EQ(*read_file(name), "kept");
+    }
+    // Another file may have the number of one that is gone.
+    fs::remove(read);
+    EXPECT_TRUE(write_file(same, "new").ok());
+  }
+  ASSERT_TRUE(write_file(read, "old").ok());
+  remember_input(read);
+  EXPECT_TRUE(write_file(read, "new").ok()) << "no run is under way";
+}
+
+TEST_F(FileTest, AnOutputThatExistsNeedsLeave) {
+  ASSERT_TRUE(write_file(folder / "x", "old").ok());
+  EXPECT_FALSE(check_output(folder / "x", false).ok());
+  EXPECT_TRUE(check_output(folder / "x", true).ok());
+  EXPECT_TRUE(check_output(folder / "y", false).ok());
+  EXPECT_TRUE(check_output("/dev/null", false).ok()) << "a device is never replaced";
+  ASSERT_EQ(::mkfifo((folder / "fifo").c_str(), 0600), 0);
+  const auto unread = write_file(folder / "fifo", "x");
+  ASSERT_FALSE(unread.ok());
+  EXPECT_NE(unread.error().message.find("nobody reads this pipe"), std::string::npos);
+}
+
 TEST_F(FileTest, TooLargeIsRefusedBeforeReading) {
   ASSERT_TRUE(write_file(folder / "x", "12345").ok());
   const auto read = read_file(folder / "x", 4);

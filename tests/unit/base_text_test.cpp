@@ -32,6 +32,25 @@ TEST(JoinQuoted, ReadsAsASentence) {
   EXPECT_EQ(join_quoted(std::vector<std::string>{"a", "b", "c"}), "\"a\", \"b\" or \"c\"");
 }
 
+TEST(Printable, ReplacesWhatIsNoTextToShow) {
+  EXPECT_EQ(printable("Müller ✓ 😀"), "Müller ✓ 😀");
+  EXPECT_EQ(printable("M\xfcller"), "M?ller");
+  EXPECT_EQ(printable("\xc0\xaf"), "??");       // overlong
+  EXPECT_EQ(printable("\xed\xa0\x80"), "???");  // surrogate
+  EXPECT_EQ(printable("a\xe2\x9c"), "a??");     // cut short
+  EXPECT_EQ(printable("\x1b[31mred\x7f"), "?[31mred?");
+  EXPECT_EQ(printable("a\nb\tc\r"), "a?b?c?");
+  EXPECT_EQ(printable("a\nb\tc\r", Lines::kKeep), "a\nb\tc?");
+  EXPECT_EQ(printable("\xc2\x9b"
+                      "31m \xc2\xa0"),
+            "?31m \xc2\xa0");  // C1, and a blank beside it
+  EXPECT_EQ(printable("gpj.\xe2\x80\xae"
+                      "exe \xe2\x81\xa6x \xe2\x80\xa8"),
+            "gpj.?exe ?x ?");
+  EXPECT_EQ(printable_json("\"\xc2\x9b✓\xe2\x80\xae\x7f\""), "\"\\u009b✓\\u202e\\u007f\"");
+  EXPECT_EQ(escape_markup("<\x1b\n"), "&lt;?\n");
+}
+
 TEST(Format, BytesAndSeconds) {
   EXPECT_EQ(format_bytes(1234567), "1.2 MB");
   EXPECT_EQ(format_seconds(0.5), "0.50 s");

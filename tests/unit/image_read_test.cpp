@@ -184,11 +184,75 @@ TEST(ReadImage, ContentWinsOverTheName) {
   EXPECT_EQ(image->pixels, (std::vector<float>{1, 1, 1}));
 }
 
+/// A red and a green pixel, as a Targa of `type` with the rows from the bottom up.
+std::string targa(int type, const std::string& pixels) {
+  std::string bytes(18, 0);
+  bytes[2] = static_cast<char>(type);
+  bytes[12] = 2, bytes[14] = 1, bytes[16] = 24;
+  return bytes + pixels;
+}
+
+/// What game models' textures come as. Targa says nowhere in front what it is.
+TEST(ReadImage, ReadsWhatTexturesComeAs) {
+  const std::string red_green("\0\0\xff\0\xff\0", 6), runs("\x80\0\0\xff\0\0\xff\0", 8);
+  std::string bmp("BM\x3e\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\2\0\0\0\1\0\0\0\1\0\x18\0", 30);
+  bmp += std::string(24, 0) + red_green + std::string(2, 0);
+  Image picture = make_image(2, 1, {"R", "G", "B"});
+  picture.pixels = {1, 0, 0, 0, 1, 0};
+  const auto gif = encode_gif(std::span(&picture, 1), 10);
+  ASSERT_TRUE(gif);
+  const std::string webp(
+      "RIFF\x1e\0\0\0WEBPVP8L\x11\0\0\0\x2f\1\0\0\0\x0f\xb0\xff\xf3\x1f\xf3\x1f\x15\x32\xa2\xff\1"
+      "\0",
+      38);
+  const TemporaryFolder folder;
+  const std::vector<std::pair<std::string, std::string>> files{
+      {"a.tga", targa(2, red_green)},
+      {"runs.tga", targa(10, runs)},
+      {"new.tga", targa(2, red_green) + std::string(8, 0) + std::string("TRUEVISION-XFILE.\0", 18)},
+      {"nameless", targa(2, red_green)},
+      {"wrong.png", targa(2, red_green)},
+      {"a.bmp", bmp},
+      {"bmp.tga", bmp},
+      {"a.gif", *gif},
+      {"a.webp", webp},
+      {"a.ppm", "P6\n2 1\n255\n" + std::string("\xff\0\0\0\xff\0", 6)}};
+  for (const auto& [name, bytes] : files) {
+    const auto image = read_image(folder.put(name, bytes), {.alpha = AlphaMode::kStraight});
+    ASSERT_TRUE(image) << image.error().message;
+    ASSERT_EQ(image->width, 2) << name;
+    ASSERT_EQ(image->height, 1) << name;
+    for (int x = 0; x < 2; ++x)
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(image->at(x, 0, c), x == c, 0.02) << name << x << c;
+  }
+}
+
+TEST(ReadImage, RefusesBrokenTextures) {
+  const TemporaryFolder folder;
+  const std::string red_green("\0\0\xff\0\xff\0", 6);
+  expect_mentions(failure_of(folder.put("a.tga", targa(2, red_green.substr(1)))), "truncated");
+  failure_of(folder.put("runs.tga", targa(10, "\x81")));
+  // A map of two colours, and a third that a pixel names: OpenImageIO would read beyond the map.
+  std::string mapped = targa(1, std::string(6, 0) + "\1\2");
+  mapped[1] = 1, mapped[5] = 2, mapped[7] = 24, mapped[16] = 8;
+  expect_mentions(failure_of(folder.put("map.tga", mapped)), "colour map");
+  mapped.back() = 0;
+  EXPECT_TRUE(read_image(folder.put("map.tga", mapped)));
+  expect_mentions(failure_of(folder.put("b.tga", "hello, this is text")), "header is damaged");
+  const std::string vast = std::string("GIF89a\xff\xff\xff\xff\0\0\0", 13);
+  expect_mentions(failure_of(folder.put("vast.gif", vast)), "more than the limit");
+  std::string bmp = "BM" + std::string(60, 0);
+  bmp[14] = 40, bmp[18] = 2, bmp[22] = 1, bmp[28] = 8, bmp[30] = 1;
+  expect_mentions(failure_of(folder.put("rle.bmp", bmp)), "run-length encoded BMPs are not read");
+  bmp[30] = 0, bmp[22] = 120;
+  expect_mentions(failure_of(folder.put("cut.bmp", bmp)), "the BMP is truncated");
+}
+
 TEST(ReadImage, TellsWhatIsNotAnImage) {
   const TemporaryFolder folder;
   expect_mentions(failure_of(folder.put("t.png", "hello, this is text\n")), "not an image");
   expect_mentions(failure_of(folder.put("e.png", "")), "empty");
-  expect_mentions(failure_of(folder.put("g.png", "GIF89a.....")), "a GIF");
+  expect_mentions(failure_of(folder.put("g.png", "GIF89a.....")), "GIF is truncated");
   expect_mentions(failure_of(folder.put("b.png", std::string("\x01\x02\x00\x03", 4))), "binary");
   expect_mentions(failure_of(folder.path), "directory");
   failure_of(folder.path / "missing.png");

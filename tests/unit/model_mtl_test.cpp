@@ -175,9 +175,33 @@ TEST_F(Materials, ReadsATextureWrittenTheWindowsWay) {
   }
 }
 
-TEST_F(Materials, AMissingOrBrokenTextureIsAnErrorWithTheMtlsLine) {
+TEST_F(Materials, AMissingOrBrokenTextureIsAWarningAndGrey) {
+  folder_.write(
+      "sub/a.mtl",
+      "newmtl paint\nKd 1 1 1\nmap_Kd gone.tga\nnewmtl more\nmap_Kd broken.jpg\nnewmtl third\n"
+      "map_Kd ../../outside.png\n");
+  folder_.write("sub/broken.jpg", "this is no image");
+  const std::string text =
+      obj("a.mtl") + "usemtl more\nf 1/1 3/3 2/2\nusemtl third\nf 1/1 3/3 2/2\n";
+  const auto loaded = load(text);
+  ASSERT_TRUE(loaded) << loaded.error().message;
+  EXPECT_TRUE(any_contains(loaded->warnings, "a.mtl:3: map_Kd \"gone.tga\" is not there"));
+  EXPECT_TRUE(any_contains(loaded->warnings, "broken.jpg: not an image that can be read"));
+  EXPECT_TRUE(any_contains(loaded->warnings, "outside the model's folder and is not opened"));
+  EXPECT_EQ(loaded->warnings.size(), 3u);
+  for (const Material& material : loaded->model.materials) {
+    EXPECT_EQ(material.texture, -1);
+    EXPECT_EQ(material.color, Material{}.color);
+  }
+  const auto strict = load(text, true);
+  ASSERT_FALSE(strict);
+  for (const char* name : {"gone.tga", "broken.jpg", "outside.png"})
+    EXPECT_NE(strict.error().message.find(name), std::string::npos) << strict.error().message;
+}
+
+TEST_F(Materials, AMissingOrBrokenTextureIsAStrictErrorWithTheMtlsLine) {
   folder_.write("sub/a.mtl", std::string(kPaint) + "map_Kd gone.png\n");
-  const auto missing = load(obj("a.mtl"));
+  const auto missing = load(obj("a.mtl"), true);
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().code, ErrorCode::kInput);
   EXPECT_NE(missing.error().message.find("a.mtl:3: map_Kd \"gone.png\""), std::string::npos)
@@ -185,7 +209,7 @@ TEST_F(Materials, AMissingOrBrokenTextureIsAnErrorWithTheMtlsLine) {
   for (const std::string& bytes :
        {std::string(), std::string("this is no image"), std::string("\x89PNG\r\n\x1a\nxx")}) {
     folder_.write("sub/gone.png", bytes);
-    const auto broken = load(obj("a.mtl"));
+    const auto broken = load(obj("a.mtl"), true);
     ASSERT_FALSE(broken);
     EXPECT_EQ(broken.error().code, ErrorCode::kInput);
     EXPECT_NE(broken.error().message.find("a.mtl:3: map_Kd"), std::string::npos)

@@ -37,6 +37,11 @@ class LoadObj : public testing::Test {
 
 const std::string kTriangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 
+TEST_F(LoadObj, ACommentMayFollowAFaceAtOnce) {
+  EXPECT_EQ(good(kTriangle + "f 1 2 3# end\n").triangles.size(), 1u);
+  EXPECT_EQ(good(kTriangle + "f 1 2 3 # end\nf 3 2 1#\n").triangles.size(), 2u);
+}
+
 TEST_F(LoadObj, BadInputIsAnErrorWithLineAndReason) {
   const struct {
     std::string text;
@@ -67,6 +72,7 @@ TEST_F(LoadObj, BadInputIsAnErrorWithLineAndReason) {
       {kTriangle + "f 1 2 -4\n", {":4: relative vertex index -4 reaches before the start"}},
       {kTriangle + "f 1 2 99999999999\n", {":4: vertex index 99999999999", "32-bit"}},
       {kTriangle + "f 1 2 99999999999999999999999\n", {":4:", "32-bit"}},
+      {kTriangle + "f 1 2 #3\n", {"no faces"}},
       {kTriangle + "f 1/1 2/1 3/1\n", {":4: texture coordinate index 1 is beyond the 0"}},
       {kTriangle + "vn 0 0 1\nf 1//1 2//1 3//2\n", {":5: normal index 2 is beyond the 1"}},
       {kTriangle + "f 1//-1 2//-1 3//-1\n", {":4: relative normal index -1"}},

@@ -87,14 +87,6 @@ TEST(CheckedText, TellsBinaryAndUtf16AndOtherFormatsApart) {
   EXPECT_EQ(*checked_text("v 1\x1a", "x.obj"), "v 1");
 }
 
-TEST(PrintableName, KeepsUtf8AndReplacesTheRest) {
-  EXPECT_EQ(printable_name("Müller ✓ 😀"), "Müller ✓ 😀");
-  EXPECT_EQ(printable_name("M\xfcller"), "M?ller");
-  EXPECT_EQ(printable_name("\xc0\xaf"), "??");       // overlong
-  EXPECT_EQ(printable_name("\xed\xa0\x80"), "???");  // surrogate
-  EXPECT_EQ(printable_name("a\xe2\x9c"), "a??");     // cut short
-}
-
 TEST(ErrorList, SortsByLineAndStopsAtTheLimit) {
   ErrorList errors("f.obj");
   errors.add(7, "late");

@@ -78,6 +78,21 @@ TEST(SelfIntersections, CrossingBoxesAreFoundAndTouchingOnesAreNot) {
   EXPECT_EQ(describe_crossings(diagnose_fully(touching)), "");
 }
 
+/// 200 000 triangles that all look at each other would be 20 000 million pairs.
+TEST(SelfIntersections, WhatLiesUponEachOtherIsGivenUp) {
+  Model equal = box_model({0, 0, 0}, {1, 1, 1});
+  const std::vector<Triangle> box = equal.triangles;
+  while (equal.triangles.size() < 200000)
+    equal.triangles.insert(equal.triangles.end(), box.begin(), box.end());
+  const SelfIntersections found = crossings_of(equal);
+  EXPECT_EQ(found.pairs, 0u);
+  EXPECT_TRUE(found.stopped);
+  EXPECT_TRUE(found.crowded);
+  Diagnosis diagnosis;
+  diagnosis.crossings = found;
+  EXPECT_NE(describe_crossings(diagnosis).find("lie upon each other"), std::string::npos);
+}
+
 TEST(SelfIntersections, AreAllPairsThatBruteForceFindsInTriangleSoup) {
   // Segments against triangles by another formula, in double.
   Model soup;

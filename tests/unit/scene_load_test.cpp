@@ -35,6 +35,16 @@ class SceneTest : public ::testing::Test {
   fs::path folder;
 };
 
+TEST_F(SceneTest, ManyKeysAndEntriesAreAnsweredAtOnce) {
+  std::string keys = R"({"source": "a.obj", "target": "torus")", actors = R"({"actors": [)";
+  for (int i = 0; i < 200000; ++i) keys += fmt::format(", \"key{}\": 1", i);
+  EXPECT_NE(error_of(keys + "}").find("/key0: unknown key"), std::string::npos);
+  EXPECT_NE(error_of(keys + ", \"key7\": 2}").find("duplicate key \"key7\""), std::string::npos);
+  for (int i = 0; i < 100000; ++i)
+    actors += std::string(i ? "," : "") + R"({"source": "cube", "target": "torus"})";
+  EXPECT_NE(error_of(actors + "]}").find("/actors: has 100000 entries"), std::string::npos);
+}
+
 TEST_F(SceneTest, SourceAndTargetAreEnough) {
   const auto scene = load(R"({"source": "a.obj", "target": "torus"})");
   ASSERT_TRUE(scene.ok()) << scene.error().message;

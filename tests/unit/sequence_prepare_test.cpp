@@ -87,9 +87,16 @@ TEST_F(SequenceTest, TheHashKnowsEverythingThatDecidesPixels) {
   const std::string before = hash();
   scene.description = "another word";
   scene.output.png = true;
+  scene.output.file = "elsewhere.####.png";
   scene.path = fs::relative(scene.path);
   EXPECT_EQ(hash(), before)
       << "neither words nor where frames go nor how the path is written change a pixel";
+  scene.output.dither = true;
+  const std::string dithered = hash();
+  EXPECT_NE(dithered, before);
+  scene.output.png_bits = 16;
+  EXPECT_NE(hash(), dithered);
+  scene.output = {};
   Image sky = make_image(4, 2, {"R", "G", "B"});
   ASSERT_TRUE(write_image(folder / "sky.exr", sky).ok());
   scene.lights.environment = folder / "sky.exr";

@@ -1,0 +1,65 @@
+#include "cli/numbers.h"
+
+#include <algorithm>
+#include <cctype>
+
+namespace polymorph {
+namespace {
+
+constexpr double kMostAmount = 1e18;
+
+std::string lower_case(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+/// The factor of `unit`, which is what stands behind the digits.
+std::optional<double> factor_of(const std::string& unit, const AmountUnits& units) {
+  if (unit.empty()) return units.front().second;
+  const bool size =
+      std::any_of(units.begin(), units.end(), [](const auto& u) { return u.first == 'b'; });
+  for (const auto& [letter, factor] : units) {
+    if (unit[0] != letter) continue;
+    const std::string rest = unit.substr(1);
+    if (rest.empty() || (size && letter != 'b' && (rest == "b" || rest == "ib"))) return factor;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<double> parse_amount(const std::string& option, const std::string& text,
+                            const AmountUnits& units, const std::string& example) {
+  const std::string whole = lower_case(text);
+  std::size_t end = whole.size();
+  while (end > 0 && std::isalpha(static_cast<unsigned char>(whole[end - 1]))) --end;
+  const auto value = parse_number(std::string_view(whole).substr(0, end));
+  const auto factor = factor_of(whole.substr(end), units);
+  if (!value || !factor || *value < 0)
+    return make_error(ErrorCode::kUsage, "{} {}: not an amount - write {}", option, text, example);
+  if (*value * *factor > kMostAmount)
+    return make_error(ErrorCode::kUsage, "{} {}: too much - write {}", option, text, example);
+  return *value * *factor;
+}
+
+CLI::Validator size_in_bytes() {
+  return CLI::Validator(
+      [](std::string& text) -> std::string {
+        constexpr double kKilo = 1024;
+        const auto bytes = parse_amount("", text,
+                                        {{'b', 1},
+                                         {'k', kKilo},
+                                         {'m', kKilo * kKilo},
+                                         {'g', kKilo * kKilo * kKilo},
+                                         {'t', kKilo * kKilo * kKilo * kKilo}},
+                                        "bytes as a number, 500M or 1.5G");
+        if (!bytes) return bytes.error().message.substr(1);
+        // Up: a limit below one byte is still a limit, and 0 would be none.
+        text = fmt::format("{}", static_cast<std::uint64_t>(std::ceil(*bytes)));
+        return {};
+      },
+      std::string());
+}
+
+}  // namespace polymorph

@@ -1,0 +1,87 @@
+// Small files that are much work, and machines that give little.
+#include <sys/resource.h>
+
+#include <cmath>
+
+#include "cli/program.h"
+
+namespace polymorph {
+namespace {
+
+class Limits : public ProgramTest {
+ protected:
+  /// Ends by itself, and within the seconds that a slow or busy machine needs.
+  void expect_answer(int code, const std::vector<std::string>& arguments, const std::string& part) {
+    const Ran ran = finish_within(start(arguments), 60);
+    EXPECT_EQ(ran.code, code) << arguments[0] << " " << arguments[1] << "\n" << ran.err;
+    EXPECT_TRUE(contains(ran.out + ran.err, part)) << ran.err;
+  }
+};
+
+const std::string kPoints = "v 0 0 0\nv 1 0.1 0\nv 0 1 0.3\nv 0 0 1\n";
+const char* const kFaces[] = {"f 1 3 2\n", "f 1 2 4\n", "f 1 4 3\n", "f 2 3 4\n"};
+
+TEST_F(Limits, GroupsAndMaterials) {
+  std::string groups = kPoints, materials = "mtllib m.mtl\nvt 0 0\n" + kPoints, library;
+  for (int i = 0; i < 100000; ++i) {
+    groups += "g group" + std::to_string(i) + "\n" + kFaces[i % 4];
+    if (i >= 30000) continue;
+    const std::string name = std::string("m").append(std::to_string(i));
+    materials += "usemtl " + name + "\nf 1/1 2/1 " + std::to_string(3 + i % 2) + "/1\n";
+    library += "newmtl " + name + "\nmap_Kd gone" + std::to_string(i) + ".png\n";
+  }
+  write("groups.obj", groups);
+  write("materials.obj", materials);
+  write("m.mtl", library);
+  expect_answer(0, {"info", "groups.obj"}, "100000 triangles");
+  expect_answer(0, {"info", "materials.obj"}, "30000 triangles");
+}
+
+TEST_F(Limits, EqualFaces) {
+  std::string text = kPoints;
+  for (int i = 0; i < 500000; ++i) text += kFaces[0];
+  write("equal.obj", text);
+  expect_answer(0, {"info", "equal.obj"}, "so many of its triangles lie upon each other");
+}
+
+TEST_F(Limits, APointOfManyEdges) {
+  constexpr int kEdges = 100000;
+  std::string text = "v 0 0 1\n";
+  for (int i = 0; i < kEdges; ++i) {
+    const double angle = 2 * 3.14159265358979 * i / kEdges;
+    text += "v " + std::to_string(std::cos(angle)) + " " + std::to_string(std::sin(angle)) + " " +
+            std::to_string(0.1 * std::sin(7 * angle)) + "\n";
+  }
+  for (int i = 0; i < kEdges; ++i)
+    text += "f 1 " + std::to_string(2 + i) + " " + std::to_string(2 + (i + 1) % kEdges) + "\n";
+  write("fan.obj", text);
+  expect_answer(0, {"info", "fan.obj"}, "triangles");
+}
+
+TEST_F(Limits, ALineOfManyLibraries) {
+  std::string text = "mtllib";
+  for (int i = 0; i < 1000000; ++i) text += " m" + std::to_string(i) + ".mtl";
+  write("many.obj", text + "\n" + kPoints + kFaces[0]);
+  expect_answer(3, {"info", "many.obj"}, "many.obj:1: mtllib names more than 1000 material");
+}
+
+/// A stack larger than the memory that the process may have: no thread can be made.
+TEST_F(Limits, NoThreadIsAMissingResource) {
+  write("scene.json", tiny_scene());
+  rlimit stack{}, memory{};
+  ASSERT_EQ(::getrlimit(RLIMIT_STACK, &stack), 0);
+  ASSERT_EQ(::getrlimit(RLIMIT_AS, &memory), 0);
+  const rlimit large{rlim_t{16} << 30, stack.rlim_max}, small{rlim_t{6} << 30, memory.rlim_max};
+  if (::setrlimit(RLIMIT_STACK, &large) != 0) GTEST_SKIP() << "the stack's size is limited here";
+  if (::setrlimit(RLIMIT_AS, &small) != 0) GTEST_SKIP() << "memory is limited here";
+  const Started started = start({"render", "scene.json", "-o", "f.####.png"});
+  ::setrlimit(RLIMIT_AS, &memory);
+  ::setrlimit(RLIMIT_STACK, &stack);
+  const Ran ran = finish(started);
+  EXPECT_EQ(ran.code, 5) << ran.err;
+  EXPECT_TRUE(contains(ran.err, "error: no thread can be started (")) << ran.err;
+  EXPECT_EQ(count_files(".png"), 0u);
+}
+
+}  // namespace
+}  // namespace polymorph
