@@ -104,53 +104,35 @@ constexpr int kMostCoarse = 216;
 /// Of a square across a crossed edge (cubes.h).
 constexpr int kFaceVertices = 4, kFaceTriangles = 2;
 
-/// Field values and inside flags of each brick, its crossed edges and its counts. One team a brick.
-///
-/// Where balls never end, values come from the brick's list and polynomial; where such a value is
-/// so near to iso that the exact one may lie beyond, the exact one takes its place.
-template <class F>
-struct SampleBricks {
-  static constexpr int kThreads = 128;
-  static constexpr int kTogether = 4;  ///< lines that share a walk over the balls
+/// What is common to all fields: from the values at a brick's points to inside flags, crossed edges
+/// and counts.
+struct CountBricks {
   struct Scratch {
     alignas(32) float values[kBrickValues];
-    union {
-      AxisTables tables[F::kSplits ? kTables : 1];
-      float coarse[kMostCoarse];
-    };
     std::uint8_t inside[kLines];
     std::uint32_t vertices[kRows + 1], triangles[kRows + 1], edges[kRows];
-    std::uint32_t unsure[F::kEnds ? 1 : kLines + 1];
-    std::uint16_t unsure_points[F::kEnds ? 1 : kBrickValues];
   };
   Grid grid;
   float iso = 1;
-  int influence = 1;
+  float outside = 0;   ///< the value of points beyond the grid
   bool faces = false;  ///< count squares across the crossed edges instead
   View<const BrickTable> table;
   View<const Node> bricks;
-  View<const std::uint32_t> entries;
-  View<const typename F::Ball> balls;
   View<float> values;
   View<std::uint8_t> inside;  ///< bit x of each line
   View<std::uint32_t> rows;   ///< packed_row() of each row
   View<Counts> counts;        ///< of each brick: vertices, triangles
-  // Where balls never end:
-  View<const FarField> far;  ///< of each brick
-  BallList everyone;
 
+  /// The first point of a brick.
+  PM_HD static Int3 first_point(const Node& brick) {
+    return {brick.at.x * kBrickCells - 1, brick.at.y * kBrickCells - 1,
+            brick.at.z * kBrickCells - 1};
+  }
+
+  /// Goes on from the values that stand in scratch.
   template <class Team>
-  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t b) const {
+  PM_HD void count(const Team& team, Scratch& scratch, std::int64_t b, Int3 first) const {
     using V = typename Team::V;
-    const Node brick = bricks[b];
-    const Int3 first = {brick.at.x * kBrickCells - 1, brick.at.y * kBrickCells - 1,
-                        brick.at.z * kBrickCells - 1};
-    if (influence > 1) {
-      interpolate_all(team, scratch, brick, first);
-    } else {
-      sample_all(team, scratch, b, first);
-      if constexpr (!F::kEnds) make_sure(team, scratch, doubt(far[b]), first);
-    }
     drop_rim(team, first, scratch.values);
     team.each(kLines, [&](int line) {
       scratch.inside[line] =
@@ -179,6 +161,68 @@ struct SampleBricks {
       const int at = i * Lanes<V>::kCount;
       Lanes<V>::store(values.data + b * kBrickValues + at, Lanes<V>::load(scratch.values + at));
     });
+  }
+
+  /// Points of the rim, and beyond it, are outside.
+  template <class Team>
+  PM_HD void drop_rim(const Team& team, Int3 first, float* brick_values) const {
+    const Int3 n = grid.points;
+    if (first.x >= 0 && first.y >= 0 && first.z >= 0 && first.x + kBrickCells < n.x &&
+        first.y + kBrickCells < n.y && first.z + kBrickCells < n.z) {
+      return;
+    }
+    team.each(kBrickValues, [&](int i) {
+      const int x = first.x + i % kBrickPoints, y = first.y + i / kBrickPoints % kBrickPoints,
+                z = first.z + i / kLines;
+      if (x < 0 || y < 0 || z < 0 || x >= n.x || y >= n.y || z >= n.z) brick_values[i] = outside;
+    });
+    team.sync();
+  }
+
+  template <class V>
+  PM_HD std::uint32_t inside_bits(const float* line) const {
+    std::uint32_t bits = 0;
+    for (int x = 0; x < kBrickPoints; x += Lanes<V>::kCount) {
+      bits |= Lanes<V>::bits(Lanes<V>::load(line + x) > iso) << x;
+    }
+    return bits;
+  }
+};
+
+/// The field of balls at each brick's points, and what CountBricks makes of it. One team a brick.
+///
+/// Where balls never end, values come from the brick's list and polynomial; where such a value is
+/// so near to iso that the exact one may lie beyond, the exact one takes its place.
+template <class F>
+struct SampleBricks : CountBricks {
+  static constexpr int kThreads = 128;
+  static constexpr int kTogether = 4;  ///< lines that share a walk over the balls
+  struct Scratch : CountBricks::Scratch {
+    union {
+      alignas(32) AxisTables tables[F::kSplits ? kTables : 1];
+      float coarse[kMostCoarse];
+    };
+    std::uint32_t unsure[F::kEnds ? 1 : kLines + 1];
+    std::uint16_t unsure_points[F::kEnds ? 1 : kBrickValues];
+  };
+  int influence = 1;
+  View<const std::uint32_t> entries;
+  View<const typename F::Ball> balls;
+  // Where balls never end:
+  View<const FarField> far;  ///< of each brick
+  BallList everyone;
+
+  template <class Team>
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t b) const {
+    const Node brick = bricks[b];
+    const Int3 first = first_point(brick);
+    if (influence > 1) {
+      interpolate_all(team, scratch, brick, first);
+    } else {
+      sample_all(team, scratch, b, first);
+      if constexpr (!F::kEnds) make_sure(team, scratch, doubt(far[b]), first);
+    }
+    count(team, scratch, b, first);
   }
 
   /// The field at every `influence`-th grid point around the brick, and between them the mean of
@@ -389,31 +433,6 @@ struct SampleBricks {
       for (int l = 0; l < kLanes; ++l) scratch.values[point(l)] = value[l];
     });
     team.sync();
-  }
-
-  /// Points of the rim, and beyond it, are outside.
-  template <class Team>
-  PM_HD void drop_rim(const Team& team, Int3 first, float* brick_values) const {
-    const Int3 n = grid.points;
-    if (first.x >= 0 && first.y >= 0 && first.z >= 0 && first.x + kBrickCells < n.x &&
-        first.y + kBrickCells < n.y && first.z + kBrickCells < n.z) {
-      return;
-    }
-    team.each(kBrickValues, [&](int i) {
-      const int x = first.x + i % kBrickPoints, y = first.y + i / kBrickPoints % kBrickPoints,
-                z = first.z + i / kLines;
-      if (x < 0 || y < 0 || z < 0 || x >= n.x || y >= n.y || z >= n.z) brick_values[i] = 0;
-    });
-    team.sync();
-  }
-
-  template <class V>
-  PM_HD std::uint32_t inside_bits(const float* line) const {
-    std::uint32_t bits = 0;
-    for (int x = 0; x < kBrickPoints; x += Lanes<V>::kCount) {
-      bits |= Lanes<V>::bits(Lanes<V>::load(line + x) > iso) << x;
-    }
-    return bits;
   }
 };
 

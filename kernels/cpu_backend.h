@@ -133,6 +133,8 @@ class BasicCpuBackend {
     });
   }
 
+  /// Do passes read the host's own memory?
+  static constexpr bool kHostMemory = true;
   static constexpr bool kManyTops = false;  ///< does a tree begin with many nodes, not with one?
 
   /// Calls f(team, scratch, i) for i in [0, *count * parts), in any order.

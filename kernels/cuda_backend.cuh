@@ -269,6 +269,8 @@ class CudaBackend {
     check_cuda(cudaGetLastError(), name);
   }
 
+  /// Do passes read the host's own memory?
+  static constexpr bool kHostMemory = false;
   static constexpr bool kManyTops = true;  ///< does a tree begin with many nodes, not with one?
 
   /// Calls f(team, scratch, i) for i in [0, n * parts), n = *count but at most `limit`; *count is

@@ -30,7 +30,9 @@
 #include "extract_surface.h"
 #include "field.h"
 #include "mc_tables.h"
+#include "morph_field.h"
 #include "motion.h"
+#include "regression.h"
 #include "shares.h"
 #include "tree.h"
 #include "triangles.h"
@@ -143,6 +145,39 @@ class Extraction final : public SurfaceExtractor {
         if (maps == 1) blend_field<decltype(field), 1>(balls, carried, points, settings, values);
         if (maps == 2) blend_field<decltype(field), 2>(balls, carried, points, settings, values);
       });
+    });
+  }
+
+  ExtractStatus extract_between(const MorphSurface& between, const Grid& grid,
+                                const ExtractSettings& settings, Mesh& mesh) override {
+    ExtractStatus status = check_between(between, settings);
+    if (status.code == ExtractCode::kOk) status = check_grid(grid);
+    if (status.code == ExtractCode::kOk) {
+      status = guarded([&] { extract_morph(between, grid, settings, mesh); });
+      if (status.code == ExtractCode::kOk) return status;
+    }
+    mesh.positions.clear();
+    mesh.normals.clear();
+    mesh.triangles.clear();
+    return status;
+  }
+
+  ExtractStatus regress(const std::shared_ptr<const Regression>& regression,
+                        const std::vector<Vec3>& points,
+                        std::vector<CarriedValues>& values) override {
+    values.clear();
+    const ExtractStatus status = check_regression(*regression);
+    if (status.code != ExtractCode::kOk || points.empty()) return status;
+    return guarded([&] {
+      const SmoothMap map = smooth_map(regression);
+      const auto n = static_cast<std::int64_t>(points.size());
+      values.resize(points.size() * static_cast<std::size_t>(regression->maps));
+      const View<Vec3> at = sample_points_.resize(backend_, n);
+      const View<CarriedValues> out =
+          carried_values_.resize(backend_, static_cast<std::int64_t>(values.size()));
+      backend_.upload(at, points.data());
+      backend_.for_each(n, SampleMap{map, at, out, regression->maps}, "map");
+      backend_.download(values.data(), out);
     });
   }
 
@@ -318,16 +353,53 @@ class Extraction final : public SurfaceExtractor {
   template <class F>
   void extract_field(const std::vector<Ball>& balls, const Grid& grid,
                      const ExtractSettings& settings, Mesh& mesh) {
+    const TreeShape shape = tree_shape(grid, B::kManyTops && F::kEnds);
+    extract_bricks(grid, settings, mesh, [&](View<BrickTable> table) {
+      const BallViews<F> in = prepare<F>(balls, settings, shape);
+      BrickViews bricks = find_bricks<F>(in, shape, grid, settings);
+      count_bricks<F>(in, grid, settings, table, bricks);
+      return std::make_pair(bricks, ball_vertices<F>(in, grid, settings, bricks));
+    });
+  }
+
+  void extract_morph(const MorphSurface& between, const Grid& grid, const ExtractSettings& settings,
+                     Mesh& mesh) {
+    const TreeShape shape = tree_shape(grid, B::kManyTops);
+    const MorphField field = {smooth_map(between.map),    distance_field(between.from),
+                              distance_field(between.to), between.from_scale,
+                              between.to_scale,           between.level};
+    ExtractSettings at = settings;
+    at.iso = 0;
+    ClassifyMorph classify;
+    classify.grid = grid;
+    classify.field = field;
+    classify.affine_norm = std::max(between.from_scale * norm_of(between.map->affine[0]),
+                                    between.to_scale * norm_of(between.map->affine[1]));
+    classify.lipschitz = std::max(between.from->lipschitz, between.to->lipschitz);
+    classify.strain = bound_strain(between, classify.lipschitz);
+    extract_bricks(grid, at, mesh, [&](View<BrickTable> table) {
+      BrickViews bricks = find_morph_bricks(shape, classify);
+      fit_bricks(grid, bricks);
+      backend_.for_teams(bricks.count, bricks.room,
+                         SampleMorph{counting(grid, at, table, bricks, -grid.cell), field},
+                         "sample");
+      return std::make_pair(bricks, MorphVertices{{field, 1 / grid.cell}});
+    });
+  }
+
+  /// From a field to a mesh: `find` finds the bricks, counts them and says what vertices need to
+  /// know of the field.
+  template <class Find>
+  void extract_bricks(const Grid& grid, const ExtractSettings& settings, Mesh& mesh,
+                      const Find& find) {
     const View<BrickTable> table = table_view();
     totals_view_ = totals_.resize(backend_, kMostLevels + 1);
-    const TreeShape shape = tree_shape(grid, B::kManyTops && F::kEnds);
     Offsets totals[kMostLevels + 1];
     View<Vec3> positions, normals;
     View<Triangle> triangles;
     do {
-      const BallViews<F> in = prepare<F>(balls, settings, shape);
-      BrickViews bricks = find_bricks<F>(in, shape, grid, settings);
-      count_bricks<F>(in, grid, settings, table, bricks);
+      const auto found = find(table);
+      const BrickViews& bricks = found.first;
       const Offsets* total = &totals_view_[kMostLevels];
       backend_.scan({bricks.counts.data, bricks.room}, bricks.count, bricks.first,
                     &totals_view_[kMostLevels], "number");
@@ -341,7 +413,7 @@ class Extraction final : public SurfaceExtractor {
                                 positions,   normals,       triangles};
         backend_.for_teams(bricks.count, bricks.room, emit, "triangles");
       } else {
-        place_vertices<F>(in, grid, settings, bricks, positions, normals);
+        place_vertices(found.second, grid, settings, bricks, positions, normals);
         const EmitTriangles emit = {table,         bricks.tree,  bricks.inside, bricks.rows,
                                     bricks.counts, bricks.first, bricks.room,   triangles};
         backend_.for_teams(bricks.count, bricks.room, emit, "triangles");
@@ -460,9 +532,8 @@ class Extraction final : public SurfaceExtractor {
     return out;
   }
 
-  template <class F>
-  void count_bricks(const BallViews<F>& in, const Grid& grid, const ExtractSettings& settings,
-                    View<BrickTable> table, BrickViews& bricks) {
+  /// Makes room for what is known of each brick.
+  void fit_bricks(const Grid& grid, BrickViews& bricks) {
     const std::int64_t guess = brick_guess(grid);
     bricks.values = values_.fit(backend_, bricks.count, kBrickValues, guess);
     bricks.inside = inside_.fit(backend_, bricks.count, kLines, guess);
@@ -472,38 +543,199 @@ class Extraction final : public SurfaceExtractor {
     bricks.room =
         std::min({bricks.nodes.size, bricks.values.size / kBrickValues, bricks.inside.size / kLines,
                   bricks.rows.size / kRows, bricks.counts.size, bricks.first.size});
+  }
+
+  static CountBricks counting(const Grid& grid, const ExtractSettings& settings,
+                              View<BrickTable> table, const BrickViews& bricks, float outside) {
+    CountBricks count;
+    count.grid = grid;
+    count.iso = settings.iso;
+    count.outside = outside;
+    count.faces = settings.method == SurfaceMethod::kMatrix;
+    count.table = table;
+    count.bricks = bricks.nodes;
+    count.values = bricks.values;
+    count.inside = bricks.inside;
+    count.rows = bricks.rows;
+    count.counts = bricks.counts;
+    return count;
+  }
+
+  template <class F>
+  void count_bricks(const BallViews<F>& in, const Grid& grid, const ExtractSettings& settings,
+                    View<BrickTable> table, BrickViews& bricks) {
+    fit_bricks(grid, bricks);
     if constexpr (!F::kEnds) bricks.room = std::min(bricks.room, bricks.far.size);
     backend_.for_teams(
         bricks.count, bricks.room,
-        SampleBricks<F>{grid, settings.iso, settings.influence,
-                        settings.method == SurfaceMethod::kMatrix, table, bricks.nodes,
-                        bricks.entries, in.balls, bricks.values, bricks.inside, bricks.rows,
-                        bricks.counts, bricks.far, in.all()},
+        SampleBricks<F>{counting(grid, settings, table, bricks, 0), settings.influence,
+                        bricks.entries, in.balls, bricks.far, in.all()},
         "sample");
   }
 
   template <class F>
-  void place_vertices(const BallViews<F>& in, const Grid& grid, const ExtractSettings& settings,
+  static BallVertices<F> ball_vertices(const BallViews<F>& in, const Grid& grid,
+                                       const ExtractSettings& settings, const BrickViews& bricks) {
+    BallVertices<F> source;
+    source.grid = grid;
+    source.iso = settings.iso;
+    source.floor = settings.iso * settings.cutoff;
+    source.margin = margin_of(settings);
+    source.midpoint = settings.placement == Placement::kMidpoint;
+    source.entries = bricks.entries;
+    source.balls = in.balls;
+    source.far = bricks.far;
+    source.everyone = in.all();
+    return source;
+  }
+
+  template <class Source>
+  void place_vertices(const Source& source, const Grid& grid, const ExtractSettings& settings,
                       const BrickViews& bricks, View<Vec3> positions, View<Vec3> normals) {
-    PlaceVertices<F> place;
+    PlaceVertices<Source> place;
     place.grid = grid;
     place.iso = settings.iso;
-    place.floor = settings.iso * settings.cutoff;
     place.refine_steps = settings.influence > 1 ? 0 : settings.refine_steps;
-    place.margin = margin_of(settings);
     place.midpoint = settings.placement == Placement::kMidpoint;
+    place.source = source;
     place.bricks = bricks.nodes;
-    place.entries = bricks.entries;
-    place.balls = in.balls;
     place.values = bricks.values;
     place.rows = bricks.rows;
     place.counts = bricks.counts;
     place.first = bricks.first;
     place.positions = positions;
     place.normals = normals;
-    place.far = bricks.far;
-    place.everyone = in.all();
     backend_.for_teams(bricks.count, bricks.room, place, "vertices");
+  }
+
+  /// Walks the tree from its tops to the bricks, as find_bricks() does.
+  BrickViews find_morph_bricks(const TreeShape& shape, ClassifyMorph classify) {
+    const std::vector<Level>& levels = shape.levels;
+    const Grid& grid = classify.grid;
+    BrickViews out;
+    out.tree.levels = static_cast<int>(levels.size());
+    out.tree.tops = shape.tops;
+    const std::int64_t tops = std::int64_t{shape.tops.x} * shape.tops.y * shape.tops.z;
+    View<Node> parents = nodes_[levels.size()].resize(backend_, tops);
+    View<Counts> sums = sums_[levels.size() % 2].resize(backend_, tops);
+    backend_.for_each(tops,
+                      PrepareMorph{shape.tops,
+                                   parents,
+                                   sums,
+                                   {&totals_view_[static_cast<std::int64_t>(levels.size())], 1}},
+                      "bricks");
+    std::int64_t guess = brick_guess(grid);
+    for (std::size_t l = 1; l < levels.size(); ++l) guess = guess / 8 + kChildren;
+    for (std::size_t l = levels.size(); l-- > 0; guess *= 8) {
+      const auto number = static_cast<std::int64_t>(l);
+      const std::int64_t* count = &totals_view_[number + 1].first;
+      const Offsets* total = &totals_view_[number];
+      const View<Offsets> first = first_.fit(backend_, count, 1, guess / 4 + 1);
+      const std::int64_t room = std::min({parents.size, sums.size, first.size});
+      classify.level = levels[l];
+      classify.parents = parents;
+      classify.sums = sums;
+      backend_.for_teams(count, room, classify, "bricks", B::Team::kParts);
+      backend_.scan({sums.data, room}, count, first, &totals_view_[number], "bricks");
+      const View<Node> nodes = nodes_[l].fit(backend_, &total->first, 1, guess);
+      View<Counts> node_sums;
+      if (l > 0) node_sums = sums_[l % 2].fit(backend_, &total->first, 1, guess);
+      backend_.for_teams(count, room, FillMorph{parents, first, nodes, node_sums}, "bricks");
+      out.tree.nodes[l + 1] = parents;
+      parents = nodes;
+      sums = node_sums;
+    }
+    out.tree.nodes[0] = parents;
+    out.count = &totals_view_[0].first;
+    out.nodes = parents;
+    return out;
+  }
+
+  /// The largest factor by which a map stretches: all of them are turns and growths.
+  static float norm_of(const AffineMap& map) {
+    float most_of = 0;
+    for (const Vec3 row : map.rows) most_of = std::max(most_of, length(row));
+    return most_of;
+  }
+
+  /// The regression's nodes, made where they are not known yet.
+  SmoothMap smooth_map(const std::shared_ptr<const Regression>& regression) {
+    const Int3 n = regression->lattice.points;
+    const std::int64_t nodes = std::int64_t{n.x} * n.y * n.z;
+    const View<float> coefficients = lattice_nodes_.resize(backend_, kRegressionValues * nodes);
+    if (regression != held_regression_) {
+      held_regression_.reset();
+      const std::size_t count = regression->samples.size();
+      std::vector<KernelSample> samples(count);
+      std::vector<Carried> values(2 * count);
+      for (std::size_t e = 0; e < count; ++e) {
+        const RegressionSample& sample = regression->samples[e];
+        const float wide = 4 * sample.deviation;
+        constexpr float kHalfLog2E = 0.72134752f;
+        samples[e] = {sample.center, kHalfLog2E / (wide * wide), sample.mass,
+                      kSecondHeight * sample.mass, kThirdHeight * sample.mass};
+        for (int m = 0; m < regression->maps; ++m) {
+          values[2 * e + static_cast<std::size_t>(m)] =
+              regression->values[e * static_cast<std::size_t>(regression->maps) +
+                                 static_cast<std::size_t>(m)];
+        }
+      }
+      const auto size = static_cast<std::int64_t>(count);
+      const View<KernelSample> from = kernel_samples_.resize(backend_, size);
+      const View<Carried> carried = carried_.resize(backend_, 2 * size);
+      backend_.upload(from, samples.data());
+      backend_.upload(carried, values.data());
+      const Offsets runs = {(nodes + RegressNodes::kNodes - 1) / RegressNodes::kNodes, 0};
+      const View<Offsets> number = regress_count_.resize(backend_, 1);
+      backend_.upload(number, &runs);
+      backend_.for_teams(
+          &number[0].first, runs.first,
+          RegressNodes{regression->lattice, from, carried, regression->sloped, coefficients},
+          "regress");
+      held_regression_ = regression;
+    }
+    return SmoothMap(*regression, coefficients.data);
+  }
+
+  View<Vec3> bound_strain(const MorphSurface& between, float lipschitz) {
+    const Regression& map = *between.map;
+    const View<Vec3> strain = strain_.resize(
+        backend_, std::int64_t{map.lattice.points.x} * map.lattice.points.y * map.lattice.points.z);
+    BoundStrain bound;
+    bound.lattice = map.lattice;
+    bound.nodes = {lattice_nodes_.resize(backend_, kRegressionValues * strain.size).data,
+                   kRegressionValues * strain.size};
+    bound.scale[0] = between.from_scale, bound.scale[1] = between.to_scale;
+    // Where progress differs from place to place, so does the mixture: its slope is 3 / 2 at most,
+    // and the distances differ by less than both grids' diagonals.
+    bound.fourth[0] = 1.5f *
+                      (between.from_scale * diagonal_of(between.from->grid) +
+                       between.to_scale * diagonal_of(between.to->grid)) /
+                      lipschitz;
+    bound.fourth[1] = std::fabs(between.level) / lipschitz;
+    bound.strain = strain;
+    backend_.for_each(strain.size, bound, "regress");
+    return strain;
+  }
+  static float diagonal_of(const Grid& grid) {
+    const Vec3 size = {static_cast<float>(grid.points.x), static_cast<float>(grid.points.y),
+                       static_cast<float>(grid.points.z)};
+    return grid.cell * length(size);
+  }
+
+  /// The object's distances where the passes run; those of the last few objects stay there.
+  DistanceField distance_field(const std::shared_ptr<const DistanceGrid>& object) {
+    if constexpr (B::kHostMemory) return DistanceField(object->grid, object->values.data());
+    for (auto& held : held_distances_) {
+      if (held->object == object) return DistanceField(object->grid, held->values.data);
+    }
+    if (held_distances_.size() >= kMostObjects) held_distances_.erase(held_distances_.begin());
+    auto held = std::make_unique<HeldDistances>();
+    held->object = object;
+    held->values = held->buffer.resize(backend_, static_cast<std::int64_t>(object->values.size()));
+    backend_.upload(held->values, object->values.data());
+    held_distances_.push_back(std::move(held));
+    return DistanceField(object->grid, held_distances_.back()->values.data);
   }
 
   View<BrickTable> table_view() {
@@ -530,6 +762,19 @@ class Extraction final : public SurfaceExtractor {
   Buffer<Vec3> sample_points_;
   Buffer<float> sample_values_;
   Buffer<Carried> carried_;
+  Buffer<KernelSample> kernel_samples_;
+  Buffer<float> lattice_nodes_;
+  Buffer<Vec3> strain_;
+  Buffer<Offsets> regress_count_;
+  std::shared_ptr<const Regression> held_regression_;  ///< what lattice_nodes_ holds
+  /// Objects whose distances stay on a device: several actors take turns.
+  static constexpr std::size_t kMostObjects = 8;
+  struct HeldDistances {
+    std::shared_ptr<const DistanceGrid> object;
+    Buffer<float> buffer;
+    View<float> values;
+  };
+  std::vector<std::unique_ptr<HeldDistances>> held_distances_;
   Buffer<CarriedValues> carried_values_;
   /// [level]: nodes and entries, or what stands at [kMostLevels]: vertices and triangles.
   Buffer<Offsets> totals_;

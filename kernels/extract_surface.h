@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "mesh.h"
+#include "morph_surface.h"
 #include "motion.h"
 #include "types.h"
 
@@ -58,16 +59,6 @@ struct PassTime {
   double seconds = 0;
 };
 
-/// Four values that a ball carries: `value` at its centre, changing by `slope` with the offset from
-/// there.
-struct Carried {
-  float value[4] = {0, 0, 0, 0};
-  Vec3 slope[4];
-};
-struct CarriedValues {
-  float v[4] = {0, 0, 0, 0};
-};
-
 /// Work buffers of one backend, kept between frames. Not shared between threads.
 class SurfaceExtractor {
  public:
@@ -109,6 +100,19 @@ class SurfaceExtractor {
   virtual ExtractStatus blend(const std::vector<Ball>& balls, const std::vector<Carried>& carried,
                               const std::vector<Vec3>& points, const ExtractSettings& settings,
                               std::vector<CarriedValues>& values) = 0;
+
+  /// The surface between two objects, where their mixed distance is its share of the level;
+  /// otherwise as extract(). Of the settings `field`, `iso`, `cutoff` and `influence` do not
+  /// matter. Call with the same objects frame by frame: what is known of them stays where the
+  /// surface is made. The regression's lattice must reach a node beyond the grid on every side.
+  virtual ExtractStatus extract_between(const MorphSurface& between, const Grid& grid,
+                                        const ExtractSettings& settings, Mesh& mesh) = 0;
+
+  /// The regression's values at points within its lattice: `maps` for each point. kBadInput: no
+  /// samples, values of another size, a lattice of less than 4 nodes a side.
+  virtual ExtractStatus regress(const std::shared_ptr<const Regression>& regression,
+                                const std::vector<Vec3>& points,
+                                std::vector<CarriedValues>& values) = 0;
 
   /// Bytes that work buffers and mesh may take from now on, of the machine (CPU) or of the device;
   /// 0 = no limit. A call that needs more ends with kOutOfMemory.

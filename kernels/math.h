@@ -172,6 +172,32 @@ PM_HD inline float float_of_signed(std::uint32_t a) {
   return static_cast<float>(static_cast<std::int32_t>(a));
 }
 
+/// Adding this rounds a number in (-2^22, 2^22) to a whole one, which stands in the low bits of the
+/// sum.
+constexpr float kRoundToWhole = 0x1.8p23f;
+
+/// The whole number nearest to `a` in (-2^22, 2^22).
+template <class V>
+PM_HD inline V nearest_whole(V a) {
+  return (a + kRoundToWhole) - kRoundToWhole;
+}
+/// A whole number in [0, 2^22) as an index.
+PM_HD inline std::uint32_t index_of(float a) { return float_bits(a + kRoundToWhole) - 0x4b400000u; }
+/// base[index].
+PM_HD inline float gather(const float* base, std::uint32_t index) { return base[index]; }
+#if defined(PM_PACKS)
+inline PackBits index_of(Pack a) { return float_bits(a + kRoundToWhole) - 0x4b400000u; }
+inline Pack gather(const float* base, PackBits index) {
+#if defined(__AVX2__)
+  return _mm256_i32gather_ps(base, reinterpret_cast<__m256i>(index), 4);
+#else
+  Pack out;
+  for (int l = 0; l < 8; ++l) out[l] = base[index[l]];
+  return out;
+#endif
+}
+#endif
+
 /// The range of power_of_two(): sums of 10^8 terms of 2^100 stay finite, and below 2^-125 the
 /// result would leave the normal numbers.
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -182,10 +208,8 @@ constexpr float kSmallestExponent = -125.0f;
 /// in the innermost loop. Exact for whole e, relative error <= 1.5e-7.
 template <class V>
 PM_HD inline V power_of_two(V e) {
-  // Adding 1.5 * 2^23 rounds to the nearest integer and leaves it in the low bits of the sum.
-  constexpr float kRound = 12582912.0f;
-  const V shifted = e + kRound;
-  const V f = e - (shifted - kRound);
+  const V shifted = e + kRoundToWhole;
+  const V f = e - (shifted - kRoundToWhole);
   // 2^f on [-1/2, 1/2]: relative error 5e-9 (Chebyshev nodes) with the constant term held at 1.
   V p = same<V>(0x1.44138ap-13f);
   p = fused(p, f, same<V>(0x1.5f0890p-10f));

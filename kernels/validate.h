@@ -8,8 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "distance_field.h"
 #include "extract_surface.h"
 #include "falloff.h"
+#include "regression.h"
 
 namespace polymorph {
 
@@ -37,6 +39,50 @@ inline void check_memory(std::size_t bytes, std::size_t most) {
   throw ExtractFailure{{ExtractCode::kOutOfMemory, "the surface needs " + mega(bytes) +
                                                        " (the limit is " + mega(most) +
                                                        "), use a coarser grid or a higher limit"}};
+}
+
+inline ExtractStatus check_regression(const Regression& regression) {
+  const Int3 n = regression.lattice.points;
+  if (n.x < 4 || n.y < 4 || n.z < 4 || !(regression.lattice.cell > 0)) {
+    return bad_input("the lattice of a map has " + std::to_string(n.x) + " x " +
+                     std::to_string(n.y) + " x " + std::to_string(n.z) +
+                     " nodes (each axis needs 4), use a finer one");
+  }
+  if (regression.samples.empty() || regression.maps < 1 || regression.maps > 2 ||
+      regression.values.size() !=
+          regression.samples.size() * static_cast<std::size_t>(regression.maps)) {
+    return bad_input(std::to_string(regression.values.size()) + " values for " +
+                     std::to_string(regression.samples.size()) +
+                     " samples of a map (must be one or two for each), give each sample its own");
+  }
+  for (const RegressionSample& sample : regression.samples) {
+    if (!is_finite(sample.center) || !(sample.mass > 0) || !(sample.deviation > 0)) {
+      return bad_input(
+          "a sample of a map has a place that is not finite, or no mass or deviation, look at the "
+          "plan that made it");
+    }
+  }
+  return {};
+}
+
+/// But for the grid.
+inline ExtractStatus check_between(const MorphSurface& between, const ExtractSettings& settings) {
+  if (!between.map || !between.from || !between.to) {
+    return bad_input("a surface between two objects needs a map and both distance fields");
+  }
+  for (const DistanceGrid* object : {between.from.get(), between.to.get()}) {
+    const Int3 n = object->grid.points;
+    if (n.x < 2 || n.y < 2 || n.z < 2 ||
+        static_cast<std::int64_t>(object->values.size()) != std::int64_t{n.x} * n.y * n.z) {
+      return bad_input("a distance field has " + std::to_string(object->values.size()) +
+                       " values for " + std::to_string(n.x) + " x " + std::to_string(n.y) + " x " +
+                       std::to_string(n.z) + " points, look at the model that it was made of");
+    }
+  }
+  if (!std::isfinite(between.level) || settings.refine_steps < 0 || settings.refine_steps > 4) {
+    return bad_input("the level or refine_steps of a surface between two objects is out of range");
+  }
+  return check_regression(*between.map);
 }
 
 inline ExtractStatus check_input(const std::vector<Ball>& balls, const ExtractSettings& settings) {

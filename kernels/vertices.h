@@ -29,8 +29,8 @@ constexpr float kEdgeMargin = 1.0f / 512.0f;
 /// others move by some thousandths of a cell at most.
 constexpr float kFlat = 32;
 
-/// |log2(field / iso)| at which a vertex needs no further step: some ten times the rounding of the
-/// field.
+/// |height| (log2(field / iso) of balls) at which a vertex needs no further step: some ten times
+/// the rounding of the field.
 constexpr float kCloseEnough = 0x1p-17f;
 
 /// Two points of log2(field / iso) along an edge with opposite signs, and a third one.
@@ -70,8 +70,74 @@ struct EdgeColumns {
   bool cut[kLanes];  ///< the border of the grid cuts this edge
 };
 
-/// Writes position and normal of each vertex. One team a brick.
+/// The field of balls in a brick, as vertices need it.
 template <class F>
+struct BallVertexField {
+  BrickField<F> field;
+  BallList everyone;
+  float iso = 1, floor = 0;
+  bool exact = true;  ///< can exact sums place a vertex?
+
+  template <class V>
+  PM_HD V value(const Points<V>& p) const {
+    return field.value(p);
+  }
+  /// 0 at the level, and nearly linear along an edge.
+  template <class V>
+  PM_HD V height(V of) const {
+    return log_of_two(most(of, same<V>(floor))) - log_of_two(same<V>(iso));
+  }
+  /// -grad of the field up to a positive factor: outward at the surface.
+  template <class V>
+  PM_HD Points<V> negated_gradient(const Points<V>& p) const {
+    return field.downhill(p);
+  }
+  /// Bit l: the field is flat along the edge of lane l, where the negated gradient is `down`.
+  template <class V>
+  PM_HD std::uint32_t flat_lanes(const EdgeColumns<Lanes<V>::kCount>& edges,
+                                 const Points<V>& down) const {
+    if constexpr (F::kEnds) return 0;
+    if (!exact) return 0;
+    using L = Lanes<V>;
+    const V half = fused(down.x, L::load(edges.step_x),
+                         fused(down.y, L::load(edges.step_y), down.z * L::load(edges.step_z)));
+    return L::bits(most(half, -half) < same<V>(0.5f * kFlat * field.far->error));
+  }
+  /// The sum over all balls in the lanes with a bit, `value` in the others.
+  template <class V>
+  PM_HD V exact_where(std::uint32_t lanes, V value, const Points<V>& at) const {
+    if (F::kEnds || lanes == 0) return value;
+    alignas(32) float exact_sum[Lanes<V>::kCount], all[Lanes<V>::kCount];
+    Lanes<V>::store(exact_sum, field_at<F>(at, field.balls, everyone));
+    Lanes<V>::store(all, value);
+    for (int l = 0; l < Lanes<V>::kCount; ++l) all[l] = lanes >> l & 1u ? exact_sum[l] : all[l];
+    return Lanes<V>::load(all);
+  }
+};
+
+/// Balls as a source of PlaceVertices.
+template <class F>
+struct BallVertices {
+  Grid grid;
+  float iso = 1;
+  float floor = 0;  ///< field values are held above this before the logarithm
+  int margin = 0;   ///< of the bricks' level; above 0, the surface is not the exact field's anyway
+  bool midpoint = false;
+  View<const std::uint32_t> entries;
+  View<const typename F::Ball> balls;
+  // Where balls never end:
+  View<const FarField> far;  ///< of each brick
+  BallList everyone;
+
+  PM_HD BallVertexField<F> field_of(const Node& brick, std::int64_t b) const {
+    return {
+        BrickField<F>(grid, margin, brick, balls.data, entries.data, F::kEnds ? nullptr : &far[b]),
+        everyone, iso, floor, !midpoint && margin == 0};
+  }
+};
+
+/// Writes position and normal of each vertex. One team a brick. Source: field_of(brick, number).
+template <class Source>
 struct PlaceVertices {
   static constexpr int kThreads = 128;
   struct Scratch {
@@ -79,22 +145,16 @@ struct PlaceVertices {
   };
   Grid grid;
   float iso = 1;
-  float floor = 0;  ///< field values are held above this before the logarithm
   int refine_steps = 1;
   bool midpoint = false;
-  int margin = 0;  ///< of the bricks' level; above 0, the surface is not the exact field's anyway
+  Source source;
   View<const Node> bricks;
-  View<const std::uint32_t> entries;
-  View<const typename F::Ball> balls;
   View<const float> values;
   View<const std::uint32_t> rows;
   View<const Counts> counts;
   View<const Offsets> first;
   View<Vec3> positions;
   View<Vec3> normals;
-  // Where balls never end:
-  View<const FarField> far;  ///< of each brick
-  BallList everyone;
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t b) const {
@@ -112,8 +172,7 @@ struct PlaceVertices {
     });
     team.sync();
     const Node brick = bricks[b];
-    const BrickField<F> field(grid, margin, brick, balls.data, entries.data,
-                              F::kEnds ? nullptr : &far[b]);
+    const auto field = source.field_of(brick, b);
     team.each((count + kLanes - 1) / kLanes, [&](int item) {
       EdgeColumns<kLanes> edges;
       for (int l = 0; l < kLanes; ++l) {
@@ -158,16 +217,16 @@ struct PlaceVertices {
             fused(t, L::load(edges.step_z), L::load(edges.z))};
   }
 
-  template <class V>
-  PM_HD void place(const EdgeColumns<Lanes<V>::kCount>& edges, const BrickField<F>& field,
-                   std::int64_t to, int count) const {
+  template <class V, class Field>
+  PM_HD void place(const EdgeColumns<Lanes<V>::kCount>& edges, const Field& field, std::int64_t to,
+                   int count) const {
     constexpr int kLanes = Lanes<V>::kCount;
     V t = midpoint ? same<V>(0.5f) : find_root<V>(edges, field, 0);
-    Points<V> at = along(edges, t), down = field.downhill(at);
-    const std::uint32_t flat = midpoint || margin > 0 ? 0 : flat_lanes<V>(edges, field, down);
+    Points<V> at = along(edges, t), down = field.negated_gradient(at);
+    const std::uint32_t flat = field.template flat_lanes<V>(edges, down);
     if (flat != 0) {
       t = find_root<V>(edges, field, flat);
-      at = along(edges, t), down = field.downhill(at);
+      at = along(edges, t), down = field.negated_gradient(at);
     }
     const V length2 = fused(down.z, down.z, fused(down.y, down.y, down.x * down.x));
     const V length = square_root(length2);
@@ -190,46 +249,23 @@ struct PlaceVertices {
     }
   }
 
-  /// Bit l: the field is flat along the edge of lane l, where downhill() is `down`.
-  template <class V>
-  PM_HD std::uint32_t flat_lanes(const EdgeColumns<Lanes<V>::kCount>& edges,
-                                 const BrickField<F>& field, const Points<V>& down) const {
-    if constexpr (F::kEnds) return 0;
-    using L = Lanes<V>;
-    const V half = fused(down.x, L::load(edges.step_x),
-                         fused(down.y, L::load(edges.step_y), down.z * L::load(edges.step_z)));
-    return L::bits(most(half, -half) < same<V>(0.5f * kFlat * field.far->error));
-  }
-  /// The sum over all balls in the lanes with a bit, `value` in the others.
-  template <class V>
-  PM_HD V exact_where(std::uint32_t lanes, V value, const Points<V>& at) const {
-    if (F::kEnds || lanes == 0) return value;
-    alignas(32) float exact[Lanes<V>::kCount], all[Lanes<V>::kCount];
-    Lanes<V>::store(exact, field_at<F>(at, balls.data, everyone));
-    Lanes<V>::store(all, value);
-    for (int l = 0; l < Lanes<V>::kCount; ++l) all[l] = lanes >> l & 1u ? exact[l] : all[l];
-    return Lanes<V>::load(all);
-  }
-
-  /// Where along each edge log2(field / iso) is 0, as a fraction; by exact sums in flat lanes.
-  template <class V>
-  PM_HD V find_root(const EdgeColumns<Lanes<V>::kCount>& edges, const BrickField<F>& field,
+  /// Where along each edge the field is iso, as a fraction; by exact sums in flat lanes.
+  template <class V, class Field>
+  PM_HD V find_root(const EdgeColumns<Lanes<V>::kCount>& edges, const Field& field,
                     std::uint32_t flat) const {
     using L = Lanes<V>;
     V value0 = L::load(edges.value0), value1 = L::load(edges.value1);
     const V low = L::load(edges.low), high = L::load(edges.high);
-    const V least_value = same<V>(floor), level = log_of_two(same<V>(iso));
     const V zero = same<V>(0.0f), one = same<V>(1.0f);
-    value0 = exact_where(flat, value0, along(edges, zero));
-    value1 = exact_where(flat, value1, along(edges, one));
-    const V g0 = log_of_two(most(value0, least_value)) - level;
-    const V g1 = log_of_two(most(value1, least_value)) - level;
+    value0 = field.exact_where(flat, value0, along(edges, zero));
+    value1 = field.exact_where(flat, value1, along(edges, one));
+    const V g0 = field.height(value0), g1 = field.height(value1);
     Bracket<V> b = {zero, g0, one, g1, one, g1};
     V t = least(most(b.line_root(), low), high);
     for (int s = 0; s < refine_steps; ++s) {
       const Points<V> at = along(edges, t);
-      const V value = exact_where(flat, field.value(at), at);
-      const V g = log_of_two(most(value, least_value)) - level;
+      const V value = field.exact_where(flat, field.value(at), at);
+      const V g = field.height(value);
       const auto lower = (value > iso) == (value0 > iso);
       b = {select(lower, t, b.t0), select(lower, g, b.g0),    select(lower, b.t1, t),
            select(lower, b.g1, g), select(lower, b.t0, b.t1), select(lower, b.g0, b.g1)};

@@ -12,6 +12,7 @@
 #endif
 
 #include "backend_fixture.h"
+#include "between_fixture.h"
 #include "kernels/cpu_backend.h"
 #include "kernels/extract.h"
 #include "mesh_checks.h"
@@ -85,6 +86,40 @@ TEST(Determinism, any_number_of_threads_gives_the_same_bits) {
   }
 }
 
+/// Surfaces and maps between two objects, for every kind of map.
+struct BetweenCase {
+  MorphSurface surface;
+  Grid grid;
+};
+std::vector<BetweenCase> between_cases() {
+  std::vector<BetweenCase> cases;
+  for (const bool sloped : {false, true})
+    for (const int samples : {7, 300})
+      cases.push_back(
+          {{random_map(samples, 0.3f, static_cast<unsigned>(samples), sloped),
+            torus_distances(1, 0.3f), sphere_distances(0.8f, {0.2f, 0, 0}), 1.1f, 0.9f, 0.03f},
+           cube_grid(sloped ? 91 : 127, 1.7f)});
+  return cases;
+}
+void expect_same_between(SurfaceExtractor& a, SurfaceExtractor& b) {
+  std::vector<Vec3> points;
+  for (const Ball& ball : random_balls(2003, FieldKind::kGaussian, 78))
+    points.push_back(ball.center * 1.3f);
+  for (const BetweenCase& at : between_cases()) {
+    ExtractSettings settings;
+    settings.refine_steps = 2;
+    Mesh one, other;
+    ASSERT_EQ(a.extract_between(at.surface, at.grid, settings, one).code, ExtractCode::kOk);
+    ASSERT_EQ(b.extract_between(at.surface, at.grid, settings, other).code, ExtractCode::kOk);
+    ASSERT_FALSE(one.triangles.empty());
+    expect_same_mesh(one, other);
+    std::vector<CarriedValues> values, others;
+    ASSERT_EQ(a.regress(at.surface.map, points, values).code, ExtractCode::kOk);
+    ASSERT_EQ(b.regress(at.surface.map, points, others).code, ExtractCode::kOk);
+    expect_same_values(values, others);
+  }
+}
+
 /// The passes as a GPU thread sees them, one point at a time and down from many tops, without a
 /// GPU.
 struct ScalarBackend : BasicCpuBackend<float> {
@@ -94,6 +129,7 @@ struct ScalarBackend : BasicCpuBackend<float> {
 TEST(Determinism, one_point_at_a_time_gives_the_bits_of_eight) {
   Extraction<ScalarBackend> scalar;
   const auto lanes = make_cpu_extractor();
+  expect_same_between(scalar, *lanes);
   for (const FieldKind field : kEveryField) {
     ExtractSettings settings;
     settings.field = field;
@@ -183,6 +219,13 @@ INSTANTIATE_TEST_SUITE_P(Cuda, ParityTest, testing::ValuesIn(kEveryField),
                                   : field.param == FieldKind::kWyvill ? "Wyvill"
                                                                       : "InverseSquare";
                          });
+
+TEST(CudaParityBetween, cuda_gives_the_bits_of_the_cpu) {
+  ExtractStatus status;
+  const auto cuda = make_cuda_extractor(0, status);
+  PM_SKIP_WITHOUT(cuda, status);
+  expect_same_between(*cuda, *make_cpu_extractor());
+}
 
 TEST(Devices, the_list_agrees_with_what_can_be_made) {
   const DeviceList list = list_cuda_devices();

@@ -1,14 +1,17 @@
 // Balls to surface: the standard case (1032 balls on a torus, as many as the report's torus at R =
-// 5) on each backend. Compare base and head on one machine; the passes are counters in
-// milliseconds.
+// 5), and from one torus to another, on each backend. Compare base and head on one machine; the
+// passes are counters in milliseconds.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
+#include <memory>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "kernels/distance_field.h"
 #include "kernels/extract_surface.h"
+#include "kernels/regression.h"
 
 namespace polymorph {
 namespace {
@@ -62,6 +65,67 @@ void extract(benchmark::State& state, Backend backend, FieldKind field, int poin
   }
 }
 
+std::shared_ptr<const DistanceGrid> torus_distances(float large, float small) {
+  auto out = std::make_shared<DistanceGrid>();
+  out->grid = {{-2, -2, -2}, 4.0f / 199, {200, 200, 200}};
+  for (int z = 0; z < 200; ++z)
+    for (int y = 0; y < 200; ++y)
+      for (int x = 0; x < 200; ++x) {
+        const Vec3 p = grid_point(out->grid, {x, y, z});
+        const float ring = std::hypot(p.x, p.y) - large;
+        out->values.push_back(small - std::hypot(ring, p.z));
+      }
+  out->lipschitz = 1.2f;
+  return out;
+}
+
+/// From one torus to another by a map of `samples` balls: the map's nodes (regress) and one
+/// surface.
+void extract_between(benchmark::State& state, Backend backend, int samples, int points) {
+  ExtractStatus status;
+  const auto extractor =
+      backend == Backend::kCpu ? make_cpu_extractor() : make_cuda_extractor(0, status);
+  if (extractor == nullptr) {
+    state.SkipWithError(status.message.c_str());
+    return;
+  }
+  Regression map;
+  map.maps = 2;
+  // The diagonal is 4: a spacing of 4 % of it, as morph/smooth_map.cpp has it.
+  map.lattice = {{-2.2f, -2.2f, -2.2f}, 0.16f, {28, 28, 28}};
+  for (const Ball& ball : torus_balls(samples, FieldKind::kGaussian)) {
+    map.samples.push_back({ball.center, 1, 0.22f});
+    Carried carried;
+    carried.value[0] = 0.1f * ball.center.y, carried.value[3] = 0.5f;
+    map.values.push_back(carried);
+    map.values.push_back(carried);
+  }
+  MorphSurface surface = {nullptr, torus_distances(1, 0.4f), torus_distances(0.9f, 0.5f), 1, 1, 0};
+  const Grid grid = {
+      {-1.9f, -1.9f, -1.9f}, 3.8f / static_cast<float>(points - 1), {points, points, points}};
+  Mesh mesh;
+  for (auto _ : state) {
+    surface.map = std::make_shared<const Regression>(map);  // a frame's own
+    status = extractor->extract_between(surface, grid, {}, mesh);
+    if (status.code != ExtractCode::kOk) {
+      state.SkipWithError(status.message.c_str());
+      return;
+    }
+  }
+  state.counters["vertices"] = static_cast<double>(mesh.positions.size());
+  state.counters["memory_MB"] = static_cast<double>(extractor->memory_used()) * 1e-6;
+  for (const PassTime& pass : extractor->pass_times()) {
+    state.counters[std::string(pass.name) + "_ms"] = 1e3 * pass.seconds;
+  }
+}
+
+void add_between(const char* name, Backend backend, int samples, int points) {
+  benchmark::RegisterBenchmark(name, extract_between, backend, samples, points)
+      ->Unit(benchmark::kMillisecond)
+      ->MeasureProcessCPUTime()
+      ->UseRealTime();
+}
+
 void add(const char* name, Backend backend, FieldKind field, int points) {
   benchmark::RegisterBenchmark(name, extract, backend, field, points)
       ->Unit(benchmark::kMillisecond)
@@ -81,6 +145,12 @@ int main(int argc, char** argv) {
   polymorph::add("cuda/gaussian/128", Backend::kCuda, FieldKind::kGaussian, 128);
   polymorph::add("cuda/gaussian/256", Backend::kCuda, FieldKind::kGaussian, 256);
   polymorph::add("cuda/inverse_square/96", Backend::kCuda, FieldKind::kInverseSquare, 96);
+  polymorph::add_between("cpu/between/128", Backend::kCpu, 500, 128);
+  polymorph::add_between("cpu/between/256", Backend::kCpu, 500, 256);
+  polymorph::add_between("cpu/between/256/4096", Backend::kCpu, 4096, 256);
+  polymorph::add_between("cuda/between/128", Backend::kCuda, 500, 128);
+  polymorph::add_between("cuda/between/256", Backend::kCuda, 500, 256);
+  polymorph::add_between("cuda/between/256/4096", Backend::kCuda, 4096, 256);
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   benchmark::RunSpecifiedBenchmarks();

@@ -118,6 +118,15 @@ TEST(IsoForVolume, TakesFewSurfacesEvenNextToAVanishingOne) {
                         std::vector<CarriedValues>& values) override {
       return inner->blend(balls, carried, points, settings, values);
     }
+    ExtractStatus extract_between(const MorphSurface& between, const Grid& grid,
+                                  const ExtractSettings& settings, Mesh& mesh) override {
+      return inner->extract_between(between, grid, settings, mesh);
+    }
+    ExtractStatus regress(const std::shared_ptr<const Regression>& regression,
+                          const std::vector<Vec3>& points,
+                          std::vector<CarriedValues>& values) override {
+      return inner->regress(regression, points, values);
+    }
     std::vector<PassTime> pass_times() const override { return inner->pass_times(); }
   } extractor;
   // A flat-topped field: a little too high a level and nothing is left.

@@ -1,0 +1,342 @@
+// The surface between two objects as a level set: both objects' signed distances, pulled along one
+// smooth map and mixed (docs/method.md, Surface between; Cohen-Or, Solomovici and Levin 1998).
+//
+// A point x comes from X_A(x) on the source and goes to X_B(x) on the target; the field there is
+// (1 - b) D_A(X_A) + b D_B(X_B) - c w, b = t^2 (3 - 2 t), t the progress of what is there, c the
+// level and w its weight there. X_A, X_B, t and w are one regression over the moving balls
+// (regression.h). The surface is where the field is 0.
+#pragma once
+
+#include <cstdint>
+
+#include "bricks.h"
+#include "distance_field.h"
+#include "field.h"
+#include "host_device.h"
+#include "regression.h"
+#include "tree.h"
+#include "view.h"
+
+namespace polymorph {
+
+/// The field as the kernels read it.
+struct MorphField {
+  SmoothMap map;  ///< 0: to the source, with the progress; 1: to the target
+  DistanceField from, to;
+  float from_scale = 1, to_scale = 1;  ///< scene units per unit of each object's distances
+  float level = 0;
+
+  /// The mixture and its derivative by the progress.
+  template <class V>
+  PM_HD static V mixture(V progress) {
+    const V t = least(most(progress, same<V>(0.0f)), same<V>(1.0f));
+    return t * t * (3.0f - 2.0f * t);
+  }
+  PM_HD static float mixture_slope(float progress) {
+    const float t = least(most(progress, 0.0f), 1.0f);
+    return 6 * t * (1 - t);
+  }
+
+  /// From columns of the map's eight values at p.
+  template <class V>
+  PM_HD V value(const Points<V>& p, const V (&m)[kRegressionValues]) const {
+    const V a = from_scale * from.at(map.mapped(0, p, Points<V>{m[0], m[1], m[2]}));
+    const V b = to_scale * to.at(map.mapped(1, p, Points<V>{m[4], m[5], m[6]}));
+    return fused(same<V>(-level), m[7], fused(mixture(m[3]), b - a, a));
+  }
+  /// At any points.
+  template <class V>
+  PM_HD V value(const Points<V>& p) const {
+    V columns[kRegressionValues];
+    map_columns(p, columns);
+    return value(p, columns);
+  }
+
+  template <class V>
+  PM_HD void map_columns(const Points<V>& p, V (&columns)[kRegressionValues]) const {
+    constexpr int kLanes = Lanes<V>::kCount;
+    alignas(32) float x[kLanes], y[kLanes], z[kLanes], of[kRegressionValues][kLanes];
+    Lanes<V>::store(x, p.x), Lanes<V>::store(y, p.y), Lanes<V>::store(z, p.z);
+    for (int l = 0; l < kLanes; ++l) {
+      alignas(32) float value[kRegressionValues];
+      map.spline({x[l], y[l], z[l]}, value);
+      for (int i = 0; i < kRegressionValues; ++i) of[i][l] = value[i];
+    }
+    for (int i = 0; i < kRegressionValues; ++i) columns[i] = Lanes<V>::load(of[i]);
+  }
+
+  /// -gradient: outward at the surface.
+  template <class V>
+  PM_HD Points<V> negated_gradient(const Points<V>& p) const {
+    constexpr int kLanes = Lanes<V>::kCount;
+    alignas(32) float x[kLanes], y[kLanes], z[kLanes];
+    alignas(32) float of[4][kRegressionValues][kLanes];
+    Lanes<V>::store(x, p.x), Lanes<V>::store(y, p.y), Lanes<V>::store(z, p.z);
+    for (int l = 0; l < kLanes; ++l) {
+      alignas(32) float value[kRegressionValues], slopes[3][kRegressionValues];
+      map.spline({x[l], y[l], z[l]}, value, slopes);
+      for (int i = 0; i < kRegressionValues; ++i) {
+        of[3][i][l] = value[i];
+        for (int axis = 0; axis < 3; ++axis) of[axis][i][l] = slopes[axis][i];
+      }
+    }
+    const auto value_of = [&](int i) { return Lanes<V>::load(of[3][i]); };
+    const Points<V> a = map.mapped(0, p, Points<V>{value_of(0), value_of(1), value_of(2)});
+    const Points<V> b = map.mapped(1, p, Points<V>{value_of(4), value_of(5), value_of(6)});
+    const Points<V> slope_a = from.gradient(a), slope_b = to.gradient(b);
+    alignas(32) float by_progress[kLanes];
+    Lanes<V>::store(by_progress, value_of(3));
+    for (int l = 0; l < kLanes; ++l) by_progress[l] = mixture_slope(by_progress[l]);
+    const V change = Lanes<V>::load(by_progress) * (to_scale * to.at(b) - from_scale * from.at(a));
+    const V mixed = mixture(value_of(3));
+    const auto along = [&](int axis) {
+      const auto slope_of = [&](int i) { return Lanes<V>::load(of[axis][i]); };
+      const auto by = [&](const AffineMap& affine, int first, const Points<V>& slope) {
+        const auto of_row = [&](int i) {
+          const Vec3 row = affine.rows[i];
+          return slope_of(first + i) + (axis == 0 ? row.x : axis == 1 ? row.y : row.z);
+        };
+        return fused(slope.x, of_row(0), fused(slope.y, of_row(1), slope.z * of_row(2)));
+      };
+      const V from_slope = from_scale * by(map.affine[0], 0, slope_a);
+      const V to_slope = to_scale * by(map.affine[1], 4, slope_b);
+      const V of_maps = fused(mixed, to_slope - from_slope, fused(change, slope_of(3), from_slope));
+      return fused(same<V>(level), slope_of(7), -of_maps);
+    };
+    return {along(0), along(1), along(2)};
+  }
+};
+
+/// Which children of a node the surface can cross: by the field in their middles and its Lipschitz
+/// constant around them. Teams share a node as in ClassifyChildren.
+struct ClassifyMorph {
+  static constexpr int kThreads = 512;
+  struct Scratch {};
+  Grid grid;
+  Level level;  ///< of the children
+  MorphField field;
+  View<const Vec3> strain;
+  float affine_norm = 1;  ///< the affine maps' norm times their object's scale, the larger one
+  float lipschitz = 1;    ///< of the distances, the larger one
+  View<Node> parents;
+  View<Counts> sums;  ///< of each parent: children kept; 0 before
+
+  template <class Team>
+  PM_HD void operator()(const Team& team, Scratch&, std::int64_t item) const {
+    constexpr int kEach = kChildren / Team::kParts;
+    const std::int64_t p = item / Team::kParts;
+    const int begin = static_cast<int>(item % Team::kParts) * kEach;
+    const Node parent = parents[p];
+    team.each_group(kEach, [&](int i) {
+      const int child = begin + i;
+      const Int3 at = child_position(parent.at, child);
+      const bool exists = at.x < level.nodes.x && at.y < level.nodes.y && at.z < level.nodes.z;
+      const bool keep = exists && can_cross(team, at);
+      if (!keep || !team.leads_group()) return;
+      team.add(parents[p].children, std::uint64_t{1} << child);
+      team.add(sums[p].first, 1u);
+    });
+  }
+
+  template <class Team>
+  PM_HD bool can_cross(const Team& team, Int3 at) const {
+    const NodeBox box = node_box(grid, level.cells, 0, at);
+    const Vec3 half = 0.5f * (box.high - box.low), middle = box.low + half;
+    const float value = field.value(Points<float>{middle.x, middle.y, middle.z});
+    const float radius = square_root(dot(half, half));
+    const float slope = lipschitz * (affine_norm + most_strain(team, box));
+    // Rounding, generously.
+    const float reach = 1.001f * radius * slope + 1e-4f * grid.cell;
+    if (value + reach <= 0) return false;
+    return box.has_rim || value - reach <= 0;
+  }
+
+  template <class Team>
+  PM_HD float most_strain(const Team& team, const NodeBox& box) const {
+    const Grid& lattice = field.map.lattice;
+    const float origin[3] = {lattice.origin.x, lattice.origin.y, lattice.origin.z};
+    const float low[3] = {box.low.x, box.low.y, box.low.z};
+    const float high[3] = {box.high.x, box.high.y, box.high.z};
+    const int points[3] = {lattice.points.x, lattice.points.y, lattice.points.z};
+    int first[3], count[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      const SplineAxis a(low[axis], origin[axis], field.map.per_node, points[axis]);
+      const SplineAxis b(high[axis], origin[axis], field.map.per_node, points[axis]);
+      // Rounding may take a point to the next node.
+      first[axis] = a.first > 0 ? a.first - 1 : 0;
+      const int end = b.first + 4 < points[axis] ? b.first + 4 : points[axis];
+      count[axis] = end - first[axis];
+    }
+    const int all = count[0] * count[1] * count[2];
+    Vec3 most_of = {0, 0, 0};
+    for (int i = static_cast<int>(team.group_rank()); i < all; i += static_cast<int>(team.kGroup)) {
+      const std::int64_t x = first[0] + i % count[0], y = first[1] + i / count[0] % count[1],
+                         z = first[2] + i / count[0] / count[1];
+      most_of = max(most_of, strain[x + points[0] * (y + points[1] * z)]);
+    }
+    const Vec3 bound = {team.group_most(most_of.x), team.group_most(most_of.y),
+                        team.group_most(most_of.z)};
+    return square_root(dot(bound, bound));
+  }
+};
+
+/// Writes the kept children of a node. One team a node.
+struct FillMorph {
+  static constexpr int kThreads = 64;
+  struct Scratch {};
+  View<Node> parents;
+  View<const Offsets> first;  ///< child of each parent
+  View<Node> nodes;
+  View<Counts> sums;  ///< of each node, for ClassifyMorph to add to; none for bricks
+
+  template <class Team>
+  PM_HD void operator()(const Team& team, Scratch&, std::int64_t p) const {
+    const Node parent = parents[p];
+    const Offsets start = first[p];
+    team.each(1, [&](int) { parents[p].first_child = static_cast<std::uint32_t>(start.first); });
+    team.each(kChildren, [&](int c) {
+      if (!(parent.children >> c & 1u)) return;
+      const std::int64_t slot = start.first + count_bits(parent.children & bits_below(c));
+      if (slot >= nodes.size) return;
+      Node node;
+      node.at = child_position(parent.at, c);
+      node.parent = static_cast<std::uint32_t>(p);
+      nodes[slot] = node;
+      if (slot < sums.size) sums[slot] = {};
+    });
+  }
+};
+
+/// The top of the tree; one item.
+struct PrepareMorph {
+  Int3 tops;
+  View<Node> nodes;
+  View<Counts> sums;
+  View<Offsets> node_count;
+
+  PM_HD void operator()(std::int64_t i) const {
+    if (i >= nodes.size) return;
+    const auto top = static_cast<int>(i);
+    Node node;
+    node.at = {top % tops.x, top / tops.x % tops.y, top / tops.x / tops.y};
+    nodes[i] = node;
+    sums[i] = {};
+    if (i == 0) node_count[0] = {nodes.size, 0};
+  }
+};
+
+/// The field between two objects at each brick's points, and what CountBricks makes of it. One team
+/// a brick.
+struct SampleMorph : CountBricks {
+  static constexpr int kThreads = 128;
+  MorphField field;
+
+  template <class Team>
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t b) const {
+    using V = typename Team::V;
+    constexpr int kPacks = kBrickPoints / Lanes<V>::kCount;
+    const Int3 first = first_point(bricks[b]);
+    team.each(kPacks * kLines, [&](int item) {
+      const int line = item / kPacks, at = item % kPacks * Lanes<V>::kCount;
+      const Int3 start = {first.x + at, first.y + line % kBrickPoints,
+                          first.z + line / kBrickPoints};
+      Lanes<V>::store(scratch.values + kBrickPoints * line + at, line_values<V>(start));
+    });
+    team.sync();
+    count(team, scratch, b, first);
+  }
+
+  /// As MorphField::value(), but what the points of a line share along y and z is worked out once.
+  template <class V>
+  PM_HD V line_values(Int3 start) const {
+    constexpr int kLanes = Lanes<V>::kCount;
+    const V numbers = Lanes<V>::first_numbers() + static_cast<float>(start.x);
+    const Vec3 begin = grid_point(grid, start);
+    const Points<V> p = {grid.origin.x + grid.cell * numbers, same<V>(begin.y), same<V>(begin.z)};
+    if constexpr (kLanes == 1) {
+      return field.value(p);
+    } else {
+      const SmoothMap& map = field.map;
+      const SplineAxis y(begin.y, map.lattice.origin.y, map.per_node, map.lattice.points.y);
+      const SplineAxis z(begin.z, map.lattice.origin.z, map.per_node, map.lattice.points.z);
+      // A coarse surface's line reaches over many nodes: a ring of columns that are known.
+      typename SmoothMap::Values column[4];
+      int known[4] = {-1, -1, -1, -1};
+      alignas(32) float x[kLanes], of[kRegressionValues][kLanes];
+      Lanes<V>::store(x, p.x);
+      for (int l = 0; l < kLanes; ++l) {
+        const SplineAxis at(x[l], map.lattice.origin.x, map.per_node, map.lattice.points.x);
+        typename SmoothMap::Values three[3];
+        for (int i = 0; i < 3; ++i) {
+          const int n = at.first + i, slot = n & 3;
+          if (known[slot] != n) {
+            column[slot] = map.reduced(n, y.first, z.first, y.weight, z.weight);
+            known[slot] = n;
+          }
+          three[i] = column[slot];
+        }
+        alignas(32) float value[kRegressionValues];
+        SmoothMap::blend_columns(three, at.weight, value);
+        for (int i = 0; i < kRegressionValues; ++i) of[i][l] = value[i];
+      }
+      V columns[kRegressionValues];
+      for (int i = 0; i < kRegressionValues; ++i) columns[i] = Lanes<V>::load(of[i]);
+      return field.value(p, columns);
+    }
+  }
+};
+
+/// The field between two objects, as vertices need it.
+struct MorphVertexField {
+  MorphField field;
+  float per_cell = 1;
+
+  template <class V>
+  PM_HD V value(const Points<V>& p) const {
+    return field.value(p);
+  }
+  template <class V>
+  PM_HD V height(V of) const {
+    return of * per_cell;
+  }
+  template <class V>
+  PM_HD Points<V> negated_gradient(const Points<V>& p) const {
+    return field.negated_gradient(p);
+  }
+  template <class V, class Edges>
+  PM_HD std::uint32_t flat_lanes(const Edges&, const Points<V>&) const {
+    return 0;
+  }
+  template <class V>
+  PM_HD V exact_where(std::uint32_t, V value, const Points<V>&) const {
+    return value;
+  }
+};
+/// The same as a source of PlaceVertices.
+struct MorphVertices {
+  MorphVertexField field;
+  PM_HD MorphVertexField field_of(const Node&, std::int64_t) const { return field; }
+};
+
+/// What a regression says at points; one item a point.
+struct SampleMap {
+  SmoothMap map;
+  View<const Vec3> points;
+  View<CarriedValues> out;  ///< `maps` for each point
+  int maps = 1;
+
+  PM_HD void operator()(std::int64_t i) const {
+    if (i >= points.size) return;
+    const Vec3 p = points[i];
+    alignas(32) float value[kRegressionValues];
+    map.spline(p, value);
+    for (int m = 0; m < maps; ++m) {
+      const float* v = value + 4 * m;
+      const Points<float> x =
+          map.mapped(m, Points<float>{p.x, p.y, p.z}, Points<float>{v[0], v[1], v[2]});
+      out[i * maps + m] = {{x.x, x.y, x.z, v[3]}};
+    }
+  }
+};
+
+}  // namespace polymorph

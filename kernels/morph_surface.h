@@ -1,0 +1,66 @@
+// What a caller gives the engine for a surface between two objects: their distances and the map
+// that carries them (morph_field.h has the formula).
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "types.h"
+
+namespace polymorph {
+
+/// Distances to a surface at the points of a grid (x fastest), positive inside. The points on the
+/// border are outside.
+struct DistanceGrid {
+  Grid grid;
+  std::vector<float> values;
+  /// No two points that are a distance apart differ by more than `lipschitz` times that distance.
+  float lipschitz = 1;
+};
+
+/// Four values that a ball carries: `value` at its centre, changing by `slope` with the offset from
+/// there.
+struct Carried {
+  float value[4] = {0, 0, 0, 0};
+  Vec3 slope[4];
+};
+struct CarriedValues {
+  float v[4] = {0, 0, 0, 0};
+};
+
+/// Where a sample stands, and how far it counts.
+struct RegressionSample {
+  Vec3 center;
+  float mass = 1;       ///< > 0
+  float deviation = 1;  ///< of the narrow Gaussian, scene units, > 0
+};
+
+/// x -> row . x + offset along each axis; the identity by default.
+struct AffineMap {
+  Vec3 rows[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  Vec3 offset;
+};
+
+/// What is regressed: one or two quadruples of values a sample (maps), and where.
+struct Regression {
+  std::vector<RegressionSample> samples;
+  int maps = 1;
+  /// `maps` for each sample: `value` at its centre, changing by `slope` with the offset from there.
+  std::vector<Carried> values;
+  bool sloped = false;  ///< is any slope other than 0?
+  /// Added to the first three values of each map.
+  AffineMap affine[2];
+  Grid lattice;  ///< nodes; the spline is defined from node 1 to the last but one
+};
+
+/// What a surface between two objects is made of (morph_field.h).
+struct MorphSurface {
+  /// Two maps: to the source, whose fourth value is the progress, and to the target, whose fourth
+  /// value is by how much of the level what is there is moved.
+  std::shared_ptr<const Regression> map;
+  std::shared_ptr<const DistanceGrid> from, to;
+  float from_scale = 1, to_scale = 1;  ///< scene units per unit of each object's distances
+  float level = 0;                     ///< scene units; the surface lies that much further inside
+};
+
+}  // namespace polymorph

@@ -1,0 +1,276 @@
+// Kernel regression (Nadaraya 1964, Watson 1964): values known at scattered samples as one smooth
+// function of space, on a lattice of quadratic B-spline coefficients.
+//
+// At a node x the value is sum_e k_e(x) v_e(x) / sum_e k_e(x). The kernel k_e is m_e times a sum of
+// three Gaussians of deviations s_e, 2 s_e and 4 s_e with heights 1, 0.02 and 0.0005: the wide ones
+// keep the function smooth far from all samples. Nodes are coefficients of the spline, which
+// reproduces linear functions exactly and smooths others by half a node's spacing.
+#pragma once
+
+#include <cstdint>
+
+#include "field.h"
+#include "host_device.h"
+#include "math.h"
+#include "morph_surface.h"
+#include "types.h"
+#include "view.h"
+
+namespace polymorph {
+
+constexpr int kRegressionValues = 8;  ///< of a node: two quadruples
+constexpr float kSecondHeight = 0.02f, kThirdHeight = 0.0005f;
+
+/// A sample as the kernels read it: 2^(-falloff d^2) is the widest Gaussian.
+struct KernelSample {
+  Vec3 center;
+  float falloff = 0;
+  float mass = 0, second = 0, third = 0;  ///< mass times each Gaussian's height
+};
+
+/// The coefficients at the lattice's nodes. Eight nodes a team, whose samples are shared out in
+/// kChunks runs, each with a sum of its own; these are added in order.
+struct RegressNodes {
+  static constexpr int kThreads = 128;
+  static constexpr int kNodes = 8, kChunks = 16, kSums = kRegressionValues + 1;
+  struct Scratch {
+    alignas(32) float sums[kChunks][kSums][kNodes];
+  };
+  Grid lattice;
+  View<const KernelSample> samples;
+  View<const Carried> values;  ///< two for each sample
+  bool sloped = false;
+  View<float> nodes;  ///< kRegressionValues each
+
+  template <class Team>
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t run) const {
+    using V = typename Team::V;
+    constexpr int kLanes = Lanes<V>::kCount, kPacks = kNodes / kLanes;
+    const std::int64_t count = nodes.size / kRegressionValues;
+    team.each(kPacks * kChunks, [&](int item) {
+      alignas(32) float x[kLanes], y[kLanes], z[kLanes];
+      const int first = item % kPacks * kLanes, chunk = item / kPacks;
+      for (int l = 0; l < kLanes; ++l) {
+        const std::int64_t wanted = run * kNodes + first + l;
+        const std::int64_t n = wanted < count ? wanted : count - 1;
+        const std::int64_t row = n / lattice.points.x;
+        const Vec3 p = grid_point(lattice, {static_cast<int>(n % lattice.points.x),
+                                            static_cast<int>(row % lattice.points.y),
+                                            static_cast<int>(row / lattice.points.y)});
+        x[l] = p.x, y[l] = p.y, z[l] = p.z;
+      }
+      const Points<V> at = {Lanes<V>::load(x), Lanes<V>::load(y), Lanes<V>::load(z)};
+      V sums[kSums];
+      if (sloped) {
+        add_chunk<V, true>(at, chunk, sums);
+      } else {
+        add_chunk<V, false>(at, chunk, sums);
+      }
+      for (int k = 0; k < kSums; ++k) Lanes<V>::store(scratch.sums[chunk][k] + first, sums[k]);
+    });
+    team.sync();
+    team.each(kNodes, [&](int n) {
+      const std::int64_t node = run * kNodes + n;
+      if (node >= count) return;
+      float sums[kSums] = {};
+      for (int c = 0; c < kChunks; ++c) {
+        for (int k = 0; k < kSums; ++k) sums[k] = sums[k] + scratch.sums[c][k][n];
+      }
+      for (int k = 0; k < kRegressionValues; ++k) {
+        nodes[node * kRegressionValues + k] = sums[k] / sums[kRegressionValues];
+      }
+    });
+  }
+
+  template <class V, bool kSloped>
+  PM_HD void add_chunk(const Points<V>& at, int chunk, V (&sums)[kSums]) const {
+    for (int k = 0; k < kSums; ++k) sums[k] = same<V>(0.0f);
+    const std::int64_t each = (samples.size + kChunks - 1) / kChunks, begin = chunk * each;
+    const std::int64_t end = begin + each < samples.size ? begin + each : samples.size;
+    for (std::int64_t e = begin; e < end; ++e) {
+      const KernelSample sample = samples[e];
+      const V dx = at.x - sample.center.x, dy = at.y - sample.center.y, dz = at.z - sample.center.z;
+      const V d2 = fused(dz, dz, fused(dy, dy, dx * dx));
+      const V wide = power_of_two(most(d2 * -sample.falloff, same<V>(-120.0f)));
+      const V wide2 = wide * wide, middle = wide2 * wide2, middle2 = middle * middle;
+      const V narrow = middle2 * middle2;
+      const V k = fused(narrow, same<V>(sample.mass),
+                        fused(middle, same<V>(sample.second), wide * sample.third));
+      const Carried* carried = values.data + 2 * e;
+      for (int i = 0; i < kRegressionValues; ++i) {
+        const Carried& c = carried[i / 4];
+        if constexpr (kSloped) {
+          const Vec3 slope = c.slope[i % 4];
+          V here = fused(same<V>(slope.z), dz, same<V>(c.value[i % 4]));
+          here = fused(same<V>(slope.x), dx, fused(same<V>(slope.y), dy, here));
+          sums[i] = fused(k, here, sums[i]);
+        } else {
+          sums[i] = fused(k, same<V>(c.value[i % 4]), sums[i]);
+        }
+      }
+      sums[kRegressionValues] = sums[kRegressionValues] + k;
+    }
+  }
+};
+
+/// Where a coordinate lies among the nodes: the three that count, and their weights.
+struct SplineAxis {
+  int first = 0;
+  float weight[3], slope[3];  ///< slope: per node
+
+  PM_HD SplineAxis(float p, float origin, float per_node, int nodes) {
+    const float u = (p - origin) * per_node;
+    float middle = nearest_whole(least(most(u, 1.0f), static_cast<float>(nodes - 2)));
+    const float f = least(most(u - middle, -0.5f), 0.5f);
+    first = static_cast<int>(index_of(middle)) - 1;
+    const float low = 0.5f - f, high = 0.5f + f;
+    weight[0] = 0.5f * (low * low), weight[2] = 0.5f * (high * high);
+    weight[1] = 1.0f - weight[0] - weight[2];
+    slope[0] = -low, slope[1] = low - high, slope[2] = high;
+  }
+};
+
+/// The spline as the kernels read it, with the affine maps. Eight values at a point: quadruples of
+/// two maps.
+struct SmoothMap {
+  Grid lattice;
+  float per_node = 1;
+  const float* nodes = nullptr;
+  AffineMap affine[2];
+
+  SmoothMap() = default;
+  SmoothMap(const Regression& regression, const float* data)
+      : lattice(regression.lattice), per_node(1 / regression.lattice.cell), nodes(data) {
+    affine[0] = regression.affine[0], affine[1] = regression.affine[1];
+  }
+
+  PM_HD const float* node(int x, int y, int z) const {
+    const std::int64_t row = y + static_cast<std::int64_t>(lattice.points.y) * z;
+    return nodes + kRegressionValues * (x + lattice.points.x * row);
+  }
+
+  /// The values at one point, but for the affine maps; where `slopes` is given, their derivatives
+  /// along x, y and z as well.
+  PM_HD void spline(Vec3 p, float (&value)[kRegressionValues]) const {
+    const SplineAxis x(p.x, lattice.origin.x, per_node, lattice.points.x);
+    const SplineAxis y(p.y, lattice.origin.y, per_node, lattice.points.y);
+    const SplineAxis z(p.z, lattice.origin.z, per_node, lattice.points.z);
+    Values column[3];
+    for (int i = 0; i < 3; ++i)
+      column[i] = reduced(x.first + i, y.first, z.first, y.weight, z.weight);
+    blend_columns(column, x.weight, value);
+  }
+  PM_HD void spline(Vec3 p, float (&value)[kRegressionValues],
+                    float (&slopes)[3][kRegressionValues]) const {
+    const SplineAxis x(p.x, lattice.origin.x, per_node, lattice.points.x);
+    const SplineAxis y(p.y, lattice.origin.y, per_node, lattice.points.y);
+    const SplineAxis z(p.z, lattice.origin.z, per_node, lattice.points.z);
+    Values column[3];
+    for (int i = 0; i < 3; ++i)
+      column[i] = reduced(x.first + i, y.first, z.first, y.weight, z.weight);
+    blend_columns(column, x.weight, value);
+    blend_columns(column, x.slope, slopes[0]);
+    for (int i = 0; i < 3; ++i)
+      column[i] = reduced(x.first + i, y.first, z.first, y.slope, z.weight);
+    blend_columns(column, x.weight, slopes[1]);
+    for (int i = 0; i < 3; ++i)
+      column[i] = reduced(x.first + i, y.first, z.first, y.weight, z.slope);
+    blend_columns(column, x.weight, slopes[2]);
+    for (auto& axis : slopes) {
+      for (float& slope : axis) slope *= per_node;
+    }
+  }
+
+#if defined(PM_PACKS)
+  using Values = Pack;  ///< the eight of a node
+  static Pack reduced_from(const float* at, std::int64_t row, std::int64_t layer, const float* wy,
+                           const float* wz) {
+    Pack sum = same<Pack>(0.0f);
+    for (int k = 0; k < 3; ++k) {
+      for (int j = 0; j < 3; ++j) {
+        sum = fused(same<Pack>(wy[j] * wz[k]), Lanes<Pack>::load(at + j * row + k * layer), sum);
+      }
+    }
+    return sum;
+  }
+  static Pack columns_at(const Pack* column, const float* wx) {
+    return fused(same<Pack>(wx[2]), column[2],
+                 fused(same<Pack>(wx[1]), column[1], column[0] * wx[0]));
+  }
+  static void blend_columns(const Pack (&column)[3], const float* wx, float* out) {
+    Lanes<Pack>::store(out, columns_at(column, wx));
+  }
+#else
+  struct Values {
+    float v[kRegressionValues];
+  };
+  PM_HD static Values reduced_from(const float* at, std::int64_t row, std::int64_t layer,
+                                   const float* wy, const float* wz) {
+    Values sum = {};
+    for (int k = 0; k < 3; ++k) {
+      for (int j = 0; j < 3; ++j) {
+        const float w = wy[j] * wz[k];
+        const float* from = at + j * row + k * layer;
+        for (int i = 0; i < kRegressionValues; ++i) sum.v[i] = fused(w, from[i], sum.v[i]);
+      }
+    }
+    return sum;
+  }
+  PM_HD static void blend_columns(const Values (&column)[3], const float* wx, float* out) {
+    for (int i = 0; i < kRegressionValues; ++i) {
+      out[i] = fused(wx[2], column[2].v[i], fused(wx[1], column[1].v[i], column[0].v[i] * wx[0]));
+    }
+  }
+#endif
+  /// What stands at nodes of one x, weighted along y and z.
+  PM_HD Values reduced(int x, int y, int z, const float* wy, const float* wz) const {
+    const std::int64_t row = std::int64_t{kRegressionValues} * lattice.points.x;
+    return reduced_from(node(x, y, z), row, row * lattice.points.y, wy, wz);
+  }
+
+  /// The first three values of a map (0 or 1) at p with its affine map.
+  template <class V>
+  PM_HD Points<V> mapped(int map, const Points<V>& p, const Points<V>& value) const {
+    const AffineMap& a = affine[map];
+    const auto along = [&](Vec3 row, float offset, V v) {
+      return fused(same<V>(row.x), p.x,
+                   fused(same<V>(row.y), p.y, fused(same<V>(row.z), p.z, v + offset)));
+    };
+    return {along(a.rows[0], a.offset.x, value.x), along(a.rows[1], a.offset.y, value.y),
+            along(a.rows[2], a.offset.z, value.z)};
+  }
+};
+
+/// How far the maps' derivatives are from their affine maps' at most, around each node and along
+/// each axis: the spline's derivatives lie between differences of neighbouring nodes. One item a
+/// node.
+struct BoundStrain {
+  Grid lattice;
+  View<const float> nodes;
+  float scale[2] = {1, 1};   ///< of each map's first three values
+  float fourth[2] = {0, 0};  ///< of each map's fourth value
+  View<Vec3> strain;         ///< per scene unit
+
+  PM_HD void operator()(std::int64_t n) const {
+    if (n >= strain.size) return;
+    const std::int64_t row = lattice.points.x, layer = row * lattice.points.y;
+    const Vec3 bounds = {bound(n, 1, n % row + 1 < row),
+                         bound(n, row, n / row % lattice.points.y + 1 < lattice.points.y),
+                         bound(n, layer, n / layer + 1 < lattice.points.z)};
+    strain[n] = bounds / lattice.cell;
+  }
+
+  PM_HD float bound(std::int64_t n, std::int64_t step, bool exists) const {
+    if (!exists) return 0;
+    const float *a = nodes.data + n * kRegressionValues, *b = a + step * kRegressionValues;
+    const auto distance = [&](int i) {
+      const Vec3 d = {b[i] - a[i], b[i + 1] - a[i + 1], b[i + 2] - a[i + 2]};
+      return square_root(dot(d, d));
+    };
+    const auto change = [&](int i) { return most(b[i] - a[i], a[i] - b[i]); };
+    return fused(fourth[0], change(3),
+                 fused(fourth[1], change(7), most(scale[0] * distance(0), scale[1] * distance(4))));
+  }
+};
+
+}  // namespace polymorph

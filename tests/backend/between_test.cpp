@@ -1,0 +1,217 @@
+// Surfaces between two objects, and the regression that carries them, against their definitions.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "backend_fixture.h"
+#include "between_fixture.h"
+#include "mesh_checks.h"
+
+namespace polymorph {
+namespace {
+
+class BetweenTest : public SurfaceTest {
+ protected:
+  Mesh between(const MorphSurface& surface, const Grid& grid,
+               const ExtractSettings& settings = {}) {
+    Mesh mesh;
+    const ExtractStatus status = extractor_->extract_between(surface, grid, settings, mesh);
+    EXPECT_EQ(status.code, ExtractCode::kOk) << status.message;
+    return mesh;
+  }
+  std::vector<CarriedValues> regress(const std::shared_ptr<const Regression>& map,
+                                     const std::vector<Vec3>& points) {
+    std::vector<CarriedValues> values;
+    const ExtractStatus status = extractor_->regress(map, points, values);
+    EXPECT_EQ(status.code, ExtractCode::kOk) << status.message;
+    return values;
+  }
+};
+
+std::vector<Vec3> scattered(int count, unsigned seed) {
+  std::vector<Vec3> points;
+  for (const Ball& ball : random_balls(count, FieldKind::kGaussian, seed))
+    points.push_back(ball.center);
+  return points;
+}
+
+double furthest_from_sphere(const Mesh& mesh, double radius) {
+  double worst = 0;
+  for (const Vec3 p : mesh.positions)
+    worst = std::max(worst, std::abs(static_cast<double>(length(p)) - radius));
+  return worst;
+}
+
+TEST_P(BetweenTest, IsTheObjectItselfAtEitherEnd) {
+  const auto from = sphere_distances(1), to = sphere_distances(0.5f);
+  const Grid grid = cube_grid(61, 1.5f);
+  EXPECT_LT(furthest_from_sphere(between({identity_map(0), from, to, 1, 1, 0}, grid), 1), 0.002);
+  EXPECT_LT(furthest_from_sphere(between({identity_map(1), from, to, 1, 1, 0}, grid), 0.5), 0.004);
+}
+
+TEST_P(BetweenTest, MixesDistancesBySmoothstepOfTheProgress) {
+  // b(0.25) = 0.15625: the radius of concentric spheres is mixed likewise.
+  const MorphSurface surface = {
+      identity_map(0.25f), sphere_distances(1), sphere_distances(0.5f), 1, 1, 0};
+  const Mesh mesh = between(surface, cube_grid(61, 1.5f));
+  EXPECT_LT(furthest_from_sphere(mesh, 1 - 0.5 * 0.15625), 0.003);
+  expect_sound(mesh);
+  for (std::size_t i = 0; i < mesh.positions.size(); i += 7) {
+    const Vec3 outward = normalized(mesh.positions[i]);
+    EXPECT_GT(dot(outward, mesh.normals[i]), 0.999f);
+  }
+}
+
+TEST_P(BetweenTest, LevelMovesTheSurfaceInwardByItsWeight) {
+  auto map = std::make_shared<Regression>(*identity_map(0));
+  map->values[1].value[3] = 0.5f;
+  const MorphSurface surface = {map, sphere_distances(1), sphere_distances(1), 1, 1, 0.2f};
+  EXPECT_LT(furthest_from_sphere(between(surface, cube_grid(61, 1.5f)), 0.9), 0.003);
+}
+
+TEST_P(BetweenTest, ScalesEitherObjectsDistances) {
+  // Both maps shrink space by two: a sphere of radius 0.5 is one of radius 1 here.
+  auto map = std::make_shared<Regression>(*identity_map(0.5f));
+  for (AffineMap& affine : map->affine)
+    for (int i = 0; i < 3; ++i) affine.rows[i] = affine.rows[i] * 0.5f;
+  const MorphSurface surface = {map, sphere_distances(0.5f), sphere_distances(0.5f), 2, 2, 0.1f};
+  EXPECT_LT(furthest_from_sphere(between(surface, cube_grid(61, 1.5f)), 0.9), 0.005);
+}
+
+TEST_P(BetweenTest, IsClosedAndManifoldWhereMapsAreWild) {
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    for (const bool sloped : {false, true}) {
+      const MorphSurface surface = {random_map(60, 0.4f, seed, sloped),
+                                    torus_distances(1, 0.3f),
+                                    sphere_distances(0.6f, {0.3f, 0, 0}),
+                                    1,
+                                    1,
+                                    0.05f};
+      const Mesh mesh = between(surface, cube_grid(70, 1.7f));
+      ASSERT_FALSE(mesh.triangles.empty());
+      expect_sound(mesh);
+    }
+  }
+}
+
+TEST_P(BetweenTest, BricksLeftOutHoldNoSurface) {
+  // The same cells, all in one brick's reach and as part of a grid of many levels: what is culled
+  // must not change a vertex.
+  const MorphSurface surface = {
+      random_map(80, 0.3f, 9), torus_distances(1, 0.3f), sphere_distances(0.7f), 1, 1, 0};
+  const Grid fine = cube_grid(161, 1.6f);
+  const Mesh whole = between(surface, fine);
+  // Sampled at every point by hand: as many crossed edges as vertices.
+  const auto field_at = [&](const std::vector<Vec3>& points) {
+    const std::vector<CarriedValues> maps = regress(surface.map, points);
+    const DistanceField from(surface.from->grid, surface.from->values.data()),
+        to(surface.to->grid, surface.to->values.data());
+    std::vector<float> values;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const float *a = maps[2 * i].v, *b = maps[2 * i + 1].v;
+      const float t = a[3], mix = t * t * (3 - 2 * t);
+      values.push_back((1 - mix) * from.at(Points<float>{a[0], a[1], a[2]}) +
+                       mix * to.at(Points<float>{b[0], b[1], b[2]}));
+    }
+    return values;
+  };
+  std::size_t crossed = 0;
+  std::vector<float> below;
+  for (int z = 0; z < fine.points.z; ++z) {
+    std::vector<Vec3> points;
+    for (int y = 0; y < fine.points.y; ++y)
+      for (int x = 0; x < fine.points.x; ++x) points.push_back(grid_point(fine, {x, y, z}));
+    const std::vector<float> values = field_at(points);
+    const auto row = static_cast<std::size_t>(fine.points.x);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const bool in = values[i] > 0;
+      if (i % row + 1 < row) crossed += in != (values[i + 1] > 0);
+      if (i + row < values.size()) crossed += in != (values[i + row] > 0);
+      if (!below.empty()) crossed += in != (below[i] > 0);
+    }
+    below = values;
+  }
+  // The sums differ by rounding: a handful of points at the very level.
+  EXPECT_NEAR(static_cast<double>(crossed), static_cast<double>(whole.positions.size()),
+              1e-4 * static_cast<double>(crossed));
+}
+
+TEST_P(BetweenTest, RegressionIsTheKernelMeanOfItsSamples) {
+  const auto map = random_map(40, 1, 5, true);
+  const std::vector<Vec3> points = scattered(200, 6);
+  const std::vector<CarriedValues> values = regress(map, points);
+  ASSERT_EQ(values.size(), 2 * points.size());
+  double worst = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    double sum = 0, mean = 0;
+    for (std::size_t e = 0; e < map->samples.size(); ++e) {
+      const RegressionSample& sample = map->samples[e];
+      const Vec3 d = points[i] - sample.center;
+      const double d2 = static_cast<double>(dot(d, d));
+      const double s2 = 2 * std::pow(static_cast<double>(sample.deviation), 2);
+      const double k =
+          static_cast<double>(sample.mass) *
+          (std::exp(-d2 / s2) + 0.02 * std::exp(-d2 / 4 / s2) + 0.0005 * std::exp(-d2 / 16 / s2));
+      const Carried& c = map->values[2 * e];
+      sum += k;
+      mean += k * static_cast<double>(c.value[0] + dot(c.slope[0], d));
+    }
+    mean = mean / sum + static_cast<double>(points[i].x);
+    worst = std::max(worst, std::abs(static_cast<double>(values[2 * i].v[0]) - mean));
+  }
+  // The spline smooths by half a node's spacing, 0.125, where kernels are 0.2 to 0.4 wide.
+  EXPECT_LT(worst, 0.12);
+}
+
+TEST_P(BetweenTest, RegressionReproducesAffineMapsExactly) {
+  auto map = std::make_shared<Regression>(*random_map(50, 0, 7));
+  map->affine[0] = {{{0, 1, 0}, {-1, 0, 0}, {0, 0, 2}}, {1, 2, 3}};
+  const std::vector<Vec3> points = scattered(300, 8);
+  const std::vector<CarriedValues> values = regress(map, points);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3 p = points[i];
+    EXPECT_EQ(values[2 * i].v[0], p.y + 1);
+    EXPECT_EQ(values[2 * i].v[1], -p.x + 2);
+    EXPECT_EQ(values[2 * i].v[2], 2 * p.z + 3);
+    EXPECT_EQ(values[2 * i + 1].v[0], p.x);
+  }
+}
+
+TEST_P(BetweenTest, RefusesWhatItCannotMakeASurfaceOf) {
+  const Grid grid = cube_grid(21, 1.5f);
+  Mesh mesh;
+  const auto code = [&](const MorphSurface& surface) {
+    return extractor_->extract_between(surface, grid, {}, mesh).code;
+  };
+  const auto object = sphere_distances(1);
+  EXPECT_EQ(code({nullptr, object, object, 1, 1, 0}), ExtractCode::kBadInput);
+  EXPECT_EQ(code({identity_map(0), object, nullptr, 1, 1, 0}), ExtractCode::kBadInput);
+  EXPECT_EQ(code({identity_map(0), object, object, 1, 1, NAN}), ExtractCode::kBadInput);
+  auto broken = std::make_shared<DistanceGrid>(*object);
+  broken->values.pop_back();
+  EXPECT_EQ(code({identity_map(0), broken, object, 1, 1, 0}), ExtractCode::kBadInput);
+  auto map = std::make_shared<Regression>(*identity_map(0));
+  map->values.pop_back();
+  EXPECT_EQ(code({map, object, object, 1, 1, 0}), ExtractCode::kBadInput);
+  map->values.resize(2);
+  map->samples[0].mass = 0;
+  EXPECT_EQ(code({map, object, object, 1, 1, 0}), ExtractCode::kBadInput);
+}
+
+TEST_P(BetweenTest, FlatSurfacesAndMidpointsAreServedToo) {
+  const MorphSurface surface = {
+      identity_map(0.5f), sphere_distances(1), torus_distances(1, 0.3f), 1, 1, 0};
+  ExtractSettings settings;
+  settings.flat = true;
+  settings.placement = Placement::kMidpoint;
+  const Mesh mesh = between(surface, cube_grid(41, 1.7f), settings);
+  ASSERT_FALSE(mesh.triangles.empty());
+  EXPECT_TRUE(mesh.normals.empty());
+  expect_closed(mesh);
+}
+
+PM_EVERY_BACKEND(BetweenTest);
+
+}  // namespace
+}  // namespace polymorph
