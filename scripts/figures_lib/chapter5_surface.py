@@ -364,8 +364,9 @@ def fig5_13(w):
 def fig5_14(w):
     chain = ["torus", {"model": "suzanne", "meta": True}, "penguin"]
     scene = {k: v for k, v in w.scene_json("standard/torus-monkey-penguin.json").items() if k == "frames"}
-    said = w.json("info", w.scene(chain, scene, {"look": {"kind": "metal"}}), "--frames")
-    own = w.json("info", w.scene(chain, scene), "--frames")
+    balls = {"motion": {"interpolate": "balls"}}
+    said = w.json("info", w.scene(chain, scene, balls, {"look": {"kind": "metal"}}), "--frames")
+    own = w.json("info", w.scene(chain, scene, balls), "--frames")
     stages = said["stages"]
     fig, axes = draw.panels(
         2, 2, width=1120, height=520, gridspec_kw={"height_ratios": [1.5, 1], "width_ratios": [1, 0.0001]}
@@ -425,7 +426,8 @@ def fig5_14(w):
         " is in a chain with a meta-object.",
         "The report counts six states, with the morph's end; here a stage is a closed form of the frame's number, so"
         " any frame can be made alone. With the objects' own look there is nothing to fade, and the two look stages"
-        " have no time.",
+        " have no time; between objects' distances, the default, no mesh has to become balls, and the two boundary"
+        " stages have none either.",
     )
 
 

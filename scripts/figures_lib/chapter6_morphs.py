@@ -14,7 +14,7 @@ METRICS = {
     "slow_in": "slow-in",
     "slow_out": "slow-out",
 }
-INDEX_PLAN = {"plan": {"method": "index", "seed": 1}}
+INDEX_PLAN = {"plan": {"method": "index", "seed": 1}, "motion": {"interpolate": "balls"}}
 METHODS = [
     ("The report's method: active nodes, 1/d² field, index plan, crossfade", "report"),
     ("Our balls, the report's index plan", "index plan"),

@@ -107,9 +107,26 @@ float own_time(const MorphPlan& plan, std::size_t e, float time) {
   return ease(plan.motion, own, timing.inertia);
 }
 
-/// Without stagger or spring all balls share one u.
-bool move_together(const MorphPlan& plan) {
-  return plan.motion.stagger == Stagger::kNone && plan.motion.easing != Easing::kSpring;
+/// The eased time at which `u` of the change is done: a monotone cubic through the plan's pacing
+/// (Fritsch and Carlson 1980). Beyond [0, 1], where easings may lead, nothing is known.
+float paced(const MorphPlan& plan, float u) {
+  const std::vector<float>& at = plan.pacing;
+  if (at.empty() || u <= 0 || u >= 1) return u;
+  const auto last = at.size() - 1;
+  const float x = u * static_cast<float>(last);
+  const std::size_t k = std::min(static_cast<std::size_t>(x), last - 1);
+  const float t = x - static_cast<float>(k);
+  const auto rise = [&](std::size_t i) { return at[i + 1] - at[i]; };
+  // The harmonic mean of the rises on both sides keeps the curve rising.
+  const auto slope = [&](std::size_t i) {
+    if (i == 0) return rise(0);
+    if (i == last) return rise(last - 1);
+    const float a = rise(i - 1), b = rise(i);
+    return a > 0 && b > 0 ? 2 * a * b / (a + b) : 0.0f;
+  };
+  const float t2 = t * t, t3 = t2 * t;
+  return at[k] * (2 * t3 - 3 * t2 + 1) + at[k + 1] * (3 * t2 - 2 * t3) +
+         slope(k) * (t3 - 2 * t2 + t) + slope(k + 1) * (t3 - t2);
 }
 
 /// Puts the balls where the graph of their neighbours wants them.
@@ -143,14 +160,6 @@ double drifted(float time) {
   return t * (1 - t) * (1 - t);
 }
 
-/// Each ball's eased time.
-std::vector<float> eased_times(const MorphPlan& plan, float time) {
-  if (move_together(plan)) return std::vector<float>(plan.pairs.size(), ease(plan.motion, time));
-  std::vector<float> eased;
-  for (std::size_t e = 0; e < plan.pairs.size(); ++e) eased.push_back(own_time(plan, e, time));
-  return eased;
-}
-
 /// Balls of their own eased time, or none.
 std::vector<float> own_times(const MorphPlan& plan, float time) {
   return move_together(plan) ? std::vector<float>() : eased_times(plan, time);
@@ -159,7 +168,7 @@ std::vector<float> own_times(const MorphPlan& plan, float time) {
 PathMoment moment_of(const MorphPlan& plan, float time) {
   PathMoment moment;
   moment.time = time;
-  moment.eased = ease(plan.motion, time);
+  moment.eased = paced(plan, ease(plan.motion, time));
   moment.softness = softness(plan);
   // Balls of a graph drift when they are joined.
   moment.drifted = plan.graph ? 0 : drifted(time);
@@ -178,6 +187,46 @@ void finish(const MorphPlan& plan, float time, std::vector<Ball>& balls) {
 }
 
 }  // namespace
+
+bool move_together(const MorphPlan& plan) {
+  return plan.motion.stagger == Stagger::kNone && plan.motion.easing != Easing::kSpring;
+}
+
+std::vector<float> eased_times(const MorphPlan& plan, float time) {
+  if (move_together(plan))
+    return std::vector<float>(plan.pairs.size(), paced(plan, ease(plan.motion, time)));
+  std::vector<float> eased;
+  for (std::size_t e = 0; e < plan.pairs.size(); ++e) eased.push_back(own_time(plan, e, time));
+  return eased;
+}
+
+float mean_progress(const MorphPlan& plan, const std::vector<float>& eased) {
+  double sum = 0, mass = 0;
+  for (std::size_t e = 0; e < eased.size(); ++e) {
+    sum += plan.pairs[e].mass * static_cast<double>(eased[e]);
+    mass += plan.pairs[e].mass;
+  }
+  // Where all are alike the sum may differ from them by rounding.
+  const bool alike =
+      std::all_of(eased.begin(), eased.end(), [&](float u) { return u == eased[0]; });
+  return alike ? eased[0] : static_cast<float>(sum / mass);
+}
+
+PathPart whole_of(const MorphPlan& plan) {
+  const std::vector<PathPart>& parts = plan.paths->parts;
+  if (parts.size() == 1) return parts[0];
+  PathPart whole = {Vec3d{}, Vec3d{}, Vec3d{}, 0};
+  double mass = 0;
+  for (std::size_t e = 0; e < plan.pairs.size(); ++e) {
+    const PathPart& part = parts[plan.paths->balls[e].part];
+    const double m = plan.pairs[e].mass;
+    whole.turn = whole.turn + part.turn * m;
+    whole.log_scale += part.log_scale * m;
+    mass += m;
+  }
+  return {plan.alignment.from_center, plan.alignment.to_center, whole.turn * (1 / mass),
+          whole.log_scale / mass};
+}
 
 void set_paths(MorphPlan& plan) {
   RigidParts parts;

@@ -47,6 +47,16 @@ std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time);
 /// How far along each pair is at `time`, eased, in [0, 1].
 std::vector<float> pair_progress(const MorphPlan& plan, float time);
 
+/// Do all balls share one eased time: no stagger and no spring?
+bool move_together(const MorphPlan& plan);
+/// Each ball's eased time at `time`, evenly paced; a spring's may lie outside [0, 1].
+std::vector<float> eased_times(const MorphPlan& plan, float time);
+/// Their mean by mass.
+float mean_progress(const MorphPlan& plan, const std::vector<float>& eased);
+/// What all balls turn and grow with, or where each part has a motion of its own the mean of these
+/// by mass, about the objects' centres.
+PathPart whole_of(const MorphPlan& plan);
+
 /// How far along the whole is at `time`: the mean of the balls' eased times, by mass, in [0, 1].
 float progress_at(const MorphPlan& plan, float time);
 

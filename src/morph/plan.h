@@ -62,8 +62,13 @@ struct MorphPlan {
   /// What moves the balls, one a pair; a new object whenever it changes.
   std::shared_ptr<const BallPaths> paths;
   std::vector<PairTiming> timing;  ///< one a pair
-  double size = 1;                 ///< geometric mean of both objects' RMS sizes
-  double floor = 0;                ///< height of the lowest ball's centre in either object
+  /// Of a smooth map (morph/smooth_map.h: pair_leads): one a pair, or none.
+  std::vector<float> leads;
+  /// Eased times at which even shares of the whole change are done, from 0 to 1 and rising; empty:
+  /// as they are (sequence/pacing.h). Only where all balls share one eased time.
+  std::vector<float> pacing;
+  double size = 1;   ///< geometric mean of both objects' RMS sizes
+  double floor = 0;  ///< height of the lowest ball's centre in either object
 };
 
 /// Both ball lists must not be empty. Deterministic; `index` also depends on the seed. The plan

@@ -13,6 +13,7 @@ namespace polymorph {
 /// One a point: its place on the source and on the target, near their surfaces.
 struct PullBack {
   std::vector<Vec3> source, target;
+  std::vector<float> progress;  ///< eased, of what is there; only of a smooth map (smooth_map.h)
 };
 
 /// X(x) = sum_e q_e (p_e + F_e (x - x_e)) over the pairs e, with q_e the share of ball x_e in the

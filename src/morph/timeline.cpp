@@ -24,8 +24,10 @@ constexpr std::array<StageInfo, 5> kStages{{
 float smoothstep(float t) { return t * t * (3 - 2 * t); }
 
 /// Shares of a leg's stages, given which of its ends are shown as a model.
+/// Distances start from the model itself: nothing lies between the two.
 void set_shares(Leg& leg, const BoundarySettings& settings, bool own_look) {
-  const float boundary = settings.method == BoundaryMethod::kCut ? 0 : settings.boundary_share;
+  const bool cut = leg.distance || settings.method == BoundaryMethod::kCut;
+  const float boundary = cut ? 0 : settings.boundary_share;
   const float look = own_look ? 0 : settings.look_share;
   leg.shares[0] = leg.from_full ? look : 0;
   leg.shares[1] = leg.from_full ? boundary : 0;
@@ -36,6 +38,14 @@ void set_shares(Leg& leg, const BoundarySettings& settings, bool own_look) {
   if (ends > 0.8f)
     for (const int i : {0, 1, 3, 4}) leg.shares[i] *= 0.8f / ends;
   leg.shares[2] = 1 - (leg.shares[0] + leg.shares[1] + leg.shares[3] + leg.shares[4]);
+}
+
+/// Effects that come apart into single balls are made of balls, and so is the report's method.
+bool has_distances(const Scene& scene, const ObjectSettings& from, const ObjectSettings& to) {
+  constexpr const char* kDrops = "drops";
+  return to.motion.interpolate == Interpolation::kDistance && to.motion.path != Path::kExplode &&
+         scene.field.kind == FieldKind::kGaussian && scene.surface.influence == 1 &&
+         from.shape != kDrops && to.shape != kDrops;
 }
 
 /// A model whose end of the leg has no stages (a cut, and no fade) still shows itself at that very
@@ -106,6 +116,9 @@ Timeline make_timeline(const Scene& scene, const ActorSettings& actor) {
     leg.first_step = first + stood;
     if (held > 0) stood += objects[i + 1]->hold;
     leg.motion = objects[i + 1]->motion;
+    leg.distance = has_distances(scene, *objects[i], *objects[i + 1]);
+    // What is left on its way goes on as what it is.
+    if (i > 0 && objects[i]->retarget < 1) leg.distance &= timeline.legs[i - 1].distance;
     // What is left before it is reached is never seen itself.
     leg.from_full = !objects[i]->meta && objects[i]->retarget == 1;
     leg.to_full = !objects[i + 1]->meta && objects[i + 1]->retarget == 1;

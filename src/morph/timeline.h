@@ -36,7 +36,8 @@ struct Leg {
   int first_step = 0, steps = 1;
   bool from_full = true, to_full = true;
   float shares[5] = {0, 0, 1, 0, 0};
-  float until = 1;  ///< of the motion's time: where the leg is left for the next one
+  bool distance = false;  ///< the surface is made of the objects' distances, not of balls
+  float until = 1;        ///< of the motion's time: where the leg is left for the next one
   MotionSettings motion;
 };
 

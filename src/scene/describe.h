@@ -152,6 +152,11 @@ void describe(V& v, SpringSettings& s) {
 
 template <class V>
 void describe(V& v, MotionSettings& s) {
+  v.choice("interpolate", s.interpolate,
+           {{"distance", Interpolation::kDistance}, {"balls", Interpolation::kBalls}},
+           "what the surface between two objects is made of: their signed distances, carried along "
+           "a smooth map and mixed, or the field of the moving balls (always so on the path "
+           "explode, to and from the shape drops, and in fields that are not gaussian)");
   v.choice("path", s.path,
            {{"straight", Path::kStraight},
             {"bezier", Path::kBezier},

@@ -42,6 +42,11 @@ struct SphereSettings {
 };
 
 enum class Easing : std::uint8_t { kLinear, kSmoothstep, kQuintic, kBezier, kSpring };
+/// What a surface between two objects is made of.
+enum class Interpolation : std::uint8_t {
+  kDistance,  ///< both objects' signed distances, carried along one smooth map and mixed
+  kBalls,     ///< the field of the moving balls
+};
 enum class Path : std::uint8_t { kStraight, kBezier, kRigid, kParts, kExplode };
 enum class Stagger : std::uint8_t { kNone, kAxis, kRadius, kLabel, kNoise };
 
@@ -54,6 +59,7 @@ struct SpringSettings {
 };
 
 struct MotionSettings {
+  Interpolation interpolate = Interpolation::kDistance;
   Path path = Path::kRigid;
   float bend = 0.25f;   ///< bezier: how far a path bows out, as a share of its length
   float burst = 4;      ///< explode: speed, in the objects' sizes a motion
@@ -169,7 +175,7 @@ struct FrameSettings {
 };
 
 struct SurfaceSettings {
-  int resolution = 96;  ///< cells along the longest side of the scene's box
+  int resolution = 128;  ///< cells along the longest side of the scene's box
   SurfaceMethod method = SurfaceMethod::kMarchingCubes;
   Placement placement = Placement::kRoot;
   bool flat = false;     ///< triangles without shared normals

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 
+#include "base/parallel.h"
+#include "kernels/morph_surface.h"
 #include "model/normals.h"
 #include "morph/labels.h"
 #include "morph/motion.h"
 #include "morph/pull_back.h"
+#include "morph/smooth_map.h"
 #include "surface/crossfade.h"
 #include "surface/crumbs.h"
 #include "surface/grid.h"
@@ -75,13 +78,81 @@ Clothes clothes_of(const PreparedActor& actor, std::size_t object, const Mesh& s
   return {object, share, transfer_materials(o.model, *o.closest, o.charts, at, surface.triangles)};
 }
 
+/// The objects' size at an eased time, by which a smooth map measures.
+float size_at(const PreparedActor& actor, const PreparedLeg& leg, float u) {
+  const float from = actor.objects[leg.from].model.box().diagonal(),
+              to = actor.objects[leg.to].model.box().diagonal();
+  return lerp(from, to, std::clamp(u, 0.0f, 1.0f));
+}
+
+/// The map of a leg that is made of distances, and where its balls are.
+MomentMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
+                 const std::vector<Ball>& balls) {
+  return moment_map(leg.plan, time, balls, size_at(actor, leg, progress_at(leg.plan, time)));
+}
+
+/// Where points of a moving surface come from and go to.
+Result<PullBack> pulled_back(const PreparedActor& actor, const PreparedLeg& leg, float time,
+                             const std::vector<Ball>& balls, const std::vector<Vec3>& points,
+                             SurfaceExtractor& extractor) {
+  if (leg.distance) return pull_back(map_at(actor, leg, time, balls), points, extractor);
+  return pull_back(leg.plan, time, balls, points, extractor);
+}
+
+/// A model's own normals on a surface that is nearly the model: mixed in by `weight`, taken where
+/// the surface comes from (goes to). Else a smoothly shaded model would show its faces as soon as
+/// it moves.
+void add_shading(const PreparedObject& object, const AffineMap& map, const std::vector<Vec3>& at,
+                 float weight, std::vector<Vec3>& normals) {
+  const Model& model = object.model;
+  if (model.corner_normals.size() != 3 * model.triangles.size() || normals.size() != at.size())
+    return;
+  const std::vector<ClosestPoint> closest = object.closest->closest(at);
+  // Gradients turn back by the transposed map.
+  const auto turned = [&](Vec3 n) {
+    return normalized(map.rows[0] * n.x + map.rows[1] * n.y + map.rows[2] * n.z);
+  };
+  parallel_for(
+      static_cast<std::int64_t>(at.size()),
+      [&](std::int64_t index) {
+        const auto i = static_cast<std::size_t>(index);
+        const Triangle& t = model.triangles[closest[i].triangle];
+        const Vec3 a = model.points[t.v[0]], b = model.points[t.v[1]], c = model.points[t.v[2]];
+        const TriangleWeights w = closest_on_triangle(closest[i].point, a, b, c);
+        const Vec3* own = &model.corner_normals[3 * std::size_t{closest[i].triangle}];
+        const Vec3 shading =
+            turned(own[0] * static_cast<float>(w.a) + own[1] * static_cast<float>(w.b) +
+                   own[2] * static_cast<float>(w.c));
+        // Not where the surface is another: beside edges, in gaps that it closes.
+        if (dot(shading, normals[i]) > 0.8f)
+          normals[i] = normalized(lerp(normals[i], shading, weight));
+      },
+      256);
+}
+
+/// The normals of a leg's surface near its ends.
+Status shade_like_the_ends(const PreparedActor& actor, const PreparedLeg& leg,
+                           SurfaceExtractor& extractor, ActorGeometry& geometry) {
+  // Gone before much has changed.
+  constexpr float kGone = 0.3f;
+  const float u = geometry.moment.u, near = std::min(u, 1 - u);
+  if (near >= kGone || geometry.surface.normals.empty()) return Ok{};
+  const float fade = 1 - near / kGone, weight = fade * fade * (3 - 2 * fade);
+  const MomentMap map = map_at(actor, leg, geometry.moment.time, geometry.balls);
+  PM_TRY(const PullBack pulled, pull_back(map, geometry.surface.positions, extractor));
+  const bool leaving = u < 0.5f;
+  add_shading(actor.objects[leaving ? leg.from : leg.to], map.regression->affine[leaving ? 0 : 1],
+              leaving ? pulled.source : pulled.target, weight, geometry.surface.normals);
+  return Ok{};
+}
+
 /// What the points of a moving surface wear: what the leg comes from, as it was there, and over it
 /// what it goes to.
 Status dress(const PreparedActor& actor, std::size_t leg, float time,
              const std::vector<Ball>& balls, const std::vector<Vec3>& points,
              SurfaceExtractor& extractor, ActorGeometry& geometry) {
   const PreparedLeg& way = actor.legs[leg];
-  PM_TRY(const PullBack pulled, pull_back(way.plan, time, balls, points, extractor));
+  PM_TRY(const PullBack pulled, pulled_back(actor, way, time, balls, points, extractor));
   // Balls in flight wore what the leg before them had made of its objects by then.
   const bool was_in_flight = leg > 0 && actor.legs[leg - 1].until < 1;
   if (was_in_flight) {
@@ -149,8 +220,14 @@ Status add_flow(const PreparedActor& actor, SurfaceExtractor& extractor, bool la
   if (now.object < 0) {
     const PreparedLeg& leg = leg_of(actor, now.leg);
     const bool goes_on = next.leg == now.leg && next.object < 0;
-    PM_TRY(geometry.flow, flow_at(leg.plan, now.time, goes_on ? next.time : leg.until,
-                                  geometry.balls, geometry.surface.positions, extractor));
+    const float then = goes_on ? next.time : leg.until;
+    const std::vector<Vec3>& points = geometry.surface.positions;
+    if (leg.distance) {
+      PM_TRY(geometry.flow, flow_at(leg.plan, now.time, then, geometry.balls,
+                                    size_at(actor, leg, now.u), points, extractor));
+    } else {
+      PM_TRY(geometry.flow, flow_at(leg.plan, now.time, then, geometry.balls, points, extractor));
+    }
     return Ok{};
   }
   const PreparedObject& object = object_of(actor, now.object);
@@ -222,7 +299,7 @@ Result<ActorGeometry> balls_on_way(const PreparedScene& prepared, const Prepared
   geometry.moment.time = time;
   geometry.moment.u = progress_at(plan, time);
   PM_TRY(geometry.balls, balls_at(plan, time, extractor));
-  if (plan.motion.keep_volume && time > 0 && time < 1) {
+  if (!leg_of(actor, leg).distance && plan.motion.keep_volume && time > 0 && time < 1) {
     const auto u = static_cast<double>(geometry.moment.u);
     const double from = actor.objects[leg_of(actor, leg).from].ball_volume;
     const double to = actor.objects[leg_of(actor, leg).to].ball_volume;
@@ -236,6 +313,40 @@ Result<ActorGeometry> balls_on_way(const PreparedScene& prepared, const Prepared
   return geometry;
 }
 
+namespace {
+
+/// The least share of the volume that a part of the surface may have. What comes off between two
+/// objects, a limb's tip perhaps, is left out unless it is as large as a part that one of them has.
+double least_part(const PreparedActor& actor, const PreparedLeg& leg, float crumbs) {
+  constexpr double kFragment = 0.015;
+  const auto least = static_cast<double>(crumbs);
+  if (!leg.distance || least <= 0) return least;
+  const double smallest =
+      std::min(actor.objects[leg.from].smallest_part, actor.objects[leg.to].smallest_part);
+  return std::max(least, std::min(kFragment, 0.5 * smallest));
+}
+
+}  // namespace
+
+Result<Mesh> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
+                             const ActorGeometry& geometry, float cell,
+                             const ExtractSettings& extract, SurfaceExtractor& extractor) {
+  // No further than this share of the objects' size may the level go for the volume's sake.
+  constexpr float kFurthest = 0.08f;
+  const Moment& moment = geometry.moment;
+  const PreparedObject &from = actor.objects[leg.from], &to = actor.objects[leg.to];
+  const MomentMap map = map_at(actor, leg, moment.time, geometry.balls);
+  const MorphSurface between = {map.regression, from.distances, to.distances,
+                                map.from_scale, map.to_scale,   0};
+  const bool at_an_end = moment.time <= 0 || moment.time >= 1;
+  if (!leg.plan.motion.keep_volume || at_an_end)
+    return extract_between(extractor, between, map.box, cell, extract);
+  const auto u = static_cast<double>(moment.u);
+  const double volume = (1 - u) * from.distance_volume + u * to.distance_volume;
+  return surface_of_volume(extractor, between, map.box, cell, extract, volume,
+                           kFurthest * size_at(actor, leg, moment.u));
+}
+
 Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedActor& actor,
                                 SurfaceExtractor& extractor, int leg, float time) {
   PM_TRY(ActorGeometry geometry, balls_on_way(prepared, actor, extractor, leg, time));
@@ -244,10 +355,16 @@ Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedAct
   extract.method = prepared.scene.surface.method;
   extract.placement = prepared.scene.surface.placement;
   extract.flat = prepared.scene.surface.flat;
-  PM_TRY(geometry.surface, extract_surface(extractor, geometry.balls, actor.cell, extract));
+  if (leg_of(actor, leg).distance) {
+    PM_TRY(geometry.surface,
+           surface_between(actor, leg_of(actor, leg), geometry, actor.cell, extract, extractor));
+  } else {
+    PM_TRY(geometry.surface, extract_surface(extractor, geometry.balls, actor.cell, extract));
+  }
   // The cubes of a matrix are parts of their own.
   if (extract.method == SurfaceMethod::kMarchingCubes)
-    drop_crumbs(geometry.surface, static_cast<double>(prepared.scene.surface.crumbs));
+    drop_crumbs(geometry.surface,
+                least_part(actor, leg_of(actor, leg), prepared.scene.surface.crumbs));
   return geometry;
 }
 
@@ -286,6 +403,8 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtracto
     }
     PM_TRY(ActorGeometry one, volume_at(prepared, actor, extractor, moment.leg, moment.time));
     one.moment = moment;
+    if (leg_of(actor, moment.leg).distance)
+      PM_TRY_STATUS(shade_like_the_ends(actor, leg_of(actor, moment.leg), extractor, one));
     if (prepared.scene.look.kind == LookKind::kOwn && !one.surface.triangles.empty())
       PM_TRY_STATUS(dress(actor, static_cast<std::size_t>(moment.leg), moment.time, one.balls,
                           one.surface.positions, extractor, one));

@@ -59,6 +59,12 @@ Result<ActorGeometry> balls_on_way(const PreparedScene& prepared, const Prepared
 Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedActor& actor,
                                 SurfaceExtractor& extractor, int leg, float time);
 
+/// The surface of a leg that is made of distances, on cells of edge `cell`: of `geometry` its balls
+/// and of its moment time and u count. Errors: kResource.
+Result<Mesh> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
+                             const ActorGeometry& geometry, float cell,
+                             const ExtractSettings& extract, SurfaceExtractor& extractor);
+
 /// A model on its way to its balls' surface, at the beginning (`leaving`) or the end of a leg:
 /// `way` 0 is the model, 1 what is taken for the balls' surface. For an object without a boundary
 /// stage the model. Errors: kResource.

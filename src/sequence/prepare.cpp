@@ -10,12 +10,15 @@
 #include "model/shapes.h"
 #include "morph/labels.h"
 #include "morph/motion.h"
+#include "morph/smooth_map.h"
 #include "scene/load_scene.h"
 #include "sequence/check_plan.h"
 #include "sequence/content_hash.h"
 #include "sequence/geometry.h"
+#include "sequence/pacing.h"
 #include "spheres/figures.h"
 #include "surface/crossfade.h"
+#include "surface/crumbs.h"
 #include "surface/grid.h"
 #include "surface/level.h"
 #include "surface/mesh_check.h"
@@ -87,10 +90,41 @@ Status make_boundary(PreparedObject& object, const InsideTest& inside, Mesh surf
   return Ok{};
 }
 
+/// What the legs to and from an object are made of.
+struct ObjectLegs {
+  bool distances = false, balls = false;
+};
+ObjectLegs legs_of(const Timeline& timeline, std::size_t object) {
+  ObjectLegs legs;
+  for (std::size_t i = object == 0 ? 0 : object - 1; i <= object && i < timeline.legs.size(); ++i)
+    (timeline.legs[i].distance ? legs.distances : legs.balls) = true;
+  return legs;
+}
+
+/// The radius of the thinnest part of a model that all cells of its surface see, in cells.
+constexpr float kThinnest = 0.9f;
+
+/// The object's distances, and the volume of the surface that they give.
+Status add_distances(PreparedObject& object, const InsideTest& inside, float cell, float thinnest,
+                     double crumbs, const ExtractSettings& extract, SurfaceExtractor& extractor) {
+  object.distances = std::make_shared<const DistanceGrid>(
+      signed_distances(object.model, inside, *object.closest, 0.5f * cell, thinnest));
+  PM_TRY(Mesh mesh, extract_distances(extractor, object.distances, cell, extract));
+  drop_crumbs(mesh, crumbs);
+  object.distance_volume = volume_of(mesh);
+  object.smallest_part = smallest_part(mesh);
+  if (mesh.triangles.empty())
+    return make_error(ErrorCode::kInput,
+                      "{}: the model encloses nothing that cells of {:.3g} show "
+                      "- raise surface.resolution or set spheres.solidify",
+                      object.name, cell);
+  return Ok{};
+}
+
 /// Balls of one object, their surface's volume, and what the boundary stages need.
 Status make_balls(PreparedObject& object, const ObjectSettings& settings, const Scene& scene,
-                  float cell, const ExtractSettings& extract, SurfaceExtractor& extractor,
-                  const std::filesystem::path& cache) {
+                  float cell, ObjectLegs legs, const ExtractSettings& extract,
+                  SurfaceExtractor& extractor, const std::filesystem::path& cache) {
   SphereSettings spheres = settings.spheres;
   if (scene.field.kind != FieldKind::kGaussian) spheres.fit = FitKind::kNone;  // fits are Gaussian
   auto approximation = approximate_cached(object.model, spheres, cache);
@@ -118,7 +152,10 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
   object.ball_labels = face_labels(object.model, object.balls);
   object.closest = std::make_shared<const ClosestPointQuery>(object.model);
   object.charts = texture_charts(object.model);
-  if (object.meta) return Ok{};
+  if (legs.distances)
+    PM_TRY_STATUS(add_distances(object, inside, cell, kThinnest * cell,
+                                static_cast<double>(scene.surface.crumbs), extract, extractor));
+  if (object.meta || !legs.balls) return Ok{};
   return make_boundary(object, inside, std::move(mesh), scene, cell, extract, extractor);
 }
 
@@ -138,17 +175,19 @@ std::uint32_t index_of(std::vector<std::string>& names, const std::string& name)
 /// What the balls of the actor's last leg are at the moment at which it is left: the source of the
 /// next.
 Result<PreparedObject> object_in_flight(const PreparedScene& prepared, const PreparedActor& actor,
-                                        SurfaceExtractor& extractor) {
+                                        bool distances, SurfaceExtractor& extractor) {
   const PreparedLeg& leg = actor.legs.back();
   const PreparedObject &from = actor.objects[leg.from], &to = actor.objects[leg.to];
-  PM_TRY(
-      const ActorGeometry moment,
-      balls_on_way(prepared, actor, extractor, static_cast<int>(actor.legs.size()) - 1, leg.until));
+  const int number = static_cast<int>(actor.legs.size()) - 1;
+  PM_TRY(const ActorGeometry moment, volume_at(prepared, actor, extractor, number, leg.until));
   PreparedObject object;
   object.name = fmt::format("{} -> {} at {:.3g}", from.name, to.name, leg.until);
   object.meta = true;
   object.balls = rescaled(moment.balls, leg.plan.kind, moment.iso);
-  PM_TRY(const Mesh mesh, extract_surface(extractor, object.balls, actor.cell, prepared.extract));
+  Mesh mesh = moment.surface;
+  if (!leg.distance) {
+    PM_TRY(mesh, extract_surface(extractor, object.balls, actor.cell, prepared.extract));
+  }
   if (mesh.triangles.empty())
     return make_error(ErrorCode::kInput, "{}: the balls have no surface to go on from",
                       object.name);
@@ -156,6 +195,12 @@ Result<PreparedObject> object_in_flight(const PreparedScene& prepared, const Pre
   object.model.name = object.name;
   object.model.points = mesh.positions;
   object.model.triangles = mesh.triangles;
+  if (distances) {
+    object.closest = std::make_shared<const ClosestPointQuery>(object.model);
+    PM_TRY_STATUS(add_distances(object, InsideTest(object.model), actor.cell, 0,
+                                static_cast<double>(prepared.scene.surface.crumbs),
+                                prepared.extract, extractor));
+  }
   // A ball belongs to what it is more of.
   const bool near = moment.moment.u < 0.5f;
   for (const Pair& pair : leg.plan.pairs)
@@ -188,14 +233,22 @@ Status make_legs(PreparedActor& actor, const ActorSettings& settings, const Prep
       }
     MorphPlan plan = plan_morph(std::move(from), std::move(to), prepared.scene.field.kind,
                                 settings.plan, leg.motion);
+    if (leg.distance) plan.leads = pair_leads(plan);
+    actor.legs.push_back({source, i + 1, std::move(plan), leg.distance, leg.until});
+    PreparedLeg& made = actor.legs.back();
+    if (leg.distance && move_together(made.plan)) {
+      PM_TRY(made.plan.pacing, even_pacing(prepared, actor, made, extractor));
+    }
     if (source != i) {
       const Leg& before = actor.timeline.legs[i - 1];
-      carry_on(plan, actor.legs.back().plan, before.until, pace_of(before) / pace_of(leg));
+      carry_on(made.plan, actor.legs[i - 1].plan, before.until, pace_of(before) / pace_of(leg));
     }
-    actor.legs.push_back({source, i + 1, std::move(plan), leg.until});
     source = i + 1;
     if (leg.until < 1) {
-      PM_TRY(PreparedObject object, object_in_flight(prepared, actor, extractor));
+      const bool goes_on = i + 1 < actor.timeline.legs.size();
+      PM_TRY(PreparedObject object,
+             object_in_flight(prepared, actor, goes_on && actor.timeline.legs[i + 1].distance,
+                              extractor));
       source = actor.objects.size();
       actor.objects.push_back(std::move(object));
     }
@@ -225,8 +278,8 @@ Result<PreparedActor> make_actor(const PreparedScene& prepared, const ActorSetti
     object.name = objects[i]->name;
     object.meta = objects[i]->meta;
     object.model = std::move(models[i]);
-    PM_TRY_STATUS(
-        make_balls(object, *objects[i], scene, actor.cell, prepared.extract, extractor, cache));
+    PM_TRY_STATUS(make_balls(object, *objects[i], scene, actor.cell, legs_of(actor.timeline, i),
+                             prepared.extract, extractor, cache));
     actor.objects.push_back(std::move(object));
   }
   PM_TRY_STATUS(make_legs(actor, settings, prepared, extractor));

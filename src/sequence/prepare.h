@@ -18,6 +18,7 @@
 #include "scene/scene.h"
 #include "spheres/spheres.h"
 #include "surface/blend.h"
+#include "surface/distance_grid.h"
 #include "surface/project.h"
 
 namespace polymorph {
@@ -40,13 +41,19 @@ struct PreparedObject {
   std::vector<Vec3> shrink_targets;                ///< crossfade: one a model point
   Projection projection;                           ///< project
   BlendField blend;                                ///< blend
+  /// Where a leg to or from it is made of distances: the model's, and the volume of the surface
+  /// that they give.
+  std::shared_ptr<const DistanceGrid> distances;
+  double distance_volume = 0;
+  double smallest_part = 1;  ///< of that surface, as a share of its volume
 };
 
 /// The way from one object to another.
 struct PreparedLeg {
   std::size_t from = 0, to = 0;  ///< of the actor's objects
   MorphPlan plan;
-  float until = 1;  ///< of the motion's time: then the balls are left to the next leg
+  bool distance = false;  ///< made of both objects' distances
+  float until = 1;        ///< of the motion's time: then the balls are left to the next leg
 };
 
 /// One chain, in its place in the world.

@@ -12,4 +12,7 @@ namespace polymorph {
 /// the largest part always stays. Returns how many went.
 std::size_t drop_crumbs(Mesh& mesh, double share);
 
+/// The share of the whole mesh's volume that its smallest connected part encloses, [0, 1].
+double smallest_part(const Mesh& mesh);
+
 }  // namespace polymorph

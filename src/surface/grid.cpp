@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "kernels/morph_surface.h"
+
 namespace polymorph {
 namespace {
 
@@ -78,6 +80,29 @@ Result<Mesh> extract_surface(SurfaceExtractor& extractor, const std::vector<Ball
   PM_TRY(const Grid grid, fit_grid(box, cell));
   PM_TRY_STATUS(to_status(extractor.extract(balls, grid, settings, mesh)));
   return mesh;
+}
+
+Result<Mesh> extract_between(SurfaceExtractor& extractor, const MorphSurface& between,
+                             const Box& box, float cell, const ExtractSettings& settings) {
+  Mesh mesh;
+  PM_TRY(const Grid grid, fit_grid(box, cell));
+  PM_TRY_STATUS(to_status(extractor.extract_between(between, grid, settings, mesh)));
+  return mesh;
+}
+
+Result<Mesh> extract_distances(SurfaceExtractor& extractor,
+                               const std::shared_ptr<const DistanceGrid>& object, float cell,
+                               const ExtractSettings& settings) {
+  // Between the object and itself, along the identity.
+  const Grid& grid = object->grid;
+  const Box box{grid.origin,
+                grid_point(grid, {grid.points.x - 1, grid.points.y - 1, grid.points.z - 1})};
+  auto map = std::make_shared<Regression>();
+  map->maps = 2;
+  map->samples = {{box.center(), 1, box.diagonal()}};
+  map->values.resize(2);
+  map->lattice = {box.low - box.size(), box.diagonal(), {6, 6, 6}};
+  return extract_between(extractor, {map, object, object, 1, 1, 0}, box, cell, settings);
 }
 
 Result<std::vector<CarriedValues>> carried_to(SurfaceExtractor& extractor,

@@ -1,6 +1,7 @@
 // Where the field is sampled, and the surface that comes of it.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "base/box.h"
@@ -25,6 +26,16 @@ Result<Grid> fit_grid(const Box& box, float cell);
 /// empty mesh. Errors: kResource (device or memory), kInput (NaN in the balls).
 Result<Mesh> extract_surface(SurfaceExtractor& extractor, const std::vector<Ball>& balls,
                              float cell, const ExtractSettings& settings);
+
+/// The surface between two objects, within `box`. Errors: as
+/// extract_surface().
+Result<Mesh> extract_between(SurfaceExtractor& extractor, const MorphSurface& between,
+                             const Box& box, float cell, const ExtractSettings& settings);
+
+/// The surface of one object's distances. Errors: as extract_surface().
+Result<Mesh> extract_distances(SurfaceExtractor& extractor,
+                               const std::shared_ptr<const DistanceGrid>& object, float cell,
+                               const ExtractSettings& settings);
 
 /// What the balls carry to points (SurfaceExtractor::blend). Errors: as extract_surface().
 Result<std::vector<CarriedValues>> carried_to(SurfaceExtractor& extractor,

@@ -64,6 +64,44 @@ Result<float> iso_for_volume(SurfaceExtractor& extractor, const std::vector<Ball
   return static_cast<float>(std::exp(best));
 }
 
+Result<Mesh> surface_of_volume(SurfaceExtractor& extractor, MorphSurface between, const Box& box,
+                               float cell, const ExtractSettings& settings, double volume,
+                               float limit) {
+  PM_CHECK(volume > 0 && limit >= 0);
+  // In a field of distances the volume changes by the area times the level: Newton's steps, and
+  // from two tries on the chord. On cells twice as large first, which cost a fourth.
+  constexpr double kTolerance = 0.002, kCoarseTolerance = 0.005;
+  constexpr int kMostTries = 8;
+  const double bound = static_cast<double>(limit);
+  double level = 0;
+  Mesh nearest;
+  for (const float edge : {2 * cell, cell}) {
+    double last = 0, last_excess = 0, best = level, best_excess = 0;
+    for (int i = 0; i < kMostTries; ++i) {
+      between.level = static_cast<float>(level);
+      PM_TRY(Mesh mesh, extract_between(extractor, between, box, edge, settings));
+      const double excess = volume_of(mesh) - volume;
+      double slope = -area_of(mesh);
+      if (i == 0 || std::abs(excess) < std::abs(best_excess)) {
+        best = level, best_excess = excess;
+        nearest = std::move(mesh);
+      }
+      if (std::abs(excess) <= (edge > cell ? kCoarseTolerance : kTolerance) * volume) break;
+      if (i > 0) {
+        // Where parts come and go the volume is no smooth function of the level.
+        const double chord = (excess - last_excess) / (level - last);
+        if (chord < slope / 5 && chord > 5 * slope) slope = chord;
+      }
+      if (!(slope < 0)) slope = -std::cbrt(volume * volume);
+      last = level, last_excess = excess;
+      level = std::clamp(level - excess / slope, -bound, bound);
+      if (level == last) break;
+    }
+    level = best;
+  }
+  return nearest;
+}
+
 std::vector<Ball> rescaled(std::vector<Ball> balls, FieldKind kind, float iso) {
   const float shift = std::log(iso);
   for (Ball& ball : balls) ball.w = kind == FieldKind::kGaussian ? ball.w - shift : ball.w / iso;

@@ -3,17 +3,25 @@
 
 #include <vector>
 
+#include "base/box.h"
 #include "base/result.h"
 #include "kernels/extract_surface.h"
 
 namespace polymorph {
 
-/// The iso at which the surface encloses `volume`, found on meshes of cells of edge `cell`, to 0.2 % of the volume;
-/// where cells are too coarse for that, the level that came nearest. `start` is tried first. Errors as
-/// extract_surface().
+/// The iso at which the surface encloses `volume`, found on meshes of cells of edge `cell`, to 0.2
+/// % of the volume; where cells are too coarse for that, the level that came nearest. `start` is
+/// tried first. Errors as extract_surface().
 Result<float> iso_for_volume(SurfaceExtractor& extractor, const std::vector<Ball>& balls,
                              float cell, const ExtractSettings& settings, double volume,
                              float start = 1);
+
+/// The surface between two objects moved to the level at which it encloses `volume`, to 0.2 % of
+/// it: on cells of edge `cell` over `box`. Where the volume cannot be had by a level within `limit`
+/// of 0, the surface at that limit. Errors as extract_surface().
+Result<Mesh> surface_of_volume(SurfaceExtractor& extractor, MorphSurface between, const Box& box,
+                               float cell, const ExtractSettings& settings, double volume,
+                               float limit);
 
 /// Balls whose surface at iso = 1 is that of `balls` at `iso`.
 std::vector<Ball> rescaled(std::vector<Ball> balls, FieldKind kind, float iso);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/hash.h"
+#include "kernels/linear.h"
 
 namespace polymorph {
 namespace {
@@ -90,6 +91,15 @@ double volume_of(const Mesh& mesh) {
   for (const Triangle& t : mesh.triangles)
     sum += triangle_volume(mesh.positions[t.v[0]], mesh.positions[t.v[1]], mesh.positions[t.v[2]]);
   return sum;
+}
+
+double area_of(const Mesh& mesh) {
+  double doubled = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3d a(mesh.positions[t.v[0]]);
+    doubled += length(cross(Vec3d(mesh.positions[t.v[1]]) - a, Vec3d(mesh.positions[t.v[2]]) - a));
+  }
+  return 0.5 * doubled;
 }
 
 std::string mesh_digest(const Mesh& mesh) {

@@ -26,6 +26,7 @@ struct MeshReport {
 MeshReport check_mesh(const Mesh& mesh);
 
 double volume_of(const Mesh& mesh);
+double area_of(const Mesh& mesh);
 std::string mesh_digest(const Mesh& mesh);
 
 }  // namespace polymorph

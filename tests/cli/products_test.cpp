@@ -147,7 +147,7 @@ TEST_F(Products, SeveralActors) {
   for (const char* text : {"  cube:\n", "  ring:\n", "torus -> cube: volume"})
     EXPECT_TRUE(contains(info, text)) << info;
   const Ran ran = run(0, {"mesh", "two.json", "-f", "4", "-o", "two.obj"});
-  EXPECT_TRUE(contains(ran.out, "two.obj volume, boundary-out surface, model: ")) << ran.out;
+  EXPECT_TRUE(contains(ran.out, "two.obj volume, look-out surface, model: ")) << ran.out;
   EXPECT_TRUE(contains(ran.out, "closed, ")) << ran.out;
   EXPECT_TRUE(contains(ran.out, ", 2 parts, ")) << ran.out;
   const auto labels = parse(run(0, {"info", "two.obj", "--json"}).out)["labels"];

@@ -14,10 +14,13 @@ Scene scene_with(std::vector<bool> metas, int count = 0) {
     ObjectSettings object;
     object.shape = "cube";
     object.meta = meta;
+    object.motion.interpolate = Interpolation::kBalls;
     scene.actors[0].intermediate.push_back(object);
   }
   scene.frames.count = count;
-  scene.look.kind = LookKind::kMetal;  // with all of the report's stages
+  // With all of the report's stages.
+  scene.actors[0].target.motion.interpolate = Interpolation::kBalls;
+  scene.look.kind = LookKind::kMetal;
   return scene;
 }
 
@@ -90,6 +93,40 @@ TEST(Timeline, NothingJumpsBetweenStages) {
     }
     EXPECT_NEAR(a.growth, b.growth, a.object == b.object ? 0.06 : 0.01) << frame;
   }
+}
+
+TEST(Timeline, DistancesStartFromTheModelItself) {
+  Scene scene = scene_with({false}, 60);
+  ActorSettings& actor = scene.actors[0];
+  actor.intermediate[0].motion.interpolate = actor.target.motion.interpolate =
+      Interpolation::kDistance;
+  scene.look.kind = LookKind::kOwn;
+  const Timeline timeline = timeline_of(scene);
+  int models = 0;
+  for (int frame = 1; frame <= 60; ++frame) {
+    const Moment m = moment_at(timeline, frame);
+    EXPECT_NE(m.stage, Stage::kBoundaryOut);
+    EXPECT_NE(m.stage, Stage::kBoundaryIn);
+    models += m.object >= 0;
+  }
+  EXPECT_EQ(models, 3) << "source, the full object on the way, target: one frame each";
+}
+
+TEST(Timeline, WhatComesApartIntoBallsIsMadeOfThem) {
+  const auto distance = [](const Scene& scene) { return timeline_of(scene).legs[0].distance; };
+  Scene scene = scene_with({}, 60);
+  EXPECT_FALSE(distance(scene));
+  scene.actors[0].target.motion.interpolate = Interpolation::kDistance;
+  EXPECT_TRUE(distance(scene));
+  scene.actors[0].target.motion.path = Path::kExplode;
+  EXPECT_FALSE(distance(scene));
+  scene.actors[0].target.motion.path = Path::kParts;
+  EXPECT_TRUE(distance(scene));
+  scene.actors[0].source.shape = "drops";
+  EXPECT_FALSE(distance(scene));
+  scene.actors[0].source.shape = "sphere";
+  scene.field.kind = FieldKind::kInverseSquare;
+  EXPECT_FALSE(distance(scene));
 }
 
 TEST(Timeline, HoldsStandStill) {

@@ -61,7 +61,7 @@ TEST_F(ActorsTest, AnActorInCompanyIsWhatItIsAloneLaterAndElsewhere) {
     for (const float id : ids) EXPECT_GE(id, 2);
     seen.insert(company.stage);
   }
-  EXPECT_TRUE(seen.contains("volume, boundary-out")) << "both are at work, each in its own stage";
+  EXPECT_TRUE(seen.contains("volume, look-out")) << "each is in its own stage";
 }
 
 TEST_F(ActorsTest, AllComeToTheFirstSourcesSizeAndToTheirPlaces) {

@@ -56,7 +56,8 @@ TEST(Handover, OfBallsThatAreNotTheModelIsSeen) {
   const Analysis analysis = analyzed("torus-teapot", {{"spheres.method", "octree"},
                                                       {"spheres.fit", "none"},
                                                       {"spheres.resolution", "4"},
-                                                      {"boundary.method", "cut"}});
+                                                      {"boundary.method", "cut"},
+                                                      {"motion.interpolate", "balls"}});
   EXPECT_GT(*analysis.find("handover")->value, 0.01);
 }
 

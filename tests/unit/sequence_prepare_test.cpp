@@ -126,8 +126,10 @@ TEST_F(SequenceTest, BallsEncloseTheModelsVolumeAndFramesGoEvenlyBetween) {
   fine.surface.resolution = 128;
   const auto exact = prepare_scene(fine, *extractor, {});
   ASSERT_TRUE(exact.ok()) << exact.error().message;
-  for (const PreparedObject& object : exact->actors[0].objects)
+  for (const PreparedObject& object : exact->actors[0].objects) {
     EXPECT_NEAR(object.ball_volume / object.model_volume, 1, 0.004) << object.name;
+    EXPECT_NEAR(object.distance_volume / object.model_volume, 1, 0.03) << object.name;
+  }
   const auto prepared = prepare_scene(scene, *extractor, {});
   ASSERT_TRUE(prepared.ok()) << prepared.error().message;
   for (int frame = 1; frame <= 14; ++frame) {
@@ -142,8 +144,9 @@ TEST_F(SequenceTest, BallsEncloseTheModelsVolumeAndFramesGoEvenlyBetween) {
     EXPECT_TRUE(report.closed()) << frame;
     EXPECT_EQ(report.degenerate_triangles, 0u) << frame;
     if (m.stage != Stage::kVolume) continue;
-    const double from = prepared->actors[0].objects[static_cast<std::size_t>(m.leg)].ball_volume,
-                 to = prepared->actors[0].objects[static_cast<std::size_t>(m.leg) + 1].ball_volume;
+    const std::vector<PreparedObject>& objects = prepared->actors[0].objects;
+    const double from = objects[static_cast<std::size_t>(m.leg)].distance_volume,
+                 to = objects[static_cast<std::size_t>(m.leg) + 1].distance_volume;
     const double wanted = (1 - static_cast<double>(m.u)) * from + static_cast<double>(m.u) * to;
     EXPECT_NEAR(report.volume / wanted, 1, 0.03) << frame;
   }
@@ -325,6 +328,7 @@ TEST(Handover, IsWithinAThousandthOfTheModel) {
       scene.boundary.method =
           method == std::string("blend") ? BoundaryMethod::kBlend : BoundaryMethod::kProject;
       scene.frames.count = 400;
+      scene.actors[0].target.motion.interpolate = Interpolation::kBalls;
       const auto extractor = make_cpu_extractor();
       const auto prepared = prepare_scene(scene, *extractor, cache);
       ASSERT_TRUE(prepared.ok()) << prepared.error().message;

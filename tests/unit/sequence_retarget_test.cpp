@@ -37,8 +37,8 @@ TEST_F(RetargetTest, TheSurfaceAtTheChangeIsOneAndTheSame) {
   EXPECT_EQ(actor.legs[1].to, 2u);
   const Mesh before = surface_of(prepared, 0, 0.45f), after = surface_of(prepared, 1, 0);
   const double size = static_cast<double>(box_of(before.positions).diagonal());
-  EXPECT_LT(measured(before).distance_to(measured(after)).largest, 1e-3 * size);
-  EXPECT_NEAR(check_mesh(before).volume / check_mesh(after).volume, 1, 1e-3);
+  EXPECT_LT(measured(before).distance_to(measured(after)).largest, 2e-3 * size);
+  EXPECT_NEAR(check_mesh(before).volume / check_mesh(after).volume, 1, 3e-3);
   // It is neither of the objects that it lies between.
   EXPECT_GT(measured(before).distance_to(measured(surface_of(prepared, 0, 0))).largest,
             0.02 * size);
@@ -153,7 +153,7 @@ TEST_F(RetargetTest, MindsMayBeChangedTwice) {
   EXPECT_EQ(actor.legs[2].from, 5u);
   const Mesh before = surface_of(prepared, 1, 0.6f), after = surface_of(prepared, 2, 0);
   EXPECT_LT(measured(before).distance_to(measured(after)).largest,
-            1e-3 * static_cast<double>(box_of(before.positions).diagonal()));
+            2e-3 * static_cast<double>(box_of(before.positions).diagonal()));
   const auto last = geometry_at(prepared, *extractor, 34);
   ASSERT_TRUE(last.ok());
   EXPECT_EQ(last->actors[0].clothes.size(), 4u);

@@ -1,0 +1,238 @@
+#include "morph/smooth_map.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "morph/features.h"
+#include "morph/mass.h"
+#include "morph/motion.h"
+#include "surface/grid.h"
+
+namespace polymorph {
+namespace {
+
+/// Deviation of the kernels, and the lattice's spacing, as shares of the objects' size.
+constexpr double kDeviation = 0.055;
+constexpr float kSpacing = 0.04f;
+/// How much of a ball's own size its kernel is wide.
+constexpr double kOwnSize = 0.7;
+/// Free space around the balls, as a share of the objects' size.
+constexpr float kMargin = 0.05f;
+
+Mat3 scaled(const Mat3& a, double by) {
+  Mat3 out = a;
+  for (double& v : out.m) v *= by;
+  return out;
+}
+Mat3 minus(const Mat3& a, const Mat3& b) {
+  Mat3 out = a;
+  for (int i = 0; i < 9; ++i) out.m[i] -= b.m[i];
+  return out;
+}
+Vec3 row_of(const Mat3& a, int i) { return to_float({a.at(i, 0), a.at(i, 1), a.at(i, 2)}); }
+
+AffineMap affine(const Mat3& turn, Vec3d offset) {
+  return {{row_of(turn, 0), row_of(turn, 1), row_of(turn, 2)}, to_float(offset)};
+}
+
+/// A part's turn and growth up to u, undone: back to the source, and on to the target.
+struct Undone {
+  Mat3 to_source, to_target;
+  Vec3d center;
+};
+Undone undone(const PathPart& part, double u) {
+  const PartPlace place = place_at(part, u);
+  const Mat3 back = transposed(place.rotation);
+  const Mat3 on = exp_rotation(part.turn) * back;
+  return {scaled(back, 1 / place.scale), scaled(on, exp_of(part.log_scale) / place.scale),
+          place.center};
+}
+
+float kernel_deviation(const MorphPlan& plan, const Pair& pair, double u, float size) {
+  const auto own = [](const Ball& ball) { return 1 / std::sqrt(2 * static_cast<double>(ball.a)); };
+  const double v = std::clamp(u, 0.0, 1.0);
+  const double radius =
+      kOwnSize * ((1 - v) * own(plan.from[pair.from]) + v * own(plan.to[pair.to]));
+  return static_cast<float>(std::hypot(kDeviation * static_cast<double>(size), radius));
+}
+
+/// The radius of what a ball stands for, across its thinnest side.
+double thickness(const Ball& ball) {
+  const auto square = [](float v) { return static_cast<double>(v) * static_cast<double>(v); };
+  const Sym3& s = ball.shape;
+  // The Frobenius norm is at least the largest eigenvalue, and near it where one axis is short.
+  const double steepest = std::sqrt(square(s.xx) + square(s.yy) + square(s.zz) +
+                                    2 * (square(s.xy) + square(s.xz) + square(s.yz)));
+  return std::sqrt(std::max(static_cast<double>(ball.w), 0.1) /
+                   (static_cast<double>(ball.a) * (is_round(ball) ? 1.0 : steepest)));
+}
+
+/// By how much of the level each pair's part is moved: by all of it where that is as thick as the
+/// objects are in the mean, by less where it is thinner. Else limbs would go for the volume's sake.
+std::vector<float> level_weights(const MorphPlan& plan, const std::vector<float>& eased) {
+  std::vector<double> radii;
+  double sum = 0, mass = 0;
+  for (std::size_t e = 0; e < plan.pairs.size(); ++e) {
+    const Pair& pair = plan.pairs[e];
+    const double u = std::clamp(static_cast<double>(eased[e]), 0.0, 1.0);
+    radii.push_back((1 - u) * thickness(plan.from[pair.from]) + u * thickness(plan.to[pair.to]));
+    sum += pair.mass * radii.back(), mass += pair.mass;
+  }
+  std::vector<float> weights;
+  for (const double radius : radii) {
+    const double share = std::min(radius * mass / sum, 1.0);
+    weights.push_back(static_cast<float>(share * share));
+  }
+  return weights;
+}
+
+Grid lattice_over(const Box& box, float size) {
+  Grid lattice;
+  lattice.cell = kSpacing * size;
+  // Two nodes beyond: a point's spline needs one, rounding may take the other.
+  const auto nodes = [&](float extent) {
+    return static_cast<int>(std::ceil(extent / lattice.cell)) + 5;
+  };
+  const Vec3 extent = box.size();
+  lattice.points = {nodes(extent.x), nodes(extent.y), nodes(extent.z)};
+  lattice.origin = box.low - Vec3{2, 2, 2} * lattice.cell;
+  return lattice;
+}
+
+Box box_around(const std::vector<Ball>& balls, float size) {
+  ExtractSettings settings;
+  settings.cutoff = 0.1f;
+  const Box box = surface_bounds(balls, settings);
+  const float margin = kMargin * size;
+  return {box.low - Vec3{margin, margin, margin}, box.high + Vec3{margin, margin, margin}};
+}
+
+/// When a pair's part changes from the one object to the other: what sticks out from the source
+/// goes before the rest, from its tip, and what sticks out from the target comes after it.
+float mixing_progress(float u, float lead) {
+  // Up to a quarter progress rises all the way.
+  constexpr float kLead = 0.12f;
+  const float middle = std::max(4 * u * (1 - u), 0.0f);
+  return u + kLead * lead * middle;
+}
+
+std::vector<RegressionSample> samples_of(const MorphPlan& plan, const std::vector<float>& eased,
+                                         const std::vector<Ball>& balls, float size) {
+  std::vector<RegressionSample> samples;
+  for (std::size_t e = 0; e < balls.size(); ++e)
+    samples.push_back({balls[e].center, std::max(static_cast<float>(plan.pairs[e].mass), 1e-6f),
+                       kernel_deviation(plan, plan.pairs[e], static_cast<double>(eased[e]), size)});
+  return samples;
+}
+
+void set_slope(Carried& carried, const Mat3& turn, Regression& regression) {
+  for (int i = 0; i < 3; ++i) {
+    carried.slope[i] = row_of(turn, i);
+    regression.sloped |= !(carried.slope[i] == Vec3{});
+  }
+}
+
+void set_value(Carried& carried, Vec3d value) {
+  const Vec3 v = to_float(value);
+  carried.value[0] = v.x, carried.value[1] = v.y, carried.value[2] = v.z;
+}
+
+}  // namespace
+
+MomentMap moment_map(const MorphPlan& plan, float time, const std::vector<Ball>& balls,
+                     float size) {
+  PM_CHECK(balls.size() == plan.pairs.size() && size > 0);
+  const std::vector<float> eased = eased_times(plan, time);
+  MomentMap map;
+  map.box = box_around(balls, size);
+  auto regression = std::make_shared<Regression>();
+  regression->maps = 2;
+  regression->lattice = lattice_over(map.box, size);
+  regression->samples = samples_of(plan, eased, balls, size);
+  // What all have in common is exact: the turn and growth of the whole.
+  const auto mean = static_cast<double>(mean_progress(plan, eased));
+  const PathPart whole = whole_of(plan);
+  const Undone common = undone(whole, mean);
+  const Vec3d from_offset = whole.from_center - common.to_source * common.center,
+              to_offset = whole.to_center - common.to_target * common.center;
+  regression->affine[0] = affine(common.to_source, from_offset);
+  regression->affine[1] = affine(common.to_target, to_offset);
+  const std::vector<float> weights = level_weights(plan, eased);
+  for (std::size_t e = 0; e < balls.size(); ++e) {
+    const BallPath& path = plan.paths->balls[e];
+    const Vec3d x(balls[e].center), p(path.start.center), q(path.end.center);
+    const auto u = static_cast<double>(eased[e]);
+    const PathPart& part = plan.paths->parts[path.part];
+    const Undone own = undone(part, u);
+    Carried back, on;
+    set_value(back, p - common.to_source * x - from_offset);
+    set_value(on, q - common.to_target * x - to_offset);
+    back.value[3] = mixing_progress(eased[e], plan.leads.empty() ? 0 : plan.leads[e]);
+    on.value[3] = weights[e];
+    set_slope(back, minus(own.to_source, common.to_source), *regression);
+    set_slope(on, minus(own.to_target, common.to_target), *regression);
+    regression->values.push_back(back);
+    regression->values.push_back(on);
+  }
+  map.from_scale = static_cast<float>(exp_of(whole.log_scale * mean));
+  map.to_scale = static_cast<float>(exp_of(whole.log_scale * (mean - 1)));
+  map.regression = std::move(regression);
+  return map;
+}
+
+std::vector<float> pair_leads(const MorphPlan& plan) {
+  const auto distances = [&](const std::vector<Ball>& balls) {
+    return ball_features(balls, ball_masses(balls, plan.kind)).distance;
+  };
+  const std::vector<float> from = distances(plan.from), to = distances(plan.to);
+  std::vector<float> leads;
+  for (const Pair& pair : plan.pairs)
+    leads.push_back(std::clamp(from[pair.from] - to[pair.to], -1.0f, 1.0f));
+  return leads;
+}
+
+Result<PullBack> pull_back(const MomentMap& map, const std::vector<Vec3>& points,
+                           SurfaceExtractor& extractor) {
+  std::vector<CarriedValues> values;
+  PM_TRY_STATUS(to_status(extractor.regress(map.regression, points, values)));
+  PullBack pulled;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const float *source = values[2 * i].v, *target = values[2 * i + 1].v;
+    pulled.source.push_back({source[0], source[1], source[2]});
+    pulled.target.push_back({target[0], target[1], target[2]});
+    pulled.progress.push_back(source[3]);
+  }
+  return pulled;
+}
+
+Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::vector<Ball>& balls,
+                     float size, const std::vector<Vec3>& points, SurfaceExtractor& extractor) {
+  const std::vector<float> eased = eased_times(plan, time), then = eased_times(plan, next);
+  const std::vector<Ball> later = next != time ? balls_at(plan, next) : balls;
+  auto regression = std::make_shared<Regression>();
+  regression->samples = samples_of(plan, eased, balls, size);
+  regression->lattice = lattice_over(box_around(balls, size), size);
+  const Mat3 zero = scaled(Mat3{}, 0);
+  regression->affine[0] = affine(zero, {});
+  for (std::size_t e = 0; e < balls.size(); ++e) {
+    Carried carried;
+    set_value(carried, Vec3d(later[e].center) - Vec3d(balls[e].center));
+    carried.value[3] = std::clamp(eased[e], 0.0f, 1.0f);
+    const PathPart& part = plan.paths->parts[plan.paths->balls[e].part];
+    const PartPlace a = place_at(part, static_cast<double>(eased[e])),
+                    b = place_at(part, static_cast<double>(then[e]));
+    const Mat3 turn = scaled(b.rotation * transposed(a.rotation), b.scale / a.scale);
+    set_slope(carried, minus(turn, Mat3{}), *regression);
+    regression->values.push_back(carried);
+  }
+  std::vector<CarriedValues> values;
+  PM_TRY_STATUS(to_status(extractor.regress(regression, points, values)));
+  Flow flow;
+  for (const CarriedValues& at : values) {
+    flow.displacement.push_back({at.v[0], at.v[1], at.v[2]});
+    flow.blend.push_back(at.v[3]);
+  }
+  return flow;
+}
+
+}  // namespace polymorph

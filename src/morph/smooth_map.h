@@ -1,0 +1,48 @@
+// The smooth map of a moment of a morph: where each point of space comes from on the source and
+// goes to on the target, by kernel regression over the moving balls (docs/method.md, Surface
+// between).
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "base/box.h"
+#include "base/result.h"
+#include "kernels/extract_surface.h"
+#include "kernels/morph_surface.h"
+#include "morph/flow.h"
+#include "morph/plan.h"
+#include "morph/pull_back.h"
+
+namespace polymorph {
+
+/// One moment's map, and what lengths are measured by then.
+struct MomentMap {
+  /// Map 0: to the source, and the progress; map 1: to the target.
+  std::shared_ptr<const Regression> regression;
+  Box box;                             ///< that the surface stays in
+  float from_scale = 1, to_scale = 1;  ///< scene units per unit of either object's lengths
+};
+
+/// `balls` are those of balls_at(plan, time), `size` the diagonal of the objects. The regression's
+/// kernels have a deviation of 5.5 % of that, wider for large balls: X_A(x) = sum_e k_e (p_e + F_e
+/// (x
+/// - x_e)) / sum_e k_e, with p_e the ball that x_e comes from and F_e the turn and growth since
+/// then, undone; X_B likewise. At time 0 (1) X_A (X_B) is the identity exactly.
+MomentMap moment_map(const MorphPlan& plan, float time, const std::vector<Ball>& balls, float size);
+
+/// How much further out each pair's part is on its source than on its target, [-1, 1]: by the mean
+/// distance along the body to all of it (morph/features.h).
+std::vector<float> pair_leads(const MorphPlan& plan);
+
+/// Where points come from and go to by the map. Errors: the extractor's (surface/grid.h:
+/// to_status).
+Result<PullBack> pull_back(const MomentMap& map, const std::vector<Vec3>& points,
+                           SurfaceExtractor& extractor);
+
+/// flow_at() by the map's kernels instead of the balls' shares. Errors: the extractor's.
+Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::vector<Ball>& balls,
+                     float size, const std::vector<Vec3>& points, SurfaceExtractor& extractor);
+
+}  // namespace polymorph

@@ -1,0 +1,473 @@
+#include "surface/distance_grid.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "base/parallel.h"
+#include "base/result.h"
+#include "surface/mesh_check.h"
+
+namespace polymorph {
+namespace {
+
+constexpr int kCoarse = 4;             ///< fine cells per coarse cell, along an axis
+constexpr int kMostCells = 256;        ///< fine, along the longest side of the model
+constexpr float kExact = 2, kFar = 4;  ///< in fine cells: exact up to here, smooth from there on
+
+enum class FaceSide : std::uint8_t {
+  kBoundary,  ///< inside on one side
+  kMixed,     ///< differs from place to place: asked for at each point
+  kSheet,     ///< outside on both
+};
+
+class Builder {
+ public:
+  Builder(const Model& model, const InsideTest& inside, const ClosestPointQuery& closest,
+          float cell, float thinnest)
+      : model_(model), inside_(inside), closest_(closest), thinnest_(thinnest) {
+    const Box box = model.box();
+    const Vec3 size = box.size();
+    const float longest = std::max({size.x, size.y, size.z});
+    cell_ = std::max(cell, longest / kMostCells);
+    const float margin = std::max(0.06f * box.diagonal(), (kFar + 2 * kCoarse) * cell_);
+    const auto blocks = [&](float extent) {
+      return static_cast<int>(std::ceil((extent + 2 * margin) / (kCoarse * cell_)));
+    };
+    coarse_.points = {blocks(size.x) + 1, blocks(size.y) + 1, blocks(size.z) + 1};
+    coarse_.cell = kCoarse * cell_;
+    const auto middle = [&](int points) {
+      return 0.5f * static_cast<float>(points - 1) * coarse_.cell;
+    };
+    coarse_.origin = box.center() - Vec3{middle(coarse_.points.x), middle(coarse_.points.y),
+                                         middle(coarse_.points.z)};
+    out_.grid = {coarse_.origin,
+                 cell_,
+                 {kCoarse * (coarse_.points.x - 1) + 1, kCoarse * (coarse_.points.y - 1) + 1,
+                  kCoarse * (coarse_.points.z - 1) + 1}};
+  }
+
+  DistanceGrid run() {
+    row_ = fine_index(0, 1, 0), layer_ = fine_index(0, 0, 1);
+    closed_ = check_mesh({model_.points, {}, model_.triangles}).closed();
+    classify_faces();
+    measure_coarse();
+    fill_smooth();
+    measure_near();
+    if (thinnest_ > 0) smooth_thin_parts();
+    close_border();
+    bound_slopes();
+    return std::move(out_);
+  }
+
+ private:
+  /// Is this face a boundary of the solid? Its middle and points near its corners say so.
+  void classify_faces() {
+    sides_.assign(model_.triangles.size(), FaceSide::kBoundary);
+    const float step = 0.02f * cell_;
+    parallel_for(
+        static_cast<std::int64_t>(sides_.size()),
+        [&](std::int64_t index) {
+          const auto t = static_cast<std::size_t>(index);
+          const Vec3 a = model_.points[model_.triangles[t].v[0]],
+                     b = model_.points[model_.triangles[t].v[1]],
+                     c = model_.points[model_.triangles[t].v[2]];
+          const Vec3 normal = normalized(cross(b - a, c - a));
+          int boundary = 0, sheet = 0;
+          constexpr std::array<Vec3, 4> kWeights{
+              {{1.f / 3, 1.f / 3, 1.f / 3}, {.8f, .1f, .1f}, {.1f, .8f, .1f}, {.1f, .1f, .8f}}};
+          for (const Vec3 w : kWeights) {
+            const Vec3 p = a * w.x + b * w.y + c * w.z;
+            const bool front = inside_.inside(p + normal * step),
+                       back = inside_.inside(p - normal * step);
+            boundary += front != back;
+            sheet += !front && !back;
+          }
+          if (boundary == 4) return;
+          sides_[t] = sheet == 4 ? FaceSide::kSheet : FaceSide::kMixed;
+        },
+        64);
+  }
+
+  std::size_t coarse_index(int x, int y, int z) const {
+    return static_cast<std::size_t>(x) +
+           static_cast<std::size_t>(coarse_.points.x) *
+               (static_cast<std::size_t>(y) +
+                static_cast<std::size_t>(coarse_.points.y) * static_cast<std::size_t>(z));
+  }
+
+  /// Is the point inside, given a neighbour `apart` that is known? Around a point there is no face
+  /// nearer than its distance, so that a neighbour within that is on the same side of a closed
+  /// model.
+  bool inside_beside(Vec3 p, float distance, float apart, float known_distance,
+                     bool known_inside) const {
+    const bool same_side = closed_ && std::max(distance, known_distance) > 1.01f * apart;
+    return same_side ? known_inside : inside_.inside(p);
+  }
+
+  /// Is the closest face hidden within the solid, so that the boundary is further off?
+  bool is_hidden(Vec3 p, const ClosestPoint& closest, bool in) const {
+    return in && sides_[closest.triangle] == FaceSide::kMixed &&
+           inside_.inside(closest.point + normalized(closest.point - p) * (0.02f * cell_));
+  }
+
+  void measure_coarse() {
+    const std::size_t count = coarse_index(0, 0, coarse_.points.z);
+    smooth_.resize(count);
+    std::vector<std::uint8_t> hidden(count, 0);
+    parallel_for(
+        std::int64_t{coarse_.points.y} * coarse_.points.z,
+        [&](std::int64_t line) {
+          float distance = 0;
+          bool in = false;
+          for (int x = 0; x < coarse_.points.x; ++x) {
+            const std::int64_t n = line * coarse_.points.x + x;
+            const Vec3 p = grid_point(coarse_, place_of(n, coarse_.points));
+            const ClosestPoint closest = closest_.closest(p);
+            in = x == 0 ? inside_.inside(p)
+                        : inside_beside(p, closest.distance, coarse_.cell, distance, in);
+            distance = closest.distance;
+            smooth_[static_cast<std::size_t>(n)] = in ? distance : -distance;
+            hidden[static_cast<std::size_t>(n)] = is_hidden(p, closest, in);
+          }
+        },
+        4);
+    reach_around(coarse_, hidden, smooth_);
+  }
+
+  static Int3 place_of(std::int64_t n, Int3 points) {
+    return {static_cast<int>(n % points.x), static_cast<int>(n / points.x % points.y),
+            static_cast<int>(n / points.x / points.y)};
+  }
+
+  /// Points whose closest face is hidden have at least the distance that their neighbours leave
+  /// them: raised from the outside in, until nothing changes.
+  static void reach_around(const Grid& grid, const std::vector<std::uint8_t>& hidden,
+                           std::vector<float>& values) {
+    if (std::find(hidden.begin(), hidden.end(), 1) == hidden.end()) return;
+    // The boundary's distance is 1-Lipschitz: the largest function that is, and agrees with what is
+    // known, is the least over all known points of their value plus the distance from there.
+    constexpr float kUnknown = 1e30f;
+    for (std::size_t n = 0; n < values.size(); ++n)
+      if (hidden[n]) values[n] = kUnknown;
+    const Int3 size = grid.points;
+    const auto sweep = [&](bool forward) {
+      const std::int64_t count = std::int64_t{size.x} * size.y * size.z;
+      for (std::int64_t k = 0; k < count; ++k) {
+        const std::int64_t n = forward ? k : count - 1 - k;
+        if (!hidden[static_cast<std::size_t>(n)]) continue;
+        const Int3 at = place_of(n, size);
+        float least_value = values[static_cast<std::size_t>(n)];
+        for (int dz = -1; dz <= 1; ++dz)
+          for (int dy = -1; dy <= 1; ++dy)
+            for (int dx = -1; dx <= 1; ++dx) {
+              const Int3 q{at.x + dx, at.y + dy, at.z + dz};
+              if (q.x < 0 || q.y < 0 || q.z < 0 || q.x >= size.x || q.y >= size.y || q.z >= size.z)
+                continue;
+              const std::int64_t m = q.x + static_cast<std::int64_t>(size.x) *
+                                               (q.y + static_cast<std::int64_t>(size.y) * q.z);
+              const float way =
+                  grid.cell * std::sqrt(static_cast<float>(dx * dx + dy * dy + dz * dz));
+              least_value = std::min(least_value, values[static_cast<std::size_t>(m)] + way);
+            }
+        values[static_cast<std::size_t>(n)] = least_value;
+      }
+    };
+    for (int i = 0; i < 2; ++i) sweep(true), sweep(false);
+    for (std::size_t n = 0; n < values.size(); ++n)
+      if (values[n] >= kUnknown) values[n] = 0;
+  }
+
+  /// The spline at all fine points.
+  void fill_smooth() {
+    const Int3 n = out_.grid.points;
+    out_.values.resize(static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y) *
+                       static_cast<std::size_t>(n.z));
+    const auto axis_at = [](int fine, int nodes) {
+      struct Axis {
+        int at[3];
+        float weight[3];
+      } axis;
+      const float u = static_cast<float>(fine) / kCoarse;
+      const float middle = std::floor(u + 0.5f), f = u - middle;
+      axis.weight[0] = 0.5f * (0.5f - f) * (0.5f - f);
+      axis.weight[2] = 0.5f * (0.5f + f) * (0.5f + f);
+      axis.weight[1] = 1 - axis.weight[0] - axis.weight[2];
+      for (int i = 0; i < 3; ++i)
+        axis.at[i] = std::clamp(static_cast<int>(middle) - 1 + i, 0, nodes - 1);
+      return axis;
+    };
+    parallel_for(n.z, [&](std::int64_t z) {
+      const auto az = axis_at(static_cast<int>(z), coarse_.points.z);
+      std::vector<float> line(static_cast<std::size_t>(coarse_.points.x));
+      for (int y = 0; y < n.y; ++y) {
+        const auto ay = axis_at(y, coarse_.points.y);
+        std::fill(line.begin(), line.end(), 0.0f);
+        for (int k = 0; k < 3; ++k)
+          for (int j = 0; j < 3; ++j) {
+            const float weight = az.weight[k] * ay.weight[j];
+            const float* from = smooth_.data() + coarse_index(0, ay.at[j], az.at[k]);
+            for (std::size_t x = 0; x < line.size(); ++x) line[x] += weight * from[x];
+          }
+        float* to = out_.values.data() + fine_index(0, y, static_cast<int>(z));
+        for (int x = 0; x < n.x; ++x) {
+          const auto ax = axis_at(x, coarse_.points.x);
+          to[x] = 0;
+          for (int i = 0; i < 3; ++i)
+            to[x] += ax.weight[i] * line[static_cast<std::size_t>(ax.at[i])];
+        }
+      }
+    });
+  }
+
+  std::size_t fine_index(int x, int y, int z) const {
+    const Int3 n = out_.grid.points;
+    return static_cast<std::size_t>(x) +
+           static_cast<std::size_t>(n.x) *
+               (static_cast<std::size_t>(y) +
+                static_cast<std::size_t>(n.y) * static_cast<std::size_t>(z));
+  }
+
+  /// Exact distances near the surface, in blocks of kCoarse^3 points that may hold some of it.
+  void measure_near() {
+    const Int3 blocks{coarse_.points.x, coarse_.points.y, coarse_.points.z};
+    const float reach = kFar * cell_;
+    const float half = 0.5f * std::sqrt(3.0f) * (kCoarse - 1) * cell_;
+    const float middle = 0.5f * (kCoarse - 1) * cell_;
+    parallel_for(
+        std::int64_t{blocks.x} * blocks.y * blocks.z,
+        [&](std::int64_t b) {
+          const Int3 block = place_of(b, blocks);
+          const Int3 first{block.x * kCoarse, block.y * kCoarse, block.z * kCoarse};
+          const Vec3 low = grid_point(out_.grid, first);
+          const ClosestPoint near =
+              closest_.closest(low + Vec3{middle, middle, middle}, reach + half);
+          if (near.triangle == ClosestPoint::kNoTriangle) return;
+          measure_block(first, reach);
+        },
+        4);
+  }
+
+  void measure_block(Int3 first, float reach) {
+    const Int3 n = out_.grid.points;
+    const Int3 end{std::min(first.x + kCoarse, n.x), std::min(first.y + kCoarse, n.y),
+                   std::min(first.z + kCoarse, n.z)};
+    float distance[kCoarse][kCoarse][kCoarse];
+    bool in[kCoarse][kCoarse][kCoarse];
+    for (int z = 0; z < end.z - first.z; ++z)
+      for (int y = 0; y < end.y - first.y; ++y)
+        for (int x = 0; x < end.x - first.x; ++x) {
+          const Int3 at{first.x + x, first.y + y, first.z + z};
+          const Vec3 p = grid_point(out_.grid, at);
+          const ClosestPoint near = closest_.closest(p, reach);
+          distance[z][y][x] = near.distance;
+          const Int3 before{x > 0 ? x - 1 : x, x == 0 && y > 0 ? y - 1 : y,
+                            x == 0 && y == 0 && z > 0 ? z - 1 : z};
+          const bool is_first = x == 0 && y == 0 && z == 0;
+          in[z][y][x] = is_first ? inside_.inside(p)
+                                 : inside_beside(p, near.distance, cell_,
+                                                 distance[before.z][before.y][before.x],
+                                                 in[before.z][before.y][before.x]);
+          if (near.triangle != ClosestPoint::kNoTriangle)
+            set_near(out_.values[fine_index(at.x, at.y, at.z)], p, near, in[z][y][x]);
+        }
+  }
+
+  void set_near(float& value, Vec3 p, const ClosestPoint& near, bool in) const {
+    if (is_hidden(p, near, in)) return;
+    float exact = in ? near.distance : -near.distance;
+    if (!in && sides_[near.triangle] == FaceSide::kSheet)
+      exact = std::max(exact, 0.5f * cell_ - near.distance);
+    const float t = std::clamp((near.distance / cell_ - kExact) / (kFar - kExact), 0.0f, 1.0f);
+    const float smooth = t * t * (3 - 2 * t);
+    value = exact + smooth * (value - exact);
+  }
+
+  /// Where distances rise from both sides towards a point and are less than `radius` there: the
+  /// ridge of a thin part (sign 1) or of a narrow gap (-1). One list a layer of points. Distances
+  /// rise along the ridge between two faces, by the sine of half the angle between them: no more
+  /// than `steepest`.
+  std::vector<std::vector<Int3>> thin_ridge(float radius, float sign, float steepest) const {
+    const Int3 n = out_.grid.points;
+    std::vector<std::vector<Int3>> ridge(static_cast<std::size_t>(n.z));
+    parallel_for(n.z - 2, [&](std::int64_t layer) {
+      const int z = static_cast<int>(layer) + 1;
+      for (int y = 1; y + 1 < n.y; ++y)
+        for (int x = 1; x + 1 < n.x; ++x) {
+          const std::size_t i = fine_index(x, y, z);
+          const float v = sign * out_.values[i];
+          if (!(v > 0) || v >= radius) continue;
+          const auto slope = [&](std::size_t step) {
+            return out_.values[i + step] - out_.values[i - step];
+          };
+          const Vec3 gradient{slope(1), slope(row_), slope(layer_)};
+          if (length(gradient) < 2 * cell_ * steepest)
+            ridge[static_cast<std::size_t>(z)].push_back({x, y, z});
+        }
+    });
+    return ridge;
+  }
+
+  /// At all points within `reach` of a ridge, the largest of f(distance) and what stood there.
+  template <class F>
+  void raise_around(const std::vector<std::vector<Int3>>& ridge, float reach, const F& f,
+                    std::vector<float>& values) const {
+    const Int3 n = out_.grid.points;
+    const int cells = static_cast<int>(std::floor(reach / cell_));
+    const auto range = [&](int at, int points) {
+      return std::pair(std::max(at - cells, 0), std::min(at + cells, points - 1));
+    };
+    parallel_for(n.z, [&](std::int64_t layer) {
+      const int z = static_cast<int>(layer);
+      const auto [first_z, last_z] = range(z, n.z);
+      for (int k = first_z; k <= last_z; ++k)
+        for (const Int3 at : ridge[static_cast<std::size_t>(k)]) {
+          const auto [first_y, last_y] = range(at.y, n.y);
+          const auto [first_x, last_x] = range(at.x, n.x);
+          for (int y = first_y; y <= last_y; ++y)
+            for (int x = first_x; x <= last_x; ++x) {
+              const auto square = static_cast<float>((x - at.x) * (x - at.x) +
+                                                     (y - at.y) * (y - at.y) + (z - k) * (z - k));
+              float& v = values[fine_index(x, y, z)];
+              v = std::max(v, f(cell_ * std::sqrt(square)));
+            }
+        }
+    });
+  }
+
+  /// Takes out what cells of the surface's size would show as shreds: near thin parts and narrow
+  /// gaps the distances pass a Gaussian, after thin parts have been made as thick as what that
+  /// leaves. Elsewhere edges stay as they are.
+  void smooth_thin_parts() {
+    const float radius = 1.35f * thinnest_, sigma = 0.65f * thinnest_;
+    // Thin is what has faces at less than 47 degrees; edges of up to 97 degrees are smoothed.
+    const auto thin = thin_ridge(radius, 1, 0.4f);
+    raise_around(
+        thin, 2 * radius, [&](float distance) { return radius - distance; }, out_.values);
+    const auto parts = thin_ridge(radius, 1, 0.75f), gaps = thin_ridge(radius, -1, 0.75f);
+    std::vector<float> mask(out_.values.size(), 0.0f);
+    const float near = 1.5f * radius, far = 2.5f * radius;
+    const auto falling = [&](float distance) {
+      const float t = std::clamp((far - distance) / (far - near), 0.0f, 1.0f);
+      return t * t * (3 - 2 * t);
+    };
+    raise_around(parts, far, falling, mask);
+    raise_around(gaps, far, falling, mask);
+    std::vector<float> smooth = out_.values;
+    low_pass(smooth, sigma / cell_);
+    parallel_for(
+        static_cast<std::int64_t>(mask.size()),
+        [&](std::int64_t i) {
+          const auto at = static_cast<std::size_t>(i);
+          out_.values[at] += mask[at] * (smooth[at] - out_.values[at]);
+        },
+        4096);
+  }
+
+  /// A Gaussian along each axis in turn; sigma in cells.
+  void low_pass(std::vector<float>& v, float sigma) const {
+    const int reach = static_cast<int>(std::ceil(2.5f * sigma));
+    std::vector<float> weights;
+    float sum = 0;
+    for (int i = -reach; i <= reach; ++i) {
+      const float t = static_cast<float>(i) / sigma;
+      weights.push_back(std::exp(-0.5f * t * t));
+      sum += weights.back();
+    }
+    for (float& w : weights) w /= sum;
+    const Int3 n = out_.grid.points;
+    // Along lines of `count` runs of `width` neighbours, `step` apart.
+    const auto pass = [&](std::size_t lines, std::size_t apart, int count, std::size_t step,
+                          std::size_t width) {
+      parallel_for(static_cast<std::int64_t>(lines), [&](std::int64_t l) {
+        float* line = v.data() + static_cast<std::size_t>(l) * apart;
+        std::vector<float> copy(static_cast<std::size_t>(count) * width);
+        for (int i = 0; i < count; ++i)
+          std::copy_n(line + static_cast<std::size_t>(i) * step, width,
+                      copy.data() + static_cast<std::size_t>(i) * width);
+        for (int i = 0; i < count; ++i) {
+          float* to = line + static_cast<std::size_t>(i) * step;
+          std::fill_n(to, width, 0.0f);
+          for (int k = -reach; k <= reach; ++k) {
+            const float w = weights[static_cast<std::size_t>(k + reach)];
+            const float* from =
+                copy.data() + static_cast<std::size_t>(std::clamp(i + k, 0, count - 1)) * width;
+            for (std::size_t x = 0; x < width; ++x) to[x] += w * from[x];
+          }
+        }
+      });
+    };
+    pass(static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z), row_, n.x, 1, 1);
+    pass(static_cast<std::size_t>(n.z), layer_, n.y, row_, row_);
+    pass(static_cast<std::size_t>(n.y), row_, n.z, layer_, row_);
+  }
+
+  void close_border() {
+    const Int3 n = out_.grid.points;
+    for (int z = 0; z < n.z; ++z)
+      for (int y = 0; y < n.y; ++y)
+        for (int x = 0; x < n.x; ++x) {
+          const bool border =
+              x == 0 || y == 0 || z == 0 || x == n.x - 1 || y == n.y - 1 || z == n.z - 1;
+          if (border) {
+            float& value = out_.values[fine_index(x, y, z)];
+            value = std::min(value, -cell_);
+          } else {
+            x = std::max(x, n.x - 2);
+          }
+        }
+  }
+
+  /// The largest gradient of the trilinear function: along each axis, within a cell, it lies
+  /// between those of the cell's edges.
+  void bound_slopes() {
+    const Int3 n = out_.grid.points;
+    std::vector<float> of_layer(static_cast<std::size_t>(n.z - 1), 0.0f);
+    parallel_for(n.z - 1, [&](std::int64_t layer) {
+      const auto z = static_cast<int>(layer);
+      float most_of = 0;
+      for (int y = 0; y + 1 < n.y; ++y)
+        for (int x = 0; x + 1 < n.x; ++x) {
+          float c[8];
+          for (int i = 0; i < 8; ++i)
+            c[i] = out_.values[fine_index(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2))];
+          float square = 0;
+          for (int axis = 0; axis < 3; ++axis) {
+            float steepest = 0;
+            for (int i = 0; i < 8; ++i)
+              if (!(i >> axis & 1))
+                steepest = std::max(steepest, std::fabs(c[i | 1 << axis] - c[i]));
+            square += steepest * steepest;
+          }
+          most_of = std::max(most_of, square);
+        }
+      of_layer[static_cast<std::size_t>(layer)] = most_of;
+    });
+    const float square = *std::max_element(of_layer.begin(), of_layer.end());
+    out_.lipschitz = std::max(1.0f, std::sqrt(square) / cell_);
+  }
+
+  const Model& model_;
+  const InsideTest& inside_;
+  const ClosestPointQuery& closest_;
+  float cell_ = 0, thinnest_ = 0;
+  Grid coarse_;
+  bool closed_ = false;
+  std::vector<FaceSide> sides_;
+  std::vector<float> smooth_;  ///< at the coarse points
+  DistanceGrid out_;
+  std::size_t row_ = 1, layer_ = 1;  ///< steps along y and z
+};
+
+}  // namespace
+
+DistanceGrid signed_distances(const Model& model, const InsideTest& inside,
+                              const ClosestPointQuery& closest, float cell, float thinnest) {
+  PM_CHECK(cell > 0 && !model.triangles.empty());
+  return Builder(model, inside, closest, cell, thinnest).run();
+}
+
+}  // namespace polymorph
