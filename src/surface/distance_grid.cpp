@@ -14,14 +14,18 @@
 namespace polymorph {
 namespace {
 
-constexpr int kCoarse = 4;             ///< fine cells per coarse cell, along an axis
-constexpr int kMostCells = 256;        ///< fine, along the longest side of the model
+constexpr int kCoarse = 4;       ///< fine cells per coarse cell, along an axis
+constexpr int kMostCells = 256;  ///< fine, along the longest side of the model
+/// The winding number from which on what lies behind a face is inside beyond doubt.
+constexpr double kDecided = 0.75;
+/// Radius that thin parts are brought to, over the thinnest that shows: the filter takes the rest.
+constexpr float kThickened = 1.35f;
 constexpr float kExact = 2, kFar = 4;  ///< in fine cells: exact up to here, smooth from there on
 
 enum class FaceSide : std::uint8_t {
   kBoundary,  ///< inside on one side
   kMixed,     ///< differs from place to place: asked for at each point
-  kSheet,     ///< outside on both
+  kSheet,     ///< outside on both, or neither in nor out
 };
 
 class Builder {
@@ -81,10 +85,11 @@ class Builder {
               {{1.f / 3, 1.f / 3, 1.f / 3}, {.8f, .1f, .1f}, {.1f, .8f, .1f}, {.1f, .1f, .8f}}};
           for (const Vec3 w : kWeights) {
             const Vec3 p = a * w.x + b * w.y + c * w.z;
-            const bool front = inside_.inside(p + normal * step),
-                       back = inside_.inside(p - normal * step);
-            boundary += front != back;
-            sheet += !front && !back;
+            const double front = inside_.winding_number(p + normal * step),
+                         back = inside_.winding_number(p - normal * step);
+            // A loose sheet has half a turn on either side.
+            sheet += std::max(front, back) < kDecided;
+            boundary += std::max(front, back) >= kDecided && std::min(front, back) < 0.5;
           }
           if (boundary == 4) return;
           sides_[t] = sheet == 4 ? FaceSide::kSheet : FaceSide::kMixed;
@@ -280,7 +285,7 @@ class Builder {
     if (is_hidden(p, near, in)) return;
     float exact = in ? near.distance : -near.distance;
     if (!in && sides_[near.triangle] == FaceSide::kSheet)
-      exact = std::max(exact, 0.5f * cell_ - near.distance);
+      exact = std::max(exact, kThickened * thinnest_ - near.distance);
     const float t = std::clamp((near.distance / cell_ - kExact) / (kFar - kExact), 0.0f, 1.0f);
     const float smooth = t * t * (3 - 2 * t);
     value = exact + smooth * (value - exact);
@@ -342,11 +347,14 @@ class Builder {
   /// gaps the distances pass a Gaussian, after thin parts have been made as thick as what that
   /// leaves. Elsewhere edges stay as they are.
   void smooth_thin_parts() {
-    const float radius = 1.35f * thinnest_, sigma = 0.65f * thinnest_;
+    const float radius = kThickened * thinnest_, sigma = 0.65f * thinnest_;
     // Thin is what has faces at less than 47 degrees; edges of up to 97 degrees are smoothed.
     const auto thin = thin_ridge(radius, 1, 0.4f);
-    raise_around(
-        thin, 2 * radius, [&](float distance) { return radius - distance; }, out_.values);
+    // Beyond the thickened part's surface twice as steep, to meet what was there.
+    const auto ball = [&](float distance) {
+      return distance < radius ? radius - distance : 2 * (radius - distance);
+    };
+    raise_around(thin, 2 * radius, ball, out_.values);
     const auto parts = thin_ridge(radius, 1, 0.75f), gaps = thin_ridge(radius, -1, 0.75f);
     std::vector<float> mask(out_.values.size(), 0.0f);
     const float near = 1.5f * radius, far = 2.5f * radius;

@@ -1,0 +1,129 @@
+#include "morph/smooth_map.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "morph/motion.h"
+#include "morph_testing.h"
+
+namespace polymorph {
+namespace {
+
+constexpr float kSize = 2.5f;
+
+MorphPlan plan_between(std::vector<Ball> from, std::vector<Ball> to, Path path = Path::kRigid) {
+  MotionSettings motion;
+  motion.path = path;
+  motion.easing = Easing::kLinear;
+  PlanSide source, target;
+  source.balls = std::move(from);
+  target.balls = std::move(to);
+  MorphPlan plan =
+      plan_morph(std::move(source), std::move(target), FieldKind::kGaussian, {}, motion);
+  plan.leads = pair_leads(plan);
+  return plan;
+}
+
+PullBack pulled(const MorphPlan& plan, float time, const std::vector<Vec3>& points) {
+  const auto extractor = make_cpu_extractor();
+  auto out = pull_back(moment_map(plan, time, balls_at(plan, time), kSize), points, *extractor);
+  EXPECT_TRUE(out.ok()) << out.error().message;
+  return out.ok() ? *out : PullBack{};
+}
+
+std::vector<Vec3> points_of(const std::vector<Ball>& balls) {
+  std::vector<Vec3> points;
+  for (const Ball& ball : balls) {
+    points.push_back(ball.center);
+    points.push_back(ball.center + Vec3{0.1f, -0.15f, 0.05f});
+  }
+  return points;
+}
+
+TEST(SmoothMap, IsTheIdentityAtEitherEnd) {
+  for (const Path path : {Path::kStraight, Path::kRigid, Path::kBezier, Path::kParts}) {
+    const MorphPlan plan = plan_between(bar(), random_balls(40, 3), path);
+    const std::vector<Vec3> from = points_of(plan.from), to = points_of(plan.to);
+    const PullBack at_start = pulled(plan, 0, from), at_end = pulled(plan, 1, to);
+    for (std::size_t i = 0; i < from.size(); ++i)
+      EXPECT_LT(length(at_start.source[i] - from[i]), 1e-5f);
+    for (std::size_t i = 0; i < to.size(); ++i) EXPECT_LT(length(at_end.target[i] - to[i]), 1e-5f);
+    EXPECT_EQ(at_start.progress[0], 0);
+    EXPECT_NEAR(at_end.progress[0], 1, 1e-6f);
+  }
+}
+
+TEST(SmoothMap, OfATurnedCopyIsThatTurnEverywhere) {
+  const Mat3 turn = exp_rotation({0, 0.6, 0.3});
+  std::vector<Ball> copy = bar();
+  for (Ball& ball : copy) ball.center = to_float(turn * Vec3d(ball.center)) + Vec3{0.3f, 0, 0.1f};
+  const MorphPlan plan = plan_between(bar(), copy);
+  const std::vector<Ball> half = balls_at(plan, 0.5f);
+  const PullBack back = pulled(plan, 0.5f, points_of(half));
+  for (std::size_t i = 0; i < back.source.size(); ++i) {
+    const Vec3 arrived = to_float(turn * Vec3d(back.source[i])) + Vec3{0.3f, 0, 0.1f};
+    EXPECT_LT(length(back.target[i] - arrived), 0.02f);
+  }
+}
+
+TEST(SmoothMap, NeighboursStayNeighbours) {
+  // Whatever the pairs do, points a hundredth of the size apart come from places that are close.
+  const MorphPlan plan = plan_between(random_balls(80, 5), random_balls(80, 6));
+  std::vector<Vec3> points = points_of(balls_at(plan, 0.5f));
+  std::vector<Vec3> beside;
+  for (const Vec3 p : points) beside.push_back(p + Vec3{0.01f * kSize, 0, 0});
+  const PullBack a = pulled(plan, 0.5f, points), b = pulled(plan, 0.5f, beside);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    EXPECT_LT(length(a.source[i] - b.source[i]), 0.06f * kSize);
+}
+
+TEST(SmoothMap, FlowTakesPointsWhereTheyComeFromTheSamePlace) {
+  const MorphPlan plan = plan_between(bar(), random_balls(40, 3));
+  constexpr float kTime = 0.4f, kNext = 0.42f;
+  const std::vector<Ball> balls = balls_at(plan, kTime);
+  std::vector<Vec3> points = points_of(balls);
+  const auto extractor = make_cpu_extractor();
+  const auto flow = flow_at(plan, kTime, kNext, balls, kSize, points, *extractor);
+  ASSERT_TRUE(flow.ok()) << flow.error().message;
+  const PullBack before = pulled(plan, kTime, points);
+  double moved = 0, missed = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    moved += static_cast<double>(length(flow->displacement[i]));
+    points[i] = points[i] + flow->displacement[i];
+  }
+  const PullBack after = pulled(plan, kNext, points);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    missed += static_cast<double>(length(after.source[i] - before.source[i]));
+  ASSERT_GT(moved, 0);
+  EXPECT_LT(missed, moved) << "a point keeps where it comes from better than one that stands still";
+}
+
+TEST(SmoothMap, TipsWithoutACounterpartLead) {
+  // A bar becomes a ball: its ends are further out than anything there.
+  const MorphPlan plan =
+      plan_between(bar(), {ball_at({0, 0, 0}, 0.5f), ball_at({0.1f, 0, 0}, 0.5f)});
+  float middle = 1, tip = -1;
+  for (std::size_t e = 0; e < plan.pairs.size(); ++e) {
+    const float x = std::abs(plan.from[plan.pairs[e].from].center.x);
+    if (x < 0.1f) middle = std::min(middle, plan.leads[e]);
+    if (x > 0.95f) tip = std::max(tip, plan.leads[e]);
+  }
+  EXPECT_GT(tip, middle + 0.2f);
+}
+
+TEST(Pacing, RunsThroughItsTableWithoutTurningBack) {
+  MorphPlan plan = plan_between(bar(), random_balls(40, 3));
+  plan.pacing = {0, 0.05f, 0.1f, 0.5f, 0.9f, 1};
+  float before = 0;
+  for (int k = 0; k <= 100; ++k) {
+    const float u = eased_times(plan, static_cast<float>(k) / 100)[0];
+    EXPECT_GE(u, before);
+    before = u;
+  }
+  EXPECT_EQ(before, 1);
+  EXPECT_NEAR(eased_times(plan, 0.6f)[0], 0.5f, 1e-5f);
+}
+
+}  // namespace
+}  // namespace polymorph

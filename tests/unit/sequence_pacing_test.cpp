@@ -1,0 +1,33 @@
+#include "sequence/pacing.h"
+
+#include <gtest/gtest.h>
+
+#include "scene_fixture.h"
+
+namespace polymorph {
+namespace {
+
+class PacingTest : public SceneTest {
+ protected:
+  PacingTest() : SceneTest(R"("spheres": {"balls": 16}, "surface": {"resolution": 40})") {}
+};
+
+TEST_F(PacingTest, RisesFromNothingToAll) {
+  const PreparedScene prepared =
+      prepared_of(R"("source": "cube", "target": "torus", "frames": {"count": 12})");
+  const std::vector<float>& pacing = prepared.actors[0].legs[0].plan.pacing;
+  ASSERT_GE(pacing.size(), 3u);
+  EXPECT_EQ(pacing.front(), 0);
+  EXPECT_EQ(pacing.back(), 1);
+  for (std::size_t i = 1; i < pacing.size(); ++i) EXPECT_GT(pacing[i], pacing[i - 1]);
+}
+
+TEST_F(PacingTest, IsLeftToBallsThatHaveTimesOfTheirOwn) {
+  const PreparedScene prepared = prepared_of(
+      R"("source": "cube", "target": "torus", "frames": {"count": 12},
+         "motion": {"stagger": "axis"})");
+  EXPECT_TRUE(prepared.actors[0].legs[0].plan.pacing.empty());
+}
+
+}  // namespace
+}  // namespace polymorph
