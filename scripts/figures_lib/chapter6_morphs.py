@@ -226,7 +226,8 @@ def fig6_6(w):
 def fig6_7(w):
     objects, count = ["teapot", "penguin"], 97
     rows, heads, table = [], None, []
-    for name, layers in (("report", [w.report()]), ("ours", [])):
+    # Made of balls, so that all stages are there.
+    for name, layers in (("report", [w.report()]), ("ours", [{"motion": {"interpolate": "balls"}}])):
         scene = w.scene(objects, {"frames": {"count": count}}, *layers)
         said = w.json("info", scene, "--frames")["actors"][0]
         own = [f["frame"] for f in said["frames"]]
