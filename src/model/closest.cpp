@@ -234,4 +234,14 @@ std::vector<ClosestPoint> ClosestPointQuery::closest(std::span<const Vec3> from,
   return answers;
 }
 
+Vec3 interpolated_normal(const Model& model, const ClosestPoint& at) {
+  const Triangle& t = model.triangles[at.triangle];
+  const TriangleWeights w = closest_on_triangle(at.point, model.points[t.v[0]],
+                                                model.points[t.v[1]], model.points[t.v[2]]);
+  const std::size_t c = 3 * std::size_t{at.triangle};
+  return model.corner_normals[c] * static_cast<float>(w.a) +
+         model.corner_normals[c + 1] * static_cast<float>(w.b) +
+         model.corner_normals[c + 2] * static_cast<float>(w.c);
+}
+
 }  // namespace polymorph

@@ -49,4 +49,8 @@ struct TriangleWeights {
 };
 TriangleWeights closest_on_triangle(Vec3 p, Vec3 a, Vec3 b, Vec3 c);
 
+/// The mean of the corner normals around a point of the model, by its weights there; not of unit
+/// length. The model has corner normals.
+Vec3 interpolated_normal(const Model& model, const ClosestPoint& at);
+
 }  // namespace polymorph

@@ -37,6 +37,10 @@ Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::v
   }
   PM_TRY(const std::vector<CarriedValues> values,
          carried_to(extractor, balls, plan.kind, carried, points));
+  return flow_of(values);
+}
+
+Flow flow_of(const std::vector<CarriedValues>& values) {
   Flow flow;
   for (const CarriedValues& at : values) {
     flow.displacement.push_back({at.v[0], at.v[1], at.v[2]});

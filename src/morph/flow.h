@@ -23,4 +23,7 @@ struct Flow {
 Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::vector<Ball>& balls,
                      const std::vector<Vec3>& points, SurfaceExtractor& extractor);
 
+/// From what was carried to points: displacement and progress.
+Flow flow_of(const std::vector<CarriedValues>& values);
+
 }  // namespace polymorph

@@ -27,11 +27,16 @@ Result<PullBack> pull_back(const MorphPlan& plan, float time, const std::vector<
   }
   PM_TRY(const std::vector<CarriedValues> values,
          carried_to(extractor, balls, plan.kind, carried, points));
+  return pull_back_of(values);
+}
+
+PullBack pull_back_of(const std::vector<CarriedValues>& values) {
   PullBack pulled;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const float *source = values[2 * i].v, *target = values[2 * i + 1].v;
+  for (std::size_t i = 0; i + 1 < values.size(); i += 2) {
+    const float *source = values[i].v, *target = values[i + 1].v;
     pulled.source.push_back({source[0], source[1], source[2]});
     pulled.target.push_back({target[0], target[1], target[2]});
+    pulled.progress.push_back(source[3]);
   }
   return pulled;
 }

@@ -13,7 +13,7 @@ namespace polymorph {
 /// One a point: its place on the source and on the target, near their surfaces.
 struct PullBack {
   std::vector<Vec3> source, target;
-  std::vector<float> progress;  ///< eased, of what is there; only of a smooth map (smooth_map.h)
+  std::vector<float> progress;  ///< eased, of what is there; by a smooth map, else 0
 };
 
 /// X(x) = sum_e q_e (p_e + F_e (x - x_e)) over the pairs e, with q_e the share of ball x_e in the
@@ -23,5 +23,8 @@ struct PullBack {
 /// Errors: the extractor's (surface/grid.h: to_status).
 Result<PullBack> pull_back(const MorphPlan& plan, float time, const std::vector<Ball>& balls,
                            const std::vector<Vec3>& points, SurfaceExtractor& extractor);
+
+/// From what was carried to points, two quadruples each: the source's and the target's.
+PullBack pull_back_of(const std::vector<CarriedValues>& values);
 
 }  // namespace polymorph

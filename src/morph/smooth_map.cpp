@@ -195,14 +195,7 @@ Result<PullBack> pull_back(const MomentMap& map, const std::vector<Vec3>& points
                            SurfaceExtractor& extractor) {
   std::vector<CarriedValues> values;
   PM_TRY_STATUS(to_status(extractor.regress(map.regression, points, values)));
-  PullBack pulled;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const float *source = values[2 * i].v, *target = values[2 * i + 1].v;
-    pulled.source.push_back({source[0], source[1], source[2]});
-    pulled.target.push_back({target[0], target[1], target[2]});
-    pulled.progress.push_back(source[3]);
-  }
-  return pulled;
+  return pull_back_of(values);
 }
 
 Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::vector<Ball>& balls,
@@ -227,12 +220,7 @@ Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::v
   }
   std::vector<CarriedValues> values;
   PM_TRY_STATUS(to_status(extractor.regress(regression, points, values)));
-  Flow flow;
-  for (const CarriedValues& at : values) {
-    flow.displacement.push_back({at.v[0], at.v[1], at.v[2]});
-    flow.blend.push_back(at.v[3]);
-  }
-  return flow;
+  return flow_of(values);
 }
 
 }  // namespace polymorph

@@ -85,20 +85,6 @@ float size_at(const PreparedActor& actor, const PreparedLeg& leg, float u) {
   return lerp(from, to, std::clamp(u, 0.0f, 1.0f));
 }
 
-/// The map of a leg that is made of distances, and where its balls are.
-MomentMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
-                 const std::vector<Ball>& balls) {
-  return moment_map(leg.plan, time, balls, size_at(actor, leg, progress_at(leg.plan, time)));
-}
-
-/// Where points of a moving surface come from and go to.
-Result<PullBack> pulled_back(const PreparedActor& actor, const PreparedLeg& leg, float time,
-                             const std::vector<Ball>& balls, const std::vector<Vec3>& points,
-                             SurfaceExtractor& extractor) {
-  if (leg.distance) return pull_back(map_at(actor, leg, time, balls), points, extractor);
-  return pull_back(leg.plan, time, balls, points, extractor);
-}
-
 /// A model's own normals on a surface that is nearly the model: mixed in by `weight`, taken where
 /// the surface comes from (goes to). Else a smoothly shaded model would show its faces as soon as
 /// it moves.
@@ -116,13 +102,7 @@ void add_shading(const PreparedObject& object, const AffineMap& map, const std::
       static_cast<std::int64_t>(at.size()),
       [&](std::int64_t index) {
         const auto i = static_cast<std::size_t>(index);
-        const Triangle& t = model.triangles[closest[i].triangle];
-        const Vec3 a = model.points[t.v[0]], b = model.points[t.v[1]], c = model.points[t.v[2]];
-        const TriangleWeights w = closest_on_triangle(closest[i].point, a, b, c);
-        const Vec3* own = &model.corner_normals[3 * std::size_t{closest[i].triangle}];
-        const Vec3 shading =
-            turned(own[0] * static_cast<float>(w.a) + own[1] * static_cast<float>(w.b) +
-                   own[2] * static_cast<float>(w.c));
+        const Vec3 shading = turned(interpolated_normal(model, closest[i]));
         // Not where the surface is another: beside edges, in gaps that it closes.
         if (dot(shading, normals[i]) > 0.8f)
           normals[i] = normalized(lerp(normals[i], shading, weight));
@@ -138,7 +118,7 @@ Status shade_like_the_ends(const PreparedActor& actor, const PreparedLeg& leg,
   const float u = geometry.moment.u, near = std::min(u, 1 - u);
   if (near >= kGone || geometry.surface.normals.empty()) return Ok{};
   const float fade = 1 - near / kGone, weight = fade * fade * (3 - 2 * fade);
-  const MomentMap map = map_at(actor, leg, geometry.moment.time, geometry.balls);
+  const MomentMap& map = geometry.map;
   PM_TRY(const PullBack pulled, pull_back(map, geometry.surface.positions, extractor));
   const bool leaving = u < 0.5f;
   add_shading(actor.objects[leaving ? leg.from : leg.to], map.regression->affine[leaving ? 0 : 1],
@@ -146,19 +126,31 @@ Status shade_like_the_ends(const PreparedActor& actor, const PreparedLeg& leg,
   return Ok{};
 }
 
+/// Where points of a leg's moving surface come from and go to; `map` is that of a leg made of
+/// distances.
+Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const std::vector<Ball>& balls,
+                             const MomentMap& map, const std::vector<Vec3>& points,
+                             SurfaceExtractor& extractor) {
+  if (leg.distance) return pull_back(map, points, extractor);
+  return pull_back(leg.plan, time, balls, points, extractor);
+}
+
 /// What the points of a moving surface wear: what the leg comes from, as it was there, and over it
 /// what it goes to.
 Status dress(const PreparedActor& actor, std::size_t leg, float time,
-             const std::vector<Ball>& balls, const std::vector<Vec3>& points,
+             const std::vector<Ball>& balls, const MomentMap& map, const std::vector<Vec3>& points,
              SurfaceExtractor& extractor, ActorGeometry& geometry) {
   const PreparedLeg& way = actor.legs[leg];
-  PM_TRY(const PullBack pulled, pulled_back(actor, way, time, balls, points, extractor));
+  PM_TRY(const PullBack pulled, pulled_back(way, time, balls, map, points, extractor));
   // Balls in flight wore what the leg before them had made of its objects by then.
   const bool was_in_flight = leg > 0 && actor.legs[leg - 1].until < 1;
   if (was_in_flight) {
     const PreparedLeg& before = actor.legs[leg - 1];
-    PM_TRY_STATUS(dress(actor, leg - 1, before.until, balls_at(before.plan, before.until),
-                        pulled.source, extractor, geometry));
+    const std::vector<Ball> then = balls_at(before.plan, before.until);
+    const MomentMap map_then =
+        before.distance ? map_at(actor, before, before.until, then) : MomentMap{};
+    PM_TRY_STATUS(
+        dress(actor, leg - 1, before.until, then, map_then, pulled.source, extractor, geometry));
   } else {
     geometry.clothes.push_back(clothes_of(actor, way.from, geometry.surface, pulled.source));
   }
@@ -328,6 +320,11 @@ double least_part(const PreparedActor& actor, const PreparedLeg& leg, float crum
 
 }  // namespace
 
+MomentMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
+                 const std::vector<Ball>& balls) {
+  return moment_map(leg.plan, time, balls, size_at(actor, leg, progress_at(leg.plan, time)));
+}
+
 Result<Mesh> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
                              const ActorGeometry& geometry, float cell,
                              const ExtractSettings& extract, SurfaceExtractor& extractor) {
@@ -335,7 +332,7 @@ Result<Mesh> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
   constexpr float kFurthest = 0.08f;
   const Moment& moment = geometry.moment;
   const PreparedObject &from = actor.objects[leg.from], &to = actor.objects[leg.to];
-  const MomentMap map = map_at(actor, leg, moment.time, geometry.balls);
+  const MomentMap& map = geometry.map;
   const MorphSurface between = {map.regression, from.distances, to.distances,
                                 map.from_scale, map.to_scale,   0};
   const bool at_an_end = moment.time <= 0 || moment.time >= 1;
@@ -356,6 +353,7 @@ Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedAct
   extract.placement = prepared.scene.surface.placement;
   extract.flat = prepared.scene.surface.flat;
   if (leg_of(actor, leg).distance) {
+    geometry.map = map_at(actor, leg_of(actor, leg), time, geometry.balls);
     PM_TRY(geometry.surface,
            surface_between(actor, leg_of(actor, leg), geometry, actor.cell, extract, extractor));
   } else {
@@ -407,7 +405,7 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtracto
       PM_TRY_STATUS(shade_like_the_ends(actor, leg_of(actor, moment.leg), extractor, one));
     if (prepared.scene.look.kind == LookKind::kOwn && !one.surface.triangles.empty())
       PM_TRY_STATUS(dress(actor, static_cast<std::size_t>(moment.leg), moment.time, one.balls,
-                          one.surface.positions, extractor, one));
+                          one.map, one.surface.positions, extractor, one));
     if (flows) PM_TRY_STATUS(add_flow(actor, extractor, frame == prepared.frame_count, one));
     geometry.actors.push_back(std::move(one));
   }

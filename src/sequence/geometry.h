@@ -10,6 +10,7 @@
 #include "kernels/mesh.h"
 #include "model/transfer.h"
 #include "morph/flow.h"
+#include "morph/smooth_map.h"
 #include "morph/timeline.h"
 #include "render/render.h"
 #include "sequence/prepare.h"
@@ -29,7 +30,8 @@ struct ActorGeometry {
   Moment moment;
   std::vector<Ball> balls;  ///< empty while only a model shows
   float iso = 1;
-  Mesh surface;                      ///< of the balls, or blended with the model `moment.object`
+  MomentMap map;  ///< of the balls, where the leg is made of distances; else no regression
+  Mesh surface;   ///< of the balls, or blended with the model `moment.object`
   std::vector<Vec3> points;          ///< of the model `moment.object`, when one shows
   std::vector<Vec3> corner_normals;  ///< of those points; empty: the model's own
   /// Only where the scene asks for motion blur or for a layer that needs them: see wants_flow().
@@ -59,7 +61,11 @@ Result<ActorGeometry> balls_on_way(const PreparedScene& prepared, const Prepared
 Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedActor& actor,
                                 SurfaceExtractor& extractor, int leg, float time);
 
-/// The surface of a leg that is made of distances, on cells of edge `cell`: of `geometry` its balls
+/// The map of a leg that is made of distances, when its balls are `balls`.
+MomentMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
+                 const std::vector<Ball>& balls);
+
+/// The surface of a leg that is made of distances, on cells of edge `cell`: of `geometry` its map
 /// and of its moment time and u count. Errors: kResource.
 Result<Mesh> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
                              const ActorGeometry& geometry, float cell,

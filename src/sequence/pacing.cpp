@@ -38,7 +38,7 @@ Result<std::vector<float>> even_pacing(const PreparedScene& prepared, const Prep
     const float u = static_cast<float>(k) / kSteps;
     ActorGeometry geometry;
     geometry.moment.time = geometry.moment.u = u;
-    geometry.balls = balls_at(linear.plan, u);
+    geometry.map = map_at(actor, linear, u, balls_at(linear.plan, u));
     PM_TRY(Mesh mesh,
            surface_between(actor, linear, geometry, 3 * actor.cell, prepared.extract, extractor));
     if (mesh.triangles.empty()) return std::vector<float>{};

@@ -210,16 +210,6 @@ std::vector<Triangle> triangles_of(const BlendField& field, const std::vector<Pa
   return triangles;
 }
 
-Vec3 model_normal(const Model& model, const ClosestPoint& at) {
-  const Triangle& t = model.triangles[at.triangle];
-  const TriangleWeights w = closest_on_triangle(at.point, model.points[t.v[0]],
-                                                model.points[t.v[1]], model.points[t.v[2]]);
-  const std::size_t c = 3 * std::size_t{at.triangle};
-  return normalized(model.corner_normals[c] * static_cast<float>(w.a) +
-                    model.corner_normals[c + 1] * static_cast<float>(w.b) +
-                    model.corner_normals[c + 2] * static_cast<float>(w.c));
-}
-
 Vec3 surface_normal(const Mesh& mesh, const ClosestPoint& at) {
   const Triangle& t = mesh.triangles[at.triangle];
   const TriangleWeights w = closest_on_triangle(at.point, mesh.positions[t.v[0]],
@@ -286,7 +276,7 @@ Mesh blend_surface(const BlendField& field, const Model& model, const ClosestPoi
     const auto first = static_cast<std::size_t>(parts[b].first);
     for (std::size_t i = 0; i < parts[b].positions.size(); ++i) {
       const Vec3 p = parts[b].positions[i];
-      const Vec3 n = model_normal(model, to_model.closest(p)) * (1 - progress) +
+      const Vec3 n = normalized(interpolated_normal(model, to_model.closest(p))) * (1 - progress) +
                      surface_normal(field.surface, field.to_surface->closest(p)) * progress;
       mesh.positions[first + i] = p;
       mesh.normals[first + i] = dot(n, n) > 0 ? normalized(n) : Vec3{0, 1, 0};

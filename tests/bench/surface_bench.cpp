@@ -38,14 +38,18 @@ std::vector<Ball> torus_balls(int count, FieldKind field) {
   return balls;
 }
 
+/// Null, and the benchmark skipped, where the backend does not answer.
+std::unique_ptr<SurfaceExtractor> extractor_for(benchmark::State& state, Backend backend) {
+  ExtractStatus status;
+  auto extractor = backend == Backend::kCpu ? make_cpu_extractor() : make_cuda_extractor(0, status);
+  if (extractor == nullptr) state.SkipWithError(status.message.c_str());
+  return extractor;
+}
+
 void extract(benchmark::State& state, Backend backend, FieldKind field, int points) {
   ExtractStatus status;
-  const auto extractor =
-      backend == Backend::kCpu ? make_cpu_extractor() : make_cuda_extractor(0, status);
-  if (extractor == nullptr) {
-    state.SkipWithError(status.message.c_str());
-    return;
-  }
+  const auto extractor = extractor_for(state, backend);
+  if (extractor == nullptr) return;
   const std::vector<Ball> balls = torus_balls(1032, field);
   const Grid grid = {
       {-1.9f, -1.9f, -1.9f}, 3.8f / static_cast<float>(points - 1), {points, points, points}};
@@ -83,12 +87,8 @@ std::shared_ptr<const DistanceGrid> torus_distances(float large, float small) {
 /// surface.
 void extract_between(benchmark::State& state, Backend backend, int samples, int points) {
   ExtractStatus status;
-  const auto extractor =
-      backend == Backend::kCpu ? make_cpu_extractor() : make_cuda_extractor(0, status);
-  if (extractor == nullptr) {
-    state.SkipWithError(status.message.c_str());
-    return;
-  }
+  const auto extractor = extractor_for(state, backend);
+  if (extractor == nullptr) return;
   Regression map;
   map.maps = 2;
   // The diagonal is 4: a spacing of 4 % of it, as morph/smooth_map.cpp has it.
