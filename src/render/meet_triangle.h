@@ -1,4 +1,5 @@
-// Where a ray meets a triangle, decided in double precision from the same floats on every machine.
+// Where a ray meets a triangle of a mesh, decided in double precision from the same floats on every
+// machine.
 //
 // Embree's own t, u, v depend on the instruction set (fused multiply-adds, approximate
 // reciprocals), and so does its answer for rays that pass an edge closely. Here every operation is
@@ -6,38 +7,59 @@
 // bits.
 #pragma once
 
+#include <cstdint>
+
 #include "kernels/linear.h"
 
 namespace polymorph {
+
+/// On which side of a triangle's edges the line of a ray passes. `at[i]` belongs to the edge
+/// opposite to corner i: D . (P x Q) for the edge PQ seen from the origin. It is exactly the
+/// opposite of that of QP, rounding included, so two triangles that share an edge always agree
+/// about it.
+struct EdgeSides {
+  Vec3d p[3];  ///< corners, seen from the ray's origin
+  double at[3];
+  double sum;  ///< twice the triangle's area as seen along the ray, with the sign of its facing
+
+  EdgeSides(Vec3 origin, Vec3d direction, Vec3 a, Vec3 b, Vec3 c) {
+    const Vec3d o(origin);
+    p[0] = Vec3d(a) - o;
+    p[1] = Vec3d(b) - o;
+    p[2] = Vec3d(c) - o;
+    at[0] = dot(direction, cross(p[1], p[2]));
+    at[1] = dot(direction, cross(p[2], p[0]));
+    at[2] = dot(direction, cross(p[0], p[1]));
+    sum = at[0] + at[1] + at[2];
+  }
+  /// A line in an edge counts for both triangles; a triangle seen edge on is never met.
+  bool inside() const {
+    return ((at[0] >= 0 && at[1] >= 0 && at[2] >= 0) || (at[0] <= 0 && at[1] <= 0 && at[2] <= 0)) &&
+           sum != 0;
+  }
+  /// Whether the line, for a direction of length 1, passes edge i so closely that floats cannot
+  /// tell the side: their error grows with the edge's length in space, not with what is seen of it.
+  /// `margin2`: the square of how far floats may be off.
+  bool near(int i, double margin2) const {
+    const Vec3d edge = p[(i + 2) % 3] - p[(i + 1) % 3];
+    return at[i] * at[i] <= margin2 * dot(edge, edge);
+  }
+  bool near_any(double margin2) const {
+    return near(0, margin2) || near(1, margin2) || near(2, margin2);
+  }
+};
 
 struct TriangleMeeting {
   double distance = 0;  ///< along the direction; may be negative
   double u = 0, v = 0;  ///< weights of the second and the third corner
 };
-
-/// Whether the line of the ray passes the triangle, and where. Both sides count; a triangle seen
-/// edge on is never met.
-///
-/// The sign of D . (P x Q) says on which side of the edge PQ the line passes. It is exactly the
-/// opposite of that of QP, rounding included, so two triangles that share an edge always agree
-/// about it, and no line slips through between them; one that meets the edge itself meets both.
-inline bool meet_triangle(Vec3 origin, Vec3 direction, Vec3 a, Vec3 b, Vec3 c,
-                          TriangleMeeting& out) {
-  const Vec3d o(origin), d(direction);
-  const Vec3d p = Vec3d(a) - o, q = Vec3d(b) - o, r = Vec3d(c) - o;
-  const double at_a = dot(d, cross(q, r));
-  const double at_b = dot(d, cross(r, p));
-  const double at_c = dot(d, cross(p, q));
-  const bool inside =
-      (at_a >= 0 && at_b >= 0 && at_c >= 0) || (at_a <= 0 && at_b <= 0 && at_c <= 0);
-  const double sum = at_a + at_b + at_c;
-  if (!inside || sum == 0) return false;
-  const double scale = 1 / sum;
-  out.u = at_b * scale;
-  out.v = at_c * scale;
+/// Of a line that passes inside.
+inline TriangleMeeting meeting_of(const EdgeSides& sides, Vec3d d) {
+  const double scale = 1 / sides.sum;
   // The corners' distances, weighted: never far outside of them, however flat the ray arrives.
-  out.distance = (at_a * dot(p, d) + at_b * dot(q, d) + at_c * dot(r, d)) * scale / dot(d, d);
-  return true;
+  const double along = sides.at[0] * dot(sides.p[0], d) + sides.at[1] * dot(sides.p[1], d) +
+                       sides.at[2] * dot(sides.p[2], d);
+  return {along * scale / dot(d, d), sides.at[1] * scale, sides.at[2] * scale};
 }
 
 }  // namespace polymorph

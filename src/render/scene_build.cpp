@@ -141,9 +141,25 @@ void read_triangle(const MeshToTrace& traced, std::uint32_t triangle, float time
          m.corner_normals[std::size_t{triangle} * 3 + 2]};
 }
 
-/// What rays that stay within the stage compute with Embree's floats is off by less than this share
-/// of how far they go: some 2^-22, of which there may be four.
-constexpr float kWidening = 0x1p-20f;
+/// Embree's floats are off by less than this share of how far its rays go: some 2^-22, of which
+/// there may be four.
+constexpr float kMargin = 0x1p-20f;
+/// Its triangles are so much wider, so that those around an edge overlap unless a ray grazes both.
+constexpr float kWidening = 8 * kMargin;
+
+void collect_fans(MeshToTrace& traced) {
+  const RenderMesh& mesh = *traced.mesh;
+  traced.fan_begin.assign(mesh.positions.size() + 1, 0);
+  for (const Triangle& t : mesh.triangles)
+    for (const std::uint32_t v : t.v) ++traced.fan_begin[v];
+  std::uint32_t end = 0;
+  for (std::uint32_t& begin : traced.fan_begin) begin = end += begin;
+  traced.fans.resize(end);
+  // From behind, so that each begin comes to its place and fans rise.
+  for (std::size_t i = mesh.triangles.size(); i-- > 0;)
+    for (const std::uint32_t v : mesh.triangles[i].v)
+      traced.fans[--traced.fan_begin[v]] = static_cast<std::uint32_t>(i);
+}
 
 bool attach_mesh(RTCDevice device, RTCScene scene, MeshToTrace& traced, unsigned id, float by) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -238,7 +254,8 @@ Result<TracedScene> TracedScene::build(const RayDevice& device,
   TracedScene traced;
   for (const RenderMesh& mesh : meshes) {
     check_mesh(mesh);
-    traced.meshes_.push_back({&mesh, shutter});
+    traced.meshes_.push_back({&mesh, shutter, 0, {}, {}});
+    collect_fans(traced.meshes_.back());
   }
   traced.scene_.reset(rtcNewScene(device.device.get()));
   if (!traced.scene_) {
@@ -252,15 +269,18 @@ Result<TracedScene> TracedScene::build(const RayDevice& device,
     const Vec3 low = traced.bounds_.low, high = traced.bounds_.high;
     const float size = std::max(max_component(max(high, -low)), traced.bounds_.diagonal());
     traced.epsilon_ = size * 0x1p-18f;
-    traced.widening_ = (size + std::max(size, reach)) * kWidening;
+    traced.farthest_ = size + std::max(size, reach);
+    const auto margin = static_cast<double>(traced.farthest_ * kMargin);
+    for (MeshToTrace& mesh : traced.meshes_) mesh.margin2 = margin * margin;
     const Vec3 pad = Vec3{1, 1, 1} * traced.epsilon_;
     traced.bounds_ = {low - pad, high + pad};
   }
   RTCScene scene = traced.scene_.get();
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
   for (std::size_t i = 0; i < meshes.size(); ++i)
-    if (!meshes[i].triangles.empty() && !attach_mesh(device.device.get(), scene, traced.meshes_[i],
-                                                     static_cast<unsigned>(i), traced.widening_))
+    if (!meshes[i].triangles.empty() &&
+        !attach_mesh(device.device.get(), scene, traced.meshes_[i], static_cast<unsigned>(i),
+                     traced.farthest_ * kWidening))
       break;
   rtcCommitScene(scene);
   PM_TRY_STATUS(take_device_error(device));

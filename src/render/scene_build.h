@@ -13,6 +13,7 @@
 #include "base/box.h"
 #include "base/result.h"
 #include "render/lanes.h"
+#include "render/meet_triangle.h"
 #include "render/render.h"
 
 namespace polymorph {
@@ -79,6 +80,10 @@ using SurfacePoint = SurfacePointOf<Vec3>;
 struct MeshToTrace {
   const RenderMesh* mesh = nullptr;
   float shutter = 0;
+  double margin2 = 0;  ///< the square of how far off Embree's floats may be, in units of length
+  /// The triangles around vertex v are fans[fan_begin[v]] ... fans[fan_begin[v + 1] - 1].
+  std::vector<std::uint32_t> fan_begin, fans;
+
   bool moves() const { return shutter > 0 && !mesh->displacement.empty(); }
   /// Where a vertex is at a time of the shutter, [0, 1].
   Vec3 at(std::uint32_t vertex, float time) const {
@@ -86,6 +91,13 @@ struct MeshToTrace {
     return moves() ? p + mesh->displacement[vertex] * (shutter * (time - 0.5f)) : p;
   }
 };
+
+/// Whether the line of a ray meets a triangle of the mesh, and where: it passes inside, and where
+/// it passes an edge or corner so closely that floats cannot tell on which side, there is mesh on
+/// the other side, too. So a mesh ends about a millionth of the stage within its outline, where
+/// Embree finds it under any instruction set; there are no gaps between its triangles.
+bool meets_triangle(const MeshToTrace& traced, std::uint32_t triangle, const Ray& ray,
+                    TriangleMeeting& met);
 
 /// Lets closest() and blocked() decide about every triangle of the geometry that Embree finds.
 void set_filters(RTCGeometry geometry);
@@ -122,10 +134,11 @@ class TracedScene {
   MaskOf<T3> misses_bounds(const RayOf<T3>& ray) const;
 
   const RenderMesh& mesh(std::uint32_t index) const { return *meshes_[index].mesh; }
+  const MeshToTrace& traced(std::uint32_t index) const { return meshes_[index]; }
   const Box& bounds() const { return bounds_; }  ///< of all triangles; empty when there are none
   float epsilon() const { return epsilon_; }     ///< how far rays start off a surface
   /// How far Embree's distances may be off, for rays that do not graze.
-  float slack() const { return 64 * widening_; }
+  float slack() const { return farthest_ * 0x1p-14f; }
 
  private:
   struct Release {
@@ -136,7 +149,7 @@ class TracedScene {
   std::vector<MeshToTrace> meshes_;
   Box bounds_;
   float epsilon_ = 0;
-  float widening_ = 0;
+  float farthest_ = 0;  ///< that a ray goes
 };
 
 template <class T3>

@@ -25,8 +25,85 @@ struct Query {
   }
 };
 
-/// f(lane, number of the ray, meeting) -> whether Embree is to take it as a hit; for all triangles
-/// that Embree proposes and their rays meet.
+EdgeSides sides_of(const MeshToTrace& traced, const Triangle& t, const Ray& ray, Vec3d direction) {
+  return {ray.origin, direction, traced.at(t.v[0], ray.time), traced.at(t.v[1], ray.time),
+          traced.at(t.v[2], ray.time)};
+}
+
+/// The corner of `t` that is vertex v, or -1.
+int corner_of(const Triangle& t, std::uint32_t v) {
+  for (int k = 0; k < 3; ++k)
+    if (t.v[k] == v) return k;
+  return -1;
+}
+
+/// What may be decided exactly about a ray near edges and corners.
+class Surroundings {
+ public:
+  Surroundings(const MeshToTrace& traced, const Ray& ray)
+      : traced_(traced), ray_(ray), d_(ray.direction) {}
+
+  /// f(triangle) for those around the corners of edges of `triangle` that the ray passes closely.
+  template <class F>
+  void for_around(std::uint32_t triangle, const EdgeSides& sides, const F& f) const {
+    const Triangle& t = traced_.mesh->triangles[triangle];
+    for (int k = 0; k < 3; ++k)
+      if (sides.near((k + 1) % 3, traced_.margin2) || sides.near((k + 2) % 3, traced_.margin2))
+        for (std::uint32_t i = traced_.fan_begin[t.v[k]]; i < traced_.fan_begin[t.v[k] + 1]; ++i)
+          f(traced_.fans[i]);
+  }
+
+  /// Is there mesh on the other side of every edge that the ray passes closely, beginning with
+  /// those of a triangle that it passes inside?
+  bool covered(std::uint32_t triangle, const EdgeSides& sides) const {
+    const Triangle& t = traced_.mesh->triangles[triangle];
+    for (int k = 0; k < 3; ++k) {
+      const bool left = sides.near((k + 1) % 3, traced_.margin2);
+      const bool right = sides.near((k + 2) % 3, traced_.margin2);
+      // An edge of its own is looked at from its first corner, a corner from all of its edges.
+      if (left && right ? !corner_covered(t.v[k])
+                        : right && !edge_covered(t.v[k], t.v[(k + 1) % 3], sides.sum > 0))
+        return false;
+    }
+    return true;
+  }
+
+ private:
+  /// Does a triangle lie beyond the edge that leads from v to w in one that faces `front`?
+  bool edge_covered(std::uint32_t v, std::uint32_t w, bool front) const {
+    for (std::uint32_t i = traced_.fan_begin[v]; i < traced_.fan_begin[v + 1]; ++i) {
+      const Triangle& t = traced_.mesh->triangles[traced_.fans[i]];
+      const int a = corner_of(t, v), b = corner_of(t, w);
+      if (b < 0) continue;
+      const bool along = b == (a + 1) % 3;
+      const double sum = sides_of(traced_, t, ray_, d_).sum;
+      // Seen from the ray, it turns around the edge the other way.
+      if (along ? (front ? sum < 0 : sum > 0) : (front ? sum > 0 : sum < 0)) return true;
+    }
+    return false;
+  }
+  bool corner_covered(std::uint32_t v) const {
+    for (std::uint32_t i = traced_.fan_begin[v]; i < traced_.fan_begin[v + 1]; ++i) {
+      const Triangle& t = traced_.mesh->triangles[traced_.fans[i]];
+      const EdgeSides sides = sides_of(traced_, t, ray_, d_);
+      const int k = corner_of(t, v);
+      if (sides.near((k + 2) % 3, traced_.margin2) &&
+          !edge_covered(v, t.v[(k + 1) % 3], sides.sum > 0))
+        return false;
+      if (sides.near((k + 1) % 3, traced_.margin2) &&
+          !edge_covered(v, t.v[(k + 2) % 3], sides.sum < 0))
+        return false;
+    }
+    return true;
+  }
+
+  const MeshToTrace& traced_;
+  const Ray& ray_;
+  Vec3d d_;
+};
+
+/// f(lane, number of the ray, triangle, meeting) -> whether Embree is to take it as a hit; for all
+/// triangles that the rays meet of those that Embree proposes or that lie around them.
 template <class F>
 void for_met(const RTCFilterFunctionNArguments* args, const F& f) {
   const auto& traced = *static_cast<const MeshToTrace*>(args->geometryUserPtr);
@@ -35,24 +112,36 @@ void for_met(const RTCFilterFunctionNArguments* args, const F& f) {
   for (unsigned lane = 0; lane < n; ++lane) {
     if (args->valid[lane] == 0) continue;
     const unsigned i = RTCRayN_id(args->ray, n, lane), l = i % kLanes;
-    const RayOf<Pack3>& ray = query.rays[i / kLanes];
-    const float time = ray.time[l];
-    const Triangle& t = traced.mesh->triangles[RTCHitN_primID(args->hit, n, lane)];
-    TriangleMeeting met;
-    const bool meets = meet_triangle({ray.origin.x[l], ray.origin.y[l], ray.origin.z[l]},
-                                     {ray.direction.x[l], ray.direction.y[l], ray.direction.z[l]},
-                                     traced.at(t.v[0], time), traced.at(t.v[1], time),
-                                     traced.at(t.v[2], time), met) &&
-                       met.distance > 0 && met.distance < static_cast<double>(ray.far[l]);
-    if (!meets || !f(lane, i, met)) args->valid[lane] = 0;
+    const RayOf<Pack3>& pack = query.rays[i / kLanes];
+    const Ray ray{{pack.origin.x[l], pack.origin.y[l], pack.origin.z[l]},
+                  {pack.direction.x[l], pack.direction.y[l], pack.direction.z[l]},
+                  pack.time[l],
+                  pack.far[l]};
+    const Vec3d d(ray.direction);
+    const auto taken = [&](std::uint32_t triangle, const TriangleMeeting& met) {
+      return met.distance > 0 && met.distance < static_cast<double>(ray.far) &&
+             f(lane, i, triangle, met);
+    };
+    const std::uint32_t triangle = RTCHitN_primID(args->hit, n, lane);
+    const EdgeSides sides = sides_of(traced, traced.mesh->triangles[triangle], ray, d);
+    bool any = false;
+    if (!sides.near_any(traced.margin2)) {
+      any = sides.inside() && taken(triangle, meeting_of(sides, d));
+    } else {
+      // Embree may have found only one of several.
+      Surroundings(traced, ray).for_around(triangle, sides, [&](std::uint32_t other) {
+        TriangleMeeting met;
+        if (meets_triangle(traced, other, ray, met)) any = taken(other, met) || any;
+      });
+    }
+    if (!any) args->valid[lane] = 0;
   }
 }
 
 void take_nearest(const RTCFilterFunctionNArguments* args) {
   auto& query = *reinterpret_cast<Query*>(args->context);
-  for_met(args, [&](unsigned lane, unsigned i, const TriangleMeeting& met) {
+  for_met(args, [&](unsigned lane, unsigned i, std::uint32_t triangle, const TriangleMeeting& met) {
     const std::uint32_t mesh = RTCHitN_geomID(args->hit, args->N, lane);
-    const std::uint32_t triangle = RTCHitN_primID(args->hit, args->N, lane);
     if (met.distance > query.distance[i]) return false;
     if (met.distance == query.distance[i] &&
         (mesh > query.mesh[i] || (mesh == query.mesh[i] && triangle >= query.triangle[i])))
@@ -69,7 +158,7 @@ void take_nearest(const RTCFilterFunctionNArguments* args) {
 }
 
 void take_any(const RTCFilterFunctionNArguments* args) {
-  for_met(args, [](unsigned, unsigned, const TriangleMeeting&) { return true; });
+  for_met(args, [](unsigned, unsigned, std::uint32_t, const TriangleMeeting&) { return true; });
 }
 
 /// Fills the packet and says which rays to follow: those that do not pass by everything.
@@ -103,6 +192,17 @@ bool fill(const TracedScene& scene, const RayOf<Pack3>* rays, int count, RTCRay1
 }
 
 }  // namespace
+
+bool meets_triangle(const MeshToTrace& traced, std::uint32_t triangle, const Ray& ray,
+                    TriangleMeeting& met) {
+  const Vec3d d(ray.direction);
+  const EdgeSides sides = sides_of(traced, traced.mesh->triangles[triangle], ray, d);
+  if (!sides.inside()) return false;
+  if (sides.near_any(traced.margin2) && !Surroundings(traced, ray).covered(triangle, sides))
+    return false;
+  met = meeting_of(sides, d);
+  return true;
+}
 
 void set_filters(RTCGeometry geometry) {
   rtcSetGeometryIntersectFilterFunction(geometry, take_nearest);
