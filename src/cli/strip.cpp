@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/exact_math.h"
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
@@ -34,7 +35,7 @@ struct Frames {
 /// The scene's exposure, which EXR frames leave to whoever shows them; PNG frames already have it.
 void expose(Image& image, float stops) {
   if (stops == 0) return;
-  const float factor = std::exp2(stops);
+  const float factor = static_cast<float>(exact::exp2(static_cast<double>(stops)));
   for (const char* name : {"R", "G", "B"}) {
     const int channel = image.find_channel(name);
     for (std::size_t i = static_cast<std::size_t>(std::max(channel, 0));

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <set>
 
+#include "base/exact_math.h"
 #include "base/file.h"
 #include "base/text.h"
 #include "scene/describe.h"
@@ -318,8 +319,10 @@ class ReadFields {
         byte = byte * 16 + static_cast<int>(digit > 15 ? digit - 6 : digit);
       }
       const float encoded = static_cast<float>(byte) / 255.0f;
-      channel[i] =
-          encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+      channel[i] = encoded <= 0.04045f
+                       ? encoded / 12.92f
+                       : static_cast<float>(
+                             exact::pow(static_cast<double>((encoded + 0.055f) / 1.055f), 2.4));
     }
     out = {channel[0], channel[1], channel[2]};
     return true;
