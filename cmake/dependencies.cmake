@@ -14,6 +14,7 @@ find_package(PNG REQUIRED)
 # Headers only; its CMake config would bring the library and the solvers it was built with.
 find_path(LEMON_INCLUDE lemon/network_simplex.h REQUIRED)
 pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)
+pkg_check_modules(ARCHIVE REQUIRED IMPORTED_TARGET libarchive)
 pkg_check_modules(QHULL REQUIRED IMPORTED_TARGET qhull_r)
 find_path(GIF_INCLUDE gif_lib.h REQUIRED)
 find_library(GIF_LIBRARY gif REQUIRED)

@@ -13,7 +13,7 @@ namespace {
 struct RenderOptions {
   std::string scene, output, frames, shard, isa;
   bool png = false, strict = false, skip_existing = false, keep_going = false, dry_run = false,
-       preview = false, stats = false, reproducible = false;
+       preview = false, stats = false;
   int samples = 0, jobs = 1;
   double noise = -1;
   std::string aovs;
@@ -72,7 +72,7 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
   settings.jobs = options.jobs;
   settings.device = line.common.device;
   settings.max_memory = line.common.max_memory;
-  settings.isa = options.reproducible ? "avx2" : options.isa;
+  settings.isa = options.isa;
   settings.cache_folder = cache_folder(line.common);
   settings.command = line.text;
   settings.stop = &stop_requested();
@@ -211,11 +211,10 @@ void add_render(CommandLine& line) {
       ->group("Farm");
   command
       ->add_option("--isa", options->isa,
-                   "Embree's instruction set: sse2, sse4.2, avx, avx2 or avx512")
+                   "Embree's instruction set: sse2, sse4.2, avx, avx2 or avx512; default: the "
+                   "best. All give the same pixels")
+      ->envname("POLYMORPH_ISA")
       ->type_name("NAME")
-      ->group("Farm");
-  command
-      ->add_flag("--reproducible", options->reproducible, "pin Embree to AVX2, as golden frames do")
       ->group("Farm");
   command->add_flag("--stats", options->stats, "say where the time went")->group("Output");
   add_json(command, options->json);

@@ -17,6 +17,7 @@
 #include "base/parallel.h"
 #include "base/program_identity.h"
 #include "base/text.h"
+#include "compare/explain.h"
 #include "image/image_io.h"
 #include "scene/json_text.h"
 #include "surface/mesh_check.h"
@@ -131,9 +132,6 @@ class SequenceRun {
       idle_.push_back(std::make_unique<Renderer>(std::move(renderer)));
     }
     report_.isa = idle_.front()->isa();
-    // A pinned instruction set is part of what was asked for; the machine's own best is not.
-    if (!settings_.isa.empty())
-      prepared_.hash = Hasher().add(prepared_.hash).add(settings_.isa).hex();
     report_.scene_hash = prepared_.hash;
     if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // nobody would see them
     report_.frames.resize(settings_.frames.size());
@@ -316,22 +314,66 @@ const char* state_name(FrameRecord::State state) {
   return "";
 }
 
+std::string camera_text(const Camera& camera) {
+  return view_text({camera.position, camera.forward, camera.up, camera.tan_half_fov_y});
+}
+
+/// Which ball becomes which, on all ways.
+std::string plan_digest(const PreparedScene& prepared) {
+  Hasher hasher;
+  for (const PreparedActor& actor : prepared.actors)
+    for (const PreparedLeg& leg : actor.legs) {
+      hasher.add(leg.plan.pairs.size());
+      for (const auto& pair : leg.plan.pairs)
+        hasher.add(pair.from).add(pair.to).add(pair.from_share).add(pair.to_share);
+    }
+  return hasher.hex();
+}
+
+int ball_count(const FrameGeometry& geometry) {
+  std::size_t count = 0;
+  for (const ActorGeometry& actor : geometry.actors) count += actor.balls.size();
+  return static_cast<int>(count);
+}
+
+/// "2 penguin": what the ids of the picture mean; of an actor alone, the object or the way.
+std::string object_names(const PreparedScene& prepared, const FrameGeometry& geometry) {
+  std::string names;
+  for (std::size_t i = 0; i < prepared.actors.size(); ++i) {
+    const PreparedActor& actor = prepared.actors[i];
+    const Moment& moment = geometry.actors[i].moment;
+    std::string name = actor.name;
+    if (prepared.actors.size() == 1 && moment.object >= 0)
+      name = actor.objects[static_cast<std::size_t>(moment.object)].name;
+    else if (prepared.actors.size() == 1) {
+      const PreparedLeg& leg = actor.legs[static_cast<std::size_t>(moment.leg)];
+      name = actor.objects[leg.from].name + " to " + actor.objects[leg.to].name;
+    }
+    std::replace(name.begin(), name.end(), ',', ' ');
+    names += fmt::format("{}{} {}", i > 0 ? ", " : "", i + 2, printable(name));
+  }
+  return names;
+}
+
 std::vector<Attribute> header_of(const PreparedScene& prepared, const FrameGeometry& geometry,
                                  const Renderer& renderer, const std::string& device,
                                  const std::string& command) {
-  std::vector<Attribute> attributes{
-      {"Software", std::string("polymorph ") + PM_VERSION},
-      {"FramesPerSecond", prepared.scene.frames.fps},
-      {"polymorph/version", std::string(PM_VERSION)},
-      {kHashAttribute, prepared.hash},
-      {"polymorph/frame", geometry.frame},
-      {"polymorph/t", geometry.t},
-      {"polymorph/stage", geometry.stage},
-      {"polymorph/device", device},
-      {"polymorph/isa", renderer.isa()},
-      {"polymorph/samples", prepared.scene.image.samples},
-      {"polymorph/exposure", prepared.scene.image.exposure},
-      {"polymorph/seed", fmt::format("{}", prepared.scene.image.seed)}};
+  std::vector<Attribute> attributes{{"Software", std::string("polymorph ") + PM_VERSION},
+                                    {"FramesPerSecond", prepared.scene.frames.fps},
+                                    {"polymorph/version", std::string(PM_VERSION)},
+                                    {kHashAttribute, prepared.hash},
+                                    {"polymorph/frame", geometry.frame},
+                                    {"polymorph/t", geometry.t},
+                                    {"polymorph/stage", geometry.stage},
+                                    {"polymorph/device", device},
+                                    {"polymorph/isa", renderer.isa()},
+                                    {kSamplesAttribute, prepared.scene.image.samples},
+                                    {"polymorph/exposure", prepared.scene.image.exposure},
+                                    {kSeedAttribute, fmt::format("{}", prepared.scene.image.seed)},
+                                    {kCameraAttribute, camera_text(prepared.camera)},
+                                    {kBallsAttribute, ball_count(geometry)},
+                                    {kPlanAttribute, plan_digest(prepared)},
+                                    {kObjectsAttribute, object_names(prepared, geometry)}};
   if (aov_is_chosen(prepared.scene.image.aovs, "label")) {
     std::string names;
     int number = 0;
