@@ -1,8 +1,11 @@
+#include "base/file.h"
 #include "base/log.h"
 #include "base/program_identity.h"
 #include "cli/command_line.h"
 #include "cli/numbers.h"
 #include "cli/report_options.h"
+#include "compare/history.h"
+#include "compare/report_merge.h"
 #include "sequence/golden_accept.h"
 #include "sequence/golden_frames.h"
 #include "sequence/golden_run.h"
@@ -18,7 +21,8 @@ struct GoldenOptions {
   std::string isa = GoldenSettings{}.isa;
   std::string tier = "B";
   int runs = 16;
-  bool overwrite = false, any_program = false;
+  bool overwrite = false, any_program = false, history = false;
+  std::string output;
   JsonOutput json;
   ReportOptions report;
 };
@@ -89,6 +93,23 @@ Status test(const GoldenSuite& suite, const GoldenSettings& settings, const Gold
   return Ok{};
 }
 
+/// Adds this run to history.csv where asked to, and says so when differences creep up.
+Status keep_history(const GoldenSuite& suite, const GoldenOptions& options, Report& report) {
+  const std::filesystem::path file = suite.folder / "history.csv";
+  PM_TRY(std::vector<HistoryRow> rows, read_history(file));
+  const std::vector<HistoryRow> now = history_rows(report.cases, suite.name, tested_commit());
+  rows.insert(rows.end(), now.begin(), now.end());
+  for (const std::string& metric : rising_metrics(rows)) {
+    report.notes.push_back(
+        fmt::format("{}: the mean of {} rose in each of the last four runs, below its limit",
+                    suite.name, metric));
+    log_warning("{}", report.notes.back());
+  }
+  if (options.history) PM_TRY_STATUS(write_file(file, history_text(rows)));
+  report.histories.emplace_back(suite.name, std::move(rows));
+  return Ok{};
+}
+
 Status test_suite(const std::string& name, const GoldenSettings& settings,
                   const GoldenOptions& options, Report& report) {
   PM_TRY(const GoldenSuite suite, load_golden_suite(options.root, name));
@@ -98,8 +119,9 @@ Status test_suite(const std::string& name, const GoldenSettings& settings,
                       name);
   PM_TRY(const std::string hash, suite_hash(suite));
   report.suites.emplace_back(name, hash);
-  return options.tier == "B" ? test(suite, settings, options, report)
-                             : test_tier(suite, settings, options, report);
+  if (options.tier != "B") return test_tier(suite, settings, options, report);
+  PM_TRY_STATUS(test(suite, settings, options, report));
+  return keep_history(suite, options, report);
 }
 
 /// What cannot be tested is a case of the report, too: a CI must not take silence for good news.
@@ -160,7 +182,9 @@ Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
 /// "SHA256  SUITE/frame.0012", as sha256sum prints it, for comparing machines.
 Result<int> print_hashes(const GoldenOptions& options, const GoldenSettings& settings) {
   std::vector<std::string> names = options.suites;
-  if (names.empty()) PM_TRY(names, list_golden_suites(options.root));
+  if (names.empty()) {
+    PM_TRY(names, list_golden_suites(options.root));
+  }
   for (const std::string& name : names) {
     GoldenSuite suite;
     if (name.ends_with(".json")) {
@@ -174,6 +198,19 @@ Result<int> print_hashes(const GoldenOptions& options, const GoldenSettings& set
       print_data("{}  {}/frame.{:04}\n", hash.sha256, suite.name, hash.frame);
   }
   return 0;
+}
+
+Result<int> merge(const GoldenOptions& options) {
+  if (options.suites.size() < 2 || options.output.empty())
+    return make_error(ErrorCode::kUsage,
+                      "golden merge needs two reports and -o - polymorph golden merge a b -o all");
+  ReportOptions output;
+  output.folder = options.output;
+  PM_TRY_STATUS(begin_report(output, options.overwrite));
+  const std::vector<std::filesystem::path> reports(options.suites.begin(), options.suites.end());
+  PM_TRY(const std::size_t failed, merge_reports(reports, options.output));
+  print_data("{}: {} reports, {} frames failed\n", options.output, reports.size(), failed);
+  return failed == 0 ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
 }
 
 Result<int> accept(const GoldenOptions& options) {
@@ -197,6 +234,7 @@ Result<int> run_golden(const CommandLine& line, GoldenOptions& options) {
   const GoldenSettings settings = golden_settings(line, options);
   if (options.verb == "test") return test_all(options, settings);
   if (options.verb == "accept") return accept(options);
+  if (options.verb == "merge") return merge(options);
   if (options.verb == "hash") return print_hashes(options, settings);
   std::vector<std::string> names = options.suites;
   if (names.empty()) {
@@ -224,7 +262,7 @@ Result<int> run_golden(const CommandLine& line, GoldenOptions& options) {
 void add_golden(CommandLine& line) {
   auto options = std::make_shared<GoldenOptions>();
   CLI::App* command =
-      add_command(line, "golden", "Test, update, accept, list or hash golden frames.",
+      add_command(line, "golden", "Test golden frames, update them or accept new ones.",
                   "  polymorph golden test\n"
                   "  polymorph golden test teapot-penguin --report golden-report\n"
                   "  polymorph golden update teapot-penguin --reason \"softer key light\"\n"
@@ -236,9 +274,10 @@ void add_golden(CommandLine& line) {
   command
       ->add_option("verb", options->verb,
                    "test; update: render goldens anew; accept REPORT: take a failed run's frames; "
-                   "list; hash: SHA-256 of each frame's pixels, of suites or SCENE.json")
+                   "merge REPORT...: one report of several; list; hash: SHA-256 of each frame's "
+                   "pixels, of suites or SCENE.json")
       ->required()
-      ->check(CLI::IsMember({"test", "update", "accept", "list", "hash"}))
+      ->check(CLI::IsMember({"test", "update", "accept", "merge", "list", "hash"}))
       ->type_name("VERB")
       ->group("Main");
   command
@@ -262,6 +301,11 @@ void add_golden(CommandLine& line) {
                    "accept: these frames, as in 4,9-15; default: all that failed")
       ->type_name("FRAMES")
       ->group("Main");
+  command->add_flag("--history", options->history, "test: add this run to each suite's history.csv")
+      ->group("Main");
+  command->add_option("-o,--output", options->output, "merge: the folder of the new report")
+      ->type_name("DIR")
+      ->group("Output");
   command
       ->add_flag("--any-program", options->any_program,
                  "accept: also what another build of polymorph rendered")

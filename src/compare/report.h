@@ -14,6 +14,14 @@
 
 namespace polymorph {
 
+/// One figure of one run of a suite (compare/history.h).
+struct HistoryRow {
+  std::string commit;           ///< of what was tested
+  std::string metric;           ///< "fail_percent", "flip_mean", "flip_p99"
+  double mean = 0, worst = 0;   ///< over the suite's frames
+  std::optional<double> share;  ///< of the limit that the worst takes; none without a limit
+};
+
 /// One frame or pair of images.
 struct ReportCase {
   std::string group;  ///< suite; "" = none
@@ -27,10 +35,12 @@ struct ReportCase {
   std::optional<Comparison> comparison;  ///< absent when there is nothing to compare with
   Tolerance tolerance;
   double seconds = 0;
-  SurfaceRecord surface;    ///< of the new frame; frame 0: unknown
-  std::string pixels;       ///< SHA-256 of the new frame's pixels; "" = unknown
-  std::string file_sha256;  ///< of the new frame's file, where it is kept
-  std::string accept;       ///< the command that makes the new picture the reference
+  SurfaceRecord surface;          ///< of the new frame; frame 0: unknown
+  std::string pixels;             ///< SHA-256 of the new frame's pixels; "" = unknown
+  std::string file_sha256;        ///< of the new frame's file, where it is kept
+  std::optional<double> flicker;  ///< to the next frame, where nothing should change (flicker.h)
+  std::optional<double> reference_flicker;
+  std::string accept;  ///< the command that makes the new picture the reference
 
   /// PNG bytes for the page, "" = not shown; filled by add_pictures().
   std::string reference_png, actual_png, heat_png, limits_png, thumbnail_png;
@@ -45,6 +55,8 @@ struct Report {
   std::vector<std::pair<std::string, std::string>> facts;  ///< shown below the title
   std::vector<ReportCase> cases;
   std::vector<std::string> notes;  ///< orphans and the like
+  /// By suite, its history.csv.
+  std::vector<std::pair<std::string, std::vector<HistoryRow>>> histories = {};
   /// By suite, what decides its frames beside the program: for accepting them later.
   std::vector<std::pair<std::string, std::string>> suites = {};
   std::size_t failed() const;

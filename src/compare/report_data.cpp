@@ -100,6 +100,9 @@ std::vector<Figure> figures_of(const ReportCase& one) {
     add("flip_p99", "FLIP, 99 % below", c.flip->p99, limit_or_none(limits.flip_p99));
     add("flip_max", "FLIP, max", c.flip->max, std::nullopt);
     add("psnr", "PSNR, dB", c.psnr, std::nullopt);
+    if (one.flicker) add("flicker", "flicker to the next frame", *one.flicker, std::nullopt);
+    if (one.reference_flicker)
+      add("reference_flicker", "the reference's", *one.reference_flicker, std::nullopt);
   }
   return figures;
 }
@@ -120,6 +123,8 @@ Json case_json(const ReportCase& one) {
             {"why", one.tolerance.why},
             {"accept", one.accept}};
   if (one.seconds > 0) json["seconds"] = one.seconds;
+  if (one.flicker) json["flicker"] = *one.flicker;
+  if (one.reference_flicker) json["reference_flicker"] = *one.reference_flicker;
   if (!one.pixels.empty()) json["pixels_sha256"] = one.pixels;
   if (!one.file_sha256.empty()) json["file_sha256"] = one.file_sha256;
   if (one.surface.frame > 0) {

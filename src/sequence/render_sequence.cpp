@@ -330,12 +330,6 @@ std::string plan_digest(const PreparedScene& prepared) {
   return hasher.hex();
 }
 
-int ball_count(const FrameGeometry& geometry) {
-  std::size_t count = 0;
-  for (const ActorGeometry& actor : geometry.actors) count += actor.balls.size();
-  return static_cast<int>(count);
-}
-
 /// "2 penguin": what the ids of the picture mean; of an actor alone, the object or the way.
 std::string object_names(const PreparedScene& prepared, const FrameGeometry& geometry) {
   std::string names;
@@ -371,7 +365,7 @@ std::vector<Attribute> header_of(const PreparedScene& prepared, const FrameGeome
                                     {"polymorph/exposure", prepared.scene.image.exposure},
                                     {kSeedAttribute, fmt::format("{}", prepared.scene.image.seed)},
                                     {kCameraAttribute, camera_text(prepared.camera)},
-                                    {kBallsAttribute, ball_count(geometry)},
+                                    {kBallsAttribute, static_cast<int>(ball_count(geometry))},
                                     {kPlanAttribute, plan_digest(prepared)},
                                     {kObjectsAttribute, object_names(prepared, geometry)}};
   if (aov_is_chosen(prepared.scene.image.aovs, "label")) {
