@@ -7,6 +7,8 @@
 // bits.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 #include "kernels/linear.h"
@@ -43,6 +45,10 @@ struct EdgeSides {
   bool near(int i, double margin2) const {
     const Vec3d edge = p[(i + 2) % 3] - p[(i + 1) % 3];
     return at[i] * at[i] <= margin2 * dot(edge, edge);
+  }
+  /// The smallest of |at|.
+  double closest() const {
+    return std::min({std::fabs(at[0]), std::fabs(at[1]), std::fabs(at[2])});
   }
   bool near_any(double margin2) const {
     return near(0, margin2) || near(1, margin2) || near(2, margin2);

@@ -147,6 +147,21 @@ constexpr float kMargin = 0x1p-20f;
 /// Its triangles are so much wider, so that those around an edge overlap unless a ray grazes both.
 constexpr float kWidening = 8 * kMargin;
 
+/// While the shutter is open; edges change linearly, so their ends decide.
+double longest_edge(const MeshToTrace& traced) {
+  double longest2 = 0;
+  for (const float time : {0.0f, 1.0f}) {
+    for (const Triangle& t : traced.mesh->triangles)
+      for (int k = 0; k < 3; ++k) {
+        const Vec3d edge =
+            Vec3d(traced.at(t.v[(k + 1) % 3], time)) - Vec3d(traced.at(t.v[k], time));
+        longest2 = std::max(longest2, dot(edge, edge));
+      }
+    if (!traced.moves()) break;
+  }
+  return std::sqrt(longest2);
+}
+
 void collect_fans(MeshToTrace& traced) {
   const RenderMesh& mesh = *traced.mesh;
   traced.fan_begin.assign(mesh.positions.size() + 1, 0);
@@ -254,7 +269,7 @@ Result<TracedScene> TracedScene::build(const RayDevice& device,
   TracedScene traced;
   for (const RenderMesh& mesh : meshes) {
     check_mesh(mesh);
-    traced.meshes_.push_back({&mesh, shutter, 0, {}, {}});
+    traced.meshes_.push_back({&mesh, shutter, 0, 0, {}, {}});
     collect_fans(traced.meshes_.back());
   }
   traced.scene_.reset(rtcNewScene(device.device.get()));
@@ -271,7 +286,10 @@ Result<TracedScene> TracedScene::build(const RayDevice& device,
     traced.epsilon_ = size * 0x1p-18f;
     traced.farthest_ = size + std::max(size, reach);
     const auto margin = static_cast<double>(traced.farthest_ * kMargin);
-    for (MeshToTrace& mesh : traced.meshes_) mesh.margin2 = margin * margin;
+    for (MeshToTrace& mesh : traced.meshes_) {
+      mesh.margin2 = margin * margin;
+      mesh.clear = 1.000001 * margin * longest_edge(mesh);
+    }
     const Vec3 pad = Vec3{1, 1, 1} * traced.epsilon_;
     traced.bounds_ = {low - pad, high + pad};
   }

@@ -125,7 +125,7 @@ void for_met(const RTCFilterFunctionNArguments* args, const F& f) {
     const std::uint32_t triangle = RTCHitN_primID(args->hit, n, lane);
     const EdgeSides sides = sides_of(traced, traced.mesh->triangles[triangle], ray, d);
     bool any = false;
-    if (!sides.near_any(traced.margin2)) {
+    if (sides.closest() > traced.clear || !sides.near_any(traced.margin2)) {
       any = sides.inside() && taken(triangle, meeting_of(sides, d));
     } else {
       // Embree may have found only one of several.
@@ -198,7 +198,8 @@ bool meets_triangle(const MeshToTrace& traced, std::uint32_t triangle, const Ray
   const Vec3d d(ray.direction);
   const EdgeSides sides = sides_of(traced, traced.mesh->triangles[triangle], ray, d);
   if (!sides.inside()) return false;
-  if (sides.near_any(traced.margin2) && !Surroundings(traced, ray).covered(triangle, sides))
+  if (sides.closest() <= traced.clear && sides.near_any(traced.margin2) &&
+      !Surroundings(traced, ray).covered(triangle, sides))
     return false;
   met = meeting_of(sides, d);
   return true;

@@ -330,21 +330,22 @@ std::string plan_digest(const PreparedScene& prepared) {
   return hasher.hex();
 }
 
-/// "2 penguin": what the ids of the picture mean; of an actor alone, the object or the way.
-std::string object_names(const PreparedScene& prepared, const FrameGeometry& geometry) {
+/// "2 teapot to penguin, 3 teapot, 4 penguin": what the ids of the picture mean (add_meshes() in
+/// geometry.cpp gives them): an actor's surface, then its objects.
+std::string object_names(const PreparedScene& prepared) {
   std::string names;
-  for (std::size_t i = 0; i < prepared.actors.size(); ++i) {
-    const PreparedActor& actor = prepared.actors[i];
-    const Moment& moment = geometry.actors[i].moment;
-    std::string name = actor.name;
-    if (prepared.actors.size() == 1 && moment.object >= 0)
-      name = actor.objects[static_cast<std::size_t>(moment.object)].name;
-    else if (prepared.actors.size() == 1) {
-      const PreparedLeg& leg = actor.legs[static_cast<std::size_t>(moment.leg)];
-      name = actor.objects[leg.from].name + " to " + actor.objects[leg.to].name;
-    }
+  int id = 2;
+  const auto add = [&](const std::string& actor, std::string name) {
+    if (prepared.actors.size() > 1) name = actor + "." + name;
     std::replace(name.begin(), name.end(), ',', ' ');
-    names += fmt::format("{}{} {}", i > 0 ? ", " : "", i + 2, printable(name));
+    names += fmt::format("{}{} {}", names.empty() ? "" : ", ", id++, printable(name));
+  };
+  for (const PreparedActor& actor : prepared.actors) {
+    std::string way;
+    for (const PreparedObject& object : actor.objects)
+      way += (way.empty() ? "" : " to ") + object.name;
+    add(actor.name, way);
+    for (const PreparedObject& object : actor.objects) add(actor.name, object.name);
   }
   return names;
 }
@@ -367,7 +368,7 @@ std::vector<Attribute> header_of(const PreparedScene& prepared, const FrameGeome
                                     {kCameraAttribute, camera_text(prepared.camera)},
                                     {kBallsAttribute, static_cast<int>(ball_count(geometry))},
                                     {kPlanAttribute, plan_digest(prepared)},
-                                    {kObjectsAttribute, object_names(prepared, geometry)}};
+                                    {kObjectsAttribute, object_names(prepared)}};
   if (aov_is_chosen(prepared.scene.image.aovs, "label")) {
     std::string names;
     int number = 0;
