@@ -245,7 +245,7 @@ std::string explain_curve(const Pair& pair) {
     for (const char* c : {"R", "G", "B"}) {
       const double a = static_cast<double>(pair.actual(i, c)),
                    b = static_cast<double>(pair.reference(i, c));
-      if (a < 0.01 || b < 0.01) continue;
+      if (a < 0.01 || b < 0.01 || a >= 1 || b >= 1) continue;
       const double x = std::log(b), y = std::log(a);
       points.emplace_back(x, y);
       n += 1;
@@ -257,9 +257,14 @@ std::string explain_curve(const Pair& pair) {
   const double det = n * sxx - sx * sx;
   if (points.size() < 16 || !(det > 1e-9 * n * n)) return "";
   const double slope = (n * sxy - sx * sy) / det, offset = (sy - slope * sx) / n;
-  double worst = 0;
-  for (const auto& [x, y] : points) worst = std::max(worst, std::fabs(slope * x + offset - y));
-  if (worst > 0.01) return "";
+  // To 1 %, or to the step of 8 bits that a picture may be rounded to.
+  const auto code = [](double log_value) {
+    return 255 * static_cast<double>(linear_to_srgb(static_cast<float>(std::exp(log_value))));
+  };
+  for (const auto& [x, y] : points) {
+    const double wanted = slope * x + offset;
+    if (std::fabs(wanted - y) > 0.01 && std::fabs(code(wanted) - code(y)) > 1.5) return "";
+  }
   if (std::fabs(slope - 1) > 0.003)
     return fmt::format("all colours follow one curve: gamma, the old ones to the power {:.3g}",
                        slope);
@@ -317,31 +322,53 @@ bool only_noise(const Pair& pair) {
 
 /// Light, or how one object sends it back.
 std::string explain_light(const Pair& pair) {
-  std::map<int, std::pair<double, int>> changes;  // by id: sum, pixels
+  // Light that changes shows on the floor and behind; what an object reflects hardly does.
+  std::map<int, double> changes;  // by id
+  int around = 0, changed = 0;
   for (int i = 0; i < pair.pixels(); ++i) {
-    auto& [sum, pixels] = changes[static_cast<int>(pair.reference(i, "id"))];
-    sum += length_of(pair.color(true, i, "") - pair.color(false, i, ""));
-    ++pixels;
+    const int id = static_cast<int>(pair.reference(i, "id"));
+    const Vec3 before = pair.color(false, i, "");
+    const double by = length_of(pair.color(true, i, "") - before);
+    if (id > 1) {
+      changes[id] += by;
+      continue;
+    }
+    ++around;
+    changed += by > 0.05 * length_of(before);
   }
-  double most = 0, rest = 0;
-  int object = 0, rest_pixels = 0;
-  for (const auto& [id, change] : changes)
-    if (id > 1 && change.first / change.second > most) {
-      most = change.first / change.second;
-      object = id;
-    }
-  for (const auto& [id, change] : changes)
-    if (id != object) {
-      rest += change.first;
-      rest_pixels += change.second;
-    }
-  const double elsewhere = rest_pixels > 0 ? rest / rest_pixels : 0;
-  if (object == 0 || !pair.has("id") || elsewhere * 4 > most) return "only light differs";
+  if (changes.empty() || !pair.has("id") || changed * 10 > around) return "only light differs";
+  const int object = std::max_element(changes.begin(), changes.end(), [](auto& a, auto& b) {
+                       return a.second < b.second;
+                     })->first;
   const std::map<int, std::string> names = object_names(pair.a());
   const auto name = names.find(object);
   return fmt::format(
       "geometry and albedo equal, {} reflects light differently: roughness, metal or specular",
       name != names.end() ? "`" + name->second + "`" : fmt::format("object {}", object));
+}
+
+/// "cube 12, sphere 12" against another such list.
+std::string explain_balls(const Image& actual, const Image& reference) {
+  const auto texts = attributes<std::string>(actual, reference, kBallsAttribute);
+  if (!texts || texts->first == texts->second) return "";
+  const std::vector<std::string> now = split(texts->first, ','), before = split(texts->second, ',');
+  if (now.size() != before.size()) return "other objects";
+  std::string text;
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    const auto count = [](const std::string& entry) {
+      return parse_integer(entry.substr(entry.rfind(' ') + 1)).value_or(0);
+    };
+    const std::int64_t a = count(now[i]), b = count(before[i]);
+    if (a == b) continue;
+    std::string name = now[i].substr(0, now[i].rfind(' '));
+    while (name.starts_with(' ')) name.erase(0, 1);
+    text += fmt::format("{}{} of `{}`, {} in place of {}", text.empty() ? "" : "; ",
+                        a == b - 1 ? "a ball is missing"
+                        : a < b    ? "balls are missing"
+                                   : "more balls",
+                        name, a, b);
+  }
+  return text.empty() ? "other objects" : text;
 }
 
 std::string explain_noise(const Image& actual, const Image& reference) {
@@ -390,12 +417,9 @@ std::string explain_change(const Image& actual, const Image& reference,
                               (!context.surfaces_known || context.surfaces_equal);
   if (!geometry_equal) {
     std::string why;
-    const auto balls = attributes<int>(actual, reference, kBallsAttribute);
     const auto plan = attributes<std::string>(actual, reference, kPlanAttribute);
-    if (balls && balls->first != balls->second)
-      why = balls->first == balls->second - 1
-                ? fmt::format("a ball is missing, {} in place of {}", balls->first, balls->second)
-                : fmt::format("{} balls in place of {}", balls->first, balls->second);
+    if (const std::string balls = explain_balls(actual, reference); !balls.empty())
+      why = balls;
     else if (plan && plan->first != plan->second)
       why = "plan: other balls become other balls";
     const std::string surface = explain_surface(pair, view, context);

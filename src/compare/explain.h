@@ -11,7 +11,7 @@ namespace polymorph {
 
 // What the renderer notes in the headers of its frames, for this.
 inline constexpr const char* kCameraAttribute = "polymorph/camera";    ///< camera_text()
-inline constexpr const char* kBallsAttribute = "polymorph/balls";      ///< how many there are
+inline constexpr const char* kBallsAttribute = "polymorph/balls";      ///< "cube 12, sphere 12"
 inline constexpr const char* kPlanAttribute = "polymorph/plan";        ///< a digest
 inline constexpr const char* kObjectsAttribute = "polymorph/objects";  ///< "2 penguin, 3 torus"
 inline constexpr const char* kSamplesAttribute = "polymorph/samples";

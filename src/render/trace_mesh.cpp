@@ -25,7 +25,8 @@ struct Query {
   }
 };
 
-EdgeSides sides_of(const MeshToTrace& traced, const Triangle& t, const Ray& ray, Vec3d direction) {
+[[gnu::always_inline]] inline EdgeSides sides_of(const MeshToTrace& traced, const Triangle& t,
+                                                 const Ray& ray, Vec3d direction) {
   return {ray.origin, direction, traced.at(t.v[0], ray.time), traced.at(t.v[1], ray.time),
           traced.at(t.v[2], ray.time)};
 }

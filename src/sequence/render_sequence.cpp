@@ -330,6 +330,19 @@ std::string plan_digest(const PreparedScene& prepared) {
   return hasher.hex();
 }
 
+/// "teapot 96, penguin 96": the balls of each object.
+std::string ball_counts(const PreparedScene& prepared) {
+  std::string counts;
+  for (const PreparedActor& actor : prepared.actors)
+    for (const PreparedObject& object : actor.objects) {
+      std::string name = object.name;
+      std::replace(name.begin(), name.end(), ',', ' ');
+      counts +=
+          fmt::format("{}{} {}", counts.empty() ? "" : ", ", printable(name), object.balls.size());
+    }
+  return counts;
+}
+
 /// "2 teapot to penguin, 3 teapot, 4 penguin": what the ids of the picture mean (add_meshes() in
 /// geometry.cpp gives them): an actor's surface, then its objects.
 std::string object_names(const PreparedScene& prepared) {
@@ -366,7 +379,7 @@ std::vector<Attribute> header_of(const PreparedScene& prepared, const FrameGeome
                                     {"polymorph/exposure", prepared.scene.image.exposure},
                                     {kSeedAttribute, fmt::format("{}", prepared.scene.image.seed)},
                                     {kCameraAttribute, camera_text(prepared.camera)},
-                                    {kBallsAttribute, static_cast<int>(ball_count(geometry))},
+                                    {kBallsAttribute, ball_counts(prepared)},
                                     {kPlanAttribute, plan_digest(prepared)},
                                     {kObjectsAttribute, object_names(prepared)}};
   if (aov_is_chosen(prepared.scene.image.aovs, "label")) {
