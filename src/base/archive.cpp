@@ -13,11 +13,11 @@ namespace {
 namespace fs = std::filesystem;
 using Files = std::map<std::string, std::string>;
 
-constexpr std::size_t kMostFiles = 100000;
+constexpr std::size_t kMaxFiles = 100000;
 
 Error too_large(const fs::path& path, std::size_t max_bytes) {
   return make_error(ErrorCode::kInput, "{}: more than {} MiB or {} files in it", path.string(),
-                    max_bytes >> 20, kMostFiles);
+                    max_bytes >> 20, kMaxFiles);
 }
 
 Result<Files> read_folder(const fs::path& folder,
@@ -34,7 +34,7 @@ Result<Files> read_folder(const fs::path& folder,
     if (!wanted(name)) continue;
     PM_TRY(std::string bytes, read_file(entry->path(), max_bytes));
     total += bytes.size();
-    if (total > max_bytes || files.size() >= kMostFiles) return too_large(folder, max_bytes);
+    if (total > max_bytes || files.size() >= kMaxFiles) return too_large(folder, max_bytes);
     files[name] = std::move(bytes);
   }
   if (error)
@@ -74,7 +74,7 @@ Result<Files> read_tree(const fs::path& path, const std::function<bool(const std
     if (!text || archive_entry_filetype(entry) != AE_IFREG) continue;
     std::string name = fs::path(text).lexically_normal().generic_string();
     if (!wanted(name)) continue;
-    if (files.size() >= kMostFiles) return too_large(path, max_bytes);
+    if (files.size() >= kMaxFiles) return too_large(path, max_bytes);
     std::string bytes;
     char buffer[1 << 16];
     la_ssize_t count = 0;

@@ -28,7 +28,7 @@ inline double from_bits(std::uint64_t bits) {
   return a;
 }
 /// The nearest whole number of |a| < 2^51.
-inline double nearest_whole(double a) { return (a + 0x1.8p52) - 0x1.8p52; }
+inline double round_to_nearest(double a) { return (a + 0x1.8p52) - 0x1.8p52; }
 
 struct SinCos {
   double sine, cosine;
@@ -45,7 +45,7 @@ inline SinCos near_zero(double x) {
 }
 /// |x| < 10^5.
 inline SinCos sin_cos(double x) {
-  const double n = nearest_whole(x * (2 / kPi));
+  const double n = round_to_nearest(x * (2 / kPi));
   // pi/2 in parts of 33 bits, so that products with n are exact.
   const double r = ((x - n * 0x1.921fb544p+0) - n * 0x1.0b4611a6p-34) - n * 0x1.3198a2e037073p-69;
   const SinCos a = near_zero(r);
@@ -74,7 +74,7 @@ inline double tan(double x) {
 inline double exp(double x) {
   if (!(x > -700)) return x != x ? x : 0;
   if (x > 700) return std::numeric_limits<double>::infinity();
-  const double n = detail::nearest_whole(x / kLn2);
+  const double n = detail::round_to_nearest(x / kLn2);
   const double r = (x - n * 0x1.62e42feep-1) - n * 0x1.a39ef35793c76p-33;
   double sum = 0;
   for (int k = 14; k >= 1; --k) sum = (1 + sum) * (r / k);
@@ -82,7 +82,7 @@ inline double exp(double x) {
   return (1 + sum) * detail::from_bits(power);
 }
 inline double exp2(double x) {
-  const double n = detail::nearest_whole(x);
+  const double n = detail::round_to_nearest(x);
   if (!(n > -1000 && n < 1000)) return exp(x * kLn2);
   const auto power = static_cast<std::uint64_t>(static_cast<std::int64_t>(n) + 1023) << 52;
   return exp((x - n) * kLn2) * detail::from_bits(power);

@@ -68,7 +68,7 @@ std::vector<HistoryRow> history_rows(const std::vector<ReportCase>& cases, const
     int count = 0;
     for (const ReportCase& one : cases) {
       if (one.group != group) continue;
-      for (const Figure& figure : figures_of(one)) {
+      for (const CaseMetric& figure : metrics_of(one)) {
         if (figure.name != metric || !std::isfinite(figure.value)) continue;
         row.mean += figure.value;
         row.worst = std::max(row.worst, figure.value);

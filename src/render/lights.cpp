@@ -90,9 +90,9 @@ KeyLight make_disc(float azimuth, float elevation, float size, Vec3 irradiance,
     key.cos_radius = cosine(radius);
     key.sin_radius = sin_radius;
     // 1 - cos would cancel for small discs.
-    key.density = 1 / (4 * kPi * square(sine(0.5f * radius)));
+    key.pdf = 1 / (4 * kPi * square(sine(0.5f * radius)));
     key.radiance = irradiance / (kPi * sin_radius * sin_radius);
-    key.sample_power = key.radiance / key.density;
+    key.sample_power = key.radiance / key.pdf;
   }
   return key;
 }

@@ -1,7 +1,7 @@
 // Where a ray meets a triangle of a mesh, decided in double precision from the same floats on every
 // machine.
 //
-// Embree's own t, u, v depend on the instruction set (fused multiply-adds, approximate
+// Embree's own t, u, v depend on the instruction set (fma multiply-adds, approximate
 // reciprocals), and so does its answer for rays that pass an edge closely. Here every operation is
 // one that IEEE 754 rounds exactly, in one order: any processor and any compiler give the same
 // bits.

@@ -171,13 +171,13 @@ bool fill(const TracedScene& scene, const RayOf<Pack3>* rays, int count, RTCRay1
   bool some = false;
   for (int first = 0; first < count; first += kLanes) {
     const RayOf<Pack3>& ray = rays[first / kLanes];
-    const PackMask follow = opposite(scene.misses_bounds(ray)) & first_lanes(count - first);
+    const PackMask follow = !scene.misses_bounds(ray) & first_lanes(count - first);
     some = some || any(follow);
     std::memcpy(valid + first, &follow, sizeof follow);
     Lanes<Pack>::store(packet.org_x + first, ray.origin.x);
     Lanes<Pack>::store(packet.org_y + first, ray.origin.y);
     Lanes<Pack>::store(packet.org_z + first, ray.origin.z);
-    Lanes<Pack>::store(packet.tnear + first, same<Pack>(0));
+    Lanes<Pack>::store(packet.tnear + first, broadcast<Pack>(0));
     Lanes<Pack>::store(packet.dir_x + first, ray.direction.x);
     Lanes<Pack>::store(packet.dir_y + first, ray.direction.y);
     Lanes<Pack>::store(packet.dir_z + first, ray.direction.z);
@@ -213,8 +213,8 @@ void set_filters(RTCGeometry geometry) {
 
 MeshHit TracedScene::closest(const Ray& ray) const {
   if (misses_bounds(ray)) return {};
-  const RayOf<Pack3> pack{same3<Pack3>(ray.origin), same3<Pack3>(ray.direction),
-                          same<Pack>(ray.time), same<Pack>(ray.far)};
+  const RayOf<Pack3> pack{broadcast3<Pack3>(ray.origin), broadcast3<Pack3>(ray.direction),
+                          broadcast<Pack>(ray.time), broadcast<Pack>(ray.far)};
   Query query(*this, &pack);
   query.distance[0] = static_cast<double>(ray.far);
   query.mesh[0] = kNoMesh;

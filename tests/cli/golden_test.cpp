@@ -1,7 +1,7 @@
 // What golden suites do beside testing: hashes, accepting a run, other programs' frames, masks,
 // history, merged reports.
-#include "cli/program.h"
 #include "image/image_io.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

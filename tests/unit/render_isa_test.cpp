@@ -6,7 +6,7 @@
 #include "render/scene_build.h"
 #include "render/vector_math.h"
 #include "render/widened.h"
-#include "render_testing.h"
+#include "testing/render.h"
 
 namespace polymorph {
 namespace {

@@ -6,9 +6,9 @@
 #include "compare/explain.h"
 #include "image/image_io.h"
 #include "image/srgb.h"
-#include "scene_fixture.h"
 #include "sequence/render_sequence.h"
 #include "surface/mesh_check.h"
+#include "testing/scene.h"
 
 namespace polymorph {
 namespace {
