@@ -21,7 +21,7 @@ constexpr int kBrickValues = kBrickPoints * kBrickPoints * kBrickPoints;
 constexpr int kLines = kBrickPoints * kBrickPoints;  ///< lines of points along x
 constexpr int kRows = kBrickCells * kBrickCells;     ///< lines that have cells
 constexpr int kRowEdges = 3 * kBrickCells;           ///< bit 3 x + axis of a row's edges
-constexpr int kMostVertices = kRows * kRowEdges;     ///< of a brick
+constexpr int kMaxVertices = kRows * kRowEdges;      ///< of a brick
 
 /// Crossed edges of a row (21 bits), and above them how many vertices of the brick come before.
 PM_HD constexpr std::uint32_t packed_row(std::uint32_t edges, std::uint32_t before) {
@@ -74,7 +74,7 @@ struct RowFlags {
   PM_HD int triangles(const BrickTable& table) const {
     int count = 0;
     for (std::uint32_t cells = mixed(); cells != 0; cells &= cells - 1) {
-      count += table.count[corners(lowest_bit(cells))];
+      count += table.count[corners(countr_zero(cells))];
     }
     return count;
   }
@@ -90,17 +90,17 @@ struct AxisTables {
     const int number = axis == 0 ? first.x : axis == 1 ? first.y : first.z;
     const float origin = axis == 0 ? grid.origin.x : axis == 1 ? grid.origin.y : grid.origin.z;
     const float center = axis == 0 ? ball.x : axis == 1 ? ball.y : ball.z;
-    const V p = origin + grid.cell * (Lanes<V>::first_numbers() + static_cast<float>(number + at));
+    const V p = origin + grid.cell * (Lanes<V>::iota() + static_cast<float>(number + at));
     const V u_at = ball.scale * (p - center);
     Lanes<V>::store(u[axis] + at, u_at);
     Lanes<V>::store(factor[axis] + at,
-                    factor_of(axis == 0 ? fused(u_at, u_at, same<V>(ball.base)) : u_at * u_at));
+                    factor_of(axis == 0 ? fma(u_at, u_at, broadcast<V>(ball.base)) : u_at * u_at));
     if (axis == 0 && at == 0) base = ball.base, limit = ball.limit;
   }
 };
 constexpr int kTables = 32;  ///< of balls handled together
 /// Points every second cell around a brick, at most 6^3, in whole packs.
-constexpr int kMostCoarse = 216;
+constexpr int kMaxCoarse = 216;
 /// Of a square across a crossed edge (cubes.h).
 constexpr int kFaceVertices = 4, kFaceTriangles = 2;
 
@@ -142,7 +142,7 @@ struct CountBricks {
     team.each(kRows, [&](int r) {
       const RowFlags flags(scratch.inside, r);
       scratch.edges[r] = crossed_edges(flags.line[0], flags.line[1], flags.line[2]);
-      scratch.vertices[r] = static_cast<std::uint32_t>(count_bits(scratch.edges[r]));
+      scratch.vertices[r] = static_cast<std::uint32_t>(popcount(scratch.edges[r]));
       scratch.triangles[r] = static_cast<std::uint32_t>(flags.triangles(table[0]));
     });
     team.sync();
@@ -200,7 +200,7 @@ struct SampleBricks : CountBricks {
   struct Scratch : CountBricks::Scratch {
     union {
       alignas(32) AxisTables tables[F::kSplits ? kTables : 1];
-      float coarse[kMostCoarse];
+      float coarse[kMaxCoarse];
     };
     std::uint32_t unsure[F::kEnds ? 1 : kLines + 1];
     std::uint16_t unsure_points[F::kEnds ? 1 : kBrickValues];
@@ -283,7 +283,7 @@ struct SampleBricks : CountBricks {
     if constexpr (F::kSplits) {
       team.each(kItems, [&](int item) {
         for (int r = 0; r < kTogether; ++r) {
-          Lanes<V>::store(scratch.values + place_of<V>(item, r), same<V>(0.0f));
+          Lanes<V>::store(scratch.values + place_of<V>(item, r), broadcast<V>(0.0f));
         }
       });
       team.sync();
@@ -329,11 +329,11 @@ struct SampleBricks : CountBricks {
     for (int j = 0; j < n; ++j) {
       const AxisTables& t = scratch.tables[j];
       const V ux = Lanes<V>::load(t.u[0] + x), factor_x = Lanes<V>::load(t.factor[0] + x);
-      const float q0 = fused(t.u[2][z], t.u[2][z], t.base);
+      const float q0 = fma(t.u[2][z], t.u[2][z], t.base);
       for (int r = 0; r < kTogether; ++r) {
-        const V q = fused(ux, ux, same<V>(fused(t.u[1][y + r], t.u[1][y + r], q0)));
-        sum[r] = fused(kept_if(q <= t.limit, factor_x),
-                       same<V>(t.factor[1][y + r] * t.factor[2][z]), sum[r]);
+        const V q = fma(ux, ux, broadcast<V>(fma(t.u[1][y + r], t.u[1][y + r], q0)));
+        sum[r] = fma(zero_unless(q <= t.limit, factor_x),
+                     broadcast<V>(t.factor[1][y + r] * t.factor[2][z]), sum[r]);
       }
     }
     for (int r = 0; r < kTogether; ++r) {
@@ -345,7 +345,7 @@ struct SampleBricks : CountBricks {
   template <class V>
   PM_HD void sample(const BrickField<F>& field, Int3 first, int item, float* to) const {
     const int x = place_of<V>(item, 0) % kBrickPoints, line = place_of<V>(item, 0) / kBrickPoints;
-    const V numbers = Lanes<V>::first_numbers() + static_cast<float>(first.x + x);
+    const V numbers = Lanes<V>::iota() + static_cast<float>(first.x + x);
     const V px = grid.origin.x + grid.cell * numbers;
     float py[kTogether];
     for (int r = 0; r < kTogether; ++r) {
@@ -353,7 +353,7 @@ struct SampleBricks : CountBricks {
     }
     const float pz = grid.origin.z + grid.cell * static_cast<float>(first.z + line / kBrickPoints);
     V sum[kTogether], q[kTogether];
-    for (int r = 0; r < kTogether; ++r) sum[r] = same<V>(0.0f);
+    for (int r = 0; r < kTogether; ++r) sum[r] = broadcast<V>(0.0f);
     const std::uint32_t* list = field.list.indices;
     if constexpr (F::kEnds) {
       for (std::uint32_t j = 0; j < field.list.count; ++j) {
@@ -368,9 +368,9 @@ struct SampleBricks : CountBricks {
         load_four(field.balls, list + j, field.list.count - j, four);
         for (int i = 0; i < kFour; ++i) four[i].q_rows(px, py, pz, of[i]);
         for (int r = 0; r < kTogether; ++r) {
-          const V most_q = same<V>(kLargestDistance2);
-          const V qs[kFour] = {least(of[0][r], most_q), least(of[1][r], most_q),
-                               least(of[2][r], most_q), least(of[3][r], most_q)};
+          const V max_q = broadcast<V>(kMaxDistance2);
+          const V qs[kFour] = {min(of[0][r], max_q), min(of[1][r], max_q), min(of[2][r], max_q),
+                               min(of[3][r], max_q)};
           sum[r] = sum[r] + sum_of_four(four, qs);
         }
       }
@@ -388,7 +388,7 @@ struct SampleBricks : CountBricks {
   PM_HD float doubt(const FarField& field) const {
     const float rounding = 0x1p-24f * (40.0f + 0.5f * static_cast<float>(everyone.count));
     return 1.001f *
-           fused(rounding, iso + 2 * (field.against + field.size), field.error + field.rounding);
+           fma(rounding, iso + 2 * (field.against + field.size), field.error + field.rounding);
   }
 
   /// Sums over all balls at the points whose values are not further than `within` from iso.

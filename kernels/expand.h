@@ -87,7 +87,7 @@ struct ExpandFar {
       // 6.3 times as large between the points.
       const float rounding = 0x1p-24f * (1200.0f + 2.0f * static_cast<float>(parent.count));
       out[n].error = 1.0001f * (from.error + scratch.sum[0]);
-      out[n].rounding = fused(rounding, size, from.rounding);
+      out[n].rounding = fma(rounding, size, from.rounding);
       out[n].bend = from.bend + 1.0001f * scratch.sum[1];
       out[n].size = size;
       out[n].against = scratch.sum[3];
@@ -133,12 +133,12 @@ struct ExpandFar {
     }
     const float scale = balls[0].scale, rise = balls[0].rise, base = balls[0].base;
     const V cx = Lanes<V>::load(x), cy = Lanes<V>::load(y), cz = Lanes<V>::load(z);
-    const V weight = Lanes<V>::load(w), zero = same<V>(0.0f);
+    const V weight = Lanes<V>::load(w), zero = broadcast<V>(0.0f);
     const QRange<V> q = q_range<V>(scale * (box.low.x - cx), scale * (box.high.x - cx),
                                    scale * (box.low.y - cy), scale * (box.high.y - cy),
                                    scale * (box.low.z - cz), scale * (box.high.z - cz), base);
     const auto near = is_near(weight, q, level.reach);
-    const V inverse = 1.0f / q.near, size = most(weight, -weight) * inverse;
+    const V inverse = 1.0f / q.near, size = max(weight, -weight) * inverse;
     const V terms[4] = {select(near, zero, level.truncation * (size * (inverse * inverse))),
                         select(near, zero, (3.0f * rise) * (size * inverse)),
                         select(near, zero, size), select(near & (weight < 0.0f), size, zero)};
@@ -156,7 +156,7 @@ struct ExpandFar {
   template <class V>
   PM_HD void add(Scratch& scratch, int count, int at) const {
     const V x = Lanes<V>::load(scratch.x + at), y = Lanes<V>::load(scratch.y + at),
-            z = Lanes<V>::load(scratch.z + at), base = same<V>(kSmallestDistance2);
+            z = Lanes<V>::load(scratch.z + at), base = broadcast<V>(kMinDistance2);
     V sum = Lanes<V>::load(scratch.value + at);
     for (int j = 0; j < count; j += kFour) {
       FarBall four[kFour];
@@ -164,7 +164,7 @@ struct ExpandFar {
       for (int i = 0; i < kFour; ++i) {
         four[i] = scratch.far[j + i];
         const V ux = x - four[i].x, uy = y - four[i].y, uz = z - four[i].z;
-        q[i] = fused(ux, ux, fused(uy, uy, fused(uz, uz, base)));
+        q[i] = fma(ux, ux, fma(uy, uy, fma(uz, uz, base)));
       }
       sum = sum + sum_of_four(four, q);
     }

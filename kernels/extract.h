@@ -1,7 +1,7 @@
 // The order of all passes, once for every backend.
 //
 // A backend gives: Team (how the threads that share one item work together: V, kParts, each,
-// each_group, group_sum, group_most, sync, scan, append, add); kManyTops; for_each and for_teams;
+// each_group, group_sum, group_max, sync, scan, append, add); kManyTops; for_each and for_teams;
 // scan; Buffer<T> with resize and fit; upload, download, output, deliver; start_frame,
 // everything_fitted, finish_frame. What it cannot do
 // (memory, a failing device) it throws as ExtractFailure or std::bad_alloc; both end here and leave
@@ -181,7 +181,7 @@ class Extraction final : public SurfaceExtractor {
     });
   }
 
-  void limit_memory(std::size_t bytes) override { most_memory_ = bytes; }
+  void limit_memory(std::size_t bytes) override { max_memory_ = bytes; }
   std::vector<PassTime> pass_times() const override { return backend_.pass_times(); }
   std::size_t memory_used() const override { return backend_.memory_used(); }
 
@@ -224,7 +224,7 @@ class Extraction final : public SurfaceExtractor {
   template <class Passes>
   ExtractStatus guarded(const Passes& passes) {
     try {
-      backend_.start_frame(most_memory_);
+      backend_.start_frame(max_memory_);
       passes();
       backend_.finish_frame();
     } catch (const ExtractFailure& failure) {
@@ -294,7 +294,7 @@ class Extraction final : public SurfaceExtractor {
     out.balls = prepared<F>(n);
     out.everyone = everyone_.resize(backend_, n);
     FieldScale scale;
-    scale.log2_floor = log_of_two(settings.cutoff * settings.iso);
+    scale.log2_floor = log2(settings.cutoff * settings.iso);
     const std::size_t levels = shape.levels.size();
     const std::int64_t tops =
         levels == 0 ? 0 : std::int64_t{shape.tops.x} * shape.tops.y * shape.tops.z;
@@ -338,7 +338,7 @@ class Extraction final : public SurfaceExtractor {
     const BallViews<F> in = prepare<F>(balls, settings);
     const auto n = static_cast<std::int64_t>(points.size());
     const Offsets runs = {(n + Blend::kRun - 1) / Blend::kRun, 0};
-    const View<Offsets> count = totals_.resize(backend_, kMostLevels + 1);
+    const View<Offsets> count = totals_.resize(backend_, kMaxLevels + 1);
     const View<Carried> from = carried_.resize(backend_, static_cast<std::int64_t>(carried.size()));
     const View<Vec3> at = sample_points_.resize(backend_, n);
     const View<CarriedValues> out = carried_values_.resize(backend_, kMaps * n);
@@ -393,16 +393,16 @@ class Extraction final : public SurfaceExtractor {
   void extract_bricks(const Grid& grid, const ExtractSettings& settings, Mesh& mesh,
                       const Find& find) {
     const View<BrickTable> table = table_view();
-    totals_view_ = totals_.resize(backend_, kMostLevels + 1);
-    Offsets totals[kMostLevels + 1];
+    totals_view_ = totals_.resize(backend_, kMaxLevels + 1);
+    Offsets totals[kMaxLevels + 1];
     View<Vec3> positions, normals;
     View<Triangle> triangles;
     do {
       const auto found = find(table);
       const BrickViews& bricks = found.first;
-      const Offsets* total = &totals_view_[kMostLevels];
+      const Offsets* total = &totals_view_[kMaxLevels];
       backend_.scan({bricks.counts.data, bricks.room}, bricks.count, bricks.first,
-                    &totals_view_[kMostLevels], "number");
+                    &totals_view_[kMaxLevels], "number");
       const std::int64_t guess = brick_guess(grid) * 100;
       positions = backend_.output(mesh.positions, positions_, &total->first, guess);
       normals = backend_.output(mesh.normals, normals_, &total->first, guess);
@@ -419,7 +419,7 @@ class Extraction final : public SurfaceExtractor {
         backend_.for_teams(bricks.count, bricks.room, emit, "triangles");
       }
     } while (!backend_.everything_fitted(totals_view_, totals));
-    const Offsets sizes = totals[kMostLevels];
+    const Offsets sizes = totals[kMaxLevels];
     if (sizes.first >= std::numeric_limits<std::uint32_t>::max()) {
       throw ExtractFailure{{ExtractCode::kBadInput,
                             "the surface would have " + std::to_string(sizes.first) +
@@ -653,9 +653,9 @@ class Extraction final : public SurfaceExtractor {
 
   /// The largest factor by which a map stretches: all of them are turns and growths.
   static float norm_of(const AffineMap& map) {
-    float most_of = 0;
-    for (const Vec3 row : map.rows) most_of = std::max(most_of, length(row));
-    return most_of;
+    float largest = 0;
+    for (const Vec3 row : map.rows) largest = std::max(largest, length(row));
+    return largest;
   }
 
   /// The regression's nodes, made where they are not known yet.
@@ -729,7 +729,7 @@ class Extraction final : public SurfaceExtractor {
     for (auto& held : held_distances_) {
       if (held->object == object) return DistanceField(object->grid, held->values.data);
     }
-    if (held_distances_.size() >= kMostObjects) held_distances_.erase(held_distances_.begin());
+    if (held_distances_.size() >= kMaxObjects) held_distances_.erase(held_distances_.begin());
     auto held = std::make_unique<HeldDistances>();
     held->object = object;
     held->values = held->buffer.resize(backend_, static_cast<std::int64_t>(object->values.size()));
@@ -746,7 +746,7 @@ class Extraction final : public SurfaceExtractor {
   }
 
   B backend_;
-  std::size_t most_memory_ = 0;
+  std::size_t max_memory_ = 0;
   bool table_ready_ = false;
   Buffer<BrickTable> table_;
   Buffer<BallPath> paths_;
@@ -768,7 +768,7 @@ class Extraction final : public SurfaceExtractor {
   Buffer<Offsets> regress_count_;
   std::shared_ptr<const Regression> held_regression_;  ///< what lattice_nodes_ holds
   /// Objects whose distances stay on a device: several actors take turns.
-  static constexpr std::size_t kMostObjects = 8;
+  static constexpr std::size_t kMaxObjects = 8;
   struct HeldDistances {
     std::shared_ptr<const DistanceGrid> object;
     Buffer<float> buffer;
@@ -776,10 +776,10 @@ class Extraction final : public SurfaceExtractor {
   };
   std::vector<std::unique_ptr<HeldDistances>> held_distances_;
   Buffer<CarriedValues> carried_values_;
-  /// [level]: nodes and entries, or what stands at [kMostLevels]: vertices and triangles.
+  /// [level]: nodes and entries, or what stands at [kMaxLevels]: vertices and triangles.
   Buffer<Offsets> totals_;
   View<Offsets> totals_view_;
-  Buffer<Node> nodes_[kMostLevels];
+  Buffer<Node> nodes_[kMaxLevels];
   Buffer<std::uint32_t> entries_[2];  ///< of even and of odd levels, as are:
   Buffer<FarField> far_[2];
   Buffer<Counts> sums_[2];

@@ -35,13 +35,13 @@ struct Points {
 template <class V>
 PM_HD inline void four_q(const RoundBall (&four)[kFour], const Points<V>& p, V (&q)[kFour]) {
   for (int i = 0; i < kFour; ++i) {
-    q[i] = least(four[i].q(p.x, p.y, p.z), same<V>(kLargestDistance2));
+    q[i] = min(four[i].q(p.x, p.y, p.z), broadcast<V>(kMaxDistance2));
   }
 }
 
 template <class F, class V>
 PM_HD inline V field_at(const Points<V>& p, const typename F::Ball* balls, BallList list) {
-  V sum = same<V>(0.0f);
+  V sum = broadcast<V>(0.0f);
   if constexpr (!F::kEnds) {
     for (std::uint32_t j = 0; j < list.count; j += kFour) {
       RoundBall four[kFour];
@@ -63,7 +63,7 @@ PM_HD inline V field_at(const Points<V>& p, const typename F::Ball* balls, BallL
 template <class F, class V>
 PM_HD inline V grid_field_at(const Points<V>& p, const typename F::Ball* balls, BallList list) {
   if constexpr (F::kSplits) {
-    V sum = same<V>(0.0f);
+    V sum = broadcast<V>(0.0f);
     for (std::uint32_t j = 0; j < list.count; ++j) {
       sum = plus_product(sum, balls[list.indices[j]], p.x, p.y, p.z);
     }
@@ -77,7 +77,7 @@ PM_HD inline V grid_field_at(const Points<V>& p, const typename F::Ball* balls, 
 template <class F, class V>
 PM_HD inline Points<V> downhill_at(const Points<V>& p, const typename F::Ball* balls,
                                    BallList list) {
-  Points<V> sum = {same<V>(0.0f), same<V>(0.0f), same<V>(0.0f)};
+  Points<V> sum = {broadcast<V>(0.0f), broadcast<V>(0.0f), broadcast<V>(0.0f)};
   if constexpr (!F::kEnds) {
     for (std::uint32_t j = 0; j < list.count; j += kFour) {
       RoundBall four[kFour];
@@ -91,8 +91,8 @@ PM_HD inline Points<V> downhill_at(const Points<V>& p, const typename F::Ball* b
         const V fall = four[i].w * (inverse[i] * inverse[i]);
         V x, y, z;
         four[i].q_rise(p.x, p.y, p.z, x, y, z);
-        sum.x = fused(fall, x, sum.x), sum.y = fused(fall, y, sum.y);
-        sum.z = fused(fall, z, sum.z);
+        sum.x = fma(fall, x, sum.x), sum.y = fma(fall, y, sum.y);
+        sum.z = fma(fall, z, sum.z);
       }
     }
   } else {
@@ -101,8 +101,8 @@ PM_HD inline Points<V> downhill_at(const Points<V>& p, const typename F::Ball* b
       const V fall = F::fall(ball, ball.q(p.x, p.y, p.z));
       V x, y, z;
       ball.q_rise(p.x, p.y, p.z, x, y, z);
-      sum.x = fused(fall, x, sum.x), sum.y = fused(fall, y, sum.y);
-      sum.z = fused(fall, z, sum.z);
+      sum.x = fma(fall, x, sum.x), sum.y = fma(fall, y, sum.y);
+      sum.z = fma(fall, z, sum.z);
     }
   }
   return sum;
@@ -141,8 +141,9 @@ struct BrickField {
     if constexpr (!F::kEnds) {
       // Half of it, as in the sum over the list.
       const FarSlope<V> slope(far->value, box, p.x, p.y, p.z);
-      sum.x = fused(same<V>(-0.5f), slope.x, sum.x), sum.y = fused(same<V>(-0.5f), slope.y, sum.y);
-      sum.z = fused(same<V>(-0.5f), slope.z, sum.z);
+      sum.x = fma(broadcast<V>(-0.5f), slope.x, sum.x),
+      sum.y = fma(broadcast<V>(-0.5f), slope.y, sum.y);
+      sum.z = fma(broadcast<V>(-0.5f), slope.z, sum.z);
     }
     return sum;
   }

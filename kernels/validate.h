@@ -134,8 +134,8 @@ inline ExtractStatus check_grid(const Grid& grid) {
   if (n.x < 2 || n.y < 2 || n.z < 2) {
     return bad_input("the grid has " + size + " points (each axis needs 2), use a finer grid");
   }
-  constexpr int kMostPoints = 1 << 20;
-  if (n.x > kMostPoints || n.y > kMostPoints || n.z > kMostPoints) {
+  constexpr int kMaxPoints = 1 << 20;
+  if (n.x > kMaxPoints || n.y > kMaxPoints || n.z > kMaxPoints) {
     return bad_input("the grid has " + size +
                      " points (2^20 a side is the most), use a coarser grid");
   }

@@ -11,9 +11,9 @@
 namespace polymorph {
 namespace {
 
-constexpr int kLeastResolution = 16, kMostResolution = 512;
+constexpr int kMinResolution = 16, kMaxResolution = 512;
 constexpr int kSearchResolution = 48;  // for the gap; its widths are a factor 1.4 apart anyway
-constexpr float kWidestGap = 1.05f;    // of the longest side, which a bowl is open along
+constexpr float kMaxGap = 1.05f;       // of the longest side, which a bowl is open along
 constexpr float kProject = 2;          // cells: how near a vertex belongs on the model
 constexpr int kSmoothingRounds = 12;
 
@@ -26,8 +26,8 @@ float longest_side(const Box& box) {
 float find_gap(const Box& box, const ClosestPointQuery& surface) {
   const float side = longest_side(box), cell = side / kSearchResolution;
   std::vector<float> gaps;
-  for (float gap = 3 * cell; gap < kWidestGap * side; gap *= 1.4f) gaps.push_back(gap);
-  gaps.push_back(kWidestGap * side);
+  for (float gap = 3 * cell; gap < kMaxGap * side; gap *= 1.4f) gaps.push_back(gap);
+  gaps.push_back(kMaxGap * side);
   const Grid grid = grid_around(box, cell, gaps.back() / 2);
   const std::vector<float> from_wall = distances_to(grid, wall_points(grid, surface));
   std::vector<double> volumes;
@@ -134,14 +134,14 @@ Model dress(VoxelSurface surface, const Model& model, const ClosestPointQuery& q
 }  // namespace
 
 Result<Model> solidify(const Model& model, const SolidifySettings& settings) {
-  if (settings.resolution < kLeastResolution || settings.resolution > kMostResolution)
+  if (settings.resolution < kMinResolution || settings.resolution > kMaxResolution)
     return make_error(ErrorCode::kInput, "solidify: resolution {} is out of range - use {} to {}",
-                      settings.resolution, kLeastResolution, kMostResolution);
+                      settings.resolution, kMinResolution, kMaxResolution);
   const Box box = model.box();
   const float side = longest_side(box);
   if (model.triangles.empty() || !(side > 0))
     return make_error(ErrorCode::kInput, "model \"{}\" has no faces to solidify", model.name);
-  if (!(settings.gap >= 0) || settings.gap > kWidestGap * side)
+  if (!(settings.gap >= 0) || settings.gap > kMaxGap * side)
     return make_error(
         ErrorCode::kInput,
         "solidify: gap {:.4g} is out of range for model \"{}\" - use 0 (automatic) to "

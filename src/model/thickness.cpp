@@ -14,7 +14,7 @@ namespace polymorph {
 namespace {
 
 constexpr double kManyBalls = 1500;
-constexpr std::size_t kMostMet = 16384;  // by one ray, of faces that lie upon each other
+constexpr std::size_t kMaxMet = 16384;  // by one ray, of faces that lie upon each other
 
 /// Distance along the ray at which it meets the triangle, or infinity (Moeller and Trumbore 1997,
 /// in double precision; edges count).
@@ -45,7 +45,7 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
   if (!bvh.nodes.empty()) stack[waiting++] = 0;
   const double o[3] = {origin.x, origin.y, origin.z},
                d[3] = {direction.x, direction.y, direction.z};
-  while (waiting > 0 && met < kMostMet) {
+  while (waiting > 0 && met < kMaxMet) {
     const TriangleBvh::Node& node = bvh.nodes[stack[--waiting]];
     for (int k = 0; k < TriangleBvh::kWidth; ++k) {
       if (node.child[k] == TriangleBvh::kNone) continue;
@@ -77,7 +77,7 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
       }
     }
   }
-  return met < kMostMet ? hit : Hit{};
+  return met < kMaxMet ? hit : Hit{};
 }
 
 }  // namespace

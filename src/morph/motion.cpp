@@ -272,8 +272,8 @@ void set_paths(MorphPlan& plan) {
     if (plan.motion.path == Path::kExplode) path.launch = launch_of(plan, e, path.from, path.to);
     PairTiming& timing = plan.timing[e];
     if (plan.motion.stagger != Stagger::kNone) timing.delay = order[e] * plan.motion.stagger_share;
-    constexpr double kMost = 8;
-    timing.inertia = static_cast<float>(std::pow(std::clamp(pair.mass * count, 1 / kMost, kMost),
+    constexpr double kMax = 8;
+    timing.inertia = static_cast<float>(std::pow(std::clamp(pair.mass * count, 1 / kMax, kMax),
                                                  static_cast<double>(plan.motion.spring.lag)));
   }
   plan.paths = std::make_shared<const BallPaths>(std::move(paths));

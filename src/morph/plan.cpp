@@ -128,14 +128,14 @@ std::vector<Part> parts_of(const CostPair& sides, LabelMode mode) {
 /// the shares of a ball sum to 1 again: half of a plan's pairs may be such remainders.
 std::vector<Pair> without_slivers(std::vector<Pair> pairs, std::size_t from, std::size_t to) {
   constexpr float kSliver = 0.08f;
-  std::vector<float> from_most(from, 0), to_most(to, 0);
+  std::vector<float> from_max(from, 0), to_max(to, 0);
   for (const Pair& pair : pairs) {
-    from_most[pair.from] = std::max(from_most[pair.from], pair.from_share);
-    to_most[pair.to] = std::max(to_most[pair.to], pair.to_share);
+    from_max[pair.from] = std::max(from_max[pair.from], pair.from_share);
+    to_max[pair.to] = std::max(to_max[pair.to], pair.to_share);
   }
   std::erase_if(pairs, [&](const Pair& pair) {
     return pair.from_share < kSliver && pair.to_share < kSliver &&
-           pair.from_share < from_most[pair.from] && pair.to_share < to_most[pair.to];
+           pair.from_share < from_max[pair.from] && pair.to_share < to_max[pair.to];
   });
   std::vector<double> from_sum(from, 0), to_sum(to, 0);
   for (const Pair& pair : pairs) {

@@ -32,12 +32,12 @@ Sample4 lane(const Sample4Of<Pack>& s, int l) { return {s.a[l], s.b[l], s.c[l], 
 
 /// Numbers of paths in the wave.
 struct List {
-  std::array<std::uint16_t, Wave::kMost> items;
+  std::array<std::uint16_t, Wave::kMax> items;
   int count = 0;
   void add(std::uint32_t item) { items[count++] = static_cast<std::uint16_t>(item); }
   void add(PackBits rows, PackMask where) {
     for (std::uint32_t bits = Lanes<Pack>::bits(where); bits != 0; bits &= bits - 1)
-      add(rows[lowest_bit(bits)]);
+      add(rows[countr_zero(bits)]);
   }
 };
 
@@ -73,7 +73,7 @@ class Tracer {
         return PackMask{};
       });
       each_eight(trapped_, [&](Paths& path, PackBits, PackMask live) {
-        add_sky(world_, path, same<Pack>(1), live);
+        add_sky(world_, path, broadcast<Pack>(1), live);
         return PackMask{};
       });
       each_eight(last_, [&](Paths& path, PackBits rows, PackMask live) {
@@ -136,7 +136,7 @@ class Tracer {
       const PackMask live = first_lanes(list.count - first);
       Paths path = load(rows);
       const PackMask goes_on = f(path, rows, live);
-      store(path, rows, live & opposite(taken_));
+      store(path, rows, live & !taken_);
       taken_ = PackMask{};
       going_.add(rows, goes_on);
     }
@@ -190,7 +190,7 @@ class Tracer {
     const VertexRandom random = random_of(path);
     if (world_.has_glass) {
       taken_ = through_glass(path, rows, live, hit, point, random.glass());
-      live = live & opposite(taken_);
+      live = live & !taken_;
       if (!any(live)) return PackMask{};
     }
     const BsdfOf<Pack3> bsdf =
@@ -223,12 +223,12 @@ class Tracer {
 
   /// The last ray asks only for the sky; it takes the floor for the sky's lower half.
   void look_last(Paths& path, PackBits rows, PackMask live) {
-    Pack3 share = same3<Pack3>({1, 1, 1});
+    Pack3 share = broadcast3<Pack3>({1, 1, 1});
     if (world_.has_glass) {
       for (int l = 0; l < kLanes; ++l)
         if (live[l]) set_lane(share, l, through_meshes(world_, paths_[rows[l]].ray, tally_));
     } else {
-      const int count = count_bits(Lanes<Pack>::bits(live));
+      const int count = popcount(Lanes<Pack>::bits(live));
       tally_.rays += static_cast<std::uint64_t>(count);
       const std::uint32_t blocked = world_.geometry->blocked(&path.ray, count);
       for (int l = 0; l < count; ++l)
@@ -236,8 +236,8 @@ class Tracer {
     }
     const PackMask hidden = live & is_black(share);
     if (any(hidden))
-      add_sky(world_, path, same<Pack>(world_.max_depth == 1 ? kGuessedBounce : 0), hidden);
-    const PackMask seen = live & opposite(hidden);
+      add_sky(world_, path, broadcast<Pack>(world_.max_depth == 1 ? kGuessedBounce : 0), hidden);
+    const PackMask seen = live & !hidden;
     // Unshaded, what was foreseen is what it is.
     const PackMask shaded = seen & (min_component(share) < 1.0f);
     if (any(shaded)) add_sky(world_, path, Pack{}, shaded);
@@ -252,9 +252,9 @@ class Tracer {
   std::uint32_t set_ = 1;
   PackMask taken_{};  ///< lanes of the eight at hand whose rows are seen to already
   List going_, leaving_, floors_, meshes_, trapped_, last_;
-  std::array<PathRow, Wave::kMost> paths_;
-  std::array<MeetingRow, Wave::kMost> meetings_;
-  std::array<Vec3, Wave::kMost> direct_;
+  std::array<PathRow, Wave::kMax> paths_;
+  std::array<MeetingRow, Wave::kMax> meetings_;
+  std::array<Vec3, Wave::kMax> direct_;
   ShadowRays shadows_{world_, tally_, direct_.data()};
 };
 

@@ -27,9 +27,9 @@ Lamp make_lamp(const LampSettings& settings, Vec3 middle);
 template <class T3>
 struct LampSampleOf {
   T3 direction{};
-  NumberOf<T3> distance{};
-  NumberOf<T3> density{};  ///< per solid angle; 0 = a point, or nothing to see from here
-  T3 power{};              ///< radiance / density, or intensity / distance^2; black = nothing
+  ComponentOf<T3> distance{};
+  ComponentOf<T3> density{};  ///< per solid angle; 0 = a point, or nothing to see from here
+  T3 power{};                 ///< radiance / density, or intensity / distance^2; black = nothing
 };
 using LampSample = LampSampleOf<Vec3>;
 LampSample sample_lamp(const Lamp& lamp, Vec3 from, float u, float v);

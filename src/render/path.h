@@ -28,20 +28,20 @@ inline constexpr std::uint32_t kGlassShift = 8;
 /// A path on its way, or eight: the same 24 numbers, as a row or as columns.
 template <class T3>
 struct PathOf {
-  using V = NumberOf<T3>;
+  using V = ComponentOf<T3>;
   RayOf<T3> ray;
   T3 radiance{};
-  T3 throughput = same3<T3>({1, 1, 1});
+  T3 throughput = broadcast3<T3>({1, 1, 1});
   /// Control variate. Every diffuse vertex adds at once all the light it would get from an
   /// unobstructed calm sky (known exactly), and lets the next ray correct it: if the sky is seen
   /// after all, nothing is left to add; if not, the sky's share is taken back. So unshadowed
   /// surfaces have no noise from the sky. This is the throughput of that known share.
   T3 foreseen{};
   V density{};  ///< of the ray's direction, per solid angle
-  V alpha = same<V>(1);
+  V alpha = broadcast<V>(1);
   V unlit{};
-  V left{};                           ///< surfaces that it may still scatter at
-  V mirrors = same<V>(kFreeMirrors);  ///< and of sharp mirrors
+  V left{};                                ///< surfaces that it may still scatter at
+  V mirrors = broadcast<V>(kFreeMirrors);  ///< and of sharp mirrors
   BitsOf<V> flags = BitsOf<V>{} + (kFromCamera | (kFreeGlass << kGlassShift));
   BitsOf<V> sample{};  ///< SampleIndex::reversed
 };
@@ -64,7 +64,7 @@ Pack3 kept_light(const World& world, const Paths& path, const Pack3& light);
 /// Weights of one of two ways to find the same light (Veach 1997).
 inline Pack power_heuristic(Pack own, Pack other) {
   const Pack ratio = other / own;
-  return kept_if(own > 0.0f, 1.0f / (1.0f + ratio * ratio));
+  return zero_unless(own > 0.0f, 1.0f / (1.0f + ratio * ratio));
 }
 inline Pack balance_heuristic(Pack own, Pack other) { return own / (own + other); }
 

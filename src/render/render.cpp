@@ -25,7 +25,7 @@ struct SkyKey {
   SkyKind kind = SkyKind::kStudio;
   float turbidity = 3;
 };
-bool same(const SkyKey& a, const SkyKey& b) {
+bool broadcast(const SkyKey& a, const SkyKey& b) {
   return a.rig.z == b.rig.z && a.key.frame.z == b.key.frame.z &&
          a.key.irradiance == b.key.irradiance && a.floor == b.floor && a.scale == b.scale &&
          a.image == b.image && a.part == b.part && a.kind == b.kind && a.turbidity == b.turbidity;
@@ -109,7 +109,7 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
                  scene.ground.enabled ? SkyPart::kAboveHorizon : SkyPart::kAll,
                  scene.lights.sky,
                  scene.lights.turbidity};
-  if (state.sky.width == 0 || !same(sky_key, state.sky_key)) {
+  if (state.sky.width == 0 || !broadcast(sky_key, state.sky_key)) {
     state.sky = make_sky(sky_key);
     state.sky_key = sky_key;
   }

@@ -9,14 +9,14 @@
 namespace polymorph {
 namespace {
 
-constexpr int kMostBoundaries = 32;  // of glass that a ray is followed through
+constexpr int kMaxBoundaries = 32;  // of glass that a ray is followed through
 
 }  // namespace
 
 Vec3 through_meshes(const World& world, const Ray& ray, Tally& tally) {
   Vec3 share{1, 1, 1};
   Ray way = ray;
-  for (int boundary = 0; boundary < kMostBoundaries; ++boundary) {
+  for (int boundary = 0; boundary < kMaxBoundaries; ++boundary) {
     ++tally.rays;
     const MeshHit hit = world.geometry->closest(way);
     if (hit.mesh == kNoMesh) return share;
@@ -35,7 +35,7 @@ Vec3 through_meshes(const World& world, const Ray& ray, Tally& tally) {
 
 void ShadowRays::add(const RayOf<Pack3>& ray, const Pack3& light, PackBits path, PackMask wanted) {
   const PackMask clear = meets_floor(world_.floor, ray) == kInfinity;
-  std::uint32_t bits = Lanes<Pack>::bits(wanted & clear & opposite(is_black(light)));
+  std::uint32_t bits = Lanes<Pack>::bits(wanted & clear & !is_black(light));
   if (bits == 0) return;
   if (count_ >= kPacket) {
     look(0, kPacket);
@@ -50,7 +50,7 @@ void ShadowRays::add(const RayOf<Pack3>& ray, const Pack3& light, PackBits path,
   float* starts[kLanes];
   for (int l = 0; l < kLanes; ++l) starts[l] = &rows[l].ray.origin.x;
   store_rows<16>(columns, starts);
-  for (; bits != 0; bits &= bits - 1) rows_[count_++] = rows[lowest_bit(bits)];
+  for (; bits != 0; bits &= bits - 1) rows_[count_++] = rows[countr_zero(bits)];
 }
 
 void ShadowRays::flush() {

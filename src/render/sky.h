@@ -81,7 +81,7 @@ struct SkySplitOf {
 using SkySplit = SkySplitOf<Vec3>;
 template <class T3>
 inline SkySplitOf<T3> split_radiance(const Sky& sky, T3 radiance) {
-  const NumberOf<T3> light = luminance(radiance);
+  const ComponentOf<T3> light = luminance(radiance);
   const T3 calm = select(light <= sky.calm_level, radiance, radiance * (sky.calm_level / light));
   return {calm, radiance - calm};
 }

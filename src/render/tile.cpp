@@ -22,8 +22,8 @@ RayOf<Pack3> camera_rays(const Camera& camera, const ImageSettings& image, Pack 
   const Pack across = (x - 0.5f * static_cast<float>(image.width)) * scale;
   const Pack upward = (0.5f * static_cast<float>(image.height) - y) * scale;
   const Pack3 way = camera.forward + camera.right * across + camera.up * upward;
-  if (!(camera.lens_radius > 0)) return {same3<Pack3>(camera.position), normalized(way)};
-  const Pack2 at = concentric_disc(lens.x, lens.y) * same<Pack>(camera.lens_radius);
+  if (!(camera.lens_radius > 0)) return {broadcast3<Pack3>(camera.position), normalized(way)};
+  const Pack2 at = concentric_disc(lens.x, lens.y) * broadcast<Pack>(camera.lens_radius);
   const Pack3 shift = camera.right * at.x + camera.up * at.y;
   return {camera.position + shift, normalized(way * camera.focus - shift)};
 }
@@ -100,10 +100,9 @@ class Tile {
       RayOf<Pack3> rays[2];
       MeetingOf<Pack> meetings[2];
       for (int k = 0; k < 2; ++k)
-        rays[k] = camera_rays(
-            pinhole, job_.image,
-            Lanes<Pack>::first_numbers() + (static_cast<float>(left_ + k * kLanes) + 0.5f),
-            same<Pack>(static_cast<float>(top_ + y) + 0.5f), Pack2{});
+        rays[k] = camera_rays(pinhole, job_.image,
+                              Lanes<Pack>::iota() + (static_cast<float>(left_ + k * kLanes) + 0.5f),
+                              broadcast<Pack>(static_cast<float>(top_ + y) + 0.5f), Pack2{});
       meet(job_.world, rays, meetings, width_, true, tally_);
       for (int x = 0; x < width_; ++x) {
         const Ray ray = lane(rays[x / kLanes], x % kLanes);
@@ -127,7 +126,7 @@ class Tile {
       for (int s = from; s < to; ++s) {
         pixels_[wave_.count] = pixel;
         numbers_[wave_.count] = static_cast<std::uint32_t>(s);
-        if (++wave_.count == Wave::kMost) flush();
+        if (++wave_.count == Wave::kMax) flush();
       }
     }
     if (wave_.count > 0) flush();
@@ -213,8 +212,8 @@ class Tile {
   std::array<PixelSum, kPixels> sums_{};
   std::array<bool, kPixels> done_{};
   Wave wave_;
-  std::array<int, Wave::kMost> pixels_;             ///< of each path of the wave
-  std::array<std::uint32_t, Wave::kMost> numbers_;  ///< which of the pixel's samples it is
+  std::array<int, Wave::kMax> pixels_;             ///< of each path of the wave
+  std::array<std::uint32_t, Wave::kMax> numbers_;  ///< which of the pixel's samples it is
 };
 
 }  // namespace

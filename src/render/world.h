@@ -40,7 +40,7 @@ struct Tally {
 template <class V>
 struct MeetingOf {
   MeshHitOf<V> mesh;
-  V floor = same<V>(std::numeric_limits<float>::infinity());  ///< how far it is
+  V floor = broadcast<V>(std::numeric_limits<float>::infinity());  ///< how far it is
 };
 using Meeting = MeetingOf<float>;
 
@@ -62,7 +62,7 @@ inline void meet(const World& world, const RayOf<Pack3>* rays, MeetingOf<Pack>* 
   for (int i = 0; i < packs; ++i) {
     shortened[i] = rays[i];
     meetings[i].floor = meets_floor(world.floor, rays[i]);
-    shortened[i].far = least(meetings[i].floor, rays[i].far);
+    shortened[i].far = min(meetings[i].floor, rays[i].far);
   }
   tally.rays += static_cast<std::uint64_t>(count);
   world.geometry->closest(shortened, hits, count, alike);

@@ -166,7 +166,7 @@ PlanSide plan_side(const PreparedObject& object, const std::vector<std::int32_t>
   return side;
 }
 
-std::uint32_t index_of(std::vector<std::string>& names, const std::string& name) {
+std::uint32_t to_index(std::vector<std::string>& names, const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end()) names.push_back(name);
   return static_cast<std::uint32_t>(std::find(names.begin(), names.end(), name) - names.begin());
@@ -204,7 +204,7 @@ Result<PreparedObject> object_in_flight(const PreparedScene& prepared, const Pre
   // A ball belongs to what it is more of.
   const bool near = moment.moment.u < 0.5f;
   for (const Pair& pair : leg.plan.pairs)
-    object.ball_labels.push_back(index_of(object.model.label_names,
+    object.ball_labels.push_back(to_index(object.model.label_names,
                                           near ? from.model.label_names[from.ball_labels[pair.from]]
                                                : to.model.label_names[to.ball_labels[pair.to]]));
   return object;
@@ -254,7 +254,7 @@ Status make_legs(PreparedActor& actor, const ActorSettings& settings, const Prep
     }
   }
   for (const PreparedObject& object : actor.objects)
-    for (const std::string& name : object.model.label_names) index_of(actor.label_names, name);
+    for (const std::string& name : object.model.label_names) to_index(actor.label_names, name);
   return Ok{};
 }
 

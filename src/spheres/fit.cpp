@@ -176,30 +176,30 @@ void add_wrong(Fit& fit) {
 FitBall moved(const FitBall& ball, const double* step, int numbers, double length) {
   FitBall next = ball;
   const double shift = std::hypot(step[1], step[2], step[3]);
-  const double most_shift = 0.02 * length;
+  const double max_shift = 0.02 * length;
   next.w += std::clamp(step[0], -2.0, 2.0);
   next.center +=
-      Vector3d(step[1], step[2], step[3]) * (shift > most_shift ? most_shift / shift : 1.0);
+      Vector3d(step[1], step[2], step[3]) * (shift > max_shift ? max_shift / shift : 1.0);
   Matrix3d d;
   if (numbers == kRoundNumbers) {
     d = Matrix3d::Identity() * step[4];
   } else {
     d << step[4], step[7], step[8], step[7], step[5], step[9], step[8], step[9], step[6];
   }
-  constexpr double kMostStretch = 0.4;
-  if (const double size = d.norm(); size > kMostStretch) d *= kMostStretch / size;
+  constexpr double kMaxStretch = 0.4;
+  if (const double size = d.norm(); size > kMaxStretch) d *= kMaxStretch / size;
   next.root = (Matrix3d::Identity() + d / 2 + d * d / 8) * ball.root;
   return next;
 }
 
 /// Holds an ellipsoid's axes within what the samples can tell and the surface grid can show.
 void limit_axes(FitBall& ball, double length) {
-  constexpr double kMostRatio = 12;
-  const double most_root = 2 / (0.002 * length), least_root = 0.5 / length;
+  constexpr double kMaxRatio = 12;
+  const double max_root = 2 / (0.002 * length), min_root = 0.5 / length;
   Eigen::JacobiSVD<Matrix3d> svd(ball.root, Eigen::ComputeFullV);
   Vector3d s = svd.singularValues();  // falling
-  const double high = std::min(s[0], most_root);
-  const Vector3d limited = s.cwiseMin(high).cwiseMax(std::max(high / kMostRatio, least_root));
+  const double high = std::min(s[0], max_root);
+  const Vector3d limited = s.cwiseMin(high).cwiseMax(std::max(high / kMaxRatio, min_root));
   if (limited == s) return;
   ball.root = limited.asDiagonal() * svd.matrixV().transpose();
 }
@@ -332,7 +332,7 @@ std::vector<Ball> finished(const Fit& fit) {
 /// bulges between the free points. Returns how many.
 Result<std::size_t> add_strays(Fit& fit, const ClosestPointQuery& boundary,
                                const InsideTest& inside) {
-  constexpr std::size_t kMost = 2000;
+  constexpr std::size_t kMax = 2000;
   const double far = 0.008 * fit.length;
   PM_TRY(const Mesh mesh, extract_surface(*make_cpu_extractor(), finished(fit),
                                           static_cast<float>(fit.length / 160), {}));
@@ -345,7 +345,7 @@ Result<std::size_t> add_strays(Fit& fit, const ClosestPointQuery& boundary,
     distances.push_back(static_cast<double>(closest[i].distance));
   }
   const std::vector<std::uint8_t> in = inside.inside(strays);
-  const std::size_t stride = strays.size() / kMost + 1;
+  const std::size_t stride = strays.size() / kMax + 1;
   for (std::size_t i = 0; i < strays.size(); i += stride) {
     const double target = std::min(distances[i], 0.02 * fit.length);
     fit.points.push_back({to_eigen(strays[i]), in[i] ? target : -target, 1,

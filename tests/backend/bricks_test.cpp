@@ -60,10 +60,8 @@ struct OneLevel {
     std::vector<Offsets> root_count(1), first(1);
     constexpr float kLength = 2;
     const PrepareBalls<F> prepare = {
-        view_of(copy),     view_of(balls),
-        view_of(everyone), FieldScale{log_of_two(1e-4f * iso), kLength},
-        Int3{1, 1, 1},     view_of(root),
-        view_of(sums),     view_of(root_count),
+        view_of(copy),    view_of(balls), view_of(everyone), FieldScale{log2(1e-4f * iso), kLength},
+        Int3{1, 1, 1},    view_of(root),  view_of(sums),     view_of(root_count),
         view_of(root_far)};
     for (std::size_t i = 0; i < raw.size(); ++i) prepare(static_cast<std::int64_t>(i));
     set_reach(level, grid.cell / kLength, iso);

@@ -1,5 +1,5 @@
 // Eight lanes are eight times one: what is written once for both gives the same numbers.
-#include "render/lanes.h"
+#include "render/simd.h"
 
 #include "base/random.h"
 #include "render/lamps.h"
@@ -102,7 +102,7 @@ TEST(Lanes, MaterialsScatterTheSame) {
       put(all_b, b[l]);
     }
     const Pack3 normal = random_directions(5 * round), away = random_directions(5 * round + 1);
-    const Pack3 view = away * with_sign_of(dot(away, normal), same<Pack>(1));
+    const Pack3 view = away * copysign(broadcast<Pack>(1), dot(away, normal));
     const BsdfOf<Pack3> eight = make_bsdf(all_a, all_b, share, normal, view);
     const Pack u = random_pack(0, 1, 9000 + 2 * round), v = random_pack(0, 1, 9001 + 2 * round);
     const Pack3 there = random_directions(5 * round + 2), sampled = sample_bsdf(eight, u, v);
