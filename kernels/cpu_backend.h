@@ -135,7 +135,7 @@ class BasicCpuBackend {
 
   /// Do passes read the host's own memory?
   static constexpr bool kHostMemory = true;
-  static constexpr bool kManyTops = false;  ///< does a tree begin with many nodes, not with one?
+  static constexpr bool kManyRoots = false;  ///< does a tree begin with many nodes, not with one?
 
   /// Calls f(team, scratch, i) for i in [0, *count * parts), in any order.
   template <class F>
@@ -179,7 +179,7 @@ class BasicCpuBackend {
     return {result.data(), *count};
   }
   template <class T>
-  void deliver(std::vector<T>&, View<T>, std::int64_t) {}
+  void download(std::vector<T>&, View<T>, std::int64_t) {}
 
   void start_frame(std::size_t max_memory) {
     times_.clear();

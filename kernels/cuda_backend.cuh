@@ -271,7 +271,7 @@ class CudaBackend {
 
   /// Do passes read the host's own memory?
   static constexpr bool kHostMemory = false;
-  static constexpr bool kManyTops = true;  ///< does a tree begin with many nodes, not with one?
+  static constexpr bool kManyRoots = true;  ///< does a tree begin with many nodes, not with one?
 
   /// Calls f(team, scratch, i) for i in [0, n * parts), n = *count but at most `limit`; *count is
   /// read on the device.
@@ -346,7 +346,7 @@ class CudaBackend {
     return buffer.fit(*this, count, 1, guess);
   }
   template <class T>
-  void deliver(std::vector<T>& to, View<T> from, std::int64_t n) {
+  void download(std::vector<T>& to, View<T> from, std::int64_t n) {
     to.resize(static_cast<std::size_t>(n));
     download(to.data(), View<T>{from.data, n});
   }
@@ -373,7 +373,7 @@ class CudaBackend {
       const std::int64_t at = fit.count - &totals.data->first;
       const Offsets& pair = known[at / 2];
       const std::int64_t count = at % 2 == 0 ? pair.first : pair.second;
-      if (count <= fit.room) continue;
+      if (count <= fit.capacity) continue;
       fit.buffer->grow(*this, count * fit.each);
       fitted = false;
     }
@@ -451,7 +451,7 @@ class CudaBackend {
   /// A buffer whose room *count may exceed.
   struct Fit {
     const std::int64_t* count;
-    std::int64_t each, room;
+    std::int64_t each, capacity;
     Growing* buffer;
   };
   static constexpr const char* kNoPass = "";

@@ -75,12 +75,12 @@ struct DistanceField {
   template <class V>
   PM_HD auto along(V p, float from, float last_point, V& t, V& beyond) const {
     const V u = (p - from) * per_cell;
-    const V held = min(max(u, broadcast<V>(0.0f)), broadcast<V>(last_point));
-    const V off = u - held;
+    const V clamped = min(max(u, broadcast<V>(0.0f)), broadcast<V>(last_point));
+    const V off = u - clamped;
     beyond = fma(off, off, beyond);
-    const V below =
-        min(max(round_to_nearest(held - 0.5f), broadcast<V>(0.0f)), broadcast<V>(last_point - 1));
-    t = held - below;
+    const V below = min(max(round_to_nearest(clamped - 0.5f), broadcast<V>(0.0f)),
+                        broadcast<V>(last_point - 1));
+    t = clamped - below;
     return to_index(below);
   }
 };

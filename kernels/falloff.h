@@ -25,7 +25,7 @@ namespace polymorph {
 /// a ball's centre has a finite, large value, and holds them below the second: products of four
 /// squares then stay within the normal floats, and four balls share a division.
 constexpr float kMinDistance2 = 1e-9f, kMaxDistance2 = 1e9f;
-constexpr int kFour = 4;
+constexpr int kBatch = 4;
 
 /// What all balls of a set share.
 struct FieldScale {
@@ -64,8 +64,8 @@ struct alignas(32) RoundBall {
   float x = 0, y = 0, z = 0;
   float scale = 1;  ///< u = scale (point - center)
   float base = 0, limit = 0;
-  float w = 0;     ///< kGaussian: unused
-  float rise = 1;  ///< scale^2
+  float w = 0;              ///< kGaussian: unused
+  float scale_squared = 1;  ///< scale^2
 
   template <class V>
   PM_HD V q(V px, V py, V pz) const {
@@ -84,8 +84,8 @@ struct alignas(32) RoundBall {
   }
   /// Half the gradient of q.
   template <class V>
-  PM_HD void q_rise(V px, V py, V pz, V& gx, V& gy, V& gz) const {
-    gx = rise * (px - x), gy = rise * (py - y), gz = rise * (pz - z);
+  PM_HD void half_gradient_of_q(V px, V py, V pz, V& gx, V& gy, V& gz) const {
+    gx = scale_squared * (px - x), gy = scale_squared * (py - y), gz = scale_squared * (pz - z);
   }
   template <class V>
   PM_HD QRange<V> range(V lx, V hx, V ly, V hy, V lz, V hz) const {
@@ -118,7 +118,7 @@ struct alignas(16) EllipsoidBall {
     }
   }
   template <class V>
-  PM_HD void q_rise(V px, V py, V pz, V& gx, V& gy, V& gz) const {
+  PM_HD void half_gradient_of_q(V px, V py, V pz, V& gx, V& gy, V& gz) const {
     const V dx = px - x, dy = py - y, dz = pz - z;
     const V ux = along_x(dx, dy, dz), uy = along_y(dy, dz), uz = zz * dz;
     gx = xx * ux;
@@ -189,16 +189,16 @@ struct Field {
   using Ball = BallType;
   static constexpr FieldKind kKind = kKindOf;
   /// Balls end somewhere. Where they do not, distant ones are summed by far_field.h, and sums take
-  /// four balls at a time (sum_of_four).
-  static constexpr bool kEnds = kKind != FieldKind::kInverseSquare;
+  /// four balls at a time (sum_of_batch).
+  static constexpr bool kCompactSupport = kKind != FieldKind::kInverseSquare;
   /// A contribution is a product of three numbers, one an axis: on a grid they are shared.
-  static constexpr bool kSplits =
+  static constexpr bool kSeparable =
       kKind == FieldKind::kGaussian && std::is_same<Ball, RoundBall>::value;
 
   /// Whether a ball belongs in the list of a node over whose box its coordinate has the range q.
   template <class V>
   PM_HD static auto reaches(const Ball& ball, QRange<V> q, float reach) {
-    if constexpr (kEnds) {
+    if constexpr (kCompactSupport) {
       return q.near <= ball.limit;
     } else {
       return is_near(broadcast<V>(ball.w), q, reach);
@@ -219,21 +219,21 @@ struct Field {
 
   /// - d value / dq, up to one positive factor common to all balls.
   template <class V>
-  PM_HD static V fall(const Ball& ball, V q) {
+  PM_HD static V negated_derivative(const Ball& ball, V q) {
     if (kKind == FieldKind::kGaussian) return value(ball, q);
     if (kKind == FieldKind::kWyvill) {
       // (1 - q) (22 - 12 q) / 9 is the derivative; the common 2 / 9 is left out.
       return zero_unless(q <= ball.limit,
                          ball.w * ((1.0f - q) * fma(broadcast<V>(-6.0f), q, broadcast<V>(11.0f))));
     }
-    const V held = min(q, broadcast<V>(kMaxDistance2));
-    return ball.w / (held * held);
+    const V clamped = min(q, broadcast<V>(kMaxDistance2));
+    return ball.w / (clamped * clamped);
   }
 };
 
 PM_HD inline void set_matrix(RoundBall& ball, const Sym3&, double by) {
   ball.scale = static_cast<float>(sqrt(by));
-  ball.rise = static_cast<float>(by);
+  ball.scale_squared = static_cast<float>(by);
 }
 PM_HD inline void set_matrix(EllipsoidBall& ball, const Sym3& shape, double by) {
   double m[6] = {1, 0, 0, 1, 0, 1};
@@ -244,9 +244,9 @@ PM_HD inline void set_matrix(EllipsoidBall& ball, const Sym3& shape, double by) 
 }
 
 /// Four balls of a list from number j on; where it ends before, balls that add nothing.
-PM_HD inline void load_four(const RoundBall* balls, const std::uint32_t* list, std::uint32_t left,
-                            RoundBall (&out)[kFour]) {
-  for (std::uint32_t i = 0; i < kFour; ++i) {
+PM_HD inline void load_batch(const RoundBall* balls, const std::uint32_t* list, std::uint32_t left,
+                             RoundBall (&out)[kBatch]) {
+  for (std::uint32_t i = 0; i < kBatch; ++i) {
     RoundBall nothing;
     nothing.scale = 0, nothing.base = 1;
     out[i] = i < left ? balls[list[i]] : nothing;
@@ -255,7 +255,7 @@ PM_HD inline void load_four(const RoundBall* balls, const std::uint32_t* list, s
 
 /// w0 / q0 + w1 / q1 + w2 / q2 + w3 / q3 with one division.
 template <class BallType, class V>
-PM_HD inline V sum_of_four(const BallType (&b)[kFour], const V (&q)[kFour]) {
+PM_HD inline V sum_of_batch(const BallType (&b)[kBatch], const V (&q)[kBatch]) {
   const V n01 = fma(broadcast<V>(b[0].w), q[1], b[1].w * q[0]), d01 = q[0] * q[1];
   const V n23 = fma(broadcast<V>(b[2].w), q[3], b[3].w * q[2]), d23 = q[2] * q[3];
   return fma(n01, d23, n23 * d01) / (d01 * d23);

@@ -4,8 +4,9 @@
 //
 // Each level hands its polynomial to the next: a child takes its parent's values at points of its
 // own (a polynomial restricted to a smaller box is the same polynomial, so that costs rounding
-// only) and adds the balls of its parent's list that are distant from the smaller box (expand.h).
-// So each ball is in exactly one place for a brick: in an ancestor's polynomial or in the list.
+// only) and adds the balls of its parent's list that are distant from the smaller box
+// (expand_far_field.h). So each ball is in exactly one place for a brick: in an ancestor's
+// polynomial or in the list.
 //
 // How far the polynomial can be off: along an axis w / q has derivatives of order n of at most
 // n! (n + 1) |w| / q^(n / 2 + 1), since the expansion of 1 / q has Chebyshev polynomials of the
@@ -53,9 +54,9 @@ struct FarField {
   float value[kFarPoints];  ///< at the points, x first
   float error;              ///< bound of what the polynomial is off by anywhere in the box, and
   float rounding;           ///< of its rounding, which is far from ever reaching that
-  float bend;               ///< sum of 3 |w| / near^2: half a bound of second derivatives
-  float size;               ///< sum of |w| / near
-  float against;            ///< the same of the balls with w < 0 in the node's list
+  float second_derivative_bound;  ///< sum of 3 |w| / near^2: half a bound of second derivatives
+  float size;                     ///< sum of |w| / near
+  float negative_weight_bound;    ///< the same of the balls with w < 0 in the node's list
 };
 
 /// The box of a polynomial.

@@ -209,7 +209,7 @@ struct FillMorph {
 
 /// The top of the tree; one item.
 struct PrepareMorph {
-  Int3 tops;
+  Int3 roots;
   View<Node> nodes;
   View<Counts> sums;
   View<Offsets> node_count;
@@ -218,7 +218,7 @@ struct PrepareMorph {
     if (i >= nodes.size) return;
     const auto top = static_cast<int>(i);
     Node node;
-    node.at = {top % tops.x, top / tops.x % tops.y, top / tops.x / tops.y};
+    node.at = {top % roots.x, top / roots.x % roots.y, top / roots.x / roots.y};
     nodes[i] = node;
     sums[i] = {};
     if (i == 0) node_count[0] = {nodes.size, 0};
@@ -323,7 +323,7 @@ struct MorphVertices {
 struct SampleMap {
   SmoothMap map;
   View<const Vec3> points;
-  View<CarriedValues> out;  ///< `maps` for each point
+  View<AttributeValues> out;  ///< `maps` for each point
   int maps = 1;
 
   PM_HD void operator()(std::int64_t i) const {

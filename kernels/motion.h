@@ -130,18 +130,18 @@ PM_HD inline Ball ball_between(const BallPath& path, const PathMoment& moment, c
 }
 
 /// Puts each ball where it is; one item a ball.
-struct StepBalls {
+struct MoveBalls {
   View<const BallPath> paths;
   View<const PathPart> parts;
-  View<const PartPlace> places;  ///< of the parts, where all balls are equally far
-  View<const float> own;         ///< else each ball's eased time
+  View<const PartPlace> places;   ///< of the parts, where all balls are equally far
+  View<const float> eased_times;  ///< else each ball's eased time
   PathMoment moment;
   View<Ball> balls;
 
   PM_HD void operator()(std::int64_t e) const {
     if (e >= paths.size) return;
     const BallPath& path = paths[e];
-    const float u = own.size > 0 ? own[e] : moment.eased;
+    const float u = eased_times.size > 0 ? eased_times[e] : moment.eased;
     Ball ball;
     // The ends' own numbers, not what powers and turns make of them in the last bits.
     if (moment.time <= 0 || u == 0) {
@@ -151,8 +151,8 @@ struct StepBalls {
     } else {
       const auto v = static_cast<double>(u);
       const PathPart& part = parts[path.part];
-      ball =
-          ball_between(path, moment, part, own.size > 0 ? place_at(part, v) : places[path.part], v);
+      ball = ball_between(path, moment, part,
+                          eased_times.size > 0 ? place_at(part, v) : places[path.part], v);
     }
     ball.center = ball.center + to_float(path.drift * moment.drifted);
     balls[e] = ball;

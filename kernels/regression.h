@@ -38,7 +38,7 @@ struct RegressNodes {
   };
   Grid lattice;
   View<const KernelSample> samples;
-  View<const Carried> values;  ///< two for each sample
+  View<const BallAttribute> values;  ///< two for each sample
   bool sloped = false;
   View<float> nodes;  ///< kRegressionValues each
 
@@ -96,9 +96,9 @@ struct RegressNodes {
       const V narrow = middle2 * middle2;
       const V k = fma(narrow, broadcast<V>(sample.mass),
                       fma(middle, broadcast<V>(sample.second), wide * sample.third));
-      const Carried* carried = values.data + 2 * e;
+      const BallAttribute* carried = values.data + 2 * e;
       for (int i = 0; i < kRegressionValues; ++i) {
-        const Carried& c = carried[i / 4];
+        const BallAttribute& c = carried[i / 4];
         if constexpr (kSloped) {
           const Vec3 slope = c.slope[i % 4];
           V here = fma(broadcast<V>(slope.z), dz, broadcast<V>(c.value[i % 4]));

@@ -31,8 +31,8 @@ namespace polymorph {
 
 constexpr int kBrickCells = 7;                 ///< along an axis
 constexpr int kBrickPoints = kBrickCells + 1;  ///< along an axis, both borders included
-constexpr int kFan = 4;                        ///< children along an axis
-constexpr int kChildren = kFan * kFan * kFan;
+constexpr int kBranching = 4;                  ///< children along an axis
+constexpr int kChildren = kBranching * kBranching * kBranching;
 constexpr int kMaxLevels = 12;
 
 /// One level of the tree: nodes along each axis, cells along a node's edge.
@@ -76,11 +76,12 @@ PM_HD constexpr Offsets operator+(Offsets a, Offsets b) {
 
 /// Where child number `child` of a parent lies among the nodes of its own level.
 PM_HD inline Int3 child_position(Int3 parent, int child) {
-  return {parent.x * kFan + child % kFan, parent.y * kFan + child / kFan % kFan,
-          parent.z * kFan + child / kFan / kFan};
+  return {parent.x * kBranching + child % kBranching,
+          parent.y * kBranching + child / kBranching % kBranching,
+          parent.z * kBranching + child / kBranching / kBranching};
 }
 PM_HD inline int child_number(Int3 at) {
-  return at.x % kFan + kFan * (at.y % kFan + kFan * (at.z % kFan));
+  return at.x % kBranching + kBranching * (at.y % kBranching + kBranching * (at.z % kBranching));
 }
 PM_HD inline std::uint64_t bits_below(int bit) { return (std::uint64_t{1} << bit) - 1; }
 
@@ -147,11 +148,11 @@ struct ChildBoxes {
 /// 3 |w| |x - c|^2 / near^2. A ball for which its nearest and furthest value say more goes by
 /// these.
 template <class V>
-struct Slopes {
+struct GradientBounds {
   V x, y, z, half_x, half_y, half_z;  ///< the middles, and half the sides
   V middle, gx, gy, gz, error;
 
-  PM_HD explicit Slopes(const ChildBoxes<V>& b)
+  PM_HD explicit GradientBounds(const ChildBoxes<V>& b)
       : x(0.5f * (b.low_x + b.high_x)),
         y(0.5f * (b.low_y + b.high_y)),
         z(0.5f * (b.low_z + b.high_z)),
@@ -168,29 +169,30 @@ struct Slopes {
     const V dx = ball.scale * (x - ball.x), dy = ball.scale * (y - ball.y),
             dz = ball.scale * (z - ball.z);
     const V inverse = 1.0f / fma(dx, dx, fma(dy, dy, fma(dz, dz, broadcast<V>(ball.base))));
-    const V fall = (-2.0f * ball.w * ball.scale) * (inverse * inverse);
-    const V reach2 = ball.rise * fma(half_x, half_x, fma(half_y, half_y, half_z * half_z));
-    const V bent = 3.00001f * (ball.w < 0 ? -ball.w : ball.w) * (reach2 / (near * near));
+    const V derivative = (-2.0f * ball.w * ball.scale) * (inverse * inverse);
+    const V reach2 = ball.scale_squared * fma(half_x, half_x, fma(half_y, half_y, half_z * half_z));
+    const V curvature_bound = 3.00001f * (ball.w < 0 ? -ball.w : ball.w) * (reach2 / (near * near));
     const V width = 0.5f * (at_near - at_far), half = max(width, -width);
-    const auto smooth = bent < half;
+    const auto smooth = curvature_bound < half;
     middle = middle + select(smooth, ball.w * inverse, 0.5f * (at_near + at_far));
-    error = error + select(smooth, bent, half);
-    gx = gx + zero_unless(smooth, fall * dx);
-    gy = gy + zero_unless(smooth, fall * dy);
-    gz = gz + zero_unless(smooth, fall * dz);
+    error = error + select(smooth, curvature_bound, half);
+    gx = gx + zero_unless(smooth, derivative * dx);
+    gy = gy + zero_unless(smooth, derivative * dy);
+    gz = gz + zero_unless(smooth, derivative * dz);
   }
 
   /// Bounds by these, where they are tighter than those given; and with what distant balls add.
   template <class Team>
-  PM_HD void tighten(const Team& team, const FarField& far, const FarBox& box, V& lower, V& upper) {
+  PM_HD void refine_bounds(const Team& team, const FarField& far, const FarBox& box, V& lower,
+                           V& upper) {
     middle = team.group_sum(middle), error = team.group_sum(error);
     gx = team.group_sum(gx), gy = team.group_sum(gy), gz = team.group_sum(gz);
     const FarSlope<V> beyond(far.value, box, x, y, z);
     const V reach2 = fma(half_x, half_x, fma(half_y, half_y, half_z * half_z));
     // The polynomial's slope is off by at most 8.2 error / half a side along each axis: Shadrin
     // 1995 for the slope of an interpolation, and the sum of all |slope|, which is 12.3.
-    const V off =
-        fma(reach2, broadcast<V>(far.bend), broadcast<V>(26 * (far.error + far.rounding)));
+    const V off = fma(reach2, broadcast<V>(far.second_derivative_bound),
+                      broadcast<V>(26 * (far.error + far.rounding)));
     const V swing_beyond = swing(beyond.x, beyond.y, beyond.z) + off;
     const V swing_all = swing(gx + beyond.x, gy + beyond.y, gz + beyond.z) + (error + off);
     lower = beyond.value + max(lower - swing_beyond, middle - swing_all);
@@ -253,7 +255,7 @@ struct ClassifyChildren {
                                V& reached) const {
     const Node parent = parents[p];
     V lower = broadcast<V>(0.0f), upper = lower, magnitude = lower, count = lower;
-    Slopes<V> slopes(boxes);
+    GradientBounds<V> gradient_bounds(boxes);
     PM_UNROLL  // balls are on their way while others are looked at
         for (std::uint32_t j = team.group_rank(); j < parent.count; j += team.kGroup) {
       const typename F::Ball ball = balls[entries[parent.begin + j]];
@@ -263,16 +265,16 @@ struct ClassifyChildren {
       upper = upper + max(at_near, at_far);
       magnitude = magnitude + max(at_near, -at_near);
       count = count + zero_unless(F::reaches(ball, q, level.reach), broadcast<V>(1.0f));
-      if constexpr (!F::kEnds) slopes.add(ball, q.near, at_near, at_far);
+      if constexpr (!F::kCompactSupport) gradient_bounds.add(ball, q.near, at_near, at_far);
     }
     lower = team.group_sum(lower), upper = team.group_sum(upper);
     magnitude = team.group_sum(magnitude), reached = team.group_sum(count);
     // How far a sum can differ from its bound: rounding of both, and twice the error of
     // exp2().
     auto terms = static_cast<float>(parent.count);
-    if constexpr (!F::kEnds) {
-      const FarBox box = far_box(grid, kFan * level.cells, level.margin, parent.at);
-      slopes.tighten(team, far[p], box, lower, upper);
+    if constexpr (!F::kCompactSupport) {
+      const FarBox box = far_box(grid, kBranching * level.cells, level.margin, parent.at);
+      gradient_bounds.refine_bounds(team, far[p], box, lower, upper);
       magnitude = magnitude + far[p].size;
       terms = static_cast<float>(balls.size);
     }
@@ -367,16 +369,16 @@ struct FillChildren {
 /// The whole tree, for finding bricks by their place.
 struct Tree {
   int levels = 0;                      ///< below the tops
-  Int3 tops = {1, 1, 1};               ///< along each axis; all of them are there
+  Int3 roots = {1, 1, 1};              ///< along each axis; all of them are there
   View<const Node> nodes[kMaxLevels];  ///< 0: bricks; nodes[levels]: the tops, x first
 
   /// Number of the brick at `p`, or -1 where none is kept.
   PM_HD std::int64_t find(Int3 p) const {
     const Int3 top = {p.x >> 2 * levels, p.y >> 2 * levels, p.z >> 2 * levels};
-    if (p.x < 0 || p.y < 0 || p.z < 0 || top.x >= tops.x || top.y >= tops.y || top.z >= tops.z) {
+    if (p.x < 0 || p.y < 0 || p.z < 0 || top.x >= roots.x || top.y >= roots.y || top.z >= roots.z) {
       return -1;
     }
-    std::int64_t number = top.x + tops.x * (top.y + tops.y * top.z);
+    std::int64_t number = top.x + roots.x * (top.y + roots.y * top.z);
     for (int l = levels; l > 0; --l) {
       const int shift = 2 * (l - 1);
       const Int3 at = {p.x >> shift, p.y >> shift, p.z >> shift};

@@ -26,7 +26,7 @@ struct EmitTriangles {
   View<const std::uint32_t> rows;
   View<const Counts> counts;
   View<const Offsets> first;  ///< vertex and triangle of each brick
-  std::int64_t room = 0;      ///< bricks that the views above have room for
+  std::int64_t capacity = 0;  ///< bricks that the views above have room for
   View<Triangle> triangles;
 
   template <class Team>
@@ -65,7 +65,7 @@ struct EmitTriangles {
   PM_HD void number_edges(std::int64_t brick, int r, std::uint32_t wanted,
                           std::uint32_t* to) const {
     // Where there is no brick, or the surface does not cross it, nothing asks for these vertices.
-    if (brick < 0 || brick >= room || counts[brick].first == 0) return;
+    if (brick < 0 || brick >= capacity || counts[brick].first == 0) return;
     const std::uint32_t row = rows[brick * kRows + r];
     auto number = static_cast<std::uint32_t>(first[brick].first) + row_before(row);
     for (std::uint32_t edges = row_edges(row) & wanted; edges != 0; edges &= edges - 1) {

@@ -99,8 +99,8 @@ inline ExtractStatus check_input(const std::vector<Ball>& balls, const ExtractSe
     return bad_input("refine_steps is " + std::to_string(settings.refine_steps) +
                      " (must lie in 0..4), use 1");
   }
-  if (settings.influence < 1 || settings.influence > 16) {
-    return bad_input("influence is " + std::to_string(settings.influence) +
+  if (settings.sample_stride < 1 || settings.sample_stride > 16) {
+    return bad_input("influence is " + std::to_string(settings.sample_stride) +
                      " (must lie in 1..16), use 1");
   }
   const bool ends = settings.field != FieldKind::kInverseSquare;

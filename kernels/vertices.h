@@ -74,7 +74,7 @@ struct EdgeColumns {
 template <class F>
 struct BallVertexField {
   BrickField<F> field;
-  BallList everyone;
+  BallList all_balls;
   float iso = 1, floor = 0;
   bool exact = true;  ///< can exact sums place a vertex?
 
@@ -90,13 +90,13 @@ struct BallVertexField {
   /// -grad of the field up to a positive factor: outward at the surface.
   template <class V>
   PM_HD Points<V> negated_gradient(const Points<V>& p) const {
-    return field.downhill(p);
+    return field.negated_gradient(p);
   }
   /// Bit l: the field is flat along the edge of lane l, where the negated gradient is `down`.
   template <class V>
   PM_HD std::uint32_t flat_lanes(const EdgeColumns<Lanes<V>::kCount>& edges,
                                  const Points<V>& down) const {
-    if constexpr (F::kEnds) return 0;
+    if constexpr (F::kCompactSupport) return 0;
     if (!exact) return 0;
     using L = Lanes<V>;
     const V half = fma(down.x, L::load(edges.step_x),
@@ -106,9 +106,9 @@ struct BallVertexField {
   /// The sum over all balls in the lanes with a bit, `value` in the others.
   template <class V>
   PM_HD V exact_where(std::uint32_t lanes, V value, const Points<V>& at) const {
-    if (F::kEnds || lanes == 0) return value;
+    if (F::kCompactSupport || lanes == 0) return value;
     alignas(32) float exact_sum[Lanes<V>::kCount], all[Lanes<V>::kCount];
-    Lanes<V>::store(exact_sum, field_at<F>(at, field.balls, everyone));
+    Lanes<V>::store(exact_sum, field_at<F>(at, field.balls, all_balls));
     Lanes<V>::store(all, value);
     for (int l = 0; l < Lanes<V>::kCount; ++l) all[l] = lanes >> l & 1u ? exact_sum[l] : all[l];
     return Lanes<V>::load(all);
@@ -127,12 +127,12 @@ struct BallVertices {
   View<const typename F::Ball> balls;
   // Where balls never end:
   View<const FarField> far;  ///< of each brick
-  BallList everyone;
+  BallList all_balls;
 
   PM_HD BallVertexField<F> field_of(const Node& brick, std::int64_t b) const {
-    return {
-        BrickField<F>(grid, margin, brick, balls.data, entries.data, F::kEnds ? nullptr : &far[b]),
-        everyone, iso, floor, !midpoint && margin == 0};
+    return {BrickField<F>(grid, margin, brick, balls.data, entries.data,
+                          F::kCompactSupport ? nullptr : &far[b]),
+            all_balls, iso, floor, !midpoint && margin == 0};
   }
 };
 

@@ -288,7 +288,7 @@ std::vector<Ball> balls_at(const MorphPlan& plan, float time) {
   const auto view = [](const auto& of) {
     return View(of.data(), static_cast<std::int64_t>(of.size()));
   };
-  const StepBalls step = {view(plan.paths->balls),
+  const MoveBalls step = {view(plan.paths->balls),
                           view(plan.paths->parts),
                           view(places),
                           view(own),
@@ -301,8 +301,8 @@ std::vector<Ball> balls_at(const MorphPlan& plan, float time) {
 
 Result<std::vector<Ball>> balls_at(const MorphPlan& plan, float time, SurfaceExtractor& extractor) {
   std::vector<Ball> balls;
-  PM_TRY_STATUS(
-      to_status(extractor.step(plan.paths, moment_of(plan, time), own_times(plan, time), balls)));
+  PM_TRY_STATUS(to_status(
+      extractor.move_balls(plan.paths, moment_of(plan, time), own_times(plan, time), balls)));
   finish(plan, time, balls);
   return balls;
 }

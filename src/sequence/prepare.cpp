@@ -372,7 +372,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extrac
   prepared.hash = content_hash(scene, loaded.models, prepared.environment.get());
   prepared.warnings = std::move(loaded.warnings);
   prepared.extract.field = scene.field.kind;
-  prepared.extract.influence = scene.surface.influence;
+  prepared.extract.sample_stride = scene.surface.influence;
   std::span<Model> models(loaded.models);
   for (const ActorSettings& settings : scene.actors) {
     const std::size_t count = chain_objects(settings).size();

@@ -120,8 +120,9 @@ TEST(Falloff, fall_is_the_slope_of_value) {
       const double h = 1e-3;
       return static_cast<double>(F::value(p, q - 1e-3f) - F::value(p, q + 1e-3f)) / (2 * h);
     };
-    EXPECT_NEAR(slope(0.3f) / slope(0.6f), static_cast<double>(F::fall(p, 0.3f) / F::fall(p, 0.6f)),
-                2e-3);
+    EXPECT_NEAR(
+        slope(0.3f) / slope(0.6f),
+        static_cast<double>(F::negated_derivative(p, 0.3f) / F::negated_derivative(p, 0.6f)), 2e-3);
   };
   check(RoundGaussian{}, {{0, 0, 0}, 4, 1});
   check(RoundWyvill{}, {{0, 0, 0}, 1, 2});
@@ -140,7 +141,7 @@ TEST(Falloff, an_ellipsoid_is_the_quadratic_form_of_its_shape) {
     EXPECT_NEAR(value_at<Ellipsoid>(p, at), expected > 1e-6f ? expected : 0, 2e-5f * expected);
     // The gradient of q is 2 a log2(e) shape d.
     float gx, gy, gz;
-    p.q_rise(at.x, at.y, at.z, gx, gy, gz);
+    p.half_gradient_of_q(at.x, at.y, at.z, gx, gy, gz);
     const Sym3& s = ball.shape;
     const float k = 3 * 1.44269504f;
     EXPECT_NEAR(gx, k * (s.xx * d.x + s.xy * d.y + s.xz * d.z), 1e-4f);

@@ -111,7 +111,7 @@ class MotionTest : public SurfaceTest {
   std::vector<Ball> step(const std::shared_ptr<const BallPaths>& paths, const PathMoment& moment,
                          const std::vector<float>& own = {}) {
     std::vector<Ball> balls;
-    const ExtractStatus status = extractor_->step(paths, moment, own, balls);
+    const ExtractStatus status = extractor_->move_balls(paths, moment, own, balls);
     EXPECT_EQ(status.code, ExtractCode::kOk) << status.message;
     return balls;
   }
@@ -123,7 +123,7 @@ std::vector<Ball> stepped_here(const BallPaths& paths, const PathMoment& moment,
   const std::vector<PartPlace> places = places_at(paths.parts, moment.eased);
   std::vector<Ball> balls(paths.balls.size());
   const auto size = [](const auto& of) { return static_cast<std::int64_t>(of.size()); };
-  const StepBalls step = {{paths.balls.data(), size(paths.balls)},
+  const MoveBalls step = {{paths.balls.data(), size(paths.balls)},
                           {paths.parts.data(), size(paths.parts)},
                           {places.data(), size(places)},
                           {own.data(), size(own)},
@@ -193,14 +193,14 @@ TEST_P(MotionTest, a_surface_is_that_of_the_balls_given) {
 TEST_P(MotionTest, refuses_what_does_not_fit_the_paths) {
   const auto paths = some_paths(5);
   std::vector<Ball> balls;
-  EXPECT_EQ(extractor_->step(paths, {}, {0.5f, 0.5f}, balls).code, ExtractCode::kBadInput);
+  EXPECT_EQ(extractor_->move_balls(paths, {}, {0.5f, 0.5f}, balls).code, ExtractCode::kBadInput);
   BallPaths wrong = *paths;
   wrong.balls[3].part = 3;
   const ExtractStatus status =
-      extractor_->step(std::make_shared<const BallPaths>(wrong), {}, {}, balls);
+      extractor_->move_balls(std::make_shared<const BallPaths>(wrong), {}, {}, balls);
   EXPECT_EQ(status.code, ExtractCode::kBadInput);
   EXPECT_NE(status.message.find("part 3 of 3"), std::string::npos) << status.message;
-  EXPECT_EQ(extractor_->step(std::make_shared<const BallPaths>(), {}, {}, balls).code,
+  EXPECT_EQ(extractor_->move_balls(std::make_shared<const BallPaths>(), {}, {}, balls).code,
             ExtractCode::kOk);
   EXPECT_TRUE(balls.empty());
 }

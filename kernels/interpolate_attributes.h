@@ -33,7 +33,7 @@ PM_HD inline V strength(const typename F::Ball& ball, V q) {
 /// Writes the values at kRun neighbouring points; kMaps quadruples a ball. One team a run. Each
 /// ball is looked at for as many boxes at once as V has lanes.
 template <class F, class V, int kMaps>
-struct BlendShares {
+struct InterpolateAttributes {
   static constexpr int kThreads = 128;
   static constexpr int kBoxes = Lanes<V>::kCount, kInBox = kBoxes > 1 ? 32 : 128;
   static constexpr int kRun = kBoxes * kInBox;
@@ -44,9 +44,9 @@ struct BlendShares {
   };
   View<const Vec3> points;
   View<const typename F::Ball> balls;
-  BallList everyone;
-  View<const Carried> carried;  ///< kMaps for each ball
-  View<CarriedValues> out;      ///< kMaps for each point
+  BallList all_balls;
+  View<const BallAttribute> carried;  ///< kMaps for each ball
+  View<AttributeValues> out;          ///< kMaps for each point
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t run) const {
@@ -58,8 +58,8 @@ struct BlendShares {
     team.each((n + kLanes - 1) / kLanes, [&](int item) {
       const int first = item * kLanes, box = first / kInBox;
       BallList list = {scratch.near + box * kMaxNear, scratch.count[box]};
-      if (list.count > kMaxNear) list = everyone;
-      blend(list, begin + first, n - first < kLanes ? n - first : kLanes);
+      if (list.count > kMaxNear) list = all_balls;
+      interpolate(list, begin + first, n - first < kLanes ? n - first : kLanes);
     });
   }
 
@@ -88,7 +88,7 @@ struct BlendShares {
     };
     // At every point of a box the strongest ball adds at least this much.
     V strongest = broadcast<V>(0.0f);
-    for (std::uint32_t j = rank; j < everyone.count; j += Team::kGroup) {
+    for (std::uint32_t j = rank; j < all_balls.count; j += Team::kGroup) {
       strongest = max(strongest, strength<F>(balls[j], range(j).far));
     }
     // The polynomial of exp2() need not fall everywhere.
@@ -98,13 +98,13 @@ struct BlendShares {
       cursor[box] = box * std::int64_t{kMaxNear}, end[box] = cursor[box] + kMaxNear;
     }
     std::uint32_t full = 0;
-    for (std::uint32_t j0 = 0; j0 < everyone.count; j0 += Team::kGroup) {
+    for (std::uint32_t j0 = 0; j0 < all_balls.count; j0 += Team::kGroup) {
       const std::uint32_t j = j0 + rank;
       for (int box = 0; box < kBoxes; ++box) {
         full |= (cursor[box] + Team::kGroup > end[box] ? 1u : 0u) << box;
       }
       const std::uint32_t matters =
-          j < everyone.count ? Lanes<V>::bits(strength<F>(balls[j], range(j).near) > min_near) : 0;
+          j < all_balls.count ? Lanes<V>::bits(strength<F>(balls[j], range(j).near) > min_near) : 0;
       team.append(matters & ~full, cursor, [&](std::int64_t place) { scratch.near[place] = j; });
     }
     if (!team.leads_group()) return;
@@ -115,7 +115,7 @@ struct BlendShares {
     }
   }
 
-  PM_HD void blend(BallList list, std::int64_t at, int n) const {
+  PM_HD void interpolate(BallList list, std::int64_t at, int n) const {
     constexpr int kLanes = Lanes<V>::kCount;
     alignas(32) float p[3][kLanes];
     for (int l = 0; l < kLanes; ++l) {
@@ -156,7 +156,7 @@ struct BlendShares {
   template <class T>
   PM_HD void add(std::uint32_t e, T weight, T dx, T dy, T dz, T (&value)[4 * kMaps]) const {
     for (int k = 0; k < 4 * kMaps; ++k) {
-      const Carried& c = carried[std::int64_t{e} * kMaps + k / 4];
+      const BallAttribute& c = carried[std::int64_t{e} * kMaps + k / 4];
       const Vec3 slope = c.slope[k % 4];
       T here = fma(broadcast<T>(slope.z), dz, broadcast<T>(c.value[k % 4]));
       here = fma(broadcast<T>(slope.x), dx, fma(broadcast<T>(slope.y), dy, here));
@@ -169,7 +169,7 @@ struct BlendShares {
     const Vec3 p = points[at];
     std::uint32_t nearest = 0;
     float q = kInfinity;
-    for (std::uint32_t j = 0; j < everyone.count; ++j) {
+    for (std::uint32_t j = 0; j < all_balls.count; ++j) {
       const float of_ball = balls[j].q(p.x, p.y, p.z);
       if (of_ball < q) q = of_ball, nearest = j;
     }
