@@ -9,7 +9,7 @@ inline constexpr float kMinAlpha = 1e-3f;  // a mirror, as far as float arithmet
 
 /// Density of microfacet normals.
 template <class T3>
-inline ComponentOf<T3> ggx_density(T3 half, ComponentOf<T3> alpha) {
+inline ComponentOf<T3> ggx_normal_density(T3 half, ComponentOf<T3> alpha) {
   // (h.x^2 + h.y^2) / a^2 + h.z^2 keeps its digits for sharp lobes, where h.z^2 (a^2 - 1) + 1 does
   // not.
   const ComponentOf<T3> a2 = alpha * alpha;
@@ -34,8 +34,8 @@ inline V ggx_visibility(V a, V b, V alpha) {
 }
 /// Density, per solid angle, of the direction mirrored at a visible normal.
 template <class T3>
-inline ComponentOf<T3> ggx_direction_density(T3 view, T3 half, ComponentOf<T3> alpha) {
-  return ggx_density(half, alpha) / (2.0f * (view.z + ggx_root(view.z, alpha)));
+inline ComponentOf<T3> ggx_direction_pdf(T3 view, T3 half, ComponentOf<T3> alpha) {
+  return ggx_normal_density(half, alpha) / (2.0f * (view.z + ggx_root(view.z, alpha)));
 }
 /// A microfacet normal as seen from `view` (Dupuy and Benyoub 2023, spherical caps).
 template <class T3>

@@ -17,7 +17,7 @@ V cap_height(float radius, V distance2) {
 }
 
 template <class T3>
-ComponentOf<T3> meets(const Lamp& lamp, const RayOf<T3>& ray) {
+ComponentOf<T3> intersect(const Lamp& lamp, const RayOf<T3>& ray) {
   using V = ComponentOf<T3>;
   const V never = broadcast<V>(kNever);
   const T3 way = lamp.position - ray.origin;
@@ -39,7 +39,7 @@ ComponentOf<T3> meets(const Lamp& lamp, const RayOf<T3>& ray) {
 }
 
 template <class T3>
-ComponentOf<T3> density_of(const Lamp& lamp, const RayOf<T3>& ray, ComponentOf<T3> distance) {
+ComponentOf<T3> pdf_of(const Lamp& lamp, const RayOf<T3>& ray, ComponentOf<T3> distance) {
   using V = ComponentOf<T3>;
   if (lamp.panel) {
     const V cosine = -dot(ray.direction, lamp.frame.z);
@@ -61,9 +61,9 @@ LampSampleOf<T3> sample(const Lamp& lamp, T3 from, ComponentOf<T3> u, ComponentO
     sample.direction = way / sample.distance;
     const V cosine = -dot(sample.direction, lamp.frame.z);
     const MaskOf<T3> lit = (sample.distance > 0.0f) & (cosine > 1e-6f);
-    sample.density = zero_unless(lit, sample.distance * sample.distance /
-                                          (cosine * (4 * lamp.half_width * lamp.half_height)));
-    sample.power = zero_unless(lit, lamp.radiance * (1.0f / sample.density));
+    sample.pdf = zero_unless(lit, sample.distance * sample.distance /
+                                      (cosine * (4 * lamp.half_width * lamp.half_height)));
+    sample.power = zero_unless(lit, lamp.radiance * (1.0f / sample.pdf));
     return sample;
   }
   const T3 way = lamp.position - from;
@@ -78,10 +78,10 @@ LampSampleOf<T3> sample(const Lamp& lamp, T3 from, ComponentOf<T3> u, ComponentO
   }
   const V height = cap_height(lamp.radius, distance2);
   sample.direction = normalized(to_world(make_frame(axis), cone_direction(height, u, v)));
-  const V met = meets(lamp, RayOf<T3>{from, sample.direction});
+  const V met = intersect(lamp, RayOf<T3>{from, sample.direction});
   sample.distance = select(met < kNever, met, sample.distance);
-  sample.density = zero_unless(outside, 1.0f / (2 * kPi * height));
-  sample.power = zero_unless(outside, lamp.radiance * (1.0f / sample.density));
+  sample.pdf = zero_unless(outside, 1.0f / (2 * kPi * height));
+  sample.power = zero_unless(outside, lamp.radiance * (1.0f / sample.pdf));
   return sample;
 }
 
@@ -122,14 +122,14 @@ LampSampleOf<Pack3> sample_lamp(const Lamp& lamp, const Pack3& from, Pack u, Pac
   return sample(lamp, from, u, v);
 }
 
-float meets_lamp(const Lamp& lamp, const Ray& ray) { return meets(lamp, ray); }
-Pack meets_lamp(const Lamp& lamp, const RayOf<Pack3>& ray) { return meets(lamp, ray); }
+float intersect_lamp(const Lamp& lamp, const Ray& ray) { return intersect(lamp, ray); }
+Pack intersect_lamp(const Lamp& lamp, const RayOf<Pack3>& ray) { return intersect(lamp, ray); }
 
-float lamp_density(const Lamp& lamp, const Ray& ray, float distance) {
-  return density_of(lamp, ray, distance);
+float lamp_pdf(const Lamp& lamp, const Ray& ray, float distance) {
+  return pdf_of(lamp, ray, distance);
 }
-Pack lamp_density(const Lamp& lamp, const RayOf<Pack3>& ray, Pack distance) {
-  return density_of(lamp, ray, distance);
+Pack lamp_pdf(const Lamp& lamp, const RayOf<Pack3>& ray, Pack distance) {
+  return pdf_of(lamp, ray, distance);
 }
 
 }  // namespace polymorph

@@ -1,7 +1,7 @@
 #include "render/materials.h"
 
 #include "render/ggx.h"
-#include "render/gloss_table.h"
+#include "render/ggx_albedo_table.h"
 
 namespace polymorph {
 namespace {
@@ -103,20 +103,20 @@ BsdfValueOf<T3> evaluate(const BsdfOf<T3>& bsdf, T3 direction) {
     }
     result.value = result.value + lobe.albedo * left * (kInvPi * direction.z);
   }
-  result.density = bsdf.choose_diffuse * kInvPi * direction.z;
+  result.pdf = bsdf.choose_diffuse * kInvPi * direction.z;
   if (bsdf.gloss_count > 0) {
     const T3 half = normalized(direction + bsdf.view);
     const V facing = dot(half, direction);
     for (int i = 0; i < bsdf.gloss_count; ++i) {
       const GlossLobeOf<T3>& lobe = bsdf.gloss[i];
-      const V strength = lobe.weight * direction.z * ggx_density(half, lobe.alpha) *
+      const V strength = lobe.weight * direction.z * ggx_normal_density(half, lobe.alpha) *
                          ggx_visibility(bsdf.view.z, direction.z, lobe.alpha);
       result.value = result.value + fresnel(lobe.f0, facing) * lobe.compensation * strength;
-      result.density = result.density +
-                       bsdf.choose_gloss[i] * ggx_direction_density(bsdf.view, half, lobe.alpha);
+      result.pdf =
+          result.pdf + bsdf.choose_gloss[i] * ggx_direction_pdf(bsdf.view, half, lobe.alpha);
     }
   }
-  return {zero_unless(above, result.value), zero_unless(above, result.density)};
+  return {zero_unless(above, result.value), zero_unless(above, result.pdf)};
 }
 
 template <class T3>

@@ -80,8 +80,8 @@ BsdfOf<Pack3> make_bsdf(const ShadingOf<Pack3>& a, const ShadingOf<Pack3>& b, Pa
 
 template <class T3>
 struct BsdfValueOf {
-  T3 value{};                 ///< bsdf times cosine
-  ComponentOf<T3> density{};  ///< of sample_bsdf, per solid angle
+  T3 value{};             ///< bsdf times cosine
+  ComponentOf<T3> pdf{};  ///< of sample_bsdf, per solid angle
 };
 using BsdfValue = BsdfValueOf<Vec3>;
 /// `direction` in the bsdf's frame; zero below the horizon.

@@ -17,15 +17,15 @@ T3 limited(T3 light, float limit) {
 }
 
 /// Light of a sun or lamp that the ray meets, where `met`; its own sampling has this density.
-void add_met_light(const World& world, Paths& path, Vec3 radiance, Pack density, PackMask met) {
-  const Pack weight = balance_heuristic(path.density, density);
+void add_hit_light(const World& world, Paths& path, Vec3 radiance, Pack pdf, PackMask met) {
+  const Pack weight = balance_heuristic(path.pdf, pdf);
   path.radiance = path.radiance + zero_unless(met, limited(path.throughput * radiance * weight,
                                                            kDiscLimit * world.white));
 }
 
 }  // namespace
 
-Pack3 kept_light(const World& world, const Paths& path, const Pack3& light) {
+Pack3 clamp_indirect(const World& world, const Paths& path, const Pack3& light) {
   return select(has(path, kFromCamera), light, limited(light, kIndirectLimit * world.white));
 }
 
@@ -44,17 +44,16 @@ void add_sky(const World& world, Paths& path, Pack share, PackMask where) {
                                  backdrop_radiance(world.backdrop, path.ray.direction) * share);
   }
   const Pack3 seen = path.throughput * share;
-  const Pack3 unknown = seen - path.foreseen;
+  const Pack3 unknown = seen - path.control_variate;
   const PackMask later =
       where & !camera & (mask_of<PackMask>(world.sky->has_bright) | !is_black(unknown));
-  path.foreseen = zero_unless(!where, path.foreseen);
+  path.control_variate = zero_unless(!where, path.control_variate);
   if (!any(later)) return;
   const SkySplitOf<Pack3> sky =
       split_radiance(*world.sky, sky_radiance(*world.sky, path.ray.direction));
   path.radiance = path.radiance + zero_unless(later, unknown * sky.calm);
   if (!world.sky->has_bright) return;
-  const Pack weight =
-      power_heuristic(path.density, bright_sky_density(*world.sky, path.ray.direction));
+  const Pack weight = power_heuristic(path.pdf, bright_sky_pdf(*world.sky, path.ray.direction));
   // A mirror shows it as it is.
   const Pack3 light = seen * sky.bright * weight;
   const Pack3 kept =
@@ -62,25 +61,24 @@ void add_sky(const World& world, Paths& path, Pack share, PackMask where) {
   path.radiance = path.radiance + zero_unless(later, kept);
 }
 
-void add_met_lamps(const World& world, Paths& path, Pack distance, PackMask where) {
-  where = where & has(path, kMeetsLights);
+void add_hit_lamps(const World& world, Paths& path, Pack distance, PackMask where) {
+  where = where & has(path, kHitsLights);
   if (!any(where)) return;
   RayOf<Pack3> way = path.ray;
   way.far = distance;
   for (const Lamp& lamp : world.lamps) {
-    const Pack met = meets_lamp(lamp, way);
-    add_met_light(world, path, lamp.radiance, lamp_density(lamp, way, met),
-                  where & (met < distance));
+    const Pack met = intersect_lamp(lamp, way);
+    add_hit_light(world, path, lamp.radiance, lamp_pdf(lamp, way, met), where & (met < distance));
   }
 }
 
 void leave_scene(const World& world, Paths& path, PackMask where) {
-  add_met_lamps(world, path, broadcast<Pack>(kInfinity), where);
+  add_hit_lamps(world, path, broadcast<Pack>(kInfinity), where);
   add_sky(world, path, broadcast<Pack>(1), where);
-  where = where & has(path, kMeetsLights);
+  where = where & has(path, kHitsLights);
   if (!any(where)) return;
   for (const KeyLight& sun : world.suns)
-    add_met_light(world, path, sun.radiance, broadcast<Pack>(sun.density),
+    add_hit_light(world, path, sun.radiance, broadcast<Pack>(sun.pdf),
                   where & hits_key(sun, path.ray.direction));
 }
 

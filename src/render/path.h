@@ -15,7 +15,7 @@ inline constexpr std::uint32_t kFreeGlass = 8;
 
 // What a path knows about itself, one bit each; above them, the boundaries of glass it may still
 // pass.
-inline constexpr std::uint32_t kMeetsLights = 1;    ///< suns and lamps count for its ray
+inline constexpr std::uint32_t kHitsLights = 1;     ///< suns and lamps count for its ray
 inline constexpr std::uint32_t kFromCamera = 2;     ///< nothing but clear glass between
 inline constexpr std::uint32_t kThroughGlass = 4;   ///< there was some
 inline constexpr std::uint32_t kOnShadowFloor = 8;  ///< its first vertex: only the shadows are kept
@@ -36,11 +36,11 @@ struct PathOf {
   /// unobstructed calm sky (known exactly), and lets the next ray correct it: if the sky is seen
   /// after all, nothing is left to add; if not, the sky's share is taken back. So unshadowed
   /// surfaces have no noise from the sky. This is the throughput of that known share.
-  T3 foreseen{};
-  V density{};  ///< of the ray's direction, per solid angle
+  T3 control_variate{};
+  V pdf{};  ///< of the ray's direction, per solid angle
   V alpha = broadcast<V>(1);
   V unlit{};
-  V left{};                                ///< surfaces that it may still scatter at
+  V depth_left{};                          ///< surfaces that it may still scatter at
   V mirrors = broadcast<V>(kFreeMirrors);  ///< and of sharp mirrors
   BitsOf<V> flags = BitsOf<V>{} + (kFromCamera | (kFreeGlass << kGlassShift));
   BitsOf<V> sample{};  ///< SampleIndex::reversed
@@ -59,7 +59,7 @@ inline void set(Paths& path, std::uint32_t flag, PackMask on) {
 
 /// What is left of light that a path brings to the camera: all of it straight from the first
 /// vertex, less of very strong light by way of others.
-Pack3 kept_light(const World& world, const Paths& path, const Pack3& light);
+Pack3 clamp_indirect(const World& world, const Paths& path, const Pack3& light);
 
 /// Weights of one of two ways to find the same light (Veach 1997).
 inline Pack power_heuristic(Pack own, Pack other) {
@@ -74,7 +74,7 @@ inline Pack balance_heuristic(Pack own, Pack other) { return own / (own + other)
 /// lies behind; none where it met a mesh.
 void add_sky(const World& world, Paths& path, Pack share, PackMask where);
 /// Lamps that the ray meets before `distance`; they do not stop it.
-void add_met_lamps(const World& world, Paths& path, Pack distance, PackMask where);
+void add_hit_lamps(const World& world, Paths& path, Pack distance, PackMask where);
 /// The ray meets nothing more.
 void leave_scene(const World& world, Paths& path, PackMask where);
 

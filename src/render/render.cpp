@@ -147,15 +147,15 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   const auto trace_start = std::chrono::steady_clock::now();
   Image film = make_image(image.width, image.height, film_channels(job.aovs));
   const int columns = (image.width + kTile - 1) / kTile, rows = (image.height + kTile - 1) / kTile;
-  std::vector<Tally> tallies(static_cast<std::size_t>(columns) * rows);
+  std::vector<RayStats> tallies(static_cast<std::size_t>(columns) * rows);
   parallel_for(columns * rows, [&](std::int64_t i) {
     const int tile = static_cast<int>(i);
     render_tile(job, tile % columns, tile / columns, film, tallies[i]);
   });
   PM_TRY_STATUS(take_device_error(state.device));
-  for (const Tally& tally : tallies) {
-    state.stats.rays += tally.rays;
-    state.stats.paths += tally.paths;
+  for (const RayStats& stats : tallies) {
+    state.stats.rays += stats.rays;
+    state.stats.paths += stats.paths;
   }
   state.stats.trace_seconds = seconds_since(trace_start);
   return film;

@@ -10,7 +10,7 @@ namespace {
 // Lobes sharper than this count as mirrors: paths remember nothing of passing one.
 constexpr float kMirrorAlpha = 0.1f;
 // The density of a direction that a smooth mirror or glass leaves no choice of.
-constexpr float kCertain = 1e30f;
+constexpr float kDeltaPdf = 1e30f;
 
 /// Asks for the light that comes straight from a light. Where `unlit`, what it would be with
 /// nothing in the way is noted as well.
@@ -18,7 +18,7 @@ void add_direct(const World& world, Vertices& at, const Pack3& direction, Pack d
                 const Pack3& light, PackMask wanted, PackMask unlit) {
   at.path.unlit = at.path.unlit + zero_unless(unlit & wanted, luminance(light));
   at.shadows.add({at.origin, direction, at.path.ray.time, distance},
-                 kept_light(world, at.path, light), at.rows, wanted);
+                 clamp_indirect(world, at.path, light), at.rows, wanted);
 }
 
 /// Light from one sun. `scatter(direction)` gives bsdf times cosine and density.
@@ -27,9 +27,9 @@ void add_sun(const World& world, Vertices& at, const KeyLight& sun, Pack u, Pack
              const Scatter& scatter, PackMask wanted, PackMask unlit) {
   const Pack3 direction = sample_key(sun, u, v);
   const BsdfValueOf<Pack3> bsdf = scatter(direction);
-  const PackMask shared = at.shared & mask_of<PackMask>(sun.density > 0);
-  const Pack weight = select(shared, balance_heuristic(broadcast<Pack>(sun.density), bsdf.density),
-                             broadcast<Pack>(1));
+  const PackMask shared = at.shared & mask_of<PackMask>(sun.pdf > 0);
+  const Pack weight =
+      select(shared, balance_heuristic(broadcast<Pack>(sun.pdf), bsdf.pdf), broadcast<Pack>(1));
   add_direct(world, at, direction, broadcast<Pack>(kInfinity),
              at.path.throughput * bsdf.value * sun.sample_power * weight, wanted, unlit);
 }
@@ -39,8 +39,8 @@ void add_lamp(const World& world, Vertices& at, const Lamp& lamp, Pack u, Pack v
               const Scatter& scatter, PackMask unlit) {
   const LampSampleOf<Pack3> sample = sample_lamp(lamp, at.origin, u, v);
   const BsdfValueOf<Pack3> bsdf = scatter(sample.direction);
-  const Pack weight = select(at.shared & (sample.density > 0.0f),
-                             balance_heuristic(sample.density, bsdf.density), broadcast<Pack>(1));
+  const Pack weight = select(at.shared & (sample.pdf > 0.0f),
+                             balance_heuristic(sample.pdf, bsdf.pdf), broadcast<Pack>(1));
   add_direct(world, at, sample.direction, sample.distance,
              at.path.throughput * bsdf.value * sample.power * weight,
              at.live & !is_black(sample.power), unlit);
@@ -51,18 +51,17 @@ template <class Scatter>
 void add_bright_sky(const World& world, Vertices& at, const Sample4Of<Pack>& random,
                     const Scatter& scatter, PackMask unlit) {
   Pack3 direction;
-  Pack density;
+  Pack pdf;
   for (int l = 0; l < kLanes; ++l) {
     const SkySample sample = sample_bright_sky(*world.sky, random.a[l], random.b[l]);
     set_lane(direction, l, sample.direction);
-    density[l] = sample.density;
+    pdf[l] = sample.pdf;
   }
   const BsdfValueOf<Pack3> bsdf = scatter(direction);
   const Pack3 bright = split_radiance(*world.sky, sky_radiance(*world.sky, direction)).bright;
-  add_direct(
-      world, at, direction, broadcast<Pack>(kInfinity),
-      at.path.throughput * bsdf.value * bright * (power_heuristic(density, bsdf.density) / density),
-      at.live & (density > 0.0f), unlit);
+  add_direct(world, at, direction, broadcast<Pack>(kInfinity),
+             at.path.throughput * bsdf.value * bright * (power_heuristic(pdf, bsdf.pdf) / pdf),
+             at.live & (pdf > 0.0f), unlit);
 }
 
 /// All lights but the key light.
@@ -85,7 +84,7 @@ void add_more_lights(const World& world, Vertices& at, const VertexRandom& rando
 /// objects' radius would leave (Howell, catalog of radiation configuration factors, B-38). Any
 /// share is right on average; where most of the sky is hidden, foreseeing all of it would only add
 /// noise. Measured on a knot and a cow, against 1 everywhere: 25 to 29 % less variance.
-Pack foreseen_share(const World& world, const Pack3& point) {
+Pack control_variate_share(const World& world, const Pack3& point) {
   if (!(world.radius > 0)) return broadcast<Pack>(1);  // nothing there
   const Pack3 to_center = world.center - point;
   const Pack distance2 = dot(to_center, to_center);
@@ -109,7 +108,7 @@ Pack terminator(const SurfacePointOf<Pack3>& point, const Pack3& direction) {
 }  // namespace
 
 PackMask scatter_on_floor(const World& world, Vertices& at, const FloorPointOf<Pack3>& point,
-                          const VertexRandom& random, Tally& tally) {
+                          const VertexRandom& random, RayStats& stats) {
   Paths& path = at.path;
   const Sample4Of<Pack> own = random.own();
   const Pack3 albedo = world.floor.color * point.tone;
@@ -130,7 +129,7 @@ PackMask scatter_on_floor(const World& world, Vertices& at, const FloorPointOf<P
     const Pack3 light =
         path.throughput * albedo * ((kInvPi * std::max(0.0f, key.frame.z.y)) * key.irradiance);
     clear = key_is_clear(key, at.origin, world.center, world.radius);
-    path.radiance = path.radiance + zero_unless(clear, kept_light(world, path, light));
+    path.radiance = path.radiance + zero_unless(clear, clamp_indirect(world, path, light));
     path.unlit = path.unlit + zero_unless(notes_unlit, luminance(light));
   }
   const PackMask doubtful = at.live & !clear;
@@ -138,7 +137,7 @@ PackMask scatter_on_floor(const World& world, Vertices& at, const FloorPointOf<P
     add_sun(world, at, key, own.a, own.b, lambert, doubtful,
             notes_unlit & mask_of<PackMask>(!whole));
   add_more_lights(world, at, random, lambert, notes_unlit);
-  const Pack share = foreseen_share(world, at.origin);
+  const Pack share = control_variate_share(world, at.origin);
   const Pack3 sky_light = path.throughput * albedo * kInvPi * world.sky->upper_irradiance;
   path.unlit = path.unlit + zero_unless(notes_unlit, luminance(sky_light));
   path.radiance = path.radiance + sky_light * share;
@@ -146,16 +145,16 @@ PackMask scatter_on_floor(const World& world, Vertices& at, const FloorPointOf<P
   const Pack3 local = cosine_direction(own.c, own.d);
   const Pack3 direction{local.x, local.z, -local.y};
   path.ray = {at.origin, direction, path.ray.time};
-  path.density = kInvPi * direction.y;
+  path.pdf = kInvPi * direction.y;
   path.throughput = path.throughput * albedo;
-  path.foreseen = path.throughput * share;
-  set(path, kMeetsLights | kFromCamera, PackMask{});
+  path.control_variate = path.throughput * share;
+  set(path, kHitsLights | kFromCamera, PackMask{});
   set(path, kScattered, mask_of<PackMask>(true));
   const PackMask up = at.live & (direction.y > 0.0f);
   if (world.sky->has_bright) return up;
   // Past everything: the calm sky is as foreseen.
   const PackMask past = up & (share == 1.0f) & world.geometry->misses_bounds(path.ray);
-  tally.rays += static_cast<std::uint64_t>(popcount(Lanes<Pack>::bits(past)));
+  stats.rays += static_cast<std::uint64_t>(popcount(Lanes<Pack>::bits(past)));
   return up & !past;
 }
 
@@ -178,20 +177,20 @@ PackMask scatter_on_mesh(const World& world, Vertices& at, const SurfacePointOf<
 
   const Pack3 local = sample_bsdf(bsdf, own.c, own.d);
   const BsdfValueOf<Pack3> value = evaluate_bsdf(bsdf, local);
-  const PackMask scattered = at.live & (value.density > 0.0f);
+  const PackMask scattered = at.live & (value.pdf > 0.0f);
   const Pack3 direction = to_world(bsdf.frame, local);
-  path.foreseen = path.throughput * bsdf.diffuse_albedo * (kInvPi * local.z / value.density);
-  path.throughput = path.throughput * value.value / value.density;
+  path.control_variate = path.throughput * bsdf.diffuse_albedo * (kInvPi * local.z / value.pdf);
+  path.throughput = path.throughput * value.value / value.pdf;
   path.ray = {at.origin, direction, path.ray.time};
-  path.density = value.density;
-  set(path, kMeetsLights, bsdf.has_gloss);
+  path.pdf = value.pdf;
+  set(path, kHitsLights, bsdf.has_gloss);
   set(path, kScattered,
       has(path, kScattered) | (bsdf.sharpest_alpha > kMirrorAlpha) | (own.c < bsdf.choose_diffuse));
   set(path, kFromCamera, PackMask{});
   const PackMask mirror =
       !bsdf.has_diffuse & (bsdf.sharpest_alpha < kMirrorAlpha) & (path.mirrors > 0.0f);
   path.mirrors = path.mirrors - zero_unless(mirror, broadcast<Pack>(1));
-  path.left = path.left - zero_unless(!mirror, broadcast<Pack>(1));
+  path.depth_left = path.depth_left - zero_unless(!mirror, broadcast<Pack>(1));
   // Above the shading normal's horizon, below the triangle's: no light, and what was foreseen is
   // taken back.
   const PackMask above = dot(direction, point.normal) > 0.0f;
@@ -206,14 +205,14 @@ void pass_glass(const World& world, PathRow& path, const SurfacePoint& point, co
   const float off = world.geometry->epsilon();
   const Vec3 tint = glass_tint(glass) / std::max(glass.transmission, 1e-6f);
   const bool first = has(path, kFromCamera) && !has(path, kThroughGlass);
-  path.flags |= kThroughGlass | kMeetsLights;
-  path.density = kCertain;
+  path.flags |= kThroughGlass | kHitsLights;
+  path.pdf = kDeltaPdf;
   if (has(path, kScattered)) {
     // What it would gather up is lost, but nothing sparkles: straight on.
     const float cosine = -dot(path.ray.direction, point.shading);
     path.throughput = path.throughput * tint * (1 - dielectric_fresnel(cosine, eta));
     path.ray.origin = point.position - point.normal * off;
-    path.flags &= ~kMeetsLights;
+    path.flags &= ~kHitsLights;
     return;
   }
   const Vec3 view = -path.ray.direction;

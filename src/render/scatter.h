@@ -36,7 +36,7 @@ struct Vertices {
 
 /// Both return the lanes whose paths go on.
 PackMask scatter_on_floor(const World& world, Vertices& at, const FloorPointOf<Pack3>& point,
-                          const VertexRandom& random, Tally& tally);
+                          const VertexRandom& random, RayStats& stats);
 PackMask scatter_on_mesh(const World& world, Vertices& at, const SurfacePointOf<Pack3>& point,
                          const BsdfOf<Pack3>& bsdf, const VertexRandom& random);
 

@@ -68,7 +68,7 @@ SkyDistribution make_distribution(const Sky& sky, SkyPart part) {
   const int rows = part == SkyPart::kAboveHorizon ? (d.height + 1) / 2 : d.height;
   d.row_cdf.assign(static_cast<std::size_t>(d.height) + 1, 0);
   d.column_cdf.assign(static_cast<std::size_t>(d.height) * (d.width + 1), 0);
-  d.density.assign(static_cast<std::size_t>(d.height) * d.width, 0);
+  d.pdf.assign(static_cast<std::size_t>(d.height) * d.width, 0);
   double total = 0;
   std::vector<double> row_sum(static_cast<std::size_t>(d.height), 0.0);
   for (int y = 0; y < rows; ++y) {
@@ -92,7 +92,7 @@ SkyDistribution make_distribution(const Sky& sky, SkyPart part) {
     if (y >= rows) continue;
     for (int x = 0; x < d.width; ++x) {
       const std::size_t i = static_cast<std::size_t>(y) * d.width + x;
-      d.density[i] = static_cast<float>(cells[i] / total);
+      d.pdf[i] = static_cast<float>(cells[i] / total);
     }
   }
   return d;
@@ -146,13 +146,13 @@ T3 radiance_along(const Sky& sky, T3 direction) {
 }
 
 template <class T3>
-ComponentOf<T3> bright_density(const Sky& sky, T3 direction) {
+ComponentOf<T3> bright_pdf(const Sky& sky, T3 direction) {
   const SkyDistribution& d = sky.distribution;
   if (!sky.has_bright) return broadcast<ComponentOf<T3>>(0);
   const auto p = lat_long(direction);
   const auto x = min(truncate(clamp01(p.x) * static_cast<float>(d.width)), d.width - 1);
   const auto y = min(truncate(clamp01(p.y) * static_cast<float>(d.height)), d.height - 1);
-  return gather(d.density.data(), y * d.width + x);
+  return gather(d.pdf.data(), y * d.width + x);
 }
 
 template <class T3>
@@ -299,7 +299,7 @@ SkySample sample_bright_sky(const Sky& sky, float u, float v) {
   const Vec2 around = cos_sin_turns(
       (static_cast<float>(column.index) + column.fraction) / static_cast<float>(d.width) - 0.5f);
   return {{around.y * flat, height, -around.x * flat},
-          d.density[static_cast<std::size_t>(row.index) * d.width + column.index]};
+          d.pdf[static_cast<std::size_t>(row.index) * d.width + column.index]};
 }
 
 Vec3 sky_radiance(const Sky& sky, Vec3 direction) { return radiance_along(sky, direction); }
@@ -307,10 +307,8 @@ Pack3 sky_radiance(const Sky& sky, const Pack3& direction) {
   return radiance_along(sky, direction);
 }
 
-float bright_sky_density(const Sky& sky, Vec3 direction) { return bright_density(sky, direction); }
-Pack bright_sky_density(const Sky& sky, const Pack3& direction) {
-  return bright_density(sky, direction);
-}
+float bright_sky_pdf(const Sky& sky, Vec3 direction) { return bright_pdf(sky, direction); }
+Pack bright_sky_pdf(const Sky& sky, const Pack3& direction) { return bright_pdf(sky, direction); }
 
 Vec3 sky_irradiance(const Sky& sky, Vec3 normal) { return irradiance_on(sky, normal); }
 Pack3 sky_irradiance(const Sky& sky, const Pack3& normal) { return irradiance_on(sky, normal); }

@@ -1,4 +1,4 @@
-#include "render/gloss_table.h"
+#include "render/ggx_albedo_table.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "render/stage.h"
+#include "render/backdrop.h"
 
 #include <algorithm>
 #include <cmath>

@@ -29,7 +29,7 @@ Floor make_floor(const GroundSettings& settings, const Box& bounds);
 /// Distance at which a ray from above meets the floor, if that is before ray.far and where the
 /// floor can be seen; else infinity.
 template <class T3>
-inline ComponentOf<T3> meets_floor(const Floor& floor, const RayOf<T3>& ray) {
+inline ComponentOf<T3> intersect_floor(const Floor& floor, const RayOf<T3>& ray) {
   using V = ComponentOf<T3>;
   const V never = broadcast<V>(std::numeric_limits<float>::infinity());
   if (!floor.enabled) return never;
