@@ -108,7 +108,7 @@ class Extraction final : public SurfaceExtractor {
     });
   }
 
-  ExtractStatus move_balls(const std::shared_ptr<const BallPaths>& paths, const PathMoment& moment,
+  ExtractStatus move_balls(const std::shared_ptr<const BallPaths>& paths, const MotionState& moment,
                            const std::vector<float>& eased_times,
                            std::vector<Ball>& balls) override {
     balls.clear();
@@ -252,7 +252,7 @@ class Extraction final : public SurfaceExtractor {
     }
   }
 
-  void compute_moved_balls(const std::shared_ptr<const BallPaths>& paths, const PathMoment& moment,
+  void compute_moved_balls(const std::shared_ptr<const BallPaths>& paths, const MotionState& moment,
                            const std::vector<float>& eased_times, std::vector<Ball>& balls) {
     const auto sized = [&](auto& buffer, const auto& from) {
       return buffer.resize(backend_, static_cast<std::int64_t>(from.size()));

@@ -88,7 +88,7 @@ class SurfaceExtractor {
   /// with the same object frame by frame. `eased_times`: each ball's eased time, or empty where
   /// they share the moment's. kBadInput: `eased_times` of another size, a part that is not there.
   virtual ExtractStatus move_balls(const std::shared_ptr<const BallPaths>& paths,
-                                   const PathMoment& moment, const std::vector<float>& eased_times,
+                                   const MotionState& moment, const std::vector<float>& eased_times,
                                    std::vector<Ball>& balls) = 0;
 
   /// What the balls carry to arbitrary points: the mean of their values there, weighted by each

@@ -43,7 +43,7 @@ class MtlScanner {
     while (lines_.next() && !errors_.full()) scan_line(lines_.line());
     if (!errors_.empty()) return errors_.error();
     tell(spectral_, "colours are spectral curves - the default colour is used");
-    tell(homeless_, "statements stand before the first newmtl - ignored");
+    tell(before_first_material_, "statements stand before the first newmtl - ignored");
     return std::move(scan_);
   }
 
@@ -62,7 +62,7 @@ class MtlScanner {
   ErrorList errors_;
   Scan scan_;
   std::set<std::string> names_;
-  Occurrences spectral_, homeless_;
+  Occurrences spectral_, before_first_material_;
 };
 
 void MtlScanner::scan_line(std::string_view line) {
@@ -89,7 +89,7 @@ void MtlScanner::scan_line(std::string_view line) {
   const bool texture = word == "map_Kd";
   if (!color && !number && !texture) return;
   if (scan_.entries.empty()) {
-    homeless_.note(lines_.number());
+    before_first_material_.note(lines_.number());
     return;
   }
   if (color && (rest.starts_with("spectral") || rest.starts_with("xyz"))) {

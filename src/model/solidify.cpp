@@ -57,8 +57,8 @@ Vec3 mean_of(const VoxelSurface& surface, const std::vector<std::uint32_t>& arou
 
 /// A ball that rests on an opening's rim dips into it: what is not on the model is drawn taut, like
 /// a skin over the rim. In order of index, by successive over-relaxation.
-void draw_taut(VoxelSurface& surface, const Neighbors& around,
-               const std::vector<std::uint32_t>& loose) {
+void relax_to_minimal_surface(VoxelSurface& surface, const Neighbors& around,
+                              const std::vector<std::uint32_t>& loose) {
   constexpr int kRounds = 400;
   constexpr float kOverRelaxation = 1.9f;
   for (int round = 0; round < kRounds; ++round)
@@ -77,7 +77,7 @@ void settle(VoxelSurface& surface, float cell, const ClosestPointQuery& model) {
   const std::vector<ClosestPoint> nearest = model.closest(surface.points, kProject * cell);
   for (std::uint32_t i = 0; i < nearest.size(); ++i)
     if (nearest[i].triangle == ClosestPoint::kNoTriangle) loose.push_back(i);
-  draw_taut(surface, around, loose);
+  relax_to_minimal_surface(surface, around, loose);
   std::vector<Vec3> next(surface.points.size());
   for (int round = 0; round <= kSmoothingRounds; ++round) {
     const bool last = round == kSmoothingRounds;
@@ -106,7 +106,8 @@ Vec2 uv_at(const Model& model, std::uint32_t t, Vec3 p) {
 }
 
 /// The surface with the look of the model's faces next to its own.
-Model dress(VoxelSurface surface, const Model& model, const ClosestPointQuery& query) {
+Model transfer_attributes(VoxelSurface surface, const Model& model,
+                          const ClosestPointQuery& query) {
   Model solid;
   solid.name = model.name;
   solid.points = std::move(surface.points);
@@ -162,7 +163,7 @@ Result<Model> solidify(const Model& model, const SolidifySettings& settings) {
         "its opening, raise the resolution, or thicken the model",
         model.name, settings.resolution, gap, 2 * cell);
   settle(surface, cell, query);
-  return dress(std::move(surface), model, query);
+  return transfer_attributes(std::move(surface), model, query);
 }
 
 }  // namespace polymorph

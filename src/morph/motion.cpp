@@ -165,8 +165,8 @@ std::vector<float> own_times(const MorphPlan& plan, float time) {
   return move_together(plan) ? std::vector<float>() : eased_times(plan, time);
 }
 
-PathMoment moment_of(const MorphPlan& plan, float time) {
-  PathMoment moment;
+MotionState motion_state_of(const MorphPlan& plan, float time) {
+  MotionState moment;
   moment.time = time;
   moment.eased = paced(plan, ease(plan.motion, time));
   moment.softness = softness(plan);
@@ -282,7 +282,7 @@ void set_paths(MorphPlan& plan) {
 std::vector<Ball> balls_at(const MorphPlan& plan, float time) {
   PM_CHECK(plan.paths && plan.paths->balls.size() == plan.pairs.size());
   std::vector<Ball> balls(plan.pairs.size());
-  const PathMoment moment = moment_of(plan, time);
+  const MotionState moment = motion_state_of(plan, time);
   const std::vector<float> own = own_times(plan, time);
   const std::vector<PartPlace> places = places_at(plan.paths->parts, moment.eased);
   const auto view = [](const auto& of) {
@@ -302,7 +302,7 @@ std::vector<Ball> balls_at(const MorphPlan& plan, float time) {
 Result<std::vector<Ball>> balls_at(const MorphPlan& plan, float time, SurfaceExtractor& extractor) {
   std::vector<Ball> balls;
   PM_TRY_STATUS(to_status(
-      extractor.move_balls(plan.paths, moment_of(plan, time), own_times(plan, time), balls)));
+      extractor.move_balls(plan.paths, motion_state_of(plan, time), own_times(plan, time), balls)));
   finish(plan, time, balls);
   return balls;
 }

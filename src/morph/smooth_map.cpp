@@ -139,11 +139,10 @@ void set_value(BallAttribute& carried, Vec3d value) {
 
 }  // namespace
 
-MomentMap moment_map(const MorphPlan& plan, float time, const std::vector<Ball>& balls,
-                     float size) {
+FrameMap frame_map(const MorphPlan& plan, float time, const std::vector<Ball>& balls, float size) {
   PM_CHECK(balls.size() == plan.pairs.size() && size > 0);
   const std::vector<float> eased = eased_times(plan, time);
-  MomentMap map;
+  FrameMap map;
   map.box = box_around(balls, size);
   auto regression = std::make_shared<Regression>();
   regression->maps = 2;
@@ -191,7 +190,7 @@ std::vector<float> pair_leads(const MorphPlan& plan) {
   return leads;
 }
 
-Result<PullBack> pull_back(const MomentMap& map, const std::vector<Vec3>& points,
+Result<PullBack> pull_back(const FrameMap& map, const std::vector<Vec3>& points,
                            SurfaceExtractor& extractor) {
   std::vector<AttributeValues> values;
   PM_TRY_STATUS(to_status(extractor.regress(map.regression, points, values)));

@@ -16,9 +16,9 @@
 #include "sequence/content_hash.h"
 #include "sequence/geometry.h"
 #include "sequence/pacing.h"
-#include "spheres/figures.h"
+#include "spheres/quality.h"
+#include "surface/components.h"
 #include "surface/crossfade.h"
-#include "surface/crumbs.h"
 #include "surface/grid.h"
 #include "surface/level.h"
 #include "surface/mesh_check.h"
@@ -106,13 +106,14 @@ constexpr float kThinnest = 0.9f;
 
 /// The object's distances, and the volume of the surface that they give.
 Status add_distances(PreparedObject& object, const InsideTest& inside, float cell, float thinnest,
-                     double crumbs, const ExtractSettings& extract, SurfaceExtractor& extractor) {
+                     double min_component_share, const ExtractSettings& extract,
+                     SurfaceExtractor& extractor) {
   object.distances = std::make_shared<const DistanceGrid>(
       signed_distances(object.model, inside, *object.closest, 0.5f * cell, thinnest));
   PM_TRY(Mesh mesh, extract_distances(extractor, object.distances, cell, extract));
-  drop_crumbs(mesh, crumbs);
+  remove_small_components(mesh, min_component_share);
   object.distance_volume = volume_of(mesh);
-  object.smallest_part = smallest_part(mesh);
+  object.smallest_component_share = smallest_component_share(mesh);
   if (mesh.triangles.empty())
     return make_error(ErrorCode::kInput,
                       "{}: the model encloses nothing that cells of {:.3g} show "
@@ -154,7 +155,8 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
   object.charts = texture_charts(object.model);
   if (legs.distances)
     PM_TRY_STATUS(add_distances(object, inside, cell, kThinnest * cell,
-                                static_cast<double>(scene.surface.crumbs), extract, extractor));
+                                static_cast<double>(scene.surface.min_component_share), extract,
+                                extractor));
   if (object.meta || !legs.balls) return Ok{};
   return make_boundary(object, inside, std::move(mesh), scene, cell, extract, extractor);
 }
@@ -198,7 +200,7 @@ Result<PreparedObject> object_in_flight(const PreparedScene& prepared, const Pre
   if (distances) {
     object.closest = std::make_shared<const ClosestPointQuery>(object.model);
     PM_TRY_STATUS(add_distances(object, InsideTest(object.model), actor.cell, 0,
-                                static_cast<double>(prepared.scene.surface.crumbs),
+                                static_cast<double>(prepared.scene.surface.min_component_share),
                                 prepared.extract, extractor));
   }
   // A ball belongs to what it is more of.

@@ -86,10 +86,10 @@ std::shared_ptr<const BallPaths> some_paths(std::size_t count) {
   return paths;
 }
 
-std::vector<PathMoment> some_moments() {
-  std::vector<PathMoment> moments;
+std::vector<MotionState> some_moments() {
+  std::vector<MotionState> moments;
   for (const float time : {0.0f, 0.3f, 0.75f, 1.0f}) {
-    PathMoment moment;
+    MotionState moment;
     moment.time = moment.eased = time;
     moment.softness = 0.4;
     moment.drifted = 0.1;
@@ -108,7 +108,7 @@ bool same_balls(const std::vector<Ball>& a, const std::vector<Ball>& b) {
 
 class MotionTest : public SurfaceTest {
  protected:
-  std::vector<Ball> step(const std::shared_ptr<const BallPaths>& paths, const PathMoment& moment,
+  std::vector<Ball> step(const std::shared_ptr<const BallPaths>& paths, const MotionState& moment,
                          const std::vector<float>& own = {}) {
     std::vector<Ball> balls;
     const ExtractStatus status = extractor_->move_balls(paths, moment, own, balls);
@@ -118,7 +118,7 @@ class MotionTest : public SurfaceTest {
 };
 
 /// The functor itself, one ball after the other, on this machine.
-std::vector<Ball> stepped_here(const BallPaths& paths, const PathMoment& moment,
+std::vector<Ball> stepped_here(const BallPaths& paths, const MotionState& moment,
                                const std::vector<float>& own) {
   const std::vector<PartPlace> places = places_at(paths.parts, moment.eased);
   std::vector<Ball> balls(paths.balls.size());
@@ -137,7 +137,7 @@ TEST_P(MotionTest, every_backend_steps_to_the_same_bits) {
   const auto paths = some_paths(1000);
   std::vector<float> own;
   for (std::size_t e = 0; e < 1000; ++e) own.push_back(static_cast<float>(e % 11) * 0.1f);
-  for (const PathMoment& moment : some_moments()) {
+  for (const MotionState& moment : some_moments()) {
     EXPECT_TRUE(same_balls(step(paths, moment), stepped_here(*paths, moment, {})));
     EXPECT_TRUE(same_balls(step(paths, moment, own), stepped_here(*paths, moment, own)));
   }
@@ -146,7 +146,7 @@ TEST_P(MotionTest, every_backend_steps_to_the_same_bits) {
 TEST_P(MotionTest, ends_are_the_balls_themselves_and_sizes_go_between) {
   auto paths = std::make_shared<BallPaths>(*some_paths(50));
   for (BallPath& path : paths->balls) path.drift = {};
-  PathMoment moment;
+  MotionState moment;
   const std::vector<Ball> first = step(paths, moment);
   moment.time = moment.eased = 1;
   const std::vector<Ball> last = step(paths, moment);
@@ -174,7 +174,7 @@ TEST_P(MotionTest, a_surface_is_that_of_the_balls_given) {
     ASSERT_FALSE(wanted.triangles.empty());
     expect_same_mesh(extract(balls, grid), wanted);
   };
-  PathMoment moment;
+  MotionState moment;
   moment.time = moment.eased = 0.3f;
   std::vector<Ball> balls = step(paths, moment);
   expect_own_surface(balls);

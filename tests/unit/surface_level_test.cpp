@@ -110,7 +110,7 @@ TEST(IsoForVolume, TakesFewSurfacesEvenNextToAVanishingOne) {
       return inner->sample(balls, points, settings, values);
     }
     ExtractStatus move_balls(const std::shared_ptr<const BallPaths>& paths,
-                             const PathMoment& moment, const std::vector<float>& own,
+                             const MotionState& moment, const std::vector<float>& own,
                              std::vector<Ball>& balls) override {
       return inner->move_balls(paths, moment, own, balls);
     }
