@@ -280,25 +280,26 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
                      : pair_by_transport(sides, settings.label_mode);
     set_masses(plan.pairs, from_mass, to_mass);
   };
-  Mat3 rotation;
+  FoundRotation found;
   if (settings.align == AlignMethod::kRigid || settings.align == AlignMethod::kSimilarity) {
     // While the turn is looked for, hard labels are dear ones.
     constexpr float kHardCost = 100;
     const float label_cost = settings.label_mode == LabelMode::kHard ? kHardCost : sides.label_cost;
-    rotation =
-        find_rotation(sides.a, sides.b, label_cost, static_cast<double>(settings.align_gain));
+    found = find_rotation(sides.a, sides.b, label_cost, static_cast<double>(settings.align_gain),
+                          static_cast<double>(settings.align_tip_residual));
   }
+  Mat3 rotation = found.rotation;
   const bool turns = angle_of(rotation) > 0;
   const CostSide unturned = sides.a;
   if (turns) sides.a = turned(unturned, rotation);
   pair_up();
   // The turn was found on a few dozen balls: once more with all.
   for (int step = 0; turns && step < 2; ++step) {
-    rotation = fit_rotation(unturned, sides.b, flows_of(plan.pairs));
+    rotation = fit_rotation(unturned, sides.b, flows_of(plan.pairs), found.axis);
     sides.a = turned(unturned, rotation);
     pair_up();
   }
-  return turns ? fit_rotation(unturned, sides.b, flows_of(plan.pairs)) : rotation;
+  return turns ? fit_rotation(unturned, sides.b, flows_of(plan.pairs), found.axis) : rotation;
 }
 
 }  // namespace

@@ -75,7 +75,7 @@ std::vector<std::uint32_t> model_labels(const PreparedActor& actor, const Prepar
 Clothes clothes_of(const PreparedActor& actor, std::size_t object, const Mesh& surface,
                    std::span<const Vec3> at, float share = 1) {
   const PreparedObject& o = actor.objects[object];
-  return {object, share, transfer_materials(o.model, *o.closest, o.charts, at, surface.triangles)};
+  return {object, share, transfer_materials(o.model, *o.outer, o.charts, at, surface.triangles)};
 }
 
 /// The objects' size at an eased time, by which a smooth map measures.
@@ -93,7 +93,7 @@ void add_shading(const PreparedObject& object, const AffineMap& map, const std::
   const Model& model = object.model;
   if (model.corner_normals.size() != 3 * model.triangles.size() || normals.size() != at.size())
     return;
-  const std::vector<ClosestPoint> closest = object.closest->closest(at);
+  const std::vector<ClosestPoint> closest = object.outer->closest(at);
   // Gradients turn back by the transposed map.
   const auto turned = [&](Vec3 n) {
     return normalized(map.rows[0] * n.x + map.rows[1] * n.y + map.rows[2] * n.z);
@@ -135,6 +135,55 @@ Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const std::vect
   return pull_back(leg.plan, time, balls, points, extractor);
 }
 
+float smooth_step(float from, float to, float u) {
+  const float t = std::clamp((u - from) / (to - from), 0.0f, 1.0f);
+  return t * t * (3 - 2 * t);
+}
+
+/// When a leg's colours change, by its progress: the source's detail goes, then the colours that
+/// are left turn into the target's, then the target's detail comes. Detail of both at once would
+/// show a face on a back; half way, where maps stretch most, it would be torn.
+struct ColorFade {
+  float color;           ///< share of the target
+  float source, target;  ///< shares of either's detail
+};
+ColorFade color_fade(float u) {
+  return {smooth_step(0.2f, 0.8f, u), 1 - smooth_step(0.1f, 0.45f, u), smooth_step(0.55f, 0.9f, u)};
+}
+
+Vec3 plain_color(const PreparedObject& object, Vec3 at) {
+  return object.colors ? object.colors->at(at) : object.model.materials.front().color;
+}
+
+/// The surface's colours without detail after a leg, on what they were before it.
+void fade_colors(const PreparedActor& actor, const PreparedLeg& leg, const PullBack& pulled,
+                 const ColorFade& fade, ActorGeometry& geometry) {
+  const PreparedObject &from = actor.objects[leg.from], &to = actor.objects[leg.to];
+  if (std::all_of(actor.objects.begin(), actor.objects.end(),
+                  [](const PreparedObject& object) { return !object.colors; }))
+    return;
+  if (geometry.colors.empty()) {
+    geometry.colors.resize(pulled.source.size());
+    parallel_for(
+        static_cast<std::int64_t>(pulled.source.size()),
+        [&](std::int64_t i) {
+          const auto at = static_cast<std::size_t>(i);
+          geometry.colors[at] = plain_color(from, pulled.source[at]);
+        },
+        4096);
+  }
+  parallel_for(
+      static_cast<std::int64_t>(pulled.target.size()),
+      [&](std::int64_t i) {
+        const auto at = static_cast<std::size_t>(i);
+        geometry.colors[at] =
+            lerp(geometry.colors[at], plain_color(to, pulled.target[at]), fade.color);
+      },
+      4096);
+  const float detail = (1 - geometry.color_share) * fade.source + fade.target;
+  geometry.color_share = 1 - detail;
+}
+
 /// What the points of a moving surface wear: what the leg comes from, as it was there, and over it
 /// what it goes to.
 Status dress(const PreparedActor& actor, std::size_t leg, float time,
@@ -154,8 +203,10 @@ Status dress(const PreparedActor& actor, std::size_t leg, float time,
   } else {
     geometry.clothes.push_back(clothes_of(actor, way.from, geometry.surface, pulled.source));
   }
-  geometry.clothes.push_back(clothes_of(actor, way.to, geometry.surface, pulled.target,
-                                        std::clamp(progress_at(way.plan, time), 0.0f, 1.0f)));
+  const ColorFade fade = color_fade(std::clamp(progress_at(way.plan, time), 0.0f, 1.0f));
+  geometry.clothes.push_back(
+      clothes_of(actor, way.to, geometry.surface, pulled.target, fade.color));
+  fade_colors(actor, way, pulled, fade, geometry);
   return Ok{};
 }
 
@@ -251,6 +302,8 @@ void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float
     if (!clothes.empty()) static_cast<MaterialLayer&>(mesh) = layer_of(actor, clothes.front());
     for (std::size_t i = 1; i < clothes.size(); ++i)
       mesh.over.push_back({layer_of(actor, clothes[i]), clothes[i].share});
+    mesh.vertex_colors = geometry.colors;
+    mesh.vertex_color_share = geometry.color_share;
     mesh.look = clothes.empty() ? 1.0f : 0.0f;
     mesh.id = id;
     mesh.vertex_labels = geometry.surface_labels;
@@ -461,7 +514,7 @@ Result<std::vector<std::uint32_t>> surface_labels(const PreparedActor& actor,
   const PreparedObject& object = object_of(actor, moment.object);
   const std::vector<std::uint32_t> numbers = label_numbers(actor, object);
   std::vector<std::uint32_t> labels;
-  for (const ClosestPoint& point : object.closest->closest(points))
+  for (const ClosestPoint& point : object.outer->closest(points))
     labels.push_back(numbers[object.model.labels[point.triangle]]);
   return labels;
 }

@@ -101,14 +101,18 @@ ObjectLegs legs_of(const Timeline& timeline, std::size_t object) {
   return legs;
 }
 
+/// How far from its faces a model is asked what lies there, in cells.
+constexpr float kFaceStep = 0.01f;
+
 /// The radius of the thinnest part of a model that all cells of its surface see, in cells.
 constexpr float kThinnest = 0.9f;
 
 /// The object's distances, and the volume of the surface that they give.
-Status add_distances(PreparedObject& object, const InsideTest& inside, float cell, float thinnest,
-                     double crumbs, const ExtractSettings& extract, SurfaceExtractor& extractor) {
+Status add_distances(PreparedObject& object, const InsideTest& inside,
+                     std::span<const FaceSide> sides, float cell, float thinnest, double crumbs,
+                     const ExtractSettings& extract, SurfaceExtractor& extractor) {
   object.distances = std::make_shared<const DistanceGrid>(
-      signed_distances(object.model, inside, *object.closest, 0.5f * cell, thinnest));
+      signed_distances(object.model, inside, *object.closest, sides, 0.5f * cell, thinnest));
   PM_TRY(Mesh mesh, extract_distances(extractor, object.distances, cell, extract));
   drop_crumbs(mesh, crumbs);
   object.distance_volume = volume_of(mesh);
@@ -151,9 +155,16 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
   PM_TRY(object.field_maximum, field_maximum(extractor, object.balls, extract));
   object.ball_labels = face_labels(object.model, object.balls);
   object.closest = std::make_shared<const ClosestPointQuery>(object.model);
+  const std::vector<FaceSide> sides = classify_faces(object.model, inside, kFaceStep * cell);
+  const std::vector<std::uint32_t> outer = outer_faces(sides);
+  object.outer = outer.size() == sides.size()
+                     ? object.closest
+                     : std::make_shared<const ClosestPointQuery>(object.model, outer);
   object.charts = texture_charts(object.model);
+  if (scene.look.kind == LookKind::kOwn && !is_one_color(object.model))
+    object.colors = std::make_shared<const ColorVolume>(make_color_volume(object.model, sides));
   if (legs.distances)
-    PM_TRY_STATUS(add_distances(object, inside, cell, kThinnest * cell,
+    PM_TRY_STATUS(add_distances(object, inside, sides, cell, kThinnest * cell,
                                 static_cast<double>(scene.surface.crumbs), extract, extractor));
   if (object.meta || !legs.balls) return Ok{};
   return make_boundary(object, inside, std::move(mesh), scene, cell, extract, extractor);
@@ -196,8 +207,11 @@ Result<PreparedObject> object_in_flight(const PreparedScene& prepared, const Pre
   object.model.points = mesh.positions;
   object.model.triangles = mesh.triangles;
   if (distances) {
-    object.closest = std::make_shared<const ClosestPointQuery>(object.model);
-    PM_TRY_STATUS(add_distances(object, InsideTest(object.model), actor.cell, 0,
+    object.closest = object.outer = std::make_shared<const ClosestPointQuery>(object.model);
+    const InsideTest inside(object.model);
+    const std::vector<FaceSide> sides =
+        classify_faces(object.model, inside, kFaceStep * actor.cell);
+    PM_TRY_STATUS(add_distances(object, inside, sides, actor.cell, 0,
                                 static_cast<double>(prepared.scene.surface.crumbs),
                                 prepared.extract, extractor));
   }
@@ -208,6 +222,20 @@ Result<PreparedObject> object_in_flight(const PreparedScene& prepared, const Pre
                                           near ? from.model.label_names[from.ball_labels[pair.from]]
                                                : to.model.label_names[to.ball_labels[pair.to]]));
   return object;
+}
+
+/// Says by how much an object turns as a whole on its way.
+void log_rotation_of(const MorphPlan& plan, const std::string& from, const std::string& to) {
+  constexpr double kDegrees = 57.29577951308232;
+  if (plan.motion.path == Path::kStraight) return;
+  const double angle = length(plan.alignment.turn) * kDegrees;
+  if (angle < 5) return;
+  const double vertical = std::fabs(plan.alignment.turn.y) * kDegrees;
+  if (vertical > 0.999 * angle)
+    log_info("{} -> {}: turns by {:.0f} degrees about the vertical", from, to, angle);
+  else
+    log_info("{} -> {}: turns by {:.0f} degrees about a tilted axis (see plan.align_tip_residual)",
+             from, to, angle);
 }
 
 /// Who becomes whom on each of the actor's legs.
@@ -234,6 +262,7 @@ Status make_legs(PreparedActor& actor, const ActorSettings& settings, const Prep
     MorphPlan plan = plan_morph(std::move(from), std::move(to), prepared.scene.field.kind,
                                 settings.plan, leg.motion);
     if (leg.distance) plan.leads = pair_leads(plan);
+    log_rotation_of(plan, actor.objects[source].name, actor.objects[i + 1].name);
     actor.legs.push_back({source, i + 1, std::move(plan), leg.distance, leg.until});
     PreparedLeg& made = actor.legs.back();
     if (leg.distance && move_together(made.plan)) {

@@ -14,6 +14,7 @@
 #include "model/transfer.h"
 #include "morph/plan.h"
 #include "morph/timeline.h"
+#include "render/color_volume.h"
 #include "render/render.h"
 #include "scene/scene.h"
 #include "spheres/spheres.h"
@@ -35,7 +36,10 @@ struct PreparedObject {
   double ball_volume = 0;  ///< enclosed by the balls' surface
   float field_maximum = 1;
   std::shared_ptr<const ClosestPointQuery> closest;  ///< of the model
+  std::shared_ptr<const ClosestPointQuery> outer;    ///< of its faces that the solid does not hide
   std::vector<std::uint32_t> charts;                 ///< of the model's texture
+  /// The model's colours without their detail; null where it has only one.
+  std::shared_ptr<const ColorVolume> colors;
   /// What its boundary stages need; none of them for a meta-object.
   BoundaryMethod boundary = BoundaryMethod::kCut;  ///< as it turned out
   std::vector<Vec3> shrink_targets;                ///< crossfade: one a model point

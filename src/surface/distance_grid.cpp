@@ -16,23 +16,15 @@ namespace {
 
 constexpr int kCoarse = 4;       ///< fine cells per coarse cell, along an axis
 constexpr int kMostCells = 256;  ///< fine, along the longest side of the model
-/// The winding number from which on what lies behind a face is inside beyond doubt.
-constexpr double kDecided = 0.75;
 /// Radius that thin parts are brought to, over the thinnest that shows: the filter takes the rest.
 constexpr float kThickened = 1.35f;
 constexpr float kExact = 2, kFar = 4;  ///< in fine cells: exact up to here, smooth from there on
 
-enum class FaceSide : std::uint8_t {
-  kBoundary,  ///< inside on one side
-  kMixed,     ///< differs from place to place: asked for at each point
-  kSheet,     ///< outside on both, or neither in nor out
-};
-
 class Builder {
  public:
   Builder(const Model& model, const InsideTest& inside, const ClosestPointQuery& closest,
-          float cell, float thinnest)
-      : model_(model), inside_(inside), closest_(closest), thinnest_(thinnest) {
+          std::span<const FaceSide> sides, float cell, float thinnest)
+      : model_(model), inside_(inside), closest_(closest), thinnest_(thinnest), sides_(sides) {
     const Box box = model.box();
     const Vec3 size = box.size();
     const float longest = std::max({size.x, size.y, size.z});
@@ -57,7 +49,6 @@ class Builder {
   DistanceGrid run() {
     row_ = fine_index(0, 1, 0), layer_ = fine_index(0, 0, 1);
     closed_ = check_mesh({model_.points, {}, model_.triangles}).closed();
-    classify_faces();
     measure_coarse();
     fill_smooth();
     measure_near();
@@ -68,35 +59,6 @@ class Builder {
   }
 
  private:
-  /// Is this face a boundary of the solid? Its middle and points near its corners say so.
-  void classify_faces() {
-    sides_.assign(model_.triangles.size(), FaceSide::kBoundary);
-    const float step = 0.02f * cell_;
-    parallel_for(
-        static_cast<std::int64_t>(sides_.size()),
-        [&](std::int64_t index) {
-          const auto t = static_cast<std::size_t>(index);
-          const Vec3 a = model_.points[model_.triangles[t].v[0]],
-                     b = model_.points[model_.triangles[t].v[1]],
-                     c = model_.points[model_.triangles[t].v[2]];
-          const Vec3 normal = normalized(cross(b - a, c - a));
-          int boundary = 0, sheet = 0;
-          constexpr std::array<Vec3, 4> kWeights{
-              {{1.f / 3, 1.f / 3, 1.f / 3}, {.8f, .1f, .1f}, {.1f, .8f, .1f}, {.1f, .1f, .8f}}};
-          for (const Vec3 w : kWeights) {
-            const Vec3 p = a * w.x + b * w.y + c * w.z;
-            const double front = inside_.winding_number(p + normal * step),
-                         back = inside_.winding_number(p - normal * step);
-            // A loose sheet has half a turn on either side.
-            sheet += std::max(front, back) < kDecided;
-            boundary += std::max(front, back) >= kDecided && std::min(front, back) < 0.5;
-          }
-          if (boundary == 4) return;
-          sides_[t] = sheet == 4 ? FaceSide::kSheet : FaceSide::kMixed;
-        },
-        64);
-  }
-
   std::size_t coarse_index(int x, int y, int z) const {
     return static_cast<std::size_t>(x) +
            static_cast<std::size_t>(coarse_.points.x) *
@@ -115,7 +77,9 @@ class Builder {
 
   /// Is the closest face hidden within the solid, so that the boundary is further off?
   bool is_hidden(Vec3 p, const ClosestPoint& closest, bool in) const {
-    return in && sides_[closest.triangle] == FaceSide::kMixed &&
+    return in &&
+           (sides_[closest.triangle] == FaceSide::kMixed ||
+            sides_[closest.triangle] == FaceSide::kHidden) &&
            inside_.inside(closest.point + normalized(closest.point - p) * (0.02f * cell_));
   }
 
@@ -464,7 +428,7 @@ class Builder {
   float cell_ = 0, thinnest_ = 0;
   Grid coarse_;
   bool closed_ = false;
-  std::vector<FaceSide> sides_;
+  std::span<const FaceSide> sides_;
   std::vector<float> smooth_;  ///< at the coarse points
   DistanceGrid out_;
   std::size_t row_ = 1, layer_ = 1;  ///< steps along y and z
@@ -473,9 +437,10 @@ class Builder {
 }  // namespace
 
 DistanceGrid signed_distances(const Model& model, const InsideTest& inside,
-                              const ClosestPointQuery& closest, float cell, float thinnest) {
-  PM_CHECK(cell > 0 && !model.triangles.empty());
-  return Builder(model, inside, closest, cell, thinnest).run();
+                              const ClosestPointQuery& closest, std::span<const FaceSide> sides,
+                              float cell, float thinnest) {
+  PM_CHECK(cell > 0 && !model.triangles.empty() && sides.size() == model.triangles.size());
+  return Builder(model, inside, closest, sides, cell, thinnest).run();
 }
 
 }  // namespace polymorph

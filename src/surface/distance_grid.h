@@ -2,8 +2,11 @@
 // between).
 #pragma once
 
+#include <span>
+
 #include "kernels/morph_surface.h"
 #include "model/closest.h"
+#include "model/face_sides.h"
 #include "model/inside.h"
 #include "model/model.h"
 
@@ -17,8 +20,9 @@ namespace polymorph {
 /// inside among them, so that cells of about that size show them whole; thin parts, narrow gaps and
 /// sharp edges are smoothed over about `thinnest`. 0 leaves all as it is.
 ///
-/// `inside` and `closest` are of the model. Deterministic.
+/// `inside`, `closest` and `sides` (classify_faces()) are of the model. Deterministic.
 DistanceGrid signed_distances(const Model& model, const InsideTest& inside,
-                              const ClosestPointQuery& closest, float cell, float thinnest);
+                              const ClosestPointQuery& closest, std::span<const FaceSide> sides,
+                              float cell, float thinnest);
 
 }  // namespace polymorph
