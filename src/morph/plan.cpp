@@ -253,8 +253,8 @@ double lowest(const std::vector<Ball>& balls) {
 /// Pairs and turn of a morph from `plan.from` to `plan.to`.
 Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
                 const PlanSettings& settings) {
-  const std::vector<double> from_mass = ball_masses(plan.from, plan.kind);
-  const std::vector<double> to_mass = ball_masses(plan.to, plan.kind);
+  const std::vector<double>& from_mass = plan.from_masses;
+  const std::vector<double>& to_mass = plan.to_masses;
   if (settings.method == PlanMethod::kIndex) {
     plan.pairs = pair_by_index(plan.from.size(), plan.to.size(), settings.seed);
     set_masses(plan.pairs, from_mass, to_mass);
@@ -316,6 +316,8 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
   plan.to = to.balls;
   plan.from_labels = from.labels;
   plan.to_labels = to.labels;
+  plan.from_masses = ball_masses(plan.from, plan.kind);
+  plan.to_masses = ball_masses(plan.to, plan.kind);
   const Mat3 rotation = find_pairs(plan, from, to, settings);
   std::sort(plan.pairs.begin(), plan.pairs.end(), [](const Pair& a, const Pair& b) {
     return std::pair(a.from, a.to) < std::pair(b.from, b.to);
@@ -323,6 +325,7 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
   plan.alignment = fit_alignment(plan, rotation, settings.align);
   if (swap) {
     std::swap(plan.from, plan.to);
+    std::swap(plan.from_masses, plan.to_masses);
     std::swap(plan.from_labels, plan.to_labels);
     for (Pair& pair : plan.pairs) {
       std::swap(pair.from, pair.to);

@@ -366,8 +366,8 @@ double least_part(const PreparedActor& actor, const PreparedLeg& leg, float crum
   constexpr double kFragment = 0.015;
   const auto least = static_cast<double>(crumbs);
   if (!leg.distance || least <= 0) return least;
-  const double smallest =
-      std::min(actor.objects[leg.from].smallest_part, actor.objects[leg.to].smallest_part);
+  const double smallest = std::min(actor.objects[leg.from].distances.smallest_part,
+                                   actor.objects[leg.to].distances.smallest_part);
   return std::max(least, std::min(kFragment, 0.5 * smallest));
 }
 
@@ -386,13 +386,13 @@ Result<Mesh> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
   const Moment& moment = geometry.moment;
   const PreparedObject &from = actor.objects[leg.from], &to = actor.objects[leg.to];
   const MomentMap& map = geometry.map;
-  const MorphSurface between = {map.regression, from.distances, to.distances,
-                                map.from_scale, map.to_scale,   0};
+  const MorphSurface between = {map.regression, from.distances.grid, to.distances.grid,
+                                map.from_scale, map.to_scale,        0};
   const bool at_an_end = moment.time <= 0 || moment.time >= 1;
   if (!leg.plan.motion.keep_volume || at_an_end)
     return extract_between(extractor, between, map.box, cell, extract);
   const auto u = static_cast<double>(moment.u);
-  const double volume = (1 - u) * from.distance_volume + u * to.distance_volume;
+  const double volume = (1 - u) * from.distances.volume + u * to.distances.volume;
   return surface_of_volume(extractor, between, map.box, cell, extract, volume,
                            kFurthest * size_at(actor, leg, moment.u));
 }

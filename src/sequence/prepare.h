@@ -19,7 +19,7 @@
 #include "scene/scene.h"
 #include "spheres/spheres.h"
 #include "surface/blend.h"
-#include "surface/distance_grid.h"
+#include "surface/distance_cache.h"
 #include "surface/project.h"
 
 namespace polymorph {
@@ -32,7 +32,6 @@ struct PreparedObject {
   std::size_t sphere_count = 0;
   std::vector<Ball> balls;                 ///< surface at field = 1
   std::vector<std::uint32_t> ball_labels;  ///< one a ball: index into model.label_names
-  double model_volume = 0;
   double ball_volume = 0;  ///< enclosed by the balls' surface
   float field_maximum = 1;
   std::shared_ptr<const ClosestPointQuery> closest;  ///< of the model
@@ -45,11 +44,8 @@ struct PreparedObject {
   std::vector<Vec3> shrink_targets;                ///< crossfade: one a model point
   Projection projection;                           ///< project
   BlendField blend;                                ///< blend
-  /// Where a leg to or from it is made of distances: the model's, and the volume of the surface
-  /// that they give.
-  std::shared_ptr<const DistanceGrid> distances;
-  double distance_volume = 0;
-  double smallest_part = 1;  ///< of that surface, as a share of its volume
+  /// Of the model, where a leg to or from it is made of distances.
+  ObjectDistances distances;
 };
 
 /// The way from one object to another.

@@ -50,13 +50,14 @@ class Builder {
     row_ = fine_index(0, 1, 0), layer_ = fine_index(0, 0, 1);
     closed_ = check_mesh({model_.points, {}, model_.triangles}).closed();
     measure_coarse();
-    fill_smooth();
+    out_.values = spline_values({coarse_, smooth_}, out_.grid);
     measure_near();
     if (thinnest_ > 0) smooth_thin_parts();
-    close_border();
+    close_border(out_);
     bound_slopes();
     return std::move(out_);
   }
+  SmoothDistances smooth() { return {coarse_, std::move(smooth_)}; }
 
  private:
   std::size_t coarse_index(int x, int y, int z) const {
@@ -148,48 +149,6 @@ class Builder {
     for (int i = 0; i < 2; ++i) sweep(true), sweep(false);
     for (std::size_t n = 0; n < values.size(); ++n)
       if (values[n] >= kUnknown) values[n] = 0;
-  }
-
-  /// The spline at all fine points.
-  void fill_smooth() {
-    const Int3 n = out_.grid.points;
-    out_.values.resize(static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y) *
-                       static_cast<std::size_t>(n.z));
-    const auto axis_at = [](int fine, int nodes) {
-      struct Axis {
-        int at[3];
-        float weight[3];
-      } axis;
-      const float u = static_cast<float>(fine) / kCoarse;
-      const float middle = std::floor(u + 0.5f), f = u - middle;
-      axis.weight[0] = 0.5f * (0.5f - f) * (0.5f - f);
-      axis.weight[2] = 0.5f * (0.5f + f) * (0.5f + f);
-      axis.weight[1] = 1 - axis.weight[0] - axis.weight[2];
-      for (int i = 0; i < 3; ++i)
-        axis.at[i] = std::clamp(static_cast<int>(middle) - 1 + i, 0, nodes - 1);
-      return axis;
-    };
-    parallel_for(n.z, [&](std::int64_t z) {
-      const auto az = axis_at(static_cast<int>(z), coarse_.points.z);
-      std::vector<float> line(static_cast<std::size_t>(coarse_.points.x));
-      for (int y = 0; y < n.y; ++y) {
-        const auto ay = axis_at(y, coarse_.points.y);
-        std::fill(line.begin(), line.end(), 0.0f);
-        for (int k = 0; k < 3; ++k)
-          for (int j = 0; j < 3; ++j) {
-            const float weight = az.weight[k] * ay.weight[j];
-            const float* from = smooth_.data() + coarse_index(0, ay.at[j], az.at[k]);
-            for (std::size_t x = 0; x < line.size(); ++x) line[x] += weight * from[x];
-          }
-        float* to = out_.values.data() + fine_index(0, y, static_cast<int>(z));
-        for (int x = 0; x < n.x; ++x) {
-          const auto ax = axis_at(x, coarse_.points.x);
-          to[x] = 0;
-          for (int i = 0; i < 3; ++i)
-            to[x] += ax.weight[i] * line[static_cast<std::size_t>(ax.at[i])];
-        }
-      }
-    });
   }
 
   std::size_t fine_index(int x, int y, int z) const {
@@ -377,22 +336,6 @@ class Builder {
     pass(static_cast<std::size_t>(n.y), row_, n.z, layer_, row_);
   }
 
-  void close_border() {
-    const Int3 n = out_.grid.points;
-    for (int z = 0; z < n.z; ++z)
-      for (int y = 0; y < n.y; ++y)
-        for (int x = 0; x < n.x; ++x) {
-          const bool border =
-              x == 0 || y == 0 || z == 0 || x == n.x - 1 || y == n.y - 1 || z == n.z - 1;
-          if (border) {
-            float& value = out_.values[fine_index(x, y, z)];
-            value = std::min(value, -cell_);
-          } else {
-            x = std::max(x, n.x - 2);
-          }
-        }
-  }
-
   /// The largest gradient of the trilinear function: along each axis, within a cell, it lies
   /// between those of the cell's edges.
   void bound_slopes() {
@@ -436,11 +379,76 @@ class Builder {
 
 }  // namespace
 
+std::vector<float> spline_values(const SmoothDistances& smooth, const Grid& fine) {
+  const Int3 n = fine.points, nodes = smooth.grid.points;
+  const auto width = static_cast<std::size_t>(n.x);
+  std::vector<float> values(width * static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z));
+  struct Axis {
+    int at[3];
+    float weight[3];
+  };
+  const auto axis_at = [](int point, int count) {
+    Axis axis;
+    const float u = static_cast<float>(point) / kCoarse;
+    const float middle = std::floor(u + 0.5f), f = u - middle;
+    axis.weight[0] = 0.5f * (0.5f - f) * (0.5f - f);
+    axis.weight[2] = 0.5f * (0.5f + f) * (0.5f + f);
+    axis.weight[1] = 1 - axis.weight[0] - axis.weight[2];
+    for (int i = 0; i < 3; ++i)
+      axis.at[i] = std::clamp(static_cast<int>(middle) - 1 + i, 0, count - 1);
+    return axis;
+  };
+  std::vector<Axis> along_x;
+  for (int x = 0; x < n.x; ++x) along_x.push_back(axis_at(x, nodes.x));
+  parallel_for(n.z, [&](std::int64_t z) {
+    const Axis az = axis_at(static_cast<int>(z), nodes.z);
+    std::vector<float> line(static_cast<std::size_t>(nodes.x));
+    for (int y = 0; y < n.y; ++y) {
+      const Axis ay = axis_at(y, nodes.y);
+      std::fill(line.begin(), line.end(), 0.0f);
+      for (int k = 0; k < 3; ++k)
+        for (int j = 0; j < 3; ++j) {
+          const float weight = az.weight[k] * ay.weight[j];
+          const float* from =
+              smooth.values.data() + line.size() * (static_cast<std::size_t>(ay.at[j]) +
+                                                    static_cast<std::size_t>(nodes.y) *
+                                                        static_cast<std::size_t>(az.at[k]));
+          for (std::size_t x = 0; x < line.size(); ++x) line[x] += weight * from[x];
+        }
+      float* to =
+          values.data() + width * (static_cast<std::size_t>(y) +
+                                   static_cast<std::size_t>(n.y) * static_cast<std::size_t>(z));
+      for (std::size_t x = 0; x < width; ++x) {
+        const Axis& ax = along_x[x];
+        to[x] = 0;
+        for (int i = 0; i < 3; ++i)
+          to[x] += ax.weight[i] * line[static_cast<std::size_t>(ax.at[i])];
+      }
+    }
+  });
+  return values;
+}
+
+void close_border(DistanceGrid& distances) {
+  const Int3 n = distances.grid.points;
+  std::size_t i = 0;
+  for (int z = 0; z < n.z; ++z)
+    for (int y = 0; y < n.y; ++y)
+      for (int x = 0; x < n.x; ++x, ++i) {
+        const bool border =
+            x == 0 || y == 0 || z == 0 || x == n.x - 1 || y == n.y - 1 || z == n.z - 1;
+        if (border) distances.values[i] = std::min(distances.values[i], -distances.grid.cell);
+      }
+}
+
 DistanceGrid signed_distances(const Model& model, const InsideTest& inside,
                               const ClosestPointQuery& closest, std::span<const FaceSide> sides,
-                              float cell, float thinnest) {
+                              float cell, float thinnest, SmoothDistances* smooth) {
   PM_CHECK(cell > 0 && !model.triangles.empty() && sides.size() == model.triangles.size());
-  return Builder(model, inside, closest, sides, cell, thinnest).run();
+  Builder builder(model, inside, closest, sides, cell, thinnest);
+  DistanceGrid distances = builder.run();
+  if (smooth) *smooth = builder.smooth();
+  return distances;
 }
 
 }  // namespace polymorph
