@@ -17,7 +17,7 @@ static_assert(std::endian::native == std::endian::little, "cache files are littl
 
 // File: magic, version, key, content, checksum of all before.
 constexpr std::size_t kHashSize = kCacheKeySize;
-constexpr std::uint64_t kMostBytes = 4ull << 30;
+constexpr std::uint64_t kMaxBytes = 4ull << 30;
 
 std::string checksum_of(std::string_view bytes) {
   return Hasher().add_bytes(bytes.data(), bytes.size()).hex();
@@ -67,7 +67,7 @@ std::optional<std::string> load_cached(const fs::path& folder, const std::string
   const fs::path file = cache_path(folder, key, kind);
   std::error_code error;
   if (!fs::exists(file, error)) return std::nullopt;
-  auto bytes = read_file(file, kMostBytes);
+  auto bytes = read_file(file, kMaxBytes);
   if (!bytes) {
     log_warning("cache: {} - the {} are computed anew", bytes.error().message, kind.name);
     return std::nullopt;

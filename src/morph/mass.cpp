@@ -63,9 +63,9 @@ double inside_volume(const std::vector<Ball>& balls, std::size_t index,
   const Mat3 map = to_ellipsoid(ball);
   // The values first, then their sum: the compiler makes packs of the first loop.
   const auto value = [](const Ball& b, Vec3 x) {
-    constexpr float kLog2E = 1.44269504f, kLeast = -120;
+    constexpr float kLog2E = 1.44269504f, kMin = -120;
     const float exponent = kLog2E * (b.w - b.a * quadratic(b.shape, x - b.center));
-    return power_of_two(exponent > kLeast ? exponent : kLeast);
+    return exp2(exponent > kMin ? exponent : kMin);
   };
   std::vector<Ball> others;
   for (const std::uint32_t j : near) others.push_back(balls[j]);

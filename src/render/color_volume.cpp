@@ -98,7 +98,7 @@ std::vector<Weighted> blurred(std::vector<Weighted> v, Int3 points, float deviat
   for (int i = 0; i <= reach; ++i) {
     const float t = static_cast<float>(i) / deviation;
     constexpr float kHalfLog2E = 0.72134752f;
-    weights.push_back(power_of_two(-kHalfLog2E * t * t));
+    weights.push_back(exp2(-kHalfLog2E * t * t));
   }
   const std::array<int, 3> n = {points.x, points.y, points.z};
   const std::array<std::int64_t, 3> steps = {1, n[0], std::int64_t{n[0]} * n[1]};
@@ -168,10 +168,10 @@ ColorVolume make_color_volume(const Model& model, std::span<const FaceSide> side
     }
   }
   // Where no Gaussian sees the surface, the mean of all.
-  constexpr float kLeast = 1e-9f;
+  constexpr float kMin = 1e-9f;
   const Vec3 mean = all.weight > 0 ? all.color / all.weight : model.materials.front().color;
   for (const Weighted& sum : sums)
-    volume.colors.push_back((sum.color + mean * kLeast) / (sum.weight + kLeast));
+    volume.colors.push_back((sum.color + mean * kMin) / (sum.weight + kMin));
   return volume;
 }
 

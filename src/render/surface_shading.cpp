@@ -47,8 +47,8 @@ Shading mesh_shading(const RenderMesh& mesh, const MeshHit& hit) {
   if (!mesh.vertex_colors.empty() && mesh.vertex_color_share > 0) {
     const Triangle& t = mesh.triangles[hit.triangle];
     const Vec3* colors = mesh.vertex_colors.data();
-    const Vec3 color = colors[t.v[0]] * (1 - hit.u - hit.v) + colors[t.v[1]] * hit.u +
-                       colors[t.v[2]] * hit.v;
+    const Vec3 color =
+        colors[t.v[0]] * (1 - hit.u - hit.v) + colors[t.v[1]] * hit.u + colors[t.v[2]] * hit.v;
     shading.color = lerp(shading.color, color, clamp01(mesh.vertex_color_share));
   }
   return shading;
@@ -59,8 +59,9 @@ MeshHit lane(const MeshHitOf<Pack>& hit, int l) {
 }
 
 ShadingOf<Pack3> same_shading(const Shading& s) {
-  return {same3<Pack3>(s.color),  same3<Pack3>(s.specular),   same<Pack>(s.roughness),
-          same<Pack>(s.metallic), same<Pack>(s.transmission), same<Pack>(s.ior)};
+  return {broadcast3<Pack3>(s.color),      broadcast3<Pack3>(s.specular),
+          broadcast<Pack>(s.roughness),    broadcast<Pack>(s.metallic),
+          broadcast<Pack>(s.transmission), broadcast<Pack>(s.ior)};
 }
 
 /// shading_of(hit) of each lane; once for all where they are on one mesh of one material.

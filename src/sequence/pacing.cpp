@@ -31,7 +31,7 @@ constexpr std::uint32_t kPacingVersion = 1;
 
 /// Everything that the surfaces at these moments depend on: the maps themselves and both objects.
 std::string key_of(const PreparedActor& actor, const PreparedLeg& leg, float cell,
-                   const std::vector<MomentMap>& maps) {
+                   const std::vector<FrameMap>& maps) {
   Hasher hasher;
   hasher.add("pacing").add(kPacingVersion).add(cell);
   hasher.add(static_cast<std::uint8_t>(leg.plan.motion.keep_volume ? 1 : 0));
@@ -39,10 +39,10 @@ std::string key_of(const PreparedActor& actor, const PreparedLeg& leg, float cel
     const PreparedObject& o = actor.objects[object];
     hasher.add(o.distances.key).add(o.model.box().diagonal());
   }
-  for (const MomentMap& map : maps) {
+  for (const FrameMap& map : maps) {
     const Regression& regression = *map.regression;
     hasher.add(std::span<const RegressionSample>(regression.samples));
-    hasher.add(std::span<const Carried>(regression.values));
+    hasher.add(std::span<const BallAttribute>(regression.values));
     hasher.add(std::span<const AffineMap>(regression.affine));
     hasher.add_bytes(&regression.lattice, sizeof regression.lattice);
     hasher.add(map.from_scale).add(map.to_scale);
@@ -51,7 +51,7 @@ std::string key_of(const PreparedActor& actor, const PreparedLeg& leg, float cel
   return hasher.hex();
 }
 // No padding is hashed.
-static_assert(sizeof(Carried) == 16 * sizeof(float) &&
+static_assert(sizeof(BallAttribute) == 16 * sizeof(float) &&
               sizeof(RegressionSample) == 5 * sizeof(float) && sizeof(Grid) == 7 * sizeof(float) &&
               sizeof(Box) == 6 * sizeof(float));
 
@@ -65,7 +65,7 @@ Result<std::vector<float>> even_pacing(const PreparedScene& prepared, const Prep
   linear.plan.pacing.clear();
   const auto time_of = [](int k) { return static_cast<float>(k) / kSteps; };
   const float cell = 3 * actor.cell;
-  std::vector<MomentMap> maps;
+  std::vector<FrameMap> maps;
   for (int k = 0; k <= kSteps; ++k)
     maps.push_back(map_at(actor, linear, time_of(k), balls_at(linear.plan, time_of(k))));
   const std::string key = cache.empty() ? std::string{} : key_of(actor, leg, cell, maps);

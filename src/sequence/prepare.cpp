@@ -16,9 +16,9 @@
 #include "sequence/content_hash.h"
 #include "sequence/geometry.h"
 #include "sequence/pacing.h"
-#include "spheres/figures.h"
+#include "spheres/quality.h"
+#include "surface/components.h"
 #include "surface/crossfade.h"
-#include "surface/crumbs.h"
 #include "surface/grid.h"
 #include "surface/level.h"
 #include "surface/mesh_check.h"
@@ -105,10 +105,10 @@ ObjectLegs legs_of(const Timeline& timeline, std::size_t object) {
 constexpr float kThinnest = 0.9f;
 
 /// The object's distances, and what is measured on their surface.
-Status add_distances(PreparedObject& object, float cell, float thinnest, double crumbs,
+Status add_distances(PreparedObject& object, float cell, float thinnest, double min_component_share,
                      SurfaceExtractor& extractor, const std::filesystem::path& cache) {
-  PM_TRY(ObjectDistances distances,
-         object_distances(object.model, *object.closest, cell, thinnest, crumbs, extractor, cache));
+  PM_TRY(ObjectDistances distances, object_distances(object.model, *object.closest, cell, thinnest,
+                                                     min_component_share, extractor, cache));
   if (!(distances.volume > 0))
     return make_error(ErrorCode::kInput,
                       "{}: the model encloses nothing that cells of {:.3g} show "
@@ -162,7 +162,8 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
   object.closest = std::make_shared<const ClosestPointQuery>(object.model);
   if (legs.distances)
     PM_TRY_STATUS(add_distances(object, cell, kThinnest * cell,
-                                static_cast<double>(scene.surface.crumbs), extractor, cache));
+                                static_cast<double>(scene.surface.min_component_share), extractor,
+                                cache));
   add_colors(object, scene.look.kind == LookKind::kOwn);
   if (object.meta || !legs.balls) return Ok{};
   return make_boundary(object, InsideTest(object.model), std::move(mesh), scene, cell, extract,
@@ -176,7 +177,7 @@ PlanSide plan_side(const PreparedObject& object, const std::vector<std::int32_t>
   return side;
 }
 
-std::uint32_t index_of(std::vector<std::string>& names, const std::string& name) {
+std::uint32_t to_index(std::vector<std::string>& names, const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end()) names.push_back(name);
   return static_cast<std::uint32_t>(std::find(names.begin(), names.end(), name) - names.begin());
@@ -209,13 +210,13 @@ Result<PreparedObject> object_in_flight(const PreparedScene& prepared, const Pre
   if (distances) {
     object.closest = object.outer = std::make_shared<const ClosestPointQuery>(object.model);
     PM_TRY_STATUS(add_distances(object, actor.cell, 0,
-                                static_cast<double>(prepared.scene.surface.crumbs), extractor,
-                                cache));
+                                static_cast<double>(prepared.scene.surface.min_component_share),
+                                extractor, cache));
   }
   // A ball belongs to what it is more of.
   const bool near = moment.moment.u < 0.5f;
   for (const Pair& pair : leg.plan.pairs)
-    object.ball_labels.push_back(index_of(object.model.label_names,
+    object.ball_labels.push_back(to_index(object.model.label_names,
                                           near ? from.model.label_names[from.ball_labels[pair.from]]
                                                : to.model.label_names[to.ball_labels[pair.to]]));
   return object;
@@ -280,7 +281,7 @@ Status make_legs(PreparedActor& actor, const ActorSettings& settings, const Prep
     }
   }
   for (const PreparedObject& object : actor.objects)
-    for (const std::string& name : object.model.label_names) index_of(actor.label_names, name);
+    for (const std::string& name : object.model.label_names) to_index(actor.label_names, name);
   return Ok{};
 }
 
@@ -398,7 +399,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extrac
   prepared.hash = content_hash(scene, loaded.models, prepared.environment.get());
   prepared.warnings = std::move(loaded.warnings);
   prepared.extract.field = scene.field.kind;
-  prepared.extract.influence = scene.surface.influence;
+  prepared.extract.sample_stride = scene.surface.influence;
   std::span<Model> models(loaded.models);
   for (const ActorSettings& settings : scene.actors) {
     const std::size_t count = chain_objects(settings).size();

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 // Content: node count, nodes, ball count, balls.
 constexpr std::size_t kNodeSize = 4 * 4 + 4 + 2 + 1;
 constexpr std::size_t kBallSize = 11 * 4;
-constexpr std::uint64_t kMostBytes = 4ull << 30;
+constexpr std::uint64_t kMaxBytes = 4ull << 30;
 
 std::string key_of(const Model& model, const SphereSettings& settings) {
   Hasher hasher;
@@ -196,7 +196,7 @@ std::vector<CacheEntry> list_cache(const fs::path& folder) {
 std::vector<CacheEntry> verify_cache(const fs::path& folder) {
   std::vector<CacheEntry> entries = list_cache(folder);
   for (CacheEntry& entry : entries) {
-    const auto bytes = read_file(entry.file, kMostBytes);
+    const auto bytes = read_file(entry.file, kMaxBytes);
     if (!bytes) {
       entry.problem = bytes.error().message;
       continue;

@@ -6,7 +6,7 @@
 #include "base/cache_file.h"
 #include "base/hash.h"
 #include "base/parallel.h"
-#include "surface/crumbs.h"
+#include "surface/components.h"
 #include "surface/grid.h"
 #include "surface/mesh_check.h"
 
@@ -179,7 +179,7 @@ Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQ
   object.grid = std::make_shared<const DistanceGrid>(
       signed_distances(model, inside, closest, object.sides, 0.5f * cell, thinnest, &smooth));
   PM_TRY(Mesh mesh, extract_distances(extractor, object.grid, cell, {}));
-  drop_crumbs(mesh, min_part);
+  remove_small_components(mesh, min_part);
   object.volume = volume_of(mesh);
   object.smallest_part = smallest_part(mesh);
   if (!folder.empty()) store_cached(folder, object.key, kDistanceFiles, encode(object, smooth));
