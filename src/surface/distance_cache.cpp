@@ -89,7 +89,7 @@ std::string encode(const ObjectDistances& object, const SmoothDistances& smooth)
   std::string bytes;
   put_all(bytes, object.sides);
   put(bytes, object.volume);
-  put(bytes, object.smallest_part);
+  put(bytes, object.smallest_component_share);
   put_grid(bytes, object.grid->grid);
   put(bytes, object.grid->lipschitz);
   put_grid(bytes, smooth.grid);
@@ -124,7 +124,7 @@ bool decode(std::string_view bytes, std::size_t triangles, ObjectDistances& obje
   if (!take_all(bytes, object.sides) || object.sides.size() != triangles) return false;
   if (bytes.size() < 2 * sizeof(double) + 2 * kGridSize + sizeof(float)) return false;
   object.volume = take<double>(bytes);
-  object.smallest_part = take<double>(bytes);
+  object.smallest_component_share = take<double>(bytes);
   const Grid grid = take_grid(bytes);
   const auto lipschitz = take<float>(bytes);
   SmoothDistances smooth;
@@ -181,7 +181,7 @@ Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQ
   PM_TRY(Mesh mesh, extract_distances(extractor, object.grid, cell, {}));
   remove_small_components(mesh, min_part);
   object.volume = volume_of(mesh);
-  object.smallest_part = smallest_part(mesh);
+  object.smallest_component_share = smallest_component_share(mesh);
   if (!folder.empty()) store_cached(folder, object.key, kDistanceFiles, encode(object, smooth));
   return object;
 }

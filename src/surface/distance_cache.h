@@ -20,7 +20,7 @@ struct ObjectDistances {
   std::vector<FaceSide> sides;  ///< one a triangle of the model
   std::shared_ptr<const DistanceGrid> grid;
   double volume = 0;         ///< enclosed by the surface that cells of the asked size show
-  double smallest_part = 1;  ///< share of that in its smallest part
+  double smallest_component_share = 1;  ///< share of that in its smallest part
   std::string key;           ///< a hash of everything that the distances depend on
 };
 
