@@ -64,6 +64,6 @@ Result<SphereTree> cell_spheres(const Model& model, const InsideTest& test,
 
 /// Raised whenever approximate() may answer differently for the same model and settings: part of
 /// the cache key.
-inline constexpr std::uint32_t kSpheresVersion = 3;
+inline constexpr std::uint32_t kSpheresVersion = 4;
 
 }  // namespace polymorph
