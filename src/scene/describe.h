@@ -3,7 +3,8 @@
 // writes a scene back. To add a setting, add a member in scene.h and a line here.
 //
 // A visitor `v` offers integer, number, boolean, choice, text, text_map, path, vector, scale,
-// color, integers, numbers, object, objects, actors.
+// color, integers, numbers, object, objects, actors; and renamed, which stands before the setting
+// it speaks of.
 #pragma once
 
 #include "scene/scene.h"
@@ -229,8 +230,10 @@ void describe(V& v, SurfaceSettings& s) {
   v.boolean("flat", s.flat, "every triangle has its own normal");
   v.integer("influence", s.influence, 1, 16,
             "cells between the points at which the field is computed; it is interpolated between");
+  v.renamed("crumbs", "min_component_share");
   v.number("min_component_share", s.min_component_share, 0, 0.1,
-           "parts below this share of the volume are left out of moving surfaces; 0 keeps all");
+           "separate components below this share of the volume are left out of moving surfaces; 0 "
+           "keeps all");
 }
 
 template <class V>

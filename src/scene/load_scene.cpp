@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <set>
 
 #include "base/file.h"
+#include "base/log.h"
 #include "base/text.h"
 #include "scene/describe.h"
 #include "scene/json_text.h"
@@ -222,6 +224,20 @@ class ReadFields {
     out.push_back(actor_prototype_);  // what else is wrong can still be said
   }
 
+  /// `key` was called `old` before; that is still understood.
+  void renamed(const char* old, const char* key) {
+    const JsonValue* value = object_.find(old);
+    if (!value) return;
+    seen(old);
+    if (object_.find(key)) {
+      report(*value, old,
+             fmt::format("is the old name of \"{}\", which is given too - keep one", key));
+    } else {
+      log_warning("scene: {}/{} is an old name - write \"{}\"", printable(pointer_), old, key);
+      old_names_[key] = old;
+    }
+  }
+
   /// Reports keys that describe() did not ask for.
   void finish() {
     for (const JsonMember& member : object_.members) {
@@ -240,7 +256,8 @@ class ReadFields {
   void seen(const char* key) { known_.emplace_back(key); }
   const JsonValue* find(const char* key) {
     seen(key);
-    return object_.find(key);
+    const auto old = old_names_.find(key);
+    return object_.find(old == old_names_.end() ? key : old->second);
   }
   const JsonValue* expect(const char* key, JsonValue::Kind kind) {
     const JsonValue* value = find(key);
@@ -353,7 +370,8 @@ class ReadFields {
   std::filesystem::path folder_;
   std::vector<SceneFinding>& findings_;
   std::vector<std::string> known_;
-  ActorSettings actor_prototype_;  ///< its source is every object's
+  std::map<std::string, std::string> old_names_;  ///< by the new ones, of keys in this object
+  ActorSettings actor_prototype_;                 ///< its source is every object's
 };
 
 /// What no single key can tell.

@@ -180,8 +180,8 @@ struct SurfaceSettings {
   Placement placement = Placement::kRoot;
   bool flat = false;  ///< triangles without shared normals
   int influence = 1;  ///< cells between the points at which the field is computed
-  float min_component_share =
-      1e-4f;  ///< parts below this share of the volume are left out; 0 keeps all
+  /// Components of the surface below this share of the volume are left out; 0 keeps all.
+  float min_component_share = 1e-4f;
 };
 
 struct CameraSettings {
