@@ -1,5 +1,6 @@
-// From bricks to counted rows: the field at the 8^3 points of a brick, which of its edges the
-// surface crosses, and how many triangles its cells have.
+// Field sampling and counting of one brick of the grid (marching cubes, first pass): the field at
+// the 8^3 points of a brick, the edges that the surface crosses, and the number of triangles of its
+// cells.
 //
 // A row is the seven cells from point (0, y, z) of a brick along x, with the 21 edges whose lower
 // corner is one of its first seven points; so every cell and every edge belongs to exactly one row.

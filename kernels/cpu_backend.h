@@ -1,5 +1,5 @@
-// The CPU side of what a backend is (extract.h). Runs in the caller's TBB arena; results do not
-// depend on how TBB cuts the ranges.
+// The CPU backend of the extraction passes (extract.h), on oneTBB. Runs in the caller's TBB arena;
+// results do not depend on how TBB cuts the ranges.
 #pragma once
 
 #include <tbb/blocked_range.h>

@@ -1,5 +1,5 @@
-// The report's matrix skin (2.1.2.1): every grid point inside is a cube of one cell, drawn where
-// its faces meet an outside point.
+// Voxel surface (the report's matrix skin, 2.1.2.1): every grid point inside is a cube of one cell,
+// drawn where its faces meet an outside point.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The CUDA side of the three things a backend is: for_each, exclusive_scan, Buffer. One stream a
+// The CUDA backend of the extraction passes (extract.h lists what a backend offers). One stream per
 // backend; every call and every launch is checked with its own return value.
 #pragma once
 

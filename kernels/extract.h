@@ -1,4 +1,4 @@
-// The order of all passes, once for every backend.
+// Surface extraction: the sequence of all passes, written once for every backend.
 //
 // A backend gives: Team (how the threads that share one item work together: V, kParts, each,
 // each_group, group_sum, group_max, sync, scan, append, add); kManyRoots; for_each and for_teams;

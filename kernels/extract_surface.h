@@ -1,5 +1,6 @@
-// Balls in, surface out: the host face of the kernels. The passes themselves are in extract.h, once
-// for both backends; what only a device can fail at comes back as a status, not an exception.
+// Marching cubes on a metaball field, on the CPU or with CUDA: the host interface of the kernels
+// (SurfaceExtractor). The passes themselves are in extract.h, once for both backends; what only a
+// device can fail at comes back as a status, not an exception.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
-// What one ball contributes at a point, and the ball in the form in which the kernels read it.
+// Metaball field functions (Gaussian, Wyvill, inverse square): the contribution of one ball at a
+// point, and the ball in the form in which the kernels read it.
 //
 // A ball maps a point to u = M (point - center), M upper triangular with M^T M its matrix; for a
 // round ball M is one number. Its coordinate there is q = base + u.z^2 + u.y^2 + u.x^2, a chain of

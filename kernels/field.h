@@ -1,4 +1,5 @@
-// The field at points: sums over a list of balls, in ascending ball order.
+// Evaluation of the metaball field and its gradient at points: sums over a list of balls, in
+// ascending order of their indices.
 //
 // Two lists give the same bits at a point when they differ only in balls that contribute exactly 0
 // there: all sums start at +0 and adding 0 changes no float. The lists of a brick hold every ball

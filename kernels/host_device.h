@@ -1,4 +1,4 @@
-// The macros of the kernels.
+// Macros for code that g++ and nvcc both compile.
 #pragma once
 
 /// Marks a function that g++ and nvcc both compile.

@@ -1,5 +1,5 @@
-// What balls carry to points (colour, texture, motion): each ball's values, weighted by its share
-// of the field there.
+// Attribute interpolation: the values that balls carry (colour, texture coordinates, motion),
+// weighted at each point by the balls' shares of the field.
 //
 // A ball's share is what it adds to the field over what all add; balls that add less than
 // kMinShare of what the strongest does are left out. Neighbouring points share a list of the

@@ -1,4 +1,4 @@
-// The extracted surface as it leaves the kernels (host side).
+// Triangle mesh: the extracted surface as the kernels deliver it to the host.
 #pragma once
 
 #include <vector>

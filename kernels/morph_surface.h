@@ -1,5 +1,5 @@
-// What a caller gives the engine for a surface between two objects: their distances and the map
-// that carries them (morph_field.h has the formula).
+// Input of the engine for a surface between two objects: their distance fields and the map that
+// carries them (morph_field.h has the formula).
 #pragma once
 
 #include <memory>

@@ -1,4 +1,5 @@
-// The tree that finds the bricks of cells which the surface can cross, each with its list of balls.
+// Sparse octree-like tree (branching 4^3) that culls balls: it finds the bricks of cells that the
+// surface can cross, each with its list of balls.
 //
 // The cells: those of the grid plus one rim of cells beyond each border, whose outer points count
 // as outside (value 0), so that the surface is closed wherever the border cuts it. "Lattice point"

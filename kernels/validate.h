@@ -1,4 +1,5 @@
-// What extract() and sample() refuse, and how a backend reports that it cannot go on. Host only.
+// Input validation of the extractor, and the exception by which a backend reports a failure. Host
+// only.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// Places one vertex on each crossed edge: a root of log2(field / iso) along the edge, and the
-// normal there.
+// Vertex placement of marching cubes: one vertex on each crossed edge, at a root of log2(field /
+// iso) along the edge, and the normal there.
 //
 // The logarithm, because a Gaussian field is nearly linear in it (a lone ball's is a parabola),
 // while the field itself spans orders of magnitude over one cell. First the straight line between

@@ -1,4 +1,4 @@
-// Single surfaces and pairs of them, as numbers.
+// Surface measures: volume, area, bending energy, Hausdorff distance, hidden parts.
 #pragma once
 
 #include <cstddef>

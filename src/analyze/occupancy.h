@@ -1,5 +1,6 @@
-// A closed surface as the share of each cell of a grid that it holds, smoothed, and back as a
-// surface: what makes measures independent of how a surface was made and cut into triangles.
+// Occupancy grids: a closed surface as the fraction of each grid cell that it encloses, Gaussian
+// smoothing, and an isosurface back. Measures on them do not depend on how a surface was made or
+// triangulated.
 #pragma once
 
 #include <cstddef>

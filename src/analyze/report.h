@@ -1,4 +1,4 @@
-// An analysis as files, and against limits.
+// Analysis reports: JSON, CSV and HTML files of an analysis, and its comparison with limits.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Golden suites on disk: golden_frames/SUITE/{suite.json, tolerance.json, surface.csv,
+// Golden image suites on disk: golden_frames/SUITE/{suite.json, tolerance.json, surface.csv,
 // frame.####.exr, CHANGES.md}.
 #pragma once
 

@@ -1,4 +1,4 @@
-// What many comparisons gave, as a page for people and as files for machines.
+// Comparison reports: an HTML page, JUnit XML and JSON from the results of many comparisons.
 #pragma once
 
 #include <filesystem>

@@ -1,6 +1,6 @@
-// Images in and out. Reading goes through OpenImageIO, which sits in a module of its own that is
-// opened on first use (its 259 shared objects cost 0.3 s), but for PNG; writing encodes to memory,
-// then writes whole files.
+// Image reading and writing. PNG files are read by libpng, all others by OpenImageIO, which is
+// linked into a module that is opened on first use (loading its 259 shared objects takes 0.3 s);
+// writing encodes to memory, then writes whole files.
 #pragma once
 
 #include <cstddef>

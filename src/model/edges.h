@@ -1,4 +1,4 @@
-// Which triangles meet along which edge.
+// Edge adjacency of triangle meshes.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// Model: a polyhedron as it was given (input), with what is needed to shade it. The extracted
-// surface is a `Mesh` (kernels/mesh.h).
+// Model type: an input polyhedron with the materials and texture coordinates that shade it. The
+// extracted surface is a `Mesh` (kernels/mesh.h).
 #pragma once
 
 #include <cstdint>

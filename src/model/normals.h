@@ -1,4 +1,4 @@
-// Normals, volume, area and transforms of models.
+// Mesh normals, volume, area and affine transforms.
 #pragma once
 
 #include "model/model.h"

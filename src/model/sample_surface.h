@@ -1,4 +1,4 @@
-// Points spread evenly over a model's faces.
+// Surface sampling: points spread evenly over a model's faces.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
-// Built-in shapes, as models: closed, outward oriented, about 2 units across, standing on y = 0.
+// Built-in shapes (sphere, cube, torus, puddle, drops) as models: closed, outward oriented, about 2
+// units across, standing on y = 0.
 #pragma once
 
 #include <span>

@@ -1,4 +1,5 @@
-// A closed solid from a model that is none: open, thin, of many shells, or hollow.
+// Mesh repair by voxelization: a closed solid from a model that is open, thin, hollow or made of
+// many shells.
 #pragma once
 
 #include "base/result.h"

@@ -1,5 +1,5 @@
-// Line-oriented text files of the outside world (OBJ, MTL): is it text at all, its logical lines,
-// its numbers, and the list of what is wrong with it.
+// Line reader for OBJ and MTL files: text detection, logical lines, numbers, and the list of errors
+// found.
 #pragma once
 
 #include <cstddef>

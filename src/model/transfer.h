@@ -1,4 +1,4 @@
-// A model's materials and texture coordinates on another surface that lies near it.
+// Attribute transfer: a model's materials and texture coordinates on another surface near it.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// How one object is best laid upon the other before their balls are paired.
+// Rigid alignment (weighted Procrustes) of two objects before their balls are paired.
 #pragma once
 
 #include <span>

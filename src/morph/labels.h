@@ -1,4 +1,5 @@
-// Which part of an object a ball belongs to, and which parts of two objects belong together.
+// Labels of balls: the part of an object that a ball belongs to, and the matching of two objects'
+// parts.
 #pragma once
 
 #include <cstdint>

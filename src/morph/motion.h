@@ -1,4 +1,4 @@
-// Where each ball of a plan is at a time (docs/method.md, Time).
+// Motion of a plan's balls in time (docs/method.md, Time).
 #pragma once
 
 #include <vector>

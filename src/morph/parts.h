@@ -1,4 +1,5 @@
-// Rigid parts that move each in its own way and hold together: the path `parts`.
+// Rigid parts (as-rigid-as-possible blending) that move separately and stay joined: the path
+// `parts`.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
-// Who becomes whom (docs/method.md, Plan). Where the balls are meanwhile: morph/motion.h.
+// Morph plan: the correspondence between the balls of two objects (docs/method.md, Plan).
+// morph/motion.h has their motion.
 #pragma once
 
 #include <cstdint>

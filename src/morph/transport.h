@@ -1,4 +1,4 @@
-// Optimal transport: the cheapest way to carry one set of masses to another.
+// Optimal transport between two sets of masses (network simplex, LEMON).
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// What is written beside the colour. Adding an AOV is adding a row here (and a field to FirstHit,
-// where it needs one).
+// Arbitrary output variables (AOVs): the image layers written beside the colour. Adding an AOV is
+// adding a row here (and a field to FirstHit, where it needs one).
 #pragma once
 
 #include <string>

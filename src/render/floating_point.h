@@ -1,5 +1,5 @@
-// Denormals off while rays are traced, on again afterwards: Embree wants it (its kernels slow down
-// by an order of magnitude on denormals), the other rooms must not see it.
+// Denormal handling (MXCSR) while rays are traced: Embree asks for flush-to-zero (its kernels slow
+// down by an order of magnitude on denormals); the other rooms must not see it.
 #pragma once
 
 #include <xmmintrin.h>

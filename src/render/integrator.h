@@ -1,4 +1,4 @@
-// Path tracing with next-event estimation: light that reaches the camera along many rays at once.
+// Path tracing with next-event estimation, for many camera rays at once (wavefront).
 #pragma once
 
 #include <array>

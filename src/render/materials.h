@@ -1,4 +1,4 @@
-// How surfaces scatter light: a diffuse base under a dielectric coat, metal, and mixtures of two
+// BSDF of surface materials: a diffuse base under a dielectric coat, metal, and mixtures of two
 // such materials. All lobes are evaluated together, so a mixture costs no noise.
 #pragma once
 

@@ -1,5 +1,5 @@
-// One frame, ray-traced: meshes and models with looks, a camera, lights -> image with AOVs. The
-// only room that includes Embree.
+// Renderer: ray traces one frame of meshes, camera and lights into an image with AOVs. The only
+// room that includes Embree.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
-// Every key of a scene file, once: its name, its place in the structs, its range and its meaning. A
-// visitor walks this description: one reads JSON into the structs, one writes the JSON Schema, one
-// writes a scene back. To add a setting, add a member in scene.h and a line here.
+// Scene file keys (reflection): the name of every key, its member in the structs, its range and its
+// meaning. A visitor walks this description: one reads JSON into the structs, one writes the JSON
+// Schema, one writes a scene back. To add a setting, add a member in scene.h and a line here.
 //
 // A visitor `v` offers integer, number, boolean, choice, text, text_map, path, vector, scale,
 // color, integers, numbers, object, objects, actors.

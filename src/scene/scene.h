@@ -1,6 +1,6 @@
-// The scene as plain structs: what a scene JSON says after defaults. Lengths in scene units, angles
-// in degrees, colours scene-linear. scene/describe.h names every field, its range and its meaning
-// once; the parser, the JSON Schema and `info` all read that description.
+// Scene settings as plain structs: the content of a scene file with defaults filled in. Lengths in
+// scene units, angles in degrees, colours scene-linear. scene/describe.h names every field, its
+// range and its meaning once; the parser, the JSON Schema and `info` all read that description.
 #pragma once
 
 #include <algorithm>

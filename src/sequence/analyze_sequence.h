@@ -1,4 +1,4 @@
-// What there is to analyze: a scene's morphs, or any program's meshes.
+// Morph analysis of a scene's legs, or of a sequence of mesh files.
 #pragma once
 
 #include <filesystem>

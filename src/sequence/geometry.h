@@ -1,5 +1,4 @@
-// What one frame shows: each actor's balls, surface and mesh, as a closed form of the frame's
-// number.
+// Frame geometry: each actor's balls, surface and mesh, as a function of the frame's number alone.
 #pragma once
 
 #include <string>

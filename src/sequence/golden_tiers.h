@@ -1,5 +1,5 @@
-// What golden frames cannot show: that a build agrees with itself to the bit, and that its noise is
-// only noise.
+// Golden tests without reference images: bit-identical results within one build, and noise that is
+// unbiased.
 #pragma once
 
 #include <vector>

@@ -1,4 +1,4 @@
-// Everything that is done once before the first frame: models, spheres, balls, plans, camera.
+// Scene preparation before the first frame: models, spheres, balls, plans, camera.
 #pragma once
 
 #include <filesystem>

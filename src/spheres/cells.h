@@ -1,4 +1,4 @@
-// Cells of an octree around a model, and the tree of spheres made of the chosen ones.
+// Octree cells around a model, and the sphere tree made of the chosen ones.
 #pragma once
 
 #include <cmath>

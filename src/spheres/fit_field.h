@@ -1,4 +1,4 @@
-// The field of the balls that are being fitted, its residuals and their derivatives.
+// Residuals and Jacobian of the metaball fit.
 #pragma once
 
 #include <Eigen/Dense>

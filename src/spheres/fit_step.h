@@ -1,4 +1,4 @@
-// One damped Gauss-Newton step of the fit.
+// Levenberg-Marquardt step of the metaball fit (conjugate gradients on the normal equations).
 #pragma once
 
 #include <vector>

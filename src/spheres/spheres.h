@@ -1,4 +1,4 @@
-// Model -> spheres, and spheres -> balls of a field.
+// Sphere approximation of a model, and conversion of spheres to the balls of a field.
 #pragma once
 
 #include <cstdint>

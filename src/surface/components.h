@@ -1,4 +1,4 @@
-// Specks that come off a surface.
+// Connected components of a mesh: removal of small ones.
 #pragma once
 
 #include <cstddef>

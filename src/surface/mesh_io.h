@@ -1,4 +1,4 @@
-// Surfaces and balls as files.
+// Mesh export (OBJ, PLY) and ball files (JSON, CSV).
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The boundary stage that moves a model's own mesh onto its balls' surface (report
+// Mesh projection onto the balls' surface: the boundary stage that moves a model's own mesh (report
 // requirement 2.2).
 #pragma once
 
