@@ -16,8 +16,6 @@
 
 namespace polymorph {
 
-enum class Backend : std::uint8_t { kCpu, kCuda };
-
 /// How the field is sampled and the surface placed.
 struct ExtractSettings {
   FieldKind field = FieldKind::kGaussian;

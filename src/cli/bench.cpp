@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -10,9 +9,9 @@
 #include "base/log.h"
 #include "base/parallel.h"
 #include "base/random.h"
+#include "base/stopwatch.h"
 #include "cli/command_line.h"
 #include "cli/numbers.h"
-#include "morph/plan.h"
 #include "render/ray_bench.h"
 #include "render/render.h"
 #include "scene/json_text.h"
@@ -74,10 +73,9 @@ template <class F>
 Result<Timing> time_it(int repeats, const F& run) {
   std::vector<double> seconds;
   for (int i = 0; i <= repeats; ++i) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch stopwatch;
     PM_TRY_STATUS(run());
-    const double s =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double s = stopwatch.seconds();
     if (i > 0) seconds.push_back(s);  // the first warms up
   }
   return timing_of(seconds);

@@ -92,7 +92,4 @@ BsdfValueOf<Pack3> evaluate_bsdf(const BsdfOf<Pack3>& bsdf, const Pack3& directi
 Vec3 sample_bsdf(const Bsdf& bsdf, float u, float v);
 Pack3 sample_bsdf(const BsdfOf<Pack3>& bsdf, Pack u, Pack v);
 
-/// Directional albedo of a GGX lobe, F0 = `f0`, at cosine `cosine`; with multiple scattering.
-Vec3 gloss_albedo(Vec3 f0, float alpha, float cosine);
-
 }  // namespace polymorph
