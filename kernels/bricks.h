@@ -190,10 +190,10 @@ struct CountBricks {
   }
 };
 
-/// The field of balls at each brick's points, and what CountBricks makes of it. One team a brick.
+/// The field of balls at each brick's points, and what CountBricks makes of it. One team per brick.
 ///
-/// Where balls never end, values come from the brick's list and polynomial; where such a value is
-/// so near to iso that the exact one may lie beyond, the exact one takes its place.
+/// Where support is infinite, values come from the brick's list and polynomial; where such a value
+/// is so near to iso that the exact one may lie beyond, the exact one takes its place.
 template <class F>
 struct SampleBricks : CountBricks {
   static constexpr int kThreads = 128;
@@ -209,7 +209,7 @@ struct SampleBricks : CountBricks {
   int sample_stride = 1;
   View<const std::uint32_t> entries;
   View<const typename F::Ball> balls;
-  // Where balls never end:
+  // Where support is infinite:
   View<const FarField> far;  ///< of each brick
   BallList all_balls;
 

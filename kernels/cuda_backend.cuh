@@ -123,7 +123,7 @@ struct CudaTeam {
 #endif
 };
 
-/// One block an item; as many items as *count says, but never more than there is memory for.
+/// One block per item; as many items as *count says, but never more than there is memory for.
 template <class F>
 __global__ void __launch_bounds__(F::kThreads)
     run_teams(const std::int64_t* count, std::int64_t limit, int parts, F f) {

@@ -30,7 +30,7 @@ PM_HD inline V strength(const typename F::Ball& ball, V q) {
   }
 }
 
-/// Writes the values at kRun neighbouring points; kMaps quadruples a ball. One team a run. Each
+/// Writes the values at kRun neighbouring points; kMaps quadruples per ball. One team per run. Each
 /// ball is looked at for as many boxes at once as V has lanes.
 template <class F, class V, int kMaps>
 struct InterpolateAttributes {

@@ -41,7 +41,7 @@ struct AffineMap {
   Vec3 offset;
 };
 
-/// What is regressed: one or two quadruples of values a sample (maps), and where.
+/// What is regressed: one or two quadruples of values per sample (maps), and where.
 struct Regression {
   std::vector<RegressionSample> samples;
   int maps = 1;

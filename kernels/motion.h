@@ -129,7 +129,7 @@ PM_HD inline Ball ball_between(const BallPath& path, const MotionState& moment,
   return ball;
 }
 
-/// Puts each ball where it is; one item a ball.
+/// Puts each ball where it is; one item per ball.
 struct MoveBalls {
   View<const BallPath> paths;
   View<const PathPart> parts;

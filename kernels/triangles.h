@@ -12,7 +12,7 @@
 
 namespace polymorph {
 
-/// Writes the triangles of each brick. One team a brick.
+/// Writes the triangles of each brick. One team per brick.
 struct EmitTriangles {
   static constexpr int kThreads = 128;
   struct Scratch {

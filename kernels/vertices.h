@@ -59,7 +59,7 @@ struct Bracket {
   }
 };
 
-/// Edges of one brick, one a lane, as columns.
+/// Edges of one brick, one per lane, as columns.
 template <int kLanes>
 struct EdgeColumns {
   alignas(32) float x[kLanes], y[kLanes], z[kLanes];  ///< lower end
@@ -125,7 +125,7 @@ struct BallVertices {
   bool midpoint = false;
   View<const std::uint32_t> entries;
   View<const typename F::Ball> balls;
-  // Where balls never end:
+  // Where support is infinite:
   View<const FarField> far;  ///< of each brick
   BallList all_balls;
 
@@ -136,7 +136,7 @@ struct BallVertices {
   }
 };
 
-/// Writes position and normal of each vertex. One team a brick. Source: field_of(brick, number).
+/// Writes position and normal of each vertex. One team per brick. Source: field_of(brick, number).
 template <class Source>
 struct PlaceVertices {
   static constexpr int kThreads = 128;

@@ -27,8 +27,8 @@ struct CellValues {
 };
 
 /// The share of each cell that lies inside a closed, outward mesh, in [0, 1]: exact along z in two
-/// by two lines a cell. Lines that enter and leave unequally often (the mesh is open there) do not
-/// count. The grid is the mesh's box with `margin` around it.
+/// by two lines per cell. Lines that enter and leave unequally often (the mesh is open there) do
+/// not count. The grid is the mesh's box with `margin` around it.
 CellValues occupancy_of(const Mesh& mesh, double cell, double margin);
 
 /// Of all cells together, in cells.

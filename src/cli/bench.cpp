@@ -227,7 +227,7 @@ Status bench_surface(const BenchOptions& options, const std::string& device,
   return bench_carry(options, name, balls, settings, extractor, mesh, rows);
 }
 
-/// The report's Table 6.7: frames a second over skin and influence resolution, here with the
+/// The report's Table 6.7: frames per second over skin and influence resolution, here with the
 /// influence in whole cells; and what the interpolation costs in accuracy.
 Status bench_table(const BenchOptions& options, SurfaceExtractor& extractor,
                    nlohmann::ordered_json& rows) {
@@ -412,7 +412,7 @@ void add_bench(CommandLine& line) {
       ->check(CLI::IsMember({"gaussian", "wyvill", "inverse_square"}))
       ->type_name("FIELD")
       ->group("Main");
-  command->add_option("--spp", options->samples, "samples a pixel (16)")
+  command->add_option("--spp", options->samples, "samples per pixel (16)")
       ->transform(number_from(1, 65536))
       ->type_name("N")
       ->group("Main");

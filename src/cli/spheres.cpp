@@ -232,7 +232,7 @@ void add_spheres(CommandLine& line) {
   error->excludes(balls);
   command
       ->add_option("--resolution", options->resolution,
-                   "of octree and active: 2^(R-1) cells an axis")
+                   "of octree and active: 2^(R-1) cells per axis")
       ->transform(number_from(1, 9))
       ->type_name("R")
       ->group("Main");

@@ -54,7 +54,7 @@ class ErrorList {
   void add(std::uint32_t line, const std::string& text);
   bool empty() const { return items_.empty(); }
   bool full() const { return items_.size() >= kLimit; }
-  Error error() const;  ///< all of them, one a line, "FILE:LINE: text"; kInput
+  Error error() const;  ///< all of them, one per line, "FILE:LINE: text"; kInput
 
  private:
   struct Item {

@@ -74,7 +74,7 @@ std::vector<Pair> pair_nearest(const CostPair& sides) {
   return with_equal_shares(ends, n, m);
 }
 
-/// Which balls of each side may be paired with which: one problem a label, or one of all.
+/// Which balls of each side may be paired with which: one problem per label, or one of all.
 struct Subproblem {
   std::vector<std::uint32_t> from, to;
 };

@@ -60,7 +60,7 @@ constexpr B sobol_second(B index) {
 /// What all pixels of a frame share.
 struct FrameSampler {
   std::uint64_t key = 0;  ///< of (seed, frame)
-  int sample_bits = 0;    ///< 2^sample_bits >= samples a pixel
+  int sample_bits = 0;    ///< 2^sample_bits >= samples per pixel
 };
 FrameSampler make_frame_sampler(std::uint64_t seed, int frame, int samples);
 

@@ -52,7 +52,7 @@ void describe(V& v, ObjectSettings& s) {
   v.boolean("arrange", s.arrange, "take part in the scene's \"arrange\"");
   v.vector("translate", s.translate, "shift, in scene units, after everything else");
   v.vector("rotate", s.rotate, "degrees about x, then y, then z");
-  v.scale("scale", s.scale, "one factor, or one an axis");
+  v.scale("scale", s.scale, "one factor, or one per axis");
   v.color("color", s.color, "paint the whole object in this colour instead of its materials");
   v.number("roughness", s.roughness, 0, 1, "of all its materials, 0 is a mirror");
   v.number("metallic", s.metallic, 0, 1, "of all its materials, 1 is metal");
@@ -75,7 +75,7 @@ void describe(V& v, FrameSettings& s) {
       "per_leg", s.per_leg, 1, 100000,
       "frames of each leg (object to next object) of every actor without its own; instead of "
       "count");
-  v.number("fps", s.fps, 0.1, 1000, "frames a second, for GIF and movie and the EXR header");
+  v.number("fps", s.fps, 0.1, 1000, "frames per second, for GIF and movie and the EXR header");
   v.integer("hold_start", s.hold_start, 0, 10000, "extra frames that stand still at the start");
   v.integer("hold_end", s.hold_end, 0, 10000, "extra frames that stand still at the end");
 }
@@ -303,6 +303,10 @@ void describe(V& v, GroundSettings& s) {
             "keep only the shadows it catches, in alpha, for putting the picture on another");
 }
 
+inline constexpr const char* kLookHelp =
+    "material of the surface while it morphs: the objects' own colours and textures, carried "
+    "along, or one common look that the models fade to and from";
+
 template <class V>
 void describe(V& v, LookSettings& s) {
   v.choice("kind", s.kind,
@@ -310,9 +314,7 @@ void describe(V& v, LookSettings& s) {
             {"metal", LookKind::kMetal},
             {"matte", LookKind::kMatte},
             {"glass", LookKind::kGlass}},
-           "what the surface wears between the models: their own colours and textures, carried "
-           "along, or "
-           "one common look that they fade to and from");
+           kLookHelp);
   v.color("color", s.color, "of the common look");
   v.number("roughness", s.roughness, 0, 1, "of the metal or the glass: 0 is a mirror");
   v.number("ior", s.ior, 1, 3, "refractive index of the glass");
@@ -322,7 +324,7 @@ template <class V>
 void describe(V& v, ImageSettings& s) {
   v.integer("width", s.width, 1, 32768, "pixels");
   v.integer("height", s.height, 1, 32768, "pixels");
-  v.integer("samples", s.samples, 1, 65536, "a pixel; with `noise`, the most for one");
+  v.integer("samples", s.samples, 1, 65536, "per pixel; with `noise`, the maximum for one pixel");
   v.number("noise", s.noise, 0, 1,
            "sample until a pixel's estimated error, over the root of its brightness, is below this "
            "(0.01 is clean, 0.05 a draft); 0: the same number everywhere");
@@ -332,8 +334,7 @@ void describe(V& v, ImageSettings& s) {
   v.boolean("transparent", s.transparent, "alpha 0 instead of a backdrop");
   v.text("aovs", s.aovs,
          "layers of an EXR beside R, G, B, A: Z, N, P, albedo, uv, motion, morph, label, id, "
-         "separated by "
-         "commas, or all, or none");
+         "separated by commas, or all, or none");
 }
 
 template <class V>
@@ -365,9 +366,9 @@ void describe(V& v, ActorSettings& s) {
   v.integers("per_leg", s.per_leg, 1, 100000,
              "frames of each of its legs; default: the scene's, else it moves until the scene "
              "ends");
-  v.vector("translate", s.translate, "shift on the stage, in scene units, after everything else");
-  v.vector("rotate", s.rotate, "degrees about x, then y, then z, about the stage's origin");
-  v.scale("scale", s.scale, "one factor, or one an axis, about the stage's origin");
+  v.vector("translate", s.translate, "shift in the scene, in scene units, after everything else");
+  v.vector("rotate", s.rotate, "degrees about x, then y, then z, about the scene's origin");
+  v.scale("scale", s.scale, "one factor, or one per axis, about the scene's origin");
   v.object("plan", s.plan, "which ball becomes which; default: the scene's");
 }
 
@@ -389,15 +390,12 @@ void describe(V& v, Scene& s) {
   v.object("field", s.field, "the metaball field");
   v.object("boundary", s.boundary, "the change between model and balls");
   v.object("surface", s.surface, "the extracted surface");
-  v.object("camera", s.camera, "");
-  v.object("lights", s.lights, "");
-  v.object("ground", s.ground, "");
-  v.object("look", s.look,
-           "what the surface wears between the models: their own colours and textures, carried "
-           "along, or "
-           "one common look that they fade to and from");
+  v.object("camera", s.camera, "where the camera stands, its lens and shutter");
+  v.object("lights", s.lights, "key light, sky and lamps");
+  v.object("ground", s.ground, "the floor below the objects");
+  v.object("look", s.look, kLookHelp);
   v.object("image", s.image, "size and quality of the frames");
-  v.object("output", s.output, "");
+  v.object("output", s.output, "files that are written");
 }
 
 }  // namespace polymorph

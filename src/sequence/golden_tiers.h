@@ -20,7 +20,7 @@ Result<std::vector<ReportCase>> test_golden_bits(const GoldenSuite& suite,
 
 /// Renders each frame `runs` (at least 4) times under other seeds and asks whether the golden could
 /// be one of them (compare/statistics.h): the test for changes of the sampler, or of the number of
-/// samples, which move every pixel. One case a frame.
+/// samples, which move every pixel. One case per frame.
 Result<std::vector<ReportCase>> test_golden_statistics(const GoldenSuite& suite,
                                                        const GoldenSettings& settings, int runs);
 

@@ -130,7 +130,7 @@ class SequenceRun {
     if (!settings_.isa.empty())
       prepared_.hash = Hasher().add(prepared_.hash).add(settings_.isa).hex();
     report_.scene_hash = prepared_.hash;
-    if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // nobody would see them
+    if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // PNG has no layers
     report_.frames.resize(settings_.frames.size());
     const Stopwatch frames;
     Status status = all_frames();

@@ -25,7 +25,7 @@ Vector3d to_eigen(Vec3 p) { return {p.x, p.y, p.z}; }
 /// Samples, targets and state of one fit.
 struct Fit {
   std::vector<FitBall> balls;
-  std::vector<FitPoint> points;  ///< three a sample (surface, outside, inside), then free ones
+  std::vector<FitPoint> points;  ///< three per sample (surface, outside, inside), then free ones
   std::vector<FitPoint> free;    ///< free points that were never on the wrong side
   std::size_t sample_count = 0;
   double length = 1;
@@ -158,7 +158,7 @@ std::vector<FitPoint> free_points(const std::vector<BoundarySample>& samples,
 }
 
 /// Takes up the free points that the fit has on the wrong side. Most never are, and cost one look a
-/// round instead of one a step; those once taken up stay.
+/// round instead of one per step; those once taken up stay.
 void add_wrong(Fit& fit) {
   const std::vector<double> psi = psi_at(fit.balls, fit.free);
   std::vector<FitPoint> right;
