@@ -62,8 +62,4 @@ SphereTree active_spheres(const InsideTest& test, const RootCube& root, int fine
 Result<SphereTree> cell_spheres(const Model& model, const InsideTest& test,
                                 const SphereSettings& settings, std::size_t most);
 
-/// Raised whenever approximate() may answer differently for the same model and settings: part of
-/// the cache key.
-inline constexpr std::uint32_t kSpheresVersion = 3;
-
 }  // namespace polymorph
