@@ -1,5 +1,5 @@
-// The metrics of a morph that need no balls: how lumpy its frames are beside its ends, and how even
-// its steps. Formulas: docs/method.md, Quality.
+// Smoothness metrics of a morph that need no balls: roughness of the frames relative to the end
+// models, and evenness of the steps. Formulas: docs/method.md, Quality.
 #pragma once
 
 #include <vector>

@@ -57,11 +57,11 @@ Fit refine(const CostSide& a, const CostSide& b, float label_cost, Mat3 rotation
 
 }  // namespace
 
-Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const Flow> flows) {
+Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const TransportFlow> flows) {
   Mat3 sum{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
   // The outward directions turn with the object and count as in the cost.
   for (std::size_t first = 0; first < CostSide::kTurning; first += 3)
-    for (const Flow& flow : flows)
+    for (const TransportFlow& flow : flows)
       for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c)
           sum.at(r, c) +=

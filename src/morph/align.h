@@ -1,4 +1,4 @@
-// How one object is best laid upon the other before their balls are paired.
+// Rigid alignment (weighted Procrustes) of two objects before their balls are paired.
 #pragma once
 
 #include <span>
@@ -16,6 +16,6 @@ namespace polymorph {
 Mat3 find_rotation(const CostSide& a, const CostSide& b, float label_cost, double gain);
 
 /// The turn that makes the flows' distances least, both sides about their origins.
-Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const Flow> flows);
+Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const TransportFlow> flows);
 
 }  // namespace polymorph

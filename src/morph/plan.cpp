@@ -74,7 +74,7 @@ std::vector<Pair> pair_nearest(const CostPair& sides) {
   return with_equal_shares(ends, n, m);
 }
 
-/// Which balls of each side may be paired with which: one problem a label, or one of all.
+/// Which balls of each side may be paired with which: one problem per label, or one of all.
 struct Subproblem {
   std::vector<std::uint32_t> from, to;
 };
@@ -172,11 +172,11 @@ std::vector<Pair> pair_by_transport(const CostPair& sides, LabelMode mode) {
     const TransportPlan plan = solve_transport(supply, demand, rows, gap);
     // Shares by what the flows are, so that whole-number masses leave no rest.
     std::vector<double> from_sum(supply.size(), 0), to_sum(demand.size(), 0);
-    for (const Flow& flow : plan.flows) {
+    for (const TransportFlow& flow : plan.flows) {
       from_sum[flow.from] += flow.amount;
       to_sum[flow.to] += flow.amount;
     }
-    for (const Flow& flow : plan.flows)
+    for (const TransportFlow& flow : plan.flows)
       pairs.push_back({part.from[flow.from], part.to[flow.to],
                        static_cast<float>(flow.amount / from_sum[flow.from]),
                        static_cast<float>(flow.amount / to_sum[flow.to])});
@@ -192,8 +192,8 @@ void set_masses(std::vector<Pair>& pairs, std::span<const double> from,
                 2;
 }
 
-std::vector<Flow> flows_of(const std::vector<Pair>& pairs) {
-  std::vector<Flow> flows;
+std::vector<TransportFlow> flows_of(const std::vector<Pair>& pairs) {
+  std::vector<TransportFlow> flows;
   for (const Pair& pair : pairs) flows.push_back({pair.from, pair.to, pair.mass});
   return flows;
 }

@@ -1,5 +1,5 @@
-// The state machine of a morph (report Fig. 5.14): which stage a frame is in, as a closed form of
-// its number.
+// Timeline of a morph, its state machine (report Fig. 5.14): the stage that a frame is in, as a
+// function of its number alone.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// A path of light on its way from the camera, and what it meets where nothing scatters it: the sky,
-// suns and lamps.
+// Path state of the path tracer, and the light that a path's ray receives from the sky, suns and
+// lamps that it hits.
 #pragma once
 
 #include "render/sampler.h"

@@ -1,4 +1,4 @@
-// What happens to paths where they meet a floor or a mesh.
+// Path scattering at surfaces: BSDF sampling, glass, shadow catcher.
 #pragma once
 
 #include "render/glass.h"

@@ -1,4 +1,4 @@
-// All that a ray can meet, and what meets it first.
+// Ray intersection with the whole scene: meshes, floor, sky, suns and lamps.
 #pragma once
 
 #include <cstdint>

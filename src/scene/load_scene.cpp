@@ -9,6 +9,7 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "base/text.h"
+#include "image/srgb.h"
 #include "scene/describe.h"
 #include "scene/json_text.h"
 
@@ -334,9 +335,7 @@ class ReadFields {
         if (digit == std::string_view::npos) return false;
         byte = byte * 16 + static_cast<int>(digit > 15 ? digit - 6 : digit);
       }
-      const float encoded = static_cast<float>(byte) / 255.0f;
-      channel[i] =
-          encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+      channel[i] = srgb_to_linear(static_cast<float>(byte) / 255.0f);
     }
     out = {channel[0], channel[1], channel[2]};
     return true;

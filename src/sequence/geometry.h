@@ -1,5 +1,4 @@
-// What one frame shows: each actor's balls, surface and mesh, as a closed form of the frame's
-// number.
+// Frame geometry: each actor's balls, surface and mesh, as a function of the frame's number alone.
 #pragma once
 
 #include <string>
@@ -108,7 +107,7 @@ Result<std::vector<std::uint32_t>> surface_labels(const PreparedActor& actor,
 /// A frame as a mesh: of each actor its surface or, where it has none, its model.
 struct FrameMesh {
   Mesh mesh;
-  MeshTags tags;     ///< a part an actor; labels "beak", or "actor.beak" of several
+  MeshTags tags;     ///< a part per actor; labels "beak", or "actor.beak" of several
   std::string what;  ///< "surface", "model" or both: "surface, model"
 };
 /// Errors: the extractor's.

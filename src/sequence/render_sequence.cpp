@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <deque>
 #include <future>
 #include <nlohmann/json.hpp>
@@ -16,6 +15,7 @@
 #include "base/log.h"
 #include "base/parallel.h"
 #include "base/program_identity.h"
+#include "base/stopwatch.h"
 #include "base/text.h"
 #include "image/image_io.h"
 #include "scene/json_text.h"
@@ -25,13 +25,8 @@ namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 
 constexpr const char* kHashAttribute = "polymorph/scene_hash";
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 std::uint64_t peak_memory_bytes() {
   struct rusage usage {};
@@ -109,7 +104,7 @@ class SequenceRun {
       : settings_(settings), progress_(progress) {}
 
   Result<RunReport> run(const Scene& scene) {
-    const auto start = Clock::now();
+    const Stopwatch stopwatch;
     report_.threads = thread_count();
     PM_TRY_STATUS(check_outputs(settings_));
     PM_TRY(extractor_, make_extractor(settings_.device, report_.device, settings_.max_memory));
@@ -124,7 +119,7 @@ class SequenceRun {
     if (!settings_.keep_going)
       for (const int frame : settings_.frames)
         for (const fs::path& file : files_of(settings_, frame)) PM_TRY_STATUS(check_writable(file));
-    report_.prepare_seconds = seconds_since(start);
+    report_.prepare_seconds = stopwatch.seconds();
     PM_CHECK(settings_.jobs >= 1);
     for (int i = 0; i < settings_.jobs; ++i) {
       PM_TRY(Renderer renderer, Renderer::create(settings_.isa));
@@ -135,18 +130,18 @@ class SequenceRun {
     if (!settings_.isa.empty())
       prepared_.hash = Hasher().add(prepared_.hash).add(settings_.isa).hex();
     report_.scene_hash = prepared_.hash;
-    if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // nobody would see them
+    if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // PNG has no layers
     report_.frames.resize(settings_.frames.size());
-    const auto frames_start = Clock::now();
+    const Stopwatch frames;
     Status status = all_frames();
     // What is under way when one fails or all must stop is finished, so that no frame is half.
     Status rest = drain();
     if (status) status = std::move(rest);
     if (!status && !settings_.keep_going) return std::move(status).error();
     std::erase_if(report_.frames, [](const FrameRecord& record) { return record.frame == 0; });
-    report_.frames_seconds = seconds_since(frames_start);
+    report_.frames_seconds = frames.seconds();
     report_.peak_memory = peak_memory_bytes();
-    report_.total_seconds = seconds_since(start);
+    report_.total_seconds = stopwatch.seconds();
     return std::move(report_);
   }
 
@@ -186,7 +181,7 @@ class SequenceRun {
       return finished(record);
     }
     if (settings_.dry_run) return finished(record);
-    const auto start = Clock::now();
+    const Stopwatch stopwatch;
     auto geometry = geometry_at(prepared_, *extractor_, record.frame);
     if (!geometry) {
       PM_TRY_STATUS(drain());
@@ -197,7 +192,7 @@ class SequenceRun {
     record.vertices = surface.positions.size();
     record.triangles = surface.triangles.size();
     if (record.triangles > 0) record.digest = mesh_digest(surface);
-    record.surface_seconds = seconds_since(start);
+    record.surface_seconds = stopwatch.seconds();
     Status before = Ok{};
     if (idle_.empty()) before = finish_tracing();
     begin_tracing(index, std::move(*geometry));
@@ -212,9 +207,9 @@ class SequenceRun {
   void begin_tracing(std::size_t index, FrameGeometry geometry) {
     auto task = [this, geometry = std::move(geometry),
                  renderer = std::exchange(idle_.back(), nullptr)]() mutable -> Traced {
-      const auto start = Clock::now();
+      const Stopwatch stopwatch;
       auto image = render_frame(prepared_, geometry, *renderer, report_.device, settings_.command);
-      return {std::move(image), seconds_since(start), std::move(renderer)};
+      return {std::move(image), stopwatch.seconds(), std::move(renderer)};
     };
     idle_.pop_back();
     tracing_.emplace_back(index, std::async(policy(), std::move(task)));
@@ -234,9 +229,9 @@ class SequenceRun {
     if (!traced.image) return failed(record, traced.image.error());
     const int frame = record.frame;
     auto task = [this, frame, image = std::move(*traced.image)]() -> Written {
-      const auto start = Clock::now();
+      const Stopwatch stopwatch;
       Status status = write_frame(image, settings_, prepared_.scene, frame);
-      return {std::move(status), seconds_since(start)};
+      return {std::move(status), stopwatch.seconds()};
     };
     writing_.emplace_back(index, std::async(policy(), std::move(task)));
     return before;

@@ -1,4 +1,4 @@
-// A sequence of frames to files: order, names, resume, progress, report.
+// Rendering of a frame sequence to files: order, names, resume, progress, report.
 #pragma once
 
 #include <atomic>

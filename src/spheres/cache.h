@@ -12,6 +12,10 @@
 
 namespace polymorph {
 
+/// Part of the cache key. Raise it whenever approximate() may answer differently for the same model
+/// and settings; the test Cache.DigestsArePinned says when.
+inline constexpr std::uint32_t kSpheresVersion = 3;
+
 /// Length of a key: the hex digits of a Hasher.
 inline constexpr std::size_t kCacheKeySize = 32;
 

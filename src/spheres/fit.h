@@ -1,4 +1,5 @@
-// Balls whose surface is the model: a least-squares fit of a Gaussian field to a solid's boundary.
+// Metaball fitting: a nonlinear least-squares fit (Levenberg-Marquardt) of a Gaussian field to a
+// solid's boundary.
 #pragma once
 
 #include <cstddef>

@@ -62,7 +62,7 @@ TEST(Shapes, AreClosedOutwardStandingAndOfTheRightGenus) {
 }
 
 TEST(Shapes, NormalsAgreeWithTheFacesAndUvsDoNotTear) {
-  for (const std::string& name : shape_names()) {
+  for (const std::string& name : kShapeNames) {
     SCOPED_TRACE(name);
     const Model model = shape(name);
     const std::vector<Vec3> faces = face_normals(model);
