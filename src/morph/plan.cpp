@@ -253,8 +253,8 @@ double lowest(const std::vector<Ball>& balls) {
 /// Pairs and turn of a morph from `plan.from` to `plan.to`.
 Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
                 const PlanSettings& settings) {
-  const std::vector<double> from_mass = ball_masses(plan.from, plan.kind);
-  const std::vector<double> to_mass = ball_masses(plan.to, plan.kind);
+  const std::vector<double>& from_mass = plan.from_masses;
+  const std::vector<double>& to_mass = plan.to_masses;
   if (settings.method == PlanMethod::kIndex) {
     plan.pairs = pair_by_index(plan.from.size(), plan.to.size(), settings.seed);
     set_masses(plan.pairs, from_mass, to_mass);
@@ -280,25 +280,26 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
                      : pair_by_transport(sides, settings.label_mode);
     set_masses(plan.pairs, from_mass, to_mass);
   };
-  Mat3 rotation;
+  FoundRotation found;
   if (settings.align == AlignMethod::kRigid || settings.align == AlignMethod::kSimilarity) {
     // While the turn is looked for, hard labels are dear ones.
     constexpr float kHardCost = 100;
     const float label_cost = settings.label_mode == LabelMode::kHard ? kHardCost : sides.label_cost;
-    rotation =
-        find_rotation(sides.a, sides.b, label_cost, static_cast<double>(settings.align_gain));
+    found = find_rotation(sides.a, sides.b, label_cost, static_cast<double>(settings.align_gain),
+                          static_cast<double>(settings.align_tip_residual));
   }
+  Mat3 rotation = found.rotation;
   const bool turns = angle_of(rotation) > 0;
   const CostSide unturned = sides.a;
   if (turns) sides.a = turned(unturned, rotation);
   pair_up();
   // The turn was found on a few dozen balls: once more with all.
   for (int step = 0; turns && step < 2; ++step) {
-    rotation = fit_rotation(unturned, sides.b, flows_of(plan.pairs));
+    rotation = fit_rotation(unturned, sides.b, flows_of(plan.pairs), found.axis);
     sides.a = turned(unturned, rotation);
     pair_up();
   }
-  return turns ? fit_rotation(unturned, sides.b, flows_of(plan.pairs)) : rotation;
+  return turns ? fit_rotation(unturned, sides.b, flows_of(plan.pairs), found.axis) : rotation;
 }
 
 }  // namespace
@@ -315,6 +316,8 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
   plan.to = to.balls;
   plan.from_labels = from.labels;
   plan.to_labels = to.labels;
+  plan.from_masses = ball_masses(plan.from, plan.kind);
+  plan.to_masses = ball_masses(plan.to, plan.kind);
   const Mat3 rotation = find_pairs(plan, from, to, settings);
   std::sort(plan.pairs.begin(), plan.pairs.end(), [](const Pair& a, const Pair& b) {
     return std::pair(a.from, a.to) < std::pair(b.from, b.to);
@@ -322,6 +325,7 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
   plan.alignment = fit_alignment(plan, rotation, settings.align);
   if (swap) {
     std::swap(plan.from, plan.to);
+    std::swap(plan.from_masses, plan.to_masses);
     std::swap(plan.from_labels, plan.to_labels);
     for (Pair& pair : plan.pairs) {
       std::swap(pair.from, pair.to);

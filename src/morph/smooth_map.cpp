@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "morph/features.h"
-#include "morph/mass.h"
 #include "morph/motion.h"
 #include "surface/grid.h"
 
@@ -180,10 +179,8 @@ FrameMap frame_map(const MorphPlan& plan, float time, const std::vector<Ball>& b
 }
 
 std::vector<float> pair_leads(const MorphPlan& plan) {
-  const auto distances = [&](const std::vector<Ball>& balls) {
-    return ball_features(balls, ball_masses(balls, plan.kind)).distance;
-  };
-  const std::vector<float> from = distances(plan.from), to = distances(plan.to);
+  const std::vector<float> from = ball_features(plan.from, plan.from_masses).distance,
+                           to = ball_features(plan.to, plan.to_masses).distance;
   std::vector<float> leads;
   for (const Pair& pair : plan.pairs)
     leads.push_back(std::clamp(from[pair.from] - to[pair.to], -1.0f, 1.0f));

@@ -118,8 +118,8 @@ void describe(V& v, LandmarkSettings& s) {
 
 template <class V>
 void describe(V& v, PlanSettings& s) {
-  auto& [method, seed, align, align_gain, size_weight, feature_weight, landmark_weight,
-         label_weight, label_mode, labels, landmarks] = s;
+  auto& [method, seed, align, align_gain, align_tip_residual, size_weight, feature_weight,
+         landmark_weight, label_weight, label_mode, labels, landmarks] = s;
   v.choice("method", method,
            {{"index", PlanMethod::kIndex},
             {"nearest", PlanMethod::kNearest},
@@ -135,6 +135,9 @@ void describe(V& v, PlanSettings& s) {
            "how the objects are laid upon each other before balls are paired");
   v.number("align_gain", align_gain, 0, 1,
            "a turn is kept only if it makes the plan this share cheaper");
+  v.number("align_tip_residual", align_tip_residual, 0, 100,
+           "a turn that tips the object over is kept only if it leaves at most this mean squared "
+           "distance between paired balls, over their mean squared radius; 0 = never");
   v.number("size_weight", size_weight, 0, 1000, "of unlike ball sizes in the cost");
   v.number("feature_weight", feature_weight, 0, 1000,
            "of unlike features: distance along the body, linear or flat surroundings, which way "

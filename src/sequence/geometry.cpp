@@ -75,7 +75,7 @@ std::vector<std::uint32_t> model_labels(const PreparedActor& actor, const Prepar
 ObjectLayer object_layer(const PreparedActor& actor, std::size_t object, const Mesh& surface,
                          std::span<const Vec3> at, float share = 1) {
   const PreparedObject& o = actor.objects[object];
-  return {object, share, transfer_materials(o.model, *o.closest, o.charts, at, surface.triangles)};
+  return {object, share, transfer_materials(o.model, *o.outer, o.charts, at, surface.triangles)};
 }
 
 /// The objects' size at an eased time, by which a smooth map measures.
@@ -93,7 +93,7 @@ void add_shading(const PreparedObject& object, const AffineMap& map, const std::
   const Model& model = object.model;
   if (model.corner_normals.size() != 3 * model.triangles.size() || normals.size() != at.size())
     return;
-  const std::vector<ClosestPoint> closest = object.closest->closest(at);
+  const std::vector<ClosestPoint> closest = object.outer->closest(at);
   // Gradients turn back by the transposed map.
   const auto turned = [&](Vec3 n) {
     return normalized(map.rows[0] * n.x + map.rows[1] * n.y + map.rows[2] * n.z);
@@ -135,6 +135,55 @@ Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const std::vect
   return pull_back(leg.plan, time, balls, points, extractor);
 }
 
+float smooth_step(float from, float to, float u) {
+  const float t = std::clamp((u - from) / (to - from), 0.0f, 1.0f);
+  return t * t * (3 - 2 * t);
+}
+
+/// When a leg's colours change, by its progress: the source's detail goes, then the colours that
+/// are left turn into the target's, then the target's detail comes. Detail of both at once would
+/// show a face on a back; half way, where maps stretch most, it would be torn.
+struct ColorFade {
+  float color;           ///< share of the target
+  float source, target;  ///< shares of either's detail
+};
+ColorFade color_fade(float u) {
+  return {smooth_step(0.2f, 0.8f, u), 1 - smooth_step(0.1f, 0.45f, u), smooth_step(0.55f, 0.9f, u)};
+}
+
+Vec3 plain_color(const PreparedObject& object, Vec3 at) {
+  return object.colors ? object.colors->at(at) : object.model.materials.front().color;
+}
+
+/// The surface's colours without detail after a leg, on what they were before it.
+void fade_colors(const PreparedActor& actor, const PreparedLeg& leg, const PullBack& pulled,
+                 const ColorFade& fade, ActorGeometry& geometry) {
+  const PreparedObject &from = actor.objects[leg.from], &to = actor.objects[leg.to];
+  if (std::all_of(actor.objects.begin(), actor.objects.end(),
+                  [](const PreparedObject& object) { return !object.colors; }))
+    return;
+  if (geometry.colors.empty()) {
+    geometry.colors.resize(pulled.source.size());
+    parallel_for(
+        static_cast<std::int64_t>(pulled.source.size()),
+        [&](std::int64_t i) {
+          const auto at = static_cast<std::size_t>(i);
+          geometry.colors[at] = plain_color(from, pulled.source[at]);
+        },
+        4096);
+  }
+  parallel_for(
+      static_cast<std::int64_t>(pulled.target.size()),
+      [&](std::int64_t i) {
+        const auto at = static_cast<std::size_t>(i);
+        geometry.colors[at] =
+            lerp(geometry.colors[at], plain_color(to, pulled.target[at]), fade.color);
+      },
+      4096);
+  const float detail = (1 - geometry.color_share) * fade.source + fade.target;
+  geometry.color_share = 1 - detail;
+}
+
 /// What the points of a moving surface wear: what the leg comes from, as it was there, and over it
 /// what it goes to.
 Status transfer_looks(const PreparedActor& actor, std::size_t leg, float time,
@@ -155,8 +204,10 @@ Status transfer_looks(const PreparedActor& actor, std::size_t leg, float time,
   } else {
     geometry.layers.push_back(object_layer(actor, way.from, geometry.surface, pulled.source));
   }
-  geometry.layers.push_back(object_layer(actor, way.to, geometry.surface, pulled.target,
-                                         std::clamp(progress_at(way.plan, time), 0.0f, 1.0f)));
+  const ColorFade fade = color_fade(std::clamp(progress_at(way.plan, time), 0.0f, 1.0f));
+  geometry.layers.push_back(
+      object_layer(actor, way.to, geometry.surface, pulled.target, fade.color));
+  fade_colors(actor, way, pulled, fade, geometry);
   return Ok{};
 }
 
@@ -252,6 +303,8 @@ void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float
     if (!layers.empty()) static_cast<MaterialLayer&>(mesh) = layer_of(actor, layers.front());
     for (std::size_t i = 1; i < layers.size(); ++i)
       mesh.over.push_back({layer_of(actor, layers[i]), layers[i].share});
+    mesh.vertex_colors = geometry.colors;
+    mesh.vertex_color_share = geometry.color_share;
     mesh.look = layers.empty() ? 1.0f : 0.0f;
     mesh.id = id;
     mesh.vertex_labels = geometry.surface_labels;
@@ -315,8 +368,8 @@ double min_component_share_of(const PreparedActor& actor, const PreparedLeg& leg
   constexpr double kFragment = 0.015;
   const auto least = static_cast<double>(min_component_share);
   if (!leg.distance || least <= 0) return least;
-  const double smallest = std::min(actor.objects[leg.from].smallest_component_share,
-                                   actor.objects[leg.to].smallest_component_share);
+  const double smallest = std::min(actor.objects[leg.from].distances.smallest_component_share,
+                                   actor.objects[leg.to].distances.smallest_component_share);
   return std::max(least, std::min(kFragment, 0.5 * smallest));
 }
 
@@ -335,13 +388,13 @@ Result<Mesh> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
   const MorphState& moment = geometry.moment;
   const PreparedObject &from = actor.objects[leg.from], &to = actor.objects[leg.to];
   const FrameMap& map = geometry.map;
-  const MorphSurface between = {map.regression, from.distances, to.distances,
-                                map.from_scale, map.to_scale,   0};
+  const MorphSurface between = {map.regression, from.distances.grid, to.distances.grid,
+                                map.from_scale, map.to_scale,        0};
   const bool at_an_end = moment.time <= 0 || moment.time >= 1;
   if (!leg.plan.motion.keep_volume || at_an_end)
     return extract_between(extractor, between, map.box, cell, extract);
   const auto u = static_cast<double>(moment.u);
-  const double volume = (1 - u) * from.distance_volume + u * to.distance_volume;
+  const double volume = (1 - u) * from.distances.volume + u * to.distances.volume;
   return surface_of_volume(extractor, between, map.box, cell, extract, volume,
                            kFurthest * size_at(actor, leg, moment.u));
 }
@@ -464,7 +517,7 @@ Result<std::vector<std::uint32_t>> surface_labels(const PreparedActor& actor,
   const PreparedObject& object = object_of(actor, moment.object);
   const std::vector<std::uint32_t> numbers = label_numbers(actor, object);
   std::vector<std::uint32_t> labels;
-  for (const ClosestPoint& point : object.closest->closest(points))
+  for (const ClosestPoint& point : object.outer->closest(points))
     labels.push_back(numbers[object.model.labels[point.triangle]]);
   return labels;
 }

@@ -41,6 +41,9 @@ struct ActorGeometry {
   /// The surface's own look: what it comes from, and over it what it becomes. Three and more where
   /// it did not reach an object that it set out for. Empty: the common look.
   std::vector<ObjectLayer> layers;
+  /// Of each vertex of the surface, without detail, mixed over those. Empty where nothing has any.
+  std::vector<Vec3> colors;
+  float color_share = 0;
 };
 
 struct FrameGeometry {
