@@ -4,6 +4,7 @@
 #include "cli/command_line.h"
 #include "cli/numbers.h"
 #include "sequence/analyze_sequence.h"
+#include "sequence/device.h"
 #include "sequence/render_sequence.h"
 
 namespace polymorph {

@@ -15,6 +15,7 @@
 #include "render/ray_bench.h"
 #include "render/render.h"
 #include "scene/json_text.h"
+#include "sequence/device.h"
 #include "sequence/render_sequence.h"
 #include "surface/grid.h"
 #include "surface/mesh_check.h"

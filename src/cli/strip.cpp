@@ -9,7 +9,9 @@
 #include "image/image_io.h"
 #include "image/movie.h"
 #include "image/strip.h"
+#include "sequence/device.h"
 #include "sequence/frames.h"
+#include "sequence/render_frame.h"
 #include "sequence/render_sequence.h"
 
 namespace polymorph {

@@ -10,6 +10,8 @@
 #include "compare/statistics.h"
 #include "image/image_io.h"
 #include "scene/load_scene.h"
+#include "sequence/device.h"
+#include "sequence/render_frame.h"
 #include "sequence/render_sequence.h"
 
 namespace polymorph {

@@ -14,7 +14,7 @@
 #include "scene/load_scene.h"
 #include "sequence/check_plan.h"
 #include "sequence/content_hash.h"
-#include "sequence/geometry.h"
+#include "sequence/leg_surface.h"
 #include "sequence/pacing.h"
 #include "spheres/quality.h"
 #include "surface/components.h"

@@ -5,6 +5,7 @@
 
 #include "scene_fixture.h"
 #include "sequence/analyze_sequence.h"
+#include "sequence/render_scene.h"
 #include "sequence/render_sequence.h"
 #include "surface/mesh_check.h"
 

@@ -7,6 +7,7 @@
 #include "morph/motion.h"
 #include "scene_fixture.h"
 #include "sequence/analyze_sequence.h"
+#include "sequence/leg_surface.h"
 #include "surface/mesh_check.h"
 
 namespace polymorph {
