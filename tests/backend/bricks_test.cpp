@@ -12,9 +12,9 @@
 #include <type_traits>
 #include <vector>
 
-#include "backend_fixture.h"
 #include "kernels/cpu_backend.h"
 #include "kernels/expand_far_field.h"
+#include "testing/backend.h"
 
 namespace polymorph {
 namespace {

@@ -11,11 +11,11 @@
 #include <xmmintrin.h>
 #endif
 
-#include "backend_fixture.h"
-#include "between_fixture.h"
 #include "kernels/cpu_backend.h"
 #include "kernels/extract.h"
-#include "mesh_checks.h"
+#include "testing/backend.h"
+#include "testing/between.h"
+#include "testing/mesh.h"
 
 namespace polymorph {
 namespace {

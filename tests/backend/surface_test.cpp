@@ -7,9 +7,9 @@
 #include <map>
 #include <vector>
 
-#include "backend_fixture.h"
 #include "kernels/mc_tables.h"
-#include "mesh_checks.h"
+#include "testing/backend.h"
+#include "testing/mesh.h"
 
 namespace polymorph {
 namespace {

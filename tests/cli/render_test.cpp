@@ -5,7 +5,7 @@
 #include <set>
 #include <thread>
 
-#include "cli/program.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

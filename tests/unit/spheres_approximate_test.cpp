@@ -4,9 +4,9 @@
 
 #include "base/parallel.h"
 #include "model/shapes.h"
-#include "model_testing.h"
 #include "spheres/cells.h"
 #include "spheres/spheres.h"
+#include "testing/model.h"
 
 namespace polymorph {
 namespace {
