@@ -1,7 +1,6 @@
 // Motion of balls along their paths: the position and shape of each ball at a time (the report's
-// section 4, 6th step), on either backend. What a ball does on its way is worked out once, when it
-// is known who becomes whom (src/morph/motion.cpp); a frame only puts numbers in. Formulas:
-// docs/method.md, Time.
+// section 4, 6th step), on either backend. The paths are computed once with the plan
+// (src/morph/motion.cpp); a frame only evaluates them. Formulas: docs/method.md, Time.
 #pragma once
 
 #include <cstdint>

@@ -16,7 +16,7 @@ void add_roughness_metrics(Analysis& analysis);
 void add_step_metrics(const MorphEnds& ends, const std::vector<MorphFrame>& frames, double size,
                       Analysis& analysis);
 
-/// Of L: what lies deeper inside a surface is seen by nobody.
+/// In units of L: what lies deeper inside a surface is not visible.
 inline constexpr double kHiddenDepth = 0.01;
 
 }  // namespace polymorph

@@ -16,7 +16,7 @@ struct SolidifySettings {
 };
 
 /// What a ball of the gap's diameter cannot reach from outside, as a surface: closed, consistently
-/// oriented and manifold, cavities filled, one shell a body (specks below a thousandth of the
+/// oriented and manifold, cavities filled, one shell per body (components below a thousandth of the
 /// largest are dropped). Vertices within two cells of the model lie on it; caps over openings are
 /// taut skins. Materials, labels and texture coordinates are those of the nearest faces. Walls
 /// thinner than two cells that close nothing vanish. A function of its arguments alone. Memory:

@@ -99,7 +99,8 @@ std::vector<Subproblem> subproblems_of(const CostPair& sides, LabelMode mode) {
     parts.push_back({std::move(unlabelled_from), std::move(unlabelled_to)});
     return parts;
   }
-  // Only one side has balls that belong to nothing: each joins the part where it is cheapest.
+  // Only one side has balls without a partner label: each joins the subproblem where it is
+  // cheapest.
   const auto part_of = [&](bool from_side, std::uint32_t ball) {
     for (std::size_t k = 0; k < parts.size(); ++k) {
       const auto& list = from_side ? parts[k].from : parts[k].to;
@@ -124,8 +125,8 @@ std::vector<Subproblem> subproblems_of(const CostPair& sides, LabelMode mode) {
   return parts;
 }
 
-/// Drops pairs that carry a mere sliver of both their balls, and evens out what is left, so that
-/// the shares of a ball sum to 1 again: half of a plan's pairs may be such remainders.
+/// Removes pairs that carry less than kMinorShare of both their balls, and rescales the others so
+/// that the shares of a ball sum to 1 again. Half of a plan's pairs may be such remainders.
 std::vector<Pair> without_minor_pairs(std::vector<Pair> pairs, std::size_t from, std::size_t to) {
   constexpr float kMinorShare = 0.08f;
   std::vector<float> from_max(from, 0), to_max(to, 0);
@@ -226,8 +227,8 @@ Alignment fit_alignment(const MorphPlan& plan, const Mat3& rotation, AlignMethod
   return fit;
 }
 
-/// Which of two objects a plan starts from does not matter to who becomes whom: it is always made
-/// from the lesser in this order.
+/// The correspondence does not depend on which of two objects a plan starts from: it is always made
+/// from the smaller one in this order.
 bool is_less(const PlanSide& a, const PlanSide& b) {
   if (a.balls.size() != b.balls.size()) return a.balls.size() < b.balls.size();
   for (std::size_t i = 0; i < a.balls.size(); ++i) {
@@ -282,7 +283,7 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
   };
   FoundRotation found;
   if (settings.align == AlignMethod::kRigid || settings.align == AlignMethod::kSimilarity) {
-    // While the turn is looked for, hard labels are dear ones.
+    // While the rotation is searched for, hard labels are soft ones with a high cost.
     constexpr float kHardCost = 100;
     const float label_cost = settings.label_mode == LabelMode::kHard ? kHardCost : sides.label_cost;
     found = find_rotation(sides.a, sides.b, label_cost, static_cast<double>(settings.align_gain),

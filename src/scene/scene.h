@@ -257,7 +257,7 @@ enum class LookKind : std::uint8_t {
   kGlass,  ///< clear, tinted by the colour
 };
 
-/// What the surface wears between the objects.
+/// The material of the surface between the objects.
 struct LookSettings {
   LookKind kind = LookKind::kOwn;
   Vec3 color{0.92f, 0.93f, 0.95f};

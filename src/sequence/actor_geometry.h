@@ -14,7 +14,7 @@
 
 namespace polymorph {
 
-/// An object's materials as the surface wears them.
+/// An object's materials, transferred to the surface.
 struct ObjectLayer {
   std::size_t object = 0;  ///< of the actor
   float share = 1;         ///< mixed over what is below it

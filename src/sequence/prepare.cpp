@@ -236,7 +236,7 @@ void log_rotation_of(const MorphPlan& plan, const std::string& from, const std::
              from, to, angle);
 }
 
-/// Who becomes whom on each of the actor's legs.
+/// The correspondence of balls on each of the actor's legs.
 Status make_legs(PreparedActor& actor, const ActorSettings& settings, const PreparedScene& prepared,
                  SurfaceExtractor& extractor, const std::filesystem::path& cache) {
   const auto labels_of = [&](std::size_t object) {
