@@ -93,7 +93,9 @@ class ChangeField {
   }
   void numbers(const char* key, std::vector<float>& values,
                std::initializer_list<std::pair<double, double>>, const char*) {
-    if (turn(key)) values[0] += 0.25f;
+    if (!turn(key)) return;
+    if (values.empty()) values.push_back(0);
+    values[0] += 0.25f;
   }
   template <class T>
   void object(const char* key, T& value, const char*) {
