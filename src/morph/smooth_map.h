@@ -1,6 +1,5 @@
-// The smooth map of a moment of a morph: where each point of space comes from on the source and
-// goes to on the target, by kernel regression over the moving balls (docs/method.md, Surface
-// between).
+// Warp map of a frame (kernel regression over the moving balls): the position on the source and on
+// the target of each point in space (docs/method.md, Surface between).
 #pragma once
 
 #include <memory>

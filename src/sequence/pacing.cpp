@@ -7,7 +7,7 @@
 #include "base/hash.h"
 #include "model/closest.h"
 #include "morph/motion.h"
-#include "sequence/geometry.h"
+#include "sequence/leg_surface.h"
 
 namespace polymorph {
 namespace {

@@ -14,7 +14,7 @@
 #include "scene/load_scene.h"
 #include "sequence/check_plan.h"
 #include "sequence/content_hash.h"
-#include "sequence/geometry.h"
+#include "sequence/leg_surface.h"
 #include "sequence/pacing.h"
 #include "spheres/quality.h"
 #include "surface/components.h"
@@ -243,7 +243,7 @@ void log_rotation_of(const MorphPlan& plan, const std::string& from, const std::
              from, to, angle);
 }
 
-/// Who becomes whom on each of the actor's legs.
+/// The correspondence of balls on each of the actor's legs.
 Status make_legs(PreparedActor& actor, const ActorSettings& settings, const PreparedScene& prepared,
                  SurfaceExtractor& extractor, const std::filesystem::path& cache) {
   const auto labels_of = [&](std::size_t object) {

@@ -1,5 +1,5 @@
-// Signed distance fields of models, for surfaces between two objects (docs/method.md, Surface
-// between).
+// Signed distance fields of models on grids, for surfaces between two objects (docs/method.md,
+// Surface between).
 #pragma once
 
 #include <span>

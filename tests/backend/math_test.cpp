@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "backend_fixture.h"
 #include "kernels/falloff.h"
+#include "testing/backend.h"
 
 namespace polymorph {
 namespace {

@@ -5,9 +5,10 @@
 
 #include "analyze/measure.h"
 #include "morph/motion.h"
-#include "scene_fixture.h"
 #include "sequence/analyze_sequence.h"
+#include "sequence/leg_surface.h"
 #include "surface/mesh_check.h"
+#include "testing/scene.h"
 
 namespace polymorph {
 namespace {

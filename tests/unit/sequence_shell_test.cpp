@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "scene_fixture.h"
-#include "sequence/geometry.h"
+#include "sequence/leg_surface.h"
 #include "surface/mesh_check.h"
+#include "testing/scene.h"
 
 namespace polymorph {
 namespace {

@@ -4,9 +4,9 @@
 
 #include "base/parallel.h"
 #include "model/shapes.h"
-#include "model_testing.h"
 #include "spheres/cells.h"
 #include "spheres/spheres.h"
+#include "testing/model.h"
 
 namespace polymorph {
 namespace {
@@ -52,7 +52,7 @@ TEST(Octree, FillsACubeCompletely) {
 }
 
 TEST(Octree, CellsOfABoxAreCountedExactly) {
-  // 8 cells an axis of 0.25; the box fills 8 x 4 x 2 of them.
+  // 8 cells per axis of 0.25; the box fills 8 x 4 x 2 of them.
   const SphereTree tree = tree_of(box_model({0, 0, 0}, {2, 1, 0.5f}), SphereMethod::kOctree, 4);
   EXPECT_EQ(tree.leaves().size(), 64u);
   double volume = 0;

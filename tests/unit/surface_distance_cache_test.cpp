@@ -7,7 +7,7 @@
 #include "base/hash.h"
 #include "base/log.h"
 #include "model/shapes.h"
-#include "model_testing.h"
+#include "testing/model.h"
 
 namespace polymorph {
 namespace {
