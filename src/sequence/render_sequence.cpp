@@ -19,6 +19,7 @@
 #include "base/text.h"
 #include "image/image_io.h"
 #include "scene/json_text.h"
+#include "sequence/status.h"
 #include "surface/mesh_check.h"
 
 namespace polymorph {
@@ -26,8 +27,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
-
-constexpr const char* kHashAttribute = "polymorph/scene_hash";
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -52,20 +51,6 @@ bool has_exr(const SequenceSettings& settings) {
 }
 bool has_png(const SequenceSettings& settings) {
   return !settings.png.before.empty() || settings.png.has_number();
-}
-
-/// A file is this frame of this scene when its header says so; a name alone proves nothing.
-bool is_current(const fs::path& file, const std::string& hash, int frame) {
-  const auto image = read_image(file);
-  if (!image) return false;
-  // EXR keeps the frame as a number, PNG as text.
-  const auto says = [&](const char* name, const std::string& wanted) {
-    return std::any_of(image->attributes.begin(), image->attributes.end(), [&](const Attribute& a) {
-      return a.name == name &&
-             std::visit([](const auto& v) { return fmt::format("{}", v); }, a.value) == wanted;
-    });
-  };
-  return says(kHashAttribute, hash) && says("polymorph/frame", fmt::format("{}", frame));
 }
 
 /// Before any work: every name must be free (or may be replaced) and every folder writable.
@@ -132,8 +117,7 @@ class SequenceRun {
     }
     report_.isa = idle_.front()->isa();
     // A pinned instruction set is part of what was asked for; the machine's own best is not.
-    if (!settings_.isa.empty())
-      prepared_.hash = Hasher().add(prepared_.hash).add(settings_.isa).hex();
+    if (!settings_.isa.empty()) prepared_.hash = pinned_hash(prepared_.hash, settings_.isa);
     report_.scene_hash = prepared_.hash;
     if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // nobody would see them
     report_.frames.resize(settings_.frames.size());
@@ -144,6 +128,12 @@ class SequenceRun {
     if (status) status = std::move(rest);
     if (!status && !settings_.keep_going) return std::move(status).error();
     std::erase_if(report_.frames, [](const FrameRecord& record) { return record.frame == 0; });
+    if (settings_.dry_run) {
+      std::vector<int> frames;
+      for (const FrameRecord& record : report_.frames)
+        if (record.state == FrameRecord::State::kPlanned) frames.push_back(record.frame);
+      PM_TRY(report_.estimate, estimate_frames(prepared_, *extractor_, settings_.isa, frames));
+    }
     report_.frames_seconds = seconds_since(frames_start);
     report_.peak_memory = peak_memory_bytes();
     report_.total_seconds = seconds_since(start);
@@ -267,7 +257,7 @@ class SequenceRun {
     for (const fs::path& file : record.files) {
       std::error_code error;
       if (!fs::exists(file, error)) return false;
-      if (is_current(file, prepared_.hash, record.frame)) continue;
+      if (file_state(file, prepared_.hash, record.frame) == FileState::kWhole) continue;
       log_info("{}: is of another scene or settings - rendering it again", file.string());
       return false;
     }
@@ -324,7 +314,7 @@ std::vector<Attribute> header_of(const PreparedScene& prepared, const FrameGeome
       {"FramesPerSecond", prepared.scene.frames.fps},
       {"polymorph/version", std::string(PM_VERSION)},
       {kHashAttribute, prepared.hash},
-      {"polymorph/frame", geometry.frame},
+      {kFrameAttribute, geometry.frame},
       {"polymorph/t", geometry.t},
       {"polymorph/stage", geometry.stage},
       {"polymorph/device", device},
@@ -420,7 +410,16 @@ std::string to_json(const RunReport& report) {
     if (!r.error.empty()) frame["error"] = r.error;
     json["frames"].push_back(frame);
   }
+  if (report.estimate)
+    json["estimate"] = {{"measured_frames", report.estimate->measured},
+                        {"frame_seconds", report.estimate->seconds},
+                        {"frame_exr_bytes", report.estimate->exr_bytes},
+                        {"frame_png_bytes", report.estimate->png_bytes}};
   return dump_json(json);
+}
+
+std::string pinned_hash(const std::string& hash, const std::string& isa) {
+  return Hasher().add(hash).add(isa).hex();
 }
 
 Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "image/image.h"
 #include "kernels/extract_surface.h"
 #include "scene/scene.h"
+#include "sequence/estimate.h"
 #include "sequence/frames.h"
 #include "sequence/geometry.h"
 
@@ -23,6 +25,13 @@ namespace polymorph {
 Result<std::unique_ptr<SurfaceExtractor>> make_extractor(const std::string& device,
                                                          std::string& chosen,
                                                          std::size_t max_memory = 0);
+
+/// Of a frame's file: content_hash() and the frame's number.
+inline constexpr const char* kHashAttribute = "polymorph/scene_hash";
+inline constexpr const char* kFrameAttribute = "polymorph/frame";
+
+/// The hash of frames whose instruction set is pinned.
+std::string pinned_hash(const std::string& hash, const std::string& isa);
 
 enum class Existing { kRefuse, kSkip, kOverwrite };
 
@@ -64,6 +73,7 @@ struct RunReport {
   double frames_seconds = 0;      ///< from the first frame's begin to the last one's end
   std::uint64_t peak_memory = 0;  ///< bytes
   bool stopped = false;
+  std::optional<FrameEstimate> estimate;  ///< of a dry run: what its planned frames will cost
   std::size_t count(FrameRecord::State state) const;
 };
 std::string to_json(const RunReport& report);
