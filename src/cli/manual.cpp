@@ -40,11 +40,11 @@ Result<int> run_manual(const CommandLine& line, const ManualOptions& options) {
 
 void add_completion(CommandLine& line) {
   auto options = std::make_shared<ManualOptions>();
-  CLI::App* command = add_command(
-      line, "completion", "Print a script that completes the command line in a shell.",
-      "  polymorph completion bash > ~/.local/share/bash-completion/completions/polymorph\n"
-      "  polymorph completion fish > ~/.config/fish/completions/polymorph.fish",
-      "  0 printed   2 usage");
+  CLI::App* command =
+      add_command(line, "completion", "Print a script that completes the command line in a shell.",
+                  "  polymorph completion bash > /etc/bash_completion.d/polymorph\n"
+                  "  polymorph completion fish > ~/.config/fish/completions/polymorph.fish",
+                  "  0 printed   2 usage");
   command->add_option("shell", options->shell, "bash, zsh or fish")
       ->required()
       ->check(CLI::IsMember({"bash", "zsh", "fish"}))

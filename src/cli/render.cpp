@@ -141,15 +141,15 @@ Result<int> run_render(const CommandLine& line, const RenderOptions& options) {
 
 void add_render(CommandLine& line) {
   auto options = std::make_shared<RenderOptions>();
-  CLI::App* command = add_command(
-      line, "render", "Render a scene's frames to EXR and PNG.",
-      "  polymorph render scene.json -o 'out/frame.####.exr' --png\n"
-      "  polymorph render scene.json -o look.png -f 12 --preview\n"
-      "  polymorph render scene.json -o 'out/f.####.exr' --shard 2/8 --skip-existing",
-      "  0 all frames exist and are good   2 usage   3 bad scene, model or texture\n"
-      "  4 cannot write   5 device or memory   6 some frames failed (--keep-going)\n"
-      "  75 stopped early by SIGUSR1: run again to go on   130, 143 stopped by a signal;\n"
-      "  in both cases finished frames are whole");
+  CLI::App* command =
+      add_command(line, "render", "Render a scene's frames to EXR and PNG.",
+                  "  polymorph render scene.json -o 'out/frame.####.exr' --png\n"
+                  "  polymorph render scene.json -o look.png -f 12 --preview\n"
+                  "  polymorph render scene.json -o 'out/f.####.exr' --shard 2/8 --skip-existing",
+                  "  0 all frames exist and are good   2 usage   3 bad scene, model or texture\n"
+                  "  4 cannot write   5 device or memory   6 some frames failed (--keep-going)\n"
+                  "  75 stopped early by SIGUSR1, 130, 143 stopped by another signal: finished\n"
+                  "  frames are whole, run again with --skip-existing to go on");
   command->add_option("scene", options->scene, "the scene file")
       ->required()
       ->type_name("SCENE")

@@ -125,9 +125,9 @@ void add_strip(CommandLine& line) {
   auto options = std::make_shared<StripOptions>();
   CLI::App* command = add_command(
       line, "strip", "Make a contact sheet, a GIF or a movie of a sequence.",
-      "  polymorph strip out/frame.####.exr -n 8 -o strip.png\n"
+      "  polymorph strip 'out/frame.####.exr' -n 8 -o strip.png\n"
       "  polymorph strip scene.json -n 6 --columns 3 --label t -o strip.png\n"
-      "  polymorph strip out/frame.####.png --gif morph.gif --mp4 morph.mp4",
+      "  polymorph strip 'out/frame.####.png' --gif morph.gif --mp4 morph.mp4",
       "  0 made   2 usage   3 bad scene, unreadable or missing frames   4 cannot write\n"
       "  5 device or memory   130, 143 stopped by a signal");
   command->add_option("input", options->input, "a scene file, or existing frames with ####")

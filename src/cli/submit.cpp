@@ -211,9 +211,10 @@ void add_submit(CommandLine& line) {
   CLI::App* command = add_command(
       line, "submit", "Render a scene on a farm: a job array, and a job that completes it.",
       "  polymorph submit slurm scene.json -o 'out/frame.####.exr' --print\n"
-      "  polymorph submit slurm scene.json -o 'out/frame.####.exr' --cpus 8 --partition day",
-      "  0 submitted or printed   1 nothing is left to render   2 usage   3 bad scene or model\n"
-      "  4 cannot write   5 no sbatch, or it refuses   75, 130, 143 stopped by a signal");
+      "  polymorph submit slurm scene.json -o 'out/f.####.exr' --cpus 8 --partition day",
+      "  0 submitted or printed   1 nothing is left to render   2 usage\n"
+      "  3 bad scene or model   4 cannot write   5 no sbatch, or it refuses   75, 130, 143 stopped "
+      "by a signal");
   command->add_option("engine", options->engine, "slurm")
       ->required()
       ->check(CLI::IsMember({"slurm"}))

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "base/text.h"
-#include "scene/scene.h"
 
 namespace polymorph {
 namespace {
@@ -16,22 +15,15 @@ constexpr double kSpacing = 2.6;  // between pieces, which are 2 wide
 
 int frame_at(double seconds, double fps) { return static_cast<int>(std::lround(seconds * fps)); }
 
-/// A shape or a model by its name in the game.
-Json object_of(const std::string& name) {
-  const bool shape = std::find(kShapeNames.begin(), kShapeNames.end(), name) != kShapeNames.end();
-  return {{shape ? "shape" : "model", name}};
-}
-
 Json sphere(const PairsFile& file) {
   return {{"shape", "sphere"}, {"color", file.piece_color}, {"roughness", 0.25}};
 }
 
 /// What a piece becomes by an event.
 Json outcome(const PairsFile& file, const PairsPiece& piece, Kind kind) {
-  const std::string& object = file.game.objects[static_cast<std::size_t>(piece.object)];
   switch (kind) {
     case Kind::kReveal:
-      return object_of(object);
+      return file.objects[static_cast<std::size_t>(piece.object)];
     case Kind::kMelt:
       return {{"shape", "puddle"}, {"color", "#3f6f52"}};
     case Kind::kExplode:
@@ -57,13 +49,13 @@ Json actor_of(const PairsFile& file, const PairsPlay& play, int level, int piece
   int first = frames + 1, end = 0;
   for (const PairsEvent& event : play.events()) {
     if (event.level != level || event.piece != piece) continue;
-    const int from = frame_at(event.start, fps);
+    const int from = std::max(end, frame_at(event.start, fps));
     const int to = std::max(from + 1, frame_at(event.start + event.seconds, fps));
     if (per_leg.empty())
       first = from + 1;
     else
-      chain.back()["hold"] = std::max(0, from - end);
-    per_leg.push_back(to - std::max(from, end));
+      chain.back()["hold"] = from - end;
+    per_leg.push_back(to - from);
     end = to;
     chain.push_back(outcome(file, board[static_cast<std::size_t>(piece)], event.kind));
   }

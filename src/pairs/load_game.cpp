@@ -108,7 +108,7 @@ std::string read_level(const Json& json, const std::string& where, PairsLevel& l
   return members.finish();
 }
 
-/// An object or a board by its file; "" if all is well.
+/// The name of a file, made absolute, or of a shape; "" if all is well.
 std::string resolve(std::string& name, const fs::path& folder, const std::string& where) {
   if (std::find(kShapeNames.begin(), kShapeNames.end(), name) != kShapeNames.end()) return "";
   const fs::path file = (folder / name).lexically_normal();
@@ -119,11 +119,36 @@ std::string resolve(std::string& name, const fs::path& folder, const std::string
   return "";
 }
 
+/// An object as a scene has it, or just its file or shape.
+std::string read_object(const Json& json, const fs::path& folder, const std::string& where,
+                        PairsFile& file) {
+  Json object = json;
+  if (json.is_object()) {
+    if (json.contains("model") == json.contains("shape"))
+      return where + ": needs either \"model\" or \"shape\"";
+  } else if (json.is_string()) {
+    const bool shape = std::find(kShapeNames.begin(), kShapeNames.end(), json.get<std::string>()) !=
+                       kShapeNames.end();
+    object = Json{{shape ? "shape" : "model", json}};
+  } else {
+    return where + ": must be a string or an object";
+  }
+  const char* key = object.contains("model") ? "model" : "shape";
+  if (!object[key].is_string()) return fmt::format("{}/{}: must be a string", where, key);
+  std::string name = object[key];
+  if (const std::string error = resolve(name, folder, where); !error.empty()) return error;
+  object[key] = name;
+  file.game.objects.push_back(object.contains("name") && object["name"].is_string()
+                                  ? object["name"].get<std::string>()
+                                  : fs::path(name).stem().string());
+  file.objects.push_back(std::move(object));
+  return "";
+}
+
 std::string read_game(const Json& json, const fs::path& folder, PairsFile& file) {
   Members members(json, "");
   std::string ignored, board;
   members.text("description", ignored);
-  members.texts("objects", file.game.objects);
   members.seed("seed", file.game.seed);
   members.texts("moves", file.moves);
   members.text("board", board);
@@ -135,6 +160,13 @@ std::string read_game(const Json& json, const fs::path& folder, PairsFile& file)
       members.fail(std::string("scene/") + key, "belongs to the game - leave it out");
   if (const Json* rules = members.find("rules"))
     if (const std::string error = read_rules(*rules, file.game.rules); !error.empty()) return error;
+  const Json* objects = members.find("objects");
+  if (!objects || !objects->is_array()) return "/objects: must be a list";
+  for (std::size_t i = 0; i < objects->size(); ++i)
+    if (const std::string error =
+            read_object((*objects)[i], folder, fmt::format("/objects/{}", i), file);
+        !error.empty())
+      return error;
   const Json* levels = members.find("levels");
   if (!levels || !levels->is_array() || levels->empty() || levels->size() > kMaxLevels)
     return fmt::format("/levels: must be a list of 1 to {} levels", kMaxLevels);
@@ -149,11 +181,6 @@ std::string read_game(const Json& json, const fs::path& folder, PairsFile& file)
                          file.game.objects.size());
     file.game.levels.push_back(level);
   }
-  for (std::size_t i = 0; i < file.game.objects.size(); ++i)
-    if (const std::string error =
-            resolve(file.game.objects[i], folder, fmt::format("/objects/{}", i));
-        !error.empty())
-      return error;
   if (!board.empty()) {
     if (const std::string error = resolve(board, folder, "/board"); !error.empty()) return error;
     file.board = board;
@@ -170,8 +197,8 @@ Result<PairsFile> load_pairs_game(const fs::path& path) {
       Json::parse(text, nullptr, /*allow_exceptions=*/false, /*ignore_comments=*/true);
   if (json.is_discarded())
     return make_error(ErrorCode::kInput,
-                      "{}: is not JSON - try: polymorph check on a scene shows "
-                      "where such a file is wrong",
+                      "{}: is not JSON - a game begins like "
+                      "{{\"objects\": [...], \"levels\": [...]}}",
                       path.string());
   PairsFile file;
   const std::string error = read_game(json, fs::absolute(path).parent_path(), file);

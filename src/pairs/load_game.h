@@ -12,7 +12,10 @@
 namespace polymorph {
 
 struct PairsFile {
-  PairsGame game;                       ///< objects: absolute paths of OBJ files, or shapes
+  PairsGame game;
+  /// What the game's objects are in a scene: "model" (absolute) or "shape", and what else an object
+  /// of a scene may have.
+  std::vector<nlohmann::ordered_json> objects;
   std::vector<std::string> moves;       ///< "a1 b2" or "wait 2.5"; may be empty
   nlohmann::ordered_json stage;         ///< keys of a scene: image, look, camera, frames.fps, ...
   std::filesystem::path board;          ///< a model below the pieces; empty: none

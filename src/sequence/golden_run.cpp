@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "base/file.h"
+#include "base/text.h"
 #include "compare/pictures.h"
 #include "image/image_io.h"
 #include "scene/load_scene.h"
@@ -156,8 +157,8 @@ Result<GoldenFrame> judge(const GoldenSuite& suite, const GoldenSettings& settin
   if (!fs::exists(golden)) {
     result.missing = true;
     result.message =
-        fmt::format("{} is missing - make it with: polymorph golden update {} --reason ...",
-                    golden.string(), suite.name);
+        fmt::format("{} is missing - make it with: polymorph golden update {} --reason \"...\"",
+                    golden.string(), shell_quoted(suite.name));
     PM_TRY_STATUS(keep_failure(suite, settings, rendered, nullptr, {}, {}));
     PM_TRY_STATUS(fill_report(suite, settings, rendered.image, nullptr, {}, result));
     return result;

@@ -79,10 +79,9 @@ TEST_F(Farm, StatusTellsWholeMissingAndStaleFrames) {
 }
 
 TEST_F(Farm, DryRunSaysFramesTimeAndDisk) {
-  const std::string scene = tiny_scene(6, R"({"shape": "cube", "spheres": {"balls": 12}})");
   run(0, {"render", "scene.json", "-o", "f.####.exr", "-f", "1"});
   const Ran ran = run(0, {"render", "scene.json", "-o", "f.####.exr", "-n", "--skip-existing"});
-  EXPECT_TRUE(contains(ran.out, "frame 1 look-out f.0001.exr (kept)\n")) << ran.out;
+  EXPECT_TRUE(contains(ran.out, " f.0001.exr (kept)\n")) << ran.out;
   const std::regex said(
       R"(5 frames to render, 1 kept: about .* on \d+ threads? \(.* a frame, .* to prepare\), .* on disk)");
   EXPECT_TRUE(std::regex_search(ran.err, said)) << ran.err;
