@@ -213,8 +213,8 @@ void add_submit(CommandLine& line) {
       "  polymorph submit slurm scene.json -o 'out/frame.####.exr' --print\n"
       "  polymorph submit slurm scene.json -o 'out/f.####.exr' --cpus 8 --partition day",
       "  0 submitted or printed   1 nothing is left to render   2 usage\n"
-      "  3 bad scene or model   4 cannot write   5 no sbatch, or it refuses   75, 130, 143 stopped "
-      "by a signal");
+      "  3 bad scene or model   4 cannot write   5 no sbatch, or it refuses\n"
+      "  75, 130, 143 stopped by a signal");
   command->add_option("engine", options->engine, "slurm")
       ->required()
       ->check(CLI::IsMember({"slurm"}))
