@@ -36,9 +36,6 @@ std::string printable_json(std::string text);
 /// `text` inside HTML or XML, attributes included: < > & and " as entities; printable().
 std::string escape_markup(std::string_view text);
 
-/// One word of a command as POSIX shells read it: quoted where any of them would see more in it.
-std::string shell_quoted(const std::string& word);
-
 std::vector<std::string> split(std::string_view text, char separator);
 
 /// "1.2 MB", "834 kB".

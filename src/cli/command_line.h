@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "base/shell_quote.h"
 #include "base/text.h"
 #include "scene/load_scene.h"
 

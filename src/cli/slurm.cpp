@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "base/shell_quote.h"
 #include "base/text.h"
 
 namespace polymorph {

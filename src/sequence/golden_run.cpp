@@ -6,7 +6,7 @@
 #include <cstdlib>
 
 #include "base/file.h"
-#include "base/text.h"
+#include "base/shell_quote.h"
 #include "compare/pictures.h"
 #include "image/image_io.h"
 #include "scene/load_scene.h"
