@@ -1,5 +1,5 @@
-// The CPU side of what a backend is (extract.h). Runs in the caller's TBB arena; results do not
-// depend on how TBB cuts the ranges.
+// The CPU backend of the extraction passes (extract.h), on oneTBB. Runs in the caller's TBB arena;
+// results do not depend on how TBB cuts the ranges.
 #pragma once
 
 #include <tbb/blocked_range.h>
@@ -13,11 +13,8 @@
 #include <type_traits>
 #include <vector>
 
-#if defined(__SSE__)
-#include <xmmintrin.h>
-#endif
-
 #include "extract_surface.h"
+#include "floating_point.h"
 #include "fork_join.h"
 #include "math.h"
 #include "tree.h"
@@ -25,26 +22,6 @@
 #include "view.h"
 
 namespace polymorph {
-
-/// IEEE arithmetic while it lives. Embree asks for flush-to-zero in every thread, and the same TBB
-/// workers come here: whether a thread has rendered before must not change a vertex.
-class StrictFloats {
- public:
-#if defined(__SSE__)
-  StrictFloats() : saved_(_mm_getcsr()) { _mm_setcsr(saved_ & ~0x8040u); }
-  ~StrictFloats() { _mm_setcsr(saved_); }
-#else
-  StrictFloats() = default;
-  ~StrictFloats() = default;
-#endif
-  StrictFloats(const StrictFloats&) = delete;
-  StrictFloats& operator=(const StrictFloats&) = delete;
-
- private:
-#if defined(__SSE__)
-  unsigned saved_;
-#endif
-};
 
 /// A team of one thread that handles as many points at once as VectorOf has lanes.
 template <class VectorOf>
@@ -66,7 +43,7 @@ struct CpuTeam {
   bool leads_group() const { return true; }
   V group_sum(V a) const { return a; }
   template <class T>
-  T group_most(T a) const {
+  T group_max(T a) const {
     return a;
   }
   /// To what the groups of teams that share an item add up.
@@ -76,7 +53,7 @@ struct CpuTeam {
   }
   template <class Write>
   void append(std::uint32_t bits, std::int64_t* cursors, const Write& write) const {
-    for (; bits != 0; bits &= bits - 1) write(cursors[lowest_bit(bits)]++);
+    for (; bits != 0; bits &= bits - 1) write(cursors[countr_zero(bits)]++);
   }
   std::uint32_t scan(std::uint32_t* values, int n) const {
     std::uint32_t sum = 0;
@@ -126,7 +103,7 @@ class BasicCpuBackend {
   /// Calls f(i) for i in [0, n), in any order.
   template <class F>
   void for_each(std::int64_t n, const F& f, const char* name) {
-    const Stopwatch watch(*this, name);
+    const PassTimer timer(*this, name);
     ranges(n, 64, [&f](std::int64_t begin, std::int64_t end) {
       const F local = f;  // constants in registers, not reloaded after each store
       for (std::int64_t i = begin; i < end; ++i) local(i);
@@ -135,13 +112,13 @@ class BasicCpuBackend {
 
   /// Do passes read the host's own memory?
   static constexpr bool kHostMemory = true;
-  static constexpr bool kManyTops = false;  ///< does a tree begin with many nodes, not with one?
+  static constexpr bool kManyRoots = false;  ///< does a tree begin with many nodes, not with one?
 
   /// Calls f(team, scratch, i) for i in [0, *count * parts), in any order.
   template <class F>
   void for_teams(const std::int64_t* count, std::int64_t /*limit*/, const F& f, const char* name,
                  int parts = 1) {
-    const Stopwatch watch(*this, name);
+    const PassTimer timer(*this, name);
     ranges(*count * parts, 16, [&f](std::int64_t begin, std::int64_t end) {
       const F local = f;
       typename F::Scratch scratch;
@@ -152,7 +129,7 @@ class BasicCpuBackend {
   /// offsets[i] = counts[0] + ... + counts[i - 1] for i < *n, and the sum of all.
   void scan(View<const Counts> counts, const std::int64_t* n, View<Offsets> offsets, Offsets* total,
             const char* name) {
-    const Stopwatch watch(*this, name);
+    const PassTimer timer(*this, name);
     Offsets sum;
     const std::int64_t size = *n;
     for (std::int64_t i = 0; i < size; ++i) {
@@ -179,12 +156,12 @@ class BasicCpuBackend {
     return {result.data(), *count};
   }
   template <class T>
-  void deliver(std::vector<T>&, View<T>, std::int64_t) {}
+  void download(std::vector<T>&, View<T>, std::int64_t) {}
 
-  void start_frame(std::size_t most_memory) {
+  void start_frame(std::size_t max_memory) {
     times_.clear();
     results_ = 0;
-    most_memory_ = most_memory;
+    max_memory_ = max_memory;
   }
   /// Memory is made as counts become known: nothing ever runs short.
   bool everything_fitted(View<Offsets> totals, Offsets* known) const {
@@ -196,16 +173,16 @@ class BasicCpuBackend {
   std::size_t memory_used() const { return used_ + results_; }
 
  private:
-  class Stopwatch {
+  class PassTimer {
    public:
-    Stopwatch(BasicCpuBackend& backend, const char* name)
+    PassTimer(BasicCpuBackend& backend, const char* name)
         : backend_(backend), name_(name), start_(std::chrono::steady_clock::now()) {}
-    ~Stopwatch() {
+    ~PassTimer() {
       const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
       add_pass_time(backend_.times_, name_, spent.count());
     }
-    Stopwatch(const Stopwatch&) = delete;
-    Stopwatch& operator=(const Stopwatch&) = delete;
+    PassTimer(const PassTimer&) = delete;
+    PassTimer& operator=(const PassTimer&) = delete;
 
    private:
     BasicCpuBackend& backend_;
@@ -214,11 +191,11 @@ class BasicCpuBackend {
   };
 
   void claim(std::size_t bytes) {
-    check_memory(used_ + results_ + bytes, most_memory_);
+    check_memory(used_ + results_ + bytes, max_memory_);
     used_ += bytes;
   }
   void claim_result(std::size_t bytes) {
-    check_memory(used_ + results_ + bytes, most_memory_);
+    check_memory(used_ + results_ + bytes, max_memory_);
     results_ += bytes;
   }
 
@@ -231,13 +208,14 @@ class BasicCpuBackend {
     ForkJoin loop;
     tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, n, grain),
                       [&](const tbb::blocked_range<std::int64_t>& r) {
-                        const StrictFloats strict;
+                        // Whether a thread has rendered before must not change a vertex.
+                        const KeepDenormals keep;
                         loop.part([&] { f(r.begin(), r.end()); });
                       });
   }
 
   std::vector<PassTime> times_;
-  std::size_t used_ = 0, results_ = 0, most_memory_ = 0;
+  std::size_t used_ = 0, results_ = 0, max_memory_ = 0;
 };
 
 using CpuBackend = BasicCpuBackend<Pack>;

@@ -1,5 +1,5 @@
-// The report's matrix skin (2.1.2.1): every grid point inside is a cube of one cell, drawn where
-// its faces meet an outside point.
+// Voxel surface (the report's matrix skin, 2.1.2.1): every grid point inside is a cube of one cell,
+// drawn where its faces meet an outside point.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 namespace polymorph {
 
 /// Writes one square, with four vertices and a flat normal of its own, across each crossed edge of
-/// each brick. One team a brick.
+/// each brick. One team per brick.
 struct EmitCubes {
   static constexpr int kThreads = 64;
   struct Scratch {
@@ -41,7 +41,7 @@ struct EmitCubes {
       const std::uint32_t flags = inside[b * kLines + line_of_row(r)];
       std::int64_t face = row_before(row);
       for (std::uint32_t edges = row_edges(row); edges != 0; edges &= edges - 1, ++face) {
-        const int bit = lowest_bit(edges), x = bit / 3;
+        const int bit = countr_zero(edges), x = bit / 3;
         const Int3 p = {at.x * kBrickCells + x - 1, at.y * kBrickCells + r % kBrickCells - 1,
                         at.z * kBrickCells + r / kBrickCells - 1};
         emit(p, bit % 3, (flags >> x & 1u) != 0, vertex + kFaceVertices * face,

@@ -1,5 +1,5 @@
-// What a caller gives the engine for a surface between two objects: their distances and the map
-// that carries them (morph_field.h has the formula).
+// Input of the engine for a surface between two objects: their distance fields and the map that
+// carries them (morph_field.h has the formula).
 #pragma once
 
 #include <memory>
@@ -20,11 +20,11 @@ struct DistanceGrid {
 
 /// Four values that a ball carries: `value` at its centre, changing by `slope` with the offset from
 /// there.
-struct Carried {
+struct BallAttribute {
   float value[4] = {0, 0, 0, 0};
   Vec3 slope[4];
 };
-struct CarriedValues {
+struct AttributeValues {
   float v[4] = {0, 0, 0, 0};
 };
 
@@ -41,12 +41,12 @@ struct AffineMap {
   Vec3 offset;
 };
 
-/// What is regressed: one or two quadruples of values a sample (maps), and where.
+/// What is regressed: one or two quadruples of values per sample (maps), and where.
 struct Regression {
   std::vector<RegressionSample> samples;
   int maps = 1;
   /// `maps` for each sample: `value` at its centre, changing by `slope` with the offset from there.
-  std::vector<Carried> values;
+  std::vector<BallAttribute> values;
   bool sloped = false;  ///< is any slope other than 0?
   /// Added to the first three values of each map.
   AffineMap affine[2];

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -10,12 +9,13 @@
 #include "base/log.h"
 #include "base/parallel.h"
 #include "base/random.h"
+#include "base/stopwatch.h"
 #include "cli/command_line.h"
 #include "cli/numbers.h"
-#include "morph/plan.h"
 #include "render/ray_bench.h"
 #include "render/render.h"
 #include "scene/json_text.h"
+#include "sequence/device.h"
 #include "sequence/render_sequence.h"
 #include "surface/grid.h"
 #include "surface/mesh_check.h"
@@ -74,10 +74,9 @@ template <class F>
 Result<Timing> time_it(int repeats, const F& run) {
   std::vector<double> seconds;
   for (int i = 0; i <= repeats; ++i) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch stopwatch;
     PM_TRY_STATUS(run());
-    const double s =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double s = stopwatch.seconds();
     if (i > 0) seconds.push_back(s);  // the first warms up
   }
   return timing_of(seconds);
@@ -149,11 +148,12 @@ Status extract_once(SurfaceExtractor& extractor, const std::vector<Ball>& balls,
 Status bench_carry(const BenchOptions& options, const std::string& name,
                    const std::vector<Ball>& balls, const ExtractSettings& settings,
                    SurfaceExtractor& extractor, const Mesh& mesh, nlohmann::ordered_json& rows) {
-  std::vector<Carried> carried(2 * balls.size());
+  std::vector<BallAttribute> carried(2 * balls.size());
   for (std::size_t i = 0; i < carried.size(); ++i) carried[i].value[0] = static_cast<float>(i);
-  std::vector<CarriedValues> values;
+  std::vector<AttributeValues> values;
   PM_TRY(const Timing timing, time_it(options.repeats, [&] {
-           return to_status(extractor.blend(balls, carried, mesh.positions, settings, values));
+           return to_status(
+               extractor.interpolate_attributes(balls, carried, mesh.positions, settings, values));
          }));
   const double bytes = static_cast<double>(mesh.positions.size()) * (12 + 32);
   auto row = report_row(options, name + ", carry", timing,
@@ -192,7 +192,7 @@ Status bench_surface(const BenchOptions& options, const std::string& device,
   const auto measure = [&](const std::string& name, double speed,
                            const char* speed_name) -> Status {
     Mesh other;
-    Mesh& target = settings.deliver ? mesh : other;
+    Mesh& target = settings.download ? mesh : other;
     std::map<std::string, std::vector<double>> passes;
     std::vector<std::string> order;
     PM_TRY(const Timing timing, time_it(options.repeats, [&]() -> Status {
@@ -220,15 +220,15 @@ Status bench_surface(const BenchOptions& options, const std::string& device,
   };
   const std::string name = fmt::format("surface {} {}^3", field, options.grid);
   if (device != "cpu") {
-    settings.deliver = false;
+    settings.download = false;
     PM_TRY_STATUS(measure(name + ", kept there", 4.3e12, "4.3 TB/s"));
-    settings.deliver = true;
+    settings.download = true;
   }
   PM_TRY_STATUS(measure(name, 1e10, "10 GB/s"));
   return bench_carry(options, name, balls, settings, extractor, mesh, rows);
 }
 
-/// The report's Table 6.7: frames a second over skin and influence resolution, here with the
+/// The report's Table 6.7: frames per second over skin and influence resolution, here with the
 /// influence in whole cells; and what the interpolation costs in accuracy.
 Status bench_table(const BenchOptions& options, SurfaceExtractor& extractor,
                    nlohmann::ordered_json& rows) {
@@ -241,13 +241,13 @@ Status bench_table(const BenchOptions& options, SurfaceExtractor& extractor,
                "skin", "influence 10", "20", "30", "40");
   for (int skin = 10; skin <= 100; skin += 10) {
     const Grid grid = bench_grid(skin + 1);
-    settings.influence = 1;
+    settings.sample_stride = 1;
     Mesh mesh;
     PM_TRY_STATUS(extract_once(extractor, balls, grid, settings, mesh));
     const double exact = volume_of(mesh);
     std::string text = fmt::format("{:>6}", skin);
     for (int resolution = 10; resolution <= 40; resolution += 10) {
-      settings.influence = std::max(1, (skin + resolution / 2) / resolution);
+      settings.sample_stride = std::max(1, (skin + resolution / 2) / resolution);
       PM_TRY(const Timing timing, time_it(options.repeats, [&] {
                return extract_once(extractor, balls, grid, settings, mesh);
              }));
@@ -256,7 +256,7 @@ Status bench_table(const BenchOptions& options, SurfaceExtractor& extractor,
       rows.push_back({{"name", "table 6.7"},
                       {"skin", skin},
                       {"influence", resolution},
-                      {"cells_apart", settings.influence},
+                      {"cells_apart", settings.sample_stride},
                       {"per_second", 1 / timing.median},
                       {"volume_off_percent", off}});
     }
@@ -413,7 +413,7 @@ void add_bench(CommandLine& line) {
       ->check(CLI::IsMember({"gaussian", "wyvill", "inverse_square"}))
       ->type_name("FIELD")
       ->group("Main");
-  command->add_option("--spp", options->samples, "samples a pixel (16)")
+  command->add_option("--spp", options->samples, "samples per pixel (16)")
       ->transform(number_from(1, 65536))
       ->type_name("N")
       ->group("Main");

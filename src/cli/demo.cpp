@@ -1,9 +1,9 @@
-#include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "base/data_folder.h"
 #include "base/file.h"
 #include "base/log.h"
+#include "base/stopwatch.h"
 #include "cli/command_line.h"
 #include "cli/demo_scene.h"
 #include "cli/film.h"
@@ -34,7 +34,7 @@ Result<int> list_names(const fs::path& data) {
 std::string stem(const std::string& object) { return fs::path(object).stem().string(); }
 
 Result<int> run_demo(const CommandLine& line, const DemoOptions& options) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch stopwatch;
   PM_TRY(const fs::path data, find_data_folder());
   if (options.list) return list_names(data);
   PM_TRY(const auto json, demo_scene(data, options.from, options.to, options.through));
@@ -59,11 +59,9 @@ Result<int> run_demo(const CommandLine& line, const DemoOptions& options) {
   PM_TRY_STATUS(write_sheet(strip, film, sheet));
   PM_TRY_STATUS(write_gif(gif, film));
   print_data("{}", text);
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::string scene_word = shell_quoted(scene_file.string());
   log_info("made {} and {} in {}, from the scene printed here: {}", gif.string(), strip.string(),
-           format_seconds(seconds), scene_file.string());
+           format_seconds(stopwatch.seconds()), scene_file.string());
   log_info("edit the scene, then:\n  {0} check {1}\n  {0} render {1} -o {2} --png", line.program,
            scene_word, shell_quoted((folder / "frame.####.exr").string()));
   return 0;

@@ -12,6 +12,9 @@
 #include "image/image_io.h"
 #include "image/strip.h"
 #include "morph/timeline.h"
+#include "sequence/device.h"
+#include "sequence/geometry.h"
+#include "sequence/render_frame.h"
 #include "sequence/render_sequence.h"
 
 namespace polymorph {

@@ -3,6 +3,7 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
+#include "sequence/device.h"
 #include "sequence/frames.h"
 #include "sequence/geometry.h"
 #include "sequence/render_sequence.h"

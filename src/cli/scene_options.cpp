@@ -23,7 +23,7 @@ void make_preview(Scene& scene) {
 void add_scene_options(CLI::App* command, SceneOptions& options) {
   command->add_flag("--preview", options.preview, "half size, coarse surface, direct light only")
       ->group("Main");
-  command->add_option("--spp", options.samples, "samples a pixel")
+  command->add_option("--spp", options.samples, "samples per pixel")
       ->transform(number_from(1, 65536))
       ->type_name("N")
       ->group("Scene");

@@ -1,10 +1,10 @@
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/file.h"
 #include "base/log.h"
+#include "base/stopwatch.h"
 #include "cli/command_line.h"
 #include "cli/numbers.h"
 #include "model/diagnose.h"
@@ -12,7 +12,7 @@
 #include "model/shapes.h"
 #include "scene/json_text.h"
 #include "sequence/spheres_picture.h"
-#include "spheres/figures.h"
+#include "spheres/quality.h"
 #include "spheres/spheres.h"
 #include "surface/grid.h"
 #include "surface/mesh_io.h"
@@ -83,14 +83,14 @@ Status check_outputs(const SpheresOptions& options, bool overwrite) {
 struct Made {
   Approximation approximation;
   std::vector<Ball> balls;  ///< fitted, or straight from the spheres
-  Figures figures;
+  ApproximationQuality figures;
   double seconds = 0;
   std::vector<std::string> problems;
 };
 
 std::string to_json(const Model& model, const SpheresOptions& options, const Made& made) {
   using Json = nlohmann::ordered_json;
-  const Figures& f = made.figures;
+  const ApproximationQuality& f = made.figures;
   Json levels = Json::array();
   for (const SphereNode& node : made.approximation.tree.nodes) {
     const auto level = static_cast<std::size_t>(node.level);
@@ -132,7 +132,7 @@ std::string tree_json(const SphereTree& tree) {
 }
 
 void print_table(const Model& model, const SpheresOptions& options, const Made& made) {
-  const Figures& f = made.figures;
+  const ApproximationQuality& f = made.figures;
   print_data("{}: {} triangles, {}, {}\n", model.name, model.triangles.size(), options.method,
              options.no_fit ? "not fitted" : options.fit + " balls fitted");
   print_data("  {:<34}{:>10}\n", "spheres", made.approximation.tree.leaves().size());
@@ -162,9 +162,9 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
     matters ? log_warning("{}: {}", model.name, crossings)
             : log_debug("{}: {}", model.name, crossings);
   }
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch stopwatch;
   PM_TRY(made.approximation, approximate_cached(model, settings, cache_folder(line.common)));
-  made.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  made.seconds = stopwatch.seconds();
   const InsideTest inside(model);
   const Vec3 size = model.box().size();
   const float cell = std::max({size.x, size.y, size.z}) / static_cast<float>(options.grid);
@@ -176,7 +176,7 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
                           solid_volume(model, inside), FieldSettings{}, cell, {}, *extractor));
   }
   PM_TRY(made.figures,
-         measure_figures(model, inside, made.balls, FieldKind::kGaussian, options.grid));
+         measure_quality(model, inside, made.balls, FieldKind::kGaussian, options.grid));
   if (options.json.wanted)
     PM_TRY_STATUS(write_json(options.json, to_json(model, options, made)));
   else
@@ -232,7 +232,7 @@ void add_spheres(CommandLine& line) {
   error->excludes(balls);
   command
       ->add_option("--resolution", options->resolution,
-                   "of octree and active: 2^(R-1) cells an axis")
+                   "of octree and active: 2^(R-1) cells per axis")
       ->transform(number_from(1, 9))
       ->type_name("R")
       ->group("Main");

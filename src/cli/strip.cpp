@@ -144,7 +144,7 @@ void add_strip(CommandLine& line) {
   command->add_option("-f,--frames", options->frames, "these frames instead")
       ->type_name("LIST")
       ->group("Main");
-  command->add_option("--columns", options->columns, "cells a row (4)")
+  command->add_option("--columns", options->columns, "cells per row (4)")
       ->transform(number_from(1, 1000))
       ->type_name("N")
       ->group("Main");

@@ -1,5 +1,5 @@
-// Are two renderings of one scene the same but for their noise? Holds when the sampler or the
-// number of samples changes, where no limit on single pixels could.
+// Statistical comparison of two renderings of one scene: are they equal except for noise? It also
+// works when the sampler or the number of samples changes, where per-pixel limits cannot.
 #pragma once
 
 #include <span>
@@ -21,7 +21,7 @@ struct StatisticsSettings {
   int tile = 8;         ///< side of the tiles whose means are tested, too, pixels
   float brightest = 2;  ///< values above count as this: sparks are not normal at all
   /// Differences this small (absolute, and as a share of the value) are no matter, however sure.
-  double least_error = 5e-4;
+  double min_error = 5e-4;
 };
 
 struct StatisticsResult {

@@ -1,4 +1,5 @@
-// How the surface of moving balls flows: where its points go next, and how far along they are.
+// Motion vectors of the surface of moving balls: the displacement of its points to the next frame,
+// and their progress.
 #pragma once
 
 #include <vector>
@@ -24,6 +25,6 @@ Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::v
                      const std::vector<Vec3>& points, SurfaceExtractor& extractor);
 
 /// From what was carried to points: displacement and progress.
-Flow flow_of(const std::vector<CarriedValues>& values);
+Flow flow_of(const std::vector<AttributeValues>& values);
 
 }  // namespace polymorph

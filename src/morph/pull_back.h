@@ -1,4 +1,5 @@
-// Where the points of a surface between two objects come from, and where they go.
+// Pull-back map: for the points of a surface between two objects, their positions on the source and
+// on the target.
 #pragma once
 
 #include <span>
@@ -25,6 +26,6 @@ Result<PullBack> pull_back(const MorphPlan& plan, float time, const std::vector<
                            const std::vector<Vec3>& points, SurfaceExtractor& extractor);
 
 /// From what was carried to points, two quadruples each: the source's and the target's.
-PullBack pull_back_of(const std::vector<CarriedValues>& values);
+PullBack pull_back_of(const std::vector<AttributeValues>& values);
 
 }  // namespace polymorph

@@ -1,6 +1,5 @@
-// The smooth map of a moment of a morph: where each point of space comes from on the source and
-// goes to on the target, by kernel regression over the moving balls (docs/method.md, Surface
-// between).
+// Warp map of a frame (kernel regression over the moving balls): the position on the source and on
+// the target of each point in space (docs/method.md, Surface between).
 #pragma once
 
 #include <memory>
@@ -18,7 +17,7 @@
 namespace polymorph {
 
 /// One moment's map, and what lengths are measured by then.
-struct MomentMap {
+struct FrameMap {
   /// Map 0: to the source, and the progress; map 1: to the target.
   std::shared_ptr<const Regression> regression;
   Box box;                             ///< that the surface stays in
@@ -30,7 +29,15 @@ struct MomentMap {
 /// (x
 /// - x_e)) / sum_e k_e, with p_e the ball that x_e comes from and F_e the turn and growth since
 /// then, undone; X_B likewise. At time 0 (1) X_A (X_B) is the identity exactly.
-MomentMap moment_map(const MorphPlan& plan, float time, const std::vector<Ball>& balls, float size);
+FrameMap frame_map(const MorphPlan& plan, float time, const std::vector<Ball>& balls, float size);
+
+/// The map's regression with other level weights, for a level of -1: how far the field of both
+/// objects' distances would fall short, at each ball, of what the ball has around it at its ends.
+/// Walls that pass each other by more than their thickness are thickened there, and only there,
+/// instead of being torn. Errors: the extractor's.
+Result<std::shared_ptr<const Regression>> with_shortfalls(
+    const FrameMap& map, const MorphPlan& plan, const std::vector<Ball>& balls,
+    const DistanceGrid& from, const DistanceGrid& to, SurfaceExtractor& extractor);
 
 /// How much further out each pair's part is on its source than on its target, [-1, 1]: by the mean
 /// distance along the body to all of it (morph/features.h).
@@ -38,7 +45,7 @@ std::vector<float> pair_leads(const MorphPlan& plan);
 
 /// Where points come from and go to by the map. Errors: the extractor's (surface/grid.h:
 /// to_status).
-Result<PullBack> pull_back(const MomentMap& map, const std::vector<Vec3>& points,
+Result<PullBack> pull_back(const FrameMap& map, const std::vector<Vec3>& points,
                            SurfaceExtractor& extractor);
 
 /// flow_at() by the map's kernels instead of the balls' shares. Errors: the extractor's.

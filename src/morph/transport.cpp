@@ -72,7 +72,7 @@ class ColumnGeneration {
   }
 
   TransportPlan run(double gap) {
-    constexpr int kMostRounds = 60;
+    constexpr int kMaxRounds = 60;
     guess_potentials();
     add(cheapest_arcs(first_arcs(), true));
     for (int round = 0;; ++round) {
@@ -80,7 +80,7 @@ class ColumnGeneration {
       const std::vector<Arc> missing = cheapest_arcs(kMoreArcs, false);
       // Potentials lowered by what the worst missing arc of each source would save are feasible.
       const double bound = cost_ - saving_;
-      if (missing.empty() || round == kMostRounds || cost_ - bound <= gap * cost_) {
+      if (missing.empty() || round == kMaxRounds || cost_ - bound <= gap * cost_) {
         PM_CHECK(missing.empty() || hub_flow_ == 0);
         TransportPlan plan{std::move(flows_), 0, bound / kTotal / scale_};
         plan.cost = cost_ / kTotal / scale_;
@@ -283,7 +283,7 @@ class ColumnGeneration {
   double scale_ = 1;
   std::vector<Arc> arcs_;
   std::vector<std::int64_t> potential_from_, potential_to_;
-  std::vector<Flow> flows_;
+  std::vector<TransportFlow> flows_;
   double cost_ = 0, saving_ = 0;
   std::int64_t hub_flow_ = 0;
 };

@@ -1,11 +1,11 @@
 #include "render/render.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
 #include "base/parallel.h"
+#include "base/stopwatch.h"
 #include "render/day_sky.h"
 #include "render/tile.h"
 
@@ -25,7 +25,7 @@ struct SkyKey {
   SkyKind kind = SkyKind::kStudio;
   float turbidity = 3;
 };
-bool same(const SkyKey& a, const SkyKey& b) {
+bool broadcast(const SkyKey& a, const SkyKey& b) {
   return a.rig.z == b.rig.z && a.key.frame.z == b.key.frame.z &&
          a.key.irradiance == b.key.irradiance && a.floor == b.floor && a.scale == b.scale &&
          a.image == b.image && a.part == b.part && a.kind == b.kind && a.turbidity == b.turbidity;
@@ -59,10 +59,6 @@ bool has_glass(const RenderScene& scene) {
   });
 }
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 }  // namespace
 
 struct Renderer::State {
@@ -88,7 +84,7 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   const ImageSettings& image = settings.image;
   PM_CHECK(image.width >= 1 && image.height >= 1 && image.samples >= 1);
   State& state = *state_;
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch build_watch;
   PM_TRY(const TracedScene geometry,
          TracedScene::build(state.device, scene.meshes, scene.camera.shutter));
 
@@ -109,7 +105,7 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
                  scene.ground.enabled ? SkyPart::kAboveHorizon : SkyPart::kAll,
                  scene.lights.sky,
                  scene.lights.turbidity};
-  if (state.sky.width == 0 || !same(sky_key, state.sky_key)) {
+  if (state.sky.width == 0 || !broadcast(sky_key, state.sky_key)) {
     state.sky = make_sky(sky_key);
     state.sky_key = sky_key;
   }
@@ -142,22 +138,22 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   job.filter = &state.filter;
   job.aovs = chosen_aovs(image.aovs);
   state.stats = {};
-  state.stats.build_seconds = seconds_since(start);
+  state.stats.build_seconds = build_watch.seconds();
 
-  const auto trace_start = std::chrono::steady_clock::now();
+  const Stopwatch trace_watch;
   Image film = make_image(image.width, image.height, film_channels(job.aovs));
   const int columns = (image.width + kTile - 1) / kTile, rows = (image.height + kTile - 1) / kTile;
-  std::vector<Tally> tallies(static_cast<std::size_t>(columns) * rows);
+  std::vector<RayStats> tallies(static_cast<std::size_t>(columns) * rows);
   parallel_for(columns * rows, [&](std::int64_t i) {
     const int tile = static_cast<int>(i);
     render_tile(job, tile % columns, tile / columns, film, tallies[i]);
   });
   PM_TRY_STATUS(take_device_error(state.device));
-  for (const Tally& tally : tallies) {
-    state.stats.rays += tally.rays;
-    state.stats.paths += tally.paths;
+  for (const RayStats& stats : tallies) {
+    state.stats.rays += stats.rays;
+    state.stats.paths += stats.paths;
   }
-  state.stats.trace_seconds = seconds_since(trace_start);
+  state.stats.trace_seconds = trace_watch.seconds();
   return film;
 }
 

@@ -1,4 +1,4 @@
-// What happens to paths where they meet a floor or a mesh.
+// Path scattering at surfaces: BSDF sampling, glass, shadow catcher.
 #pragma once
 
 #include "render/glass.h"
@@ -8,11 +8,11 @@
 
 namespace polymorph {
 
-/// The numbers of eight paths' vertices, in sets that do not meet.
+/// Random numbers of eight paths' vertices, in disjoint sets.
 struct VertexRandom {
   static constexpr std::uint32_t kSkySets = 1024, kGlassSets = 2048,
                                  kLightSets = 8192;  ///< beyond any depth
-  static constexpr std::uint32_t kMostLights = 32;
+  static constexpr std::uint32_t kMaxLights = 32;
   PathSamplerOf<Pack> sampler;
   std::uint32_t set;  ///< 1 + v at vertex v
   /// For the key light and the next direction.
@@ -20,11 +20,11 @@ struct VertexRandom {
   Sample4Of<Pack> sky() const { return sampler.get(kSkySets + set); }
   Sample4Of<Pack> glass() const { return sampler.get(kGlassSets + set); }
   Sample4Of<Pack> light(std::size_t i) const {
-    return sampler.get(kLightSets + set * kMostLights + static_cast<std::uint32_t>(i));
+    return sampler.get(kLightSets + set * kMaxLights + static_cast<std::uint32_t>(i));
   }
 };
 
-/// Eight vertices of as many paths, as far as lights are concerned.
+/// Vertices of eight paths, with what sampling the lights needs.
 struct Vertices {
   Paths& path;
   PackBits rows;  ///< where the paths stand in the wave
@@ -36,11 +36,11 @@ struct Vertices {
 
 /// Both return the lanes whose paths go on.
 PackMask scatter_on_floor(const World& world, Vertices& at, const FloorPointOf<Pack3>& point,
-                          const VertexRandom& random, Tally& tally);
+                          const VertexRandom& random, RayStats& stats);
 PackMask scatter_on_mesh(const World& world, Vertices& at, const SurfacePointOf<Pack3>& point,
                          const BsdfOf<Pack3>& bsdf, const VertexRandom& random);
 
-/// Light goes through a boundary of glass, or is thrown back there.
+/// Refracts or reflects a path at a boundary of glass.
 void pass_glass(const World& world, PathRow& path, const SurfacePoint& point, const Shading& glass,
                 const Sample4& random);
 

@@ -1,12 +1,12 @@
 #include "sequence/estimate.h"
 
 #include <algorithm>
-#include <chrono>
-#include <vector>
+#include <utility>
 
+#include "base/stopwatch.h"
 #include "image/image_io.h"
 #include "sequence/geometry.h"
-#include "sequence/render_sequence.h"
+#include "sequence/render_scene.h"
 
 namespace polymorph {
 namespace {
@@ -14,18 +14,17 @@ namespace {
 constexpr int kMostMeasured = 3;
 constexpr int kFewerSamples = 8;
 
-class Stopwatch {
+/// Seconds since the last call.
+class Laps {
  public:
-  /// Seconds since the last call.
   double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double seconds = std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-    return seconds;
+    const double now = stopwatch_.seconds();
+    return now - std::exchange(last_, now);
   }
 
  private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+  Stopwatch stopwatch_;
+  double last_ = 0;
 };
 
 }  // namespace
@@ -44,7 +43,7 @@ Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, SurfaceExtr
   const auto count = std::min<std::size_t>(frames.size(), kMostMeasured);
   for (std::size_t i = 0; i < count; ++i) {
     settings.frame = frames[(2 * i + 1) * frames.size() / (2 * count)];
-    Stopwatch watch;
+    Laps watch;
     PM_TRY(const FrameGeometry geometry, geometry_at(prepared, extractor, settings.frame));
     estimate.seconds += watch.lap();
     PM_TRY(const Image image, renderer.render(render_scene(prepared, geometry), settings));

@@ -9,7 +9,7 @@
 #include "image/image_io.h"
 #include "sequence/content_hash.h"
 #include "sequence/prepare.h"
-#include "sequence/render_sequence.h"
+#include "sequence/render_frame.h"
 
 namespace polymorph {
 
@@ -22,6 +22,10 @@ Result<std::string> sequence_hash(const Scene& scene, const std::string& isa) {
   const std::string hash =
       content_hash(scene, loaded.models, environment ? &*environment : nullptr);
   return isa.empty() ? hash : pinned_hash(hash, isa);
+}
+
+std::string pinned_hash(const std::string& hash, const std::string& isa) {
+  return Hasher().add(hash).add(isa).hex();
 }
 
 FileState file_state(const std::filesystem::path& file, const std::string& hash, int frame) {

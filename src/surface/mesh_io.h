@@ -1,4 +1,4 @@
-// Surfaces and balls as files.
+// Mesh export (OBJ, PLY) and ball files (JSON, CSV).
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ struct MeshPart {
 /// What a mesh file can say beside the surface.
 struct MeshTags {
   std::vector<MeshPart> parts;        ///< in the order of their triangles
-  std::vector<std::uint32_t> labels;  ///< one a vertex: index into label_names; or empty
+  std::vector<std::uint32_t> labels;  ///< one per vertex: index into label_names; or empty
   std::vector<std::string> label_names;
 };
 

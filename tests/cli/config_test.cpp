@@ -1,5 +1,5 @@
 // --config and POLYMORPH_ variables: which setting wins, and what is refused.
-#include "cli/program.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

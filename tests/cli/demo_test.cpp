@@ -1,5 +1,5 @@
 // demo, init and the program alone: what newcomers do first.
-#include "cli/program.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <regex>
 
-#include "cli/program.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

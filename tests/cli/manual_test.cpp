@@ -1,5 +1,5 @@
 // The reference and the completions are made from the program's own options.
-#include "cli/program.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

@@ -1,5 +1,5 @@
 // The game of Pairs, played by its file and by hand.
-#include "cli/program.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

@@ -5,7 +5,7 @@
 #include <set>
 #include <thread>
 
-#include "cli/program.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {
@@ -35,7 +35,7 @@ TEST_F(Render, WritesExrAndPng) {
     for (const char* extension : {".exr", ".png"})
       EXPECT_TRUE(exists(std::string("out/f.") + number + extension));
   EXPECT_EQ(count_files(".part"), 0u);
-  // Not a terminal: a line a frame, then the sum.
+  // Not a terminal: a line per frame, then the sum.
   const auto lines = lines_of(ran.err);
   ASSERT_EQ(lines.size(), 5u) << ran.err;
   EXPECT_TRUE(lines[0].starts_with("frame 1 1/4 ")) << lines[0];
@@ -310,9 +310,9 @@ TEST_F(Render, PixelsDependOnTheSceneAlone) {
   const auto warm = digests({"-o", "two.####.exr", "-t", "2"});
   EXPECT_EQ(cold, warm);
   EXPECT_NE(cold[1], cold[2]);
-  same("one.####.exr", "two.####.exr");
+  broadcast("one.####.exr", "two.####.exr");
   EXPECT_EQ(digests({"-o", "alone.exr", "-t", "2", "-f", "3", "--no-cache"}).front(), cold[2]);
-  same("alone.exr", "one.0003.exr");
+  broadcast("alone.exr", "one.0003.exr");
 }
 
 }  // namespace

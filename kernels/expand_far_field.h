@@ -1,0 +1,178 @@
+// Far-field expansion pass: makes a node's polynomial (far_field.h) from its parent's, one team per
+// node.
+#pragma once
+
+#include <cstdint>
+
+#include "falloff.h"
+#include "far_field.h"
+#include "host_device.h"
+#include "math.h"
+#include "tree.h"
+#include "types.h"
+#include "view.h"
+
+namespace polymorph {
+
+/// A distant ball from the middle of the node, in FieldScale::length.
+struct alignas(16) FarBall {
+  float x, y, z, w;
+};
+
+/// The far field of each node of a level.
+template <class F>
+struct ExpandFarField {
+  static constexpr int kThreads = 64;
+  static constexpr int kChunk = 64;  ///< entries of the parent's list handled together
+  struct Scratch {
+    FarBall far[kChunk];
+    std::uint32_t place[kChunk + 1];
+    alignas(32) float x[kFarPoints], y[kFarPoints], z[kFarPoints];  ///< as of a FarBall
+    alignas(32) float value[kFarPoints];
+    /// What the entries so far add to error, bend, size and against; each in its own place, so that
+    /// the sums have one order on every backend.
+    alignas(32) float terms[4][kChunk];
+    float sum[4];
+  };
+  Grid grid;
+  Level level;
+  View<const Node> parents;
+  View<const Node> nodes;
+  View<const std::uint32_t> entries;  ///< of the parents
+  View<const typename F::Ball> balls;
+  View<const FarField> above;  ///< of each parent
+  View<FarField> out;
+
+  template <class Team>
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t n) const {
+    using V = typename Team::V;
+    constexpr int kLanes = Lanes<V>::kCount;
+    const Node node = nodes[n], parent = parents[node.parent];
+    const NodeBox reach = node_box(grid, level.cells, level.margin, node.at);
+    const FarBox box(reach.low, reach.high);
+    begin(team, scratch, node, parent, box);
+    const std::uint32_t* list = entries.data + parent.begin;
+    for (std::uint32_t j = 0; j < parent.count; j += kChunk) {
+      const auto left = static_cast<int>(parent.count - j);
+      team.each(kChunk / kLanes, [&](int item) {
+        accumulate_weights<V>(scratch, reach, list + j, left, item * kLanes);
+      });
+      team.sync();
+      const auto count = static_cast<int>(team.scan(scratch.place, kChunk));
+      if (count == 0) continue;
+      team.each(kChunk, [&](int i) {
+        const auto place = static_cast<int>(scratch.place[i]);
+        if (static_cast<int>(scratch.place[i + 1]) > place) {
+          const RoundBall ball = balls[list[j + static_cast<std::uint32_t>(i)]];
+          scratch.far[place] = {ball.scale * (ball.x - box.middle.x),
+                                ball.scale * (ball.y - box.middle.y),
+                                ball.scale * (ball.z - box.middle.z), ball.w};
+        }
+        // Fours are filled up with balls that add nothing.
+        if (i >= count && i / kBatch == (count - 1) / kBatch) scratch.far[i] = {};
+      });
+      team.sync();
+      team.each(kFarPoints / kLanes, [&](int item) { add<V>(scratch, count, item * kLanes); });
+    }
+    team.sync();
+    team.each(4, [&](int k) {
+      float sum = 0;
+      for (int i = 0; i < kChunk; ++i) sum = sum + scratch.terms[k][i];
+      scratch.sum[k] = sum;
+    });
+    team.each(kFarPoints, [&](int i) { out[n].value[i] = scratch.value[i]; });
+    team.sync();
+    team.each(1, [&](int) {
+      const FarField& from = above[node.parent];
+      const float size = from.size + scratch.sum[2];
+      // Rounding: of the sums at the points, of the weights and of the sums with them; each up to
+      // 6.3 times as large between the points.
+      const float rounding = 0x1p-24f * (1200.0f + 2.0f * static_cast<float>(parent.count));
+      out[n].error = 1.0001f * (from.error + scratch.sum[0]);
+      out[n].rounding = fma(rounding, size, from.rounding);
+      out[n].second_derivative_bound = from.second_derivative_bound + 1.0001f * scratch.sum[1];
+      out[n].size = size;
+      out[n].negative_weight_bound = scratch.sum[3];
+    });
+  }
+
+  /// The points, what the parent has there, and no terms.
+  template <class Team>
+  PM_HD void begin(const Team& team, Scratch& scratch, const Node& node, const Node& parent,
+                   const FarBox& box) const {
+    using V = typename Team::V;
+    constexpr int kLanes = Lanes<V>::kCount;
+    const FarBox from = far_box(grid, kBranching * level.cells, level.margin, parent.at);
+    const float scale = balls[0].scale;
+    team.each(kFarPoints, [&](int i) {
+      scratch.x[i] = scale * (box.half.x * far_point(i % kFarAlong));
+      scratch.y[i] = scale * (box.half.y * far_point(i / kFarAlong % kFarAlong));
+      scratch.z[i] = scale * (box.half.z * far_point(i / kFarAlong / kFarAlong));
+    });
+    team.each(4 * kChunk, [&](int i) { scratch.terms[i / kChunk][i % kChunk] = 0; });
+    team.sync();
+    const FarField& far = above[node.parent];
+    const Vec3 shift = box.middle - from.middle;
+    team.each(kFarPoints / kLanes, [&](int item) {
+      const float back = 1.0f / scale;
+      const auto at = [&](const float* of) { return Lanes<V>::load(of + item * kLanes); };
+      const V value = far_value<V>(far.value, from.inverse.x * (shift.x + back * at(scratch.x)),
+                                   from.inverse.y * (shift.y + back * at(scratch.y)),
+                                   from.inverse.z * (shift.z + back * at(scratch.z)));
+      Lanes<V>::store(scratch.value + item * kLanes, value);
+    });
+  }
+
+  /// Which of the entries from number `at` on are distant, and the bounds that they add.
+  template <class V>
+  PM_HD void accumulate_weights(Scratch& scratch, const NodeBox& box, const std::uint32_t* list,
+                                int left, int at) const {
+    constexpr int kLanes = Lanes<V>::kCount;
+    alignas(32) float x[kLanes], y[kLanes], z[kLanes], w[kLanes];
+    for (int l = 0; l < kLanes; ++l) {
+      const RoundBall ball = at + l < left ? balls[list[at + l]] : RoundBall{};
+      x[l] = ball.x, y[l] = ball.y, z[l] = ball.z, w[l] = ball.w;
+    }
+    const float scale = balls[0].scale, scale_squared = balls[0].scale_squared,
+                base = balls[0].base;
+    const V cx = Lanes<V>::load(x), cy = Lanes<V>::load(y), cz = Lanes<V>::load(z);
+    const V weight = Lanes<V>::load(w), zero = broadcast<V>(0.0f);
+    const QRange<V> q = q_range<V>(scale * (box.low.x - cx), scale * (box.high.x - cx),
+                                   scale * (box.low.y - cy), scale * (box.high.y - cy),
+                                   scale * (box.low.z - cz), scale * (box.high.z - cz), base);
+    const auto near = is_near(weight, q, level.reach);
+    const V inverse = 1.0f / q.near, size = max(weight, -weight) * inverse;
+    const V terms[4] = {select(near, zero, level.truncation * (size * (inverse * inverse))),
+                        select(near, zero, (3.0f * scale_squared) * (size * inverse)),
+                        select(near, zero, size), select(near & (weight < 0.0f), size, zero)};
+    for (int k = 0; k < 4; ++k) {
+      float* to = scratch.terms[k] + at;
+      Lanes<V>::store(to, Lanes<V>::load(to) + terms[k]);
+    }
+    const std::uint32_t far = ~Lanes<V>::bits(near);
+    for (int l = 0; l < kLanes; ++l) {
+      scratch.place[at + l] = at + l < left ? far >> l & 1u : 0;
+    }
+  }
+
+  /// Adds `count` distant balls at the points from number `at` on.
+  template <class V>
+  PM_HD void add(Scratch& scratch, int count, int at) const {
+    const V x = Lanes<V>::load(scratch.x + at), y = Lanes<V>::load(scratch.y + at),
+            z = Lanes<V>::load(scratch.z + at), base = broadcast<V>(kMinDistance2);
+    V sum = Lanes<V>::load(scratch.value + at);
+    for (int j = 0; j < count; j += kBatch) {
+      FarBall batch[kBatch];
+      V q[kBatch];
+      for (int i = 0; i < kBatch; ++i) {
+        batch[i] = scratch.far[j + i];
+        const V ux = x - batch[i].x, uy = y - batch[i].y, uz = z - batch[i].z;
+        q[i] = fma(ux, ux, fma(uy, uy, fma(uz, uz, base)));
+      }
+      sum = sum + sum_of_batch(batch, q);
+    }
+    Lanes<V>::store(scratch.value + at, sum);
+  }
+};
+
+}  // namespace polymorph

@@ -1,0 +1,183 @@
+// Attribute interpolation: the values that balls carry (colour, texture coordinates, motion),
+// weighted at each point by the balls' shares of the field.
+//
+// A ball's share is what it adds to the field over what all add; balls that add less than
+// kMinShare of what the strongest does are left out. Neighbouring points share a list of the
+// balls that can matter in the box around them: by the bounds of falloff.h a ball left out of it is
+// below kMinShare at each of the points, so that the list changes no bit.
+#pragma once
+
+#include <cstdint>
+
+#include "extract_surface.h"
+#include "falloff.h"
+#include "field.h"
+#include "host_device.h"
+#include "view.h"
+
+namespace polymorph {
+
+constexpr float kMinShare = 1e-4f;
+
+/// What a ball adds where its coordinate is q, as far as shares go: also beyond the cutoff, and
+/// nothing where it takes away.
+template <class F, class V>
+PM_HD inline V strength(const typename F::Ball& ball, V q) {
+  if constexpr (F::kKind == FieldKind::kGaussian) {
+    return zero_unless(q <= kMaxExponent, exp2(-q));
+  } else {
+    return max(F::value(ball, q), broadcast<V>(0.0f));
+  }
+}
+
+/// Writes the values at kRun neighbouring points; kMaps quadruples per ball. One team per run. Each
+/// ball is looked at for as many boxes at once as V has lanes.
+template <class F, class V, int kMaps>
+struct InterpolateAttributes {
+  static constexpr int kThreads = 128;
+  static constexpr int kBoxes = Lanes<V>::kCount, kInBox = kBoxes > 1 ? 32 : 128;
+  static constexpr int kRun = kBoxes * kInBox;
+  static constexpr std::uint32_t kMaxNear = 2048;
+  struct Scratch {
+    std::uint32_t near[kBoxes * kMaxNear];  ///< of each box
+    std::uint32_t count[kBoxes];            ///< more than kMaxNear: all balls may matter
+  };
+  View<const Vec3> points;
+  View<const typename F::Ball> balls;
+  BallList all_balls;
+  View<const BallAttribute> carried;  ///< kMaps for each ball
+  View<AttributeValues> out;          ///< kMaps for each point
+
+  template <class Team>
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t run) const {
+    constexpr int kLanes = Lanes<V>::kCount;
+    const std::int64_t begin = run * kRun, left = points.size - begin;
+    const int n = left < kRun ? static_cast<int>(left) : kRun;
+    team.each_group(1, [&](int) { list_near(team, scratch, begin, n); });
+    team.sync();
+    team.each((n + kLanes - 1) / kLanes, [&](int item) {
+      const int first = item * kLanes, box = first / kInBox;
+      BallList list = {scratch.near + box * kMaxNear, scratch.count[box]};
+      if (list.count > kMaxNear) list = all_balls;
+      interpolate(list, begin + first, n - first < kLanes ? n - first : kLanes);
+    });
+  }
+
+  /// The balls that matter in each box around n points from number `begin` on, ascending.
+  template <class Team>
+  PM_HD void list_near(const Team& team, Scratch& scratch, std::int64_t begin, int n) const {
+    const std::uint32_t rank = team.group_rank();
+    alignas(32) float bounds[6][kBoxes];
+    for (int box = 0; box < kBoxes; ++box) {
+      const auto point = [&](int i) {
+        const int k = box * kInBox + i;
+        return points[begin + (k < n ? k : n - 1)];
+      };
+      Vec3 low = point(0), high = low;
+      for (int i = static_cast<int>(rank); i < kInBox; i += static_cast<int>(Team::kGroup)) {
+        low = min(low, point(i)), high = max(high, point(i));
+      }
+      bounds[0][box] = -team.group_max(-low.x), bounds[1][box] = team.group_max(high.x);
+      bounds[2][box] = -team.group_max(-low.y), bounds[3][box] = team.group_max(high.y);
+      bounds[4][box] = -team.group_max(-low.z), bounds[5][box] = team.group_max(high.z);
+    }
+    V b[6];
+    for (int i = 0; i < 6; ++i) b[i] = Lanes<V>::load(bounds[i]);
+    const auto range = [&](std::uint32_t j) {
+      return balls[j].template range<V>(b[0], b[1], b[2], b[3], b[4], b[5]);
+    };
+    // At every point of a box the strongest ball adds at least this much.
+    V strongest = broadcast<V>(0.0f);
+    for (std::uint32_t j = rank; j < all_balls.count; j += Team::kGroup) {
+      strongest = max(strongest, strength<F>(balls[j], range(j).far));
+    }
+    // The polynomial of exp2() need not fall everywhere.
+    const V min_near = 0.999f * kMinShare * team.group_max(strongest);
+    std::int64_t cursor[kBoxes], end[kBoxes];
+    for (int box = 0; box < kBoxes; ++box) {
+      cursor[box] = box * std::int64_t{kMaxNear}, end[box] = cursor[box] + kMaxNear;
+    }
+    std::uint32_t full = 0;
+    for (std::uint32_t j0 = 0; j0 < all_balls.count; j0 += Team::kGroup) {
+      const std::uint32_t j = j0 + rank;
+      for (int box = 0; box < kBoxes; ++box) {
+        full |= (cursor[box] + Team::kGroup > end[box] ? 1u : 0u) << box;
+      }
+      const std::uint32_t matters =
+          j < all_balls.count ? Lanes<V>::bits(strength<F>(balls[j], range(j).near) > min_near) : 0;
+      team.append(matters & ~full, cursor, [&](std::int64_t place) { scratch.near[place] = j; });
+    }
+    if (!team.leads_group()) return;
+    for (int box = 0; box < kBoxes; ++box) {
+      scratch.count[box] = full >> box & 1u
+                               ? kMaxNear + 1
+                               : static_cast<std::uint32_t>(cursor[box] + kMaxNear - end[box]);
+    }
+  }
+
+  PM_HD void interpolate(BallList list, std::int64_t at, int n) const {
+    constexpr int kLanes = Lanes<V>::kCount;
+    alignas(32) float p[3][kLanes];
+    for (int l = 0; l < kLanes; ++l) {
+      const Vec3 point = points[at + (l < n ? l : 0)];
+      p[0][l] = point.x, p[1][l] = point.y, p[2][l] = point.z;
+    }
+    const Points<V> x = {Lanes<V>::load(p[0]), Lanes<V>::load(p[1]), Lanes<V>::load(p[2])};
+    V strongest = broadcast<V>(0.0f);
+    for (std::uint32_t j = 0; j < list.count; ++j) {
+      const typename F::Ball ball = balls[list.indices[j]];
+      strongest = max(strongest, strength<F>(ball, ball.q(x.x, x.y, x.z)));
+    }
+    const V min_strength = kMinShare * strongest;
+    V sum = broadcast<V>(0.0f), value[4 * kMaps];
+    for (V& v : value) v = broadcast<V>(0.0f);
+    for (std::uint32_t j = 0; j < list.count; ++j) {
+      const std::uint32_t e = list.indices[j];
+      const typename F::Ball ball = balls[e];
+      const V adds = strength<F>(ball, ball.q(x.x, x.y, x.z));
+      const auto counts = adds > min_strength;
+      if (Lanes<V>::bits(counts) == 0) continue;
+      const V weight = zero_unless(counts, adds);
+      sum = sum + weight;
+      add<V>(e, weight, x.x - ball.x, x.y - ball.y, x.z - ball.z, value);
+    }
+    const std::uint32_t reached = Lanes<V>::bits(sum > 0.0f);
+    for (int k = 0; k < 4 * kMaps; ++k) {
+      alignas(32) float lanes[kLanes];
+      Lanes<V>::store(lanes, value[k] / sum);
+      for (int l = 0; l < n; ++l) out[(at + l) * kMaps + k / 4].v[k % 4] = lanes[l];
+    }
+    for (int l = 0; l < n; ++l) {
+      if (!(reached >> l & 1u)) take_nearest(at + l);
+    }
+  }
+
+  /// Adds what ball e carries to a point at the offset d.
+  template <class T>
+  PM_HD void add(std::uint32_t e, T weight, T dx, T dy, T dz, T (&value)[4 * kMaps]) const {
+    for (int k = 0; k < 4 * kMaps; ++k) {
+      const BallAttribute& c = carried[std::int64_t{e} * kMaps + k / 4];
+      const Vec3 slope = c.slope[k % 4];
+      T here = fma(broadcast<T>(slope.z), dz, broadcast<T>(c.value[k % 4]));
+      here = fma(broadcast<T>(slope.x), dx, fma(broadcast<T>(slope.y), dy, here));
+      value[k] = fma(weight, here, value[k]);
+    }
+  }
+
+  /// Where nothing reaches: the values of the ball with the least coordinate.
+  PM_HD void take_nearest(std::int64_t at) const {
+    const Vec3 p = points[at];
+    std::uint32_t nearest = 0;
+    float q = kInfinity;
+    for (std::uint32_t j = 0; j < all_balls.count; ++j) {
+      const float of_ball = balls[j].q(p.x, p.y, p.z);
+      if (of_ball < q) q = of_ball, nearest = j;
+    }
+    const typename F::Ball ball = balls[nearest];
+    float value[4 * kMaps] = {};
+    add<float>(nearest, 1.0f, p.x - ball.x, p.y - ball.y, p.z - ball.z, value);
+    for (int k = 0; k < 4 * kMaps; ++k) out[at * kMaps + k / 4].v[k % 4] = value[k];
+  }
+};
+
+}  // namespace polymorph

@@ -1,0 +1,179 @@
+#include "spheres/quality.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/random.h"
+#include "model/closest.h"
+#include "model/diagnose.h"
+#include "model/sample_surface.h"
+#include "surface/grid.h"
+
+namespace polymorph {
+namespace {
+
+struct Counts {
+  std::size_t model = 0, field = 0, both = 0;
+};
+
+/// Points of a jittered lattice through the model's box and a margin, each for `volume`.
+struct Lattice {
+  std::vector<Vec3> points;
+  double volume = 0;
+};
+Lattice lattice_around(const Model& model, double points_wanted) {
+  const Box box = model.box();
+  const float margin = 0.03f * box.diagonal();
+  const Vec3 size = box.size() + Vec3{2, 2, 2} * margin, low = box.low - Vec3{1, 1, 1} * margin;
+  const double step = std::cbrt(static_cast<double>(size.x) * static_cast<double>(size.y) *
+                                static_cast<double>(size.z) / points_wanted);
+  const auto steps = [&](float length) { return static_cast<int>(length / step) + 1; };
+  const int nx = steps(size.x), ny = steps(size.y), nz = steps(size.z);
+  Lattice lattice{{}, step * step * step};
+  std::vector<Vec3>& points = lattice.points;
+  points.reserve(static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) *
+                 static_cast<std::size_t>(nz));
+  for (int z = 0; z < nz; ++z)
+    for (int y = 0; y < ny; ++y)
+      for (int x = 0; x < nx; ++x) {
+        const std::uint64_t i = points.size();
+        const auto at = [&](int k, std::uint64_t stream) {
+          return static_cast<float>(step * (k + static_cast<double>(random_float(7, stream, i))));
+        };
+        points.push_back(low + Vec3{at(x, 0), at(y, 1), at(z, 2)});
+      }
+  return lattice;
+}
+
+/// How many points lie in the model, in the field, in both.
+Result<Counts> count_lattice(const Model& model, const InsideTest& inside,
+                             const std::vector<Ball>& balls, FieldKind kind, double points_wanted) {
+  const std::vector<Vec3> points = lattice_around(model, points_wanted).points;
+  const std::vector<std::uint8_t> in = inside.inside(points);
+  ExtractSettings settings;
+  settings.field = kind;
+  std::vector<float> values;
+  PM_TRY_STATUS(to_status(make_cpu_extractor()->sample(balls, points, settings, values)));
+  Counts counts;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const bool field = values[i] > 1;
+    counts.model += in[i];
+    counts.field += field;
+    counts.both += field && in[i];
+  }
+  return counts;
+}
+
+struct Distances {
+  double rms = 1, most = 1;
+};
+
+Distances distances_of(const std::vector<Vec3>& points, const ClosestPointQuery& target,
+                       double diagonal, std::size_t rms_count) {
+  Distances result{0, 0};
+  const std::vector<ClosestPoint> closest = target.closest(points);
+  for (std::size_t i = 0; i < closest.size(); ++i) {
+    const double d = static_cast<double>(closest[i].distance) / diagonal;
+    if (i < rms_count) result.rms += d * d;
+    result.most = std::max(result.most, d);
+  }
+  result.rms = std::sqrt(result.rms / static_cast<double>(std::max<std::size_t>(rms_count, 1)));
+  return result;
+}
+
+/// Even samples of a mesh, then its vertices.
+std::vector<Vec3> points_of(const Mesh& mesh, std::size_t count) {
+  Model model;
+  model.points = mesh.positions;
+  model.triangles = mesh.triangles;
+  std::vector<Vec3> points;
+  for (const SurfaceSample& s : sample_surface(model, count)) points.push_back(s.point);
+  points.insert(points.end(), mesh.positions.begin(), mesh.positions.end());
+  return points;
+}
+
+std::vector<Vec3> points_of(const std::vector<BoundarySample>& samples) {
+  std::vector<Vec3> points;
+  for (const BoundarySample& s : samples) points.push_back(s.point);
+  return points;
+}
+
+constexpr std::size_t kSamples = 20000;
+
+}  // namespace
+
+Result<ApproximationQuality> measure_quality(const Model& model, const InsideTest& inside,
+                                             const std::vector<Ball>& balls, FieldKind kind,
+                                             int grid, double points) {
+  const Vec3 size = model.box().size();
+  const double diagonal = static_cast<double>(model.box().diagonal());
+  const auto extractor = make_cpu_extractor();
+  ExtractSettings settings;
+  settings.field = kind;
+  PM_TRY(const Mesh mesh,
+         extract_surface(*extractor, balls,
+                         std::max({size.x, size.y, size.z}) / static_cast<float>(grid), settings));
+  PM_TRY(const Counts counts, count_lattice(model, inside, balls, kind, points));
+  ApproximationQuality figures;
+  figures.triangles = mesh.triangles.size();
+  const auto count = [](std::size_t n) { return static_cast<double>(std::max<std::size_t>(n, 1)); };
+  figures.iou = static_cast<double>(counts.both) / count(counts.model + counts.field - counts.both);
+  figures.volume_ratio = static_cast<double>(counts.field) / count(counts.model);
+  Distances to_model, to_surface;
+  if (!mesh.triangles.empty()) {
+    to_model =
+        distances_of(points_of(mesh, kSamples), ClosestPointQuery(model), diagonal, kSamples);
+    const std::vector<Vec3> boundary = points_of(sample_boundary(model, inside, kSamples));
+    to_surface = distances_of(boundary, ClosestPointQuery(mesh.positions, mesh.triangles), diagonal,
+                              boundary.size());
+  }
+  figures.rms_to_model = to_model.rms;
+  figures.hausdorff_to_model = to_model.most;
+  figures.rms_to_surface = to_surface.rms;
+  figures.hausdorff_to_surface = to_surface.most;
+  return figures;
+}
+
+Result<double> hausdorff_distance(const Model& model, const std::vector<BoundarySample>& samples,
+                                  const Approximation& approximation) {
+  // Without a fit it is the spheres themselves that stand for the model.
+  const double diagonal = static_cast<double>(model.box().diagonal());
+  if (approximation.balls.empty()) {
+    double most = 0;
+    const std::vector<Sphere> spheres = approximation.tree.leaves();
+    for (const BoundarySample& s : samples) {
+      double nearest = diagonal;
+      for (const Sphere& sphere : spheres)
+        nearest =
+            std::min(nearest, static_cast<double>(length(s.point - sphere.center) - sphere.radius));
+      most = std::max(most, nearest);
+    }
+    return most / diagonal;
+  }
+  const auto extractor = make_cpu_extractor();
+  PM_TRY(const Mesh mesh,
+         extract_surface(*extractor, approximation.balls, model.box().diagonal() / 300, {}));
+  if (mesh.triangles.empty()) return 1.0;
+  const Distances out = distances_of(mesh.positions, ClosestPointQuery(model), diagonal, 0);
+  const Distances back = distances_of(
+      points_of(samples), ClosestPointQuery(mesh.positions, mesh.triangles), diagonal, 0);
+  return std::max(out.most, back.most);
+}
+
+double solid_volume(const Model& model, const InsideTest& inside) {
+  const Diagnosis diagnosis = diagnose(model);
+  if (diagnosis.closed && diagnosis.shells == 1 && diagnosis.volume > 0) return diagnosis.volume;
+  const Lattice lattice = lattice_around(model, 2e5);
+  double volume = 0;
+  for (const std::uint8_t in : inside.inside(lattice.points)) volume += in * lattice.volume;
+  return volume;
+}
+
+Result<double> lattice_volume_ratio(const Model& model, const InsideTest& inside,
+                                    const std::vector<Ball>& balls) {
+  PM_TRY(const Counts counts, count_lattice(model, inside, balls, FieldKind::kGaussian, 1e5));
+  return static_cast<double>(counts.field) /
+         static_cast<double>(std::max<std::size_t>(counts.model, 1));
+}
+
+}  // namespace polymorph
