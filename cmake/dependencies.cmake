@@ -13,6 +13,8 @@ find_path(NANOFLANN_INCLUDE nanoflann.hpp REQUIRED)  # Debian's package has no C
 find_package(PNG REQUIRED)
 # Headers only; its CMake config would bring the library and the solvers it was built with.
 find_path(LEMON_INCLUDE lemon/network_simplex.h REQUIRED)
+find_path(MESHOPTIMIZER_INCLUDE meshoptimizer.h REQUIRED)  # its CMake config lies where none is looked for
+find_library(MESHOPTIMIZER_LIBRARY meshoptimizer REQUIRED)
 pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)
 pkg_check_modules(QHULL REQUIRED IMPORTED_TARGET qhull_r)
 find_path(GIF_INCLUDE gif_lib.h REQUIRED)

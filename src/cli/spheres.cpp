@@ -11,11 +11,12 @@
 #include "model/load_obj.h"
 #include "model/shapes.h"
 #include "scene/json_text.h"
+#include "interchange/mesh_file.h"
 #include "sequence/spheres_picture.h"
 #include "spheres/figures.h"
 #include "spheres/spheres.h"
 #include "surface/grid.h"
-#include "surface/mesh_io.h"
+#include "surface/balls_io.h"
 
 namespace polymorph {
 namespace {

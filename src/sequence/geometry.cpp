@@ -62,16 +62,6 @@ std::vector<std::uint32_t> label_numbers(const PreparedActor& actor, const Prepa
   return numbers;
 }
 
-/// One a point of the model: that of its last face.
-std::vector<std::uint32_t> model_labels(const PreparedActor& actor, const PreparedObject& object) {
-  const std::vector<std::uint32_t> numbers = label_numbers(actor, object);
-  std::vector<std::uint32_t> labels(object.model.points.size(), 0);
-  for (std::size_t t = 0; t < object.model.triangles.size(); ++t)
-    for (const std::uint32_t v : object.model.triangles[t].v)
-      labels[v] = numbers[object.model.labels[t]];
-  return labels;
-}
-
 Clothes clothes_of(const PreparedActor& actor, std::size_t object, const Mesh& surface,
                    std::span<const Vec3> at, float share = 1) {
   const PreparedObject& o = actor.objects[object];
@@ -378,6 +368,15 @@ Result<ActorGeometry> boundary_at(const PreparedScene& prepared, const PreparedA
   return model_at(prepared, actor, extractor, moment);
 }
 
+std::vector<std::uint32_t> model_labels(const PreparedActor& actor, const PreparedObject& object) {
+  const std::vector<std::uint32_t> numbers = label_numbers(actor, object);
+  std::vector<std::uint32_t> labels(object.model.points.size(), 0);
+  for (std::size_t t = 0; t < object.model.triangles.size(); ++t)
+    for (const std::uint32_t v : object.model.triangles[t].v)
+      labels[v] = numbers[object.model.labels[t]];
+  return labels;
+}
+
 Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry) {
   Mesh mesh = geometry.surface;
   if (!geometry.points.empty()) append(mesh, model_mesh(actor, geometry));
@@ -464,32 +463,6 @@ Result<std::vector<std::uint32_t>> surface_labels(const PreparedActor& actor,
   for (const ClosestPoint& point : object.closest->closest(points))
     labels.push_back(numbers[object.model.labels[point.triangle]]);
   return labels;
-}
-
-Result<FrameMesh> mesh_of(const PreparedScene& prepared, const FrameGeometry& geometry,
-                          SurfaceExtractor& extractor) {
-  FrameMesh frame;
-  std::vector<std::string> kinds;
-  for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
-    const ActorGeometry& one = geometry.actors[a];
-    const bool is_model = one.surface.triangles.empty() && !one.points.empty();
-    kinds.push_back(is_model ? "model" : "surface");
-    const PreparedActor& actor = prepared.actors[a];
-    const auto first = static_cast<std::uint32_t>(frame.tags.label_names.size());
-    for (const std::string& name : actor.label_names)
-      frame.tags.label_names.push_back(prepared.actors.size() > 1 ? actor.name + "." + name : name);
-    std::vector<std::uint32_t> labels;
-    if (is_model) {
-      labels = model_labels(actor, object_of(actor, one.moment.object));
-    } else {
-      PM_TRY(labels, surface_labels(actor, one, extractor));
-    }
-    for (const std::uint32_t label : labels) frame.tags.labels.push_back(first + label);
-    frame.tags.parts.push_back({actor.name, frame.mesh.triangles.size()});
-    append(frame.mesh, is_model ? model_mesh(actor, one) : one.surface);
-  }
-  frame.what = each_once(kinds);
-  return frame;
 }
 
 RenderScene render_scene(const PreparedScene& prepared, const FrameGeometry& geometry) {

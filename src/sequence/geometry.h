@@ -14,7 +14,6 @@
 #include "morph/timeline.h"
 #include "render/render.h"
 #include "sequence/prepare.h"
-#include "surface/mesh_io.h"
 
 namespace polymorph {
 
@@ -105,15 +104,8 @@ Result<std::vector<std::uint32_t>> surface_labels(const PreparedActor& actor,
                                                   const ActorGeometry& geometry,
                                                   SurfaceExtractor& extractor);
 
-/// A frame as a mesh: of each actor its surface or, where it has none, its model.
-struct FrameMesh {
-  Mesh mesh;
-  MeshTags tags;     ///< a part an actor; labels "beak", or "actor.beak" of several
-  std::string what;  ///< "surface", "model" or both: "surface, model"
-};
-/// Errors: the extractor's.
-Result<FrameMesh> mesh_of(const PreparedScene& prepared, const FrameGeometry& geometry,
-                          SurfaceExtractor& extractor);
+/// The same of each point of an object's model: that of its last face.
+std::vector<std::uint32_t> model_labels(const PreparedActor& actor, const PreparedObject& object);
 
 /// What the renderer is given for one frame; borrows from both arguments. The id AOV counts from 2
 /// through the actors, for each its surface and then its objects' models.
