@@ -320,7 +320,7 @@ void add_mesh(CommandLine& line) {
       ->group("Main");
   command
       ->add_flag("--quantize", options->quantize,
-                 ".glb: 16 bits for positions, 8 for normals, no velocities and labels")
+                 ".glb: 16 bits for positions, 8 for normals, no velocities")
       ->group("Main");
   add_overwrite(command, line.common)->group("Main");
   add_overrides(command, options->sets);

@@ -190,15 +190,11 @@ Status GlbWriter::add_vertices(const SurfaceFrame& frame, const SplitSurface& sp
                       per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
                         append(bytes, uv_at(frame, split, v));
                       })));
+  // The only attribute of our own: Blender 5.0 mixes up the values of two.
   if (!frame.velocities.empty())
     PM_TRY_STATUS(put("_VELOCITY", "VEC3",
                       per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
                         append(bytes, frame.velocities[p]);
-                      })));
-  if (!frame.labels.empty())
-    PM_TRY_STATUS(put("_LABEL", "SCALAR",
-                      per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
-                        append(bytes, static_cast<float>(frame.labels[p]));
                       })));
   return Ok{};
 }
@@ -421,7 +417,7 @@ Status GlbWriter::finish() {
                    {{"yfov", 2 * std::atan(sequence_.camera.tan_half_fov_y)},
                     {"aspectRatio", sequence_.camera.aspect},
                     {"znear", 0.01f * sequence_.camera.focus}}}}}},
-               {"extras", {{"label_names", sequence_.label_names}, {"fps", sequence_.fps}}}};
+               {"extras", {{"fps", sequence_.fps}}}};
   if (!meshes_.empty()) {
     file["meshes"] = meshes_;
     file["accessors"] = accessors_;

@@ -29,14 +29,14 @@ Result<std::unique_ptr<SurfaceWriter>> make_usd_writer(const std::filesystem::pa
 
 struct GlbSettings {
   /// Positions in 16 bits over the box of actor and frame, normals in 8, colours in 16, texture
-  /// coordinates in 16 where they lie in [0, 1] (KHR_mesh_quantization); no velocities and labels.
+  /// coordinates in 16 where they lie in [0, 1] (KHR_mesh_quantization); no velocities.
   bool quantize = false;
 };
 
 /// Binary glTF 2.0: a node for each actor and frame, of which an animation shows one after the
 /// other: by a scale of 0 and 1 that steps, which every viewer plays, and by KHR_node_visibility
 /// with KHR_animation_pointer for those that know it. Frames that are alike share a node. Materials
-/// and textures are in the file; so are _VELOCITY (units a second) and _LABEL.
+/// and textures are in the file; so is _VELOCITY (units a second).
 Result<std::unique_ptr<SurfaceWriter>> make_glb_writer(const std::filesystem::path& path,
                                                        const SurfaceSequence& sequence,
                                                        const GlbSettings& settings);

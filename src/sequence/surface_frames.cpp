@@ -1,13 +1,11 @@
 #include "sequence/surface_frames.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 #include "base/parallel.h"
+#include "model/closest.h"
 #include "model/normals.h"
-#include "morph/flow.h"
-#include "morph/motion.h"
 #include "render/materials.h"
 #include "render/texture.h"
 
@@ -178,13 +176,13 @@ Result<SurfaceFrame> extracted_frame(const PreparedScene& prepared, const Prepar
   return frame;
 }
 
-/// Displacements end on the surface of the next frame, where that is near.
-void end_on(const Mesh& next, float reach, SurfaceFrame& frame) {
+/// Displacements end on the surface of the next frame.
+void end_on(const Mesh& next, SurfaceFrame& frame) {
+  if (next.triangles.empty()) return;
   std::vector<Vec3> ends(frame.positions.size());
-  for (std::size_t i = 0; i < ends.size(); ++i)
-    ends[i] = frame.positions[i] + frame.velocities[i];
-  const ClosestPointQuery query(next.positions, next.triangles);
-  const std::vector<ClosestPoint> hits = query.closest(ends, reach);
+  for (std::size_t i = 0; i < ends.size(); ++i) ends[i] = frame.positions[i] + frame.velocities[i];
+  const std::vector<ClosestPoint> hits =
+      ClosestPointQuery(next.positions, next.triangles).closest(ends);
   for (std::size_t i = 0; i < ends.size(); ++i)
     frame.velocities[i] = hits[i].point - frame.positions[i];
 }
@@ -209,7 +207,7 @@ Result<std::vector<SurfaceFrame>> surface_frames(const PreparedScene& prepared,
     }
     SurfaceFrame& frame = frames.back();
     if (frame.velocities.empty()) continue;
-    if (next) end_on(shown_mesh(actor, next->actors[a]), 2 * actor.cell, frame);
+    if (next) end_on(shown_mesh(actor, next->actors[a]), frame);
     for (Vec3& v : frame.velocities) v = v * prepared.scene.frames.fps;
   }
   return frames;
