@@ -34,3 +34,4 @@ unset(CMAKE_MESSAGE_LOG_LEVEL)
 # By pkg-config: Debian's CMake config of OpenImageIO insists on the programs of another package and names
 # /usr/include/opencv4, which no package of it contains.
 pkg_check_modules(OIIO REQUIRED IMPORTED_TARGET OpenImageIO>=2.4)
+pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp>=5.2)

@@ -348,9 +348,8 @@ Status write_files(const std::vector<NewFile>& files) {
   const DeferredSignals deferred;
   std::deque<Replacement> replacements;
   for (const NewFile& file : files)
-    PM_TRY_STATUS(
-        write_temporary(file.path, source_of(file.bytes),
-                        replacements.emplace_back(file.path).bytes));
+    PM_TRY_STATUS(write_temporary(file.path, source_of(file.bytes),
+                                  replacements.emplace_back(file.path).bytes));
   for (std::size_t i = 0; i < replacements.size(); ++i) {
     const int number = replacements[i].put();
     if (number == 0) continue;

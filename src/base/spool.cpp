@@ -17,8 +17,10 @@ namespace fs = std::filesystem;
 constexpr std::size_t kPiece = std::size_t{1} << 20;
 
 Error spool_error(const fs::path& folder, int number) {
-  return make_error(ErrorCode::kOutput, "{}: cannot keep a temporary file here: {} - choose another "
-                    "folder with -o", folder.string(), std::strerror(number));
+  return make_error(ErrorCode::kOutput,
+                    "{}: cannot keep a temporary file here: {} - choose another "
+                    "folder with -o",
+                    folder.string(), std::strerror(number));
 }
 
 }  // namespace

@@ -19,8 +19,8 @@ using nlohmann::json;
 
 static_assert(std::endian::native == std::endian::little, "glTF's binary part is memory as it is");
 
-constexpr int kByte = 5120, kUnsignedByte = 5121, kUnsignedShort = 5123,
-              kUnsignedInt = 5125, kFloat = 5126;
+constexpr int kByte = 5120, kUnsignedByte = 5121, kUnsignedShort = 5123, kUnsignedInt = 5125,
+              kFloat = 5126;
 constexpr int kVertexBuffer = 34962, kIndexBuffer = 34963;
 
 template <class T>
@@ -32,7 +32,8 @@ json array_of(Vec3 v) { return {v.x, v.y, v.z}; }
 
 template <class T>
 T quantized(float v, float most) {
-  return static_cast<T>(std::lround(std::clamp(v, std::is_signed_v<T> ? -1.0f : 0.0f, 1.0f) * most));
+  return static_cast<T>(
+      std::lround(std::clamp(v, std::is_signed_v<T> ? -1.0f : 0.0f, 1.0f) * most));
 }
 
 /// Where an actor's mesh is in the file, and when it shows.
@@ -66,7 +67,8 @@ class GlbWriter : public SurfaceWriter {
       shown.first = frame;
       shown.end = sequence_.last_frame + 1;
       shown.digest = digest;
-      PM_TRY_STATUS(add_mesh(frames[a], fmt::format("{}.{:04}", sequence_.actors[a], frame), shown));
+      PM_TRY_STATUS(
+          add_mesh(frames[a], fmt::format("{}.{:04}", sequence_.actors[a], frame), shown));
       current = shown_.size();
       shown_.push_back(std::move(shown));
     }
@@ -256,8 +258,9 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
     append(all, quantized<std::uint16_t>(uv.x, 65535));
     append(all, quantized<std::uint16_t>(uv.y, 65535));
   });
-  PM_TRY(attributes["TEXCOORD_0"],
-         add_accessor(bytes, kVertexBuffer, within ? kUnsignedShort : kFloat, "VEC2", count, within));
+  PM_TRY(
+      attributes["TEXCOORD_0"],
+      add_accessor(bytes, kVertexBuffer, within ? kUnsignedShort : kFloat, "VEC2", count, within));
   return Ok{};
 }
 
@@ -312,8 +315,9 @@ json GlbWriter::material_json(const SurfaceMaterial& m) {
     pbr["baseColorTexture"] = {{"index", texture}};
   json material = {{"name", m.name}, {"pbrMetallicRoughness", pbr}};
   if (m.transmission > 0)
-    material["extensions"] = {{"KHR_materials_transmission", {{"transmissionFactor", m.transmission}}},
-                              {"KHR_materials_ior", {{"ior", m.ior}}}};
+    material["extensions"] = {
+        {"KHR_materials_transmission", {{"transmissionFactor", m.transmission}}},
+        {"KHR_materials_ior", {{"ior", m.ior}}}};
   return material;
 }
 
@@ -346,11 +350,12 @@ void GlbWriter::add_nodes() {
       nodes_.push_back({{"name", sequence_.actors[a]}, {"children", children[a]}});
   const FrameCamera& c = sequence_.camera;
   // Column by column; a camera looks along its -z.
-  nodes_.push_back({{"name", "camera"},
-                    {"camera", 0},
-                    {"matrix",
-                     {c.right.x, c.right.y, c.right.z, 0, c.up.x, c.up.y, c.up.z, 0, -c.forward.x,
-                      -c.forward.y, -c.forward.z, 0, c.position.x, c.position.y, c.position.z, 1}}});
+  nodes_.push_back(
+      {{"name", "camera"},
+       {"camera", 0},
+       {"matrix",
+        {c.right.x, c.right.y, c.right.z, 0, c.up.x, c.up.y, c.up.z, 0, -c.forward.x, -c.forward.y,
+         -c.forward.z, 0, c.position.x, c.position.y, c.position.z, 1}}});
 }
 
 Status GlbWriter::add_animation() {
@@ -385,8 +390,8 @@ Status GlbWriter::add_animation() {
     PM_TRY(const std::size_t seen,
            add_accessor(visible_bytes, 0, kUnsignedByte, "SCALAR", times.size()));
     samplers.push_back({{"input", input}, {"output", scales}, {"interpolation", "STEP"}});
-    channels.push_back({{"sampler", samplers.size() - 1},
-                        {"target", {{"node", n}, {"path", "scale"}}}});
+    channels.push_back(
+        {{"sampler", samplers.size() - 1}, {"target", {{"node", n}, {"path", "scale"}}}});
     samplers.push_back({{"input", input}, {"output", seen}, {"interpolation", "STEP"}});
     channels.push_back(
         {{"sampler", samplers.size() - 1},
@@ -394,7 +399,8 @@ Status GlbWriter::add_animation() {
           {{"path", "pointer"},
            {"extensions",
             {{"KHR_animation_pointer",
-              {{"pointer", fmt::format("/nodes/{}/extensions/KHR_node_visibility/visible", n)}}}}}}}});
+              {{"pointer",
+                fmt::format("/nodes/{}/extensions/KHR_node_visibility/visible", n)}}}}}}}});
   }
   animation_ = {{"name", "morph"}, {"samplers", samplers}, {"channels", channels}};
   return Ok{};

@@ -20,9 +20,8 @@ void append(std::string& bytes, const T& value) {
 /// Whether every frame that has points has these values, one each.
 template <class F>
 bool all_have(std::span<const SurfaceFrame> frames, const F& values) {
-  return std::all_of(frames.begin(), frames.end(), [&](const SurfaceFrame& f) {
-    return values(f).size() == f.positions.size();
-  });
+  return std::all_of(frames.begin(), frames.end(),
+                     [&](const SurfaceFrame& f) { return values(f).size() == f.positions.size(); });
 }
 
 /// The first corner's, of each point.

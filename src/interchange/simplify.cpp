@@ -11,8 +11,8 @@
 namespace polymorph {
 namespace {
 
-/// The triangles that are left, as vertices of the split surface. Those of `fixed` stay as they are,
-/// and so do the points that they share with others.
+/// The triangles that are left, as vertices of the split surface. Those of `fixed` stay as they
+/// are, and so do the points that they share with others.
 std::vector<Triangle> collapsed(const SurfaceFrame& frame, const SplitSurface& split, float error,
                                 const std::vector<std::uint8_t>& fixed) {
   std::vector<Vec3> places;
@@ -22,9 +22,9 @@ std::vector<Triangle> collapsed(const SurfaceFrame& frame, const SplitSurface& s
     (fixed[t] ? stay : free).push_back(split.triangles[t]);
   if (free.empty()) return stay;
   std::vector<Triangle> left(free.size());
-  const std::size_t indices = meshopt_simplify(left.front().v, free.front().v, 3 * free.size(),
-                                               &places.front().x, places.size(), sizeof(Vec3), 0,
-                                               error, meshopt_SimplifyLockBorder, nullptr);
+  const std::size_t indices =
+      meshopt_simplify(left.front().v, free.front().v, 3 * free.size(), &places.front().x,
+                       places.size(), sizeof(Vec3), 0, error, meshopt_SimplifyLockBorder, nullptr);
   left.resize(indices / 3);
   left.insert(left.end(), stay.begin(), stay.end());
   return left;
@@ -33,8 +33,8 @@ std::vector<Triangle> collapsed(const SurfaceFrame& frame, const SplitSurface& s
 std::vector<Triangle> at_positions(const SplitSurface& split, const std::vector<Triangle>& left) {
   std::vector<Triangle> triangles;
   for (const Triangle& t : left)
-    triangles.push_back({{split.position_of[t.v[0]], split.position_of[t.v[1]],
-                          split.position_of[t.v[2]]}});
+    triangles.push_back(
+        {{split.position_of[t.v[0]], split.position_of[t.v[1]], split.position_of[t.v[2]]}});
   return triangles;
 }
 
@@ -42,14 +42,15 @@ std::vector<Triangle> at_positions(const SplitSurface& split, const std::vector<
 std::vector<Vec3> middles(const SurfaceFrame& frame, const std::vector<Triangle>& triangles) {
   std::vector<Vec3> points;
   for (const Triangle& t : triangles) {
-    const Vec3 a = frame.positions[t.v[0]], b = frame.positions[t.v[1]], c = frame.positions[t.v[2]];
+    const Vec3 a = frame.positions[t.v[0]], b = frame.positions[t.v[1]],
+               c = frame.positions[t.v[2]];
     points.insert(points.end(), {(a + b + c) / 3, (a + b) / 2, (b + c) / 2, (c + a) / 2});
   }
   return points;
 }
 
-/// The larger of both one-sided distances, from points and middles. The triangles of the frame where
-/// it is above `limit`, and those around them, become `fixed`.
+/// The larger of both one-sided distances, from points and middles. The triangles of the frame
+/// where it is above `limit`, and those around them, become `fixed`.
 float distance_between(const SurfaceFrame& frame, const ClosestPointQuery& before,
                        const std::vector<Triangle>& left, float limit,
                        std::vector<std::uint8_t>& fixed) {

@@ -14,7 +14,7 @@ namespace polymorph {
 /// What a run of triangles is made of.
 struct SurfaceMaterial {
   std::string name;
-  Vec3 color{1, 1, 1};  ///< scene-linear base colour, multiplied with the texture
+  Vec3 color{1, 1, 1};                   ///< scene-linear base colour, multiplied with the texture
   std::shared_ptr<const Image> texture;  ///< scene-linear; null = none
   float roughness = 0.5f;                ///< 0 mirror .. 1 matte
   float metallic = 0;

@@ -67,7 +67,8 @@ std::string list_of(const std::vector<T>& items, const F& put) {
 
 /// Numbers that read back to the same floats.
 std::string exact(const std::vector<Vec3>& values) {
-  return list_of(values, [](Text out, Vec3 v) { fmt::format_to(out, "({}, {}, {})", v.x, v.y, v.z); });
+  return list_of(values,
+                 [](Text out, Vec3 v) { fmt::format_to(out, "({}, {}, {})", v.x, v.y, v.z); });
 }
 /// Six digits, which is enough for what is no place.
 std::string rounded(const std::vector<Vec3>& values) {
@@ -89,7 +90,8 @@ std::string quoted(const std::string& text) {
   return all + '"';
 }
 std::string quoted(const std::vector<std::string>& texts) {
-  return list_of(texts, [](Text out, const std::string& t) { fmt::format_to(out, "{}", quoted(t)); });
+  return list_of(texts,
+                 [](Text out, const std::string& t) { fmt::format_to(out, "{}", quoted(t)); });
 }
 
 /// A Mesh in the making.
@@ -199,8 +201,8 @@ Status UsdWriter::add_actor(int frame, const SurfaceFrame& surface, ActorSamples
   PM_TRY_STATUS(actor.counts.add(frame, integers(counts), spool_));
   PM_TRY_STATUS(actor.indices.add(frame, integers(indices), spool_));
   PM_TRY_STATUS(actor.points.add(frame, exact(surface.positions), spool_));
-  PM_TRY_STATUS(actor.normals.add(
-      frame, rounded(normals_of(surface, sequence_.has_corner_normals)), spool_));
+  PM_TRY_STATUS(
+      actor.normals.add(frame, rounded(normals_of(surface, sequence_.has_corner_normals)), spool_));
   PM_TRY_STATUS(actor.velocities.add(frame, rounded(velocities), spool_));
   PM_TRY_STATUS(actor.colors.add(frame, rounded(surface.colors), spool_));
   PM_TRY_STATUS(actor.labels.add(frame, integers(surface.labels), spool_));
@@ -212,9 +214,9 @@ Status UsdWriter::add_actor(int frame, const SurfaceFrame& surface, ActorSamples
     uvs.emplace_back();
     uv_indices.assign(3 * surface.triangles.size(), 0);
   }
-  PM_TRY_STATUS(actor.uvs.add(frame, list_of(uvs, [](Text out, Vec2 v) {
-                                fmt::format_to(out, "({}, {})", v.x, v.y);
-                              }), spool_));
+  PM_TRY_STATUS(actor.uvs.add(
+      frame, list_of(uvs, [](Text out, Vec2 v) { fmt::format_to(out, "({}, {})", v.x, v.y); }),
+      spool_));
   PM_TRY_STATUS(actor.uv_indices.add(frame, integers(uv_indices), spool_));
   return add_subsets(frame, surface, actor);
 }
@@ -240,9 +242,8 @@ Status UsdWriter::add_subsets(int frame, const SurfaceFrame& surface, ActorSampl
       PM_TRY_STATUS(actor.subsets[m].add(frames_.back(), "[]", spool_));
     PM_TRY_STATUS(actor.subsets[m].add(frame, integers(faces[m]), spool_));
   }
-  const SurfaceMaterial& shown = surface.is_mixed || surface.materials.empty()
-                                     ? surface.mixture
-                                     : surface.materials.front();
+  const SurfaceMaterial& shown =
+      surface.is_mixed || surface.materials.empty() ? surface.mixture : surface.materials.front();
   PM_TRY_STATUS(actor.roughness.add(frame, fmt::format("{:.6g}", shown.roughness), spool_));
   return actor.metallic.add(frame, fmt::format("{:.6g}", shown.metallic), spool_);
 }
@@ -285,8 +286,10 @@ std::string UsdWriter::material(const std::string& name, const SurfaceMaterial& 
       name, path);
   const int texture = catalog_.texture_of(m);
   if (texture >= 0)
-    text += fmt::format("                color3f inputs:diffuseColor.connect = "
-                        "<{}/texture.outputs:rgb>\n", path);
+    text += fmt::format(
+        "                color3f inputs:diffuseColor.connect = "
+        "<{}/texture.outputs:rgb>\n",
+        path);
   else
     text += fmt::format("                color3f inputs:diffuseColor = ({:.6g}, {:.6g}, {:.6g})\n",
                         m.color.x, m.color.y, m.color.z);
@@ -325,7 +328,8 @@ void UsdWriter::add_mixed_material(ActorSamples& actor, std::vector<ByteSource>&
       "                float inputs:roughness.timeSamples = {{\n",
       name, path)));
   parts.push_back(spool_.source(actor.roughness.ranges()));
-  parts.push_back(text("                }\n                float inputs:metallic.timeSamples = {\n"));
+  parts.push_back(
+      text("                }\n                float inputs:metallic.timeSamples = {\n"));
   parts.push_back(spool_.source(actor.metallic.ranges()));
   parts.push_back(
       text("                }\n                token outputs:surface\n            }\n\n"
@@ -338,7 +342,8 @@ void UsdWriter::add_mixed_material(ActorSamples& actor, std::vector<ByteSource>&
 void UsdWriter::add_mesh(std::size_t index, std::vector<ByteSource>& parts) {
   ActorSamples& actor = actors_[index];
   parts.push_back(text(fmt::format(
-      "    def Mesh \"{0}\" (\n        prepend apiSchemas = [\"MaterialBindingAPI\"]\n    )\n    {{\n"
+      "    def Mesh \"{0}\" (\n        prepend apiSchemas = [\"MaterialBindingAPI\"]\n    )\n    "
+      "{{\n"
       "        uniform token subdivisionScheme = \"none\"\n"
       "        uniform token orientation = \"rightHanded\"\n"
       "        rel material:binding = </morph/materials/points_of_{0}>\n"
@@ -349,8 +354,9 @@ void UsdWriter::add_mesh(std::size_t index, std::vector<ByteSource>& parts) {
   const auto put = [&](const char* type, const char* name, const char* interpolation,
                        const TimeSamples& samples) {
     if (*interpolation)
-      parts.push_back(text(fmt::format("        {} {} (\n            interpolation = \"{}\"\n        )\n",
-                                       type, name, interpolation)));
+      parts.push_back(
+          text(fmt::format("        {} {} (\n            interpolation = \"{}\"\n        )\n", type,
+                           name, interpolation)));
     parts.push_back(text(fmt::format("        {} {}.timeSamples = {{\n", type, name)));
     parts.push_back(spool_.source(samples.ranges()));
     parts.push_back(text("        }\n"));
@@ -368,14 +374,14 @@ void UsdWriter::add_mesh(std::size_t index, std::vector<ByteSource>& parts) {
   put("int[]", "primvars:label", "vertex", actor.labels);
   for (std::size_t m = 0; m < actor.subsets.size(); ++m) {
     const std::string& name = catalog_.materials[m].name;
-    parts.push_back(text(fmt::format(
-        "\n        def GeomSubset \"{0}\" (\n            prepend apiSchemas = "
-        "[\"MaterialBindingAPI\"]\n        )\n        {{\n"
-        "            uniform token elementType = \"face\"\n"
-        "            uniform token familyName = \"materialBind\"\n"
-        "            rel material:binding = </morph/materials/{0}>\n"
-        "            int[] indices.timeSamples = {{\n",
-        name)));
+    parts.push_back(
+        text(fmt::format("\n        def GeomSubset \"{0}\" (\n            prepend apiSchemas = "
+                         "[\"MaterialBindingAPI\"]\n        )\n        {{\n"
+                         "            uniform token elementType = \"face\"\n"
+                         "            uniform token familyName = \"materialBind\"\n"
+                         "            rel material:binding = </morph/materials/{0}>\n"
+                         "            int[] indices.timeSamples = {{\n",
+                         name)));
     parts.push_back(spool_.source(actor.subsets[m].ranges()));
     parts.push_back(text("            }\n        }\n"));
   }
@@ -411,8 +417,7 @@ Status UsdWriter::finish() {
   for (std::size_t a = 0; a < actors_.size(); ++a) add_mesh(a, parts);
   parts.push_back(text(camera() + "    def Scope \"materials\"\n    {\n"));
   for (ActorSamples& actor : actors_) add_mixed_material(actor, parts);
-  for (const SurfaceMaterial& m : catalog_.materials)
-    parts.push_back(text(material(m.name, m)));
+  for (const SurfaceMaterial& m : catalog_.materials) parts.push_back(text(material(m.name, m)));
   parts.push_back(text("    }\n}\n"));
   return write_file(path_, joined(std::move(parts)));
 }

@@ -108,13 +108,14 @@ void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float 
     const auto count = static_cast<float>(std::max<std::size_t>(shadings.size(), 1));
     frame.mixture = material_from(scaled(sum, 1 / count), actor.name);
     frame.mixture.color = {1, 1, 1};
-    frame.is_mixed = look_share > 0 || std::count_if(layers.begin(), layers.end(), [](const Layer& l) {
-                                         return l.weight > 0;
-                                       }) > 1;
+    frame.is_mixed =
+        look_share > 0 || std::count_if(layers.begin(), layers.end(),
+                                        [](const Layer& l) { return l.weight > 0; }) > 1;
   }
   if (layers.empty()) return;
-  const Layer& most = *std::max_element(
-      layers.begin(), layers.end(), [](const Layer& a, const Layer& b) { return a.weight < b.weight; });
+  const Layer& most =
+      *std::max_element(layers.begin(), layers.end(),
+                        [](const Layer& a, const Layer& b) { return a.weight < b.weight; });
   frame.corner_uvs.assign(most.corner_uvs.begin(), most.corner_uvs.end());
   if (!frame.materials.empty()) return;
   frame.triangle_materials.assign(most.triangle_materials.begin(), most.triangle_materials.end());
@@ -226,8 +227,11 @@ SurfaceSequence surface_sequence(const PreparedScene& prepared, int first, int l
   sequence.first_frame = first;
   sequence.last_frame = last;
   const Camera& camera = prepared.camera;
-  sequence.camera = {camera.position, camera.right,          camera.up,
-                     camera.forward,  camera.tan_half_fov_y,
+  sequence.camera = {camera.position,
+                     camera.right,
+                     camera.up,
+                     camera.forward,
+                     camera.tan_half_fov_y,
                      static_cast<float>(prepared.scene.image.width) /
                          static_cast<float>(prepared.scene.image.height),
                      camera.focus};
