@@ -139,12 +139,26 @@ std::string plain(const std::string& text) {
   return printable(line);
 }
 
+/// Without the numbers of lines behind the file's name: those of the OBJ that nobody sees.
+std::string without_lines(std::string text, const std::string& file) {
+  for (std::size_t at = text.find(file + ":"); at != std::string::npos;
+       at = text.find(file + ":", at + file.size())) {
+    const std::size_t first = at + file.size();
+    std::size_t end = first;
+    while (end + 1 < text.size() && text[end] == ':' && text[end + 1] >= '0' &&
+           text[end + 1] <= '9')
+      for (++end; end < text.size() && text[end] >= '0' && text[end] <= '9';) ++end;
+    text.erase(first, end - first);
+  }
+  return text;
+}
+
 Error broken(const std::string& file, const ReaderRun& run) {
   std::string why = "its reader stopped half way";
   if (run.too_much) why = "it unpacks to more than can be taken";
   if (WIFSIGNALED(run.status))
     why = WTERMSIG(run.status) == SIGXCPU
-              ? "reading it takes more than two minutes"
+              ? "its reader does not come to an end"
               : fmt::format("its reader crashed (signal {})", WTERMSIG(run.status));
   return make_error(ErrorCode::kInput, "{}: {} - export it anew, or as OBJ or glTF", file, why);
 }
@@ -152,7 +166,7 @@ Error broken(const std::string& file, const ReaderRun& run) {
 constexpr const char* kForeign[] = {".glb", ".gltf", ".ply", ".stl",
                                     ".fbx", ".dae",  ".off", ".3ds"};
 
-Result<LoadedModel> load_foreign(const fs::path& path, const LoadObjSettings& settings) {
+Result<LoadedModel> load_lines(const fs::path& path, const LoadObjSettings& settings) {
   const std::string file = path.string();
   remember_input(path);
   // What cannot be read or is too large is told as of any other file.
@@ -183,6 +197,14 @@ Result<LoadedModel> load_foreign(const fs::path& path, const LoadObjSettings& se
   if (settings.textures)
     PM_TRY_STATUS(load_textures(path, scan, mtls, settings.strict, loaded.model, loaded.warnings,
                                 imported.textures));
+  return loaded;
+}
+
+Result<LoadedModel> load_foreign(const fs::path& path, const LoadObjSettings& settings) {
+  auto loaded = load_lines(path, settings);
+  if (!loaded)
+    return Error{loaded.error().code, without_lines(loaded.error().message, path.string())};
+  for (std::string& warning : loaded->warnings) warning = without_lines(warning, path.string());
   return loaded;
 }
 

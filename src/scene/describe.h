@@ -44,12 +44,9 @@ void describe(V& v, SphereSettings& s) {
 template <class V>
 void describe(V& v, ObjectSettings& s) {
   v.text("name", s.name, "name in messages and reports; default: the file's stem or the shape");
-  v.model_path("model", s.model,
-               "an OBJ, glTF, FBX, PLY, STL, DAE, OFF or 3DS file, relative to the scene file");
+  v.model_path("model", s.model, "a Wavefront OBJ file, relative to the scene file");
   v.text("shape", s.shape,
          "a built-in shape instead of a file: sphere, cube, torus, puddle or drops");
-  v.choice("up", s.up, {{"y", UpAxis::kY}, {"z", UpAxis::kZ}, {"x", UpAxis::kX}},
-           "which axis of the model's file points up");
   v.boolean("meta", s.meta,
             "pass through the object as balls only, never showing the model itself");
   v.boolean("arrange", s.arrange, "take part in the scene's \"arrange\"");

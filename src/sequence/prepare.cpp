@@ -33,9 +33,7 @@ Result<Model> load_object(const ObjectSettings& object, bool textures,
   settings.textures = textures;
   PM_TRY(LoadedModel loaded, load_model(object.model, settings));
   warnings.insert(warnings.end(), loaded.warnings.begin(), loaded.warnings.end());
-  if (object.up == UpAxis::kY) return std::move(loaded.model);
-  const Vec3 turn = object.up == UpAxis::kZ ? Vec3{-90, 0, 0} : Vec3{0, 0, 90};
-  return transformed(loaded.model, make_transform({}, turn, {1, 1, 1}));
+  return std::move(loaded.model);
 }
 
 void paint(Model& model, Vec3 color) {

@@ -59,7 +59,7 @@ std::string word_of(const aiString& name, const char* otherwise) {
   std::string text;
   for (const char* c = name.C_Str(); *c; ++c)
     text += static_cast<unsigned char>(*c) <= ' ' || *c == '#' ? '_' : *c;
-  return text.empty() ? otherwise : text;
+  return text.empty() || text[0] == '<' ? otherwise : text;
 }
 
 std::string number(double value) {
@@ -118,16 +118,25 @@ class Writer {
   bool covered_colors_ = false, animated_ = false;
 };
 
-/// FBX says which axis is up and leaves it at that; the other formats' readers turn the scene.
+/// FBX says which axis is up and how long a unit is, and leaves it at that; the other formats'
+/// readers turn the scene, and have no units or metres.
 aiMatrix4x4 Writer::upright() {
   animated_ = scene_.mNumAnimations > 0;
-  aiMatrix4x4 turn;
+  aiMatrix4x4 turn, scale;
+  if (suffix_ != ".fbx" || !scene_.mMetaData) return turn;
   int axis = 1, sign = 1;
-  if (suffix_ != ".fbx" || !scene_.mMetaData || !scene_.mMetaData->Get("UpAxis", axis)) return turn;
+  scene_.mMetaData->Get("UpAxis", axis);
   scene_.mMetaData->Get("UpAxisSign", sign);
   if (axis == 2) aiMatrix4x4::RotationX(sign < 0 ? AI_MATH_HALF_PI_F : -AI_MATH_HALF_PI_F, turn);
   if (axis == 0) aiMatrix4x4::RotationZ(sign < 0 ? -AI_MATH_HALF_PI_F : AI_MATH_HALF_PI_F, turn);
-  return turn;
+  double centimetres = 100;
+  float narrow = 0;
+  if (!scene_.mMetaData->Get("UnitScaleFactor", centimetres) &&
+      scene_.mMetaData->Get("UnitScaleFactor", narrow))
+    centimetres = static_cast<double>(narrow);
+  if (!(centimetres > 0) || !std::isfinite(centimetres)) centimetres = 100;
+  const auto metres = static_cast<ai_real>(centimetres / 100);
+  return turn * aiMatrix4x4::Scaling(aiVector3D(metres, metres, metres), scale);
 }
 
 void Writer::add_material(const aiMaterial& material) {
@@ -279,11 +288,12 @@ void limit(int what, rlim_t most) {
 
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
-  limit(RLIMIT_CPU, 120);
   limit(RLIMIT_AS, rlim_t{16} << 30);
   limit(RLIMIT_CORE, 0);
   std::fputs(polymorph::kImportHello, stdout);
   const fs::path path = argv[1];
+  std::error_code error;
+  limit(RLIMIT_CPU, 10 + fs::file_size(path, error) / 1000000);
   std::string suffix = path.extension().string();
   std::transform(suffix.begin(), suffix.end(), suffix.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
