@@ -149,9 +149,18 @@ class MeshRun {
 
 Status MeshRun::check_outputs() {
   const bool overwrite = line_.common.overwrite;
-  if (is_sequence(format_)) return check_output(options_.output, overwrite);
-  for (const int frame : frames_) PM_TRY_STATUS(check_output(path_of(frame), overwrite));
-  if (format_ == MeshFormat::kObj) return check_output(library_path(".mtl"), overwrite);
+  for (const int frame : frames_) {
+    PM_TRY_STATUS(check_output(path_of(frame), overwrite));
+    if (is_sequence(format_)) break;
+  }
+  if (format_ == MeshFormat::kObj) PM_TRY_STATUS(check_output(library_path(".mtl"), overwrite));
+  if (format_ != MeshFormat::kObj && format_ != MeshFormat::kUsd) return Ok{};
+  // Known once the scene is prepared.
+  std::size_t textures = 0;
+  for (const PreparedActor& actor : prepared_.actors)
+    for (const PreparedObject& object : actor.objects) textures += object.model.textures.size();
+  for (std::size_t i = 1; i <= textures; ++i)
+    PM_TRY_STATUS(check_output(library_path(fmt::format(".texture{}.png", i)), overwrite));
   return Ok{};
 }
 
@@ -194,7 +203,6 @@ Status MeshRun::write_library() {
   for (std::size_t i = 0; i < catalog_.textures.size(); ++i) {
     const fs::path path = library_path(fmt::format(".texture{}.png", i + 1));
     names.push_back(path.filename().string());
-    if (written_materials_ == 0) PM_TRY_STATUS(check_output(path, line_.common.overwrite));
     PM_TRY(const std::string png, texture_png(*catalog_.textures[i]));
     PM_TRY_STATUS(write_file(path, png));
   }

@@ -1,4 +1,6 @@
 // Models of other formats than OBJ: what comes out of them, and what becomes of broken ones.
+#include <cstring>
+
 #include "cli/program.h"
 
 namespace polymorph {
@@ -61,7 +63,7 @@ TEST_F(ForeignModel, MaterialsAndEmbeddedTexturesComeAlong) {
 
 TEST_F(ForeignModel, ColoursOfPointsBecomeMaterials) {
   write("scene.json", R"({"source": {"model": ")" + (kModels / "box.ply").string() +
-                          R"(", "up": "z"}, "target": "sphere", "frames": {"count": 4},
+                          R"(", "rotate": [-90, 0, 0]}, "target": "sphere", "frames": {"count": 4},
                             "spheres": {"balls": 12}, "surface": {"resolution": 16}})");
   run(0, {"mesh", "scene.json", "-f", "1", "-o", "m.obj"});
   const std::string mtl = read_text(folder / "m.mtl");
@@ -94,8 +96,8 @@ TEST_F(ForeignModel, WhatLiesOutsideTheFolderIsNotRead) {
 
 TEST_F(ForeignModel, BrokenOnesAreRefusedOrRead) {
   if (std::system("command -v python3 > /dev/null") != 0) GTEST_SKIP() << "no python3";
-  const std::string make = "python3 " + (kModels / "make_broken.py").string() + " " +
-                           (folder / "broken").string();
+  const std::string make =
+      "python3 " + (kModels / "make_broken.py").string() + " " + (folder / "broken").string();
   ASSERT_EQ(std::system(make.c_str()), 0);
   std::size_t refused = 0, all = 0;
   for (const auto& entry : fs::directory_iterator(folder / "broken")) {
