@@ -43,10 +43,10 @@ struct Fit {
 };
 
 Fit refine(const CostSide& a, const CostSide& b, float label_cost, Mat3 rotation) {
-  constexpr int kMostSteps = 12;
+  constexpr int kMaxSteps = 12;
   constexpr double kEnough = 1e-3;
   Fit best;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     const TransportPlan plan = plan_between(turned(a, rotation), b, label_cost);
     if (step > 0 && !(plan.cost < (1 - kEnough) * best.cost)) break;
     best = {rotation, plan.cost};

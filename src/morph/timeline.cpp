@@ -50,7 +50,7 @@ bool has_distances(const Scene& scene, const ObjectSettings& from, const ObjectS
 
 /// A model whose end of the leg has no stages (a cut, and no fade) still shows itself at that very
 /// end.
-bool show_model_without_stages(const Leg& leg, float local, Moment& moment) {
+bool show_model_without_stages(const Leg& leg, float local, MorphState& moment) {
   const bool at_start = local <= 0 && leg.from_full && leg.shares[0] + leg.shares[1] <= 0;
   const bool at_end = local >= 1 && leg.to_full && leg.shares[3] + leg.shares[4] <= 0;
   if (!at_start && !at_end) return false;
@@ -151,10 +151,10 @@ float sequence_time(const Scene& scene, int frame) {
   return steps > 0 ? static_cast<float>(step) / static_cast<float>(steps) : 0;
 }
 
-Moment moment_at(const Timeline& timeline, int frame) {
+MorphState morph_state_at(const Timeline& timeline, int frame) {
   PM_CHECK(frame >= 1 && frame <= timeline.count);
   const int step = std::clamp(frame - 1 - timeline.hold_start, 0, timeline.steps);
-  Moment moment;
+  MorphState moment;
   moment.frame = frame;
   moment.t = timeline.steps > 0 ? static_cast<float>(step) / static_cast<float>(timeline.steps) : 0;
 

@@ -66,7 +66,7 @@ int frame_count(const Scene& scene);
 float sequence_time(const Scene& scene, int frame);
 
 /// What one frame shows.
-struct Moment {
+struct MorphState {
   int frame = 1;
   float t = 0;  ///< the actor's time [0, 1]
   int leg = 0;
@@ -81,6 +81,6 @@ struct Moment {
 };
 
 /// `frame` in [1, count]. Depends on nothing but its arguments.
-Moment moment_at(const Timeline& timeline, int frame);
+MorphState morph_state_at(const Timeline& timeline, int frame);
 
 }  // namespace polymorph

@@ -52,8 +52,9 @@ MeshHit lane(const MeshHitOf<Pack>& hit, int l) {
 }
 
 ShadingOf<Pack3> same_shading(const Shading& s) {
-  return {same3<Pack3>(s.color),  same3<Pack3>(s.specular),   same<Pack>(s.roughness),
-          same<Pack>(s.metallic), same<Pack>(s.transmission), same<Pack>(s.ior)};
+  return {broadcast3<Pack3>(s.color),      broadcast3<Pack3>(s.specular),
+          broadcast<Pack>(s.roughness),    broadcast<Pack>(s.metallic),
+          broadcast<Pack>(s.transmission), broadcast<Pack>(s.ior)};
 }
 
 /// shading_of(hit) of each lane; once for all where they are on one mesh of one material.

@@ -22,8 +22,8 @@ RayOf<Pack3> camera_rays(const Camera& camera, const ImageSettings& image, Pack 
   const Pack across = (x - 0.5f * static_cast<float>(image.width)) * scale;
   const Pack upward = (0.5f * static_cast<float>(image.height) - y) * scale;
   const Pack3 way = camera.forward + camera.right * across + camera.up * upward;
-  if (!(camera.lens_radius > 0)) return {same3<Pack3>(camera.position), normalized(way)};
-  const Pack2 at = concentric_disc(lens.x, lens.y) * same<Pack>(camera.lens_radius);
+  if (!(camera.lens_radius > 0)) return {broadcast3<Pack3>(camera.position), normalized(way)};
+  const Pack2 at = concentric_disc(lens.x, lens.y) * broadcast<Pack>(camera.lens_radius);
   const Pack3 shift = camera.right * at.x + camera.up * at.y;
   return {camera.position + shift, normalized(way * camera.focus - shift)};
 }
@@ -59,9 +59,9 @@ float error_of(const PixelSum& sum) {
 
 class Tile {
  public:
-  Tile(const FrameJob& job, int tile_x, int tile_y, Tally& tally)
+  Tile(const FrameJob& job, int tile_x, int tile_y, RayStats& stats)
       : job_(job),
-        tally_(tally),
+        stats_(stats),
         left_(tile_x * kTile),
         top_(tile_y * kTile),
         width_(std::min(kTile, job.image.width - left_)),
@@ -98,16 +98,15 @@ class Tile {
     pinhole.lens_radius = 0;
     for (int y = 0; y < height_; ++y) {
       RayOf<Pack3> rays[2];
-      MeetingOf<Pack> meetings[2];
+      IntersectionOf<Pack> intersections[2];
       for (int k = 0; k < 2; ++k)
-        rays[k] = camera_rays(
-            pinhole, job_.image,
-            Lanes<Pack>::first_numbers() + (static_cast<float>(left_ + k * kLanes) + 0.5f),
-            same<Pack>(static_cast<float>(top_ + y) + 0.5f), Pack2{});
-      meet(job_.world, rays, meetings, width_, true, tally_);
+        rays[k] = camera_rays(pinhole, job_.image,
+                              Lanes<Pack>::iota() + (static_cast<float>(left_ + k * kLanes) + 0.5f),
+                              broadcast<Pack>(static_cast<float>(top_ + y) + 0.5f), Pack2{});
+      intersect_closest(job_.world, rays, intersections, width_, true, stats_);
       for (int x = 0; x < width_; ++x) {
         const Ray ray = lane(rays[x / kLanes], x % kLanes);
-        FirstHit hit = first_hit(job_.world, ray, lane(meetings[x / kLanes], x % kLanes));
+        FirstHit hit = first_hit(job_.world, ray, lane(intersections[x / kLanes], x % kLanes));
         if (hit.id > 0) hit.depth *= dot(ray.direction, job_.camera.forward);
         if (hit.id > 1) {
           const Vec2 now = on_film(hit.position), next = on_film(hit.next);
@@ -127,7 +126,7 @@ class Tile {
       for (int s = from; s < to; ++s) {
         pixels_[wave_.count] = pixel;
         numbers_[wave_.count] = static_cast<std::uint32_t>(s);
-        if (++wave_.count == Wave::kMost) flush();
+        if (++wave_.count == Wavefront::kMax) flush();
       }
     }
     if (wave_.count > 0) flush();
@@ -136,7 +135,7 @@ class Tile {
   /// Follows the paths that have been collected.
   void flush() {
     for (int first = 0; first < wave_.count; first += kLanes) shoot(first);
-    trace(job_.world, job_.sampler, wave_, tally_);
+    trace(job_.world, job_.sampler, wave_, stats_);
     for (int i = 0; i < wave_.count; ++i)
       add_sample(sums_[pixels_[i]], wave_.lights[i], numbers_[i] % 2 == 1);
     wave_.count = 0;
@@ -208,20 +207,20 @@ class Tile {
   }
 
   const FrameJob& job_;
-  Tally& tally_;
+  RayStats& stats_;
   const int left_, top_, width_, height_;
   std::array<PixelSum, kPixels> sums_{};
   std::array<bool, kPixels> done_{};
-  Wave wave_;
-  std::array<int, Wave::kMost> pixels_;             ///< of each path of the wave
-  std::array<std::uint32_t, Wave::kMost> numbers_;  ///< which of the pixel's samples it is
+  Wavefront wave_;
+  std::array<int, Wavefront::kMax> pixels_;             ///< of each path of the wave
+  std::array<std::uint32_t, Wavefront::kMax> numbers_;  ///< which of the pixel's samples it is
 };
 
 }  // namespace
 
-void render_tile(const FrameJob& job, int tile_x, int tile_y, Image& film, Tally& tally) {
+void render_tile(const FrameJob& job, int tile_x, int tile_y, Image& film, RayStats& stats) {
   const FlushDenormals flush;
-  Tile tile(job, tile_x, tile_y, tally);
+  Tile tile(job, tile_x, tile_y, stats);
   tile.sample();
   tile.write(film);
   if (!job.aovs.empty()) tile.write_aovs(film);

@@ -229,7 +229,7 @@ void describe(V& v, SurfaceSettings& s) {
   v.boolean("flat", s.flat, "every triangle has its own normal");
   v.integer("influence", s.influence, 1, 16,
             "cells between the points at which the field is computed; it is interpolated between");
-  v.number("crumbs", s.crumbs, 0, 0.1,
+  v.number("min_component_share", s.min_component_share, 0, 0.1,
            "parts below this share of the volume are left out of moving surfaces; 0 keeps all");
 }
 

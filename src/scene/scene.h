@@ -178,9 +178,10 @@ struct SurfaceSettings {
   int resolution = 128;  ///< cells along the longest side of the scene's box
   SurfaceMethod method = SurfaceMethod::kMarchingCubes;
   Placement placement = Placement::kRoot;
-  bool flat = false;     ///< triangles without shared normals
-  int influence = 1;     ///< cells between the points at which the field is computed
-  float crumbs = 1e-4f;  ///< parts below this share of the volume are left out; 0 keeps all
+  bool flat = false;  ///< triangles without shared normals
+  int influence = 1;  ///< cells between the points at which the field is computed
+  float min_component_share =
+      1e-4f;  ///< parts below this share of the volume are left out; 0 keeps all
 };
 
 struct CameraSettings {

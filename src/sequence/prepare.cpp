@@ -16,9 +16,9 @@
 #include "sequence/content_hash.h"
 #include "sequence/geometry.h"
 #include "sequence/pacing.h"
-#include "spheres/figures.h"
+#include "spheres/quality.h"
+#include "surface/components.h"
 #include "surface/crossfade.h"
-#include "surface/crumbs.h"
 #include "surface/grid.h"
 #include "surface/level.h"
 #include "surface/mesh_check.h"
@@ -106,13 +106,14 @@ constexpr float kThinnest = 0.9f;
 
 /// The object's distances, and the volume of the surface that they give.
 Status add_distances(PreparedObject& object, const InsideTest& inside, float cell, float thinnest,
-                     double crumbs, const ExtractSettings& extract, SurfaceExtractor& extractor) {
+                     double min_component_share, const ExtractSettings& extract,
+                     SurfaceExtractor& extractor) {
   object.distances = std::make_shared<const DistanceGrid>(
       signed_distances(object.model, inside, *object.closest, 0.5f * cell, thinnest));
   PM_TRY(Mesh mesh, extract_distances(extractor, object.distances, cell, extract));
-  drop_crumbs(mesh, crumbs);
+  remove_small_components(mesh, min_component_share);
   object.distance_volume = volume_of(mesh);
-  object.smallest_part = smallest_part(mesh);
+  object.smallest_component_share = smallest_component_share(mesh);
   if (mesh.triangles.empty())
     return make_error(ErrorCode::kInput,
                       "{}: the model encloses nothing that cells of {:.3g} show "
@@ -154,7 +155,8 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
   object.charts = texture_charts(object.model);
   if (legs.distances)
     PM_TRY_STATUS(add_distances(object, inside, cell, kThinnest * cell,
-                                static_cast<double>(scene.surface.crumbs), extract, extractor));
+                                static_cast<double>(scene.surface.min_component_share), extract,
+                                extractor));
   if (object.meta || !legs.balls) return Ok{};
   return make_boundary(object, inside, std::move(mesh), scene, cell, extract, extractor);
 }
@@ -166,7 +168,7 @@ PlanSide plan_side(const PreparedObject& object, const std::vector<std::int32_t>
   return side;
 }
 
-std::uint32_t index_of(std::vector<std::string>& names, const std::string& name) {
+std::uint32_t to_index(std::vector<std::string>& names, const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end()) names.push_back(name);
   return static_cast<std::uint32_t>(std::find(names.begin(), names.end(), name) - names.begin());
@@ -198,13 +200,13 @@ Result<PreparedObject> object_in_flight(const PreparedScene& prepared, const Pre
   if (distances) {
     object.closest = std::make_shared<const ClosestPointQuery>(object.model);
     PM_TRY_STATUS(add_distances(object, InsideTest(object.model), actor.cell, 0,
-                                static_cast<double>(prepared.scene.surface.crumbs),
+                                static_cast<double>(prepared.scene.surface.min_component_share),
                                 prepared.extract, extractor));
   }
   // A ball belongs to what it is more of.
   const bool near = moment.moment.u < 0.5f;
   for (const Pair& pair : leg.plan.pairs)
-    object.ball_labels.push_back(index_of(object.model.label_names,
+    object.ball_labels.push_back(to_index(object.model.label_names,
                                           near ? from.model.label_names[from.ball_labels[pair.from]]
                                                : to.model.label_names[to.ball_labels[pair.to]]));
   return object;
@@ -254,7 +256,7 @@ Status make_legs(PreparedActor& actor, const ActorSettings& settings, const Prep
     }
   }
   for (const PreparedObject& object : actor.objects)
-    for (const std::string& name : object.model.label_names) index_of(actor.label_names, name);
+    for (const std::string& name : object.model.label_names) to_index(actor.label_names, name);
   return Ok{};
 }
 
@@ -372,7 +374,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extrac
   prepared.hash = content_hash(scene, loaded.models, prepared.environment.get());
   prepared.warnings = std::move(loaded.warnings);
   prepared.extract.field = scene.field.kind;
-  prepared.extract.influence = scene.surface.influence;
+  prepared.extract.sample_stride = scene.surface.influence;
   std::span<Model> models(loaded.models);
   for (const ActorSettings& settings : scene.actors) {
     const std::size_t count = chain_objects(settings).size();

@@ -45,7 +45,7 @@ struct PreparedObject {
   /// that they give.
   std::shared_ptr<const DistanceGrid> distances;
   double distance_volume = 0;
-  double smallest_part = 1;  ///< of that surface, as a share of its volume
+  double smallest_component_share = 1;  ///< of that surface, as a share of its volume
 };
 
 /// The way from one object to another.

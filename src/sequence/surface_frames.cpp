@@ -167,10 +167,10 @@ Result<SurfaceFrame> extracted_frame(const PreparedScene& prepared, const Prepar
     PM_TRY(frame.labels, surface_labels(actor, geometry, extractor));
   }
   std::vector<Layer> layers;
-  for (const Clothes& clothes : geometry.clothes) {
-    for (Layer& below : layers) below.weight *= 1 - clothes.share;
-    layers.push_back({&actor.objects[clothes.object].model, clothes.materials.corner_uvs,
-                      clothes.materials.triangle_materials, clothes.share});
+  for (const ObjectLayer& layers : geometry.layers) {
+    for (Layer& below : layers) below.weight *= 1 - layers.share;
+    layers.push_back({&actor.objects[layers.object].model, layers.materials.corner_uvs,
+                      layers.materials.triangle_materials, layers.share});
     if (layers.back().model->materials.empty()) layers.pop_back();  // balls in flight
   }
   add_looks(actor, layers, layers.empty() ? 1.0f : 0.0f, prepared.scene.look, frame);

@@ -33,7 +33,7 @@ constexpr std::size_t kHashSize = kCacheKeySize;
 constexpr std::size_t kNodeSize = 4 * 4 + 4 + 2 + 1;
 constexpr std::size_t kBallSize = 11 * 4;
 constexpr std::size_t kHeaderSize = kMagic.size() + 4 + kHashSize + 8;
-constexpr std::uint64_t kMostBytes = 4ull << 30;
+constexpr std::uint64_t kMaxBytes = 4ull << 30;
 
 std::string key_of(const Model& model, const SphereSettings& settings) {
   Hasher hasher;
@@ -206,7 +206,7 @@ std::optional<Approximation> load_approximation(const fs::path& folder, const st
   const fs::path file = file_of(folder, key);
   std::error_code error;
   if (!fs::exists(file, error)) return std::nullopt;
-  const auto bytes = read_file(file, kMostBytes);
+  const auto bytes = read_file(file, kMaxBytes);
   if (!bytes) {
     log_warning("sphere cache: {} - the spheres are computed anew", bytes.error().message);
     return std::nullopt;
@@ -253,7 +253,7 @@ std::vector<CacheEntry> list_cache(const fs::path& folder) {
 std::vector<CacheEntry> verify_cache(const fs::path& folder) {
   std::vector<CacheEntry> entries = list_cache(folder);
   for (CacheEntry& entry : entries) {
-    const auto bytes = read_file(entry.file, kMostBytes);
+    const auto bytes = read_file(entry.file, kMaxBytes);
     if (!bytes) {
       entry.problem = bytes.error().message;
       continue;

@@ -14,8 +14,8 @@
 namespace polymorph {
 namespace {
 
-constexpr int kCoarse = 4;       ///< fine cells per coarse cell, along an axis
-constexpr int kMostCells = 256;  ///< fine, along the longest side of the model
+constexpr int kCoarse = 4;      ///< fine cells per coarse cell, along an axis
+constexpr int kMaxCells = 256;  ///< fine, along the longest side of the model
 /// The winding number from which on what lies behind a face is inside beyond doubt.
 constexpr double kDecided = 0.75;
 /// Radius that thin parts are brought to, over the thinnest that shows: the filter takes the rest.
@@ -36,7 +36,7 @@ class Builder {
     const Box box = model.box();
     const Vec3 size = box.size();
     const float longest = std::max({size.x, size.y, size.z});
-    cell_ = std::max(cell, longest / kMostCells);
+    cell_ = std::max(cell, longest / kMaxCells);
     const float margin = std::max(0.06f * box.diagonal(), (kFar + 2 * kCoarse) * cell_);
     const auto blocks = [&](float extent) {
       return static_cast<int>(std::ceil((extent + 2 * margin) / (kCoarse * cell_)));
@@ -165,7 +165,7 @@ class Builder {
         const std::int64_t n = forward ? k : count - 1 - k;
         if (!hidden[static_cast<std::size_t>(n)]) continue;
         const Int3 at = place_of(n, size);
-        float least_value = values[static_cast<std::size_t>(n)];
+        float min_value = values[static_cast<std::size_t>(n)];
         for (int dz = -1; dz <= 1; ++dz)
           for (int dy = -1; dy <= 1; ++dy)
             for (int dx = -1; dx <= 1; ++dx) {
@@ -176,9 +176,9 @@ class Builder {
                                                (q.y + static_cast<std::int64_t>(size.y) * q.z);
               const float way =
                   grid.cell * std::sqrt(static_cast<float>(dx * dx + dy * dy + dz * dz));
-              least_value = std::min(least_value, values[static_cast<std::size_t>(m)] + way);
+              min_value = std::min(min_value, values[static_cast<std::size_t>(m)] + way);
             }
-        values[static_cast<std::size_t>(n)] = least_value;
+        values[static_cast<std::size_t>(n)] = min_value;
       }
     };
     for (int i = 0; i < 2; ++i) sweep(true), sweep(false);
@@ -436,7 +436,7 @@ class Builder {
     std::vector<float> of_layer(static_cast<std::size_t>(n.z - 1), 0.0f);
     parallel_for(n.z - 1, [&](std::int64_t layer) {
       const auto z = static_cast<int>(layer);
-      float most_of = 0;
+      float largest = 0;
       for (int y = 0; y + 1 < n.y; ++y)
         for (int x = 0; x + 1 < n.x; ++x) {
           float c[8];
@@ -450,9 +450,9 @@ class Builder {
                 steepest = std::max(steepest, std::fabs(c[i | 1 << axis] - c[i]));
             square += steepest * steepest;
           }
-          most_of = std::max(most_of, square);
+          largest = std::max(largest, square);
         }
-      of_layer[static_cast<std::size_t>(layer)] = most_of;
+      of_layer[static_cast<std::size_t>(layer)] = largest;
     });
     const float square = *std::max_element(of_layer.begin(), of_layer.end());
     out_.lipschitz = std::max(1.0f, std::sqrt(square) / cell_);

@@ -1,7 +1,7 @@
 // Models of other formats than OBJ: what comes out of them, and what becomes of broken ones.
 #include <cstring>
 
-#include "cli/program.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

@@ -1,7 +1,7 @@
 // What mesh writes for other programs.
 #include <cstring>
 
-#include "cli/program.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

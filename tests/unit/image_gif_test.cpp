@@ -9,7 +9,7 @@
 #include "image/blue_noise.h"
 #include "image/image_io.h"
 #include "image/palette.h"
-#include "image_helpers.h"
+#include "testing/image.h"
 
 namespace polymorph {
 namespace {

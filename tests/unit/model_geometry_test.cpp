@@ -9,7 +9,7 @@
 #include "model/normals.h"
 #include "model/shapes.h"
 #include "model/solid_angle.h"
-#include "model_testing.h"
+#include "testing/model.h"
 
 namespace polymorph {
 namespace {

@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "render/aov.h"
-#include "render_testing.h"
+#include "testing/render.h"
 
 namespace polymorph {
 namespace {

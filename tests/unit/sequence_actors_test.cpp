@@ -3,10 +3,10 @@
 
 #include <set>
 
-#include "scene_fixture.h"
 #include "sequence/analyze_sequence.h"
 #include "sequence/render_sequence.h"
 #include "surface/mesh_check.h"
+#include "testing/scene.h"
 
 namespace polymorph {
 namespace {

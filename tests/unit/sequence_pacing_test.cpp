@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "scene_fixture.h"
+#include "testing/scene.h"
 
 namespace polymorph {
 namespace {

@@ -135,7 +135,7 @@ TEST_F(SequenceTest, BallsEncloseTheModelsVolumeAndFramesGoEvenlyBetween) {
   for (int frame = 1; frame <= 14; ++frame) {
     const auto geometry = geometry_at(*prepared, *extractor, frame);
     ASSERT_TRUE(geometry.ok());
-    const Moment& m = geometry->actors[0].moment;
+    const MorphState& m = geometry->actors[0].moment;
     EXPECT_TRUE(!geometry->actors[0].points.empty() ||
                 !geometry->actors[0].surface.triangles.empty())
         << "frame " << frame << " shows nothing";
@@ -305,7 +305,7 @@ TEST_F(SequenceTest, EveryFieldMorphsFromAClosedSurfaceToAnother) {
         ASSERT_TRUE(geometry.ok()) << geometry.error().message;
         if (geometry->actors[0].surface.triangles.empty()) continue;
         EXPECT_TRUE(check_mesh(geometry->actors[0].surface).closed()) << frame;
-        EXPECT_EQ(geometry->actors[0].clothes.at(0).materials.triangle_materials.size(),
+        EXPECT_EQ(geometry->actors[0].layers.at(0).materials.triangle_materials.size(),
                   geometry->actors[0].surface.triangles.size());
       }
     }
@@ -333,7 +333,7 @@ TEST(Handover, IsWithinAThousandthOfTheModel) {
       const auto prepared = prepare_scene(scene, *extractor, cache);
       ASSERT_TRUE(prepared.ok()) << prepared.error().message;
       int last = 1;  // of the boundary stage
-      while (moment_at(prepared->actors[0].timeline, last + 1).object == 0) ++last;
+      while (morph_state_at(prepared->actors[0].timeline, last + 1).object == 0) ++last;
       const auto before = geometry_at(*prepared, *extractor, last);
       const auto after = geometry_at(*prepared, *extractor, last + 1);
       ASSERT_TRUE(before.ok() && after.ok());

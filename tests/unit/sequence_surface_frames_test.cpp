@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "model/closest.h"
-#include "scene_fixture.h"
 #include "sequence/surface_frames.h"
+#include "testing/scene.h"
 
 namespace polymorph {
 namespace {

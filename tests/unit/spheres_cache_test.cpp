@@ -9,9 +9,9 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "model/shapes.h"
-#include "model_testing.h"
 #include "spheres/cache.h"
 #include "spheres/spheres.h"
+#include "testing/model.h"
 
 namespace polymorph {
 namespace {
