@@ -41,7 +41,6 @@ function(pm_kernels)
   else()
     list(APPEND sources ${CMAKE_SOURCE_DIR}/kernels/extract_nocuda.cpp)
   endif()
-  list(FILTER sources EXCLUDE REGEX "^$")
   add_library(pm_kernels STATIC ${sources})
   # C++17: Debian 12's CMake cannot pass C++20 to nvcc, and both compilers read the same headers.
   set_target_properties(pm_kernels PROPERTIES CXX_STANDARD 17 CUDA_STANDARD 17 CUDA_STANDARD_REQUIRED ON)

@@ -1,4 +1,5 @@
-// What one ball contributes at a point, and the ball in the form in which the kernels read it.
+// Metaball field functions (Gaussian, Wyvill, inverse square): the contribution of one ball at a
+// point, and the ball in the form in which the kernels read it.
 //
 // A ball maps a point to u = M (point - center), M upper triangular with M^T M its matrix; for a
 // round ball M is one number. Its coordinate there is q = base + u.z^2 + u.y^2 + u.x^2, a chain of
@@ -7,7 +8,7 @@
 //
 // Each step of the chain rounds monotonically in each argument, and so does each u_k in each
 // coordinate of the point. Hence the corners of a box bound every q computed for a point of it,
-// rounding included: this is what makes culling exact (bricks.h).
+// rounding included: q is monotone after rounding, which makes culling exact (bricks.h).
 //
 // V is float, or a pack of floats (math.h): the same operations on several points at once.
 #pragma once
@@ -145,8 +146,8 @@ struct alignas(16) EllipsoidBall {
   }
 };
 
-/// The least ratio of a pivot to its diagonal entry at which a shape counts as positive definite:
-/// some ten times the rounding of its entries. Axes may differ by a factor of 1000.
+/// The smallest ratio of a pivot to its diagonal entry at which a shape counts as positive
+/// definite: some ten times the rounding of its entries. Axes may differ by a factor of 1000.
 constexpr double kMinPivot = 1e-6;
 
 /// M of a symmetric matrix: its Cholesky factor (upper; matrix = M^T M). False where the matrix is
@@ -168,8 +169,9 @@ PM_HD inline bool factor(const Sym3& s, double by, double (&m)[6]) {
   return true;
 }
 
-/// Whether a ball that never ends is too near a box for a polynomial (far_field.h): near^3 <= reach
-/// |w|. So is one held at the largest distance, which makes a kink that no polynomial follows.
+/// Whether a ball of infinite support is too near a box for a polynomial (far_field.h): near^3 <=
+/// reach |w|. So is one held at the largest distance, which makes a kink that no polynomial
+/// follows.
 template <class V>
 PM_HD inline auto is_near(V w, QRange<V> q, float reach) {
   return (q.near * (q.near * q.near) <= reach * max(w, -w)) | (q.far >= kMaxDistance2);
@@ -188,10 +190,10 @@ template <FieldKind kKindOf, class BallType>
 struct Field {
   using Ball = BallType;
   static constexpr FieldKind kKind = kKindOf;
-  /// Balls end somewhere. Where they do not, distant ones are summed by far_field.h, and sums take
-  /// four balls at a time (sum_of_batch).
+  /// Balls have a limit of their support. Where they have none, distant ones are summed by
+  /// far_field.h, and sums take four balls at a time (sum_of_batch).
   static constexpr bool kCompactSupport = kKind != FieldKind::kInverseSquare;
-  /// A contribution is a product of three numbers, one an axis: on a grid they are shared.
+  /// A contribution is a product of three numbers, one per axis: on a grid they are shared.
   static constexpr bool kSeparable =
       kKind == FieldKind::kGaussian && std::is_same<Ball, RoundBall>::value;
 
@@ -217,7 +219,7 @@ struct Field {
     return ball.w / min(q, broadcast<V>(kMaxDistance2));
   }
 
-  /// - d value / dq, up to one positive factor common to all balls.
+  /// -d value / dq, up to one positive factor common to all balls.
   template <class V>
   PM_HD static V negated_derivative(const Ball& ball, V q) {
     if (kKind == FieldKind::kGaussian) return value(ball, q);
@@ -271,9 +273,9 @@ PM_HD inline V plus_product(V sum, const RoundBall& ball, V x, V y, V z) {
              factor_of(uy * uy) * factor_of(uz * uz), sum);
 }
 
-/// kGaussian: base = -w log2(e), so that the contribution is 2^-q; it ends where that falls below
-/// log2(cutoff iso) (Blinn 1982: r = sqrt((w - ln(cutoff iso)) / a); report 3.2.3).
-/// kWyvill: q = a r^2, ends at 1. kInverseSquare: q = r^2, never ends.
+/// kGaussian: base = -w log2(e), so that the contribution is 2^-q; its support ends where that
+/// falls below log2(cutoff iso) (Blinn 1982: r = sqrt((w - ln(cutoff iso)) / a); report 3.2.3).
+/// kWyvill: q = a r^2, ends at 1. kInverseSquare: q = r^2, infinite support.
 template <class F>
 PM_HD inline typename F::Ball prepare_ball(const Ball& ball, FieldScale scale) {
   constexpr double kLog2E = 1.4426950408889634;

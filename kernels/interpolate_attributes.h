@@ -1,5 +1,5 @@
-// What balls carry to points (colour, texture, motion): each ball's values, weighted by its share
-// of the field there.
+// Attribute interpolation: the values that balls carry (colour, texture coordinates, motion),
+// weighted at each point by the balls' shares of the field.
 //
 // A ball's share is what it adds to the field over what all add; balls that add less than
 // kMinShare of what the strongest does are left out. Neighbouring points share a list of the
@@ -30,7 +30,7 @@ PM_HD inline V strength(const typename F::Ball& ball, V q) {
   }
 }
 
-/// Writes the values at kRun neighbouring points; kMaps quadruples a ball. One team a run. Each
+/// Writes the values at kRun neighbouring points; kMaps quadruples per ball. One team per run. Each
 /// ball is looked at for as many boxes at once as V has lanes.
 template <class F, class V, int kMaps>
 struct InterpolateAttributes {

@@ -1,4 +1,4 @@
-// Whole files in, whole files out.
+// File input and atomic file output: whole files are read, and written completely or not at all.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -10,12 +9,13 @@
 #include "base/log.h"
 #include "base/parallel.h"
 #include "base/random.h"
+#include "base/stopwatch.h"
 #include "cli/command_line.h"
 #include "cli/numbers.h"
-#include "morph/plan.h"
 #include "render/ray_bench.h"
 #include "render/render.h"
 #include "scene/json_text.h"
+#include "sequence/device.h"
 #include "sequence/render_sequence.h"
 #include "surface/grid.h"
 #include "surface/mesh_check.h"
@@ -74,10 +74,9 @@ template <class F>
 Result<Timing> time_it(int repeats, const F& run) {
   std::vector<double> seconds;
   for (int i = 0; i <= repeats; ++i) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch stopwatch;
     PM_TRY_STATUS(run());
-    const double s =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double s = stopwatch.seconds();
     if (i > 0) seconds.push_back(s);  // the first warms up
   }
   return timing_of(seconds);
@@ -229,7 +228,7 @@ Status bench_surface(const BenchOptions& options, const std::string& device,
   return bench_carry(options, name, balls, settings, extractor, mesh, rows);
 }
 
-/// The report's Table 6.7: frames a second over skin and influence resolution, here with the
+/// The report's Table 6.7: frames per second over skin and influence resolution, here with the
 /// influence in whole cells; and what the interpolation costs in accuracy.
 Status bench_table(const BenchOptions& options, SurfaceExtractor& extractor,
                    nlohmann::ordered_json& rows) {
@@ -414,7 +413,7 @@ void add_bench(CommandLine& line) {
       ->check(CLI::IsMember({"gaussian", "wyvill", "inverse_square"}))
       ->type_name("FIELD")
       ->group("Main");
-  command->add_option("--spp", options->samples, "samples a pixel (16)")
+  command->add_option("--spp", options->samples, "samples per pixel (16)")
       ->transform(number_from(1, 65536))
       ->type_name("N")
       ->group("Main");

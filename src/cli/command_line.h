@@ -1,5 +1,5 @@
-// The command line: one App, the options every subcommand shares, and how help looks. Each
-// subcommand is one file that adds itself here: argv -> settings -> one call.
+// Command line parsing: the subcommands, the options that they share, and the layout of the help
+// text. Each subcommand is one file with a function add_NAME() that is declared here.
 #pragma once
 
 #include <CLI/CLI.hpp>

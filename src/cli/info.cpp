@@ -237,7 +237,7 @@ void add_info(CommandLine& line) {
       ->group("Main");
   command
       ->add_flag("--frames", options->frames,
-                 "of a scene: what each frame shows, a line a frame; --json: with all stages")
+                 "of a scene: what each frame shows, a line per frame; --json: with all stages")
       ->group("Main");
   add_overrides(command, options->sets);
   add_json(command, options->json);

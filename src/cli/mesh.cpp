@@ -9,6 +9,7 @@
 #include "interchange/ply.h"
 #include "interchange/simplify.h"
 #include "interchange/surface_writer.h"
+#include "sequence/device.h"
 #include "sequence/frames.h"
 #include "sequence/geometry.h"
 #include "sequence/render_sequence.h"

@@ -5,12 +5,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "base/log.h"
+#include "base/stopwatch.h"
 #include "base/text.h"
 #include "scene/json_text.h"
 
@@ -70,25 +70,24 @@ void print_json(std::size_t done, std::size_t of, const FrameRecord& record) {
 }  // namespace
 
 ProgressCallback make_progress(ProgressMode mode) {
-  const auto start = std::chrono::steady_clock::now();
-  return [mode, start](std::size_t done, std::size_t of, const FrameRecord& record) {
-    const double elapsed =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    switch (mode) {
-      case ProgressMode::kBar:
-        set_status_line(done < of ? bar_line(done, of, elapsed) : "");
-        break;
-      case ProgressMode::kJson:
-        print_json(done, of, record);
-        break;
-      case ProgressMode::kLines:
-        log_info("frame {} {}/{} {:.2f} s {} {} {}", record.frame, done, of, record.seconds,
-                 format_bytes(memory_now()), state_word(record), first_file(record));
-        break;
-      default:
-        break;
-    }
-  };
+  return
+      [mode, stopwatch = Stopwatch()](std::size_t done, std::size_t of, const FrameRecord& record) {
+        const double elapsed = stopwatch.seconds();
+        switch (mode) {
+          case ProgressMode::kBar:
+            set_status_line(done < of ? bar_line(done, of, elapsed) : "");
+            break;
+          case ProgressMode::kJson:
+            print_json(done, of, record);
+            break;
+          case ProgressMode::kLines:
+            log_info("frame {} {}/{} {:.2f} s {} {} {}", record.frame, done, of, record.seconds,
+                     format_bytes(memory_now()), state_word(record), first_file(record));
+            break;
+          default:
+            break;
+        }
+      };
 }
 
 }  // namespace polymorph

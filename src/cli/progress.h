@@ -1,4 +1,4 @@
-// How far a sequence is: a bar on a terminal, a line a frame elsewhere.
+// Progress display: a bar on a terminal, one line per frame elsewhere.
 #pragma once
 
 #include "cli/command_line.h"

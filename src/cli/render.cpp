@@ -178,7 +178,7 @@ void add_render(CommandLine& line) {
       ->group("Main");
   command->add_flag("--preview", options->preview, "half size, coarse surface, direct light only")
       ->group("Main");
-  command->add_option("--spp", options->samples, "samples a pixel")
+  command->add_option("--spp", options->samples, "samples per pixel")
       ->transform(number_from(1, 65536))
       ->type_name("N")
       ->group("Scene");

@@ -16,7 +16,7 @@ void add_report(CLI::App* command, ReportOptions& options) {
   command->add_option("--html", options.html, "the page alone: one file, opens from disk")
       ->type_name("FILE")
       ->group("Output");
-  command->add_option("--junit", options.junit, "JUnit XML, a test case a frame")
+  command->add_option("--junit", options.junit, "JUnit XML, a test case per frame")
       ->type_name("FILE")
       ->group("Output");
 }

@@ -1,4 +1,4 @@
-// --report, --html and --junit, for every command that compares pictures.
+// Report options (--report, --html and --junit) of the commands that compare images.
 #pragma once
 
 #include <string>

@@ -9,7 +9,9 @@
 #include "image/image_io.h"
 #include "image/movie.h"
 #include "image/strip.h"
+#include "sequence/device.h"
 #include "sequence/frames.h"
+#include "sequence/render_frame.h"
 #include "sequence/render_sequence.h"
 
 namespace polymorph {
@@ -244,7 +246,7 @@ void add_strip(CommandLine& line) {
   command->add_option("-f,--frames", options->frames, "these frames instead")
       ->type_name("LIST")
       ->group("Main");
-  command->add_option("--columns", options->columns, "cells a row (4)")
+  command->add_option("--columns", options->columns, "cells per row (4)")
       ->transform(number_from(1, 1000))
       ->type_name("N")
       ->group("Main");

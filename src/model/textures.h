@@ -1,4 +1,4 @@
-// The images that a model's materials name.
+// Texture loading: the images that a model's materials name.
 #pragma once
 
 #include <filesystem>

@@ -119,6 +119,7 @@ void check_mesh(const RenderMesh& mesh) {
     for (std::uint32_t v : t.v) PM_CHECK(v < mesh.positions.size());
   check_layer(mesh, mesh.triangles.size());
   for (const MixedLayer& layer : mesh.over) check_layer(layer, mesh.triangles.size());
+  PM_CHECK(mesh.vertex_colors.empty() || mesh.vertex_colors.size() == mesh.positions.size());
   PM_CHECK(mesh.displacement.empty() || mesh.displacement.size() == mesh.positions.size());
   PM_CHECK(mesh.vertex_labels.empty() || mesh.vertex_labels.size() == mesh.positions.size());
   PM_CHECK(mesh.vertex_blend.empty() || mesh.vertex_blend.size() == mesh.positions.size());
@@ -282,7 +283,7 @@ bool fill(const TracedScene& scene, const RayOf<Pack3>* rays, int count, RTCRay1
   bool some = false;
   for (int first = 0; first < count; first += kLanes) {
     const RayOf<Pack3>& ray = rays[first / kLanes];
-    const PackMask follow = !scene.misses_bounds(ray) & first_lanes(count - first);
+    const PackMask follow = (!scene.misses_bounds(ray)) & first_lanes(count - first);
     some = some || any(follow);
     std::memcpy(valid + first, &follow, sizeof follow);
     Lanes<Pack>::store(packet.org_x + first, ray.origin.x);

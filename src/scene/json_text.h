@@ -1,6 +1,6 @@
-// JSON text -> a small tree that remembers where each value stands, so that every message can name
-// line and column. Parsing is nlohmann-json's; what it lets pass (duplicate keys, 100 000-deep
-// nesting) is refused.
+// JSON parser with source positions: a tree that remembers the line and column of each value, for
+// messages. Parsing is nlohmann-json's; what it lets pass (duplicate keys, 100 000-deep nesting) is
+// refused.
 #pragma once
 
 #include <cstdint>

@@ -7,6 +7,7 @@
 #include "model/normals.h"
 #include "morph/cost.h"
 #include "morph/motion.h"
+#include "sequence/leg_surface.h"
 
 namespace polymorph {
 namespace {

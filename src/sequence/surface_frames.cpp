@@ -8,6 +8,7 @@
 #include "model/normals.h"
 #include "render/materials.h"
 #include "render/texture.h"
+#include "sequence/frame_labels.h"
 
 namespace polymorph {
 namespace {
@@ -167,13 +168,20 @@ Result<SurfaceFrame> extracted_frame(const PreparedScene& prepared, const Prepar
     PM_TRY(frame.labels, surface_labels(actor, geometry, extractor));
   }
   std::vector<Layer> layers;
-  for (const ObjectLayer& layers : geometry.layers) {
-    for (Layer& below : layers) below.weight *= 1 - layers.share;
-    layers.push_back({&actor.objects[layers.object].model, layers.materials.corner_uvs,
-                      layers.materials.triangle_materials, layers.share});
-    if (layers.back().model->materials.empty()) layers.pop_back();  // balls in flight
+  for (const ObjectLayer& over : geometry.layers) {
+    const Model& model = actor.objects[over.object].model;
+    if (model.materials.empty()) continue;  // balls in flight
+    for (Layer& below : layers) below.weight *= 1 - over.share;
+    layers.push_back({&model, over.materials.corner_uvs, over.materials.triangle_materials,
+                      layers.empty() ? 1.0f : over.share});
   }
   add_looks(actor, layers, layers.empty() ? 1.0f : 0.0f, prepared.scene.look, frame);
+  if (!layers.empty() && geometry.colors.size() == frame.colors.size() &&
+      geometry.color_share > 0) {
+    frame.is_mixed = true;
+    for (std::size_t i = 0; i < frame.colors.size(); ++i)
+      frame.colors[i] = lerp(frame.colors[i], geometry.colors[i], geometry.color_share);
+  }
   return frame;
 }
 

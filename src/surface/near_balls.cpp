@@ -10,7 +10,7 @@
 namespace polymorph {
 namespace {
 
-constexpr float kDepth = 12;  // e^-12 of the field: what a sum in float barely sees
+constexpr float kDepth = 12;  // e^-12 of the field: below the float resolution of the sum
 
 /// Smallest eigenvalue of a symmetric matrix of determinant 1 (Smith 1961).
 float min_eigenvalue(const Sym3& s) {

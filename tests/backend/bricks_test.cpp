@@ -1,5 +1,6 @@
 // Culling is exact: a brick's short list of balls gives the bits of the sum over all balls. Where
-// balls never end, list and polynomial give it within a bound, and which points are inside exactly.
+// support is infinite, list and polynomial give it within a bound, and which points are inside
+// exactly.
 #include "kernels/bricks.h"
 
 #include <gtest/gtest.h>

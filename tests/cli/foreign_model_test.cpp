@@ -63,7 +63,7 @@ TEST_F(ForeignModel, MaterialsAndEmbeddedTexturesComeAlong) {
 
 TEST_F(ForeignModel, ColoursOfPointsBecomeMaterials) {
   write("scene.json", R"({"source": {"model": ")" + (kModels / "box.ply").string() +
-                          R"(", "rotate": [-90, 0, 0]}, "target": "sphere", "frames": {"count": 4},
+                          R"(", "up": "z"}, "target": "sphere", "frames": {"count": 4},
                             "spheres": {"balls": 12}, "surface": {"resolution": 16}})");
   run(0, {"mesh", "scene.json", "-f", "1", "-o", "m.obj"});
   const std::string mtl = read_text(folder / "m.mtl");

@@ -1,4 +1,4 @@
-// One suite, every backend: a test written against SurfaceTest runs on the CPU and on a CUDA
+// Test fixture for every backend: a test written against SurfaceTest runs on the CPU and on a CUDA
 // device.
 #pragma once
 
@@ -14,6 +14,8 @@
 #include "kernels/extract_surface.h"
 
 namespace polymorph {
+
+enum class Backend { kCpu, kCuda };
 
 inline bool cuda_required() {
   const char* value = std::getenv("POLYMORPH_REQUIRE_CUDA");

@@ -1,5 +1,5 @@
-// Runs the real program as a user would: arguments, a working folder, what it printed where, and
-// how it ended.
+// Runs the real program in a test: arguments, a working folder, what it printed where, and how it
+// ended.
 #pragma once
 
 #include <fcntl.h>

@@ -35,6 +35,19 @@ class SceneTest : public ::testing::Test {
   fs::path folder;
 };
 
+TEST_F(SceneTest, OldNamesOfKeysAreUnderstood) {
+  const auto scene = load(R"({"source": "a.obj", "target": "b.obj", "surface": {"crumbs": 0.05}})");
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  EXPECT_EQ(scene->surface.min_component_share, 0.05f);
+  EXPECT_NE(error_of(R"({"source": "a.obj", "target": "b.obj",
+                         "surface": {"crumbs": 0.05, "min_component_share": 0.01}})")
+                .find("/surface/crumbs: is the old name of \"min_component_share\""),
+            std::string::npos);
+  EXPECT_NE(error_of(R"({"source": "a.obj", "target": "b.obj", "surface": {"crumbs": 5}})")
+                .find("must be 0 to 0.1"),
+            std::string::npos);
+}
+
 TEST_F(SceneTest, ManyKeysAndEntriesAreAnsweredAtOnce) {
   std::string keys = R"({"source": "a.obj", "target": "torus")", actors = R"({"actors": [)";
   for (int i = 0; i < 200000; ++i) keys += fmt::format(", \"key{}\": 1", i);

@@ -6,6 +6,7 @@
 #include "analyze/measure.h"
 #include "morph/motion.h"
 #include "sequence/analyze_sequence.h"
+#include "sequence/leg_surface.h"
 #include "sequence/surface_frames.h"
 #include "surface/mesh_check.h"
 #include "testing/scene.h"
@@ -126,7 +127,9 @@ TEST_F(RetargetTest, ItsColoursAreThoseOfAllThatItWasBetween) {
   EXPECT_EQ(layers[2].object, 2u);
   EXPECT_EQ(layers[2].share, 0);
   EXPECT_NEAR(layers[1].share, old_clothes[1].share, 0.1f);
-  EXPECT_EQ(layers[1].share, progress_at(prepared.actors[0].legs[0].plan, 0.45f));
+  const float left = progress_at(prepared.actors[0].legs[0].plan, 0.45f);
+  EXPECT_GT(layers[1].share, 0.0f);
+  EXPECT_LT(layers[1].share, left);  // colours change later than the shape, until half way
 }
 
 TEST_F(RetargetTest, AnalysesKnowWhereALegIsLeft) {
