@@ -87,7 +87,7 @@ double residual(const CostSide& a, const CostSide& b, float label_cost, const Ma
   const TransportPlan near = plan_between(turned(a, rotation), b, label_cost);
   const CostSide fitted = turned(a, fit_rotation(a, b, near.flows, RotationAxis::kAny));
   double sum = 0;
-  for (const Flow& flow : plan_between(fitted, b, label_cost).flows)
+  for (const TransportFlow& flow : plan_between(fitted, b, label_cost).flows)
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double apart = static_cast<double>(fitted.values[axis][flow.from]) -
                            static_cast<double>(b.values[axis][flow.to]);
