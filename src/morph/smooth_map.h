@@ -31,6 +31,14 @@ struct FrameMap {
 /// then, undone; X_B likewise. At time 0 (1) X_A (X_B) is the identity exactly.
 FrameMap frame_map(const MorphPlan& plan, float time, const std::vector<Ball>& balls, float size);
 
+/// The map's regression with other level weights, for a level of -1: how far the field of both
+/// objects' distances would fall short, at each ball, of what the ball has around it at its ends.
+/// Walls that pass each other by more than their thickness are thickened there, and only there,
+/// instead of being torn. Errors: the extractor's.
+Result<std::shared_ptr<const Regression>> with_shortfalls(
+    const FrameMap& map, const MorphPlan& plan, const std::vector<Ball>& balls,
+    const DistanceGrid& from, const DistanceGrid& to, SurfaceExtractor& extractor);
+
 /// How much further out each pair's part is on its source than on its target, [-1, 1]: by the mean
 /// distance along the body to all of it (morph/features.h).
 std::vector<float> pair_leads(const MorphPlan& plan);

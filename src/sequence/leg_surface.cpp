@@ -69,7 +69,16 @@ Result<Mesh> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
   const MorphSurface between = {map.regression, from.distances.grid, to.distances.grid,
                                 map.from_scale, map.to_scale,        0};
   const bool at_an_end = moment.time <= 0 || moment.time >= 1;
-  if (!leg.plan.motion.keep_volume || at_an_end)
+  if (at_an_end) return extract_between(extractor, between, map.box, cell, extract);
+  if (is_shell(from.distances) || is_shell(to.distances)) {
+    // A wall's volume means little; that it is whole, much.
+    MorphSurface whole = between;
+    PM_TRY(whole.map, with_shortfalls(map, leg.plan, geometry.balls, *from.distances.grid,
+                                      *to.distances.grid, extractor));
+    whole.level = -1;
+    return extract_between(extractor, whole, map.box, cell, extract);
+  }
+  if (!leg.plan.motion.keep_volume)
     return extract_between(extractor, between, map.box, cell, extract);
   const auto u = static_cast<double>(moment.u);
   const double volume = (1 - u) * from.distances.volume + u * to.distances.volume;

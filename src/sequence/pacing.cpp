@@ -85,6 +85,7 @@ Result<std::vector<float>> even_pacing(const PreparedScene& prepared, const Prep
   for (int k = 0; k <= kSteps && !empty; ++k) {
     ActorGeometry geometry;
     geometry.moment.time = geometry.moment.u = time_of(k);
+    geometry.balls = balls_at(linear.plan, time_of(k));
     geometry.map = maps[static_cast<std::size_t>(k)];
     PM_TRY(Mesh mesh, surface_between(actor, linear, geometry, cell, prepared.extract, extractor));
     empty = mesh.triangles.empty();

@@ -106,9 +106,16 @@ constexpr float kThinnest = 0.9f;
 
 /// The object's distances, and what is measured on their surface.
 Status add_distances(PreparedObject& object, float cell, float thinnest, double min_component_share,
-                     SurfaceExtractor& extractor, const std::filesystem::path& cache) {
-  PM_TRY(ObjectDistances distances, object_distances(object.model, *object.closest, cell, thinnest,
-                                                     min_component_share, extractor, cache));
+                     bool solidified, SurfaceExtractor& extractor,
+                     const std::filesystem::path& cache) {
+  PM_TRY(ObjectDistances distances,
+         object_distances(object.model, *object.closest, cell, thinnest, min_component_share,
+                          solidified, extractor, cache));
+  if (is_shell(distances))
+    log_info(
+        "{}: its faces leave {:.0f} % of what they go around undecided (open, or turned at "
+        "random), so it is taken for a shell and given thickness; spheres.solidify fills it",
+        object.name, 100 * distances.undecided);
   if (!(distances.volume > 0))
     return make_error(ErrorCode::kInput,
                       "{}: the model encloses nothing that cells of {:.3g} show "
@@ -162,8 +169,8 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
   object.closest = std::make_shared<const ClosestPointQuery>(object.model);
   if (legs.distances)
     PM_TRY_STATUS(add_distances(object, cell, kThinnest * cell,
-                                static_cast<double>(scene.surface.min_component_share), extractor,
-                                cache));
+                                static_cast<double>(scene.surface.min_component_share),
+                                spheres.solidify, extractor, cache));
   add_colors(object, scene.look.kind == LookKind::kOwn);
   if (object.meta || !legs.balls) return Ok{};
   return make_boundary(object, InsideTest(object.model), std::move(mesh), scene, cell, extract,
@@ -211,7 +218,7 @@ Result<PreparedObject> object_in_flight(const PreparedScene& prepared, const Pre
     object.closest = object.outer = std::make_shared<const ClosestPointQuery>(object.model);
     PM_TRY_STATUS(add_distances(object, actor.cell, 0,
                                 static_cast<double>(prepared.scene.surface.min_component_share),
-                                extractor, cache));
+                                false, extractor, cache));
   }
   // A ball belongs to what it is more of.
   const bool near = moment.moment.u < 0.5f;

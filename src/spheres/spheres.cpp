@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "base/log.h"
 #include "kernels/extract_surface.h"
 #include "model/diagnose.h"
+#include "model/shell.h"
 #include "model/solidify.h"
 #include "spheres/boundary.h"
 #include "spheres/cells.h"
@@ -13,6 +15,7 @@
 #include "spheres/hubbard.h"
 #include "spheres/medial.h"
 #include "spheres/quality.h"
+#include "surface/distance_grid.h"
 #include "surface/grid.h"
 #include "surface/level.h"
 #include "surface/mesh_check.h"
@@ -124,6 +127,27 @@ Result<Approximation> medial_to_error(Solid& solid, const SphereSettings& settin
   return std::move(best.result);
 }
 
+/// A closed model around a shell's faces, as thick as the surface of its distances at the default
+/// resolution is.
+Result<Model> thickened(const Model& model, const InsideTest& inside) {
+  constexpr float kCells = 128, kThinnest = 0.9f;  // as sequence/prepare.cpp has them
+  const Vec3 size = model.box().size();
+  const float cell = std::max({size.x, size.y, size.z}) / kCells;
+  if (!(cell > 0)) return make_error(ErrorCode::kInput, "model \"{}\" has no extent", model.name);
+  const std::vector<FaceSide> sheets(model.triangles.size(), FaceSide::kSheet);
+  const auto distances = std::make_shared<const DistanceGrid>(signed_distances(
+      model, inside, ClosestPointQuery(model), sheets, 0.5f * cell, kThinnest * cell));
+  const auto extractor = make_cpu_extractor();
+  PM_TRY(Mesh mesh, extract_distances(*extractor, distances, cell, {}));
+  if (mesh.triangles.empty()) return no_boundary(model);
+  log_debug("model \"{}\" is taken for a shell", model.name);
+  Model shell;
+  shell.name = model.name;
+  shell.points = std::move(mesh.positions);
+  shell.triangles = std::move(mesh.triangles);
+  return shell;
+}
+
 }  // namespace
 
 std::vector<Sphere> SphereTree::leaves() const {
@@ -145,6 +169,11 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
     SphereSettings plain = settings;
     plain.solidify = false;
     return approximate(solid, plain);
+  }
+  const InsideTest winding(model);
+  if (!diagnose(model).closed && undecided_share(model, winding) >= kShellShare) {
+    PM_TRY(const Model shell, thickened(model, winding));
+    return approximate(shell, settings);
   }
   Solid solid{model,
               InsideTest(model, settings.inside == InsideMethod::kParity ? InsideRule::kParity

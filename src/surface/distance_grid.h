@@ -31,6 +31,8 @@ void close_border(DistanceGrid& distances);
 /// inside among them, so that cells of about that size show them whole; thin parts, narrow gaps and
 /// sharp edges are smoothed over about `thinnest`. 0 leaves all as it is.
 ///
+/// A model of sheets alone has no inside.
+///
 /// `inside`, `closest` and `sides` (classify_faces()) are of the model. `smooth`, where given, gets
 /// what the values are far from the surface. Deterministic.
 DistanceGrid signed_distances(const Model& model, const InsideTest& inside,
