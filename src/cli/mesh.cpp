@@ -88,7 +88,7 @@ void add_mesh(CommandLine& line) {
   CLI::App* command = add_command(
       line, "mesh", "Write the surface (OBJ, PLY with labels) or the balls (JSON) of frames.",
       "  polymorph mesh scene.json -f 12 -o half.obj\n"
-      "  polymorph mesh scene.json -o surface.####.ply\n"
+      "  polymorph mesh scene.json -o 'surface.####.ply'\n"
       "  polymorph mesh scene.json -f 12 -o balls.json",
       "  0 written   2 usage   3 bad scene or model   4 cannot write\n"
       "  5 device or memory   130, 143 stopped by a signal");

@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "base/file.h"
+#include "base/shell_quote.h"
 #include "base/stopwatch.h"
 #include "compare/pictures.h"
 #include "image/image_io.h"
@@ -158,8 +159,8 @@ Result<GoldenFrame> judge(const GoldenSuite& suite, const GoldenSettings& settin
   if (!fs::exists(golden)) {
     result.missing = true;
     result.message =
-        fmt::format("{} is missing - make it with: polymorph golden update {} --reason ...",
-                    golden.string(), suite.name);
+        fmt::format("{} is missing - make it with: polymorph golden update {} --reason \"...\"",
+                    golden.string(), shell_quoted(suite.name));
     PM_TRY_STATUS(keep_failure(suite, settings, rendered, nullptr, {}, {}));
     PM_TRY_STATUS(fill_report(suite, settings, rendered.image, nullptr, {}, result));
     return result;

@@ -16,7 +16,7 @@ std::vector<Attribute> header_of(const PreparedScene& prepared, const FrameGeome
       {"FramesPerSecond", prepared.scene.frames.fps},
       {"polymorph/version", std::string(PM_VERSION)},
       {kHashAttribute, prepared.hash},
-      {"polymorph/frame", geometry.frame},
+      {kFrameAttribute, geometry.frame},
       {"polymorph/t", geometry.t},
       {"polymorph/stage", geometry.stage},
       {"polymorph/device", device},

@@ -9,6 +9,7 @@
 #include "model/normals.h"
 #include "model/shapes.h"
 #include "model/solid_angle.h"
+#include "scene/scene.h"
 #include "testing/model.h"
 
 namespace polymorph {

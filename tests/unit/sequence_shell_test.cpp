@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "sequence/geometry.h"
 #include "sequence/leg_surface.h"
 #include "surface/mesh_check.h"
 #include "testing/scene.h"
