@@ -6,6 +6,7 @@
 #include "analyze/measure.h"
 #include "morph/motion.h"
 #include "sequence/analyze_sequence.h"
+#include "sequence/geometry.h"
 #include "sequence/leg_surface.h"
 #include "sequence/surface_frames.h"
 #include "surface/mesh_check.h"
