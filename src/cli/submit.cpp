@@ -177,7 +177,9 @@ void add_farm_options(CLI::App* command, SubmitOptions& options) {
                        "frames for at least so long in each task (2)")
           ->transform(number_from(0.01, 10000.0))
           ->type_name("M"));
-  add(command->add_option("--max-tasks", options.max_tasks, "most tasks of the array (1000)")
+  add(command
+          ->add_option("--max-tasks", options.max_tasks,
+                       "maximum number of tasks of the array (1000)")
           ->transform(number_from(1, 100000))
           ->type_name("N"));
   add(command

@@ -15,7 +15,8 @@ namespace polymorph {
 /// another axis up is turned; nodes' names are labels; base colour, roughness, metallic and base
 /// colour texture come along, embedded ones too. Colours of points, where there is no texture,
 /// become materials of faces. FBX is brought to metres. Errors: kInput, also where the reader
-/// crashes, takes more than 16 GiB or more than 10 s and a second for each megabyte; kResource, where polymorph_assimp is not there.
+/// crashes, takes more than 16 GiB or more than 10 s and a second for each megabyte; kResource,
+/// where polymorph_assimp is not there.
 Result<LoadedModel> load_model(const std::filesystem::path& path,
                                const LoadObjSettings& settings = {});
 
