@@ -172,6 +172,15 @@ ClosestPointQuery::ClosestPointQuery(std::span<const Vec3> points,
 }
 ClosestPointQuery::ClosestPointQuery(const Model& model)
     : ClosestPointQuery(model.points, model.triangles) {}
+ClosestPointQuery::ClosestPointQuery(const Model& model, std::span<const std::uint32_t> faces)
+    : ClosestPointQuery(model.points, [&] {
+        std::vector<Triangle> kept;
+        for (const std::uint32_t face : faces) kept.push_back(model.triangles[face]);
+        return kept;
+      }()) {
+  for (std::uint32_t& triangle : tree_->bvh.triangles)
+    if (triangle < faces.size()) triangle = faces[triangle];
+}
 ClosestPointQuery::~ClosestPointQuery() = default;
 ClosestPointQuery::ClosestPointQuery(ClosestPointQuery&&) noexcept = default;
 ClosestPointQuery& ClosestPointQuery::operator=(ClosestPointQuery&&) noexcept = default;

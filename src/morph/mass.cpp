@@ -6,6 +6,9 @@
 #include <numeric>
 
 #include "base/parallel.h"
+#include "base/random.h"
+#include "kernels/field_kinds.h"
+#include "kernels/math.h"
 #include "morph/linear.h"
 
 namespace polymorph {
@@ -14,14 +17,10 @@ namespace {
 /// Points spread evenly through the unit ball, each with its mirror image: the R3 sequence
 /// (Roberts 2018) mapped by volume.
 std::vector<Vec3> points_in_ball(std::size_t count) {
-  constexpr double kStep[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
   std::vector<Vec3> points;
   for (std::size_t i = 0; points.size() < count; ++i) {
-    const auto r = [&](int k) {
-      const double x = 0.5 + kStep[k] * static_cast<double>(i + 1);
-      return x - std::floor(x);
-    };
-    const double radius = std::cbrt(r(0)), z = 2 * r(1) - 1, turn = 6.283185307179586 * r(2);
+    const auto [r0, r1, r2] = r3_point(i);
+    const double radius = std::cbrt(r0), z = 2 * r1 - 1, turn = 6.283185307179586 * r2;
     const double side = std::sqrt(std::max(0.0, 1 - z * z));
     const Vec3d p = Vec3d{side * std::cos(turn), side * std::sin(turn), z} * radius;
     points.push_back(to_float(p));
@@ -60,15 +59,21 @@ double inside_volume(const std::vector<Ball>& balls, std::size_t index,
     if (dot(d, d) < both * both) near.push_back(j);
   }
   const Mat3 map = to_ellipsoid(ball);
+  // The values first, then their sum: the compiler makes packs of the first loop.
+  const auto value = [](const Ball& b, Vec3 x) {
+    constexpr float kLog2E = 1.44269504f, kMin = -120;
+    const float exponent = kLog2E * (b.w - b.a * quadratic(b.shape, x - b.center));
+    return exp2(exponent > kMin ? exponent : kMin);
+  };
+  std::vector<Ball> others;
+  for (const std::uint32_t j : near) others.push_back(balls[j]);
+  std::vector<float> values(others.size());
   double sum = 0;
   for (const Vec3& point : points) {
     const Vec3 x = ball.center + to_float(map * (Vec3d(point) * static_cast<double>(radius)));
-    const auto value = [&](const Ball& b) {
-      return std::exp(b.w - b.a * quadratic(b.shape, x - b.center));
-    };
-    float field = 0;
-    for (const std::uint32_t j : near) field += value(balls[j]);
-    if (field > 1) sum += static_cast<double>(value(ball) / field);
+    for (std::size_t j = 0; j < others.size(); ++j) values[j] = value(others[j], x);
+    const float field = std::accumulate(values.begin(), values.end(), 0.0f);
+    if (field > 1) sum += static_cast<double>(value(ball, x) / field);
   }
   constexpr double kUnitBall = 4.18879020478639;
   return kUnitBall * std::pow(static_cast<double>(radius), 3) * sum /
@@ -79,11 +84,11 @@ double inside_volume(const std::vector<Ball>& balls, std::size_t index,
 
 std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind) {
   std::vector<double> masses(balls.size());
-  if (kind != FieldKind::kGaussian) {
+  if (!visit(kind, [](auto field) { return decltype(field)::kExponential; })) {
     for (std::size_t i = 0; i < balls.size(); ++i) {
-      const float square =
-          kind == FieldKind::kInverseSquare ? std::max(balls[i].w, 0.0f) : 1 / balls[i].a;
-      masses[i] = std::pow(static_cast<double>(square), 1.5);
+      const auto radius =
+          static_cast<double>(visit(kind, [&](auto field) { return field.radius(balls[i]); }));
+      masses[i] = radius * radius * radius;
     }
   } else {
     // Some 65 000 points in all: thousands of balls differ little from their neighbours.

@@ -44,8 +44,8 @@ void add_material(BsdfOf<T3>& bsdf, const ShadingOf<T3>& material, ComponentOf<T
   const T3 base = min(material.color, white<T3>()) * (1.0f - metal);
   const V alpha = max(square(clamp01(material.roughness)), kMinAlpha);
   const MaskOf<T3> there = weight > 0.0f;
-  const MaskOf<T3> glossy = !is_black(f0) & there;
-  const MaskOf<T3> diffuse = !is_black(base) & there;
+  const MaskOf<T3> glossy = (!is_black(f0)) & there;
+  const MaskOf<T3> diffuse = (!is_black(base)) & there;
   DiffuseLobeOf<T3> lobe{{}, {}, broadcast<V>(1), white<T3>()};
   T3 left = white<T3>();
   if (any(glossy)) {
@@ -136,17 +136,13 @@ T3 sample(const BsdfOf<T3>& bsdf, ComponentOf<T3> u, ComponentOf<T3> v) {
     edge = select(second, bsdf.choose_gloss[1], edge);
     alpha = select(second, bsdf.gloss[1].alpha, alpha);
   }
-  const MaskOf<T3> glossy = !diffuse & (edge > 0.0f);
+  const MaskOf<T3> glossy = (!diffuse) & (edge > 0.0f);
   const T3 half =
       sample_ggx_normal(bsdf.view, alpha, zero_unless(glossy, min(u / edge, 0.9999999f)), v);
   return select(glossy, half * (2.0f * dot(bsdf.view, half)) - bsdf.view, direction);
 }
 
 }  // namespace
-
-Vec3 gloss_albedo(Vec3 f0, float alpha, float cosine) {
-  return gloss_energy(f0, alpha, cosine).albedo;
-}
 
 Shading own_shading(const Material& material, Vec3 texel) {
   return {material.color * texel, material.specular,     material.roughness,

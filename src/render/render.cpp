@@ -1,11 +1,11 @@
 #include "render/render.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
 #include "base/parallel.h"
+#include "base/stopwatch.h"
 #include "render/day_sky.h"
 #include "render/tile.h"
 
@@ -69,10 +69,6 @@ float farthest_start(const RenderScene& scene) {
   return std::max(length(scene.camera.position - box.center()), floor) + box.diagonal();
 }
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 }  // namespace
 
 struct Renderer::State {
@@ -98,7 +94,7 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   const ImageSettings& image = settings.image;
   PM_CHECK(image.width >= 1 && image.height >= 1 && image.samples >= 1);
   State& state = *state_;
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch build_watch;
   PM_TRY(
       const TracedScene geometry,
       TracedScene::build(state.device, scene.meshes, scene.camera.shutter, farthest_start(scene)));
@@ -153,9 +149,9 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   job.filter = &state.filter;
   job.aovs = chosen_aovs(image.aovs);
   state.stats = {};
-  state.stats.build_seconds = seconds_since(start);
+  state.stats.build_seconds = build_watch.seconds();
 
-  const auto trace_start = std::chrono::steady_clock::now();
+  const Stopwatch trace_watch;
   Image film = make_image(image.width, image.height, film_channels(job.aovs));
   const int columns = (image.width + kTile - 1) / kTile, rows = (image.height + kTile - 1) / kTile;
   std::vector<RayStats> tallies(static_cast<std::size_t>(columns) * rows);
@@ -168,7 +164,7 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
     state.stats.rays += stats.rays;
     state.stats.paths += stats.paths;
   }
-  state.stats.trace_seconds = seconds_since(trace_start);
+  state.stats.trace_seconds = trace_watch.seconds();
   return film;
 }
 

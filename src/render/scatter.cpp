@@ -188,7 +188,7 @@ PackMask scatter_on_mesh(const World& world, Vertices& at, const SurfacePointOf<
       has(path, kScattered) | (bsdf.sharpest_alpha > kMirrorAlpha) | (own.c < bsdf.choose_diffuse));
   set(path, kFromCamera, PackMask{});
   const PackMask mirror =
-      !bsdf.has_diffuse & (bsdf.sharpest_alpha < kMirrorAlpha) & (path.mirrors > 0.0f);
+      (!bsdf.has_diffuse) & (bsdf.sharpest_alpha < kMirrorAlpha) & (path.mirrors > 0.0f);
   path.mirrors = path.mirrors - zero_unless(mirror, broadcast<Pack>(1));
   path.depth_left = path.depth_left - zero_unless(!mirror, broadcast<Pack>(1));
   // Above the shading normal's horizon, below the triangle's: no light, and what was foreseen is

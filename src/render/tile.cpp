@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "render/floating_point.h"
+#include "kernels/floating_point.h"
 
 namespace polymorph {
 namespace {

@@ -105,6 +105,10 @@ class SchemaFields {
     T value;
     add(key, doc, {{"type", "array"}, {"items", schema_of(value)}});
   }
+  void renamed(const char* old, const char* key) {
+    properties[old] = {{"description", fmt::format("old name of \"{}\"", key)},
+                       {"deprecated", true}};
+  }
   void before_actors(Scene&) {}
   /// Either a list, or the keys of one actor's chain beside it.
   void actors(const char* key, std::vector<ActorSettings>& values, const char* doc) {
@@ -206,6 +210,7 @@ class WriteFields {
     json[key] = Json::array();
     for (T& value : values) json[key].push_back(written(value));
   }
+  void renamed(const char*, const char*) {}
   void before_actors(Scene&) {}
   void actors(const char* key, std::vector<ActorSettings>& values, const char* doc) {
     objects(key, values, doc);

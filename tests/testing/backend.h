@@ -1,4 +1,4 @@
-// One suite, every backend: a test written against SurfaceTest runs on the CPU and on a CUDA
+// Test fixture for every backend: a test written against SurfaceTest runs on the CPU and on a CUDA
 // device.
 #pragma once
 
@@ -14,6 +14,8 @@
 #include "kernels/extract_surface.h"
 
 namespace polymorph {
+
+enum class Backend { kCpu, kCuda };
 
 inline bool cuda_required() {
   const char* value = std::getenv("POLYMORPH_REQUIRE_CUDA");
@@ -92,7 +94,7 @@ inline std::vector<Ball> random_balls(int count, FieldKind field, unsigned seed)
     const float radius = 0.1f + 0.25f * unit();
     Ball ball = gaussian_ball(center, radius);
     if (field == FieldKind::kInverseSquare) ball.w = 0.2f * radius * radius;
-    if (field == FieldKind::kWyvill) {
+    if (field == FieldKind::kWyvill || field == FieldKind::kQuartic) {
       ball.a = 1 / (4 * radius * radius);
       ball.w = 1.7f;
     }

@@ -1,4 +1,5 @@
-// What every extracted surface must satisfy, as failures that say where.
+// Mesh assertions: what every extracted surface must satisfy, with messages that say where it does
+// not.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -15,8 +15,8 @@ namespace polymorph::testing {
 struct TestMesh {
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
-  std::vector<Vec3> normals;  // one a position
-  std::vector<Vec2> uvs;      // three a triangle
+  std::vector<Vec3> normals;  // one per position
+  std::vector<Vec2> uvs;      // three per triangle
   std::vector<Material> materials{Material{}};
   std::vector<std::shared_ptr<const Image>> textures;
 };

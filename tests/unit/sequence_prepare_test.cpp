@@ -7,7 +7,10 @@
 #include "base/parallel.h"
 #include "image/image_io.h"
 #include "scene/load_scene.h"
+#include "sequence/device.h"
+#include "sequence/geometry.h"
 #include "sequence/render_sequence.h"
+#include "spheres/quality.h"
 #include "surface/mesh_check.h"
 
 namespace polymorph {
@@ -127,8 +130,11 @@ TEST_F(SequenceTest, BallsEncloseTheModelsVolumeAndFramesGoEvenlyBetween) {
   const auto exact = prepare_scene(fine, *extractor, {});
   ASSERT_TRUE(exact.ok()) << exact.error().message;
   for (const PreparedObject& object : exact->actors[0].objects) {
-    EXPECT_NEAR(object.ball_volume / object.model_volume, 1, 0.004) << object.name;
-    EXPECT_NEAR(object.distance_volume / object.model_volume, 1, 0.03) << object.name;
+    EXPECT_NEAR(object.ball_volume / solid_volume(object.model, InsideTest(object.model)), 1, 0.004)
+        << object.name;
+    EXPECT_NEAR(object.distances.volume / solid_volume(object.model, InsideTest(object.model)), 1,
+                0.03)
+        << object.name;
   }
   const auto prepared = prepare_scene(scene, *extractor, {});
   ASSERT_TRUE(prepared.ok()) << prepared.error().message;
@@ -145,8 +151,8 @@ TEST_F(SequenceTest, BallsEncloseTheModelsVolumeAndFramesGoEvenlyBetween) {
     EXPECT_EQ(report.degenerate_triangles, 0u) << frame;
     if (m.stage != Stage::kVolume) continue;
     const std::vector<PreparedObject>& objects = prepared->actors[0].objects;
-    const double from = objects[static_cast<std::size_t>(m.leg)].distance_volume,
-                 to = objects[static_cast<std::size_t>(m.leg) + 1].distance_volume;
+    const double from = objects[static_cast<std::size_t>(m.leg)].distances.volume,
+                 to = objects[static_cast<std::size_t>(m.leg) + 1].distances.volume;
     const double wanted = (1 - static_cast<double>(m.u)) * from + static_cast<double>(m.u) * to;
     EXPECT_NEAR(report.volume / wanted, 1, 0.03) << frame;
   }
@@ -299,7 +305,9 @@ TEST_F(SequenceTest, EveryFieldMorphsFromAClosedSurfaceToAnother) {
       const auto prepared = prepare_scene(scene, *extractor, {});
       ASSERT_TRUE(prepared.ok()) << prepared.error().message;
       for (const PreparedObject& object : prepared->actors[0].objects)
-        EXPECT_NEAR(object.ball_volume / object.model_volume, 1, 0.03) << object.name;
+        EXPECT_NEAR(object.ball_volume / solid_volume(object.model, InsideTest(object.model)), 1,
+                    0.03)
+            << object.name;
       for (const int frame : {2, 3, 7, 12, 13}) {
         const auto geometry = geometry_at(*prepared, *extractor, frame);
         ASSERT_TRUE(geometry.ok()) << geometry.error().message;

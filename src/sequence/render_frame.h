@@ -1,0 +1,23 @@
+// Rendering of one frame in memory, with the attributes of its image header.
+#pragma once
+
+#include <string>
+
+#include "base/result.h"
+#include "image/image.h"
+#include "render/render.h"
+#include "sequence/geometry.h"
+
+namespace polymorph {
+
+/// The image attribute that holds PreparedScene::hash.
+inline constexpr const char* kHashAttribute = "polymorph/scene_hash";
+/// And the one that holds the frame's number.
+inline constexpr const char* kFrameAttribute = "polymorph/frame";
+
+/// One frame in memory: `geometry` as geometry_at() gave it.
+Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,
+                           Renderer& renderer, const std::string& device,
+                           const std::string& command);
+
+}  // namespace polymorph
