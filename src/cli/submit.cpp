@@ -63,7 +63,7 @@ Result<Costs> measure_costs(const CommandLine& line, const SubmitOptions& option
   settings.dry_run = true;
   settings.device = line.common.device;
   settings.max_memory = line.common.max_memory;
-  settings.isa = options.scene_options.pinned_isa();
+  settings.isa = options.scene_options.isa;
   settings.cache_folder = cache_folder(line.common);
   settings.stop = &stop_requested();
   log_info("measuring frames here; --frame-seconds saves it");

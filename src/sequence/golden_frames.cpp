@@ -15,6 +15,10 @@
 #include "image/image_io.h"
 #include "scene/load_scene.h"
 #include "sequence/content_hash.h"
+#include "sequence/device.h"
+#include "sequence/geometry.h"
+#include "sequence/render_frame.h"
+#include "sequence/render_scene.h"
 #include "sequence/render_sequence.h"
 #include "surface/mesh_check.h"
 
