@@ -131,9 +131,9 @@ TEST_F(ExplainTest, GeometryByATenthOfACell) {
   Mesh& surface = now.geometry.actors[0].surface;
   ASSERT_FALSE(surface.positions.empty());
   const float cell = prepared.actors[0].cell;
-  Vec3 top = surface.positions[0];
+  Vec3 top = surface.positions[0];  // the point nearest to the camera
   for (const Vec3& p : surface.positions)
-    if (dot(p, prepared.camera.up) > dot(top, prepared.camera.up)) top = p;
+    if (dot(p, prepared.camera.forward) < dot(top, prepared.camera.forward)) top = p;
   ASSERT_GT(cell, 0);
   int moved = 0;
   for (Vec3& p : surface.positions)
