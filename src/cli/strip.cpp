@@ -9,6 +9,7 @@
 #include "image/image_io.h"
 #include "image/movie.h"
 #include "image/strip.h"
+#include "morph/timeline.h"
 #include "sequence/frames.h"
 #include "sequence/render_sequence.h"
 
@@ -94,7 +95,7 @@ Result<Frames> from_scene(const CommandLine& line, const StripOptions& options) 
     if (stop_requested()) return make_error(stop_code(), "stopped - nothing was written");
     PM_TRY(const FrameGeometry geometry, geometry_at(prepared, *extractor, frames.numbers[i]));
     PM_TRY(Image image, render_frame(prepared, geometry, renderer, device, line.text));
-    expose(image, scene.image.exposure);
+    expose(image, scene_at(scene, static_cast<double>(frames.numbers[i])).image.exposure);
     frames.images.push_back(slim(image, options.width));
     FrameRecord record;
     record.frame = frames.numbers[i];

@@ -90,18 +90,19 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   State& state = *state_;
   const auto start = std::chrono::steady_clock::now();
   PM_TRY(const TracedScene geometry,
-         TracedScene::build(state.device, scene.meshes, scene.camera.shutter));
+         TracedScene::build(state.device, scene.meshes, scene.camera.shutter, scene.bounds));
 
+  const Camera& rig = scene.rig ? *scene.rig : scene.camera;
   const Box& stage = scene.bounds.empty() ? geometry.bounds() : scene.bounds;
-  std::vector<KeyLight> suns{make_key_light(scene.lights, scene.camera)};
+  std::vector<KeyLight> suns{make_key_light(scene.lights, rig)};
   std::vector<Lamp> lamps;
   for (const LampSettings& lamp : scene.lights.lamps)
     if (lamp.kind == LampKind::kSun)
-      suns.push_back(make_sun(lamp, scene.camera));
+      suns.push_back(make_sun(lamp, rig));
     else
       lamps.push_back(make_lamp(lamp, stage.empty() ? Vec3{} : stage.center()));
   const bool outdoors = scene.environment || scene.lights.sky == SkyKind::kDay;
-  SkyKey sky_key{make_rig(scene.camera),
+  SkyKey sky_key{make_rig(rig),
                  suns.front(),
                  outdoors ? scene.ground.color : scene.ground.color * kFarTone,
                  scene.lights.sky_intensity,
@@ -137,8 +138,11 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   world.transparent = image.transparent || scene.ground.shadow_only;
   world.moment = scene.moment;
   job.camera = scene.camera;
+  job.camera_motion = scene.camera_motion;
+  job.meshes_move = std::any_of(scene.meshes.begin(), scene.meshes.end(),
+                                [](const RenderMesh& mesh) { return mesh.moves; });
   job.image = image;
-  job.sampler = make_frame_sampler(image.seed, settings.frame, image.samples);
+  job.sampler = make_frame_sampler(image.seed, settings.frame, image.samples, image.steady);
   job.filter = &state.filter;
   job.aovs = chosen_aovs(image.aovs);
   state.stats = {};

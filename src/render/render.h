@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -43,7 +44,11 @@ struct RenderMesh : MaterialLayer {
   std::span<const float> vertex_blend;  ///< of the morph AOV, one a position, or empty = `blend`
   std::span<const std::uint32_t> vertex_labels;  ///< of the label AOV, one a position, or empty
   std::uint32_t first_label = 1;                 ///< what label 0 is written as
-  float blend = 0;  ///< [0, 1]: 0 = wholly what the leg comes from, 1 = what it goes to
+  float blend = 0;    ///< [0, 1]: 0 = wholly what the leg comes from, 1 = what it goes to
+  bool moves = true;  ///< it is another in the frames before and after: its noise is new
+  /// Of the crypto_object matte, and of crypto_label: what vertex_labels count from 0.
+  std::string name;
+  std::vector<std::string> label_names;
 };
 
 /// A camera, ready to shoot.
@@ -57,15 +62,38 @@ struct Camera {
 };
 
 /// Frames a box: the smallest distance at which the box's 8 corners keep the margin, unless the
-/// settings fix the position.
+/// settings fix the position. `orbit` is the angle that the camera has gone round already.
 Camera make_camera(const CameraSettings& settings, const Box& box, int width, int height);
 /// The same for the points themselves, which keeps less empty space than their box.
 Camera make_camera(const CameraSettings& settings, std::span<const Vec3> points, int width,
                    int height);
 
+/// One framing for a camera that moves.
+struct Framing {
+  Vec3 middle;         ///< of all objects
+  Vec3 anchor;         ///< the camera looks at it, where the settings have no target
+  float distance = 1;  ///< from there, at the margin `margin` and for dolly 1
+  float margin = 0;
+};
+/// The distance at which the points keep the least margin of all poses, with the widest field of
+/// view of all, in whatever direction a pose looks. Poses that all look the same way are framed as
+/// tightly as a camera that stands still.
+Framing make_framing(std::span<const CameraSettings> poses, std::span<const Vec3> points, int width,
+                     int height);
+/// A camera of a film, framed with all others.
+Camera make_camera(const CameraSettings& settings, const Framing& framing);
+
+/// A camera beside the frame's own, where it moves.
+struct CameraMotion {
+  Camera opening, closing;  ///< when the shutter opens and closes
+  Camera next;              ///< in the next frame; on the last one the frame's own
+};
+
 struct RenderScene {
   std::vector<RenderMesh> meshes;
   Camera camera;
+  std::optional<CameraMotion> camera_motion;  ///< empty: it stands still
+  std::optional<Camera> rig;  ///< whose bearing the lights and the studio have; empty: `camera`
   LightSettings lights;
   GroundSettings ground;  ///< `height` must be set when enabled
   LookSettings look;
@@ -79,7 +107,9 @@ struct RenderScene {
 
 struct RenderSettings {
   ImageSettings image;
-  int frame = 0;  ///< part of the random keys, so noise differs from frame to frame
+  /// Part of the random keys: noise differs from frame to frame, with image.steady only where
+  /// something moves (RenderMesh::moves) or the camera does.
+  int frame = 0;
 };
 
 /// Path tracing. Lights: `key_intensity` is the irradiance on a surface that faces the key light,

@@ -219,7 +219,8 @@ Status take_device_error(const RayDevice& device) {
 }
 
 Result<TracedScene> TracedScene::build(const RayDevice& device,
-                                       const std::vector<RenderMesh>& meshes, float shutter) {
+                                       const std::vector<RenderMesh>& meshes, float shutter,
+                                       const Box& stage) {
   TracedScene traced;
   traced.shutter_ = shutter;
   traced.meshes_ = &meshes;
@@ -249,7 +250,8 @@ Result<TracedScene> TracedScene::build(const RayDevice& device,
   if (traced.bounds_.empty()) return traced;
   // Positions carry a relative error of some 2^-23 of the largest coordinate; a little above that.
   const Vec3 low = traced.bounds_.low, high = traced.bounds_.high;
-  const float reach = std::max(max_component(max(high, -low)), traced.bounds_.diagonal());
+  const Box& whole = stage.empty() ? traced.bounds_ : stage;
+  const float reach = std::max(max_component(max(whole.high, -whole.low)), whole.diagonal());
   traced.epsilon_ = reach * 0x1p-18f;
   const Vec3 pad = Vec3{1, 1, 1} * traced.epsilon_;
   traced.bounds_ = {low - pad, high + pad};

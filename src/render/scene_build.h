@@ -79,9 +79,10 @@ using SurfacePoint = SurfacePointOf<Vec3>;
 class TracedScene {
  public:
   /// Errors: kResource (memory), kInternal (an index beyond the positions).
-  /// With a `shutter` meshes move by their displacement while it is open.
+  /// With a `shutter` meshes move by their displacement while it is open. `stage`: of all frames,
+  /// so that rays start off surfaces alike in all of them; empty: the meshes' own bounds.
   static Result<TracedScene> build(const RayDevice& device, const std::vector<RenderMesh>& meshes,
-                                   float shutter = 0);
+                                   float shutter = 0, const Box& stage = {});
 
   /// The nearest mesh in (0, ray.far).
   MeshHit closest(const Ray& ray) const;

@@ -14,18 +14,51 @@ constexpr int kFirstSamples = 16;         // of the adaptive rounds; each round 
 constexpr int kBlock = 4;                 // pixels along a side of what goes on or stops together
 constexpr std::uint32_t kTimeSet = 4096;  // beside the sets of the vertices
 
+/// A camera of each lane.
+struct Cameras {
+  Pack3 position, right, up, forward;
+  Pack tan_half_fov_y, lens_radius, focus;
+};
+Cameras cameras_of(const Camera& camera) {
+  return {same3<Pack3>(camera.position),     same3<Pack3>(camera.right),
+          same3<Pack3>(camera.up),           same3<Pack3>(camera.forward),
+          same<Pack>(camera.tan_half_fov_y), same<Pack>(camera.lens_radius),
+          same<Pack>(camera.focus)};
+}
+/// At times of the shutter's, in [0, 1].
+Cameras cameras_between(const Camera& opening, const Camera& closing, Pack time) {
+  const auto between = [&](Vec3 from, Vec3 to) {
+    return same3<Pack3>(from) + same3<Pack3>(to - from) * time;
+  };
+  const auto at = [&](float from, float to) { return from + time * (to - from); };
+  return {between(opening.position, closing.position),
+          normalized(between(opening.right, closing.right)),
+          normalized(between(opening.up, closing.up)),
+          normalized(between(opening.forward, closing.forward)),
+          at(opening.tan_half_fov_y, closing.tan_half_fov_y),
+          at(opening.lens_radius, closing.lens_radius),
+          at(opening.focus, closing.focus)};
+}
+
 /// Rays through (x, y), in pixels from the picture's upper left corner, and through the points
 /// (u, v) of the lens. Pixels are square.
-RayOf<Pack3> camera_rays(const Camera& camera, const ImageSettings& image, Pack x, Pack y,
-                         Vec2Of<Pack> lens) {
-  const float scale = 2 * camera.tan_half_fov_y / static_cast<float>(image.height);
+RayOf<Pack3> camera_rays(const Cameras& camera, const ImageSettings& image, Pack x, Pack y,
+                         Vec2Of<Pack> lens, bool pinhole) {
+  const Pack scale = 2.0f * camera.tan_half_fov_y / static_cast<float>(image.height);
   const Pack across = (x - 0.5f * static_cast<float>(image.width)) * scale;
   const Pack upward = (0.5f * static_cast<float>(image.height) - y) * scale;
   const Pack3 way = camera.forward + camera.right * across + camera.up * upward;
-  if (!(camera.lens_radius > 0)) return {same3<Pack3>(camera.position), normalized(way)};
-  const Pack2 at = concentric_disc(lens.x, lens.y) * same<Pack>(camera.lens_radius);
+  if (pinhole) return {camera.position, normalized(way)};
+  const Pack2 at = concentric_disc(lens.x, lens.y) * camera.lens_radius;
   const Pack3 shift = camera.right * at.x + camera.up * at.y;
   return {camera.position + shift, normalized(way * camera.focus - shift)};
+}
+
+/// Where a camera shows what lies that way: pixels from the picture's middle, x right, y down.
+Vec2 on_film(const Camera& camera, const ImageSettings& image, Vec3 way) {
+  const float scale = static_cast<float>(image.height) /
+                      (2 * camera.tan_half_fov_y * std::max(dot(way, camera.forward), 1e-6f));
+  return {dot(way, camera.right) * scale, -dot(way, camera.up) * scale};
 }
 
 /// What the samples of a pixel add up to.
@@ -93,26 +126,36 @@ class Tile {
     }
   }
 
-  void write_aovs(Image& film) {
-    Camera pinhole = job_.camera;
-    pinhole.lens_radius = 0;
+  /// Finds what the rays through the pixels' centres meet, where somebody asks.
+  void look() {
+    const bool steady = job_.image.steady && !job_.camera_motion && job_.meshes_move;
+    moving_.fill(job_.camera_motion.has_value());
+    if (job_.aovs.empty() && !steady) return;
+    const Cameras camera = cameras_of(job_.camera);
     for (int y = 0; y < height_; ++y) {
-      RayOf<Pack3> rays[2];
-      MeetingOf<Pack> meetings[2];
+      CenterRow& row = centers_[y];
       for (int k = 0; k < 2; ++k)
-        rays[k] = camera_rays(
-            pinhole, job_.image,
+        row.rays[k] = camera_rays(
+            camera, job_.image,
             Lanes<Pack>::first_numbers() + (static_cast<float>(left_ + k * kLanes) + 0.5f),
-            same<Pack>(static_cast<float>(top_ + y) + 0.5f), Pack2{});
-      meet(job_.world, rays, meetings, width_, true, tally_);
+            same<Pack>(static_cast<float>(top_ + y) + 0.5f), Pack2{}, true);
+      meet(job_.world, row.rays, row.meetings, width_, true, tally_);
+      if (!steady) continue;
       for (int x = 0; x < width_; ++x) {
-        const Ray ray = lane(rays[x / kLanes], x % kLanes);
-        FirstHit hit = first_hit(job_.world, ray, lane(meetings[x / kLanes], x % kLanes));
+        const std::uint32_t mesh = row.meetings[x / kLanes].mesh.mesh[x % kLanes];
+        moving_[y * width_ + x] = mesh != kNoMesh && job_.world.geometry->mesh(mesh).moves;
+      }
+    }
+  }
+
+  void write_aovs(Image& film) {
+    for (int y = 0; y < height_; ++y) {
+      const CenterRow& row = centers_[y];
+      for (int x = 0; x < width_; ++x) {
+        const Ray ray = lane(row.rays[x / kLanes], x % kLanes);
+        FirstHit hit = first_hit(job_.world, ray, lane(row.meetings[x / kLanes], x % kLanes));
         if (hit.id > 0) hit.depth *= dot(ray.direction, job_.camera.forward);
-        if (hit.id > 1) {
-          const Vec2 now = on_film(hit.position), next = on_film(hit.next);
-          hit.motion = {next.x - now.x, next.y - now.y};
-        }
+        hit.motion = motion_of(hit, ray.direction);
         float* pixel = &film.at(left_ + x, top_ + y, 4);
         for (const Aov* aov : job_.aovs) *pixel++ = aov->value(hit);
       }
@@ -149,7 +192,8 @@ class Tile {
     PackBits index{};
     for (int i = first; i < end; ++i) {
       const int column = left_ + pixels_[i] % width_, row = top_ + pixels_[i] / width_;
-      const SampleIndex sample = sample_index(job_.sampler, column, row, numbers_[i]);
+      const SampleIndex sample =
+          sample_index(job_.sampler, column, row, numbers_[i], moving_[pixels_[i]]);
       x[i - first] = static_cast<float>(column) + 0.5f;
       y[i - first] = static_cast<float>(row) + 0.5f;
       index[i - first] = wave_.samples[i] = sample.reversed;
@@ -157,10 +201,16 @@ class Tile {
     }
     const PathSamplerOf<Pack> sampler(job_.sampler, wave_.sequence, index);
     const Sample4Of<Pack> random = sampler.get(0);
-    RayOf<Pack3> rays =
-        camera_rays(job_.camera, job_.image, x + filter_offset(*job_.filter, random.a),
-                    y + filter_offset(*job_.filter, random.b), {random.c, random.d});
-    if (job_.camera.shutter > 0) rays.time = sampler.get(kTimeSet).a;
+    const bool blurred = job_.camera.shutter > 0;
+    const Pack time = blurred ? sampler.get(kTimeSet).a : same<Pack>(0.5f);
+    const Cameras cameras =
+        blurred && job_.camera_motion
+            ? cameras_between(job_.camera_motion->opening, job_.camera_motion->closing, time)
+            : cameras_of(job_.camera);
+    RayOf<Pack3> rays = camera_rays(cameras, job_.image, x + filter_offset(*job_.filter, random.a),
+                                    y + filter_offset(*job_.filter, random.b), {random.c, random.d},
+                                    !(job_.camera.lens_radius > 0));
+    rays.time = time;
     for (int i = first; i < end; ++i) wave_.rays[i] = lane(rays, i - first);
   }
 
@@ -199,12 +249,16 @@ class Tile {
       for (int x = x0; x < std::min(x0 + kBlock, width_); ++x) f(y * width_ + x);
   }
 
-  Vec2 on_film(Vec3 point) const {
-    const Vec3 way = point - job_.camera.position;
-    const float scale =
-        static_cast<float>(job_.image.height) /
-        (2 * job_.camera.tan_half_fov_y * std::max(dot(way, job_.camera.forward), 1e-6f));
-    return {dot(way, job_.camera.right) * scale, -dot(way, job_.camera.up) * scale};
+  /// Pixels to the next frame.
+  Vec2 motion_of(const FirstHit& hit, Vec3 direction) const {
+    const Camera &now = job_.camera,
+                 &then = job_.camera_motion ? job_.camera_motion->next : job_.camera;
+    // A sky is infinitely far away; the studio's paper goes with the camera.
+    const bool sky = hit.id == 0 && job_.world.backdrop.sky;
+    if (hit.id == 0 && !sky) return {};
+    const Vec2 from = on_film(now, job_.image, sky ? direction : hit.position - now.position);
+    const Vec2 to = on_film(then, job_.image, sky ? direction : hit.next - then.position);
+    return {to.x - from.x, to.y - from.y};
   }
 
   const FrameJob& job_;
@@ -212,6 +266,13 @@ class Tile {
   const int left_, top_, width_, height_;
   std::array<PixelSum, kPixels> sums_{};
   std::array<bool, kPixels> done_{};
+  /// Rays through the centres of a row's pixels.
+  struct CenterRow {
+    RayOf<Pack3> rays[kTile / kLanes];
+    MeetingOf<Pack> meetings[kTile / kLanes];
+  };
+  std::array<CenterRow, kTile> centers_;
+  std::array<bool, kPixels> moving_{};  ///< the pixel shows something that moves
   Wave wave_;
   std::array<int, Wave::kMost> pixels_;             ///< of each path of the wave
   std::array<std::uint32_t, Wave::kMost> numbers_;  ///< which of the pixel's samples it is
@@ -222,6 +283,7 @@ class Tile {
 void render_tile(const FrameJob& job, int tile_x, int tile_y, Image& film, Tally& tally) {
   const FlushDenormals flush;
   Tile tile(job, tile_x, tile_y, tally);
+  tile.look();
   tile.sample();
   tile.write(film);
   if (!job.aovs.empty()) tile.write_aovs(film);

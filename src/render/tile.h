@@ -1,6 +1,8 @@
 // From camera rays to a tile of the film.
 #pragma once
 
+#include <optional>
+
 #include "image/image.h"
 #include "render/aov.h"
 #include "render/film.h"
@@ -16,6 +18,8 @@ inline constexpr int kTile = 16;  // pixels along a side
 struct FrameJob {
   World world;
   Camera camera;
+  std::optional<CameraMotion> camera_motion;
+  bool meshes_move = false;  ///< any
   ImageSettings image;
   FrameSampler sampler;
   const PixelFilter* filter = nullptr;

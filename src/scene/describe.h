@@ -3,12 +3,39 @@
 // writes a scene back. To add a setting, add a member in scene.h and a line here.
 //
 // A visitor `v` offers integer, number, boolean, choice, text, text_map, path, vector, scale,
-// color, integers, numbers, object, objects, actors.
+// color, integers, numbers, object, objects, actors. In a keyed_object every number, vector and
+// colour may have keyframes (scene/keyframes.h) except a constant_number; a keyed_number may have
+// them anywhere.
 #pragma once
 
 #include "scene/scene.h"
 
 namespace polymorph {
+
+/// Of a setting with keyframes, beside its list of "keys".
+template <class V>
+void describe(V& v, KeyframeTrack& s) {
+  v.choice("easing", s.easing,
+           {{"smooth", KeyEasing::kSmooth},
+            {"linear", KeyEasing::kLinear},
+            {"smoothstep", KeyEasing::kSmoothstep},
+            {"quintic", KeyEasing::kQuintic},
+            {"hold", KeyEasing::kHold}},
+           "how the value goes from key to key: along one smooth curve through all of them, in "
+           "straight lines, stopping gently at each (smoothstep, quintic), or in jumps");
+}
+
+/// When a key is: one of these stands beside its "value".
+struct KeyMoment {
+  std::optional<float> share, frame, leg;
+};
+template <class V>
+void describe(V& v, KeyMoment& s) {
+  v.number("t", s.share, 0, 1, "share of the film: 0 is its first frame, 1 its last");
+  v.number("frame", s.frame, 1, 1e5, "number of a frame");
+  v.number("leg", s.leg, 1, 1e5,
+           "of the first actor: 1 is the start of its first leg, 1.5 the middle, 2 its end");
+}
 
 template <class V>
 void describe(V& v, SphereSettings& s) {
@@ -78,6 +105,10 @@ void describe(V& v, FrameSettings& s) {
   v.number("fps", s.fps, 0.1, 1000, "frames a second, for GIF and movie and the EXR header");
   v.integer("hold_start", s.hold_start, 0, 10000, "extra frames that stand still at the start");
   v.integer("hold_end", s.hold_end, 0, 10000, "extra frames that stand still at the end");
+  v.integer("turntable", s.turntable, 0, 100000,
+            "instead of the film: a turn of the camera around its frame `still`, in so many "
+            "frames; 0: the film");
+  v.integer("still", s.still, 1, 100000, "turntable: the frame that is turned");
 }
 
 template <class V>
@@ -242,6 +273,12 @@ void describe(V& v, CameraSettings& s) {
   v.number("fov", s.fov, 1, 150, "vertical field of view, degrees");
   v.number("azimuth", s.azimuth, -360, 360, "degrees from +z towards +x");
   v.number("elevation", s.elevation, -89, 89, "degrees above the horizon");
+  v.constant_number("orbit", s.orbit, -36000, 36000,
+                    "degrees that the camera goes round its target during the film, evenly; whole "
+                    "turns close without a seam");
+  v.number("dolly", s.dolly, 0.01, 100,
+           "factor on the distance from the target: below 1 is nearer than framing or `position` "
+           "puts the camera");
   v.number("margin", s.margin, 0, 0.45,
            "free border on each side when framing automatically, as a share of the picture");
   v.number("aperture", s.aperture, 0, 1e6,
@@ -291,6 +328,9 @@ void describe(V& v, LightSettings& s) {
            "built-in: soft boxes in a studio, or a clear sky whose sun is the key light");
   v.number("turbidity", s.turbidity, 2, 10, "sky day: 2 is very clear, 10 hazy");
   v.number("sky_intensity", s.sky_intensity, 0, 1000, "factor on the environment or the sky");
+  v.boolean("follow_camera", s.follow_camera,
+            "the key light, suns and the studio turn with a camera that moves; else they stand as "
+            "its first frame sees them");
   v.objects("lamps", s.lamps, "more lights, at most 16; only mirrors see them");
 }
 
@@ -328,12 +368,17 @@ void describe(V& v, ImageSettings& s) {
            "(0.01 is clean, 0.05 a draft); 0: the same number everywhere");
   v.integer("max_depth", s.max_depth, 1, 64, "longest light path, in bounces");
   v.integer("seed", s.seed, 0, 9007199254740991, "of the sampling noise");
-  v.number("exposure", s.exposure, -20, 20, "stops, for PNG, GIF and strips; EXR stays as it is");
+  v.boolean("steady", s.steady,
+            "what stands still under a camera that stands still keeps its noise from frame to "
+            "frame; what moves has new noise in each");
+  v.boolean("denoise", s.denoise,
+            "clean the colours with Open Image Denoise, where it is installed (docs/films.md)");
+  v.keyed_number("exposure", s.exposure, -20, 20,
+                 "stops, for PNG, GIF and strips; EXR stays as it is");
   v.boolean("transparent", s.transparent, "alpha 0 instead of a backdrop");
   v.text("aovs", s.aovs,
          "layers of an EXR beside R, G, B, A: Z, N, P, albedo, uv, motion, morph, label, id, "
-         "separated by "
-         "commas, or all, or none");
+         "crypto_object, crypto_material, crypto_label, separated by commas, or all, or none");
 }
 
 template <class V>
@@ -389,13 +434,14 @@ void describe(V& v, Scene& s) {
   v.object("field", s.field, "the metaball field");
   v.object("boundary", s.boundary, "the change between model and balls");
   v.object("surface", s.surface, "the extracted surface");
-  v.object("camera", s.camera, "");
-  v.object("lights", s.lights, "");
-  v.object("ground", s.ground, "");
-  v.object("look", s.look,
-           "what the surface wears between the models: their own colours and textures, carried "
-           "along, or "
-           "one common look that they fade to and from");
+  v.keyed_object("camera", s.camera, "");
+  v.keyed_object("lights", s.lights, "");
+  v.keyed_object("ground", s.ground, "");
+  v.keyed_object(
+      "look", s.look,
+      "what the surface wears between the models: their own colours and textures, carried "
+      "along, or "
+      "one common look that they fade to and from");
   v.object("image", s.image, "size and quality of the frames");
   v.object("output", s.output, "");
 }

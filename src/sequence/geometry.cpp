@@ -9,6 +9,7 @@
 #include "morph/motion.h"
 #include "morph/pull_back.h"
 #include "morph/smooth_map.h"
+#include "sequence/film.h"
 #include "surface/crossfade.h"
 #include "surface/crumbs.h"
 #include "surface/grid.h"
@@ -258,6 +259,9 @@ void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float
     mesh.displacement = geometry.flow.displacement;
     mesh.vertex_blend = geometry.flow.blend;
     mesh.blend = geometry.moment.time;  // 0 and 1 on the ways out of and into a model
+    mesh.moves = geometry.moves;
+    mesh.name = actor.name;
+    mesh.label_names = actor.label_names;
     scene.meshes.push_back(mesh);
   }
   if (!geometry.points.empty()) {
@@ -277,6 +281,9 @@ void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float
     mesh.first_label = first_label;
     mesh.displacement = geometry.displacement;
     mesh.blend = geometry.moment.time;
+    mesh.moves = geometry.moves;
+    mesh.name = actor.name;
+    mesh.label_names = actor.label_names;
     scene.meshes.push_back(mesh);
   }
 }
@@ -388,14 +395,16 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtracto
                                   int frame) {
   FrameGeometry geometry;
   geometry.frame = frame;
-  geometry.t = sequence_time(prepared.scene, frame);
+  const int shown = shown_frame(prepared.scene, frame);
+  const bool last = frame == prepared.frame_count || shown != frame;
+  geometry.t = sequence_time(prepared.scene, shown);
   geometry.stage = stage_names(prepared, frame);
-  const bool flows = wants_flow(prepared.scene);
+  const bool flows = wants_flow(scene_at(prepared.scene, static_cast<double>(frame)));
   for (const PreparedActor& actor : prepared.actors) {
-    const Moment moment = moment_at(actor.timeline, frame);
+    const Moment moment = moment_at(actor.timeline, shown);
     if (moment.object >= 0) {
       PM_TRY(ActorGeometry one, model_at(prepared, actor, extractor, moment));
-      if (flows) PM_TRY_STATUS(add_flow(actor, extractor, frame == prepared.frame_count, one));
+      if (flows) PM_TRY_STATUS(add_flow(actor, extractor, last, one));
       geometry.actors.push_back(std::move(one));
       continue;
     }
@@ -406,10 +415,13 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtracto
     if (prepared.scene.look.kind == LookKind::kOwn && !one.surface.triangles.empty())
       PM_TRY_STATUS(dress(actor, static_cast<std::size_t>(moment.leg), moment.time, one.balls,
                           one.map, one.surface.positions, extractor, one));
-    if (flows) PM_TRY_STATUS(add_flow(actor, extractor, frame == prepared.frame_count, one));
+    if (flows) PM_TRY_STATUS(add_flow(actor, extractor, last, one));
     geometry.actors.push_back(std::move(one));
   }
-  if (aov_is_chosen(prepared.scene.image.aovs, "label"))
+  for (std::size_t a = 0; a < prepared.actors.size(); ++a)
+    geometry.actors[a].moves = shown == frame && moves_at(prepared.actors[a].timeline, shown);
+  if (aov_is_chosen(prepared.scene.image.aovs, "label") ||
+      aov_is_chosen(prepared.scene.image.aovs, "crypto_label"))
     for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
       const PreparedActor& actor = prepared.actors[a];
       ActorGeometry& one = geometry.actors[a];
@@ -425,7 +437,8 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtracto
 std::string stage_names(const PreparedScene& prepared, int frame) {
   std::vector<std::string> names;
   for (const PreparedActor& actor : prepared.actors)
-    names.emplace_back(stage_name(moment_at(actor.timeline, frame).stage));
+    names.emplace_back(
+        stage_name(moment_at(actor.timeline, shown_frame(prepared.scene, frame)).stage));
   return each_once(names);
 }
 
@@ -494,10 +507,13 @@ Result<FrameMesh> mesh_of(const PreparedScene& prepared, const FrameGeometry& ge
 
 RenderScene render_scene(const PreparedScene& prepared, const FrameGeometry& geometry) {
   RenderScene scene;
-  scene.camera = prepared.camera;
-  scene.lights = prepared.scene.lights;
-  scene.ground = prepared.ground;
-  scene.look = prepared.scene.look;
+  const FrameView view = view_of(prepared, geometry.frame);
+  scene.camera = view.camera;
+  scene.camera_motion = view.camera_motion;
+  scene.rig = view.rig;
+  scene.lights = view.scene.lights;
+  scene.ground = view.ground;
+  scene.look = view.scene.look;
   scene.environment = prepared.environment;
   scene.bounds = prepared.box;
   scene.moment = geometry.t;

@@ -42,6 +42,7 @@ struct ActorGeometry {
   /// The surface's own look: what it comes from, and over it what it becomes. Three and more where
   /// it did not reach an object that it set out for. Empty: the common look.
   std::vector<Clothes> clothes;
+  bool moves = true;  ///< it is another in the frames before and after
 };
 
 struct FrameGeometry {
@@ -80,7 +81,7 @@ Result<ActorGeometry> boundary_at(const PreparedScene& prepared, const PreparedA
 /// What is seen of an actor: its surface, its model where that shows, or both.
 Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry);
 
-/// Does the picture show where things move?
+/// Does a frame with these settings show where things move?
 inline bool wants_flow(const Scene& scene) {
   return scene.camera.shutter > 0 || aov_is_chosen(scene.image.aovs, "motion") ||
          aov_is_chosen(scene.image.aovs, "morph");

@@ -18,7 +18,9 @@
 #include "base/program_identity.h"
 #include "base/text.h"
 #include "image/image_io.h"
+#include "morph/timeline.h"
 #include "scene/json_text.h"
+#include "sequence/film.h"
 #include "surface/mesh_check.h"
 
 namespace polymorph {
@@ -93,7 +95,7 @@ Status check_outputs(const SequenceSettings& settings) {
 Status write_frame(const Image& image, const SequenceSettings& settings, const Scene& scene,
                    int frame) {
   PngSettings png;
-  png.exposure = scene.image.exposure;
+  png.exposure = scene_at(scene, static_cast<double>(frame)).image.exposure;
   png.bits = scene.output.png_bits;
   png.dither = scene.output.dither;
   png.seed = scene.image.seed + static_cast<std::uint64_t>(frame);
@@ -133,7 +135,8 @@ class SequenceRun {
     report_.isa = idle_.front()->isa();
     // A pinned instruction set is part of what was asked for; the machine's own best is not.
     if (!settings_.isa.empty())
-      prepared_.hash = Hasher().add(prepared_.hash).add(settings_.isa).hex();
+      for (std::string* hash : {&prepared_.hash, &prepared_.inputs_hash})
+        *hash = Hasher().add(*hash).add(settings_.isa).hex();
     report_.scene_hash = prepared_.hash;
     if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // nobody would see them
     report_.frames.resize(settings_.frames.size());
@@ -264,10 +267,11 @@ class SequenceRun {
   }
 
   bool all_current(const FrameRecord& record) const {
+    const std::string hash = frame_hash(prepared_, record.frame);
     for (const fs::path& file : record.files) {
       std::error_code error;
       if (!fs::exists(file, error)) return false;
-      if (is_current(file, prepared_.hash, record.frame)) continue;
+      if (is_current(file, hash, record.frame)) continue;
       log_info("{}: is of another scene or settings - rendering it again", file.string());
       return false;
     }
@@ -323,14 +327,15 @@ std::vector<Attribute> header_of(const PreparedScene& prepared, const FrameGeome
       {"Software", std::string("polymorph ") + PM_VERSION},
       {"FramesPerSecond", prepared.scene.frames.fps},
       {"polymorph/version", std::string(PM_VERSION)},
-      {kHashAttribute, prepared.hash},
+      {kHashAttribute, frame_hash(prepared, geometry.frame)},
       {"polymorph/frame", geometry.frame},
       {"polymorph/t", geometry.t},
       {"polymorph/stage", geometry.stage},
       {"polymorph/device", device},
       {"polymorph/isa", renderer.isa()},
       {"polymorph/samples", prepared.scene.image.samples},
-      {"polymorph/exposure", prepared.scene.image.exposure},
+      {"polymorph/exposure",
+       scene_at(prepared.scene, static_cast<double>(geometry.frame)).image.exposure},
       {"polymorph/seed", fmt::format("{}", prepared.scene.image.seed)}};
   if (aov_is_chosen(prepared.scene.image.aovs, "label")) {
     std::string names;
