@@ -13,8 +13,8 @@ namespace {
 struct RenderOptions {
   std::string scene, output, frames, shard, isa;
   bool png = false, strict = false, skip_existing = false, keep_going = false, dry_run = false,
-       preview = false, stats = false, reproducible = false;
-  int samples = 0, jobs = 1;
+       preview = false, stats = false, reproducible = false, turntable = false, denoise = false;
+  int samples = 0, jobs = 0;
   double noise = -1;
   std::string aovs;
   long long seed = -1;
@@ -69,7 +69,9 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
   settings.keep_going = options.keep_going;
   settings.strict = options.strict;
   settings.dry_run = options.dry_run;
-  settings.jobs = options.jobs;
+  const auto& image = scene.image;
+  settings.jobs =
+      options.jobs > 0 ? options.jobs : jobs_for(image.width, image.height, settings.frames.size());
   settings.device = line.common.device;
   settings.max_memory = line.common.max_memory;
   settings.isa = options.reproducible ? "avx2" : options.isa;
@@ -107,14 +109,41 @@ void print_stats(const RunReport& report) {
       format_bytes(static_cast<double>(report.peak_memory)));
 }
 
-Result<int> run_render(const CommandLine& line, const RenderOptions& options) {
+constexpr int kTurntableFrames = 72;
+
+/// The scene with a camera that goes once round: round the model, round the one frame that -f
+/// names, or while the film runs. `frames` becomes those of the turn.
+Result<Scene> load_turntable(const RenderOptions& options, std::span<const Override> overrides,
+                             std::string& frames) {
+  if (std::filesystem::path(options.scene).extension() != ".json") {
+    if (!options.frames.empty())
+      return make_error(ErrorCode::kUsage, "-f {}: a model has no frames", options.frames);
+    return turntable_of_model(options.scene, overrides);
+  }
+  PM_TRY(Scene scene, load_scene(options.scene, overrides));
+  if (const auto frame = parse_integer(options.frames)) {
+    const int count = film_frame_count(scene);
+    PM_TRY(const std::vector<int> still, parse_frames(options.frames, 1, count));
+    scene.frames.still = still.front();
+    if (scene.frames.turntable == 0) scene.frames.turntable = kTurntableFrames;
+    frames.clear();
+  } else if (scene.camera.orbit == 0 && scene.frames.turntable == 0) {
+    scene.camera.orbit = 360;
+  }
+  return scene;
+}
+
+Result<int> run_render(const CommandLine& line, const RenderOptions& given) {
+  RenderOptions options = given;
   PM_TRY(std::vector<Override> overrides, parse_overrides(options.sets));
   if (!options.aovs.empty())
     overrides.emplace_back("image.aovs", fmt::format("\"{}\"", options.aovs));
-  PM_TRY(Scene scene, load_scene(options.scene, overrides));
+  PM_TRY(Scene scene, options.turntable ? load_turntable(options, overrides, options.frames)
+                                        : load_scene(options.scene, overrides));
   if (options.preview) make_preview(scene);
   if (options.samples > 0) scene.image.samples = options.samples;
   if (options.noise >= 0) scene.image.noise = static_cast<float>(options.noise);
+  if (options.denoise) scene.image.denoise = true;
   if (options.seed >= 0) scene.image.seed = static_cast<std::uint64_t>(options.seed);
   PM_TRY(const SequenceSettings settings, sequence_settings(line, options, scene));
   if (settings.frames.empty()) {
@@ -155,7 +184,9 @@ void add_render(CommandLine& line) {
                   "  0 all frames exist and are good   2 usage   3 bad scene, model or texture\n"
                   "  4 cannot write   5 device or memory   6 some frames failed (--keep-going)\n"
                   "  130, 143 stopped by a signal; finished frames are whole");
-  command->add_option("scene", options->scene, "the scene file")
+  command
+      ->add_option("scene", options->scene,
+                   "the scene file; with --turntable a model's OBJ file, too")
       ->required()
       ->type_name("SCENE")
       ->group("Main");
@@ -176,6 +207,11 @@ void add_render(CommandLine& line) {
   skip->excludes("--overwrite");
   command->add_flag("--strict", options->strict, "warnings about models and textures are errors")
       ->group("Main");
+  command
+      ->add_flag("--turntable", options->turntable,
+                 "the camera goes once round: round a model's OBJ file, round the one frame that "
+                 "-f names (72 frames), or while the film runs")
+      ->group("Main");
   command->add_flag("--preview", options->preview, "half size, coarse surface, direct light only")
       ->group("Main");
   command->add_option("--spp", options->samples, "samples a pixel")
@@ -187,8 +223,13 @@ void add_render(CommandLine& line) {
       ->type_name("E")
       ->group("Scene");
   command
+      ->add_flag("--denoise", options->denoise,
+                 "clean the colours with Open Image Denoise, where it is installed")
+      ->group("Scene");
+  command
       ->add_option("--aovs", options->aovs,
-                   "layers of the EXR: Z,N,P,albedo,uv,motion,morph,label,id, all or none")
+                   "layers of the EXR: Z,N,P,albedo,uv,motion,morph,label,id,crypto_object,"
+                   "crypto_material,crypto_label, all or none")
       ->type_name("LIST")
       ->group("Scene");
   command->add_option("--seed", options->seed, "of the sampling noise")
@@ -201,7 +242,7 @@ void add_render(CommandLine& line) {
                    "this share of the frames: 2/8, or auto from Slurm or MPI")
       ->type_name("i/N")
       ->group("Farm");
-  command->add_option("-j,--jobs", options->jobs, "frames traced at once (1)")
+  command->add_option("-j,--jobs", options->jobs, "frames traced at once; default: by their size")
       ->transform(number_from(1, 256))
       ->type_name("N")
       ->group("Farm");

@@ -105,6 +105,16 @@ Result<Frames> from_scene(const CommandLine& line, const StripOptions& options) 
   return frames;
 }
 
+/// A header's rate, which EXR keeps as a number and PNG as text.
+std::optional<float> fps_of(const Attribute& attribute) {
+  if (const float* value = std::get_if<float>(&attribute.value)) return *value;
+  const std::string* text = std::get_if<std::string>(&attribute.value);
+  const auto number = text ? parse_number(*text) : std::nullopt;
+  // Another program's text may say anything; --fps has the same limits.
+  if (!number || *number < 0.1 || *number > 1000) return std::nullopt;
+  return static_cast<float>(*number);
+}
+
 Result<Frames> from_images(const StripOptions& options) {
   PM_TRY(const FramePattern pattern, parse_pattern(options.input));
   if (!pattern.has_number())
@@ -138,7 +148,7 @@ Result<Frames> from_images(const StripOptions& options) {
     float exposure = 0;
     for (const Attribute& attribute : image.attributes) {
       const float* value = std::get_if<float>(&attribute.value);  // of an EXR; a PNG's are texts
-      if (value && attribute.name == "FramesPerSecond") frames.fps = *value;
+      if (attribute.name == "FramesPerSecond") frames.fps = fps_of(attribute).value_or(frames.fps);
       if (value && attribute.name == "polymorph/exposure") exposure = *value;
     }
     expose(image, exposure);

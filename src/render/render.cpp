@@ -7,6 +7,7 @@
 
 #include "base/parallel.h"
 #include "render/day_sky.h"
+#include "render/denoise.h"
 #include "render/tile.h"
 
 namespace polymorph {
@@ -70,6 +71,7 @@ struct Renderer::State {
   PixelFilter filter = make_pixel_filter(kFilterRadius);
   SkyKey sky_key;
   Sky sky;
+  std::optional<Denoiser> denoiser;  ///< from the first picture that wants one
   Stats stats;
 };
 
@@ -88,6 +90,10 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   const ImageSettings& image = settings.image;
   PM_CHECK(image.width >= 1 && image.height >= 1 && image.samples >= 1);
   State& state = *state_;
+  if (image.denoise && !state.denoiser) {
+    PM_TRY(Denoiser denoiser, Denoiser::open());
+    state.denoiser = std::move(denoiser);
+  }
   const auto start = std::chrono::steady_clock::now();
   PM_TRY(const TracedScene geometry,
          TracedScene::build(state.device, scene.meshes, scene.camera.shutter, scene.bounds));
@@ -145,11 +151,18 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   job.sampler = make_frame_sampler(image.seed, settings.frame, image.samples, image.steady);
   job.filter = &state.filter;
   job.aovs = chosen_aovs(image.aovs);
+  const Mattes mattes(image.aovs, scene);
+  job.mattes = &mattes;
   state.stats = {};
   state.stats.build_seconds = seconds_since(start);
 
   const auto trace_start = std::chrono::steady_clock::now();
-  Image film = make_image(image.width, image.height, film_channels(job.aovs));
+  std::vector<std::string> channels = film_channels(job.aovs);
+  for (std::string& channel : mattes.channels()) channels.push_back(std::move(channel));
+  if (image.denoise)
+    for (std::string& channel : guide_channels()) channels.push_back(std::move(channel));
+  Image film = make_image(image.width, image.height, std::move(channels));
+  film.attributes = mattes.attributes();
   const int columns = (image.width + kTile - 1) / kTile, rows = (image.height + kTile - 1) / kTile;
   std::vector<Tally> tallies(static_cast<std::size_t>(columns) * rows);
   parallel_for(columns * rows, [&](std::int64_t i) {
@@ -162,7 +175,17 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
     state.stats.paths += tally.paths;
   }
   state.stats.trace_seconds = seconds_since(trace_start);
+  if (!image.denoise) return film;
+  const auto denoise_start = std::chrono::steady_clock::now();
+  PM_TRY_STATUS(state.denoiser->denoise(film));
+  state.stats.denoise_seconds = seconds_since(denoise_start);
   return film;
+}
+
+Status check_denoiser() {
+  const auto denoiser = Denoiser::open();
+  if (!denoiser) return denoiser.error();
+  return Ok{};
 }
 
 Renderer::Stats Renderer::stats() const { return state_->stats; }

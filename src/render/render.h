@@ -112,6 +112,9 @@ struct RenderSettings {
   int frame = 0;
 };
 
+/// Is the library there that image.denoise needs? Errors (kResource): how to get it.
+Status check_denoiser();
+
 /// Path tracing. Lights: `key_intensity` is the irradiance on a surface that faces the key light,
 /// `sky_intensity` scales the sky; the defaults put a mid-grey object at about half of the sRGB
 /// range and a white one just below white. A path may scatter at `max_depth` surfaces; two sharp
@@ -120,6 +123,8 @@ struct RenderSettings {
 /// followed as diffuse of the same colour (no caustics; light goes straight on through glass).
 /// Filter: Blackman-Harris, radius 1.35 pixels. With image.noise, a block of pixels is sampled in
 /// doubling rounds, 16 samples first, until its estimated error is below it.
+///
+/// With image.denoise the colours are cleaned at last (render/denoise.h).
 ///
 /// Keeps the Embree device and the sky between frames. Not shared between threads.
 class Renderer {
@@ -137,7 +142,7 @@ class Renderer {
   Result<Image> render(const RenderScene& scene, const RenderSettings& settings);
 
   struct Stats {
-    double build_seconds = 0, trace_seconds = 0;
+    double build_seconds = 0, trace_seconds = 0, denoise_seconds = 0;
     std::uint64_t rays = 0, paths = 0;
   };
   Stats stats() const;  ///< of the last call

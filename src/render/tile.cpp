@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "render/denoise.h"
 #include "render/floating_point.h"
 
 namespace polymorph {
@@ -63,7 +64,8 @@ Vec2 on_film(const Camera& camera, const ImageSettings& image, Vec3 way) {
 
 /// What the samples of a pixel add up to.
 struct PixelSum {
-  Vec3 light, odd;  ///< of all samples, of every second one
+  Vec3 light, odd;      ///< of all samples, of every second one
+  Vec3 albedo, normal;  ///< guides of the denoiser
   float alpha = 0, floor = 0, lit = 0, unlit = 0;
   int samples = 0;
 };
@@ -98,7 +100,8 @@ class Tile {
         left_(tile_x * kTile),
         top_(tile_y * kTile),
         width_(std::min(kTile, job.image.width - left_)),
-        height_(std::min(kTile, job.image.height - top_)) {}
+        height_(std::min(kTile, job.image.height - top_)),
+        mattes_(job.mattes->layer_count() * kPixels) {}
 
   void sample() {
     const int most = job_.image.samples;
@@ -148,6 +151,31 @@ class Tile {
     }
   }
 
+  void write_mattes(Image& film) {
+    const std::size_t layers = job_.mattes->layer_count();
+    for (int i = 0; i < width_ * height_; ++i) {
+      float* pixel =
+          &film.at(left_ + i % width_, top_ + i / width_, 4 + static_cast<int>(job_.aovs.size()));
+      for (std::size_t layer = 0; layer < layers; ++layer) {
+        const auto ranked = mattes_[static_cast<std::size_t>(i) * layers + layer].ranked(
+            static_cast<float>(sums_[i].samples));
+        pixel = std::copy(ranked.begin(), ranked.end(), pixel);
+      }
+    }
+  }
+
+  /// Into the last six channels.
+  void write_guides(Image& film) {
+    for (int i = 0; i < width_ * height_; ++i) {
+      const float n = static_cast<float>(sums_[i].samples);
+      const Vec3 albedo = sums_[i].albedo / n, normal = sums_[i].normal / n;
+      float* pixel = &film.at(left_ + i % width_, top_ + i / width_,
+                              static_cast<int>(film.channel_count()) - 6);
+      for (const float value : {albedo.x, albedo.y, albedo.z, normal.x, normal.y, normal.z})
+        *pixel++ = std::isfinite(value) ? value : 0;
+    }
+  }
+
   void write_aovs(Image& film) {
     for (int y = 0; y < height_; ++y) {
       const CenterRow& row = centers_[y];
@@ -179,10 +207,42 @@ class Tile {
   /// Follows the paths that have been collected.
   void flush() {
     for (int first = 0; first < wave_.count; first += kLanes) shoot(first);
+    if (!mattes_.empty() || job_.image.denoise) look_at_samples();
     trace(job_.world, job_.sampler, wave_, tally_);
     for (int i = 0; i < wave_.count; ++i)
       add_sample(sums_[pixels_[i]], wave_.lights[i], numbers_[i] % 2 == 1);
     wave_.count = 0;
+  }
+
+  /// Mattes and guides, from what the wave's camera rays meet first. They are traced once more for
+  /// it, which few pictures pay for.
+  void look_at_samples() {
+    for (int first = 0; first < wave_.count; first += kPacket) {
+      const int count = std::min(kPacket, wave_.count - first);
+      RayOf<Pack3> rays[kPacket / kLanes];
+      MeetingOf<Pack> meetings[kPacket / kLanes];
+      for (int i = 0; i < kPacket; ++i) {
+        const Ray& ray = wave_.rays[first + std::min(i, count - 1)];
+        RayOf<Pack3>& pack = rays[i / kLanes];
+        set_lane(pack.origin, i % kLanes, ray.origin);
+        set_lane(pack.direction, i % kLanes, ray.direction);
+        pack.time[i % kLanes] = ray.time;
+      }
+      meet(job_.world, rays, meetings, count, true, tally_);
+      for (int i = 0; i < count; ++i)
+        look_at_sample(pixels_[first + i], wave_.rays[first + i],
+                       lane(meetings[i / kLanes], i % kLanes));
+    }
+  }
+  void look_at_sample(int pixel, const Ray& ray, const Meeting& met) {
+    if (!mattes_.empty())
+      job_.mattes->add_sample(
+          job_.world, ray, met,
+          &mattes_[static_cast<std::size_t>(pixel) * job_.mattes->layer_count()]);
+    if (!job_.image.denoise) return;
+    const Guide guide = guide_of(job_.world, ray, met, tally_);
+    sums_[pixel].albedo = sums_[pixel].albedo + guide.albedo;
+    sums_[pixel].normal = sums_[pixel].normal + guide.normal;
   }
 
   /// Camera rays of the samples [first, first + 8).
@@ -266,6 +326,7 @@ class Tile {
   const int left_, top_, width_, height_;
   std::array<PixelSum, kPixels> sums_{};
   std::array<bool, kPixels> done_{};
+  std::vector<MattePixel> mattes_;  ///< of each pixel one per layer
   /// Rays through the centres of a row's pixels.
   struct CenterRow {
     RayOf<Pack3> rays[kTile / kLanes];
@@ -287,6 +348,8 @@ void render_tile(const FrameJob& job, int tile_x, int tile_y, Image& film, Tally
   tile.sample();
   tile.write(film);
   if (!job.aovs.empty()) tile.write_aovs(film);
+  if (job.mattes->layer_count() > 0) tile.write_mattes(film);
+  if (job.image.denoise) tile.write_guides(film);
 }
 
 }  // namespace polymorph

@@ -5,6 +5,7 @@
 
 #include "image/image.h"
 #include "render/aov.h"
+#include "render/cryptomatte.h"
 #include "render/film.h"
 #include "render/integrator.h"
 #include "render/render.h"
@@ -24,6 +25,7 @@ struct FrameJob {
   FrameSampler sampler;
   const PixelFilter* filter = nullptr;
   std::vector<const Aov*> aovs;
+  const Mattes* mattes = nullptr;
 };
 
 /// Fills pixels [tile_x kTile, ...) x [tile_y kTile, ...) of the film. One task owns a tile and

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <set>
 
@@ -651,6 +652,11 @@ std::string to_string(const SceneFinding& finding, const std::string& file) {
 Result<SceneReading> read_scene(const std::filesystem::path& path,
                                 std::span<const Override> overrides) {
   PM_TRY(std::string text, read_file(path, 64u << 20));
+  return read_scene_text(path, std::move(text), overrides);
+}
+
+Result<SceneReading> read_scene_text(const std::filesystem::path& path, std::string text,
+                                     std::span<const Override> overrides) {
   if (text.find_first_not_of(" \t\r\n") == std::string::npos)
     return make_error(ErrorCode::kInput,
                       "{}: is empty - a scene needs at least {{\"source\": ..., \"target\": ...}}",
@@ -677,8 +683,10 @@ Result<SceneReading> read_scene(const std::filesystem::path& path,
   return reading;
 }
 
-Result<Scene> load_scene(const std::filesystem::path& path, std::span<const Override> overrides) {
-  PM_TRY(SceneReading reading, read_scene(path, overrides));
+namespace {
+
+/// The scene, or what is wrong with it as one error.
+Result<Scene> scene_without_findings(SceneReading reading, const std::filesystem::path& path) {
   if (reading.findings.empty()) return std::move(reading.scene);
   std::string message;
   for (std::size_t i = 0; i < std::min(reading.findings.size(), kMaxFindings); ++i)
@@ -689,6 +697,28 @@ Result<Scene> load_scene(const std::filesystem::path& path, std::span<const Over
       std::all_of(reading.findings.begin(), reading.findings.end(),
                   [](const SceneFinding& finding) { return finding.line == 0; });
   return Error{only_overrides ? ErrorCode::kUsage : ErrorCode::kInput, message};
+}
+
+}  // namespace
+
+Result<Scene> load_scene(const std::filesystem::path& path, std::span<const Override> overrides) {
+  PM_TRY(SceneReading reading, read_scene(path, overrides));
+  return scene_without_findings(std::move(reading), path);
+}
+
+Result<Scene> turntable_of_model(const std::filesystem::path& model,
+                                 std::span<const Override> overrides) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(model, error))
+    return make_error(ErrorCode::kInput, "{}: no such file", model.string());
+  // The morph from the model to itself is never seen: its balls need not be good.
+  const std::string object = std::filesystem::absolute(model).string();
+  const nlohmann::ordered_json json{
+      {"source", {{"model", object}}},        {"target", {{"model", object}}},
+      {"frames", {{"turntable", 72}}},        {"spheres", {{"balls", 16}, {"fit", "none"}}},
+      {"motion", {{"interpolate", "balls"}}}, {"boundary", {{"method", "cut"}}}};
+  PM_TRY(SceneReading reading, read_scene_text(model, json.dump(), overrides));
+  return scene_without_findings(std::move(reading), model);
 }
 
 std::vector<const ObjectSettings*> chain_objects(const ActorSettings& actor) {

@@ -242,7 +242,8 @@ MaterialLayer layer_of(const PreparedActor& actor, const Clothes& clothes) {
 
 /// The actor's meshes; `id` is its surface's, its objects' follow. `first_label`: of the layer.
 void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float id,
-                std::uint32_t first_label, RenderScene& scene) {
+                std::uint32_t first_label, const std::vector<std::string>& label_names,
+                RenderScene& scene) {
   if (!geometry.surface.triangles.empty()) {
     RenderMesh mesh;
     mesh.positions = geometry.surface.positions;
@@ -261,7 +262,7 @@ void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float
     mesh.blend = geometry.moment.time;  // 0 and 1 on the ways out of and into a model
     mesh.moves = geometry.moves;
     mesh.name = actor.name;
-    mesh.label_names = actor.label_names;
+    mesh.label_names = label_names;
     scene.meshes.push_back(mesh);
   }
   if (!geometry.points.empty()) {
@@ -283,7 +284,7 @@ void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float
     mesh.blend = geometry.moment.time;
     mesh.moves = geometry.moves;
     mesh.name = actor.name;
-    mesh.label_names = actor.label_names;
+    mesh.label_names = label_names;
     scene.meshes.push_back(mesh);
   }
 }
@@ -520,7 +521,10 @@ RenderScene render_scene(const PreparedScene& prepared, const FrameGeometry& geo
   float id = kFirstId;
   std::uint32_t label = 1;  // 0 is nothing and the ground
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
-    add_meshes(prepared.actors[a], geometry.actors[a], id, label, scene);
+    std::vector<std::string> names = prepared.actors[a].label_names;
+    if (prepared.actors.size() > 1)
+      for (std::string& name : names) name = prepared.actors[a].name + "." + name;
+    add_meshes(prepared.actors[a], geometry.actors[a], id, label, names, scene);
     label += static_cast<std::uint32_t>(prepared.actors[a].label_names.size());
     id += 1 + static_cast<float>(prepared.actors[a].objects.size());
   }

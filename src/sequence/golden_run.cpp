@@ -27,7 +27,8 @@ class SuiteRenderer {
  public:
   static Result<SuiteRenderer> create(const GoldenSuite& suite, const GoldenSettings& settings) {
     SuiteRenderer result;
-    PM_TRY(const Scene scene, load_scene(suite.scene));
+    PM_TRY(Scene scene, load_scene(suite.scene));
+    scene.image.denoise = false;  // another library's pixels prove nothing about this program's
     PM_TRY(result.extractor_, make_extractor(settings.device, result.device_));
     PM_TRY(result.prepared_, prepare_scene(scene, *result.extractor_, settings.cache_folder));
     PM_TRY(Renderer renderer, Renderer::create(settings.isa));

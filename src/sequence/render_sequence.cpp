@@ -98,10 +98,46 @@ Status write_frame(const Image& image, const SequenceSettings& settings, const S
   png.exposure = scene_at(scene, static_cast<double>(frame)).image.exposure;
   png.bits = scene.output.png_bits;
   png.dither = scene.output.dither;
-  png.seed = scene.image.seed + static_cast<std::uint64_t>(frame);
+  // Where nothing else crawls, the dither must not.
+  png.seed = scene.image.seed + (scene.image.steady ? 0 : static_cast<std::uint64_t>(frame));
   if (has_exr(settings)) PM_TRY_STATUS(write_image(frame_path(settings.exr, frame), image));
   if (has_png(settings)) PM_TRY_STATUS(write_image(frame_path(settings.png, frame), image, png));
   return Ok{};
+}
+
+std::vector<Attribute> header_of(const PreparedScene& prepared, int frame, const std::string& isa,
+                                 const std::string& device, const std::string& command) {
+  std::vector<Attribute> attributes{
+      {"Software", std::string("polymorph ") + PM_VERSION},
+      {"FramesPerSecond", prepared.scene.frames.fps},
+      {"polymorph/version", std::string(PM_VERSION)},
+      {kHashAttribute, frame_hash(prepared, frame)},
+      {"polymorph/frame", frame},
+      {"polymorph/t", sequence_time(prepared.scene, shown_frame(prepared.scene, frame))},
+      {"polymorph/stage", stage_names(prepared, frame)},
+      {"polymorph/device", device},
+      {"polymorph/isa", isa},
+      {"polymorph/samples", prepared.scene.image.samples},
+      {"polymorph/exposure", scene_at(prepared.scene, static_cast<double>(frame)).image.exposure},
+      {"polymorph/seed", fmt::format("{}", prepared.scene.image.seed)}};
+  if (aov_is_chosen(prepared.scene.image.aovs, "label")) {
+    std::string names;
+    int number = 0;
+    for (const PreparedActor& actor : prepared.actors)
+      for (const std::string& name : actor.label_names)
+        names += fmt::format("{}{} {}{}", names.empty() ? "" : ", ", ++number,
+                             prepared.actors.size() > 1 ? actor.name + "." : "", name);
+    attributes.push_back({"polymorph/labels", names});
+  }
+  if (!command.empty()) attributes.push_back({"polymorph/command", printable(command)});
+  return attributes;
+}
+
+/// The header before what says how to read the picture's mattes.
+void put_header(Image& image, std::vector<Attribute> header) {
+  for (Attribute& attribute : image.attributes)
+    if (attribute.name.starts_with("cryptomatte/")) header.push_back(std::move(attribute));
+  image.attributes = std::move(header);
 }
 
 /// The loop over the frames, with what it needs at hand.
@@ -114,6 +150,7 @@ class SequenceRun {
     const auto start = Clock::now();
     report_.threads = thread_count();
     PM_TRY_STATUS(check_outputs(settings_));
+    if (scene.image.denoise) PM_TRY_STATUS(check_denoiser());
     PM_TRY(extractor_, make_extractor(settings_.device, report_.device, settings_.max_memory));
     PM_TRY(prepared_, prepare_scene(scene, *extractor_, settings_.cache_folder));
     for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
@@ -160,6 +197,11 @@ class SequenceRun {
     double seconds = 0;
     std::unique_ptr<Renderer> renderer;
   };
+  struct Tracing {
+    std::vector<std::size_t> indices;  ///< the frame that is traced, and those that show the same
+    std::string picture;               ///< picture_key()
+    std::future<Traced> result;
+  };
   struct Written {
     Status status;
     double seconds = 0;
@@ -189,6 +231,11 @@ class SequenceRun {
       return finished(record);
     }
     if (settings_.dry_run) return finished(record);
+    std::string picture = picture_key(record.frame);
+    if (!picture.empty() && !tracing_.empty() && tracing_.back().picture == picture) {
+      tracing_.back().indices.push_back(index);
+      return Ok{};
+    }
     const auto start = Clock::now();
     auto geometry = geometry_at(prepared_, *extractor_, record.frame);
     if (!geometry) {
@@ -203,8 +250,27 @@ class SequenceRun {
     record.surface_seconds = seconds_since(start);
     Status before = Ok{};
     if (idle_.empty()) before = finish_tracing();
-    begin_tracing(index, std::move(*geometry));
+    begin_tracing(index, std::move(picture), std::move(*geometry));
     return before;
+  }
+
+  /// Equal for frames that show the same to the bit; empty: the frame is like no other.
+  std::string picture_key(int frame) const {
+    const Scene& scene = prepared_.scene;
+    if (!scene.image.steady || scene.frames.turntable > 0) return "";
+    const bool flows = wants_flow(scene_at(scene, static_cast<double>(frame)));
+    Hasher key;
+    key.add(frame_hash(prepared_, frame)).add(sequence_time(scene, frame));
+    for (const PreparedActor& actor : prepared_.actors) {
+      if (moves_at(actor.timeline, frame)) return "";
+      add(key, moment_at(actor.timeline, frame));
+      if (flows) add(key, moment_at(actor.timeline, std::min(frame + 1, actor.timeline.count)));
+    }
+    return view_of(prepared_, frame).camera_motion ? "" : key.hex();
+  }
+  static void add(Hasher& key, const Moment& m) {
+    key.add(m.leg).add(static_cast<int>(m.stage)).add(m.progress).add(m.time).add(m.object);
+    key.add(m.look).add(m.boundary).add(m.growth);
   }
 
   /// On one thread everything happens in its turn, when it is asked for.
@@ -212,7 +278,7 @@ class SequenceRun {
     return thread_count() > 1 ? std::launch::async : std::launch::deferred;
   }
 
-  void begin_tracing(std::size_t index, FrameGeometry geometry) {
+  void begin_tracing(std::size_t index, std::string picture, FrameGeometry geometry) {
     auto task = [this, geometry = std::move(geometry),
                  renderer = std::exchange(idle_.back(), nullptr)]() mutable -> Traced {
       const auto start = Clock::now();
@@ -220,26 +286,58 @@ class SequenceRun {
       return {std::move(image), seconds_since(start), std::move(renderer)};
     };
     idle_.pop_back();
-    tracing_.emplace_back(index, std::async(policy(), std::move(task)));
+    tracing_.push_back({{index}, std::move(picture), std::async(policy(), std::move(task))});
   }
 
-  /// Waits for the oldest frame that is traced, and hands it on.
+  /// Waits for the oldest frame that is traced, and hands it on, and those that show the same.
   Status finish_tracing() {
-    const std::size_t index = tracing_.front().first;
-    Traced traced = tracing_.front().second.get();
+    Tracing tracing = std::move(tracing_.front());
+    Traced traced = tracing.result.get();
     tracing_.pop_front();
     idle_.push_back(std::move(traced.renderer));
-    FrameRecord& record = report_.frames[index];
-    record.trace_seconds = traced.seconds;
-    record.seconds = record.surface_seconds + traced.seconds;
+    if (!traced.image) {
+      Status first = Ok{};
+      for (const std::size_t index : tracing.indices) {
+        Status status = failed(report_.frames[index], traced.image.error());
+        if (first) first = std::move(status);
+      }
+      return first;
+    }
+    const auto image = std::make_shared<const Image>(std::move(*traced.image));
+    Status before = Ok{};
+    for (const std::size_t index : tracing.indices) {
+      FrameRecord& record = report_.frames[index];
+      if (index == tracing.indices.front()) {
+        record.trace_seconds = traced.seconds;
+        record.seconds = record.surface_seconds + traced.seconds;
+      } else {
+        repeat(report_.frames[tracing.indices.front()], record);
+      }
+      Status status = begin_writing(index, image, index != tracing.indices.front());
+      if (before) before = std::move(status);
+    }
+    return before;
+  }
+
+  /// What is known of a frame that shows the same as the one traced.
+  static void repeat(const FrameRecord& traced, FrameRecord& record) {
+    record.balls = traced.balls;
+    record.vertices = traced.vertices;
+    record.triangles = traced.triangles;
+    record.digest = traced.digest;
+  }
+
+  Status begin_writing(std::size_t index, const std::shared_ptr<const Image>& image, bool again) {
     Status before = Ok{};
     if (writing_.size() == static_cast<std::size_t>(settings_.jobs)) before = finish_writing();
-    if (!traced.image) return failed(record, traced.image.error());
-    const int frame = record.frame;
-    auto task = [this, frame, image = std::move(*traced.image)]() -> Written {
+    const int frame = report_.frames[index].frame;
+    auto task = [this, frame, image, again]() -> Written {
       const auto start = Clock::now();
-      Status status = write_frame(image, settings_, prepared_.scene, frame);
-      return {std::move(status), seconds_since(start)};
+      if (!again)
+        return {write_frame(*image, settings_, prepared_.scene, frame), seconds_since(start)};
+      Image copy = *image;
+      put_header(copy, header_of(prepared_, frame, report_.isa, report_.device, settings_.command));
+      return {write_frame(copy, settings_, prepared_.scene, frame), seconds_since(start)};
     };
     writing_.emplace_back(index, std::async(policy(), std::move(task)));
     return before;
@@ -302,7 +400,7 @@ class SequenceRun {
   /// At most settings_.jobs frames each are traced and written while the next one's surface is
   /// made.
   std::vector<std::unique_ptr<Renderer>> idle_;
-  std::deque<std::pair<std::size_t, std::future<Traced>>> tracing_;
+  std::deque<Tracing> tracing_;
   std::deque<std::pair<std::size_t, std::future<Written>>> writing_;
 };
 
@@ -318,36 +416,6 @@ const char* state_name(FrameRecord::State state) {
       return "planned";
   }
   return "";
-}
-
-std::vector<Attribute> header_of(const PreparedScene& prepared, const FrameGeometry& geometry,
-                                 const Renderer& renderer, const std::string& device,
-                                 const std::string& command) {
-  std::vector<Attribute> attributes{
-      {"Software", std::string("polymorph ") + PM_VERSION},
-      {"FramesPerSecond", prepared.scene.frames.fps},
-      {"polymorph/version", std::string(PM_VERSION)},
-      {kHashAttribute, frame_hash(prepared, geometry.frame)},
-      {"polymorph/frame", geometry.frame},
-      {"polymorph/t", geometry.t},
-      {"polymorph/stage", geometry.stage},
-      {"polymorph/device", device},
-      {"polymorph/isa", renderer.isa()},
-      {"polymorph/samples", prepared.scene.image.samples},
-      {"polymorph/exposure",
-       scene_at(prepared.scene, static_cast<double>(geometry.frame)).image.exposure},
-      {"polymorph/seed", fmt::format("{}", prepared.scene.image.seed)}};
-  if (aov_is_chosen(prepared.scene.image.aovs, "label")) {
-    std::string names;
-    int number = 0;
-    for (const PreparedActor& actor : prepared.actors)
-      for (const std::string& name : actor.label_names)
-        names += fmt::format("{}{} {}{}", names.empty() ? "" : ", ", ++number,
-                             prepared.actors.size() > 1 ? actor.name + "." : "", name);
-    attributes.push_back({"polymorph/labels", names});
-  }
-  if (!command.empty()) attributes.push_back({"polymorph/command", printable(command)});
-  return attributes;
 }
 
 }  // namespace
@@ -435,8 +503,17 @@ Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& g
   settings.image = prepared.scene.image;
   settings.frame = geometry.frame;
   PM_TRY(Image image, renderer.render(render_scene(prepared, geometry), settings));
-  image.attributes = header_of(prepared, geometry, renderer, device, command);
+  put_header(image, header_of(prepared, geometry.frame, renderer.isa(), device, command));
   return image;
+}
+
+int jobs_for(int width, int height, std::size_t frames) {
+  constexpr int kTile = 16, kTilesPerThread = 64, kMaxJobs = 16;
+  const int tiles = ((width + kTile - 1) / kTile) * ((height + kTile - 1) / kTile);
+  const int wanted = (kTilesPerThread * thread_count() + tiles - 1) / tiles;
+  return std::clamp(
+      std::min(wanted, thread_count()), 1,
+      std::clamp(static_cast<int>(std::min<std::size_t>(frames, kMaxJobs)), 1, kMaxJobs));
 }
 
 Result<RunReport> render_sequence(const Scene& scene, const SequenceSettings& settings,

@@ -162,21 +162,26 @@ TEST(MovingCamera, MotionVectorsAddTheObjectsOwnWayAndThatOfTheSky) {
 TEST(MovingCamera, TheShutterSeesAllThatTheCameraSeesMeanwhile) {
   BallOnFloor stage;
   RenderScene& scene = stage.scene;
-  CameraSettings from, to;
-  from.azimuth -= 8;
-  to.azimuth += 8;
-  CameraMotion motion{make_camera(from, scene.bounds, 64, 48),
-                      make_camera(to, scene.bounds, 64, 48), scene.camera};
+  CameraSettings from, to;  // a track to the right
+  from.position = Vec3{-0.3f, 1, 4};
+  to.position = Vec3{0.3f, 1, 4};
+  from.target = Vec3{-0.3f, 0, 0};
+  to.target = Vec3{0.3f, 0, 0};
+  CameraMotion motion{
+      make_camera(from, scene.bounds, 64, 48), make_camera(to, scene.bounds, 64, 48), {}};
   RenderSettings settings = small_settings(64);
   settings.image.aovs = "none";
-  const std::optional<Camera> rig = scene.camera;  // lights stand
+  CameraSettings middle = from;
+  middle.position->x = middle.target->x = 0;
+  const std::optional<Camera> rig = make_camera(middle, scene.bounds, 64, 48);  // lights stand
   scene.rig = rig;
   // The mean of many pictures on the way.
   Image mean;
   constexpr int kSteps = 16;
   for (int i = 0; i < kSteps; ++i) {
     CameraSettings between = from;
-    between.azimuth += 16 * (static_cast<float>(i) + 0.5f) / kSteps;
+    between.position->x = between.target->x =
+        0.6f * ((static_cast<float>(i) + 0.5f) / kSteps - 0.5f);
     scene.camera = make_camera(between, scene.bounds, 64, 48);
     const Image one = render_or_fail(scene, settings);
     if (i == 0)
