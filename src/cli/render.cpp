@@ -1,4 +1,8 @@
+#include <chrono>
+#include <thread>
+
 #include "base/file.h"
+#include "base/input_files.h"
 #include "base/log.h"
 #include "base/text.h"
 #include "cli/command_line.h"
@@ -13,7 +17,8 @@ namespace {
 struct RenderOptions {
   std::string scene, output, frames, shard, isa;
   bool png = false, strict = false, skip_existing = false, keep_going = false, dry_run = false,
-       preview = false, stats = false, reproducible = false, turntable = false, denoise = false;
+       preview = false, stats = false, reproducible = false, turntable = false, denoise = false,
+       watch = false;
   int samples = 0, jobs = 0;
   double noise = -1;
   std::string aovs;
@@ -133,7 +138,7 @@ Result<Scene> load_turntable(const RenderOptions& options, std::span<const Overr
   return scene;
 }
 
-Result<int> run_render(const CommandLine& line, const RenderOptions& given) {
+Result<int> render_once(const CommandLine& line, const RenderOptions& given) {
   RenderOptions options = given;
   PM_TRY(std::vector<Override> overrides, parse_overrides(options.sets));
   if (!options.aovs.empty())
@@ -172,6 +177,54 @@ Result<int> run_render(const CommandLine& line, const RenderOptions& given) {
   return failed > 0 ? static_cast<int>(ErrorCode::kPartial) : 0;
 }
 
+/// When the files that the run reads were written, and how long they are.
+using Snapshot = std::vector<std::pair<std::filesystem::file_time_type, std::uintmax_t>>;
+Snapshot snapshot_of(const std::vector<std::filesystem::path>& files) {
+  Snapshot snapshot;
+  for (const auto& file : files) {
+    std::error_code missing;  // an editor may have taken it away for a moment
+    const auto time = std::filesystem::last_write_time(file, missing);
+    snapshot.emplace_back(time, std::filesystem::file_size(file, missing));
+  }
+  return snapshot;
+}
+
+/// Renders again whenever the scene or a file that it reads changes, until a signal comes. What is
+/// wrong with them is said, and they may be mended.
+Result<int> watch_and_render(CommandLine& line, const RenderOptions& options) {
+  using namespace std::chrono_literals;
+  const std::atomic<bool>& stop = stop_requested();
+  while (true) {
+    const auto started = std::filesystem::file_time_type::clock::now();
+    const auto rendered = render_once(line, options);
+    if (!rendered && rendered.error().code != ErrorCode::kInput) return rendered.error();
+    if (!rendered) print_error(rendered.error());
+    line.common.overwrite = true;  // the frames are this run's own from now on
+    remember_input(options.scene);
+    const auto files = input_files();
+    const Snapshot before = snapshot_of(files);
+    // Written while it was read: what was rendered may be half of it.
+    bool changed = std::any_of(before.begin(), before.end(),
+                               [&](const auto& file) { return file.first >= started; });
+    if (!changed && !stop)
+      log_info("watching {} file{}", files.size(), files.size() == 1 ? "" : "s");
+    for (; !changed && !stop; changed = snapshot_of(files) != before)
+      std::this_thread::sleep_for(50ms);
+    if (stop) return 0;
+    // Whoever writes several files, or one in pieces, is done when nothing changes for a moment.
+    for (Snapshot last; !stop;) {
+      Snapshot now = snapshot_of(files);
+      if (now == last) break;
+      last = std::move(now);
+      std::this_thread::sleep_for(50ms);
+    }
+  }
+}
+
+Result<int> run_render(CommandLine& line, const RenderOptions& options) {
+  return options.watch ? watch_and_render(line, options) : render_once(line, options);
+}
+
 }  // namespace
 
 void add_render(CommandLine& line) {
@@ -205,6 +258,10 @@ void add_render(CommandLine& line) {
                               "keep frames whose header says that they are current")
                    ->group("Main");
   skip->excludes("--overwrite");
+  command
+      ->add_flag("--watch", options->watch,
+                 "render again whenever the scene or a file that it reads changes, until Ctrl-C")
+      ->group("Main");
   command->add_flag("--strict", options->strict, "warnings about models and textures are errors")
       ->group("Main");
   command
