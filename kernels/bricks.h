@@ -21,7 +21,7 @@ constexpr int kBrickValues = kBrickPoints * kBrickPoints * kBrickPoints;
 constexpr int kLines = kBrickPoints * kBrickPoints;  ///< lines of points along x
 constexpr int kRows = kBrickCells * kBrickCells;     ///< lines that have cells
 constexpr int kRowEdges = 3 * kBrickCells;           ///< bit 3 x + axis of a row's edges
-constexpr int kMostVertices = kRows * kRowEdges;     ///< of a brick
+constexpr int kMaxVertices = kRows * kRowEdges;      ///< of a brick
 
 /// Crossed edges of a row (21 bits), and above them how many vertices of the brick come before.
 PM_HD constexpr std::uint32_t packed_row(std::uint32_t edges, std::uint32_t before) {
@@ -74,7 +74,7 @@ struct RowFlags {
   PM_HD int triangles(const BrickTable& table) const {
     int count = 0;
     for (std::uint32_t cells = mixed(); cells != 0; cells &= cells - 1) {
-      count += table.count[corners(lowest_bit(cells))];
+      count += table.count[corners(countr_zero(cells))];
     }
     return count;
   }
@@ -90,17 +90,17 @@ struct AxisTables {
     const int number = axis == 0 ? first.x : axis == 1 ? first.y : first.z;
     const float origin = axis == 0 ? grid.origin.x : axis == 1 ? grid.origin.y : grid.origin.z;
     const float center = axis == 0 ? ball.x : axis == 1 ? ball.y : ball.z;
-    const V p = origin + grid.cell * (Lanes<V>::first_numbers() + static_cast<float>(number + at));
+    const V p = origin + grid.cell * (Lanes<V>::iota() + static_cast<float>(number + at));
     const V u_at = ball.scale * (p - center);
     Lanes<V>::store(u[axis] + at, u_at);
     Lanes<V>::store(factor[axis] + at,
-                    factor_of(axis == 0 ? fused(u_at, u_at, same<V>(ball.base)) : u_at * u_at));
+                    factor_of(axis == 0 ? fma(u_at, u_at, broadcast<V>(ball.base)) : u_at * u_at));
     if (axis == 0 && at == 0) base = ball.base, limit = ball.limit;
   }
 };
 constexpr int kTables = 32;  ///< of balls handled together
 /// Points every second cell around a brick, at most 6^3, in whole packs.
-constexpr int kMostCoarse = 216;
+constexpr int kMaxCoarse = 216;
 /// Of a square across a crossed edge (cubes.h).
 constexpr int kFaceVertices = 4, kFaceTriangles = 2;
 
@@ -133,7 +133,7 @@ struct CountBricks {
   template <class Team>
   PM_HD void count(const Team& team, Scratch& scratch, std::int64_t b, Int3 first) const {
     using V = typename Team::V;
-    drop_rim(team, first, scratch.values);
+    fill_beyond_grid(team, first, scratch.values);
     team.each(kLines, [&](int line) {
       scratch.inside[line] =
           static_cast<std::uint8_t>(inside_bits<V>(scratch.values + kBrickPoints * line));
@@ -142,7 +142,7 @@ struct CountBricks {
     team.each(kRows, [&](int r) {
       const RowFlags flags(scratch.inside, r);
       scratch.edges[r] = crossed_edges(flags.line[0], flags.line[1], flags.line[2]);
-      scratch.vertices[r] = static_cast<std::uint32_t>(count_bits(scratch.edges[r]));
+      scratch.vertices[r] = static_cast<std::uint32_t>(popcount(scratch.edges[r]));
       scratch.triangles[r] = static_cast<std::uint32_t>(flags.triangles(table[0]));
     });
     team.sync();
@@ -165,7 +165,7 @@ struct CountBricks {
 
   /// Points of the rim, and beyond it, are outside.
   template <class Team>
-  PM_HD void drop_rim(const Team& team, Int3 first, float* brick_values) const {
+  PM_HD void fill_beyond_grid(const Team& team, Int3 first, float* brick_values) const {
     const Int3 n = grid.points;
     if (first.x >= 0 && first.y >= 0 && first.z >= 0 && first.x + kBrickCells < n.x &&
         first.y + kBrickCells < n.y && first.z + kBrickCells < n.z) {
@@ -196,31 +196,32 @@ struct CountBricks {
 template <class F>
 struct SampleBricks : CountBricks {
   static constexpr int kThreads = 128;
-  static constexpr int kTogether = 4;  ///< lines that share a walk over the balls
+  static constexpr int kRowsPerItem = 4;  ///< lines that share a walk over the balls
   struct Scratch : CountBricks::Scratch {
     union {
-      alignas(32) AxisTables tables[F::kSplits ? kTables : 1];
-      float coarse[kMostCoarse];
+      alignas(32) AxisTables tables[F::kSeparable ? kTables : 1];
+      float coarse[kMaxCoarse];
     };
-    std::uint32_t unsure[F::kEnds ? 1 : kLines + 1];
-    std::uint16_t unsure_points[F::kEnds ? 1 : kBrickValues];
+    std::uint32_t uncertain[F::kCompactSupport ? 1 : kLines + 1];
+    std::uint16_t uncertain_points[F::kCompactSupport ? 1 : kBrickValues];
   };
-  int influence = 1;
+  int sample_stride = 1;
   View<const std::uint32_t> entries;
   View<const typename F::Ball> balls;
   // Where balls never end:
   View<const FarField> far;  ///< of each brick
-  BallList everyone;
+  BallList all_balls;
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t b) const {
     const Node brick = bricks[b];
     const Int3 first = first_point(brick);
-    if (influence > 1) {
+    if (sample_stride > 1) {
       interpolate_all(team, scratch, brick, first);
     } else {
       sample_all(team, scratch, b, first);
-      if constexpr (!F::kEnds) make_sure(team, scratch, doubt(far[b]), first);
+      if constexpr (!F::kCompactSupport)
+        resample_uncertain_points(team, scratch, error_bound(far[b]), first);
     }
     count(team, scratch, b, first);
   }
@@ -241,9 +242,9 @@ struct SampleBricks : CountBricks {
       alignas(32) float x[kLanes], y[kLanes], z[kLanes];
       for (int l = 0; l < kLanes; ++l) {
         const int i = item * kLanes + l;
-        const Vec3 p =
-            grid_point(grid, {influence * (low.x + i % n.x), influence * (low.y + i / n.x % n.y),
-                              influence * (low.z + i / n.x / n.y)});
+        const Vec3 p = grid_point(
+            grid, {sample_stride * (low.x + i % n.x), sample_stride * (low.y + i / n.x % n.y),
+                   sample_stride * (low.z + i / n.x / n.y)});
         x[l] = p.x, y[l] = p.y, z[l] = p.z;
       }
       const Points<V> at = {Lanes<V>::load(x), Lanes<V>::load(y), Lanes<V>::load(z)};
@@ -255,10 +256,10 @@ struct SampleBricks : CountBricks {
       const int gx = first.x + i % kBrickPoints, gy = first.y + i / kBrickPoints % kBrickPoints,
                 gz = first.z + i / kLines;
       const int cx = coarse(gx), cy = coarse(gy), cz = coarse(gz);
-      const float step = 1.0f / static_cast<float>(influence);
-      const float tx = step * static_cast<float>(gx - influence * cx),
-                  ty = step * static_cast<float>(gy - influence * cy),
-                  tz = step * static_cast<float>(gz - influence * cz);
+      const float step = 1.0f / static_cast<float>(sample_stride);
+      const float tx = step * static_cast<float>(gx - sample_stride * cx),
+                  ty = step * static_cast<float>(gy - sample_stride * cy),
+                  tz = step * static_cast<float>(gz - sample_stride * cz);
       const float* c = scratch.coarse + (cx - low.x) + n.x * ((cy - low.y) + n.y * (cz - low.z));
       const int dy = n.x, dz = n.x * n.y;
       const float a = lerp(lerp(c[0], c[1], tx), lerp(c[dy], c[dy + 1], tx), ty);
@@ -269,21 +270,21 @@ struct SampleBricks : CountBricks {
   }
   /// Bricks share these points, and what is interpolated between them has no bound to be sure by.
   PM_HD BallList coarse_list(const Node& brick) const {
-    if constexpr (!F::kEnds) return everyone;
+    if constexpr (!F::kCompactSupport) return all_balls;
     return {entries.data + brick.begin, brick.count};
   }
   /// The point below or at grid point g of those that are `influence` apart.
-  PM_HD int coarse(int g) const { return (g + influence * 4) / influence - 4; }
+  PM_HD int coarse(int g) const { return (g + sample_stride * 4) / sample_stride - 4; }
 
   template <class Team>
   PM_HD void sample_all(const Team& team, Scratch& scratch, std::int64_t b, Int3 first) const {
     using V = typename Team::V;
     const Node brick = bricks[b];
-    constexpr int kItems = kBrickValues / kTogether / Lanes<V>::kCount;
-    if constexpr (F::kSplits) {
+    constexpr int kItems = kBrickValues / kRowsPerItem / Lanes<V>::kCount;
+    if constexpr (F::kSeparable) {
       team.each(kItems, [&](int item) {
-        for (int r = 0; r < kTogether; ++r) {
-          Lanes<V>::store(scratch.values + place_of<V>(item, r), same<V>(0.0f));
+        for (int r = 0; r < kRowsPerItem; ++r) {
+          Lanes<V>::store(scratch.values + place_of<V>(item, r), broadcast<V>(0.0f));
         }
       });
       team.sync();
@@ -303,18 +304,18 @@ struct SampleBricks : CountBricks {
       }
     } else {
       const BrickField<F> field(grid, 0, brick, balls.data, entries.data,
-                                F::kEnds ? nullptr : &far[b]);
+                                F::kCompactSupport ? nullptr : &far[b]);
       team.each(kItems, [&](int item) { sample<V>(field, first, item, scratch.values); });
       team.sync();
     }
   }
 
-  /// Where the points of an item lie: in line r of its kTogether lines, as many along x as V has
+  /// Where the points of an item lie: in line r of its kRowsPerItem lines, as many along x as V has
   /// lanes.
   template <class V>
   PM_HD static int place_of(int item, int r) {
     constexpr int kPacks = kBrickPoints / Lanes<V>::kCount;
-    return item % kPacks * Lanes<V>::kCount + kBrickPoints * (item / kPacks * kTogether + r);
+    return item % kPacks * Lanes<V>::kCount + kBrickPoints * (item / kPacks * kRowsPerItem + r);
   }
 
   /// Adds n balls' products to the points of an item.
@@ -322,62 +323,62 @@ struct SampleBricks : CountBricks {
   PM_HD static void add_products(Scratch& scratch, int n, int item) {
     const int start = place_of<V>(item, 0);
     const int x = start % kBrickPoints, y = start / kBrickPoints % kBrickPoints, z = start / kLines;
-    V sum[kTogether];
-    for (int r = 0; r < kTogether; ++r) {
+    V sum[kRowsPerItem];
+    for (int r = 0; r < kRowsPerItem; ++r) {
       sum[r] = Lanes<V>::load(scratch.values + start + kBrickPoints * r);
     }
     for (int j = 0; j < n; ++j) {
       const AxisTables& t = scratch.tables[j];
       const V ux = Lanes<V>::load(t.u[0] + x), factor_x = Lanes<V>::load(t.factor[0] + x);
-      const float q0 = fused(t.u[2][z], t.u[2][z], t.base);
-      for (int r = 0; r < kTogether; ++r) {
-        const V q = fused(ux, ux, same<V>(fused(t.u[1][y + r], t.u[1][y + r], q0)));
-        sum[r] = fused(kept_if(q <= t.limit, factor_x),
-                       same<V>(t.factor[1][y + r] * t.factor[2][z]), sum[r]);
+      const float q0 = fma(t.u[2][z], t.u[2][z], t.base);
+      for (int r = 0; r < kRowsPerItem; ++r) {
+        const V q = fma(ux, ux, broadcast<V>(fma(t.u[1][y + r], t.u[1][y + r], q0)));
+        sum[r] = fma(zero_unless(q <= t.limit, factor_x),
+                     broadcast<V>(t.factor[1][y + r] * t.factor[2][z]), sum[r]);
       }
     }
-    for (int r = 0; r < kTogether; ++r) {
+    for (int r = 0; r < kRowsPerItem; ++r) {
       Lanes<V>::store(scratch.values + start + kBrickPoints * r, sum[r]);
     }
   }
 
-  /// The field at kTogether lines that share z, as many points of each as V has lanes.
+  /// The field at kRowsPerItem lines that share z, as many points of each as V has lanes.
   template <class V>
   PM_HD void sample(const BrickField<F>& field, Int3 first, int item, float* to) const {
     const int x = place_of<V>(item, 0) % kBrickPoints, line = place_of<V>(item, 0) / kBrickPoints;
-    const V numbers = Lanes<V>::first_numbers() + static_cast<float>(first.x + x);
+    const V numbers = Lanes<V>::iota() + static_cast<float>(first.x + x);
     const V px = grid.origin.x + grid.cell * numbers;
-    float py[kTogether];
-    for (int r = 0; r < kTogether; ++r) {
+    float py[kRowsPerItem];
+    for (int r = 0; r < kRowsPerItem; ++r) {
       py[r] = grid.origin.y + grid.cell * static_cast<float>(first.y + (line + r) % kBrickPoints);
     }
     const float pz = grid.origin.z + grid.cell * static_cast<float>(first.z + line / kBrickPoints);
-    V sum[kTogether], q[kTogether];
-    for (int r = 0; r < kTogether; ++r) sum[r] = same<V>(0.0f);
+    V sum[kRowsPerItem], q[kRowsPerItem];
+    for (int r = 0; r < kRowsPerItem; ++r) sum[r] = broadcast<V>(0.0f);
     const std::uint32_t* list = field.list.indices;
-    if constexpr (F::kEnds) {
+    if constexpr (F::kCompactSupport) {
       for (std::uint32_t j = 0; j < field.list.count; ++j) {
         const typename F::Ball ball = field.balls[list[j]];
         ball.q_rows(px, py, pz, q);
-        for (int r = 0; r < kTogether; ++r) sum[r] = sum[r] + F::value(ball, q[r]);
+        for (int r = 0; r < kRowsPerItem; ++r) sum[r] = sum[r] + F::value(ball, q[r]);
       }
     } else {
-      for (std::uint32_t j = 0; j < field.list.count; j += kFour) {
-        RoundBall four[kFour];
-        V of[kFour][kTogether];
-        load_four(field.balls, list + j, field.list.count - j, four);
-        for (int i = 0; i < kFour; ++i) four[i].q_rows(px, py, pz, of[i]);
-        for (int r = 0; r < kTogether; ++r) {
-          const V most_q = same<V>(kLargestDistance2);
-          const V qs[kFour] = {least(of[0][r], most_q), least(of[1][r], most_q),
-                               least(of[2][r], most_q), least(of[3][r], most_q)};
-          sum[r] = sum[r] + sum_of_four(four, qs);
+      for (std::uint32_t j = 0; j < field.list.count; j += kBatch) {
+        RoundBall batch[kBatch];
+        V of[kBatch][kRowsPerItem];
+        load_batch(field.balls, list + j, field.list.count - j, batch);
+        for (int i = 0; i < kBatch; ++i) batch[i].q_rows(px, py, pz, of[i]);
+        for (int r = 0; r < kRowsPerItem; ++r) {
+          const V max_q = broadcast<V>(kMaxDistance2);
+          const V qs[kBatch] = {min(of[0][r], max_q), min(of[1][r], max_q), min(of[2][r], max_q),
+                                min(of[3][r], max_q)};
+          sum[r] = sum[r] + sum_of_batch(batch, qs);
         }
       }
       far_rows(field.far->value, field.box, px, py, pz, q);
-      for (int r = 0; r < kTogether; ++r) sum[r] = sum[r] + q[r];
+      for (int r = 0; r < kRowsPerItem; ++r) sum[r] = sum[r] + q[r];
     }
-    for (int r = 0; r < kTogether; ++r) {
+    for (int r = 0; r < kRowsPerItem; ++r) {
       Lanes<V>::store(to + kBrickPoints * (line + r) + x, sum[r]);
     }
   }
@@ -385,15 +386,16 @@ struct SampleBricks : CountBricks {
   /// How far the value of a point can be from iso with the exact value, rounded as well, on the
   /// other side: the polynomial's error, and rounding of both sums. These have all balls / 4 terms
   /// or less, whose absolute values add up to iso there and twice what is against it.
-  PM_HD float doubt(const FarField& field) const {
-    const float rounding = 0x1p-24f * (40.0f + 0.5f * static_cast<float>(everyone.count));
-    return 1.001f *
-           fused(rounding, iso + 2 * (field.against + field.size), field.error + field.rounding);
+  PM_HD float error_bound(const FarField& field) const {
+    const float rounding = 0x1p-24f * (40.0f + 0.5f * static_cast<float>(all_balls.count));
+    return 1.001f * fma(rounding, iso + 2 * (field.negative_weight_bound + field.size),
+                        field.error + field.rounding);
   }
 
   /// Sums over all balls at the points whose values are not further than `within` from iso.
   template <class Team>
-  PM_HD void make_sure(const Team& team, Scratch& scratch, float within, Int3 first) const {
+  PM_HD void resample_uncertain_points(const Team& team, Scratch& scratch, float within,
+                                       Int3 first) const {
     using V = typename Team::V;
     constexpr int kLanes = Lanes<V>::kCount;
     const auto is_sure = [&](float value) { return value > iso + within || value < iso - within; };
@@ -402,16 +404,16 @@ struct SampleBricks : CountBricks {
       for (int x = 0; x < kBrickPoints; ++x) {
         count += is_sure(scratch.values[kBrickPoints * line + x]) ? 0 : 1;
       }
-      scratch.unsure[line] = count;
+      scratch.uncertain[line] = count;
     });
     team.sync();
-    const auto count = static_cast<int>(team.scan(scratch.unsure, kLines));
+    const auto count = static_cast<int>(team.scan(scratch.uncertain, kLines));
     if (count == 0) return;
     team.each(kLines, [&](int line) {
-      std::uint32_t to = scratch.unsure[line];
+      std::uint32_t to = scratch.uncertain[line];
       for (int i = kBrickPoints * line; i < kBrickPoints * (line + 1); ++i) {
         if (!is_sure(scratch.values[i]))
-          scratch.unsure_points[to++] = static_cast<std::uint16_t>(i);
+          scratch.uncertain_points[to++] = static_cast<std::uint16_t>(i);
       }
     });
     team.sync();
@@ -419,7 +421,7 @@ struct SampleBricks : CountBricks {
       alignas(32) float x[kLanes], y[kLanes], z[kLanes], value[kLanes];
       const auto point = [&](int l) {
         const int i = item * kLanes + l;
-        return static_cast<int>(scratch.unsure_points[i < count ? i : count - 1]);
+        return static_cast<int>(scratch.uncertain_points[i < count ? i : count - 1]);
       };
       for (int l = 0; l < kLanes; ++l) {
         const int i = point(l);
@@ -429,7 +431,7 @@ struct SampleBricks : CountBricks {
         x[l] = p.x, y[l] = p.y, z[l] = p.z;
       }
       const Points<V> at = {Lanes<V>::load(x), Lanes<V>::load(y), Lanes<V>::load(z)};
-      Lanes<V>::store(value, field_at<F>(at, balls.data, everyone));
+      Lanes<V>::store(value, field_at<F>(at, balls.data, all_balls));
       for (int l = 0; l < kLanes; ++l) scratch.values[point(l)] = value[l];
     });
     team.sync();

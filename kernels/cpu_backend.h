@@ -66,7 +66,7 @@ struct CpuTeam {
   bool leads_group() const { return true; }
   V group_sum(V a) const { return a; }
   template <class T>
-  T group_most(T a) const {
+  T group_max(T a) const {
     return a;
   }
   /// To what the groups of teams that share an item add up.
@@ -76,7 +76,7 @@ struct CpuTeam {
   }
   template <class Write>
   void append(std::uint32_t bits, std::int64_t* cursors, const Write& write) const {
-    for (; bits != 0; bits &= bits - 1) write(cursors[lowest_bit(bits)]++);
+    for (; bits != 0; bits &= bits - 1) write(cursors[countr_zero(bits)]++);
   }
   std::uint32_t scan(std::uint32_t* values, int n) const {
     std::uint32_t sum = 0;
@@ -135,7 +135,7 @@ class BasicCpuBackend {
 
   /// Do passes read the host's own memory?
   static constexpr bool kHostMemory = true;
-  static constexpr bool kManyTops = false;  ///< does a tree begin with many nodes, not with one?
+  static constexpr bool kManyRoots = false;  ///< does a tree begin with many nodes, not with one?
 
   /// Calls f(team, scratch, i) for i in [0, *count * parts), in any order.
   template <class F>
@@ -179,12 +179,12 @@ class BasicCpuBackend {
     return {result.data(), *count};
   }
   template <class T>
-  void deliver(std::vector<T>&, View<T>, std::int64_t) {}
+  void download(std::vector<T>&, View<T>, std::int64_t) {}
 
-  void start_frame(std::size_t most_memory) {
+  void start_frame(std::size_t max_memory) {
     times_.clear();
     results_ = 0;
-    most_memory_ = most_memory;
+    max_memory_ = max_memory;
   }
   /// Memory is made as counts become known: nothing ever runs short.
   bool everything_fitted(View<Offsets> totals, Offsets* known) const {
@@ -214,11 +214,11 @@ class BasicCpuBackend {
   };
 
   void claim(std::size_t bytes) {
-    check_memory(used_ + results_ + bytes, most_memory_);
+    check_memory(used_ + results_ + bytes, max_memory_);
     used_ += bytes;
   }
   void claim_result(std::size_t bytes) {
-    check_memory(used_ + results_ + bytes, most_memory_);
+    check_memory(used_ + results_ + bytes, max_memory_);
     results_ += bytes;
   }
 
@@ -237,7 +237,7 @@ class BasicCpuBackend {
   }
 
   std::vector<PassTime> times_;
-  std::size_t used_ = 0, results_ = 0, most_memory_ = 0;
+  std::size_t used_ = 0, results_ = 0, max_memory_ = 0;
 };
 
 using CpuBackend = BasicCpuBackend<Pack>;

@@ -41,7 +41,7 @@ struct EmitCubes {
       const std::uint32_t flags = inside[b * kLines + line_of_row(r)];
       std::int64_t face = row_before(row);
       for (std::uint32_t edges = row_edges(row); edges != 0; edges &= edges - 1, ++face) {
-        const int bit = lowest_bit(edges), x = bit / 3;
+        const int bit = countr_zero(edges), x = bit / 3;
         const Int3 p = {at.x * kBrickCells + x - 1, at.y * kBrickCells + r % kBrickCells - 1,
                         at.z * kBrickCells + r / kBrickCells - 1};
         emit(p, bit % 3, (flags >> x & 1u) != 0, vertex + kFaceVertices * face,

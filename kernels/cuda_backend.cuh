@@ -72,8 +72,8 @@ struct CudaTeam {
     for (unsigned d = kGroup / 2; d > 0; d /= 2) a += __shfl_xor_sync(kAll, a, d);
     return a;
   }
-  __device__ float group_most(float a) const {
-    for (unsigned d = kGroup / 2; d > 0; d /= 2) a = most(a, __shfl_xor_sync(kAll, a, d));
+  __device__ float group_max(float a) const {
+    for (unsigned d = kGroup / 2; d > 0; d /= 2) a = max(a, __shfl_xor_sync(kAll, a, d));
     return a;
   }
   __device__ void add(std::uint32_t& to, std::uint32_t value) const { atomicAdd(&to, value); }
@@ -114,7 +114,7 @@ struct CudaTeam {
   PM_HD std::uint32_t group_rank() const { return 0; }
   PM_HD bool leads_group() const { return true; }
   PM_HD float group_sum(float a) const { return a; }
-  PM_HD float group_most(float a) const { return a; }
+  PM_HD float group_max(float a) const { return a; }
   template <class T>
   PM_HD void add(T&, T) const {}
   template <class Write>
@@ -262,16 +262,16 @@ class CudaBackend {
                   "a kernel is copied to the device as bytes");
     if (n <= 0) return;
     const Scope scope(*this, name);
-    constexpr std::int64_t kThreads = 128, kMostBlocks = std::int64_t{1} << 20;
+    constexpr std::int64_t kThreads = 128, kMaxBlocks = std::int64_t{1} << 20;
     const std::int64_t wanted = (n + kThreads - 1) / kThreads;
-    const auto blocks = static_cast<unsigned>(wanted < kMostBlocks ? wanted : kMostBlocks);
+    const auto blocks = static_cast<unsigned>(wanted < kMaxBlocks ? wanted : kMaxBlocks);
     run_items<<<blocks, static_cast<unsigned>(kThreads), 0, stream_>>>(n, f);
     check_cuda(cudaGetLastError(), name);
   }
 
   /// Do passes read the host's own memory?
   static constexpr bool kHostMemory = false;
-  static constexpr bool kManyTops = true;  ///< does a tree begin with many nodes, not with one?
+  static constexpr bool kManyRoots = true;  ///< does a tree begin with many nodes, not with one?
 
   /// Calls f(team, scratch, i) for i in [0, n * parts), n = *count but at most `limit`; *count is
   /// read on the device.
@@ -346,17 +346,17 @@ class CudaBackend {
     return buffer.fit(*this, count, 1, guess);
   }
   template <class T>
-  void deliver(std::vector<T>& to, View<T> from, std::int64_t n) {
+  void download(std::vector<T>& to, View<T> from, std::int64_t n) {
     to.resize(static_cast<std::size_t>(n));
     download(to.data(), View<T>{from.data, n});
   }
 
-  void start_frame(std::size_t most_memory) {
+  void start_frame(std::size_t max_memory) {
     check_cuda(cudaSetDevice(device_), "select the device");
     used_marks_ = 0;
     fits_.clear();
     uploaded_ = 0;
-    most_memory_ = most_memory;
+    max_memory_ = max_memory;
   }
 
   /// Waits for the passes; where a count was more than its buffer holds, makes that larger.
@@ -373,7 +373,7 @@ class CudaBackend {
       const std::int64_t at = fit.count - &totals.data->first;
       const Offsets& pair = known[at / 2];
       const std::int64_t count = at % 2 == 0 ? pair.first : pair.second;
-      if (count <= fit.room) continue;
+      if (count <= fit.capacity) continue;
       fit.buffer->grow(*this, count * fit.each);
       fitted = false;
     }
@@ -438,7 +438,7 @@ class CudaBackend {
   }
 
   void* allocate(std::size_t bytes) {
-    check_memory(used_ + bytes, most_memory_);
+    check_memory(used_ + bytes, max_memory_);
     void* memory = nullptr;
     const cudaError_t error = cudaMalloc(&memory, bytes);
     if (error == cudaErrorMemoryAllocation)
@@ -451,7 +451,7 @@ class CudaBackend {
   /// A buffer whose room *count may exceed.
   struct Fit {
     const std::int64_t* count;
-    std::int64_t each, room;
+    std::int64_t each, capacity;
     Growing* buffer;
   };
   static constexpr const char* kNoPass = "";
@@ -462,7 +462,7 @@ class CudaBackend {
   cudaStream_t stream_ = nullptr;
   char* staging_ = nullptr;
   std::vector<Fit> fits_;
-  std::size_t used_ = 0, most_memory_ = 0, uploaded_ = 0;
+  std::size_t used_ = 0, max_memory_ = 0, uploaded_ = 0;
   std::vector<Mark> marks_;
   std::size_t used_marks_ = 0;
 };

@@ -35,7 +35,7 @@ struct DistanceField {
 
   template <class V>
   PM_HD V at(const Points<V>& p) const {
-    V beyond = same<V>(0.0f);
+    V beyond = broadcast<V>(0.0f);
     V tx, ty, tz;
     const auto x = along(p.x, origin.x, last.x, tx, beyond);
     const auto y = along(p.y, origin.y, last.y, ty, beyond);
@@ -43,15 +43,15 @@ struct DistanceField {
     const auto i = x + y * row + z * layer;
     const auto pair = [&](std::uint32_t offset) {
       const V a = gather(values + offset, i), b = gather(values + offset + 1, i);
-      return fused(tx, b - a, a);
+      return fma(tx, b - a, a);
     };
     const V near_low = pair(0), near_high = pair(row);
     const V far_low = pair(layer), far_high = pair(layer + row);
-    const V near = fused(ty, near_high - near_low, near_low);
-    const V far = fused(ty, far_high - far_low, far_low);
-    const V inside = fused(tz, far - near, near);
+    const V near = fma(ty, near_high - near_low, near_low);
+    const V far = fma(ty, far_high - far_low, far_low);
+    const V inside = fma(tz, far - near, near);
     if (Lanes<V>::bits(beyond > 0.0f) == 0) return inside;
-    const V outside = -(cell * square_root(beyond + square(inside * per_cell)));
+    const V outside = -(cell * sqrt(beyond + square(inside * per_cell)));
     return select(beyond > 0.0f, outside, inside);
   }
 
@@ -75,12 +75,13 @@ struct DistanceField {
   template <class V>
   PM_HD auto along(V p, float from, float last_point, V& t, V& beyond) const {
     const V u = (p - from) * per_cell;
-    const V held = least(most(u, same<V>(0.0f)), same<V>(last_point));
-    const V off = u - held;
-    beyond = fused(off, off, beyond);
-    const V below = least(most(nearest_whole(held - 0.5f), same<V>(0.0f)), same<V>(last_point - 1));
-    t = held - below;
-    return index_of(below);
+    const V clamped = min(max(u, broadcast<V>(0.0f)), broadcast<V>(last_point));
+    const V off = u - clamped;
+    beyond = fma(off, off, beyond);
+    const V below = min(max(round_to_nearest(clamped - 0.5f), broadcast<V>(0.0f)),
+                        broadcast<V>(last_point - 1));
+    t = clamped - below;
+    return to_index(below);
   }
 };
 

@@ -1,7 +1,7 @@
 // The order of all passes, once for every backend.
 //
 // A backend gives: Team (how the threads that share one item work together: V, kParts, each,
-// each_group, group_sum, group_most, sync, scan, append, add); kManyTops; for_each and for_teams;
+// each_group, group_sum, group_max, sync, scan, append, add); kManyRoots; for_each and for_teams;
 // scan; Buffer<T> with resize and fit; upload, download, output, deliver; start_frame,
 // everything_fitted, finish_frame. What it cannot do
 // (memory, a failing device) it throws as ExtractFailure or std::bad_alloc; both end here and leave
@@ -26,14 +26,14 @@
 
 #include "bricks.h"
 #include "cubes.h"
-#include "expand.h"
+#include "expand_far_field.h"
 #include "extract_surface.h"
 #include "field.h"
+#include "interpolate_attributes.h"
 #include "mc_tables.h"
 #include "morph_field.h"
 #include "motion.h"
 #include "regression.h"
-#include "shares.h"
 #include "tree.h"
 #include "triangles.h"
 #include "validate.h"
@@ -108,12 +108,14 @@ class Extraction final : public SurfaceExtractor {
     });
   }
 
-  ExtractStatus step(const std::shared_ptr<const BallPaths>& paths, const PathMoment& moment,
-                     const std::vector<float>& own, std::vector<Ball>& balls) override {
+  ExtractStatus move_balls(const std::shared_ptr<const BallPaths>& paths, const MotionState& moment,
+                           const std::vector<float>& eased_times,
+                           std::vector<Ball>& balls) override {
     balls.clear();
     const std::size_t count = paths->balls.size(), parts = paths->parts.size();
-    if (!own.empty() && own.size() != count) {
-      return bad_input(std::to_string(own.size()) + " eased times for " + std::to_string(count) +
+    if (!eased_times.empty() && eased_times.size() != count) {
+      return bad_input(std::to_string(eased_times.size()) + " eased times for " +
+                       std::to_string(count) +
                        " balls (must be one for each or none), give each ball its own");
     }
     for (const BallPath& path : paths->balls) {
@@ -123,12 +125,14 @@ class Extraction final : public SurfaceExtractor {
       }
     }
     if (count == 0) return {};
-    return guarded([&] { step_balls(paths, moment, own, balls); });
+    return guarded([&] { compute_moved_balls(paths, moment, eased_times, balls); });
   }
 
-  ExtractStatus blend(const std::vector<Ball>& balls, const std::vector<Carried>& carried,
-                      const std::vector<Vec3>& points, const ExtractSettings& settings,
-                      std::vector<CarriedValues>& values) override {
+  ExtractStatus interpolate_attributes(const std::vector<Ball>& balls,
+                                       const std::vector<BallAttribute>& carried,
+                                       const std::vector<Vec3>& points,
+                                       const ExtractSettings& settings,
+                                       std::vector<AttributeValues>& values) override {
     values.clear();
     ExtractStatus status = check_input(balls, settings);
     const std::size_t maps = balls.empty() ? 0 : carried.size() / balls.size();
@@ -142,8 +146,10 @@ class Extraction final : public SurfaceExtractor {
     return guarded([&] {
       values.resize(maps * points.size());
       with_field(balls, settings.field, [&](auto field) {
-        if (maps == 1) blend_field<decltype(field), 1>(balls, carried, points, settings, values);
-        if (maps == 2) blend_field<decltype(field), 2>(balls, carried, points, settings, values);
+        if (maps == 1)
+          interpolate_field<decltype(field), 1>(balls, carried, points, settings, values);
+        if (maps == 2)
+          interpolate_field<decltype(field), 2>(balls, carried, points, settings, values);
       });
     });
   }
@@ -164,7 +170,7 @@ class Extraction final : public SurfaceExtractor {
 
   ExtractStatus regress(const std::shared_ptr<const Regression>& regression,
                         const std::vector<Vec3>& points,
-                        std::vector<CarriedValues>& values) override {
+                        std::vector<AttributeValues>& values) override {
     values.clear();
     const ExtractStatus status = check_regression(*regression);
     if (status.code != ExtractCode::kOk || points.empty()) return status;
@@ -173,7 +179,7 @@ class Extraction final : public SurfaceExtractor {
       const auto n = static_cast<std::int64_t>(points.size());
       values.resize(points.size() * static_cast<std::size_t>(regression->maps));
       const View<Vec3> at = sample_points_.resize(backend_, n);
-      const View<CarriedValues> out =
+      const View<AttributeValues> out =
           carried_values_.resize(backend_, static_cast<std::int64_t>(values.size()));
       backend_.upload(at, points.data());
       backend_.for_each(n, SampleMap{map, at, out, regression->maps}, "map");
@@ -181,7 +187,7 @@ class Extraction final : public SurfaceExtractor {
     });
   }
 
-  void limit_memory(std::size_t bytes) override { most_memory_ = bytes; }
+  void limit_memory(std::size_t bytes) override { max_memory_ = bytes; }
   std::vector<PassTime> pass_times() const override { return backend_.pass_times(); }
   std::size_t memory_used() const override { return backend_.memory_used(); }
 
@@ -194,23 +200,23 @@ class Extraction final : public SurfaceExtractor {
   template <class F>
   struct BallViews {
     View<typename F::Ball> balls;
-    View<std::uint32_t> everyone;
+    View<std::uint32_t> all_balls;
     View<Node> nodes;
     View<Counts> sums;
     View<FarField> far;  ///< of the tops, and the length of the field, where balls never end
     float length = 1;
 
-    BallList all() const { return {everyone.data, static_cast<std::uint32_t>(everyone.size)}; }
+    BallList all() const { return {all_balls.data, static_cast<std::uint32_t>(all_balls.size)}; }
   };
   /// The levels below the tops, bricks first, and the tops along each axis.
   struct TreeShape {
     std::vector<Level> levels;
-    Int3 tops = {1, 1, 1};
+    Int3 roots = {1, 1, 1};
   };
   struct BrickViews {
     Tree tree;
     const std::int64_t* count = nullptr;
-    std::int64_t room = 0;  ///< bricks that every view below has room for
+    std::int64_t capacity = 0;  ///< bricks that every view below has room for
     View<Node> nodes;
     View<std::uint32_t> entries;
     View<FarField> far;
@@ -224,7 +230,7 @@ class Extraction final : public SurfaceExtractor {
   template <class Passes>
   ExtractStatus guarded(const Passes& passes) {
     try {
-      backend_.start_frame(most_memory_);
+      backend_.start_frame(max_memory_);
       passes();
       backend_.finish_frame();
     } catch (const ExtractFailure& failure) {
@@ -246,40 +252,40 @@ class Extraction final : public SurfaceExtractor {
     }
   }
 
-  void step_balls(const std::shared_ptr<const BallPaths>& paths, const PathMoment& moment,
-                  const std::vector<float>& own, std::vector<Ball>& balls) {
+  void compute_moved_balls(const std::shared_ptr<const BallPaths>& paths, const MotionState& moment,
+                           const std::vector<float>& eased_times, std::vector<Ball>& balls) {
     const auto sized = [&](auto& buffer, const auto& from) {
       return buffer.resize(backend_, static_cast<std::int64_t>(from.size()));
     };
     const View<BallPath> ways = sized(paths_, paths->balls);
     const View<PathPart> parts = sized(parts_, paths->parts);
-    if (paths != held_paths_) {
-      held_paths_.reset();
+    if (paths != uploaded_paths_) {
+      uploaded_paths_.reset();
       backend_.upload(ways, paths->balls.data());
       backend_.upload(parts, paths->parts.data());
-      held_paths_ = paths;
+      uploaded_paths_ = paths;
     }
     const std::vector<PartPlace> places = places_at(paths->parts, moment.eased);
     const View<PartPlace> placed = sized(places_, places);
     backend_.upload(placed, places.data());
-    const View<float> eased = sized(eased_, own);
-    if (!own.empty()) backend_.upload(eased, own.data());
-    held_balls_.clear();
+    const View<float> eased = sized(eased_, eased_times);
+    if (!eased_times.empty()) backend_.upload(eased, eased_times.data());
+    uploaded_balls_.clear();
     const View<Ball> moved = raw_balls_.resize(backend_, ways.size);
-    backend_.for_each(ways.size, StepBalls{ways, parts, placed, eased, moment, moved}, "step");
+    backend_.for_each(ways.size, MoveBalls{ways, parts, placed, eased, moment, moved}, "step");
     balls.resize(paths->balls.size());
     backend_.download(balls.data(), moved);
-    held_balls_ = balls;
+    uploaded_balls_ = balls;
   }
 
   /// The balls in backend memory, where they may be already.
-  View<Ball> held(const std::vector<Ball>& balls) {
+  View<Ball> upload_if_changed(const std::vector<Ball>& balls) {
     const View<Ball> raw = raw_balls_.resize(backend_, static_cast<std::int64_t>(balls.size()));
-    if (held_balls_.size() != balls.size() ||
-        std::memcmp(held_balls_.data(), balls.data(), balls.size() * sizeof(Ball)) != 0) {
-      held_balls_.clear();
+    if (uploaded_balls_.size() != balls.size() ||
+        std::memcmp(uploaded_balls_.data(), balls.data(), balls.size() * sizeof(Ball)) != 0) {
+      uploaded_balls_.clear();
       backend_.upload(raw, balls.data());
-      held_balls_ = balls;
+      uploaded_balls_ = balls;
     }
     return raw;
   }
@@ -289,28 +295,28 @@ class Extraction final : public SurfaceExtractor {
   BallViews<F> prepare(const std::vector<Ball>& balls, const ExtractSettings& settings,
                        const TreeShape& shape = {}) {
     const auto n = static_cast<std::int64_t>(balls.size());
-    const View<Ball> raw = held(balls);
+    const View<Ball> raw = upload_if_changed(balls);
     BallViews<F> out;
     out.balls = prepared<F>(n);
-    out.everyone = everyone_.resize(backend_, n);
+    out.all_balls = all_balls_.resize(backend_, n);
     FieldScale scale;
-    scale.log2_floor = log_of_two(settings.cutoff * settings.iso);
+    scale.log2_floor = log2(settings.cutoff * settings.iso);
     const std::size_t levels = shape.levels.size();
-    const std::int64_t tops =
-        levels == 0 ? 0 : std::int64_t{shape.tops.x} * shape.tops.y * shape.tops.z;
+    const std::int64_t roots =
+        levels == 0 ? 0 : std::int64_t{shape.roots.x} * shape.roots.y * shape.roots.z;
     View<Offsets> count;
-    if (tops > 0) {
-      out.nodes = nodes_[levels].resize(backend_, tops);
-      out.sums = sums_[levels % 2].resize(backend_, tops);
+    if (roots > 0) {
+      out.nodes = nodes_[levels].resize(backend_, roots);
+      out.sums = sums_[levels % 2].resize(backend_, roots);
       count = {&totals_view_[static_cast<std::int64_t>(levels)], 1};
     }
-    if constexpr (!F::kEnds) {
+    if constexpr (!F::kCompactSupport) {
       scale.length = length_of(balls);
-      if (tops > 0) out.far = far_[levels % 2].resize(backend_, tops);
+      if (roots > 0) out.far = far_[levels % 2].resize(backend_, roots);
       out.length = scale.length;
     }
-    backend_.for_each(std::max(n, tops),
-                      PrepareBalls<F>{raw, out.balls, out.everyone, scale, shape.tops, out.nodes,
+    backend_.for_each(std::max(n, roots),
+                      PrepareBalls<F>{raw, out.balls, out.all_balls, scale, shape.roots, out.nodes,
                                       out.sums, count, out.far},
                       "prepare");
     return out;
@@ -331,17 +337,18 @@ class Extraction final : public SurfaceExtractor {
   }
 
   template <class F, int kMaps>
-  void blend_field(const std::vector<Ball>& balls, const std::vector<Carried>& carried,
-                   const std::vector<Vec3>& points, const ExtractSettings& settings,
-                   std::vector<CarriedValues>& values) {
-    using Blend = BlendShares<F, V, kMaps>;
+  void interpolate_field(const std::vector<Ball>& balls, const std::vector<BallAttribute>& carried,
+                         const std::vector<Vec3>& points, const ExtractSettings& settings,
+                         std::vector<AttributeValues>& values) {
+    using Blend = InterpolateAttributes<F, V, kMaps>;
     const BallViews<F> in = prepare<F>(balls, settings);
     const auto n = static_cast<std::int64_t>(points.size());
     const Offsets runs = {(n + Blend::kRun - 1) / Blend::kRun, 0};
-    const View<Offsets> count = totals_.resize(backend_, kMostLevels + 1);
-    const View<Carried> from = carried_.resize(backend_, static_cast<std::int64_t>(carried.size()));
+    const View<Offsets> count = totals_.resize(backend_, kMaxLevels + 1);
+    const View<BallAttribute> from =
+        carried_.resize(backend_, static_cast<std::int64_t>(carried.size()));
     const View<Vec3> at = sample_points_.resize(backend_, n);
-    const View<CarriedValues> out = carried_values_.resize(backend_, kMaps * n);
+    const View<AttributeValues> out = carried_values_.resize(backend_, kMaps * n);
     backend_.upload(View<Offsets>{count.data, 1}, &runs);
     backend_.upload(from, carried.data());
     backend_.upload(at, points.data());
@@ -353,7 +360,7 @@ class Extraction final : public SurfaceExtractor {
   template <class F>
   void extract_field(const std::vector<Ball>& balls, const Grid& grid,
                      const ExtractSettings& settings, Mesh& mesh) {
-    const TreeShape shape = tree_shape(grid, B::kManyTops && F::kEnds);
+    const TreeShape shape = tree_shape(grid, B::kManyRoots && F::kCompactSupport);
     extract_bricks(grid, settings, mesh, [&](View<BrickTable> table) {
       const BallViews<F> in = prepare<F>(balls, settings, shape);
       BrickViews bricks = find_bricks<F>(in, shape, grid, settings);
@@ -364,7 +371,7 @@ class Extraction final : public SurfaceExtractor {
 
   void extract_morph(const MorphSurface& between, const Grid& grid, const ExtractSettings& settings,
                      Mesh& mesh) {
-    const TreeShape shape = tree_shape(grid, B::kManyTops);
+    const TreeShape shape = tree_shape(grid, B::kManyRoots);
     const MorphField field = {smooth_map(between.map),    distance_field(between.from),
                               distance_field(between.to), between.from_scale,
                               between.to_scale,           between.level};
@@ -380,7 +387,7 @@ class Extraction final : public SurfaceExtractor {
     extract_bricks(grid, at, mesh, [&](View<BrickTable> table) {
       BrickViews bricks = find_morph_bricks(shape, classify);
       fit_bricks(grid, bricks);
-      backend_.for_teams(bricks.count, bricks.room,
+      backend_.for_teams(bricks.count, bricks.capacity,
                          SampleMorph{counting(grid, at, table, bricks, -grid.cell), field},
                          "sample");
       return std::make_pair(bricks, MorphVertices{{field, 1 / grid.cell}});
@@ -393,16 +400,16 @@ class Extraction final : public SurfaceExtractor {
   void extract_bricks(const Grid& grid, const ExtractSettings& settings, Mesh& mesh,
                       const Find& find) {
     const View<BrickTable> table = table_view();
-    totals_view_ = totals_.resize(backend_, kMostLevels + 1);
-    Offsets totals[kMostLevels + 1];
+    totals_view_ = totals_.resize(backend_, kMaxLevels + 1);
+    Offsets totals[kMaxLevels + 1];
     View<Vec3> positions, normals;
     View<Triangle> triangles;
     do {
       const auto found = find(table);
       const BrickViews& bricks = found.first;
-      const Offsets* total = &totals_view_[kMostLevels];
-      backend_.scan({bricks.counts.data, bricks.room}, bricks.count, bricks.first,
-                    &totals_view_[kMostLevels], "number");
+      const Offsets* total = &totals_view_[kMaxLevels];
+      backend_.scan({bricks.counts.data, bricks.capacity}, bricks.count, bricks.first,
+                    &totals_view_[kMaxLevels], "number");
       const std::int64_t guess = brick_guess(grid) * 100;
       positions = backend_.output(mesh.positions, positions_, &total->first, guess);
       normals = backend_.output(mesh.normals, normals_, &total->first, guess);
@@ -411,28 +418,28 @@ class Extraction final : public SurfaceExtractor {
         const EmitCubes emit = {grid,        bricks.nodes,  bricks.inside,
                                 bricks.rows, bricks.counts, bricks.first,
                                 positions,   normals,       triangles};
-        backend_.for_teams(bricks.count, bricks.room, emit, "triangles");
+        backend_.for_teams(bricks.count, bricks.capacity, emit, "triangles");
       } else {
         place_vertices(found.second, grid, settings, bricks, positions, normals);
-        const EmitTriangles emit = {table,         bricks.tree,  bricks.inside, bricks.rows,
-                                    bricks.counts, bricks.first, bricks.room,   triangles};
-        backend_.for_teams(bricks.count, bricks.room, emit, "triangles");
+        const EmitTriangles emit = {table,         bricks.tree,  bricks.inside,   bricks.rows,
+                                    bricks.counts, bricks.first, bricks.capacity, triangles};
+        backend_.for_teams(bricks.count, bricks.capacity, emit, "triangles");
       }
     } while (!backend_.everything_fitted(totals_view_, totals));
-    const Offsets sizes = totals[kMostLevels];
+    const Offsets sizes = totals[kMaxLevels];
     if (sizes.first >= std::numeric_limits<std::uint32_t>::max()) {
       throw ExtractFailure{{ExtractCode::kBadInput,
                             "the surface would have " + std::to_string(sizes.first) +
                                 " vertices (more than 32-bit indices reach), use a coarser grid"}};
     }
-    if (!settings.deliver) return;
-    backend_.deliver(mesh.positions, positions, sizes.first);
+    if (!settings.download) return;
+    backend_.download(mesh.positions, positions, sizes.first);
     if (settings.flat) {
       mesh.normals.clear();
     } else {
-      backend_.deliver(mesh.normals, normals, sizes.first);
+      backend_.download(mesh.normals, normals, sizes.first);
     }
-    backend_.deliver(mesh.triangles, triangles, sizes.second);
+    backend_.download(mesh.triangles, triangles, sizes.second);
   }
 
   static Int3 divided(Int3 a, int by) {
@@ -441,16 +448,16 @@ class Extraction final : public SurfaceExtractor {
   /// Down from one top, or from up to 4^3 of them: a GPU takes no longer for the children of all
   /// than for those of one. Where balls never end, both begin alike: each level of polynomials
   /// rounds.
-  static TreeShape tree_shape(const Grid& grid, bool many_tops) {
+  static TreeShape tree_shape(const Grid& grid, bool many_roots) {
     const Int3 cells = {grid.points.x + 1, grid.points.y + 1, grid.points.z + 1};
     TreeShape out;
     out.levels = {{divided(cells, kBrickCells), kBrickCells}};
-    for (Int3 n = out.levels[0].nodes; n.x > kFan || n.y > kFan || n.z > kFan;
+    for (Int3 n = out.levels[0].nodes; n.x > kBranching || n.y > kBranching || n.z > kBranching;
          n = out.levels.back().nodes) {
-      out.levels.push_back({divided(n, kFan), out.levels.back().cells * kFan});
+      out.levels.push_back({divided(n, kBranching), out.levels.back().cells * kBranching});
     }
-    if (many_tops && out.levels.size() > 1) {
-      out.tops = out.levels.back().nodes;
+    if (many_roots && out.levels.size() > 1) {
+      out.roots = out.levels.back().nodes;
       out.levels.pop_back();
     }
     return out;
@@ -458,7 +465,7 @@ class Extraction final : public SurfaceExtractor {
 
   /// Cells around a brick in which the points lie that its values come from.
   static int margin_of(const ExtractSettings& settings) {
-    return settings.influence > 1 ? settings.influence : 0;
+    return settings.sample_stride > 1 ? settings.sample_stride : 0;
   }
 
   /// Bricks that a smooth body filling the grid would have: where a backend's memory begins.
@@ -479,11 +486,11 @@ class Extraction final : public SurfaceExtractor {
     }
     BrickViews out;
     out.tree.levels = static_cast<int>(levels.size());
-    out.tree.tops = shape.tops;
+    out.tree.roots = shape.roots;
     View<Node> parents = in.nodes;
     View<Counts> sums = in.sums;
     View<FarField> far = in.far;
-    View<std::uint32_t> entries = in.everyone;
+    View<std::uint32_t> entries = in.all_balls;
     std::int64_t guess = brick_guess(grid);
     for (std::size_t l = 1; l < levels.size(); ++l) guess = guess / 8 + kChildren;
     for (std::size_t l = levels.size(); l-- > 0; guess *= 8) {
@@ -494,28 +501,28 @@ class Extraction final : public SurfaceExtractor {
           child_entries_.fit(backend_, count, kChildren, guess / 4 + 1);
       const View<Offsets> first = first_.fit(backend_, count, 1, guess / 4 + 1);
       // One pass may have more room than the next; none goes beyond what all have.
-      std::int64_t room =
+      std::int64_t capacity =
           std::min({parents.size, sums.size, child_entries.size / kChildren, first.size});
-      if constexpr (!F::kEnds) room = std::min(room, far.size);
-      backend_.for_teams(count, room,
+      if constexpr (!F::kCompactSupport) capacity = std::min(capacity, far.size);
+      backend_.for_teams(count, capacity,
                          ClassifyChildren<F>{grid, settings.iso, levels[l], parents, entries,
                                              in.balls, child_entries, sums, far},
                          "bricks", B::Team::kParts);
-      backend_.scan({sums.data, room}, count, first, &totals_view_[number], "bricks");
+      backend_.scan({sums.data, capacity}, count, first, &totals_view_[number], "bricks");
       const View<Node> nodes = nodes_[l].fit(backend_, &total->first, 1, guess);
       View<Counts> node_sums;
       if (l > 0) node_sums = sums_[l % 2].fit(backend_, &total->first, 1, guess);
       const View<std::uint32_t> node_entries =
           entries_[l % 2].fit(backend_, &total->second, 1, 48 * guess);
-      backend_.for_teams(count, room,
+      backend_.for_teams(count, capacity,
                          FillChildren<F>{grid, levels[l], parents, entries, in.balls, child_entries,
                                          first, nodes, node_sums, node_entries},
                          "bricks", B::Team::kParts);
-      if constexpr (!F::kEnds) {
+      if constexpr (!F::kCompactSupport) {
         const View<FarField> node_far = far_[l % 2].fit(backend_, &total->first, 1, guess);
         backend_.for_teams(
             &total->first, std::min(nodes.size, node_far.size),
-            ExpandFar<F>{grid, levels[l], parents, nodes, entries, in.balls, far, node_far},
+            ExpandFarField<F>{grid, levels[l], parents, nodes, entries, in.balls, far, node_far},
             "bricks");
         far = node_far;
       }
@@ -540,7 +547,7 @@ class Extraction final : public SurfaceExtractor {
     bricks.rows = rows_.fit(backend_, bricks.count, kRows, guess);
     bricks.counts = brick_counts_.fit(backend_, bricks.count, 1, guess);
     bricks.first = brick_first_.fit(backend_, bricks.count, 1, guess);
-    bricks.room =
+    bricks.capacity =
         std::min({bricks.nodes.size, bricks.values.size / kBrickValues, bricks.inside.size / kLines,
                   bricks.rows.size / kRows, bricks.counts.size, bricks.first.size});
   }
@@ -565,10 +572,10 @@ class Extraction final : public SurfaceExtractor {
   void count_bricks(const BallViews<F>& in, const Grid& grid, const ExtractSettings& settings,
                     View<BrickTable> table, BrickViews& bricks) {
     fit_bricks(grid, bricks);
-    if constexpr (!F::kEnds) bricks.room = std::min(bricks.room, bricks.far.size);
+    if constexpr (!F::kCompactSupport) bricks.capacity = std::min(bricks.capacity, bricks.far.size);
     backend_.for_teams(
-        bricks.count, bricks.room,
-        SampleBricks<F>{counting(grid, settings, table, bricks, 0), settings.influence,
+        bricks.count, bricks.capacity,
+        SampleBricks<F>{counting(grid, settings, table, bricks, 0), settings.sample_stride,
                         bricks.entries, in.balls, bricks.far, in.all()},
         "sample");
   }
@@ -585,7 +592,7 @@ class Extraction final : public SurfaceExtractor {
     source.entries = bricks.entries;
     source.balls = in.balls;
     source.far = bricks.far;
-    source.everyone = in.all();
+    source.all_balls = in.all();
     return source;
   }
 
@@ -595,7 +602,7 @@ class Extraction final : public SurfaceExtractor {
     PlaceVertices<Source> place;
     place.grid = grid;
     place.iso = settings.iso;
-    place.refine_steps = settings.influence > 1 ? 0 : settings.refine_steps;
+    place.refine_steps = settings.sample_stride > 1 ? 0 : settings.refine_steps;
     place.midpoint = settings.placement == Placement::kMidpoint;
     place.source = source;
     place.bricks = bricks.nodes;
@@ -605,7 +612,7 @@ class Extraction final : public SurfaceExtractor {
     place.first = bricks.first;
     place.positions = positions;
     place.normals = normals;
-    backend_.for_teams(bricks.count, bricks.room, place, "vertices");
+    backend_.for_teams(bricks.count, bricks.capacity, place, "vertices");
   }
 
   /// Walks the tree from its tops to the bricks, as find_bricks() does.
@@ -614,12 +621,12 @@ class Extraction final : public SurfaceExtractor {
     const Grid& grid = classify.grid;
     BrickViews out;
     out.tree.levels = static_cast<int>(levels.size());
-    out.tree.tops = shape.tops;
-    const std::int64_t tops = std::int64_t{shape.tops.x} * shape.tops.y * shape.tops.z;
-    View<Node> parents = nodes_[levels.size()].resize(backend_, tops);
-    View<Counts> sums = sums_[levels.size() % 2].resize(backend_, tops);
-    backend_.for_each(tops,
-                      PrepareMorph{shape.tops,
+    out.tree.roots = shape.roots;
+    const std::int64_t roots = std::int64_t{shape.roots.x} * shape.roots.y * shape.roots.z;
+    View<Node> parents = nodes_[levels.size()].resize(backend_, roots);
+    View<Counts> sums = sums_[levels.size() % 2].resize(backend_, roots);
+    backend_.for_each(roots,
+                      PrepareMorph{shape.roots,
                                    parents,
                                    sums,
                                    {&totals_view_[static_cast<std::int64_t>(levels.size())], 1}},
@@ -631,16 +638,16 @@ class Extraction final : public SurfaceExtractor {
       const std::int64_t* count = &totals_view_[number + 1].first;
       const Offsets* total = &totals_view_[number];
       const View<Offsets> first = first_.fit(backend_, count, 1, guess / 4 + 1);
-      const std::int64_t room = std::min({parents.size, sums.size, first.size});
+      const std::int64_t capacity = std::min({parents.size, sums.size, first.size});
       classify.level = levels[l];
       classify.parents = parents;
       classify.sums = sums;
-      backend_.for_teams(count, room, classify, "bricks", B::Team::kParts);
-      backend_.scan({sums.data, room}, count, first, &totals_view_[number], "bricks");
+      backend_.for_teams(count, capacity, classify, "bricks", B::Team::kParts);
+      backend_.scan({sums.data, capacity}, count, first, &totals_view_[number], "bricks");
       const View<Node> nodes = nodes_[l].fit(backend_, &total->first, 1, guess);
       View<Counts> node_sums;
       if (l > 0) node_sums = sums_[l % 2].fit(backend_, &total->first, 1, guess);
-      backend_.for_teams(count, room, FillMorph{parents, first, nodes, node_sums}, "bricks");
+      backend_.for_teams(count, capacity, FillMorph{parents, first, nodes, node_sums}, "bricks");
       out.tree.nodes[l + 1] = parents;
       parents = nodes;
       sums = node_sums;
@@ -653,9 +660,9 @@ class Extraction final : public SurfaceExtractor {
 
   /// The largest factor by which a map stretches: all of them are turns and growths.
   static float norm_of(const AffineMap& map) {
-    float most_of = 0;
-    for (const Vec3 row : map.rows) most_of = std::max(most_of, length(row));
-    return most_of;
+    float largest = 0;
+    for (const Vec3 row : map.rows) largest = std::max(largest, length(row));
+    return largest;
   }
 
   /// The regression's nodes, made where they are not known yet.
@@ -663,11 +670,11 @@ class Extraction final : public SurfaceExtractor {
     const Int3 n = regression->lattice.points;
     const std::int64_t nodes = std::int64_t{n.x} * n.y * n.z;
     const View<float> coefficients = lattice_nodes_.resize(backend_, kRegressionValues * nodes);
-    if (regression != held_regression_) {
-      held_regression_.reset();
+    if (regression != uploaded_regression_) {
+      uploaded_regression_.reset();
       const std::size_t count = regression->samples.size();
       std::vector<KernelSample> samples(count);
-      std::vector<Carried> values(2 * count);
+      std::vector<BallAttribute> values(2 * count);
       for (std::size_t e = 0; e < count; ++e) {
         const RegressionSample& sample = regression->samples[e];
         const float wide = 4 * sample.deviation;
@@ -682,7 +689,7 @@ class Extraction final : public SurfaceExtractor {
       }
       const auto size = static_cast<std::int64_t>(count);
       const View<KernelSample> from = kernel_samples_.resize(backend_, size);
-      const View<Carried> carried = carried_.resize(backend_, 2 * size);
+      const View<BallAttribute> carried = carried_.resize(backend_, 2 * size);
       backend_.upload(from, samples.data());
       backend_.upload(carried, values.data());
       const Offsets runs = {(nodes + RegressNodes::kNodes - 1) / RegressNodes::kNodes, 0};
@@ -692,7 +699,7 @@ class Extraction final : public SurfaceExtractor {
           &number[0].first, runs.first,
           RegressNodes{regression->lattice, from, carried, regression->sloped, coefficients},
           "regress");
-      held_regression_ = regression;
+      uploaded_regression_ = regression;
     }
     return SmoothMap(*regression, coefficients.data);
   }
@@ -726,16 +733,18 @@ class Extraction final : public SurfaceExtractor {
   /// The object's distances where the passes run; those of the last few objects stay there.
   DistanceField distance_field(const std::shared_ptr<const DistanceGrid>& object) {
     if constexpr (B::kHostMemory) return DistanceField(object->grid, object->values.data());
-    for (auto& held : held_distances_) {
-      if (held->object == object) return DistanceField(object->grid, held->values.data);
+    for (auto& uploaded : uploaded_distances_) {
+      if (uploaded->object == object) return DistanceField(object->grid, uploaded->values.data);
     }
-    if (held_distances_.size() >= kMostObjects) held_distances_.erase(held_distances_.begin());
-    auto held = std::make_unique<HeldDistances>();
-    held->object = object;
-    held->values = held->buffer.resize(backend_, static_cast<std::int64_t>(object->values.size()));
-    backend_.upload(held->values, object->values.data());
-    held_distances_.push_back(std::move(held));
-    return DistanceField(object->grid, held_distances_.back()->values.data);
+    if (uploaded_distances_.size() >= kMaxObjects)
+      uploaded_distances_.erase(uploaded_distances_.begin());
+    auto uploaded = std::make_unique<UploadedDistances>();
+    uploaded->object = object;
+    uploaded->values =
+        uploaded->buffer.resize(backend_, static_cast<std::int64_t>(object->values.size()));
+    backend_.upload(uploaded->values, object->values.data());
+    uploaded_distances_.push_back(std::move(uploaded));
+    return DistanceField(object->grid, uploaded_distances_.back()->values.data);
   }
 
   View<BrickTable> table_view() {
@@ -746,40 +755,40 @@ class Extraction final : public SurfaceExtractor {
   }
 
   B backend_;
-  std::size_t most_memory_ = 0;
+  std::size_t max_memory_ = 0;
   bool table_ready_ = false;
   Buffer<BrickTable> table_;
   Buffer<BallPath> paths_;
   Buffer<PathPart> parts_;
   Buffer<PartPlace> places_;
   Buffer<float> eased_;
-  std::shared_ptr<const BallPaths> held_paths_;  ///< what paths_ and parts_ hold
+  std::shared_ptr<const BallPaths> uploaded_paths_;  ///< what paths_ and parts_ hold
   Buffer<Ball> raw_balls_;
-  std::vector<Ball> held_balls_;  ///< what raw_balls_ holds; empty: nothing known
+  std::vector<Ball> uploaded_balls_;  ///< what raw_balls_ holds; empty: nothing known
   Buffer<RoundBall> round_balls_;
   Buffer<EllipsoidBall> ellipsoids_;
-  Buffer<std::uint32_t> everyone_;
+  Buffer<std::uint32_t> all_balls_;
   Buffer<Vec3> sample_points_;
   Buffer<float> sample_values_;
-  Buffer<Carried> carried_;
+  Buffer<BallAttribute> carried_;
   Buffer<KernelSample> kernel_samples_;
   Buffer<float> lattice_nodes_;
   Buffer<Vec3> strain_;
   Buffer<Offsets> regress_count_;
-  std::shared_ptr<const Regression> held_regression_;  ///< what lattice_nodes_ holds
+  std::shared_ptr<const Regression> uploaded_regression_;  ///< what lattice_nodes_ holds
   /// Objects whose distances stay on a device: several actors take turns.
-  static constexpr std::size_t kMostObjects = 8;
-  struct HeldDistances {
+  static constexpr std::size_t kMaxObjects = 8;
+  struct UploadedDistances {
     std::shared_ptr<const DistanceGrid> object;
     Buffer<float> buffer;
     View<float> values;
   };
-  std::vector<std::unique_ptr<HeldDistances>> held_distances_;
-  Buffer<CarriedValues> carried_values_;
-  /// [level]: nodes and entries, or what stands at [kMostLevels]: vertices and triangles.
+  std::vector<std::unique_ptr<UploadedDistances>> uploaded_distances_;
+  Buffer<AttributeValues> carried_values_;
+  /// [level]: nodes and entries, or what stands at [kMaxLevels]: vertices and triangles.
   Buffer<Offsets> totals_;
   View<Offsets> totals_view_;
-  Buffer<Node> nodes_[kMostLevels];
+  Buffer<Node> nodes_[kMaxLevels];
   Buffer<std::uint32_t> entries_[2];  ///< of even and of odd levels, as are:
   Buffer<FarField> far_[2];
   Buffer<Counts> sums_[2];

@@ -33,10 +33,10 @@ struct ExtractSettings {
   bool flat = false;
   /// Cells between the points at which the field is computed; it is interpolated linearly between
   /// them (the report's influence resolution, 5.2.3.1). Above 1, vertices are not refined. 1..16.
-  int influence = 1;
+  int sample_stride = 1;
   /// False: the mesh stays on the device and is lost with the next call; for measuring. The CPU
   /// backend, which writes straight into the mesh, delivers it anyway.
-  bool deliver = true;
+  bool download = true;
 };
 
 enum class ExtractCode : std::uint8_t {
@@ -83,13 +83,13 @@ class SurfaceExtractor {
                                const ExtractSettings& settings, std::vector<float>& values) = 0;
 
   /// Moves the balls to a moment of their paths: `balls` gets them (as many as paths), and they
-  /// stay where the surface is made, so that the next extract(), sample() or blend() of the same
-  /// balls need not bring them there. So do the paths: call with the same object frame by frame.
-  /// `own`: each ball's eased time, or empty where they share the moment's. kBadInput: `own` of
-  /// another size, a part that is not there.
-  virtual ExtractStatus step(const std::shared_ptr<const BallPaths>& paths,
-                             const PathMoment& moment, const std::vector<float>& own,
-                             std::vector<Ball>& balls) = 0;
+  /// stay where the surface is made, so that the next extract(), sample() or
+  /// interpolate_attributes() of the same balls need not bring them there. So do the paths: call
+  /// with the same object frame by frame. `eased_times`: each ball's eased time, or empty where
+  /// they share the moment's. kBadInput: `eased_times` of another size, a part that is not there.
+  virtual ExtractStatus move_balls(const std::shared_ptr<const BallPaths>& paths,
+                                   const MotionState& moment, const std::vector<float>& eased_times,
+                                   std::vector<Ball>& balls) = 0;
 
   /// What the balls carry to arbitrary points: the mean of their values there, weighted by each
   /// ball's share of the field (docs/method.md, Colour); balls with less than 1e-4 of the
@@ -97,9 +97,11 @@ class SurfaceExtractor {
   /// `carried`: one or two for each ball, ball by ball; `values` is resized to as many for each
   /// point. Fastest where neighbours stand together in `points`, as a mesh's vertices do. Of the
   /// settings only `field` matters. kBadInput as extract(), and where `carried` is of another size.
-  virtual ExtractStatus blend(const std::vector<Ball>& balls, const std::vector<Carried>& carried,
-                              const std::vector<Vec3>& points, const ExtractSettings& settings,
-                              std::vector<CarriedValues>& values) = 0;
+  virtual ExtractStatus interpolate_attributes(const std::vector<Ball>& balls,
+                                               const std::vector<BallAttribute>& carried,
+                                               const std::vector<Vec3>& points,
+                                               const ExtractSettings& settings,
+                                               std::vector<AttributeValues>& values) = 0;
 
   /// The surface between two objects, where their mixed distance is its share of the level;
   /// otherwise as extract(). Of the settings `field`, `iso`, `cutoff` and `influence` do not
@@ -112,7 +114,7 @@ class SurfaceExtractor {
   /// samples, values of another size, a lattice of less than 4 nodes a side.
   virtual ExtractStatus regress(const std::shared_ptr<const Regression>& regression,
                                 const std::vector<Vec3>& points,
-                                std::vector<CarriedValues>& values) = 0;
+                                std::vector<AttributeValues>& values) = 0;
 
   /// Bytes that work buffers and mesh may take from now on, of the machine (CPU) or of the device;
   /// 0 = no limit. A call that needs more ends with kOutOfMemory.

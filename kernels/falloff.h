@@ -24,8 +24,8 @@ namespace polymorph {
 /// kInverseSquare counts distances in FieldScale::length, adds the first to their squares, so that
 /// a ball's centre has a finite, large value, and holds them below the second: products of four
 /// squares then stay within the normal floats, and four balls share a division.
-constexpr float kSmallestDistance2 = 1e-9f, kLargestDistance2 = 1e9f;
-constexpr int kFour = 4;
+constexpr float kMinDistance2 = 1e-9f, kMaxDistance2 = 1e9f;
+constexpr int kBatch = 4;
 
 /// What all balls of a set share.
 struct FieldScale {
@@ -43,11 +43,11 @@ struct QRange {
 /// The absolute value in [low, high] nearest to 0, and the one furthest from it.
 template <class V>
 PM_HD inline V nearest(V low, V high) {
-  return most(most(low, -high), same<V>(0.0f));
+  return max(max(low, -high), broadcast<V>(0.0f));
 }
 template <class V>
 PM_HD inline V furthest(V low, V high) {
-  return most(high, -low);
+  return max(high, -low);
 }
 
 template <class V>
@@ -55,9 +55,8 @@ PM_HD inline QRange<V> q_range(V low_x, V high_x, V low_y, V high_y, V low_z, V 
                                float base) {
   const V nx = nearest(low_x, high_x), ny = nearest(low_y, high_y), nz = nearest(low_z, high_z);
   const V fx = furthest(low_x, high_x), fy = furthest(low_y, high_y), fz = furthest(low_z, high_z);
-  const V b = same<V>(base);
-  return {fused(nx, nx, fused(ny, ny, fused(nz, nz, b))),
-          fused(fx, fx, fused(fy, fy, fused(fz, fz, b)))};
+  const V b = broadcast<V>(base);
+  return {fma(nx, nx, fma(ny, ny, fma(nz, nz, b))), fma(fx, fx, fma(fy, fy, fma(fz, fz, b)))};
 }
 
 /// A round ball with its constants folded; 32 bytes: one aligned load.
@@ -65,28 +64,28 @@ struct alignas(32) RoundBall {
   float x = 0, y = 0, z = 0;
   float scale = 1;  ///< u = scale (point - center)
   float base = 0, limit = 0;
-  float w = 0;     ///< kGaussian: unused
-  float rise = 1;  ///< scale^2
+  float w = 0;              ///< kGaussian: unused
+  float scale_squared = 1;  ///< scale^2
 
   template <class V>
   PM_HD V q(V px, V py, V pz) const {
     const V ux = scale * (px - x), uy = scale * (py - y), uz = scale * (pz - z);
-    return fused(ux, ux, fused(uy, uy, fused(uz, uz, same<V>(base))));
+    return fma(ux, ux, fma(uy, uy, fma(uz, uz, broadcast<V>(base))));
   }
   /// q of N rows of points that share x and z: what a row shares is computed once.
   template <class V, int N>
   PM_HD void q_rows(V px, const float (&py)[N], float pz, V (&out)[N]) const {
     const V ux = scale * (px - x);
-    const float uz = scale * (pz - z), q0 = fused(uz, uz, base);
+    const float uz = scale * (pz - z), q0 = fma(uz, uz, base);
     for (int r = 0; r < N; ++r) {
       const float uy = scale * (py[r] - y);
-      out[r] = fused(ux, ux, same<V>(fused(uy, uy, q0)));
+      out[r] = fma(ux, ux, broadcast<V>(fma(uy, uy, q0)));
     }
   }
   /// Half the gradient of q.
   template <class V>
-  PM_HD void q_rise(V px, V py, V pz, V& gx, V& gy, V& gz) const {
-    gx = rise * (px - x), gy = rise * (py - y), gz = rise * (pz - z);
+  PM_HD void half_gradient_of_q(V px, V py, V pz, V& gx, V& gy, V& gz) const {
+    gx = scale_squared * (px - x), gy = scale_squared * (py - y), gz = scale_squared * (pz - z);
   }
   template <class V>
   PM_HD QRange<V> range(V lx, V hx, V ly, V hy, V lz, V hz) const {
@@ -106,25 +105,25 @@ struct alignas(16) EllipsoidBall {
   PM_HD V q(V px, V py, V pz) const {
     const V dx = px - x, dy = py - y, dz = pz - z;
     const V ux = along_x(dx, dy, dz), uy = along_y(dy, dz), uz = zz * dz;
-    return fused(ux, ux, fused(uy, uy, fused(uz, uz, same<V>(base))));
+    return fma(ux, ux, fma(uy, uy, fma(uz, uz, broadcast<V>(base))));
   }
   template <class V, int N>
   PM_HD void q_rows(V px, const float (&py)[N], float pz, V (&out)[N]) const {
     const V dx = px - x;
-    const float dz = pz - z, uz = zz * dz, q0 = fused(uz, uz, base);
+    const float dz = pz - z, uz = zz * dz, q0 = fma(uz, uz, base);
     for (int r = 0; r < N; ++r) {
-      const float dy = py[r] - y, uy = fused(yy, dy, yz * dz);
-      const V ux = fused(same<V>(xx), dx, same<V>(fused(xy, dy, xz * dz)));
-      out[r] = fused(ux, ux, same<V>(fused(uy, uy, q0)));
+      const float dy = py[r] - y, uy = fma(yy, dy, yz * dz);
+      const V ux = fma(broadcast<V>(xx), dx, broadcast<V>(fma(xy, dy, xz * dz)));
+      out[r] = fma(ux, ux, broadcast<V>(fma(uy, uy, q0)));
     }
   }
   template <class V>
-  PM_HD void q_rise(V px, V py, V pz, V& gx, V& gy, V& gz) const {
+  PM_HD void half_gradient_of_q(V px, V py, V pz, V& gx, V& gy, V& gz) const {
     const V dx = px - x, dy = py - y, dz = pz - z;
     const V ux = along_x(dx, dy, dz), uy = along_y(dy, dz), uz = zz * dz;
     gx = xx * ux;
-    gy = fused(same<V>(yy), uy, xy * ux);
-    gz = fused(same<V>(zz), uz, fused(same<V>(yz), uy, xz * ux));
+    gy = fma(broadcast<V>(yy), uy, xy * ux);
+    gz = fma(broadcast<V>(zz), uz, fma(broadcast<V>(yz), uy, xz * ux));
   }
   template <class V>
   PM_HD QRange<V> range(V lx, V hx, V ly, V hy, V lz, V hz) const {
@@ -138,17 +137,17 @@ struct alignas(16) EllipsoidBall {
 
   template <class V>
   PM_HD V along_x(V dx, V dy, V dz) const {
-    return fused(same<V>(xx), dx, fused(same<V>(xy), dy, xz * dz));
+    return fma(broadcast<V>(xx), dx, fma(broadcast<V>(xy), dy, xz * dz));
   }
   template <class V>
   PM_HD V along_y(V dy, V dz) const {
-    return fused(same<V>(yy), dy, yz * dz);
+    return fma(broadcast<V>(yy), dy, yz * dz);
   }
 };
 
 /// The least ratio of a pivot to its diagonal entry at which a shape counts as positive definite:
 /// some ten times the rounding of its entries. Axes may differ by a factor of 1000.
-constexpr double kLeastPivot = 1e-6;
+constexpr double kMinPivot = 1e-6;
 
 /// M of a symmetric matrix: its Cholesky factor (upper; matrix = M^T M). False where the matrix is
 /// not positive definite.
@@ -156,16 +155,16 @@ PM_HD inline bool factor(const Sym3& s, double by, double (&m)[6]) {
   const double xx = by * static_cast<double>(s.xx), yy = by * static_cast<double>(s.yy),
                zz = by * static_cast<double>(s.zz);
   if (!(xx > 0 && yy > 0 && zz > 0)) return false;
-  m[0] = square_root(xx);
+  m[0] = sqrt(xx);
   m[1] = by * static_cast<double>(s.xy) / m[0];
   m[2] = by * static_cast<double>(s.xz) / m[0];
   const double y2 = yy - m[1] * m[1];
-  if (!(y2 > kLeastPivot * yy)) return false;
-  m[3] = square_root(y2);
+  if (!(y2 > kMinPivot * yy)) return false;
+  m[3] = sqrt(y2);
   m[4] = (by * static_cast<double>(s.yz) - m[1] * m[2]) / m[3];
   const double z2 = zz - m[2] * m[2] - m[4] * m[4];
-  if (!(z2 > kLeastPivot * zz)) return false;
-  m[5] = square_root(z2);
+  if (!(z2 > kMinPivot * zz)) return false;
+  m[5] = sqrt(z2);
   return true;
 }
 
@@ -173,15 +172,15 @@ PM_HD inline bool factor(const Sym3& s, double by, double (&m)[6]) {
 /// |w|. So is one held at the largest distance, which makes a kink that no polynomial follows.
 template <class V>
 PM_HD inline auto is_near(V w, QRange<V> q, float reach) {
-  return (q.near * (q.near * q.near) <= reach * most(w, -w)) | (q.far >= kLargestDistance2);
+  return (q.near * (q.near * q.near) <= reach * max(w, -w)) | (q.far >= kMaxDistance2);
 }
 
 /// One axis' share of a ball's value where the field splits: u^2 along it, or its sum with base.
-/// Within the ball's reach u^2 <= kLargestFactor (prepare_ball); beyond, the share counts nowhere.
-constexpr float kLargestFactor = 125.0f;
+/// Within the ball's reach u^2 <= kMaxFactor (prepare_ball); beyond, the share counts nowhere.
+constexpr float kMaxFactor = 125.0f;
 template <class V>
 PM_HD inline V factor_of(V u2) {
-  return power_of_two(-least(u2, same<V>(kLargestFactor)));
+  return exp2(-min(u2, broadcast<V>(kMaxFactor)));
 }
 
 /// One field function over balls of one form: what extract() is compiled for.
@@ -190,51 +189,51 @@ struct Field {
   using Ball = BallType;
   static constexpr FieldKind kKind = kKindOf;
   /// Balls end somewhere. Where they do not, distant ones are summed by far_field.h, and sums take
-  /// four balls at a time (sum_of_four).
-  static constexpr bool kEnds = kKind != FieldKind::kInverseSquare;
+  /// four balls at a time (sum_of_batch).
+  static constexpr bool kCompactSupport = kKind != FieldKind::kInverseSquare;
   /// A contribution is a product of three numbers, one an axis: on a grid they are shared.
-  static constexpr bool kSplits =
+  static constexpr bool kSeparable =
       kKind == FieldKind::kGaussian && std::is_same<Ball, RoundBall>::value;
 
   /// Whether a ball belongs in the list of a node over whose box its coordinate has the range q.
   template <class V>
   PM_HD static auto reaches(const Ball& ball, QRange<V> q, float reach) {
-    if constexpr (kEnds) {
+    if constexpr (kCompactSupport) {
       return q.near <= ball.limit;
     } else {
-      return is_near(same<V>(ball.w), q, reach);
+      return is_near(broadcast<V>(ball.w), q, reach);
     }
   }
 
   /// What a ball contributes where its coordinate is q.
   template <class V>
   PM_HD static V value(const Ball& ball, V q) {
-    if (kKind == FieldKind::kGaussian) return kept_if(q <= ball.limit, power_of_two(-q));
+    if (kKind == FieldKind::kGaussian) return zero_unless(q <= ball.limit, exp2(-q));
     if (kKind == FieldKind::kWyvill) {
       const V rest = 1.0f - q;
-      return kept_if(q <= ball.limit,
-                     (ball.w * (rest * rest)) * fused(same<V>(-4.0f / 9.0f), q, same<V>(1.0f)));
+      return zero_unless(q <= ball.limit, (ball.w * (rest * rest)) * fma(broadcast<V>(-4.0f / 9.0f),
+                                                                         q, broadcast<V>(1.0f)));
     }
-    return ball.w / least(q, same<V>(kLargestDistance2));
+    return ball.w / min(q, broadcast<V>(kMaxDistance2));
   }
 
   /// - d value / dq, up to one positive factor common to all balls.
   template <class V>
-  PM_HD static V fall(const Ball& ball, V q) {
+  PM_HD static V negated_derivative(const Ball& ball, V q) {
     if (kKind == FieldKind::kGaussian) return value(ball, q);
     if (kKind == FieldKind::kWyvill) {
       // (1 - q) (22 - 12 q) / 9 is the derivative; the common 2 / 9 is left out.
-      return kept_if(q <= ball.limit,
-                     ball.w * ((1.0f - q) * fused(same<V>(-6.0f), q, same<V>(11.0f))));
+      return zero_unless(q <= ball.limit,
+                         ball.w * ((1.0f - q) * fma(broadcast<V>(-6.0f), q, broadcast<V>(11.0f))));
     }
-    const V held = least(q, same<V>(kLargestDistance2));
-    return ball.w / (held * held);
+    const V clamped = min(q, broadcast<V>(kMaxDistance2));
+    return ball.w / (clamped * clamped);
   }
 };
 
 PM_HD inline void set_matrix(RoundBall& ball, const Sym3&, double by) {
-  ball.scale = static_cast<float>(square_root(by));
-  ball.rise = static_cast<float>(by);
+  ball.scale = static_cast<float>(sqrt(by));
+  ball.scale_squared = static_cast<float>(by);
 }
 PM_HD inline void set_matrix(EllipsoidBall& ball, const Sym3& shape, double by) {
   double m[6] = {1, 0, 0, 1, 0, 1};
@@ -245,9 +244,9 @@ PM_HD inline void set_matrix(EllipsoidBall& ball, const Sym3& shape, double by) 
 }
 
 /// Four balls of a list from number j on; where it ends before, balls that add nothing.
-PM_HD inline void load_four(const RoundBall* balls, const std::uint32_t* list, std::uint32_t left,
-                            RoundBall (&out)[kFour]) {
-  for (std::uint32_t i = 0; i < kFour; ++i) {
+PM_HD inline void load_batch(const RoundBall* balls, const std::uint32_t* list, std::uint32_t left,
+                             RoundBall (&out)[kBatch]) {
+  for (std::uint32_t i = 0; i < kBatch; ++i) {
     RoundBall nothing;
     nothing.scale = 0, nothing.base = 1;
     out[i] = i < left ? balls[list[i]] : nothing;
@@ -256,10 +255,10 @@ PM_HD inline void load_four(const RoundBall* balls, const std::uint32_t* list, s
 
 /// w0 / q0 + w1 / q1 + w2 / q2 + w3 / q3 with one division.
 template <class BallType, class V>
-PM_HD inline V sum_of_four(const BallType (&b)[kFour], const V (&q)[kFour]) {
-  const V n01 = fused(same<V>(b[0].w), q[1], b[1].w * q[0]), d01 = q[0] * q[1];
-  const V n23 = fused(same<V>(b[2].w), q[3], b[3].w * q[2]), d23 = q[2] * q[3];
-  return fused(n01, d23, n23 * d01) / (d01 * d23);
+PM_HD inline V sum_of_batch(const BallType (&b)[kBatch], const V (&q)[kBatch]) {
+  const V n01 = fma(broadcast<V>(b[0].w), q[1], b[1].w * q[0]), d01 = q[0] * q[1];
+  const V n23 = fma(broadcast<V>(b[2].w), q[3], b[3].w * q[2]), d23 = q[2] * q[3];
+  return fma(n01, d23, n23 * d01) / (d01 * d23);
 }
 
 /// The sum with what a ball of a field that splits adds at a point: the bits of the grid's points.
@@ -267,9 +266,9 @@ template <class V>
 PM_HD inline V plus_product(V sum, const RoundBall& ball, V x, V y, V z) {
   const V ux = ball.scale * (x - ball.x), uy = ball.scale * (y - ball.y),
           uz = ball.scale * (z - ball.z);
-  const V along_x = factor_of(fused(ux, ux, same<V>(ball.base)));
-  return fused(kept_if(ball.q(x, y, z) <= ball.limit, along_x),
-               factor_of(uy * uy) * factor_of(uz * uz), sum);
+  const V along_x = factor_of(fma(ux, ux, broadcast<V>(ball.base)));
+  return fma(zero_unless(ball.q(x, y, z) <= ball.limit, along_x),
+             factor_of(uy * uy) * factor_of(uz * uz), sum);
 }
 
 /// kGaussian: base = -w log2(e), so that the contribution is 2^-q; it ends where that falls below
@@ -286,15 +285,15 @@ PM_HD inline typename F::Ball prepare_ball(const Ball& ball, FieldScale scale) {
   double by = 1;
   if (F::kKind == FieldKind::kGaussian) {
     by = static_cast<double>(ball.a) * kLog2E;
-    // Not so strong that one axis alone could leave the range of power_of_two() within reach.
-    const float strongest = least(kLargestExponent, kLargestFactor - 5 + scale.log2_floor);
-    out.base = -least(ball.w * static_cast<float>(kLog2E), strongest);
+    // Not so strong that one axis alone could leave the range of exp2() within reach.
+    const float strongest = min(kMaxExponent, kMaxFactor - 5 + scale.log2_floor);
+    out.base = -min(ball.w * static_cast<float>(kLog2E), strongest);
     out.limit = -scale.log2_floor;
   } else if (F::kKind == FieldKind::kWyvill) {
     by = static_cast<double>(ball.a);
     out.limit = 1;
   } else {
-    out.base = kSmallestDistance2;
+    out.base = kMinDistance2;
     out.limit = kInfinity;
     out.w = ball.w / (scale.length * scale.length);
     by = 1 / (static_cast<double>(scale.length) * static_cast<double>(scale.length));

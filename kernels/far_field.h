@@ -4,8 +4,9 @@
 //
 // Each level hands its polynomial to the next: a child takes its parent's values at points of its
 // own (a polynomial restricted to a smaller box is the same polynomial, so that costs rounding
-// only) and adds the balls of its parent's list that are distant from the smaller box (expand.h).
-// So each ball is in exactly one place for a brick: in an ancestor's polynomial or in the list.
+// only) and adds the balls of its parent's list that are distant from the smaller box
+// (expand_far_field.h). So each ball is in exactly one place for a brick: in an ancestor's
+// polynomial or in the list.
 //
 // How far the polynomial can be off: along an axis w / q has derivatives of order n of at most
 // n! (n + 1) |w| / q^(n / 2 + 1), since the expansion of 1 / q has Chebyshev polynomials of the
@@ -53,9 +54,9 @@ struct FarField {
   float value[kFarPoints];  ///< at the points, x first
   float error;              ///< bound of what the polynomial is off by anywhere in the box, and
   float rounding;           ///< of its rounding, which is far from ever reaching that
-  float bend;               ///< sum of 3 |w| / near^2: half a bound of second derivatives
-  float size;               ///< sum of |w| / near
-  float against;            ///< the same of the balls with w < 0 in the node's list
+  float second_derivative_bound;  ///< sum of 3 |w| / near^2: half a bound of second derivatives
+  float size;                     ///< sum of |w| / near
+  float negative_weight_bound;    ///< the same of the balls with w < 0 in the node's list
 };
 
 /// The box of a polynomial.
@@ -85,17 +86,17 @@ struct FarWeights {
   /// With the polynomials' derivatives.
   PM_HD FarWeights(V s, V (&slope)[kFarAlong]) : FarWeights(s) {
     const V outer = s * s - kFarInner2, inner = s * s - kFarOuter2, twice = s + s;
-    slope[0] = kByOuter * fused(twice, kFarOuter - s, -outer);
-    slope[1] = kByInner * fused(twice, s - kFarInner, inner);
-    slope[2] = kByInner * fused(twice, -kFarInner - s, -inner);
-    slope[3] = kByOuter * fused(twice, kFarOuter + s, outer);
+    slope[0] = kByOuter * fma(twice, kFarOuter - s, -outer);
+    slope[1] = kByInner * fma(twice, s - kFarInner, inner);
+    slope[2] = kByInner * fma(twice, -kFarInner - s, -inner);
+    slope[3] = kByOuter * fma(twice, kFarOuter + s, outer);
   }
 };
 
 template <class V>
 PM_HD inline V far_sum(const V (&weight)[kFarAlong], const float* value) {
   V sum = weight[0] * value[0];
-  for (int i = 1; i < kFarAlong; ++i) sum = fused(weight[i], same<V>(value[i]), sum);
+  for (int i = 1; i < kFarAlong; ++i) sum = fma(weight[i], broadcast<V>(value[i]), sum);
   return sum;
 }
 
@@ -103,13 +104,13 @@ PM_HD inline V far_sum(const V (&weight)[kFarAlong], const float* value) {
 template <class V>
 PM_HD inline V far_value(const float (&value)[kFarPoints], V x, V y, V z) {
   const FarWeights<V> wx(x), wy(y), wz(z);
-  V sum = same<V>(0.0f);
+  V sum = broadcast<V>(0.0f);
   for (int k = 0; k < kFarAlong; ++k) {
-    V plane = same<V>(0.0f);
+    V plane = broadcast<V>(0.0f);
     for (int j = 0; j < kFarAlong; ++j) {
-      plane = fused(wy.at[j], far_sum(wx.at, value + kFarAlong * (j + kFarAlong * k)), plane);
+      plane = fma(wy.at[j], far_sum(wx.at, value + kFarAlong * (j + kFarAlong * k)), plane);
     }
-    sum = fused(wz.at[k], plane, sum);
+    sum = fma(wz.at[k], plane, sum);
   }
   return sum;
 }
@@ -124,14 +125,14 @@ PM_HD inline void far_rows(const float (&value)[kFarPoints], const FarBox& box, 
   float plane[kPlane];
   for (int i = 0; i < kPlane; ++i) plane[i] = wz.at[0] * value[i];
   for (int k = 1; k < kFarAlong; ++k) {
-    for (int i = 0; i < kPlane; ++i) plane[i] = fused(wz.at[k], value[kPlane * k + i], plane[i]);
+    for (int i = 0; i < kPlane; ++i) plane[i] = fma(wz.at[k], value[kPlane * k + i], plane[i]);
   }
   V line[kFarAlong];
   for (int j = 0; j < kFarAlong; ++j) line[j] = far_sum(wx.at, plane + kFarAlong * j);
   for (int r = 0; r < N; ++r) {
     const FarWeights<float> wy(box.inverse.y * (y[r] - box.middle.y));
-    out[r] = same<V>(0.0f);
-    for (int j = 0; j < kFarAlong; ++j) out[r] = fused(same<V>(wy.at[j]), line[j], out[r]);
+    out[r] = broadcast<V>(0.0f);
+    for (int j = 0; j < kFarAlong; ++j) out[r] = fma(broadcast<V>(wy.at[j]), line[j], out[r]);
   }
 }
 
@@ -141,24 +142,24 @@ struct FarSlope {
   V value, x, y, z;
 
   PM_HD FarSlope(const float (&values)[kFarPoints], const FarBox& box, V px, V py, V pz)
-      : value(same<V>(0.0f)), x(value), y(value), z(value) {
+      : value(broadcast<V>(0.0f)), x(value), y(value), z(value) {
     V sx[kFarAlong], sy[kFarAlong], sz[kFarAlong];
     const FarWeights<V> wx(box.inverse.x * (px - box.middle.x), sx);
     const FarWeights<V> wy(box.inverse.y * (py - box.middle.y), sy);
     const FarWeights<V> wz(box.inverse.z * (pz - box.middle.z), sz);
     for (int k = 0; k < kFarAlong; ++k) {
-      V plane = same<V>(0.0f), along_x = plane, along_y = plane;
+      V plane = broadcast<V>(0.0f), along_x = plane, along_y = plane;
       for (int j = 0; j < kFarAlong; ++j) {
         const float* row = values + kFarAlong * (j + kFarAlong * k);
         const V sum = far_sum(wx.at, row);
-        plane = fused(wy.at[j], sum, plane);
-        along_x = fused(wy.at[j], far_sum(sx, row), along_x);
-        along_y = fused(sy[j], sum, along_y);
+        plane = fma(wy.at[j], sum, plane);
+        along_x = fma(wy.at[j], far_sum(sx, row), along_x);
+        along_y = fma(sy[j], sum, along_y);
       }
-      value = fused(wz.at[k], plane, value);
-      x = fused(wz.at[k], along_x, x);
-      y = fused(wz.at[k], along_y, y);
-      z = fused(sz[k], plane, z);
+      value = fma(wz.at[k], plane, value);
+      x = fma(wz.at[k], along_x, x);
+      y = fma(wz.at[k], along_y, y);
+      z = fma(sz[k], plane, z);
     }
     x = box.inverse.x * x, y = box.inverse.y * y, z = box.inverse.z * z;
   }

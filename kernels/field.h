@@ -33,22 +33,22 @@ struct Points {
 };
 
 template <class V>
-PM_HD inline void four_q(const RoundBall (&four)[kFour], const Points<V>& p, V (&q)[kFour]) {
-  for (int i = 0; i < kFour; ++i) {
-    q[i] = least(four[i].q(p.x, p.y, p.z), same<V>(kLargestDistance2));
+PM_HD inline void batch_q(const RoundBall (&batch)[kBatch], const Points<V>& p, V (&q)[kBatch]) {
+  for (int i = 0; i < kBatch; ++i) {
+    q[i] = min(batch[i].q(p.x, p.y, p.z), broadcast<V>(kMaxDistance2));
   }
 }
 
 template <class F, class V>
 PM_HD inline V field_at(const Points<V>& p, const typename F::Ball* balls, BallList list) {
-  V sum = same<V>(0.0f);
-  if constexpr (!F::kEnds) {
-    for (std::uint32_t j = 0; j < list.count; j += kFour) {
-      RoundBall four[kFour];
-      V q[kFour];
-      load_four(balls, list.indices + j, list.count - j, four);
-      four_q(four, p, q);
-      sum = sum + sum_of_four(four, q);
+  V sum = broadcast<V>(0.0f);
+  if constexpr (!F::kCompactSupport) {
+    for (std::uint32_t j = 0; j < list.count; j += kBatch) {
+      RoundBall batch[kBatch];
+      V q[kBatch];
+      load_batch(balls, list.indices + j, list.count - j, batch);
+      batch_q(batch, p, q);
+      sum = sum + sum_of_batch(batch, q);
     }
   } else {
     for (std::uint32_t j = 0; j < list.count; ++j) {
@@ -62,8 +62,8 @@ PM_HD inline V field_at(const Points<V>& p, const typename F::Ball* balls, BallL
 /// The same with the bits that the grid's points have (plus_product).
 template <class F, class V>
 PM_HD inline V grid_field_at(const Points<V>& p, const typename F::Ball* balls, BallList list) {
-  if constexpr (F::kSplits) {
-    V sum = same<V>(0.0f);
+  if constexpr (F::kSeparable) {
+    V sum = broadcast<V>(0.0f);
     for (std::uint32_t j = 0; j < list.count; ++j) {
       sum = plus_product(sum, balls[list.indices[j]], p.x, p.y, p.z);
     }
@@ -75,34 +75,34 @@ PM_HD inline V grid_field_at(const Points<V>& p, const typename F::Ball* balls, 
 
 /// -grad of the field up to a positive factor: outward at the surface.
 template <class F, class V>
-PM_HD inline Points<V> downhill_at(const Points<V>& p, const typename F::Ball* balls,
-                                   BallList list) {
-  Points<V> sum = {same<V>(0.0f), same<V>(0.0f), same<V>(0.0f)};
-  if constexpr (!F::kEnds) {
-    for (std::uint32_t j = 0; j < list.count; j += kFour) {
-      RoundBall four[kFour];
-      V q[kFour];
-      load_four(balls, list.indices + j, list.count - j, four);
-      four_q(four, p, q);
+PM_HD inline Points<V> negated_gradient_at(const Points<V>& p, const typename F::Ball* balls,
+                                           BallList list) {
+  Points<V> sum = {broadcast<V>(0.0f), broadcast<V>(0.0f), broadcast<V>(0.0f)};
+  if constexpr (!F::kCompactSupport) {
+    for (std::uint32_t j = 0; j < list.count; j += kBatch) {
+      RoundBall batch[kBatch];
+      V q[kBatch];
+      load_batch(balls, list.indices + j, list.count - j, batch);
+      batch_q(batch, p, q);
       const V d01 = q[0] * q[1], d23 = q[2] * q[3], both = 1.0f / (d01 * d23);
       const V a = d23 * both, b = d01 * both;
-      const V inverse[kFour] = {q[1] * a, q[0] * a, q[3] * b, q[2] * b};
-      for (int i = 0; i < kFour; ++i) {
-        const V fall = four[i].w * (inverse[i] * inverse[i]);
+      const V inverse[kBatch] = {q[1] * a, q[0] * a, q[3] * b, q[2] * b};
+      for (int i = 0; i < kBatch; ++i) {
+        const V negated_derivative = batch[i].w * (inverse[i] * inverse[i]);
         V x, y, z;
-        four[i].q_rise(p.x, p.y, p.z, x, y, z);
-        sum.x = fused(fall, x, sum.x), sum.y = fused(fall, y, sum.y);
-        sum.z = fused(fall, z, sum.z);
+        batch[i].half_gradient_of_q(p.x, p.y, p.z, x, y, z);
+        sum.x = fma(negated_derivative, x, sum.x), sum.y = fma(negated_derivative, y, sum.y);
+        sum.z = fma(negated_derivative, z, sum.z);
       }
     }
   } else {
     for (std::uint32_t j = 0; j < list.count; ++j) {
       const typename F::Ball ball = balls[list.indices[j]];
-      const V fall = F::fall(ball, ball.q(p.x, p.y, p.z));
+      const V negated_derivative = F::negated_derivative(ball, ball.q(p.x, p.y, p.z));
       V x, y, z;
-      ball.q_rise(p.x, p.y, p.z, x, y, z);
-      sum.x = fused(fall, x, sum.x), sum.y = fused(fall, y, sum.y);
-      sum.z = fused(fall, z, sum.z);
+      ball.half_gradient_of_q(p.x, p.y, p.z, x, y, z);
+      sum.x = fma(negated_derivative, x, sum.x), sum.y = fma(negated_derivative, y, sum.y);
+      sum.z = fma(negated_derivative, z, sum.z);
     }
   }
   return sum;
@@ -120,13 +120,13 @@ struct BrickField {
   PM_HD BrickField(const Grid& grid, int margin, const Node& brick, const typename F::Ball* all,
                    const std::uint32_t* entries, const FarField* far_of_brick)
       : balls(all), list{entries + brick.begin, brick.count}, far(far_of_brick) {
-    if constexpr (!F::kEnds) box = far_box(grid, kBrickCells, margin, brick.at);
+    if constexpr (!F::kCompactSupport) box = far_box(grid, kBrickCells, margin, brick.at);
   }
 
   template <class V>
   PM_HD V value(const Points<V>& p) const {
     const V near = field_at<F>(p, balls, list);
-    if constexpr (F::kEnds) {
+    if constexpr (F::kCompactSupport) {
       return near;
     } else {
       return near + far_value<V>(far->value, box.inverse.x * (p.x - box.middle.x),
@@ -136,13 +136,14 @@ struct BrickField {
   }
   /// -grad of the field up to a positive factor: outward at the surface.
   template <class V>
-  PM_HD Points<V> downhill(const Points<V>& p) const {
-    Points<V> sum = downhill_at<F>(p, balls, list);
-    if constexpr (!F::kEnds) {
+  PM_HD Points<V> negated_gradient(const Points<V>& p) const {
+    Points<V> sum = negated_gradient_at<F>(p, balls, list);
+    if constexpr (!F::kCompactSupport) {
       // Half of it, as in the sum over the list.
       const FarSlope<V> slope(far->value, box, p.x, p.y, p.z);
-      sum.x = fused(same<V>(-0.5f), slope.x, sum.x), sum.y = fused(same<V>(-0.5f), slope.y, sum.y);
-      sum.z = fused(same<V>(-0.5f), slope.z, sum.z);
+      sum.x = fma(broadcast<V>(-0.5f), slope.x, sum.x),
+      sum.y = fma(broadcast<V>(-0.5f), slope.y, sum.y);
+      sum.z = fma(broadcast<V>(-0.5f), slope.z, sum.z);
     }
     return sum;
   }
@@ -153,9 +154,9 @@ template <class F>
 struct PrepareBalls {
   View<const Ball> balls;
   View<typename F::Ball> prepared;
-  View<std::uint32_t> everyone;  ///< 0, 1, 2, ...: the list that holds all balls
+  View<std::uint32_t> all_balls;  ///< 0, 1, 2, ...: the list that holds all balls
   FieldScale scale;
-  Int3 tops;  ///< along each axis
+  Int3 roots;  ///< along each axis
   View<Node> nodes;
   View<Counts> sums;
   View<Offsets> node_count;  ///< nodes and entries of the tops' level
@@ -164,12 +165,12 @@ struct PrepareBalls {
   PM_HD void operator()(std::int64_t i) const {
     if (i < balls.size) {
       prepared[i] = prepare_ball<F>(balls[i], scale);
-      everyone[i] = static_cast<std::uint32_t>(i);
+      all_balls[i] = static_cast<std::uint32_t>(i);
     }
     if (i >= nodes.size) return;
     const auto top = static_cast<int>(i);
     Node node;
-    node.at = {top % tops.x, top / tops.x % tops.y, top / tops.x / tops.y};
+    node.at = {top % roots.x, top / roots.x % roots.y, top / roots.x / roots.y};
     node.count = static_cast<std::uint32_t>(balls.size);
     nodes[i] = node;
     sums[i] = {};
@@ -183,7 +184,7 @@ template <class F, class V>
 struct SamplePoints {
   View<const Vec3> points;
   View<const typename F::Ball> balls;
-  BallList everyone;
+  BallList all_balls;
   View<float> values;
 
   PM_HD void operator()(std::int64_t item) const {
@@ -196,7 +197,7 @@ struct SamplePoints {
       x[l] = at.x, y[l] = at.y, z[l] = at.z;
     }
     const Points<V> at = {Lanes<V>::load(x), Lanes<V>::load(y), Lanes<V>::load(z)};
-    Lanes<V>::store(value, grid_field_at<F>(at, balls.data, everyone));
+    Lanes<V>::store(value, grid_field_at<F>(at, balls.data, all_balls));
     for (int l = 0; l < kLanes; ++l) {
       if (base + l < points.size) values[base + l] = value[l];
     }

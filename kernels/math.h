@@ -18,7 +18,7 @@
 namespace polymorph {
 
 /// a * b + c, rounded once.
-PM_HD inline float fused(float a, float b, float c) {
+PM_HD inline float fma(float a, float b, float c) {
 #if defined(__CUDA_ARCH__)
   return __fmaf_rn(a, b, c);
 #else
@@ -26,7 +26,7 @@ PM_HD inline float fused(float a, float b, float c) {
 #endif
 }
 
-PM_HD inline double square_root(double a) {
+PM_HD inline double sqrt(double a) {
 #if defined(__CUDA_ARCH__)
   return __dsqrt_rn(a);
 #else
@@ -34,7 +34,7 @@ PM_HD inline double square_root(double a) {
 #endif
 }
 
-PM_HD inline float square_root(float a) {
+PM_HD inline float sqrt(float a) {
 #if defined(__CUDA_ARCH__)
   return __fsqrt_rn(a);
 #else
@@ -62,14 +62,14 @@ PM_HD inline float float_from_bits(std::uint32_t bits) {
 #endif
 }
 
-PM_HD inline int count_bits(std::uint32_t a) {
+PM_HD inline int popcount(std::uint32_t a) {
 #if defined(__CUDA_ARCH__)
   return __popc(a);
 #else
   return __builtin_popcount(a);
 #endif
 }
-PM_HD inline int count_bits(std::uint64_t a) {
+PM_HD inline int popcount(std::uint64_t a) {
 #if defined(__CUDA_ARCH__)
   return __popcll(a);
 #else
@@ -77,7 +77,7 @@ PM_HD inline int count_bits(std::uint64_t a) {
 #endif
 }
 /// The lowest set bit of a != 0.
-PM_HD inline int lowest_bit(std::uint32_t a) {
+PM_HD inline int countr_zero(std::uint32_t a) {
 #if defined(__CUDA_ARCH__)
   return __ffs(static_cast<int>(a)) - 1;
 #else
@@ -86,30 +86,30 @@ PM_HD inline int lowest_bit(std::uint32_t a) {
 }
 
 /// `a` where `keep`, else +0, whatever `a` is; without a branch.
-PM_HD inline float kept_if(bool keep, float a) {
+PM_HD inline float zero_unless(bool keep, float a) {
   return float_from_bits(float_bits(a) & (0u - static_cast<std::uint32_t>(keep)));
 }
 /// `a` where `first`, else `b`.
 PM_HD inline float select(bool first, float a, float b) { return first ? a : b; }
 
 /// The smaller and the larger of two; `b` where one is not a number.
-PM_HD inline float least(float a, float b) { return a < b ? a : b; }
-PM_HD inline float most(float a, float b) { return a > b ? a : b; }
+PM_HD inline float min(float a, float b) { return a < b ? a : b; }
+PM_HD inline float max(float a, float b) { return a > b ? a : b; }
 
 /// How many values a V holds, and V's that hold one value everywhere, or values from memory.
 template <class V>
 struct Lanes {
   static constexpr int kCount = 1;
-  PM_HD static V same(float a) { return a; }
+  PM_HD static V broadcast(float a) { return a; }
   PM_HD static V load(const float* from) { return *from; }
   PM_HD static void store(float* to, V a) { *to = a; }
   /// bit l: whether the comparison holds in lane l
   PM_HD static std::uint32_t bits(bool holds) { return holds ? 1u : 0u; }
-  PM_HD static V first_numbers() { return 0; }  ///< 0, 1, 2, ...
+  PM_HD static V iota() { return 0; }  ///< 0, 1, 2, ...
 };
 template <class V>
-PM_HD inline V same(float a) {
-  return Lanes<V>::same(a);
+PM_HD inline V broadcast(float a) {
+  return Lanes<V>::broadcast(a);
 }
 
 #if defined(__GNUC__) && !defined(__CUDACC__)
@@ -122,7 +122,7 @@ typedef std::uint32_t PackBits __attribute__((vector_size(32)));
 template <>
 struct Lanes<Pack> {
   static constexpr int kCount = 8;
-  static Pack same(float a) { return Pack{a, a, a, a, a, a, a, a}; }
+  static Pack broadcast(float a) { return Pack{a, a, a, a, a, a, a, a}; }
   static Pack load(const float* from) {
     Pack a;
     std::memcpy(&a, from, sizeof a);
@@ -138,9 +138,9 @@ struct Lanes<Pack> {
     return out;
 #endif
   }
-  static Pack first_numbers() { return Pack{0, 1, 2, 3, 4, 5, 6, 7}; }
+  static Pack iota() { return Pack{0, 1, 2, 3, 4, 5, 6, 7}; }
 };
-inline Pack fused(Pack a, Pack b, Pack c) {
+inline Pack fma(Pack a, Pack b, Pack c) {
 #if defined(__AVX2__) && defined(__FMA__)
   return _mm256_fmadd_ps(a, b, c);
 #else
@@ -148,7 +148,7 @@ inline Pack fused(Pack a, Pack b, Pack c) {
   return c;
 #endif
 }
-inline Pack square_root(Pack a) {
+inline Pack sqrt(Pack a) {
 #if defined(__AVX2__)
   return _mm256_sqrt_ps(a);
 #else
@@ -158,35 +158,37 @@ inline Pack square_root(Pack a) {
 }
 inline PackBits float_bits(Pack a) { return reinterpret_cast<PackBits>(a); }
 inline Pack float_from_bits(PackBits a) { return reinterpret_cast<Pack>(a); }
-inline Pack kept_if(PackMask keep, Pack a) {
+inline Pack zero_unless(PackMask keep, Pack a) {
   return reinterpret_cast<Pack>(reinterpret_cast<PackMask>(a) & keep);
 }
 inline Pack select(PackMask first, Pack a, Pack b) { return first ? a : b; }
-inline Pack least(Pack a, Pack b) { return a < b ? a : b; }
-inline Pack most(Pack a, Pack b) { return a > b ? a : b; }
-inline Pack float_of_signed(PackBits a) {
+inline Pack min(Pack a, Pack b) { return a < b ? a : b; }
+inline Pack max(Pack a, Pack b) { return a > b ? a : b; }
+inline Pack signed_to_float(PackBits a) {
   return __builtin_convertvector(reinterpret_cast<PackMask>(a), Pack);
 }
 #endif
-PM_HD inline float float_of_signed(std::uint32_t a) {
+PM_HD inline float signed_to_float(std::uint32_t a) {
   return static_cast<float>(static_cast<std::int32_t>(a));
 }
 
 /// Adding this rounds a number in (-2^22, 2^22) to a whole one, which stands in the low bits of the
 /// sum.
-constexpr float kRoundToWhole = 0x1.8p23f;
+constexpr float kRoundToInteger = 0x1.8p23f;
 
 /// The whole number nearest to `a` in (-2^22, 2^22).
 template <class V>
-PM_HD inline V nearest_whole(V a) {
-  return (a + kRoundToWhole) - kRoundToWhole;
+PM_HD inline V round_to_nearest(V a) {
+  return (a + kRoundToInteger) - kRoundToInteger;
 }
 /// A whole number in [0, 2^22) as an index.
-PM_HD inline std::uint32_t index_of(float a) { return float_bits(a + kRoundToWhole) - 0x4b400000u; }
+PM_HD inline std::uint32_t to_index(float a) {
+  return float_bits(a + kRoundToInteger) - 0x4b400000u;
+}
 /// base[index].
 PM_HD inline float gather(const float* base, std::uint32_t index) { return base[index]; }
 #if defined(PM_PACKS)
-inline PackBits index_of(Pack a) { return float_bits(a + kRoundToWhole) - 0x4b400000u; }
+inline PackBits to_index(Pack a) { return float_bits(a + kRoundToInteger) - 0x4b400000u; }
 inline Pack gather(const float* base, PackBits index) {
 #if defined(__AVX2__)
   return _mm256_i32gather_ps(base, reinterpret_cast<__m256i>(index), 4);
@@ -198,45 +200,45 @@ inline Pack gather(const float* base, PackBits index) {
 }
 #endif
 
-/// The range of power_of_two(): sums of 10^8 terms of 2^100 stay finite, and below 2^-125 the
+/// The range of exp2(): sums of 10^8 terms of 2^100 stay finite, and below 2^-125 the
 /// result would leave the normal numbers.
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kLargestExponent = 100.0f;
-constexpr float kSmallestExponent = -125.0f;
+constexpr float kMaxExponent = 100.0f;
+constexpr float kMinExponent = -125.0f;
 
-/// 2^e for e in [kSmallestExponent, kLargestExponent], meaningless outside: a clamp here would cost
+/// 2^e for e in [kMinExponent, kMaxExponent], meaningless outside: a clamp here would cost
 /// in the innermost loop. Exact for whole e, relative error <= 1.5e-7.
 template <class V>
-PM_HD inline V power_of_two(V e) {
-  const V shifted = e + kRoundToWhole;
-  const V f = e - (shifted - kRoundToWhole);
+PM_HD inline V exp2(V e) {
+  const V shifted = e + kRoundToInteger;
+  const V f = e - (shifted - kRoundToInteger);
   // 2^f on [-1/2, 1/2]: relative error 5e-9 (Chebyshev nodes) with the constant term held at 1.
-  V p = same<V>(0x1.44138ap-13f);
-  p = fused(p, f, same<V>(0x1.5f0890p-10f));
-  p = fused(p, f, same<V>(0x1.3b2a54p-7f));
-  p = fused(p, f, same<V>(0x1.c6af6cp-5f));
-  p = fused(p, f, same<V>(0x1.ebfbe0p-3f));
-  p = fused(p, f, same<V>(0x1.62e43p-1f));
-  p = fused(p, f, same<V>(1.0f));
+  V p = broadcast<V>(0x1.44138ap-13f);
+  p = fma(p, f, broadcast<V>(0x1.5f0890p-10f));
+  p = fma(p, f, broadcast<V>(0x1.3b2a54p-7f));
+  p = fma(p, f, broadcast<V>(0x1.c6af6cp-5f));
+  p = fma(p, f, broadcast<V>(0x1.ebfbe0p-3f));
+  p = fma(p, f, broadcast<V>(0x1.62e43p-1f));
+  p = fma(p, f, broadcast<V>(1.0f));
   return float_from_bits(float_bits(p) + (float_bits(shifted) << 23));
 }
 
 /// log2(a) of a normal a > 0; absolute error <= 2e-7 max(1, |log2 a|).
 template <class V>
-PM_HD inline V log_of_two(V a) {
+PM_HD inline V log2(V a) {
   // a = 2^k m with m in [sqrt(1/2), sqrt(2)); 0x3f3504f3 are the bits of sqrt(1/2).
   const auto bits = float_bits(a);
   const auto k = (bits - 0x3f3504f3u) & 0xff800000u;
   const V m = float_from_bits(bits - k);
-  const V exponent = float_of_signed(k) * 0x1p-23f;
+  const V exponent = signed_to_float(k) * 0x1p-23f;
   // ln m = 2 artanh(s); |s| <= 0.172, so the first term left out is below 5e-8.
   const V s = (m - 1.0f) / (m + 1.0f);
   const V s2 = s * s;
-  V p = fused(s2, same<V>(2.0f / 7.0f), same<V>(2.0f / 5.0f));
-  p = fused(p, s2, same<V>(2.0f / 3.0f));
-  p = fused(p, s2, same<V>(2.0f));
+  V p = fma(s2, broadcast<V>(2.0f / 7.0f), broadcast<V>(2.0f / 5.0f));
+  p = fma(p, s2, broadcast<V>(2.0f / 3.0f));
+  p = fma(p, s2, broadcast<V>(2.0f));
   constexpr float kLog2E = 1.44269504f;
-  return fused(p * s, same<V>(kLog2E), exponent);
+  return fma(p * s, broadcast<V>(kLog2E), exponent);
 }
 
 }  // namespace polymorph

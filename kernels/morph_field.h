@@ -29,11 +29,11 @@ struct MorphField {
   /// The mixture and its derivative by the progress.
   template <class V>
   PM_HD static V mixture(V progress) {
-    const V t = least(most(progress, same<V>(0.0f)), same<V>(1.0f));
+    const V t = min(max(progress, broadcast<V>(0.0f)), broadcast<V>(1.0f));
     return t * t * (3.0f - 2.0f * t);
   }
   PM_HD static float mixture_slope(float progress) {
-    const float t = least(most(progress, 0.0f), 1.0f);
+    const float t = min(max(progress, 0.0f), 1.0f);
     return 6 * t * (1 - t);
   }
 
@@ -42,7 +42,7 @@ struct MorphField {
   PM_HD V value(const Points<V>& p, const V (&m)[kRegressionValues]) const {
     const V a = from_scale * from.at(map.mapped(0, p, Points<V>{m[0], m[1], m[2]}));
     const V b = to_scale * to.at(map.mapped(1, p, Points<V>{m[4], m[5], m[6]}));
-    return fused(same<V>(-level), m[7], fused(mixture(m[3]), b - a, a));
+    return fma(broadcast<V>(-level), m[7], fma(mixture(m[3]), b - a, a));
   }
   /// At any points.
   template <class V>
@@ -96,12 +96,12 @@ struct MorphField {
           const Vec3 row = affine.rows[i];
           return slope_of(first + i) + (axis == 0 ? row.x : axis == 1 ? row.y : row.z);
         };
-        return fused(slope.x, of_row(0), fused(slope.y, of_row(1), slope.z * of_row(2)));
+        return fma(slope.x, of_row(0), fma(slope.y, of_row(1), slope.z * of_row(2)));
       };
       const V from_slope = from_scale * by(map.affine[0], 0, slope_a);
       const V to_slope = to_scale * by(map.affine[1], 4, slope_b);
-      const V of_maps = fused(mixed, to_slope - from_slope, fused(change, slope_of(3), from_slope));
-      return fused(same<V>(level), slope_of(7), -of_maps);
+      const V of_maps = fma(mixed, to_slope - from_slope, fma(change, slope_of(3), from_slope));
+      return fma(broadcast<V>(level), slope_of(7), -of_maps);
     };
     return {along(0), along(1), along(2)};
   }
@@ -143,8 +143,8 @@ struct ClassifyMorph {
     const NodeBox box = node_box(grid, level.cells, 0, at);
     const Vec3 half = 0.5f * (box.high - box.low), middle = box.low + half;
     const float value = field.value(Points<float>{middle.x, middle.y, middle.z});
-    const float radius = square_root(dot(half, half));
-    const float slope = lipschitz * (affine_norm + most_strain(team, box));
+    const float radius = sqrt(dot(half, half));
+    const float slope = lipschitz * (affine_norm + max_strain(team, box));
     // Rounding, generously.
     const float reach = 1.001f * radius * slope + 1e-4f * grid.cell;
     if (value + reach <= 0) return false;
@@ -152,7 +152,7 @@ struct ClassifyMorph {
   }
 
   template <class Team>
-  PM_HD float most_strain(const Team& team, const NodeBox& box) const {
+  PM_HD float max_strain(const Team& team, const NodeBox& box) const {
     const Grid& lattice = field.map.lattice;
     const float origin[3] = {lattice.origin.x, lattice.origin.y, lattice.origin.z};
     const float low[3] = {box.low.x, box.low.y, box.low.z};
@@ -168,15 +168,15 @@ struct ClassifyMorph {
       count[axis] = end - first[axis];
     }
     const int all = count[0] * count[1] * count[2];
-    Vec3 most_of = {0, 0, 0};
+    Vec3 largest = {0, 0, 0};
     for (int i = static_cast<int>(team.group_rank()); i < all; i += static_cast<int>(team.kGroup)) {
       const std::int64_t x = first[0] + i % count[0], y = first[1] + i / count[0] % count[1],
                          z = first[2] + i / count[0] / count[1];
-      most_of = max(most_of, strain[x + points[0] * (y + points[1] * z)]);
+      largest = max(largest, strain[x + points[0] * (y + points[1] * z)]);
     }
-    const Vec3 bound = {team.group_most(most_of.x), team.group_most(most_of.y),
-                        team.group_most(most_of.z)};
-    return square_root(dot(bound, bound));
+    const Vec3 bound = {team.group_max(largest.x), team.group_max(largest.y),
+                        team.group_max(largest.z)};
+    return sqrt(dot(bound, bound));
   }
 };
 
@@ -196,7 +196,7 @@ struct FillMorph {
     team.each(1, [&](int) { parents[p].first_child = static_cast<std::uint32_t>(start.first); });
     team.each(kChildren, [&](int c) {
       if (!(parent.children >> c & 1u)) return;
-      const std::int64_t slot = start.first + count_bits(parent.children & bits_below(c));
+      const std::int64_t slot = start.first + popcount(parent.children & bits_below(c));
       if (slot >= nodes.size) return;
       Node node;
       node.at = child_position(parent.at, c);
@@ -209,7 +209,7 @@ struct FillMorph {
 
 /// The top of the tree; one item.
 struct PrepareMorph {
-  Int3 tops;
+  Int3 roots;
   View<Node> nodes;
   View<Counts> sums;
   View<Offsets> node_count;
@@ -218,7 +218,7 @@ struct PrepareMorph {
     if (i >= nodes.size) return;
     const auto top = static_cast<int>(i);
     Node node;
-    node.at = {top % tops.x, top / tops.x % tops.y, top / tops.x / tops.y};
+    node.at = {top % roots.x, top / roots.x % roots.y, top / roots.x / roots.y};
     nodes[i] = node;
     sums[i] = {};
     if (i == 0) node_count[0] = {nodes.size, 0};
@@ -250,9 +250,10 @@ struct SampleMorph : CountBricks {
   template <class V>
   PM_HD V line_values(Int3 start) const {
     constexpr int kLanes = Lanes<V>::kCount;
-    const V numbers = Lanes<V>::first_numbers() + static_cast<float>(start.x);
+    const V numbers = Lanes<V>::iota() + static_cast<float>(start.x);
     const Vec3 begin = grid_point(grid, start);
-    const Points<V> p = {grid.origin.x + grid.cell * numbers, same<V>(begin.y), same<V>(begin.z)};
+    const Points<V> p = {grid.origin.x + grid.cell * numbers, broadcast<V>(begin.y),
+                         broadcast<V>(begin.z)};
     if constexpr (kLanes == 1) {
       return field.value(p);
     } else {
@@ -322,7 +323,7 @@ struct MorphVertices {
 struct SampleMap {
   SmoothMap map;
   View<const Vec3> points;
-  View<CarriedValues> out;  ///< `maps` for each point
+  View<AttributeValues> out;  ///< `maps` for each point
   int maps = 1;
 
   PM_HD void operator()(std::int64_t i) const {

@@ -20,11 +20,11 @@ struct DistanceGrid {
 
 /// Four values that a ball carries: `value` at its centre, changing by `slope` with the offset from
 /// there.
-struct Carried {
+struct BallAttribute {
   float value[4] = {0, 0, 0, 0};
   Vec3 slope[4];
 };
-struct CarriedValues {
+struct AttributeValues {
   float v[4] = {0, 0, 0, 0};
 };
 
@@ -46,7 +46,7 @@ struct Regression {
   std::vector<RegressionSample> samples;
   int maps = 1;
   /// `maps` for each sample: `value` at its centre, changing by `slope` with the offset from there.
-  std::vector<Carried> values;
+  std::vector<BallAttribute> values;
   bool sloped = false;  ///< is any slope other than 0?
   /// Added to the first three values of each map.
   AffineMap affine[2];

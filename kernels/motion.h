@@ -57,7 +57,7 @@ struct BallPaths {
 };
 
 /// What all balls share at a time.
-struct PathMoment {
+struct MotionState {
   float time = 0;       ///< [0, 1], not eased
   float eased = 0;      ///< where balls have no eased time of their own
   double softness = 0;  ///< balls that part melt into each other by this (docs/method.md, Time)
@@ -91,7 +91,7 @@ PM_HD constexpr double volume_at(const BallPath& path, double u) {
 }
 
 /// Where a ball is that was thrown from `start` a time ago; it stays where it lands.
-PM_HD inline Vec3d thrown_from(const PathMoment& moment, Vec3d start, Vec3d launch, double time) {
+PM_HD inline Vec3d thrown_from(const MotionState& moment, Vec3d start, Vec3d launch, double time) {
   const double drop = start.y > moment.floor ? start.y - moment.floor : 0.0;
   double flight = time;
   if (moment.gravity > 0) {
@@ -103,8 +103,8 @@ PM_HD inline Vec3d thrown_from(const PathMoment& moment, Vec3d start, Vec3d laun
 }
 
 /// The ball between its ends, at its eased time u.
-PM_HD inline Ball ball_between(const BallPath& path, const PathMoment& moment, const PathPart& part,
-                               const PartPlace& place, double u) {
+PM_HD inline Ball ball_between(const BallPath& path, const MotionState& moment,
+                               const PathPart& part, const PartPlace& place, double u) {
   Ball ball;
   const Vec3d x = path.from * (1 - u) + path.to * u + path.bow * (4 * u * (1 - u));
   Vec3d center = place.center + (place.rotation * x) * place.scale;
@@ -130,18 +130,18 @@ PM_HD inline Ball ball_between(const BallPath& path, const PathMoment& moment, c
 }
 
 /// Puts each ball where it is; one item a ball.
-struct StepBalls {
+struct MoveBalls {
   View<const BallPath> paths;
   View<const PathPart> parts;
-  View<const PartPlace> places;  ///< of the parts, where all balls are equally far
-  View<const float> own;         ///< else each ball's eased time
-  PathMoment moment;
+  View<const PartPlace> places;   ///< of the parts, where all balls are equally far
+  View<const float> eased_times;  ///< else each ball's eased time
+  MotionState moment;
   View<Ball> balls;
 
   PM_HD void operator()(std::int64_t e) const {
     if (e >= paths.size) return;
     const BallPath& path = paths[e];
-    const float u = own.size > 0 ? own[e] : moment.eased;
+    const float u = eased_times.size > 0 ? eased_times[e] : moment.eased;
     Ball ball;
     // The ends' own numbers, not what powers and turns make of them in the last bits.
     if (moment.time <= 0 || u == 0) {
@@ -151,8 +151,8 @@ struct StepBalls {
     } else {
       const auto v = static_cast<double>(u);
       const PathPart& part = parts[path.part];
-      ball =
-          ball_between(path, moment, part, own.size > 0 ? place_at(part, v) : places[path.part], v);
+      ball = ball_between(path, moment, part,
+                          eased_times.size > 0 ? place_at(part, v) : places[path.part], v);
     }
     ball.center = ball.center + to_float(path.drift * moment.drifted);
     balls[e] = ball;

@@ -38,7 +38,7 @@ struct RegressNodes {
   };
   Grid lattice;
   View<const KernelSample> samples;
-  View<const Carried> values;  ///< two for each sample
+  View<const BallAttribute> values;  ///< two for each sample
   bool sloped = false;
   View<float> nodes;  ///< kRegressionValues each
 
@@ -84,28 +84,28 @@ struct RegressNodes {
 
   template <class V, bool kSloped>
   PM_HD void add_chunk(const Points<V>& at, int chunk, V (&sums)[kSums]) const {
-    for (int k = 0; k < kSums; ++k) sums[k] = same<V>(0.0f);
+    for (int k = 0; k < kSums; ++k) sums[k] = broadcast<V>(0.0f);
     const std::int64_t each = (samples.size + kChunks - 1) / kChunks, begin = chunk * each;
     const std::int64_t end = begin + each < samples.size ? begin + each : samples.size;
     for (std::int64_t e = begin; e < end; ++e) {
       const KernelSample sample = samples[e];
       const V dx = at.x - sample.center.x, dy = at.y - sample.center.y, dz = at.z - sample.center.z;
-      const V d2 = fused(dz, dz, fused(dy, dy, dx * dx));
-      const V wide = power_of_two(most(d2 * -sample.falloff, same<V>(-120.0f)));
+      const V d2 = fma(dz, dz, fma(dy, dy, dx * dx));
+      const V wide = exp2(max(d2 * -sample.falloff, broadcast<V>(-120.0f)));
       const V wide2 = wide * wide, middle = wide2 * wide2, middle2 = middle * middle;
       const V narrow = middle2 * middle2;
-      const V k = fused(narrow, same<V>(sample.mass),
-                        fused(middle, same<V>(sample.second), wide * sample.third));
-      const Carried* carried = values.data + 2 * e;
+      const V k = fma(narrow, broadcast<V>(sample.mass),
+                      fma(middle, broadcast<V>(sample.second), wide * sample.third));
+      const BallAttribute* carried = values.data + 2 * e;
       for (int i = 0; i < kRegressionValues; ++i) {
-        const Carried& c = carried[i / 4];
+        const BallAttribute& c = carried[i / 4];
         if constexpr (kSloped) {
           const Vec3 slope = c.slope[i % 4];
-          V here = fused(same<V>(slope.z), dz, same<V>(c.value[i % 4]));
-          here = fused(same<V>(slope.x), dx, fused(same<V>(slope.y), dy, here));
-          sums[i] = fused(k, here, sums[i]);
+          V here = fma(broadcast<V>(slope.z), dz, broadcast<V>(c.value[i % 4]));
+          here = fma(broadcast<V>(slope.x), dx, fma(broadcast<V>(slope.y), dy, here));
+          sums[i] = fma(k, here, sums[i]);
         } else {
-          sums[i] = fused(k, same<V>(c.value[i % 4]), sums[i]);
+          sums[i] = fma(k, broadcast<V>(c.value[i % 4]), sums[i]);
         }
       }
       sums[kRegressionValues] = sums[kRegressionValues] + k;
@@ -120,9 +120,9 @@ struct SplineAxis {
 
   PM_HD SplineAxis(float p, float origin, float per_node, int nodes) {
     const float u = (p - origin) * per_node;
-    float middle = nearest_whole(least(most(u, 1.0f), static_cast<float>(nodes - 2)));
-    const float f = least(most(u - middle, -0.5f), 0.5f);
-    first = static_cast<int>(index_of(middle)) - 1;
+    float middle = round_to_nearest(min(max(u, 1.0f), static_cast<float>(nodes - 2)));
+    const float f = min(max(u - middle, -0.5f), 0.5f);
+    first = static_cast<int>(to_index(middle)) - 1;
     const float low = 0.5f - f, high = 0.5f + f;
     weight[0] = 0.5f * (low * low), weight[2] = 0.5f * (high * high);
     weight[1] = 1.0f - weight[0] - weight[2];
@@ -185,17 +185,17 @@ struct SmoothMap {
   using Values = Pack;  ///< the eight of a node
   static Pack reduced_from(const float* at, std::int64_t row, std::int64_t layer, const float* wy,
                            const float* wz) {
-    Pack sum = same<Pack>(0.0f);
+    Pack sum = broadcast<Pack>(0.0f);
     for (int k = 0; k < 3; ++k) {
       for (int j = 0; j < 3; ++j) {
-        sum = fused(same<Pack>(wy[j] * wz[k]), Lanes<Pack>::load(at + j * row + k * layer), sum);
+        sum = fma(broadcast<Pack>(wy[j] * wz[k]), Lanes<Pack>::load(at + j * row + k * layer), sum);
       }
     }
     return sum;
   }
   static Pack columns_at(const Pack* column, const float* wx) {
-    return fused(same<Pack>(wx[2]), column[2],
-                 fused(same<Pack>(wx[1]), column[1], column[0] * wx[0]));
+    return fma(broadcast<Pack>(wx[2]), column[2],
+               fma(broadcast<Pack>(wx[1]), column[1], column[0] * wx[0]));
   }
   static void blend_columns(const Pack (&column)[3], const float* wx, float* out) {
     Lanes<Pack>::store(out, columns_at(column, wx));
@@ -211,14 +211,14 @@ struct SmoothMap {
       for (int j = 0; j < 3; ++j) {
         const float w = wy[j] * wz[k];
         const float* from = at + j * row + k * layer;
-        for (int i = 0; i < kRegressionValues; ++i) sum.v[i] = fused(w, from[i], sum.v[i]);
+        for (int i = 0; i < kRegressionValues; ++i) sum.v[i] = fma(w, from[i], sum.v[i]);
       }
     }
     return sum;
   }
   PM_HD static void blend_columns(const Values (&column)[3], const float* wx, float* out) {
     for (int i = 0; i < kRegressionValues; ++i) {
-      out[i] = fused(wx[2], column[2].v[i], fused(wx[1], column[1].v[i], column[0].v[i] * wx[0]));
+      out[i] = fma(wx[2], column[2].v[i], fma(wx[1], column[1].v[i], column[0].v[i] * wx[0]));
     }
   }
 #endif
@@ -233,8 +233,8 @@ struct SmoothMap {
   PM_HD Points<V> mapped(int map, const Points<V>& p, const Points<V>& value) const {
     const AffineMap& a = affine[map];
     const auto along = [&](Vec3 row, float offset, V v) {
-      return fused(same<V>(row.x), p.x,
-                   fused(same<V>(row.y), p.y, fused(same<V>(row.z), p.z, v + offset)));
+      return fma(broadcast<V>(row.x), p.x,
+                 fma(broadcast<V>(row.y), p.y, fma(broadcast<V>(row.z), p.z, v + offset)));
     };
     return {along(a.rows[0], a.offset.x, value.x), along(a.rows[1], a.offset.y, value.y),
             along(a.rows[2], a.offset.z, value.z)};
@@ -265,11 +265,11 @@ struct BoundStrain {
     const float *a = nodes.data + n * kRegressionValues, *b = a + step * kRegressionValues;
     const auto distance = [&](int i) {
       const Vec3 d = {b[i] - a[i], b[i + 1] - a[i + 1], b[i + 2] - a[i + 2]};
-      return square_root(dot(d, d));
+      return sqrt(dot(d, d));
     };
-    const auto change = [&](int i) { return most(b[i] - a[i], a[i] - b[i]); };
-    return fused(fourth[0], change(3),
-                 fused(fourth[1], change(7), most(scale[0] * distance(0), scale[1] * distance(4))));
+    const auto change = [&](int i) { return max(b[i] - a[i], a[i] - b[i]); };
+    return fma(fourth[0], change(3),
+               fma(fourth[1], change(7), max(scale[0] * distance(0), scale[1] * distance(4))));
   }
 };
 

@@ -31,9 +31,9 @@ namespace polymorph {
 
 constexpr int kBrickCells = 7;                 ///< along an axis
 constexpr int kBrickPoints = kBrickCells + 1;  ///< along an axis, both borders included
-constexpr int kFan = 4;                        ///< children along an axis
-constexpr int kChildren = kFan * kFan * kFan;
-constexpr int kMostLevels = 12;
+constexpr int kBranching = 4;                  ///< children along an axis
+constexpr int kChildren = kBranching * kBranching * kBranching;
+constexpr int kMaxLevels = 12;
 
 /// One level of the tree: nodes along each axis, cells along a node's edge.
 struct Level {
@@ -50,8 +50,8 @@ struct Level {
 inline void set_reach(Level& level, float cell, float iso) {
   const float half = cell * static_cast<float>(level.cells + 2 * level.margin) / 2;
   // Beyond these, boxes reach to the largest distance, and all balls are near (is_near).
-  level.truncation = least(kFarError * (half * half) * (half * half), 1e30f);
-  level.reach = least(level.truncation / (kFarTolerance * iso * cell), 1e30f);
+  level.truncation = min(kFarError * (half * half) * (half * half), 1e30f);
+  level.reach = min(level.truncation / (kFarTolerance * iso * cell), 1e30f);
 }
 
 struct Node {
@@ -76,11 +76,12 @@ PM_HD constexpr Offsets operator+(Offsets a, Offsets b) {
 
 /// Where child number `child` of a parent lies among the nodes of its own level.
 PM_HD inline Int3 child_position(Int3 parent, int child) {
-  return {parent.x * kFan + child % kFan, parent.y * kFan + child / kFan % kFan,
-          parent.z * kFan + child / kFan / kFan};
+  return {parent.x * kBranching + child % kBranching,
+          parent.y * kBranching + child / kBranching % kBranching,
+          parent.z * kBranching + child / kBranching / kBranching};
 }
 PM_HD inline int child_number(Int3 at) {
-  return at.x % kFan + kFan * (at.y % kFan + kFan * (at.z % kFan));
+  return at.x % kBranching + kBranching * (at.y % kBranching + kBranching * (at.z % kBranching));
 }
 PM_HD inline std::uint64_t bits_below(int bit) { return (std::uint64_t{1} << bit) - 1; }
 
@@ -147,18 +148,18 @@ struct ChildBoxes {
 /// 3 |w| |x - c|^2 / near^2. A ball for which its nearest and furthest value say more goes by
 /// these.
 template <class V>
-struct Slopes {
+struct GradientBounds {
   V x, y, z, half_x, half_y, half_z;  ///< the middles, and half the sides
   V middle, gx, gy, gz, error;
 
-  PM_HD explicit Slopes(const ChildBoxes<V>& b)
+  PM_HD explicit GradientBounds(const ChildBoxes<V>& b)
       : x(0.5f * (b.low_x + b.high_x)),
         y(0.5f * (b.low_y + b.high_y)),
         z(0.5f * (b.low_z + b.high_z)),
         half_x(0.500001f * (b.high_x - b.low_x)),
         half_y(0.500001f * (b.high_y - b.low_y)),
         half_z(0.500001f * (b.high_z - b.low_z)),
-        middle(same<V>(0.0f)),
+        middle(broadcast<V>(0.0f)),
         gx(middle),
         gy(middle),
         gz(middle),
@@ -167,36 +168,38 @@ struct Slopes {
   PM_HD void add(const RoundBall& ball, V near, V at_near, V at_far) {
     const V dx = ball.scale * (x - ball.x), dy = ball.scale * (y - ball.y),
             dz = ball.scale * (z - ball.z);
-    const V inverse = 1.0f / fused(dx, dx, fused(dy, dy, fused(dz, dz, same<V>(ball.base))));
-    const V fall = (-2.0f * ball.w * ball.scale) * (inverse * inverse);
-    const V reach2 = ball.rise * fused(half_x, half_x, fused(half_y, half_y, half_z * half_z));
-    const V bent = 3.00001f * (ball.w < 0 ? -ball.w : ball.w) * (reach2 / (near * near));
-    const V width = 0.5f * (at_near - at_far), half = most(width, -width);
-    const auto smooth = bent < half;
+    const V inverse = 1.0f / fma(dx, dx, fma(dy, dy, fma(dz, dz, broadcast<V>(ball.base))));
+    const V derivative = (-2.0f * ball.w * ball.scale) * (inverse * inverse);
+    const V reach2 = ball.scale_squared * fma(half_x, half_x, fma(half_y, half_y, half_z * half_z));
+    const V curvature_bound = 3.00001f * (ball.w < 0 ? -ball.w : ball.w) * (reach2 / (near * near));
+    const V width = 0.5f * (at_near - at_far), half = max(width, -width);
+    const auto smooth = curvature_bound < half;
     middle = middle + select(smooth, ball.w * inverse, 0.5f * (at_near + at_far));
-    error = error + select(smooth, bent, half);
-    gx = gx + kept_if(smooth, fall * dx);
-    gy = gy + kept_if(smooth, fall * dy);
-    gz = gz + kept_if(smooth, fall * dz);
+    error = error + select(smooth, curvature_bound, half);
+    gx = gx + zero_unless(smooth, derivative * dx);
+    gy = gy + zero_unless(smooth, derivative * dy);
+    gz = gz + zero_unless(smooth, derivative * dz);
   }
 
   /// Bounds by these, where they are tighter than those given; and with what distant balls add.
   template <class Team>
-  PM_HD void tighten(const Team& team, const FarField& far, const FarBox& box, V& lower, V& upper) {
+  PM_HD void refine_bounds(const Team& team, const FarField& far, const FarBox& box, V& lower,
+                           V& upper) {
     middle = team.group_sum(middle), error = team.group_sum(error);
     gx = team.group_sum(gx), gy = team.group_sum(gy), gz = team.group_sum(gz);
     const FarSlope<V> beyond(far.value, box, x, y, z);
-    const V reach2 = fused(half_x, half_x, fused(half_y, half_y, half_z * half_z));
+    const V reach2 = fma(half_x, half_x, fma(half_y, half_y, half_z * half_z));
     // The polynomial's slope is off by at most 8.2 error / half a side along each axis: Shadrin
     // 1995 for the slope of an interpolation, and the sum of all |slope|, which is 12.3.
-    const V off = fused(reach2, same<V>(far.bend), same<V>(26 * (far.error + far.rounding)));
+    const V off = fma(reach2, broadcast<V>(far.second_derivative_bound),
+                      broadcast<V>(26 * (far.error + far.rounding)));
     const V swing_beyond = swing(beyond.x, beyond.y, beyond.z) + off;
     const V swing_all = swing(gx + beyond.x, gy + beyond.y, gz + beyond.z) + (error + off);
-    lower = beyond.value + most(lower - swing_beyond, middle - swing_all);
-    upper = beyond.value + least(upper + swing_beyond, middle + swing_all);
+    lower = beyond.value + max(lower - swing_beyond, middle - swing_all);
+    upper = beyond.value + min(upper + swing_beyond, middle + swing_all);
   }
   PM_HD V swing(V sx, V sy, V sz) const {
-    return fused(most(sx, -sx), half_x, fused(most(sy, -sy), half_y, most(sz, -sz) * half_z));
+    return fma(max(sx, -sx), half_x, fma(max(sy, -sy), half_y, max(sz, -sz) * half_z));
   }
 };
 
@@ -227,7 +230,7 @@ struct ClassifyChildren {
       const int first = begin + g * Lanes<V>::kCount;
       const ChildBoxes<V> boxes(grid, level, parent.at, first);
       std::uint32_t keep = 0;
-      V reached = same<V>(0.0f);
+      V reached = broadcast<V>(0.0f);
       if (boxes.exist != 0) keep = classify<V>(team, p, boxes, reached);
       if (!team.leads_group()) return;
       alignas(32) float count[Lanes<V>::kCount];
@@ -240,7 +243,7 @@ struct ClassifyChildren {
       }
       if (keep == 0) return;
       team.add(parents[p].children, std::uint64_t{keep} << first);
-      team.add(sums[p].first, static_cast<std::uint32_t>(count_bits(keep)));
+      team.add(sums[p].first, static_cast<std::uint32_t>(popcount(keep)));
       team.add(sums[p].second, sum);
     });
   }
@@ -251,27 +254,27 @@ struct ClassifyChildren {
   PM_HD std::uint32_t classify(const Team& team, std::int64_t p, const ChildBoxes<V>& boxes,
                                V& reached) const {
     const Node parent = parents[p];
-    V lower = same<V>(0.0f), upper = lower, magnitude = lower, count = lower;
-    Slopes<V> slopes(boxes);
+    V lower = broadcast<V>(0.0f), upper = lower, magnitude = lower, count = lower;
+    GradientBounds<V> gradient_bounds(boxes);
     PM_UNROLL  // balls are on their way while others are looked at
         for (std::uint32_t j = team.group_rank(); j < parent.count; j += team.kGroup) {
       const typename F::Ball ball = balls[entries[parent.begin + j]];
       const QRange<V> q = boxes.range_of(ball);
       const V at_near = F::value(ball, q.near), at_far = F::value(ball, q.far);
-      lower = lower + least(at_near, at_far);
-      upper = upper + most(at_near, at_far);
-      magnitude = magnitude + most(at_near, -at_near);
-      count = count + kept_if(F::reaches(ball, q, level.reach), same<V>(1.0f));
-      if constexpr (!F::kEnds) slopes.add(ball, q.near, at_near, at_far);
+      lower = lower + min(at_near, at_far);
+      upper = upper + max(at_near, at_far);
+      magnitude = magnitude + max(at_near, -at_near);
+      count = count + zero_unless(F::reaches(ball, q, level.reach), broadcast<V>(1.0f));
+      if constexpr (!F::kCompactSupport) gradient_bounds.add(ball, q.near, at_near, at_far);
     }
     lower = team.group_sum(lower), upper = team.group_sum(upper);
     magnitude = team.group_sum(magnitude), reached = team.group_sum(count);
     // How far a sum can differ from its bound: rounding of both, and twice the error of
-    // power_of_two().
+    // exp2().
     auto terms = static_cast<float>(parent.count);
-    if constexpr (!F::kEnds) {
-      const FarBox box = far_box(grid, kFan * level.cells, level.margin, parent.at);
-      slopes.tighten(team, far[p], box, lower, upper);
+    if constexpr (!F::kCompactSupport) {
+      const FarBox box = far_box(grid, kBranching * level.cells, level.margin, parent.at);
+      gradient_bounds.refine_bounds(team, far[p], box, lower, upper);
       magnitude = magnitude + far[p].size;
       terms = static_cast<float>(balls.size);
     }
@@ -320,7 +323,7 @@ struct FillChildren {
     team.each(kEach, [&](int i) {
       const int c = from + i;
       if (!(parent.children >> c & 1u)) return;
-      const std::int64_t slot = start.first + count_bits(parent.children & bits_below(c));
+      const std::int64_t slot = start.first + popcount(parent.children & bits_below(c));
       if (slot >= nodes.size) return;
       Node node;
       node.at = child_position(parent.at, c);
@@ -365,17 +368,17 @@ struct FillChildren {
 
 /// The whole tree, for finding bricks by their place.
 struct Tree {
-  int levels = 0;                       ///< below the tops
-  Int3 tops = {1, 1, 1};                ///< along each axis; all of them are there
-  View<const Node> nodes[kMostLevels];  ///< 0: bricks; nodes[levels]: the tops, x first
+  int levels = 0;                      ///< below the tops
+  Int3 roots = {1, 1, 1};              ///< along each axis; all of them are there
+  View<const Node> nodes[kMaxLevels];  ///< 0: bricks; nodes[levels]: the tops, x first
 
   /// Number of the brick at `p`, or -1 where none is kept.
   PM_HD std::int64_t find(Int3 p) const {
     const Int3 top = {p.x >> 2 * levels, p.y >> 2 * levels, p.z >> 2 * levels};
-    if (p.x < 0 || p.y < 0 || p.z < 0 || top.x >= tops.x || top.y >= tops.y || top.z >= tops.z) {
+    if (p.x < 0 || p.y < 0 || p.z < 0 || top.x >= roots.x || top.y >= roots.y || top.z >= roots.z) {
       return -1;
     }
-    std::int64_t number = top.x + tops.x * (top.y + tops.y * top.z);
+    std::int64_t number = top.x + roots.x * (top.y + roots.y * top.z);
     for (int l = levels; l > 0; --l) {
       const int shift = 2 * (l - 1);
       const Int3 at = {p.x >> shift, p.y >> shift, p.z >> shift};
@@ -383,7 +386,7 @@ struct Tree {
       if (at.x >> 2 != node.at.x || at.y >> 2 != node.at.y || at.z >> 2 != node.at.z) return -1;
       const int c = child_number(at);
       if (!(node.children >> c & 1u)) return -1;
-      number = node.first_child + count_bits(node.children & bits_below(c));
+      number = node.first_child + popcount(node.children & bits_below(c));
       if (number >= nodes[l - 1].size) return -1;
     }
     return number;

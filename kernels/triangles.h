@@ -26,7 +26,7 @@ struct EmitTriangles {
   View<const std::uint32_t> rows;
   View<const Counts> counts;
   View<const Offsets> first;  ///< vertex and triangle of each brick
-  std::int64_t room = 0;      ///< bricks that the views above have room for
+  std::int64_t capacity = 0;  ///< bricks that the views above have room for
   View<Triangle> triangles;
 
   template <class Team>
@@ -65,11 +65,11 @@ struct EmitTriangles {
   PM_HD void number_edges(std::int64_t brick, int r, std::uint32_t wanted,
                           std::uint32_t* to) const {
     // Where there is no brick, or the surface does not cross it, nothing asks for these vertices.
-    if (brick < 0 || brick >= room || counts[brick].first == 0) return;
+    if (brick < 0 || brick >= capacity || counts[brick].first == 0) return;
     const std::uint32_t row = rows[brick * kRows + r];
     auto number = static_cast<std::uint32_t>(first[brick].first) + row_before(row);
     for (std::uint32_t edges = row_edges(row) & wanted; edges != 0; edges &= edges - 1) {
-      to[lowest_bit(edges)] = number++;
+      to[countr_zero(edges)] = number++;
     }
   }
 
@@ -77,7 +77,7 @@ struct EmitTriangles {
     const RowFlags flags(scratch.inside, r);
     const std::uint32_t* line = scratch.vertex + line_of_row(r) * kLineSlots;
     for (std::uint32_t cells = flags.mixed(); cells != 0; cells &= cells - 1) {
-      const int x = lowest_bit(cells), corners = flags.corners(x);
+      const int x = countr_zero(cells), corners = flags.corners(x);
       const std::uint8_t* slots = table[0].slots[corners];
       const std::uint32_t* vertex = line + 3 * x;
       for (int t = table[0].count[corners]; t > 0; --t, slots += 3, ++to) {

@@ -99,8 +99,8 @@ inline ExtractStatus check_input(const std::vector<Ball>& balls, const ExtractSe
     return bad_input("refine_steps is " + std::to_string(settings.refine_steps) +
                      " (must lie in 0..4), use 1");
   }
-  if (settings.influence < 1 || settings.influence > 16) {
-    return bad_input("influence is " + std::to_string(settings.influence) +
+  if (settings.sample_stride < 1 || settings.sample_stride > 16) {
+    return bad_input("influence is " + std::to_string(settings.sample_stride) +
                      " (must lie in 1..16), use 1");
   }
   const bool ends = settings.field != FieldKind::kInverseSquare;
@@ -134,8 +134,8 @@ inline ExtractStatus check_grid(const Grid& grid) {
   if (n.x < 2 || n.y < 2 || n.z < 2) {
     return bad_input("the grid has " + size + " points (each axis needs 2), use a finer grid");
   }
-  constexpr int kMostPoints = 1 << 20;
-  if (n.x > kMostPoints || n.y > kMostPoints || n.z > kMostPoints) {
+  constexpr int kMaxPoints = 1 << 20;
+  if (n.x > kMaxPoints || n.y > kMaxPoints || n.z > kMaxPoints) {
     return bad_input("the grid has " + size +
                      " points (2^20 a side is the most), use a coarser grid");
   }

@@ -41,8 +41,8 @@ struct Bracket {
   PM_HD V line_root() const {
     const V rise = g0 - g1;
     // Equal logarithms of different values: both within rounding of iso.
-    const V s = select(rise != 0.0f, g0 / rise, same<V>(0.5f));
-    return fused(t1 - t0, least(most(s, same<V>(0.0f)), same<V>(1.0f)), t0);
+    const V s = select(rise != 0.0f, g0 / rise, broadcast<V>(0.5f));
+    return fma(t1 - t0, min(max(s, broadcast<V>(0.0f)), broadcast<V>(1.0f)), t0);
   }
 
   /// The root inside the bracket of the parabola through the three points; where rounding leaves
@@ -52,8 +52,8 @@ struct Bracket {
     const V slope = (g1 - g0) / h;
     const V bend = ((g2 - g0) / h2 - slope) / (t2 - t1);
     // bend s^2 + linear s + g0 = 0 with s = t - t0; at the root the slope has the sign of g1 - g0.
-    const V linear = fused(-bend, h, slope);
-    const V root = square_root(most(fused(linear, linear, -4.0f * bend * g0), same<V>(0.0f)));
+    const V linear = fma(-bend, h, slope);
+    const V root = sqrt(max(fma(linear, linear, -4.0f * bend * g0), broadcast<V>(0.0f)));
     const V s = -2.0f * g0 / (linear + select(slope < 0.0f, -root, root));
     return select((s >= 0.0f) & (s <= h), t0 + s, line_root());
   }
@@ -74,7 +74,7 @@ struct EdgeColumns {
 template <class F>
 struct BallVertexField {
   BrickField<F> field;
-  BallList everyone;
+  BallList all_balls;
   float iso = 1, floor = 0;
   bool exact = true;  ///< can exact sums place a vertex?
 
@@ -85,30 +85,30 @@ struct BallVertexField {
   /// 0 at the level, and nearly linear along an edge.
   template <class V>
   PM_HD V height(V of) const {
-    return log_of_two(most(of, same<V>(floor))) - log_of_two(same<V>(iso));
+    return log2(max(of, broadcast<V>(floor))) - log2(broadcast<V>(iso));
   }
   /// -grad of the field up to a positive factor: outward at the surface.
   template <class V>
   PM_HD Points<V> negated_gradient(const Points<V>& p) const {
-    return field.downhill(p);
+    return field.negated_gradient(p);
   }
   /// Bit l: the field is flat along the edge of lane l, where the negated gradient is `down`.
   template <class V>
   PM_HD std::uint32_t flat_lanes(const EdgeColumns<Lanes<V>::kCount>& edges,
                                  const Points<V>& down) const {
-    if constexpr (F::kEnds) return 0;
+    if constexpr (F::kCompactSupport) return 0;
     if (!exact) return 0;
     using L = Lanes<V>;
-    const V half = fused(down.x, L::load(edges.step_x),
-                         fused(down.y, L::load(edges.step_y), down.z * L::load(edges.step_z)));
-    return L::bits(most(half, -half) < same<V>(0.5f * kFlat * field.far->error));
+    const V half = fma(down.x, L::load(edges.step_x),
+                       fma(down.y, L::load(edges.step_y), down.z * L::load(edges.step_z)));
+    return L::bits(max(half, -half) < broadcast<V>(0.5f * kFlat * field.far->error));
   }
   /// The sum over all balls in the lanes with a bit, `value` in the others.
   template <class V>
   PM_HD V exact_where(std::uint32_t lanes, V value, const Points<V>& at) const {
-    if (F::kEnds || lanes == 0) return value;
+    if (F::kCompactSupport || lanes == 0) return value;
     alignas(32) float exact_sum[Lanes<V>::kCount], all[Lanes<V>::kCount];
-    Lanes<V>::store(exact_sum, field_at<F>(at, field.balls, everyone));
+    Lanes<V>::store(exact_sum, field_at<F>(at, field.balls, all_balls));
     Lanes<V>::store(all, value);
     for (int l = 0; l < Lanes<V>::kCount; ++l) all[l] = lanes >> l & 1u ? exact_sum[l] : all[l];
     return Lanes<V>::load(all);
@@ -127,12 +127,12 @@ struct BallVertices {
   View<const typename F::Ball> balls;
   // Where balls never end:
   View<const FarField> far;  ///< of each brick
-  BallList everyone;
+  BallList all_balls;
 
   PM_HD BallVertexField<F> field_of(const Node& brick, std::int64_t b) const {
-    return {
-        BrickField<F>(grid, margin, brick, balls.data, entries.data, F::kEnds ? nullptr : &far[b]),
-        everyone, iso, floor, !midpoint && margin == 0};
+    return {BrickField<F>(grid, margin, brick, balls.data, entries.data,
+                          F::kCompactSupport ? nullptr : &far[b]),
+            all_balls, iso, floor, !midpoint && margin == 0};
   }
 };
 
@@ -141,7 +141,7 @@ template <class Source>
 struct PlaceVertices {
   static constexpr int kThreads = 128;
   struct Scratch {
-    std::uint16_t edges[kMostVertices];  ///< kRowEdges row + bit, of each vertex
+    std::uint16_t edges[kMaxVertices];  ///< kRowEdges row + bit, of each vertex
   };
   Grid grid;
   float iso = 1;
@@ -167,7 +167,7 @@ struct PlaceVertices {
       const std::uint32_t row = rows[b * kRows + r];
       std::uint32_t to = row_before(row);
       for (std::uint32_t edges = row_edges(row); edges != 0; edges &= edges - 1) {
-        scratch.edges[to++] = static_cast<std::uint16_t>(r * kRowEdges + lowest_bit(edges));
+        scratch.edges[to++] = static_cast<std::uint16_t>(r * kRowEdges + countr_zero(edges));
       }
     });
     team.sync();
@@ -212,24 +212,24 @@ struct PlaceVertices {
   template <class V>
   PM_HD static Points<V> along(const EdgeColumns<Lanes<V>::kCount>& edges, V t) {
     using L = Lanes<V>;
-    return {fused(t, L::load(edges.step_x), L::load(edges.x)),
-            fused(t, L::load(edges.step_y), L::load(edges.y)),
-            fused(t, L::load(edges.step_z), L::load(edges.z))};
+    return {fma(t, L::load(edges.step_x), L::load(edges.x)),
+            fma(t, L::load(edges.step_y), L::load(edges.y)),
+            fma(t, L::load(edges.step_z), L::load(edges.z))};
   }
 
   template <class V, class Field>
   PM_HD void place(const EdgeColumns<Lanes<V>::kCount>& edges, const Field& field, std::int64_t to,
                    int count) const {
     constexpr int kLanes = Lanes<V>::kCount;
-    V t = midpoint ? same<V>(0.5f) : find_root<V>(edges, field, 0);
+    V t = midpoint ? broadcast<V>(0.5f) : find_root<V>(edges, field, 0);
     Points<V> at = along(edges, t), down = field.negated_gradient(at);
     const std::uint32_t flat = field.template flat_lanes<V>(edges, down);
     if (flat != 0) {
       t = find_root<V>(edges, field, flat);
       at = along(edges, t), down = field.negated_gradient(at);
     }
-    const V length2 = fused(down.z, down.z, fused(down.y, down.y, down.x * down.x));
-    const V length = square_root(length2);
+    const V length2 = fma(down.z, down.z, fma(down.y, down.y, down.x * down.x));
+    const V length = sqrt(length2);
     alignas(32) float p[3][kLanes], n[3][kLanes];
     alignas(32) float square[kLanes];
     Lanes<V>::store(p[0], at.x), Lanes<V>::store(p[1], at.y), Lanes<V>::store(p[2], at.z);
@@ -256,12 +256,12 @@ struct PlaceVertices {
     using L = Lanes<V>;
     V value0 = L::load(edges.value0), value1 = L::load(edges.value1);
     const V low = L::load(edges.low), high = L::load(edges.high);
-    const V zero = same<V>(0.0f), one = same<V>(1.0f);
+    const V zero = broadcast<V>(0.0f), one = broadcast<V>(1.0f);
     value0 = field.exact_where(flat, value0, along(edges, zero));
     value1 = field.exact_where(flat, value1, along(edges, one));
     const V g0 = field.height(value0), g1 = field.height(value1);
     Bracket<V> b = {zero, g0, one, g1, one, g1};
-    V t = least(most(b.line_root(), low), high);
+    V t = min(max(b.line_root(), low), high);
     for (int s = 0; s < refine_steps; ++s) {
       const Points<V> at = along(edges, t);
       const V value = field.exact_where(flat, field.value(at), at);
@@ -271,7 +271,7 @@ struct PlaceVertices {
            select(lower, b.g1, g), select(lower, b.t0, b.t1), select(lower, b.g0, b.g1)};
       // Closer than this, differences between the points would be rounding noise.
       const auto there = (g < kCloseEnough) & (-g < kCloseEnough);
-      t = select(there, t, least(most(b.parabola_root(), low), high));
+      t = select(there, t, min(max(b.parabola_root(), low), high));
     }
     return t;
   }

@@ -14,10 +14,10 @@
 namespace polymorph {
 namespace {
 
-constexpr double kFine = 0.01;       ///< of L: the scale at which curvature is measured
-constexpr double kCoarse = 0.02;     ///< of L: what is smaller is roughness
-constexpr double kRadius = 0.06;     ///< of L: domes and grooves have smaller radii
-constexpr double kLeastDome = 1e-4;  ///< of L^2: smaller domes are noise
+constexpr double kFine = 0.01;     ///< of L: the scale at which curvature is measured
+constexpr double kCoarse = 0.02;   ///< of L: what is smaller is roughness
+constexpr double kRadius = 0.06;   ///< of L: domes and grooves have smaller radii
+constexpr double kMinDome = 1e-4;  ///< of L^2: smaller domes are noise
 
 /// Both principal curvatures, in 1 / cell, convex positive.
 struct Curvatures {
@@ -132,7 +132,7 @@ void measure_curvature(const CellValues& occupancy, double volume, double size, 
   }
   result.tac = total / (4 * std::numbers::pi);
   result.groove = area > 0 ? 100 * grooves / area : 0;
-  result.bumps = count_patches(surface, dome, areas, kLeastDome * size * size);
+  result.bumps = count_patches(surface, dome, areas, kMinDome * size * size);
 }
 
 /// The distance of points from a surface as fine as the grid: to the plane of the nearest vertex,
@@ -249,16 +249,16 @@ RoughnessScale roughness_scale(const Box& ends, int resolution) {
 Roughness roughness_of(const Mesh& mesh, const RoughnessScale& scale) {
   Roughness result;
   const Vec3 side = box_of(mesh.positions).size();
-  constexpr double kMostCells = 256, kLeastMargin = 6;
+  constexpr double kMaxCells = 256, kMinMargin = 6;
   const double cell =
-      std::max(scale.cell, static_cast<double>(std::max({side.x, side.y, side.z})) / kMostCells);
+      std::max(scale.cell, static_cast<double>(std::max({side.x, side.y, side.z})) / kMaxCells);
   if (!(cell > 0 && scale.size > 0) || mesh.triangles.empty()) return result;
   // What the Gaussians reach, and more.
-  const double margin = std::max(4 * kCoarse * scale.size, kLeastMargin * cell);
+  const double margin = std::max(4 * kCoarse * scale.size, kMinMargin * cell);
   const CellValues occupancy = occupancy_of(mesh, cell, margin);
   const double volume = sum_of(occupancy);
-  constexpr double kLeastVolume = 8;
-  if (volume < kLeastVolume) return result;
+  constexpr double kMinVolume = 8;
+  if (volume < kMinVolume) return result;
   measure_curvature(occupancy, volume, scale.size / cell, result);
   result.rho = rho_of(occupancy, volume, scale.size / cell);
   return result;

@@ -149,11 +149,12 @@ Status extract_once(SurfaceExtractor& extractor, const std::vector<Ball>& balls,
 Status bench_carry(const BenchOptions& options, const std::string& name,
                    const std::vector<Ball>& balls, const ExtractSettings& settings,
                    SurfaceExtractor& extractor, const Mesh& mesh, nlohmann::ordered_json& rows) {
-  std::vector<Carried> carried(2 * balls.size());
+  std::vector<BallAttribute> carried(2 * balls.size());
   for (std::size_t i = 0; i < carried.size(); ++i) carried[i].value[0] = static_cast<float>(i);
-  std::vector<CarriedValues> values;
+  std::vector<AttributeValues> values;
   PM_TRY(const Timing timing, time_it(options.repeats, [&] {
-           return to_status(extractor.blend(balls, carried, mesh.positions, settings, values));
+           return to_status(
+               extractor.interpolate_attributes(balls, carried, mesh.positions, settings, values));
          }));
   const double bytes = static_cast<double>(mesh.positions.size()) * (12 + 32);
   auto row = report_row(options, name + ", carry", timing,
@@ -192,7 +193,7 @@ Status bench_surface(const BenchOptions& options, const std::string& device,
   const auto measure = [&](const std::string& name, double speed,
                            const char* speed_name) -> Status {
     Mesh other;
-    Mesh& target = settings.deliver ? mesh : other;
+    Mesh& target = settings.download ? mesh : other;
     std::map<std::string, std::vector<double>> passes;
     std::vector<std::string> order;
     PM_TRY(const Timing timing, time_it(options.repeats, [&]() -> Status {
@@ -220,9 +221,9 @@ Status bench_surface(const BenchOptions& options, const std::string& device,
   };
   const std::string name = fmt::format("surface {} {}^3", field, options.grid);
   if (device != "cpu") {
-    settings.deliver = false;
+    settings.download = false;
     PM_TRY_STATUS(measure(name + ", kept there", 4.3e12, "4.3 TB/s"));
-    settings.deliver = true;
+    settings.download = true;
   }
   PM_TRY_STATUS(measure(name, 1e10, "10 GB/s"));
   return bench_carry(options, name, balls, settings, extractor, mesh, rows);
@@ -241,13 +242,13 @@ Status bench_table(const BenchOptions& options, SurfaceExtractor& extractor,
                "skin", "influence 10", "20", "30", "40");
   for (int skin = 10; skin <= 100; skin += 10) {
     const Grid grid = bench_grid(skin + 1);
-    settings.influence = 1;
+    settings.sample_stride = 1;
     Mesh mesh;
     PM_TRY_STATUS(extract_once(extractor, balls, grid, settings, mesh));
     const double exact = volume_of(mesh);
     std::string text = fmt::format("{:>6}", skin);
     for (int resolution = 10; resolution <= 40; resolution += 10) {
-      settings.influence = std::max(1, (skin + resolution / 2) / resolution);
+      settings.sample_stride = std::max(1, (skin + resolution / 2) / resolution);
       PM_TRY(const Timing timing, time_it(options.repeats, [&] {
                return extract_once(extractor, balls, grid, settings, mesh);
              }));
@@ -256,7 +257,7 @@ Status bench_table(const BenchOptions& options, SurfaceExtractor& extractor,
       rows.push_back({{"name", "table 6.7"},
                       {"skin", skin},
                       {"influence", resolution},
-                      {"cells_apart", settings.influence},
+                      {"cells_apart", settings.sample_stride},
                       {"per_second", 1 / timing.median},
                       {"volume_off_percent", off}});
     }

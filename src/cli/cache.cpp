@@ -88,8 +88,8 @@ Result<int> clean(const fs::path& folder, const CacheOptions& options) {
       PM_TRY(age, parse_amount("--max-age", options.max_age,
                                {{'d', 86400}, {'h', 3600}, {'m', 60}, {'s', 1}}, "30d or 12h"));
     }
-    constexpr auto kMost = std::numeric_limits<std::uint64_t>::max();
-    cleaning = gc_cache(folder, bytes < 1e19 ? static_cast<std::uint64_t>(bytes) : kMost, age);
+    constexpr auto kMax = std::numeric_limits<std::uint64_t>::max();
+    cleaning = gc_cache(folder, bytes < 1e19 ? static_cast<std::uint64_t>(bytes) : kMax, age);
   }
   for (const std::string& failure : cleaning.failures)
     log_message(LogLevel::kError, "sphere cache: " + failure);

@@ -111,7 +111,7 @@ Result<int> run_compare(const CompareOptions& options, bool overwrite) {
 }
 
 void add_limits(CLI::App* command, Tolerance& t) {
-  constexpr double kMost = 1e30;  // as large as a limit that is off
+  constexpr double kMax = 1e30;  // as large as a limit that is off
   const auto add = [&](const char* name, float& value, double most, const char* type,
                        const std::string& what) {
     command->add_option(name, value, what)
@@ -119,18 +119,18 @@ void add_limits(CLI::App* command, Tolerance& t) {
         ->type_name(type)
         ->group("Main");
   };
-  add("--fail", t.fail, kMost, "X",
+  add("--fail", t.fail, kMax, "X",
       fmt::format("a pixel fails beyond this difference ({})", t.fail));
-  add("--relative", t.relative, kMost, "X",
+  add("--relative", t.relative, kMax, "X",
       fmt::format("... plus this share of the reference ({})", t.relative));
   add("--failpercent", t.fail_percent, 100, "P",
       fmt::format("so many % of pixels may fail ({})", t.fail_percent));
-  add("--hardfail", t.hard_fail, kMost, "X", "no pixel may differ by more (off)");
-  add("--depth", t.depth, kMost, "X", fmt::format("relative limit for Z ({})", t.depth));
-  add("--normal", t.normal, kMost, "X", fmt::format("limit for N.* ({})", t.normal));
+  add("--hardfail", t.hard_fail, kMax, "X", "no pixel may differ by more (off)");
+  add("--depth", t.depth, kMax, "X", fmt::format("relative limit for Z ({})", t.depth));
+  add("--normal", t.normal, kMax, "X", fmt::format("limit for N.* ({})", t.normal));
   add("--flip", t.flip_mean, 1, "X", "limit of the mean FLIP, 0 to 1 (off)");
   add("--flip-p99", t.flip_p99, 1, "X", "... and of what 99 % of the pixels stay below (off)");
-  add("--warn", t.warn, kMost, "X", "say so when a pixel differs by more; no failure (off)");
+  add("--warn", t.warn, kMax, "X", "say so when a pixel differs by more; no failure (off)");
   add("--warnpercent", t.warn_percent, 100, "P",
       fmt::format("so many % may, silently ({})", t.warn_percent));
 }

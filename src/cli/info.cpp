@@ -99,7 +99,7 @@ nlohmann::ordered_json print_frames(const InfoOptions& options, const Scene& sce
     print_data("{:>5} {:>7} {:<24} {:<12} {:>8} {:>7}\n", "frame", "t", "from -> to", "stage",
                "progress", "u");
   for (int frame = 1; frame <= timeline.count; ++frame) {
-    const Moment m = moment_at(timeline, frame);
+    const MorphState m = morph_state_at(timeline, frame);
     if (!options.json.wanted)
       print_data("{:>5} {:>7.4f} {:<24} {:<12} {:>8.4f} {:>7.4f}\n", frame, m.t,
                  name(m.leg) + " -> " + name(m.leg + 1), stage_name(m.stage), m.progress, m.u);
@@ -140,10 +140,10 @@ void print_actor(const Scene& scene, const ActorSettings& actor) {
     print_data("  {}{} {}\n", objects[i]->name, objects[i]->meta ? " (meta)" : "",
                objects[i]->shape.empty() ? objects[i]->model.string() : "built-in shape");
   for (int frame = 1; frame <= timeline.count;) {
-    const Moment moment = moment_at(timeline, frame);
+    const MorphState moment = morph_state_at(timeline, frame);
     int last = frame;
-    while (last < timeline.count && moment_at(timeline, last + 1).stage == moment.stage &&
-           moment_at(timeline, last + 1).leg == moment.leg)
+    while (last < timeline.count && morph_state_at(timeline, last + 1).stage == moment.stage &&
+           morph_state_at(timeline, last + 1).leg == moment.leg)
       ++last;
     print_data("  frames {:>4} - {:<4} {} -> {}: {}\n", frame, last,
                objects[static_cast<std::size_t>(moment.leg)]->name,

@@ -6,7 +6,7 @@
 namespace polymorph {
 namespace {
 
-constexpr double kMostAmount = 1e18;
+constexpr double kMaxAmount = 1e18;
 
 std::string lower_case(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
@@ -38,7 +38,7 @@ Result<double> parse_amount(const std::string& option, const std::string& text,
   const auto factor = factor_of(whole.substr(end), units);
   if (!value || !factor || *value < 0)
     return make_error(ErrorCode::kUsage, "{} {}: not an amount - write {}", option, text, example);
-  if (*value * *factor > kMostAmount)
+  if (*value * *factor > kMaxAmount)
     return make_error(ErrorCode::kUsage, "{} {}: too much - write {}", option, text, example);
   return *value * *factor;
 }

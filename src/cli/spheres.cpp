@@ -12,7 +12,7 @@
 #include "model/shapes.h"
 #include "scene/json_text.h"
 #include "sequence/spheres_picture.h"
-#include "spheres/figures.h"
+#include "spheres/quality.h"
 #include "spheres/spheres.h"
 #include "surface/grid.h"
 #include "surface/mesh_io.h"
@@ -83,14 +83,14 @@ Status check_outputs(const SpheresOptions& options, bool overwrite) {
 struct Made {
   Approximation approximation;
   std::vector<Ball> balls;  ///< fitted, or straight from the spheres
-  Figures figures;
+  ApproximationQuality figures;
   double seconds = 0;
   std::vector<std::string> problems;
 };
 
 std::string to_json(const Model& model, const SpheresOptions& options, const Made& made) {
   using Json = nlohmann::ordered_json;
-  const Figures& f = made.figures;
+  const ApproximationQuality& f = made.figures;
   Json levels = Json::array();
   for (const SphereNode& node : made.approximation.tree.nodes) {
     const auto level = static_cast<std::size_t>(node.level);
@@ -132,7 +132,7 @@ std::string tree_json(const SphereTree& tree) {
 }
 
 void print_table(const Model& model, const SpheresOptions& options, const Made& made) {
-  const Figures& f = made.figures;
+  const ApproximationQuality& f = made.figures;
   print_data("{}: {} triangles, {}, {}\n", model.name, model.triangles.size(), options.method,
              options.no_fit ? "not fitted" : options.fit + " balls fitted");
   print_data("  {:<34}{:>10}\n", "spheres", made.approximation.tree.leaves().size());
@@ -176,7 +176,7 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
                           solid_volume(model, inside), FieldSettings{}, cell, {}, *extractor));
   }
   PM_TRY(made.figures,
-         measure_figures(model, inside, made.balls, FieldKind::kGaussian, options.grid));
+         measure_quality(model, inside, made.balls, FieldKind::kGaussian, options.grid));
   if (options.json.wanted)
     PM_TRY_STATUS(write_json(options.json, to_json(model, options, made)));
   else

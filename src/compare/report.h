@@ -45,14 +45,14 @@ struct Report {
 };
 
 /// A number of a case, with the limit it must not exceed, if there is one.
-struct Figure {
+struct CaseMetric {
   std::string name, label;  ///< "fail_percent", "failing pixels, %"
   double value = 0;         ///< may be infinite (PSNR)
   std::optional<double> limit;
   bool over() const { return limit && !(value <= *limit); }
 };
 /// In the order they are shown. Empty without a comparison, or when sizes or channels differ.
-std::vector<Figure> figures_of(const ReportCase& one);
+std::vector<CaseMetric> metrics_of(const ReportCase& one);
 
 /// How many bytes of pictures a page already holds; keeps pages of long sequences readable. Cases
 /// that pass are shown whole while there is room for them, failing ones nearly always; all have a

@@ -48,17 +48,17 @@ std::string plain(double value) {
 std::string junit_case(const ReportCase& one, const std::string& suite) {
   std::string text = fmt::format("    <testcase classname=\"{}\" name=\"{}\" time=\"{:.3f}\">\n",
                                  xml(suite), xml(one.name), one.seconds);
-  const std::vector<Figure> figures = figures_of(one);
+  const std::vector<CaseMetric> figures = metrics_of(one);
   if (!figures.empty()) {
     text += "      <properties>\n";
-    for (const Figure& figure : figures)
+    for (const CaseMetric& figure : figures)
       text += fmt::format("        <property name=\"{}\" value=\"{}\"/>\n", figure.name,
                           plain(figure.value));
     text += "      </properties>\n";
   }
   if (!one.passed()) {
     std::string details = one.message + "\n";
-    for (const Figure& figure : figures)
+    for (const CaseMetric& figure : figures)
       if (figure.limit)
         details += fmt::format("{}{}: {} (limit {})\n", figure.over() ? "OVER " : "", figure.label,
                                plain(figure.value), plain(*figure.limit));
@@ -76,8 +76,8 @@ std::string junit_case(const ReportCase& one, const std::string& suite) {
 
 }  // namespace
 
-std::vector<Figure> figures_of(const ReportCase& one) {
-  std::vector<Figure> figures;
+std::vector<CaseMetric> metrics_of(const ReportCase& one) {
+  std::vector<CaseMetric> figures;
   if (!one.comparison || one.comparison->channels.empty()) return figures;
   const Comparison& c = *one.comparison;
   const Tolerance& limits = one.tolerance;
@@ -119,7 +119,7 @@ Json case_json(const ReportCase& one) {
             {"accept", one.accept}};
   if (one.seconds > 0) json["seconds"] = one.seconds;
   json["figures"] = Json::array();
-  for (const Figure& figure : figures_of(one)) {
+  for (const CaseMetric& figure : metrics_of(one)) {
     Json entry{{"name", figure.name}, {"label", figure.label}, {"value", number(figure.value)}};
     if (figure.limit) entry["limit"] = *figure.limit;
     entry["over"] = figure.over();

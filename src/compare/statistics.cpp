@@ -55,7 +55,7 @@ double normal_of_t(double t, double freedom) {
 
 /// The z of each value of the reference among those of the runs.
 std::vector<double> z_values(const std::vector<Values>& runs, const Values& reference,
-                             double reference_share, double least_error) {
+                             double reference_share, double min_error) {
   const auto count = static_cast<double>(runs.size());
   std::vector<double> z(reference.rgb.size());
   for (std::size_t i = 0; i < z.size(); ++i) {
@@ -63,7 +63,7 @@ std::vector<double> z_values(const std::vector<Values>& runs, const Values& refe
     for (const Values& run : runs) mean += run.rgb[i] / count;
     for (const Values& run : runs) squares += (run.rgb[i] - mean) * (run.rgb[i] - mean);
     const double variance = squares / (count - 1);
-    const double least = least_error * (1 + std::abs(mean));
+    const double least = min_error * (1 + std::abs(mean));
     const double error = std::sqrt(variance * (1 / count + reference_share) + least * least);
     z[i] = normal_of_t((reference.rgb[i] - mean) / error, count - 1);
   }
@@ -106,9 +106,9 @@ Result<StatisticsResult> compare_statistics(std::span<const Image> runs, int run
     return result;
   }
   const double share = static_cast<double>(run_samples) / reference_samples;
-  const auto pixel_z = z_values(pixels, expected, share, settings.least_error);
+  const auto pixel_z = z_values(pixels, expected, share, settings.min_error);
   const Values expected_tiles = tiles_of(expected, settings.tile);
-  const auto tile_z = z_values(tiles, expected_tiles, share, settings.least_error);
+  const auto tile_z = z_values(tiles, expected_tiles, share, settings.min_error);
   std::size_t good = 0;
   for (std::size_t i = 0; i < pixel_z.size(); i += 3)
     good += !too_rare(std::max({pixel_z[i], pixel_z[i + 1], pixel_z[i + 2]}), settings.significance,

@@ -21,7 +21,7 @@ struct StatisticsSettings {
   int tile = 8;         ///< side of the tiles whose means are tested, too, pixels
   float brightest = 2;  ///< values above count as this: sparks are not normal at all
   /// Differences this small (absolute, and as a share of the value) are no matter, however sure.
-  double least_error = 5e-4;
+  double min_error = 5e-4;
 };
 
 struct StatisticsResult {

@@ -15,11 +15,11 @@ namespace {
 /// Attributes as tEXt chunks, so that a PNG says what it is as an EXR does: (keyword, text).
 using Texts = std::vector<std::pair<std::string, std::string>>;
 Texts texts_of(const std::vector<Attribute>& attributes) {
-  constexpr std::size_t kLongestKeyword = 79;
+  constexpr std::size_t kMaxKeyword = 79;
   Texts texts;
   for (const Attribute& attribute : attributes)
     texts.emplace_back(
-        attribute.name.substr(0, kLongestKeyword),
+        attribute.name.substr(0, kMaxKeyword),
         std::visit([](const auto& v) { return fmt::format("{}", v); }, attribute.value));
   return texts;
 }

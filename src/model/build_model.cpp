@@ -165,7 +165,7 @@ class Builder {
 };
 
 void Builder::map_materials() {
-  constexpr std::size_t kMostTold = 20;
+  constexpr std::size_t kMaxTold = 20;
   std::size_t missing = 0;
   const MtlNames names(mtls_);
   for (const NamedLine& used : scan_.materials) {
@@ -174,14 +174,14 @@ void Builder::map_materials() {
     mtl_of_.push_back(mtl);
     model_.materials.push_back(mtl ? mtl->material : Material{});
     model_.materials.back().name = used.name;
-    if (!mtl && !mtls_.materials.empty() && ++missing <= kMostTold)
+    if (!mtl && !mtls_.materials.empty() && ++missing <= kMaxTold)
       warnings_.push_back(
           fmt::format("{}:{}: material \"{}\" is in no MTL - a default grey is used", file_,
                       used.line, printable(used.name)));
   }
-  if (missing > kMostTold)
+  if (missing > kMaxTold)
     warnings_.push_back(fmt::format("{}: {} more materials are in no MTL - a default grey is used",
-                                    file_, missing - kMostTold));
+                                    file_, missing - kMaxTold));
   material_of_.push_back(static_cast<std::uint32_t>(model_.materials.size()));
   mtl_of_.push_back(nullptr);
   model_.materials.emplace_back().name = "default";

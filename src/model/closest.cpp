@@ -6,6 +6,7 @@
 
 #include "base/parallel.h"
 #include "kernels/linear.h"
+#include "kernels/math.h"
 #include "model/triangle_bvh.h"
 
 namespace polymorph {
@@ -69,10 +70,6 @@ struct Waiting {
   std::uint32_t child, count;
 };
 
-// By value, which std::min is not: only so do loops become vector code.
-float least(float x, float y) { return x < y ? x : y; }
-float most(float x, float y) { return x > y ? x : y; }
-
 /// The triangles of a leaf side by side, in float: tells at eight triangles' price of one which of
 /// them are worth a look in double precision.
 struct Leaf {
@@ -113,15 +110,15 @@ struct Leaf {
         return rx * rx + ry * ry + rz * rz;
       };
       const auto part = [](float along, float whole) {
-        return least(most(along / most(whole, 1e-37f), 0.0f), 1.0f);
+        return min(max(along / max(whole, 1e-37f), 0.0f), 1.0f);
       };
       const float on_bc = part(pc - pb + bb - bc, bb - 2 * bc + cc);
-      const float on_edges = least(least(distance2(part(pb, bb), 0), distance2(0, part(pc, cc))),
-                                   distance2(1 - on_bc, on_bc));
+      const float on_edges = min(min(distance2(part(pb, bb), 0), distance2(0, part(pc, cc))),
+                                 distance2(1 - on_bc, on_bc));
       const float s = x * u[0][k] + y * u[1][k] + z * u[2][k];
       const float t = x * v[0][k] + y * v[1][k] + z * v[2][k];
-      const float on_face = least(least(s, t), 1 - s - t) > 0 ? distance2(s, t) : on_edges;
-      excess[k] = least(on_edges, on_face) - 4e-6f * (pp + bb + cc);
+      const float on_face = min(min(s, t), 1 - s - t) > 0 ? distance2(s, t) : on_edges;
+      excess[k] = min(on_edges, on_face) - 4e-6f * (pp + bb + cc);
     }
     unsigned bits = 0;
     for (int k = 0; k < kWidth; ++k) bits |= (excess[k] > limit ? 0u : 1u) << k;
@@ -175,6 +172,15 @@ ClosestPointQuery::ClosestPointQuery(std::span<const Vec3> points,
 }
 ClosestPointQuery::ClosestPointQuery(const Model& model)
     : ClosestPointQuery(model.points, model.triangles) {}
+ClosestPointQuery::ClosestPointQuery(const Model& model, std::span<const std::uint32_t> faces)
+    : ClosestPointQuery(model.points, [&] {
+        std::vector<Triangle> kept;
+        for (const std::uint32_t face : faces) kept.push_back(model.triangles[face]);
+        return kept;
+      }()) {
+  for (std::uint32_t& triangle : tree_->bvh.triangles)
+    if (triangle < faces.size()) triangle = faces[triangle];
+}
 ClosestPointQuery::~ClosestPointQuery() = default;
 ClosestPointQuery::ClosestPointQuery(ClosestPointQuery&&) noexcept = default;
 ClosestPointQuery& ClosestPointQuery::operator=(ClosestPointQuery&&) noexcept = default;
@@ -199,9 +205,9 @@ ClosestPoint ClosestPointQuery::closest(Vec3 from, float beyond) const {
     const TriangleBvh::Node& node = bvh.nodes[next.child];
     float distance2[TriangleBvh::kWidth];
     for (int k = 0; k < TriangleBvh::kWidth; ++k) {
-      const float x = most(most(node.low[0][k] - from.x, from.x - node.high[0][k]), 0);
-      const float y = most(most(node.low[1][k] - from.y, from.y - node.high[1][k]), 0);
-      const float z = most(most(node.low[2][k] - from.z, from.z - node.high[2][k]), 0);
+      const float x = max(max(node.low[0][k] - from.x, from.x - node.high[0][k]), 0);
+      const float y = max(max(node.low[1][k] - from.y, from.y - node.high[1][k]), 0);
+      const float z = max(max(node.low[2][k] - from.z, from.z - node.high[2][k]), 0);
       distance2[k] = x * x + y * y + z * z;
     }
     const int first = waiting;

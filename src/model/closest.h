@@ -25,6 +25,8 @@ class ClosestPointQuery {
  public:
   explicit ClosestPointQuery(const Model& model);
   ClosestPointQuery(std::span<const Vec3> points, std::span<const Triangle> triangles);
+  /// Of these triangles alone (ascending indices).
+  ClosestPointQuery(const Model& model, std::span<const std::uint32_t> faces);
   ~ClosestPointQuery();
   ClosestPointQuery(ClosestPointQuery&&) noexcept;
   ClosestPointQuery& operator=(ClosestPointQuery&&) noexcept;

@@ -13,7 +13,7 @@
 namespace polymorph {
 namespace {
 
-constexpr std::size_t kMostExaminedShells = 64;
+constexpr std::size_t kMaxExaminedShells = 64;
 constexpr std::uint32_t kNone = 0xffffffffu;
 
 /// An ellipsoid as flat as the fit lets them be stands for about a hundred round balls of a wall:
@@ -131,7 +131,7 @@ double winding_of_others(const Model& model, const Topology& topology, std::size
 
 std::size_t count_inverted(const Model& model, const Topology& topology) {
   std::size_t inverted = 0, examined = 0;
-  for (std::size_t s = 0; s < topology.shells.size() && examined < kMostExaminedShells; ++s) {
+  for (std::size_t s = 0; s < topology.shells.size() && examined < kMaxExaminedShells; ++s) {
     const Shell& shell = topology.shells[s];
     if (!shell.manifold || shell.volume >= 0) continue;
     ++examined;

@@ -19,8 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMostBytes = 64u << 20;
-constexpr float kMostDielectricSpecular = 0.2f;  // above diamond's 0.17
+constexpr std::uint64_t kMaxBytes = 64u << 20;
+constexpr float kMaxDielectricSpecular = 0.2f;  // above diamond's 0.17
 
 /// What the scan keeps of one newmtl: tinyobjloader does not tell a value given from its default.
 struct Entry {
@@ -43,7 +43,7 @@ class MtlScanner {
     while (lines_.next() && !errors_.full()) scan_line(lines_.line());
     if (!errors_.empty()) return errors_.error();
     tell(spectral_, "colours are spectral curves - the default colour is used");
-    tell(homeless_, "statements stand before the first newmtl - ignored");
+    tell(before_first_material_, "statements stand before the first newmtl - ignored");
     return std::move(scan_);
   }
 
@@ -62,7 +62,7 @@ class MtlScanner {
   ErrorList errors_;
   Scan scan_;
   std::set<std::string> names_;
-  Occurrences spectral_, homeless_;
+  Occurrences spectral_, before_first_material_;
 };
 
 void MtlScanner::scan_line(std::string_view line) {
@@ -89,7 +89,7 @@ void MtlScanner::scan_line(std::string_view line) {
   const bool texture = word == "map_Kd";
   if (!color && !number && !texture) return;
   if (scan_.entries.empty()) {
-    homeless_.note(lines_.number());
+    before_first_material_.note(lines_.number());
     return;
   }
   if (color && (rest.starts_with("spectral") || rest.starts_with("xyz"))) {
@@ -153,7 +153,7 @@ MtlMaterial map_material(const tinyobj::material_t& from, const Entry& given) {
   if (!to.texture.empty() && (!given.kd || m.color == Vec3{})) m.color = {1, 1, 1};
   if (given.pm) m.metallic = std::clamp(from.metallic, 0.0f, 1.0f);
   if (given.ks)
-    m.specular = clamped(from.specular, m.metallic > 0.5f ? 1.0f : kMostDielectricSpecular);
+    m.specular = clamped(from.specular, m.metallic > 0.5f ? 1.0f : kMaxDielectricSpecular);
   if (given.ns) m.roughness = std::sqrt(2.0f / (std::max(from.shininess, 0.0f) + 2.0f));
   if (given.pr) m.roughness = std::clamp(from.roughness, 0.0f, 1.0f);
   return to;
@@ -170,11 +170,11 @@ std::vector<std::string> library_names(AssetFinder& finder, const fs::path& fold
   if (line.size() < 4096 && is_there(line)) return {line};  // no path is longer
   std::vector<std::string> words;
   std::string_view rest = line;
-  for (std::string_view word = take_word(rest); !word.empty() && words.size() <= kMostLibraries;
+  for (std::string_view word = take_word(rest); !word.empty() && words.size() <= kMaxLibraries;
        word = take_word(rest))
     words.emplace_back(word);
   if (words.size() < 2) return {line};
-  if (words.size() > kMostLibraries || std::any_of(words.begin(), words.end(), is_there))
+  if (words.size() > kMaxLibraries || std::any_of(words.begin(), words.end(), is_there))
     return words;
   return {line};
 }
@@ -222,10 +222,10 @@ Result<MtlSet> load_mtls(const fs::path& obj, const std::vector<NamedLine>& libr
     const std::string where = fmt::format("{}:{}: mtllib", obj.string(), library.line);
     for (const std::string& name : library_names(finder, folder, library.name)) {
       if (!names.insert(name).second) continue;
-      if (names.size() > kMostLibraries)
+      if (names.size() > kMaxLibraries)
         return make_error(ErrorCode::kInput,
                           "{} names more than {} material libraries - is this a Wavefront OBJ?",
-                          where, kMostLibraries);
+                          where, kMaxLibraries);
       auto asset = finder.find(folder, name);
       if (!asset) return make_error(ErrorCode::kInput, "{} {}", where, asset.error().message);
       if (asset->path.empty()) {
@@ -239,7 +239,7 @@ Result<MtlSet> load_mtls(const fs::path& obj, const std::vector<NamedLine>& libr
       if (!done.insert(asset->path).second) continue;
       if (!asset->note.empty()) all.warnings.push_back(fmt::format("{} {}", where, asset->note));
       remember_input(asset->path);
-      PM_TRY(const std::string bytes, read_file(asset->path, kMostBytes));
+      PM_TRY(const std::string bytes, read_file(asset->path, kMaxBytes));
       PM_TRY(MtlSet one, parse_mtl(bytes, asset->path.string()));
       std::move(one.materials.begin(), one.materials.end(), std::back_inserter(all.materials));
       std::move(one.warnings.begin(), one.warnings.end(), std::back_inserter(all.warnings));

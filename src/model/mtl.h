@@ -46,8 +46,8 @@ class MtlNames {
 Result<MtlSet> parse_mtl(std::string_view bytes, const std::string& file);
 
 /// All files of the OBJ's mtllib lines. A missing one is a warning, an error when `strict`. Errors
-/// (kInput): more than kMostLibraries names.
-inline constexpr std::size_t kMostLibraries = 1000;
+/// (kInput): more than kMaxLibraries names.
+inline constexpr std::size_t kMaxLibraries = 1000;
 Result<MtlSet> load_mtls(const std::filesystem::path& obj, const std::vector<NamedLine>& libraries,
                          bool strict);
 

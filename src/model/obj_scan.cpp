@@ -13,7 +13,7 @@
 namespace polymorph {
 namespace {
 
-constexpr std::uint32_t kMostCorners = 4096;  // tinyobjloader's polygons are quadratic, ours too
+constexpr std::uint32_t kMaxCorners = 4096;  // tinyobjloader's polygons are quadratic, ours too
 
 struct Corner {
   std::int32_t v = -1, vt = -1, vn = -1;  // 0-based, -1 = not given
@@ -140,8 +140,8 @@ std::optional<std::int64_t> Scanner::resolve(std::string_view digits, std::uint3
   if (digits.starts_with('+')) digits.remove_prefix(1);
   std::int64_t index = 0;
   const auto [stop, error] = std::from_chars(digits.data(), digits.data() + digits.size(), index);
-  constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
-  if (error == std::errc::result_out_of_range || index > kMost || index < -kMost) {
+  constexpr std::int64_t kMax = std::numeric_limits<std::int32_t>::max();
+  if (error == std::errc::result_out_of_range || index > kMax || index < -kMax) {
     fail(fmt::format("{} index {} is beyond the 32-bit range", what, digits));
     return std::nullopt;
   }
@@ -203,8 +203,8 @@ void Scanner::scan_face(std::string_view rest) {
   const std::size_t first = corners_.size();
   rest = rest.substr(0, rest.find('#'));  // a comment needs no space before it
   for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
-    if (++face.corners > kMostCorners) {
-      fail(fmt::format("face has more than {} corners - split it", kMostCorners));
+    if (++face.corners > kMaxCorners) {
+      fail(fmt::format("face has more than {} corners - split it", kMaxCorners));
       corners_.resize(first);
       return;
     }

@@ -75,7 +75,7 @@ Crossings crossing(const Model& model, const TriangleBvh& bvh, std::uint32_t t, 
   std::uint32_t stack[TriangleBvh::kStackSize];
   int waiting = 0;
   stack[waiting++] = 0;
-  while (waiting > 0 && found.size() < most && result.looked_at < SelfIntersections::kMostNear) {
+  while (waiting > 0 && found.size() < most && result.looked_at < SelfIntersections::kMaxNear) {
     const TriangleBvh::Node& node = bvh.nodes[stack[--waiting]];
     const unsigned touching = children_touching(node, box);
     for (int k = 0; k < TriangleBvh::kWidth; ++k) {
@@ -118,7 +118,7 @@ SelfIntersections count_self_intersections(const Model& model, const TriangleBvh
         64);
     for (std::size_t k = 0; k < count && !result.stopped; ++k) {
       left -= std::min(left, found[k].looked_at);
-      result.crowded = result.crowded || found[k].looked_at >= SelfIntersections::kMostNear;
+      result.crowded = result.crowded || found[k].looked_at >= SelfIntersections::kMaxNear;
       if (found[k].triangles.empty()) continue;
       if (result.pairs == 0) {
         result.first[0] = static_cast<std::uint32_t>(begin + k);

@@ -11,9 +11,9 @@
 namespace polymorph {
 namespace {
 
-constexpr int kLeastResolution = 16, kMostResolution = 512;
+constexpr int kMinResolution = 16, kMaxResolution = 512;
 constexpr int kSearchResolution = 48;  // for the gap; its widths are a factor 1.4 apart anyway
-constexpr float kWidestGap = 1.05f;    // of the longest side, which a bowl is open along
+constexpr float kMaxGap = 1.05f;       // of the longest side, which a bowl is open along
 constexpr float kProject = 2;          // cells: how near a vertex belongs on the model
 constexpr int kSmoothingRounds = 12;
 
@@ -26,8 +26,8 @@ float longest_side(const Box& box) {
 float find_gap(const Box& box, const ClosestPointQuery& surface) {
   const float side = longest_side(box), cell = side / kSearchResolution;
   std::vector<float> gaps;
-  for (float gap = 3 * cell; gap < kWidestGap * side; gap *= 1.4f) gaps.push_back(gap);
-  gaps.push_back(kWidestGap * side);
+  for (float gap = 3 * cell; gap < kMaxGap * side; gap *= 1.4f) gaps.push_back(gap);
+  gaps.push_back(kMaxGap * side);
   const Grid grid = grid_around(box, cell, gaps.back() / 2);
   const std::vector<float> from_wall = distances_to(grid, wall_points(grid, surface));
   std::vector<double> volumes;
@@ -57,8 +57,8 @@ Vec3 mean_of(const VoxelSurface& surface, const std::vector<std::uint32_t>& arou
 
 /// A ball that rests on an opening's rim dips into it: what is not on the model is drawn taut, like
 /// a skin over the rim. In order of index, by successive over-relaxation.
-void draw_taut(VoxelSurface& surface, const Neighbors& around,
-               const std::vector<std::uint32_t>& loose) {
+void relax_to_minimal_surface(VoxelSurface& surface, const Neighbors& around,
+                              const std::vector<std::uint32_t>& loose) {
   constexpr int kRounds = 400;
   constexpr float kOverRelaxation = 1.9f;
   for (int round = 0; round < kRounds; ++round)
@@ -77,7 +77,7 @@ void settle(VoxelSurface& surface, float cell, const ClosestPointQuery& model) {
   const std::vector<ClosestPoint> nearest = model.closest(surface.points, kProject * cell);
   for (std::uint32_t i = 0; i < nearest.size(); ++i)
     if (nearest[i].triangle == ClosestPoint::kNoTriangle) loose.push_back(i);
-  draw_taut(surface, around, loose);
+  relax_to_minimal_surface(surface, around, loose);
   std::vector<Vec3> next(surface.points.size());
   for (int round = 0; round <= kSmoothingRounds; ++round) {
     const bool last = round == kSmoothingRounds;
@@ -106,7 +106,8 @@ Vec2 uv_at(const Model& model, std::uint32_t t, Vec3 p) {
 }
 
 /// The surface with the look of the model's faces next to its own.
-Model dress(VoxelSurface surface, const Model& model, const ClosestPointQuery& query) {
+Model transfer_attributes(VoxelSurface surface, const Model& model,
+                          const ClosestPointQuery& query) {
   Model solid;
   solid.name = model.name;
   solid.points = std::move(surface.points);
@@ -134,14 +135,14 @@ Model dress(VoxelSurface surface, const Model& model, const ClosestPointQuery& q
 }  // namespace
 
 Result<Model> solidify(const Model& model, const SolidifySettings& settings) {
-  if (settings.resolution < kLeastResolution || settings.resolution > kMostResolution)
+  if (settings.resolution < kMinResolution || settings.resolution > kMaxResolution)
     return make_error(ErrorCode::kInput, "solidify: resolution {} is out of range - use {} to {}",
-                      settings.resolution, kLeastResolution, kMostResolution);
+                      settings.resolution, kMinResolution, kMaxResolution);
   const Box box = model.box();
   const float side = longest_side(box);
   if (model.triangles.empty() || !(side > 0))
     return make_error(ErrorCode::kInput, "model \"{}\" has no faces to solidify", model.name);
-  if (!(settings.gap >= 0) || settings.gap > kWidestGap * side)
+  if (!(settings.gap >= 0) || settings.gap > kMaxGap * side)
     return make_error(
         ErrorCode::kInput,
         "solidify: gap {:.4g} is out of range for model \"{}\" - use 0 (automatic) to "
@@ -162,7 +163,7 @@ Result<Model> solidify(const Model& model, const SolidifySettings& settings) {
         "its opening, raise the resolution, or thicken the model",
         model.name, settings.resolution, gap, 2 * cell);
   settle(surface, cell, query);
-  return dress(std::move(surface), model, query);
+  return transfer_attributes(std::move(surface), model, query);
 }
 
 }  // namespace polymorph

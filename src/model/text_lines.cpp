@@ -9,7 +9,7 @@
 namespace polymorph {
 namespace {
 
-constexpr double kLargestCoordinate = 1e15;  // squares of areas must stay finite
+constexpr double kMaxCoordinate = 1e15;  // squares of areas must stay finite
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\f' || c == '\v'; }
 
@@ -141,7 +141,7 @@ ParsedReal parse_real(std::string_view word) {
   }
   if (error != std::errc{} || stop != end || !std::isfinite(value) || word.starts_with("+-"))
     return {0, problem_of(word)};
-  if (std::abs(value) > kLargestCoordinate)
+  if (std::abs(value) > kMaxCoordinate)
     return {0, "is too large (beyond 1e15) - scale the model down"};
   // Also turns -0 into 0: points are welded by their exact bits.
   if (std::abs(value) < static_cast<double>(std::numeric_limits<float>::min())) value = 0;

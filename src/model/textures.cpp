@@ -80,14 +80,14 @@ Status load_textures(const fs::path& obj, const ObjScan& scan, const MtlSet& mtl
   TextureReader reader(obj.parent_path(), model, warnings);
   std::vector<std::string> problems;
   const MtlNames names(mtls);
-  std::unordered_map<std::string, std::size_t> index_of;
+  std::unordered_map<std::string, std::size_t> to_index;
   for (std::size_t i = 0; i < model.materials.size(); ++i)
-    index_of.try_emplace(model.materials[i].name, i);
+    to_index.try_emplace(model.materials[i].name, i);
   for (const NamedLine& used : scan.materials) {
     const MtlMaterial* mtl = names.find(used.name);
     if (!mtl || mtl->texture.empty()) continue;
-    const auto found = index_of.find(mtl->material.name);
-    if (found == index_of.end()) continue;  // its triangles were all dropped
+    const auto found = to_index.find(mtl->material.name);
+    if (found == to_index.end()) continue;  // its triangles were all dropped
     Material& material = model.materials[found->second];
     const std::string where = fmt::format("{}:{}: map_Kd", mtl->file, mtl->texture_line);
     if (model.corner_uvs.empty()) {

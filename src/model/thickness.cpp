@@ -14,11 +14,11 @@ namespace polymorph {
 namespace {
 
 constexpr double kManyBalls = 1500;
-constexpr std::size_t kMostMet = 16384;  // by one ray, of faces that lie upon each other
+constexpr std::size_t kMaxMet = 16384;  // by one ray, of faces that lie upon each other
 
 /// Distance along the ray at which it meets the triangle, or infinity (Moeller and Trumbore 1997,
 /// in double precision; edges count).
-double meet(Vec3d origin, Vec3d direction, const TriangleBvh::Corners& c) {
+double intersect(Vec3d origin, Vec3d direction, const TriangleBvh::Corners& c) {
   const Vec3d a(c.p[0]), ab = Vec3d(c.p[1]) - a, ac = Vec3d(c.p[2]) - a;
   const Vec3d p = cross(direction, ac);
   const double determinant = dot(ab, p);
@@ -45,7 +45,7 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
   if (!bvh.nodes.empty()) stack[waiting++] = 0;
   const double o[3] = {origin.x, origin.y, origin.z},
                d[3] = {direction.x, direction.y, direction.z};
-  while (waiting > 0 && met < kMostMet) {
+  while (waiting > 0 && met < kMaxMet) {
     const TriangleBvh::Node& node = bvh.nodes[stack[--waiting]];
     for (int k = 0; k < TriangleBvh::kWidth; ++k) {
       if (node.child[k] == TriangleBvh::kNone) continue;
@@ -70,14 +70,14 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
       for (std::uint32_t slot = node.child[k]; slot < node.child[k] + node.count[k]; ++slot) {
         if (bvh.triangles[slot] == self) continue;
         const TriangleBvh::Corners& c = bvh.corners[slot];
-        const double t = meet(origin, direction, c);
+        const double t = intersect(origin, direction, c);
         if (!(t > from) || !(t < hit.distance)) continue;
         const Vec3d n = cross(Vec3d(c.p[1]) - Vec3d(c.p[0]), Vec3d(c.p[2]) - Vec3d(c.p[0]));
         hit = {t, dot(n, direction) > 0};
       }
     }
   }
-  return met < kMostMet ? hit : Hit{};
+  return met < kMaxMet ? hit : Hit{};
 }
 
 }  // namespace

@@ -114,7 +114,7 @@ struct Cells {
   }
 };
 
-void drop_specks(Voxels& voxels) {
+void remove_small_components(Voxels& voxels) {
   std::vector<std::uint32_t> piece(voxels.count(), kNone);
   std::vector<std::size_t> sizes, waiting;
   for (std::size_t i = 0; i < voxels.count(); ++i) {
@@ -214,7 +214,7 @@ Voxels unreachable(const Grid& grid, const std::vector<float>& from_wall, float 
 }
 
 void make_manifold(Voxels& voxels) {
-  drop_specks(voxels);
+  remove_small_components(voxels);
   const Cells cells{voxels};
   const Int3 n = voxels.grid.points;
   for (bool changed = true; changed;) {

@@ -11,6 +11,8 @@ namespace polymorph {
 namespace {
 
 constexpr std::size_t kRepresentatives = 80;
+/// A rotation that tips an object over costs at most this share of the best upright one.
+constexpr double kTipShare = 0.6;
 
 /// The turns of a cube: signed permutations of the axes, without reflections.
 std::vector<Mat3> cube_turns() {
@@ -31,6 +33,11 @@ std::vector<Mat3> cube_turns() {
   return turns;
 }
 
+Mat3 about_vertical(double angle) {
+  const double c = std::cos(angle), s = std::sin(angle);
+  return Mat3{{c, 0, s, 0, 1, 0, -s, 0, c}};
+}
+
 TransportPlan plan_between(const CostSide& a, const CostSide& b, float label_cost) {
   return solve_transport(a.mass, b.mass, [&](std::uint32_t from, std::span<float> costs) {
     cost_row(a, b, label_cost, from, costs);
@@ -42,22 +49,57 @@ struct Fit {
   double cost = 0;
 };
 
-Fit refine(const CostSide& a, const CostSide& b, float label_cost, Mat3 rotation) {
-  constexpr int kMostSteps = 12;
+Fit refine(const CostSide& a, const CostSide& b, float label_cost, Mat3 rotation,
+           RotationAxis axis) {
+  constexpr int kMaxSteps = 12;
   constexpr double kEnough = 1e-3;
   Fit best;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     const TransportPlan plan = plan_between(turned(a, rotation), b, label_cost);
     if (step > 0 && !(plan.cost < (1 - kEnough) * best.cost)) break;
     best = {rotation, plan.cost};
-    rotation = fit_rotation(a, b, plan.flows);
+    rotation = fit_rotation(a, b, plan.flows, axis);
   }
   return best;
 }
 
+/// The best fit from these starts. Of rotations within a hundredth of the gain, the smallest.
+Fit best_fit(const CostSide& a, const CostSide& b, float label_cost, double unturned,
+             const std::vector<Mat3>& starts, RotationAxis axis) {
+  std::vector<Fit> fits(starts.size());
+  parallel_for(static_cast<std::int64_t>(starts.size()), [&](std::int64_t i) {
+    const auto at = static_cast<std::size_t>(i);
+    fits[at] = refine(a, b, label_cost, starts[at], axis);
+  });
+  double least = fits[0].cost;
+  for (const Fit& fit : fits) least = std::min(least, fit.cost);
+  const double enough = least + 0.01 * std::max(unturned - least, 0.0);
+  const Fit* chosen = nullptr;
+  for (const Fit& fit : fits)
+    if (fit.cost <= enough &&
+        (!chosen || angle_of(fit.rotation) < angle_of(chosen->rotation) - 1e-6))
+      chosen = &fit;
+  return *chosen;
+}
+
+/// Mean squared distance between what a rotation near this one pairs, over the mean squared radius.
+double residual(const CostSide& a, const CostSide& b, float label_cost, const Mat3& rotation) {
+  const TransportPlan near = plan_between(turned(a, rotation), b, label_cost);
+  const CostSide fitted = turned(a, fit_rotation(a, b, near.flows, RotationAxis::kAny));
+  double sum = 0;
+  for (const Flow& flow : plan_between(fitted, b, label_cost).flows)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double apart = static_cast<double>(fitted.values[axis][flow.from]) -
+                           static_cast<double>(b.values[axis][flow.to]);
+      sum += flow.amount * apart * apart;
+    }
+  return sum;
+}
+
 }  // namespace
 
-Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const Flow> flows) {
+Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const Flow> flows,
+                  RotationAxis axis) {
   Mat3 sum{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
   // The outward directions turn with the object and count as in the cost.
   for (std::size_t first = 0; first < CostSide::kTurning; first += 3)
@@ -68,30 +110,28 @@ Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const Flow> fl
               flow.amount *
               static_cast<double>(b.values[first + static_cast<std::size_t>(r)][flow.to]) *
               static_cast<double>(a.values[first + static_cast<std::size_t>(c)][flow.from]);
-  return nearest_rotation(sum);
+  if (axis == RotationAxis::kAny) return nearest_rotation(sum);
+  const double sine = sum.at(0, 2) - sum.at(2, 0), cosine = sum.at(0, 0) + sum.at(2, 2);
+  return about_vertical(std::atan2(sine, cosine));
 }
 
-Mat3 find_rotation(const CostSide& a, const CostSide& b, float label_cost, double gain) {
+FoundRotation find_rotation(const CostSide& a, const CostSide& b, float label_cost, double gain,
+                            double tip_residual) {
   const CostSide few_a = coarse(a, kRepresentatives), few_b = coarse(b, kRepresentatives);
   const double unturned = plan_between(few_a, few_b, label_cost).cost;
-  std::vector<Mat3> starts = cube_turns();
-  starts.insert(starts.begin(), Mat3{});
-  std::vector<Fit> fits(starts.size());
-  parallel_for(static_cast<std::int64_t>(starts.size()), [&](std::int64_t i) {
-    const auto at = static_cast<std::size_t>(i);
-    fits[at] = refine(few_a, few_b, label_cost, starts[at]);
-  });
-  double least = fits[0].cost;
-  for (const Fit& fit : fits) least = std::min(least, fit.cost);
-  if (!(least < (1 - gain) * unturned)) return {};
-  // Of turns within a hundredth of the gain, the smallest.
-  const double enough = least + 0.01 * (unturned - least);
-  const Fit* chosen = nullptr;
-  for (const Fit& fit : fits)
-    if (fit.cost <= enough &&
-        (!chosen || angle_of(fit.rotation) < angle_of(chosen->rotation) - 1e-6))
-      chosen = &fit;
-  return chosen->rotation;
+  constexpr int kUpright = 8;
+  std::vector<Mat3> upright;
+  for (int i = 0; i < kUpright; ++i)
+    upright.push_back(i == 0 ? Mat3{} : about_vertical(2 * std::acos(-1.0) * i / kUpright));
+  std::vector<Mat3> all = cube_turns();
+  all.insert(all.begin(), Mat3{});
+  Fit standing = best_fit(few_a, few_b, label_cost, unturned, upright, RotationAxis::kVertical);
+  if (!(standing.cost < (1 - gain) * unturned)) standing = {Mat3{}, unturned};
+  const Fit free = best_fit(few_a, few_b, label_cost, unturned, all, RotationAxis::kAny);
+  const bool cheaper = free.cost < (1 - gain) * unturned && free.cost < kTipShare * standing.cost;
+  if (cheaper && residual(a, b, label_cost, free.rotation) <= tip_residual)
+    return {free.rotation, RotationAxis::kAny};
+  return {standing.rotation, RotationAxis::kVertical};
 }
 
 }  // namespace polymorph

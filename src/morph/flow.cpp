@@ -20,7 +20,7 @@ Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::v
                      const std::vector<Vec3>& points, SurfaceExtractor& extractor) {
   PM_CHECK(balls.size() == plan.pairs.size());
   const std::vector<float> progress = pair_progress(plan, time);
-  std::vector<Carried> carried(balls.size());
+  std::vector<BallAttribute> carried(balls.size());
   for (std::size_t e = 0; e < balls.size(); ++e) carried[e].value[3] = progress[e];
   if (next != time) {
     const std::vector<Ball> later = balls_at(plan, next);
@@ -35,14 +35,14 @@ Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::v
       }
     }
   }
-  PM_TRY(const std::vector<CarriedValues> values,
-         carried_to(extractor, balls, plan.kind, carried, points));
+  PM_TRY(const std::vector<AttributeValues> values,
+         interpolate_attributes(extractor, balls, plan.kind, carried, points));
   return flow_of(values);
 }
 
-Flow flow_of(const std::vector<CarriedValues>& values) {
+Flow flow_of(const std::vector<AttributeValues>& values) {
   Flow flow;
-  for (const CarriedValues& at : values) {
+  for (const AttributeValues& at : values) {
     flow.displacement.push_back({at.v[0], at.v[1], at.v[2]});
     flow.blend.push_back(at.v[3]);
   }

@@ -24,6 +24,6 @@ Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::v
                      const std::vector<Vec3>& points, SurfaceExtractor& extractor);
 
 /// From what was carried to points: displacement and progress.
-Flow flow_of(const std::vector<CarriedValues>& values);
+Flow flow_of(const std::vector<AttributeValues>& values);
 
 }  // namespace polymorph

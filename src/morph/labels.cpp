@@ -93,7 +93,7 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
   const std::vector<float> progress = pair_progress(plan, time);
   std::vector<float> of_names(points.size() * count);
   for (std::uint32_t first = 0; first < count; first += 8) {
-    std::vector<Carried> carried(2 * balls.size());
+    std::vector<BallAttribute> carried(2 * balls.size());
     const auto add = [&](std::size_t ball, std::uint32_t name, float share) {
       if (name < first || name >= first + 8) return;
       carried[2 * ball + (name - first) / 4].value[(name - first) % 4] += share;
@@ -102,8 +102,8 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
       add(e, from_names[plan.pairs[e].from], 1 - progress[e]);
       add(e, to_names[plan.pairs[e].to], progress[e]);
     }
-    PM_TRY(const std::vector<CarriedValues> values,
-           carried_to(extractor, balls, plan.kind, carried, points));
+    PM_TRY(const std::vector<AttributeValues> values,
+           interpolate_attributes(extractor, balls, plan.kind, carried, points));
     for (std::size_t i = 0; i < points.size(); ++i)
       for (std::uint32_t k = 0; k < std::min(count - first, 8u); ++k)
         of_names[i * count + first + k] = values[2 * i + k / 4].v[k % 4];

@@ -165,8 +165,8 @@ std::vector<float> own_times(const MorphPlan& plan, float time) {
   return move_together(plan) ? std::vector<float>() : eased_times(plan, time);
 }
 
-PathMoment moment_of(const MorphPlan& plan, float time) {
-  PathMoment moment;
+MotionState motion_state_of(const MorphPlan& plan, float time) {
+  MotionState moment;
   moment.time = time;
   moment.eased = paced(plan, ease(plan.motion, time));
   moment.softness = softness(plan);
@@ -272,8 +272,8 @@ void set_paths(MorphPlan& plan) {
     if (plan.motion.path == Path::kExplode) path.launch = launch_of(plan, e, path.from, path.to);
     PairTiming& timing = plan.timing[e];
     if (plan.motion.stagger != Stagger::kNone) timing.delay = order[e] * plan.motion.stagger_share;
-    constexpr double kMost = 8;
-    timing.inertia = static_cast<float>(std::pow(std::clamp(pair.mass * count, 1 / kMost, kMost),
+    constexpr double kMax = 8;
+    timing.inertia = static_cast<float>(std::pow(std::clamp(pair.mass * count, 1 / kMax, kMax),
                                                  static_cast<double>(plan.motion.spring.lag)));
   }
   plan.paths = std::make_shared<const BallPaths>(std::move(paths));
@@ -282,13 +282,13 @@ void set_paths(MorphPlan& plan) {
 std::vector<Ball> balls_at(const MorphPlan& plan, float time) {
   PM_CHECK(plan.paths && plan.paths->balls.size() == plan.pairs.size());
   std::vector<Ball> balls(plan.pairs.size());
-  const PathMoment moment = moment_of(plan, time);
+  const MotionState moment = motion_state_of(plan, time);
   const std::vector<float> own = own_times(plan, time);
   const std::vector<PartPlace> places = places_at(plan.paths->parts, moment.eased);
   const auto view = [](const auto& of) {
     return View(of.data(), static_cast<std::int64_t>(of.size()));
   };
-  const StepBalls step = {view(plan.paths->balls),
+  const MoveBalls step = {view(plan.paths->balls),
                           view(plan.paths->parts),
                           view(places),
                           view(own),
@@ -301,8 +301,8 @@ std::vector<Ball> balls_at(const MorphPlan& plan, float time) {
 
 Result<std::vector<Ball>> balls_at(const MorphPlan& plan, float time, SurfaceExtractor& extractor) {
   std::vector<Ball> balls;
-  PM_TRY_STATUS(
-      to_status(extractor.step(plan.paths, moment_of(plan, time), own_times(plan, time), balls)));
+  PM_TRY_STATUS(to_status(
+      extractor.move_balls(plan.paths, motion_state_of(plan, time), own_times(plan, time), balls)));
   finish(plan, time, balls);
   return balls;
 }

@@ -15,8 +15,8 @@
 namespace polymorph {
 namespace {
 
-constexpr std::size_t kMostClusters = 8;
-constexpr std::size_t kFewestPairs = 12;  // of a cluster, on the mean
+constexpr std::size_t kMaxClusters = 8;
+constexpr std::size_t kMinPairs = 12;  // of a cluster, on the mean
 constexpr std::size_t kNeighbors = 8;
 constexpr int kRounds = 3;
 /// How much a ball is held in its part's place, against one edge. Weak: a limb's own straight way
@@ -60,9 +60,9 @@ Alignment fit_part(const MorphPlan& plan, const std::vector<std::uint32_t>& memb
     if (length(other - plan.alignment.turn) < length(fit.turn - plan.alignment.turn))
       fit.turn = other;
   }
-  constexpr double kMostGrowth = 4;
+  constexpr double kMaxGrowth = 4;
   fit.scale = from_square > 0 && to_square > 0
-                  ? std::clamp(std::sqrt(to_square / from_square), 1 / kMostGrowth, kMostGrowth)
+                  ? std::clamp(std::sqrt(to_square / from_square), 1 / kMaxGrowth, kMaxGrowth)
                   : plan.alignment.scale;
   return fit;
 }
@@ -100,7 +100,7 @@ std::vector<std::uint32_t> parts_by_place(const MorphPlan& plan) {
   const auto square = [](const Point& a, const Point& b) {
     return dot(a.p - b.p, a.p - b.p) + dot(a.q - b.q, a.q - b.q);
   };
-  const std::size_t count = std::clamp<std::size_t>(n / kFewestPairs, 1, kMostClusters);
+  const std::size_t count = std::clamp<std::size_t>(n / kMinPairs, 1, kMaxClusters);
   std::vector<Point> middles{{{}, {}}};  // the first is only where the search starts
   for (std::size_t k = 0; k <= count; ++k) {
     std::size_t farthest = 0;

@@ -75,28 +75,28 @@ std::vector<Pair> pair_nearest(const CostPair& sides) {
 }
 
 /// Which balls of each side may be paired with which: one problem a label, or one of all.
-struct Part {
+struct Subproblem {
   std::vector<std::uint32_t> from, to;
 };
 
-std::vector<Part> parts_of(const CostPair& sides, LabelMode mode) {
-  std::map<std::int32_t, Part> by_label;
-  std::vector<std::uint32_t> wild_from, wild_to;  // balls without a partner label
+std::vector<Subproblem> subproblems_of(const CostPair& sides, LabelMode mode) {
+  std::map<std::int32_t, Subproblem> by_label;
+  std::vector<std::uint32_t> unlabelled_from, unlabelled_to;  // balls without a partner label
   for (std::uint32_t i = 0; i < sides.a.size(); ++i)
     by_label[mode == LabelMode::kHard ? sides.a.labels[i] : 0].from.push_back(i);
   for (std::uint32_t j = 0; j < sides.b.size(); ++j)
     by_label[mode == LabelMode::kHard ? sides.b.labels[j] : 0].to.push_back(j);
-  std::vector<Part> parts;
+  std::vector<Subproblem> parts;
   for (auto& [label, part] : by_label) {
     if (!part.from.empty() && !part.to.empty()) {
       parts.push_back(std::move(part));
       continue;
     }
-    wild_from.insert(wild_from.end(), part.from.begin(), part.from.end());
-    wild_to.insert(wild_to.end(), part.to.begin(), part.to.end());
+    unlabelled_from.insert(unlabelled_from.end(), part.from.begin(), part.from.end());
+    unlabelled_to.insert(unlabelled_to.end(), part.to.begin(), part.to.end());
   }
-  if (!wild_from.empty() && !wild_to.empty()) {
-    parts.push_back({std::move(wild_from), std::move(wild_to)});
+  if (!unlabelled_from.empty() && !unlabelled_to.empty()) {
+    parts.push_back({std::move(unlabelled_from), std::move(unlabelled_to)});
     return parts;
   }
   // Only one side has balls that belong to nothing: each joins the part where it is cheapest.
@@ -107,35 +107,35 @@ std::vector<Part> parts_of(const CostPair& sides, LabelMode mode) {
     }
     return std::size_t{0};
   };
-  const bool wild_is_from = !wild_from.empty();
-  const CostSide& mine = wild_is_from ? sides.a : sides.b;
-  const CostSide& other = wild_is_from ? sides.b : sides.a;
+  const bool unlabelled_is_from = !unlabelled_from.empty();
+  const CostSide& mine = unlabelled_is_from ? sides.a : sides.b;
+  const CostSide& other = unlabelled_is_from ? sides.b : sides.a;
   std::vector<std::size_t> joins;
   std::vector<float> row(other.size());
-  for (const std::uint32_t ball : wild_is_from ? wild_from : wild_to) {
+  for (const std::uint32_t ball : unlabelled_is_from ? unlabelled_from : unlabelled_to) {
     cost_row(mine, other, 0, ball, row);
     joins.push_back(part_of(
-        !wild_is_from,
+        !unlabelled_is_from,
         static_cast<std::uint32_t>(std::min_element(row.begin(), row.end()) - row.begin())));
   }
   for (std::size_t k = 0; k < joins.size(); ++k)
-    (wild_is_from ? parts[joins[k]].from : parts[joins[k]].to)
-        .push_back((wild_is_from ? wild_from : wild_to)[k]);
+    (unlabelled_is_from ? parts[joins[k]].from : parts[joins[k]].to)
+        .push_back((unlabelled_is_from ? unlabelled_from : unlabelled_to)[k]);
   return parts;
 }
 
 /// Drops pairs that carry a mere sliver of both their balls, and evens out what is left, so that
 /// the shares of a ball sum to 1 again: half of a plan's pairs may be such remainders.
-std::vector<Pair> without_slivers(std::vector<Pair> pairs, std::size_t from, std::size_t to) {
-  constexpr float kSliver = 0.08f;
-  std::vector<float> from_most(from, 0), to_most(to, 0);
+std::vector<Pair> without_minor_pairs(std::vector<Pair> pairs, std::size_t from, std::size_t to) {
+  constexpr float kMinorShare = 0.08f;
+  std::vector<float> from_max(from, 0), to_max(to, 0);
   for (const Pair& pair : pairs) {
-    from_most[pair.from] = std::max(from_most[pair.from], pair.from_share);
-    to_most[pair.to] = std::max(to_most[pair.to], pair.to_share);
+    from_max[pair.from] = std::max(from_max[pair.from], pair.from_share);
+    to_max[pair.to] = std::max(to_max[pair.to], pair.to_share);
   }
   std::erase_if(pairs, [&](const Pair& pair) {
-    return pair.from_share < kSliver && pair.to_share < kSliver &&
-           pair.from_share < from_most[pair.from] && pair.to_share < to_most[pair.to];
+    return pair.from_share < kMinorShare && pair.to_share < kMinorShare &&
+           pair.from_share < from_max[pair.from] && pair.to_share < to_max[pair.to];
   });
   std::vector<double> from_sum(from, 0), to_sum(to, 0);
   for (const Pair& pair : pairs) {
@@ -155,7 +155,7 @@ std::vector<Pair> pair_by_transport(const CostPair& sides, LabelMode mode) {
   // 9 s, exactly 17 s.
   constexpr std::size_t kExact = 2048;
   std::vector<Pair> pairs;
-  for (const Part& part : parts_of(sides, mode)) {
+  for (const Subproblem& part : subproblems_of(sides, mode)) {
     const auto masses_of = [](const CostSide& side, const std::vector<std::uint32_t>& balls) {
       std::vector<double> masses;
       for (const std::uint32_t i : balls) masses.push_back(side.mass[i]);
@@ -181,7 +181,7 @@ std::vector<Pair> pair_by_transport(const CostPair& sides, LabelMode mode) {
                        static_cast<float>(flow.amount / from_sum[flow.from]),
                        static_cast<float>(flow.amount / to_sum[flow.to])});
   }
-  return without_slivers(std::move(pairs), sides.a.size(), sides.b.size());
+  return without_minor_pairs(std::move(pairs), sides.a.size(), sides.b.size());
 }
 
 void set_masses(std::vector<Pair>& pairs, std::span<const double> from,
@@ -253,8 +253,8 @@ double lowest(const std::vector<Ball>& balls) {
 /// Pairs and turn of a morph from `plan.from` to `plan.to`.
 Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
                 const PlanSettings& settings) {
-  const std::vector<double> from_mass = ball_masses(plan.from, plan.kind);
-  const std::vector<double> to_mass = ball_masses(plan.to, plan.kind);
+  const std::vector<double>& from_mass = plan.from_masses;
+  const std::vector<double>& to_mass = plan.to_masses;
   if (settings.method == PlanMethod::kIndex) {
     plan.pairs = pair_by_index(plan.from.size(), plan.to.size(), settings.seed);
     set_masses(plan.pairs, from_mass, to_mass);
@@ -280,25 +280,26 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
                      : pair_by_transport(sides, settings.label_mode);
     set_masses(plan.pairs, from_mass, to_mass);
   };
-  Mat3 rotation;
+  FoundRotation found;
   if (settings.align == AlignMethod::kRigid || settings.align == AlignMethod::kSimilarity) {
     // While the turn is looked for, hard labels are dear ones.
     constexpr float kHardCost = 100;
     const float label_cost = settings.label_mode == LabelMode::kHard ? kHardCost : sides.label_cost;
-    rotation =
-        find_rotation(sides.a, sides.b, label_cost, static_cast<double>(settings.align_gain));
+    found = find_rotation(sides.a, sides.b, label_cost, static_cast<double>(settings.align_gain),
+                          static_cast<double>(settings.align_tip_residual));
   }
+  Mat3 rotation = found.rotation;
   const bool turns = angle_of(rotation) > 0;
   const CostSide unturned = sides.a;
   if (turns) sides.a = turned(unturned, rotation);
   pair_up();
   // The turn was found on a few dozen balls: once more with all.
   for (int step = 0; turns && step < 2; ++step) {
-    rotation = fit_rotation(unturned, sides.b, flows_of(plan.pairs));
+    rotation = fit_rotation(unturned, sides.b, flows_of(plan.pairs), found.axis);
     sides.a = turned(unturned, rotation);
     pair_up();
   }
-  return turns ? fit_rotation(unturned, sides.b, flows_of(plan.pairs)) : rotation;
+  return turns ? fit_rotation(unturned, sides.b, flows_of(plan.pairs), found.axis) : rotation;
 }
 
 }  // namespace
@@ -315,6 +316,8 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
   plan.to = to.balls;
   plan.from_labels = from.labels;
   plan.to_labels = to.labels;
+  plan.from_masses = ball_masses(plan.from, plan.kind);
+  plan.to_masses = ball_masses(plan.to, plan.kind);
   const Mat3 rotation = find_pairs(plan, from, to, settings);
   std::sort(plan.pairs.begin(), plan.pairs.end(), [](const Pair& a, const Pair& b) {
     return std::pair(a.from, a.to) < std::pair(b.from, b.to);
@@ -322,6 +325,7 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
   plan.alignment = fit_alignment(plan, rotation, settings.align);
   if (swap) {
     std::swap(plan.from, plan.to);
+    std::swap(plan.from_masses, plan.to_masses);
     std::swap(plan.from_labels, plan.to_labels);
     for (Pair& pair : plan.pairs) {
       std::swap(pair.from, pair.to);

@@ -53,6 +53,7 @@ struct MorphPlan {
   FieldKind kind = FieldKind::kGaussian;
   std::vector<Ball> from, to;
   std::vector<std::int32_t> from_labels, to_labels;  ///< empty or one a ball
+  std::vector<double> from_masses, to_masses;  ///< ball_masses() of each
   std::vector<Pair> pairs;
   Alignment alignment;
   MotionSettings motion;

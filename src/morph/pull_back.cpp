@@ -7,8 +7,8 @@ namespace polymorph {
 namespace {
 
 /// The place that a ball's centre stands for, and how offsets from there are turned.
-Carried affine(Vec3 center, const Mat3& turn) {
-  Carried carried = {{center.x, center.y, center.z, 0}, {}};
+BallAttribute affine(Vec3 center, const Mat3& turn) {
+  BallAttribute carried = {{center.x, center.y, center.z, 0}, {}};
   for (int i = 0; i < 3; ++i)
     carried.slope[i] = to_float({turn.at(i, 0), turn.at(i, 1), turn.at(i, 2)});
   return carried;
@@ -20,17 +20,17 @@ Result<PullBack> pull_back(const MorphPlan& plan, float time, const std::vector<
                            const std::vector<Vec3>& points, SurfaceExtractor& extractor) {
   PM_CHECK(balls.size() == plan.pairs.size());
   const std::vector<PairFrame> frames = pair_frames(plan, time);
-  std::vector<Carried> carried;
+  std::vector<BallAttribute> carried;
   for (std::size_t e = 0; e < balls.size(); ++e) {
     carried.push_back(affine(plan.from[plan.pairs[e].from].center, frames[e].to_source));
     carried.push_back(affine(plan.to[plan.pairs[e].to].center, frames[e].to_target));
   }
-  PM_TRY(const std::vector<CarriedValues> values,
-         carried_to(extractor, balls, plan.kind, carried, points));
+  PM_TRY(const std::vector<AttributeValues> values,
+         interpolate_attributes(extractor, balls, plan.kind, carried, points));
   return pull_back_of(values);
 }
 
-PullBack pull_back_of(const std::vector<CarriedValues>& values) {
+PullBack pull_back_of(const std::vector<AttributeValues>& values) {
   PullBack pulled;
   for (std::size_t i = 0; i + 1 < values.size(); i += 2) {
     const float *source = values[i].v, *target = values[i + 1].v;

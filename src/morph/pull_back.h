@@ -25,6 +25,6 @@ Result<PullBack> pull_back(const MorphPlan& plan, float time, const std::vector<
                            const std::vector<Vec3>& points, SurfaceExtractor& extractor);
 
 /// From what was carried to points, two quadruples each: the source's and the target's.
-PullBack pull_back_of(const std::vector<CarriedValues>& values);
+PullBack pull_back_of(const std::vector<AttributeValues>& values);
 
 }  // namespace polymorph

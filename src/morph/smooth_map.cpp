@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "morph/features.h"
-#include "morph/mass.h"
 #include "morph/motion.h"
 #include "surface/grid.h"
 
@@ -125,25 +124,24 @@ std::vector<RegressionSample> samples_of(const MorphPlan& plan, const std::vecto
   return samples;
 }
 
-void set_slope(Carried& carried, const Mat3& turn, Regression& regression) {
+void set_slope(BallAttribute& carried, const Mat3& turn, Regression& regression) {
   for (int i = 0; i < 3; ++i) {
     carried.slope[i] = row_of(turn, i);
     regression.sloped |= !(carried.slope[i] == Vec3{});
   }
 }
 
-void set_value(Carried& carried, Vec3d value) {
+void set_value(BallAttribute& carried, Vec3d value) {
   const Vec3 v = to_float(value);
   carried.value[0] = v.x, carried.value[1] = v.y, carried.value[2] = v.z;
 }
 
 }  // namespace
 
-MomentMap moment_map(const MorphPlan& plan, float time, const std::vector<Ball>& balls,
-                     float size) {
+FrameMap frame_map(const MorphPlan& plan, float time, const std::vector<Ball>& balls, float size) {
   PM_CHECK(balls.size() == plan.pairs.size() && size > 0);
   const std::vector<float> eased = eased_times(plan, time);
-  MomentMap map;
+  FrameMap map;
   map.box = box_around(balls, size);
   auto regression = std::make_shared<Regression>();
   regression->maps = 2;
@@ -164,7 +162,7 @@ MomentMap moment_map(const MorphPlan& plan, float time, const std::vector<Ball>&
     const auto u = static_cast<double>(eased[e]);
     const PathPart& part = plan.paths->parts[path.part];
     const Undone own = undone(part, u);
-    Carried back, on;
+    BallAttribute back, on;
     set_value(back, p - common.to_source * x - from_offset);
     set_value(on, q - common.to_target * x - to_offset);
     back.value[3] = mixing_progress(eased[e], plan.leads.empty() ? 0 : plan.leads[e]);
@@ -181,19 +179,17 @@ MomentMap moment_map(const MorphPlan& plan, float time, const std::vector<Ball>&
 }
 
 std::vector<float> pair_leads(const MorphPlan& plan) {
-  const auto distances = [&](const std::vector<Ball>& balls) {
-    return ball_features(balls, ball_masses(balls, plan.kind)).distance;
-  };
-  const std::vector<float> from = distances(plan.from), to = distances(plan.to);
+  const std::vector<float> from = ball_features(plan.from, plan.from_masses).distance,
+                           to = ball_features(plan.to, plan.to_masses).distance;
   std::vector<float> leads;
   for (const Pair& pair : plan.pairs)
     leads.push_back(std::clamp(from[pair.from] - to[pair.to], -1.0f, 1.0f));
   return leads;
 }
 
-Result<PullBack> pull_back(const MomentMap& map, const std::vector<Vec3>& points,
+Result<PullBack> pull_back(const FrameMap& map, const std::vector<Vec3>& points,
                            SurfaceExtractor& extractor) {
-  std::vector<CarriedValues> values;
+  std::vector<AttributeValues> values;
   PM_TRY_STATUS(to_status(extractor.regress(map.regression, points, values)));
   return pull_back_of(values);
 }
@@ -208,7 +204,7 @@ Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::v
   const Mat3 zero = scaled(Mat3{}, 0);
   regression->affine[0] = affine(zero, {});
   for (std::size_t e = 0; e < balls.size(); ++e) {
-    Carried carried;
+    BallAttribute carried;
     set_value(carried, Vec3d(later[e].center) - Vec3d(balls[e].center));
     carried.value[3] = std::clamp(eased[e], 0.0f, 1.0f);
     const PathPart& part = plan.paths->parts[plan.paths->balls[e].part];
@@ -218,7 +214,7 @@ Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::v
     set_slope(carried, minus(turn, Mat3{}), *regression);
     regression->values.push_back(carried);
   }
-  std::vector<CarriedValues> values;
+  std::vector<AttributeValues> values;
   PM_TRY_STATUS(to_status(extractor.regress(regression, points, values)));
   return flow_of(values);
 }

@@ -18,7 +18,7 @@
 namespace polymorph {
 
 /// One moment's map, and what lengths are measured by then.
-struct MomentMap {
+struct FrameMap {
   /// Map 0: to the source, and the progress; map 1: to the target.
   std::shared_ptr<const Regression> regression;
   Box box;                             ///< that the surface stays in
@@ -30,7 +30,7 @@ struct MomentMap {
 /// (x
 /// - x_e)) / sum_e k_e, with p_e the ball that x_e comes from and F_e the turn and growth since
 /// then, undone; X_B likewise. At time 0 (1) X_A (X_B) is the identity exactly.
-MomentMap moment_map(const MorphPlan& plan, float time, const std::vector<Ball>& balls, float size);
+FrameMap frame_map(const MorphPlan& plan, float time, const std::vector<Ball>& balls, float size);
 
 /// How much further out each pair's part is on its source than on its target, [-1, 1]: by the mean
 /// distance along the body to all of it (morph/features.h).
@@ -38,7 +38,7 @@ std::vector<float> pair_leads(const MorphPlan& plan);
 
 /// Where points come from and go to by the map. Errors: the extractor's (surface/grid.h:
 /// to_status).
-Result<PullBack> pull_back(const MomentMap& map, const std::vector<Vec3>& points,
+Result<PullBack> pull_back(const FrameMap& map, const std::vector<Vec3>& points,
                            SurfaceExtractor& extractor);
 
 /// flow_at() by the map's kernels instead of the balls' shares. Errors: the extractor's.

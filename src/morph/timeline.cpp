@@ -50,7 +50,7 @@ bool has_distances(const Scene& scene, const ObjectSettings& from, const ObjectS
 
 /// A model whose end of the leg has no stages (a cut, and no fade) still shows itself at that very
 /// end.
-bool show_model_without_stages(const Leg& leg, float local, Moment& moment) {
+bool show_model_without_stages(const Leg& leg, float local, MorphState& moment) {
   const bool at_start = local <= 0 && leg.from_full && leg.shares[0] + leg.shares[1] <= 0;
   const bool at_end = local >= 1 && leg.to_full && leg.shares[3] + leg.shares[4] <= 0;
   if (!at_start && !at_end) return false;
@@ -182,10 +182,10 @@ Scene scene_at(const Scene& scene, double frame) {
   return moment;
 }
 
-Moment moment_at(const Timeline& timeline, int frame) {
+MorphState morph_state_at(const Timeline& timeline, int frame) {
   PM_CHECK(frame >= 1 && frame <= timeline.count);
   const int step = std::clamp(frame - 1 - timeline.hold_start, 0, timeline.steps);
-  Moment moment;
+  MorphState moment;
   moment.frame = frame;
   moment.t = timeline.steps > 0 ? static_cast<float>(step) / static_cast<float>(timeline.steps) : 0;
 
@@ -240,16 +240,16 @@ Moment moment_at(const Timeline& timeline, int frame) {
   return moment;
 }
 
-bool same_moment(const Moment& a, const Moment& b) {
+bool same_moment(const MorphState& a, const MorphState& b) {
   return a.leg == b.leg && a.stage == b.stage && a.progress == b.progress && a.time == b.time &&
          a.object == b.object && a.look == b.look && a.boundary == b.boundary &&
          a.growth == b.growth;
 }
 
 bool moves_at(const Timeline& timeline, int frame) {
-  const Moment now = moment_at(timeline, frame);
-  return !(frame > 1 && same_moment(now, moment_at(timeline, frame - 1))) &&
-         !(frame < timeline.count && same_moment(now, moment_at(timeline, frame + 1)));
+  const MorphState now = morph_state_at(timeline, frame);
+  return !(frame > 1 && same_moment(now, morph_state_at(timeline, frame - 1))) &&
+         !(frame < timeline.count && same_moment(now, morph_state_at(timeline, frame + 1)));
 }
 
 }  // namespace polymorph

@@ -76,7 +76,7 @@ FilmTime film_time(const Scene& scene, double frame);
 Scene scene_at(const Scene& scene, double frame);
 
 /// What one frame shows.
-struct Moment {
+struct MorphState {
   int frame = 1;
   float t = 0;  ///< the actor's time [0, 1]
   int leg = 0;
@@ -91,10 +91,10 @@ struct Moment {
 };
 
 /// `frame` in [1, count]. Depends on nothing but its arguments.
-Moment moment_at(const Timeline& timeline, int frame);
+MorphState morph_state_at(const Timeline& timeline, int frame);
 
 /// Does the actor show the same at two frames?
-bool same_moment(const Moment& a, const Moment& b);
+bool same_moment(const MorphState& a, const MorphState& b);
 /// Does it show something else than both in the frame before and in the one after?
 bool moves_at(const Timeline& timeline, int frame);
 

@@ -72,7 +72,7 @@ class ColumnGeneration {
   }
 
   TransportPlan run(double gap) {
-    constexpr int kMostRounds = 60;
+    constexpr int kMaxRounds = 60;
     guess_potentials();
     add(cheapest_arcs(first_arcs(), true));
     for (int round = 0;; ++round) {
@@ -80,7 +80,7 @@ class ColumnGeneration {
       const std::vector<Arc> missing = cheapest_arcs(kMoreArcs, false);
       // Potentials lowered by what the worst missing arc of each source would save are feasible.
       const double bound = cost_ - saving_;
-      if (missing.empty() || round == kMostRounds || cost_ - bound <= gap * cost_) {
+      if (missing.empty() || round == kMaxRounds || cost_ - bound <= gap * cost_) {
         PM_CHECK(missing.empty() || hub_flow_ == 0);
         TransportPlan plan{std::move(flows_), 0, bound / kTotal / scale_};
         plan.cost = cost_ / kTotal / scale_;

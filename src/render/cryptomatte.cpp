@@ -165,7 +165,7 @@ float Mattes::label_of(const RenderMesh& mesh, const MeshIds& ids, const MeshHit
   return ids.labels[mesh.vertex_labels[mesh.triangles[hit.triangle].v[nearest]]];
 }
 
-void Mattes::add_sample(const World& world, const Ray& ray, const Meeting& met,
+void Mattes::add_sample(const World& world, const Ray& ray, const Intersection& met,
                         MattePixel* pixel) const {
   const float backdrop = world.transparent ? 0.0f : 1.0f;
   if (met.mesh.mesh == kNoMesh) {

@@ -77,7 +77,7 @@ Result<Library> load_library() {
 
 }  // namespace
 
-Guide guide_of(const World& world, Ray ray, Meeting met, Tally& tally) {
+Guide guide_of(const World& world, Ray ray, Intersection met, RayStats& stats) {
   Vec3 tint{1, 1, 1};
   for (int bounce = 0;; ++bounce) {
     if (met.mesh.mesh == kNoMesh) {
@@ -102,8 +102,8 @@ Guide guide_of(const World& world, Ray ray, Meeting met, Tally& tally) {
     ray.direction = through ? refracted(ray.direction, point.shading, eta)
                             : normalized(ray.direction + point.shading * (2 * cosine));
     ray.far = std::numeric_limits<float>::infinity();
-    ++tally.rays;
-    met.floor = meets_floor(world.floor, ray);
+    ++stats.rays;
+    met.floor = intersect_floor(world.floor, ray);
     ray.far = met.floor;
     met.mesh = world.geometry->closest(ray);
   }

@@ -17,7 +17,7 @@ struct Guide {
   Vec3 normal;  ///< world; 0 where nothing is
 };
 /// `met`: what the ray meets first.
-Guide guide_of(const World& world, Ray ray, Meeting met, Tally& tally);
+Guide guide_of(const World& world, Ray ray, Intersection met, RayStats& stats);
 
 /// The channels of a film that is to be denoised, behind all others; denoise() takes them away.
 std::vector<std::string> guide_channels();

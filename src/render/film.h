@@ -9,7 +9,7 @@
 
 #include "kernels/types.h"
 #include "render/aov.h"
-#include "render/lanes.h"
+#include "render/simd.h"
 
 namespace polymorph {
 
@@ -22,9 +22,9 @@ PixelFilter make_pixel_filter(float radius);
 template <class V>
 inline V filter_offset(const PixelFilter& filter, V u) {
   const V x = u * static_cast<float>(PixelFilter::kCells);
-  const auto i = smaller(whole(x), PixelFilter::kCells - 1);
+  const auto i = min(truncate(x), PixelFilter::kCells - 1);
   const float* offsets = filter.offsets.data();
-  return lerp(gathered(offsets, i), gathered(offsets + 1, i), x - number(i));
+  return lerp(gather(offsets, i), gather(offsets + 1, i), x - to_float(i));
 }
 
 /// R G B A, then the AOVs.

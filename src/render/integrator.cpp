@@ -32,12 +32,12 @@ Sample4 lane(const Sample4Of<Pack>& s, int l) { return {s.a[l], s.b[l], s.c[l], 
 
 /// Numbers of paths in the wave.
 struct List {
-  std::array<std::uint16_t, Wave::kMost> items;
+  std::array<std::uint16_t, Wavefront::kMax> items;
   int count = 0;
   void add(std::uint32_t item) { items[count++] = static_cast<std::uint16_t>(item); }
   void add(PackBits rows, PackMask where) {
     for (std::uint32_t bits = Lanes<Pack>::bits(where); bits != 0; bits &= bits - 1)
-      add(rows[lowest_bit(bits)]);
+      add(rows[countr_zero(bits)]);
   }
 };
 
@@ -45,39 +45,39 @@ struct List {
 /// met, and those that met the same kind of thing are taken eight at a time.
 class Tracer {
  public:
-  Tracer(const World& world, const FrameSampler& sampler, const Wave& wave, Tally& tally)
-      : world_(world), sampler_(sampler), wave_(wave), tally_(tally) {
+  Tracer(const World& world, const FrameSampler& sampler, const Wavefront& wave, RayStats& stats)
+      : world_(world), sampler_(sampler), wave_(wave), stats_(stats) {
     for (int i = 0; i < wave.count; ++i) {
       PathRow& path = paths_[i] = {};
       path.ray = wave.rays[i];
       path.ray.far = kInfinity;
-      path.left = static_cast<float>(world.max_depth);
+      path.depth_left = static_cast<float>(world.max_depth);
       path.sample = wave.samples[i];
-      going_.add(static_cast<std::uint32_t>(i));
+      active_.add(static_cast<std::uint32_t>(i));
       direct_[i] = {};
     }
   }
 
   void run() {
-    for (set_ = 1; going_.count > 0; ++set_) {
-      meet_all();
-      going_.count = 0;
-      each_eight(meshes_, [&](Paths& path, PackBits rows, PackMask live) {
+    for (set_ = 1; active_.count > 0; ++set_) {
+      intersect_active_paths();
+      active_.count = 0;
+      for_each_packet(meshes_, [&](Paths& path, PackBits rows, PackMask live) {
         return at_meshes(path, rows, live);
       });
-      each_eight(floors_, [&](Paths& path, PackBits rows, PackMask live) {
+      for_each_packet(floors_, [&](Paths& path, PackBits rows, PackMask live) {
         return at_floor(path, rows, live);
       });
-      each_eight(leaving_, [&](Paths& path, PackBits, PackMask live) {
+      for_each_packet(escaped_, [&](Paths& path, PackBits, PackMask live) {
         leave_scene(world_, path, live);
         return PackMask{};
       });
-      each_eight(trapped_, [&](Paths& path, PackBits, PackMask live) {
-        add_sky(world_, path, same<Pack>(1), live);
+      for_each_packet(inside_glass_, [&](Paths& path, PackBits, PackMask live) {
+        add_sky(world_, path, broadcast<Pack>(1), live);
         return PackMask{};
       });
-      each_eight(last_, [&](Paths& path, PackBits rows, PackMask live) {
-        look_last(path, rows, live);
+      for_each_packet(depth_limit_, [&](Paths& path, PackBits rows, PackMask live) {
+        trace_final_rays(path, rows, live);
         return PackMask{};
       });
     }
@@ -87,11 +87,11 @@ class Tracer {
   PathLight result(int path) const { return result_of(paths_[path], direct_[path]); }
 
  private:
-  struct MeetingRow {
-    Meeting meeting;
+  struct IntersectionRow {
+    Intersection intersection;
     float rest[2];
   };
-  static_assert(sizeof(MeetingRow) == 8 * sizeof(float));
+  static_assert(sizeof(IntersectionRow) == 8 * sizeof(float));
 
   /// Eight rows of a list; beyond its end the last one again.
   PackBits rows_of(const List& list, int first) const {
@@ -117,51 +117,51 @@ class Tracer {
       starts[l] = &(where[l] ? paths_[rows[l]] : unused).ray.origin.x;
     store_rows<kPathWidth>(columns, starts);
   }
-  MeetingOf<Pack> load_meeting(PackBits rows) const {
+  IntersectionOf<Pack> load_intersection(PackBits rows) const {
     const float* starts[kLanes];
     for (int l = 0; l < kLanes; ++l)
-      starts[l] = reinterpret_cast<const float*>(&meetings_[rows[l]]);
+      starts[l] = reinterpret_cast<const float*>(&intersections_[rows[l]]);
     Pack columns[8];
     load_rows<8>(starts, columns);
-    MeetingOf<Pack> meeting;
-    std::memcpy(&meeting, columns, sizeof meeting);
-    return meeting;
+    IntersectionOf<Pack> intersection;
+    std::memcpy(&intersection, columns, sizeof intersection);
+    return intersection;
   }
 
   /// f(paths, rows, live lanes) -> lanes that go on.
   template <class F>
-  void each_eight(const List& list, const F& f) {
+  void for_each_packet(const List& list, const F& f) {
     for (int first = 0; first < list.count; first += kLanes) {
       const PackBits rows = rows_of(list, first);
       const PackMask live = first_lanes(list.count - first);
       Paths path = load(rows);
       const PackMask goes_on = f(path, rows, live);
-      store(path, rows, live & opposite(taken_));
-      taken_ = PackMask{};
-      going_.add(rows, goes_on);
+      store(path, rows, live & !handled_);
+      handled_ = PackMask{};
+      active_.add(rows, goes_on);
     }
   }
 
   /// Finds what the paths' rays meet and sorts them by it.
-  void meet_all() {
-    leaving_.count = floors_.count = meshes_.count = trapped_.count = last_.count = 0;
+  void intersect_active_paths() {
+    escaped_.count = floors_.count = meshes_.count = inside_glass_.count = depth_limit_.count = 0;
     List asking;
-    for (int i = 0; i < going_.count; ++i) {
-      const std::uint32_t row = going_.items[i];
-      (paths_[row].left > 0 ? asking : last_).add(row);
+    for (int i = 0; i < active_.count; ++i) {
+      const std::uint32_t row = active_.items[i];
+      (paths_[row].depth_left > 0 ? asking : depth_limit_).add(row);
     }
     for (int first = 0; first < asking.count; first += kPacket) {
       const int count = std::min(kPacket, asking.count - first);
       RayOf<Pack3> rays[2];
-      MeetingOf<Pack> meetings[2];
+      IntersectionOf<Pack> intersections[2];
       for (int k = 0; k < count; k += kLanes)
         rays[k / kLanes] = load(rows_of(asking, first + k)).ray;
-      meet(world_, rays, meetings, count, set_ == 1, tally_);
+      intersect_closest(world_, rays, intersections, count, set_ == 1, stats_);
       for (int i = 0; i < count; ++i) {
         const std::uint32_t row = asking.items[first + i];
-        const Meeting met = lane(meetings[i / kLanes], i % kLanes);
-        meetings_[row].meeting = met;
-        (met.mesh.mesh != kNoMesh ? meshes_ : met.floor < kInfinity ? floors_ : leaving_).add(row);
+        const Intersection met = lane(intersections[i / kLanes], i % kLanes);
+        intersections_[row].intersection = met;
+        (met.mesh.mesh != kNoMesh ? meshes_ : met.floor < kInfinity ? floors_ : escaped_).add(row);
       }
     }
   }
@@ -171,26 +171,26 @@ class Tracer {
   }
 
   PackMask at_floor(Paths& path, PackBits rows, PackMask live) {
-    const Pack distance = load_meeting(rows).floor;
-    add_met_lamps(world_, path, distance, live);
+    const Pack distance = load_intersection(rows).floor;
+    add_hit_lamps(world_, path, distance, live);
     const FloorPointOf<Pack3> point = floor_point(world_.floor, path.ray, distance);
     add_sky(world_, path, point.fade, live);
     path.throughput = path.throughput * (1.0f - point.fade);
     Vertices at{path, rows, {}, live, {}, shadows_};
-    const PackMask goes_on = scatter_on_floor(world_, at, point, random_of(path), tally_);
-    path.left = path.left - 1.0f;
+    const PackMask goes_on = scatter_on_floor(world_, at, point, random_of(path), stats_);
+    path.depth_left = path.depth_left - 1.0f;
     return goes_on;
   }
 
   PackMask at_meshes(Paths& path, PackBits rows, PackMask live) {
-    const MeshHitOf<Pack> hit = load_meeting(rows).mesh;
-    add_met_lamps(world_, path, hit.distance, live);
+    const MeshHitOf<Pack> hit = load_intersection(rows).mesh;
+    add_hit_lamps(world_, path, hit.distance, live);
     add_sky(world_, path, Pack{}, live);
     const SurfacePointOf<Pack3> point = world_.geometry->surface_point(path.ray, hit);
     const VertexRandom random = random_of(path);
     if (world_.has_glass) {
-      taken_ = through_glass(path, rows, live, hit, point, random.glass());
-      live = live & opposite(taken_);
+      handled_ = through_glass(path, rows, live, hit, point, random.glass());
+      live = live & !handled_;
       if (!any(live)) return PackMask{};
     }
     const BsdfOf<Pack3> bsdf =
@@ -211,33 +211,33 @@ class Tracer {
       PathRow& row = paths_[rows[l]];
       if (row.flags >> kGlassShift == 0) {
         // What is trapped for so long is let out straight on.
-        trapped_.add(rows[l]);
+        inside_glass_.add(rows[l]);
         continue;
       }
       row.flags -= 1u << kGlassShift;
       pass_glass(world_, row, lane(point, l), lane(shading, l), lane(random, l));
-      going_.add(rows[l]);
+      active_.add(rows[l]);
     }
     return glass;
   }
 
   /// The last ray asks only for the sky; it takes the floor for the sky's lower half.
-  void look_last(Paths& path, PackBits rows, PackMask live) {
-    Pack3 share = same3<Pack3>({1, 1, 1});
+  void trace_final_rays(Paths& path, PackBits rows, PackMask live) {
+    Pack3 share = broadcast3<Pack3>({1, 1, 1});
     if (world_.has_glass) {
       for (int l = 0; l < kLanes; ++l)
-        if (live[l]) set_lane(share, l, through_meshes(world_, paths_[rows[l]].ray, tally_));
+        if (live[l]) set_lane(share, l, through_meshes(world_, paths_[rows[l]].ray, stats_));
     } else {
-      const int count = count_bits(Lanes<Pack>::bits(live));
-      tally_.rays += static_cast<std::uint64_t>(count);
+      const int count = popcount(Lanes<Pack>::bits(live));
+      stats_.rays += static_cast<std::uint64_t>(count);
       const std::uint32_t blocked = world_.geometry->blocked(&path.ray, count);
       for (int l = 0; l < count; ++l)
         if ((blocked >> l) & 1) set_lane(share, l, {});
     }
     const PackMask hidden = live & is_black(share);
     if (any(hidden))
-      add_sky(world_, path, same<Pack>(world_.max_depth == 1 ? kGuessedBounce : 0), hidden);
-    const PackMask seen = live & opposite(hidden);
+      add_sky(world_, path, broadcast<Pack>(world_.max_depth == 1 ? kGuessedBounce : 0), hidden);
+    const PackMask seen = live & !hidden;
     // Unshaded, what was foreseen is what it is.
     const PackMask shaded = seen & (min_component(share) < 1.0f);
     if (any(shaded)) add_sky(world_, path, Pack{}, shaded);
@@ -247,27 +247,27 @@ class Tracer {
 
   const World& world_;
   const FrameSampler& sampler_;
-  const Wave& wave_;
-  Tally& tally_;
+  const Wavefront& wave_;
+  RayStats& stats_;
   std::uint32_t set_ = 1;
-  PackMask taken_{};  ///< lanes of the eight at hand whose rows are seen to already
-  List going_, leaving_, floors_, meshes_, trapped_, last_;
-  std::array<PathRow, Wave::kMost> paths_;
-  std::array<MeetingRow, Wave::kMost> meetings_;
-  std::array<Vec3, Wave::kMost> direct_;
-  ShadowRays shadows_{world_, tally_, direct_.data()};
+  PackMask handled_{};  ///< lanes of the eight at hand whose rows are seen to already
+  List active_, escaped_, floors_, meshes_, inside_glass_, depth_limit_;
+  std::array<PathRow, Wavefront::kMax> paths_;
+  std::array<IntersectionRow, Wavefront::kMax> intersections_;
+  std::array<Vec3, Wavefront::kMax> direct_;
+  ShadowRays shadows_{world_, stats_, direct_.data()};
 };
 
 }  // namespace
 
-void trace(const World& world, const FrameSampler& sampler, Wave& wave, Tally& tally) {
-  tally.paths += static_cast<std::uint64_t>(wave.count);
-  Tracer tracer(world, sampler, wave, tally);
+void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, RayStats& stats) {
+  stats.paths += static_cast<std::uint64_t>(wave.count);
+  Tracer tracer(world, sampler, wave, stats);
   tracer.run();
   for (int i = 0; i < wave.count; ++i) wave.lights[i] = tracer.result(i);
 }
 
-FirstHit first_hit(const World& world, const Ray& ray, const Meeting& first) {
+FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first) {
   FirstHit shown;
   if (first.mesh.mesh != kNoMesh) {
     const MeshHit& hit = first.mesh;

@@ -19,21 +19,21 @@ struct PathLight {
 };
 
 /// Camera rays that are followed together.
-struct Wave {
-  static constexpr int kMost = 512;
+struct Wavefront {
+  static constexpr int kMax = 512;
   int count = 0;
-  std::array<Ray, kMost> rays;               ///< `far` is not looked at
-  std::array<std::uint32_t, kMost> samples;  ///< SampleIndex::reversed of each
-  std::uint32_t sequence = 0;                ///< SampleIndex::sequence of all
-  std::array<PathLight, kMost> lights;       ///< filled by trace()
+  std::array<Ray, kMax> rays;               ///< `far` is not looked at
+  std::array<std::uint32_t, kMax> samples;  ///< SampleIndex::reversed of each
+  std::uint32_t sequence = 0;               ///< SampleIndex::sequence of all
+  std::array<PathLight, kMax> lights;       ///< filled by trace()
 };
 
 /// Light along the wave's rays. The sampler gives set 1 + v at vertex v. What a ray brings does not
 /// depend on the others'.
-void trace(const World& world, const FrameSampler& sampler, Wave& wave, Tally& tally);
+void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, RayStats& stats);
 
 /// What the AOVs show along a camera ray that meets `first`; `depth` is still the distance along
 /// the ray. `motion` is left to who knows the camera, with `next` in its place.
-FirstHit first_hit(const World& world, const Ray& ray, const Meeting& first);
+FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first);
 
 }  // namespace polymorph

@@ -13,34 +13,34 @@ template <class V>
 V cap_height(float radius, V distance2) {
   const V sin2 = radius * radius / distance2;
   // 1 - sqrt(1 - s^2) would cancel for small balls.
-  return sin2 / (1.0f + square_root(most(1.0f - sin2, 0.0f)));
+  return sin2 / (1.0f + sqrt(max(1.0f - sin2, 0.0f)));
 }
 
 template <class T3>
-NumberOf<T3> meets(const Lamp& lamp, const RayOf<T3>& ray) {
-  using V = NumberOf<T3>;
-  const V never = same<V>(kNever);
+ComponentOf<T3> intersect(const Lamp& lamp, const RayOf<T3>& ray) {
+  using V = ComponentOf<T3>;
+  const V never = broadcast<V>(kNever);
   const T3 way = lamp.position - ray.origin;
   if (lamp.panel) {
     const V facing = -dot(ray.direction, lamp.frame.z);
     const V distance = -dot(way, lamp.frame.z) / facing;
     const T3 there = ray.direction * distance - way;
     const MaskOf<T3> met = (facing > 1e-6f) & (distance > 0.0f) & (distance < ray.far) &
-                           (absolute(dot(there, lamp.frame.x)) <= lamp.half_width) &
-                           (absolute(dot(there, lamp.frame.y)) <= lamp.half_height);
+                           (abs(dot(there, lamp.frame.x)) <= lamp.half_width) &
+                           (abs(dot(there, lamp.frame.y)) <= lamp.half_height);
     return select(met, distance, never);
   }
   if (!(lamp.radius > 0)) return never;
   const V along = dot(way, ray.direction);
   const T3 aside = way - ray.direction * along;
   const V inside2 = lamp.radius * lamp.radius - dot(aside, aside);
-  const V distance = along - square_root(most(inside2, 0.0f));
+  const V distance = along - sqrt(max(inside2, 0.0f));
   return select((inside2 >= 0.0f) & (distance > 0.0f) & (distance < ray.far), distance, never);
 }
 
 template <class T3>
-NumberOf<T3> density_of(const Lamp& lamp, const RayOf<T3>& ray, NumberOf<T3> distance) {
-  using V = NumberOf<T3>;
+ComponentOf<T3> pdf_of(const Lamp& lamp, const RayOf<T3>& ray, ComponentOf<T3> distance) {
+  using V = ComponentOf<T3>;
   if (lamp.panel) {
     const V cosine = -dot(ray.direction, lamp.frame.z);
     return distance * distance / (cosine * (4 * lamp.half_width * lamp.half_height));
@@ -50,8 +50,8 @@ NumberOf<T3> density_of(const Lamp& lamp, const RayOf<T3>& ray, NumberOf<T3> dis
 }
 
 template <class T3>
-LampSampleOf<T3> sample(const Lamp& lamp, T3 from, NumberOf<T3> u, NumberOf<T3> v) {
-  using V = NumberOf<T3>;
+LampSampleOf<T3> sample(const Lamp& lamp, T3 from, ComponentOf<T3> u, ComponentOf<T3> v) {
+  using V = ComponentOf<T3>;
   LampSampleOf<T3> sample;
   if (lamp.panel) {
     const T3 point = lamp.position + lamp.frame.x * ((2.0f * u - 1.0f) * lamp.half_width) +
@@ -61,27 +61,27 @@ LampSampleOf<T3> sample(const Lamp& lamp, T3 from, NumberOf<T3> u, NumberOf<T3> 
     sample.direction = way / sample.distance;
     const V cosine = -dot(sample.direction, lamp.frame.z);
     const MaskOf<T3> lit = (sample.distance > 0.0f) & (cosine > 1e-6f);
-    sample.density = kept_if(lit, sample.distance * sample.distance /
+    sample.pdf = zero_unless(lit, sample.distance * sample.distance /
                                       (cosine * (4 * lamp.half_width * lamp.half_height)));
-    sample.power = kept_if(lit, lamp.radiance * (1.0f / sample.density));
+    sample.power = zero_unless(lit, lamp.radiance * (1.0f / sample.pdf));
     return sample;
   }
   const T3 way = lamp.position - from;
   const V distance2 = dot(way, way);
-  sample.distance = square_root(distance2);
+  sample.distance = sqrt(distance2);
   const MaskOf<T3> outside = sample.distance > lamp.radius;
   const T3 axis = way / sample.distance;
   if (!(lamp.radius > 0)) {
     sample.direction = axis;
-    sample.power = kept_if(outside, lamp.intensity * (1.0f / distance2));
+    sample.power = zero_unless(outside, lamp.intensity * (1.0f / distance2));
     return sample;
   }
   const V height = cap_height(lamp.radius, distance2);
   sample.direction = normalized(to_world(make_frame(axis), cone_direction(height, u, v)));
-  const V met = meets(lamp, RayOf<T3>{from, sample.direction});
+  const V met = intersect(lamp, RayOf<T3>{from, sample.direction});
   sample.distance = select(met < kNever, met, sample.distance);
-  sample.density = kept_if(outside, 1.0f / (2 * kPi * height));
-  sample.power = kept_if(outside, lamp.radiance * (1.0f / sample.density));
+  sample.pdf = zero_unless(outside, 1.0f / (2 * kPi * height));
+  sample.power = zero_unless(outside, lamp.radiance * (1.0f / sample.pdf));
   return sample;
 }
 
@@ -122,14 +122,14 @@ LampSampleOf<Pack3> sample_lamp(const Lamp& lamp, const Pack3& from, Pack u, Pac
   return sample(lamp, from, u, v);
 }
 
-float meets_lamp(const Lamp& lamp, const Ray& ray) { return meets(lamp, ray); }
-Pack meets_lamp(const Lamp& lamp, const RayOf<Pack3>& ray) { return meets(lamp, ray); }
+float intersect_lamp(const Lamp& lamp, const Ray& ray) { return intersect(lamp, ray); }
+Pack intersect_lamp(const Lamp& lamp, const RayOf<Pack3>& ray) { return intersect(lamp, ray); }
 
-float lamp_density(const Lamp& lamp, const Ray& ray, float distance) {
-  return density_of(lamp, ray, distance);
+float lamp_pdf(const Lamp& lamp, const Ray& ray, float distance) {
+  return pdf_of(lamp, ray, distance);
 }
-Pack lamp_density(const Lamp& lamp, const RayOf<Pack3>& ray, Pack distance) {
-  return density_of(lamp, ray, distance);
+Pack lamp_pdf(const Lamp& lamp, const RayOf<Pack3>& ray, Pack distance) {
+  return pdf_of(lamp, ray, distance);
 }
 
 }  // namespace polymorph

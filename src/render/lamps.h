@@ -27,19 +27,19 @@ Lamp make_lamp(const LampSettings& settings, Vec3 middle);
 template <class T3>
 struct LampSampleOf {
   T3 direction{};
-  NumberOf<T3> distance{};
-  NumberOf<T3> density{};  ///< per solid angle; 0 = a point, or nothing to see from here
-  T3 power{};              ///< radiance / density, or intensity / distance^2; black = nothing
+  ComponentOf<T3> distance{};
+  ComponentOf<T3> pdf{};  ///< per solid angle; 0 = a point, or nothing to see from here
+  T3 power{};             ///< radiance / density, or intensity / distance^2; black = nothing
 };
 using LampSample = LampSampleOf<Vec3>;
 LampSample sample_lamp(const Lamp& lamp, Vec3 from, float u, float v);
 LampSampleOf<Pack3> sample_lamp(const Lamp& lamp, const Pack3& from, Pack u, Pack v);
 
 /// Distance at which a ray meets the glowing side, or infinity. Points are never met.
-float meets_lamp(const Lamp& lamp, const Ray& ray);
-Pack meets_lamp(const Lamp& lamp, const RayOf<Pack3>& ray);
+float intersect_lamp(const Lamp& lamp, const Ray& ray);
+Pack intersect_lamp(const Lamp& lamp, const RayOf<Pack3>& ray);
 /// Density of sample_lamp() for a ray from its origin that meets the lamp at `distance`.
-float lamp_density(const Lamp& lamp, const Ray& ray, float distance);
-Pack lamp_density(const Lamp& lamp, const RayOf<Pack3>& ray, Pack distance);
+float lamp_pdf(const Lamp& lamp, const Ray& ray, float distance);
+Pack lamp_pdf(const Lamp& lamp, const RayOf<Pack3>& ray, Pack distance);
 
 }  // namespace polymorph

@@ -91,9 +91,9 @@ KeyLight make_disc(float azimuth, float elevation, float size, Vec3 irradiance,
     key.cos_radius = std::cos(radius);
     key.sin_radius = sine;
     // 1 - cos would cancel for small discs.
-    key.density = 1 / (4 * kPi * square(std::sin(0.5f * radius)));
+    key.pdf = 1 / (4 * kPi * square(std::sin(0.5f * radius)));
     key.radiance = irradiance / (kPi * sine * sine);
-    key.sample_power = key.radiance / key.density;
+    key.sample_power = key.radiance / key.pdf;
   }
   return key;
 }

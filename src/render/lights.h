@@ -16,7 +16,7 @@ struct KeyLight {
   Frame frame;           ///< z points to its centre
   float cos_radius = 1;  ///< of its apparent radius; 1 = a point
   float sin_radius = 0;
-  float density = 0;  ///< 1 / solid angle; 0 = a point
+  float pdf = 0;      ///< 1 / solid angle; 0 = a point
   Vec3 irradiance;    ///< on a surface that faces it
   Vec3 radiance;      ///< of the disc; 0 for a point
   Vec3 sample_power;  ///< radiance / density, or irradiance for a point: what one sample carries
@@ -29,12 +29,12 @@ KeyLight make_sun(const LampSettings& settings, const Camera& camera);
 /// A direction towards it.
 template <class V>
 inline Vec3Of<V> sample_key(const KeyLight& key, V u, V v) {
-  if (!(key.density > 0)) return same3<Vec3Of<V>>(key.frame.z);
+  if (!(key.pdf > 0)) return broadcast3<Vec3Of<V>>(key.frame.z);
   return to_world(key.frame, cone_direction(1 - key.cos_radius, u, v));
 }
 template <class T3>
 inline MaskOf<T3> hits_key(const KeyLight& key, T3 direction) {
-  return dot(direction, key.frame.z) >= (key.density > 0 ? key.cos_radius : 2.0f);
+  return dot(direction, key.frame.z) >= (key.pdf > 0 ? key.cos_radius : 2.0f);
 }
 
 /// Can nothing inside this sphere stand between the point and any part of the light? (May say no
@@ -44,10 +44,10 @@ inline MaskOf<T3> key_is_clear(const KeyLight& key, T3 point, Vec3 center, float
   // The cone of the light's directions around its axis, half angle r: the sphere is outside of it
   // where the signed distance of its centre from the cone, d cos r - along sin r, exceeds its
   // radius.
-  using V = NumberOf<T3>;
+  using V = ComponentOf<T3>;
   const T3 to_center = center - point;
   const V along = dot(to_center, key.frame.z);
-  const V away = square_root(most(dot(to_center, to_center) - along * along, 0.0f));
+  const V away = sqrt(max(dot(to_center, to_center) - along * along, 0.0f));
   return (along + radius < 0.0f) | (away * key.cos_radius - along * key.sin_radius > radius);
 }
 

@@ -14,9 +14,9 @@ namespace polymorph {
 /// scattering compensation").
 template <class T3>
 struct GlossLobeOf {
-  T3 f0;                ///< reflectance head on
-  NumberOf<T3> alpha;   ///< roughness squared
-  NumberOf<T3> weight;  ///< 0 = not there
+  T3 f0;                   ///< reflectance head on
+  ComponentOf<T3> alpha;   ///< roughness squared
+  ComponentOf<T3> weight;  ///< 0 = not there
   T3 compensation;
 };
 
@@ -25,7 +25,7 @@ template <class T3>
 struct DiffuseLobeOf {
   T3 albedo;   ///< left under the coat as seen from the viewer, times the mixture's weight
   T3 coat_f0;  ///< 0 = no coat
-  NumberOf<T3> coat_alpha;
+  ComponentOf<T3> coat_alpha;
   T3 coat_rest;  ///< 1 / (1 - mean albedo of the coat)
 };
 
@@ -38,11 +38,12 @@ struct BsdfOf {
   GlossLobeOf<T3> gloss[2];
   int diffuse_count = 0, gloss_count = 0;
   T3 diffuse_albedo{};  ///< of all diffuse lobes together
-  NumberOf<T3>
+  ComponentOf<T3>
       choose_diffuse{};  ///< probabilities of sampling each kind; sum 1, or all 0 for black
-  NumberOf<T3> choose_gloss[2] = {};
+  ComponentOf<T3> choose_gloss[2] = {};
   MaskOf<T3> has_diffuse{}, has_gloss{};
-  NumberOf<T3> sharpest_alpha = same<NumberOf<T3>>(1);  ///< of the gloss lobes; 1 without
+  ComponentOf<T3> sharpest_alpha =
+      broadcast<ComponentOf<T3>>(1);  ///< of the gloss lobes; 1 without
 };
 using Bsdf = BsdfOf<Vec3>;
 
@@ -51,10 +52,11 @@ template <class T3>
 struct ShadingOf {
   T3 color;
   T3 specular;
-  NumberOf<T3> roughness;
-  NumberOf<T3> metallic;
-  NumberOf<T3> transmission = same<NumberOf<T3>>(0);  ///< share that is clear glass of this colour
-  NumberOf<T3> ior = same<NumberOf<T3>>(1.5f);
+  ComponentOf<T3> roughness;
+  ComponentOf<T3> metallic;
+  ComponentOf<T3> transmission =
+      broadcast<ComponentOf<T3>>(0);  ///< share that is clear glass of this colour
+  ComponentOf<T3> ior = broadcast<ComponentOf<T3>>(1.5f);
 };
 using Shading = ShadingOf<Vec3>;
 Shading own_shading(const Material& material, Vec3 texel);
@@ -64,9 +66,9 @@ Shading look_shading(const LookSettings& look);
 /// The same colour without gloss, where `matte`.
 template <class T3>
 inline ShadingOf<T3> matte_if(MaskOf<T3> matte, ShadingOf<T3> s) {
-  s.specular = kept_if(opposite(matte), s.specular);
-  s.roughness = select(matte, same<NumberOf<T3>>(1), s.roughness);
-  s.metallic = kept_if(opposite(matte), s.metallic);
+  s.specular = zero_unless(!matte, s.specular);
+  s.roughness = select(matte, broadcast<ComponentOf<T3>>(1), s.roughness);
+  s.metallic = zero_unless(!matte, s.metallic);
   return s;
 }
 
@@ -78,8 +80,8 @@ BsdfOf<Pack3> make_bsdf(const ShadingOf<Pack3>& a, const ShadingOf<Pack3>& b, Pa
 
 template <class T3>
 struct BsdfValueOf {
-  T3 value{};              ///< bsdf times cosine
-  NumberOf<T3> density{};  ///< of sample_bsdf, per solid angle
+  T3 value{};             ///< bsdf times cosine
+  ComponentOf<T3> pdf{};  ///< of sample_bsdf, per solid angle
 };
 using BsdfValue = BsdfValueOf<Vec3>;
 /// `direction` in the bsdf's frame; zero below the horizon.

@@ -12,20 +12,20 @@ constexpr float kDiscLimit = 8.0f;
 
 template <class T3>
 T3 limited(T3 light, float limit) {
-  const NumberOf<T3> most_light = max_component(light);
-  return select(most_light > limit, light * (limit / most_light), light);
+  const ComponentOf<T3> max_light = max_component(light);
+  return select(max_light > limit, light * (limit / max_light), light);
 }
 
 /// Light of a sun or lamp that the ray meets, where `met`; its own sampling has this density.
-void add_met_light(const World& world, Paths& path, Vec3 radiance, Pack density, PackMask met) {
-  const Pack weight = balance_heuristic(path.density, density);
-  path.radiance = path.radiance + kept_if(met, limited(path.throughput * radiance * weight,
-                                                       kDiscLimit * world.white));
+void add_hit_light(const World& world, Paths& path, Vec3 radiance, Pack pdf, PackMask met) {
+  const Pack weight = balance_heuristic(path.pdf, pdf);
+  path.radiance = path.radiance + zero_unless(met, limited(path.throughput * radiance * weight,
+                                                           kDiscLimit * world.white));
 }
 
 }  // namespace
 
-Pack3 kept_light(const World& world, const Paths& path, const Pack3& light) {
+Pack3 clamp_indirect(const World& world, const Paths& path, const Pack3& light) {
   return select(has(path, kFromCamera), light, limited(light, kIndirectLimit * world.white));
 }
 
@@ -34,53 +34,51 @@ void add_sky(const World& world, Paths& path, Pack share, PackMask where) {
   const PackMask seen_first = where & camera & (share > 0.0f);
   if (any(seen_first)) {
     const PackMask open =
-        seen_first & mask_of<PackMask>(world.transparent) & opposite(has(path, kThroughGlass));
-    path.alpha = path.alpha - kept_if(open, share);
-    const PackMask shown = seen_first & opposite(open);
+        seen_first & mask_of<PackMask>(world.transparent) & !has(path, kThroughGlass);
+    path.alpha = path.alpha - zero_unless(open, share);
+    const PackMask shown = seen_first & !open;
     if (any(shown))
       path.radiance =
           path.radiance +
-          kept_if(shown,
-                  path.throughput * backdrop_radiance(world.backdrop, path.ray.direction) * share);
+          zero_unless(shown, path.throughput *
+                                 backdrop_radiance(world.backdrop, path.ray.direction) * share);
   }
   const Pack3 seen = path.throughput * share;
-  const Pack3 unknown = seen - path.foreseen;
-  const PackMask later = where & opposite(camera) &
-                         (mask_of<PackMask>(world.sky->has_bright) | opposite(is_black(unknown)));
-  path.foreseen = kept_if(opposite(where), path.foreseen);
+  const Pack3 unknown = seen - path.control_variate;
+  const PackMask later =
+      where & !camera & (mask_of<PackMask>(world.sky->has_bright) | !is_black(unknown));
+  path.control_variate = zero_unless(!where, path.control_variate);
   if (!any(later)) return;
   const SkySplitOf<Pack3> sky =
       split_radiance(*world.sky, sky_radiance(*world.sky, path.ray.direction));
-  path.radiance = path.radiance + kept_if(later, unknown * sky.calm);
+  path.radiance = path.radiance + zero_unless(later, unknown * sky.calm);
   if (!world.sky->has_bright) return;
-  const Pack weight =
-      power_heuristic(path.density, bright_sky_density(*world.sky, path.ray.direction));
+  const Pack weight = power_heuristic(path.pdf, bright_sky_pdf(*world.sky, path.ray.direction));
   // A mirror shows it as it is.
   const Pack3 light = seen * sky.bright * weight;
   const Pack3 kept =
       select(has(path, kScattered), limited(light, kIndirectLimit * world.white), light);
-  path.radiance = path.radiance + kept_if(later, kept);
+  path.radiance = path.radiance + zero_unless(later, kept);
 }
 
-void add_met_lamps(const World& world, Paths& path, Pack distance, PackMask where) {
-  where = where & has(path, kMeetsLights);
+void add_hit_lamps(const World& world, Paths& path, Pack distance, PackMask where) {
+  where = where & has(path, kHitsLights);
   if (!any(where)) return;
   RayOf<Pack3> way = path.ray;
   way.far = distance;
   for (const Lamp& lamp : world.lamps) {
-    const Pack met = meets_lamp(lamp, way);
-    add_met_light(world, path, lamp.radiance, lamp_density(lamp, way, met),
-                  where & (met < distance));
+    const Pack met = intersect_lamp(lamp, way);
+    add_hit_light(world, path, lamp.radiance, lamp_pdf(lamp, way, met), where & (met < distance));
   }
 }
 
 void leave_scene(const World& world, Paths& path, PackMask where) {
-  add_met_lamps(world, path, same<Pack>(kInfinity), where);
-  add_sky(world, path, same<Pack>(1), where);
-  where = where & has(path, kMeetsLights);
+  add_hit_lamps(world, path, broadcast<Pack>(kInfinity), where);
+  add_sky(world, path, broadcast<Pack>(1), where);
+  where = where & has(path, kHitsLights);
   if (!any(where)) return;
   for (const KeyLight& sun : world.suns)
-    add_met_light(world, path, sun.radiance, same<Pack>(sun.density),
+    add_hit_light(world, path, sun.radiance, broadcast<Pack>(sun.pdf),
                   where & hits_key(sun, path.ray.direction));
 }
 

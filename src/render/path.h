@@ -15,7 +15,7 @@ inline constexpr std::uint32_t kFreeGlass = 8;
 
 // What a path knows about itself, one bit each; above them, the boundaries of glass it may still
 // pass.
-inline constexpr std::uint32_t kMeetsLights = 1;    ///< suns and lamps count for its ray
+inline constexpr std::uint32_t kHitsLights = 1;     ///< suns and lamps count for its ray
 inline constexpr std::uint32_t kFromCamera = 2;     ///< nothing but clear glass between
 inline constexpr std::uint32_t kThroughGlass = 4;   ///< there was some
 inline constexpr std::uint32_t kOnShadowFloor = 8;  ///< its first vertex: only the shadows are kept
@@ -28,20 +28,20 @@ inline constexpr std::uint32_t kGlassShift = 8;
 /// A path on its way, or eight: the same 24 numbers, as a row or as columns.
 template <class T3>
 struct PathOf {
-  using V = NumberOf<T3>;
+  using V = ComponentOf<T3>;
   RayOf<T3> ray;
   T3 radiance{};
-  T3 throughput = same3<T3>({1, 1, 1});
+  T3 throughput = broadcast3<T3>({1, 1, 1});
   /// Control variate. Every diffuse vertex adds at once all the light it would get from an
   /// unobstructed calm sky (known exactly), and lets the next ray correct it: if the sky is seen
   /// after all, nothing is left to add; if not, the sky's share is taken back. So unshadowed
   /// surfaces have no noise from the sky. This is the throughput of that known share.
-  T3 foreseen{};
-  V density{};  ///< of the ray's direction, per solid angle
-  V alpha = same<V>(1);
+  T3 control_variate{};
+  V pdf{};  ///< of the ray's direction, per solid angle
+  V alpha = broadcast<V>(1);
   V unlit{};
-  V left{};                           ///< surfaces that it may still scatter at
-  V mirrors = same<V>(kFreeMirrors);  ///< and of sharp mirrors
+  V depth_left{};                          ///< surfaces that it may still scatter at
+  V mirrors = broadcast<V>(kFreeMirrors);  ///< and of sharp mirrors
   BitsOf<V> flags = BitsOf<V>{} + (kFromCamera | (kFreeGlass << kGlassShift));
   BitsOf<V> sample{};  ///< SampleIndex::reversed
 };
@@ -59,12 +59,12 @@ inline void set(Paths& path, std::uint32_t flag, PackMask on) {
 
 /// What is left of light that a path brings to the camera: all of it straight from the first
 /// vertex, less of very strong light by way of others.
-Pack3 kept_light(const World& world, const Paths& path, const Pack3& light);
+Pack3 clamp_indirect(const World& world, const Paths& path, const Pack3& light);
 
 /// Weights of one of two ways to find the same light (Veach 1997).
 inline Pack power_heuristic(Pack own, Pack other) {
   const Pack ratio = other / own;
-  return kept_if(own > 0.0f, 1.0f / (1.0f + ratio * ratio));
+  return zero_unless(own > 0.0f, 1.0f / (1.0f + ratio * ratio));
 }
 inline Pack balance_heuristic(Pack own, Pack other) { return own / (own + other); }
 
@@ -74,7 +74,7 @@ inline Pack balance_heuristic(Pack own, Pack other) { return own / (own + other)
 /// lies behind; none where it met a mesh.
 void add_sky(const World& world, Paths& path, Pack share, PackMask where);
 /// Lamps that the ray meets before `distance`; they do not stop it.
-void add_met_lamps(const World& world, Paths& path, Pack distance, PackMask where);
+void add_hit_lamps(const World& world, Paths& path, Pack distance, PackMask where);
 /// The ray meets nothing more.
 void leave_scene(const World& world, Paths& path, PackMask where);
 

@@ -162,18 +162,19 @@ Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, i
   // As the renderer makes them.
   const std::vector<RayOf<Pack3>> packed[] = {packed_rays(camera), packed_rays(scattered)};
   std::vector<float> distances(camera.size());
-  std::vector<MeetingOf<Pack>> met(packed[0].size());
+  std::vector<IntersectionOf<Pack>> met(packed[0].size());
   const auto run = [&](std::size_t loop) {
     const bool alike = loop < 3;
     const std::vector<Ray>& rays = alike ? camera : scattered;
     over(rays, [&](std::size_t begin, std::size_t n) {
-      Tally tally;
+      RayStats stats;
       for (std::size_t k = begin; k < begin + n; ++k) {
         const bool packet = (k - begin) % kPacket == 0;
         const int count = static_cast<int>(std::min<std::size_t>(kPacket, begin + n - k));
         if (loop == 1 && count == kPacket && packet) bare.shoot16(&rays[k], &distances[k]);
         if ((loop == 2 || loop == 4) && packet)
-          meet(world, &packed[alike ? 0 : 1][k / kLanes], &met[k / kLanes], count, alike, tally);
+          intersect_closest(world, &packed[alike ? 0 : 1][k / kLanes], &met[k / kLanes], count,
+                            alike, stats);
         if (loop == 0 || loop == 3) distances[k] = bare.shoot(rays[k]).ray.tfar;
       }
     });

@@ -26,7 +26,7 @@ struct SkyKey {
   SkyKind kind = SkyKind::kStudio;
   float turbidity = 3;
 };
-bool same(const SkyKey& a, const SkyKey& b) {
+bool broadcast(const SkyKey& a, const SkyKey& b) {
   return a.rig.z == b.rig.z && a.key.frame.z == b.key.frame.z &&
          a.key.irradiance == b.key.irradiance && a.floor == b.floor && a.scale == b.scale &&
          a.image == b.image && a.part == b.part && a.kind == b.kind && a.turbidity == b.turbidity;
@@ -116,7 +116,7 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
                  scene.ground.enabled ? SkyPart::kAboveHorizon : SkyPart::kAll,
                  scene.lights.sky,
                  scene.lights.turbidity};
-  if (state.sky.width == 0 || !same(sky_key, state.sky_key)) {
+  if (state.sky.width == 0 || !broadcast(sky_key, state.sky_key)) {
     state.sky = make_sky(sky_key);
     state.sky_key = sky_key;
   }
@@ -164,15 +164,15 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   Image film = make_image(image.width, image.height, std::move(channels));
   film.attributes = mattes.attributes();
   const int columns = (image.width + kTile - 1) / kTile, rows = (image.height + kTile - 1) / kTile;
-  std::vector<Tally> tallies(static_cast<std::size_t>(columns) * rows);
+  std::vector<RayStats> tallies(static_cast<std::size_t>(columns) * rows);
   parallel_for(columns * rows, [&](std::int64_t i) {
     const int tile = static_cast<int>(i);
     render_tile(job, tile % columns, tile / columns, film, tallies[i]);
   });
   PM_TRY_STATUS(take_device_error(state.device));
-  for (const Tally& tally : tallies) {
-    state.stats.rays += tally.rays;
-    state.stats.paths += tally.paths;
+  for (const RayStats& stats : tallies) {
+    state.stats.rays += stats.rays;
+    state.stats.paths += stats.paths;
   }
   state.stats.trace_seconds = seconds_since(trace_start);
   if (!image.denoise) return film;

@@ -38,6 +38,9 @@ struct RenderMesh : MaterialLayer {
   std::span<const Vec3>
       corner_normals;            ///< 3 a triangle, or empty; used when vertex_normals is empty
   std::vector<MixedLayer> over;  ///< what it turns into, one over the other
+  /// Scene-linear, one a position, or empty: mixed over the layers' colour.
+  std::span<const Vec3> vertex_colors;
+  float vertex_color_share = 0;  ///< [0, 1]
   float look = 0;  ///< 0 = own materials, 1 = the common look; between: the two BSDFs mixed
   float id = 0;    ///< written to the id AOV; > 0 (ground 1 is reserved; 0 = nothing hit)
   std::span<const Vec3> displacement;   ///< from this frame to the next, one a position, or empty

@@ -13,7 +13,7 @@
 #include <cstdint>
 
 #include "base/random.h"
-#include "render/lanes.h"
+#include "render/simd.h"
 
 namespace polymorph {
 
@@ -116,7 +116,7 @@ class PathSamplerOf {
     b = unit(sobol_second(index), scramble * 0x9e3779b9u + 0x7f4a7c15u);
   }
   static V unit(BitsOf<V> x, std::uint32_t seed) {
-    return float_of_signed(reverse_bits(owen_hash(x, seed)) >> 8) * 0x1p-24f;
+    return signed_to_float(reverse_bits(owen_hash(x, seed)) >> 8) * 0x1p-24f;
   }
 
   std::uint64_t key_ = 0;

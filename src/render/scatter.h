@@ -12,7 +12,7 @@ namespace polymorph {
 struct VertexRandom {
   static constexpr std::uint32_t kSkySets = 1024, kGlassSets = 2048,
                                  kLightSets = 8192;  ///< beyond any depth
-  static constexpr std::uint32_t kMostLights = 32;
+  static constexpr std::uint32_t kMaxLights = 32;
   PathSamplerOf<Pack> sampler;
   std::uint32_t set;  ///< 1 + v at vertex v
   /// For the key light and the next direction.
@@ -20,7 +20,7 @@ struct VertexRandom {
   Sample4Of<Pack> sky() const { return sampler.get(kSkySets + set); }
   Sample4Of<Pack> glass() const { return sampler.get(kGlassSets + set); }
   Sample4Of<Pack> light(std::size_t i) const {
-    return sampler.get(kLightSets + set * kMostLights + static_cast<std::uint32_t>(i));
+    return sampler.get(kLightSets + set * kMaxLights + static_cast<std::uint32_t>(i));
   }
 };
 
@@ -36,7 +36,7 @@ struct Vertices {
 
 /// Both return the lanes whose paths go on.
 PackMask scatter_on_floor(const World& world, Vertices& at, const FloorPointOf<Pack3>& point,
-                          const VertexRandom& random, Tally& tally);
+                          const VertexRandom& random, RayStats& stats);
 PackMask scatter_on_mesh(const World& world, Vertices& at, const SurfacePointOf<Pack3>& point,
                          const BsdfOf<Pack3>& bsdf, const VertexRandom& random);
 

@@ -43,7 +43,7 @@ struct CornersOf {
 };
 
 template <class T3>
-T3 interpolate(const CornersOf<T3>& c, NumberOf<T3> u, NumberOf<T3> v) {
+T3 interpolate(const CornersOf<T3>& c, ComponentOf<T3> u, ComponentOf<T3> v) {
   return c.a * (1.0f - u - v) + c.b * u + c.c * v;
 }
 
@@ -52,10 +52,10 @@ T3 interpolate(const CornersOf<T3>& c, NumberOf<T3> u, NumberOf<T3> v) {
 /// shiny meshes.
 template <class T3>
 T3 bend_to_valid_reflection(T3 shading, T3 normal, T3 view) {
-  using V = NumberOf<T3>;
+  using V = ComponentOf<T3>;
   const T3 mirrored = shading * (2.0f * dot(shading, view)) - view;
   const V above = dot(mirrored, normal);
-  const V least_above = least(0.9f * dot(view, normal), 0.01f);
+  const V least_above = min(0.9f * dot(view, normal), 0.01f);
   const MaskOf<T3> low = above < least_above;
   if (!any(low)) return shading;
   const T3 bent = normalized(normalized(mirrored + normal * (least_above - above)) + view);
@@ -65,11 +65,11 @@ T3 bend_to_valid_reflection(T3 shading, T3 normal, T3 view) {
 /// Moves a point of a flat triangle onto the smooth surface its vertex normals describe (Hanika
 /// 2021, "Hacking the shadow terminator"): no faceted terminator on coarse meshes.
 template <class T3>
-T3 lift(T3 position, const CornersOf<T3>& p, const CornersOf<T3>& n, NumberOf<T3> u, NumberOf<T3> v,
-        NumberOf<T3> side) {
-  using V = NumberOf<T3>;
+T3 lift(T3 position, const CornersOf<T3>& p, const CornersOf<T3>& n, ComponentOf<T3> u,
+        ComponentOf<T3> v, ComponentOf<T3> side) {
+  using V = ComponentOf<T3>;
   const auto above = [&](T3 vertex, T3 normal, V weight) {
-    const V below = least(side * dot(position - vertex, normal), 0.0f);
+    const V below = min(side * dot(position - vertex, normal), 0.0f);
     return normal * (-below * side * weight);
   };
   return position + above(p.a, n.a, 1.0f - u - v) + above(p.b, n.b, u) + above(p.c, n.c, v);
@@ -78,14 +78,14 @@ T3 lift(T3 position, const CornersOf<T3>& p, const CornersOf<T3>& n, NumberOf<T3
 /// `n` zero: the triangle has no shading normals.
 template <class T3>
 SurfacePointOf<T3> point_on(const CornersOf<T3>& p, const CornersOf<T3>& n, const RayOf<T3>& ray,
-                            const MeshHitOf<NumberOf<T3>>& hit) {
-  using V = NumberOf<T3>;
+                            const MeshHitOf<ComponentOf<T3>>& hit) {
+  using V = ComponentOf<T3>;
   const T3 view = -ray.direction;
   SurfacePointOf<T3> point;
   point.position = interpolate(p, hit.u, hit.v);
   const T3 normal = normalized(cross(p.b - p.a, p.c - p.a));
   point.normal = select(dot(normal, normal) > 0.5f, normal, view);
-  const V side = with_sign_of(dot(point.normal, view), same<V>(1));
+  const V side = copysign(broadcast<V>(1), dot(point.normal, view));
   point.normal = point.normal * side;
   point.inside = side < 0.0f;
   point.shading = point.normal;
@@ -95,7 +95,7 @@ SurfacePointOf<T3> point_on(const CornersOf<T3>& p, const CornersOf<T3>& n, cons
   const MaskOf<T3> has_smooth = dot(smooth, smooth) > 0.5f;
   if (any(has_smooth)) {
     // Some files have normals that disagree with their triangles; the triangle decides.
-    const V agree = with_sign_of(dot(smooth, point.normal), same<V>(1));
+    const V agree = copysign(broadcast<V>(1), dot(smooth, point.normal));
     const T3 bent = bend_to_valid_reflection(smooth * agree, point.normal, view);
     point.shading = select(has_smooth, bent, point.shading);
     const T3 lifted = lift(point.position, p, n, hit.u, hit.v, agree);
@@ -119,6 +119,7 @@ void check_mesh(const RenderMesh& mesh) {
     for (std::uint32_t v : t.v) PM_CHECK(v < mesh.positions.size());
   check_layer(mesh, mesh.triangles.size());
   for (const MixedLayer& layer : mesh.over) check_layer(layer, mesh.triangles.size());
+  PM_CHECK(mesh.vertex_colors.empty() || mesh.vertex_colors.size() == mesh.positions.size());
   PM_CHECK(mesh.displacement.empty() || mesh.displacement.size() == mesh.positions.size());
   PM_CHECK(mesh.vertex_labels.empty() || mesh.vertex_labels.size() == mesh.positions.size());
   PM_CHECK(mesh.vertex_blend.empty() || mesh.vertex_blend.size() == mesh.positions.size());
@@ -284,13 +285,13 @@ bool fill(const TracedScene& scene, const RayOf<Pack3>* rays, int count, RTCRay1
   bool some = false;
   for (int first = 0; first < count; first += kLanes) {
     const RayOf<Pack3>& ray = rays[first / kLanes];
-    const PackMask follow = opposite(scene.misses_bounds(ray)) & first_lanes(count - first);
+    const PackMask follow = (!scene.misses_bounds(ray)) & first_lanes(count - first);
     some = some || any(follow);
     std::memcpy(valid + first, &follow, sizeof follow);
     Lanes<Pack>::store(packet.org_x + first, ray.origin.x);
     Lanes<Pack>::store(packet.org_y + first, ray.origin.y);
     Lanes<Pack>::store(packet.org_z + first, ray.origin.z);
-    Lanes<Pack>::store(packet.tnear + first, same<Pack>(0));
+    Lanes<Pack>::store(packet.tnear + first, broadcast<Pack>(0));
     Lanes<Pack>::store(packet.dir_x + first, ray.direction.x);
     Lanes<Pack>::store(packet.dir_y + first, ray.direction.y);
     Lanes<Pack>::store(packet.dir_z + first, ray.direction.z);

@@ -12,8 +12,8 @@
 
 #include "base/box.h"
 #include "base/result.h"
-#include "render/lanes.h"
 #include "render/render.h"
+#include "render/simd.h"
 
 namespace polymorph {
 
@@ -44,9 +44,9 @@ Status take_device_error(const RayDevice& device);
 template <class T3>
 struct RayOf {
   T3 origin;
-  T3 direction;                                  ///< unit
-  NumberOf<T3> time = same<NumberOf<T3>>(0.5f);  ///< [0, 1] of the shutter's
-  NumberOf<T3> far = same<NumberOf<T3>>(std::numeric_limits<float>::infinity());
+  T3 direction;                                             ///< unit
+  ComponentOf<T3> time = broadcast<ComponentOf<T3>>(0.5f);  ///< [0, 1] of the shutter's
+  ComponentOf<T3> far = broadcast<ComponentOf<T3>>(std::numeric_limits<float>::infinity());
 };
 using Ray = RayOf<Vec3>;
 
@@ -118,16 +118,16 @@ class TracedScene {
 
 template <class T3>
 inline MaskOf<T3> TracedScene::misses_bounds(const RayOf<T3>& ray) const {
-  using V = NumberOf<T3>;
+  using V = ComponentOf<T3>;
   if (bounds_.empty()) return mask_of<MaskOf<T3>>(true);
-  V near = same<V>(0), far = ray.far;
+  V near = broadcast<V>(0), far = ray.far;
   const auto clip = [&](V origin, V direction, float low, float high) {
     const V inverse = 1.0f / direction;
     const V a = (low - origin) * inverse, b = (high - origin) * inverse;
     // A ray in the plane of a side makes a NaN here; these comparisons then keep the interval as it
     // is.
-    near = most(least(a, b), near);
-    far = least(most(a, b), far);
+    near = max(min(a, b), near);
+    far = min(max(a, b), far);
   };
   clip(ray.origin.x, ray.direction.x, bounds_.low.x, bounds_.high.x);
   clip(ray.origin.y, ray.direction.y, bounds_.low.y, bounds_.high.y);

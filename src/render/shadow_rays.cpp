@@ -9,15 +9,15 @@
 namespace polymorph {
 namespace {
 
-constexpr int kMostBoundaries = 32;  // of glass that a ray is followed through
+constexpr int kMaxBoundaries = 32;  // of glass that a ray is followed through
 
 }  // namespace
 
-Vec3 through_meshes(const World& world, const Ray& ray, Tally& tally) {
+Vec3 through_meshes(const World& world, const Ray& ray, RayStats& stats) {
   Vec3 share{1, 1, 1};
   Ray way = ray;
-  for (int boundary = 0; boundary < kMostBoundaries; ++boundary) {
-    ++tally.rays;
+  for (int boundary = 0; boundary < kMaxBoundaries; ++boundary) {
+    ++stats.rays;
     const MeshHit hit = world.geometry->closest(way);
     if (hit.mesh == kNoMesh) return share;
     const Shading shading = mixed_shading(world, hit);
@@ -34,8 +34,8 @@ Vec3 through_meshes(const World& world, const Ray& ray, Tally& tally) {
 }
 
 void ShadowRays::add(const RayOf<Pack3>& ray, const Pack3& light, PackBits path, PackMask wanted) {
-  const PackMask clear = meets_floor(world_.floor, ray) == kInfinity;
-  std::uint32_t bits = Lanes<Pack>::bits(wanted & clear & opposite(is_black(light)));
+  const PackMask clear = intersect_floor(world_.floor, ray) == kInfinity;
+  std::uint32_t bits = Lanes<Pack>::bits(wanted & clear & !is_black(light));
   if (bits == 0) return;
   if (count_ >= kPacket) {
     look(0, kPacket);
@@ -50,7 +50,7 @@ void ShadowRays::add(const RayOf<Pack3>& ray, const Pack3& light, PackBits path,
   float* starts[kLanes];
   for (int l = 0; l < kLanes; ++l) starts[l] = &rows[l].ray.origin.x;
   store_rows<16>(columns, starts);
-  for (; bits != 0; bits &= bits - 1) rows_[count_++] = rows[lowest_bit(bits)];
+  for (; bits != 0; bits &= bits - 1) rows_[count_++] = rows[countr_zero(bits)];
 }
 
 void ShadowRays::flush() {
@@ -63,7 +63,7 @@ void ShadowRays::look(int first, int count) {
   if (world_.has_glass) {
     for (int i = first; i < first + count; ++i) {
       const Row& row = rows_[i];
-      direct_[row.path] = direct_[row.path] + row.light * through_meshes(world_, row.ray, tally_);
+      direct_[row.path] = direct_[row.path] + row.light * through_meshes(world_, row.ray, stats_);
     }
     return;
   }
@@ -76,7 +76,7 @@ void ShadowRays::look(int first, int count) {
     load_rows<8>(starts, columns);
     std::memcpy(&rays[k / kLanes], columns, sizeof columns);
   }
-  tally_.rays += static_cast<std::uint64_t>(count);
+  stats_.rays += static_cast<std::uint64_t>(count);
   const std::uint32_t blocked = world_.geometry->blocked(rays, count);
   for (int i = 0; i < count; ++i) {
     const Row& row = rows_[first + i];

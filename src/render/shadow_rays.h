@@ -9,13 +9,13 @@ namespace polymorph {
 
 /// The share of light that comes along a ray past all meshes: none past anything opaque; straight
 /// through glass.
-Vec3 through_meshes(const World& world, const Ray& ray, Tally& tally);
+Vec3 through_meshes(const World& world, const Ray& ray, RayStats& stats);
 
 /// Collects rays towards lights; what arrives is added to `direct`, in the order of adding.
 class ShadowRays {
  public:
-  ShadowRays(const World& world, Tally& tally, Vec3* direct)
-      : world_(world), tally_(tally), direct_(direct) {}
+  ShadowRays(const World& world, RayStats& stats, Vec3* direct)
+      : world_(world), stats_(stats), direct_(direct) {}
 
   /// Light that arrives along the rays unless something is in their way: what the floor hides and
   /// what is black anyway is left out. direct[path[l]] gets the share of lane l, where `wanted`.
@@ -32,7 +32,7 @@ class ShadowRays {
   void look(int first, int count);
 
   const World& world_;
-  Tally& tally_;
+  RayStats& stats_;
   Vec3* direct_;
   int count_ = 0;
   std::array<Row, 2 * kPacket> rows_;

@@ -18,8 +18,8 @@ constexpr float kCalmMeans = 4;
 
 /// (column, row) of a direction, both in [0, 1].
 template <class T3>
-Vec2Of<NumberOf<T3>> lat_long(T3 d) {
-  const NumberOf<T3> flat = square_root(d.x * d.x + d.z * d.z);
+Vec2Of<ComponentOf<T3>> lat_long(T3 d) {
+  const ComponentOf<T3> flat = sqrt(d.x * d.x + d.z * d.z);
   return {0.5f + atan2_turns(d.x, -d.z), 0.5f - 2.0f * atan2_turns(d.y, flat)};
 }
 
@@ -68,7 +68,7 @@ SkyDistribution make_distribution(const Sky& sky, SkyPart part) {
   const int rows = part == SkyPart::kAboveHorizon ? (d.height + 1) / 2 : d.height;
   d.row_cdf.assign(static_cast<std::size_t>(d.height) + 1, 0);
   d.column_cdf.assign(static_cast<std::size_t>(d.height) * (d.width + 1), 0);
-  d.density.assign(static_cast<std::size_t>(d.height) * d.width, 0);
+  d.pdf.assign(static_cast<std::size_t>(d.height) * d.width, 0);
   double total = 0;
   std::vector<double> row_sum(static_cast<std::size_t>(d.height), 0.0);
   for (int y = 0; y < rows; ++y) {
@@ -92,7 +92,7 @@ SkyDistribution make_distribution(const Sky& sky, SkyPart part) {
     if (y >= rows) continue;
     for (int x = 0; x < d.width; ++x) {
       const std::size_t i = static_cast<std::size_t>(y) * d.width + x;
-      d.density[i] = static_cast<float>(cells[i] / total);
+      d.pdf[i] = static_cast<float>(cells[i] / total);
     }
   }
   return d;
@@ -109,64 +109,64 @@ Vec3 octahedral_decode(float x, float y) {
   return normalized(d);
 }
 template <class T3>
-Vec2Of<NumberOf<T3>> octahedral_encode(T3 d) {
-  using V = NumberOf<T3>;
-  const V sum = absolute(d.x) + absolute(d.y) + absolute(d.z);
+Vec2Of<ComponentOf<T3>> octahedral_encode(T3 d) {
+  using V = ComponentOf<T3>;
+  const V sum = abs(d.x) + abs(d.y) + abs(d.z);
   const V x = d.x / sum, y = d.z / sum;
   const MaskOf<T3> upper = d.y >= 0.0f;
-  return {select(upper, x, with_sign_of(x, 1.0f - absolute(y))),
-          select(upper, y, with_sign_of(y, 1.0f - absolute(x)))};
+  return {select(upper, x, copysign(1.0f - abs(y), x)),
+          select(upper, y, copysign(1.0f - abs(x), y))};
 }
 
 /// Between four neighbours in a table of vectors.
 template <class T3, class I>
 T3 bilinear(const Vec3* table, I upper_left, I upper_right, I lower_left, I lower_right,
-            NumberOf<T3> fx, NumberOf<T3> fy) {
-  return lerp(lerp(gathered(table, upper_left), gathered(table, upper_right), fx),
-              lerp(gathered(table, lower_left), gathered(table, lower_right), fx), fy);
+            ComponentOf<T3> fx, ComponentOf<T3> fy) {
+  return lerp(lerp(gather(table, upper_left), gather(table, upper_right), fx),
+              lerp(gather(table, lower_left), gather(table, lower_right), fx), fy);
 }
 
 template <class T3>
 T3 radiance_along(const Sky& sky, T3 direction) {
-  using V = NumberOf<T3>;
+  using V = ComponentOf<T3>;
   const Vec2Of<V> p = lat_long(direction);
   // NaN has no texel: clamp01() makes it 0.
   const V x = clamp01(p.x) * static_cast<float>(sky.width) - 0.5f;
-  const V y = least(most(p.y * static_cast<float>(sky.height) - 0.5f, 0.0f),
-                    static_cast<float>(sky.height - 1));
-  const auto row = whole(y), next_row = smaller(row + 1, sky.height - 1);
+  const V y = min(max(p.y * static_cast<float>(sky.height) - 0.5f, 0.0f),
+                  static_cast<float>(sky.height - 1));
+  const auto row = truncate(y), next_row = min(row + 1, sky.height - 1);
   // From 0 to width: the last column's right neighbour is the first.
-  const auto right = smaller(whole(x + 1.0f), sky.width);
+  const auto right = min(truncate(x + 1.0f), sky.width);
   const auto left = right - 1;
-  const auto column = left + kept_if(left < 0, sky.width),
-             next = right - kept_if(right >= sky.width, sky.width);
+  const auto column = left + zero_unless(left < 0, sky.width),
+             next = right - zero_unless(right >= sky.width, sky.width);
   return bilinear<T3>(sky.texels.data(), row * sky.width + column, row * sky.width + next,
-                      next_row * sky.width + column, next_row * sky.width + next, x - number(left),
-                      y - number(row));
+                      next_row * sky.width + column, next_row * sky.width + next,
+                      x - to_float(left), y - to_float(row));
 }
 
 template <class T3>
-NumberOf<T3> bright_density(const Sky& sky, T3 direction) {
+ComponentOf<T3> bright_pdf(const Sky& sky, T3 direction) {
   const SkyDistribution& d = sky.distribution;
-  if (!sky.has_bright) return same<NumberOf<T3>>(0);
+  if (!sky.has_bright) return broadcast<ComponentOf<T3>>(0);
   const auto p = lat_long(direction);
-  const auto x = smaller(whole(clamp01(p.x) * static_cast<float>(d.width)), d.width - 1);
-  const auto y = smaller(whole(clamp01(p.y) * static_cast<float>(d.height)), d.height - 1);
-  return gathered(d.density.data(), y * d.width + x);
+  const auto x = min(truncate(clamp01(p.x) * static_cast<float>(d.width)), d.width - 1);
+  const auto y = min(truncate(clamp01(p.y) * static_cast<float>(d.height)), d.height - 1);
+  return gather(d.pdf.data(), y * d.width + x);
 }
 
 template <class T3>
 T3 irradiance_on(const Sky& sky, T3 normal) {
-  using V = NumberOf<T3>;
+  using V = ComponentOf<T3>;
   constexpr int kNodes = kIrradianceCells + 1;
   const Vec2Of<V> p = octahedral_encode(normal);
   const V x = clamp01((p.x + 1.0f) * 0.5f) * static_cast<float>(kIrradianceCells);
   const V y = clamp01((p.y + 1.0f) * 0.5f) * static_cast<float>(kIrradianceCells);
-  const auto column = smaller(whole(x), kIrradianceCells - 1);
-  const auto row = smaller(whole(y), kIrradianceCells - 1);
+  const auto column = min(truncate(x), kIrradianceCells - 1);
+  const auto row = min(truncate(y), kIrradianceCells - 1);
   const auto node = row * kNodes + column;
   return bilinear<T3>(sky.irradiance.data(), node, node + 1, node + kNodes, node + kNodes + 1,
-                      x - number(column), y - number(row));
+                      x - to_float(column), y - to_float(row));
 }
 
 std::vector<Vec3> make_irradiance(const Sky& sky) {
@@ -299,7 +299,7 @@ SkySample sample_bright_sky(const Sky& sky, float u, float v) {
   const Vec2 around = cos_sin_turns(
       (static_cast<float>(column.index) + column.fraction) / static_cast<float>(d.width) - 0.5f);
   return {{around.y * flat, height, -around.x * flat},
-          d.density[static_cast<std::size_t>(row.index) * d.width + column.index]};
+          d.pdf[static_cast<std::size_t>(row.index) * d.width + column.index]};
 }
 
 Vec3 sky_radiance(const Sky& sky, Vec3 direction) { return radiance_along(sky, direction); }
@@ -307,10 +307,8 @@ Pack3 sky_radiance(const Sky& sky, const Pack3& direction) {
   return radiance_along(sky, direction);
 }
 
-float bright_sky_density(const Sky& sky, Vec3 direction) { return bright_density(sky, direction); }
-Pack bright_sky_density(const Sky& sky, const Pack3& direction) {
-  return bright_density(sky, direction);
-}
+float bright_sky_pdf(const Sky& sky, Vec3 direction) { return bright_pdf(sky, direction); }
+Pack bright_sky_pdf(const Sky& sky, const Pack3& direction) { return bright_pdf(sky, direction); }
 
 Vec3 sky_irradiance(const Sky& sky, Vec3 normal) { return irradiance_on(sky, normal); }
 Pack3 sky_irradiance(const Sky& sky, const Pack3& normal) { return irradiance_on(sky, normal); }

@@ -22,7 +22,7 @@ struct SkyDistribution {
   int width = 0, height = 0;
   std::vector<float> row_cdf;     ///< height + 1
   std::vector<float> column_cdf;  ///< height * (width + 1)
-  std::vector<float> density;     ///< per solid angle, height * width
+  std::vector<float> pdf;         ///< per solid angle, height * width
   float total = 0;                ///< integral of what it follows
 };
 
@@ -81,7 +81,7 @@ struct SkySplitOf {
 using SkySplit = SkySplitOf<Vec3>;
 template <class T3>
 inline SkySplitOf<T3> split_radiance(const Sky& sky, T3 radiance) {
-  const NumberOf<T3> light = luminance(radiance);
+  const ComponentOf<T3> light = luminance(radiance);
   const T3 calm = select(light <= sky.calm_level, radiance, radiance * (sky.calm_level / light));
   return {calm, radiance - calm};
 }
@@ -89,11 +89,11 @@ inline SkySplitOf<T3> split_radiance(const Sky& sky, T3 radiance) {
 /// A direction by the brightness of the bright part.
 struct SkySample {
   Vec3 direction;
-  float density;  ///< per solid angle; 0 = nothing to sample
+  float pdf;  ///< per solid angle; 0 = nothing to sample
 };
 SkySample sample_bright_sky(const Sky& sky, float u, float v);
-float bright_sky_density(const Sky& sky, Vec3 direction);
-Pack bright_sky_density(const Sky& sky, const Pack3& direction);
+float bright_sky_pdf(const Sky& sky, Vec3 direction);
+Pack bright_sky_pdf(const Sky& sky, const Pack3& direction);
 
 /// What an unshadowed surface with this unit normal receives from the calm part: integral of
 /// radiance times cosine.

@@ -19,7 +19,7 @@ bool is_uniform(const MaterialLayer& layer) {
 }
 /// The same material everywhere?
 bool is_uniform(const RenderMesh& mesh) {
-  return is_uniform(static_cast<const MaterialLayer&>(mesh)) &&
+  return mesh.vertex_colors.empty() && is_uniform(static_cast<const MaterialLayer&>(mesh)) &&
          std::all_of(mesh.over.begin(), mesh.over.end(), [](const MixedLayer& layer) {
            return layer.materials.empty() || is_uniform(layer);
          });
@@ -44,6 +44,13 @@ Shading mesh_shading(const RenderMesh& mesh, const MeshHit& hit) {
   for (const MixedLayer& layer : mesh.over)
     if (!layer.materials.empty() && layer.share > 0)
       shading = mix(shading, layer_shading(layer, hit), clamp01(layer.share));
+  if (!mesh.vertex_colors.empty() && mesh.vertex_color_share > 0) {
+    const Triangle& t = mesh.triangles[hit.triangle];
+    const Vec3* colors = mesh.vertex_colors.data();
+    const Vec3 color =
+        colors[t.v[0]] * (1 - hit.u - hit.v) + colors[t.v[1]] * hit.u + colors[t.v[2]] * hit.v;
+    shading.color = lerp(shading.color, color, clamp01(mesh.vertex_color_share));
+  }
   return shading;
 }
 
@@ -52,8 +59,9 @@ MeshHit lane(const MeshHitOf<Pack>& hit, int l) {
 }
 
 ShadingOf<Pack3> same_shading(const Shading& s) {
-  return {same3<Pack3>(s.color),  same3<Pack3>(s.specular),   same<Pack>(s.roughness),
-          same<Pack>(s.metallic), same<Pack>(s.transmission), same<Pack>(s.ior)};
+  return {broadcast3<Pack3>(s.color),      broadcast3<Pack3>(s.specular),
+          broadcast<Pack>(s.roughness),    broadcast<Pack>(s.metallic),
+          broadcast<Pack>(s.transmission), broadcast<Pack>(s.ior)};
 }
 
 /// shading_of(hit) of each lane; once for all where they are on one mesh of one material.

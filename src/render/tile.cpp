@@ -21,15 +21,15 @@ struct Cameras {
   Pack tan_half_fov_y, lens_radius, focus;
 };
 Cameras cameras_of(const Camera& camera) {
-  return {same3<Pack3>(camera.position),     same3<Pack3>(camera.right),
-          same3<Pack3>(camera.up),           same3<Pack3>(camera.forward),
-          same<Pack>(camera.tan_half_fov_y), same<Pack>(camera.lens_radius),
-          same<Pack>(camera.focus)};
+  return {broadcast3<Pack3>(camera.position),     broadcast3<Pack3>(camera.right),
+          broadcast3<Pack3>(camera.up),           broadcast3<Pack3>(camera.forward),
+          broadcast<Pack>(camera.tan_half_fov_y), broadcast<Pack>(camera.lens_radius),
+          broadcast<Pack>(camera.focus)};
 }
 /// At times of the shutter's, in [0, 1].
 Cameras cameras_between(const Camera& opening, const Camera& closing, Pack time) {
   const auto between = [&](Vec3 from, Vec3 to) {
-    return same3<Pack3>(from) + same3<Pack3>(to - from) * time;
+    return broadcast3<Pack3>(from) + broadcast3<Pack3>(to - from) * time;
   };
   const auto at = [&](float from, float to) { return from + time * (to - from); };
   return {between(opening.position, closing.position),
@@ -94,9 +94,9 @@ float error_of(const PixelSum& sum) {
 
 class Tile {
  public:
-  Tile(const FrameJob& job, int tile_x, int tile_y, Tally& tally)
+  Tile(const FrameJob& job, int tile_x, int tile_y, RayStats& stats)
       : job_(job),
-        tally_(tally),
+        stats_(stats),
         left_(tile_x * kTile),
         top_(tile_y * kTile),
         width_(std::min(kTile, job.image.width - left_)),
@@ -138,14 +138,14 @@ class Tile {
     for (int y = 0; y < height_; ++y) {
       CenterRow& row = centers_[y];
       for (int k = 0; k < 2; ++k)
-        row.rays[k] = camera_rays(
-            camera, job_.image,
-            Lanes<Pack>::first_numbers() + (static_cast<float>(left_ + k * kLanes) + 0.5f),
-            same<Pack>(static_cast<float>(top_ + y) + 0.5f), Pack2{}, true);
-      meet(job_.world, row.rays, row.meetings, width_, true, tally_);
+        row.rays[k] =
+            camera_rays(camera, job_.image,
+                        Lanes<Pack>::iota() + (static_cast<float>(left_ + k * kLanes) + 0.5f),
+                        broadcast<Pack>(static_cast<float>(top_ + y) + 0.5f), Pack2{}, true);
+      intersect_closest(job_.world, row.rays, row.intersections, width_, true, stats_);
       if (!steady) continue;
       for (int x = 0; x < width_; ++x) {
-        const std::uint32_t mesh = row.meetings[x / kLanes].mesh.mesh[x % kLanes];
+        const std::uint32_t mesh = row.intersections[x / kLanes].mesh.mesh[x % kLanes];
         moving_[y * width_ + x] = mesh != kNoMesh && job_.world.geometry->mesh(mesh).moves;
       }
     }
@@ -181,7 +181,7 @@ class Tile {
       const CenterRow& row = centers_[y];
       for (int x = 0; x < width_; ++x) {
         const Ray ray = lane(row.rays[x / kLanes], x % kLanes);
-        FirstHit hit = first_hit(job_.world, ray, lane(row.meetings[x / kLanes], x % kLanes));
+        FirstHit hit = first_hit(job_.world, ray, lane(row.intersections[x / kLanes], x % kLanes));
         if (hit.id > 0) hit.depth *= dot(ray.direction, job_.camera.forward);
         hit.motion = motion_of(hit, ray.direction);
         float* pixel = &film.at(left_ + x, top_ + y, 4);
@@ -198,7 +198,7 @@ class Tile {
       for (int s = from; s < to; ++s) {
         pixels_[wave_.count] = pixel;
         numbers_[wave_.count] = static_cast<std::uint32_t>(s);
-        if (++wave_.count == Wave::kMost) flush();
+        if (++wave_.count == Wavefront::kMax) flush();
       }
     }
     if (wave_.count > 0) flush();
@@ -208,7 +208,7 @@ class Tile {
   void flush() {
     for (int first = 0; first < wave_.count; first += kLanes) shoot(first);
     if (!mattes_.empty() || job_.image.denoise) look_at_samples();
-    trace(job_.world, job_.sampler, wave_, tally_);
+    trace(job_.world, job_.sampler, wave_, stats_);
     for (int i = 0; i < wave_.count; ++i)
       add_sample(sums_[pixels_[i]], wave_.lights[i], numbers_[i] % 2 == 1);
     wave_.count = 0;
@@ -220,7 +220,7 @@ class Tile {
     for (int first = 0; first < wave_.count; first += kPacket) {
       const int count = std::min(kPacket, wave_.count - first);
       RayOf<Pack3> rays[kPacket / kLanes];
-      MeetingOf<Pack> meetings[kPacket / kLanes];
+      IntersectionOf<Pack> intersections[kPacket / kLanes];
       for (int i = 0; i < kPacket; ++i) {
         const Ray& ray = wave_.rays[first + std::min(i, count - 1)];
         RayOf<Pack3>& pack = rays[i / kLanes];
@@ -228,19 +228,19 @@ class Tile {
         set_lane(pack.direction, i % kLanes, ray.direction);
         pack.time[i % kLanes] = ray.time;
       }
-      meet(job_.world, rays, meetings, count, true, tally_);
+      intersect_closest(job_.world, rays, intersections, count, true, stats_);
       for (int i = 0; i < count; ++i)
         look_at_sample(pixels_[first + i], wave_.rays[first + i],
-                       lane(meetings[i / kLanes], i % kLanes));
+                       lane(intersections[i / kLanes], i % kLanes));
     }
   }
-  void look_at_sample(int pixel, const Ray& ray, const Meeting& met) {
+  void look_at_sample(int pixel, const Ray& ray, const Intersection& met) {
     if (!mattes_.empty())
       job_.mattes->add_sample(
           job_.world, ray, met,
           &mattes_[static_cast<std::size_t>(pixel) * job_.mattes->layer_count()]);
     if (!job_.image.denoise) return;
-    const Guide guide = guide_of(job_.world, ray, met, tally_);
+    const Guide guide = guide_of(job_.world, ray, met, stats_);
     sums_[pixel].albedo = sums_[pixel].albedo + guide.albedo;
     sums_[pixel].normal = sums_[pixel].normal + guide.normal;
   }
@@ -262,7 +262,7 @@ class Tile {
     const PathSamplerOf<Pack> sampler(job_.sampler, wave_.sequence, index);
     const Sample4Of<Pack> random = sampler.get(0);
     const bool blurred = job_.camera.shutter > 0;
-    const Pack time = blurred ? sampler.get(kTimeSet).a : same<Pack>(0.5f);
+    const Pack time = blurred ? sampler.get(kTimeSet).a : broadcast<Pack>(0.5f);
     const Cameras cameras =
         blurred && job_.camera_motion
             ? cameras_between(job_.camera_motion->opening, job_.camera_motion->closing, time)
@@ -322,7 +322,7 @@ class Tile {
   }
 
   const FrameJob& job_;
-  Tally& tally_;
+  RayStats& stats_;
   const int left_, top_, width_, height_;
   std::array<PixelSum, kPixels> sums_{};
   std::array<bool, kPixels> done_{};
@@ -330,20 +330,20 @@ class Tile {
   /// Rays through the centres of a row's pixels.
   struct CenterRow {
     RayOf<Pack3> rays[kTile / kLanes];
-    MeetingOf<Pack> meetings[kTile / kLanes];
+    IntersectionOf<Pack> intersections[kTile / kLanes];
   };
   std::array<CenterRow, kTile> centers_;
   std::array<bool, kPixels> moving_{};  ///< the pixel shows something that moves
-  Wave wave_;
-  std::array<int, Wave::kMost> pixels_;             ///< of each path of the wave
-  std::array<std::uint32_t, Wave::kMost> numbers_;  ///< which of the pixel's samples it is
+  Wavefront wave_;
+  std::array<int, Wavefront::kMax> pixels_;             ///< of each path of the wave
+  std::array<std::uint32_t, Wavefront::kMax> numbers_;  ///< which of the pixel's samples it is
 };
 
 }  // namespace
 
-void render_tile(const FrameJob& job, int tile_x, int tile_y, Image& film, Tally& tally) {
+void render_tile(const FrameJob& job, int tile_x, int tile_y, Image& film, RayStats& stats) {
   const FlushDenormals flush;
-  Tile tile(job, tile_x, tile_y, tally);
+  Tile tile(job, tile_x, tile_y, stats);
   tile.look();
   tile.sample();
   tile.write(film);

@@ -30,6 +30,6 @@ struct FrameJob {
 
 /// Fills pixels [tile_x kTile, ...) x [tile_y kTile, ...) of the film. One task owns a tile and
 /// works through it in a fixed order, so the picture does not depend on the threads.
-void render_tile(const FrameJob& job, int tile_x, int tile_y, Image& film, Tally& tally);
+void render_tile(const FrameJob& job, int tile_x, int tile_y, Image& film, RayStats& stats);
 
 }  // namespace polymorph

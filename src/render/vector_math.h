@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <numbers>
 
-#include "render/lanes.h"
+#include "render/simd.h"
 
 namespace polymorph {
 
@@ -21,19 +21,19 @@ inline V square(V x) {
 /// NaN becomes 0, so that what is looked up with it stays inside its table.
 template <class V>
 inline V clamp01(V x) {
-  return least(most(x, 0.0f), 1.0f);
+  return min(max(x, 0.0f), 1.0f);
 }
 inline float radians(float degrees) { return degrees * (kPi / 180.0f); }
 template <class T3>
-inline NumberOf<T3> max_component(T3 a) {
-  return most(a.x, most(a.y, a.z));
+inline ComponentOf<T3> max_component(T3 a) {
+  return max(a.x, max(a.y, a.z));
 }
 template <class T3>
-inline NumberOf<T3> min_component(T3 a) {
-  return least(a.x, least(a.y, a.z));
+inline ComponentOf<T3> min_component(T3 a) {
+  return min(a.x, min(a.y, a.z));
 }
 template <class T3>
-inline NumberOf<T3> luminance(T3 c) {
+inline ComponentOf<T3> luminance(T3 c) {
   return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
 }
 template <class V>
@@ -60,8 +60,8 @@ using Frame = FrameOf<Vec3>;
 /// revisited").
 template <class T3>
 inline FrameOf<T3> make_frame(T3 n) {
-  using V = NumberOf<T3>;
-  const V sign = with_sign_of(n.z, same<V>(1));
+  using V = ComponentOf<T3>;
+  const V sign = copysign(broadcast<V>(1), n.z);
   const V a = -1.0f / (sign + n.z);
   const V b = n.x * n.y * a;
   return {{1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
@@ -89,16 +89,16 @@ inline Vec2Of<V> cos_sin_turns(V turns) {
   const V c = 1.0f + x2 * (-0.5f + x2 * (1.0f / 24 + x2 * (-1.0f / 720 + x2 * (1.0f / 40320))));
   const BitsOf<V> quarter = float_bits(shifted);
   const MaskOf<V> odd = (quarter & 1u) != 0u;
-  return {flipped_if(((quarter + 1u) & 2u) << 30, select(odd, s, c)),
-          flipped_if((quarter & 2u) << 30, select(odd, c, s))};
+  return {xor_sign(((quarter + 1u) & 2u) << 30, select(odd, s, c)),
+          xor_sign((quarter & 2u) << 30, select(odd, c, s))};
 }
 
 /// atan2(y, x) in turns, (-0.5, 0.5]; error below 1e-5 turns. 0 where both are 0.
 template <class V>
 inline V atan2_turns(V y, V x) {
-  const V ax = absolute(x), ay = absolute(y);
-  const V high = most(ax, ay), low = least(ax, ay);
-  const V t = low / select(high > 0.0f, high, same<V>(1));
+  const V ax = abs(x), ay = abs(y);
+  const V high = max(ax, ay), low = min(ax, ay);
+  const V t = low / select(high > 0.0f, high, broadcast<V>(1));
   const V t2 = t * t;
   // Minimax odd polynomial for atan on [0, 1] (Abramowitz & Stegun 4.4.49).
   V a = t * (0.9998660f +
@@ -115,7 +115,7 @@ inline Vec2Of<V> concentric_disc(V u, V v) {
   const V a = 2.0f * u - 1.0f, b = 2.0f * v - 1.0f;
   const MaskOf<V> wide = a * a > b * b;
   const V radius = select(wide, a, b);
-  const V share = select(wide, b, a) / select(radius == 0.0f, same<V>(1), radius);
+  const V share = select(wide, b, a) / select(radius == 0.0f, broadcast<V>(1), radius);
   return cos_sin_turns<V>(select(wide, 0.125f * share, 0.25f - 0.125f * share)) * radius;
 }
 
@@ -123,7 +123,7 @@ inline Vec2Of<V> concentric_disc(V u, V v) {
 template <class V>
 inline Vec3Of<V> cosine_direction(V u, V v) {
   const Vec2Of<V> d = concentric_disc(u, v);
-  return {d.x, d.y, square_root(most(1.0f - d.x * d.x - d.y * d.y, 0.0f))};
+  return {d.x, d.y, sqrt(max(1.0f - d.x * d.x - d.y * d.y, 0.0f))};
 }
 
 /// Direction in the cone about +z of half angle acos(1 - height), evenly by solid angle. The disc's
@@ -133,7 +133,7 @@ inline Vec3Of<V> cone_direction(H height, V u, V v) {
   const Vec2Of<V> disc = concentric_disc(u, v);
   const V r2 = disc.x * disc.x + disc.y * disc.y;
   // sin = r sqrt(height (2 - r^2 height)), with the disc's own r kept as the azimuth's length.
-  const V scale = square_root(most(height * (2.0f - r2 * height), 0.0f));
+  const V scale = sqrt(max(height * (2.0f - r2 * height), 0.0f));
   return {disc.x * scale, disc.y * scale, 1.0f - r2 * height};
 }
 

@@ -6,10 +6,10 @@
 #include <span>
 
 #include "render/aov.h"
+#include "render/backdrop.h"
 #include "render/lamps.h"
 #include "render/lights.h"
 #include "render/scene_build.h"
-#include "render/stage.h"
 
 namespace polymorph {
 
@@ -32,41 +32,42 @@ struct World {
   float moment = 0;          ///< for the AOVs
 };
 
-struct Tally {
+struct RayStats {
   std::uint64_t rays = 0, paths = 0;
 };
 
 /// What a ray meets first: a mesh, else the floor, else nothing.
 template <class V>
-struct MeetingOf {
+struct IntersectionOf {
   MeshHitOf<V> mesh;
-  V floor = same<V>(std::numeric_limits<float>::infinity());  ///< how far it is
+  V floor = broadcast<V>(std::numeric_limits<float>::infinity());  ///< how far it is
 };
-using Meeting = MeetingOf<float>;
+using Intersection = IntersectionOf<float>;
 
 inline Ray lane(const RayOf<Pack3>& ray, int l) {
   return {lane(ray.origin, l), lane(ray.direction, l), ray.time[l], ray.far[l]};
 }
-inline Meeting lane(const MeetingOf<Pack>& m, int l) {
+inline Intersection lane(const IntersectionOf<Pack>& m, int l) {
   return {{m.mesh.mesh[l], m.mesh.triangle[l], m.mesh.distance[l], m.mesh.u[l], m.mesh.v[l]},
           m.floor[l]};
 }
 
 /// For up to kPacket rays, the first `count` lanes of one or two packs; `alike` where they go about
 /// the same way.
-inline void meet(const World& world, const RayOf<Pack3>* rays, MeetingOf<Pack>* meetings, int count,
-                 bool alike, Tally& tally) {
+inline void intersect_closest(const World& world, const RayOf<Pack3>* rays,
+                              IntersectionOf<Pack>* intersections, int count, bool alike,
+                              RayStats& stats) {
   RayOf<Pack3> shortened[2];
   MeshHitOf<Pack> hits[2];
   const int packs = (count + kLanes - 1) / kLanes;
   for (int i = 0; i < packs; ++i) {
     shortened[i] = rays[i];
-    meetings[i].floor = meets_floor(world.floor, rays[i]);
-    shortened[i].far = least(meetings[i].floor, rays[i].far);
+    intersections[i].floor = intersect_floor(world.floor, rays[i]);
+    shortened[i].far = min(intersections[i].floor, rays[i].far);
   }
-  tally.rays += static_cast<std::uint64_t>(count);
+  stats.rays += static_cast<std::uint64_t>(count);
   world.geometry->closest(shortened, hits, count, alike);
-  for (int i = 0; i < packs; ++i) meetings[i].mesh = hits[i];
+  for (int i = 0; i < packs; ++i) intersections[i].mesh = hits[i];
 }
 
 }  // namespace polymorph

@@ -157,6 +157,9 @@ void describe(V& v, PlanSettings& s) {
            "how the objects are laid upon each other before balls are paired");
   v.number("align_gain", s.align_gain, 0, 1,
            "a turn is kept only if it makes the plan this share cheaper");
+  v.number("align_tip_residual", s.align_tip_residual, 0, 100,
+           "a turn that tips the object over is kept only if it leaves at most this mean squared "
+           "distance between paired balls, over their mean squared radius; 0 = never");
   v.number("size_weight", s.size_weight, 0, 1000, "of unlike ball sizes in the cost");
   v.number("feature_weight", s.feature_weight, 0, 1000,
            "of unlike features: distance along the body, linear or flat surroundings, which way "
@@ -260,7 +263,7 @@ void describe(V& v, SurfaceSettings& s) {
   v.boolean("flat", s.flat, "every triangle has its own normal");
   v.integer("influence", s.influence, 1, 16,
             "cells between the points at which the field is computed; it is interpolated between");
-  v.number("crumbs", s.crumbs, 0, 0.1,
+  v.number("min_component_share", s.min_component_share, 0, 0.1,
            "parts below this share of the volume are left out of moving surfaces; 0 keeps all");
 }
 

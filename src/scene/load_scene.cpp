@@ -15,8 +15,8 @@ namespace polymorph {
 namespace {
 
 constexpr std::size_t kMaxFindings = 20;
-constexpr std::size_t kMostFindings = 200;  // each is looked up in the text
-constexpr std::size_t kMostItems = 1000;    // of one list
+constexpr std::size_t kMaxCollectedFindings = 200;  // each is looked up in the text
+constexpr std::size_t kMaxItems = 1000;             // of one list
 
 /// The visitor that reads: one object of the JSON tree into one struct.
 class ReadFields {
@@ -215,11 +215,11 @@ class ReadFields {
     const JsonValue* value = expect(key, JsonValue::Kind::kArray);
     if (!value) return;
     out.clear();  // a list of one's own replaces a default
-    if (value->items.size() > kMostItems)
+    if (value->items.size() > kMaxItems)
       report(*value, key,
              fmt::format("has {} entries - a list may have at most {}", value->items.size(),
-                         kMostItems));
-    for (std::size_t i = 0; i < std::min(value->items.size(), kMostItems); ++i) {
+                         kMaxItems));
+    for (std::size_t i = 0; i < std::min(value->items.size(), kMaxItems); ++i) {
       if constexpr (std::is_same_v<T, ObjectSettings>)
         out.push_back(actor_prototype_.source);
       else if constexpr (std::is_same_v<T, ActorSettings>)
@@ -337,11 +337,11 @@ class ReadFields {
       report(*object, key,
              "needs \"keys\", a list of {\"t\", \"frame\" or \"leg\": ..., \"value\": ...}");
     if (!list) return true;
-    if (list->items.size() > kMostItems)
+    if (list->items.size() > kMaxItems)
       fields.report(*list, "keys",
                     fmt::format("has {} entries - a list may have at most {}", list->items.size(),
-                                kMostItems));
-    for (std::size_t i = 0; i < std::min(list->items.size(), kMostItems); ++i) {
+                                kMaxItems));
+    for (std::size_t i = 0; i < std::min(list->items.size(), kMaxItems); ++i) {
       T value = out;
       if (fields.read_key(list->items[i], fmt::format("{}/keys/{}", track.pointer, i), track,
                           [&](ReadFields& one) { read(one, value); }))
@@ -455,7 +455,7 @@ class ReadFields {
           fmt::format("no such file: {} (paths are relative to the scene file)", file.string()));
   }
   void report_at(std::size_t offset, const std::string& pointer, const std::string& message) {
-    if (findings_.size() >= kMostFindings) return;
+    if (findings_.size() >= kMaxCollectedFindings) return;
     const TextPosition at = document_.position(offset);
     findings_.push_back({at.line, at.column, pointer, message});
   }

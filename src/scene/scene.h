@@ -143,6 +143,9 @@ struct PlanSettings {
   std::uint64_t seed = 0;
   AlignMethod align = AlignMethod::kSimilarity;
   float align_gain = 0.5f;  ///< a turn is kept only if it makes the plan this share cheaper
+  /// A turn that tips the object over is kept only if it leaves at most this mean squared distance
+  /// between paired balls, over their mean squared radius: copies are below 0.15. 0 = never.
+  float align_tip_residual = 0.15f;
   /// Weights of the cost's terms beside the squared distance in unit-RMS coordinates.
   float size_weight = 0.1f;      ///< (ln R / R')^2
   float feature_weight = 0.3f;   ///< squared difference of the features
@@ -183,9 +186,10 @@ struct SurfaceSettings {
   int resolution = 128;  ///< cells along the longest side of the scene's box
   SurfaceMethod method = SurfaceMethod::kMarchingCubes;
   Placement placement = Placement::kRoot;
-  bool flat = false;     ///< triangles without shared normals
-  int influence = 1;     ///< cells between the points at which the field is computed
-  float crumbs = 1e-4f;  ///< parts below this share of the volume are left out; 0 keeps all
+  bool flat = false;  ///< triangles without shared normals
+  int influence = 1;  ///< cells between the points at which the field is computed
+  float min_component_share =
+      1e-4f;  ///< parts below this share of the volume are left out; 0 keeps all
 };
 
 struct CameraSettings {

@@ -82,10 +82,10 @@ Status measure_handover(const PreparedScene& prepared, const PreparedActor& acto
                         Handover& handover) {
   const Leg& time = actor.timeline.legs[leg];
   if (!(leaving ? time.from_full : time.to_full)) return Ok{};
-  constexpr int kFewest = 4;
+  constexpr int kMin = 4;
   const float share = time.shares[leaving ? 1 : 3] / time.shares[2];
   const int wanted = static_cast<int>(std::lround(static_cast<float>(count) * share));
-  const int steps = share > 0 ? std::max(kFewest, wanted) : 0;
+  const int steps = share > 0 ? std::max(kMin, wanted) : 0;
   for (int k = 0; k <= steps; ++k) {
     const float way = steps > 0 ? static_cast<float>(k) / static_cast<float>(steps) : 0.0f;
     PM_TRY(const ActorGeometry geometry,

@@ -10,8 +10,8 @@
 #include "morph/pull_back.h"
 #include "morph/smooth_map.h"
 #include "sequence/film.h"
+#include "surface/components.h"
 #include "surface/crossfade.h"
-#include "surface/crumbs.h"
 #include "surface/grid.h"
 #include "surface/level.h"
 
@@ -73,10 +73,10 @@ std::vector<std::uint32_t> model_labels(const PreparedActor& actor, const Prepar
   return labels;
 }
 
-Clothes clothes_of(const PreparedActor& actor, std::size_t object, const Mesh& surface,
-                   std::span<const Vec3> at, float share = 1) {
+ObjectLayer object_layer(const PreparedActor& actor, std::size_t object, const Mesh& surface,
+                         std::span<const Vec3> at, float share = 1) {
   const PreparedObject& o = actor.objects[object];
-  return {object, share, transfer_materials(o.model, *o.closest, o.charts, at, surface.triangles)};
+  return {object, share, transfer_materials(o.model, *o.outer, o.charts, at, surface.triangles)};
 }
 
 /// The objects' size at an eased time, by which a smooth map measures.
@@ -94,7 +94,7 @@ void add_shading(const PreparedObject& object, const AffineMap& map, const std::
   const Model& model = object.model;
   if (model.corner_normals.size() != 3 * model.triangles.size() || normals.size() != at.size())
     return;
-  const std::vector<ClosestPoint> closest = object.closest->closest(at);
+  const std::vector<ClosestPoint> closest = object.outer->closest(at);
   // Gradients turn back by the transposed map.
   const auto turned = [&](Vec3 n) {
     return normalized(map.rows[0] * n.x + map.rows[1] * n.y + map.rows[2] * n.z);
@@ -112,14 +112,14 @@ void add_shading(const PreparedObject& object, const AffineMap& map, const std::
 }
 
 /// The normals of a leg's surface near its ends.
-Status shade_like_the_ends(const PreparedActor& actor, const PreparedLeg& leg,
-                           SurfaceExtractor& extractor, ActorGeometry& geometry) {
+Status blend_end_normals(const PreparedActor& actor, const PreparedLeg& leg,
+                         SurfaceExtractor& extractor, ActorGeometry& geometry) {
   // Gone before much has changed.
   constexpr float kGone = 0.3f;
   const float u = geometry.moment.u, near = std::min(u, 1 - u);
   if (near >= kGone || geometry.surface.normals.empty()) return Ok{};
   const float fade = 1 - near / kGone, weight = fade * fade * (3 - 2 * fade);
-  const MomentMap& map = geometry.map;
+  const FrameMap& map = geometry.map;
   PM_TRY(const PullBack pulled, pull_back(map, geometry.surface.positions, extractor));
   const bool leaving = u < 0.5f;
   add_shading(actor.objects[leaving ? leg.from : leg.to], map.regression->affine[leaving ? 0 : 1],
@@ -130,17 +130,67 @@ Status shade_like_the_ends(const PreparedActor& actor, const PreparedLeg& leg,
 /// Where points of a leg's moving surface come from and go to; `map` is that of a leg made of
 /// distances.
 Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const std::vector<Ball>& balls,
-                             const MomentMap& map, const std::vector<Vec3>& points,
+                             const FrameMap& map, const std::vector<Vec3>& points,
                              SurfaceExtractor& extractor) {
   if (leg.distance) return pull_back(map, points, extractor);
   return pull_back(leg.plan, time, balls, points, extractor);
 }
 
+float smooth_step(float from, float to, float u) {
+  const float t = std::clamp((u - from) / (to - from), 0.0f, 1.0f);
+  return t * t * (3 - 2 * t);
+}
+
+/// When a leg's colours change, by its progress: the source's detail goes, then the colours that
+/// are left turn into the target's, then the target's detail comes. Detail of both at once would
+/// show a face on a back; half way, where maps stretch most, it would be torn.
+struct ColorFade {
+  float color;           ///< share of the target
+  float source, target;  ///< shares of either's detail
+};
+ColorFade color_fade(float u) {
+  return {smooth_step(0.2f, 0.8f, u), 1 - smooth_step(0.1f, 0.45f, u), smooth_step(0.55f, 0.9f, u)};
+}
+
+Vec3 plain_color(const PreparedObject& object, Vec3 at) {
+  return object.colors ? object.colors->at(at) : object.model.materials.front().color;
+}
+
+/// The surface's colours without detail after a leg, on what they were before it.
+void fade_colors(const PreparedActor& actor, const PreparedLeg& leg, const PullBack& pulled,
+                 const ColorFade& fade, ActorGeometry& geometry) {
+  const PreparedObject &from = actor.objects[leg.from], &to = actor.objects[leg.to];
+  if (std::all_of(actor.objects.begin(), actor.objects.end(),
+                  [](const PreparedObject& object) { return !object.colors; }))
+    return;
+  if (geometry.colors.empty()) {
+    geometry.colors.resize(pulled.source.size());
+    parallel_for(
+        static_cast<std::int64_t>(pulled.source.size()),
+        [&](std::int64_t i) {
+          const auto at = static_cast<std::size_t>(i);
+          geometry.colors[at] = plain_color(from, pulled.source[at]);
+        },
+        4096);
+  }
+  parallel_for(
+      static_cast<std::int64_t>(pulled.target.size()),
+      [&](std::int64_t i) {
+        const auto at = static_cast<std::size_t>(i);
+        geometry.colors[at] =
+            lerp(geometry.colors[at], plain_color(to, pulled.target[at]), fade.color);
+      },
+      4096);
+  const float detail = (1 - geometry.color_share) * fade.source + fade.target;
+  geometry.color_share = 1 - detail;
+}
+
 /// What the points of a moving surface wear: what the leg comes from, as it was there, and over it
 /// what it goes to.
-Status dress(const PreparedActor& actor, std::size_t leg, float time,
-             const std::vector<Ball>& balls, const MomentMap& map, const std::vector<Vec3>& points,
-             SurfaceExtractor& extractor, ActorGeometry& geometry) {
+Status transfer_looks(const PreparedActor& actor, std::size_t leg, float time,
+                      const std::vector<Ball>& balls, const FrameMap& map,
+                      const std::vector<Vec3>& points, SurfaceExtractor& extractor,
+                      ActorGeometry& geometry) {
   const PreparedLeg& way = actor.legs[leg];
   PM_TRY(const PullBack pulled, pulled_back(way, time, balls, map, points, extractor));
   // Balls in flight wore what the leg before them had made of its objects by then.
@@ -148,29 +198,31 @@ Status dress(const PreparedActor& actor, std::size_t leg, float time,
   if (was_in_flight) {
     const PreparedLeg& before = actor.legs[leg - 1];
     const std::vector<Ball> then = balls_at(before.plan, before.until);
-    const MomentMap map_then =
-        before.distance ? map_at(actor, before, before.until, then) : MomentMap{};
-    PM_TRY_STATUS(
-        dress(actor, leg - 1, before.until, then, map_then, pulled.source, extractor, geometry));
+    const FrameMap map_then =
+        before.distance ? map_at(actor, before, before.until, then) : FrameMap{};
+    PM_TRY_STATUS(transfer_looks(actor, leg - 1, before.until, then, map_then, pulled.source,
+                                 extractor, geometry));
   } else {
-    geometry.clothes.push_back(clothes_of(actor, way.from, geometry.surface, pulled.source));
+    geometry.layers.push_back(object_layer(actor, way.from, geometry.surface, pulled.source));
   }
-  geometry.clothes.push_back(clothes_of(actor, way.to, geometry.surface, pulled.target,
-                                        std::clamp(progress_at(way.plan, time), 0.0f, 1.0f)));
+  const ColorFade fade = color_fade(std::clamp(progress_at(way.plan, time), 0.0f, 1.0f));
+  geometry.layers.push_back(
+      object_layer(actor, way.to, geometry.surface, pulled.target, fade.color));
+  fade_colors(actor, way, pulled, fade, geometry);
   return Ok{};
 }
 
 /// The moment of a stage in which a model shows, whole or on its way to or from its balls.
 Result<ActorGeometry> model_at(const PreparedScene& prepared, const PreparedActor& actor,
-                               SurfaceExtractor& extractor, const Moment& moment) {
+                               SurfaceExtractor& extractor, const MorphState& moment) {
   ActorGeometry geometry;
   geometry.moment = moment;
   const PreparedObject& object = object_of(actor, moment.object);
   const bool own_look = prepared.scene.look.kind == LookKind::kOwn;
-  const auto wear_own = [&] {
+  const auto add_own_layer = [&] {
     if (own_look)
-      geometry.clothes.push_back(clothes_of(actor, static_cast<std::size_t>(moment.object),
-                                            geometry.surface, geometry.surface.positions));
+      geometry.layers.push_back(object_layer(actor, static_cast<std::size_t>(moment.object),
+                                             geometry.surface, geometry.surface.positions));
   };
   const float way = 1 - moment.boundary;  // from the model to its balls
   if (way <= 0) {
@@ -180,7 +232,7 @@ Result<ActorGeometry> model_at(const PreparedScene& prepared, const PreparedActo
   switch (object.boundary) {
     case BoundaryMethod::kBlend:
       geometry.surface = blend_surface(object.blend, object.model, *object.closest, way);
-      wear_own();
+      add_own_layer();
       return geometry;
     case BoundaryMethod::kProject: {
       MovingMesh mesh = projected_mesh(object.model, object.projection, way);
@@ -200,7 +252,7 @@ Result<ActorGeometry> model_at(const PreparedScene& prepared, const PreparedActo
       grown(std::move(balls), prepared.scene.field.kind, moment.growth, object.field_maximum);
   PM_TRY(geometry.surface,
          extract_surface(extractor, geometry.balls, actor.cell, prepared.extract));
-  wear_own();
+  add_own_layer();
   return geometry;
 }
 
@@ -208,8 +260,8 @@ Result<ActorGeometry> model_at(const PreparedScene& prepared, const PreparedActo
 /// the volume is left out, and so are blended surfaces, which move by less than a cell.
 Status add_flow(const PreparedActor& actor, SurfaceExtractor& extractor, bool last,
                 ActorGeometry& geometry) {
-  const Moment& now = geometry.moment;
-  const Moment next = last ? now : moment_at(actor.timeline, now.frame + 1);
+  const MorphState& now = geometry.moment;
+  const MorphState next = last ? now : morph_state_at(actor.timeline, now.frame + 1);
   if (now.object < 0) {
     const PreparedLeg& leg = leg_of(actor, now.leg);
     const bool goes_on = next.leg == now.leg && next.object < 0;
@@ -234,9 +286,9 @@ Status add_flow(const PreparedActor& actor, SurfaceExtractor& extractor, bool la
   return Ok{};
 }
 
-MaterialLayer layer_of(const PreparedActor& actor, const Clothes& clothes) {
-  const Model& model = actor.objects[clothes.object].model;
-  return {clothes.materials.corner_uvs, clothes.materials.triangle_materials, model.materials,
+MaterialLayer layer_of(const PreparedActor& actor, const ObjectLayer& layers) {
+  const Model& model = actor.objects[layers.object].model;
+  return {layers.materials.corner_uvs, layers.materials.triangle_materials, model.materials,
           model.textures};
 }
 
@@ -249,11 +301,13 @@ void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float
     mesh.positions = geometry.surface.positions;
     mesh.triangles = geometry.surface.triangles;
     mesh.vertex_normals = geometry.surface.normals;
-    const std::vector<Clothes>& clothes = geometry.clothes;
-    if (!clothes.empty()) static_cast<MaterialLayer&>(mesh) = layer_of(actor, clothes.front());
-    for (std::size_t i = 1; i < clothes.size(); ++i)
-      mesh.over.push_back({layer_of(actor, clothes[i]), clothes[i].share});
-    mesh.look = clothes.empty() ? 1.0f : 0.0f;
+    const std::vector<ObjectLayer>& layers = geometry.layers;
+    if (!layers.empty()) static_cast<MaterialLayer&>(mesh) = layer_of(actor, layers.front());
+    for (std::size_t i = 1; i < layers.size(); ++i)
+      mesh.over.push_back({layer_of(actor, layers[i]), layers[i].share});
+    mesh.vertex_colors = geometry.colors;
+    mesh.vertex_color_share = geometry.color_share;
+    mesh.look = layers.empty() ? 1.0f : 0.0f;
     mesh.id = id;
     mesh.vertex_labels = geometry.surface_labels;
     mesh.first_label = first_label;
@@ -317,20 +371,21 @@ namespace {
 
 /// The least share of the volume that a part of the surface may have. What comes off between two
 /// objects, a limb's tip perhaps, is left out unless it is as large as a part that one of them has.
-double least_part(const PreparedActor& actor, const PreparedLeg& leg, float crumbs) {
+double min_component_share_of(const PreparedActor& actor, const PreparedLeg& leg,
+                              float min_component_share) {
   constexpr double kFragment = 0.015;
-  const auto least = static_cast<double>(crumbs);
+  const auto least = static_cast<double>(min_component_share);
   if (!leg.distance || least <= 0) return least;
-  const double smallest =
-      std::min(actor.objects[leg.from].smallest_part, actor.objects[leg.to].smallest_part);
+  const double smallest = std::min(actor.objects[leg.from].distances.smallest_component_share,
+                                   actor.objects[leg.to].distances.smallest_component_share);
   return std::max(least, std::min(kFragment, 0.5 * smallest));
 }
 
 }  // namespace
 
-MomentMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
-                 const std::vector<Ball>& balls) {
-  return moment_map(leg.plan, time, balls, size_at(actor, leg, progress_at(leg.plan, time)));
+FrameMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
+                const std::vector<Ball>& balls) {
+  return frame_map(leg.plan, time, balls, size_at(actor, leg, progress_at(leg.plan, time)));
 }
 
 Result<Mesh> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
@@ -338,16 +393,16 @@ Result<Mesh> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
                              const ExtractSettings& extract, SurfaceExtractor& extractor) {
   // No further than this share of the objects' size may the level go for the volume's sake.
   constexpr float kFurthest = 0.08f;
-  const Moment& moment = geometry.moment;
+  const MorphState& moment = geometry.moment;
   const PreparedObject &from = actor.objects[leg.from], &to = actor.objects[leg.to];
-  const MomentMap& map = geometry.map;
-  const MorphSurface between = {map.regression, from.distances, to.distances,
-                                map.from_scale, map.to_scale,   0};
+  const FrameMap& map = geometry.map;
+  const MorphSurface between = {map.regression, from.distances.grid, to.distances.grid,
+                                map.from_scale, map.to_scale,        0};
   const bool at_an_end = moment.time <= 0 || moment.time >= 1;
   if (!leg.plan.motion.keep_volume || at_an_end)
     return extract_between(extractor, between, map.box, cell, extract);
   const auto u = static_cast<double>(moment.u);
-  const double volume = (1 - u) * from.distance_volume + u * to.distance_volume;
+  const double volume = (1 - u) * from.distances.volume + u * to.distances.volume;
   return surface_of_volume(extractor, between, map.box, cell, extract, volume,
                            kFurthest * size_at(actor, leg, moment.u));
 }
@@ -369,14 +424,15 @@ Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedAct
   }
   // The cubes of a matrix are parts of their own.
   if (extract.method == SurfaceMethod::kMarchingCubes)
-    drop_crumbs(geometry.surface,
-                least_part(actor, leg_of(actor, leg), prepared.scene.surface.crumbs));
+    remove_small_components(geometry.surface,
+                            min_component_share_of(actor, leg_of(actor, leg),
+                                                   prepared.scene.surface.min_component_share));
   return geometry;
 }
 
 Result<ActorGeometry> boundary_at(const PreparedScene& prepared, const PreparedActor& actor,
                                   SurfaceExtractor& extractor, int leg, bool leaving, float way) {
-  Moment moment;
+  MorphState moment;
   moment.leg = leg;
   moment.object = static_cast<int>(leaving ? leg_of(actor, leg).from : leg_of(actor, leg).to);
   if (object_of(actor, moment.object).boundary == BoundaryMethod::kCut) way = 0;
@@ -402,7 +458,7 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtracto
   geometry.stage = stage_names(prepared, frame);
   const bool flows = wants_flow(scene_at(prepared.scene, static_cast<double>(frame)));
   for (const PreparedActor& actor : prepared.actors) {
-    const Moment moment = moment_at(actor.timeline, shown);
+    const MorphState moment = morph_state_at(actor.timeline, shown);
     if (moment.object >= 0) {
       PM_TRY(ActorGeometry one, model_at(prepared, actor, extractor, moment));
       if (flows) PM_TRY_STATUS(add_flow(actor, extractor, last, one));
@@ -412,10 +468,10 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtracto
     PM_TRY(ActorGeometry one, volume_at(prepared, actor, extractor, moment.leg, moment.time));
     one.moment = moment;
     if (leg_of(actor, moment.leg).distance)
-      PM_TRY_STATUS(shade_like_the_ends(actor, leg_of(actor, moment.leg), extractor, one));
+      PM_TRY_STATUS(blend_end_normals(actor, leg_of(actor, moment.leg), extractor, one));
     if (prepared.scene.look.kind == LookKind::kOwn && !one.surface.triangles.empty())
-      PM_TRY_STATUS(dress(actor, static_cast<std::size_t>(moment.leg), moment.time, one.balls,
-                          one.map, one.surface.positions, extractor, one));
+      PM_TRY_STATUS(transfer_looks(actor, static_cast<std::size_t>(moment.leg), moment.time,
+                                   one.balls, one.map, one.surface.positions, extractor, one));
     if (flows) PM_TRY_STATUS(add_flow(actor, extractor, last, one));
     geometry.actors.push_back(std::move(one));
   }
@@ -439,7 +495,7 @@ std::string stage_names(const PreparedScene& prepared, int frame) {
   std::vector<std::string> names;
   for (const PreparedActor& actor : prepared.actors)
     names.emplace_back(
-        stage_name(moment_at(actor.timeline, shown_frame(prepared.scene, frame)).stage));
+        stage_name(morph_state_at(actor.timeline, shown_frame(prepared.scene, frame)).stage));
   return each_once(names);
 }
 
@@ -459,7 +515,7 @@ Result<std::vector<std::uint32_t>> surface_labels(const PreparedActor& actor,
                                                   const ActorGeometry& geometry,
                                                   SurfaceExtractor& extractor) {
   const std::vector<Vec3>& points = geometry.surface.positions;
-  const Moment& moment = geometry.moment;
+  const MorphState& moment = geometry.moment;
   if (moment.object < 0) {
     const PreparedLeg& leg = leg_of(actor, moment.leg);
     const auto names = [&](std::size_t object) {
@@ -475,7 +531,7 @@ Result<std::vector<std::uint32_t>> surface_labels(const PreparedActor& actor,
   const PreparedObject& object = object_of(actor, moment.object);
   const std::vector<std::uint32_t> numbers = label_numbers(actor, object);
   std::vector<std::uint32_t> labels;
-  for (const ClosestPoint& point : object.closest->closest(points))
+  for (const ClosestPoint& point : object.outer->closest(points))
     labels.push_back(numbers[object.model.labels[point.triangle]]);
   return labels;
 }

@@ -19,7 +19,7 @@
 namespace polymorph {
 
 /// An object's materials as the surface wears them.
-struct Clothes {
+struct ObjectLayer {
   std::size_t object = 0;  ///< of the actor
   float share = 1;         ///< mixed over what is below it
   TransferredMaterials materials;
@@ -27,11 +27,11 @@ struct Clothes {
 
 /// One actor at one moment.
 struct ActorGeometry {
-  Moment moment;
+  MorphState moment;
   std::vector<Ball> balls;  ///< empty while only a model shows
   float iso = 1;
-  MomentMap map;  ///< of the balls, where the leg is made of distances; else no regression
-  Mesh surface;   ///< of the balls, or blended with the model `moment.object`
+  FrameMap map;  ///< of the balls, where the leg is made of distances; else no regression
+  Mesh surface;  ///< of the balls, or blended with the model `moment.object`
   std::vector<Vec3> points;          ///< of the model `moment.object`, when one shows
   std::vector<Vec3> corner_normals;  ///< of those points; empty: the model's own
   /// Only where the scene asks for motion blur or for a layer that needs them: see wants_flow().
@@ -41,7 +41,10 @@ struct ActorGeometry {
   std::vector<std::uint32_t> surface_labels, point_labels;
   /// The surface's own look: what it comes from, and over it what it becomes. Three and more where
   /// it did not reach an object that it set out for. Empty: the common look.
-  std::vector<Clothes> clothes;
+  std::vector<ObjectLayer> layers;
+  /// Of each vertex of the surface, without detail, mixed over those. Empty where nothing has any.
+  std::vector<Vec3> colors;
+  float color_share = 0;
   bool moves = true;  ///< it is another in the frames before and after
 };
 
@@ -63,8 +66,8 @@ Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedAct
                                 SurfaceExtractor& extractor, int leg, float time);
 
 /// The map of a leg that is made of distances, when its balls are `balls`.
-MomentMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
-                 const std::vector<Ball>& balls);
+FrameMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
+                const std::vector<Ball>& balls);
 
 /// The surface of a leg that is made of distances, on cells of edge `cell`: of `geometry` its map
 /// and of its moment time and u count. Errors: kResource.

@@ -1,7 +1,10 @@
 #include "sequence/pacing.h"
 
 #include <algorithm>
+#include <cstring>
 
+#include "base/cache_file.h"
+#include "base/hash.h"
 #include "model/closest.h"
 #include "morph/motion.h"
 #include "sequence/geometry.h"
@@ -23,46 +26,94 @@ double mean_distance(const Mesh& from, const ClosestPointQuery& to) {
   return points.empty() ? 0 : sum / static_cast<double>(points.size());
 }
 
+/// Raise it when the same maps and objects give other surfaces or another pacing.
+constexpr std::uint32_t kPacingVersion = 1;
+
+/// Everything that the surfaces at these moments depend on: the maps themselves and both objects.
+std::string key_of(const PreparedActor& actor, const PreparedLeg& leg, float cell,
+                   const std::vector<FrameMap>& maps) {
+  Hasher hasher;
+  hasher.add("pacing").add(kPacingVersion).add(cell);
+  hasher.add(static_cast<std::uint8_t>(leg.plan.motion.keep_volume ? 1 : 0));
+  for (const std::size_t object : {leg.from, leg.to}) {
+    const PreparedObject& o = actor.objects[object];
+    hasher.add(o.distances.key).add(o.model.box().diagonal());
+  }
+  for (const FrameMap& map : maps) {
+    const Regression& regression = *map.regression;
+    hasher.add(std::span<const RegressionSample>(regression.samples));
+    hasher.add(std::span<const BallAttribute>(regression.values));
+    hasher.add(std::span<const AffineMap>(regression.affine));
+    hasher.add_bytes(&regression.lattice, sizeof regression.lattice);
+    hasher.add(map.from_scale).add(map.to_scale);
+    hasher.add_bytes(&map.box, sizeof map.box);
+  }
+  return hasher.hex();
+}
+// No padding is hashed.
+static_assert(sizeof(BallAttribute) == 16 * sizeof(float) &&
+              sizeof(RegressionSample) == 5 * sizeof(float) && sizeof(Grid) == 7 * sizeof(float) &&
+              sizeof(Box) == 6 * sizeof(float));
+
 }  // namespace
 
 Result<std::vector<float>> even_pacing(const PreparedScene& prepared, const PreparedActor& actor,
-                                       const PreparedLeg& leg, SurfaceExtractor& extractor) {
+                                       const PreparedLeg& leg, SurfaceExtractor& extractor,
+                                       const std::filesystem::path& cache) {
   PreparedLeg linear = leg;
   linear.plan.motion.easing = Easing::kLinear;
   linear.plan.pacing.clear();
+  const auto time_of = [](int k) { return static_cast<float>(k) / kSteps; };
+  const float cell = 3 * actor.cell;
+  std::vector<FrameMap> maps;
+  for (int k = 0; k <= kSteps; ++k)
+    maps.push_back(map_at(actor, linear, time_of(k), balls_at(linear.plan, time_of(k))));
+  const std::string key = cache.empty() ? std::string{} : key_of(actor, leg, cell, maps);
+  if (!cache.empty())
+    if (const auto bytes = load_cached(cache, key, kPacingFiles)) {
+      const char* problem = nullptr;
+      const auto content = cached_content(*bytes, key, kPacingFiles, problem);
+      std::vector<float> pacing(content ? content->size() / sizeof(float) : 0);
+      if (content) std::memcpy(pacing.data(), content->data(), pacing.size() * sizeof(float));
+      if (pacing.empty() || pacing.size() == kSteps + 1) return pacing;
+    }
   // A part of the pace is left to the eased time itself: where nothing changes it goes on.
   constexpr double kOwnShare = 0.4;
   std::vector<double> done{0};
   Mesh before;
-  for (int k = 0; k <= kSteps; ++k) {
-    const float u = static_cast<float>(k) / kSteps;
+  bool empty = false;
+  for (int k = 0; k <= kSteps && !empty; ++k) {
     ActorGeometry geometry;
-    geometry.moment.time = geometry.moment.u = u;
-    geometry.map = map_at(actor, linear, u, balls_at(linear.plan, u));
-    PM_TRY(Mesh mesh,
-           surface_between(actor, linear, geometry, 3 * actor.cell, prepared.extract, extractor));
-    if (mesh.triangles.empty()) return std::vector<float>{};
-    if (k > 0)
+    geometry.moment.time = geometry.moment.u = time_of(k);
+    geometry.map = maps[static_cast<std::size_t>(k)];
+    PM_TRY(Mesh mesh, surface_between(actor, linear, geometry, cell, prepared.extract, extractor));
+    empty = mesh.triangles.empty();
+    if (k > 0 && !empty)
       done.push_back(done.back() +
                      mean_distance(before, ClosestPointQuery(mesh.positions, mesh.triangles)) +
                      mean_distance(mesh, ClosestPointQuery(before.positions, before.triangles)));
     before = std::move(mesh);
   }
-  const double whole = done.back();
-  if (!(whole > 0)) return std::vector<float>{};
-  for (int k = 0; k <= kSteps; ++k) {
-    double& share = done[static_cast<std::size_t>(k)];
-    share = (1 - kOwnShare) * share / whole + kOwnShare * k / kSteps;
+  std::vector<float> pacing;
+  if (!empty && done.back() > 0) {
+    const double whole = done.back();
+    for (int k = 0; k <= kSteps; ++k) {
+      double& share = done[static_cast<std::size_t>(k)];
+      share = (1 - kOwnShare) * share / whole + kOwnShare * k / kSteps;
+    }
+    pacing.push_back(0);
+    for (int i = 1; i < kSteps; ++i) {
+      const double wanted = static_cast<double>(i) / kSteps;
+      const auto next = static_cast<std::size_t>(
+          std::upper_bound(done.begin(), done.end(), wanted) - done.begin());
+      const double within = (wanted - done[next - 1]) / (done[next] - done[next - 1]);
+      pacing.push_back(static_cast<float>((static_cast<double>(next) - 1 + within) / kSteps));
+    }
+    pacing.push_back(1);
   }
-  std::vector<float> pacing{0};
-  for (int i = 1; i < kSteps; ++i) {
-    const double wanted = static_cast<double>(i) / kSteps;
-    const auto next =
-        static_cast<std::size_t>(std::upper_bound(done.begin(), done.end(), wanted) - done.begin());
-    const double within = (wanted - done[next - 1]) / (done[next] - done[next - 1]);
-    pacing.push_back(static_cast<float>((static_cast<double>(next) - 1 + within) / kSteps));
-  }
-  pacing.push_back(1);
+  if (!cache.empty())
+    store_cached(cache, key, kPacingFiles,
+                 {reinterpret_cast<const char*>(pacing.data()), pacing.size() * sizeof(float)});
   return pacing;
 }
 

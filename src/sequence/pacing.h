@@ -13,6 +13,7 @@ namespace polymorph {
 /// (MorphPlan::pacing), from the mean distances between its surfaces at even eased times, on cells
 /// three times as large. The leg's balls must share one eased time. Errors: the extractor's.
 Result<std::vector<float>> even_pacing(const PreparedScene& prepared, const PreparedActor& actor,
-                                       const PreparedLeg& leg, SurfaceExtractor& extractor);
+                                       const PreparedLeg& leg, SurfaceExtractor& extractor,
+                                       const std::filesystem::path& cache);
 
 }  // namespace polymorph

@@ -17,9 +17,9 @@
 #include "sequence/film.h"
 #include "sequence/geometry.h"
 #include "sequence/pacing.h"
-#include "spheres/figures.h"
+#include "spheres/quality.h"
+#include "surface/components.h"
 #include "surface/crossfade.h"
-#include "surface/crumbs.h"
 #include "surface/grid.h"
 #include "surface/level.h"
 #include "surface/mesh_check.h"
@@ -105,21 +105,32 @@ ObjectLegs legs_of(const Timeline& timeline, std::size_t object) {
 /// The radius of the thinnest part of a model that all cells of its surface see, in cells.
 constexpr float kThinnest = 0.9f;
 
-/// The object's distances, and the volume of the surface that they give.
-Status add_distances(PreparedObject& object, const InsideTest& inside, float cell, float thinnest,
-                     double crumbs, const ExtractSettings& extract, SurfaceExtractor& extractor) {
-  object.distances = std::make_shared<const DistanceGrid>(
-      signed_distances(object.model, inside, *object.closest, 0.5f * cell, thinnest));
-  PM_TRY(Mesh mesh, extract_distances(extractor, object.distances, cell, extract));
-  drop_crumbs(mesh, crumbs);
-  object.distance_volume = volume_of(mesh);
-  object.smallest_part = smallest_part(mesh);
-  if (mesh.triangles.empty())
+/// The object's distances, and what is measured on their surface.
+Status add_distances(PreparedObject& object, float cell, float thinnest, double min_component_share,
+                     SurfaceExtractor& extractor, const std::filesystem::path& cache) {
+  PM_TRY(ObjectDistances distances, object_distances(object.model, *object.closest, cell, thinnest,
+                                                     min_component_share, extractor, cache));
+  if (!(distances.volume > 0))
     return make_error(ErrorCode::kInput,
                       "{}: the model encloses nothing that cells of {:.3g} show "
                       "- raise surface.resolution or set spheres.solidify",
                       object.name, cell);
+  object.distances = std::move(distances);
   return Ok{};
+}
+
+/// What gives a surface the object's colours. Faces that its solid hides are left out, where the
+/// distances know them.
+void add_colors(PreparedObject& object, bool own_look) {
+  object.outer = object.closest;
+  object.charts = texture_charts(object.model);
+  std::vector<FaceSide> sides = object.distances.sides;
+  if (sides.empty()) sides.assign(object.model.triangles.size(), FaceSide::kBoundary);
+  const std::vector<std::uint32_t> outer = outer_faces(sides);
+  if (outer.size() < sides.size())
+    object.outer = std::make_shared<const ClosestPointQuery>(object.model, outer);
+  if (own_look && !is_one_color(object.model))
+    object.colors = std::make_shared<const ColorVolume>(make_color_volume(object.model, sides));
 }
 
 /// Balls of one object, their surface's volume, and what the boundary stages need.
@@ -133,14 +144,12 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
     return make_error(approximation.error().code, "{}: {}", object.name,
                       approximation.error().message);
   object.sphere_count = approximation->tree.leaves().size();
-  const InsideTest inside(object.model);
-  object.model_volume = solid_volume(object.model, inside);
   if (!approximation->balls.empty()) {
     object.balls = std::move(approximation->balls);
   } else {
-    PM_TRY(object.balls,
-           unfitted_balls(approximation->tree.leaves(), spheres.method, object.model_volume,
-                          scene.field, cell, extract, extractor));
+    PM_TRY(object.balls, unfitted_balls(approximation->tree.leaves(), spheres.method,
+                                        solid_volume(object.model, InsideTest(object.model)),
+                                        scene.field, cell, extract, extractor));
   }
   PM_TRY(Mesh mesh, extract_surface(extractor, object.balls, cell, extract));
   object.ball_volume = volume_of(mesh);
@@ -152,12 +161,14 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
   PM_TRY(object.field_maximum, field_maximum(extractor, object.balls, extract));
   object.ball_labels = face_labels(object.model, object.balls);
   object.closest = std::make_shared<const ClosestPointQuery>(object.model);
-  object.charts = texture_charts(object.model);
   if (legs.distances)
-    PM_TRY_STATUS(add_distances(object, inside, cell, kThinnest * cell,
-                                static_cast<double>(scene.surface.crumbs), extract, extractor));
+    PM_TRY_STATUS(add_distances(object, cell, kThinnest * cell,
+                                static_cast<double>(scene.surface.min_component_share), extractor,
+                                cache));
+  add_colors(object, scene.look.kind == LookKind::kOwn);
   if (object.meta || !legs.balls) return Ok{};
-  return make_boundary(object, inside, std::move(mesh), scene, cell, extract, extractor);
+  return make_boundary(object, InsideTest(object.model), std::move(mesh), scene, cell, extract,
+                       extractor);
 }
 
 PlanSide plan_side(const PreparedObject& object, const std::vector<std::int32_t>& classes) {
@@ -167,7 +178,7 @@ PlanSide plan_side(const PreparedObject& object, const std::vector<std::int32_t>
   return side;
 }
 
-std::uint32_t index_of(std::vector<std::string>& names, const std::string& name) {
+std::uint32_t to_index(std::vector<std::string>& names, const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end()) names.push_back(name);
   return static_cast<std::uint32_t>(std::find(names.begin(), names.end(), name) - names.begin());
@@ -176,7 +187,8 @@ std::uint32_t index_of(std::vector<std::string>& names, const std::string& name)
 /// What the balls of the actor's last leg are at the moment at which it is left: the source of the
 /// next.
 Result<PreparedObject> object_in_flight(const PreparedScene& prepared, const PreparedActor& actor,
-                                        bool distances, SurfaceExtractor& extractor) {
+                                        bool distances, SurfaceExtractor& extractor,
+                                        const std::filesystem::path& cache) {
   const PreparedLeg& leg = actor.legs.back();
   const PreparedObject &from = actor.objects[leg.from], &to = actor.objects[leg.to];
   const int number = static_cast<int>(actor.legs.size()) - 1;
@@ -192,28 +204,42 @@ Result<PreparedObject> object_in_flight(const PreparedScene& prepared, const Pre
   if (mesh.triangles.empty())
     return make_error(ErrorCode::kInput, "{}: the balls have no surface to go on from",
                       object.name);
-  object.ball_volume = object.model_volume = volume_of(mesh);
+  object.ball_volume = volume_of(mesh);
   object.model.name = object.name;
   object.model.points = mesh.positions;
   object.model.triangles = mesh.triangles;
   if (distances) {
-    object.closest = std::make_shared<const ClosestPointQuery>(object.model);
-    PM_TRY_STATUS(add_distances(object, InsideTest(object.model), actor.cell, 0,
-                                static_cast<double>(prepared.scene.surface.crumbs),
-                                prepared.extract, extractor));
+    object.closest = object.outer = std::make_shared<const ClosestPointQuery>(object.model);
+    PM_TRY_STATUS(add_distances(object, actor.cell, 0,
+                                static_cast<double>(prepared.scene.surface.min_component_share),
+                                extractor, cache));
   }
   // A ball belongs to what it is more of.
   const bool near = moment.moment.u < 0.5f;
   for (const Pair& pair : leg.plan.pairs)
-    object.ball_labels.push_back(index_of(object.model.label_names,
+    object.ball_labels.push_back(to_index(object.model.label_names,
                                           near ? from.model.label_names[from.ball_labels[pair.from]]
                                                : to.model.label_names[to.ball_labels[pair.to]]));
   return object;
 }
 
+/// Says by how much an object turns as a whole on its way.
+void log_rotation_of(const MorphPlan& plan, const std::string& from, const std::string& to) {
+  constexpr double kDegrees = 57.29577951308232;
+  if (plan.motion.path == Path::kStraight) return;
+  const double angle = length(plan.alignment.turn) * kDegrees;
+  if (angle < 5) return;
+  const double vertical = std::fabs(plan.alignment.turn.y) * kDegrees;
+  if (vertical > 0.999 * angle)
+    log_info("{} -> {}: turns by {:.0f} degrees about the vertical", from, to, angle);
+  else
+    log_info("{} -> {}: turns by {:.0f} degrees about a tilted axis (see plan.align_tip_residual)",
+             from, to, angle);
+}
+
 /// Who becomes whom on each of the actor's legs.
 Status make_legs(PreparedActor& actor, const ActorSettings& settings, const PreparedScene& prepared,
-                 SurfaceExtractor& extractor) {
+                 SurfaceExtractor& extractor, const std::filesystem::path& cache) {
   const auto labels_of = [&](std::size_t object) {
     return LabelledObject{actor.objects[object].name, actor.objects[object].model.label_names};
   };
@@ -235,10 +261,11 @@ Status make_legs(PreparedActor& actor, const ActorSettings& settings, const Prep
     MorphPlan plan = plan_morph(std::move(from), std::move(to), prepared.scene.field.kind,
                                 settings.plan, leg.motion);
     if (leg.distance) plan.leads = pair_leads(plan);
+    log_rotation_of(plan, actor.objects[source].name, actor.objects[i + 1].name);
     actor.legs.push_back({source, i + 1, std::move(plan), leg.distance, leg.until});
     PreparedLeg& made = actor.legs.back();
     if (leg.distance && move_together(made.plan)) {
-      PM_TRY(made.plan.pacing, even_pacing(prepared, actor, made, extractor));
+      PM_TRY(made.plan.pacing, even_pacing(prepared, actor, made, extractor, cache));
     }
     if (source != i) {
       const Leg& before = actor.timeline.legs[i - 1];
@@ -249,13 +276,13 @@ Status make_legs(PreparedActor& actor, const ActorSettings& settings, const Prep
       const bool goes_on = i + 1 < actor.timeline.legs.size();
       PM_TRY(PreparedObject object,
              object_in_flight(prepared, actor, goes_on && actor.timeline.legs[i + 1].distance,
-                              extractor));
+                              extractor, cache));
       source = actor.objects.size();
       actor.objects.push_back(std::move(object));
     }
   }
   for (const PreparedObject& object : actor.objects)
-    for (const std::string& name : object.model.label_names) index_of(actor.label_names, name);
+    for (const std::string& name : object.model.label_names) to_index(actor.label_names, name);
   return Ok{};
 }
 
@@ -283,7 +310,7 @@ Result<PreparedActor> make_actor(const PreparedScene& prepared, const ActorSetti
                              prepared.extract, extractor, cache));
     actor.objects.push_back(std::move(object));
   }
-  PM_TRY_STATUS(make_legs(actor, settings, prepared, extractor));
+  PM_TRY_STATUS(make_legs(actor, settings, prepared, extractor, cache));
   return actor;
 }
 
@@ -385,7 +412,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extrac
   prepared.inputs_hash = inputs_hash(scene, loaded.models, prepared.environment.get());
   prepared.warnings = std::move(loaded.warnings);
   prepared.extract.field = scene.field.kind;
-  prepared.extract.influence = scene.surface.influence;
+  prepared.extract.sample_stride = scene.surface.influence;
   std::span<Model> models(loaded.models);
   for (const ActorSettings& settings : scene.actors) {
     const std::size_t count = chain_objects(settings).size();

@@ -263,12 +263,13 @@ class SequenceRun {
     key.add(frame_hash(prepared_, frame)).add(sequence_time(scene, frame));
     for (const PreparedActor& actor : prepared_.actors) {
       if (moves_at(actor.timeline, frame)) return "";
-      add(key, moment_at(actor.timeline, frame));
-      if (flows) add(key, moment_at(actor.timeline, std::min(frame + 1, actor.timeline.count)));
+      add(key, morph_state_at(actor.timeline, frame));
+      if (flows)
+        add(key, morph_state_at(actor.timeline, std::min(frame + 1, actor.timeline.count)));
     }
     return view_of(prepared_, frame).camera_motion ? "" : key.hex();
   }
-  static void add(Hasher& key, const Moment& m) {
+  static void add(Hasher& key, const MorphState& m) {
     key.add(m.leg).add(static_cast<int>(m.stage)).add(m.progress).add(m.time).add(m.object);
     key.add(m.look).add(m.boundary).add(m.growth);
   }

@@ -36,7 +36,7 @@ float shrinking_ball(const Tree& tree, const std::vector<BoundarySample>& sample
                      Vec3 inward, float radius) {
   // Samples of the same smooth sheet see each other under a small angle; a ball that shrinks on
   // their account measures facets and noise, not the solid.
-  constexpr float kLeastCosine = 0.87f;  // 30 degrees
+  constexpr float kMinCosine = 0.87f;  // 30 degrees
   const Vec3 p = samples[i].point;
   for (int step = 0; step < 30; ++step) {
     const Vec3 c = p + inward * radius;
@@ -51,7 +51,7 @@ float shrinking_ball(const Tree& tree, const std::vector<BoundarySample>& sample
     const float next = dot(d, d) / (2 * along);
     // Seen from the new centre.
     const Vec3 center = p + inward * next;
-    if (step > 0 && dot(normalized(p - center), normalized(q - center)) > kLeastCosine) break;
+    if (step > 0 && dot(normalized(p - center), normalized(q - center)) > kMinCosine) break;
     if (!(next < radius * (1 - 1e-4f))) break;
     radius = next;
   }

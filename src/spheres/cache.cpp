@@ -1,17 +1,12 @@
 #include "spheres/cache.h"
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
 #include <fstream>
 #include <limits>
-#include <mutex>
 #include <optional>
-#include <set>
 
 #include "base/file.h"
 #include "base/hash.h"
@@ -23,17 +18,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-static_assert(std::endian::native == std::endian::little, "cache files are little-endian");
-
-// File: magic, file version, key, node count, nodes, ball count, balls, checksum of all before.
-constexpr std::string_view kMagic = "polymorph spheres\n";
-constexpr std::uint32_t kFileVersion = 2;
-constexpr std::string_view kExtension = ".spheres";
-constexpr std::size_t kHashSize = kCacheKeySize;
+// Content: node count, nodes, ball count, balls.
 constexpr std::size_t kNodeSize = 4 * 4 + 4 + 2 + 1;
 constexpr std::size_t kBallSize = 11 * 4;
-constexpr std::size_t kHeaderSize = kMagic.size() + 4 + kHashSize + 8;
-constexpr std::uint64_t kMostBytes = 4ull << 30;
+constexpr std::uint64_t kMaxBytes = 4ull << 30;
 
 std::string key_of(const Model& model, const SphereSettings& settings) {
   Hasher hasher;
@@ -48,23 +36,6 @@ std::string key_of(const Model& model, const SphereSettings& settings) {
   return hasher.hex();
 }
 
-std::string checksum_of(std::string_view bytes) {
-  return Hasher().add_bytes(bytes.data(), bytes.size()).hex();
-}
-
-template <class T>
-void put(std::string& bytes, T value) {
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
-template <class T>
-T take(std::string_view& bytes) {
-  T value;
-  std::memcpy(&value, bytes.data(), sizeof value);
-  bytes.remove_prefix(sizeof value);
-  return value;
-}
-
 /// The numbers of a ball, in file order.
 template <class B, class F>
 void for_each_number(B& ball, const F& f) {
@@ -74,11 +45,8 @@ void for_each_number(B& ball, const F& f) {
     f(*number);
 }
 
-std::string encode(const Approximation& approximation, const std::string& key) {
-  PM_CHECK(key.size() == kHashSize);
-  std::string bytes(kMagic);
-  put(bytes, kFileVersion);
-  bytes += key;
+std::string encode(const Approximation& approximation) {
+  std::string bytes;
   put(bytes, static_cast<std::uint64_t>(approximation.tree.nodes.size()));
   for (const SphereNode& node : approximation.tree.nodes) {
     put(bytes, node.sphere.center.x);
@@ -92,7 +60,7 @@ std::string encode(const Approximation& approximation, const std::string& key) {
   put(bytes, static_cast<std::uint64_t>(approximation.balls.size()));
   for (const Ball& ball : approximation.balls)
     for_each_number(ball, [&](float number) { put(bytes, number); });
-  return bytes += checksum_of(bytes);
+  return bytes;
 }
 
 bool is_sound(const Approximation& approximation) {
@@ -119,28 +87,17 @@ bool is_sound(const Approximation& approximation) {
 /// What is in a cache file, or what is wrong with the file.
 std::optional<Approximation> decode(std::string_view bytes, const std::string& key,
                                     const char*& problem) {
-  problem = "is no cache file of this program";
-  if (!bytes.starts_with(kMagic) || bytes.size() < kHeaderSize + 8 + kHashSize) {
-    if (kMagic.starts_with(bytes.substr(0, kMagic.size()))) problem = "is cut short";
-    return std::nullopt;
-  }
-  const std::string_view body = bytes.substr(0, bytes.size() - kHashSize);
-  std::string_view rest = body.substr(kMagic.size());
-  problem = "has another version";
-  if (take<std::uint32_t>(rest) != kFileVersion) return std::nullopt;
-  const std::string_view stored_key = rest.substr(0, kHashSize);
-  rest.remove_prefix(kHashSize);
+  const auto content = cached_content(bytes, key, kSphereFiles, problem);
+  if (!content) return std::nullopt;
+  std::string_view rest = *content;
   problem = "is cut short or too long";
+  if (rest.size() < 16) return std::nullopt;
   const auto nodes = take<std::uint64_t>(rest);
   if (nodes > rest.size() / kNodeSize || rest.size() - nodes * kNodeSize < 8) return std::nullopt;
   std::string_view ball_part = rest.substr(nodes * kNodeSize);
   const auto balls = take<std::uint64_t>(ball_part);
   if (balls > ball_part.size() / kBallSize || ball_part.size() != balls * kBallSize)
     return std::nullopt;
-  problem = "is damaged (wrong checksum)";
-  if (checksum_of(body) != bytes.substr(body.size())) return std::nullopt;
-  problem = "belongs to another model";
-  if (stored_key != key) return std::nullopt;
   Approximation approximation;
   approximation.tree.nodes.resize(static_cast<std::size_t>(nodes));
   for (SphereNode& node : approximation.tree.nodes) {
@@ -160,14 +117,17 @@ std::optional<Approximation> decode(std::string_view bytes, const std::string& k
   return approximation;
 }
 
-fs::path file_of(const fs::path& folder, const std::string& key) {
-  return folder / (key + std::string(kExtension));
-}
-
-bool has_magic(const fs::path& file) {
-  std::string start(kMagic.size(), 0);
-  std::ifstream in(file, std::ios::binary);
-  return in.read(start.data(), static_cast<std::streamsize>(start.size())) && start == kMagic;
+/// The sort of cache file that `file` is by its extension and first bytes, if any.
+const CacheKind* kind_of(const fs::path& file) {
+  for (const CacheKind* kind : kCacheKinds) {
+    if (file.extension() != kind->extension) continue;
+    std::string start(kind->magic.size(), 0);
+    std::ifstream in(file, std::ios::binary);
+    const bool same =
+        in.read(start.data(), static_cast<std::streamsize>(start.size())) && start == kind->magic;
+    return same ? kind : nullptr;
+  }
+  return nullptr;
 }
 
 /// Removes the entries that `goes` names, and counts.
@@ -191,37 +151,20 @@ CacheCleaning remove_entries(const std::vector<CacheEntry>& entries, const F& go
   return cleaning;
 }
 
-/// Says once a folder that nothing can be kept there.
-void warn_unwritable(const fs::path& folder, const Error& error) {
-  static std::mutex mutex;
-  static std::set<fs::path> told;
-  const std::lock_guard<std::mutex> lock(mutex);
-  if (told.insert(folder).second)
-    log_warning("sphere cache: {} (going on without it)", error.message);
-}
-
 }  // namespace
 
 std::optional<Approximation> load_approximation(const fs::path& folder, const std::string& key) {
-  const fs::path file = file_of(folder, key);
-  std::error_code error;
-  if (!fs::exists(file, error)) return std::nullopt;
-  const auto bytes = read_file(file, kMostBytes);
-  if (!bytes) {
-    log_warning("sphere cache: {} - the spheres are computed anew", bytes.error().message);
-    return std::nullopt;
-  }
+  const auto bytes = load_cached(folder, key, kSphereFiles);
+  if (!bytes) return std::nullopt;
   const char* problem = nullptr;
   auto approximation = decode(*bytes, key, problem);
-  if (!approximation)
-    log_warning("sphere cache: {} {} - the spheres are computed anew", file.string(), problem);
+  if (!approximation) warn_unusable(folder, key, kSphereFiles, problem);
   return approximation;
 }
 
 void store_approximation(const fs::path& folder, const std::string& key,
                          const Approximation& approximation) {
-  const Status written = write_file(file_of(folder, key), encode(approximation, key));
-  if (!written) warn_unwritable(folder, written.error());
+  store_cached(folder, key, kSphereFiles, encode(approximation));
 }
 
 std::vector<CacheEntry> list_cache(const fs::path& folder) {
@@ -233,10 +176,10 @@ std::vector<CacheEntry> list_cache(const fs::path& folder) {
   for (; !error && files != fs::directory_iterator(); files.increment(error)) {
     const fs::path& file = files->path();
     std::error_code ignored;
-    if (file.extension() != kExtension || !fs::is_regular_file(files->symlink_status(ignored)) ||
-        !has_magic(file))
-      continue;
-    CacheEntry entry{file, file.stem().string(), 0, 0, 0, 0, {}};
+    if (!fs::is_regular_file(files->symlink_status(ignored))) continue;
+    const CacheKind* kind = kind_of(file);
+    if (!kind) continue;
+    CacheEntry entry{file, file.stem().string(), kind, 0, 0, 0, 0, {}};
     entry.bytes = fs::file_size(file, ignored);
     if (ignored) continue;  // just removed by another process
     const auto written = fs::last_write_time(file, ignored);
@@ -244,7 +187,7 @@ std::vector<CacheEntry> list_cache(const fs::path& folder) {
     entry.age = std::max(0.0, std::chrono::duration<double>(now - written).count());
     entries.push_back(std::move(entry));
   }
-  if (error) log_warning("sphere cache: {}: cannot be read ({})", folder.string(), error.message());
+  if (error) log_warning("cache: {}: cannot be read ({})", folder.string(), error.message());
   std::sort(entries.begin(), entries.end(),
             [](const CacheEntry& a, const CacheEntry& b) { return a.file < b.file; });
   return entries;
@@ -253,13 +196,15 @@ std::vector<CacheEntry> list_cache(const fs::path& folder) {
 std::vector<CacheEntry> verify_cache(const fs::path& folder) {
   std::vector<CacheEntry> entries = list_cache(folder);
   for (CacheEntry& entry : entries) {
-    const auto bytes = read_file(entry.file, kMostBytes);
+    const auto bytes = read_file(entry.file, kMaxBytes);
     if (!bytes) {
       entry.problem = bytes.error().message;
       continue;
     }
     const char* problem = nullptr;
-    if (const auto approximation = decode(*bytes, entry.key, problem)) {
+    if (entry.kind != &kSphereFiles) {
+      if (!cached_content(*bytes, entry.key, *entry.kind, problem)) entry.problem = problem;
+    } else if (const auto approximation = decode(*bytes, entry.key, problem)) {
       entry.spheres = approximation->tree.leaves().size();
       entry.balls = approximation->balls.size();
     } else {

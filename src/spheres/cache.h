@@ -1,5 +1,4 @@
-// The disk cache of approximations. Files are named by the hash of everything that they depend on,
-// so none ever becomes stale; they are written whole or not at all, and carry a checksum.
+// The disk cache: approximations by spheres, and what else is kept there (base/cache_file.h).
 #pragma once
 
 #include <cstdint>
@@ -8,12 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "base/cache_file.h"
 #include "spheres/spheres.h"
 
 namespace polymorph {
-
-/// Length of a key: the hex digits of a Hasher.
-inline constexpr std::size_t kCacheKeySize = 32;
 
 /// What is kept in `folder` under this key, if anything is. A file that is damaged, foreign, of
 /// another version or under another's name is one warning and nothing.
@@ -28,17 +25,18 @@ void store_approximation(const std::filesystem::path& folder, const std::string&
 
 struct CacheEntry {
   std::filesystem::path file;
-  std::string key;          ///< as its name says
+  std::string key;  ///< as its name says
+  const CacheKind* kind = nullptr;
   std::uint64_t bytes = 0;  ///< its size
   double age = 0;           ///< seconds since it was written
-  std::size_t spheres = 0;  ///< leaves; verify_cache() only
+  std::size_t spheres = 0;  ///< leaves; verify_cache() only, of spheres
   std::size_t balls = 0;    ///< verify_cache() only
   std::string problem;      ///< verify_cache() only; empty = sound
 };
 
-/// The files of this program in `folder`, in order of name: regular files *.spheres that begin with
-/// our magic (links are not followed, nothing else is touched). No folder: none. A folder that
-/// cannot be read is one warning.
+/// The files of this program in `folder`, in order of name: regular files *.spheres, *.distances
+/// and *.pacing that begin with our magic (links are not followed, nothing else is touched). No
+/// folder: none. A folder that cannot be read is one warning.
 std::vector<CacheEntry> list_cache(const std::filesystem::path& folder);
 
 /// list_cache(), with every file read and checked.

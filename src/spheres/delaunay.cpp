@@ -68,7 +68,7 @@ Result<std::vector<Tetrahedron>> delaunay_tetrahedra(std::span<const Vec3d> poin
     return make_error(ErrorCode::kInput, "cannot triangulate {} points ({})", points.size(),
                       reason_of(hull));
   qhT* const qh = &hull.state;  // the name that Qhull's macros use
-  std::vector<std::uint32_t> index_of(qh->facet_id, Tetrahedron::kNone);
+  std::vector<std::uint32_t> to_index(qh->facet_id, Tetrahedron::kNone);
   std::vector<const facetT*> facets;
   std::vector<Tetrahedron> tetrahedra;
   facetT* facet = nullptr;
@@ -88,7 +88,7 @@ Result<std::vector<Tetrahedron>> delaunay_tetrahedra(std::span<const Vec3d> poin
     if (corner != 4) continue;
     std::sort(t.points.begin(), t.points.end());
     if (!circumscribe(points, t)) continue;
-    index_of[facet->id] = static_cast<std::uint32_t>(tetrahedra.size());
+    to_index[facet->id] = static_cast<std::uint32_t>(tetrahedra.size());
     facets.push_back(facet);
     tetrahedra.push_back(t);
   }
@@ -97,7 +97,7 @@ Result<std::vector<Tetrahedron>> delaunay_tetrahedra(std::span<const Vec3d> poin
     tetrahedra[i].neighbors.fill(Tetrahedron::kNone);
     facetT *neighbor = nullptr, **neighborp = nullptr;
     FOREACHneighbor_(facets[i]) {
-      if (side < 4) tetrahedra[i].neighbors[side++] = index_of[neighbor->id];
+      if (side < 4) tetrahedra[i].neighbors[side++] = to_index[neighbor->id];
     }
   }
   return tetrahedra;

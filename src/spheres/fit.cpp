@@ -49,7 +49,7 @@ FitBall ball_of(const Sphere& sphere) {
 /// nearest to it and their own inner balls' centres. A sphere in a plate stands for a flat piece of
 /// it, one in a limb for a length of it; a ball started as the ellipsoid of those moments need not
 /// find that out step by step.
-struct Moments {
+struct SecondMoments {
   double weight = 0;
   Vector3d first = Vector3d::Zero();
   Matrix3d second = Matrix3d::Zero();
@@ -60,8 +60,8 @@ struct Moments {
   }
 };
 
-std::vector<Moments> moments_of(const std::vector<Sphere>& spheres,
-                                const std::vector<BoundarySample>& samples) {
+std::vector<SecondMoments> second_moments_of(const std::vector<Sphere>& spheres,
+                                             const std::vector<BoundarySample>& samples) {
   std::vector<std::uint32_t> owner(samples.size());
   parallel_for(
       static_cast<std::int64_t>(samples.size()),
@@ -74,7 +74,7 @@ std::vector<Moments> moments_of(const std::vector<Sphere>& spheres,
         }
       },
       64);
-  std::vector<Moments> moments(spheres.size());
+  std::vector<SecondMoments> moments(spheres.size());
   for (std::size_t s = 0; s < samples.size(); ++s) {
     const Vector3d p = to_eigen(samples[s].point), n = to_eigen(samples[s].normal);
     const double r = static_cast<double>(samples[s].inner_radius);
@@ -84,7 +84,7 @@ std::vector<Moments> moments_of(const std::vector<Sphere>& spheres,
   return moments;
 }
 
-FitBall ball_of(const Sphere& sphere, const Moments& moments, double length) {
+FitBall ball_of(const Sphere& sphere, const SecondMoments& moments, double length) {
   constexpr double kWeight = 4;
   FitBall ball = ball_of(sphere);
   if (!(moments.weight > 0)) return ball;
@@ -176,30 +176,30 @@ void add_wrong(Fit& fit) {
 FitBall moved(const FitBall& ball, const double* step, int numbers, double length) {
   FitBall next = ball;
   const double shift = std::hypot(step[1], step[2], step[3]);
-  const double most_shift = 0.02 * length;
+  const double max_shift = 0.02 * length;
   next.w += std::clamp(step[0], -2.0, 2.0);
   next.center +=
-      Vector3d(step[1], step[2], step[3]) * (shift > most_shift ? most_shift / shift : 1.0);
+      Vector3d(step[1], step[2], step[3]) * (shift > max_shift ? max_shift / shift : 1.0);
   Matrix3d d;
   if (numbers == kRoundNumbers) {
     d = Matrix3d::Identity() * step[4];
   } else {
     d << step[4], step[7], step[8], step[7], step[5], step[9], step[8], step[9], step[6];
   }
-  constexpr double kMostStretch = 0.4;
-  if (const double size = d.norm(); size > kMostStretch) d *= kMostStretch / size;
+  constexpr double kMaxStretch = 0.4;
+  if (const double size = d.norm(); size > kMaxStretch) d *= kMaxStretch / size;
   next.root = (Matrix3d::Identity() + d / 2 + d * d / 8) * ball.root;
   return next;
 }
 
 /// Holds an ellipsoid's axes within what the samples can tell and the surface grid can show.
 void limit_axes(FitBall& ball, double length) {
-  constexpr double kMostRatio = 12;
-  const double most_root = 2 / (0.002 * length), least_root = 0.5 / length;
+  constexpr double kMaxRatio = 12;
+  const double max_root = 2 / (0.002 * length), min_root = 0.5 / length;
   Eigen::JacobiSVD<Matrix3d> svd(ball.root, Eigen::ComputeFullV);
   Vector3d s = svd.singularValues();  // falling
-  const double high = std::min(s[0], most_root);
-  const Vector3d limited = s.cwiseMin(high).cwiseMax(std::max(high / kMostRatio, least_root));
+  const double high = std::min(s[0], max_root);
+  const Vector3d limited = s.cwiseMin(high).cwiseMax(std::max(high / kMaxRatio, min_root));
   if (limited == s) return;
   ball.root = limited.asDiagonal() * svd.matrixV().transpose();
 }
@@ -230,41 +230,41 @@ bool improve(Fit& fit) {
 }
 
 /// What each ball is worth: the squared error that taking it away would cause, to first order.
-std::vector<double> ball_worths(const Fit& fit) {
-  std::vector<double> worths(fit.balls.size(), 0.0);
+std::vector<double> ball_contributions(const Fit& fit) {
+  std::vector<double> contributions(fit.balls.size(), 0.0);
   for (std::size_t s = 0; s < fit.sample_count; ++s) {
     const std::size_t p = 3 * s;
     for (std::uint32_t e = fit.rows.begins[p]; e < fit.rows.begins[p + 1]; ++e) {
       // Without the ball psi falls by ln(1 - q).
       const double q = std::min(static_cast<double>(fit.rows.shares[e]), 0.999);
       const double shift = std::min(-std::log1p(-q) / fit.rows.steepness[p], 0.05 * fit.length);
-      worths[fit.rows.balls[e]] += shift * shift;
+      contributions[fit.rows.balls[e]] += shift * shift;
     }
   }
-  return worths;
+  return contributions;
 }
 
 /// Takes the balls that are worth least to where the error is largest: into the medial ball of a
 /// sample that the field leaves out, or beside a ball that is asked for two shapes at once.
 void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double share) {
-  const std::vector<double> worths = ball_worths(fit);
+  const std::vector<double> contributions = ball_contributions(fit);
   std::vector<std::size_t> cheap(fit.balls.size());
   std::iota(cheap.begin(), cheap.end(), std::size_t{0});
   std::sort(cheap.begin(), cheap.end(), [&](std::size_t a, std::size_t b) {
-    return worths[a] != worths[b] ? worths[a] < worths[b] : a < b;
+    return contributions[a] != contributions[b] ? contributions[a] < contributions[b] : a < b;
   });
   // Error each ball is responsible for.
-  std::vector<double> blame(fit.balls.size(), 0.0);
+  std::vector<double> squared_errors(fit.balls.size(), 0.0);
   for (std::size_t s = 0; s < fit.sample_count; ++s) {
     const std::size_t p = 3 * s;
     const double e = fit.rows.psi[p] / fit.rows.steepness[p];
     for (std::uint32_t k = fit.rows.begins[p]; k < fit.rows.begins[p + 1]; ++k)
-      blame[fit.rows.balls[k]] += static_cast<double>(fit.rows.shares[k]) * e * e;
+      squared_errors[fit.rows.balls[k]] += static_cast<double>(fit.rows.shares[k]) * e * e;
   }
   std::vector<std::size_t> worst(fit.balls.size());
   std::iota(worst.begin(), worst.end(), std::size_t{0});
   std::sort(worst.begin(), worst.end(), [&](std::size_t a, std::size_t b) {
-    return blame[a] != blame[b] ? blame[a] > blame[b] : a < b;
+    return squared_errors[a] != squared_errors[b] ? squared_errors[a] > squared_errors[b] : a < b;
   });
   const auto moves = static_cast<std::size_t>(share * static_cast<double>(fit.balls.size()));
   std::vector<std::uint8_t> taken(fit.balls.size(), 0);
@@ -283,7 +283,7 @@ void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double sha
   std::size_t done = 0;
   for (std::size_t i = 0; i < worst.size() && done < moves; ++i) {
     const std::size_t from = cheap[done], at = worst[i];
-    if (worths[from] * 2 > blame[at] || taken[at] || from == at) break;
+    if (contributions[from] * 2 > squared_errors[at] || taken[at] || from == at) break;
     const std::size_t s = worst_sample[at];
     if (s == fit.sample_count) continue;
     taken[from] = taken[at] = 1;
@@ -330,28 +330,28 @@ std::vector<Ball> finished(const Fit& fit) {
 
 /// Adds points of the surface that lie far from the model, wanted on its far side: crumbs and
 /// bulges between the free points. Returns how many.
-Result<std::size_t> add_strays(Fit& fit, const ClosestPointQuery& boundary,
-                               const InsideTest& inside) {
-  constexpr std::size_t kMost = 2000;
+Result<std::size_t> add_outlier_constraints(Fit& fit, const ClosestPointQuery& boundary,
+                                            const InsideTest& inside) {
+  constexpr std::size_t kMax = 2000;
   const double far = 0.008 * fit.length;
   PM_TRY(const Mesh mesh, extract_surface(*make_cpu_extractor(), finished(fit),
                                           static_cast<float>(fit.length / 160), {}));
   const std::vector<ClosestPoint> closest = boundary.closest(mesh.positions);
-  std::vector<Vec3> strays;
+  std::vector<Vec3> outliers;
   std::vector<double> distances;
   for (std::size_t i = 0; i < closest.size(); ++i) {
     if (static_cast<double>(closest[i].distance) <= far) continue;
-    strays.push_back(mesh.positions[i]);
+    outliers.push_back(mesh.positions[i]);
     distances.push_back(static_cast<double>(closest[i].distance));
   }
-  const std::vector<std::uint8_t> in = inside.inside(strays);
-  const std::size_t stride = strays.size() / kMost + 1;
-  for (std::size_t i = 0; i < strays.size(); i += stride) {
+  const std::vector<std::uint8_t> in = inside.inside(outliers);
+  const std::size_t stride = outliers.size() / kMax + 1;
+  for (std::size_t i = 0; i < outliers.size(); i += stride) {
     const double target = std::min(distances[i], 0.02 * fit.length);
-    fit.points.push_back({to_eigen(strays[i]), in[i] ? target : -target, 1,
+    fit.points.push_back({to_eigen(outliers[i]), in[i] ? target : -target, 1,
                           in[i] ? FitPoint::Rule::kInside : FitPoint::Rule::kOutside});
   }
-  return strays.size();
+  return outliers.size();
 }
 
 }  // namespace
@@ -364,7 +364,7 @@ Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
   Fit fit;
   fit.length = static_cast<double>(box.diagonal());
   fit.numbers = settings.ellipsoids ? kEllipsoidNumbers : kRoundNumbers;
-  const std::vector<Moments> moments = moments_of(spheres, samples);
+  const std::vector<SecondMoments> moments = second_moments_of(spheres, samples);
   for (std::size_t i = 0; i < spheres.size(); ++i) {
     fit.balls.push_back(settings.ellipsoids ? ball_of(spheres[i], moments[i], fit.length)
                                             : ball_of(spheres[i]));
@@ -404,8 +404,8 @@ Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
   }
   const ClosestPointQuery boundary(model);
   for (int pass = 0; pass < 3; ++pass) {
-    PM_TRY(const std::size_t strays, add_strays(fit, boundary, inside));
-    if (strays == 0) break;
+    PM_TRY(const std::size_t outliers, add_outlier_constraints(fit, boundary, inside));
+    if (outliers == 0) break;
     evaluate(fit);
     fit.damping = 1e-2;
     for (int i = 0; i < 4 && improve(fit); ++i) ++result.iterations;

@@ -199,8 +199,8 @@ void add_rows(const FitPoint& point, const std::vector<FitBall>& all, const Grou
   if (slope == steepness) derivation.ratio = psi / steepness;
   std::uint32_t entries = 0;
   for (std::size_t k = 0; scale > 0 && k < balls.indices.size(); ++k) {
-    constexpr double kLeastShare = 5e-3;
-    if (!(terms.q[static_cast<Eigen::Index>(k)] > kLeastShare)) continue;
+    constexpr double kMinShare = 5e-3;
+    if (!(terms.q[static_cast<Eigen::Index>(k)] > kMinShare)) continue;
     const FitBall& ball = all[balls.indices[k]];
     const Term term = term_of(terms, ball, k);
     ++entries;

@@ -57,7 +57,7 @@ class Solver {
   }
 
   Vector solve() const {
-    constexpr int kMostSteps = 25;
+    constexpr int kMaxSteps = 25;
     constexpr double kTolerance = 0.1;  // of the residual: the step is damped and clamped anyway
     Vector negative(rows_.residuals.size());
     for (std::size_t i = 0; i < negative.size(); ++i) negative[i] = -rows_.residuals[i];
@@ -65,7 +65,7 @@ class Solver {
     Vector step(residual.size(), 0.0), z = precondition(residual), direction = z;
     double rho = dot(residual, z);
     const double enough = kTolerance * kTolerance * rho;
-    for (int k = 0; k < kMostSteps && rho > enough && rho > 0; ++k) {
+    for (int k = 0; k < kMaxSteps && rho > enough && rho > 0; ++k) {
       Vector image = transposed_times(times(direction));
       for (std::size_t i = 0; i < image.size(); ++i) image[i] += diagonal_[i] * direction[i];
       const double alpha = rho / dot(direction, image);

@@ -20,7 +20,7 @@ constexpr std::uint32_t kNone = 0xffffffffu;
 // How many of the nearest clusters a cluster without neighbours may be merged with.
 constexpr std::size_t kNearest = 8;
 // Leaves no smaller than this share of the model's diagonal, for samples that nothing else covers.
-constexpr double kLeastRadius = 1e-4;
+constexpr double kMinRadius = 1e-4;
 // Merges that cost this share of the diagonal more than the cheapest are as good: balls around one
 // centre, as of a sphere, are not sorted by rounding errors.
 constexpr double kTolerance = 1e-5;
@@ -335,7 +335,7 @@ Result<SphereTree> hubbard_spheres(const Model& model, const InsideTest& test,
   if (std::find(inside.begin(), inside.end(), 1) == inside.end())
     return no_ball_inside(model, count);
 
-  const double least = kLeastRadius * diagonal;
+  const double least = kMinRadius * diagonal;
   Merger merger = make_clusters(tetrahedra, inside, points, kTolerance * diagonal);
   merger.merge_down_to(static_cast<std::size_t>(settings.spheres));
   std::vector<std::uint32_t> leaf_clusters;

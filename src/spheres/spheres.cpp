@@ -9,10 +9,10 @@
 #include "model/solidify.h"
 #include "spheres/boundary.h"
 #include "spheres/cells.h"
-#include "spheres/figures.h"
 #include "spheres/fit.h"
 #include "spheres/hubbard.h"
 #include "spheres/medial.h"
+#include "spheres/quality.h"
 #include "surface/grid.h"
 #include "surface/level.h"
 #include "surface/mesh_check.h"
@@ -91,7 +91,7 @@ Result<Approximation> medial_approximation(const Solid& solid, const SphereSetti
 /// The fewest medial balls that keep settings.error, by doubling and bisection of their number; the
 /// distance does not fall strictly with it, so this is the fewest to within an eighth.
 Result<Approximation> medial_to_error(Solid& solid, const SphereSettings& settings) {
-  constexpr std::size_t kMost = 2048;
+  constexpr std::size_t kMax = 2048;
   struct Try {
     std::size_t count = 0;
     double error = 0;
@@ -105,7 +105,7 @@ Result<Approximation> medial_to_error(Solid& solid, const SphereSettings& settin
   };
   std::size_t low = 8;
   PM_TRY(Try best, attempt(16));
-  while (best.error > settings.error && best.count < kMost) {
+  while (best.error > settings.error && best.count < kMax) {
     low = best.count;
     PM_TRY(best, attempt(2 * best.count));
   }

@@ -137,14 +137,15 @@ Status choose_bricks(BlendField& field, const InsideTest& inside, const ClosestP
 }
 
 /// One brick's part of a blended surface.
-struct Part {
+struct BrickSurface {
   std::vector<float> values;
   std::vector<std::int32_t> vertex;  ///< of the edge (lower corner, axis), -1 = none; own numbering
   std::vector<Vec3> positions;
   std::int32_t first = 0;  ///< number of its first vertex
 };
 
-void place_vertices(const BlendField& field, const BlendBrick& brick, float progress, Part& part) {
+void place_vertices(const BlendField& field, const BlendBrick& brick, float progress,
+                    BrickSurface& part) {
   part.values.resize(kBrickPoints);
   for (std::size_t i = 0; i < kBrickPoints; ++i)
     part.values[i] = (1 - progress) * brick.model[i] + progress * brick.balls[i];
@@ -171,12 +172,12 @@ void place_vertices(const BlendField& field, const BlendBrick& brick, float prog
 
 /// The vertex on the edge along `axis` from the point (x, y, z) of the brick, which may lie in the
 /// next one.
-std::uint32_t vertex_of(const BlendField& field, const std::vector<Part>& parts, Int3 brick, int x,
-                        int y, int z, int axis) {
+std::uint32_t vertex_of(const BlendField& field, const std::vector<BrickSurface>& parts, Int3 brick,
+                        int x, int y, int z, int axis) {
   const Int3 owner{brick.x + x / kCells, brick.y + y / kCells, brick.z + z / kCells};
   const std::int32_t index = brick_at(field, owner);
   PM_CHECK(index >= 0);
-  const Part& part = parts[static_cast<std::size_t>(index)];
+  const BrickSurface& part = parts[static_cast<std::size_t>(index)];
   const auto cell =
       static_cast<std::size_t>((z % kCells * kCells + y % kCells) * kCells + x % kCells);
   const std::int32_t vertex = part.vertex[3 * cell + static_cast<std::size_t>(axis)];
@@ -184,7 +185,7 @@ std::uint32_t vertex_of(const BlendField& field, const std::vector<Part>& parts,
   return static_cast<std::uint32_t>(part.first + vertex);
 }
 
-std::vector<Triangle> triangles_of(const BlendField& field, const std::vector<Part>& parts,
+std::vector<Triangle> triangles_of(const BlendField& field, const std::vector<BrickSurface>& parts,
                                    std::size_t b) {
   std::vector<Triangle> triangles;
   const McTable& table = mc_table();
@@ -256,7 +257,7 @@ Result<BlendField> make_blend_field(const Model& model, const InsideTest& inside
 
 Mesh blend_surface(const BlendField& field, const Model& model, const ClosestPointQuery& to_model,
                    float progress) {
-  std::vector<Part> parts(field.bricks.size());
+  std::vector<BrickSurface> parts(field.bricks.size());
   const auto for_bricks = [&](const auto& f) {
     parallel_for(
         static_cast<std::int64_t>(parts.size()),
@@ -264,7 +265,7 @@ Mesh blend_surface(const BlendField& field, const Model& model, const ClosestPoi
   };
   for_bricks([&](std::size_t b) { place_vertices(field, field.bricks[b], progress, parts[b]); });
   std::int32_t count = 0;
-  for (Part& part : parts) {
+  for (BrickSurface& part : parts) {
     part.first = count;
     count += static_cast<std::int32_t>(part.positions.size());
   }

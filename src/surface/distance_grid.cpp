@@ -14,29 +14,21 @@
 namespace polymorph {
 namespace {
 
-constexpr int kCoarse = 4;       ///< fine cells per coarse cell, along an axis
-constexpr int kMostCells = 256;  ///< fine, along the longest side of the model
-/// The winding number from which on what lies behind a face is inside beyond doubt.
-constexpr double kDecided = 0.75;
+constexpr int kCoarse = 4;      ///< fine cells per coarse cell, along an axis
+constexpr int kMaxCells = 256;  ///< fine, along the longest side of the model
 /// Radius that thin parts are brought to, over the thinnest that shows: the filter takes the rest.
 constexpr float kThickened = 1.35f;
 constexpr float kExact = 2, kFar = 4;  ///< in fine cells: exact up to here, smooth from there on
 
-enum class FaceSide : std::uint8_t {
-  kBoundary,  ///< inside on one side
-  kMixed,     ///< differs from place to place: asked for at each point
-  kSheet,     ///< outside on both, or neither in nor out
-};
-
 class Builder {
  public:
   Builder(const Model& model, const InsideTest& inside, const ClosestPointQuery& closest,
-          float cell, float thinnest)
-      : model_(model), inside_(inside), closest_(closest), thinnest_(thinnest) {
+          std::span<const FaceSide> sides, float cell, float thinnest)
+      : model_(model), inside_(inside), closest_(closest), thinnest_(thinnest), sides_(sides) {
     const Box box = model.box();
     const Vec3 size = box.size();
     const float longest = std::max({size.x, size.y, size.z});
-    cell_ = std::max(cell, longest / kMostCells);
+    cell_ = std::max(cell, longest / kMaxCells);
     const float margin = std::max(0.06f * box.diagonal(), (kFar + 2 * kCoarse) * cell_);
     const auto blocks = [&](float extent) {
       return static_cast<int>(std::ceil((extent + 2 * margin) / (kCoarse * cell_)));
@@ -57,46 +49,17 @@ class Builder {
   DistanceGrid run() {
     row_ = fine_index(0, 1, 0), layer_ = fine_index(0, 0, 1);
     closed_ = check_mesh({model_.points, {}, model_.triangles}).closed();
-    classify_faces();
     measure_coarse();
-    fill_smooth();
+    out_.values = spline_values({coarse_, smooth_}, out_.grid);
     measure_near();
     if (thinnest_ > 0) smooth_thin_parts();
-    close_border();
+    close_border(out_);
     bound_slopes();
     return std::move(out_);
   }
+  SmoothDistances smooth() { return {coarse_, std::move(smooth_)}; }
 
  private:
-  /// Is this face a boundary of the solid? Its middle and points near its corners say so.
-  void classify_faces() {
-    sides_.assign(model_.triangles.size(), FaceSide::kBoundary);
-    const float step = 0.02f * cell_;
-    parallel_for(
-        static_cast<std::int64_t>(sides_.size()),
-        [&](std::int64_t index) {
-          const auto t = static_cast<std::size_t>(index);
-          const Vec3 a = model_.points[model_.triangles[t].v[0]],
-                     b = model_.points[model_.triangles[t].v[1]],
-                     c = model_.points[model_.triangles[t].v[2]];
-          const Vec3 normal = normalized(cross(b - a, c - a));
-          int boundary = 0, sheet = 0;
-          constexpr std::array<Vec3, 4> kWeights{
-              {{1.f / 3, 1.f / 3, 1.f / 3}, {.8f, .1f, .1f}, {.1f, .8f, .1f}, {.1f, .1f, .8f}}};
-          for (const Vec3 w : kWeights) {
-            const Vec3 p = a * w.x + b * w.y + c * w.z;
-            const double front = inside_.winding_number(p + normal * step),
-                         back = inside_.winding_number(p - normal * step);
-            // A loose sheet has half a turn on either side.
-            sheet += std::max(front, back) < kDecided;
-            boundary += std::max(front, back) >= kDecided && std::min(front, back) < 0.5;
-          }
-          if (boundary == 4) return;
-          sides_[t] = sheet == 4 ? FaceSide::kSheet : FaceSide::kMixed;
-        },
-        64);
-  }
-
   std::size_t coarse_index(int x, int y, int z) const {
     return static_cast<std::size_t>(x) +
            static_cast<std::size_t>(coarse_.points.x) *
@@ -115,7 +78,9 @@ class Builder {
 
   /// Is the closest face hidden within the solid, so that the boundary is further off?
   bool is_hidden(Vec3 p, const ClosestPoint& closest, bool in) const {
-    return in && sides_[closest.triangle] == FaceSide::kMixed &&
+    return in &&
+           (sides_[closest.triangle] == FaceSide::kMixed ||
+            sides_[closest.triangle] == FaceSide::kHidden) &&
            inside_.inside(closest.point + normalized(closest.point - p) * (0.02f * cell_));
   }
 
@@ -165,7 +130,7 @@ class Builder {
         const std::int64_t n = forward ? k : count - 1 - k;
         if (!hidden[static_cast<std::size_t>(n)]) continue;
         const Int3 at = place_of(n, size);
-        float least_value = values[static_cast<std::size_t>(n)];
+        float min_value = values[static_cast<std::size_t>(n)];
         for (int dz = -1; dz <= 1; ++dz)
           for (int dy = -1; dy <= 1; ++dy)
             for (int dx = -1; dx <= 1; ++dx) {
@@ -176,56 +141,14 @@ class Builder {
                                                (q.y + static_cast<std::int64_t>(size.y) * q.z);
               const float way =
                   grid.cell * std::sqrt(static_cast<float>(dx * dx + dy * dy + dz * dz));
-              least_value = std::min(least_value, values[static_cast<std::size_t>(m)] + way);
+              min_value = std::min(min_value, values[static_cast<std::size_t>(m)] + way);
             }
-        values[static_cast<std::size_t>(n)] = least_value;
+        values[static_cast<std::size_t>(n)] = min_value;
       }
     };
     for (int i = 0; i < 2; ++i) sweep(true), sweep(false);
     for (std::size_t n = 0; n < values.size(); ++n)
       if (values[n] >= kUnknown) values[n] = 0;
-  }
-
-  /// The spline at all fine points.
-  void fill_smooth() {
-    const Int3 n = out_.grid.points;
-    out_.values.resize(static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y) *
-                       static_cast<std::size_t>(n.z));
-    const auto axis_at = [](int fine, int nodes) {
-      struct Axis {
-        int at[3];
-        float weight[3];
-      } axis;
-      const float u = static_cast<float>(fine) / kCoarse;
-      const float middle = std::floor(u + 0.5f), f = u - middle;
-      axis.weight[0] = 0.5f * (0.5f - f) * (0.5f - f);
-      axis.weight[2] = 0.5f * (0.5f + f) * (0.5f + f);
-      axis.weight[1] = 1 - axis.weight[0] - axis.weight[2];
-      for (int i = 0; i < 3; ++i)
-        axis.at[i] = std::clamp(static_cast<int>(middle) - 1 + i, 0, nodes - 1);
-      return axis;
-    };
-    parallel_for(n.z, [&](std::int64_t z) {
-      const auto az = axis_at(static_cast<int>(z), coarse_.points.z);
-      std::vector<float> line(static_cast<std::size_t>(coarse_.points.x));
-      for (int y = 0; y < n.y; ++y) {
-        const auto ay = axis_at(y, coarse_.points.y);
-        std::fill(line.begin(), line.end(), 0.0f);
-        for (int k = 0; k < 3; ++k)
-          for (int j = 0; j < 3; ++j) {
-            const float weight = az.weight[k] * ay.weight[j];
-            const float* from = smooth_.data() + coarse_index(0, ay.at[j], az.at[k]);
-            for (std::size_t x = 0; x < line.size(); ++x) line[x] += weight * from[x];
-          }
-        float* to = out_.values.data() + fine_index(0, y, static_cast<int>(z));
-        for (int x = 0; x < n.x; ++x) {
-          const auto ax = axis_at(x, coarse_.points.x);
-          to[x] = 0;
-          for (int i = 0; i < 3; ++i)
-            to[x] += ax.weight[i] * line[static_cast<std::size_t>(ax.at[i])];
-        }
-      }
-    });
   }
 
   std::size_t fine_index(int x, int y, int z) const {
@@ -413,22 +336,6 @@ class Builder {
     pass(static_cast<std::size_t>(n.y), row_, n.z, layer_, row_);
   }
 
-  void close_border() {
-    const Int3 n = out_.grid.points;
-    for (int z = 0; z < n.z; ++z)
-      for (int y = 0; y < n.y; ++y)
-        for (int x = 0; x < n.x; ++x) {
-          const bool border =
-              x == 0 || y == 0 || z == 0 || x == n.x - 1 || y == n.y - 1 || z == n.z - 1;
-          if (border) {
-            float& value = out_.values[fine_index(x, y, z)];
-            value = std::min(value, -cell_);
-          } else {
-            x = std::max(x, n.x - 2);
-          }
-        }
-  }
-
   /// The largest gradient of the trilinear function: along each axis, within a cell, it lies
   /// between those of the cell's edges.
   void bound_slopes() {
@@ -436,7 +343,7 @@ class Builder {
     std::vector<float> of_layer(static_cast<std::size_t>(n.z - 1), 0.0f);
     parallel_for(n.z - 1, [&](std::int64_t layer) {
       const auto z = static_cast<int>(layer);
-      float most_of = 0;
+      float largest = 0;
       for (int y = 0; y + 1 < n.y; ++y)
         for (int x = 0; x + 1 < n.x; ++x) {
           float c[8];
@@ -450,9 +357,9 @@ class Builder {
                 steepest = std::max(steepest, std::fabs(c[i | 1 << axis] - c[i]));
             square += steepest * steepest;
           }
-          most_of = std::max(most_of, square);
+          largest = std::max(largest, square);
         }
-      of_layer[static_cast<std::size_t>(layer)] = most_of;
+      of_layer[static_cast<std::size_t>(layer)] = largest;
     });
     const float square = *std::max_element(of_layer.begin(), of_layer.end());
     out_.lipschitz = std::max(1.0f, std::sqrt(square) / cell_);
@@ -464,7 +371,7 @@ class Builder {
   float cell_ = 0, thinnest_ = 0;
   Grid coarse_;
   bool closed_ = false;
-  std::vector<FaceSide> sides_;
+  std::span<const FaceSide> sides_;
   std::vector<float> smooth_;  ///< at the coarse points
   DistanceGrid out_;
   std::size_t row_ = 1, layer_ = 1;  ///< steps along y and z
@@ -472,10 +379,76 @@ class Builder {
 
 }  // namespace
 
+std::vector<float> spline_values(const SmoothDistances& smooth, const Grid& fine) {
+  const Int3 n = fine.points, nodes = smooth.grid.points;
+  const auto width = static_cast<std::size_t>(n.x);
+  std::vector<float> values(width * static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z));
+  struct Axis {
+    int at[3];
+    float weight[3];
+  };
+  const auto axis_at = [](int point, int count) {
+    Axis axis;
+    const float u = static_cast<float>(point) / kCoarse;
+    const float middle = std::floor(u + 0.5f), f = u - middle;
+    axis.weight[0] = 0.5f * (0.5f - f) * (0.5f - f);
+    axis.weight[2] = 0.5f * (0.5f + f) * (0.5f + f);
+    axis.weight[1] = 1 - axis.weight[0] - axis.weight[2];
+    for (int i = 0; i < 3; ++i)
+      axis.at[i] = std::clamp(static_cast<int>(middle) - 1 + i, 0, count - 1);
+    return axis;
+  };
+  std::vector<Axis> along_x;
+  for (int x = 0; x < n.x; ++x) along_x.push_back(axis_at(x, nodes.x));
+  parallel_for(n.z, [&](std::int64_t z) {
+    const Axis az = axis_at(static_cast<int>(z), nodes.z);
+    std::vector<float> line(static_cast<std::size_t>(nodes.x));
+    for (int y = 0; y < n.y; ++y) {
+      const Axis ay = axis_at(y, nodes.y);
+      std::fill(line.begin(), line.end(), 0.0f);
+      for (int k = 0; k < 3; ++k)
+        for (int j = 0; j < 3; ++j) {
+          const float weight = az.weight[k] * ay.weight[j];
+          const float* from =
+              smooth.values.data() + line.size() * (static_cast<std::size_t>(ay.at[j]) +
+                                                    static_cast<std::size_t>(nodes.y) *
+                                                        static_cast<std::size_t>(az.at[k]));
+          for (std::size_t x = 0; x < line.size(); ++x) line[x] += weight * from[x];
+        }
+      float* to =
+          values.data() + width * (static_cast<std::size_t>(y) +
+                                   static_cast<std::size_t>(n.y) * static_cast<std::size_t>(z));
+      for (std::size_t x = 0; x < width; ++x) {
+        const Axis& ax = along_x[x];
+        to[x] = 0;
+        for (int i = 0; i < 3; ++i)
+          to[x] += ax.weight[i] * line[static_cast<std::size_t>(ax.at[i])];
+      }
+    }
+  });
+  return values;
+}
+
+void close_border(DistanceGrid& distances) {
+  const Int3 n = distances.grid.points;
+  std::size_t i = 0;
+  for (int z = 0; z < n.z; ++z)
+    for (int y = 0; y < n.y; ++y)
+      for (int x = 0; x < n.x; ++x, ++i) {
+        const bool border =
+            x == 0 || y == 0 || z == 0 || x == n.x - 1 || y == n.y - 1 || z == n.z - 1;
+        if (border) distances.values[i] = std::min(distances.values[i], -distances.grid.cell);
+      }
+}
+
 DistanceGrid signed_distances(const Model& model, const InsideTest& inside,
-                              const ClosestPointQuery& closest, float cell, float thinnest) {
-  PM_CHECK(cell > 0 && !model.triangles.empty());
-  return Builder(model, inside, closest, cell, thinnest).run();
+                              const ClosestPointQuery& closest, std::span<const FaceSide> sides,
+                              float cell, float thinnest, SmoothDistances* smooth) {
+  PM_CHECK(cell > 0 && !model.triangles.empty() && sides.size() == model.triangles.size());
+  Builder builder(model, inside, closest, sides, cell, thinnest);
+  DistanceGrid distances = builder.run();
+  if (smooth) *smooth = builder.smooth();
+  return distances;
 }
 
 }  // namespace polymorph

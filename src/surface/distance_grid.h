@@ -2,12 +2,26 @@
 // between).
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "kernels/morph_surface.h"
 #include "model/closest.h"
+#include "model/face_sides.h"
 #include "model/inside.h"
 #include "model/model.h"
 
 namespace polymorph {
+
+/// Coefficients of a quadratic B-spline: distances far from the surface.
+struct SmoothDistances {
+  Grid grid;  ///< every fourth point of the fine one, from the first to beyond the last
+  std::vector<float> values;
+};
+/// The spline at a finer grid's points.
+std::vector<float> spline_values(const SmoothDistances& smooth, const Grid& fine);
+/// Makes the points on the border outside, by a cell at least.
+void close_border(DistanceGrid& distances);
 
 /// Signed distances to the model on cells of edge `cell` or the smallest of which 256 go along the
 /// longest side, whichever is larger. Exact within two cells of the surface; from there on they
@@ -17,8 +31,10 @@ namespace polymorph {
 /// inside among them, so that cells of about that size show them whole; thin parts, narrow gaps and
 /// sharp edges are smoothed over about `thinnest`. 0 leaves all as it is.
 ///
-/// `inside` and `closest` are of the model. Deterministic.
+/// `inside`, `closest` and `sides` (classify_faces()) are of the model. `smooth`, where given, gets
+/// what the values are far from the surface. Deterministic.
 DistanceGrid signed_distances(const Model& model, const InsideTest& inside,
-                              const ClosestPointQuery& closest, float cell, float thinnest);
+                              const ClosestPointQuery& closest, std::span<const FaceSide> sides,
+                              float cell, float thinnest, SmoothDistances* smooth = nullptr);
 
 }  // namespace polymorph

@@ -105,14 +105,14 @@ Result<Mesh> extract_distances(SurfaceExtractor& extractor,
   return extract_between(extractor, {map, object, object, 1, 1, 0}, box, cell, settings);
 }
 
-Result<std::vector<CarriedValues>> carried_to(SurfaceExtractor& extractor,
-                                              const std::vector<Ball>& balls, FieldKind kind,
-                                              const std::vector<Carried>& carried,
-                                              const std::vector<Vec3>& points) {
+Result<std::vector<AttributeValues>> interpolate_attributes(
+    SurfaceExtractor& extractor, const std::vector<Ball>& balls, FieldKind kind,
+    const std::vector<BallAttribute>& carried, const std::vector<Vec3>& points) {
   ExtractSettings settings;
   settings.field = kind;
-  std::vector<CarriedValues> values;
-  PM_TRY_STATUS(to_status(extractor.blend(balls, carried, points, settings, values)));
+  std::vector<AttributeValues> values;
+  PM_TRY_STATUS(
+      to_status(extractor.interpolate_attributes(balls, carried, points, settings, values)));
   return values;
 }
 

@@ -38,9 +38,8 @@ Result<Mesh> extract_distances(SurfaceExtractor& extractor,
                                const ExtractSettings& settings);
 
 /// What the balls carry to points (SurfaceExtractor::blend). Errors: as extract_surface().
-Result<std::vector<CarriedValues>> carried_to(SurfaceExtractor& extractor,
-                                              const std::vector<Ball>& balls, FieldKind kind,
-                                              const std::vector<Carried>& carried,
-                                              const std::vector<Vec3>& points);
+Result<std::vector<AttributeValues>> interpolate_attributes(
+    SurfaceExtractor& extractor, const std::vector<Ball>& balls, FieldKind kind,
+    const std::vector<BallAttribute>& carried, const std::vector<Vec3>& points);
 
 }  // namespace polymorph

@@ -28,7 +28,7 @@ Result<float> iso_for_volume(SurfaceExtractor& extractor, const std::vector<Ball
   PM_CHECK(volume > 0 && start > 0);
   // Volume falls as ln iso rises. Steps that double find a bracket; then false position with
   // Illinois' halving, which a vanishing surface (volume 0, however far the level) does not stall.
-  constexpr double kTolerance = 0.002, kLowest = -40, kHighest = 40;
+  constexpr double kTolerance = 0.002, kMin = -40, kMax = 40;
   struct Try {
     double x = 0, excess = 0;
     bool known = false;
@@ -58,7 +58,7 @@ Result<float> iso_for_volume(SurfaceExtractor& extractor, const std::vector<Ball
     } else {
       step = step == 0 ? std::clamp(std::abs(std::log1p(std::max(excess, -0.9))), 0.05, 2.0)
                        : 2 * step;
-      x = std::clamp(x + now * step, kLowest, kHighest);
+      x = std::clamp(x + now * step, kMin, kMax);
     }
   }
   return static_cast<float>(std::exp(best));
@@ -71,13 +71,13 @@ Result<Mesh> surface_of_volume(SurfaceExtractor& extractor, MorphSurface between
   // In a field of distances the volume changes by the area times the level: Newton's steps, and
   // from two tries on the chord. On cells twice as large first, which cost a fourth.
   constexpr double kTolerance = 0.002, kCoarseTolerance = 0.005;
-  constexpr int kMostTries = 8;
+  constexpr int kMaxTries = 8;
   const double bound = static_cast<double>(limit);
   double level = 0;
   Mesh nearest;
   for (const float edge : {2 * cell, cell}) {
     double last = 0, last_excess = 0, best = level, best_excess = 0;
-    for (int i = 0; i < kMostTries; ++i) {
+    for (int i = 0; i < kMaxTries; ++i) {
       between.level = static_cast<float>(level);
       PM_TRY(Mesh mesh, extract_between(extractor, between, box, edge, settings));
       const double excess = volume_of(mesh) - volume;
@@ -112,9 +112,9 @@ std::vector<Ball> grown(std::vector<Ball> balls, FieldKind kind, float growth, f
   if (growth >= 1) return balls;
   if (growth <= 0) return {};
   // The field may stand higher between centres than at them.
-  constexpr float kLeastMaximum = 1.5f;
+  constexpr float kMinMaximum = 1.5f;
   if (kind != FieldKind::kInverseSquare)
-    return rescaled(std::move(balls), kind, std::pow(std::max(maximum, kLeastMaximum), 1 - growth));
+    return rescaled(std::move(balls), kind, std::pow(std::max(maximum, kMinMaximum), 1 - growth));
   for (Ball& ball : balls) ball.w *= growth * growth;
   return balls;
 }

@@ -13,7 +13,7 @@ namespace {
 constexpr float kDepth = 12;  // e^-12 of the field: what a sum in float barely sees
 
 /// Smallest eigenvalue of a symmetric matrix of determinant 1 (Smith 1961).
-float least_eigenvalue(const Sym3& s) {
+float min_eigenvalue(const Sym3& s) {
   const double off = static_cast<double>(s.xy) * s.xy + static_cast<double>(s.xz) * s.xz +
                      static_cast<double>(s.yz) * s.yz;
   const double mean = (static_cast<double>(s.xx) + s.yy + s.zz) / 3;
@@ -56,7 +56,7 @@ float log_strength(const Ball& ball, FieldKind kind, Vec3 d) {
 }
 
 NearBalls::NearBalls(std::span<const Ball> balls, FieldKind kind) : balls_(balls), kind_(kind) {
-  for (const Ball& ball : balls) least_.push_back(ball.a * least_eigenvalue(ball.shape));
+  for (const Ball& ball : balls) least_.push_back(ball.a * min_eigenvalue(ball.shape));
 }
 
 std::vector<std::uint32_t> NearBalls::within(const Box& box) const {

@@ -47,8 +47,8 @@ bool root_along(const NearBalls& balls, std::span<const std::uint32_t> list, Vec
 }
 
 /// Down the gradient; ends wherever it is after some steps.
-Vec3 root_downhill(const NearBalls& balls, std::span<const std::uint32_t> list, Vec3 p,
-                   float reach) {
+Vec3 root_along_gradient(const NearBalls& balls, std::span<const std::uint32_t> list, Vec3 p,
+                         float reach) {
   Vec3 x = p;
   for (int step = 0; step < 20; ++step) {
     const LogField field = balls.log_field(x, list);
@@ -133,7 +133,7 @@ Projection project_model(const Model& model, const InsideTest& inside, std::span
       if (!boundary[i]) continue;
       Vec3 root;
       if (!root_along(balls, list, model.points[i], normals[i], reach, root))
-        root = root_downhill(balls, list, model.points[i], reach);
+        root = root_along_gradient(balls, list, model.points[i], reach);
       projection.points[i] = root;
       const Vec3 down = -normalized(balls.log_field(root, list).gradient);
       // A normal that turns around belongs to the other side of a thin wall.

@@ -54,7 +54,7 @@ inline std::shared_ptr<const Regression> random_map(int count, float stir, unsig
   for (int i = 0; i < count; ++i) {
     map->samples.push_back({{unit(), unit(), unit()}, 1.5f + unit(), 0.3f + 0.1f * unit()});
     for (int m = 0; m < 2; ++m) {
-      Carried carried;
+      BallAttribute carried;
       for (int k = 0; k < 3; ++k) {
         carried.value[k] = stir * unit();
         if (sloped) carried.slope[k] = {stir * unit(), stir * unit(), stir * unit()};

@@ -20,9 +20,9 @@ class BetweenTest : public SurfaceTest {
     EXPECT_EQ(status.code, ExtractCode::kOk) << status.message;
     return mesh;
   }
-  std::vector<CarriedValues> regress(const std::shared_ptr<const Regression>& map,
-                                     const std::vector<Vec3>& points) {
-    std::vector<CarriedValues> values;
+  std::vector<AttributeValues> regress(const std::shared_ptr<const Regression>& map,
+                                       const std::vector<Vec3>& points) {
+    std::vector<AttributeValues> values;
     const ExtractStatus status = extractor_->regress(map, points, values);
     EXPECT_EQ(status.code, ExtractCode::kOk) << status.message;
     return values;
@@ -104,7 +104,7 @@ TEST_P(BetweenTest, BricksLeftOutHoldNoSurface) {
   const Mesh whole = between(surface, fine);
   // Sampled at every point by hand: as many crossed edges as vertices.
   const auto field_at = [&](const std::vector<Vec3>& points) {
-    const std::vector<CarriedValues> maps = regress(surface.map, points);
+    const std::vector<AttributeValues> maps = regress(surface.map, points);
     const DistanceField from(surface.from->grid, surface.from->values.data()),
         to(surface.to->grid, surface.to->values.data());
     std::vector<float> values;
@@ -140,7 +140,7 @@ TEST_P(BetweenTest, BricksLeftOutHoldNoSurface) {
 TEST_P(BetweenTest, RegressionIsTheKernelMeanOfItsSamples) {
   const auto map = random_map(40, 1, 5, true);
   const std::vector<Vec3> points = scattered(200, 6);
-  const std::vector<CarriedValues> values = regress(map, points);
+  const std::vector<AttributeValues> values = regress(map, points);
   ASSERT_EQ(values.size(), 2 * points.size());
   double worst = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -153,7 +153,7 @@ TEST_P(BetweenTest, RegressionIsTheKernelMeanOfItsSamples) {
       const double k =
           static_cast<double>(sample.mass) *
           (std::exp(-d2 / s2) + 0.02 * std::exp(-d2 / 4 / s2) + 0.0005 * std::exp(-d2 / 16 / s2));
-      const Carried& c = map->values[2 * e];
+      const BallAttribute& c = map->values[2 * e];
       sum += k;
       mean += k * static_cast<double>(c.value[0] + dot(c.slope[0], d));
     }
@@ -168,7 +168,7 @@ TEST_P(BetweenTest, RegressionReproducesAffineMapsExactly) {
   auto map = std::make_shared<Regression>(*random_map(50, 0, 7));
   map->affine[0] = {{{0, 1, 0}, {-1, 0, 0}, {0, 0, 2}}, {1, 2, 3}};
   const std::vector<Vec3> points = scattered(300, 8);
-  const std::vector<CarriedValues> values = regress(map, points);
+  const std::vector<AttributeValues> values = regress(map, points);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Vec3 p = points[i];
     EXPECT_EQ(values[2 * i].v[0], p.y + 1);

@@ -13,7 +13,7 @@
 
 #include "backend_fixture.h"
 #include "kernels/cpu_backend.h"
-#include "kernels/expand.h"
+#include "kernels/expand_far_field.h"
 
 namespace polymorph {
 namespace {
@@ -42,7 +42,7 @@ struct OneLevel {
   float iso;
   Level level;
   std::vector<typename F::Ball> balls;
-  std::vector<std::uint32_t> everyone, child_entries, entries;
+  std::vector<std::uint32_t> all_balls, child_entries, entries;
   std::vector<Node> root, bricks;
   std::vector<FarField> root_far, far;
 
@@ -53,18 +53,17 @@ struct OneLevel {
                    (n.z + kBrickCells) / kBrickCells};
     std::vector<Ball> copy = raw;
     balls.resize(raw.size());
-    everyone.resize(raw.size());
+    all_balls.resize(raw.size());
     root.resize(1);
-    if (!F::kEnds) root_far.resize(1);
+    if (!F::kCompactSupport) root_far.resize(1);
     std::vector<Counts> sums(1), no_sums;
     std::vector<Offsets> root_count(1), first(1);
     constexpr float kLength = 2;
-    const PrepareBalls<F> prepare = {
-        view_of(copy),     view_of(balls),
-        view_of(everyone), FieldScale{log_of_two(1e-4f * iso), kLength},
-        Int3{1, 1, 1},     view_of(root),
-        view_of(sums),     view_of(root_count),
-        view_of(root_far)};
+    const PrepareBalls<F> prepare = {view_of(copy),      view_of(balls),
+                                     view_of(all_balls), FieldScale{log2(1e-4f * iso), kLength},
+                                     Int3{1, 1, 1},      view_of(root),
+                                     view_of(sums),      view_of(root_count),
+                                     view_of(root_far)};
     for (std::size_t i = 0; i < raw.size(); ++i) prepare(static_cast<std::int64_t>(i));
     set_reach(level, grid.cell / kLength, iso);
     child_entries.resize(kChildren);
@@ -72,7 +71,7 @@ struct OneLevel {
                                           iso,
                                           level,
                                           view_of(root),
-                                          view_of(everyone),
+                                          view_of(all_balls),
                                           view_of(balls),
                                           view_of(child_entries),
                                           view_of(sums),
@@ -84,7 +83,7 @@ struct OneLevel {
     const FillChildren<F> fill = {g,
                                   level,
                                   view_of(root),
-                                  view_of(everyone),
+                                  view_of(all_balls),
                                   view_of(balls),
                                   view_of(child_entries),
                                   view_of(first),
@@ -93,23 +92,23 @@ struct OneLevel {
                                   view_of(entries)};
     typename FillChildren<F>::Scratch filled;
     fill(CpuTeam<V>{}, filled, 0);
-    if constexpr (!F::kEnds) {
+    if constexpr (!F::kCompactSupport) {
       far.resize(bricks.size());
-      const ExpandFar<F> expand = {g,
-                                   level,
-                                   view_of(root),
-                                   view_of(bricks),
-                                   view_of(everyone),
-                                   view_of(balls),
-                                   view_of(root_far),
-                                   view_of(far)};
-      typename ExpandFar<F>::Scratch expanded;
+      const ExpandFarField<F> expand = {g,
+                                        level,
+                                        view_of(root),
+                                        view_of(bricks),
+                                        view_of(all_balls),
+                                        view_of(balls),
+                                        view_of(root_far),
+                                        view_of(far)};
+      typename ExpandFarField<F>::Scratch expanded;
       for (std::size_t b = 0; b < bricks.size(); ++b)
         expand(CpuTeam<V>{}, expanded, static_cast<std::int64_t>(b));
     }
   }
 
-  BallList all() const { return {everyone.data(), static_cast<std::uint32_t>(everyone.size())}; }
+  BallList all() const { return {all_balls.data(), static_cast<std::uint32_t>(all_balls.size())}; }
 
   SampleBricks<F> sampler() {
     SampleBricks<F> sample;
@@ -119,7 +118,7 @@ struct OneLevel {
     sample.entries = view_of(entries);
     sample.balls = view_of(balls);
     sample.far = view_of(far);
-    sample.everyone = all();
+    sample.all_balls = all();
     return sample;
   }
 
@@ -278,7 +277,7 @@ void expect_bounded(OneLevel<InverseSquare, V>& tree, FarReport& report) {
     const std::vector<float> values = tree.values_of(b);
     const FarField& far = tree.far[b];
     report.distant += tree.balls.size() - tree.bricks[b].count;
-    const float doubt = sample.doubt(far);
+    const float error_bound = sample.error_bound(far);
     const BrickField<InverseSquare> field(tree.grid, 0, tree.bricks[b], tree.balls.data(),
                                           tree.entries.data(), &far);
     for (int i = 0; i < kBrickValues; ++i) {
@@ -287,10 +286,10 @@ void expect_bounded(OneLevel<InverseSquare, V>& tree, FarReport& report) {
       const float value = values[static_cast<std::size_t>(i)], exact = tree.brute_force(g);
       ASSERT_EQ(value > tree.iso, exact > tree.iso) << "brick " << b << " value " << i;
       if (float_bits(value) == float_bits(exact)) {
-        report.exact += std::abs(exact - tree.iso) <= doubt ? 1 : 0;
+        report.exact += std::abs(exact - tree.iso) <= error_bound ? 1 : 0;
         continue;
       }
-      ASSERT_GT(std::abs(value - tree.iso), 0.99f * doubt) << "brick " << b << " value " << i;
+      ASSERT_GT(std::abs(value - tree.iso), 0.99f * error_bound) << "brick " << b << " value " << i;
       // The polynomial's own bound, and the rounding of a sum as doubt() has it.
       const Vec3 p = grid_point(tree.grid, g);
       const TrueSums sums = true_sums(tree, p);
@@ -303,10 +302,10 @@ void expect_bounded(OneLevel<InverseSquare, V>& tree, FarReport& report) {
       report.worst = std::max(report.worst, share);
       const double* g3 = sums.slope;
       const double slope = std::hypot(g3[0], g3[1], g3[2]);
-      const double fall = slope * static_cast<double>(tree.grid.cell);
-      if (std::abs(exact - tree.iso) > 0.3f * tree.iso || fall < 0.01) continue;
-      report.moved = std::max(report.moved, off / fall);
-      const Points<float> down = field.downhill(Points<float>{p.x, p.y, p.z});
+      const double negated_derivative = slope * static_cast<double>(tree.grid.cell);
+      if (std::abs(exact - tree.iso) > 0.3f * tree.iso || negated_derivative < 0.01) continue;
+      report.moved = std::max(report.moved, off / negated_derivative);
+      const Points<float> down = field.negated_gradient(Points<float>{p.x, p.y, p.z});
       report.turned = std::max(report.turned, std::hypot(2 * static_cast<double>(down.x) + g3[0],
                                                          2 * static_cast<double>(down.y) + g3[1],
                                                          2 * static_cast<double>(down.z) + g3[2]) /

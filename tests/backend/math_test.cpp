@@ -14,9 +14,9 @@ namespace {
 TEST(Math, power_of_two_is_within_1_5e_7) {
   double worst = 0;
   for (int i = 0; i <= 2250000; ++i) {
-    const float e = kSmallestExponent + static_cast<float>(i) * 1e-4f;
+    const float e = kMinExponent + static_cast<float>(i) * 1e-4f;
     const double exact = std::exp2(static_cast<double>(e));
-    worst = std::max(worst, std::fabs(static_cast<double>(power_of_two(e)) / exact - 1));
+    worst = std::max(worst, std::fabs(static_cast<double>(exp2(e)) / exact - 1));
   }
   EXPECT_LT(worst, 1.5e-7);
   RecordProperty("worst", std::to_string(worst));
@@ -24,7 +24,7 @@ TEST(Math, power_of_two_is_within_1_5e_7) {
 
 TEST(Math, power_of_two_is_exact_for_whole_exponents) {
   for (int e = -125; e <= 100; ++e) {
-    EXPECT_EQ(power_of_two(static_cast<float>(e)), std::ldexp(1.0f, e)) << e;
+    EXPECT_EQ(exp2(static_cast<float>(e)), std::ldexp(1.0f, e)) << e;
   }
 }
 
@@ -33,25 +33,25 @@ TEST(Math, log_of_two_is_within_2e_7) {
   for (int i = 0; i < 2000000; ++i) {
     const float a = std::ldexp(1.0f + static_cast<float>(i % 8191) / 8191.0f, i % 240 - 120);
     const double exact = std::log2(static_cast<double>(a));
-    const double error = std::fabs(static_cast<double>(log_of_two(a)) - exact);
+    const double error = std::fabs(static_cast<double>(log2(a)) - exact);
     worst = std::max(worst, error / std::max(1.0, std::fabs(exact)));
   }
   EXPECT_LT(worst, 2e-7);
-  EXPECT_EQ(log_of_two(1.0f), 0.0f);
-  EXPECT_EQ(log_of_two(0.125f), -3.0f);
+  EXPECT_EQ(log2(1.0f), 0.0f);
+  EXPECT_EQ(log2(0.125f), -3.0f);
 }
 
 TEST(Math, branchless_selections_agree_with_comparisons) {
   const float values[] = {-2.5f, -0.0f, 0.0f, 1e-30f, 3.0f, 1e30f};
   for (const float a : values) {
     for (const float b : values) {
-      EXPECT_EQ(least(a, b), std::fmin(a, b));
-      EXPECT_EQ(most(a, b), std::fmax(a, b));
+      EXPECT_EQ(min(a, b), std::fmin(a, b));
+      EXPECT_EQ(max(a, b), std::fmax(a, b));
     }
-    EXPECT_EQ(float_bits(kept_if(false, a)), 0u);
-    EXPECT_EQ(float_bits(kept_if(true, a)), float_bits(a));
+    EXPECT_EQ(float_bits(zero_unless(false, a)), 0u);
+    EXPECT_EQ(float_bits(zero_unless(true, a)), float_bits(a));
   }
-  EXPECT_EQ(float_bits(kept_if(false, std::numeric_limits<float>::quiet_NaN())), 0u);
+  EXPECT_EQ(float_bits(zero_unless(false, std::numeric_limits<float>::quiet_NaN())), 0u);
 }
 
 using RoundGaussian = Field<FieldKind::kGaussian, RoundBall>;
@@ -120,8 +120,9 @@ TEST(Falloff, fall_is_the_slope_of_value) {
       const double h = 1e-3;
       return static_cast<double>(F::value(p, q - 1e-3f) - F::value(p, q + 1e-3f)) / (2 * h);
     };
-    EXPECT_NEAR(slope(0.3f) / slope(0.6f), static_cast<double>(F::fall(p, 0.3f) / F::fall(p, 0.6f)),
-                2e-3);
+    EXPECT_NEAR(
+        slope(0.3f) / slope(0.6f),
+        static_cast<double>(F::negated_derivative(p, 0.3f) / F::negated_derivative(p, 0.6f)), 2e-3);
   };
   check(RoundGaussian{}, {{0, 0, 0}, 4, 1});
   check(RoundWyvill{}, {{0, 0, 0}, 1, 2});
@@ -140,7 +141,7 @@ TEST(Falloff, an_ellipsoid_is_the_quadratic_form_of_its_shape) {
     EXPECT_NEAR(value_at<Ellipsoid>(p, at), expected > 1e-6f ? expected : 0, 2e-5f * expected);
     // The gradient of q is 2 a log2(e) shape d.
     float gx, gy, gz;
-    p.q_rise(at.x, at.y, at.z, gx, gy, gz);
+    p.half_gradient_of_q(at.x, at.y, at.z, gx, gy, gz);
     const Sym3& s = ball.shape;
     const float k = 3 * 1.44269504f;
     EXPECT_NEAR(gx, k * (s.xx * d.x + s.xy * d.y + s.xz * d.z), 1e-4f);

@@ -86,10 +86,10 @@ std::shared_ptr<const BallPaths> some_paths(std::size_t count) {
   return paths;
 }
 
-std::vector<PathMoment> some_moments() {
-  std::vector<PathMoment> moments;
+std::vector<MotionState> some_moments() {
+  std::vector<MotionState> moments;
   for (const float time : {0.0f, 0.3f, 0.75f, 1.0f}) {
-    PathMoment moment;
+    MotionState moment;
     moment.time = moment.eased = time;
     moment.softness = 0.4;
     moment.drifted = 0.1;
@@ -108,22 +108,22 @@ bool same_balls(const std::vector<Ball>& a, const std::vector<Ball>& b) {
 
 class MotionTest : public SurfaceTest {
  protected:
-  std::vector<Ball> step(const std::shared_ptr<const BallPaths>& paths, const PathMoment& moment,
+  std::vector<Ball> step(const std::shared_ptr<const BallPaths>& paths, const MotionState& moment,
                          const std::vector<float>& own = {}) {
     std::vector<Ball> balls;
-    const ExtractStatus status = extractor_->step(paths, moment, own, balls);
+    const ExtractStatus status = extractor_->move_balls(paths, moment, own, balls);
     EXPECT_EQ(status.code, ExtractCode::kOk) << status.message;
     return balls;
   }
 };
 
 /// The functor itself, one ball after the other, on this machine.
-std::vector<Ball> stepped_here(const BallPaths& paths, const PathMoment& moment,
+std::vector<Ball> stepped_here(const BallPaths& paths, const MotionState& moment,
                                const std::vector<float>& own) {
   const std::vector<PartPlace> places = places_at(paths.parts, moment.eased);
   std::vector<Ball> balls(paths.balls.size());
   const auto size = [](const auto& of) { return static_cast<std::int64_t>(of.size()); };
-  const StepBalls step = {{paths.balls.data(), size(paths.balls)},
+  const MoveBalls step = {{paths.balls.data(), size(paths.balls)},
                           {paths.parts.data(), size(paths.parts)},
                           {places.data(), size(places)},
                           {own.data(), size(own)},
@@ -137,7 +137,7 @@ TEST_P(MotionTest, every_backend_steps_to_the_same_bits) {
   const auto paths = some_paths(1000);
   std::vector<float> own;
   for (std::size_t e = 0; e < 1000; ++e) own.push_back(static_cast<float>(e % 11) * 0.1f);
-  for (const PathMoment& moment : some_moments()) {
+  for (const MotionState& moment : some_moments()) {
     EXPECT_TRUE(same_balls(step(paths, moment), stepped_here(*paths, moment, {})));
     EXPECT_TRUE(same_balls(step(paths, moment, own), stepped_here(*paths, moment, own)));
   }
@@ -146,7 +146,7 @@ TEST_P(MotionTest, every_backend_steps_to_the_same_bits) {
 TEST_P(MotionTest, ends_are_the_balls_themselves_and_sizes_go_between) {
   auto paths = std::make_shared<BallPaths>(*some_paths(50));
   for (BallPath& path : paths->balls) path.drift = {};
-  PathMoment moment;
+  MotionState moment;
   const std::vector<Ball> first = step(paths, moment);
   moment.time = moment.eased = 1;
   const std::vector<Ball> last = step(paths, moment);
@@ -174,7 +174,7 @@ TEST_P(MotionTest, a_surface_is_that_of_the_balls_given) {
     ASSERT_FALSE(wanted.triangles.empty());
     expect_same_mesh(extract(balls, grid), wanted);
   };
-  PathMoment moment;
+  MotionState moment;
   moment.time = moment.eased = 0.3f;
   std::vector<Ball> balls = step(paths, moment);
   expect_own_surface(balls);
@@ -193,14 +193,14 @@ TEST_P(MotionTest, a_surface_is_that_of_the_balls_given) {
 TEST_P(MotionTest, refuses_what_does_not_fit_the_paths) {
   const auto paths = some_paths(5);
   std::vector<Ball> balls;
-  EXPECT_EQ(extractor_->step(paths, {}, {0.5f, 0.5f}, balls).code, ExtractCode::kBadInput);
+  EXPECT_EQ(extractor_->move_balls(paths, {}, {0.5f, 0.5f}, balls).code, ExtractCode::kBadInput);
   BallPaths wrong = *paths;
   wrong.balls[3].part = 3;
   const ExtractStatus status =
-      extractor_->step(std::make_shared<const BallPaths>(wrong), {}, {}, balls);
+      extractor_->move_balls(std::make_shared<const BallPaths>(wrong), {}, {}, balls);
   EXPECT_EQ(status.code, ExtractCode::kBadInput);
   EXPECT_NE(status.message.find("part 3 of 3"), std::string::npos) << status.message;
-  EXPECT_EQ(extractor_->step(std::make_shared<const BallPaths>(), {}, {}, balls).code,
+  EXPECT_EQ(extractor_->move_balls(std::make_shared<const BallPaths>(), {}, {}, balls).code,
             ExtractCode::kOk);
   EXPECT_TRUE(balls.empty());
 }

@@ -37,9 +37,9 @@ std::vector<std::vector<Ball>> ball_sets(int count, FieldKind field, unsigned se
 }
 
 /// What the balls carry to some points, two quadruples each.
-std::vector<CarriedValues> blended(SurfaceExtractor& extractor, const std::vector<Ball>& balls,
-                                   FieldKind field) {
-  std::vector<Carried> carried(2 * balls.size());
+std::vector<AttributeValues> blended(SurfaceExtractor& extractor, const std::vector<Ball>& balls,
+                                     FieldKind field) {
+  std::vector<BallAttribute> carried(2 * balls.size());
   for (std::size_t i = 0; i < carried.size(); ++i)
     for (int k = 0; k < 4; ++k) {
       const float number = static_cast<float>(i % 97) - 40, of = static_cast<float>(k + 1);
@@ -50,16 +50,18 @@ std::vector<CarriedValues> blended(SurfaceExtractor& extractor, const std::vecto
   for (const Ball& ball : random_balls(5003, field, 77)) points.push_back(ball.center * 1.2f);
   ExtractSettings settings;
   settings.field = field;
-  std::vector<CarriedValues> values;
-  const ExtractStatus status = extractor.blend(balls, carried, points, settings, values);
+  std::vector<AttributeValues> values;
+  const ExtractStatus status =
+      extractor.interpolate_attributes(balls, carried, points, settings, values);
   EXPECT_EQ(status.code, ExtractCode::kOk) << status.message;
   EXPECT_EQ(values.size(), 2 * points.size());
   return values;
 }
 
-void expect_same_values(const std::vector<CarriedValues>& a, const std::vector<CarriedValues>& b) {
+void expect_same_values(const std::vector<AttributeValues>& a,
+                        const std::vector<AttributeValues>& b) {
   ASSERT_EQ(a.size(), b.size());
-  EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(CarriedValues)), 0);
+  EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(AttributeValues)), 0);
 }
 
 Mesh extract_with_threads(int threads, FieldKind field) {
@@ -113,7 +115,7 @@ void expect_same_between(SurfaceExtractor& a, SurfaceExtractor& b) {
     ASSERT_EQ(b.extract_between(at.surface, at.grid, settings, other).code, ExtractCode::kOk);
     ASSERT_FALSE(one.triangles.empty());
     expect_same_mesh(one, other);
-    std::vector<CarriedValues> values, others;
+    std::vector<AttributeValues> values, others;
     ASSERT_EQ(a.regress(at.surface.map, points, values).code, ExtractCode::kOk);
     ASSERT_EQ(b.regress(at.surface.map, points, others).code, ExtractCode::kOk);
     expect_same_values(values, others);
@@ -123,7 +125,7 @@ void expect_same_between(SurfaceExtractor& a, SurfaceExtractor& b) {
 /// The passes as a GPU thread sees them, one point at a time and down from many tops, without a
 /// GPU.
 struct ScalarBackend : BasicCpuBackend<float> {
-  static constexpr bool kManyTops = true;
+  static constexpr bool kManyRoots = true;
 };
 
 TEST(Determinism, one_point_at_a_time_gives_the_bits_of_eight) {

@@ -363,11 +363,12 @@ TEST_P(SurfaceTest, inverse_square_vertices_are_within_a_thousandth_of_a_cell) {
     const std::vector<float> values = sample(balls, points, settings);
     std::vector<float> off;
     for (std::size_t i = 0; i < n; ++i) {
-      const float fall = (values[n + i] - values[2 * n + i]) / (2 * h) * grid.cell;
+      const float negated_derivative = (values[n + i] - values[2 * n + i]) / (2 * h) * grid.cell;
       const Vec3 p = (mesh.positions[i] - grid.origin) / grid.cell;
       const float away = std::fabs(p.x - std::round(p.x)) + std::fabs(p.y - std::round(p.y)) +
                          std::fabs(p.z - std::round(p.z));
-      if (fall >= 0.01f && away >= 1.1f / 512) off.push_back(std::fabs(values[i] - 1) / fall);
+      if (negated_derivative >= 0.01f && away >= 1.1f / 512)
+        off.push_back(std::fabs(values[i] - 1) / negated_derivative);
     }
     ASSERT_GT(off.size(), n * 9 / 10);
     std::sort(off.begin(), off.end());
@@ -411,7 +412,7 @@ TEST_P(SurfaceTest, inverse_square_normals_are_those_of_the_exact_field) {
   for (Ball& ball : balls) ball.w *= 0.08f;
   const Grid grid = cube_grid(64, 1.5f);
   for (const int influence : {1, 3}) {
-    settings.influence = influence;
+    settings.sample_stride = influence;
     const Mesh mesh = extract(balls, grid, settings);
     ASSERT_NO_FATAL_FAILURE(expect_sound(mesh));
     const float h = 0.02f * grid.cell;
@@ -676,7 +677,7 @@ TEST_P(SurfaceTest, influence_interpolates_between_coarse_points) {
   const std::size_t exact = extract(balls, grid).triangles.size();
   for (int k : {2, 3, 5}) {
     ExtractSettings settings;
-    settings.influence = k;
+    settings.sample_stride = k;
     const Mesh mesh = extract(balls, grid, settings);
     ASSERT_NO_FATAL_FAILURE(expect_sound(mesh));
     EXPECT_NE(mesh.triangles.size(), exact);

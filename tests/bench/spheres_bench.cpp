@@ -15,9 +15,9 @@
 #include "model/load_obj.h"
 #include "scene/json_text.h"
 #include "spheres/boundary.h"
-#include "spheres/figures.h"
 #include "spheres/fit.h"
 #include "spheres/medial.h"
+#include "spheres/quality.h"
 #include "spheres/spheres.h"
 
 namespace polymorph {
@@ -41,7 +41,7 @@ struct Row {
   std::string model, method;
   std::size_t triangles = 0, balls = 0;
   double seconds = 0, sample_seconds = 0, cover_seconds = 0, fit_seconds = 0;
-  Figures figures;
+  ApproximationQuality figures;
 };
 
 /// The stages of the default method by themselves; the whole, with levels of the tree and the
@@ -113,10 +113,10 @@ int run(int argc, char** argv) {
         }
         row.balls = result->balls.size();
         const auto figures =
-            measure_figures(model, InsideTest(model), result->balls, FieldKind::kGaussian, grid);
+            measure_quality(model, InsideTest(model), result->balls, FieldKind::kGaussian, grid);
         if (!figures) continue;
         row.figures = *figures;
-        const Figures& f = row.figures;
+        const ApproximationQuality& f = row.figures;
         if (!json)
           std::printf(
               "%-12s %9zu %-8s %5zu | %.4f %.4f %7.3f%% %7.3f%% %7.3f%% %7.3f%% | %6.2f %6.2f "

@@ -95,7 +95,7 @@ void extract_between(benchmark::State& state, Backend backend, int samples, int 
   map.lattice = {{-2.2f, -2.2f, -2.2f}, 0.16f, {28, 28, 28}};
   for (const Ball& ball : torus_balls(samples, FieldKind::kGaussian)) {
     map.samples.push_back({ball.center, 1, 0.22f});
-    Carried carried;
+    BallAttribute carried;
     carried.value[0] = 0.1f * ball.center.y, carried.value[3] = 0.5f;
     map.values.push_back(carried);
     map.values.push_back(carried);

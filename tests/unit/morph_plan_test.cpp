@@ -121,6 +121,41 @@ TEST(IndexPlan, PairsInOrderAndDrawsTheSurplusBySeed) {
   EXPECT_NE(sources, others);
 }
 
+/// How far a direction upwards is turned away from there, in radians.
+double tilt(const MorphPlan& plan) {
+  const Vec3d up = plan.alignment.rotation * Vec3d{0, 1, 0};
+  return std::acos(std::clamp(up.y, -1.0, 1.0));
+}
+
+TEST(Alignment, OnlyACopyIsTippedOver) {
+  const Mat3 tip = exp_rotation({1.2, 0, 0.4});
+  const MorphPlan copy = plan_of(bar(), moved(bar(), tip, 1, {}), {});
+  EXPECT_NEAR(angle_of(copy.alignment.rotation), angle_of(tip), 1e-3);
+  // A bar that lies and a post that stands, with a knob on another side and of another size: laying
+  // the one on the other would be cheap.
+  std::vector<Ball> post;
+  for (int i = 0; i <= 16; ++i)
+    post.push_back(ball_at({0, -1 + 0.125f * static_cast<float>(i), 0}, 0.3f));
+  for (int i = 1; i <= 5; ++i)
+    post.push_back(ball_at({-0.15f * static_cast<float>(i), -0.3f, 0}, 0.3f));
+  const MorphPlan other = plan_of(bar(), post, {});
+  EXPECT_LT(tilt(other), 1e-6);
+  PlanSettings free;
+  free.align_tip_residual = 100;
+  EXPECT_GT(tilt(plan_of(bar(), post, free)), 1.0);
+  PlanSettings never;
+  never.align_tip_residual = 0;
+  EXPECT_LT(tilt(plan_of(bar(), moved(bar(), tip, 1, {}), never)), 1e-6);
+}
+
+TEST(Alignment, TurnsAboutTheVerticalAreFound) {
+  for (const double angle : {0.5, 1.6, 3.0, -2.2}) {
+    const Mat3 turn = exp_rotation({0, angle, 0});
+    const MorphPlan plan = plan_of(bar(), moved(bar(), turn, 1, {}), {});
+    EXPECT_NEAR(angle_of(transposed(turn) * plan.alignment.rotation), 0, 1e-3) << angle;
+  }
+}
+
 TEST(TransportPlan, ACopyIsPairedWithItself) {
   const auto a = random_balls(64, 1);
   const auto b = moved(a, {}, 1, {3, 1, 0});

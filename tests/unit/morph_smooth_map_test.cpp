@@ -27,7 +27,7 @@ MorphPlan plan_between(std::vector<Ball> from, std::vector<Ball> to, Path path =
 
 PullBack pulled(const MorphPlan& plan, float time, const std::vector<Vec3>& points) {
   const auto extractor = make_cpu_extractor();
-  auto out = pull_back(moment_map(plan, time, balls_at(plan, time), kSize), points, *extractor);
+  auto out = pull_back(frame_map(plan, time, balls_at(plan, time), kSize), points, *extractor);
   EXPECT_TRUE(out.ok()) << out.error().message;
   return out.ok() ? *out : PullBack{};
 }

@@ -32,7 +32,7 @@ TEST(Timeline, OwnLooksHaveNothingToFadeTo) {
   const Timeline timeline = timeline_of(scene);
   int whole = 0;
   for (int frame = 1; frame <= 60; ++frame) {
-    const Moment m = moment_at(timeline, frame);
+    const MorphState m = morph_state_at(timeline, frame);
     EXPECT_TRUE(m.stage != Stage::kLookOut && m.stage != Stage::kLookIn);
     EXPECT_EQ(m.look, 0);
     whole += m.object >= 0 && m.boundary == 1;
@@ -43,7 +43,7 @@ TEST(Timeline, OwnLooksHaveNothingToFadeTo) {
 TEST(Timeline, StartsAsTheWholeSourceAndEndsAsTheWholeTarget) {
   for (const int count : {2, 3, 24, 100}) {
     const Timeline timeline = timeline_of(scene_with({true}, count));
-    const Moment first = moment_at(timeline, 1), last = moment_at(timeline, count);
+    const MorphState first = morph_state_at(timeline, 1), last = morph_state_at(timeline, count);
     EXPECT_EQ(first.stage, Stage::kLookOut);
     EXPECT_EQ(first.object, 0);
     EXPECT_EQ(first.look, 0);
@@ -61,7 +61,7 @@ TEST(Timeline, StagesFollowTheReportsOrder) {
   int before = 0;
   std::set<Stage> seen;
   for (int frame = 1; frame <= 200; ++frame) {
-    const Moment moment = moment_at(timeline, frame);
+    const MorphState moment = morph_state_at(timeline, frame);
     EXPECT_GE(static_cast<int>(moment.stage), before);
     before = static_cast<int>(moment.stage);
     seen.insert(moment.stage);
@@ -71,11 +71,11 @@ TEST(Timeline, StagesFollowTheReportsOrder) {
 
 TEST(Timeline, MetaObjectsAreOnlyPassedThroughAsBalls) {
   const Timeline timeline = timeline_of(scene_with({true}, 200));
-  for (int frame = 1; frame <= 200; ++frame) EXPECT_NE(moment_at(timeline, frame).object, 1);
+  for (int frame = 1; frame <= 200; ++frame) EXPECT_NE(morph_state_at(timeline, frame).object, 1);
   const Timeline full = timeline_of(scene_with({false}, 200));
   bool whole = false;
   for (int frame = 1; frame <= 200; ++frame) {
-    const Moment moment = moment_at(full, frame);
+    const MorphState moment = morph_state_at(full, frame);
     whole |= moment.object == 1 && moment.look == 0 && moment.boundary == 1;
   }
   EXPECT_TRUE(whole) << "an object that is not meta has one frame wholly in its own look";
@@ -84,7 +84,7 @@ TEST(Timeline, MetaObjectsAreOnlyPassedThroughAsBalls) {
 TEST(Timeline, NothingJumpsBetweenStages) {
   const Timeline timeline = timeline_of(scene_with({false, true}, 3000));
   for (int frame = 1; frame < 3000; ++frame) {
-    const Moment a = moment_at(timeline, frame), b = moment_at(timeline, frame + 1);
+    const MorphState a = morph_state_at(timeline, frame), b = morph_state_at(timeline, frame + 1);
     if (a.leg != b.leg) continue;
     EXPECT_NEAR(a.u, b.u, 0.01);
     if (a.object == b.object && a.object >= 0) {
@@ -104,7 +104,7 @@ TEST(Timeline, DistancesStartFromTheModelItself) {
   const Timeline timeline = timeline_of(scene);
   int models = 0;
   for (int frame = 1; frame <= 60; ++frame) {
-    const Moment m = moment_at(timeline, frame);
+    const MorphState m = morph_state_at(timeline, frame);
     EXPECT_NE(m.stage, Stage::kBoundaryOut);
     EXPECT_NE(m.stage, Stage::kBoundaryIn);
     models += m.object >= 0;
@@ -134,10 +134,11 @@ TEST(Timeline, HoldsStandStill) {
   scene.frames.hold_start = 3;
   scene.frames.hold_end = 4;
   const Timeline timeline = timeline_of(scene);
-  for (int frame = 1; frame <= 4; ++frame) EXPECT_EQ(moment_at(timeline, frame).t, 0) << frame;
-  EXPECT_GT(moment_at(timeline, 5).t, 0);
-  for (int frame = 16; frame <= 20; ++frame) EXPECT_EQ(moment_at(timeline, frame).t, 1) << frame;
-  EXPECT_LT(moment_at(timeline, 15).t, 1);
+  for (int frame = 1; frame <= 4; ++frame) EXPECT_EQ(morph_state_at(timeline, frame).t, 0) << frame;
+  EXPECT_GT(morph_state_at(timeline, 5).t, 0);
+  for (int frame = 16; frame <= 20; ++frame)
+    EXPECT_EQ(morph_state_at(timeline, frame).t, 1) << frame;
+  EXPECT_LT(morph_state_at(timeline, 15).t, 1);
 }
 
 TEST(Timeline, LegsTakeTheFramesTheyAreGiven) {
@@ -146,7 +147,7 @@ TEST(Timeline, LegsTakeTheFramesTheyAreGiven) {
   const Timeline timeline = timeline_of(scene);
   EXPECT_EQ(timeline.count, 40);
   int first = 0;
-  for (int frame = 1; frame <= 40; ++frame) first += moment_at(timeline, frame).leg == 0;
+  for (int frame = 1; frame <= 40; ++frame) first += morph_state_at(timeline, frame).leg == 0;
   EXPECT_NEAR(first, 10, 1);
   scene.frames.per_leg.clear();
   EXPECT_EQ(timeline_of(scene).count, 48);
@@ -157,7 +158,7 @@ TEST(Timeline, ACutHasNoBoundaryStages) {
   scene.boundary.method = BoundaryMethod::kCut;
   const Timeline timeline = timeline_of(scene);
   for (int frame = 1; frame <= 200; ++frame) {
-    const Stage stage = moment_at(timeline, frame).stage;
+    const Stage stage = morph_state_at(timeline, frame).stage;
     EXPECT_TRUE(stage != Stage::kBoundaryOut && stage != Stage::kBoundaryIn);
   }
 }
@@ -167,8 +168,8 @@ TEST(Timeline, ACutWithoutFadesStillShowsTheModels) {
   scene.boundary.method = BoundaryMethod::kCut;
   scene.boundary.look_share = 0;
   const Timeline timeline = timeline_of(scene);
-  const Moment first = moment_at(timeline, 1), second = moment_at(timeline, 2),
-               last = moment_at(timeline, 20);
+  const MorphState first = morph_state_at(timeline, 1), second = morph_state_at(timeline, 2),
+                   last = morph_state_at(timeline, 20);
   EXPECT_EQ(first.object, 0);
   EXPECT_EQ(first.look, 0);
   EXPECT_EQ(second.object, -1);
@@ -187,7 +188,7 @@ TEST(Timeline, AnObjectOnTheWayMayStandStillAndHaveItsOwnMotion) {
   int whole = 0, balls = 0;
   float before = -1;
   for (int frame = 1; frame <= timeline.count; ++frame) {
-    const Moment m = moment_at(timeline, frame);
+    const MorphState m = morph_state_at(timeline, frame);
     whole += m.object == 1 && m.boundary == 1 && m.look == 0;
     balls += m.object == -1 && static_cast<float>(m.leg) + m.time == 2;
     const float place = static_cast<float>(m.leg) + m.time;
@@ -196,22 +197,22 @@ TEST(Timeline, AnObjectOnTheWayMayStandStillAndHaveItsOwnMotion) {
   }
   EXPECT_EQ(whole, 6);
   EXPECT_EQ(balls, 4) << "a meta-object stands still as its balls";
-  Moment middle;
+  MorphState middle;
   for (int frame = 1; middle.leg < 2 || middle.time < 0.2f; ++frame)
-    middle = moment_at(timeline, frame);
+    middle = morph_state_at(timeline, frame);
   EXPECT_EQ(middle.u, middle.time) << "linear";
   scene.frames.per_leg.clear();
   scene.frames.count = 9;  // not enough to stand still in
   const Timeline few = timeline_of(scene);
   EXPECT_EQ(few.count, 9);
-  EXPECT_EQ(moment_at(few, 9).object, 3);
+  EXPECT_EQ(morph_state_at(few, 9).object, 3);
 }
 
 TEST(Timeline, FewerFramesThanLegsStillEndAtTheTarget) {
   for (const int count : {2, 3, 4}) {
     const Timeline timeline = timeline_of(scene_with({true, true, true, true}, count));
-    EXPECT_EQ(moment_at(timeline, 1).object, 0) << count;
-    EXPECT_EQ(moment_at(timeline, count).object, 5) << count;
+    EXPECT_EQ(morph_state_at(timeline, 1).object, 0) << count;
+    EXPECT_EQ(morph_state_at(timeline, count).object, 5) << count;
   }
 }
 
@@ -234,7 +235,7 @@ TEST(Timeline, EveryActorHasItsOwnTimeInTheScenesFrames) {
   const Timeline first = make_timeline(scene, scene.actors[0]),
                  second = make_timeline(scene, scene.actors[1]);
   for (int frame = 1; frame <= 45; ++frame) {
-    const Moment one = moment_at(first, frame), two = moment_at(second, frame);
+    const MorphState one = morph_state_at(first, frame), two = morph_state_at(second, frame);
     EXPECT_EQ(one.t == 0, frame <= 4) << frame;
     EXPECT_EQ(one.t == 1, frame >= 3 + 24) << frame;
     EXPECT_EQ(two.t == 0, frame <= 14) << frame;
@@ -246,9 +247,9 @@ TEST(Timeline, EveryActorHasItsOwnTimeInTheScenesFrames) {
   // With a count, those without per_leg move until the scene ends.
   scene.frames.count = 50;
   EXPECT_EQ(frame_count(scene), 50);
-  EXPECT_LT(moment_at(make_timeline(scene, scene.actors[0]), 47).t, 1);
-  EXPECT_EQ(moment_at(make_timeline(scene, scene.actors[0]), 48).t, 1);
-  EXPECT_EQ(moment_at(make_timeline(scene, scene.actors[1]), 43).t, 1);
+  EXPECT_LT(morph_state_at(make_timeline(scene, scene.actors[0]), 47).t, 1);
+  EXPECT_EQ(morph_state_at(make_timeline(scene, scene.actors[0]), 48).t, 1);
+  EXPECT_EQ(morph_state_at(make_timeline(scene, scene.actors[1]), 43).t, 1);
 }
 
 }  // namespace

@@ -61,14 +61,14 @@ TEST(Lamps, SamplesPointAtTheLampAndKnowTheirDensity) {
       const float u = static_cast<float>(i % 10) / 10 + 0.03f,
                   v = (static_cast<float>(i) + 0.5f) / 101;
       const LampSample s = sample_lamp(lamp, {0.1f, 0, 0}, u, v);
-      ASSERT_GT(s.density, 0);
+      ASSERT_GT(s.pdf, 0);
       const Ray ray{{0.1f, 0, 0}, s.direction};
-      const float met = meets_lamp(lamp, ray);
+      const float met = intersect_lamp(lamp, ray);
       if (settings.kind == LampKind::kLamp && !(met < 100)) continue;  // on the very rim
       EXPECT_NEAR(met, s.distance, 1e-3f);
-      EXPECT_NEAR(lamp_density(lamp, ray, met) / s.density, 1, 1e-3f);
+      EXPECT_NEAR(lamp_pdf(lamp, ray, met) / s.pdf, 1, 1e-3f);
     }
-    EXPECT_FALSE(meets_lamp(lamp, {{0.1f, 0, 0}, {0, -1, 0}}) < 100);
+    EXPECT_FALSE(intersect_lamp(lamp, {{0.1f, 0, 0}, {0, -1, 0}}) < 100);
   }
   EXPECT_EQ(sample_lamp(make_lamp(panel, {}), {2, 4, 1}, 0.5f, 0.5f).power.x, 0) << "its dark side";
 }

@@ -50,7 +50,7 @@ TEST(Sky, ImageDirectionsAreAsDocumented) {
 
 TEST(Sky, DensityIsADensityAndSamplesFollowIt) {
   const Sky sky = make_image_sky(patchy_sky(), 1, SkyPart::kAll);
-  EXPECT_NEAR(sphere_integral([&](Vec3 d) { return bright_sky_density(sky, d); }), 1, 0.01);
+  EXPECT_NEAR(sphere_integral([&](Vec3 d) { return bright_sky_pdf(sky, d); }), 1, 0.01);
   constexpr int kCount = 65536;
   const FrameSampler frame = make_frame_sampler(1, 0, kCount);
   double power = 0, disagree = 0;
@@ -59,8 +59,8 @@ TEST(Sky, DensityIsADensityAndSamplesFollowIt) {
     const SkySample sample = sample_bright_sky(sky, r.a, r.b);
     EXPECT_NEAR(length(sample.direction), 1, 1e-4f);
     power +=
-        split_radiance(sky, sky_radiance(sky, sample.direction)).bright.y / sample.density / kCount;
-    disagree += std::fabs(bright_sky_density(sky, sample.direction) / sample.density - 1) > 1e-3f;
+        split_radiance(sky, sky_radiance(sky, sample.direction)).bright.y / sample.pdf / kCount;
+    disagree += std::fabs(bright_sky_pdf(sky, sample.direction) / sample.pdf - 1) > 1e-3f;
   }
   EXPECT_LT(disagree, 0.005 * kCount);  // only next to the edges of cells
   EXPECT_NEAR(power, sphere_integral([&](Vec3 d) {
@@ -76,7 +76,7 @@ TEST(Sky, SamplesStayAboveTheHorizonWhenAsked) {
     const Sample4 r = PathSampler(frame, 0, 0, s).get(0);
     EXPECT_GE(sample_bright_sky(sky, r.a, r.b).direction.y, -1e-5f);
   }
-  EXPECT_EQ(bright_sky_density(sky, normalized(Vec3{0.3f, -0.5f, 0.2f})), 0.0f);
+  EXPECT_EQ(bright_sky_pdf(sky, normalized(Vec3{0.3f, -0.5f, 0.2f})), 0.0f);
 }
 
 TEST(Sky, IrradianceIsTheCosineIntegral) {

@@ -21,7 +21,7 @@ Vec3 albedo(const Bsdf& bsdf, int samples = 1 << 14) {
     const Sample4 r = PathSampler(frame, 0, 0, static_cast<std::uint32_t>(s)).get(0);
     const Vec3 direction = sample_bsdf(bsdf, r.a, r.b);
     const BsdfValue value = evaluate_bsdf(bsdf, direction);
-    if (value.density > 0) sum = sum + value.value / value.density;
+    if (value.pdf > 0) sum = sum + value.value / value.pdf;
   }
   return sum / static_cast<float>(samples);
 }
@@ -38,21 +38,21 @@ float share_above_horizon(const Bsdf& bsdf) {
 
 /// Albedo by even samples of the hemisphere, and what the density adds up to.
 struct Integral {
-  float albedo, density;
+  float albedo, pdf;
 };
 Integral integrate(const Bsdf& bsdf) {
   constexpr int kSteps = 1024;
-  double light = 0, density = 0;
+  double light = 0, pdf = 0;
   for (int i = 0; i < kSteps; ++i)
     for (int j = 0; j < kSteps; ++j) {
       const float z = (static_cast<float>(i) + 0.5f) / kSteps;
       const float r = std::sqrt(1 - z * z), a = 2 * kPi * (static_cast<float>(j) + 0.5f) / kSteps;
       const BsdfValue value = evaluate_bsdf(bsdf, {r * std::cos(a), r * std::sin(a), z});
       light += value.value.y;
-      density += value.density;
+      pdf += value.pdf;
     }
   const double area = 2.0 * kPi / kSteps / kSteps;
-  return {static_cast<float>(light * area), static_cast<float>(density * area)};
+  return {static_cast<float>(light * area), static_cast<float>(pdf * area)};
 }
 
 Shading metal(float roughness, Vec3 color = {1, 1, 1}) { return {color, color, roughness, 1}; }
@@ -81,7 +81,7 @@ TEST(Materials, MatteIsExactlyLambert) {
   const BsdfValue value = evaluate_bsdf(bsdf, view_at(0.7f));
   EXPECT_NEAR(value.value.x, 0.3f * 0.7f * kInvPi, 1e-6f);
   EXPECT_NEAR(value.value.z, 0.7f * 0.7f * kInvPi, 1e-6f);
-  EXPECT_NEAR(value.density, 0.7f * kInvPi, 1e-6f);
+  EXPECT_NEAR(value.pdf, 0.7f * kInvPi, 1e-6f);
 }
 
 TEST(Materials, SamplingAgreesWithEvaluation) {
@@ -93,7 +93,7 @@ TEST(Materials, SamplingAgreesWithEvaluation) {
       const Integral integral = integrate(bsdf);
       EXPECT_NEAR(albedo(bsdf).y, integral.albedo, 0.01f);
       // Some directions of rough gloss lie below the horizon.
-      EXPECT_NEAR(share_above_horizon(bsdf), integral.density, 0.01f);
+      EXPECT_NEAR(share_above_horizon(bsdf), integral.pdf, 0.01f);
     }
 }
 

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "scene_fixture.h"
+#include "spheres/cache.h"
 
 namespace polymorph {
 namespace {
@@ -20,6 +23,23 @@ TEST_F(PacingTest, RisesFromNothingToAll) {
   EXPECT_EQ(pacing.front(), 0);
   EXPECT_EQ(pacing.back(), 1);
   for (std::size_t i = 1; i < pacing.size(); ++i) EXPECT_GT(pacing[i], pacing[i - 1]);
+}
+
+TEST_F(PacingTest, IsTheSameFromTheCache) {
+  const Scene scene = scene_of(R"("source": "cube", "target": "torus", "frames": {"count": 12})");
+  const auto pacing_of = [&](const std::filesystem::path& cache) {
+    return prepare_scene(scene, *extractor, cache)->actors[0].legs[0].plan.pacing;
+  };
+  const std::filesystem::path cache = folder / "paces";
+  const std::vector<float> fresh = pacing_of({}), stored = pacing_of(cache);
+  const auto files = list_cache(cache);
+  const auto paces = std::count_if(files.begin(), files.end(), [](const CacheEntry& entry) {
+    return entry.kind == &kPacingFiles;
+  });
+  EXPECT_EQ(paces, 1);
+  EXPECT_EQ(stored, fresh);
+  EXPECT_EQ(pacing_of(cache), fresh);
+  for (const CacheEntry& entry : verify_cache(cache)) EXPECT_EQ(entry.problem, "");
 }
 
 TEST_F(PacingTest, IsLeftToBallsThatHaveTimesOfTheirOwn) {

@@ -8,6 +8,7 @@
 #include "image/image_io.h"
 #include "scene/load_scene.h"
 #include "sequence/render_sequence.h"
+#include "spheres/quality.h"
 #include "surface/mesh_check.h"
 
 namespace polymorph {
@@ -127,15 +128,18 @@ TEST_F(SequenceTest, BallsEncloseTheModelsVolumeAndFramesGoEvenlyBetween) {
   const auto exact = prepare_scene(fine, *extractor, {});
   ASSERT_TRUE(exact.ok()) << exact.error().message;
   for (const PreparedObject& object : exact->actors[0].objects) {
-    EXPECT_NEAR(object.ball_volume / object.model_volume, 1, 0.004) << object.name;
-    EXPECT_NEAR(object.distance_volume / object.model_volume, 1, 0.03) << object.name;
+    EXPECT_NEAR(object.ball_volume / solid_volume(object.model, InsideTest(object.model)), 1, 0.004)
+        << object.name;
+    EXPECT_NEAR(object.distances.volume / solid_volume(object.model, InsideTest(object.model)), 1,
+                0.03)
+        << object.name;
   }
   const auto prepared = prepare_scene(scene, *extractor, {});
   ASSERT_TRUE(prepared.ok()) << prepared.error().message;
   for (int frame = 1; frame <= 14; ++frame) {
     const auto geometry = geometry_at(*prepared, *extractor, frame);
     ASSERT_TRUE(geometry.ok());
-    const Moment& m = geometry->actors[0].moment;
+    const MorphState& m = geometry->actors[0].moment;
     EXPECT_TRUE(!geometry->actors[0].points.empty() ||
                 !geometry->actors[0].surface.triangles.empty())
         << "frame " << frame << " shows nothing";
@@ -145,8 +149,8 @@ TEST_F(SequenceTest, BallsEncloseTheModelsVolumeAndFramesGoEvenlyBetween) {
     EXPECT_EQ(report.degenerate_triangles, 0u) << frame;
     if (m.stage != Stage::kVolume) continue;
     const std::vector<PreparedObject>& objects = prepared->actors[0].objects;
-    const double from = objects[static_cast<std::size_t>(m.leg)].distance_volume,
-                 to = objects[static_cast<std::size_t>(m.leg) + 1].distance_volume;
+    const double from = objects[static_cast<std::size_t>(m.leg)].distances.volume,
+                 to = objects[static_cast<std::size_t>(m.leg) + 1].distances.volume;
     const double wanted = (1 - static_cast<double>(m.u)) * from + static_cast<double>(m.u) * to;
     EXPECT_NEAR(report.volume / wanted, 1, 0.03) << frame;
   }
@@ -299,13 +303,15 @@ TEST_F(SequenceTest, EveryFieldMorphsFromAClosedSurfaceToAnother) {
       const auto prepared = prepare_scene(scene, *extractor, {});
       ASSERT_TRUE(prepared.ok()) << prepared.error().message;
       for (const PreparedObject& object : prepared->actors[0].objects)
-        EXPECT_NEAR(object.ball_volume / object.model_volume, 1, 0.03) << object.name;
+        EXPECT_NEAR(object.ball_volume / solid_volume(object.model, InsideTest(object.model)), 1,
+                    0.03)
+            << object.name;
       for (const int frame : {2, 3, 7, 12, 13}) {
         const auto geometry = geometry_at(*prepared, *extractor, frame);
         ASSERT_TRUE(geometry.ok()) << geometry.error().message;
         if (geometry->actors[0].surface.triangles.empty()) continue;
         EXPECT_TRUE(check_mesh(geometry->actors[0].surface).closed()) << frame;
-        EXPECT_EQ(geometry->actors[0].clothes.at(0).materials.triangle_materials.size(),
+        EXPECT_EQ(geometry->actors[0].layers.at(0).materials.triangle_materials.size(),
                   geometry->actors[0].surface.triangles.size());
       }
     }
@@ -333,7 +339,7 @@ TEST(Handover, IsWithinAThousandthOfTheModel) {
       const auto prepared = prepare_scene(scene, *extractor, cache);
       ASSERT_TRUE(prepared.ok()) << prepared.error().message;
       int last = 1;  // of the boundary stage
-      while (moment_at(prepared->actors[0].timeline, last + 1).object == 0) ++last;
+      while (morph_state_at(prepared->actors[0].timeline, last + 1).object == 0) ++last;
       const auto before = geometry_at(*prepared, *extractor, last);
       const auto after = geometry_at(*prepared, *extractor, last + 1);
       ASSERT_TRUE(before.ok() && after.ok());

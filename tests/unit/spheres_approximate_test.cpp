@@ -29,7 +29,7 @@ SphereTree tree_of(const Model& model, SphereMethod method, int resolution,
   return tree ? std::move(tree->tree) : SphereTree{};
 }
 
-bool same(const SphereTree& a, const SphereTree& b) {
+bool broadcast(const SphereTree& a, const SphereTree& b) {
   if (a.nodes.size() != b.nodes.size()) return false;
   for (std::size_t i = 0; i < a.nodes.size(); ++i) {
     const SphereNode &x = a.nodes[i], &y = b.nodes[i];
@@ -212,7 +212,7 @@ TEST(Approximate, IsTheSameForAnyNumberOfThreads) {
       set_thread_count(1);
       const SphereTree one = tree_of(torus, method, 6, inside);
       set_thread_count(2);
-      EXPECT_TRUE(same(one, tree_of(torus, method, 6, inside)));
+      EXPECT_TRUE(broadcast(one, tree_of(torus, method, 6, inside)));
       set_thread_count(0);
       EXPECT_FALSE(one.nodes.empty());
     }

@@ -124,7 +124,7 @@ TEST_F(Cache, EveryDamagedOrForeignFileIsOneWarningAndIsReplaced) {
     folder_.write("deep/cache/" + file.filename().string(), bytes);
     const std::string text = said([&] { EXPECT_EQ(cached(), expected_); });
     EXPECT_EQ(lines(text), 1u) << text;
-    EXPECT_NE(text.find("sphere cache"), std::string::npos) << text;
+    EXPECT_NE(text.find("cache: "), std::string::npos) << text;
     EXPECT_NE(text.find("computed anew"), std::string::npos) << text;
     EXPECT_EQ(*read_file(file), good) << "replaced";
     EXPECT_EQ(said([&] { cached(); }), "");

@@ -8,11 +8,11 @@
 #include "model/shapes.h"
 #include "model_testing.h"
 #include "spheres/boundary.h"
-#include "spheres/figures.h"
 #include "spheres/fit.h"
 #include "spheres/fit_field.h"
 #include "spheres/fit_step.h"
 #include "spheres/medial.h"
+#include "spheres/quality.h"
 #include "spheres/spheres.h"
 #include "surface/grid.h"
 #include "surface/mesh_check.h"
@@ -27,11 +27,11 @@ SphereSettings medial(int balls, FitKind fit = FitKind::kEllipsoid) {
   return settings;
 }
 
-Figures figures_of(const Model& model, const Approximation& approximation) {
+ApproximationQuality figures_of(const Model& model, const Approximation& approximation) {
   const auto figures =
-      measure_figures(model, InsideTest(model), approximation.balls, FieldKind::kGaussian, 64, 5e4);
+      measure_quality(model, InsideTest(model), approximation.balls, FieldKind::kGaussian, 64, 5e4);
   EXPECT_TRUE(figures);
-  return figures ? *figures : Figures{};
+  return figures ? *figures : ApproximationQuality{};
 }
 
 TEST(Boundary, SamplesTellTheirWallAndGap) {
@@ -233,7 +233,7 @@ TEST(Fit, SurfacesAreTheModels) {
     const auto result = approximate(model, medial(balls));
     ASSERT_TRUE(result) << name;
     EXPECT_EQ(result->balls.size(), static_cast<std::size_t>(balls));
-    const Figures figures = figures_of(model, *result);
+    const ApproximationQuality figures = figures_of(model, *result);
     EXPECT_GT(figures.iou, iou) << name;
     EXPECT_NEAR(figures.volume_ratio, 1, 0.006) << name;
     EXPECT_LT(figures.rms_to_model, 0.01) << name;
@@ -281,7 +281,7 @@ TEST(Fit, AnErrorIsKeptByFewBalls) {
     const Model model = *make_shape(name);
     const auto result = approximate(model, settings);
     ASSERT_TRUE(result);
-    const Figures figures = figures_of(model, *result);
+    const ApproximationQuality figures = figures_of(model, *result);
     EXPECT_LT(figures.hausdorff_to_model, 0.015) << name;
     EXPECT_LT(figures.hausdorff_to_surface, 0.015) << name;
     EXPECT_GT(result->balls.size(), last) << name;
@@ -310,7 +310,7 @@ TEST(Fit, IsTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(std::memcmp(one->balls.data(), two->balls.data(), one->balls.size() * sizeof(Ball)), 0);
 }
 
-TEST(Figures, OfTheSurfaceItselfAreNearlyPerfect) {
+TEST(ApproximationQuality, OfTheSurfaceItselfAreNearlyPerfect) {
   // A ball's surface as the model: only its flattening remains.
   const std::vector<Ball> balls{{{0, 0, 0}, 4, 4}};
   const auto mesh = extract_surface(*make_cpu_extractor(), balls, 0.02f, {});
@@ -318,7 +318,7 @@ TEST(Figures, OfTheSurfaceItselfAreNearlyPerfect) {
   Model model;
   model.points = mesh->positions;
   model.triangles = mesh->triangles;
-  const auto figures = measure_figures(model, InsideTest(model), balls, FieldKind::kGaussian, 100);
+  const auto figures = measure_quality(model, InsideTest(model), balls, FieldKind::kGaussian, 100);
   ASSERT_TRUE(figures);
   EXPECT_GT(figures->iou, 0.998);
   EXPECT_NEAR(figures->volume_ratio, 1, 0.002);
@@ -326,13 +326,13 @@ TEST(Figures, OfTheSurfaceItselfAreNearlyPerfect) {
   EXPECT_LT(figures->hausdorff_to_surface, 1e-3);
 }
 
-TEST(Figures, NoticeAPartThatIsMissing) {
+TEST(ApproximationQuality, NoticeAPartThatIsMissing) {
   Model two = box_model({0, 0, 0}, {1, 1, 1});
   add_box(two, {3, 0, 0}, {4, 1, 1});
   const Model one = box_model({0, 0, 0}, {1, 1, 1});
   const auto fitted = approximate(one, medial(40));
   ASSERT_TRUE(fitted);
-  const Figures figures = figures_of(two, *fitted);
+  const ApproximationQuality figures = figures_of(two, *fitted);
   EXPECT_NEAR(figures.iou, 0.5, 0.03);
   EXPECT_NEAR(figures.volume_ratio, 0.5, 0.02);
   EXPECT_GT(figures.hausdorff_to_surface, 0.5);

@@ -14,7 +14,9 @@ namespace polymorph {
 namespace {
 
 DistanceGrid distances_of(const Model& model, float cell, float thinnest) {
-  return signed_distances(model, InsideTest(model), ClosestPointQuery(model), cell, thinnest);
+  const InsideTest inside(model);
+  return signed_distances(model, inside, ClosestPointQuery(model),
+                          classify_faces(model, inside, 0.02f * cell), cell, thinnest);
 }
 
 /// The value at the grid point nearest to p, and where that is.

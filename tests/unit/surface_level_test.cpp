@@ -109,14 +109,17 @@ TEST(IsoForVolume, TakesFewSurfacesEvenNextToAVanishingOne) {
                          const ExtractSettings& settings, std::vector<float>& values) override {
       return inner->sample(balls, points, settings, values);
     }
-    ExtractStatus step(const std::shared_ptr<const BallPaths>& paths, const PathMoment& moment,
-                       const std::vector<float>& own, std::vector<Ball>& balls) override {
-      return inner->step(paths, moment, own, balls);
+    ExtractStatus move_balls(const std::shared_ptr<const BallPaths>& paths,
+                             const MotionState& moment, const std::vector<float>& own,
+                             std::vector<Ball>& balls) override {
+      return inner->move_balls(paths, moment, own, balls);
     }
-    ExtractStatus blend(const std::vector<Ball>& balls, const std::vector<Carried>& carried,
-                        const std::vector<Vec3>& points, const ExtractSettings& settings,
-                        std::vector<CarriedValues>& values) override {
-      return inner->blend(balls, carried, points, settings, values);
+    ExtractStatus interpolate_attributes(const std::vector<Ball>& balls,
+                                         const std::vector<BallAttribute>& carried,
+                                         const std::vector<Vec3>& points,
+                                         const ExtractSettings& settings,
+                                         std::vector<AttributeValues>& values) override {
+      return inner->interpolate_attributes(balls, carried, points, settings, values);
     }
     ExtractStatus extract_between(const MorphSurface& between, const Grid& grid,
                                   const ExtractSettings& settings, Mesh& mesh) override {
@@ -124,7 +127,7 @@ TEST(IsoForVolume, TakesFewSurfacesEvenNextToAVanishingOne) {
     }
     ExtractStatus regress(const std::shared_ptr<const Regression>& regression,
                           const std::vector<Vec3>& points,
-                          std::vector<CarriedValues>& values) override {
+                          std::vector<AttributeValues>& values) override {
       return inner->regress(regression, points, values);
     }
     std::vector<PassTime> pass_times() const override { return inner->pass_times(); }

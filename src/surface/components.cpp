@@ -1,4 +1,4 @@
-#include "surface/crumbs.h"
+#include "surface/components.h"
 
 #include <algorithm>
 #include <cmath>
@@ -37,7 +37,7 @@ struct Parts {
 
 }  // namespace
 
-double smallest_part(const Mesh& mesh) {
+double smallest_component_share(const Mesh& mesh) {
   if (mesh.triangles.empty()) return 0;
   const Parts parts(mesh);
   double whole = 0, smallest = std::numeric_limits<double>::infinity();
@@ -48,7 +48,7 @@ double smallest_part(const Mesh& mesh) {
   return whole > 0 ? std::min(smallest / whole, 1.0) : 0;
 }
 
-std::size_t drop_crumbs(Mesh& mesh, double share) {
+std::size_t remove_small_components(Mesh& mesh, double share) {
   if (mesh.triangles.empty() || !(share > 0)) return 0;
   Parts parts(mesh);
   std::vector<std::uint32_t>& parent = parts.parent;

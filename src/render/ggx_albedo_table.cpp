@@ -1,4 +1,4 @@
-#include "render/gloss_table.h"
+#include "render/ggx_albedo_table.h"
 
 #include <algorithm>
 #include <array>
@@ -41,7 +41,7 @@ SplitAlbedo integrate(float alpha, float cosine) {
 Tables make_tables() {
   Tables tables;
   for (int a = 0; a < kNodes; ++a) {
-    const float alpha = std::max(node_value(a), kLeastAlpha);
+    const float alpha = std::max(node_value(a), kMinAlpha);
     for (int c = 0; c < kNodes; ++c)
       tables.directional[a * kNodes + c] = integrate(alpha, std::max(node_value(c), 1e-3f));
     // 2 int E(c) c dc with c = s^2: 4 int E s^3 ds, trapezoids over s normalised by those of s^3.
@@ -66,14 +66,14 @@ const Tables& tables() {
 /// A place between two nodes.
 template <class V>
 struct CellOf {
-  decltype(whole(V{})) index;
+  decltype(truncate(V{})) index;
   V fraction;
 };
 template <class V>
 CellOf<V> cell_of(V value) {
-  const V x = square_root(clamp01(value)) * static_cast<float>(kNodes - 1);
-  const auto index = smaller(whole(x), kNodes - 2);
-  return {index, x - number(index)};
+  const V x = sqrt(clamp01(value)) * static_cast<float>(kNodes - 1);
+  const auto index = min(truncate(x), kNodes - 2);
+  return {index, x - to_float(index)};
 }
 
 /// Between the node at `index` and the next one, `fraction` of the way.
@@ -82,8 +82,8 @@ SplitAlbedoOf<V> between(const SplitAlbedo* nodes, I index, V fraction) {
   static_assert(sizeof(SplitAlbedo) == 2 * sizeof(float));
   const float* numbers = &nodes->scale;
   const I at = index * 2;
-  return {lerp(gathered(numbers, at), gathered(numbers + 2, at), fraction),
-          lerp(gathered(numbers + 1, at), gathered(numbers + 3, at), fraction)};
+  return {lerp(gather(numbers, at), gather(numbers + 2, at), fraction),
+          lerp(gather(numbers + 1, at), gather(numbers + 3, at), fraction)};
 }
 
 template <class V>

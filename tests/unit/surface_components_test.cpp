@@ -1,4 +1,4 @@
-#include "surface/crumbs.h"
+#include "surface/components.h"
 
 #include <gtest/gtest.h>
 
@@ -19,16 +19,16 @@ TEST(Crumbs, SpecksGoAndPartsStay) {
   const Mesh whole = *extract_surface(*extractor, balls, 0.02f, {});
   ASSERT_EQ(check_mesh(whole).components, 3u);
   Mesh mesh = whole;
-  EXPECT_EQ(drop_crumbs(mesh, 1e-3), 1u);
+  EXPECT_EQ(remove_small_components(mesh, 1e-3), 1u);
   const MeshReport report = check_mesh(mesh);
   EXPECT_TRUE(report.closed());
   EXPECT_EQ(report.components, 2u);
   EXPECT_EQ(mesh.normals.size(), mesh.positions.size());
   for (const Vec3 p : mesh.positions) EXPECT_GT(p.x, -1.5f);
   Mesh kept = whole;
-  EXPECT_EQ(drop_crumbs(kept, 1e-5), 0u);
+  EXPECT_EQ(remove_small_components(kept, 1e-5), 0u);
   EXPECT_EQ(kept.positions, whole.positions);
-  EXPECT_EQ(drop_crumbs(kept, 1), 2u) << "the largest part always stays";
+  EXPECT_EQ(remove_small_components(kept, 1), 2u) << "the largest part always stays";
   EXPECT_EQ(check_mesh(kept).components, 1u);
 }
 

@@ -1,4 +1,4 @@
-#include "spheres/figures.h"
+#include "spheres/quality.h"
 
 #include <algorithm>
 #include <cmath>
@@ -102,9 +102,9 @@ constexpr std::size_t kSamples = 20000;
 
 }  // namespace
 
-Result<Figures> measure_figures(const Model& model, const InsideTest& inside,
-                                const std::vector<Ball>& balls, FieldKind kind, int grid,
-                                double points) {
+Result<ApproximationQuality> measure_quality(const Model& model, const InsideTest& inside,
+                                             const std::vector<Ball>& balls, FieldKind kind,
+                                             int grid, double points) {
   const Vec3 size = model.box().size();
   const double diagonal = static_cast<double>(model.box().diagonal());
   const auto extractor = make_cpu_extractor();
@@ -114,7 +114,7 @@ Result<Figures> measure_figures(const Model& model, const InsideTest& inside,
          extract_surface(*extractor, balls,
                          std::max({size.x, size.y, size.z}) / static_cast<float>(grid), settings));
   PM_TRY(const Counts counts, count_lattice(model, inside, balls, kind, points));
-  Figures figures;
+  ApproximationQuality figures;
   figures.triangles = mesh.triangles.size();
   const auto count = [](std::size_t n) { return static_cast<double>(std::max<std::size_t>(n, 1)); };
   figures.iou = static_cast<double>(counts.both) / count(counts.model + counts.field - counts.both);

@@ -2,7 +2,7 @@
 // tabulated.
 #pragma once
 
-#include "render/lanes.h"
+#include "render/simd.h"
 
 namespace polymorph {
 

@@ -31,11 +31,11 @@ double strength_at(const Ball& ball, FieldKind kind, Vec3 p) {
   return u < 1 ? std::max(w, 0.0) * (1 - u) * (1 - u) * (1 - 4.0 / 9 * u) : 0;
 }
 
-std::vector<Carried> random_values(std::size_t count, unsigned seed) {
+std::vector<BallAttribute> random_values(std::size_t count, unsigned seed) {
   std::mt19937 random(seed);
   const auto unit = [&random] { return static_cast<float>(random() >> 8) * 0x1p-23f - 1; };
-  std::vector<Carried> out(count);
-  for (Carried& c : out)
+  std::vector<BallAttribute> out(count);
+  for (BallAttribute& c : out)
     for (int k = 0; k < 4; ++k) c.value[k] = unit(), c.slope[k] = {unit(), unit(), unit()};
   return out;
 }
@@ -47,7 +47,7 @@ std::vector<Vec3> points_around(FieldKind field, unsigned seed, float reach) {
 }
 
 /// Value k of ball e's carried quadruple at p.
-double value_at(const Carried& c, const Ball& ball, Vec3 p, int k) {
+double value_at(const BallAttribute& c, const Ball& ball, Vec3 p, int k) {
   const Vec3 slope = c.slope[k];
   return to_double(c.value[k]) + to_double(slope.x) * (to_double(p.x) - to_double(ball.center.x)) +
          to_double(slope.y) * (to_double(p.y) - to_double(ball.center.y)) +
@@ -56,22 +56,25 @@ double value_at(const Carried& c, const Ball& ball, Vec3 p, int k) {
 
 class SharesTest : public SurfaceTest {
  protected:
-  std::vector<CarriedValues> blend(const std::vector<Ball>& balls,
-                                   const std::vector<Carried>& carried,
-                                   const std::vector<Vec3>& points, FieldKind field) {
+  std::vector<AttributeValues> interpolate_attributes(const std::vector<Ball>& balls,
+                                                      const std::vector<BallAttribute>& carried,
+                                                      const std::vector<Vec3>& points,
+                                                      FieldKind field) {
     ExtractSettings settings;
     settings.field = field;
-    std::vector<CarriedValues> values;
-    const ExtractStatus status = extractor_->blend(balls, carried, points, settings, values);
+    std::vector<AttributeValues> values;
+    const ExtractStatus status =
+        extractor_->interpolate_attributes(balls, carried, points, settings, values);
     EXPECT_EQ(status.code, ExtractCode::kOk) << status.message;
     return values;
   }
 
   void expect_definition(const std::vector<Ball>& balls, FieldKind field, int maps) {
-    const std::vector<Carried> carried =
+    const std::vector<BallAttribute> carried =
         random_values(static_cast<std::size_t>(maps) * balls.size(), 3);
     const std::vector<Vec3> points = points_around(field, 12, 1.1f);
-    const std::vector<CarriedValues> values = blend(balls, carried, points, field);
+    const std::vector<AttributeValues> values =
+        interpolate_attributes(balls, carried, points, field);
     ASSERT_EQ(values.size(), points.size() * static_cast<std::size_t>(maps));
     std::size_t reached = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -83,7 +86,7 @@ class SharesTest : public SurfaceTest {
       for (int k = 0; k < 4 * maps; ++k) {
         double sum = 0, whole = 0, largest = 0, doubtful = 0;
         for (std::size_t e = 0; e < balls.size(); ++e) {
-          const Carried& c =
+          const BallAttribute& c =
               carried[e * static_cast<std::size_t>(maps) + static_cast<std::size_t>(k / 4)];
           const double value = value_at(c, balls[e], points[i], k % 4);
           largest = std::max(largest, std::abs(value));
@@ -128,11 +131,12 @@ TEST_P(SharesTest, a_crowd_around_a_point_is_summed_whole) {
 
 TEST_P(SharesTest, where_nothing_reaches_the_nearest_ball_decides) {
   const std::vector<Ball> balls = {{{0, 0, 0}, 1, 1, {}}, {{200, 0, 0}, 1, 1, {}}};
-  std::vector<Carried> carried(2);
+  std::vector<BallAttribute> carried(2);
   carried[0].value[0] = 3, carried[1].value[0] = 7, carried[1].slope[1] = {1, 0, 0};
   const std::vector<Vec3> points = {{0.1f, 0, 0}, {60, 0, 0}, {150, 0, 0}, {200, 0.2f, 0}};
   for (const FieldKind field : {FieldKind::kGaussian, FieldKind::kWyvill}) {
-    const std::vector<CarriedValues> values = blend(balls, carried, points, field);
+    const std::vector<AttributeValues> values =
+        interpolate_attributes(balls, carried, points, field);
     EXPECT_FLOAT_EQ(values[0].v[0], 3);
     EXPECT_FLOAT_EQ(values[1].v[0], 3);
     EXPECT_FLOAT_EQ(values[2].v[0], 7);
@@ -143,20 +147,23 @@ TEST_P(SharesTest, where_nothing_reaches_the_nearest_ball_decides) {
 
 TEST_P(SharesTest, refuses_what_does_not_fit_the_balls) {
   const std::vector<Ball> balls = random_balls(3, FieldKind::kGaussian, 1);
-  std::vector<CarriedValues> values(5);
+  std::vector<AttributeValues> values(5);
   for (const std::size_t count : {0u, 2u, 4u, 9u}) {
-    const ExtractStatus status =
-        extractor_->blend(balls, std::vector<Carried>(count), {Vec3{}}, {}, values);
+    const ExtractStatus status = extractor_->interpolate_attributes(
+        balls, std::vector<BallAttribute>(count), {Vec3{}}, {}, values);
     EXPECT_EQ(status.code, ExtractCode::kBadInput) << count;
     EXPECT_NE(status.message.find("3 balls"), std::string::npos) << status.message;
     EXPECT_TRUE(values.empty());
   }
-  EXPECT_EQ(extractor_->blend(balls, std::vector<Carried>(3), {}, {}, values).code,
-            ExtractCode::kOk);
+  EXPECT_EQ(
+      extractor_->interpolate_attributes(balls, std::vector<BallAttribute>(3), {}, {}, values).code,
+      ExtractCode::kOk);
   std::vector<Ball> bad = balls;
   bad[1].w = NAN;
-  EXPECT_EQ(extractor_->blend(bad, std::vector<Carried>(3), {Vec3{}}, {}, values).code,
-            ExtractCode::kBadInput);
+  EXPECT_EQ(
+      extractor_->interpolate_attributes(bad, std::vector<BallAttribute>(3), {Vec3{}}, {}, values)
+          .code,
+      ExtractCode::kBadInput);
 }
 
 PM_EVERY_BACKEND(SharesTest);

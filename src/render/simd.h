@@ -42,15 +42,15 @@ struct LaneTypes<Pack> {
 };
 template <>
 struct LaneTypes<Vec3> : LaneTypes<float> {
-  using Number = float;
+  using Component = float;
 };
 template <>
 struct LaneTypes<Pack3> : LaneTypes<Pack> {
-  using Number = Pack;
+  using Component = Pack;
 };
 /// Of a vector type: its numbers, what comparing them gives, and so on.
 template <class T3>
-using NumberOf = typename LaneTypes<T3>::Number;
+using ComponentOf = typename LaneTypes<T3>::Component;
 template <class T>
 using Vec2Of = typename LaneTypes<T>::Two;
 template <class T>
@@ -73,32 +73,33 @@ inline Pack dot(Pack3 a, Pack3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline Pack3 cross(Pack3 a, Pack3 b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-inline Pack least(Pack a, float b) { return least(a, same<Pack>(b)); }
-inline Pack most(Pack a, float b) { return most(a, same<Pack>(b)); }
+inline Pack min(Pack a, float b) { return min(a, broadcast<Pack>(b)); }
+inline Pack max(Pack a, float b) { return max(a, broadcast<Pack>(b)); }
 inline Pack lerp(Pack a, Pack b, Pack t) { return a + (b - a) * t; }
 inline Pack3 lerp(Pack3 a, Pack3 b, Pack t) { return a + (b - a) * t; }
-inline Pack3 min(Pack3 a, Pack3 b) { return {least(a.x, b.x), least(a.y, b.y), least(a.z, b.z)}; }
-inline Pack3 max(Pack3 a, Pack3 b) { return {most(a.x, b.x), most(a.y, b.y), most(a.z, b.z)}; }
+inline Pack3 min(Pack3 a, Pack3 b) { return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)}; }
+inline Pack3 max(Pack3 a, Pack3 b) { return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)}; }
 
 template <class T3>
-inline T3 same3(Vec3 a) {
-  return {same<NumberOf<T3>>(a.x), same<NumberOf<T3>>(a.y), same<NumberOf<T3>>(a.z)};
+inline T3 broadcast3(Vec3 a) {
+  return {broadcast<ComponentOf<T3>>(a.x), broadcast<ComponentOf<T3>>(a.y),
+          broadcast<ComponentOf<T3>>(a.z)};
 }
 
 inline Vec3 select(bool first, Vec3 a, Vec3 b) { return first ? a : b; }
 inline Pack3 select(PackMask first, Pack3 a, Pack3 b) {
   return {select(first, a.x, b.x), select(first, a.y, b.y), select(first, a.z, b.z)};
 }
-inline Vec3 kept_if(bool keep, Vec3 a) { return keep ? a : Vec3{}; }
-inline Pack3 kept_if(PackMask keep, Pack3 a) {
-  return {kept_if(keep, a.x), kept_if(keep, a.y), kept_if(keep, a.z)};
+inline Vec3 zero_unless(bool keep, Vec3 a) { return keep ? a : Vec3{}; }
+inline Pack3 zero_unless(PackMask keep, Pack3 a) {
+  return {zero_unless(keep, a.x), zero_unless(keep, a.y), zero_unless(keep, a.z)};
 }
 
-inline Pack length(Pack3 a) { return square_root(dot(a, a)); }
+inline Pack length(Pack3 a) { return sqrt(dot(a, a)); }
 /// The zero vector stays zero.
 inline Pack3 normalized(Pack3 a) {
   const Pack n = length(a);
-  return kept_if(n > 0.0f, a / n);
+  return zero_unless(n > 0.0f, a / n);
 }
 
 // With one vector for all lanes.
@@ -112,8 +113,6 @@ inline Pack dot(Pack3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 inline bool any(bool mask) { return mask; }
 inline bool any(PackMask mask) { return Lanes<Pack>::bits(mask) != 0; }
-inline bool opposite(bool mask) { return !mask; }
-inline PackMask opposite(PackMask mask) { return ~mask; }
 template <class M>
 inline M mask_of(bool holds);
 template <>
@@ -128,36 +127,36 @@ inline PackMask mask_of<PackMask>(bool holds) {
 /// The first `count` lanes; all, if there are more.
 inline PackMask first_lanes(int count) { return PackMask{0, 1, 2, 3, 4, 5, 6, 7} < count; }
 
-inline float flipped_if(std::uint32_t sign_bit, float a) {
+inline float xor_sign(std::uint32_t sign_bit, float a) {
   return float_from_bits(float_bits(a) ^ sign_bit);
 }
-inline Pack flipped_if(PackBits sign_bit, Pack a) {
+inline Pack xor_sign(PackBits sign_bit, Pack a) {
   return float_from_bits(float_bits(a) ^ sign_bit);
 }
-inline float with_sign_of(float sign, float a) { return std::copysign(a, sign); }
-inline Pack with_sign_of(Pack sign, Pack a) {
+inline float copysign(float a, float sign) { return std::copysign(a, sign); }
+inline Pack copysign(Pack a, Pack sign) {
   return float_from_bits((float_bits(a) & 0x7fffffffu) | (float_bits(sign) & 0x80000000u));
 }
-inline float absolute(float a) { return std::fabs(a); }
-inline Pack absolute(Pack a) { return float_from_bits(float_bits(a) & 0x7fffffffu); }
+inline float abs(float a) { return std::fabs(a); }
+inline Pack abs(Pack a) { return float_from_bits(float_bits(a) & 0x7fffffffu); }
 
-/// The whole number below |a| < 2^31, with its sign: for places in tables.
-inline std::int32_t whole(float a) { return static_cast<std::int32_t>(a); }
-inline PackMask whole(Pack a) { return __builtin_convertvector(a, PackMask); }
-inline float number(std::int32_t a) { return static_cast<float>(a); }
-inline Pack number(PackMask a) { return __builtin_convertvector(a, Pack); }
-inline std::int32_t smaller(std::int32_t a, std::int32_t b) { return a < b ? a : b; }
-inline PackMask smaller(PackMask a, std::int32_t b) {
+/// Rounds |a| < 2^31 towards zero: an index into a table.
+inline std::int32_t truncate(float a) { return static_cast<std::int32_t>(a); }
+inline PackMask truncate(Pack a) { return __builtin_convertvector(a, PackMask); }
+inline float to_float(std::int32_t a) { return static_cast<float>(a); }
+inline Pack to_float(PackMask a) { return __builtin_convertvector(a, Pack); }
+inline std::int32_t min(std::int32_t a, std::int32_t b) { return a < b ? a : b; }
+inline PackMask min(PackMask a, std::int32_t b) {
   const PackMask all = PackMask{} + b;
   return a < all ? a : all;
 }
 
-inline std::int32_t kept_if(bool keep, std::int32_t a) { return keep ? a : 0; }
-inline PackMask kept_if(PackMask keep, std::int32_t a) { return keep & a; }
+inline std::int32_t zero_unless(bool keep, std::int32_t a) { return keep ? a : 0; }
+inline PackMask zero_unless(PackMask keep, std::int32_t a) { return keep & a; }
 
 /// base[index], index >= 0.
-inline float gathered(const float* base, std::int32_t index) { return base[index]; }
-inline Pack gathered(const float* base, PackMask index) {
+inline float gather(const float* base, std::int32_t index) { return base[index]; }
+inline Pack gather(const float* base, PackMask index) {
 #if defined(__AVX2__)
   return _mm256_i32gather_ps(base, reinterpret_cast<__m256i>(index), 4);
 #else
@@ -168,12 +167,12 @@ inline Pack gathered(const float* base, PackMask index) {
 }
 /// A vector from an array of them.
 template <class I>
-inline auto gathered(const Vec3* base, I index) {
+inline auto gather(const Vec3* base, I index) {
   static_assert(sizeof(Vec3) == 3 * sizeof(float));
   const float* numbers = &base->x;
   const I at = index * 3;
-  using T3 = Vec3Of<decltype(gathered(numbers, at))>;
-  return T3{gathered(numbers, at), gathered(numbers + 1, at), gathered(numbers + 2, at)};
+  using T3 = Vec3Of<decltype(gather(numbers, at))>;
+  return T3{gather(numbers, at), gather(numbers + 1, at), gather(numbers + 2, at)};
 }
 
 inline Vec3 lane(const Pack3& a, int l) { return {a.x[l], a.y[l], a.z[l]}; }

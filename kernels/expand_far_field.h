@@ -20,17 +20,17 @@ struct alignas(16) FarBall {
 
 /// The far field of each node of a level.
 template <class F>
-struct ExpandFar {
+struct ExpandFarField {
   static constexpr int kThreads = 64;
-  static constexpr int kTogether = 64;  ///< entries of the parent's list handled together
+  static constexpr int kChunk = 64;  ///< entries of the parent's list handled together
   struct Scratch {
-    FarBall far[kTogether];
-    std::uint32_t place[kTogether + 1];
+    FarBall far[kChunk];
+    std::uint32_t place[kChunk + 1];
     alignas(32) float x[kFarPoints], y[kFarPoints], z[kFarPoints];  ///< as of a FarBall
     alignas(32) float value[kFarPoints];
     /// What the entries so far add to error, bend, size and against; each in its own place, so that
     /// the sums have one order on every backend.
-    alignas(32) float terms[4][kTogether];
+    alignas(32) float terms[4][kChunk];
     float sum[4];
   };
   Grid grid;
@@ -51,14 +51,15 @@ struct ExpandFar {
     const FarBox box(reach.low, reach.high);
     begin(team, scratch, node, parent, box);
     const std::uint32_t* list = entries.data + parent.begin;
-    for (std::uint32_t j = 0; j < parent.count; j += kTogether) {
+    for (std::uint32_t j = 0; j < parent.count; j += kChunk) {
       const auto left = static_cast<int>(parent.count - j);
-      team.each(kTogether / kLanes,
-                [&](int item) { weigh<V>(scratch, reach, list + j, left, item * kLanes); });
+      team.each(kChunk / kLanes, [&](int item) {
+        accumulate_weights<V>(scratch, reach, list + j, left, item * kLanes);
+      });
       team.sync();
-      const auto count = static_cast<int>(team.scan(scratch.place, kTogether));
+      const auto count = static_cast<int>(team.scan(scratch.place, kChunk));
       if (count == 0) continue;
-      team.each(kTogether, [&](int i) {
+      team.each(kChunk, [&](int i) {
         const auto place = static_cast<int>(scratch.place[i]);
         if (static_cast<int>(scratch.place[i + 1]) > place) {
           const RoundBall ball = balls[list[j + static_cast<std::uint32_t>(i)]];
@@ -67,7 +68,7 @@ struct ExpandFar {
                                 ball.scale * (ball.z - box.middle.z), ball.w};
         }
         // Fours are filled up with balls that add nothing.
-        if (i >= count && i / kFour == (count - 1) / kFour) scratch.far[i] = {};
+        if (i >= count && i / kBatch == (count - 1) / kBatch) scratch.far[i] = {};
       });
       team.sync();
       team.each(kFarPoints / kLanes, [&](int item) { add<V>(scratch, count, item * kLanes); });
@@ -75,7 +76,7 @@ struct ExpandFar {
     team.sync();
     team.each(4, [&](int k) {
       float sum = 0;
-      for (int i = 0; i < kTogether; ++i) sum = sum + scratch.terms[k][i];
+      for (int i = 0; i < kChunk; ++i) sum = sum + scratch.terms[k][i];
       scratch.sum[k] = sum;
     });
     team.each(kFarPoints, [&](int i) { out[n].value[i] = scratch.value[i]; });
@@ -87,10 +88,10 @@ struct ExpandFar {
       // 6.3 times as large between the points.
       const float rounding = 0x1p-24f * (1200.0f + 2.0f * static_cast<float>(parent.count));
       out[n].error = 1.0001f * (from.error + scratch.sum[0]);
-      out[n].rounding = fused(rounding, size, from.rounding);
-      out[n].bend = from.bend + 1.0001f * scratch.sum[1];
+      out[n].rounding = fma(rounding, size, from.rounding);
+      out[n].second_derivative_bound = from.second_derivative_bound + 1.0001f * scratch.sum[1];
       out[n].size = size;
-      out[n].against = scratch.sum[3];
+      out[n].negative_weight_bound = scratch.sum[3];
     });
   }
 
@@ -100,14 +101,14 @@ struct ExpandFar {
                    const FarBox& box) const {
     using V = typename Team::V;
     constexpr int kLanes = Lanes<V>::kCount;
-    const FarBox from = far_box(grid, kFan * level.cells, level.margin, parent.at);
+    const FarBox from = far_box(grid, kBranching * level.cells, level.margin, parent.at);
     const float scale = balls[0].scale;
     team.each(kFarPoints, [&](int i) {
       scratch.x[i] = scale * (box.half.x * far_point(i % kFarAlong));
       scratch.y[i] = scale * (box.half.y * far_point(i / kFarAlong % kFarAlong));
       scratch.z[i] = scale * (box.half.z * far_point(i / kFarAlong / kFarAlong));
     });
-    team.each(4 * kTogether, [&](int i) { scratch.terms[i / kTogether][i % kTogether] = 0; });
+    team.each(4 * kChunk, [&](int i) { scratch.terms[i / kChunk][i % kChunk] = 0; });
     team.sync();
     const FarField& far = above[node.parent];
     const Vec3 shift = box.middle - from.middle;
@@ -123,24 +124,25 @@ struct ExpandFar {
 
   /// Which of the entries from number `at` on are distant, and the bounds that they add.
   template <class V>
-  PM_HD void weigh(Scratch& scratch, const NodeBox& box, const std::uint32_t* list, int left,
-                   int at) const {
+  PM_HD void accumulate_weights(Scratch& scratch, const NodeBox& box, const std::uint32_t* list,
+                                int left, int at) const {
     constexpr int kLanes = Lanes<V>::kCount;
     alignas(32) float x[kLanes], y[kLanes], z[kLanes], w[kLanes];
     for (int l = 0; l < kLanes; ++l) {
       const RoundBall ball = at + l < left ? balls[list[at + l]] : RoundBall{};
       x[l] = ball.x, y[l] = ball.y, z[l] = ball.z, w[l] = ball.w;
     }
-    const float scale = balls[0].scale, rise = balls[0].rise, base = balls[0].base;
+    const float scale = balls[0].scale, scale_squared = balls[0].scale_squared,
+                base = balls[0].base;
     const V cx = Lanes<V>::load(x), cy = Lanes<V>::load(y), cz = Lanes<V>::load(z);
-    const V weight = Lanes<V>::load(w), zero = same<V>(0.0f);
+    const V weight = Lanes<V>::load(w), zero = broadcast<V>(0.0f);
     const QRange<V> q = q_range<V>(scale * (box.low.x - cx), scale * (box.high.x - cx),
                                    scale * (box.low.y - cy), scale * (box.high.y - cy),
                                    scale * (box.low.z - cz), scale * (box.high.z - cz), base);
     const auto near = is_near(weight, q, level.reach);
-    const V inverse = 1.0f / q.near, size = most(weight, -weight) * inverse;
+    const V inverse = 1.0f / q.near, size = max(weight, -weight) * inverse;
     const V terms[4] = {select(near, zero, level.truncation * (size * (inverse * inverse))),
-                        select(near, zero, (3.0f * rise) * (size * inverse)),
+                        select(near, zero, (3.0f * scale_squared) * (size * inverse)),
                         select(near, zero, size), select(near & (weight < 0.0f), size, zero)};
     for (int k = 0; k < 4; ++k) {
       float* to = scratch.terms[k] + at;
@@ -156,17 +158,17 @@ struct ExpandFar {
   template <class V>
   PM_HD void add(Scratch& scratch, int count, int at) const {
     const V x = Lanes<V>::load(scratch.x + at), y = Lanes<V>::load(scratch.y + at),
-            z = Lanes<V>::load(scratch.z + at), base = same<V>(kSmallestDistance2);
+            z = Lanes<V>::load(scratch.z + at), base = broadcast<V>(kMinDistance2);
     V sum = Lanes<V>::load(scratch.value + at);
-    for (int j = 0; j < count; j += kFour) {
-      FarBall four[kFour];
-      V q[kFour];
-      for (int i = 0; i < kFour; ++i) {
-        four[i] = scratch.far[j + i];
-        const V ux = x - four[i].x, uy = y - four[i].y, uz = z - four[i].z;
-        q[i] = fused(ux, ux, fused(uy, uy, fused(uz, uz, base)));
+    for (int j = 0; j < count; j += kBatch) {
+      FarBall batch[kBatch];
+      V q[kBatch];
+      for (int i = 0; i < kBatch; ++i) {
+        batch[i] = scratch.far[j + i];
+        const V ux = x - batch[i].x, uy = y - batch[i].y, uz = z - batch[i].z;
+        q[i] = fma(ux, ux, fma(uy, uy, fma(uz, uz, base)));
       }
-      sum = sum + sum_of_four(four, q);
+      sum = sum + sum_of_batch(batch, q);
     }
     Lanes<V>::store(scratch.value + at, sum);
   }

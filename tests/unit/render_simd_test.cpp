@@ -1,13 +1,13 @@
 // Eight lanes are eight times one: what is written once for both gives the same numbers.
-#include "render/lanes.h"
+#include "render/simd.h"
 
 #include "base/random.h"
+#include "render/backdrop.h"
 #include "render/lamps.h"
 #include "render/lights.h"
 #include "render/materials.h"
 #include "render/sampler.h"
 #include "render/sky.h"
-#include "render/stage.h"
 #include "render_testing.h"
 
 namespace polymorph {
@@ -102,7 +102,7 @@ TEST(Lanes, MaterialsScatterTheSame) {
       put(all_b, b[l]);
     }
     const Pack3 normal = random_directions(5 * round), away = random_directions(5 * round + 1);
-    const Pack3 view = away * with_sign_of(dot(away, normal), same<Pack>(1));
+    const Pack3 view = away * copysign(broadcast<Pack>(1), dot(away, normal));
     const BsdfOf<Pack3> eight = make_bsdf(all_a, all_b, share, normal, view);
     const Pack u = random_pack(0, 1, 9000 + 2 * round), v = random_pack(0, 1, 9001 + 2 * round);
     const Pack3 there = random_directions(5 * round + 2), sampled = sample_bsdf(eight, u, v);
@@ -114,7 +114,7 @@ TEST(Lanes, MaterialsScatterTheSame) {
       EXPECT_EQ(one.has_gloss, eight.has_gloss[l] != 0);
       EXPECT_EQ(one.has_diffuse, eight.has_diffuse[l] != 0);
       expect_same(evaluate_bsdf(one, lane(there, l)).value, value.value, l);
-      expect_same(evaluate_bsdf(one, lane(there, l)).density, value.density, l);
+      expect_same(evaluate_bsdf(one, lane(there, l)).pdf, value.pdf, l);
       expect_same(sample_bsdf(one, u[l], v[l]), sampled, l);
     }
   }
@@ -141,21 +141,21 @@ TEST(Lanes, LightsShineTheSame) {
       const Pack3 from = random_directions(2 * round), way = random_directions(2 * round + 1);
       const Pack u = random_pack(0, 1, 2 * round), v = random_pack(0, 1, 2 * round + 1);
       const LampSampleOf<Pack3> eight = sample_lamp(made, from, u, v);
-      const Pack met = meets_lamp(made, {from, way});
+      const Pack met = intersect_lamp(made, {from, way});
       const Pack3 towards = sample_key(key, u, v), radiance = sky_radiance(spotted, way);
       for (int l = 0; l < kLanes; ++l) {
         const LampSample one = sample_lamp(made, lane(from, l), u[l], v[l]);
         expect_same(one.power, eight.power, l);
-        expect_same(one.density, eight.density, l);
+        expect_same(one.pdf, eight.pdf, l);
         if (!(one.power == Vec3{})) {
           expect_same(one.direction, eight.direction, l);
           expect_same(one.distance, eight.distance, l);
         }
-        expect_same(meets_lamp(made, {lane(from, l), lane(way, l)}), met, l);
+        expect_same(intersect_lamp(made, {lane(from, l), lane(way, l)}), met, l);
         expect_same(sample_key(key, u[l], v[l]), towards, l);
         expect_same(sky_radiance(spotted, lane(way, l)), radiance, l);
         expect_same(sky_irradiance(spotted, lane(way, l)), sky_irradiance(spotted, way), l);
-        expect_same(bright_sky_density(spotted, lane(way, l)), bright_sky_density(spotted, way), l);
+        expect_same(bright_sky_pdf(spotted, lane(way, l)), bright_sky_pdf(spotted, way), l);
       }
     }
   }

@@ -2,9 +2,9 @@
 // of the field there.
 //
 // A ball's share is what it adds to the field over what all add; balls that add less than
-// kLeastShare of what the strongest does are left out. Neighbouring points share a list of the
+// kMinShare of what the strongest does are left out. Neighbouring points share a list of the
 // balls that can matter in the box around them: by the bounds of falloff.h a ball left out of it is
-// below kLeastShare at each of the points, so that the list changes no bit.
+// below kMinShare at each of the points, so that the list changes no bit.
 #pragma once
 
 #include <cstdint>
@@ -17,36 +17,36 @@
 
 namespace polymorph {
 
-constexpr float kLeastShare = 1e-4f;
+constexpr float kMinShare = 1e-4f;
 
 /// What a ball adds where its coordinate is q, as far as shares go: also beyond the cutoff, and
 /// nothing where it takes away.
 template <class F, class V>
 PM_HD inline V strength(const typename F::Ball& ball, V q) {
   if constexpr (F::kKind == FieldKind::kGaussian) {
-    return kept_if(q <= kLargestExponent, power_of_two(-q));
+    return zero_unless(q <= kMaxExponent, exp2(-q));
   } else {
-    return most(F::value(ball, q), same<V>(0.0f));
+    return max(F::value(ball, q), broadcast<V>(0.0f));
   }
 }
 
 /// Writes the values at kRun neighbouring points; kMaps quadruples a ball. One team a run. Each
 /// ball is looked at for as many boxes at once as V has lanes.
 template <class F, class V, int kMaps>
-struct BlendShares {
+struct InterpolateAttributes {
   static constexpr int kThreads = 128;
   static constexpr int kBoxes = Lanes<V>::kCount, kInBox = kBoxes > 1 ? 32 : 128;
   static constexpr int kRun = kBoxes * kInBox;
-  static constexpr std::uint32_t kMostNear = 2048;
+  static constexpr std::uint32_t kMaxNear = 2048;
   struct Scratch {
-    std::uint32_t near[kBoxes * kMostNear];  ///< of each box
-    std::uint32_t count[kBoxes];             ///< more than kMostNear: all balls may matter
+    std::uint32_t near[kBoxes * kMaxNear];  ///< of each box
+    std::uint32_t count[kBoxes];            ///< more than kMaxNear: all balls may matter
   };
   View<const Vec3> points;
   View<const typename F::Ball> balls;
-  BallList everyone;
-  View<const Carried> carried;  ///< kMaps for each ball
-  View<CarriedValues> out;      ///< kMaps for each point
+  BallList all_balls;
+  View<const BallAttribute> carried;  ///< kMaps for each ball
+  View<AttributeValues> out;          ///< kMaps for each point
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t run) const {
@@ -57,9 +57,9 @@ struct BlendShares {
     team.sync();
     team.each((n + kLanes - 1) / kLanes, [&](int item) {
       const int first = item * kLanes, box = first / kInBox;
-      BallList list = {scratch.near + box * kMostNear, scratch.count[box]};
-      if (list.count > kMostNear) list = everyone;
-      blend(list, begin + first, n - first < kLanes ? n - first : kLanes);
+      BallList list = {scratch.near + box * kMaxNear, scratch.count[box]};
+      if (list.count > kMaxNear) list = all_balls;
+      interpolate(list, begin + first, n - first < kLanes ? n - first : kLanes);
     });
   }
 
@@ -77,9 +77,9 @@ struct BlendShares {
       for (int i = static_cast<int>(rank); i < kInBox; i += static_cast<int>(Team::kGroup)) {
         low = min(low, point(i)), high = max(high, point(i));
       }
-      bounds[0][box] = -team.group_most(-low.x), bounds[1][box] = team.group_most(high.x);
-      bounds[2][box] = -team.group_most(-low.y), bounds[3][box] = team.group_most(high.y);
-      bounds[4][box] = -team.group_most(-low.z), bounds[5][box] = team.group_most(high.z);
+      bounds[0][box] = -team.group_max(-low.x), bounds[1][box] = team.group_max(high.x);
+      bounds[2][box] = -team.group_max(-low.y), bounds[3][box] = team.group_max(high.y);
+      bounds[4][box] = -team.group_max(-low.z), bounds[5][box] = team.group_max(high.z);
     }
     V b[6];
     for (int i = 0; i < 6; ++i) b[i] = Lanes<V>::load(bounds[i]);
@@ -87,36 +87,35 @@ struct BlendShares {
       return balls[j].template range<V>(b[0], b[1], b[2], b[3], b[4], b[5]);
     };
     // At every point of a box the strongest ball adds at least this much.
-    V strongest = same<V>(0.0f);
-    for (std::uint32_t j = rank; j < everyone.count; j += Team::kGroup) {
-      strongest = most(strongest, strength<F>(balls[j], range(j).far));
+    V strongest = broadcast<V>(0.0f);
+    for (std::uint32_t j = rank; j < all_balls.count; j += Team::kGroup) {
+      strongest = max(strongest, strength<F>(balls[j], range(j).far));
     }
-    // The polynomial of power_of_two() need not fall everywhere.
-    const V least_near = 0.999f * kLeastShare * team.group_most(strongest);
+    // The polynomial of exp2() need not fall everywhere.
+    const V min_near = 0.999f * kMinShare * team.group_max(strongest);
     std::int64_t cursor[kBoxes], end[kBoxes];
     for (int box = 0; box < kBoxes; ++box) {
-      cursor[box] = box * std::int64_t{kMostNear}, end[box] = cursor[box] + kMostNear;
+      cursor[box] = box * std::int64_t{kMaxNear}, end[box] = cursor[box] + kMaxNear;
     }
     std::uint32_t full = 0;
-    for (std::uint32_t j0 = 0; j0 < everyone.count; j0 += Team::kGroup) {
+    for (std::uint32_t j0 = 0; j0 < all_balls.count; j0 += Team::kGroup) {
       const std::uint32_t j = j0 + rank;
       for (int box = 0; box < kBoxes; ++box) {
         full |= (cursor[box] + Team::kGroup > end[box] ? 1u : 0u) << box;
       }
       const std::uint32_t matters =
-          j < everyone.count ? Lanes<V>::bits(strength<F>(balls[j], range(j).near) > least_near)
-                             : 0;
+          j < all_balls.count ? Lanes<V>::bits(strength<F>(balls[j], range(j).near) > min_near) : 0;
       team.append(matters & ~full, cursor, [&](std::int64_t place) { scratch.near[place] = j; });
     }
     if (!team.leads_group()) return;
     for (int box = 0; box < kBoxes; ++box) {
       scratch.count[box] = full >> box & 1u
-                               ? kMostNear + 1
-                               : static_cast<std::uint32_t>(cursor[box] + kMostNear - end[box]);
+                               ? kMaxNear + 1
+                               : static_cast<std::uint32_t>(cursor[box] + kMaxNear - end[box]);
     }
   }
 
-  PM_HD void blend(BallList list, std::int64_t at, int n) const {
+  PM_HD void interpolate(BallList list, std::int64_t at, int n) const {
     constexpr int kLanes = Lanes<V>::kCount;
     alignas(32) float p[3][kLanes];
     for (int l = 0; l < kLanes; ++l) {
@@ -124,21 +123,21 @@ struct BlendShares {
       p[0][l] = point.x, p[1][l] = point.y, p[2][l] = point.z;
     }
     const Points<V> x = {Lanes<V>::load(p[0]), Lanes<V>::load(p[1]), Lanes<V>::load(p[2])};
-    V strongest = same<V>(0.0f);
+    V strongest = broadcast<V>(0.0f);
     for (std::uint32_t j = 0; j < list.count; ++j) {
       const typename F::Ball ball = balls[list.indices[j]];
-      strongest = most(strongest, strength<F>(ball, ball.q(x.x, x.y, x.z)));
+      strongest = max(strongest, strength<F>(ball, ball.q(x.x, x.y, x.z)));
     }
-    const V least_strength = kLeastShare * strongest;
-    V sum = same<V>(0.0f), value[4 * kMaps];
-    for (V& v : value) v = same<V>(0.0f);
+    const V min_strength = kMinShare * strongest;
+    V sum = broadcast<V>(0.0f), value[4 * kMaps];
+    for (V& v : value) v = broadcast<V>(0.0f);
     for (std::uint32_t j = 0; j < list.count; ++j) {
       const std::uint32_t e = list.indices[j];
       const typename F::Ball ball = balls[e];
       const V adds = strength<F>(ball, ball.q(x.x, x.y, x.z));
-      const auto counts = adds > least_strength;
+      const auto counts = adds > min_strength;
       if (Lanes<V>::bits(counts) == 0) continue;
-      const V weight = kept_if(counts, adds);
+      const V weight = zero_unless(counts, adds);
       sum = sum + weight;
       add<V>(e, weight, x.x - ball.x, x.y - ball.y, x.z - ball.z, value);
     }
@@ -157,11 +156,11 @@ struct BlendShares {
   template <class T>
   PM_HD void add(std::uint32_t e, T weight, T dx, T dy, T dz, T (&value)[4 * kMaps]) const {
     for (int k = 0; k < 4 * kMaps; ++k) {
-      const Carried& c = carried[std::int64_t{e} * kMaps + k / 4];
+      const BallAttribute& c = carried[std::int64_t{e} * kMaps + k / 4];
       const Vec3 slope = c.slope[k % 4];
-      T here = fused(same<T>(slope.z), dz, same<T>(c.value[k % 4]));
-      here = fused(same<T>(slope.x), dx, fused(same<T>(slope.y), dy, here));
-      value[k] = fused(weight, here, value[k]);
+      T here = fma(broadcast<T>(slope.z), dz, broadcast<T>(c.value[k % 4]));
+      here = fma(broadcast<T>(slope.x), dx, fma(broadcast<T>(slope.y), dy, here));
+      value[k] = fma(weight, here, value[k]);
     }
   }
 
@@ -170,7 +169,7 @@ struct BlendShares {
     const Vec3 p = points[at];
     std::uint32_t nearest = 0;
     float q = kInfinity;
-    for (std::uint32_t j = 0; j < everyone.count; ++j) {
+    for (std::uint32_t j = 0; j < all_balls.count; ++j) {
       const float of_ball = balls[j].q(p.x, p.y, p.z);
       if (of_ball < q) q = of_ball, nearest = j;
     }

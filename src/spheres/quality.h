@@ -14,7 +14,7 @@
 namespace polymorph {
 
 /// Distances are shares of the diagonal of the model's box.
-struct Figures {
+struct ApproximationQuality {
   double iou = 0;           ///< volume of the intersection over that of the union
   double volume_ratio = 0;  ///< the surface's over the model's
   double rms_to_model = 0, hausdorff_to_model = 0;      ///< from the surface
@@ -27,9 +27,9 @@ struct Figures {
 /// `points` points (300 000: standard error about 0.0005), distances measured at 20 000 samples
 /// each way and at every surface vertex. A model whose field has no surface: iou 0, distances 1.
 /// Errors: as extract_surface().
-Result<Figures> measure_figures(const Model& model, const InsideTest& inside,
-                                const std::vector<Ball>& balls, FieldKind kind, int grid,
-                                double points = 3e5);
+Result<ApproximationQuality> measure_quality(const Model& model, const InsideTest& inside,
+                                             const std::vector<Ball>& balls, FieldKind kind,
+                                             int grid, double points = 3e5);
 
 /// The larger of both Hausdorff distances, as a share of the diagonal, for the error-driven count.
 Result<double> hausdorff_distance(const Model& model, const std::vector<BoundarySample>& samples,

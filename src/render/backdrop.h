@@ -29,9 +29,9 @@ Floor make_floor(const GroundSettings& settings, const Box& bounds);
 /// Distance at which a ray from above meets the floor, if that is before ray.far and where the
 /// floor can be seen; else infinity.
 template <class T3>
-inline NumberOf<T3> meets_floor(const Floor& floor, const RayOf<T3>& ray) {
-  using V = NumberOf<T3>;
-  const V never = same<V>(std::numeric_limits<float>::infinity());
+inline ComponentOf<T3> intersect_floor(const Floor& floor, const RayOf<T3>& ray) {
+  using V = ComponentOf<T3>;
+  const V never = broadcast<V>(std::numeric_limits<float>::infinity());
   if (!floor.enabled) return never;
   const V distance = (floor.height - ray.origin.y) / ray.direction.y;
   const V x = ray.origin.x + ray.direction.x * distance - floor.center.x;
@@ -45,18 +45,18 @@ inline NumberOf<T3> meets_floor(const Floor& floor, const RayOf<T3>& ray) {
 template <class T3>
 struct FloorPointOf {
   T3 position;
-  NumberOf<T3> fade;  ///< 1 where it can no longer be seen
-  NumberOf<T3> tone;  ///< times the floor's colour
+  ComponentOf<T3> fade;  ///< 1 where it can no longer be seen
+  ComponentOf<T3> tone;  ///< times the floor's colour
 };
 template <class T3>
 inline FloorPointOf<T3> floor_point(const Floor& floor, const RayOf<T3>& ray,
-                                    NumberOf<T3> distance) {
-  using V = NumberOf<T3>;
+                                    ComponentOf<T3> distance) {
+  using V = ComponentOf<T3>;
   FloorPointOf<T3> point;
   point.position = ray.origin + ray.direction * distance;
-  point.position.y = same<V>(floor.height);
+  point.position.y = broadcast<V>(floor.height);
   const V x = point.position.x - floor.center.x, z = point.position.z - floor.center.z;
-  const V away = square_root(x * x + z * z);
+  const V away = sqrt(x * x + z * z);
   point.fade = smoothstep(floor.fade_start, floor.fade_end, away);
   const V far = smoothstep(0.2f * floor.fade_start, 0.8f * floor.fade_end, away);
   point.tone = 1.0f + (floor.far_tone - 1.0f) * far;

@@ -1,0 +1,66 @@
+// Files of the disk cache. Each is named by the hash of everything that its content depends on, so
+// none ever becomes stale; it is written whole or not at all, and carries a checksum.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace polymorph {
+
+/// Length of a key: the hex digits of a Hasher.
+inline constexpr std::size_t kCacheKeySize = 32;
+
+/// One sort of cache files. All strings are literals.
+struct CacheKind {
+  std::string_view name;       ///< what is in it, for messages: "spheres"
+  std::string_view extension;  ///< ".spheres"
+  std::string_view magic;      ///< first bytes
+  std::uint32_t version;       ///< of the file's layout
+};
+
+inline constexpr CacheKind kSphereFiles = {"spheres", ".spheres", "polymorph spheres\n", 2};
+inline constexpr CacheKind kDistanceFiles = {"distances", ".distances", "polymorph distances\n", 1};
+inline constexpr CacheKind kPacingFiles = {"paces", ".pacing", "polymorph pacing\n", 1};
+inline constexpr const CacheKind* kCacheKinds[] = {&kSphereFiles, &kDistanceFiles, &kPacingFiles};
+
+std::filesystem::path cache_path(const std::filesystem::path& folder, const std::string& key,
+                                 const CacheKind& kind);
+
+/// What a file's bytes hold between header and checksum, or what is wrong with them.
+std::optional<std::string_view> cached_content(std::string_view bytes, const std::string& key,
+                                               const CacheKind& kind, const char*& problem);
+
+/// What is kept in `folder` under this key, if anything is: the whole file, of which
+/// cached_content() shows the part that was stored. A file that is damaged, foreign, of another
+/// version or under another's name is one warning and nothing.
+std::optional<std::string> load_cached(const std::filesystem::path& folder, const std::string& key,
+                                       const CacheKind& kind);
+
+/// Keeps it: a temporary name, then a rename, so that readers see all or nothing, and of several
+/// writers the last wins (all write the same). Where nothing can be written, a warning is given
+/// once a folder, and that is all.
+void store_cached(const std::filesystem::path& folder, const std::string& key,
+                  const CacheKind& kind, std::string_view content);
+
+/// Says that a file is not used, and why.
+void warn_unusable(const std::filesystem::path& folder, const std::string& key,
+                   const CacheKind& kind, const char* problem);
+
+/// Appends a value's bytes, and takes them off the front.
+template <class T>
+void put(std::string& bytes, T value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+template <class T>
+T take(std::string_view& bytes) {
+  T value;
+  std::memcpy(&value, bytes.data(), sizeof value);
+  bytes.remove_prefix(sizeof value);
+  return value;
+}
+
+}  // namespace polymorph

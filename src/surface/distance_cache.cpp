@@ -1,0 +1,189 @@
+#include "surface/distance_cache.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/cache_file.h"
+#include "base/hash.h"
+#include "base/parallel.h"
+#include "surface/components.h"
+#include "surface/grid.h"
+#include "surface/mesh_check.h"
+
+namespace polymorph {
+namespace {
+
+// Content: face sides, volume, smallest part, grid, Lipschitz constant, spline, and of each block
+// of points where the spline does not hold its number and values.
+constexpr int kEdge = 4;  ///< points along a block's edge
+constexpr std::size_t kBlockPoints = kEdge * kEdge * kEdge;
+
+std::string key_of(const Model& model, float cell, float thinnest, double min_part) {
+  Hasher hasher;
+  hasher.add("distances").add(kDistancesVersion);
+  hasher.add(std::span<const Vec3>(model.points)).add(std::span<const Triangle>(model.triangles));
+  hasher.add(cell).add(thinnest).add(min_part);
+  return hasher.hex();
+}
+
+Int3 blocks_of(const Grid& grid) {
+  const auto count = [](int points) { return (points + kEdge - 1) / kEdge; };
+  return {count(grid.points.x), count(grid.points.y), count(grid.points.z)};
+}
+
+/// f(index of a grid point, index within the block) for the points of block b.
+template <class F>
+void for_block(const Grid& grid, std::int64_t b, const F& f) {
+  const Int3 blocks = blocks_of(grid), n = grid.points;
+  const auto first_x = static_cast<int>(b % blocks.x) * kEdge,
+             first_y = static_cast<int>(b / blocks.x % blocks.y) * kEdge,
+             first_z = static_cast<int>(b / blocks.x / blocks.y) * kEdge;
+  for (int z = 0; z < std::min(kEdge, n.z - first_z); ++z)
+    for (int y = 0; y < std::min(kEdge, n.y - first_y); ++y)
+      for (int x = 0; x < std::min(kEdge, n.x - first_x); ++x)
+        f(static_cast<std::size_t>(first_x + x) +
+              static_cast<std::size_t>(n.x) *
+                  (static_cast<std::size_t>(first_y + y) +
+                   static_cast<std::size_t>(n.y) * static_cast<std::size_t>(first_z + z)),
+          static_cast<std::size_t>((z * kEdge + y) * kEdge + x));
+}
+
+void put_grid(std::string& bytes, const Grid& grid) {
+  put(bytes, grid.origin);
+  put(bytes, grid.cell);
+  put(bytes, grid.points);
+}
+Grid take_grid(std::string_view& bytes) {
+  Grid grid;
+  grid.origin = take<Vec3>(bytes);
+  grid.cell = take<float>(bytes);
+  grid.points = take<Int3>(bytes);
+  return grid;
+}
+constexpr std::size_t kGridSize = sizeof(Vec3) + sizeof(float) + sizeof(Int3);
+
+template <class T>
+void put_all(std::string& bytes, const std::vector<T>& values) {
+  put(bytes, static_cast<std::uint64_t>(values.size()));
+  bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+}
+template <class T>
+bool take_all(std::string_view& bytes, std::vector<T>& values) {
+  if (bytes.size() < 8) return false;
+  const auto count = take<std::uint64_t>(bytes);
+  if (count > bytes.size() / sizeof(T)) return false;
+  values.resize(static_cast<std::size_t>(count));
+  std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
+  bytes.remove_prefix(values.size() * sizeof(T));
+  return true;
+}
+
+/// What the grid is where only the spline counts.
+DistanceGrid smooth_alone(const SmoothDistances& smooth, const Grid& grid) {
+  DistanceGrid distances{grid, spline_values(smooth, grid), 1};
+  close_border(distances);
+  return distances;
+}
+
+std::string encode(const ObjectDistances& object, const SmoothDistances& smooth) {
+  std::string bytes;
+  put_all(bytes, object.sides);
+  put(bytes, object.volume);
+  put(bytes, object.smallest_component_share);
+  put_grid(bytes, object.grid->grid);
+  put(bytes, object.grid->lipschitz);
+  put_grid(bytes, smooth.grid);
+  put_all(bytes, smooth.values);
+  const Grid& grid = object.grid->grid;
+  const std::vector<float>& values = object.grid->values;
+  const std::vector<float> far = smooth_alone(smooth, grid).values;
+  const Int3 blocks = blocks_of(grid);
+  std::vector<std::uint32_t> numbers;
+  std::vector<float> near;
+  for (std::int64_t b = 0; b < std::int64_t{blocks.x} * blocks.y * blocks.z; ++b) {
+    bool differs = false;
+    for_block(grid, b, [&](std::size_t i, std::size_t) { differs |= values[i] != far[i]; });
+    if (!differs) continue;
+    numbers.push_back(static_cast<std::uint32_t>(b));
+    near.resize(near.size() + kBlockPoints);
+    float* to = near.data() + near.size() - kBlockPoints;
+    for_block(grid, b, [&](std::size_t i, std::size_t k) { to[k] = values[i]; });
+  }
+  put_all(bytes, numbers);
+  put_all(bytes, near);
+  return bytes;
+}
+
+bool is_sound(const Grid& grid) {
+  const auto within = [](int points) { return points >= 2 && points <= 4096; };
+  return within(grid.points.x) && within(grid.points.y) && within(grid.points.z) && grid.cell > 0 &&
+         std::isfinite(grid.cell);
+}
+
+bool decode(std::string_view bytes, std::size_t triangles, ObjectDistances& object) {
+  if (!take_all(bytes, object.sides) || object.sides.size() != triangles) return false;
+  if (bytes.size() < 2 * sizeof(double) + 2 * kGridSize + sizeof(float)) return false;
+  object.volume = take<double>(bytes);
+  object.smallest_component_share = take<double>(bytes);
+  const Grid grid = take_grid(bytes);
+  const auto lipschitz = take<float>(bytes);
+  SmoothDistances smooth;
+  smooth.grid = take_grid(bytes);
+  std::vector<std::uint32_t> numbers;
+  std::vector<float> near;
+  if (!is_sound(grid) || !is_sound(smooth.grid) || !take_all(bytes, smooth.values) ||
+      !take_all(bytes, numbers) || !take_all(bytes, near) || !bytes.empty())
+    return false;
+  const Int3 blocks = blocks_of(grid), nodes = smooth.grid.points;
+  const std::int64_t count = std::int64_t{blocks.x} * blocks.y * blocks.z;
+  if (smooth.values.size() != static_cast<std::size_t>(std::int64_t{nodes.x} * nodes.y * nodes.z) ||
+      near.size() != kBlockPoints * numbers.size() ||
+      std::any_of(numbers.begin(), numbers.end(), [&](std::uint32_t b) { return b >= count; }))
+    return false;
+  DistanceGrid distances = smooth_alone(smooth, grid);
+  distances.lipschitz = lipschitz;
+  parallel_for(
+      static_cast<std::int64_t>(numbers.size()),
+      [&](std::int64_t i) {
+        const auto at = static_cast<std::size_t>(i);
+        const float* from = near.data() + kBlockPoints * at;
+        for_block(grid, numbers[at],
+                  [&](std::size_t p, std::size_t k) { distances.values[p] = from[k]; });
+      },
+      256);
+  object.grid = std::make_shared<const DistanceGrid>(std::move(distances));
+  return true;
+}
+
+}  // namespace
+
+Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQuery& closest,
+                                         float cell, float thinnest, double min_part,
+                                         SurfaceExtractor& extractor,
+                                         const std::filesystem::path& folder) {
+  /// How far from its faces a model is asked what lies there, in cells.
+  constexpr float kFaceStep = 0.01f;
+  ObjectDistances object;
+  object.key = key_of(model, cell, thinnest, min_part);
+  if (!folder.empty()) {
+    if (const auto bytes = load_cached(folder, object.key, kDistanceFiles)) {
+      const char* problem = nullptr;
+      const auto content = cached_content(*bytes, object.key, kDistanceFiles, problem);
+      if (content && decode(*content, model.triangles.size(), object)) return object;
+      warn_unusable(folder, object.key, kDistanceFiles, "holds no sound distances");
+    }
+  }
+  const InsideTest inside(model);
+  object.sides = classify_faces(model, inside, kFaceStep * cell);
+  SmoothDistances smooth;
+  object.grid = std::make_shared<const DistanceGrid>(
+      signed_distances(model, inside, closest, object.sides, 0.5f * cell, thinnest, &smooth));
+  PM_TRY(Mesh mesh, extract_distances(extractor, object.grid, cell, {}));
+  remove_small_components(mesh, min_part);
+  object.volume = volume_of(mesh);
+  object.smallest_component_share = smallest_component_share(mesh);
+  if (!folder.empty()) store_cached(folder, object.key, kDistanceFiles, encode(object, smooth));
+  return object;
+}
+
+}  // namespace polymorph
