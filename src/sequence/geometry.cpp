@@ -453,7 +453,8 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtracto
   FrameGeometry geometry;
   geometry.frame = frame;
   const int shown = shown_frame(prepared.scene, frame);
-  const bool last = frame == prepared.frame_count || shown != frame;
+  const bool turned = prepared.scene.frames.turntable > 0;  // nothing but the camera moves
+  const bool last = turned || frame == prepared.frame_count;
   geometry.t = sequence_time(prepared.scene, shown);
   geometry.stage = stage_names(prepared, frame);
   const bool flows = wants_flow(scene_at(prepared.scene, static_cast<double>(frame)));
@@ -476,7 +477,7 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtracto
     geometry.actors.push_back(std::move(one));
   }
   for (std::size_t a = 0; a < prepared.actors.size(); ++a)
-    geometry.actors[a].moves = shown == frame && moves_at(prepared.actors[a].timeline, shown);
+    geometry.actors[a].moves = !turned && moves_at(prepared.actors[a].timeline, shown);
   if (aov_is_chosen(prepared.scene.image.aovs, "label") ||
       aov_is_chosen(prepared.scene.image.aovs, "crypto_label"))
     for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
