@@ -1,5 +1,6 @@
 """A reader of OpenEXR's scanline files with ZIP compression, from the file format's description alone."""
 
+import pathlib
 import struct
 import zlib
 
@@ -8,7 +9,7 @@ class Exr:
     """`header`: attributes by name; `channels`: rows of floats by channel name."""
 
     def __init__(self, path):
-        data = open(path, "rb").read()
+        data = pathlib.Path(path).read_bytes()
         assert struct.unpack_from("<I", data)[0] == 20000630, f"{path}: no EXR"
         assert struct.unpack_from("<I", data, 4)[0] & 0x1E00 == 0, f"{path}: not one part of scanlines"
         at, self.header, kinds = 8, {}, {}
