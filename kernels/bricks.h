@@ -1,5 +1,6 @@
-// From bricks to counted rows: the field at the 8^3 points of a brick, which of its edges the
-// surface crosses, and how many triangles its cells have.
+// Field sampling and counting of one brick of the grid (marching cubes, first pass): the field at
+// the 8^3 points of a brick, the edges that the surface crosses, and the number of triangles of its
+// cells.
 //
 // A row is the seven cells from point (0, y, z) of a brick along x, with the 21 edges whose lower
 // corner is one of its first seven points; so every cell and every edge belongs to exactly one row.
@@ -189,10 +190,10 @@ struct CountBricks {
   }
 };
 
-/// The field of balls at each brick's points, and what CountBricks makes of it. One team a brick.
+/// The field of balls at each brick's points, and what CountBricks makes of it. One team per brick.
 ///
-/// Where balls never end, values come from the brick's list and polynomial; where such a value is
-/// so near to iso that the exact one may lie beyond, the exact one takes its place.
+/// Where support is infinite, values come from the brick's list and polynomial; where such a value
+/// is so near to iso that the exact one may lie beyond, the exact one takes its place.
 template <class F>
 struct SampleBricks : CountBricks {
   static constexpr int kThreads = 128;
@@ -208,7 +209,7 @@ struct SampleBricks : CountBricks {
   int sample_stride = 1;
   View<const std::uint32_t> entries;
   View<const typename F::Ball> balls;
-  // Where balls never end:
+  // Where support is infinite:
   View<const FarField> far;  ///< of each brick
   BallList all_balls;
 

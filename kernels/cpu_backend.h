@@ -1,5 +1,5 @@
-// The CPU side of what a backend is (extract.h). Runs in the caller's TBB arena; results do not
-// depend on how TBB cuts the ranges.
+// The CPU backend of the extraction passes (extract.h), on oneTBB. Runs in the caller's TBB arena;
+// results do not depend on how TBB cuts the ranges.
 #pragma once
 
 #include <tbb/blocked_range.h>
@@ -13,11 +13,8 @@
 #include <type_traits>
 #include <vector>
 
-#if defined(__SSE__)
-#include <xmmintrin.h>
-#endif
-
 #include "extract_surface.h"
+#include "floating_point.h"
 #include "fork_join.h"
 #include "math.h"
 #include "tree.h"
@@ -25,26 +22,6 @@
 #include "view.h"
 
 namespace polymorph {
-
-/// IEEE arithmetic while it lives. Embree asks for flush-to-zero in every thread, and the same TBB
-/// workers come here: whether a thread has rendered before must not change a vertex.
-class StrictFloats {
- public:
-#if defined(__SSE__)
-  StrictFloats() : saved_(_mm_getcsr()) { _mm_setcsr(saved_ & ~0x8040u); }
-  ~StrictFloats() { _mm_setcsr(saved_); }
-#else
-  StrictFloats() = default;
-  ~StrictFloats() = default;
-#endif
-  StrictFloats(const StrictFloats&) = delete;
-  StrictFloats& operator=(const StrictFloats&) = delete;
-
- private:
-#if defined(__SSE__)
-  unsigned saved_;
-#endif
-};
 
 /// A team of one thread that handles as many points at once as VectorOf has lanes.
 template <class VectorOf>
@@ -126,7 +103,7 @@ class BasicCpuBackend {
   /// Calls f(i) for i in [0, n), in any order.
   template <class F>
   void for_each(std::int64_t n, const F& f, const char* name) {
-    const Stopwatch watch(*this, name);
+    const PassTimer timer(*this, name);
     ranges(n, 64, [&f](std::int64_t begin, std::int64_t end) {
       const F local = f;  // constants in registers, not reloaded after each store
       for (std::int64_t i = begin; i < end; ++i) local(i);
@@ -141,7 +118,7 @@ class BasicCpuBackend {
   template <class F>
   void for_teams(const std::int64_t* count, std::int64_t /*limit*/, const F& f, const char* name,
                  int parts = 1) {
-    const Stopwatch watch(*this, name);
+    const PassTimer timer(*this, name);
     ranges(*count * parts, 16, [&f](std::int64_t begin, std::int64_t end) {
       const F local = f;
       typename F::Scratch scratch;
@@ -152,7 +129,7 @@ class BasicCpuBackend {
   /// offsets[i] = counts[0] + ... + counts[i - 1] for i < *n, and the sum of all.
   void scan(View<const Counts> counts, const std::int64_t* n, View<Offsets> offsets, Offsets* total,
             const char* name) {
-    const Stopwatch watch(*this, name);
+    const PassTimer timer(*this, name);
     Offsets sum;
     const std::int64_t size = *n;
     for (std::int64_t i = 0; i < size; ++i) {
@@ -196,16 +173,16 @@ class BasicCpuBackend {
   std::size_t memory_used() const { return used_ + results_; }
 
  private:
-  class Stopwatch {
+  class PassTimer {
    public:
-    Stopwatch(BasicCpuBackend& backend, const char* name)
+    PassTimer(BasicCpuBackend& backend, const char* name)
         : backend_(backend), name_(name), start_(std::chrono::steady_clock::now()) {}
-    ~Stopwatch() {
+    ~PassTimer() {
       const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
       add_pass_time(backend_.times_, name_, spent.count());
     }
-    Stopwatch(const Stopwatch&) = delete;
-    Stopwatch& operator=(const Stopwatch&) = delete;
+    PassTimer(const PassTimer&) = delete;
+    PassTimer& operator=(const PassTimer&) = delete;
 
    private:
     BasicCpuBackend& backend_;
@@ -231,7 +208,8 @@ class BasicCpuBackend {
     ForkJoin loop;
     tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, n, grain),
                       [&](const tbb::blocked_range<std::int64_t>& r) {
-                        const StrictFloats strict;
+                        // Whether a thread has rendered before must not change a vertex.
+                        const KeepDenormals keep;
                         loop.part([&] { f(r.begin(), r.end()); });
                       });
   }

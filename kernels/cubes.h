@@ -1,5 +1,5 @@
-// The report's matrix skin (2.1.2.1): every grid point inside is a cube of one cell, drawn where
-// its faces meet an outside point.
+// Voxel surface (the report's matrix skin, 2.1.2.1): every grid point inside is a cube of one cell,
+// drawn where its faces meet an outside point.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 namespace polymorph {
 
 /// Writes one square, with four vertices and a flat normal of its own, across each crossed edge of
-/// each brick. One team a brick.
+/// each brick. One team per brick.
 struct EmitCubes {
   static constexpr int kThreads = 64;
   struct Scratch {

@@ -1,4 +1,4 @@
-// The CUDA side of the three things a backend is: for_each, exclusive_scan, Buffer. One stream a
+// The CUDA backend of the extraction passes (extract.h lists what a backend offers). One stream per
 // backend; every call and every launch is checked with its own return value.
 #pragma once
 
@@ -123,7 +123,7 @@ struct CudaTeam {
 #endif
 };
 
-/// One block an item; as many items as *count says, but never more than there is memory for.
+/// One block per item; as many items as *count says, but never more than there is memory for.
 template <class F>
 __global__ void __launch_bounds__(F::kThreads)
     run_teams(const std::int64_t* count, std::int64_t limit, int parts, F f) {

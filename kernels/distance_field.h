@@ -1,4 +1,4 @@
-// An object's signed distances on a grid as a function of space.
+// Signed distance field: trilinear interpolation of an object's distances on a grid.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
-// The pass that makes the polynomials of far_field.h: one team a node, from its parent's.
+// Far-field expansion pass: makes a node's polynomial (far_field.h) from its parent's, one team per
+// node.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The order of all passes, once for every backend.
+// Surface extraction: the sequence of all passes, written once for every backend.
 //
 // A backend gives: Team (how the threads that share one item work together: V, kParts, each,
 // each_group, group_sum, group_max, sync, scan, append, add); kManyRoots; for_each and for_teams;
@@ -45,16 +45,14 @@ namespace polymorph {
 template <class Function>
 void with_field(const std::vector<Ball>& balls, FieldKind kind, const Function& f) {
   const bool round = std::all_of(balls.begin(), balls.end(), is_round);
-  switch (kind) {
-    case FieldKind::kGaussian:
-      return round ? f(Field<FieldKind::kGaussian, RoundBall>{})
-                   : f(Field<FieldKind::kGaussian, EllipsoidBall>{});
-    case FieldKind::kWyvill:
-      return round ? f(Field<FieldKind::kWyvill, RoundBall>{})
-                   : f(Field<FieldKind::kWyvill, EllipsoidBall>{});
-    case FieldKind::kInverseSquare:
-      return f(Field<FieldKind::kInverseSquare, RoundBall>{});
-  }
+  visit(kind, [&](auto field) {
+    using Kind = decltype(field);
+    if constexpr (Kind::kEllipsoids) {
+      round ? f(Field<Kind, RoundBall>{}) : f(Field<Kind, EllipsoidBall>{});
+    } else {
+      f(Field<Kind, RoundBall>{});
+    }
+  });
 }
 
 /// The power of two above half the size of the balls' box, or above the largest lone ball's radius.
@@ -196,19 +194,19 @@ class Extraction final : public SurfaceExtractor {
   using Buffer = typename B::template Buffer<T>;
   using V = typename B::Team::V;
 
-  /// The balls as the kernels read them, the list of all of them, and the tops of the tree.
+  /// The balls as the kernels read them, the list of all of them, and the roots of the tree.
   template <class F>
   struct BallViews {
     View<typename F::Ball> balls;
     View<std::uint32_t> all_balls;
     View<Node> nodes;
     View<Counts> sums;
-    View<FarField> far;  ///< of the tops, and the length of the field, where balls never end
+    View<FarField> far;  ///< of the roots, and the length of the field, where support is infinite
     float length = 1;
 
     BallList all() const { return {all_balls.data, static_cast<std::uint32_t>(all_balls.size)}; }
   };
-  /// The levels below the tops, bricks first, and the tops along each axis.
+  /// The levels below the roots, bricks first, and the roots along each axis.
   struct TreeShape {
     std::vector<Level> levels;
     Int3 roots = {1, 1, 1};
@@ -290,7 +288,7 @@ class Extraction final : public SurfaceExtractor {
     return raw;
   }
 
-  /// Prepares the balls, and the tops of a tree where it has levels.
+  /// Prepares the balls, and the roots of a tree where it has levels.
   template <class F>
   BallViews<F> prepare(const std::vector<Ball>& balls, const ExtractSettings& settings,
                        const TreeShape& shape = {}) {
@@ -445,8 +443,8 @@ class Extraction final : public SurfaceExtractor {
   static Int3 divided(Int3 a, int by) {
     return {(a.x + by - 1) / by, (a.y + by - 1) / by, (a.z + by - 1) / by};
   }
-  /// Down from one top, or from up to 4^3 of them: a GPU takes no longer for the children of all
-  /// than for those of one. Where balls never end, both begin alike: each level of polynomials
+  /// Down from one root, or from up to 4^3 of them: a GPU takes no longer for the children of all
+  /// than for those of one. Where support is infinite, both begin alike: each level of polynomials
   /// rounds.
   static TreeShape tree_shape(const Grid& grid, bool many_roots) {
     const Int3 cells = {grid.points.x + 1, grid.points.y + 1, grid.points.z + 1};
@@ -475,7 +473,7 @@ class Extraction final : public SurfaceExtractor {
     return area(n.x, n.y) + area(n.y, n.z) + area(n.z, n.x) + kChildren;
   }
 
-  /// Walks the tree from its tops to the bricks.
+  /// Walks the tree from its roots to the bricks.
   template <class F>
   BrickViews find_bricks(const BallViews<F>& in, TreeShape shape, const Grid& grid,
                          const ExtractSettings& settings) {
@@ -615,7 +613,7 @@ class Extraction final : public SurfaceExtractor {
     backend_.for_teams(bricks.count, bricks.capacity, place, "vertices");
   }
 
-  /// Walks the tree from its tops to the bricks, as find_bricks() does.
+  /// Walks the tree from its roots to the bricks, as find_bricks() does.
   BrickViews find_morph_bricks(const TreeShape& shape, ClassifyMorph classify) {
     const std::vector<Level>& levels = shape.levels;
     const Grid& grid = classify.grid;

@@ -1,5 +1,6 @@
-// Balls in, surface out: the host face of the kernels. The passes themselves are in extract.h, once
-// for both backends; what only a device can fail at comes back as a status, not an exception.
+// Marching cubes on a metaball field, on the CPU or with CUDA: the host interface of the kernels
+// (SurfaceExtractor). The passes themselves are in extract.h, once for both backends; what only a
+// device can fail at comes back as a status, not an exception.
 #pragma once
 
 #include <cstddef>
@@ -14,8 +15,6 @@
 #include "types.h"
 
 namespace polymorph {
-
-enum class Backend : std::uint8_t { kCpu, kCuda };
 
 /// How the field is sampled and the surface placed.
 struct ExtractSettings {
@@ -35,7 +34,7 @@ struct ExtractSettings {
   /// them (the report's influence resolution, 5.2.3.1). Above 1, vertices are not refined. 1..16.
   int sample_stride = 1;
   /// False: the mesh stays on the device and is lost with the next call; for measuring. The CPU
-  /// backend, which writes straight into the mesh, delivers it anyway.
+  /// backend writes straight into the mesh and ignores this.
   bool download = true;
 };
 
@@ -71,7 +70,7 @@ class SurfaceExtractor {
   /// row (bricks.h), the same on every backend and for any number of threads.
   /// No balls, or none that reaches iso: an empty mesh and kOk. kBadInput: NaN or infinite balls, a
   /// <= 0 or a shape that is not positive definite (but for kInverseSquare), settings out of range,
-  /// or a grid of less than 2 or more than about 5000 points a side, or further from the origin
+  /// or a grid with fewer than 2 or more than 2^20 points along an axis, or further from the origin
   /// than half a million cells (float cannot tell its points apart).
   virtual ExtractStatus extract(const std::vector<Ball>& balls, const Grid& grid,
                                 const ExtractSettings& settings, Mesh& mesh) = 0;

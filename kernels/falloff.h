@@ -1,4 +1,5 @@
-// What one ball contributes at a point, and the ball in the form in which the kernels read it.
+// Metaball field functions (Gaussian, Wyvill, inverse square): the contribution of one ball at a
+// point, and the ball in the form in which the kernels read it.
 //
 // A ball maps a point to u = M (point - center), M upper triangular with M^T M its matrix; for a
 // round ball M is one number. Its coordinate there is q = base + u.z^2 + u.y^2 + u.x^2, a chain of
@@ -7,7 +8,7 @@
 //
 // Each step of the chain rounds monotonically in each argument, and so does each u_k in each
 // coordinate of the point. Hence the corners of a box bound every q computed for a point of it,
-// rounding included: this is what makes culling exact (bricks.h).
+// rounding included: q is monotone after rounding, which makes culling exact (bricks.h).
 //
 // V is float, or a pack of floats (math.h): the same operations on several points at once.
 #pragma once
@@ -15,23 +16,14 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "field_kinds.h"
 #include "host_device.h"
 #include "math.h"
 #include "types.h"
 
 namespace polymorph {
 
-/// kInverseSquare counts distances in FieldScale::length, adds the first to their squares, so that
-/// a ball's centre has a finite, large value, and holds them below the second: products of four
-/// squares then stay within the normal floats, and four balls share a division.
-constexpr float kMinDistance2 = 1e-9f, kMaxDistance2 = 1e9f;
 constexpr int kBatch = 4;
-
-/// What all balls of a set share.
-struct FieldScale {
-  float log2_floor = 0;  ///< log2(cutoff iso); kGaussian
-  float length = 1;      ///< a power of two, about the size of the set; kInverseSquare
-};
 
 /// Bounds of q over a box: no q computed in it is below `near` or above `far`. Where coordinates
 /// overflow, `near` is `base` and `far` may be anything.
@@ -64,7 +56,7 @@ struct alignas(32) RoundBall {
   float x = 0, y = 0, z = 0;
   float scale = 1;  ///< u = scale (point - center)
   float base = 0, limit = 0;
-  float w = 0;              ///< kGaussian: unused
+  float w = 0;              ///< unused in exponential fields
   float scale_squared = 1;  ///< scale^2
 
   template <class V>
@@ -145,8 +137,8 @@ struct alignas(16) EllipsoidBall {
   }
 };
 
-/// The least ratio of a pivot to its diagonal entry at which a shape counts as positive definite:
-/// some ten times the rounding of its entries. Axes may differ by a factor of 1000.
+/// The smallest ratio of a pivot to its diagonal entry at which a shape counts as positive
+/// definite: some ten times the rounding of its entries. Axes may differ by a factor of 1000.
 constexpr double kMinPivot = 1e-6;
 
 /// M of a symmetric matrix: its Cholesky factor (upper; matrix = M^T M). False where the matrix is
@@ -168,8 +160,9 @@ PM_HD inline bool factor(const Sym3& s, double by, double (&m)[6]) {
   return true;
 }
 
-/// Whether a ball that never ends is too near a box for a polynomial (far_field.h): near^3 <= reach
-/// |w|. So is one held at the largest distance, which makes a kink that no polynomial follows.
+/// Whether a ball of infinite support is too near a box for a polynomial (far_field.h): near^3 <=
+/// reach |w|. So is one held at the largest distance, which makes a kink that no polynomial
+/// follows.
 template <class V>
 PM_HD inline auto is_near(V w, QRange<V> q, float reach) {
   return (q.near * (q.near * q.near) <= reach * max(w, -w)) | (q.far >= kMaxDistance2);
@@ -177,23 +170,21 @@ PM_HD inline auto is_near(V w, QRange<V> q, float reach) {
 
 /// One axis' share of a ball's value where the field splits: u^2 along it, or its sum with base.
 /// Within the ball's reach u^2 <= kMaxFactor (prepare_ball); beyond, the share counts nowhere.
-constexpr float kMaxFactor = 125.0f;
 template <class V>
 PM_HD inline V factor_of(V u2) {
   return exp2(-min(u2, broadcast<V>(kMaxFactor)));
 }
 
-/// One field function over balls of one form: what extract() is compiled for.
-template <FieldKind kKindOf, class BallType>
+/// One field function (field_kinds.h) over balls of one form: what extract() is compiled for.
+template <class KindType, class BallType>
 struct Field {
   using Ball = BallType;
-  static constexpr FieldKind kKind = kKindOf;
-  /// Balls end somewhere. Where they do not, distant ones are summed by far_field.h, and sums take
-  /// four balls at a time (sum_of_batch).
-  static constexpr bool kCompactSupport = kKind != FieldKind::kInverseSquare;
-  /// A contribution is a product of three numbers, one an axis: on a grid they are shared.
-  static constexpr bool kSeparable =
-      kKind == FieldKind::kGaussian && std::is_same<Ball, RoundBall>::value;
+  using Kind = KindType;
+  /// Balls have a limit of their support. Where they have none, distant ones are summed by
+  /// far_field.h, and sums take four balls at a time (sum_of_batch).
+  static constexpr bool kCompactSupport = Kind::kCompactSupport;
+  /// A contribution is a product of three numbers, one per axis: on a grid they are shared.
+  static constexpr bool kSeparable = Kind::kExponential && std::is_same<Ball, RoundBall>::value;
 
   /// Whether a ball belongs in the list of a node over whose box its coordinate has the range q.
   template <class V>
@@ -208,26 +199,12 @@ struct Field {
   /// What a ball contributes where its coordinate is q.
   template <class V>
   PM_HD static V value(const Ball& ball, V q) {
-    if (kKind == FieldKind::kGaussian) return zero_unless(q <= ball.limit, exp2(-q));
-    if (kKind == FieldKind::kWyvill) {
-      const V rest = 1.0f - q;
-      return zero_unless(q <= ball.limit, (ball.w * (rest * rest)) * fma(broadcast<V>(-4.0f / 9.0f),
-                                                                         q, broadcast<V>(1.0f)));
-    }
-    return ball.w / min(q, broadcast<V>(kMaxDistance2));
+    return Kind::value(ball, q);
   }
-
-  /// - d value / dq, up to one positive factor common to all balls.
+  /// -d value / dq, up to one positive factor common to all balls.
   template <class V>
   PM_HD static V negated_derivative(const Ball& ball, V q) {
-    if (kKind == FieldKind::kGaussian) return value(ball, q);
-    if (kKind == FieldKind::kWyvill) {
-      // (1 - q) (22 - 12 q) / 9 is the derivative; the common 2 / 9 is left out.
-      return zero_unless(q <= ball.limit,
-                         ball.w * ((1.0f - q) * fma(broadcast<V>(-6.0f), q, broadcast<V>(11.0f))));
-    }
-    const V clamped = min(q, broadcast<V>(kMaxDistance2));
-    return ball.w / (clamped * clamped);
+    return Kind::negated_derivative(ball, q);
   }
 };
 
@@ -271,33 +248,15 @@ PM_HD inline V plus_product(V sum, const RoundBall& ball, V x, V y, V z) {
              factor_of(uy * uy) * factor_of(uz * uz), sum);
 }
 
-/// kGaussian: base = -w log2(e), so that the contribution is 2^-q; it ends where that falls below
-/// log2(cutoff iso) (Blinn 1982: r = sqrt((w - ln(cutoff iso)) / a); report 3.2.3).
-/// kWyvill: q = a r^2, ends at 1. kInverseSquare: q = r^2, never ends.
+/// A ball as the kernels read it.
 template <class F>
 PM_HD inline typename F::Ball prepare_ball(const Ball& ball, FieldScale scale) {
-  constexpr double kLog2E = 1.4426950408889634;
   typename F::Ball out;
   out.x = ball.center.x;
   out.y = ball.center.y;
   out.z = ball.center.z;
   out.w = ball.w;
-  double by = 1;
-  if (F::kKind == FieldKind::kGaussian) {
-    by = static_cast<double>(ball.a) * kLog2E;
-    // Not so strong that one axis alone could leave the range of exp2() within reach.
-    const float strongest = min(kMaxExponent, kMaxFactor - 5 + scale.log2_floor);
-    out.base = -min(ball.w * static_cast<float>(kLog2E), strongest);
-    out.limit = -scale.log2_floor;
-  } else if (F::kKind == FieldKind::kWyvill) {
-    by = static_cast<double>(ball.a);
-    out.limit = 1;
-  } else {
-    out.base = kMinDistance2;
-    out.limit = kInfinity;
-    out.w = ball.w / (scale.length * scale.length);
-    by = 1 / (static_cast<double>(scale.length) * static_cast<double>(scale.length));
-  }
+  const double by = F::Kind::prepare(ball, scale, out);
   set_matrix(out, ball.shape, by);
   return out;
 }

@@ -1,6 +1,7 @@
-// What distant balls of a field that never ends add within a node of the tree: their sum at 4^3
-// Chebyshev points of the node's box, and between those the polynomial through them, of third
-// degree along each axis. Nearer balls stay in the node's list and are summed one by one.
+// Far-field approximation of a field with infinite support (as in a fast multipole method): the sum
+// of distant balls within a node of the tree, taken at 4^3 Chebyshev points of the node's box and
+// interpolated between them by a polynomial of third degree along each axis. Nearer balls stay in
+// the node's list and are summed one by one.
 //
 // Each level hands its polynomial to the next: a child takes its parent's values at points of its
 // own (a polynomial restricted to a smaller box is the same polynomial, so that costs rounding

@@ -1,11 +1,12 @@
-// The field at points: sums over a list of balls, in ascending ball order.
+// Evaluation of the metaball field and its gradient at points: sums over a list of balls, in
+// ascending order of their indices.
 //
 // Two lists give the same bits at a point when they differ only in balls that contribute exactly 0
 // there: all sums start at +0 and adding 0 changes no float. The lists of a brick hold every ball
 // that reaches any of its points (tree.h), so a point shared by several bricks has one value, and
-// it is the value of the sum over all balls. Where balls never end, a brick's value is that of its
-// list and its polynomial, and bricks differ by rounding and far_field.h's error: bricks.h sees to
-// it that they agree about which points are inside.
+// it is the value of the sum over all balls. Where support is infinite, a brick's value is that of
+// its list and its polynomial, and bricks differ by rounding and far_field.h's error: bricks.h sees
+// to it that they agree about which points are inside.
 //
 // Where the field splits, its value at a grid point is a sum of products of factors; between the
 // points, where factors cannot be shared, one power does: the two differ by rounding.
@@ -108,7 +109,7 @@ PM_HD inline Points<V> negated_gradient_at(const Points<V>& p, const typename F:
   return sum;
 }
 
-/// The field in a brick: its list, and where balls never end its polynomial.
+/// The field in a brick: its list, and where support is infinite its polynomial.
 template <class F>
 struct BrickField {
   const typename F::Ball* balls = nullptr;
@@ -149,7 +150,7 @@ struct BrickField {
   }
 };
 
-/// Prepares all balls, and the tops of a tree where there is one; one item a ball or a top.
+/// Prepares all balls, and the roots of a tree where there is one; one item per ball or root.
 template <class F>
 struct PrepareBalls {
   View<const Ball> balls;
@@ -159,8 +160,8 @@ struct PrepareBalls {
   Int3 roots;  ///< along each axis
   View<Node> nodes;
   View<Counts> sums;
-  View<Offsets> node_count;  ///< nodes and entries of the tops' level
-  View<FarField> far;        ///< of the tops, where balls never end
+  View<Offsets> node_count;  ///< nodes and entries of the roots' level
+  View<FarField> far;        ///< of the roots, where support is infinite
 
   PM_HD void operator()(std::int64_t i) const {
     if (i < balls.size) {
@@ -168,9 +169,9 @@ struct PrepareBalls {
       all_balls[i] = static_cast<std::uint32_t>(i);
     }
     if (i >= nodes.size) return;
-    const auto top = static_cast<int>(i);
+    const auto root = static_cast<int>(i);
     Node node;
-    node.at = {top % roots.x, top / roots.x % roots.y, top / roots.x / roots.y};
+    node.at = {root % roots.x, root / roots.x % roots.y, root / roots.x / roots.y};
     node.count = static_cast<std::uint32_t>(balls.size);
     nodes[i] = node;
     sums[i] = {};

@@ -1,4 +1,4 @@
-// The macros of the kernels.
+// Macros for code that g++ and nvcc both compile.
 #pragma once
 
 /// Marks a function that g++ and nvcc both compile.
@@ -8,15 +8,7 @@
 #define PM_HD
 #endif
 
-/// Stands before an inner loop over lanes: keeps g++ from unrolling it before it can become a
-/// vector (it then vectorises the loop over balls instead, which is five times slower).
-#if defined(__GNUC__) && !defined(__CUDACC__) && !defined(__clang__)
-#define PM_LANES _Pragma("GCC unroll 1")
-#else
-#define PM_LANES
-#endif
-
-/// Stands before a loop whose loads a GPU should have on their way four rounds ahead.
+/// Unrolls the following loop by 4 on the GPU, to keep four loads in flight.
 #if defined(__CUDA_ARCH__)
 #define PM_UNROLL _Pragma("unroll 4")
 #else

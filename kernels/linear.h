@@ -1,5 +1,5 @@
-// Vectors and 3 x 3 matrices in double, where float's 24 bits are too few; and the powers and turns
-// that the balls' motion needs, with the same bits on the CPU and on the GPU (math.h).
+// Vectors and 3 x 3 matrices in double precision, with the matrix exponential, logarithm and
+// rotations that the motion of balls needs; the same bits on the CPU and on the GPU (math.h).
 #pragma once
 
 #include <cmath>

@@ -1,7 +1,7 @@
-// Arithmetic with the same bits on the CPU and on the GPU: only + - * / sqrt, explicit fma and
-// integer operations, each of which IEEE 754 defines exactly. No libm: its exp differs between the
-// two sides. Results do not depend on contraction, which is off in both compilers; fma is used
-// where it is named.
+// Portable SIMD arithmetic (float or 8 lanes of AVX2) with bit-identical results on the CPU and on
+// the GPU: only + - * / sqrt, explicit fma and integer operations, each of which IEEE 754 defines
+// exactly. No libm: its exp differs between the two sides. Results do not depend on contraction,
+// which is off in both compilers; fma is used where it is named.
 #pragma once
 
 #include <cmath>

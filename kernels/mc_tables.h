@@ -1,5 +1,5 @@
-// The 256 cases of marching cubes, generated from the report's 15 base cases (5.1.4, Fig. 5.7) by
-// rotation and complement, with one rule for ambiguous faces.
+// Marching cubes case table: the 256 cases, generated from the report's 15 base cases (5.1.4, Fig.
+// 5.7) by rotation and complement, with one rule for ambiguous faces.
 //
 // Corner i of a cell is at (i & 1, i >> 1 & 1, i >> 2 & 1) and weighs 128 >> i in the voxel key:
 // V1..V8 of Fig. 5.6 weigh 128..1. A corner counts when it is inside (field > iso). Edge e runs

@@ -1,4 +1,4 @@
-// The extracted surface as it leaves the kernels (host side).
+// Triangle mesh: the extracted surface as the kernels deliver it to the host.
 #pragma once
 
 #include <vector>
@@ -11,7 +11,7 @@ namespace polymorph {
 /// order depend only on the grid, never on threads.
 struct Mesh {
   std::vector<Vec3> positions;
-  std::vector<Vec3> normals;  ///< unit, outward (-grad field); one a position
+  std::vector<Vec3> normals;  ///< unit, outward (-grad field); one per position
   std::vector<Triangle> triangles;
 };
 

@@ -180,7 +180,7 @@ struct ClassifyMorph {
   }
 };
 
-/// Writes the kept children of a node. One team a node.
+/// Writes the kept children of a node. One team per node.
 struct FillMorph {
   static constexpr int kThreads = 64;
   struct Scratch {};
@@ -207,7 +207,7 @@ struct FillMorph {
   }
 };
 
-/// The top of the tree; one item.
+/// The root of the tree; one item.
 struct PrepareMorph {
   Int3 roots;
   View<Node> nodes;
@@ -216,9 +216,9 @@ struct PrepareMorph {
 
   PM_HD void operator()(std::int64_t i) const {
     if (i >= nodes.size) return;
-    const auto top = static_cast<int>(i);
+    const auto root = static_cast<int>(i);
     Node node;
-    node.at = {top % roots.x, top / roots.x % roots.y, top / roots.x / roots.y};
+    node.at = {root % roots.x, root / roots.x % roots.y, root / roots.x / roots.y};
     nodes[i] = node;
     sums[i] = {};
     if (i == 0) node_count[0] = {nodes.size, 0};
@@ -319,7 +319,7 @@ struct MorphVertices {
   PM_HD MorphVertexField field_of(const Node&, std::int64_t) const { return field; }
 };
 
-/// What a regression says at points; one item a point.
+/// What a regression says at points; one item per point.
 struct SampleMap {
   SmoothMap map;
   View<const Vec3> points;

@@ -1,5 +1,5 @@
-// What a caller gives the engine for a surface between two objects: their distances and the map
-// that carries them (morph_field.h has the formula).
+// Input of the engine for a surface between two objects: their distance fields and the map that
+// carries them (morph_field.h has the formula).
 #pragma once
 
 #include <memory>
@@ -41,7 +41,7 @@ struct AffineMap {
   Vec3 offset;
 };
 
-/// What is regressed: one or two quadruples of values a sample (maps), and where.
+/// What is regressed: one or two quadruples of values per sample (maps), and where.
 struct Regression {
   std::vector<RegressionSample> samples;
   int maps = 1;

@@ -1,7 +1,6 @@
-// Where the balls of a morph are at a time: the report's step from frame to frame (its section 4,
-// 6th step), which either backend takes. What a ball does on its way is worked out once, when it is
-// known who becomes whom (src/morph/motion.cpp); a frame only puts numbers in. Formulas:
-// docs/method.md, Time.
+// Motion of balls along their paths: the position and shape of each ball at a time (the report's
+// section 4, 6th step), on either backend. The paths are computed once with the plan
+// (src/morph/motion.cpp); a frame only evaluates them. Formulas: docs/method.md, Time.
 #pragma once
 
 #include <cstdint>
@@ -129,7 +128,7 @@ PM_HD inline Ball ball_between(const BallPath& path, const MotionState& moment,
   return ball;
 }
 
-/// Puts each ball where it is; one item a ball.
+/// Puts each ball where it is; one item per ball.
 struct MoveBalls {
   View<const BallPath> paths;
   View<const PathPart> parts;

@@ -1,15 +1,17 @@
-// The tree that finds the bricks of cells which the surface can cross, each with its list of balls.
+// Sparse octree-like tree (branching 4^3) that culls balls: it finds the bricks of cells that the
+// surface can cross, each with its list of balls.
 //
 // The cells: those of the grid plus one rim of cells beyond each border, whose outer points count
 // as outside (value 0), so that the surface is closed wherever the border cuts it. "Lattice point"
 // e = grid point + 1: e = 0 and e = points + 1 are the rim.
 //
 // Level 0 nodes are bricks of 7^3 cells, so that a brick has 8^3 points; a node of level l has 4^3
-// children of level l - 1, down from the tops, whose lists are of all balls. A node keeps the balls
-// of its parent that reach it, in order, so that no sort is needed: count, scan, fill. Where balls
-// never end, those reach it that are not distant (far_field.h). A child is dropped when the field
-// cannot pass iso in it. Nodes of a level stand in the order of their parents, and a parent knows
-// its children as 64 bits and the number of the first: so any brick is found from its place.
+// children of level l - 1, down from the roots, whose lists are of all balls. A node keeps the
+// balls of its parent that reach it, in order, so that no sort is needed: count, scan, fill. Where
+// support is infinite, those reach it that are not distant (far_field.h). A child is dropped when
+// the field cannot pass iso in it. Nodes of a level stand in the order of their parents, and a
+// parent knows its children as 64 bits and the number of the first: so any brick is found from its
+// place.
 //
 // Why culling is exact and not approximate: a ball is in a node's list if range().near <= limit.
 // The coordinates of all points of a node lie between those of its two corner points (origin + cell
@@ -40,8 +42,8 @@ struct Level {
   Int3 nodes;
   int cells = kBrickCells;
   int margin = 0;  ///< cells around a node from which its values come
-  /// Where balls never end: near ones have near^3 <= reach |w|, distant ones an error of at most
-  /// truncation |w| / near^3 (far_field.h).
+  /// Where support is infinite: near ones have near^3 <= reach |w|, distant ones an error of at
+  /// most truncation |w| / near^3 (far_field.h).
   float reach = 0, truncation = 0;
 };
 
@@ -204,7 +206,7 @@ struct GradientBounds {
 };
 
 /// Which children of a node the surface can cross, and how many balls reach each. Team::kParts
-/// teams share a node: near the tops there are few nodes, and each walks a long list.
+/// teams share a node: near the roots there are few nodes, and each walks a long list.
 template <class F>
 struct ClassifyChildren {
   static constexpr int kThreads = 512;
@@ -217,7 +219,7 @@ struct ClassifyChildren {
   View<const typename F::Ball> balls;
   View<std::uint32_t> child_entries;  ///< of each child of each parent: 1 + its balls; 0 = dropped
   View<Counts> sums;                  ///< of each parent: children kept, their balls; 0 before
-  View<const FarField> far;           ///< of each parent, where balls never end
+  View<const FarField> far;           ///< of each parent, where support is infinite
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch&, std::int64_t item) const {
@@ -248,8 +250,9 @@ struct ClassifyChildren {
     });
   }
 
-  /// Bounds of the field over each box: each ball at its nearest and its furthest; a ball that
-  /// never ends also by its slope in the middle, which cancels between balls on different sides.
+  /// Bounds of the field over each box: each ball at its nearest and its furthest; a ball of
+  /// infinite support also by its slope in the middle, which cancels between balls on different
+  /// sides.
   template <class V, class Team>
   PM_HD std::uint32_t classify(const Team& team, std::int64_t p, const ChildBoxes<V>& boxes,
                                V& reached) const {
@@ -368,17 +371,18 @@ struct FillChildren {
 
 /// The whole tree, for finding bricks by their place.
 struct Tree {
-  int levels = 0;                      ///< below the tops
+  int levels = 0;                      ///< below the roots
   Int3 roots = {1, 1, 1};              ///< along each axis; all of them are there
-  View<const Node> nodes[kMaxLevels];  ///< 0: bricks; nodes[levels]: the tops, x first
+  View<const Node> nodes[kMaxLevels];  ///< 0: bricks; nodes[levels]: the roots, x first
 
   /// Number of the brick at `p`, or -1 where none is kept.
   PM_HD std::int64_t find(Int3 p) const {
-    const Int3 top = {p.x >> 2 * levels, p.y >> 2 * levels, p.z >> 2 * levels};
-    if (p.x < 0 || p.y < 0 || p.z < 0 || top.x >= roots.x || top.y >= roots.y || top.z >= roots.z) {
+    const Int3 root = {p.x >> 2 * levels, p.y >> 2 * levels, p.z >> 2 * levels};
+    if (p.x < 0 || p.y < 0 || p.z < 0 || root.x >= roots.x || root.y >= roots.y ||
+        root.z >= roots.z) {
       return -1;
     }
-    std::int64_t number = top.x + roots.x * (top.y + roots.y * top.z);
+    std::int64_t number = root.x + roots.x * (root.y + roots.y * root.z);
     for (int l = levels; l > 0; --l) {
       const int shift = 2 * (l - 1);
       const Int3 at = {p.x >> shift, p.y >> shift, p.z >> shift};

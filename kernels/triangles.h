@@ -1,4 +1,5 @@
-// Triangles of a brick: its cells, and the numbers of the vertices on their edges.
+// Triangle emission of marching cubes: the triangles of a brick's cells, with the indices of the
+// vertices on their edges.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,7 @@
 
 namespace polymorph {
 
-/// Writes the triangles of each brick. One team a brick.
+/// Writes the triangles of each brick. One team per brick.
 struct EmitTriangles {
   static constexpr int kThreads = 128;
   struct Scratch {

@@ -1,5 +1,5 @@
-// The plain types that travel through every room: vectors, balls, the sample grid, the triangle.
-// C++17, compiled by g++ and nvcc alike. Lengths are in scene units, indices are uint32.
+// Basic types used everywhere: vectors, balls, the sample grid, the triangle. C++17, compiled by
+// g++ and nvcc alike. Lengths are in scene units, indices are uint32.
 #pragma once
 
 #include <cmath>

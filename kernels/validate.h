@@ -1,4 +1,5 @@
-// What extract() and sample() refuse, and how a backend reports that it cannot go on. Host only.
+// Input validation of the extractor, and the exception by which a backend reports a failure. Host
+// only.
 #pragma once
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include "distance_field.h"
 #include "extract_surface.h"
 #include "falloff.h"
+#include "field_kinds.h"
 #include "regression.h"
 
 namespace polymorph {
@@ -103,7 +105,8 @@ inline ExtractStatus check_input(const std::vector<Ball>& balls, const ExtractSe
     return bad_input("influence is " + std::to_string(settings.sample_stride) +
                      " (must lie in 1..16), use 1");
   }
-  const bool ends = settings.field != FieldKind::kInverseSquare;
+  const bool ends =
+      visit(settings.field, [](auto field) { return decltype(field)::kCompactSupport; });
   for (std::size_t i = 0; i < balls.size(); ++i) {
     const Ball& ball = balls[i];
     if (!is_finite(ball.center) || !std::isfinite(ball.w) || (ends && !std::isfinite(ball.a))) {
@@ -115,7 +118,7 @@ inline ExtractStatus check_input(const std::vector<Ball>& balls, const ExtractSe
     if (!ends) continue;
     if (!(ball.a >= 1e-30f)) {
       return bad_input("ball " + std::to_string(i) + " has a = " + std::to_string(ball.a) +
-                       " (a Gaussian ball needs a > 0), give it a = blobbiness / radius^2");
+                       " (balls of this field need a > 0), give it a = blobbiness / radius^2");
     }
     double m[6];
     if (!is_round(ball) && !(is_finite(ball.shape) && factor(ball.shape, 1, m))) {
@@ -137,7 +140,7 @@ inline ExtractStatus check_grid(const Grid& grid) {
   constexpr int kMaxPoints = 1 << 20;
   if (n.x > kMaxPoints || n.y > kMaxPoints || n.z > kMaxPoints) {
     return bad_input("the grid has " + size +
-                     " points (2^20 a side is the most), use a coarser grid");
+                     " points (the maximum is 2^20 per axis), use a coarser grid");
   }
   if (!(grid.cell > 0) || !std::isfinite(grid.cell) || !is_finite(grid.origin)) {
     return bad_input(

@@ -1,5 +1,5 @@
-// Places one vertex on each crossed edge: a root of log2(field / iso) along the edge, and the
-// normal there.
+// Vertex placement of marching cubes: one vertex on each crossed edge, at a root of log2(field /
+// iso) along the edge, and the normal there.
 //
 // The logarithm, because a Gaussian field is nearly linear in it (a lone ball's is a parabola),
 // while the field itself spans orders of magnitude over one cell. First the straight line between
@@ -59,7 +59,7 @@ struct Bracket {
   }
 };
 
-/// Edges of one brick, one a lane, as columns.
+/// Edges of one brick, one per lane, as columns.
 template <int kLanes>
 struct EdgeColumns {
   alignas(32) float x[kLanes], y[kLanes], z[kLanes];  ///< lower end
@@ -125,7 +125,7 @@ struct BallVertices {
   bool midpoint = false;
   View<const std::uint32_t> entries;
   View<const typename F::Ball> balls;
-  // Where balls never end:
+  // Where support is infinite:
   View<const FarField> far;  ///< of each brick
   BallList all_balls;
 
@@ -136,7 +136,7 @@ struct BallVertices {
   }
 };
 
-/// Writes position and normal of each vertex. One team a brick. Source: field_of(brick, number).
+/// Writes position and normal of each vertex. One team per brick. Source: field_of(brick, number).
 template <class Source>
 struct PlaceVertices {
   static constexpr int kThreads = 128;

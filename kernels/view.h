@@ -1,4 +1,4 @@
-// A sized view of memory that a backend owns; what the functors hold by value.
+// Span of backend memory (pointer and size), held by value in kernel functors.
 #pragma once
 
 #include <cstdint>

@@ -42,7 +42,7 @@ def strip(w, objects, count=24, columns=8, layers=(), report_objects=None):
 
 
 def metrics_of(w, scenes):
-    """A row a scene and leg, and good or bad for each value by the program's own goals."""
+    """A row per scene and leg, and good or bad for each value by the program's own goals."""
     rows, marks = [], []
     for name, scene in scenes:
         for morph in w.analyze(scene):

@@ -3,7 +3,7 @@
 from . import draw
 from .registry import figure
 
-# Table 6.7: frames a second, skin resolution 10..100 along, influence resolution 10..40 down.
+# Table 6.7: frames per second, skin resolution 10..100 along, influence resolution 10..40 down.
 REPORT_FPS = {
     10: [30, 30, 30, 30, 20, 17, 12, 9, 7, 5],
     20: [30, 30, 30, 29, 20, 13, 10, 10, 9, 5],
@@ -86,7 +86,7 @@ def table6_7(w):
     heads = ["influence \\ skin", *map(str, SKIN)]
     report = [[str(influence), *rates] for influence, rates in REPORT_FPS.items()]
     w.table(
-        heads, report, caption="The report: frames a second", part="report", marks=lambda i, j: green(report[i][j], j)
+        heads, report, caption="The report: frames per second", part="report", marks=lambda i, j: green(report[i][j], j)
     )
     worst, ours = {}, {}
     for field, name in (("inverse_square", "the report's field, 1/d²"), ("gaussian", "ours, Gaussian")):

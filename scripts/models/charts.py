@@ -89,7 +89,7 @@ def cut(v, faces, normals, label):
     side = np.zeros(len(faces), int)
     for turn in range(16):
         comp = components((side * 64 + label) * 8 + axis, nb)
-        # Crumbs join the neighbouring chart that they share most edges with.
+        # Very small charts join the neighbouring chart that they share most edges with.
         sizes = np.bincount(comp)
         for c in np.nonzero(sizes < (14 if turn == 0 else 0))[0]:
             ids = np.nonzero(comp == c)[0]

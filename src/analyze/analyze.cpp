@@ -43,7 +43,7 @@ Mesh on_the_way(const Mesh& source, const Similarity& truth,
 }
 
 /// Without the faces that lie deeper than `depth` inside a closed surface: a spout goes on inside
-/// its pot, where nobody sees it end.
+/// its pot, where its end is not visible.
 Mesh without_hidden(Mesh mesh, const Mesh& surface, double depth) {
   const ClosestPointQuery query(surface.positions, surface.triangles);
   const std::vector<ClosestPoint> closest = query.closest(mesh.positions);

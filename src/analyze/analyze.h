@@ -1,5 +1,5 @@
-// How good a morph is: the ten principles of Gomes et al. 1998 (report 3.8.1) as numbers, and what
-// every frame's surface is. Formulas: docs/method.md, Quality.
+// Morph quality metrics: the ten principles of Gomes et al. 1998 (report 3.8.1) as numbers, and
+// measures of every frame's surface. Formulas: docs/method.md, Quality.
 #pragma once
 
 #include <optional>

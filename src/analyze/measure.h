@@ -1,4 +1,4 @@
-// Single surfaces and pairs of them, as numbers.
+// Surface measures: volume, area, bending energy, Hausdorff distance, hidden parts.
 #pragma once
 
 #include <cstddef>
@@ -33,9 +33,9 @@ class MeasuredSurface {
     double mean = 0;     ///< of both directions' means: the chamfer distance
     double largest = 0;  ///< Hausdorff's, over the samples of both
   };
-  /// Some 4000 samples a side, evenly spread, and their exact closest points. Infinite if just one
-  /// of the two is empty. Samples of this one that lie deeper than `hidden` inside the other one,
-  /// which is then closed and outward, do not count: a spout goes on inside its pot.
+  /// Some 4000 samples per side, evenly spread, and their exact closest points. Infinite if just
+  /// one of the two is empty. Samples of this one that lie deeper than `hidden` inside the other
+  /// one, which is then closed and outward, do not count: a spout goes on inside its pot.
   Distance distance_to(const MeasuredSurface& other,
                        double hidden = std::numeric_limits<double>::infinity()) const;
 

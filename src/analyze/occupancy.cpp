@@ -104,7 +104,7 @@ class Layer {
 
   Int3 cells_;
   int x_ = 0;
-  std::size_t line_ = 0;  ///< numbers a line: the change of the inside from cell to cell
+  std::size_t line_ = 0;  ///< numbers per line: the change of the inside from cell to cell
   std::vector<float> change_;
 };
 

@@ -1,5 +1,6 @@
-// A closed surface as the share of each cell of a grid that it holds, smoothed, and back as a
-// surface: what makes measures independent of how a surface was made and cut into triangles.
+// Occupancy grids: a closed surface as the fraction of each grid cell that it encloses, Gaussian
+// smoothing, and an isosurface back. Measures on them do not depend on how a surface was made or
+// triangulated.
 #pragma once
 
 #include <cstddef>
@@ -26,8 +27,8 @@ struct CellValues {
 };
 
 /// The share of each cell that lies inside a closed, outward mesh, in [0, 1]: exact along z in two
-/// by two lines a cell. Lines that enter and leave unequally often (the mesh is open there) do not
-/// count. The grid is the mesh's box with `margin` around it.
+/// by two lines per cell. Lines that enter and leave unequally often (the mesh is open there) do
+/// not count. The grid is the mesh's box with `margin` around it.
 CellValues occupancy_of(const Mesh& mesh, double cell, double margin);
 
 /// Of all cells together, in cells.

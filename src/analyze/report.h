@@ -1,4 +1,4 @@
-// An analysis as files, and against limits.
+// Analysis reports: JSON, CSV and HTML files of an analysis, and its comparison with limits.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ namespace polymorph {
 /// [...]}]}; what cannot be measured is null.
 std::string analysis_json(const std::vector<Analysis>& morphs);
 
-/// One line a frame: morph, time, u and every measure of the frame.
+/// One line per frame: morph, time, u and every measure of the frame.
 std::string analysis_csv(const std::vector<Analysis>& morphs);
 
 /// One page with the numbers and a curve of every measure; needs nothing but itself, follows the

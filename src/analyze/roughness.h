@@ -1,6 +1,6 @@
-// How lumpy a closed surface is, whatever made it: curvature, domes and grooves of the solid
-// smoothed a little, and how far the surface is from the solid smoothed more. Formulas:
-// docs/method.md, Quality.
+// Surface roughness of a closed surface, independent of its triangulation: curvature, domes and
+// grooves of the solid smoothed a little, and how far the surface is from the solid smoothed more.
+// Formulas: docs/method.md, Quality.
 #pragma once
 
 #include "base/box.h"

@@ -1,5 +1,5 @@
-// The metrics of a morph that need no balls: how lumpy its frames are beside its ends, and how even
-// its steps. Formulas: docs/method.md, Quality.
+// Smoothness metrics of a morph that need no balls: roughness of the frames relative to the end
+// models, and evenness of the steps. Formulas: docs/method.md, Quality.
 #pragma once
 
 #include <vector>
@@ -16,7 +16,7 @@ void add_roughness_metrics(Analysis& analysis);
 void add_step_metrics(const MorphEnds& ends, const std::vector<MorphFrame>& frames, double size,
                       Analysis& analysis);
 
-/// Of L: what lies deeper inside a surface is seen by nobody.
+/// In units of L: what lies deeper inside a surface is not visible.
 inline constexpr double kHiddenDepth = 0.01;
 
 }  // namespace polymorph

@@ -1,4 +1,4 @@
-// Talk for people, on standard error (or a log file). Standard output belongs to data.
+// Logging to standard error or a log file, and a status line. Standard output is reserved for data.
 #pragma once
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// Points in an order in which neighbours in the list are neighbours in space.
+// Morton order (Z-order curve) of points in a box.
 #pragma once
 
 #include <algorithm>

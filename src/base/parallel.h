@@ -1,4 +1,4 @@
-// Threads: one place decides how many, everything else says only what to do.
+// Parallel loops on oneTBB, and the number of threads that they use.
 #pragma once
 
 #include <tbb/blocked_range.h>

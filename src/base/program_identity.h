@@ -1,4 +1,4 @@
-// Which program this is: two builds that may give other pixels have other identities.
+// Build identity: two builds that may give different pixels have different identities.
 #pragma once
 
 #include <string_view>

@@ -1,7 +1,10 @@
-// Counter-based random numbers: a value is a function of its keys, never of what was drawn before,
-// so results do not depend on threads, order or frame range.
+// Counter-based random number generator: a value is a function of its keys, never of what was drawn
+// before, so results do not depend on threads, order or frame range.
 #pragma once
 
+#include <array>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 namespace polymorph {
@@ -30,6 +33,17 @@ constexpr std::uint32_t random_below(std::uint32_t n, std::uint64_t seed, std::u
 /// Uniform in [0, 1).
 constexpr float random_float(std::uint64_t seed, std::uint64_t stream, std::uint64_t counter) {
   return static_cast<float>(random_u64(seed, stream, counter) >> 40) * 0x1p-24f;
+}
+
+/// Point i of the R3 sequence (Roberts 2018, "The unreasonable effectiveness of quasirandom
+/// sequences"), a low-discrepancy lattice in [0, 1)^3: even, without visible rows.
+inline std::array<double, 3> r3_point(std::size_t i) {
+  constexpr std::array<double, 3> kStep = {0.8191725133961645, 0.6710436067037893,
+                                           0.5497004779019703};
+  std::array<double, 3> point;
+  for (std::size_t k = 0; k < 3; ++k)
+    point[k] = std::fmod(0.5 + kStep[k] * static_cast<double>(i + 1), 1.0);
+  return point;
 }
 
 }  // namespace polymorph

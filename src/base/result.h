@@ -1,5 +1,5 @@
-// Result<T>: a value or an Error. What the outside world can cause comes back as one of these; what
-// only a bug can cause is PM_CHECK.
+// Result<T>, the error type of the program (as std::expected): a value or an Error. Errors that the
+// outside world can cause are returned; only a bug violates a PM_CHECK.
 #pragma once
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// Small text helpers: numbers without a locale, "did you mean", natural lists.
+// Text helpers: numbers without a locale, "did you mean", natural lists.
 #pragma once
 
 #include <optional>

@@ -4,6 +4,7 @@
 #include "cli/command_line.h"
 #include "cli/numbers.h"
 #include "sequence/analyze_sequence.h"
+#include "sequence/device.h"
 #include "sequence/render_sequence.h"
 
 namespace polymorph {
@@ -94,7 +95,7 @@ void add_analyze(CommandLine& line) {
   command->add_option("--html", options->html, "a page with numbers and curves")
       ->type_name("FILE")
       ->group("Main");
-  command->add_option("--csv", options->csv, "a line a frame")->type_name("FILE")->group("Main");
+  command->add_option("--csv", options->csv, "a line per frame")->type_name("FILE")->group("Main");
   command
       ->add_option("--fail-on", options->limits,
                    "a limit that must hold in every morph, as \"pop<=2\"; else exit code 1")

@@ -142,7 +142,7 @@ void add_compare(CommandLine& line) {
   CLI::App* command =
       add_command(line, "compare", "Compare two images or two sequences; NaN always fails.",
                   "  polymorph compare new.exr golden.exr\n"
-                  "  polymorph compare out/f.####.exr ref/f.####.exr --fail 0.01 --html page.html",
+                  "  polymorph compare 'a/f.####.exr' 'b/f.####.exr' --fail 0.01 --html page.html",
                   "  0 within the limits   1 different   2 usage   3 unreadable image\n"
                   "  4 cannot write");
   command->add_option("actual", options->actual, "image, or sequence with ####")

@@ -1,5 +1,5 @@
-// Numbers of the command line: every option that takes one checks it here. A number is finite and
-// in its range, or the command line is wrong (code 2).
+// Numeric option validators: each option's number must be finite and in its range, otherwise the
+// command ends with exit code 2.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,4 @@
-// --report, --html and --junit, for every command that compares pictures.
+// Report options (--report, --html and --junit) of the commands that compare images.
 #pragma once
 
 #include <string>
@@ -19,8 +19,5 @@ void add_report(CLI::App* command, ReportOptions& options);
 /// one.
 Status begin_report(const ReportOptions& options, bool overwrite);
 Status write_reports(const ReportOptions& options, const Report& report);
-
-/// A word as a shell takes it.
-std::string shell_quoted(const std::string& word);
 
 }  // namespace polymorph

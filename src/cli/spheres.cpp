@@ -1,21 +1,22 @@
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/file.h"
 #include "base/log.h"
+#include "base/stopwatch.h"
 #include "cli/command_line.h"
 #include "cli/numbers.h"
+#include "interchange/mesh_file.h"
 #include "model/diagnose.h"
-#include "model/load_obj.h"
+#include "model/load_model.h"
 #include "model/shapes.h"
 #include "scene/json_text.h"
 #include "sequence/spheres_picture.h"
 #include "spheres/quality.h"
 #include "spheres/spheres.h"
+#include "surface/balls_io.h"
 #include "surface/grid.h"
-#include "surface/mesh_io.h"
 
 namespace polymorph {
 namespace {
@@ -32,7 +33,7 @@ struct SpheresOptions {
 Result<Model> load(const std::string& name) {
   if (std::find(kShapeNames.begin(), kShapeNames.end(), name) != kShapeNames.end())
     return make_shape(name);
-  PM_TRY(LoadedModel loaded, load_obj(name, {}));
+  PM_TRY(LoadedModel loaded, load_model(name, {}));
   for (const std::string& warning : loaded.warnings) log_warning("{}", warning);
   return std::move(loaded.model);
 }
@@ -162,9 +163,9 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
     matters ? log_warning("{}: {}", model.name, crossings)
             : log_debug("{}: {}", model.name, crossings);
   }
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch stopwatch;
   PM_TRY(made.approximation, approximate_cached(model, settings, cache_folder(line.common)));
-  made.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  made.seconds = stopwatch.seconds();
   const InsideTest inside(model);
   const Vec3 size = model.box().size();
   const float cell = std::max({size.x, size.y, size.z}) / static_cast<float>(options.grid);
@@ -232,7 +233,7 @@ void add_spheres(CommandLine& line) {
   error->excludes(balls);
   command
       ->add_option("--resolution", options->resolution,
-                   "of octree and active: 2^(R-1) cells an axis")
+                   "of octree and active: 2^(R-1) cells per axis")
       ->transform(number_from(1, 9))
       ->type_name("R")
       ->group("Main");

@@ -1,4 +1,5 @@
-// Two images against limits. NaN and infinities always fail, and so does a negative alpha.
+// Image comparison against tolerances. NaN and infinities always fail, and so does a negative
+// alpha.
 #pragma once
 
 #include <array>

@@ -1,4 +1,5 @@
-// LDR-FLIP: how strongly a viewer who flips between two pictures sees the difference.
+// LDR-FLIP (Andersson et al. 2020): the difference that a viewer perceives when flipping between
+// two images.
 //
 // After Andersson, Nilsson, Akenine-Moller, Oskarsson, Astrom, Fairchild, "FLIP: A Difference
 // Evaluator for Alternating Images", Proc. ACM Comput. Graph. Interact. Tech. 3(2), 2020. Colours

@@ -1,4 +1,4 @@
-// Golden suites on disk: golden_frames/SUITE/{suite.json, tolerance.json, surface.csv,
+// Golden image suites on disk: golden_frames/SUITE/{suite.json, tolerance.json, surface.csv,
 // frame.####.exr, CHANGES.md}.
 #pragma once
 
@@ -41,7 +41,7 @@ Result<std::vector<std::string>> list_golden_suites(const std::filesystem::path&
 /// SUITE/frame.0012.exr
 std::filesystem::path golden_image_path(const GoldenSuite& suite, int frame);
 
-/// "frame,vertices,triangles,digest" and a line a frame, rising. Errors: kInput with the line.
+/// "frame,vertices,triangles,digest" and a line per frame, rising. Errors: kInput with the line.
 Result<std::vector<SurfaceRecord>> read_surface_records(const std::filesystem::path& csv);
 std::string surface_records_text(const std::vector<SurfaceRecord>& records);
 

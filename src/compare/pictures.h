@@ -1,4 +1,4 @@
-// Comparisons as pictures: for reports, and for whoever looks into the failures' folder.
+// Difference images: heat maps, limit maps and triptychs of a comparison.
 #pragma once
 
 #include <vector>

@@ -1,4 +1,4 @@
-// What many comparisons gave, as a page for people and as files for machines.
+// Comparison reports: an HTML page, JUnit XML and JSON from the results of many comparisons.
 #pragma once
 
 #include <filesystem>
@@ -70,7 +70,7 @@ Status add_pictures(ReportCase& one, const Image& actual, const Image* reference
 /// heat map, histogram, numbers against limits, the command to accept; dark and light; keyboard.
 std::string report_html(const Report& report);
 
-/// JUnit XML: a suite a group, a test case a frame, the figures as properties.
+/// JUnit XML: a suite per group, a test case per frame, the figures as properties.
 std::string report_junit(const Report& report);
 
 /// {"passed", "failed", "errors", "cases": [{"group", "name", "passed", "verdict", "reason",
@@ -82,8 +82,8 @@ std::string report_json(const Report& report, const std::vector<std::string>& fi
 /// files stay, and so does everything beside a report.json of another program. Errors: kOutput.
 Status remove_report(const std::filesystem::path& folder);
 
-/// index.html, junit.xml, report.json and a PNG a failure (reference | new | heat) in `folder`, in
-/// place of an earlier report there. Returns the page's path. Errors: kOutput.
+/// index.html, junit.xml, report.json and a PNG per failure (reference | new | heat) in `folder`,
+/// in place of an earlier report there. Returns the page's path. Errors: kOutput.
 Result<std::filesystem::path> write_report_folder(const Report& report,
                                                   const std::filesystem::path& folder);
 

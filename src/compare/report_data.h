@@ -1,4 +1,4 @@
-// The JSON of a report, shared by its page and its files.
+// JSON of a comparison report, shared by its page and its files.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -1,5 +1,5 @@
-// Are two renderings of one scene the same but for their noise? Holds when the sampler or the
-// number of samples changes, where no limit on single pixels could.
+// Statistical comparison of two renderings of one scene: are they equal except for noise? It also
+// works when the sampler or the number of samples changes, where per-pixel limits cannot.
 #pragma once
 
 #include <span>

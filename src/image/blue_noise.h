@@ -1,4 +1,4 @@
-// A tileable ordering of pixels for ordered dithering whose patterns have no visible structure.
+// Blue-noise dither matrix (void and cluster): a tileable ordering of pixels for ordered dithering.
 #pragma once
 
 #include <cstdint>

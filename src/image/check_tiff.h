@@ -1,4 +1,4 @@
-// libtiff reads a cut file as if the missing strips were black.
+// TIFF validation: finds truncated files, whose missing strips libtiff would read as black.
 #pragma once
 
 #include <string_view>

@@ -1,4 +1,4 @@
-// The bitmap font of labels: printable ASCII, capitals 7 pixels high, proportional.
+// Bitmap font for labels: printable ASCII, capitals 7 pixels high, proportional.
 #pragma once
 
 #include <array>

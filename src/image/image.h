@@ -1,5 +1,5 @@
-// Image: named float channels, interleaved, row 0 on top, colours scene-linear (Rec. 709 primaries,
-// D65).
+// Image type: named float channels, interleaved, row 0 on top, colours scene-linear (Rec. 709
+// primaries, D65).
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
-// Images in and out. Reading goes through OpenImageIO, which sits in a module of its own that is
-// opened on first use (its 259 shared objects cost 0.3 s), but for PNG; writing encodes to memory,
-// then writes whole files.
+// Image reading and writing. PNG files are read by libpng, all others by OpenImageIO, which is
+// linked into a module that is opened on first use (loading its 259 shared objects takes 0.3 s);
+// writing encodes to memory, then writes whole files.
 #pragma once
 
 #include <cstddef>
@@ -75,7 +75,7 @@ Result<std::string> encode_png(const Image& image, const PngSettings& settings =
 /// An animated GIF, looped, one palette over all frames, of sRGB-encoded R, G, B, dithered with a
 /// pattern that stands still. All frames of one size. Pixels that change by no more than 3 of 255
 /// since they were last drawn are left as they are: the noise of still parts does not crawl.
-/// Frame times are rounded to GIF's 1/100 s so that no drift adds up; at most 50 frames a second.
+/// Frame times are rounded to GIF's 1/100 s so that no drift adds up; at most 50 frames per second.
 /// Errors: kInput for no frames, unequal sizes, missing channels, sides over 65535.
 Result<std::string> encode_gif(std::span<const Image> frames, float frames_per_second);
 

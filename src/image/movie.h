@@ -1,4 +1,4 @@
-// Movies, by ffmpeg where it is installed.
+// MP4 movies, encoded by ffmpeg where it is installed.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Opens polymorph_oiio.so on first use and keeps it.
+// Loader of the OpenImageIO module: opens polymorph_oiio.so on first use and keeps it open.
 #pragma once
 
 #include "base/result.h"

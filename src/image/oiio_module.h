@@ -1,5 +1,5 @@
-// The door between the program and polymorph_oiio.so, the only file that links OpenImageIO: plain
-// C, so that neither side sees the other's C++ types or OpenImageIO's headers.
+// C interface of polymorph_oiio.so, the only file that links OpenImageIO. It is plain C, so that
+// neither side sees the other's C++ types.
 #pragma once
 
 #include <cstddef>

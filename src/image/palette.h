@@ -1,4 +1,5 @@
-// A palette for many frames, and the two of its colours that a pixel lies between.
+// Colour quantization (median cut): one palette for many frames, and the two palette colours that a
+// pixel lies between.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// What an image file is, told from its bytes.
+// Image format detection from a file's bytes.
 #pragma once
 
 #include <string>

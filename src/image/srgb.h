@@ -1,4 +1,4 @@
-// The sRGB transfer curve (IEC 61966-2-1), as functions and as fast exact rounding to 8 bits.
+// sRGB transfer function (IEC 61966-2-1): encoding, decoding, and fast exact rounding to 8 bits.
 #pragma once
 
 #include <array>

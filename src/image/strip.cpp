@@ -40,7 +40,7 @@ Status check_frames(std::span<const Image> frames, std::span<const std::string> 
   }
   if (!labels.empty() && labels.size() != frames.size())
     return make_error(ErrorCode::kInput,
-                      "{} labels for {} frames of the contact sheet - give one a frame",
+                      "{} labels for {} frames of the contact sheet - give one per frame",
                       labels.size(), frames.size());
   return Ok{};
 }

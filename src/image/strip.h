@@ -20,7 +20,7 @@ struct StripSettings {
 
 /// One sheet of all frames (equal sizes), row by row, labels centred below each frame, cut where
 /// they are wider than it. R, G, B only; what is transparent shows the background. `labels` may be
-/// empty or has one entry a frame. Errors: kInput for unequal sizes, no frames, missing colour
+/// empty or has one entry per frame. Errors: kInput for unequal sizes, no frames, missing colour
 /// channels.
 Result<Image> make_strip(std::span<const Image> frames, std::span<const std::string> labels,
                          const StripSettings& settings = {});

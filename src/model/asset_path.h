@@ -1,4 +1,4 @@
-// Where the files that an OBJ or MTL names really are.
+// Asset lookup: finds the files that an OBJ or MTL file names.
 #pragma once
 
 #include <filesystem>

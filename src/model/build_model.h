@@ -1,4 +1,4 @@
-// A scanned OBJ -> Model.
+// Model construction from a scanned OBJ file.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// The point of a surface that is closest to a given one.
+// Closest-point queries on a triangle mesh (8-wide BVH).
 #pragma once
 
 #include <cstdint>

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/disjoint_sets.h"
 #include "model/edges.h"
 #include "model/normals.h"
 #include "model/solid_angle.h"

@@ -1,4 +1,5 @@
-// What is the matter with a model? Used by `check` and before sphere approximation.
+// Mesh diagnosis: finds open edges, inverted shells, self-intersections and the like. Used by
+// `check` and before sphere approximation.
 #pragma once
 
 #include <array>

@@ -1,8 +1,6 @@
 #include "model/edges.h"
 
 #include <algorithm>
-#include <numeric>
-#include <utility>
 
 namespace polymorph {
 
@@ -22,26 +20,6 @@ std::vector<EdgeUse> sorted_edge_uses(const Model& model) {
     return a.corner < b.corner;
   });
   return uses;
-}
-
-DisjointSets::DisjointSets(std::size_t n) : parent_(n) {
-  std::iota(parent_.begin(), parent_.end(), 0u);
-}
-
-std::uint32_t DisjointSets::find(std::uint32_t i) {
-  while (parent_[i] != i) {
-    parent_[i] = parent_[parent_[i]];
-    i = parent_[i];
-  }
-  return i;
-}
-
-void DisjointSets::join(std::uint32_t a, std::uint32_t b) {
-  a = find(a);
-  b = find(b);
-  if (a == b) return;
-  if (b < a) std::swap(a, b);
-  parent_[b] = a;
 }
 
 }  // namespace polymorph

@@ -1,4 +1,4 @@
-// Which triangles meet along which edge.
+// Edge adjacency of triangle meshes.
 #pragma once
 
 #include <cstdint>
@@ -42,16 +42,5 @@ inline std::uint32_t low_corner(const EdgeUse& use) {
 inline std::uint32_t high_corner(const EdgeUse& use) {
   return use.forward ? corner_after(use.corner) : use.corner;
 }
-
-/// Disjoint sets whose representative is the smallest member, whatever the order of joining.
-class DisjointSets {
- public:
-  explicit DisjointSets(std::size_t n);
-  std::uint32_t find(std::uint32_t i);
-  void join(std::uint32_t a, std::uint32_t b);
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
 
 }  // namespace polymorph

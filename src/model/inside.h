@@ -1,4 +1,4 @@
-// Is a point inside a model?
+// Inside test: generalized winding number (Jacobson et al. 2013) or ray parity.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// OBJ + MTL + textures -> Model.
+// Wavefront OBJ loader, with MTL materials and textures.
 #pragma once
 
 #include <cstdint>

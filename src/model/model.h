@@ -1,5 +1,5 @@
-// Model: a polyhedron as it was given (input), with what is needed to shade it. The extracted
-// surface is a `Mesh` (kernels/mesh.h).
+// Model type: an input polyhedron with the materials and texture coordinates that shade it. The
+// extracted surface is a `Mesh` (kernels/mesh.h).
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ struct Material {
   float metallic = 0;
   float transmission = 0;  ///< share of the light that goes in, as into glass
   float ior = 1.5f;        ///< refractive index of what is inside, for that share
-  int texture = -1;  ///< index into Model::textures, -1 = none
+  int texture = -1;        ///< index into Model::textures, -1 = none
 };
 
 /// Triangles over points that are welded by exact position, so that edges tell whether it is
@@ -34,9 +34,9 @@ struct Model {
   std::vector<Triangle> triangles;    ///< counter-clockwise from outside
   std::vector<Vec3> corner_normals;   ///< 3 * triangles.size(), unit; from the file, else computed
   std::vector<Vec2> corner_uvs;       ///< 3 * triangles.size(), or empty; v up as in OBJ
-  std::vector<std::uint32_t> labels;  ///< one a triangle: index into label_names
+  std::vector<std::uint32_t> labels;  ///< one per triangle: index into label_names
   std::vector<std::string> label_names;                ///< OBJ groups/objects; at least one
-  std::vector<std::uint32_t> triangle_materials;       ///< one a triangle: index into materials
+  std::vector<std::uint32_t> triangle_materials;       ///< one per triangle: index into materials
   std::vector<Material> materials;                     ///< at least one
   std::vector<std::shared_ptr<const Image>> textures;  ///< scene-linear RGB(A)
 

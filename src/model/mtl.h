@@ -1,4 +1,4 @@
-// MTL files -> materials. Parsed by tinyobjloader behind a strict scan of our own.
+// MTL materials: parsed by tinyobjloader after a strict scan.
 #pragma once
 
 #include <filesystem>

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/disjoint_sets.h"
 #include "kernels/linear.h"
 #include "model/edges.h"
 

@@ -1,4 +1,4 @@
-// Normals, volume, area and transforms of models.
+// Mesh normals, volume, area and affine transforms.
 #pragma once
 
 #include "model/model.h"
@@ -21,7 +21,7 @@ Model transformed(const Model& model, const Transform& t);
 
 /// Unit normal of each triangle (zero for a degenerate one).
 std::vector<Vec3> face_normals(const Model& model);
-/// Area- and angle-weighted mean of the adjacent face normals, one a point (report 5.1.1).
+/// Area- and angle-weighted mean of the adjacent face normals, one per point (report 5.1.1).
 std::vector<Vec3> point_normals(const Model& model);
 
 /// The angle between faces from which an edge is shown sharp: a cube's 90 stays, a 12-sided

@@ -1,5 +1,6 @@
-// The strict scan in front of tinyobjloader, which accepts almost anything in silence: bad numbers
-// become 0, indices wrap or stay out of range, 256 corners become 0, directories are empty models.
+// Strict OBJ scanner in front of tinyobjloader, which accepts almost anything in silence: bad
+// numbers become 0, indices wrap or stay out of range, 256 corners become 0, directories are empty
+// models.
 #pragma once
 
 #include <cstdint>

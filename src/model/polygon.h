@@ -1,4 +1,4 @@
-// Polygons -> triangles.
+// Polygon triangulation by ear clipping.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Points spread evenly over a model's faces.
+// Surface sampling: points spread evenly over a model's faces.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ struct SurfaceSample {
   std::uint32_t triangle = 0;
 };
 
-/// `count` samples, each standing for the same area: one a stratum of the area along a
+/// `count` samples, each standing for the same area: one per stratum of the area along a
 /// space-filling order of the triangles, so that neighbours in the list are neighbours in space.
 /// Faces without area get none; a model without area gives an empty list. A function of its
 /// arguments alone.

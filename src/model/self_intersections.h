@@ -1,4 +1,4 @@
-// Where a model's faces cross each other.
+// Self-intersection test of triangle meshes.
 #pragma once
 
 #include <cstddef>

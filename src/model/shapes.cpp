@@ -219,8 +219,6 @@ Model make_puddle() {
 
 }  // namespace
 
-std::span<const std::string> shape_names() { return kShapeNames; }
-
 Result<Model> make_shape(const std::string& name) {
   Model model;
   if (name == "sphere") {

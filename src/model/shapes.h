@@ -1,7 +1,7 @@
-// Built-in shapes, as models: closed, outward oriented, about 2 units across, standing on y = 0.
+// Built-in shapes (sphere, cube, torus, puddle, drops) as models: closed, outward oriented, about 2
+// units across, standing on y = 0.
 #pragma once
 
-#include <span>
 #include <string>
 
 #include "base/result.h"
@@ -12,9 +12,8 @@ namespace polymorph {
 /// "sphere" (radius 1), "cube" (side 2), "torus" (ring 1, pipe 0.4, lying), "puddle" (a flat
 /// cylinder with a rounded rim, radius 1.3, height 0.12), "drops" (48 spheres of radius 0.05 in a
 /// ball: what comes from nothing or goes to it).
-std::span<const std::string> shape_names();
-
-/// Error (kInput) for an unknown name, naming the nearest.
+/// Error (kInput) for an unknown name, naming the nearest. The names are kShapeNames
+/// (scene/scene.h).
 Result<Model> make_shape(const std::string& name);
 
 }  // namespace polymorph

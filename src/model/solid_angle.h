@@ -1,4 +1,4 @@
-// The angle under which a triangle is seen, as a complex number.
+// Solid angle of a triangle (Van Oosterom and Strackee 1983), as a complex number.
 #pragma once
 
 #include <algorithm>

@@ -55,8 +55,9 @@ Vec3 mean_of(const VoxelSurface& surface, const std::vector<std::uint32_t>& arou
   return sum / static_cast<float>(around.size());
 }
 
-/// A ball that rests on an opening's rim dips into it: what is not on the model is drawn taut, like
-/// a skin over the rim. In order of index, by successive over-relaxation.
+/// A ball that rests on an opening's rim dips into it. Vertices that are not on the model are
+/// therefore relaxed to a minimal surface, like a soap film over the rim. In order of index, by
+/// successive over-relaxation.
 void relax_to_minimal_surface(VoxelSurface& surface, const Neighbors& around,
                               const std::vector<std::uint32_t>& loose) {
   constexpr int kRounds = 400;
@@ -68,7 +69,7 @@ void relax_to_minimal_surface(VoxelSurface& surface, const Neighbors& around,
                                round + 20 < kRounds ? kOverRelaxation : 1.0f);
 }
 
-/// Vertices near the model go onto it, the others onto a taut skin.
+/// Moves vertices near the model onto it, and relaxes the others to a minimal surface.
 void settle(VoxelSurface& surface, float cell, const ClosestPointQuery& model) {
   Neighbors around(surface.points.size());
   for (const Triangle& t : surface.triangles)
@@ -105,7 +106,7 @@ Vec2 uv_at(const Model& model, std::uint32_t t, Vec3 p) {
          uv[2] * static_cast<float>(w.c);
 }
 
-/// The surface with the look of the model's faces next to its own.
+/// The surface as a model, with the labels, materials and texture coordinates of the nearest faces.
 Model transfer_attributes(VoxelSurface surface, const Model& model,
                           const ClosestPointQuery& query) {
   Model solid;

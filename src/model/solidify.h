@@ -1,4 +1,5 @@
-// A closed solid from a model that is none: open, thin, of many shells, or hollow.
+// Mesh repair by voxelization: a closed solid from a model that is open, thin, hollow or made of
+// many shells.
 #pragma once
 
 #include "base/result.h"
@@ -15,12 +16,12 @@ struct SolidifySettings {
 };
 
 /// What a ball of the gap's diameter cannot reach from outside, as a surface: closed, consistently
-/// oriented and manifold, cavities filled, one shell a body (specks below a thousandth of the
+/// oriented and manifold, cavities filled, one shell per body (components below a thousandth of the
 /// largest are dropped). Vertices within two cells of the model lie on it; caps over openings are
 /// taut skins. Materials, labels and texture coordinates are those of the nearest faces. Walls
 /// thinner than two cells that close nothing vanish. A function of its arguments alone. Memory:
-/// about 12 bytes a cell of the model's box grown by half the gap on all sides. Errors (kInput): no
-/// faces; resolution or gap out of range; nothing solid is left - says what to do.
+/// about 12 bytes per cell of the model's box grown by half the gap on all sides. Errors (kInput):
+/// no faces; resolution or gap out of range; nothing solid is left - says what to do.
 Result<Model> solidify(const Model& model, const SolidifySettings& settings = {});
 
 }  // namespace polymorph

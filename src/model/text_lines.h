@@ -1,5 +1,5 @@
-// Line-oriented text files of the outside world (OBJ, MTL): is it text at all, its logical lines,
-// its numbers, and the list of what is wrong with it.
+// Line reader for OBJ and MTL files: text detection, logical lines, numbers, and the list of errors
+// found.
 #pragma once
 
 #include <cstddef>
@@ -54,7 +54,7 @@ class ErrorList {
   void add(std::uint32_t line, const std::string& text);
   bool empty() const { return items_.empty(); }
   bool full() const { return items_.size() >= kLimit; }
-  Error error() const;  ///< all of them, one a line, "FILE:LINE: text"; kInput
+  Error error() const;  ///< all of them, one per line, "FILE:LINE: text"; kInput
 
  private:
   struct Item {

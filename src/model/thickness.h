@@ -1,4 +1,4 @@
-// How thick are a model's walls? Says beforehand how many balls it takes.
+// Wall thickness of a model, from which the necessary number of balls is estimated.
 #pragma once
 
 #include <cstddef>

@@ -2,18 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
+#include "base/disjoint_sets.h"
 #include "base/parallel.h"
 #include "base/result.h"
 
 namespace polymorph {
 namespace {
-
-std::uint32_t root_of(std::vector<std::uint32_t>& parent, std::uint32_t i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
 
 Vec2 mixed(const Model& model, std::uint32_t triangle, const TriangleWeights& w) {
   const std::size_t c = 3 * std::size_t{triangle};
@@ -87,18 +82,15 @@ std::vector<std::uint32_t> texture_charts(const Model& model) {
     return model.corner_uvs.empty() ||
            (uv(a, a.first) == uv(b, b.first) && uv(a, a.second) == uv(b, b.second));
   };
-  std::vector<std::uint32_t> parent(model.triangles.size());
-  std::iota(parent.begin(), parent.end(), 0u);
+  DisjointSets charts(model.triangles.size());
   for (std::size_t i = 0; i < edges.size(); ++i)
     for (std::size_t k = i + 1;
          k < edges.size() && edges[k].low == edges[i].low && edges[k].high == edges[i].high; ++k) {
-      if (!together(edges[i], edges[k])) continue;
-      const std::uint32_t a = root_of(parent, edges[i].triangle);
-      const std::uint32_t b = root_of(parent, edges[k].triangle);
-      parent[std::max(a, b)] = std::min(a, b);
+      if (together(edges[i], edges[k])) charts.join(edges[i].triangle, edges[k].triangle);
     }
-  for (std::uint32_t t = 0; t < parent.size(); ++t) parent[t] = root_of(parent, t);
-  return parent;
+  std::vector<std::uint32_t> chart_of(model.triangles.size());
+  for (std::uint32_t t = 0; t < chart_of.size(); ++t) chart_of[t] = charts.find(t);
+  return chart_of;
 }
 
 TransferredMaterials transfer_materials(const Model& model, const ClosestPointQuery& closest,

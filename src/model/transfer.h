@@ -1,4 +1,4 @@
-// A model's materials and texture coordinates on another surface that lies near it.
+// Attribute transfer: a model's materials and texture coordinates on another surface near it.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace polymorph {
 
-/// Which triangles hang together in the texture: one number a triangle. Two triangles are of one
+/// Which triangles hang together in the texture: one number per triangle. Two triangles are of one
 /// chart when they share an edge, its texture coordinates and the material.
 std::vector<std::uint32_t> texture_charts(const Model& model);
 
@@ -20,7 +20,7 @@ struct TransferredMaterials {
   std::vector<std::uint32_t> triangle_materials;
 };
 
-/// Gives each vertex of a surface what the model has at the point nearest to `at` (one a vertex:
+/// Gives each vertex of a surface what the model has at the point nearest to `at` (one per vertex:
 /// the vertex itself, or where it was pulled back to). A triangle whose corners fall into several
 /// charts or far apart in the texture takes the chart at its middle, continued to its corners, so
 /// that no texture is smeared across a seam.

@@ -1,4 +1,5 @@
-// A hierarchy of boxes over triangles, eight children a node: for closest points, rays and pairs.
+// Bounding volume hierarchy (BVH) over triangles with eight children per node: for closest points,
+// rays and pairs.
 #pragma once
 
 #include <cstddef>

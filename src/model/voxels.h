@@ -1,4 +1,5 @@
-// Models as voxels: what a ball cannot reach from outside, and a surface around a set of voxels.
+// Voxelization, exact distance transform and surface nets: the voxels that a ball cannot reach from
+// outside, and a surface around them.
 #pragma once
 
 #include <cstdint>

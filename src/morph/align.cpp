@@ -87,7 +87,7 @@ double residual(const CostSide& a, const CostSide& b, float label_cost, const Ma
   const TransportPlan near = plan_between(turned(a, rotation), b, label_cost);
   const CostSide fitted = turned(a, fit_rotation(a, b, near.flows, RotationAxis::kAny));
   double sum = 0;
-  for (const Flow& flow : plan_between(fitted, b, label_cost).flows)
+  for (const TransportFlow& flow : plan_between(fitted, b, label_cost).flows)
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double apart = static_cast<double>(fitted.values[axis][flow.from]) -
                            static_cast<double>(b.values[axis][flow.to]);
@@ -98,12 +98,12 @@ double residual(const CostSide& a, const CostSide& b, float label_cost, const Ma
 
 }  // namespace
 
-Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const Flow> flows,
+Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const TransportFlow> flows,
                   RotationAxis axis) {
   Mat3 sum{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
   // The outward directions turn with the object and count as in the cost.
   for (std::size_t first = 0; first < CostSide::kTurning; first += 3)
-    for (const Flow& flow : flows)
+    for (const TransportFlow& flow : flows)
       for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c)
           sum.at(r, c) +=

@@ -1,4 +1,4 @@
-// How one object is best laid upon the other before their balls are paired.
+// Rigid alignment (weighted Procrustes) of two objects before their balls are paired.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ FoundRotation find_rotation(const CostSide& a, const CostSide& b, float label_co
                             double tip_residual);
 
 /// The admitted rotation that makes the flows' distances least, both sides about their origins.
-Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const Flow> flows,
+Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const TransportFlow> flows,
                   RotationAxis axis);
 
 }  // namespace polymorph

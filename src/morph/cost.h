@@ -1,4 +1,4 @@
-// What it costs to make one ball another (docs/method.md, Plan).
+// Assignment cost between two balls (docs/method.md, Plan).
 #pragma once
 
 #include <cstddef>

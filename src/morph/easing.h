@@ -1,4 +1,4 @@
-// How time runs.
+// Easing functions: linear, smoothstep, Bezier, spring.
 #pragma once
 
 #include "scene/scene.h"

@@ -1,5 +1,5 @@
-// What a ball's place in its object is like: the part of the plan's cost that tells a limb from a
-// trunk.
+// Shape features of balls (neighbourhood and geodesic distances): the part of the plan's cost that
+// tells a limb from a trunk.
 #pragma once
 
 #include <cstdint>

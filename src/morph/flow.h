@@ -1,4 +1,5 @@
-// How the surface of moving balls flows: where its points go next, and how far along they are.
+// Motion vectors of the surface of moving balls: the displacement of its points to the next frame,
+// and their progress.
 #pragma once
 
 #include <vector>

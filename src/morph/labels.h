@@ -1,4 +1,5 @@
-// Which part of an object a ball belongs to, and which parts of two objects belong together.
+// Labels of balls: the part of an object that a ball belongs to, and the matching of two objects'
+// parts.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +26,7 @@ struct LabelledObject {
 
 /// Two objects' labels in one numbering: equal numbers belong together, kNoLabel has no partner.
 struct LabelMatch {
-  std::vector<std::int32_t> from, to;  ///< one a label of the object
+  std::vector<std::int32_t> from, to;  ///< one per label of the object
 };
 
 /// `map` names partners ("teapot.spout": "penguin.beak", or just "spout": "beak", in either
@@ -33,8 +34,8 @@ struct LabelMatch {
 LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
                         const std::map<std::string, std::string>& map);
 
-/// What each point of the surface between two objects belongs to: one number a point, of those in
-/// `from_names` and `to_names` (one a ball of either object, in one numbering). A pair's share of
+/// What each point of the surface between two objects belongs to: one number per point, of those in
+/// `from_names` and `to_names` (one per ball of either object, in one numbering). A pair's share of
 /// the field at the point goes to its source's label by 1 - u and to its target's by u; labels that
 /// belong together count as one, and the larger of them gives the name. `balls` are those of
 /// balls_at(plan, time). Errors: the extractor's (surface/grid.h: to_status).

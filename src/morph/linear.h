@@ -1,4 +1,4 @@
-// The linear algebra of alignment: decompositions of 3 x 3 matrices, in double.
+// Matrix decompositions (polar, logarithm, eigenvectors) of 3 x 3 matrices in double precision.
 #pragma once
 
 #include <array>

@@ -6,6 +6,8 @@
 #include <numeric>
 
 #include "base/parallel.h"
+#include "base/random.h"
+#include "kernels/field_kinds.h"
 #include "kernels/math.h"
 #include "morph/linear.h"
 
@@ -15,14 +17,10 @@ namespace {
 /// Points spread evenly through the unit ball, each with its mirror image: the R3 sequence
 /// (Roberts 2018) mapped by volume.
 std::vector<Vec3> points_in_ball(std::size_t count) {
-  constexpr double kStep[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
   std::vector<Vec3> points;
   for (std::size_t i = 0; points.size() < count; ++i) {
-    const auto r = [&](int k) {
-      const double x = 0.5 + kStep[k] * static_cast<double>(i + 1);
-      return x - std::floor(x);
-    };
-    const double radius = std::cbrt(r(0)), z = 2 * r(1) - 1, turn = 6.283185307179586 * r(2);
+    const auto [r0, r1, r2] = r3_point(i);
+    const double radius = std::cbrt(r0), z = 2 * r1 - 1, turn = 6.283185307179586 * r2;
     const double side = std::sqrt(std::max(0.0, 1 - z * z));
     const Vec3d p = Vec3d{side * std::cos(turn), side * std::sin(turn), z} * radius;
     points.push_back(to_float(p));
@@ -86,11 +84,11 @@ double inside_volume(const std::vector<Ball>& balls, std::size_t index,
 
 std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind) {
   std::vector<double> masses(balls.size());
-  if (kind != FieldKind::kGaussian) {
+  if (!visit(kind, [](auto field) { return decltype(field)::kExponential; })) {
     for (std::size_t i = 0; i < balls.size(); ++i) {
-      const float square =
-          kind == FieldKind::kInverseSquare ? std::max(balls[i].w, 0.0f) : 1 / balls[i].a;
-      masses[i] = std::pow(static_cast<double>(square), 1.5);
+      const auto radius =
+          static_cast<double>(visit(kind, [&](auto field) { return field.radius(balls[i]); }));
+      masses[i] = radius * radius * radius;
     }
   } else {
     // Some 65 000 points in all: thousands of balls differ little from their neighbours.

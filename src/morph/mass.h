@@ -1,4 +1,4 @@
-// How much of an object each of its balls is.
+// Mass of balls: the fraction of an object's volume that each of its balls stands for.
 #pragma once
 
 #include <vector>

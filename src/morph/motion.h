@@ -1,4 +1,4 @@
-// Where each ball of a plan is at a time (docs/method.md, Time).
+// Motion of a plan's balls in time (docs/method.md, Time).
 #pragma once
 
 #include <vector>
@@ -13,8 +13,8 @@ namespace polymorph {
 /// calls it; call it again after a change of plan.motion.
 void set_paths(MorphPlan& plan);
 
-/// The balls at `time` in [0, 1] of the motion (not eased), one a pair, in pair order. 0 and 1 give
-/// the fields of `from` and `to` exactly. With u the ball's own eased time:
+/// The balls at `time` in [0, 1] of the motion (not eased), one per pair, in pair order. 0 and 1
+/// give the fields of `from` and `to` exactly. With u the ball's own eased time:
 ///   straight, bezier: (1-u) p + u q, or a curve through both;
 ///   rigid: c(u) + s^u exp(u log R) [(1-u) p' + u q'] with the plan's alignment: exact at both
 ///   ends, and a similarity all the way where one object is a turned and scaled copy of the other.

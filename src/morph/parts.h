@@ -1,4 +1,5 @@
-// Rigid parts that move each in its own way and hold together: the path `parts`.
+// Rigid parts (as-rigid-as-possible blending) that move separately and stay joined: the path
+// `parts`.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +15,10 @@ namespace polymorph {
 /// Which part each pair belongs to, and what lays each part on its counterpart.
 struct RigidParts {
   std::vector<Alignment> alignments;
-  std::vector<std::uint32_t> part_of;  ///< one a pair
+  std::vector<std::uint32_t> part_of;  ///< one per pair
 };
 
-/// A part a label where the labels that keep to themselves hold most of the mass; what leaves its
+/// A part per label where the labels that keep to themselves hold most of the mass; what leaves its
 /// label moves with the whole. Else at most eight clusters of pairs that are neighbours in both
 /// objects, if neighbours then keep their distances better than with the whole as one part. Each
 /// with its own turn, growth and shift; a turn the way round that is nearer to the whole's.
@@ -33,7 +34,7 @@ class BallGraph {
   BallGraph(const MorphPlan& plan, const RigidParts& parts);
   ~BallGraph();
 
-  /// Places near `places` (one a pair, where their parts would have them) whose edges are nearest
+  /// Places near `places` (one per pair, where their parts would have them) whose edges are nearest
   /// to what they should be: as long as (1-u) |p_e - p_f| + u |q_e - q_f|, turned as `turns`, which
   /// are fitted anew to what comes out, twice. With u = 0 (1) and the source's (target's)
   /// places, those. `progress`: u of each pair.

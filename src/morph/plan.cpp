@@ -74,7 +74,7 @@ std::vector<Pair> pair_nearest(const CostPair& sides) {
   return with_equal_shares(ends, n, m);
 }
 
-/// Which balls of each side may be paired with which: one problem a label, or one of all.
+/// Which balls of each side may be paired with which: one problem per label, or one of all.
 struct Subproblem {
   std::vector<std::uint32_t> from, to;
 };
@@ -99,7 +99,8 @@ std::vector<Subproblem> subproblems_of(const CostPair& sides, LabelMode mode) {
     parts.push_back({std::move(unlabelled_from), std::move(unlabelled_to)});
     return parts;
   }
-  // Only one side has balls that belong to nothing: each joins the part where it is cheapest.
+  // Only one side has balls without a partner label: each joins the subproblem where it is
+  // cheapest.
   const auto part_of = [&](bool from_side, std::uint32_t ball) {
     for (std::size_t k = 0; k < parts.size(); ++k) {
       const auto& list = from_side ? parts[k].from : parts[k].to;
@@ -124,8 +125,8 @@ std::vector<Subproblem> subproblems_of(const CostPair& sides, LabelMode mode) {
   return parts;
 }
 
-/// Drops pairs that carry a mere sliver of both their balls, and evens out what is left, so that
-/// the shares of a ball sum to 1 again: half of a plan's pairs may be such remainders.
+/// Removes pairs that carry less than kMinorShare of both their balls, and rescales the others so
+/// that the shares of a ball sum to 1 again. Half of a plan's pairs may be such remainders.
 std::vector<Pair> without_minor_pairs(std::vector<Pair> pairs, std::size_t from, std::size_t to) {
   constexpr float kMinorShare = 0.08f;
   std::vector<float> from_max(from, 0), to_max(to, 0);
@@ -172,11 +173,11 @@ std::vector<Pair> pair_by_transport(const CostPair& sides, LabelMode mode) {
     const TransportPlan plan = solve_transport(supply, demand, rows, gap);
     // Shares by what the flows are, so that whole-number masses leave no rest.
     std::vector<double> from_sum(supply.size(), 0), to_sum(demand.size(), 0);
-    for (const Flow& flow : plan.flows) {
+    for (const TransportFlow& flow : plan.flows) {
       from_sum[flow.from] += flow.amount;
       to_sum[flow.to] += flow.amount;
     }
-    for (const Flow& flow : plan.flows)
+    for (const TransportFlow& flow : plan.flows)
       pairs.push_back({part.from[flow.from], part.to[flow.to],
                        static_cast<float>(flow.amount / from_sum[flow.from]),
                        static_cast<float>(flow.amount / to_sum[flow.to])});
@@ -192,8 +193,8 @@ void set_masses(std::vector<Pair>& pairs, std::span<const double> from,
                 2;
 }
 
-std::vector<Flow> flows_of(const std::vector<Pair>& pairs) {
-  std::vector<Flow> flows;
+std::vector<TransportFlow> flows_of(const std::vector<Pair>& pairs) {
+  std::vector<TransportFlow> flows;
   for (const Pair& pair : pairs) flows.push_back({pair.from, pair.to, pair.mass});
   return flows;
 }
@@ -226,8 +227,8 @@ Alignment fit_alignment(const MorphPlan& plan, const Mat3& rotation, AlignMethod
   return fit;
 }
 
-/// Which of two objects a plan starts from does not matter to who becomes whom: it is always made
-/// from the lesser in this order.
+/// The correspondence does not depend on which of two objects a plan starts from: it is always made
+/// from the smaller one in this order.
 bool is_less(const PlanSide& a, const PlanSide& b) {
   if (a.balls.size() != b.balls.size()) return a.balls.size() < b.balls.size();
   for (std::size_t i = 0; i < a.balls.size(); ++i) {
@@ -282,7 +283,7 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
   };
   FoundRotation found;
   if (settings.align == AlignMethod::kRigid || settings.align == AlignMethod::kSimilarity) {
-    // While the turn is looked for, hard labels are dear ones.
+    // While the rotation is searched for, hard labels are soft ones with a high cost.
     constexpr float kHardCost = 100;
     const float label_cost = settings.label_mode == LabelMode::kHard ? kHardCost : sides.label_cost;
     found = find_rotation(sides.a, sides.b, label_cost, static_cast<double>(settings.align_gain),

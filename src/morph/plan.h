@@ -1,4 +1,5 @@
-// Who becomes whom (docs/method.md, Plan). Where the balls are meanwhile: morph/motion.h.
+// Morph plan: the correspondence between the balls of two objects (docs/method.md, Plan).
+// morph/motion.h has their motion.
 #pragma once
 
 #include <cstdint>
@@ -52,18 +53,18 @@ class BallGraph;  // morph/parts.h
 struct MorphPlan {
   FieldKind kind = FieldKind::kGaussian;
   std::vector<Ball> from, to;
-  std::vector<std::int32_t> from_labels, to_labels;  ///< empty or one a ball
-  std::vector<double> from_masses, to_masses;  ///< ball_masses() of each
+  std::vector<std::int32_t> from_labels, to_labels;  ///< empty or one per ball
+  std::vector<double> from_masses, to_masses;        ///< ball_masses() of each
   std::vector<Pair> pairs;
   Alignment alignment;
   MotionSettings motion;
   /// What balls turn and grow with: one for all, or (path `parts`) one each.
   std::vector<Alignment> parts;
   std::shared_ptr<const BallGraph> graph;  ///< path `parts`: what holds them together
-  /// What moves the balls, one a pair; a new object whenever it changes.
+  /// What moves the balls, one per pair; a new object whenever it changes.
   std::shared_ptr<const BallPaths> paths;
-  std::vector<PairTiming> timing;  ///< one a pair
-  /// Of a smooth map (morph/smooth_map.h: pair_leads): one a pair, or none.
+  std::vector<PairTiming> timing;  ///< one per pair
+  /// Of a smooth map (morph/smooth_map.h: pair_leads): one per pair, or none.
   std::vector<float> leads;
   /// Eased times at which even shares of the whole change are done, from 0 to 1 and rising; empty:
   /// as they are (sequence/pacing.h). Only where all balls share one eased time.

@@ -1,4 +1,5 @@
-// Where the points of a surface between two objects come from, and where they go.
+// Pull-back map: for the points of a surface between two objects, their positions on the source and
+// on the target.
 #pragma once
 
 #include <span>

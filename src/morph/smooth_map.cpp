@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernels/distance_field.h"
+#include "kernels/morph_field.h"
 #include "morph/features.h"
 #include "morph/motion.h"
 #include "surface/grid.h"
@@ -176,6 +178,36 @@ FrameMap frame_map(const MorphPlan& plan, float time, const std::vector<Ball>& b
   map.to_scale = static_cast<float>(exp_of(whole.log_scale * (mean - 1)));
   map.regression = std::move(regression);
   return map;
+}
+
+Result<std::shared_ptr<const Regression>> with_shortfalls(
+    const FrameMap& map, const MorphPlan& plan, const std::vector<Ball>& balls,
+    const DistanceGrid& from, const DistanceGrid& to, SurfaceExtractor& extractor) {
+  // The regression takes peaks off.
+  constexpr float kGain = 1.4f;
+  std::vector<Vec3> centers;
+  for (const Ball& ball : balls) centers.push_back(ball.center);
+  std::vector<AttributeValues> values;
+  PM_TRY_STATUS(to_status(extractor.regress(map.regression, centers, values)));
+  const DistanceField from_field(from.grid, from.values.data()),
+      to_field(to.grid, to.values.data());
+  const auto distance = [](const DistanceField& field, Vec3 p) {
+    return field.at(Points<float>{p.x, p.y, p.z});
+  };
+  auto raised = std::make_shared<Regression>(*map.regression);
+  for (std::size_t e = 0; e < balls.size(); ++e) {
+    const float *source = values[2 * e].v, *target = values[2 * e + 1].v;
+    const float share = MorphField::mixture(source[3]);
+    const Pair& pair = plan.pairs[e];
+    const auto mixed = [&](Vec3 a, Vec3 b) {
+      return lerp(map.from_scale * distance(from_field, a), map.to_scale * distance(to_field, b),
+                  share);
+    };
+    const float wanted = mixed(plan.from[pair.from].center, plan.to[pair.to].center);
+    const float here = mixed({source[0], source[1], source[2]}, {target[0], target[1], target[2]});
+    raised->values[2 * e + 1].value[3] = kGain * std::max(wanted - here, 0.0f);
+  }
+  return std::shared_ptr<const Regression>(std::move(raised));
 }
 
 std::vector<float> pair_leads(const MorphPlan& plan) {

@@ -1,6 +1,5 @@
-// The smooth map of a moment of a morph: where each point of space comes from on the source and
-// goes to on the target, by kernel regression over the moving balls (docs/method.md, Surface
-// between).
+// Warp map of a frame (kernel regression over the moving balls): the position on the source and on
+// the target of each point in space (docs/method.md, Surface between).
 #pragma once
 
 #include <memory>
@@ -31,6 +30,14 @@ struct FrameMap {
 /// - x_e)) / sum_e k_e, with p_e the ball that x_e comes from and F_e the turn and growth since
 /// then, undone; X_B likewise. At time 0 (1) X_A (X_B) is the identity exactly.
 FrameMap frame_map(const MorphPlan& plan, float time, const std::vector<Ball>& balls, float size);
+
+/// The map's regression with other level weights, for a level of -1: how far the field of both
+/// objects' distances would fall short, at each ball, of what the ball has around it at its ends.
+/// Walls that pass each other by more than their thickness are thickened there, and only there,
+/// instead of being torn. Errors: the extractor's.
+Result<std::shared_ptr<const Regression>> with_shortfalls(
+    const FrameMap& map, const MorphPlan& plan, const std::vector<Ball>& balls,
+    const DistanceGrid& from, const DistanceGrid& to, SurfaceExtractor& extractor);
 
 /// How much further out each pair's part is on its source than on its target, [-1, 1]: by the mean
 /// distance along the body to all of it (morph/features.h).

@@ -190,7 +190,7 @@ MorphState morph_state_at(const Timeline& timeline, int frame) {
   moment.t = timeline.steps > 0 ? static_cast<float>(step) / static_cast<float>(timeline.steps) : 0;
 
   // The last leg that has begun. One that few frames leave without a step is passed over, but the
-  // first frame is the source's and the last the target's, come what may.
+  // first frame is the source's and the last the target's, always.
   const bool last = step == timeline.steps;
   std::size_t index = timeline.legs.size() - 1;
   while (!last && index > 0 &&

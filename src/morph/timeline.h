@@ -1,5 +1,5 @@
-// The state machine of a morph (report Fig. 5.14): which stage a frame is in, as a closed form of
-// its number.
+// Timeline of a morph, its state machine (report Fig. 5.14): the stage that a frame is in, as a
+// function of its number alone.
 #pragma once
 
 #include <cstdint>
@@ -50,7 +50,7 @@ struct Timeline {
   int steps = 23;
   /// Leg k goes from chain object k to k + 1. Steps between two legs show the object between them.
   std::vector<Leg> legs;
-  bool own_look = true;  ///< objects wear their own colours throughout: no look to fade to
+  bool own_look = true;  ///< objects keep their own colours throughout: there is no look to fade to
 };
 
 /// `actor`: of the scene.

@@ -283,7 +283,7 @@ class ColumnGeneration {
   double scale_ = 1;
   std::vector<Arc> arcs_;
   std::vector<std::int64_t> potential_from_, potential_to_;
-  std::vector<Flow> flows_;
+  std::vector<TransportFlow> flows_;
   double cost_ = 0, saving_ = 0;
   std::int64_t hub_flow_ = 0;
 };

@@ -1,4 +1,4 @@
-// Optimal transport: the cheapest way to carry one set of masses to another.
+// Optimal transport between two sets of masses (network simplex, LEMON).
 #pragma once
 
 #include <cstdint>
@@ -8,14 +8,14 @@
 
 namespace polymorph {
 
-struct Flow {
+struct TransportFlow {
   std::uint32_t from = 0, to = 0;
   double amount = 0;  ///< of a total of 1, > 0
 };
 
 struct TransportPlan {
-  std::vector<Flow> flows;  ///< by from, then to; at most n + m - 1
-  double cost = 0;          ///< sum of amount x cost
+  std::vector<TransportFlow> flows;  ///< by from, then to; at most n + m - 1
+  double cost = 0;                   ///< sum of amount x cost
   /// No plan is cheaper than this (linear programming's dual, exactly).
   double lower_bound = 0;
 };

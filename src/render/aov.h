@@ -1,5 +1,5 @@
-// What is written beside the colour. Adding an AOV is adding a row here (and a field to FirstHit,
-// where it needs one).
+// Arbitrary output variables (AOVs): the image layers written beside the colour. CONTRIBUTING.md
+// lists what a new one needs.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace polymorph {
 
-/// What the ray through the pixel's centre met first; as it stands: nothing. Values are those of
-/// one surface, never averages over an edge.
+/// The first intersection of the ray through the pixel's centre; by default there is none. Values
+/// are those of one surface, never averages over an edge.
 struct FirstHit {
   float depth = 1e10f;  ///< distance along the view axis
   Vec3 normal;          ///< shading normal, world space

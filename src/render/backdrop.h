@@ -1,4 +1,4 @@
-// What stands around the objects: the floor and the backdrop behind it.
+// Floor and backdrop: the ground plane below the objects and the background behind them.
 #pragma once
 
 #include "kernels/types.h"

@@ -1,4 +1,4 @@
-// A clear sky by day.
+// Clear daylight sky model (Perez).
 #pragma once
 
 #include "render/lights.h"

@@ -1,4 +1,4 @@
-// From samples to pixels. The reconstruction filter is sampled, not splatted: each pixel draws its
+// Film and pixel reconstruction filter. The filter is sampled, not splatted: each pixel draws its
 // own samples with the filter's density, so that one task owns each pixel and sums in a fixed
 // order.
 #pragma once

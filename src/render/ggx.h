@@ -1,4 +1,5 @@
-// The GGX distribution in a local frame (z = normal), isotropic. For one direction or for eight.
+// GGX microfacet distribution, isotropic, in a local frame (z = normal), for one direction or for
+// eight.
 #pragma once
 
 #include "render/vector_math.h"

@@ -1,4 +1,4 @@
-// A smooth or frosted boundary of a clear dielectric.
+// Glass: Fresnel reflection and refraction at a smooth or frosted dielectric boundary.
 #pragma once
 
 #include <cmath>

@@ -8,8 +8,9 @@
 namespace polymorph {
 namespace {
 
-// With a single bounce (previews) what hides the sky is taken to send back this share of it, for
-// all the bounces that are left out: fewer black grains, and shadows about as deep as they are.
+// With a single bounce (previews) surfaces that hide the sky are assumed to reflect this share of
+// it, instead of all further bounces: fewer black pixels, and shadows about as deep as they should
+// be.
 constexpr float kGuessedBounce = 0.4f;
 
 PathLight result_of(const PathRow& path, Vec3 direct) {
@@ -41,8 +42,8 @@ struct List {
   }
 };
 
-/// Follows all paths of a wave from surface to surface. At each step paths are sorted by what they
-/// met, and those that met the same kind of thing are taken eight at a time.
+/// Traces all paths of a wavefront. At each step paths are sorted by what they hit, and those that
+/// hit the same kind of thing are handled eight at a time.
 class Tracer {
  public:
   Tracer(const World& world, const FrameSampler& sampler, const Wavefront& wave, RayStats& stats)
@@ -142,7 +143,7 @@ class Tracer {
     }
   }
 
-  /// Finds what the paths' rays meet and sorts them by it.
+  /// Intersects the rays of all active paths and sorts the paths by what they hit.
   void intersect_active_paths() {
     escaped_.count = floors_.count = meshes_.count = inside_glass_.count = depth_limit_.count = 0;
     List asking;
@@ -210,7 +211,7 @@ class Tracer {
       if (!glass[l]) continue;
       PathRow& row = paths_[rows[l]];
       if (row.flags >> kGlassShift == 0) {
-        // What is trapped for so long is let out straight on.
+        // A path that has passed so many boundaries is let out straight on.
         inside_glass_.add(rows[l]);
         continue;
       }
@@ -221,7 +222,8 @@ class Tracer {
     return glass;
   }
 
-  /// The last ray asks only for the sky; it takes the floor for the sky's lower half.
+  /// Traces the last ray of paths at the depth limit, which only looks for the sky; the floor
+  /// counts as the sky's lower half.
   void trace_final_rays(Paths& path, PackBits rows, PackMask live) {
     Pack3 share = broadcast3<Pack3>({1, 1, 1});
     if (world_.has_glass) {
@@ -238,7 +240,7 @@ class Tracer {
     if (any(hidden))
       add_sky(world_, path, broadcast<Pack>(world_.max_depth == 1 ? kGuessedBounce : 0), hidden);
     const PackMask seen = live & !hidden;
-    // Unshaded, what was foreseen is what it is.
+    // Unoccluded, the control variate is exact.
     const PackMask shaded = seen & (min_component(share) < 1.0f);
     if (any(shaded)) add_sky(world_, path, Pack{}, shaded);
     path.throughput = path.throughput * share;

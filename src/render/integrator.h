@@ -1,4 +1,4 @@
-// Path tracing with next-event estimation: light that reaches the camera along many rays at once.
+// Path tracing with next-event estimation, for many camera rays at once (wavefront).
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace polymorph {
 
-/// What one camera ray brings.
+/// The light along one camera ray.
 struct PathLight {
   Vec3 radiance;
   float alpha = 1;
@@ -28,12 +28,12 @@ struct Wavefront {
   std::array<PathLight, kMax> lights;       ///< filled by trace()
 };
 
-/// Light along the wave's rays. The sampler gives set 1 + v at vertex v. What a ray brings does not
-/// depend on the others'.
+/// Traces the light along the wavefront's rays. The sampler gives set 1 + v at vertex v. The light
+/// along a ray does not depend on the others.
 void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, RayStats& stats);
 
 /// What the AOVs show along a camera ray that meets `first`; `depth` is still the distance along
-/// the ray. `motion` is left to who knows the camera, with `next` in its place.
+/// the ray. `motion` is not filled: the caller projects `next`.
 FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first);
 
 }  // namespace polymorph

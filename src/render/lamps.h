@@ -1,4 +1,4 @@
-// Lights at a place in the scene: points, balls and panels. The camera does not see them.
+// Area and point lights: points, spheres and rectangular panels. The camera does not see them.
 #pragma once
 
 #include "kernels/types.h"

@@ -1,4 +1,4 @@
-// The rig: the key light and the studio around the stage, both placed relative to the camera.
+// Key light and studio environment, both placed relative to the camera.
 #pragma once
 
 #include <memory>

@@ -144,10 +144,6 @@ T3 sample(const BsdfOf<T3>& bsdf, ComponentOf<T3> u, ComponentOf<T3> v) {
 
 }  // namespace
 
-Vec3 gloss_albedo(Vec3 f0, float alpha, float cosine) {
-  return gloss_energy(f0, alpha, cosine).albedo;
-}
-
 Shading own_shading(const Material& material, Vec3 texel) {
   return {material.color * texel, material.specular,     material.roughness,
           material.metallic,      material.transmission, material.ior};

@@ -1,4 +1,4 @@
-// How surfaces scatter light: a diffuse base under a dielectric coat, metal, and mixtures of two
+// BSDF of surface materials: a diffuse base under a dielectric coat, metal, and mixtures of two
 // such materials. All lobes are evaluated together, so a mixture costs no noise.
 #pragma once
 
@@ -91,8 +91,5 @@ BsdfValueOf<Pack3> evaluate_bsdf(const BsdfOf<Pack3>& bsdf, const Pack3& directi
 /// A direction in the bsdf's frame (it may lie below the horizon: then nothing is scattered there).
 Vec3 sample_bsdf(const Bsdf& bsdf, float u, float v);
 Pack3 sample_bsdf(const BsdfOf<Pack3>& bsdf, Pack u, Pack v);
-
-/// Directional albedo of a GGX lobe, F0 = `f0`, at cosine `cosine`; with multiple scattering.
-Vec3 gloss_albedo(Vec3 f0, float alpha, float cosine);
 
 }  // namespace polymorph

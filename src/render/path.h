@@ -1,5 +1,5 @@
-// A path of light on its way from the camera, and what it meets where nothing scatters it: the sky,
-// suns and lamps.
+// Path state of the path tracer, and the light that a path's ray receives from the sky, suns and
+// lamps that it hits.
 #pragma once
 
 #include "render/sampler.h"
@@ -13,8 +13,7 @@ inline constexpr int kFreeMirrors = 2;
 // And so many boundaries of glass: two balls and what is behind them, with a reflection inside.
 inline constexpr std::uint32_t kFreeGlass = 8;
 
-// What a path knows about itself, one bit each; above them, the boundaries of glass it may still
-// pass.
+// Flags of a path, one bit each; above them, the number of glass boundaries that it may still pass.
 inline constexpr std::uint32_t kHitsLights = 1;     ///< suns and lamps count for its ray
 inline constexpr std::uint32_t kFromCamera = 2;     ///< nothing but clear glass between
 inline constexpr std::uint32_t kThroughGlass = 4;   ///< there was some
@@ -25,7 +24,7 @@ inline constexpr std::uint32_t kOnShadowFloor = 8;  ///< its first vertex: only 
 inline constexpr std::uint32_t kScattered = 16;
 inline constexpr std::uint32_t kGlassShift = 8;
 
-/// A path on its way, or eight: the same 24 numbers, as a row or as columns.
+/// State of one path, or of eight: the same 24 numbers, as a row or as columns.
 template <class T3>
 struct PathOf {
   using V = ComponentOf<T3>;
@@ -57,8 +56,8 @@ inline void set(Paths& path, std::uint32_t flag, PackMask on) {
   path.flags = (path.flags & ~flag) | (reinterpret_cast<PackBits>(on) & flag);
 }
 
-/// What is left of light that a path brings to the camera: all of it straight from the first
-/// vertex, less of very strong light by way of others.
+/// Firefly clamping of light that reaches the camera along a path: light at the first vertex is
+/// kept whole, very strong indirect light is reduced.
 Pack3 clamp_indirect(const World& world, const Paths& path, const Pack3& light);
 
 /// Weights of one of two ways to find the same light (Veach 1997).
@@ -70,12 +69,12 @@ inline Pack balance_heuristic(Pack own, Pack other) { return own / (own + other)
 
 // For the lanes `where`:
 
-/// The ray leaves the scene, or the share of it that a floor lets pass which has faded into what
-/// lies behind; none where it met a mesh.
+/// Adds the sky for the share of the ray that leaves the scene: all of it, or what a faded floor
+/// lets pass; none where it hit a mesh.
 void add_sky(const World& world, Paths& path, Pack share, PackMask where);
-/// Lamps that the ray meets before `distance`; they do not stop it.
+/// Adds the lamps that the ray hits before `distance`; they do not stop it.
 void add_hit_lamps(const World& world, Paths& path, Pack distance, PackMask where);
-/// The ray meets nothing more.
+/// Ends a path whose ray hits nothing more.
 void leave_scene(const World& world, Paths& path, PackMask where);
 
 }  // namespace polymorph

@@ -2,25 +2,23 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
 #include "base/parallel.h"
 #include "base/random.h"
-#include "render/floating_point.h"
+#include "base/stopwatch.h"
+#include "kernels/floating_point.h"
 #include "render/world.h"
 
 namespace polymorph {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 template <class F>
 double seconds_of(const F& run) {
-  const auto start = Clock::now();
+  const Stopwatch stopwatch;
   run();
-  return std::chrono::duration<double>(Clock::now() - start).count();
+  return stopwatch.seconds();
 }
 
 /// One Embree scene with default flags, as a bare loop would use it.

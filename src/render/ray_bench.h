@@ -1,4 +1,5 @@
-// Rays a second: bare loops over Embree against the renderer's own way of asking, on one mesh.
+// Ray tracing benchmark: rays per second of bare Embree loops and of the renderer's own queries, on
+// one mesh.
 #pragma once
 
 #include <vector>

@@ -1,11 +1,11 @@
 #include "render/render.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
 #include "base/parallel.h"
+#include "base/stopwatch.h"
 #include "render/day_sky.h"
 #include "render/denoise.h"
 #include "render/tile.h"
@@ -60,10 +60,6 @@ bool has_glass(const RenderScene& scene) {
   });
 }
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 }  // namespace
 
 struct Renderer::State {
@@ -94,7 +90,7 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
     PM_TRY(Denoiser denoiser, Denoiser::open());
     state.denoiser = std::move(denoiser);
   }
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch build_watch;
   PM_TRY(const TracedScene geometry,
          TracedScene::build(state.device, scene.meshes, scene.camera.shutter, scene.bounds));
 
@@ -154,9 +150,9 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   const Mattes mattes(image.aovs, scene);
   job.mattes = &mattes;
   state.stats = {};
-  state.stats.build_seconds = seconds_since(start);
+  state.stats.build_seconds = build_watch.seconds();
 
-  const auto trace_start = std::chrono::steady_clock::now();
+  const Stopwatch trace_watch;
   std::vector<std::string> channels = film_channels(job.aovs);
   for (std::string& channel : mattes.channels()) channels.push_back(std::move(channel));
   if (image.denoise)
@@ -174,11 +170,11 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
     state.stats.rays += stats.rays;
     state.stats.paths += stats.paths;
   }
-  state.stats.trace_seconds = seconds_since(trace_start);
+  state.stats.trace_seconds = trace_watch.seconds();
   if (!image.denoise) return film;
-  const auto denoise_start = std::chrono::steady_clock::now();
+  const Stopwatch denoise_watch;
   PM_TRY_STATUS(state.denoiser->denoise(film));
-  state.stats.denoise_seconds = seconds_since(denoise_start);
+  state.stats.denoise_seconds = denoise_watch.seconds();
   return film;
 }
 

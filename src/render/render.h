@@ -1,5 +1,5 @@
-// One frame, ray-traced: meshes and models with looks, a camera, lights -> image with AOVs. The
-// only room that includes Embree.
+// Renderer: ray traces one frame of meshes, camera and lights into an image with AOVs. The only
+// room that includes Embree.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ namespace polymorph {
 /// What a mesh is made of. Spans are borrowed.
 struct MaterialLayer {
   std::span<const Vec2> corner_uvs;                   ///< 3 a triangle, or empty
-  std::span<const std::uint32_t> triangle_materials;  ///< one a triangle, or empty = material 0
+  std::span<const std::uint32_t> triangle_materials;  ///< one per triangle, or empty = material 0
   std::span<const Material> materials;                ///< empty = wholly the common look
   std::span<const std::shared_ptr<const Image>> textures;
 };
@@ -34,18 +34,18 @@ struct MixedLayer : MaterialLayer {
 struct RenderMesh : MaterialLayer {
   std::span<const Vec3> positions;
   std::span<const Triangle> triangles;
-  std::span<const Vec3> vertex_normals;  ///< one a position, or empty
+  std::span<const Vec3> vertex_normals;  ///< one per position, or empty
   std::span<const Vec3>
       corner_normals;            ///< 3 a triangle, or empty; used when vertex_normals is empty
   std::vector<MixedLayer> over;  ///< what it turns into, one over the other
-  /// Scene-linear, one a position, or empty: mixed over the layers' colour.
+  /// Scene-linear, one per position, or empty: mixed over the layers' colour.
   std::span<const Vec3> vertex_colors;
   float vertex_color_share = 0;  ///< [0, 1]
   float look = 0;  ///< 0 = own materials, 1 = the common look; between: the two BSDFs mixed
   float id = 0;    ///< written to the id AOV; > 0 (ground 1 is reserved; 0 = nothing hit)
-  std::span<const Vec3> displacement;   ///< from this frame to the next, one a position, or empty
-  std::span<const float> vertex_blend;  ///< of the morph AOV, one a position, or empty = `blend`
-  std::span<const std::uint32_t> vertex_labels;  ///< of the label AOV, one a position, or empty
+  std::span<const Vec3> displacement;   ///< from this frame to the next, one per position, or empty
+  std::span<const float> vertex_blend;  ///< of the morph AOV, one per position, or empty = `blend`
+  std::span<const std::uint32_t> vertex_labels;  ///< of the label AOV, one per position, or empty
   std::uint32_t first_label = 1;                 ///< what label 0 is written as
   float blend = 0;    ///< [0, 1]: 0 = wholly what the leg comes from, 1 = what it goes to
   bool moves = true;  ///< it is another in the frames before and after: its noise is new

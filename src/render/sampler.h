@@ -1,9 +1,10 @@
-// Random numbers of a path: a value is a function of (seed, frame, pixel, sample, dimension) and of
-// nothing else. Each pair of dimensions is one Owen-scrambled, shuffled Sobol (0,2)-sequence over
-// the whole picture (Burley 2020, "Practical hash-based Owen scrambling"), which the pixels draw
-// from in Z-order (Ahmed and Wonka 2020, "Screen-space blue-noise diffusion of Monte Carlo sampling
-// error via hierarchical ordering of pixels"): a pixel's samples fill their square evenly, and so
-// do those of 2 x 2, 4 x 4, ... pixels, which turns the noise that is left into a fine grain.
+// Sobol sampler with Owen scrambling: the random numbers of a path. A value is a function of (seed,
+// frame, pixel, sample, dimension) and of nothing else. Each pair of dimensions is one
+// Owen-scrambled, shuffled Sobol (0,2)-sequence over the whole picture (Burley 2020, "Practical
+// hash-based Owen scrambling"), which the pixels draw from in Z-order (Ahmed and Wonka 2020,
+// "Screen-space blue-noise diffusion of Monte Carlo sampling error via hierarchical ordering of
+// pixels"): a pixel's samples fill their square evenly, and so do those of 2 x 2, 4 x 4, ...
+// pixels, which turns the noise that is left into a fine grain.
 //
 // Steady noise: all frames share one sequence. Pixels that show something still draw the same
 // part of it in every frame. The others draw the part of another pixel, whose coordinates are

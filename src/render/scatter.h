@@ -1,4 +1,4 @@
-// What happens to paths where they meet a floor or a mesh.
+// Path scattering at surfaces: BSDF sampling, glass, shadow catcher.
 #pragma once
 
 #include "render/glass.h"
@@ -8,7 +8,7 @@
 
 namespace polymorph {
 
-/// The numbers of eight paths' vertices, in sets that do not meet.
+/// Random numbers of eight paths' vertices, in disjoint sets.
 struct VertexRandom {
   static constexpr std::uint32_t kSkySets = 1024, kGlassSets = 2048,
                                  kLightSets = 8192;  ///< beyond any depth
@@ -24,7 +24,7 @@ struct VertexRandom {
   }
 };
 
-/// Eight vertices of as many paths, as far as lights are concerned.
+/// Vertices of eight paths, with what sampling the lights needs.
 struct Vertices {
   Paths& path;
   PackBits rows;  ///< where the paths stand in the wave
@@ -40,7 +40,7 @@ PackMask scatter_on_floor(const World& world, Vertices& at, const FloorPointOf<P
 PackMask scatter_on_mesh(const World& world, Vertices& at, const SurfacePointOf<Pack3>& point,
                          const BsdfOf<Pack3>& bsdf, const VertexRandom& random);
 
-/// Light goes through a boundary of glass, or is thrown back there.
+/// Refracts or reflects a path at a boundary of glass.
 void pass_glass(const World& world, PathRow& path, const SurfacePoint& point, const Shading& glass,
                 const Sample4& random);
 

@@ -1,4 +1,4 @@
-// Triangles under Embree: the device, one frame's scene, and what a hit looks like.
+// Embree scene: the device, the acceleration structure of one frame, and the geometry of a hit.
 #pragma once
 
 #include <embree3/rtcore.h>

@@ -1,4 +1,4 @@
-// Ways from surfaces to lights, looked along sixteen at a time.
+// Shadow rays from surfaces to lights, traced sixteen at a time.
 #pragma once
 
 #include <array>

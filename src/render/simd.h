@@ -1,7 +1,7 @@
-// Eight of everything: what a path does is written once, for one number (float) or for eight at a
-// time (Pack, one vector of AVX2), as the kernels are. A function for both is a template on the
-// type of its vectors, Vec3 or Pack3. Conditions are masks: both sides are computed, select() takes
-// one; a lane whose numbers mean nothing may hold anything.
+// SIMD types of the renderer: code is written once for one float or for eight (Pack, one vector of
+// AVX2), as in the kernels. A function for both is a template on the type of its vectors, Vec3 or
+// Pack3. Conditions are masks: both sides are computed, select() takes one; a lane whose numbers
+// mean nothing may hold anything.
 #pragma once
 
 #include <array>

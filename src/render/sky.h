@@ -1,4 +1,4 @@
-// Light from infinitely far: a lat-long table of radiance, split into a calm part, whose light on
+// Environment light: a latitude-longitude table of radiance, split into a calm part, whose light on
 // an unshadowed surface is known beforehand, and what is far above it (a sun, a lamp), which is
 // sampled by brightness.
 #pragma once

@@ -1,4 +1,4 @@
-// What a mesh is made of where a ray meets it.
+// Material lookup: the shading parameters of a mesh at a ray's hit.
 #pragma once
 
 #include "render/materials.h"

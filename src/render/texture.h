@@ -1,4 +1,4 @@
-// Colour lookup in a texture: bilinear, repeating, v up as in OBJ.
+// Texture lookup: bilinear, repeating, v up as in OBJ.
 #pragma once
 
 #include "image/image.h"

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "kernels/floating_point.h"
 #include "render/denoise.h"
-#include "render/floating_point.h"
 
 namespace polymorph {
 namespace {

@@ -1,4 +1,4 @@
-// From camera rays to a tile of the film.
+// Tile rendering: from camera rays to a tile of the film, with adaptive sampling.
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
-// Small vector helpers of the renderer: frames, directions and the few functions that the inner
-// loop calls too often for libm. Templates are for one number or for eight (lanes.h).
+// Vector math of the renderer: local frames, directions, and trigonometric functions that are
+// faster than libm. Templates take one float or eight (simd.h).
 #pragma once
 
 #include <algorithm>

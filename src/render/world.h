@@ -1,4 +1,4 @@
-// All that a ray can meet, and what meets it first.
+// Ray intersection with the whole scene: meshes, floor, sky, suns and lamps.
 #pragma once
 
 #include <cstdint>
@@ -36,7 +36,7 @@ struct RayStats {
   std::uint64_t rays = 0, paths = 0;
 };
 
-/// What a ray meets first: a mesh, else the floor, else nothing.
+/// The closest intersection of a ray: with a mesh, else with the floor, else none.
 template <class V>
 struct IntersectionOf {
   MeshHitOf<V> mesh;

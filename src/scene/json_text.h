@@ -1,6 +1,6 @@
-// JSON text -> a small tree that remembers where each value stands, so that every message can name
-// line and column. Parsing is nlohmann-json's; what it lets pass (duplicate keys, 100 000-deep
-// nesting) is refused.
+// JSON parser with source positions: a tree that remembers the line and column of each value, for
+// messages. Parsing is nlohmann-json's; what it lets pass (duplicate keys, 100 000-deep nesting) is
+// refused.
 #pragma once
 
 #include <cstdint>
@@ -48,8 +48,9 @@ struct JsonDocument {
   TextPosition position(std::size_t offset) const;
 };
 
-/// Nesting is limited to 64; a duplicate key is an error that names both lines. Errors (kInput):
-/// "NAME:LINE:COL: what", the line itself and a caret below it.
+/// Comments, // to the end of a line and /* */, are read over. Nesting is limited to 64; a
+/// duplicate key is an error that names both lines. Errors (kInput): "NAME:LINE:COL: what", the
+/// line itself and a caret below it.
 Result<JsonDocument> parse_json(std::string name, std::string text);
 
 /// Sets the value at a dotted path ("image.width", "intermediate.0.meta") to `value`, which is JSON

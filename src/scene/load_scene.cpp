@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <set>
 
 #include "base/file.h"
+#include "base/log.h"
 #include "base/text.h"
+#include "image/srgb.h"
+#include "scene/contradictions.h"
 #include "scene/describe.h"
 #include "scene/json_text.h"
 
@@ -253,6 +256,20 @@ class ReadFields {
     out.push_back(actor_prototype_);  // what else is wrong can still be said
   }
 
+  /// `key` was called `old` before; that is still understood.
+  void renamed(const char* old, const char* key) {
+    const JsonValue* value = object_.find(old);
+    if (!value) return;
+    seen(old);
+    if (object_.find(key)) {
+      report(*value, old,
+             fmt::format("is the old name of \"{}\", which is given too - keep one", key));
+    } else {
+      log_warning("scene: {}/{} is an old name - write \"{}\"", printable(pointer_), old, key);
+      old_names_[key] = old;
+    }
+  }
+
   /// Reports keys that describe() did not ask for.
   void finish() {
     for (const JsonMember& member : object_.members) {
@@ -271,7 +288,8 @@ class ReadFields {
   void seen(const char* key) { known_.emplace_back(key); }
   const JsonValue* find(const char* key) {
     seen(key);
-    return object_.find(key);
+    const auto old = old_names_.find(key);
+    return object_.find(old == old_names_.end() ? key : old->second);
   }
   const JsonValue* expect(const char* key, JsonValue::Kind kind) {
     const JsonValue* value = find(key);
@@ -430,9 +448,7 @@ class ReadFields {
         if (digit == std::string_view::npos) return false;
         byte = byte * 16 + static_cast<int>(digit > 15 ? digit - 6 : digit);
       }
-      const float encoded = static_cast<float>(byte) / 255.0f;
-      channel[i] =
-          encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+      channel[i] = srgb_to_linear(static_cast<float>(byte) / 255.0f);
     }
     out = {channel[0], channel[1], channel[2]};
     return true;
@@ -468,148 +484,8 @@ class ReadFields {
   std::vector<KeyframeTrack>& tracks_;
   bool keyed_;  ///< numbers, vectors and colours here may have keyframes
   std::vector<std::string> known_;
-  ActorSettings actor_prototype_;  ///< its source is every object's
-};
-
-/// What no single key can tell.
-class CheckWhole {
- public:
-  CheckWhole(const JsonDocument& document, const Scene& scene, std::vector<SceneFinding>& findings)
-      : document_(document), scene_(scene), findings_(findings) {}
-
-  void run() {
-    const JsonValue& root = document_.root;
-    const JsonValue* list = root.find("actors");
-    if (!list) {
-      check_actor(scene_.actors.front(), "", root);
-    } else {
-      for (std::size_t i = 0; i < std::min(list->items.size(), scene_.actors.size()); ++i)
-        check_actor(scene_.actors[i], fmt::format("/actors/{}", i), list->items[i]);
-    }
-    if (!scene_.frames.per_leg.empty() && scene_.frames.count > 0)
-      report("/frames/count", inner(&root, {"frames", "count"}),
-             "contradicts per_leg - give one of the two");
-    if (length(scene_.camera.up) == 0)
-      report("/camera/up", inner(&root, {"camera", "up"}), "must not be the zero vector");
-    for (const KeyframeTrack& track : scene_.tracks) check_track(track);
-    check_picture();
-  }
-
- private:
-  void check_actor(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
-    for (const char* key : {"source", "target"})
-      if (!value.find(key))
-        report(fmt::format("{}/{}", pointer, key), &value,
-               "is missing - name an OBJ file or a shape");
-    const std::size_t legs = actor.intermediate.size() + 1;
-    const auto legs_text = fmt::format("{} leg{}", legs, legs == 1 ? "" : "s");
-    const bool own = !actor.per_leg.empty();
-    const std::vector<int>& per_leg = own ? actor.per_leg : scene_.frames.per_leg;
-    const JsonValue* frames = inner(&document_.root, {"frames"});
-    if (!per_leg.empty() && per_leg.size() != legs)
-      report(own ? pointer + "/per_leg" : "/frames/per_leg",
-             own ? value.find("per_leg") : inner(frames, {"per_leg"}),
-             fmt::format("has {} entries for {} (objects - 1)", per_leg.size(), legs_text));
-    if (scene_.frames.count > 0 && scene_.frames.per_leg.empty()) check_time(actor, pointer, value);
-    for (const auto& [key, object] :
-         {std::pair("source", &actor.source), std::pair("target", &actor.target)})
-      if (object->retarget < 1)
-        report(fmt::format("{}/{}/retarget", pointer, key), inner(&value, {key, "retarget"}),
-               "only an object on the way can be left before it is reached");
-    const JsonValue* on_the_way = value.find("intermediate");
-    for (std::size_t i = 0; i < actor.intermediate.size(); ++i)
-      if (actor.intermediate[i].retarget < 1 && actor.intermediate[i].hold > 0)
-        report(fmt::format("{}/intermediate/{}/hold", pointer, i), &on_the_way->items[i],
-               "an object that is left before it is reached cannot stand still");
-    const JsonValue* actors_landmarks = inner(&value, {"plan", "landmarks"});
-    const JsonValue* landmarks =
-        actors_landmarks ? actors_landmarks : inner(&document_.root, {"plan", "landmarks"});
-    for (std::size_t i = 0; i < actor.plan.landmarks.size(); ++i)
-      if (static_cast<std::size_t>(actor.plan.landmarks[i].leg) > legs)
-        report(fmt::format("{}/plan/landmarks/{}/leg", actors_landmarks ? pointer : "", i),
-               landmarks && i < landmarks->items.size() ? &landmarks->items[i] : nullptr,
-               fmt::format("is {}, but there {} {}", actor.plan.landmarks[i].leg,
-                           legs == 1 ? "is" : "are", legs_text));
-  }
-  /// Does the actor get its chain into the scene's frames?
-  void check_time(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
-    const FrameSettings& frames = scene_.frames;
-    const int moving = frames.count - frames.hold_start - frames.hold_end;
-    if (moving < 2)
-      return report("/frames/count", inner(&document_.root, {"frames", "count"}),
-                    fmt::format("leaves {} frames beside the holds ({} + {}) - at least 2 are "
-                                "needed",
-                                moving, frames.hold_start, frames.hold_end));
-    int needed = std::accumulate(actor.per_leg.begin(), actor.per_leg.end(), 0);
-    for (const ObjectSettings& object : actor.intermediate)
-      needed += actor.per_leg.empty() ? 0 : object.hold;
-    needed = std::max(needed, 2);
-    if (actor.start - 1 + needed > moving)
-      report(pointer + "/start", value.find("start"),
-             fmt::format("leaves {} of the scene's {} frames, and the actor needs {}",
-                         std::max(moving - actor.start + 1, 0), frames.count, needed));
-  }
-  /// What only the whole scene can say of a setting's keys.
-  void check_track(const KeyframeTrack& track) {
-    const JsonValue* value = at_pointer(track.pointer);
-    for (std::size_t i = 0; i < track.keys.size(); ++i) {
-      const JsonValue* keys = value ? value->find("keys") : nullptr;
-      const JsonValue* key = keys && i < keys->items.size() ? &keys->items[i] : nullptr;
-      const std::string pointer = fmt::format("{}/keys/{}", track.pointer, i);
-      const std::size_t legs = scene_.actors.front().intermediate.size() + 1;
-      if (track.unit == KeyUnit::kLeg && track.keys[i].at > static_cast<double>(legs + 1))
-        report(pointer, key,
-               fmt::format("is at leg {:g}, but the first actor's last leg, {}, ends at {}",
-                           track.keys[i].at, legs, legs + 1));
-      if (track.pointer == "/camera/up" && length(track.keys[i].value) == 0)
-        report(pointer, key, "must not be the zero vector");
-    }
-  }
-  void check_picture() {
-    const JsonValue* aovs = inner(&document_.root, {"image", "aovs"});
-    const std::string& chosen = scene_.image.aovs;
-    if (aovs && chosen != "all" && chosen != "none")
-      for (const std::string& name : split(chosen, ','))
-        if (std::find(kAovNames.begin(), kAovNames.end(), name) == kAovNames.end())
-          report("/image/aovs", aovs,
-                 fmt::format("has no layer \"{}\"{} (known: {}; all; none)", name,
-                             did_you_mean(name, kAovNames), join_quoted(kAovNames)));
-    if (scene_.lights.lamps.size() > kMaxLamps)
-      report("/lights/lamps", inner(&document_.root, {"lights", "lamps"}),
-             fmt::format("has {} lamps - at most {} are possible", scene_.lights.lamps.size(),
-                         kMaxLamps));
-    if (scene_.output.png_bits != 8 && scene_.output.png_bits != 16)
-      report("/output/png_bits", inner(&document_.root, {"output", "png_bits"}),
-             fmt::format("must be 8 or 16 (is {})", scene_.output.png_bits));
-  }
-  const JsonValue* at_pointer(std::string_view pointer) const {
-    const JsonValue* value = &document_.root;
-    for (const std::string& key : split(pointer.substr(1), '/')) {
-      if (!value) return nullptr;
-      if (value->kind != JsonValue::Kind::kArray) {
-        value = value->find(key);
-      } else {
-        const auto index = static_cast<std::size_t>(parse_integer(key).value_or(0));
-        value = index < value->items.size() ? &value->items[index] : nullptr;
-      }
-    }
-    return value;
-  }
-  static const JsonValue* inner(const JsonValue* value, std::initializer_list<const char*> keys) {
-    for (const char* key : keys) value = value ? value->find(key) : nullptr;
-    return value;
-  }
-  void report(const std::string& pointer, const JsonValue* value, const std::string& message) {
-    const TextPosition at = document_.position(value ? value->offset : JsonValue::kNowhere);
-    // What several actors have from the scene is wrong once.
-    for (const SceneFinding& known : findings_)
-      if (known.pointer == pointer && known.message == message) return;
-    findings_.push_back({at.line, at.column, pointer, message});
-  }
-
-  const JsonDocument& document_;
-  const Scene& scene_;
-  std::vector<SceneFinding>& findings_;
+  std::map<std::string, std::string> old_names_;  ///< by the new ones, of keys in this object
+  ActorSettings actor_prototype_;                 ///< its source is every object's
 };
 
 void name_objects(Scene& scene) {
@@ -673,7 +549,7 @@ Result<SceneReading> read_scene_text(const std::filesystem::path& path, std::str
   ReadFields fields(document, document.root, "", folder, reading.findings, reading.scene.tracks);
   describe(fields, reading.scene);
   fields.finish();
-  CheckWhole(document, reading.scene, reading.findings).run();
+  find_contradictions(document, reading.scene, reading.findings);
   name_objects(reading.scene);
   remember_inputs(reading.scene);
   std::stable_sort(reading.findings.begin(), reading.findings.end(),

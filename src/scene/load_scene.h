@@ -1,4 +1,4 @@
-// Scene files: JSON -> Scene, and what is wrong with one.
+// Scene file loading and validation: JSON to Scene.
 #pragma once
 
 #include <filesystem>

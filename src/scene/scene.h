@@ -1,6 +1,6 @@
-// The scene as plain structs: what a scene JSON says after defaults. Lengths in scene units, angles
-// in degrees, colours scene-linear. scene/describe.h names every field, its range and its meaning
-// once; the parser, the JSON Schema and `info` all read that description.
+// Scene settings as plain structs: the content of a scene file with defaults filled in. Lengths in
+// scene units, angles in degrees, colours scene-linear. scene/describe.h names every field, its
+// range and its meaning once; the parser, the JSON Schema and `info` all read that description.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@
 namespace polymorph {
 
 enum class SphereMethod : std::uint8_t {
-  kOctree,   ///< the report's: one a finest cell (5.1.2.2)
+  kOctree,   ///< the report's: one per finest cell (5.1.2.2)
   kActive,   ///< the report's: the largest cells that are mostly inside (5.1.3.2)
   kHubbard,  ///< Voronoi balls of surface samples, merged (Hubbard 1996)
   kMedial,   ///< a greedy cover by medial balls
@@ -33,10 +33,11 @@ enum class FitKind : std::uint8_t {
 
 struct SphereSettings {
   SphereMethod method = SphereMethod::kMedial;
-  int balls = 256;     ///< N of hubbard and medial
-  float error = 0;     ///< medial: the fewest balls for this Hausdorff distance, as a share of the
-                       ///< model's diagonal; 0: `balls`
-  int resolution = 0;  ///< R of octree and active: 2^(R-1) cells an axis; 1..9; 0 = by sphere count
+  int balls = 256;  ///< N of hubbard and medial
+  float error = 0;  ///< medial: the fewest balls for this Hausdorff distance, as a share of the
+                    ///< model's diagonal; 0: `balls`
+  int resolution =
+      0;  ///< R of octree and active: 2^(R-1) cells per axis; 1..9; 0 = by sphere count
   FitKind fit = FitKind::kEllipsoid;
   InsideMethod inside = InsideMethod::kWinding;
   bool solidify = false;  ///< fill cavities and close holes first
@@ -77,10 +78,14 @@ struct MotionSettings {
   bool keep_volume = true;     ///< choose each frame's level so that V(u) = (1-u) V_A + u V_B
 };
 
+/// Which axis of a model's file points up.
+enum class UpAxis : std::uint8_t { kY, kZ, kX };
+
 struct ObjectSettings {
   std::string name;             ///< default: the file's stem or the shape's name
   std::filesystem::path model;  ///< absolute; empty when `shape` is given
   std::string shape;            ///< built-in shape; empty when `model` is given
+  UpAxis up = UpAxis::kY;       ///< turned to y before everything else
   bool meta = false;            ///< passed through as balls only
   bool arrange = true;          ///< take part in the scene's arrangement
   Vec3 translate;
@@ -183,13 +188,13 @@ struct FrameSettings {
 };
 
 struct SurfaceSettings {
-  int resolution = 128;  ///< cells along the longest side of the scene's box
+  int resolution = 128;  ///< cells along the longest side of an actor's box
   SurfaceMethod method = SurfaceMethod::kMarchingCubes;
   Placement placement = Placement::kRoot;
   bool flat = false;  ///< triangles without shared normals
   int influence = 1;  ///< cells between the points at which the field is computed
-  float min_component_share =
-      1e-4f;  ///< parts below this share of the volume are left out; 0 keeps all
+  /// Components of the surface below this share of the volume are left out; 0 keeps all.
+  float min_component_share = 1e-4f;
 };
 
 struct CameraSettings {
@@ -210,7 +215,7 @@ struct CameraSettings {
 };
 
 enum class SkyKind : std::uint8_t {
-  kStudio,  ///< soft boxes around the stage; the camera sees a paper
+  kStudio,  ///< soft boxes around the objects; the camera sees a paper backdrop
   kDay,     ///< clear sky by the key light, which is the sun
 };
 
@@ -264,7 +269,7 @@ enum class LookKind : std::uint8_t {
   kGlass,  ///< clear, tinted by the colour
 };
 
-/// What the surface wears between the objects.
+/// The material of the surface between the objects.
 struct LookSettings {
   LookKind kind = LookKind::kOwn;
   Vec3 color{0.92f, 0.93f, 0.95f};
@@ -312,7 +317,7 @@ struct OutputSettings {
   bool dither = false;                  ///< PNG: random rounding against banding
 };
 
-/// One chain of objects, where it stands on the stage and when it sets out.
+/// One chain of objects, its place in the scene and the frame at which it starts.
 struct ActorSettings {
   std::string name;  ///< default: the source's
   ObjectSettings source;
@@ -320,7 +325,7 @@ struct ActorSettings {
   ObjectSettings target;
   int start = 1;             ///< the frame from which it moves, frames.hold_start not counted
   std::vector<int> per_leg;  ///< frames of each leg; empty: the scene's
-  /// Its place on the stage: turned and scaled about the origin, then shifted.
+  /// Its place in the scene: rotated and scaled about the origin, then shifted.
   Vec3 translate;
   Vec3 rotate;  ///< degrees about x, then y, then z
   Vec3 scale{1, 1, 1};

@@ -117,6 +117,10 @@ class SchemaFields {
     T value;
     add(key, doc, {{"type", "array"}, {"items", schema_of(value, keyed_)}});
   }
+  void renamed(const char* old, const char* key) {
+    properties[old] = {{"description", fmt::format("old name of \"{}\"", key)},
+                       {"deprecated", true}};
+  }
   void before_actors(Scene&) {}
   /// Either a list, or the keys of one actor's chain beside it.
   void actors(const char* key, std::vector<ActorSettings>& values, const char* doc) {
@@ -271,6 +275,7 @@ class WriteFields {
     for (std::size_t i = 0; i < values.size(); ++i)
       json[key].push_back(written(values[i], fmt::format("{}/{}/{}", pointer_, key, i)));
   }
+  void renamed(const char*, const char*) {}
   void before_actors(Scene&) {}
   void actors(const char* key, std::vector<ActorSettings>& values, const char* doc) {
     objects(key, values, doc);

@@ -1,4 +1,4 @@
-// What there is to analyze: a scene's morphs, or any program's meshes.
+// Morph analysis of a scene's legs, or of a sequence of mesh files.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +11,7 @@
 
 namespace polymorph {
 
-/// Called before each frame; false stops with kResumable's sibling, an interrupted error.
+/// Called before each frame; false stops the analysis with kResumable.
 using AnalyzeProgress = std::function<bool(int done, int count)>;
 
 /// Each leg of each actor, actor by actor: its volumetric stage, from balls to balls, at `frames`

@@ -1,4 +1,4 @@
-// What can be wrong with a plan only beside the models it speaks of; check and render ask alike.
+// Plan validation against the models (labels, landmarks), used by both `check` and `render`.
 #pragma once
 
 #include <span>

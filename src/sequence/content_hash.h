@@ -1,4 +1,4 @@
-// One hash of everything that decides a frame's files: frames that carry it are current.
+// Content hash of everything that decides a frame's pixels; files that carry it are up to date.
 #pragma once
 
 #include <span>

@@ -1,4 +1,4 @@
-// Frame numbers and file names: "1-48x2,60", "frame.####.exr", shards.
+// Frame ranges and file name patterns: "1-48x2,60", "frame.####.exr", shards.
 #pragma once
 
 #include <filesystem>

@@ -1,14 +1,17 @@
 #include "sequence/golden_run.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdlib>
 
 #include "base/file.h"
+#include "base/shell_quote.h"
+#include "base/stopwatch.h"
 #include "compare/pictures.h"
 #include "image/image_io.h"
 #include "scene/load_scene.h"
+#include "sequence/device.h"
+#include "sequence/render_frame.h"
 #include "sequence/render_sequence.h"
 #include "surface/mesh_check.h"
 
@@ -157,8 +160,8 @@ Result<GoldenFrame> judge(const GoldenSuite& suite, const GoldenSettings& settin
   if (!fs::exists(golden)) {
     result.missing = true;
     result.message =
-        fmt::format("{} is missing - make it with: polymorph golden update {} --reason ...",
-                    golden.string(), suite.name);
+        fmt::format("{} is missing - make it with: polymorph golden update {} --reason \"...\"",
+                    golden.string(), shell_quoted(suite.name));
     PM_TRY_STATUS(keep_failure(suite, settings, rendered, nullptr, {}, {}));
     PM_TRY_STATUS(fill_report(suite, settings, rendered.image, nullptr, {}, result));
     return result;
@@ -204,12 +207,11 @@ Result<GoldenResult> test_golden(const GoldenSuite& suite, const GoldenSettings&
   PM_TRY(const std::vector<SurfaceRecord> records, read_records(suite));
   GoldenResult result{suite.name, {}, find_orphans(suite)};
   for (const int frame : suite.frames) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch stopwatch;
     forget_failure(suite, settings, frame);
     PM_TRY(const RenderedFrame rendered, renderer.render(frame));
     PM_TRY(GoldenFrame judged, judge(suite, settings, records, rendered));
-    judged.report.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    judged.report.seconds = stopwatch.seconds();
     result.frames.push_back(std::move(judged));
   }
   return result;

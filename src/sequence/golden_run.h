@@ -1,4 +1,4 @@
-// Golden suites, run: render the suite's frames and hold them against what is committed.
+// Golden image tests: render a suite's frames and compare them with the committed ones.
 #pragma once
 
 #include <filesystem>

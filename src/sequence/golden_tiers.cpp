@@ -4,22 +4,20 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 
 #include "base/parallel.h"
+#include "base/stopwatch.h"
 #include "compare/statistics.h"
 #include "image/image_io.h"
 #include "scene/load_scene.h"
+#include "sequence/device.h"
+#include "sequence/render_frame.h"
 #include "sequence/render_sequence.h"
 
 namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// A folder that goes when it is left.
 class WorkFolder {
@@ -102,7 +100,7 @@ class BitTest {
   }
 
   Result<ReportCase> test(const Way& way) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch stopwatch;
     ReportCase one;
     one.group = suite_.name + ", bits";
     one.name = way.name;
@@ -120,7 +118,7 @@ class BitTest {
     one.verdict = one.passed() ? "same" : "differs";
     one.detail = digests.size() == 1 ? "the same bits"
                                      : fmt::format("{} frames, the same bits", digests.size());
-    one.seconds = seconds_since(start);
+    one.seconds = stopwatch.seconds();
     return one;
   }
 
@@ -201,7 +199,7 @@ int samples_of(const Image& image, int otherwise) {
 Result<ReportCase> test_noise(const GoldenSuite& suite, const GoldenSettings& settings,
                               PreparedScene& prepared, SurfaceExtractor& extractor,
                               Renderer& renderer, int frame, int runs) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch stopwatch;
   ReportCase one;
   one.group = suite.name + ", noise";
   one.name = fmt::format("frame {}", frame);
@@ -227,7 +225,7 @@ Result<ReportCase> test_noise(const GoldenSuite& suite, const GoldenSettings& se
   one.verdict = result.passed ? "noise" : "differs";
   one.detail = result.reason;
   if (!result.passed) one.message = result.reason;
-  one.seconds = seconds_since(start);
+  one.seconds = stopwatch.seconds();
   if (settings.pictures) {
     PM_TRY_STATUS(add_pictures(one, images[0], &golden, {}, *settings.pictures));
   }

@@ -1,5 +1,5 @@
-// What golden frames cannot show: that a build agrees with itself to the bit, and that its noise is
-// only noise.
+// Golden tests without reference images: bit-identical results within one build, and noise that is
+// unbiased.
 #pragma once
 
 #include <vector>
@@ -20,7 +20,7 @@ Result<std::vector<ReportCase>> test_golden_bits(const GoldenSuite& suite,
 
 /// Renders each frame `runs` (at least 4) times under other seeds and asks whether the golden could
 /// be one of them (compare/statistics.h): the test for changes of the sampler, or of the number of
-/// samples, which move every pixel. One case a frame.
+/// samples, which move every pixel. One case per frame.
 Result<std::vector<ReportCase>> test_golden_statistics(const GoldenSuite& suite,
                                                        const GoldenSettings& settings, int runs);
 

@@ -7,7 +7,7 @@
 #include "base/hash.h"
 #include "model/closest.h"
 #include "morph/motion.h"
-#include "sequence/geometry.h"
+#include "sequence/leg_surface.h"
 
 namespace polymorph {
 namespace {
@@ -27,7 +27,7 @@ double mean_distance(const Mesh& from, const ClosestPointQuery& to) {
 }
 
 /// Raise it when the same maps and objects give other surfaces or another pacing.
-constexpr std::uint32_t kPacingVersion = 1;
+constexpr std::uint32_t kPacingVersion = 2;
 
 /// Everything that the surfaces at these moments depend on: the maps themselves and both objects.
 std::string key_of(const PreparedActor& actor, const PreparedLeg& leg, float cell,
@@ -85,6 +85,7 @@ Result<std::vector<float>> even_pacing(const PreparedScene& prepared, const Prep
   for (int k = 0; k <= kSteps && !empty; ++k) {
     ActorGeometry geometry;
     geometry.moment.time = geometry.moment.u = time_of(k);
+    geometry.balls = balls_at(linear.plan, time_of(k));
     geometry.map = maps[static_cast<std::size_t>(k)];
     PM_TRY(Mesh mesh, surface_between(actor, linear, geometry, cell, prepared.extract, extractor));
     empty = mesh.triangles.empty();

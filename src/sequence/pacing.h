@@ -1,4 +1,4 @@
-// An even pace for a leg that is made of distances: by how much its surface changes.
+// Arc-length pacing of a leg made of distance fields: time by the amount that its surface changes.
 #pragma once
 
 #include <vector>

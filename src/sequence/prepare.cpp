@@ -5,7 +5,7 @@
 
 #include "base/log.h"
 #include "image/image_io.h"
-#include "model/load_obj.h"
+#include "model/load_model.h"
 #include "model/normals.h"
 #include "model/shapes.h"
 #include "morph/labels.h"
@@ -15,7 +15,7 @@
 #include "sequence/check_plan.h"
 #include "sequence/content_hash.h"
 #include "sequence/film.h"
-#include "sequence/geometry.h"
+#include "sequence/leg_surface.h"
 #include "sequence/pacing.h"
 #include "spheres/quality.h"
 #include "surface/components.h"
@@ -32,9 +32,11 @@ Result<Model> load_object(const ObjectSettings& object, bool textures,
   if (!object.shape.empty()) return make_shape(object.shape);
   LoadObjSettings settings;
   settings.textures = textures;
-  PM_TRY(LoadedModel loaded, load_obj(object.model, settings));
+  PM_TRY(LoadedModel loaded, load_model(object.model, settings));
   warnings.insert(warnings.end(), loaded.warnings.begin(), loaded.warnings.end());
-  return std::move(loaded.model);
+  if (object.up == UpAxis::kY) return std::move(loaded.model);
+  const Vec3 turn = object.up == UpAxis::kZ ? Vec3{-90, 0, 0} : Vec3{0, 0, 90};
+  return transformed(loaded.model, make_transform({}, turn, {1, 1, 1}));
 }
 
 void paint(Model& model, Vec3 color) {
@@ -107,9 +109,16 @@ constexpr float kThinnest = 0.9f;
 
 /// The object's distances, and what is measured on their surface.
 Status add_distances(PreparedObject& object, float cell, float thinnest, double min_component_share,
-                     SurfaceExtractor& extractor, const std::filesystem::path& cache) {
-  PM_TRY(ObjectDistances distances, object_distances(object.model, *object.closest, cell, thinnest,
-                                                     min_component_share, extractor, cache));
+                     bool solidified, SurfaceExtractor& extractor,
+                     const std::filesystem::path& cache) {
+  PM_TRY(ObjectDistances distances,
+         object_distances(object.model, *object.closest, cell, thinnest, min_component_share,
+                          solidified, extractor, cache));
+  if (is_shell(distances))
+    log_info(
+        "{}: its faces leave {:.0f} % of what they go around undecided (open, or turned at "
+        "random), so it is taken for a shell and given thickness; spheres.solidify fills it",
+        object.name, 100 * distances.undecided);
   if (!(distances.volume > 0))
     return make_error(ErrorCode::kInput,
                       "{}: the model encloses nothing that cells of {:.3g} show "
@@ -163,8 +172,8 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
   object.closest = std::make_shared<const ClosestPointQuery>(object.model);
   if (legs.distances)
     PM_TRY_STATUS(add_distances(object, cell, kThinnest * cell,
-                                static_cast<double>(scene.surface.min_component_share), extractor,
-                                cache));
+                                static_cast<double>(scene.surface.min_component_share),
+                                spheres.solidify, extractor, cache));
   add_colors(object, scene.look.kind == LookKind::kOwn);
   if (object.meta || !legs.balls) return Ok{};
   return make_boundary(object, InsideTest(object.model), std::move(mesh), scene, cell, extract,
@@ -212,7 +221,7 @@ Result<PreparedObject> object_in_flight(const PreparedScene& prepared, const Pre
     object.closest = object.outer = std::make_shared<const ClosestPointQuery>(object.model);
     PM_TRY_STATUS(add_distances(object, actor.cell, 0,
                                 static_cast<double>(prepared.scene.surface.min_component_share),
-                                extractor, cache));
+                                false, extractor, cache));
   }
   // A ball belongs to what it is more of.
   const bool near = moment.moment.u < 0.5f;
@@ -237,7 +246,7 @@ void log_rotation_of(const MorphPlan& plan, const std::string& from, const std::
              from, to, angle);
 }
 
-/// Who becomes whom on each of the actor's legs.
+/// The correspondence of balls on each of the actor's legs.
 Status make_legs(PreparedActor& actor, const ActorSettings& settings, const PreparedScene& prepared,
                  SurfaceExtractor& extractor, const std::filesystem::path& cache) {
   const auto labels_of = [&](std::size_t object) {

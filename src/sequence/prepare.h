@@ -1,4 +1,4 @@
-// Everything that is done once before the first frame: models, spheres, balls, plans, camera.
+// Scene preparation before the first frame: models, spheres, balls, plans, camera.
 #pragma once
 
 #include <filesystem>
@@ -32,8 +32,8 @@ struct PreparedObject {
   bool meta = false;
   std::size_t sphere_count = 0;
   std::vector<Ball> balls;                 ///< surface at field = 1
-  std::vector<std::uint32_t> ball_labels;  ///< one a ball: index into model.label_names
-  double ball_volume = 0;  ///< enclosed by the balls' surface
+  std::vector<std::uint32_t> ball_labels;  ///< one per ball: index into model.label_names
+  double ball_volume = 0;                  ///< enclosed by the balls' surface
   float field_maximum = 1;
   std::shared_ptr<const ClosestPointQuery> closest;  ///< of the model
   std::shared_ptr<const ClosestPointQuery> outer;    ///< of its faces that the solid does not hide
@@ -42,7 +42,7 @@ struct PreparedObject {
   std::shared_ptr<const ColorVolume> colors;
   /// What its boundary stages need; none of them for a meta-object.
   BoundaryMethod boundary = BoundaryMethod::kCut;  ///< as it turned out
-  std::vector<Vec3> shrink_targets;                ///< crossfade: one a model point
+  std::vector<Vec3> shrink_targets;                ///< crossfade: one per model point
   Projection projection;                           ///< project
   BlendField blend;                                ///< blend
   /// Of the model, where a leg to or from it is made of distances.

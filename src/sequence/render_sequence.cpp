@@ -4,36 +4,31 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <deque>
 #include <future>
-#include <nlohmann/json.hpp>
-#include <optional>
 #include <utility>
 
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/log.h"
 #include "base/parallel.h"
-#include "base/program_identity.h"
+#include "base/stopwatch.h"
 #include "base/text.h"
 #include "image/image_io.h"
 #include "morph/timeline.h"
-#include "scene/json_text.h"
+#include "sequence/device.h"
+#include "sequence/estimate.h"
 #include "sequence/film.h"
+#include "sequence/geometry.h"
+#include "sequence/prepare.h"
+#include "sequence/render_frame.h"
+#include "sequence/status.h"
 #include "surface/mesh_check.h"
 
 namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
-
-constexpr const char* kHashAttribute = "polymorph/scene_hash";
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 std::uint64_t peak_memory_bytes() {
   struct rusage usage {};
@@ -54,20 +49,6 @@ bool has_exr(const SequenceSettings& settings) {
 }
 bool has_png(const SequenceSettings& settings) {
   return !settings.png.before.empty() || settings.png.has_number();
-}
-
-/// A file is this frame of this scene when its header says so; a name alone proves nothing.
-bool is_current(const fs::path& file, const std::string& hash, int frame) {
-  const auto image = read_image(file);
-  if (!image) return false;
-  // EXR keeps the frame as a number, PNG as text.
-  const auto says = [&](const char* name, const std::string& wanted) {
-    return std::any_of(image->attributes.begin(), image->attributes.end(), [&](const Attribute& a) {
-      return a.name == name &&
-             std::visit([](const auto& v) { return fmt::format("{}", v); }, a.value) == wanted;
-    });
-  };
-  return says(kHashAttribute, hash) && says("polymorph/frame", fmt::format("{}", frame));
 }
 
 /// Before any work: every name must be free (or may be replaced) and every folder writable.
@@ -105,41 +86,6 @@ Status write_frame(const Image& image, const SequenceSettings& settings, const S
   return Ok{};
 }
 
-std::vector<Attribute> header_of(const PreparedScene& prepared, int frame, const std::string& isa,
-                                 const std::string& device, const std::string& command) {
-  std::vector<Attribute> attributes{
-      {"Software", std::string("polymorph ") + PM_VERSION},
-      {"FramesPerSecond", prepared.scene.frames.fps},
-      {"polymorph/version", std::string(PM_VERSION)},
-      {kHashAttribute, frame_hash(prepared, frame)},
-      {"polymorph/frame", frame},
-      {"polymorph/t", sequence_time(prepared.scene, shown_frame(prepared.scene, frame))},
-      {"polymorph/stage", stage_names(prepared, frame)},
-      {"polymorph/device", device},
-      {"polymorph/isa", isa},
-      {"polymorph/samples", prepared.scene.image.samples},
-      {"polymorph/exposure", scene_at(prepared.scene, static_cast<double>(frame)).image.exposure},
-      {"polymorph/seed", fmt::format("{}", prepared.scene.image.seed)}};
-  if (aov_is_chosen(prepared.scene.image.aovs, "label")) {
-    std::string names;
-    int number = 0;
-    for (const PreparedActor& actor : prepared.actors)
-      for (const std::string& name : actor.label_names)
-        names += fmt::format("{}{} {}{}", names.empty() ? "" : ", ", ++number,
-                             prepared.actors.size() > 1 ? actor.name + "." : "", name);
-    attributes.push_back({"polymorph/labels", names});
-  }
-  if (!command.empty()) attributes.push_back({"polymorph/command", printable(command)});
-  return attributes;
-}
-
-/// The header before what says how to read the picture's mattes.
-void put_header(Image& image, std::vector<Attribute> header) {
-  for (Attribute& attribute : image.attributes)
-    if (attribute.name.starts_with("cryptomatte/")) header.push_back(std::move(attribute));
-  image.attributes = std::move(header);
-}
-
 /// The loop over the frames, with what it needs at hand.
 class SequenceRun {
  public:
@@ -147,7 +93,7 @@ class SequenceRun {
       : settings_(settings), progress_(progress) {}
 
   Result<RunReport> run(const Scene& scene) {
-    const auto start = Clock::now();
+    const Stopwatch stopwatch;
     report_.threads = thread_count();
     PM_TRY_STATUS(check_outputs(settings_));
     if (scene.image.denoise) PM_TRY_STATUS(check_denoiser());
@@ -163,7 +109,7 @@ class SequenceRun {
     if (!settings_.keep_going)
       for (const int frame : settings_.frames)
         for (const fs::path& file : files_of(settings_, frame)) PM_TRY_STATUS(check_writable(file));
-    report_.prepare_seconds = seconds_since(start);
+    report_.prepare_seconds = stopwatch.seconds();
     PM_CHECK(settings_.jobs >= 1);
     for (int i = 0; i < settings_.jobs; ++i) {
       PM_TRY(Renderer renderer, Renderer::create(settings_.isa));
@@ -173,20 +119,26 @@ class SequenceRun {
     // A pinned instruction set is part of what was asked for; the machine's own best is not.
     if (!settings_.isa.empty())
       for (std::string* hash : {&prepared_.hash, &prepared_.inputs_hash})
-        *hash = Hasher().add(*hash).add(settings_.isa).hex();
+        *hash = pinned_hash(*hash, settings_.isa);
     report_.scene_hash = prepared_.hash;
-    if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // nobody would see them
+    if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // PNG has no layers
     report_.frames.resize(settings_.frames.size());
-    const auto frames_start = Clock::now();
+    const Stopwatch frames;
     Status status = all_frames();
     // What is under way when one fails or all must stop is finished, so that no frame is half.
     Status rest = drain();
     if (status) status = std::move(rest);
     if (!status && !settings_.keep_going) return std::move(status).error();
     std::erase_if(report_.frames, [](const FrameRecord& record) { return record.frame == 0; });
-    report_.frames_seconds = seconds_since(frames_start);
+    if (settings_.dry_run) {
+      std::vector<int> planned;
+      for (const FrameRecord& record : report_.frames)
+        if (record.state == FrameRecord::State::kPlanned) planned.push_back(record.frame);
+      PM_TRY(report_.estimate, estimate_frames(prepared_, *extractor_, settings_.isa, planned));
+    }
+    report_.frames_seconds = frames.seconds();
     report_.peak_memory = peak_memory_bytes();
-    report_.total_seconds = seconds_since(start);
+    report_.total_seconds = stopwatch.seconds();
     return std::move(report_);
   }
 
@@ -236,7 +188,7 @@ class SequenceRun {
       tracing_.back().indices.push_back(index);
       return Ok{};
     }
-    const auto start = Clock::now();
+    const Stopwatch stopwatch;
     auto geometry = geometry_at(prepared_, *extractor_, record.frame);
     if (!geometry) {
       PM_TRY_STATUS(drain());
@@ -247,7 +199,7 @@ class SequenceRun {
     record.vertices = surface.positions.size();
     record.triangles = surface.triangles.size();
     if (record.triangles > 0) record.digest = mesh_digest(surface);
-    record.surface_seconds = seconds_since(start);
+    record.surface_seconds = stopwatch.seconds();
     Status before = Ok{};
     if (idle_.empty()) before = finish_tracing();
     begin_tracing(index, std::move(picture), std::move(*geometry));
@@ -282,9 +234,9 @@ class SequenceRun {
   void begin_tracing(std::size_t index, std::string picture, FrameGeometry geometry) {
     auto task = [this, geometry = std::move(geometry),
                  renderer = std::exchange(idle_.back(), nullptr)]() mutable -> Traced {
-      const auto start = Clock::now();
+      const Stopwatch stopwatch;
       auto image = render_frame(prepared_, geometry, *renderer, report_.device, settings_.command);
-      return {std::move(image), seconds_since(start), std::move(renderer)};
+      return {std::move(image), stopwatch.seconds(), std::move(renderer)};
     };
     idle_.pop_back();
     tracing_.push_back({{index}, std::move(picture), std::async(policy(), std::move(task))});
@@ -333,12 +285,15 @@ class SequenceRun {
     if (writing_.size() == static_cast<std::size_t>(settings_.jobs)) before = finish_writing();
     const int frame = report_.frames[index].frame;
     auto task = [this, frame, image, again]() -> Written {
-      const auto start = Clock::now();
-      if (!again)
-        return {write_frame(*image, settings_, prepared_.scene, frame), seconds_since(start)};
+      const Stopwatch stopwatch;
+      if (!again) {
+        Status status = write_frame(*image, settings_, prepared_.scene, frame);
+        return {std::move(status), stopwatch.seconds()};
+      }
       Image copy = *image;
-      put_header(copy, header_of(prepared_, frame, report_.isa, report_.device, settings_.command));
-      return {write_frame(copy, settings_, prepared_.scene, frame), seconds_since(start)};
+      put_header(copy, prepared_, frame, report_.isa, report_.device, settings_.command);
+      Status status = write_frame(copy, settings_, prepared_.scene, frame);
+      return {std::move(status), stopwatch.seconds()};
     };
     writing_.emplace_back(index, std::async(policy(), std::move(task)));
     return before;
@@ -370,7 +325,7 @@ class SequenceRun {
     for (const fs::path& file : record.files) {
       std::error_code error;
       if (!fs::exists(file, error)) return false;
-      if (is_current(file, hash, record.frame)) continue;
+      if (file_state(file, hash, record.frame) == FileState::kWhole) continue;
       log_info("{}: is of another scene or settings - rendering it again", file.string());
       return false;
     }
@@ -405,108 +360,7 @@ class SequenceRun {
   std::deque<std::pair<std::size_t, std::future<Written>>> writing_;
 };
 
-const char* state_name(FrameRecord::State state) {
-  switch (state) {
-    case FrameRecord::State::kDone:
-      return "done";
-    case FrameRecord::State::kSkipped:
-      return "skipped";
-    case FrameRecord::State::kFailed:
-      return "failed";
-    case FrameRecord::State::kPlanned:
-      return "planned";
-  }
-  return "";
-}
-
 }  // namespace
-
-Result<std::unique_ptr<SurfaceExtractor>> make_extractor(const std::string& device,
-                                                         std::string& chosen,
-                                                         std::size_t max_memory) {
-  chosen = "cpu";
-  const auto cpu = [&] {
-    auto extractor = make_cpu_extractor();
-    extractor->limit_memory(max_memory);
-    return extractor;
-  };
-  if (device == "cpu") return cpu();
-  const bool automatic = device == "auto";
-  int index = 0;
-  if (!automatic) {
-    const auto number = device == "cuda"              ? std::optional<long long>(0)
-                        : device.starts_with("cuda:") ? parse_integer(device.substr(5))
-                                                      : std::nullopt;
-    if (!number || *number < 0 || *number > 1023)
-      return make_error(ErrorCode::kUsage, "--device {}: write cpu, cuda, cuda:1 or auto", device);
-    index = static_cast<int>(*number);
-  }
-  ExtractStatus status;
-  auto extractor = make_cuda_extractor(index, status);
-  if (extractor) {
-    chosen = fmt::format("cuda:{}", index);
-    extractor->limit_memory(max_memory);
-    return extractor;
-  }
-  if (!automatic)
-    return make_error(ErrorCode::kResource, "--device {}: {} - use --device cpu or auto", device,
-                      status.message);
-  // Said once, not for every scene of a command.
-  static std::atomic_flag said;
-  if (!said.test_and_set()) log_info("surfaces are made on the CPU: {}", status.message);
-  return cpu();
-}
-
-std::size_t RunReport::count(FrameRecord::State state) const {
-  std::size_t n = 0;
-  for (const FrameRecord& record : frames) n += record.state == state;
-  return n;
-}
-
-std::string to_json(const RunReport& report) {
-  using Json = nlohmann::ordered_json;
-  Json json{{"version", PM_VERSION},
-            {"build", program_identity()},
-            {"scene_hash", report.scene_hash},
-            {"device", report.device},
-            {"isa", report.isa},
-            {"threads", report.threads},
-            {"prepare_seconds", report.prepare_seconds},
-            {"frames_seconds", report.frames_seconds},
-            {"total_seconds", report.total_seconds},
-            {"peak_memory_bytes", report.peak_memory},
-            {"stopped", report.stopped}};
-  json["frames"] = Json::array();
-  for (const FrameRecord& r : report.frames) {
-    Json files = Json::array();
-    for (const fs::path& file : r.files) files.push_back(file.string());
-    Json frame{
-        {"frame", r.frame}, {"state", state_name(r.state)}, {"stage", r.stage}, {"files", files}};
-    if (r.state == FrameRecord::State::kDone)
-      frame.update({{"seconds", r.seconds},
-                    {"surface_seconds", r.surface_seconds},
-                    {"trace_seconds", r.trace_seconds},
-                    {"write_seconds", r.write_seconds},
-                    {"balls", r.balls},
-                    {"vertices", r.vertices},
-                    {"triangles", r.triangles},
-                    {"digest", r.digest}});
-    if (!r.error.empty()) frame["error"] = r.error;
-    json["frames"].push_back(frame);
-  }
-  return dump_json(json);
-}
-
-Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,
-                           Renderer& renderer, const std::string& device,
-                           const std::string& command) {
-  RenderSettings settings;
-  settings.image = prepared.scene.image;
-  settings.frame = geometry.frame;
-  PM_TRY(Image image, renderer.render(render_scene(prepared, geometry), settings));
-  put_header(image, header_of(prepared, geometry.frame, renderer.isa(), device, command));
-  return image;
-}
 
 int jobs_for(int width, int height, std::size_t frames) {
   constexpr int kTile = 16, kTilesPerThread = 64, kMaxJobs = 16;

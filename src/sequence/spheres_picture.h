@@ -1,4 +1,4 @@
-// A look at an approximation: the model, its spheres and the balls' surface side by side.
+// Picture of a sphere approximation: the model, its spheres and the balls' surface side by side.
 #pragma once
 
 #include <filesystem>

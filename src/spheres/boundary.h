@@ -1,4 +1,4 @@
-// Samples of a solid's boundary: what the inside test makes of the faces.
+// Boundary samples of a solid with their inner and outer medial balls (shrinking ball algorithm).
 #pragma once
 
 #include <cstddef>

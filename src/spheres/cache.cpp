@@ -24,15 +24,17 @@ constexpr std::size_t kBallSize = 11 * 4;
 constexpr std::uint64_t kMaxBytes = 4ull << 30;
 
 std::string key_of(const Model& model, const SphereSettings& settings) {
+  // Both structs are taken apart, so that this does not compile while a new member is missing. Of a
+  // model only the geometry matters.
+  const auto& [name, points, triangles, corner_normals, corner_uvs, labels, label_names,
+               triangle_materials, materials, textures] = model;
+  const auto& [method, balls, error, resolution, fit, inside, solidify] = settings;
   Hasher hasher;
   hasher.add("spheres").add(kSpheresVersion);
-  hasher.add(std::span<const Vec3>(model.points)).add(std::span<const Triangle>(model.triangles));
-  // Every field of SphereSettings stands here.
-  hasher.add(static_cast<std::uint8_t>(settings.method));
-  hasher.add(settings.balls).add(settings.error).add(settings.resolution);
-  hasher.add(static_cast<std::uint8_t>(settings.fit));
-  hasher.add(static_cast<std::uint8_t>(settings.inside));
-  hasher.add(static_cast<std::uint8_t>(settings.solidify ? 1 : 0));
+  hasher.add(std::span<const Vec3>(points)).add(std::span<const Triangle>(triangles));
+  hasher.add(static_cast<std::uint8_t>(method)).add(balls).add(error).add(resolution);
+  hasher.add(static_cast<std::uint8_t>(fit)).add(static_cast<std::uint8_t>(inside));
+  hasher.add(static_cast<std::uint8_t>(solidify ? 1 : 0));
   return hasher.hex();
 }
 

@@ -1,4 +1,4 @@
-// Cells of an octree around a model, and the tree of spheres made of the chosen ones.
+// Octree cells around a model, and the sphere tree made of the chosen ones.
 #pragma once
 
 #include <cmath>
@@ -61,9 +61,5 @@ SphereTree active_spheres(const InsideTest& test, const RootCube& root, int fine
 /// (kInput): nothing is inside at this resolution - says which to raise.
 Result<SphereTree> cell_spheres(const Model& model, const InsideTest& test,
                                 const SphereSettings& settings, std::size_t most);
-
-/// Raised whenever approximate() may answer differently for the same model and settings: part of
-/// the cache key.
-inline constexpr std::uint32_t kSpheresVersion = 3;
 
 }  // namespace polymorph

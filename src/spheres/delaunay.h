@@ -1,4 +1,4 @@
-// Delaunay tetrahedra of points, by Qhull.
+// Delaunay tetrahedralization of points (Qhull).
 #pragma once
 
 #include <array>

@@ -22,10 +22,10 @@ using Eigen::Vector3d;
 
 Vector3d to_eigen(Vec3 p) { return {p.x, p.y, p.z}; }
 
-/// A model's wishes, and the fit so far.
+/// Samples, targets and state of one fit.
 struct Fit {
   std::vector<FitBall> balls;
-  std::vector<FitPoint> points;  ///< three a sample (surface, outside, inside), then free ones
+  std::vector<FitPoint> points;  ///< three per sample (surface, outside, inside), then free ones
   std::vector<FitPoint> free;    ///< free points that were never on the wrong side
   std::size_t sample_count = 0;
   double length = 1;
@@ -118,7 +118,7 @@ void add_samples(Fit& fit, const std::vector<BoundarySample>& samples) {
 
 /// Points that only say on which side they are, in Morton order: one within each sample's inner
 /// ball, one within its outer ball, and a lattice through the box. A fit that looks at the surface
-/// alone grows holes within and phantom blobs without, where no sample notices.
+/// alone grows holes inside and spurious components outside, where it has no sample.
 std::vector<FitPoint> free_points(const std::vector<BoundarySample>& samples,
                                   const InsideTest& inside, const Box& box) {
   constexpr double kFreeWeight = 0.1;
@@ -141,12 +141,9 @@ std::vector<FitPoint> free_points(const std::vector<BoundarySample>& samples,
   }
   std::vector<Vec3> lattice(3 * samples.size());
   for (std::size_t i = 0; i < lattice.size(); ++i) {
-    // A rank-1 lattice (powers of 1 / 1.2207...): even, without rows.
-    const auto part = [&](double step) {
-      return static_cast<float>(std::fmod(0.5 + step * static_cast<double>(i + 1), 1.0));
-    };
-    lattice[i] = wide.low + wide.size() * Vec3{part(0.8191725133961645), part(0.6710436067037893),
-                                               part(0.5497004779019703)};
+    const auto [x, y, z] = r3_point(i);
+    lattice[i] = wide.low + wide.size() * Vec3{static_cast<float>(x), static_cast<float>(y),
+                                               static_cast<float>(z)};
   }
   const std::vector<std::uint8_t> in = inside.inside(lattice);
   for (std::size_t i = 0; i < lattice.size(); ++i) all.push_back({lattice[i], in[i] != 0});
@@ -161,7 +158,7 @@ std::vector<FitPoint> free_points(const std::vector<BoundarySample>& samples,
 }
 
 /// Takes up the free points that the fit has on the wrong side. Most never are, and cost one look a
-/// round instead of one a step; those once taken up stay.
+/// round instead of one per step; those once taken up stay.
 void add_wrong(Fit& fit) {
   const std::vector<double> psi = psi_at(fit.balls, fit.free);
   std::vector<FitPoint> right;
@@ -229,7 +226,7 @@ bool improve(Fit& fit) {
   return false;
 }
 
-/// What each ball is worth: the squared error that taking it away would cause, to first order.
+/// The contribution of each ball: the squared error that its removal would cause, to first order.
 std::vector<double> ball_contributions(const Fit& fit) {
   std::vector<double> contributions(fit.balls.size(), 0.0);
   for (std::size_t s = 0; s < fit.sample_count; ++s) {
@@ -244,7 +241,7 @@ std::vector<double> ball_contributions(const Fit& fit) {
   return contributions;
 }
 
-/// Takes the balls that are worth least to where the error is largest: into the medial ball of a
+/// Moves the balls that contribute least to where the error is largest: into the medial ball of a
 /// sample that the field leaves out, or beside a ball that is asked for two shapes at once.
 void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double share) {
   const std::vector<double> contributions = ball_contributions(fit);
@@ -268,7 +265,7 @@ void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double sha
   });
   const auto moves = static_cast<std::size_t>(share * static_cast<double>(fit.balls.size()));
   std::vector<std::uint8_t> taken(fit.balls.size(), 0);
-  // The worst sample of each ball's realm.
+  // The worst sample of the region where each ball dominates.
   std::vector<std::size_t> worst_sample(fit.balls.size(), fit.sample_count);
   std::vector<double> worst_error(fit.balls.size(), 0.0);
   for (std::size_t s = 0; s < fit.sample_count; ++s) {
@@ -328,8 +325,8 @@ std::vector<Ball> finished(const Fit& fit) {
   return balls;
 }
 
-/// Adds points of the surface that lie far from the model, wanted on its far side: crumbs and
-/// bulges between the free points. Returns how many.
+/// Adds points of the surface that lie far from the model, constrained to lie outside or inside:
+/// spurious components and bulges between the free points. Returns how many points were added.
 Result<std::size_t> add_outlier_constraints(Fit& fit, const ClosestPointQuery& boundary,
                                             const InsideTest& inside) {
   constexpr std::size_t kMax = 2000;

@@ -1,4 +1,5 @@
-// Balls whose surface is the model: a least-squares fit of a Gaussian field to a solid's boundary.
+// Metaball fitting: a nonlinear least-squares fit (Levenberg-Marquardt) of a Gaussian field to a
+// solid's boundary.
 #pragma once
 
 #include <cstddef>
@@ -24,14 +25,14 @@ struct FitResult {
   int iterations = 0;
 };
 
-/// Moves, sizes and weighs Gaussian balls so that the surface psi = ln(field) = 0 passes through the
-/// boundary samples: minimizes the first-order signed distance e = psi / |grad psi| at the samples,
-/// at samples offset along the normal (target = the offset), and, where their sign is wrong, at
-/// points spread through the box, under Huber's loss. Levenberg-Marquardt over weight, centre and
-/// the six numbers of each ball's ellipsoid (docs/method.md, Fit). Starts from one ball a sphere: the
-/// part of the solid that it stands for, as an ellipsoid. At last the surface itself is looked at,
-/// and what of it lies far from the model is pushed away. Deterministic for any number of threads.
-/// Errors: as extract_surface().
+/// Moves, sizes and weighs Gaussian balls so that the surface psi = ln(field) = 0 passes through
+/// the boundary samples: minimizes the first-order signed distance e = psi / |grad psi| at the
+/// samples, at samples offset along the normal (target = the offset), and, where their sign is
+/// wrong, at points spread through the box, under Huber's loss. Levenberg-Marquardt over weight,
+/// centre and the six numbers of each ball's ellipsoid (docs/method.md, Fit). Starts from one ball
+/// a sphere: the part of the solid that it stands for, as an ellipsoid. At last the surface itself
+/// is looked at, and what of it lies far from the model is pushed away. Deterministic for any
+/// number of threads. Errors: as extract_surface().
 Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
                             const std::vector<BoundarySample>& samples,
                             const std::vector<Sphere>& spheres, const FitSettings& settings);

@@ -1,4 +1,4 @@
-// The field of the balls that are being fitted, its residuals and their derivatives.
+// Residuals and Jacobian of the metaball fit.
 #pragma once
 
 #include <Eigen/Dense>
@@ -38,9 +38,9 @@ struct FitPoint {
 
 /// Residuals at the points and the rows of J: which balls each depends on, and how.
 struct FitRows {
-  std::vector<double> residuals;      ///< one a point, already times the root of its weight
-  std::vector<double> psi;            ///< one a point: ln of the field
-  std::vector<double> steepness;      ///< one a point: |grad psi|, at least 0.5 / length
+  std::vector<double> residuals;      ///< one per point, already times the root of its weight
+  std::vector<double> psi;            ///< one per point: ln of the field
+  std::vector<double> steepness;      ///< one per point: |grad psi|, at least 0.5 / length
   std::vector<std::uint32_t> begins;  ///< first entry of each point, and one past the end
   std::vector<std::uint32_t> balls;   ///< of each entry
   std::vector<float> shares;          ///< q of each entry

@@ -1,4 +1,4 @@
-// Spheres by merging the balls of a Voronoi diagram (Hubbard 1996).
+// Hubbard's sphere tree (1996): spheres by merging the medial balls of a Voronoi diagram.
 #pragma once
 
 #include <cstddef>

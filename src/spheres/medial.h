@@ -1,4 +1,4 @@
-// A greedy cover of the boundary by medial balls.
+// Medial ball cover: a greedy set cover of the boundary by medial balls.
 #pragma once
 
 #include <cstddef>

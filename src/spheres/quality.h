@@ -1,4 +1,4 @@
-// How well balls stand for a model, as numbers.
+// Approximation quality of balls: intersection over union, volume ratio, Hausdorff distance.
 #pragma once
 
 #include <cstddef>

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "base/log.h"
 #include "kernels/extract_surface.h"
+#include "kernels/field_kinds.h"
 #include "model/diagnose.h"
+#include "model/shell.h"
 #include "model/solidify.h"
 #include "spheres/boundary.h"
 #include "spheres/cells.h"
@@ -13,6 +16,7 @@
 #include "spheres/hubbard.h"
 #include "spheres/medial.h"
 #include "spheres/quality.h"
+#include "surface/distance_grid.h"
 #include "surface/grid.h"
 #include "surface/level.h"
 #include "surface/mesh_check.h"
@@ -124,6 +128,27 @@ Result<Approximation> medial_to_error(Solid& solid, const SphereSettings& settin
   return std::move(best.result);
 }
 
+/// A closed model around a shell's faces, as thick as the surface of its distances at the default
+/// resolution is.
+Result<Model> thickened(const Model& model, const InsideTest& inside) {
+  constexpr float kCells = 128, kThinnest = 0.9f;  // as sequence/prepare.cpp has them
+  const Vec3 size = model.box().size();
+  const float cell = std::max({size.x, size.y, size.z}) / kCells;
+  if (!(cell > 0)) return make_error(ErrorCode::kInput, "model \"{}\" has no extent", model.name);
+  const std::vector<FaceSide> sheets(model.triangles.size(), FaceSide::kSheet);
+  const auto distances = std::make_shared<const DistanceGrid>(signed_distances(
+      model, inside, ClosestPointQuery(model), sheets, 0.5f * cell, kThinnest * cell));
+  const auto extractor = make_cpu_extractor();
+  PM_TRY(Mesh mesh, extract_distances(*extractor, distances, cell, {}));
+  if (mesh.triangles.empty()) return no_boundary(model);
+  log_debug("model \"{}\" is taken for a shell", model.name);
+  Model shell;
+  shell.name = model.name;
+  shell.points = std::move(mesh.positions);
+  shell.triangles = std::move(mesh.triangles);
+  return shell;
+}
+
 }  // namespace
 
 std::vector<Sphere> SphereTree::leaves() const {
@@ -145,6 +170,11 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
     SphereSettings plain = settings;
     plain.solidify = false;
     return approximate(solid, plain);
+  }
+  const InsideTest winding(model);
+  if (!diagnose(model).closed && undecided_share(model, winding) >= kShellShare) {
+    PM_TRY(const Model shell, thickened(model, winding));
+    return approximate(shell, settings);
   }
   Solid solid{model,
               InsideTest(model, settings.inside == InsideMethod::kParity ? InsideRule::kParity
@@ -187,10 +217,9 @@ Result<std::vector<Ball>> unfitted_balls(const std::vector<Sphere>& spheres, Sph
     PM_TRY(balls, evened(extractor, std::move(balls), extract));
   }
   if (!field.match_volume || !(volume > 0)) return balls;
-  // An inverse-square ball is then at its sphere's radius, however large the constants are.
-  const float start = field.kind == FieldKind::kInverseSquare
-                          ? field.blob_constant * field.magnitude / field.threshold
-                          : 1.0f;
+  // A ball of infinite support is then at its sphere's radius, however large the constants are.
+  const bool compact = visit(field.kind, [](auto kind) { return decltype(kind)::kCompactSupport; });
+  const float start = !compact ? field.blob_constant * field.magnitude / field.threshold : 1.0f;
   PM_TRY(const float iso, iso_for_volume(extractor, balls, cell, extract, volume, start));
   return rescaled(std::move(balls), field.kind, iso);
 }
@@ -198,23 +227,13 @@ Result<std::vector<Ball>> unfitted_balls(const std::vector<Sphere>& spheres, Sph
 std::vector<Ball> balls_of(const std::vector<Sphere>& spheres, const FieldSettings& field) {
   std::vector<Ball> balls;
   balls.reserve(spheres.size());
+  const BallConstants constants{field.blobbiness, field.blob_constant, field.magnitude,
+                                field.threshold};
   for (const Sphere& sphere : spheres) {
     PM_CHECK(sphere.radius > 0);
-    const float r2 = sphere.radius * sphere.radius;
-    Ball ball{sphere.center, 1, 0};
-    if (field.kind == FieldKind::kGaussian) {
-      // Blinn 1982: F/T = exp(B (1 - r^2/R^2)), B = |blobbiness|.
-      ball.a = field.blobbiness / r2;
-      ball.w = field.blobbiness;
-    } else if (field.kind == FieldKind::kWyvill) {
-      // A strength of 2 is halved at half the reach, which is the sphere's radius (Wyvill 1986).
-      ball.a = 0.25f / r2;
-      ball.w = 2 * field.magnitude / field.threshold;
-    } else {
-      // Report, algorithm 5.1: F = blobConstant magnitude / d^2, over the threshold.
-      ball.w = field.blob_constant * field.magnitude * r2 / field.threshold;
-    }
-    balls.push_back(ball);
+    balls.push_back(visit(field.kind, [&](auto kind) {
+      return kind.of_sphere(sphere.center, sphere.radius, constants);
+    }));
   }
   return balls;
 }

@@ -1,4 +1,4 @@
-// Model -> spheres, and spheres -> balls of a field.
+// Sphere approximation of a model, and conversion of spheres to the balls of a field.
 #pragma once
 
 #include <cstdint>
@@ -43,7 +43,7 @@ struct Approximation {
 
 /// Approximates the inside of `model` by spheres, and fits balls to it where the settings ask for
 /// it (method: docs/method.md, Spheres and Fit).
-/// `octree`: a cube around the bounding box, 2^(R-1) cells an axis at the finest level; a finest
+/// `octree`: a cube around the bounding box, 2^(R-1) cells per axis at the finest level; a finest
 /// cell whose centre is inside gives one sphere. `active`: from the root down, a cell with MORE
 /// than 4 of its 8 corners inside gives one sphere and its children are dropped (report 5.1.3.2).
 /// Both: resolution 0 takes the finest one that gives at most 8000 spheres (with a fit:

@@ -1,5 +1,5 @@
-// The boundary stage that turns a model into its balls' surface as one solid (docs/method.md,
-// Boundary).
+// Boundary blend: interpolates between the distance fields of a model and of its balls' surface
+// (docs/method.md, Boundary).
 #pragma once
 
 #include <memory>

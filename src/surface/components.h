@@ -1,4 +1,4 @@
-// Specks that come off a surface.
+// Connected components of a mesh: removal of small ones.
 #pragma once
 
 #include <cstddef>
@@ -7,12 +7,12 @@
 
 namespace polymorph {
 
-/// Drops the connected parts whose enclosed volume, cavities' too, is below `share` of the whole
-/// mesh's. What is left keeps its order. A balls' surface sheds such specks where two balls part;
-/// the largest part always stays. Returns how many went.
+/// Removes the connected components that enclose less than `share` of the whole mesh's volume;
+/// cavities count as components. The others keep their order, and the largest always stays. A
+/// surface of balls sheds such components where two balls separate. Returns how many were removed.
 std::size_t remove_small_components(Mesh& mesh, double share);
 
-/// The share of the whole mesh's volume that its smallest connected part encloses, [0, 1].
+/// The share of the whole mesh's volume that its smallest component encloses, [0, 1].
 double smallest_component_share(const Mesh& mesh);
 
 }  // namespace polymorph

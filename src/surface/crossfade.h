@@ -1,4 +1,5 @@
-// The report's boundary morph (3.3, 5.2.9): balls grow while the model shrinks.
+// Crossfade between a model and its balls (the report's boundary morph, 3.3 and 5.2.9): balls grow
+// while the model shrinks.
 #pragma once
 
 #include <vector>

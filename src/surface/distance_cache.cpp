@@ -6,6 +6,7 @@
 #include "base/cache_file.h"
 #include "base/hash.h"
 #include "base/parallel.h"
+#include "model/solidify.h"
 #include "surface/components.h"
 #include "surface/grid.h"
 #include "surface/mesh_check.h"
@@ -13,16 +14,18 @@
 namespace polymorph {
 namespace {
 
-// Content: face sides, volume, smallest part, grid, Lipschitz constant, spline, and of each block
-// of points where the spline does not hold its number and values.
+// Content: face sides, undecided share, volume, smallest part, grid, Lipschitz constant, spline,
+// and of each block of points where the spline does not hold its number and values.
 constexpr int kEdge = 4;  ///< points along a block's edge
 constexpr std::size_t kBlockPoints = kEdge * kEdge * kEdge;
 
-std::string key_of(const Model& model, float cell, float thinnest, double min_part) {
+std::string key_of(const Model& model, float cell, float thinnest, double min_part,
+                   bool solidified) {
   Hasher hasher;
   hasher.add("distances").add(kDistancesVersion);
   hasher.add(std::span<const Vec3>(model.points)).add(std::span<const Triangle>(model.triangles));
   hasher.add(cell).add(thinnest).add(min_part);
+  hasher.add(static_cast<std::uint8_t>(solidified ? 1 : 0));
   return hasher.hex();
 }
 
@@ -88,6 +91,7 @@ DistanceGrid smooth_alone(const SmoothDistances& smooth, const Grid& grid) {
 std::string encode(const ObjectDistances& object, const SmoothDistances& smooth) {
   std::string bytes;
   put_all(bytes, object.sides);
+  put(bytes, object.undecided);
   put(bytes, object.volume);
   put(bytes, object.smallest_component_share);
   put_grid(bytes, object.grid->grid);
@@ -122,7 +126,8 @@ bool is_sound(const Grid& grid) {
 
 bool decode(std::string_view bytes, std::size_t triangles, ObjectDistances& object) {
   if (!take_all(bytes, object.sides) || object.sides.size() != triangles) return false;
-  if (bytes.size() < 2 * sizeof(double) + 2 * kGridSize + sizeof(float)) return false;
+  if (bytes.size() < 3 * sizeof(double) + 2 * kGridSize + sizeof(float)) return false;
+  object.undecided = take<double>(bytes);
   object.volume = take<double>(bytes);
   object.smallest_component_share = take<double>(bytes);
   const Grid grid = take_grid(bytes);
@@ -159,12 +164,12 @@ bool decode(std::string_view bytes, std::size_t triangles, ObjectDistances& obje
 
 Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQuery& closest,
                                          float cell, float thinnest, double min_part,
-                                         SurfaceExtractor& extractor,
+                                         bool solidified, SurfaceExtractor& extractor,
                                          const std::filesystem::path& folder) {
   /// How far from its faces a model is asked what lies there, in cells.
   constexpr float kFaceStep = 0.01f;
   ObjectDistances object;
-  object.key = key_of(model, cell, thinnest, min_part);
+  object.key = key_of(model, cell, thinnest, min_part, solidified);
   if (!folder.empty()) {
     if (const auto bytes = load_cached(folder, object.key, kDistanceFiles)) {
       const char* problem = nullptr;
@@ -173,11 +178,25 @@ Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQ
       warn_unusable(folder, object.key, kDistanceFiles, "holds no sound distances");
     }
   }
-  const InsideTest inside(model);
-  object.sides = classify_faces(model, inside, kFaceStep * cell);
   SmoothDistances smooth;
-  object.grid = std::make_shared<const DistanceGrid>(
-      signed_distances(model, inside, closest, object.sides, 0.5f * cell, thinnest, &smooth));
+  const auto measure = [&](const Model& of, const ClosestPointQuery& query) {
+    const InsideTest inside(of);
+    const Mesh faces{of.points, {}, of.triangles};
+    const bool closed = check_mesh(faces).closed() && volume_of(faces) > 0;
+    object.undecided = closed ? 0 : undecided_share(of, inside);
+    object.sides = object.undecided < kShellShare
+                       ? classify_faces(of, inside, kFaceStep * cell)
+                       : std::vector<FaceSide>(of.triangles.size(), FaceSide::kSheet);
+    object.grid = std::make_shared<const DistanceGrid>(
+        signed_distances(of, inside, query, object.sides, 0.5f * cell, thinnest, &smooth));
+  };
+  if (solidified) {
+    PM_TRY(const Model solid, solidify(model));
+    measure(solid, ClosestPointQuery(solid));
+    object.sides.assign(model.triangles.size(), FaceSide::kBoundary);
+  } else {
+    measure(model, closest);
+  }
   PM_TRY(Mesh mesh, extract_distances(extractor, object.grid, cell, {}));
   remove_small_components(mesh, min_part);
   object.volume = volume_of(mesh);

@@ -8,29 +8,33 @@
 
 #include "base/result.h"
 #include "kernels/extract_surface.h"
+#include "model/shell.h"
 #include "surface/distance_grid.h"
 
 namespace polymorph {
 
 /// Raise it when signed_distances(), classify_faces() or the measures give other numbers: files of
 /// the cache made before are then not used. A test pins the digests.
-inline constexpr std::uint32_t kDistancesVersion = 1;
+inline constexpr std::uint32_t kDistancesVersion = 2;
 
 struct ObjectDistances {
-  std::vector<FaceSide> sides;  ///< one a triangle of the model
+  std::vector<FaceSide> sides;  ///< one per triangle of the model
+  double undecided = 0;         ///< undecided_share(); from kShellShare on it is taken for a shell
   std::shared_ptr<const DistanceGrid> grid;
-  double volume = 0;         ///< enclosed by the surface that cells of the asked size show
+  double volume = 0;  ///< enclosed by the surface that cells of the asked size show
   double smallest_component_share = 1;  ///< share of that in its smallest part
-  std::string key;           ///< a hash of everything that the distances depend on
+  std::string key;                      ///< a hash of everything that the distances depend on
 };
+
+inline bool is_shell(const ObjectDistances& object) { return object.undecided >= kShellShare; }
 
 /// signed_distances() on half of `cell`, and of their surface on cells of that size the volume and
 /// the smallest part, when parts below the share `min_part` are left out. From `folder` where it is
-/// kept there; empty: no cache. Only what lies near the surface is stored, about 10 MB for a grid
-/// of 256^3. Errors: the extractor's.
+/// kept there; empty: no cache. `solidified`: of solidify(model). Only what lies near the surface
+/// is stored, about 10 MB for a grid of 256^3. Errors: the extractor's.
 Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQuery& closest,
                                          float cell, float thinnest, double min_part,
-                                         SurfaceExtractor& extractor,
+                                         bool solidified, SurfaceExtractor& extractor,
                                          const std::filesystem::path& folder);
 
 }  // namespace polymorph

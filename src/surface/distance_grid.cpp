@@ -48,6 +48,8 @@ class Builder {
 
   DistanceGrid run() {
     row_ = fine_index(0, 1, 0), layer_ = fine_index(0, 0, 1);
+    shell_ = std::all_of(sides_.begin(), sides_.end(),
+                         [](FaceSide side) { return side == FaceSide::kSheet; });
     closed_ = check_mesh({model_.points, {}, model_.triangles}).closed();
     measure_coarse();
     out_.values = spline_values({coarse_, smooth_}, out_.grid);
@@ -73,8 +75,9 @@ class Builder {
   bool inside_beside(Vec3 p, float distance, float apart, float known_distance,
                      bool known_inside) const {
     const bool same_side = closed_ && std::max(distance, known_distance) > 1.01f * apart;
-    return same_side ? known_inside : inside_.inside(p);
+    return same_side ? known_inside : is_inside(p);
   }
+  bool is_inside(Vec3 p) const { return !shell_ && inside_.inside(p); }
 
   /// Is the closest face hidden within the solid, so that the boundary is further off?
   bool is_hidden(Vec3 p, const ClosestPoint& closest, bool in) const {
@@ -97,7 +100,7 @@ class Builder {
             const std::int64_t n = line * coarse_.points.x + x;
             const Vec3 p = grid_point(coarse_, place_of(n, coarse_.points));
             const ClosestPoint closest = closest_.closest(p);
-            in = x == 0 ? inside_.inside(p)
+            in = x == 0 ? is_inside(p)
                         : inside_beside(p, closest.distance, coarse_.cell, distance, in);
             distance = closest.distance;
             smooth_[static_cast<std::size_t>(n)] = in ? distance : -distance;
@@ -195,7 +198,7 @@ class Builder {
           const Int3 before{x > 0 ? x - 1 : x, x == 0 && y > 0 ? y - 1 : y,
                             x == 0 && y == 0 && z > 0 ? z - 1 : z};
           const bool is_first = x == 0 && y == 0 && z == 0;
-          in[z][y][x] = is_first ? inside_.inside(p)
+          in[z][y][x] = is_first ? is_inside(p)
                                  : inside_beside(p, near.distance, cell_,
                                                  distance[before.z][before.y][before.x],
                                                  in[before.z][before.y][before.x]);
@@ -371,6 +374,7 @@ class Builder {
   float cell_ = 0, thinnest_ = 0;
   Grid coarse_;
   bool closed_ = false;
+  bool shell_ = false;  ///< all faces are sheets: nothing is inside
   std::span<const FaceSide> sides_;
   std::vector<float> smooth_;  ///< at the coarse points
   DistanceGrid out_;

@@ -1,5 +1,5 @@
-// Signed distance fields of models, for surfaces between two objects (docs/method.md, Surface
-// between).
+// Signed distance fields of models on grids, for surfaces between two objects (docs/method.md,
+// Surface between).
 #pragma once
 
 #include <span>
@@ -30,6 +30,8 @@ void close_border(DistanceGrid& distances);
 /// sides) do not count. Parts thinner than 2 `thinnest` are as thick as that, sheets without an
 /// inside among them, so that cells of about that size show them whole; thin parts, narrow gaps and
 /// sharp edges are smoothed over about `thinnest`. 0 leaves all as it is.
+///
+/// A model of sheets alone has no inside.
 ///
 /// `inside`, `closest` and `sides` (classify_faces()) are of the model. `smooth`, where given, gets
 /// what the values are far from the surface. Deterministic.

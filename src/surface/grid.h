@@ -1,4 +1,4 @@
-// Where the field is sampled, and the surface that comes of it.
+// Sampling grid of a field, and extraction of its surface.
 #pragma once
 
 #include <memory>

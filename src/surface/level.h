@@ -1,4 +1,4 @@
-// Strengths and levels: how high the field must stand for a surface of the right size.
+// Iso level and ball strength: the level at which the surface encloses a given volume.
 #pragma once
 
 #include <vector>

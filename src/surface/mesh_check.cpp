@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "base/disjoint_sets.h"
 #include "base/hash.h"
 #include "kernels/linear.h"
 
@@ -34,23 +34,6 @@ std::vector<Edge> sorted_edges(const Mesh& mesh) {
   });
   return edges;
 }
-
-class DisjointSets {
- public:
-  explicit DisjointSets(std::size_t n) : parent_(n) {
-    std::iota(parent_.begin(), parent_.end(), 0u);
-  }
-  std::uint32_t find(std::uint32_t x) {
-    while (parent_[x] != x) x = parent_[x] = parent_[parent_[x]];
-    return x;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    parent_[std::max(find(a), find(b))] = std::min(find(a), find(b));
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
 
 /// Vertices whose corners fall into more than one fan. Corner c = 3 triangle + k; two corners at
 /// one vertex are of one fan when their triangles share an edge there.

@@ -1,4 +1,4 @@
-// What every extracted surface must be, as numbers (docs/method.md, Surface).
+// Mesh validation: closedness, manifoldness, orientation, volume (docs/method.md, Surface).
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// The balls' field at points, one neighbourhood at a time: what matters there is looked up once.
+// Local field evaluation: the field at points from a neighbourhood's list of balls.
 #pragma once
 
 #include <cstdint>

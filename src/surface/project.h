@@ -1,4 +1,4 @@
-// The boundary stage that moves a model's own mesh onto its balls' surface (report
+// Mesh projection onto the balls' surface: the boundary stage that moves a model's own mesh (report
 // requirement 2.2).
 #pragma once
 
@@ -13,7 +13,7 @@ namespace polymorph {
 
 /// Where a mesh goes. Its triangles, texture coordinates and materials stay what they are.
 struct Projection {
-  std::vector<Vec3> points;   ///< one a model point, on the surface field = 1
+  std::vector<Vec3> points;   ///< one per model point, on the surface field = 1
   std::vector<Vec3> normals;  ///< the field's there, outward, unit
   double arrived = 0;         ///< share of the visible area that lies on the surface then, [0, 1]
 };

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <vector>
 
-#include "backend_fixture.h"
-#include "between_fixture.h"
-#include "mesh_checks.h"
+#include "testing/backend.h"
+#include "testing/between.h"
+#include "testing/mesh.h"
 
 namespace polymorph {
 namespace {

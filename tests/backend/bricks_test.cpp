@@ -1,5 +1,6 @@
 // Culling is exact: a brick's short list of balls gives the bits of the sum over all balls. Where
-// balls never end, list and polynomial give it within a bound, and which points are inside exactly.
+// support is infinite, list and polynomial give it within a bound, and which points are inside
+// exactly.
 #include "kernels/bricks.h"
 
 #include <gtest/gtest.h>
@@ -11,9 +12,9 @@
 #include <type_traits>
 #include <vector>
 
-#include "backend_fixture.h"
 #include "kernels/cpu_backend.h"
 #include "kernels/expand_far_field.h"
+#include "testing/backend.h"
 
 namespace polymorph {
 namespace {
@@ -23,15 +24,15 @@ View<T> view_of(std::vector<T>& v) {
   return {v.data(), static_cast<std::int64_t>(v.size())};
 }
 
-using RoundGaussian = Field<FieldKind::kGaussian, RoundBall>;
-using Ellipsoids = Field<FieldKind::kGaussian, EllipsoidBall>;
-using RoundWyvill = Field<FieldKind::kWyvill, RoundBall>;
-using WyvillEllipsoids = Field<FieldKind::kWyvill, EllipsoidBall>;
-using InverseSquare = Field<FieldKind::kInverseSquare, RoundBall>;
+using RoundGaussian = Field<GaussianField, RoundBall>;
+using Ellipsoids = Field<GaussianField, EllipsoidBall>;
+using RoundWyvill = Field<WyvillField, RoundBall>;
+using WyvillEllipsoids = Field<WyvillField, EllipsoidBall>;
+using InverseSquare = Field<InverseSquareField, RoundBall>;
 
 template <class F>
 std::vector<Ball> some_balls(int count, unsigned seed) {
-  const std::vector<Ball> balls = random_balls(count, F::kKind, seed);
+  const std::vector<Ball> balls = random_balls(count, F::Kind::kKind, seed);
   return std::is_same_v<typename F::Ball, EllipsoidBall> ? squeezed(balls, seed) : balls;
 }
 

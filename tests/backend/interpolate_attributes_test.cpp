@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "backend_fixture.h"
+#include "testing/backend.h"
 
 namespace polymorph {
 namespace {

@@ -10,9 +10,9 @@
 #include <random>
 #include <vector>
 
-#include "backend_fixture.h"
 #include "kernels/linear.h"
-#include "mesh_checks.h"
+#include "testing/backend.h"
+#include "testing/mesh.h"
 
 namespace polymorph {
 namespace {

@@ -11,11 +11,11 @@
 #include <xmmintrin.h>
 #endif
 
-#include "backend_fixture.h"
-#include "between_fixture.h"
 #include "kernels/cpu_backend.h"
 #include "kernels/extract.h"
-#include "mesh_checks.h"
+#include "testing/backend.h"
+#include "testing/between.h"
+#include "testing/mesh.h"
 
 namespace polymorph {
 namespace {
@@ -23,8 +23,8 @@ namespace {
 constexpr FieldKind kEveryField[] = {FieldKind::kGaussian, FieldKind::kInverseSquare,
                                      FieldKind::kWyvill};
 
-/// Random balls; of a field with shapes also the same as ellipsoids, of one that never ends also
-/// weaker ones, of which some take away: many small surfaces with most balls distant.
+/// Random balls; of a field with shapes also the same as ellipsoids, of one of infinite support
+/// also weaker ones, of which some take away: many small surfaces with most balls distant.
 std::vector<std::vector<Ball>> ball_sets(int count, FieldKind field, unsigned seed) {
   std::vector<std::vector<Ball>> sets = {random_balls(count, field, seed)};
   if (field != FieldKind::kInverseSquare) {
@@ -122,7 +122,7 @@ void expect_same_between(SurfaceExtractor& a, SurfaceExtractor& b) {
   }
 }
 
-/// The passes as a GPU thread sees them, one point at a time and down from many tops, without a
+/// The passes as a GPU thread sees them, one point at a time and down from many roots, without a
 /// GPU.
 struct ScalarBackend : BasicCpuBackend<float> {
   static constexpr bool kManyRoots = true;

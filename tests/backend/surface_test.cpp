@@ -7,9 +7,9 @@
 #include <map>
 #include <vector>
 
-#include "backend_fixture.h"
 #include "kernels/mc_tables.h"
-#include "mesh_checks.h"
+#include "testing/backend.h"
+#include "testing/mesh.h"
 
 namespace polymorph {
 namespace {
@@ -621,7 +621,7 @@ TEST_P(SurfaceTest, order_and_topology_are_those_of_a_plain_loop_over_the_grid) 
     bool holes = false;
   };
   // Trees of one, two and three levels; sizes around multiples of a brick; surfaces that leave the
-  // grid; many weak balls that never end, of which most are distant from most bricks.
+  // grid; many weak balls of infinite support, of which most are distant from most bricks.
   for (const Case& c :
        {Case{FieldKind::kGaussian, {2, 2, 2}, 30, 1}, Case{FieldKind::kGaussian, {3, 4, 5}, 30, 2},
         Case{FieldKind::kGaussian, {15, 16, 17}, 30, 3},

@@ -39,6 +39,8 @@ std::vector<Ball> torus_balls(int count, FieldKind field) {
 }
 
 /// Null, and the benchmark skipped, where the backend does not answer.
+enum class Backend { kCpu, kCuda };
+
 std::unique_ptr<SurfaceExtractor> extractor_for(benchmark::State& state, Backend backend) {
   ExtractStatus status;
   auto extractor = backend == Backend::kCpu ? make_cpu_extractor() : make_cuda_extractor(0, status);

@@ -1,7 +1,7 @@
 // analyze: a scene's morph and any program's meshes, as numbers and against limits.
 #include <nlohmann/json.hpp>
 
-#include "cli/program.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

@@ -1,6 +1,6 @@
 // Bad models, scenes and outputs: the message names the file and what to do, the exit code says
 // whose fault it is.
-#include "cli/program.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

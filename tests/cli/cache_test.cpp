@@ -1,5 +1,5 @@
 // The cache subcommand.
-#include "cli/program.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

@@ -1,7 +1,7 @@
 // What check says about models.
 #include <sstream>
 
-#include "cli/program.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

@@ -2,7 +2,7 @@
 #include <chrono>
 #include <thread>
 
-#include "cli/program.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "cli/program.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

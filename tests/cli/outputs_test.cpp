@@ -1,8 +1,8 @@
 // Files that are there already: replaced only when told so, and never when they are read.
 #include <sys/stat.h>
 
-#include "cli/program.h"
 #include "image/image_io.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

@@ -1,5 +1,5 @@
 // strip, mesh and info: what is made of scenes and frames.
-#include "cli/program.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

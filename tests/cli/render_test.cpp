@@ -5,7 +5,7 @@
 #include <set>
 #include <thread>
 
-#include "cli/program.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {
@@ -35,7 +35,7 @@ TEST_F(Render, WritesExrAndPng) {
     for (const char* extension : {".exr", ".png"})
       EXPECT_TRUE(exists(std::string("out/f.") + number + extension));
   EXPECT_EQ(count_files(".part"), 0u);
-  // Not a terminal: a line a frame, then the sum.
+  // Not a terminal: a line per frame, then the sum.
   const auto lines = lines_of(ran.err);
   ASSERT_EQ(lines.size(), 5u) << ran.err;
   EXPECT_TRUE(lines[0].starts_with("frame 1 1/4 ")) << lines[0];

@@ -2,8 +2,8 @@
 // none).
 #include <map>
 
-#include "cli/program.h"
 #include "image/image_io.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

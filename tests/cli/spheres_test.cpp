@@ -1,5 +1,5 @@
 // The spheres subcommand.
-#include "cli/program.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

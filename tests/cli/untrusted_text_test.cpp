@@ -1,5 +1,5 @@
 // Names from files reach terminals and file headers without what those would act upon.
-#include "cli/program.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

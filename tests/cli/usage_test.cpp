@@ -1,5 +1,5 @@
 // Command lines that cannot be meant, and help.
-#include "cli/program.h"
+#include "testing/program.h"
 
 namespace polymorph {
 namespace {

@@ -7,9 +7,9 @@
 #include "analyze/analyze.h"
 #include "analyze/measure.h"
 #include "morph/motion.h"
-#include "morph_testing.h"
 #include "surface/grid.h"
 #include "surface/level.h"
+#include "testing/morph.h"
 
 namespace polymorph {
 namespace {

@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "analyze/analyze.h"
-#include "morph_testing.h"
 #include "surface/grid.h"
+#include "testing/morph.h"
 
 namespace polymorph {
 namespace {

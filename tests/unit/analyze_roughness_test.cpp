@@ -9,9 +9,9 @@
 #include "analyze/occupancy.h"
 #include "base/parallel.h"
 #include "model/shapes.h"
-#include "morph_testing.h"
 #include "surface/grid.h"
 #include "surface/mesh_check.h"
+#include "testing/morph.h"
 
 namespace polymorph {
 namespace {

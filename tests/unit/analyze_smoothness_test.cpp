@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "analyze/report.h"
-#include "morph_testing.h"
 #include "surface/grid.h"
+#include "testing/morph.h"
 
 namespace polymorph {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "base/parallel.h"
 #include "image/image_io.h"
-#include "image_helpers.h"
+#include "testing/image.h"
 
 namespace polymorph {
 namespace {

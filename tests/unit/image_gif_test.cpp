@@ -9,7 +9,7 @@
 #include "image/blue_noise.h"
 #include "image/image_io.h"
 #include "image/palette.h"
-#include "image_helpers.h"
+#include "testing/image.h"
 
 namespace polymorph {
 namespace {
@@ -102,7 +102,7 @@ TEST(EncodeGif, ReadsBackWithSizeFramesTimesAndColours) {
   EXPECT_EQ(back.height, 64);
   EXPECT_EQ(back.colors, 256);
   ASSERT_EQ(back.frames.size(), 6u);
-  // 24 frames a second in hundredths: 25 in all after 6 frames, not 6 times 4.
+  // 24 frames per second in hundredths: 25 in all after 6 frames, not 6 times 4.
   EXPECT_EQ(back.delays, (std::vector<int>{4, 4, 5, 4, 4, 4}));
   for (std::size_t f = 0; f < 6; ++f)
     for (int y = 0; y < 64; ++y)

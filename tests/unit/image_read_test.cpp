@@ -5,7 +5,7 @@
 #include <cstdlib>
 
 #include "image/image_io.h"
-#include "image_helpers.h"
+#include "testing/image.h"
 
 namespace polymorph {
 namespace {

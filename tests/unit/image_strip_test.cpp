@@ -5,7 +5,7 @@
 #include "image/font.h"
 #include "image/image_io.h"
 #include "image/strip.h"
-#include "image_helpers.h"
+#include "testing/image.h"
 
 namespace polymorph {
 namespace {

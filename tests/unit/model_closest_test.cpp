@@ -9,7 +9,7 @@
 #include "base/parallel.h"
 #include "kernels/linear.h"
 #include "model/shapes.h"
-#include "model_testing.h"
+#include "testing/model.h"
 
 namespace polymorph {
 namespace {

@@ -9,7 +9,8 @@
 #include "model/normals.h"
 #include "model/shapes.h"
 #include "model/solid_angle.h"
-#include "model_testing.h"
+#include "scene/scene.h"
+#include "testing/model.h"
 
 namespace polymorph {
 namespace {
@@ -62,7 +63,7 @@ TEST(Shapes, AreClosedOutwardStandingAndOfTheRightGenus) {
 }
 
 TEST(Shapes, NormalsAgreeWithTheFacesAndUvsDoNotTear) {
-  for (const std::string& name : shape_names()) {
+  for (const std::string& name : kShapeNames) {
     SCOPED_TRACE(name);
     const Model model = shape(name);
     const std::vector<Vec3> faces = face_normals(model);

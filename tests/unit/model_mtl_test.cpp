@@ -7,7 +7,7 @@
 #include "image/image_io.h"
 #include "model/asset_path.h"
 #include "model/load_obj.h"
-#include "model_testing.h"
+#include "testing/model.h"
 
 namespace polymorph {
 namespace {

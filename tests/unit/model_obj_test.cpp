@@ -7,7 +7,7 @@
 #include "model/diagnose.h"
 #include "model/load_obj.h"
 #include "model/normals.h"
-#include "model_testing.h"
+#include "testing/model.h"
 
 namespace polymorph {
 namespace {

@@ -11,7 +11,7 @@
 #include "model/normals.h"
 #include "model/shapes.h"
 #include "model/voxels.h"
-#include "model_testing.h"
+#include "testing/model.h"
 
 namespace polymorph {
 namespace {

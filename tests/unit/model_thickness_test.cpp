@@ -8,7 +8,7 @@
 #include "model/diagnose.h"
 #include "model/self_intersections.h"
 #include "model/shapes.h"
-#include "model_testing.h"
+#include "testing/model.h"
 
 namespace polymorph {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "morph/flow.h"
 #include "morph/pull_back.h"
-#include "morph_testing.h"
+#include "testing/morph.h"
 
 namespace polymorph {
 namespace {

@@ -12,7 +12,7 @@
 #include "morph/labels.h"
 #include "morph/mass.h"
 #include "morph/motion.h"
-#include "morph_testing.h"
+#include "testing/morph.h"
 
 namespace polymorph {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "morph/motion.h"
-#include "morph_testing.h"
+#include "testing/morph.h"
 
 namespace polymorph {
 namespace {

@@ -72,7 +72,7 @@ TEST(Transport, CarriesExactlyWhatIsThere) {
     const double supplied = std::accumulate(instance.supply.begin(), instance.supply.end(), 0.0);
     const double demanded = std::accumulate(instance.demand.begin(), instance.demand.end(), 0.0);
     std::vector<double> from(instance.supply.size()), to(instance.demand.size());
-    for (const Flow& flow : plan.flows) {
+    for (const TransportFlow& flow : plan.flows) {
       EXPECT_GT(flow.amount, 0);
       from.at(flow.from) += flow.amount;
       to.at(flow.to) += flow.amount;

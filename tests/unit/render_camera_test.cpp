@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "render_testing.h"
+#include "testing/render.h"
 
 namespace polymorph {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "model_testing.h"
+#include "testing/model.h"
 
 namespace polymorph {
 namespace {

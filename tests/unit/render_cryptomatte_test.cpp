@@ -4,7 +4,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "render_testing.h"
+#include "testing/render.h"
 
 namespace polymorph {
 namespace {

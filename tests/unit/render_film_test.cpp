@@ -4,7 +4,7 @@
 #include "render/aov.h"
 #include "render/cryptomatte.h"
 #include "render/film.h"
-#include "render_testing.h"
+#include "testing/render.h"
 
 namespace polymorph {
 namespace {

@@ -1,7 +1,7 @@
 // Clear dielectrics.
 #include "render/glass.h"
 
-#include "render_testing.h"
+#include "testing/render.h"
 
 namespace polymorph {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "render_testing.h"
+#include "testing/render.h"
 
 namespace polymorph {
 namespace {

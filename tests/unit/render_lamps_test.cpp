@@ -2,7 +2,7 @@
 #include "render/lamps.h"
 
 #include "render/day_sky.h"
-#include "render_testing.h"
+#include "testing/render.h"
 
 namespace polymorph {
 namespace {

@@ -1,7 +1,7 @@
 // Cameras that move: framing, motion vectors, motion blur.
 #include <algorithm>
 
-#include "render_testing.h"
+#include "testing/render.h"
 
 namespace polymorph {
 namespace {

@@ -8,7 +8,7 @@
 #include "render/materials.h"
 #include "render/sampler.h"
 #include "render/sky.h"
-#include "render_testing.h"
+#include "testing/render.h"
 
 namespace polymorph {
 namespace {

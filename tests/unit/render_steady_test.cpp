@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <set>
 
-#include "render_testing.h"
+#include "testing/render.h"
 
 namespace polymorph {
 namespace {

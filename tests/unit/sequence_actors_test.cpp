@@ -3,10 +3,12 @@
 
 #include <set>
 
-#include "scene_fixture.h"
 #include "sequence/analyze_sequence.h"
+#include "sequence/geometry.h"
+#include "sequence/render_scene.h"
 #include "sequence/render_sequence.h"
 #include "surface/mesh_check.h"
+#include "testing/scene.h"
 
 namespace polymorph {
 namespace {
@@ -28,7 +30,7 @@ class ActorsTest : public SceneTest {
 };
 
 TEST_F(ActorsTest, AnActorInCompanyIsWhatItIsAloneLaterAndElsewhere) {
-  // Nothing is brought to a common size, so that the torus is alone what it is in company.
+  // Nothing is brought to a common size, so that the torus is the same alone and among others.
   const std::string own = R"(, "arrange": "none")";
   const PreparedScene cube = prepared_of(kCube + own + R"(, "frames": {"count": 12})");
   const PreparedScene torus =

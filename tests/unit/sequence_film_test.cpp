@@ -3,8 +3,8 @@
 #include "base/parallel.h"
 #include "image/image_io.h"
 #include "morph/timeline.h"
-#include "scene_fixture.h"
 #include "sequence/render_sequence.h"
+#include "testing/scene.h"
 
 namespace polymorph {
 namespace {

@@ -3,6 +3,7 @@
 #include <functional>
 #include <set>
 
+#include "scene/describe.h"
 #include "sequence/content_hash.h"
 
 namespace polymorph {
@@ -33,6 +34,128 @@ Scene scene() {
   actor.target.name = "monkey";
   actor.target.model = "/a/monkey.obj";
   return scene;
+}
+
+/// A visitor of describe() that changes the field of number `target`, and names all fields.
+class ChangeField {
+ public:
+  explicit ChangeField(int target) : target_(target) {}
+  std::vector<std::string> names;
+
+  template <class T>
+  void integer(const char* key, T& value, long long low, long long high, const char*) {
+    if (turn(key)) value = static_cast<T>(value == static_cast<T>(low) ? high : low);
+  }
+  void number(const char* key, float& value, double low, double high, const char*) {
+    if (turn(key)) value = static_cast<float>(value == static_cast<float>(low) ? high : low);
+  }
+  void number(const char* key, std::optional<float>& value, double low, double high, const char*) {
+    if (turn(key)) value = static_cast<float>(0.3 * low + 0.7 * high);
+  }
+  void boolean(const char* key, bool& value, const char*) {
+    if (turn(key)) value = !value;
+  }
+  template <class E>
+  void choice(const char* key, E& value, std::initializer_list<std::pair<const char*, E>> choices,
+              const char*) {
+    if (!turn(key)) return;
+    for (const auto& [name, meaning] : choices) {
+      if (meaning == value) continue;
+      value = meaning;
+      return;
+    }
+  }
+  void text(const char* key, std::string& value, const char*) {
+    if (turn(key)) value += "x";
+  }
+  void text_map(const char* key, std::map<std::string, std::string>& value, const char*) {
+    if (turn(key)) value["x"] = "y";
+  }
+  void path(const char* key, std::filesystem::path& value, const char*) {
+    if (turn(key)) value = "another.file";
+  }
+  void model_path(const char* key, std::filesystem::path& value, const char* doc) {
+    path(key, value, doc);
+  }
+  void vector(const char* key, Vec3& value, const char*) {
+    if (turn(key)) value.y += 1;
+  }
+  void vector(const char* key, std::optional<Vec3>& value, const char*) {
+    if (turn(key)) value = Vec3{1, 2, 3};
+  }
+  void scale(const char* key, Vec3& value, const char* doc) { vector(key, value, doc); }
+  void color(const char* key, Vec3& value, const char* doc) { vector(key, value, doc); }
+  void color(const char* key, std::optional<Vec3>& value, const char* doc) {
+    vector(key, value, doc);
+  }
+  void integers(const char* key, std::vector<int>& value, long long low, long long, const char*) {
+    if (turn(key)) value.push_back(static_cast<int>(low));
+  }
+  void numbers(const char* key, std::vector<float>& values,
+               std::initializer_list<std::pair<double, double>>, const char*) {
+    if (!turn(key)) return;
+    if (values.empty()) values.push_back(0);
+    values[0] += 0.25f;
+  }
+  template <class T>
+  void object(const char* key, T& value, const char*) {
+    const std::string outer = prefix_;
+    prefix_ += std::string(key) + "/";
+    describe(*this, value);
+    prefix_ = outer;
+  }
+  template <class T>
+  void objects(const char* key, std::vector<T>& values, const char* doc) {
+    for (std::size_t i = 0; i < values.size(); ++i)
+      object((key + std::to_string(i)).c_str(), values[i], doc);
+    if (turn(key)) values.emplace_back();
+  }
+  void actors(const char* key, std::vector<ActorSettings>& values, const char* doc) {
+    objects(key, values, doc);
+  }
+  void before_actors(Scene&) {}
+  void renamed(const char*, const char*) {}
+
+ private:
+  bool turn(const char* key) {
+    names.push_back(prefix_ + key);
+    return static_cast<int>(names.size()) - 1 == target_;
+  }
+  int target_;
+  std::string prefix_;
+};
+
+TEST(ContentHash, EveryKeyOfASceneCounts) {
+  // Where a file is, what it is called and what people read of a scene decides no pixel; the files'
+  // contents count by themselves.
+  const auto is_free = [](const std::string& name) {
+    return name == "polymorph" || name == "description" || name == "lights/environment" ||
+           name.ends_with("/model") ||
+           (name.starts_with("output/") && name != "output/png_bits" && name != "output/dither");
+  };
+  Scene whole = scene();
+  whole.actors[0].intermediate.resize(1);
+  whole.actors[0].plan.landmarks.resize(1);
+  whole.lights.lamps.resize(1);
+  const Model model = triangle();
+  const auto hash_with = [&](int target, std::vector<std::string>* names = nullptr) {
+    Scene changed = whole;
+    ChangeField change(target);
+    describe(change, changed);
+    if (names) *names = change.names;
+    return content_hash(changed, std::span(&model, 1), nullptr);
+  };
+  std::vector<std::string> names;
+  const std::string base = hash_with(-1, &names);
+  ASSERT_GT(names.size(), 150u);
+  std::set<std::string> hashes{base};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string hash = hash_with(static_cast<int>(i));
+    if (is_free(names[i]))
+      EXPECT_EQ(hash, base) << names[i];
+    else
+      EXPECT_TRUE(hashes.insert(hash).second) << names[i];
+  }
 }
 
 TEST(ContentHash, ContentsCountAndSpellingsDoNot) {

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "scene_fixture.h"
 #include "spheres/cache.h"
+#include "testing/scene.h"
 
 namespace polymorph {
 namespace {

@@ -7,11 +7,12 @@
 #include <thread>
 
 #include "base/file.h"
+#include "base/hash.h"
 #include "base/log.h"
 #include "model/shapes.h"
-#include "model_testing.h"
 #include "spheres/cache.h"
 #include "spheres/spheres.h"
+#include "testing/model.h"
 
 namespace polymorph {
 namespace {
@@ -56,6 +57,26 @@ class Cache : public testing::Test {
   SphereSettings settings_{.method = SphereMethod::kActive, .resolution = 4, .fit = FitKind::kNone};
   std::string expected_ = bits(approximate(model_, settings_)->tree);
 };
+
+/// A digest that changes when approximate() gives other spheres. If this fails and the change is
+/// wanted, raise kSpheresVersion in spheres/cache.h, so that caches do not keep the old spheres,
+/// and take the new digests over.
+TEST_F(Cache, DigestsArePinned) {
+  const auto digest = [](const char* shape, const SphereSettings& settings) {
+    const auto made = approximate(*make_shape(shape), settings);
+    EXPECT_TRUE(made) << (made ? "" : made.error().message);
+    return made ? Hasher().add(bits(made->tree)).hex() : "";
+  };
+  EXPECT_EQ(
+      digest("torus", {.method = SphereMethod::kOctree, .resolution = 4, .fit = FitKind::kNone}),
+      "e2d3305d43c47ea461dd9fc49b21a595");
+  EXPECT_EQ(
+      digest("sphere", {.method = SphereMethod::kActive, .resolution = 5, .fit = FitKind::kNone}),
+      "0c65e4d57a9761e05e0c85fd240edc60");
+  EXPECT_EQ(digest("cube", {.method = SphereMethod::kMedial, .balls = 20, .fit = FitKind::kNone}),
+            "9e5dd455dee6aa59957b4f1380adfe26");
+  EXPECT_EQ(kSpheresVersion, 4u) << "also take the new digests over";
+}
 
 TEST_F(Cache, AnswersTheSameColdWarmAndWithoutAFolder) {
   EXPECT_EQ(said([&] {

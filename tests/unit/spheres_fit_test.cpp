@@ -6,7 +6,6 @@
 
 #include "base/parallel.h"
 #include "model/shapes.h"
-#include "model_testing.h"
 #include "spheres/boundary.h"
 #include "spheres/fit.h"
 #include "spheres/fit_field.h"
@@ -16,6 +15,7 @@
 #include "spheres/spheres.h"
 #include "surface/grid.h"
 #include "surface/mesh_check.h"
+#include "testing/model.h"
 
 namespace polymorph {
 namespace {

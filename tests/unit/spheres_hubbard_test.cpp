@@ -9,8 +9,8 @@
 #include "kernels/linear.h"
 #include "model/sample_surface.h"
 #include "model/shapes.h"
-#include "model_testing.h"
 #include "spheres/delaunay.h"
+#include "testing/model.h"
 
 namespace polymorph {
 namespace {

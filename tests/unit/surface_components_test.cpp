@@ -9,7 +9,7 @@
 namespace polymorph {
 namespace {
 
-TEST(Crumbs, SpecksGoAndPartsStay) {
+TEST(Components, SmallOnesAreRemovedAndLargeOnesKept) {
   const auto ball = [](float x, float radius) {
     return Ball{{x, 0, 0}, 4 / (radius * radius), 4, {}};
   };

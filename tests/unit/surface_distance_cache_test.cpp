@@ -7,7 +7,7 @@
 #include "base/hash.h"
 #include "base/log.h"
 #include "model/shapes.h"
-#include "model_testing.h"
+#include "testing/model.h"
 
 namespace polymorph {
 namespace {
@@ -16,8 +16,8 @@ class DistanceCacheTest : public ::testing::Test {
  protected:
   ObjectDistances made(const Model& model, bool cached, float cell = 0.05f) {
     const auto extractor = make_cpu_extractor();
-    auto made = object_distances(model, ClosestPointQuery(model), cell, 0.04f, 0.001, *extractor,
-                                 cached ? folder_.path() : std::filesystem::path{});
+    auto made = object_distances(model, ClosestPointQuery(model), cell, 0.04f, 0.001, false,
+                                 *extractor, cached ? folder_.path() : std::filesystem::path{});
     EXPECT_TRUE(made.ok());
     return std::move(*made);
   }
@@ -80,7 +80,7 @@ TEST_F(DistanceCacheTest, TheVersionBelongsToTheseDistances) {
     hasher.add(std::span<const FaceSide>(object.sides)).add(object.smallest_component_share);
     return hasher.hex();
   };
-  EXPECT_EQ(kDistancesVersion, 1u);
+  EXPECT_EQ(kDistancesVersion, 2u);
   EXPECT_EQ(digest(*make_shape("torus")), "ec2c3252500e17511553b7c183140bed");
   EXPECT_EQ(digest(box_model({0, 0, 0}, {1, 0.5f, 0.06f})), "84608fac964185b8faa46ca28816e8d9");
 }

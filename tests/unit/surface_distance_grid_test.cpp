@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "base/random.h"
-#include "model_testing.h"
 #include "surface/grid.h"
 #include "surface/mesh_check.h"
+#include "testing/model.h"
 
 namespace polymorph {
 namespace {

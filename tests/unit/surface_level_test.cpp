@@ -6,7 +6,7 @@
 
 #include "surface/grid.h"
 #include "surface/mesh_check.h"
-#include "surface_test_helpers.h"
+#include "testing/surface.h"
 
 namespace polymorph {
 namespace {

@@ -1,0 +1,89 @@
+#!/usr/bin/env python3
+"""Checks that what README, CONTRIBUTING and docs/ name exists: links, files, scripts, subcommands and options."""
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("scenes/**/*.md")])
+LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+CODE = re.compile(r"```(?:sh|bash|console)?\n(.*?)```|`([^`\n]+)`", re.S)
+PATH = re.compile(r"^(?:src|kernels|tests|scripts|docs|scenes|golden_frames|cmake)/[\w./*#-]+$")
+FOLDERS = ["", "src/", "src/cli/", "kernels/"]
+
+sources = {path.stem: path.read_text(encoding="utf-8") for path in (ROOT / "src/cli").glob("*.cpp")}
+shared = sources["command_line"] + sources["report_options"]
+options = {
+    name: set(re.findall(r"--[a-z][\w-]*", text + shared)) | {"--help"}
+    for text in sources.values()
+    for name in re.findall(r'add_command\(\s*[\w.*&>-]+,\s*"([a-z]+)"', text)
+}
+scripts = {path.name: path.read_text(encoding="utf-8", errors="replace") for path in (ROOT / "scripts").iterdir() if path.is_file()}
+
+
+def anchors(page: pathlib.Path) -> set[str]:
+    heads = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.M)
+    return {re.sub(r"[^\w -]", "", head.lower()).strip().replace(" ", "-") for head in heads}
+
+
+def wrong_links(page: pathlib.Path, text: str):
+    for target in LINK.findall(text):
+        if "://" in target or target.startswith("mailto:"):
+            continue
+        name, _, anchor = target.partition("#")
+        file = (page.parent / name).resolve() if name else page
+        if not file.exists():
+            yield f"link to {target}: no such file"
+        elif anchor and file.suffix == ".md" and anchor not in anchors(file):
+            yield f"link to {target}: no such heading"
+
+
+def wrong_command(line: str):
+    """A command line of polymorph or of scripts/."""
+    words = line.split("#")[0].split()
+    while words and re.match(r"^[A-Z_]+=", words[0]):
+        words = words[1:]
+    if not words:
+        return
+    program, *rest = words
+    used = {word.split("=")[0] for word in rest if word.startswith("--")}
+    if program.split("/")[-1] == "polymorph" and rest and re.match(r"^[a-z]+$", rest[0]):
+        if rest[0] not in options:
+            yield f"`{line}`: no such subcommand"
+        elif unknown := used - options[rest[0]]:
+            yield f"`{line}`: {rest[0]} has no option {', '.join(sorted(unknown))}"
+    if program.startswith("scripts/") and "*" not in program:
+        name = program.removeprefix("scripts/")
+        if not (ROOT / program).exists():
+            yield f"`{line}`: no such script"
+        elif unknown := {option for option in used if option not in scripts.get(name, option)}:
+            yield f"`{line}`: the script has no option {', '.join(sorted(unknown))}"
+
+
+def pattern(word: str) -> str:
+    """Capitals and #### stand for any name."""
+    return re.sub(r"#+|(?<![A-Za-z])[A-Z]{2,}(?![a-z])|N(?=[*.])", "*", word.rstrip("/")).replace("**", "*")
+
+
+def wrong_paths(word: str):
+    if PATH.match(word) and word != "scripts/" and not any(ROOT.glob(pattern(word))):
+        yield f"`{word}`: no such file"
+    elif re.match(r"^[a-z_]+/[a-z_]+\.(h|cpp|cu|cuh)$", word) and not any((ROOT / folder / word).exists() for folder in FOLDERS):
+        yield f"`{word}`: no such file"
+
+
+found = []
+for page in PAGES:
+    text = page.read_text(encoding="utf-8")
+    problems = list(wrong_links(page, text))
+    for block, inline in CODE.findall(text):
+        for line in (block or inline).replace("\\\n", " ").split("\n"):
+            line = line.strip()
+            problems += wrong_command(line)
+            if inline:
+                problems += wrong_paths(line)
+    found += [f"{page.relative_to(ROOT)}: {problem}" for problem in problems]
+if len(options) < 10:
+    found.append("found too few subcommands in src/cli: the pattern of this script is out of date")
+print("\n".join(found) if found else f"docs: ok ({len(PAGES)} pages)")
+sys.exit(1 if found else 0)

@@ -1,0 +1,31 @@
+// Looks of a surface: materials, colours and normals that it takes over from the objects.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "kernels/extract_surface.h"
+#include "sequence/actor_geometry.h"
+
+namespace polymorph {
+
+/// The materials of an object of the actor on the surface whose vertices correspond to the points
+/// `at` of the object.
+ObjectLayer object_layer(const PreparedActor& actor, std::size_t object, const Mesh& surface,
+                         std::span<const Vec3> at, float share = 1);
+
+/// Mixes the models' own normals into those of a leg's surface near its ends. Errors: the
+/// extractor's.
+Status blend_end_normals(const PreparedActor& actor, const PreparedLeg& leg,
+                         SurfaceExtractor& extractor, ActorGeometry& geometry);
+
+/// Adds the layers and colours of a leg's moving surface to `geometry`: what the points `points`
+/// come from, as it was there, and over it what they go to. Errors: the extractor's.
+Status transfer_looks(const PreparedActor& actor, std::size_t leg, float time,
+                      const std::vector<Ball>& balls, const FrameMap& map,
+                      const std::vector<Vec3>& points, SurfaceExtractor& extractor,
+                      ActorGeometry& geometry);
+
+}  // namespace polymorph

@@ -1,0 +1,67 @@
+// Morphs between models that bound no solid.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "sequence/leg_surface.h"
+#include "surface/mesh_check.h"
+#include "testing/scene.h"
+
+namespace polymorph {
+namespace {
+
+class ShellTest : public SceneTest {
+ protected:
+  ShellTest() : SceneTest(R"("spheres": {"balls": 64}, "surface": {"resolution": 64})") {
+    // A dome, and a box without a lid.
+    std::string dome,
+        box =
+            "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 1 -1\nv 1 1 -1\nv 1 1 1\nv -1 1 1\n"
+            "f 1 2 3 4\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n";
+    constexpr int kAround = 24, kUp = 10;
+    for (int i = 0; i < kAround; ++i)
+      for (int j = 0; j < kUp; ++j) {
+        const double a = 2 * M_PI * i / kAround, b = 0.48 * M_PI * j / (kUp - 1);
+        dome += fmt::format("v {:.6f} {:.6f} {:.6f}\n", std::cos(a) * std::cos(b), std::sin(b),
+                            std::sin(a) * std::cos(b));
+      }
+    for (int i = 0; i < kAround; ++i)
+      for (int j = 0; j + 1 < kUp; ++j) {
+        const int a = i * kUp + j + 1, b = (i + 1) % kAround * kUp + j + 1;
+        dome += fmt::format("f {} {} {} {}\n", a, a + 1, b + 1, b);
+      }
+    EXPECT_TRUE(write_file(folder / "dome.obj", dome).ok());
+    EXPECT_TRUE(write_file(folder / "box.obj", box).ok());
+  }
+};
+
+TEST_F(ShellTest, WallsAreNeitherTornNorLeaveTheirEnds) {
+  const PreparedScene prepared = prepared_of(
+      R"("source": {"model": "dome.obj"}, "target": {"model": "box.obj"}, "frames": {"count": 9})");
+  ASSERT_EQ(prepared.actors.size(), 1u);
+  const PreparedActor& actor = prepared.actors[0];
+  for (const PreparedObject& object : actor.objects)
+    EXPECT_TRUE(is_shell(object.distances)) << object.name;
+  const float slack = 0.05f * actor.box.diagonal();
+  for (const float time : {0.25f, 0.5f, 0.75f}) {
+    const auto at = volume_at(prepared, actor, *extractor, 0, time);
+    ASSERT_TRUE(at.ok());
+    const Mesh& mesh = at->surface;
+    const MeshReport check = check_mesh(mesh);
+    EXPECT_TRUE(check.closed()) << time;
+    // One wall with a few pinholes at most.
+    EXPECT_EQ(check.components, 1u) << time;
+    EXPECT_LE(check.genus, 6) << time;
+    // Thin: far less than what it goes around.
+    EXPECT_LT(volume_of(mesh), 0.5 * static_cast<double>(actor.box.size().x * actor.box.size().y *
+                                                         actor.box.size().z));
+    for (const Vec3 p : mesh.positions) {
+      ASSERT_TRUE(p.x > actor.box.low.x - slack && p.x < actor.box.high.x + slack);
+      ASSERT_TRUE(p.y > actor.box.low.y - slack && p.y < actor.box.high.y + slack);
+      ASSERT_TRUE(p.z > actor.box.low.z - slack && p.z < actor.box.high.z + slack);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace polymorph
