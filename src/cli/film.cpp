@@ -86,10 +86,11 @@ Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> 
   const auto finish = [&]() -> Status {
     if (!tracing.valid()) return Ok{};
     PM_TRY(Image image, tracing.get());
-    expose(image, scene.image.exposure);
+    const int number = numbers[film.images.size()];
+    expose(image, scene_at(scene, static_cast<double>(number)).image.exposure);
     film.images.push_back(slim(image, width));
     FrameRecord record;
-    record.frame = numbers[film.images.size() - 1];
+    record.frame = number;
     record.state = FrameRecord::State::kDone;
     progress(film.images.size(), numbers.size(), record);
     return Ok{};

@@ -266,7 +266,7 @@ Status take_device_error(const RayDevice& device) {
 
 Result<TracedScene> TracedScene::build(const RayDevice& device,
                                        const std::vector<RenderMesh>& meshes, float shutter,
-                                       float reach) {
+                                       float reach, const Box& stage) {
   TracedScene traced;
   for (const RenderMesh& mesh : meshes) {
     check_mesh(mesh);
@@ -283,7 +283,8 @@ Result<TracedScene> TracedScene::build(const RayDevice& device,
     // Positions carry a relative error of some 2^-23 of the largest coordinate; a little above
     // that.
     const Vec3 low = traced.bounds_.low, high = traced.bounds_.high;
-    const float size = std::max(max_component(max(high, -low)), traced.bounds_.diagonal());
+    const Box whole = stage.empty() ? traced.bounds_ : unite(stage, traced.bounds_);
+    const float size = std::max(max_component(max(whole.high, -whole.low)), whole.diagonal());
     traced.epsilon_ = size * 0x1p-18f;
     traced.farthest_ = size + std::max(size, reach);
     const auto margin = static_cast<double>(traced.farthest_ * kMargin);

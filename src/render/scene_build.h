@@ -114,9 +114,10 @@ class TracedScene {
  public:
   /// Errors: kResource (memory), kInternal (an index beyond the positions).
   /// With a `shutter` meshes move by their displacement while it is open. `reach`: no ray starts
-  /// farther than this from the meshes; those that do may slip past edges.
+  /// farther than this from the meshes; those that do may slip past edges. `stage`: of all frames,
+  /// so that rays start off surfaces alike in all of them; empty: the meshes' own bounds.
   static Result<TracedScene> build(const RayDevice& device, const std::vector<RenderMesh>& meshes,
-                                   float shutter = 0, float reach = 0);
+                                   float shutter = 0, float reach = 0, const Box& stage = {});
 
   /// The nearest mesh in (0, ray.far).
   MeshHit closest(const Ray& ray) const;

@@ -92,7 +92,8 @@ Result<SuiteRenderer> SuiteRenderer::create(const GoldenSuite& suite,
   State& state = *result.state_;
   state.suite = suite;
   if (!suite.command.empty()) return result;
-  PM_TRY(const Scene scene, load_scene(suite.scene));
+  PM_TRY(Scene scene, load_scene(suite.scene));
+  scene.image.denoise = false;  // another library's pixels prove nothing about this program's
   PM_TRY(state.extractor, make_extractor(settings.device, state.device));
   PM_TRY(state.prepared, prepare_scene(scene, *state.extractor, settings.cache_folder));
   PM_TRY(Renderer renderer, Renderer::create(settings.isa));

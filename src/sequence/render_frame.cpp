@@ -7,6 +7,8 @@
 #include "base/hash.h"
 #include "base/text.h"
 #include "compare/explain.h"
+#include "morph/timeline.h"
+#include "sequence/film.h"
 #include "sequence/render_scene.h"
 
 namespace polymorph {
@@ -61,25 +63,26 @@ std::string object_names(const PreparedScene& prepared) {
   return names;
 }
 
-std::vector<Attribute> header_of(const PreparedScene& prepared, const FrameGeometry& geometry,
-                                 const Renderer& renderer, const std::string& device,
-                                 const std::string& command) {
-  std::vector<Attribute> attributes{{"Software", std::string("polymorph ") + PM_VERSION},
-                                    {"FramesPerSecond", prepared.scene.frames.fps},
-                                    {"polymorph/version", std::string(PM_VERSION)},
-                                    {kHashAttribute, prepared.hash},
-                                    {kFrameAttribute, geometry.frame},
-                                    {"polymorph/t", geometry.t},
-                                    {"polymorph/stage", geometry.stage},
-                                    {"polymorph/device", device},
-                                    {"polymorph/isa", renderer.isa()},
-                                    {kSamplesAttribute, prepared.scene.image.samples},
-                                    {"polymorph/exposure", prepared.scene.image.exposure},
-                                    {kSeedAttribute, fmt::format("{}", prepared.scene.image.seed)},
-                                    {kCameraAttribute, camera_text(prepared.camera)},
-                                    {kBallsAttribute, ball_counts(prepared)},
-                                    {kPlanAttribute, plan_digest(prepared)},
-                                    {kObjectsAttribute, object_names(prepared)}};
+std::vector<Attribute> header_of(const PreparedScene& prepared, int frame, const std::string& isa,
+                                 const std::string& device, const std::string& command) {
+  std::vector<Attribute> attributes{
+      {"Software", std::string("polymorph ") + PM_VERSION},
+      {"FramesPerSecond", prepared.scene.frames.fps},
+      {"polymorph/version", std::string(PM_VERSION)},
+      {kHashAttribute, prepared.hash},
+      {kFrameHashAttribute, frame_hash(prepared, frame)},
+      {kFrameAttribute, frame},
+      {"polymorph/t", sequence_time(prepared.scene, shown_frame(prepared.scene, frame))},
+      {"polymorph/stage", stage_names(prepared, frame)},
+      {"polymorph/device", device},
+      {"polymorph/isa", isa},
+      {kSamplesAttribute, prepared.scene.image.samples},
+      {"polymorph/exposure", scene_at(prepared.scene, static_cast<double>(frame)).image.exposure},
+      {kSeedAttribute, fmt::format("{}", prepared.scene.image.seed)},
+      {kCameraAttribute, camera_text(view_of(prepared, frame).camera)},
+      {kBallsAttribute, ball_counts(prepared)},
+      {kPlanAttribute, plan_digest(prepared)},
+      {kObjectsAttribute, object_names(prepared)}};
   if (aov_is_chosen(prepared.scene.image.aovs, "label")) {
     std::string names;
     int number = 0;
@@ -95,6 +98,15 @@ std::vector<Attribute> header_of(const PreparedScene& prepared, const FrameGeome
 
 }  // namespace
 
+void put_header(Image& image, const PreparedScene& prepared, int frame, const std::string& isa,
+                const std::string& device, const std::string& command) {
+  std::vector<Attribute> header = header_of(prepared, frame, isa, device, command);
+  // What says how to read the picture's mattes stays.
+  for (Attribute& attribute : image.attributes)
+    if (attribute.name.starts_with("cryptomatte/")) header.push_back(std::move(attribute));
+  image.attributes = std::move(header);
+}
+
 Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,
                            Renderer& renderer, const std::string& device,
                            const std::string& command) {
@@ -102,7 +114,7 @@ Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& g
   settings.image = prepared.scene.image;
   settings.frame = geometry.frame;
   PM_TRY(Image image, renderer.render(render_scene(prepared, geometry), settings));
-  image.attributes = header_of(prepared, geometry, renderer, device, command);
+  put_header(image, prepared, geometry.frame, renderer.isa(), device, command);
   return image;
 }
 

@@ -34,7 +34,8 @@ FileState file_state(const std::filesystem::path& file, const std::string& hash,
              std::visit([](const auto& v) { return fmt::format("{}", v); }, a.value) == wanted;
     });
   };
-  return says(kHashAttribute, hash) && says(kFrameAttribute, fmt::format("{}", frame))
+  return (says(kHashAttribute, hash) || says(kFrameHashAttribute, hash)) &&
+                 says(kFrameAttribute, fmt::format("{}", frame))
              ? FileState::kWhole
              : FileState::kStale;
 }
