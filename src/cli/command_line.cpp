@@ -14,6 +14,7 @@
 #include "base/log.h"
 #include "base/parallel.h"
 #include "base/text.h"
+#include "cli/config.h"
 #include "cli/numbers.h"
 #include "spheres/spheres.h"
 
@@ -50,26 +51,37 @@ void add_common(CLI::App* command, CommonOptions& common) {
   add(command
           ->add_option("--max-memory", common.max_memory,
                        "most memory for making surfaces: bytes, or with K, M or G; 0 = no limit")
+          ->envname("POLYMORPH_MAX_MEMORY")
           ->transform(size_in_bytes())
           ->type_name("SIZE"));
   add(command
           ->add_option("--cache-dir", common.cache_dir,
                        "where sphere approximations are kept (env POLYMORPH_CACHE_DIR)")
+          ->envname("POLYMORPH_CACHE_DIR")
           ->type_name("DIR"));
   add(command->add_flag("--no-cache", common.no_cache, "neither read nor write the cache"));
   add(command->add_flag("-q,--quiet", common.quiet, "only warnings and errors"));
   add(command->add_flag("-v,--verbose", common.verbose, "say more"));
   add(command->add_option("--color", common.color, "auto, always or never (NO_COLOR is respected)")
+          ->envname("POLYMORPH_COLOR")
           ->check(CLI::IsMember({"auto", "always", "never"}))
           ->type_name("WHEN"));
   add(command->add_option("--progress", common.progress, "auto, bar, lines, json or none")
+          ->envname("POLYMORPH_PROGRESS")
           ->check(CLI::IsMember({"auto", "bar", "lines", "json", "none"}))
           ->type_name("HOW"));
   add(command->add_option("--log-file", common.log_file, "write the log there, too")
+          ->envname("POLYMORPH_LOG_FILE")
           ->type_name("FILE"));
   add(command->add_option("--log-format", common.log_format, "text or json")
+          ->envname("POLYMORPH_LOG_FORMAT")
           ->check(CLI::IsMember({"text", "json"}))
           ->type_name("FMT"));
+  add(command
+          ->add_option("--config", common.config,
+                       "defaults of options, in TOML (env POLYMORPH_CONFIG; docs/settings.md)")
+          ->envname("POLYMORPH_CONFIG")
+          ->type_name("FILE"));
 }
 
 /// A report that render wrote for an earlier part of the run that is resumed now.
@@ -95,6 +107,13 @@ Status check_side_outputs(const CLI::App& command, bool overwrite) {
     PM_TRY_STATUS(check_output(file, overwrite || (resumes && is_run_report(file))));
   }
   return Ok{};
+}
+
+/// What Slurm gives this job on its machine, in bytes; 0: this is no job, or it has it all.
+std::uint64_t slurm_memory() {
+  const char* mebibytes = std::getenv("SLURM_MEM_PER_NODE");
+  const auto value = mebibytes ? parse_integer(mebibytes) : std::nullopt;
+  return value && *value > 0 ? static_cast<std::uint64_t>(*value) << 20 : 0;
 }
 
 Status start_up(const CommonOptions& common) {
@@ -182,8 +201,12 @@ int finish_output(int code) {
 }
 
 int run_action(CommandLine& line) {
-  auto status = check_side_outputs(*line.app.get_subcommands().front(), line.common.overwrite);
+  CLI::App& command = *line.app.get_subcommands().front();
+  auto status = line.common.config.empty() ? Status(Ok{})
+                                           : apply_config(line.common.config, line.app, command);
+  if (status) status = check_side_outputs(command, line.common.overwrite);
   if (status) status = check_threads();
+  if (line.common.max_memory == 0) line.common.max_memory = slurm_memory();
   if (status) status = start_up(line.common);
   if (!status) {
     log_message(LogLevel::kError, status.error().message);
@@ -271,12 +294,15 @@ const std::atomic<bool>& stop_requested() {
   std::call_once(once, [] {
     std::signal(SIGINT, on_stop);
     std::signal(SIGTERM, on_stop);
+    std::signal(SIGUSR1, on_stop);
   });
   return stop;
 }
 
 ErrorCode stop_code() {
-  return stop_signal == SIGTERM ? ErrorCode::kTerminated : ErrorCode::kInterrupted;
+  return stop_signal == SIGUSR1   ? ErrorCode::kResumable
+         : stop_signal == SIGTERM ? ErrorCode::kTerminated
+                                  : ErrorCode::kInterrupted;
 }
 
 void print_error(const Error& error) {
@@ -292,11 +318,15 @@ int run_program(int argc, char** argv) {
   const InputGuard inputs_are_kept;
   CommandLine line;
   for (int i = 1; i < argc; ++i) line.text += (i > 1 ? " " : "") + std::string(argv[i]);
+  if (argc > 0 && std::string_view(argv[0]).find('/') != std::string_view::npos)
+    line.program = shell_quoted(argv[0]);
   line.app.footer(
       "Examples:\n"
-      "  polymorph render scenes/quickstart/scene.json -o out/frame.####.exr\n"
-      "  polymorph strip out/frame.####.exr -n 8 -o strip.png --gif morph.gif\n"
-      "  polymorph check my-scene.json");
+      "  polymorph demo                              a first morph, in seconds\n"
+      "  polymorph init first.obj second.obj         a scene for your own models\n"
+      "  polymorph check scene.json\n"
+      "  polymorph render scene.json -o 'out/frame.####.exr' --png\n"
+      "  polymorph strip 'out/frame.####.exr' -o strip.png --gif morph.gif");
   line.app.require_subcommand(1);
   line.app.set_help_flag();
   bool ignored = false;  // both are answered before parsing
@@ -304,8 +334,9 @@ int run_program(int argc, char** argv) {
   line.app.add_flag("-h,--help", ignored, "this help; -h after a command is short, --help is full")
       ->group("Options");
   for (const auto add :
-       {add_render, add_strip, add_mesh, add_spheres, add_check, add_info, add_compare, add_golden,
-        add_analyze, add_bench, add_cache, add_cubes, add_devices, add_schema})
+       {add_demo,    add_init,  add_render,  add_strip,   add_submit, add_status,     add_mesh,
+        add_spheres, add_check, add_info,    add_compare, add_golden, add_analyze,    add_bench,
+        add_cache,   add_cubes, add_devices, add_schema,  add_pairs,  add_completion, add_manual})
     add(line);
   for (CLI::App* command : line.app.get_subcommands([](const CLI::App*) { return true; }))
     if (!command->get_option_no_throw("--overwrite"))
@@ -316,10 +347,13 @@ int run_program(int argc, char** argv) {
     return std::any_of(argv + 1, argv + argc,
                        [&](const char* a) { return std::string_view(a) == flag; });
   };
-  if (argc < 2 || given("--help") || given("-h")) {
-    std::fputs(help_text(*wanted_help(line.app, argc, argv), given("--help")).c_str(),
-               argc < 2 ? stderr : stdout);
-    return argc < 2 ? static_cast<int>(ErrorCode::kUsage) : finish_output(0);
+  if (argc < 2) {
+    std::fputs(first_steps(line).c_str(), stderr);
+    return static_cast<int>(ErrorCode::kUsage);
+  }
+  if (given("--help") || given("-h")) {
+    std::fputs(help_text(*wanted_help(line.app, argc, argv), given("--help")).c_str(), stdout);
+    return finish_output(0);
   }
   if (given("--version") || (argc == 2 && given("-V"))) {
     print_data("polymorph {}\n", PM_VERSION);

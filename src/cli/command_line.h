@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "base/shell_quote.h"
 #include "base/text.h"
 #include "scene/load_scene.h"
 
@@ -34,12 +35,14 @@ struct CommonOptions {
   std::string device = "auto";
   std::uint64_t max_memory = 0;  ///< bytes; 0 = no limit
   bool overwrite = false;        ///< files that exist may be replaced
+  std::string config;            ///< file with defaults of options (cli/config.h)
 };
 
 struct CommandLine {
   CLI::App app{"polymorph renders morph sequences between polyhedra.", "polymorph"};
   CommonOptions common;
   std::string text;                     ///< argv joined, for image headers
+  std::string program = "polymorph";    ///< as it was called, for commands that are suggested
   std::function<Result<int>()> action;  ///< set by the chosen subcommand; the int is the exit code
 };
 
@@ -76,16 +79,26 @@ void print_data(fmt::format_string<Args...> text, Args&&... args) {
 ProgressMode progress_mode(const CommonOptions& common);
 std::filesystem::path cache_folder(const CommonOptions& common);
 
-/// Set by SIGINT and SIGTERM from the first call on; a second signal ends the process at once. A
-/// command that never calls this ends at the first.
+/// Set by SIGINT, SIGTERM and SIGUSR1 (what farms send before time is up) from the first call on; a
+/// second signal ends the process at once. A command that never calls this ends at the first.
 const std::atomic<bool>& stop_requested();
-/// 130 or 143, by the signal that came.
+/// 130, 143 or, for SIGUSR1, 75, by the signal that came.
 ErrorCode stop_code();
+
+/// What to do first, for who calls the program without arguments.
+std::string first_steps(const CommandLine& line);
 
 /// Help as text, at most 80 columns: `full` shows every option, else those of the first groups.
 std::string help_text(const CLI::App& app, bool full);
 
+void add_demo(CommandLine& line);
+void add_init(CommandLine& line);
 void add_render(CommandLine& line);
+void add_submit(CommandLine& line);
+void add_status(CommandLine& line);
+void add_pairs(CommandLine& line);
+void add_completion(CommandLine& line);
+void add_manual(CommandLine& line);
 void add_strip(CommandLine& line);
 void add_mesh(CommandLine& line);
 void add_spheres(CommandLine& line);

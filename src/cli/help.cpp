@@ -101,6 +101,17 @@ std::string usage_of(const CLI::App& app) {
 
 }  // namespace
 
+std::string first_steps(const CommandLine& line) {
+  const auto step = [&](const char* arguments, const char* what) {
+    return fmt::format("  {} {}\n      {}\n", line.program, arguments, what);
+  };
+  return line.app.get_description() + "\n\nStart here:\n" +
+         step("demo", "a teapot becomes a penguin: a strip, a GIF and the scene, in seconds") +
+         step("demo monkey spider --through puddle", "any of the models that come with it") +
+         step("init first.obj second.obj", "a scene for your own models, to edit and render") +
+         fmt::format("\n{} --help lists all commands.\n", line.program);
+}
+
 std::string help_text(const CLI::App& app, bool full) {
   std::string out = app.get_description() + "\n\nUsage: " + usage_of(app) + "\n";
   // The footer holds "examples\fexit codes"; add_command() put it together.

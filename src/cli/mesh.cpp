@@ -308,7 +308,7 @@ void add_mesh(CommandLine& line) {
       line, "mesh", "Write the surface for other programs (USD, glTF, PLY, OBJ), or the balls.",
       "  polymorph mesh scene.json -o morph.usda\n"
       "  polymorph mesh scene.json -o morph.glb --quantize --error 0.02%\n"
-      "  polymorph mesh scene.json -o surface.####.ply\n"
+      "  polymorph mesh scene.json -o 'surface.####.ply'\n"
       "  polymorph mesh scene.json -f 12 -o half.obj\n"
       "  polymorph mesh scene.json -f 12 -o balls.json",
       "  0 written   2 usage   3 bad scene or model   4 cannot write\n"

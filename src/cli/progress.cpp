@@ -90,4 +90,53 @@ ProgressCallback make_progress(ProgressMode mode) {
       };
 }
 
+Heartbeat::Heartbeat(ProgressMode mode, double seconds, std::size_t frames)
+    : mode_(mode), interval_(seconds), frames_(frames) {
+  if (seconds > 0 && (mode == ProgressMode::kLines || mode == ProgressMode::kJson))
+    thread_ = std::thread([this] { run(); });
+}
+
+Heartbeat::~Heartbeat() {
+  {
+    const std::lock_guard lock(mutex_);
+    ended_ = true;
+  }
+  changed_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+void Heartbeat::beat(std::size_t done) {
+  {
+    const std::lock_guard lock(mutex_);
+    done_ = done;
+    beaten_ = true;
+  }
+  changed_.notify_all();
+}
+
+void Heartbeat::run() {
+  auto since = std::chrono::steady_clock::now();
+  std::unique_lock lock(mutex_);
+  while (!ended_) {
+    if (changed_.wait_for(lock, interval_, [this] { return beaten_ || ended_; })) {
+      beaten_ = false;
+      since = std::chrono::steady_clock::now();
+      continue;
+    }
+    const double quiet =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - since).count();
+    if (mode_ == ProgressMode::kJson) {
+      const std::string line = dump_json({{"heartbeat", true},
+                                          {"done", done_},
+                                          {"of", frames_},
+                                          {"seconds", std::round(quiet * 10) / 10}},
+                                         -1);
+      std::fwrite(line.data(), 1, line.size(), stderr);
+    } else {
+      log_info("working: {}/{} frames done, {} on this one, {}", done_, frames_,
+               format_seconds(quiet), format_bytes(memory_now()));
+    }
+  }
+}
+
 }  // namespace polymorph

@@ -4,6 +4,7 @@
 #include "cli/command_line.h"
 #include "cli/numbers.h"
 #include "cli/progress.h"
+#include "cli/scene_options.h"
 #include "morph/timeline.h"
 #include "sequence/render_sequence.h"
 
@@ -11,26 +12,14 @@ namespace polymorph {
 namespace {
 
 struct RenderOptions {
-  std::string scene, output, frames, shard, isa;
+  std::string scene, output, frames, shard;
   bool png = false, strict = false, skip_existing = false, keep_going = false, dry_run = false,
-       preview = false, stats = false, reproducible = false;
-  int samples = 0, jobs = 1;
-  double noise = -1;
-  std::string aovs;
-  long long seed = -1;
-  std::vector<std::string> sets;
+       stats = false;
+  int jobs = 1;
+  double heartbeat = 60;
+  SceneOptions scene_options;
   JsonOutput json;
 };
-
-/// Half size, coarser surface, direct light and a ray for what hides the sky.
-void make_preview(Scene& scene) {
-  scene.image.width = std::max(1, scene.image.width / 2);
-  scene.image.height = std::max(1, scene.image.height / 2);
-  scene.image.samples = std::min(scene.image.samples, 2);
-  scene.image.noise = 0;
-  scene.image.max_depth = 1;
-  scene.surface.resolution = std::max(8, scene.surface.resolution / 2);
-}
 
 Result<SequenceSettings> sequence_settings(const CommandLine& line, const RenderOptions& options,
                                            const Scene& scene) {
@@ -45,24 +34,9 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
     log_info("shard {} of {}", shard.index, shard.count);
     settings.frames = shard_of(settings.frames, shard);
   }
-  PM_TRY(FramePattern pattern,
-         parse_pattern(options.output.empty() ? scene.output.file : options.output));
-  if (many) pattern = numbered(pattern);
-  const std::string extension = frame_path(pattern, 1).extension().string();
-  if (extension.empty() ||
-      (extension.size() > 1 && extension.find_first_not_of("0123456789", 1) == std::string::npos))
-    return make_error(ErrorCode::kUsage, "{}: has no extension - add .exr or .png", options.output);
-  if (extension != ".exr" && extension != ".png")
-    return make_error(ErrorCode::kUsage, "{}: unknown image format \"{}\" - use .exr or .png",
-                      frame_path(pattern, 1).string(), extension);
-  if (extension == ".exr") settings.exr = pattern;
-  if (extension == ".png" || options.png || scene.output.png)
-    settings.png = with_extension(pattern, ".png");
-  if (pattern.has_number() && count >= 1)
-    for (int digits = pattern.digits, limit = 1; digits-- > 0 && limit <= count; limit *= 10)
-      if (digits == 0 && limit * 10 <= count)
-        return make_error(ErrorCode::kUsage, "{} digits are too few for {} frames - write more #",
-                          pattern.digits, count);
+  PM_TRY(const FrameFiles files, frame_files(scene, options.output, options.png, many));
+  settings.exr = files.exr;
+  settings.png = files.png;
   settings.existing = line.common.overwrite   ? Existing::kOverwrite
                       : options.skip_existing ? Existing::kSkip
                                               : Existing::kRefuse;
@@ -72,21 +46,41 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
   settings.jobs = options.jobs;
   settings.device = line.common.device;
   settings.max_memory = line.common.max_memory;
-  settings.isa = options.reproducible ? "avx2" : options.isa;
+  settings.isa = options.scene_options.isa;
   settings.cache_folder = cache_folder(line.common);
   settings.command = line.text;
   settings.stop = &stop_requested();
   return settings;
 }
 
-/// What a dry run found, as data.
-void print_plan(const RunReport& report) {
+/// What a dry run found: the frames as data, what they will cost as talk.
+void print_plan(const RunReport& report, const SequenceSettings& settings) {
   for (const FrameRecord& record : report.frames) {
     std::string files;
     for (const auto& file : record.files) files += fmt::format(" {}", file.string());
     print_data("frame {} {}{}{}\n", record.frame, record.stage, files,
                record.state == FrameRecord::State::kSkipped ? " (kept)" : "");
   }
+  const auto planned = report.count(FrameRecord::State::kPlanned);
+  const auto frames = static_cast<double>(planned);
+  const auto kept = report.count(FrameRecord::State::kSkipped);
+  const FrameEstimate estimate = report.estimate.value_or(FrameEstimate{});
+  const auto writes = [](const FramePattern& p) { return !p.before.empty() || p.has_number(); };
+  const double bytes = (writes(settings.exr) ? estimate.exr_bytes : 0) +
+                       (writes(settings.png) ? estimate.png_bytes : 0);
+  log_info(
+      "{} frame{} to render{}: about {} on {} thread{} ({} a frame, {} to prepare), {} on disk",
+      planned, planned == 1 ? "" : "s", kept ? fmt::format(", {} kept", kept) : "",
+      format_seconds(report.prepare_seconds + frames * estimate.seconds), report.threads,
+      report.threads == 1 ? "" : "s", format_seconds(estimate.seconds),
+      format_seconds(report.prepare_seconds), format_bytes(frames * bytes));
+  std::error_code error;
+  const std::filesystem::path folder =
+      std::filesystem::absolute(report.frames.front().files.front()).parent_path();
+  const auto space = std::filesystem::space(folder, error);
+  if (!error && frames * bytes > static_cast<double>(space.available))
+    log_warning("{}: has only {} left", folder.string(),
+                format_bytes(static_cast<double>(space.available)));
 }
 
 void print_stats(const RunReport& report) {
@@ -108,14 +102,7 @@ void print_stats(const RunReport& report) {
 }
 
 Result<int> run_render(const CommandLine& line, const RenderOptions& options) {
-  PM_TRY(std::vector<Override> overrides, parse_overrides(options.sets));
-  if (!options.aovs.empty())
-    overrides.emplace_back("image.aovs", fmt::format("\"{}\"", options.aovs));
-  PM_TRY(Scene scene, load_scene(options.scene, overrides));
-  if (options.preview) make_preview(scene);
-  if (options.samples > 0) scene.image.samples = options.samples;
-  if (options.noise >= 0) scene.image.noise = static_cast<float>(options.noise);
-  if (options.seed >= 0) scene.image.seed = static_cast<std::uint64_t>(options.seed);
+  PM_TRY(const Scene scene, load_scene_with(options.scene, options.scene_options));
   PM_TRY(const SequenceSettings settings, sequence_settings(line, options, scene));
   if (settings.frames.empty()) {
     log_info("no frames in this shard");
@@ -123,10 +110,17 @@ Result<int> run_render(const CommandLine& line, const RenderOptions& options) {
     return 0;
   }
   const ProgressMode mode = options.dry_run ? ProgressMode::kNone : progress_mode(line.common);
-  PM_TRY(const RunReport report, render_sequence(scene, settings, make_progress(mode)));
+  Heartbeat heartbeat(mode, options.heartbeat, settings.frames.size());
+  const ProgressCallback show = make_progress(mode);
+  PM_TRY(const RunReport report,
+         render_sequence(scene, settings,
+                         [&](std::size_t done, std::size_t of, const FrameRecord& last) {
+                           heartbeat.beat(done);
+                           show(done, of, last);
+                         }));
   if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, to_json(report)));
   if (options.dry_run) {
-    if (!options.json.wanted) print_plan(report);
+    if (!options.json.wanted) print_plan(report, settings);
     return 0;
   }
   if (options.stats) print_stats(report);
@@ -149,12 +143,13 @@ void add_render(CommandLine& line) {
   auto options = std::make_shared<RenderOptions>();
   CLI::App* command =
       add_command(line, "render", "Render a scene's frames to EXR and PNG.",
-                  "  polymorph render scene.json -o out/frame.####.exr --png\n"
+                  "  polymorph render scene.json -o 'out/frame.####.exr' --png\n"
                   "  polymorph render scene.json -o look.png -f 12 --preview\n"
-                  "  polymorph render scene.json -o out/f.####.exr --shard 2/8 --skip-existing",
+                  "  polymorph render scene.json -o 'out/f.####.exr' --shard 2/8 --skip-existing",
                   "  0 all frames exist and are good   2 usage   3 bad scene, model or texture\n"
                   "  4 cannot write   5 device or memory   6 some frames failed (--keep-going)\n"
-                  "  130, 143 stopped by a signal; finished frames are whole");
+                  "  75 stopped early by SIGUSR1, 130, 143 stopped by another signal: finished\n"
+                  "  frames are whole, run again with --skip-existing to go on");
   command->add_option("scene", options->scene, "the scene file")
       ->required()
       ->type_name("SCENE")
@@ -176,26 +171,7 @@ void add_render(CommandLine& line) {
   skip->excludes("--overwrite");
   command->add_flag("--strict", options->strict, "warnings about models and textures are errors")
       ->group("Main");
-  command->add_flag("--preview", options->preview, "half size, coarse surface, direct light only")
-      ->group("Main");
-  command->add_option("--spp", options->samples, "samples per pixel")
-      ->transform(number_from(1, 65536))
-      ->type_name("N")
-      ->group("Scene");
-  command->add_option("--noise", options->noise, "sample until this clean: 0.01; --spp is the most")
-      ->transform(number_from(0.0, 1.0))
-      ->type_name("E")
-      ->group("Scene");
-  command
-      ->add_option("--aovs", options->aovs,
-                   "layers of the EXR: Z,N,P,albedo,uv,motion,morph,label,id, all or none")
-      ->type_name("LIST")
-      ->group("Scene");
-  command->add_option("--seed", options->seed, "of the sampling noise")
-      ->transform(number_from(0LL, 9007199254740991LL))
-      ->type_name("N")
-      ->group("Scene");
-  add_overrides(command, options->sets);
+  add_scene_options(command, options->scene_options);
   command
       ->add_option("--shard", options->shard,
                    "this share of the frames: 2/8, or auto from Slurm or MPI")
@@ -210,12 +186,11 @@ void add_render(CommandLine& line) {
   command->add_flag("-n,--dry-run", options->dry_run, "say what would be rendered, render nothing")
       ->group("Farm");
   command
-      ->add_option("--isa", options->isa,
-                   "Embree's instruction set: sse2, sse4.2, avx, avx2 or avx512")
-      ->type_name("NAME")
-      ->group("Farm");
-  command
-      ->add_flag("--reproducible", options->reproducible, "pin Embree to AVX2, as golden frames do")
+      ->add_option("--heartbeat", options->heartbeat,
+                   "seconds between signs of life in a log without a bar (60); 0: none")
+      ->envname("POLYMORPH_HEARTBEAT")
+      ->transform(number_from(0.0, 86400.0))
+      ->type_name("S")
       ->group("Farm");
   command->add_flag("--stats", options->stats, "say where the time went")->group("Output");
   add_json(command, options->json);

@@ -1,7 +1,5 @@
 #include "cli/report_options.h"
 
-#include <algorithm>
-
 #include "base/file.h"
 #include "base/log.h"
 
@@ -42,17 +40,6 @@ Status write_reports(const ReportOptions& options, const Report& report) {
     log_info("report: {}", page.string());
   }
   return Ok{};
-}
-
-std::string shell_quoted(const std::string& word) {
-  const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
-    return std::isalnum(c) || c >= 0x80 ||
-           std::string_view("_-./=+:,@%").find(static_cast<char>(c)) != std::string_view::npos;
-  });
-  if (plain) return word;
-  std::string quoted = "'";
-  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
 }
 
 }  // namespace polymorph

@@ -20,7 +20,4 @@ void add_report(CLI::App* command, ReportOptions& options);
 Status begin_report(const ReportOptions& options, bool overwrite);
 Status write_reports(const ReportOptions& options, const Report& report);
 
-/// A word as a shell takes it.
-std::string shell_quoted(const std::string& word);
-
 }  // namespace polymorph

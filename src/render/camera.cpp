@@ -72,7 +72,7 @@ Box usable_box(const Box& box) {
 Camera place_camera(const CameraSettings& settings, std::span<const Vec3> points, Vec3 target,
                     int width, int height) {
   Camera camera;
-  camera.tan_half_fov_y = std::tan(0.5f * radians(settings.fov));
+  camera.tan_half_fov_y = tangent(0.5f * radians(settings.fov));
   if (settings.position) {
     camera.position = *settings.position;
     const Vec3 forward = target - camera.position;
@@ -80,8 +80,7 @@ Camera place_camera(const CameraSettings& settings, std::span<const Vec3> points
     return camera;
   }
   const float azimuth = radians(settings.azimuth), elevation = radians(settings.elevation);
-  const Vec3 to_camera{std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
-                       std::cos(azimuth) * std::cos(elevation)};
+  const Vec3 to_camera = direction_at(azimuth, elevation);
   set_axes(camera, -to_camera, settings.up);
 
   Corners x, y;

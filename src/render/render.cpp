@@ -59,6 +59,16 @@ bool has_glass(const RenderScene& scene) {
   });
 }
 
+/// Where rays may start, seen from the middle of the meshes: at the camera and on the floor.
+float farthest_start(const RenderScene& scene) {
+  Box box = scene.bounds;
+  for (const RenderMesh& mesh : scene.meshes)
+    for (const Vec3& p : mesh.positions) box = extend(box, p);
+  if (box.empty()) return 0;
+  const float floor = scene.ground.enabled ? make_floor(scene.ground, box).fade_end : 0;
+  return std::max(length(scene.camera.position - box.center()), floor) + box.diagonal();
+}
+
 }  // namespace
 
 struct Renderer::State {
@@ -85,8 +95,9 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   PM_CHECK(image.width >= 1 && image.height >= 1 && image.samples >= 1);
   State& state = *state_;
   const Stopwatch build_watch;
-  PM_TRY(const TracedScene geometry,
-         TracedScene::build(state.device, scene.meshes, scene.camera.shutter));
+  PM_TRY(
+      const TracedScene geometry,
+      TracedScene::build(state.device, scene.meshes, scene.camera.shutter, farthest_start(scene)));
 
   const Box& stage = scene.bounds.empty() ? geometry.bounds() : scene.bounds;
   std::vector<KeyLight> suns{make_key_light(scene.lights, scene.camera)};

@@ -137,7 +137,7 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     }
     const char at = offset < document_.text.size() ? document_.text[offset] : '\0';
     const char* hint = "";
-    if (at == '/' || at == '#') hint = " - JSON has no comments";
+    if (at == '#') hint = " - a comment starts with //";
     if (at == '\'') hint = " - strings need double quotes";
     if ((at == '}' || at == ']') && what.find("unexpected") != std::string::npos)
       hint = " - remove the comma before it, or add what is missing";
@@ -185,12 +185,20 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     parent.items.emplace_back();
     return parent.items.back();
   }
+  /// Behind what may stand between two tokens, comments included; the lexer has checked those.
   std::size_t token_start() const {
+    const std::string& text = document_.text;
     std::size_t at = end_;
-    while (at < document_.text.size() &&
-           std::string_view(" \t\r\n,:\xEF\xBB\xBF").find(document_.text[at]) !=
-               std::string_view::npos)
-      ++at;
+    while (at < text.size()) {
+      if (text.compare(at, 2, "//") == 0)
+        at = std::min(text.find('\n', at), text.size());
+      else if (text.compare(at, 2, "/*") == 0)
+        at = std::min(text.find("*/", at + 2), text.size() - 2) + 2;
+      else if (std::string_view(" \t\r\n,:\xEF\xBB\xBF").find(text[at]) != std::string_view::npos)
+        ++at;
+      else
+        break;
+    }
     return at;
   }
   static bool number_character(char c) {
@@ -255,9 +263,10 @@ Result<JsonDocument> parse_json(std::string name, std::string text) {
   std::size_t taken = 0;
   TreeBuilder builder(document, taken);
   const char* begin = document.text.data();
-  const bool ok =
-      nlohmann::json::sax_parse(CountingIterator(begin, &taken),
-                                CountingIterator(begin + document.text.size(), &taken), &builder);
+  const bool ok = nlohmann::json::sax_parse(
+      CountingIterator(begin, &taken), CountingIterator(begin + document.text.size(), &taken),
+      &builder, nlohmann::json::input_format_t::json, /*strict=*/true,
+      /*ignore_comments=*/true);
   if (!ok) return Error{ErrorCode::kInput, builder.error};
   return document;
 }

@@ -48,8 +48,9 @@ struct JsonDocument {
   TextPosition position(std::size_t offset) const;
 };
 
-/// Nesting is limited to 64; a duplicate key is an error that names both lines. Errors (kInput):
-/// "NAME:LINE:COL: what", the line itself and a caret below it.
+/// Comments, // to the end of a line and /* */, are read over. Nesting is limited to 64; a
+/// duplicate key is an error that names both lines. Errors (kInput): "NAME:LINE:COL: what", the
+/// line itself and a caret below it.
 Result<JsonDocument> parse_json(std::string name, std::string text);
 
 /// Sets the value at a dotted path ("image.width", "intermediate.0.meta") to `value`, which is JSON

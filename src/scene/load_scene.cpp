@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "base/exact_math.h"
 #include "base/file.h"
 #include "base/log.h"
 #include "base/text.h"

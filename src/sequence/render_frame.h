@@ -12,6 +12,8 @@ namespace polymorph {
 
 /// The image attribute that holds PreparedScene::hash.
 inline constexpr const char* kHashAttribute = "polymorph/scene_hash";
+/// And the one that holds the frame's number.
+inline constexpr const char* kFrameAttribute = "polymorph/frame";
 
 /// One frame in memory: `geometry` as geometry_at() gave it.
 Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,

@@ -9,16 +9,18 @@
 #include <utility>
 
 #include "base/file.h"
-#include "base/hash.h"
 #include "base/log.h"
 #include "base/parallel.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
+#include "compare/explain.h"
 #include "image/image_io.h"
 #include "sequence/device.h"
+#include "sequence/estimate.h"
 #include "sequence/geometry.h"
 #include "sequence/prepare.h"
 #include "sequence/render_frame.h"
+#include "sequence/status.h"
 #include "surface/mesh_check.h"
 
 namespace polymorph {
@@ -45,20 +47,6 @@ bool has_exr(const SequenceSettings& settings) {
 }
 bool has_png(const SequenceSettings& settings) {
   return !settings.png.before.empty() || settings.png.has_number();
-}
-
-/// A file is this frame of this scene when its header says so; a name alone proves nothing.
-bool is_current(const fs::path& file, const std::string& hash, int frame) {
-  const auto image = read_image(file);
-  if (!image) return false;
-  // EXR keeps the frame as a number, PNG as text.
-  const auto says = [&](const char* name, const std::string& wanted) {
-    return std::any_of(image->attributes.begin(), image->attributes.end(), [&](const Attribute& a) {
-      return a.name == name &&
-             std::visit([](const auto& v) { return fmt::format("{}", v); }, a.value) == wanted;
-    });
-  };
-  return says(kHashAttribute, hash) && says("polymorph/frame", fmt::format("{}", frame));
 }
 
 /// Before any work: every name must be free (or may be replaced) and every folder writable.
@@ -124,9 +112,6 @@ class SequenceRun {
       idle_.push_back(std::make_unique<Renderer>(std::move(renderer)));
     }
     report_.isa = idle_.front()->isa();
-    // A pinned instruction set is part of what was asked for; the machine's own best is not.
-    if (!settings_.isa.empty())
-      prepared_.hash = Hasher().add(prepared_.hash).add(settings_.isa).hex();
     report_.scene_hash = prepared_.hash;
     if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // PNG has no layers
     report_.frames.resize(settings_.frames.size());
@@ -137,6 +122,12 @@ class SequenceRun {
     if (status) status = std::move(rest);
     if (!status && !settings_.keep_going) return std::move(status).error();
     std::erase_if(report_.frames, [](const FrameRecord& record) { return record.frame == 0; });
+    if (settings_.dry_run) {
+      std::vector<int> planned;
+      for (const FrameRecord& record : report_.frames)
+        if (record.state == FrameRecord::State::kPlanned) planned.push_back(record.frame);
+      PM_TRY(report_.estimate, estimate_frames(prepared_, *extractor_, settings_.isa, planned));
+    }
     report_.frames_seconds = frames.seconds();
     report_.peak_memory = peak_memory_bytes();
     report_.total_seconds = stopwatch.seconds();
@@ -260,7 +251,7 @@ class SequenceRun {
     for (const fs::path& file : record.files) {
       std::error_code error;
       if (!fs::exists(file, error)) return false;
-      if (is_current(file, prepared_.hash, record.frame)) continue;
+      if (file_state(file, prepared_.hash, record.frame) == FileState::kWhole) continue;
       log_info("{}: is of another scene or settings - rendering it again", file.string());
       return false;
     }

@@ -61,6 +61,11 @@ std::string to_json(const RunReport& report) {
     if (!r.error.empty()) frame["error"] = r.error;
     json["frames"].push_back(frame);
   }
+  if (report.estimate)
+    json["estimate"] = {{"measured_frames", report.estimate->measured},
+                        {"frame_seconds", report.estimate->seconds},
+                        {"frame_exr_bytes", report.estimate->exr_bytes},
+                        {"frame_png_bytes", report.estimate->png_bytes}};
   return dump_json(json);
 }
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,14 @@ struct FrameRecord {
   std::string error;
 };
 
+/// What a frame will cost, from measured ones (sequence/estimate.h).
+struct FrameEstimate {
+  int measured = 0;      ///< frames that it is made from
+  double seconds = 0;    ///< per frame: surface, tracing and encoding, with all threads
+  double exr_bytes = 0;  ///< per frame as EXR
+  double png_bytes = 0;  ///< per frame as PNG
+};
+
 struct RunReport {
   std::vector<FrameRecord> frames;
   std::string device, isa, scene_hash;
@@ -29,6 +38,7 @@ struct RunReport {
   double frames_seconds = 0;      ///< from the first frame's begin to the last one's end
   std::uint64_t peak_memory = 0;  ///< bytes
   bool stopped = false;
+  std::optional<FrameEstimate> estimate;  ///< of a dry run: what its planned frames will cost
   std::size_t count(FrameRecord::State state) const;
 };
 /// The report as JSON: what `render --report` writes.

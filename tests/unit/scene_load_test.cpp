@@ -173,9 +173,25 @@ TEST_F(SceneTest, SyntaxErrorsShowThePlace) {
   EXPECT_NE(error.find("\n  | }\n  | ^"), std::string::npos) << error;
   EXPECT_NE(error.find("remove the comma"), std::string::npos) << error;
   EXPECT_NE(error_of("{'source': 1}").find("double quotes"), std::string::npos);
-  EXPECT_NE(error_of("{\"source\": 1, // x\n}").find("no comments"), std::string::npos);
+  EXPECT_NE(error_of("{\"source\": 1, # x\n}").find("a comment starts with //"), std::string::npos);
+  EXPECT_NE(error_of("{ /* no end \n").find("scene.json:"), std::string::npos);
   EXPECT_NE(error_of("  \n").find("is empty"), std::string::npos);
   EXPECT_NE(error_of("[1]").find("must be an object"), std::string::npos);
+}
+
+TEST_F(SceneTest, CommentsAreReadOverAndPlacesStayRight) {
+  const auto scene = load(R"(// a scene, "source": 1
+{ /* { */ "source": "a.obj", // the first: [
+  "target" /* : */ : /* " */ "b.obj", "frames": {"count": 7/**/}
+} // end)");
+  ASSERT_TRUE(scene) << scene.error().message;
+  EXPECT_EQ(scene->frames.count, 7);
+  const std::string error = error_of(
+      "// one\n{\"source\": \"a.obj\", // x\n  \"target\": \"b.obj\",\n"
+      "  /* two\n lines */ \"frames\": {/**/\"count\": /*,*/ -1}}");
+  EXPECT_NE(error.find("scene.json:5:41: /frames/count: must be 0 to 100000 (is -1)"),
+            std::string::npos)
+      << error;
 }
 
 TEST_F(SceneTest, DuplicateKeysNameBothLines) {

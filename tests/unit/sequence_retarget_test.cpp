@@ -7,6 +7,7 @@
 #include "morph/motion.h"
 #include "sequence/analyze_sequence.h"
 #include "sequence/frame_labels.h"
+#include "sequence/geometry.h"
 #include "sequence/leg_surface.h"
 #include "surface/mesh_check.h"
 #include "testing/scene.h"

@@ -1,0 +1,41 @@
+# What `cmake --install` puts in place, and a Debian package of it (cpack -G DEB).
+include(GNUInstallDirs)
+install(TARGETS polymorph RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(TARGETS polymorph_oiio LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/polymorph)
+install(TARGETS polymorph_assimp RUNTIME DESTINATION ${CMAKE_INSTALL_LIBDIR}/polymorph)
+# base/data_folder.h looks here.
+install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/polymorph PATTERN golden EXCLUDE)
+install(DIRECTORY scripts/farm DESTINATION ${CMAKE_INSTALL_DATADIR}/polymorph)
+install(FILES README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
+
+# Manual pages and completions, made by the program from its own options.
+set(pages ${CMAKE_BINARY_DIR}/pages)
+add_custom_command(OUTPUT ${pages}/done VERBATIM DEPENDS polymorph
+  COMMAND ${CMAKE_COMMAND} -E make_directory ${pages}
+  COMMAND polymorph manual man -o ${pages}/man1 --overwrite
+  COMMAND polymorph completion bash > ${pages}/polymorph
+  COMMAND polymorph completion zsh > ${pages}/_polymorph
+  COMMAND polymorph completion fish > ${pages}/polymorph.fish
+  COMMAND ${CMAKE_COMMAND} -E touch ${pages}/done)
+add_custom_target(pages ALL DEPENDS ${pages}/done)
+install(DIRECTORY ${pages}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR})
+install(FILES ${pages}/polymorph DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+install(FILES ${pages}/_polymorph DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions)
+install(FILES ${pages}/polymorph.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME polymorph)
+set(CPACK_PACKAGE_CONTACT "The polymorph authors <polymorph@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Renders morph sequences between polyhedra")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)  # by dpkg-shlibdeps, of the program and of its image reader
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS ffmpeg)
+set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
+  "A scene names a source, any objects on the way and a target. Each becomes spheres,
+and the spheres metaballs; polymorph renders every frame of the morph between them
+to EXR and PNG. Try: polymorph demo")
+include(CPack)

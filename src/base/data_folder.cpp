@@ -1,0 +1,38 @@
+#include "base/data_folder.h"
+
+#include <cstdlib>
+#include <string>
+#include <system_error>
+#include <vector>
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<fs::path> candidates() {
+  if (const char* chosen = std::getenv("POLYMORPH_DATA_DIR"); chosen && *chosen) return {chosen};
+  std::error_code error;
+  const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
+  if (error) return {};
+  return {folder / "share" / "polymorph", folder.parent_path() / "share" / "polymorph"};
+}
+
+}  // namespace
+
+Result<fs::path> find_data_folder() {
+  std::string tried;
+  for (const fs::path& path : candidates()) {
+    std::error_code error;
+    const fs::path folder = fs::canonical(path, error);
+    if (!error && fs::is_directory(folder / "models", error)) return folder;
+    tried += fmt::format("\n  {}: {}", path.string(),
+                         error ? error.message() : std::string("has no models/"));
+  }
+  return make_error(ErrorCode::kResource,
+                    "cannot find the models that come with polymorph - install them, or name "
+                    "their folder in POLYMORPH_DATA_DIR; tried:{}",
+                    tried.empty() ? " nothing (/proc is not mounted)" : tried);
+}
+
+}  // namespace polymorph

@@ -1,0 +1,138 @@
+// Completion scripts for bash, zsh and fish.
+#include <fmt/format.h>
+
+#include "cli/option_table.h"
+
+namespace polymorph {
+namespace {
+
+std::string joined(const std::vector<std::string>& words) {
+  return fmt::format("{}", fmt::join(words, " "));
+}
+
+std::string command_names(const std::vector<CommandTable>& commands) {
+  std::vector<std::string> names;
+  for (const CommandTable& command : commands) names.push_back(command.name);
+  return joined(names);
+}
+
+/// Inside single quotes of a shell.
+std::string quoted(const std::string& text) {
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+/// Inside a specification of zsh's _arguments, which gives []: and \ a meaning.
+std::string zsh_text(const std::string& text) {
+  std::string out;
+  for (const char c : text)
+    out += std::string_view("[]:\\").find(c) == std::string_view::npos ? std::string(1, c)
+                                                                       : std::string("\\") + c;
+  return out;
+}
+
+}  // namespace
+
+std::string bash_completion(const std::vector<CommandTable>& commands) {
+  std::string values, options;
+  for (const CommandTable& command : commands) {
+    std::vector<std::string> names, words;
+    for (const OptionRow& row : command.options) {
+      names.insert(names.end(), row.names.begin(), row.names.end());
+      if (row.positional) words.insert(words.end(), row.choices.begin(), row.choices.end());
+      if (row.names.empty() || row.choices.empty()) continue;
+      std::string patterns;
+      for (const std::string& name : row.names)
+        patterns +=
+            fmt::format("{}{} {}", patterns.empty() ? "" : "|", "\"" + command.name, name + "\"");
+      values += fmt::format("    {}) words=\"{}\" ;;\n", patterns, joined(row.choices));
+    }
+    options += fmt::format("    {}) options=\"{}\" arguments=\"{}\" ;;\n", command.name,
+                           joined(names), joined(words));
+  }
+  return fmt::format(
+      "# bash completion for polymorph: polymorph completion bash\n"
+      "_polymorph() {{\n"
+      "  local cur=${{COMP_WORDS[COMP_CWORD]}} prev=${{COMP_WORDS[COMP_CWORD - 1]}} command= i\n"
+      "  local words= options= arguments=\n"
+      "  COMPREPLY=()\n"
+      "  for ((i = 1; i < COMP_CWORD; ++i)); do\n"
+      "    [[ ${{COMP_WORDS[i]}} == -* ]] || {{ command=${{COMP_WORDS[i]}}; break; }}\n"
+      "  done\n"
+      "  if [[ -z $command ]]; then\n"
+      "    mapfile -t COMPREPLY < <(compgen -W \"{} --help --version\" -- \"$cur\")\n"
+      "    return\n"
+      "  fi\n"
+      "  case \"$command $prev\" in\n{}  esac\n"
+      "  case $command in\n{}  esac\n"
+      "  if [[ -z $words && $cur == -* ]]; then words=\"$options -h --help\"; fi\n"
+      "  if [[ -z $words && -n $arguments && $COMP_CWORD -eq $((i + 1)) ]]; then "
+      "words=$arguments; fi\n"
+      "  # Without words of its own the shell completes file names.\n"
+      "  [[ -z $words ]] || mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$cur\")\n"
+      "}}\n"
+      "complete -o default -o bashdefault -F _polymorph polymorph\n",
+      command_names(commands), values, options);
+}
+
+std::string zsh_completion(const std::vector<CommandTable>& commands) {
+  std::string list, cases;
+  for (const CommandTable& command : commands) {
+    list += "    " + quoted(zsh_text(command.name) + ":" + command.purpose) + "\n";
+    cases += fmt::format("    ({})\n      _arguments", command.name);
+    for (const OptionRow& row : command.options) {
+      const std::string action = row.choices.empty() ? "_files" : "(" + joined(row.choices) + ")";
+      if (row.positional) {
+        cases += " \\\n        " + quoted(fmt::format("*:{}:{}", zsh_text(row.value), action));
+        continue;
+      }
+      for (const std::string& name : row.names) {
+        const std::string value =
+            row.value.empty() ? "" : fmt::format(":{}:{}", zsh_text(row.value), action);
+        cases += " \\\n        " +
+                 quoted(fmt::format("*{}[{}]{}", name, zsh_text(row.description), value));
+      }
+    }
+    cases += "\n      ;;\n";
+  }
+  return fmt::format(
+      "#compdef polymorph\n"
+      "# zsh completion for polymorph: polymorph completion zsh\n"
+      "_polymorph() {{\n"
+      "  local -a commands=(\n{}  )\n"
+      "  if (( CURRENT == 2 )); then\n"
+      "    _describe command commands\n"
+      "    return\n"
+      "  fi\n"
+      "  local command=$words[2]\n"
+      "  shift words\n"
+      "  (( CURRENT-- ))\n"
+      "  case $command in\n{}  esac\n"
+      "}}\n"
+      "_polymorph \"$@\"\n",
+      list, cases);
+}
+
+std::string fish_completion(const std::vector<CommandTable>& commands) {
+  std::string out = "# fish completion for polymorph: polymorph completion fish\n";
+  for (const CommandTable& command : commands)
+    out += fmt::format("complete -c polymorph -n __fish_use_subcommand -f -a {} -d {}\n",
+                       command.name, quoted(command.purpose));
+  for (const CommandTable& command : commands) {
+    const std::string here =
+        fmt::format("complete -c polymorph -n '__fish_seen_subcommand_from {}'", command.name);
+    for (const OptionRow& row : command.options) {
+      std::string line = here;
+      for (const std::string& name : row.names)
+        line += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
+      if (!row.choices.empty()) line += " -a " + quoted(joined(row.choices));
+      if (row.names.empty() && row.choices.empty()) continue;
+      if (!row.value.empty()) line += row.choices.empty() ? " -r" : " -x";
+      out += line + " -d " + quoted(row.description) + "\n";
+    }
+  }
+  return out;
+}
+
+}  // namespace polymorph

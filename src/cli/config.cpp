@@ -1,0 +1,94 @@
+#include "cli/config.h"
+
+#include <algorithm>
+#include <sstream>
+
+#include "base/file.h"
+#include "base/text.h"
+
+namespace polymorph {
+namespace {
+
+std::vector<std::string> option_keys(const CLI::App& command) {
+  std::vector<std::string> keys;
+  for (const CLI::Option* option : command.get_options())
+    if (!option->get_lnames().empty() && option->get_lnames().front() != "config")
+      keys.push_back(option->get_lnames().front());
+  return keys;
+}
+
+/// What the file says in the place of this option on the command line.
+std::vector<std::string> values_for(const CLI::ConfigItem& item, const CLI::Option& option) {
+  if (option.get_expected_max() > 0) return item.inputs;
+  const std::string& word = item.inputs.empty() ? "true" : item.inputs.front();
+  if (word == "false") return {};
+  return {option.get_flag_value("--" + item.name, word)};
+}
+
+/// True where the command line or the environment has this option, or one that excludes it.
+bool is_decided(const CLI::Option& option) {
+  const auto& excluded = option.get_excludes();
+  return option.count() > 0 || std::any_of(excluded.begin(), excluded.end(),
+                                           [](const CLI::Option* o) { return o->count() > 0; });
+}
+
+Error bad(const std::string& file, const CLI::ConfigItem& item, const std::string& why) {
+  const std::string section = item.parents.empty() ? "" : "[" + item.parents.front() + "] ";
+  return make_error(ErrorCode::kUsage, "{}: {}{}: {}", file, section, item.name, why);
+}
+
+/// The commands that a key is for.
+Result<std::vector<CLI::App*>> commands_of(const std::string& file, const CLI::ConfigItem& item,
+                                           CLI::App& app) {
+  std::vector<CLI::App*> commands = app.get_subcommands([](const CLI::App*) { return true; });
+  if (item.parents.size() > 1) return bad(file, item, "sections have no sections of their own");
+  if (item.parents.empty()) return commands;
+  std::vector<std::string> names;
+  for (const CLI::App* command : commands) names.push_back(command->get_name());
+  std::erase_if(commands, [&](const CLI::App* c) { return c->get_name() != item.parents.front(); });
+  if (commands.empty())
+    return bad(file, item,
+               "the section names no command" + did_you_mean(item.parents.front(), names));
+  return commands;
+}
+
+}  // namespace
+
+Status apply_config(const std::string& file, CLI::App& app, CLI::App& command) {
+  auto text = read_file(file, 1u << 20);
+  if (!text) return Error{ErrorCode::kUsage, "--config " + text.error().message};
+  std::istringstream stream(*text);
+  std::vector<CLI::ConfigItem> items;
+  try {
+    items = CLI::ConfigBase().from_config(stream);
+  } catch (const CLI::Error& error) {
+    return make_error(ErrorCode::kUsage, "--config {}: {}", file, error.what());
+  }
+  for (CLI::ConfigItem& item : items) {
+    if (item.name == "++" || item.name == "--") continue;  // where a section begins and ends
+    std::replace(item.name.begin(), item.name.end(), '_', '-');
+    PM_TRY(const std::vector<CLI::App*> commands, commands_of(file, item, app));
+    std::vector<std::string> known;
+    bool found = false;
+    for (CLI::App* one : commands) {
+      const std::vector<std::string> keys = option_keys(*one);
+      found = found || std::find(keys.begin(), keys.end(), item.name) != keys.end();
+      known.insert(known.end(), keys.begin(), keys.end());
+    }
+    if (!found) return bad(file, item, "unknown option" + did_you_mean(item.name, known));
+    if (std::find(commands.begin(), commands.end(), &command) == commands.end()) continue;
+    CLI::Option* option = command.get_option_no_throw("--" + item.name);
+    if (!option || is_decided(*option)) continue;
+    try {
+      const std::vector<std::string> values = values_for(item, *option);
+      if (values.empty()) continue;
+      for (const std::string& value : values) option->add_result(value);
+      option->run_callback();
+    } catch (const CLI::Error& error) {
+      return bad(file, item, error.what());
+    }
+  }
+  return Ok{};
+}
+
+}  // namespace polymorph

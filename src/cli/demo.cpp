@@ -1,0 +1,100 @@
+#include <nlohmann/json.hpp>
+
+#include "base/data_folder.h"
+#include "base/file.h"
+#include "base/log.h"
+#include "base/stopwatch.h"
+#include "cli/command_line.h"
+#include "cli/demo_scene.h"
+#include "cli/film.h"
+#include "morph/timeline.h"
+#include "scene/commented_scene.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct DemoOptions {
+  std::string from = "teapot", to = "penguin", through, output;
+  bool list = false;
+};
+
+Result<int> list_names(const fs::path& data) {
+  print_data("models:\n");
+  for (const NamedFile& model : demo_models(data)) print_data("  {}\n", model.name);
+  print_data("effects, for --through:\n");
+  PM_TRY(const std::vector<NamedFile> effects, demo_effects(data));
+  for (const NamedFile& effect : effects)
+    print_data("  {:<20} {}\n", effect.name, effect.description);
+  return 0;
+}
+
+/// "teapot" of the name or of the file.
+std::string stem(const std::string& object) { return fs::path(object).stem().string(); }
+
+Result<int> run_demo(const CommandLine& line, const DemoOptions& options) {
+  const Stopwatch stopwatch;
+  PM_TRY(const fs::path data, find_data_folder());
+  if (options.list) return list_names(data);
+  PM_TRY(const auto json, demo_scene(data, options.from, options.to, options.through));
+  const std::string through = options.through.empty() ? "" : "-" + stem(options.through);
+  const fs::path folder = options.output.empty()
+                              ? stem(options.from) + through + "-" + stem(options.to)
+                              : options.output;
+  const fs::path scene_file = folder / "scene.json", strip = folder / "strip.png",
+                 gif = folder / "morph.gif";
+  for (const fs::path& file : {scene_file, strip, gif})
+    PM_TRY_STATUS(check_output(file, line.common.overwrite));
+  const std::string text = commented_scene(
+      json, "Made by polymorph demo. Edit it and render it; `polymorph schema` knows every key.",
+      {});
+  PM_TRY_STATUS(write_file(scene_file, text));
+  PM_TRY(Scene scene, load_scene(scene_file));
+  std::vector<int> numbers;
+  for (int frame = 1; frame <= frame_count(scene); ++frame) numbers.push_back(frame);
+  PM_TRY(const Film film, render_film(line, std::move(scene), std::move(numbers), 0));
+  SheetSettings sheet;
+  sheet.label = "t";
+  PM_TRY_STATUS(write_sheet(strip, film, sheet));
+  PM_TRY_STATUS(write_gif(gif, film));
+  print_data("{}", text);
+  const std::string scene_word = shell_quoted(scene_file.string());
+  log_info("made {} and {} in {}, from the scene printed here: {}", gif.string(), strip.string(),
+           format_seconds(stopwatch.seconds()), scene_file.string());
+  log_info("edit the scene, then:\n  {0} check {1}\n  {0} render {1} -o {2} --png", line.program,
+           scene_word, shell_quoted((folder / "frame.####.exr").string()));
+  return 0;
+}
+
+}  // namespace
+
+void add_demo(CommandLine& line) {
+  auto options = std::make_shared<DemoOptions>();
+  CLI::App* command =
+      add_command(line, "demo", "Morph any two of the models that come with polymorph, in seconds.",
+                  "  polymorph demo\n  polymorph demo monkey spider\n"
+                  "  polymorph demo teapot penguin --through puddle\n  polymorph demo --list",
+                  "  0 made   2 usage, unknown name   3 bad OBJ file   4 cannot write, exists\n"
+                  "  5 device or memory, no models   130, 143 stopped by a signal");
+  command->add_option("from", options->from, "a model by name, a shape or an OBJ file (teapot)")
+      ->type_name("FROM")
+      ->group("Main");
+  command->add_option("to", options->to, "likewise (penguin)")->type_name("TO")->group("Main");
+  command
+      ->add_option("--through", options->through,
+                   "an effect by name, or one more object to become on the way")
+      ->type_name("NAME")
+      ->group("Main");
+  command
+      ->add_option("-o,--output", options->output,
+                   "folder for scene.json, strip.png and morph.gif; default: FROM-TO")
+      ->type_name("DIR")
+      ->group("Main");
+  command->add_flag("-l,--list", options->list, "list models and effects")->group("Main");
+  add_overwrite(command, line.common)->group("Main");
+  command->callback(
+      [&line, options] { line.action = [&line, options] { return run_demo(line, *options); }; });
+}
+
+}  // namespace polymorph

@@ -1,0 +1,35 @@
+// The scenes that `demo` composes: models and effects by name, from the program's data folder.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+
+namespace polymorph {
+
+struct NamedFile {
+  std::string name;         ///< what the command line says
+  std::string description;  ///< of an effect: its scene's
+  std::filesystem::path file;
+};
+
+/// models/*.obj of the data folder, in order of name.
+std::vector<NamedFile> demo_models(const std::filesystem::path& data);
+
+/// Those effects/*.json that any two objects can go through: one chain, and nothing about the parts
+/// of its own models (plan.labels, plan.landmarks). In order of name. Errors: a file that cannot be
+/// read.
+Result<std::vector<NamedFile>> demo_effects(const std::filesystem::path& data);
+
+/// A scene from `from` to `to`, each a demo model, a built-in shape or an OBJ file, small enough
+/// for seconds. `through`: an effect, whose settings and objects on the way are taken over, with
+/// ends that are shapes as objects on the way too; or an object, which is formed on the way; or
+/// empty. Paths are absolute. Errors (kUsage): an unknown name; the message has the nearest.
+Result<nlohmann::ordered_json> demo_scene(const std::filesystem::path& data,
+                                          const std::string& from, const std::string& to,
+                                          const std::string& through);
+
+}  // namespace polymorph

@@ -1,0 +1,137 @@
+#include "cli/film.h"
+
+#include <algorithm>
+#include <cmath>
+#include <future>
+#include <utility>
+
+#include "base/exact_math.h"
+#include "base/file.h"
+#include "base/log.h"
+#include "base/parallel.h"
+#include "cli/progress.h"
+#include "image/image_io.h"
+#include "image/strip.h"
+#include "morph/timeline.h"
+#include "sequence/device.h"
+#include "sequence/geometry.h"
+#include "sequence/render_frame.h"
+#include "sequence/render_sequence.h"
+
+namespace polymorph {
+namespace {
+
+std::string label_of(const std::string& kind, const Film& film, int number) {
+  if (kind == "none") return "";
+  if (kind == "frame") return fmt::format("frame {}", number);
+  const int span = std::max(1, film.last - film.first);
+  return fmt::format("t = {:.2f}", static_cast<double>(number - film.first) / span);
+}
+
+}  // namespace
+
+std::vector<int> spread(const std::vector<int>& numbers, int n) {
+  if (n >= static_cast<int>(numbers.size())) return numbers;
+  std::vector<int> chosen;
+  for (int i = 0; i < n; ++i) {
+    const double at =
+        n == 1 ? 0.5 * static_cast<double>(numbers.size() - 1)
+               : static_cast<double>(i) * static_cast<double>(numbers.size() - 1) / (n - 1);
+    chosen.push_back(numbers[static_cast<std::size_t>(std::lround(at))]);
+  }
+  return chosen;
+}
+
+void expose(Image& image, float stops) {
+  if (stops == 0) return;
+  const float factor = static_cast<float>(exact::exp2(static_cast<double>(stops)));
+  for (const char* name : {"R", "G", "B"}) {
+    const int channel = image.find_channel(name);
+    for (std::size_t i = static_cast<std::size_t>(std::max(channel, 0));
+         channel >= 0 && i < image.pixels.size(); i += image.channel_count())
+      image.pixels[i] *= factor;
+  }
+}
+
+Image slim(const Image& image, int width) {
+  std::vector<std::string> names;
+  for (const char* name : {"R", "G", "B", "A"})
+    if (image.find_channel(name) >= 0) names.emplace_back(name);
+  Image colors = make_image(image.width, image.height, names);
+  for (std::size_t c = 0; c < names.size(); ++c) {
+    const auto from = static_cast<std::size_t>(image.find_channel(names[c]));
+    for (std::size_t i = c, k = from; i < colors.pixels.size();
+         i += names.size(), k += image.channel_count())
+      colors.pixels[i] = image.pixels[k];
+  }
+  if (width == 0 || names.empty()) return colors;
+  return resize_image(colors, width, std::max(1, width * image.height / image.width));
+}
+
+Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> numbers,
+                         int width) {
+  Film film;
+  film.last = frame_count(scene);
+  film.fps = scene.frames.fps;
+  scene.image.aovs = "none";  // pictures have no layers
+  std::string device;
+  PM_TRY(const auto extractor, make_extractor(line.common.device, device, line.common.max_memory));
+  PM_TRY(const PreparedScene prepared, prepare_scene(scene, *extractor, cache_folder(line.common)));
+  for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
+  PM_TRY(Renderer renderer, Renderer::create());
+  const ProgressCallback progress = make_progress(progress_mode(line.common));
+  const auto policy = thread_count() > 1 ? std::launch::async : std::launch::deferred;
+  // Its task borrows what stands above, so it is the first to go.
+  std::future<Result<Image>> tracing;
+  const auto finish = [&]() -> Status {
+    if (!tracing.valid()) return Ok{};
+    PM_TRY(Image image, tracing.get());
+    expose(image, scene.image.exposure);
+    film.images.push_back(slim(image, width));
+    FrameRecord record;
+    record.frame = numbers[film.images.size() - 1];
+    record.state = FrameRecord::State::kDone;
+    progress(film.images.size(), numbers.size(), record);
+    return Ok{};
+  };
+  for (const int number : numbers) {
+    if (stop_requested()) return make_error(stop_code(), "stopped - nothing was written");
+    PM_TRY(FrameGeometry geometry, geometry_at(prepared, *extractor, number));
+    PM_TRY_STATUS(finish());
+    tracing = std::async(policy, [&, geometry = std::move(geometry)] {
+      return render_frame(prepared, geometry, renderer, device, line.text);
+    });
+  }
+  PM_TRY_STATUS(finish());
+  film.numbers = std::move(numbers);
+  return film;
+}
+
+Status write_sheet(const std::filesystem::path& path, const Film& film,
+                   const SheetSettings& settings) {
+  const std::vector<int> chosen =
+      settings.all ? film.numbers : spread(film.numbers, settings.count);
+  std::vector<Image> cells;
+  std::vector<std::string> labels;
+  for (const int number : chosen) {
+    const auto at =
+        std::find(film.numbers.begin(), film.numbers.end(), number) - film.numbers.begin();
+    cells.push_back(film.images[static_cast<std::size_t>(at)]);
+    labels.push_back(label_of(settings.label, film, number));
+  }
+  StripSettings strip;
+  strip.columns = settings.columns;
+  strip.cell_width = settings.cell_width;
+  strip.labels = settings.label != "none";
+  PM_TRY(const Image sheet, make_strip(cells, labels, strip));
+  PngSettings png;
+  png.effort = PngEffort::kSmall;  // sheets go into pages and papers
+  return write_image(path, sheet, png);
+}
+
+Status write_gif(const std::filesystem::path& path, const Film& film, float fps) {
+  PM_TRY(const std::string gif, encode_gif(film.images, fps > 0 ? fps : film.fps));
+  return write_file(path, gif);
+}
+
+}  // namespace polymorph

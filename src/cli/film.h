@@ -1,0 +1,51 @@
+// Films in memory: the frames of a scene, contact sheets of them and animated GIFs.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cli/command_line.h"
+#include "image/image.h"
+#include "scene/scene.h"
+
+namespace polymorph {
+
+/// Pictures of a sequence, exposed and ready to be shown.
+struct Film {
+  std::vector<int> numbers;  ///< of the frames, in the order to show them
+  std::vector<Image> images;
+  float fps = 12;
+  int first = 1, last = 1;  ///< of the whole sequence, for labels in t
+};
+
+struct SheetSettings {
+  int count = 8;     ///< cells, evenly spread over the film
+  bool all = false;  ///< every frame of the film is a cell
+  int columns = 4;
+  int cell_width = 0;           ///< pixels; 0 = as rendered
+  std::string label = "frame";  ///< frame, t or none
+};
+
+/// n of the numbers, evenly spread, first and last included.
+std::vector<int> spread(const std::vector<int>& numbers, int n);
+
+/// Brightens R, G, B by `stops`.
+void expose(Image& image, float stops);
+
+/// R, G, B and A alone, scaled to `width` (0 = as they are): what a long sequence may hold in
+/// memory.
+Image slim(const Image& image, int width);
+
+/// Renders these frames of the scene, each `width` pixels wide (0 = as the scene says), with
+/// progress. The surface of a frame is made while the one before is traced. Errors: those of
+/// prepare_scene(), geometry_at() and render_frame(); the signal's code when stopped.
+Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> numbers, int width);
+
+/// Writes a contact sheet (.png or .exr) of the film.
+Status write_sheet(const std::filesystem::path& path, const Film& film,
+                   const SheetSettings& settings);
+
+/// Writes the film as an animated GIF; `fps` 0 = its own.
+Status write_gif(const std::filesystem::path& path, const Film& film, float fps = 0);
+
+}  // namespace polymorph

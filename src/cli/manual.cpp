@@ -1,0 +1,80 @@
+#include "base/file.h"
+#include "cli/command_line.h"
+#include "cli/option_table.h"
+
+namespace polymorph {
+namespace {
+
+struct ManualOptions {
+  std::string what, output, shell;
+};
+
+Result<int> run_completion(const CommandLine& line, const ManualOptions& options) {
+  const std::vector<CommandTable> commands = command_tables(line.app);
+  print_bytes(options.shell == "bash"  ? bash_completion(commands)
+              : options.shell == "zsh" ? zsh_completion(commands)
+                                       : fish_completion(commands));
+  return 0;
+}
+
+Result<int> run_manual(const CommandLine& line, const ManualOptions& options) {
+  const std::vector<CommandTable> commands = command_tables(line.app);
+  if (options.what != "man") {
+    if (!options.output.empty())
+      return make_error(ErrorCode::kUsage, "-o belongs to manual man; the rest is printed");
+    print_bytes(options.what == "commands" ? commands_markdown(commands) : scene_markdown());
+    return 0;
+  }
+  if (options.output.empty())
+    return make_error(ErrorCode::kUsage, "manual man needs a folder - give -o man1");
+  const std::filesystem::path folder(options.output);
+  std::vector<NewFile> pages{{folder / "polymorph.1", program_page(commands)}};
+  for (const CommandTable& command : commands)
+    pages.push_back({folder / ("polymorph-" + command.name + ".1"), command_page(command)});
+  for (const NewFile& page : pages) PM_TRY_STATUS(check_output(page.path, line.common.overwrite));
+  PM_TRY_STATUS(write_files(pages));
+  return 0;
+}
+
+}  // namespace
+
+void add_completion(CommandLine& line) {
+  auto options = std::make_shared<ManualOptions>();
+  CLI::App* command =
+      add_command(line, "completion", "Print a script that completes the command line in a shell.",
+                  "  polymorph completion bash > /etc/bash_completion.d/polymorph\n"
+                  "  polymorph completion fish > ~/.config/fish/completions/polymorph.fish",
+                  "  0 printed   2 usage");
+  command->add_option("shell", options->shell, "bash, zsh or fish")
+      ->required()
+      ->check(CLI::IsMember({"bash", "zsh", "fish"}))
+      ->type_name("SHELL")
+      ->group("Main");
+  command->callback([&line, options] {
+    line.action = [&line, options] { return run_completion(line, *options); };
+  });
+}
+
+void add_manual(CommandLine& line) {
+  auto options = std::make_shared<ManualOptions>();
+  CLI::App* command =
+      add_command(line, "manual", "Print the reference, or write the manual pages.",
+                  "  polymorph manual commands > docs/commands.md\n"
+                  "  polymorph manual scene > docs/scene.md\n  polymorph manual man -o man1",
+                  "  0 made   2 usage   4 cannot write, exists");
+  command
+      ->add_option("what", options->what,
+                   "commands or scene: Markdown, to standard output; man: pages in roff")
+      ->required()
+      ->check(CLI::IsMember({"commands", "scene", "man"}))
+      ->type_name("WHAT")
+      ->group("Main");
+  command->add_option("-o,--output", options->output, "man: the folder for the pages")
+      ->type_name("DIR")
+      ->group("Main");
+  add_overwrite(command, line.common)->group("Main");
+  command->callback(
+      [&line, options] { line.action = [&line, options] { return run_manual(line, *options); }; });
+}
+
+}  // namespace polymorph

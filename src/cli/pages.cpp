@@ -1,0 +1,235 @@
+// Manual pages in roff, and the reference in Markdown.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <nlohmann/json.hpp>
+
+#include "base/text.h"
+#include "cli/option_table.h"
+#include "scene/load_scene.h"
+
+namespace polymorph {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Text as roff takes it literally.
+std::string roff(const std::string& text) {
+  std::string out;
+  bool line_start = true;
+  for (const char c : text) {
+    if (line_start && (c == '.' || c == '\'')) out += "\\&";
+    if (c == '\\')
+      out += "\\e";
+    else if (c == '-')
+      out += "\\-";
+    else
+      out += c;
+    line_start = c == '\n';
+  }
+  return out;
+}
+
+std::string usage(const CommandTable& command) {
+  std::string text = "polymorph " + command.name;
+  for (const OptionRow& row : command.options)
+    if (row.positional) text += row.required ? " " + row.value : " [" + row.value + "]";
+  return text + " [OPTIONS]";
+}
+
+std::string names_and_value(const OptionRow& row) {
+  const std::string names = fmt::format("{}", fmt::join(row.names, ", "));
+  return row.value.empty() ? names : names + " " + row.value;
+}
+
+std::string literal(const std::string& text) { return ".nf\n" + roff(text) + "\n.fi\n"; }
+
+std::string page_head(const std::string& name) {
+  return fmt::format(".TH \"{}\" \"1\" \"\" \"polymorph {}\" \"User Commands\"\n", name,
+                     PM_VERSION);
+}
+
+std::string environment_text(const OptionRow& row) {
+  return row.environment.empty() || row.description.find(row.environment) != std::string::npos
+             ? ""
+             : fmt::format(" (env {})", row.environment);
+}
+
+/// Inside a cell of a Markdown table.
+std::string cell(const std::string& text) {
+  std::string out;
+  for (const char c : text) out += c == '|' ? std::string("\\|") : std::string(1, c);
+  return out;
+}
+
+std::string choices_text(const Json& schema) {
+  std::string text;
+  for (const Json& word : schema)
+    text += (text.empty() ? "" : ", ") + fmt::format("`{}`", word.get<std::string>());
+  return text;
+}
+
+/// What a value of the scene format may be.
+std::string kind_of(const Json& schema) {
+  if (schema.contains("enum")) return choices_text(schema["enum"]);
+  if (schema.contains("oneOf")) {
+    std::string text;
+    for (const Json& one : schema["oneOf"]) {
+      const std::string kind = kind_of(one);
+      text += (text.empty() ? "" : ", or ") + kind;
+    }
+    return text;
+  }
+  const std::string type = schema.value("type", "");
+  if (type == "integer" || type == "number") {
+    const std::string name = type == "integer" ? "whole number" : "number";
+    return schema.contains("minimum") ? fmt::format("{}, {} to {}", name, schema["minimum"].dump(),
+                                                    schema["maximum"].dump())
+                                      : name;
+  }
+  if (type == "boolean") return "true or false";
+  if (type == "string") return schema.contains("pattern") ? "colour, `\"#rrggbb\"` (sRGB)" : "text";
+  if (type == "array") {
+    if (schema.contains("prefixItems"))
+      return fmt::format("list of {} numbers", schema["prefixItems"].size());
+    const Json& items = schema["items"];
+    if (schema.contains("minItems") && schema["minItems"] == 3)
+      return fmt::format("3 numbers, {} to {}", items["minimum"].dump(), items["maximum"].dump());
+    return "list";
+  }
+  return "object";
+}
+
+std::string default_of(const Json& schema) {
+  return schema.contains("default") ? fmt::format("`{}`", schema["default"].dump()) : "";
+}
+
+/// The object inside: of an object, or of a list of them.
+const Json* inner_object(const Json& schema) {
+  if (schema.contains("properties")) return &schema;
+  if (schema.contains("items")) return inner_object(schema["items"]);
+  if (schema.contains("oneOf"))
+    for (const Json& one : schema["oneOf"])
+      if (const Json* found = inner_object(one)) return found;
+  return nullptr;
+}
+
+/// A table of an object's keys, then those of the objects in it; each object once.
+void describe_keys(const std::string& path, const Json& object, const std::string& about,
+                   std::vector<std::string>& seen, std::string& out) {
+  if (!path.empty()) out += "\n## " + path + "\n\n";
+  if (!about.empty()) out += about + ".\n\n";
+  out += "| key | what | value | default |\n|---|---|---|---|\n";
+  for (const auto& [key, schema] : object["properties"].items()) {
+    if (key == "$schema") continue;
+    const Json* inner = inner_object(schema);
+    out += fmt::format("| `{}` | {} | {} | {} |\n", key, cell(schema.value("description", "")),
+                       cell(inner ? kind_of(schema) + ", see below" : kind_of(schema)),
+                       cell(default_of(schema)));
+  }
+  for (const auto& [key, schema] : object["properties"].items()) {
+    const Json* inner = inner_object(schema);
+    if (!inner) continue;
+    // An object of the chain has the same keys wherever it stands.
+    const std::string keys = (*inner)["properties"].dump();
+    if (std::find(seen.begin(), seen.end(), keys) != seen.end()) continue;
+    seen.push_back(keys);
+    describe_keys(path.empty() ? key : path + "." + key, *inner, schema.value("description", ""),
+                  seen, out);
+  }
+}
+
+}  // namespace
+
+std::string program_page(const std::vector<CommandTable>& commands) {
+  std::string out = page_head("POLYMORPH");
+  out +=
+      ".SH NAME\npolymorph \\- renders morph sequences between polyhedra\n"
+      ".SH SYNOPSIS\n.B polymorph\n.I COMMAND\n[OPTIONS]\n.SH COMMANDS\n";
+  for (const CommandTable& command : commands)
+    out +=
+        fmt::format(".TP\n.BR polymorph\\-{} (1)\n{}\n", roff(command.name), roff(command.purpose));
+  out += ".SH EXAMPLES\n" + literal(
+                                "polymorph demo\npolymorph init first.obj second.obj\n"
+                                "polymorph render scene.json -o 'out/frame.####.exr' --png");
+  out +=
+      ".SH EXIT STATUS\n0 good, 1 the answer is no, 2 usage, 3 bad input, 4 cannot write, 5 device "
+      "or memory, 6 some frames failed, 70 a bug, 75 stopped early on purpose, 130 and 143 stopped "
+      "by a signal.\n.SH ENVIRONMENT\n";
+  std::vector<std::string> seen;
+  for (const CommandTable& command : commands)
+    for (const OptionRow& row : command.options) {
+      if (row.environment.empty() ||
+          std::find(seen.begin(), seen.end(), row.environment) != seen.end())
+        continue;
+      seen.push_back(row.environment);
+      out +=
+          fmt::format(".TP\n.B {}\n{}\n", row.environment,
+                      roff(fmt::format("What {} says where it is not given.", row.names.back())));
+    }
+  out +=
+      ".TP\n.B POLYMORPH_DATA_DIR\nThe folder of the models, effects and scenes.\n"
+      ".TP\n.B POLYMORPH_OIIO_MODULE\nThe image reader polymorph_oiio.so.\n";
+  return out;
+}
+
+std::string command_page(const CommandTable& command) {
+  std::string name = "POLYMORPH-" + command.name;
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  std::string out = page_head(name);
+  out += fmt::format(".SH NAME\npolymorph\\-{} \\- {}\n.SH SYNOPSIS\n{}\n", roff(command.name),
+                     roff(command.purpose), roff(usage(command)));
+  std::string group;
+  out += ".SH OPTIONS\n";
+  for (const OptionRow& row : command.options) {
+    if (!row.positional && row.group != group) out += ".SS " + roff(row.group) + "\n";
+    if (!row.positional) group = row.group;
+    out += fmt::format(".TP\n.B {}\n{}\n", roff(row.positional ? row.value : names_and_value(row)),
+                       roff(row.description + environment_text(row)));
+  }
+  if (!command.examples.empty()) out += ".SH EXAMPLES\n" + literal(command.examples);
+  if (!command.exit_codes.empty()) out += ".SH EXIT STATUS\n" + literal(command.exit_codes);
+  return out + ".SH SEE ALSO\n.BR polymorph (1)\n";
+}
+
+std::string commands_markdown(const std::vector<CommandTable>& commands) {
+  std::string out =
+      "# The command line\n\nMade by `polymorph manual commands`; do not edit it by hand.\n";
+  for (const CommandTable& command : commands) {
+    out += fmt::format("\n## {}\n\n{}\n\n```\n{}\n```\n\n", command.name, command.purpose,
+                       usage(command));
+    out += "| option | what |\n|---|---|\n";
+    for (const OptionRow& row : command.options)
+      if (row.group != "Common")
+        out +=
+            fmt::format("| `{}` | {} |\n", cell(row.positional ? row.value : names_and_value(row)),
+                        cell(row.description + environment_text(row)));
+    if (!command.examples.empty()) out += "\n```sh\n" + command.examples + "\n```\n";
+    if (!command.exit_codes.empty())
+      out += "\nExit codes:\n\n```\n" + command.exit_codes + "\n```\n";
+  }
+  out += "\n## Options of every command\n\n| option | what |\n|---|---|\n";
+  if (!commands.empty())
+    for (const OptionRow& row : commands.front().options)
+      if (row.group == "Common")
+        out += fmt::format("| `{}` | {} |\n", cell(names_and_value(row)),
+                           cell(row.description + environment_text(row)));
+  return out;
+}
+
+std::string scene_markdown() {
+  const Json schema = Json::parse(scene_schema());
+  std::string out =
+      "# The scene format\n\nMade by `polymorph manual scene`; do not edit it by hand.\n\n"
+      "A scene is a JSON file; comments (`//` and `/* */`) may stand anywhere. Every key has a "
+      "default but `source` and `target`, or `actors`. Paths are relative to the scene file, "
+      "lengths are in scene units, angles in degrees. `polymorph init` writes a scene to start "
+      "from, and with `\"$schema\"` an editor completes the keys.\n\n";
+  std::vector<std::string> seen;
+  describe_keys("", schema, "", seen, out);
+  return out;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,103 @@
+#include "cli/scene_options.h"
+
+#include <algorithm>
+
+#include "cli/numbers.h"
+#include "morph/timeline.h"
+
+namespace polymorph {
+namespace {
+
+/// Half size, coarser surface, direct light and a ray for what hides the sky.
+void make_preview(Scene& scene) {
+  scene.image.width = std::max(1, scene.image.width / 2);
+  scene.image.height = std::max(1, scene.image.height / 2);
+  scene.image.samples = std::min(scene.image.samples, 2);
+  scene.image.noise = 0;
+  scene.image.max_depth = 1;
+  scene.surface.resolution = std::max(8, scene.surface.resolution / 2);
+}
+
+}  // namespace
+
+void add_scene_options(CLI::App* command, SceneOptions& options) {
+  command->add_flag("--preview", options.preview, "half size, coarse surface, direct light only")
+      ->group("Main");
+  command->add_option("--spp", options.samples, "samples per pixel")
+      ->transform(number_from(1, 65536))
+      ->type_name("N")
+      ->group("Scene");
+  command->add_option("--noise", options.noise, "sample until this clean: 0.01; --spp is the most")
+      ->transform(number_from(0.0, 1.0))
+      ->type_name("E")
+      ->group("Scene");
+  command
+      ->add_option("--aovs", options.aovs,
+                   "layers of the EXR: Z,N,P,albedo,uv,motion,morph,label,id, all or none")
+      ->type_name("LIST")
+      ->group("Scene");
+  command->add_option("--seed", options.seed, "of the sampling noise")
+      ->transform(number_from(0LL, 9007199254740991LL))
+      ->type_name("N")
+      ->group("Scene");
+  add_overrides(command, options.sets);
+  command
+      ->add_option("--isa", options.isa,
+                   "Embree's instruction set: sse2, sse4.2, avx, avx2 or avx512; default: the "
+                   "best. All give the same pixels")
+      ->envname("POLYMORPH_ISA")
+      ->type_name("NAME")
+      ->group("Farm");
+}
+
+Result<Scene> load_scene_with(const std::string& file, const SceneOptions& options) {
+  PM_TRY(std::vector<Override> overrides, parse_overrides(options.sets));
+  if (!options.aovs.empty())
+    overrides.emplace_back("image.aovs", fmt::format("\"{}\"", options.aovs));
+  PM_TRY(Scene scene, load_scene(file, overrides));
+  if (options.preview) make_preview(scene);
+  if (options.samples > 0) scene.image.samples = options.samples;
+  if (options.noise >= 0) scene.image.noise = static_cast<float>(options.noise);
+  if (options.seed >= 0) scene.image.seed = static_cast<std::uint64_t>(options.seed);
+  return scene;
+}
+
+std::vector<std::string> to_arguments(const SceneOptions& options) {
+  std::vector<std::string> words;
+  const auto add = [&](const char* name, const std::string& value) {
+    words.emplace_back(name);
+    words.push_back(value);
+  };
+  if (options.preview) words.emplace_back("--preview");
+  if (options.samples > 0) add("--spp", fmt::format("{}", options.samples));
+  if (options.noise >= 0) add("--noise", fmt::format("{}", options.noise));
+  if (!options.aovs.empty()) add("--aovs", options.aovs);
+  if (options.seed >= 0) add("--seed", fmt::format("{}", options.seed));
+  for (const std::string& set : options.sets) add("--set", set);
+  if (!options.isa.empty()) add("--isa", options.isa);
+  return words;
+}
+
+Result<FrameFiles> frame_files(const Scene& scene, const std::string& output, bool png, bool many) {
+  PM_TRY(FramePattern pattern, parse_pattern(output.empty() ? scene.output.file : output));
+  if (many) pattern = numbered(pattern);
+  const std::string extension = frame_path(pattern, 1).extension().string();
+  if (extension.empty() ||
+      (extension.size() > 1 && extension.find_first_not_of("0123456789", 1) == std::string::npos))
+    return make_error(ErrorCode::kUsage, "{}: has no extension - add .exr or .png", output);
+  if (extension != ".exr" && extension != ".png")
+    return make_error(ErrorCode::kUsage, "{}: unknown image format \"{}\" - use .exr or .png",
+                      frame_path(pattern, 1).string(), extension);
+  FrameFiles files;
+  if (extension == ".exr") files.exr = pattern;
+  if (extension == ".png" || png || scene.output.png) files.png = with_extension(pattern, ".png");
+  const int count = frame_count(scene);
+  if (pattern.has_number() && count >= 1)
+    for (int digits = pattern.digits, limit = 1; digits-- > 0 && limit <= count; limit *= 10)
+      if (digits == 0 && limit * 10 <= count)
+        return make_error(ErrorCode::kUsage, "{} digits are too few for {} frames - write more #",
+                          pattern.digits, count);
+  return files;
+}
+
+}  // namespace polymorph

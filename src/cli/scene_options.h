@@ -1,0 +1,41 @@
+// The options that change a scene's frames, alike for render, submit and status: they decide which
+// frames are current.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cli/command_line.h"
+#include "sequence/frames.h"
+
+namespace polymorph {
+
+struct SceneOptions {
+  bool preview = false;
+  int samples = 0;      ///< 0 = the scene's
+  double noise = -1;    ///< negative = the scene's
+  long long seed = -1;  ///< negative = the scene's
+  std::string aovs, isa;
+  std::vector<std::string> sets;
+};
+
+/// --preview in group Main; --spp, --noise, --aovs, --seed and --set in Scene; --isa in
+/// Farm.
+void add_scene_options(CLI::App* command, SceneOptions& options);
+
+/// The scene with these options applied. Errors: those of load_scene(), kUsage.
+Result<Scene> load_scene_with(const std::string& file, const SceneOptions& options);
+
+/// The same options as words of a command line.
+std::vector<std::string> to_arguments(const SceneOptions& options);
+
+/// Where a sequence's frames go.
+struct FrameFiles {
+  FramePattern exr, png;  ///< empty: none of that format
+};
+
+/// `output` (-o) or, where that is empty, the scene's; `many` frames get a place for their number.
+/// Errors (kUsage): an extension that is neither .exr nor .png, too few digits for the scene.
+Result<FrameFiles> frame_files(const Scene& scene, const std::string& output, bool png, bool many);
+
+}  // namespace polymorph

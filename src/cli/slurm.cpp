@@ -1,0 +1,120 @@
+#include "cli/slurm.h"
+
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "base/shell_quote.h"
+#include "base/text.h"
+
+namespace polymorph {
+namespace {
+
+constexpr int kSignalSeconds = 90;  // before the time limit: enough for the frames in progress
+
+std::string header(const SlurmJob& job, const std::string& name, const std::string& log) {
+  std::string out = "#!/bin/bash\n";
+  const auto directive = [&](const std::string& text) { out += "#SBATCH " + text + "\n"; };
+  directive("--job-name=" + shell_quoted(name));
+  directive("--chdir=" + shell_quoted(job.folder));
+  directive("--output=" + shell_quoted(job.log_folder + "/" + log));
+  directive("--open-mode=append");
+  directive(fmt::format("--cpus-per-task={}", job.cpus));
+  directive(fmt::format("--mem={}M", job.memory_mib));
+  directive(fmt::format("--time={}", job.minutes));
+  for (const std::string& more : job.directives) directive(more);
+  return out;
+}
+
+std::string words(const std::vector<std::string>& arguments) {
+  std::string out;
+  for (const std::string& word : arguments) out.append(1, ' ').append(shell_quoted(word));
+  return out;
+}
+
+std::string frames_of(const SlurmJob& job) {
+  return job.frames.empty() ? "" : words({"--frames", job.frames});
+}
+
+}  // namespace
+
+int slurm_tasks(std::size_t frames, double frame_seconds, double task_seconds, int most) {
+  const double per_task =
+      frame_seconds > 0 ? std::max(1.0, std::ceil(task_seconds / frame_seconds)) : 1.0;
+  const double tasks = std::floor(static_cast<double>(frames) / per_task);
+  return static_cast<int>(std::clamp(tasks, 1.0, static_cast<double>(most)));
+}
+
+std::string slurm_render_script(const SlurmJob& job) {
+  std::string out = header(job, job.name, "%x-%A_%a.log");
+  out += fmt::format("#SBATCH --array=1-{}\n#SBATCH --requeue\n#SBATCH --signal=B:USR1@{}\n",
+                     job.tasks, kSignalSeconds);
+  out += fmt::format(
+      "# Made by polymorph submit. Every task renders its share and keeps what is current, so "
+      "that\n"
+      "# any of them may be run again at any time.\n"
+      "{} render {} -o {}{}{} \\\n"
+      "  --shard \"$SLURM_ARRAY_TASK_ID/{}\" --skip-existing --progress lines \\\n"
+      "  --threads \"$SLURM_CPUS_PER_TASK\" &\n",
+      shell_quoted(job.program), shell_quoted(job.scene), shell_quoted(job.output),
+      frames_of(job) + words(job.scene_arguments), words(job.render_arguments), job.tasks);
+  out +=
+      "child=$!\n"
+      "# Slurm tells the script alone that its time is nearly up.\n"
+      "trap 'kill -USR1 \"$child\"' USR1\n"
+      "trap 'kill -TERM \"$child\"' TERM\n"
+      "wait \"$child\"\n"
+      "while kill -0 \"$child\" 2>/dev/null; do wait \"$child\"; done\n"
+      "wait \"$child\"\n"
+      "code=$?\n"
+      "# 75: stopped early, and all finished frames are whole. The rest is rendered in another "
+      "turn.\n"
+      "if [ \"$code\" -eq 75 ]; then\n"
+      "  scontrol requeue \"${SLURM_ARRAY_JOB_ID}_${SLURM_ARRAY_TASK_ID}\"\n"
+      "fi\n"
+      "exit \"$code\"\n";
+  return out;
+}
+
+std::string slurm_finish_script(const SlurmJob& job) {
+  std::string out = header(job, job.name + "-finish", "%x-%j.log");
+  const std::string program = shell_quoted(job.program), output = shell_quoted(job.output);
+  out += fmt::format(
+      "# Made by polymorph submit. Runs when every task of the array has ended, well or not.\n"
+      "set -e\n"
+      "{0} status {1} {2}{3}\n"
+      "{0} strip {1} -n 12 --width 320 -o {4} --overwrite\n"
+      "if command -v ffmpeg >/dev/null; then\n"
+      "  {0} strip {1} --mp4 {5} --overwrite\n"
+      "else\n"
+      "  {0} strip {1} --width 320 --gif {6} --overwrite\n"
+      "fi\n",
+      program, output, shell_quoted(job.scene), frames_of(job) + words(job.scene_arguments),
+      shell_quoted(job.sheet + ".png"), shell_quoted(job.movie + ".mp4"),
+      shell_quoted(job.movie + ".gif"));
+  return out;
+}
+
+Result<std::string> run_sbatch(const std::vector<std::string>& arguments) {
+  const std::string command = "sbatch --parsable" + words(arguments) + " 2>&1";
+  FILE* pipe = ::popen(command.c_str(), "r");
+  if (!pipe) return make_error(ErrorCode::kResource, "sbatch: cannot be started");
+  std::string said;
+  std::array<char, 512> buffer{};
+  while (std::fgets(buffer.data(), static_cast<int>(buffer.size()), pipe)) said += buffer.data();
+  const int status = ::pclose(pipe);
+  while (!said.empty() && (said.back() == '\n' || said.back() == '\r')) said.pop_back();
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
+    return make_error(ErrorCode::kResource,
+                      "{}: {} - run this on a machine of the cluster, or see the scripts with "
+                      "--print",
+                      command, said.empty() ? "failed" : said);
+  // "1234" or "1234;cluster", behind whatever else the site's sbatch says.
+  const auto lines = split(said, '\n');
+  return lines.back().substr(0, lines.back().find(';'));
+}
+
+}  // namespace polymorph

@@ -1,0 +1,124 @@
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "base/file.h"
+#include "base/log.h"
+#include "cli/command_line.h"
+#include "cli/scene_options.h"
+#include "morph/timeline.h"
+#include "scene/json_text.h"
+#include "sequence/status.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct StatusOptions {
+  std::string where, scene, frames;
+  bool png = false;
+  SceneOptions scene_options;
+  JsonOutput json;
+};
+
+struct StateName {
+  FileState state;
+  const char* name;
+};
+constexpr StateName kStates[]{{FileState::kWhole, "whole"},
+                              {FileState::kMissing, "missing"},
+                              {FileState::kStale, "stale"},
+                              {FileState::kUnreadable, "unreadable"}};
+
+/// A frame is as good as the worst of its files.
+std::vector<FileState> frame_states(const FrameFiles& files, const std::vector<int>& frames,
+                                    const std::string& hash) {
+  std::vector<FileState> states(frames.size(), FileState::kWhole);
+  for (const FramePattern* pattern : {&files.exr, &files.png}) {
+    if (pattern->before.empty() && !pattern->has_number()) continue;
+    const std::vector<FileState> these = file_states(*pattern, frames, hash);
+    for (std::size_t i = 0; i < frames.size(); ++i)
+      if (these[i] != FileState::kWhole) states[i] = these[i];
+  }
+  return states;
+}
+
+std::string to_json(const std::vector<int>& frames, const std::vector<FileState>& states,
+                    const std::string& hash) {
+  nlohmann::ordered_json json{{"ok", true}, {"scene_hash", hash}};
+  for (const StateName& state : kStates) json[state.name] = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    json[kStates[static_cast<std::size_t>(states[i])].name].push_back(frames[i]);
+    if (states[i] != FileState::kWhole) json["ok"] = false;
+  }
+  return dump_json(json);
+}
+
+Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
+  PM_TRY(const Scene scene, load_scene_with(options.scene, options.scene_options));
+  // A folder holds the scene's own names.
+  std::error_code error;
+  const bool folder = fs::is_directory(options.where, error);
+  const std::string output =
+      folder ? (fs::path(options.where) / fs::path(scene.output.file).filename()).string()
+             : options.where;
+  PM_TRY(const FrameFiles files, frame_files(scene, output, options.png, true));
+  const int count = frame_count(scene);
+  PM_TRY(
+      std::vector<int> frames,
+      parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
+  std::sort(frames.begin(), frames.end());
+  PM_TRY(const std::string hash, sequence_hash(scene));
+  const std::vector<FileState> states = frame_states(files, frames, hash);
+  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, to_json(frames, states, hash)));
+  std::vector<int> todo;
+  for (const StateName& state : kStates) {
+    std::vector<int> these;
+    for (std::size_t i = 0; i < frames.size(); ++i)
+      if (states[i] == state.state) these.push_back(frames[i]);
+    if (state.state != FileState::kWhole) todo.insert(todo.end(), these.begin(), these.end());
+    if (!options.json.wanted && !(these.empty() && state.state != FileState::kWhole))
+      print_data("{:<10} {:>6}  {}\n", state.name, these.size(), frame_list(these));
+  }
+  if (todo.empty()) return 0;
+  std::sort(todo.begin(), todo.end());
+  std::string command =
+      fmt::format("{} render {} -o {}{}", line.program, shell_quoted(options.scene),
+                  shell_quoted(output), options.png ? " --png" : "");
+  for (const std::string& word : to_arguments(options.scene_options))
+    command += " " + shell_quoted(word);
+  log_info("to complete it: {} -f {} --skip-existing", command, frame_list(todo));
+  return static_cast<int>(ErrorCode::kAnswerNo);
+}
+
+}  // namespace
+
+void add_status(CommandLine& line) {
+  auto options = std::make_shared<StatusOptions>();
+  CLI::App* command = add_command(
+      line, "status", "Say which frames of a sequence are whole, missing or stale.",
+      "  polymorph status out scene.json\n"
+      "  polymorph status 'out/frame.####.exr' scene.json --set image.samples=64 --json",
+      "  0 all frames are whole   1 some are not   2 usage   3 bad scene or model");
+  command
+      ->add_option("frames", options->where,
+                   "where they are: a folder, or the pattern that render was given")
+      ->required()
+      ->type_name("DIR|FRAMES")
+      ->group("Main");
+  command->add_option("scene", options->scene, "the scene file")
+      ->required()
+      ->type_name("SCENE")
+      ->group("Main");
+  command->add_option("-f,--frames", options->frames, "these frames alone; default: all")
+      ->type_name("LIST")
+      ->group("Main");
+  command->add_flag("--png", options->png, "a frame is whole only with its PNG")->group("Main");
+  add_scene_options(command, options->scene_options);
+  add_json(command, options->json);
+  command->callback(
+      [&line, options] { line.action = [&line, options] { return run_status(line, *options); }; });
+}
+
+}  // namespace polymorph

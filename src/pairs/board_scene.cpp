@@ -1,0 +1,147 @@
+#include "pairs/board_scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/text.h"
+
+namespace polymorph {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Kind = PairsEvent::Kind;
+
+constexpr double kSpacing = 2.6;  // between pieces, which are 2 wide
+
+int frame_at(double seconds, double fps) { return static_cast<int>(std::lround(seconds * fps)); }
+
+Json sphere(const PairsFile& file) {
+  return {{"shape", "sphere"}, {"color", file.piece_color}, {"roughness", 0.25}};
+}
+
+/// What a piece becomes by an event.
+Json outcome(const PairsFile& file, const PairsPiece& piece, Kind kind) {
+  switch (kind) {
+    case Kind::kReveal:
+      return file.objects[static_cast<std::size_t>(piece.object)];
+    case Kind::kMelt:
+      return {{"shape", "puddle"}, {"color", "#3f6f52"}};
+    case Kind::kExplode:
+      return {{"shape", "drops"}, {"color", "#8c3b2e"}, {"motion", {{"path", "explode"}}}};
+    default:
+      return sphere(file);
+  }
+}
+
+/// The last frame that anything of the level needs, and one more leg for what stands still.
+constexpr int kBeyond = 2;
+
+Json actor_of(const PairsFile& file, const PairsPlay& play, int level, int piece, int frames,
+              const std::vector<PairsPiece>& board) {
+  const PairsLevel& grid = file.game.levels[static_cast<std::size_t>(level)];
+  const double fps = frames_per_second(file);
+  const int column = piece % grid.columns, row = piece / grid.columns;
+  Json actor{{"name", place_name(grid, piece)}};
+  actor["translate"] = {(column - (grid.columns - 1) / 2.0) * kSpacing, 0,
+                        ((grid.rows - 1) / 2.0 - row) * kSpacing};
+  std::vector<Json> chain{sphere(file)};
+  std::vector<int> per_leg;
+  int first = frames + 1, end = 0;
+  for (const PairsEvent& event : play.events()) {
+    if (event.level != level || event.piece != piece) continue;
+    const int from = std::max(end, frame_at(event.start, fps));
+    const int to = std::max(from + 1, frame_at(event.start + event.seconds, fps));
+    if (per_leg.empty())
+      first = from + 1;
+    else
+      chain.back()["hold"] = from - end;
+    per_leg.push_back(to - from);
+    end = to;
+    chain.push_back(outcome(file, board[static_cast<std::size_t>(piece)], event.kind));
+  }
+  if (per_leg.empty()) {
+    chain.push_back(sphere(file));
+    per_leg.push_back(kBeyond);
+  }
+  actor["start"] = first;
+  actor["per_leg"] = per_leg;
+  actor["source"] = chain.front();
+  if (chain.size() > 2) {
+    actor["intermediate"] = Json::array();
+    for (std::size_t i = 1; i + 1 < chain.size(); ++i) actor["intermediate"].push_back(chain[i]);
+  }
+  actor["target"] = chain.back();
+  return actor;
+}
+
+}  // namespace
+
+double frames_per_second(const PairsFile& file) {
+  if (file.stage.is_object() && file.stage.contains("frames") &&
+      file.stage["frames"].contains("fps") && file.stage["frames"]["fps"].is_number())
+    return std::clamp(file.stage["frames"]["fps"].get<double>(), 0.1, 1000.0);
+  return 12;
+}
+
+int level_frames(const PairsPlay& play, int level, double fps) {
+  double end = level == play.level() ? play.clock() : 0;
+  for (const PairsEvent& event : play.events())
+    if (event.level == level) end = std::max(end, event.start + event.seconds);
+  return frame_at(end, fps) + 1;
+}
+
+Json board_scene(const PairsFile& file, const PairsPlay& play, int level) {
+  const double fps = frames_per_second(file);
+  const int frames = level_frames(play, level, fps);
+  const PairsLevel& grid = file.game.levels[static_cast<std::size_t>(level)];
+  Json scene;
+  scene["description"] = fmt::format("Pairs, level {}", level + 1);
+  if (file.stage.is_object()) scene.update(file.stage);
+  const std::vector<PairsPiece> board = dealt_board(file.game, level);
+  scene["actors"] = Json::array();
+  for (int piece = 0; piece < grid.columns * grid.rows; ++piece)
+    scene["actors"].push_back(actor_of(file, play, level, piece, frames, board));
+  if (!file.board.empty()) {
+    const Json model{{"model", file.board.string()}, {"arrange", false}};
+    scene["actors"].push_back({{"name", "board"},
+                               {"start", frames + 1},
+                               {"per_leg", {kBeyond}},
+                               {"source", model},
+                               {"target", model}});
+  }
+  Json& times = scene["frames"];
+  times["fps"] = fps;
+  // A leg that begins in the last frame has one more.
+  int last = frames + kBeyond;
+  for (const Json& actor : scene["actors"]) {
+    int needed = actor["start"].get<int>() - 1;
+    for (const Json& leg : actor["per_leg"]) needed += leg.get<int>();
+    if (actor.contains("intermediate"))
+      for (const Json& object : actor["intermediate"]) needed += object.value("hold", 0);
+    last = std::max(last, needed + 1);
+  }
+  times["count"] = last;
+  return scene;
+}
+
+std::string score_line(const PairsPlay& play, int level, int frame, double fps) {
+  const double now = (frame - 1) / fps;
+  int score = 0, found = 0;
+  std::string end;
+  for (const PairsEvent& event : play.events()) {
+    if (event.level > level || (event.level == level && event.start > now + 0.5 / fps)) break;
+    score = event.score;
+    if (event.level == level && event.kind == Kind::kMelt) ++found;
+    if (event.kind == Kind::kTimeOut) end = "   TIME IS UP";
+    if (event.kind == Kind::kStuck) end = "   LOST";
+    if (event.kind == Kind::kWon) end = "   WON";
+  }
+  const PairsLevel& grid = play.game().levels[static_cast<std::size_t>(level)];
+  const int all = grid.columns * grid.rows / 2;
+  const double left = std::max(0.0, play.limits()[static_cast<std::size_t>(level)] - now);
+  return fmt::format("LEVEL {}   SCORE {}   PAIRS {}/{}   TIME {:.0f}{}", level + 1, score,
+                     found / 2, grid.pairs > 0 ? std::min(grid.pairs, all) : all, std::ceil(left),
+                     end);
+}
+
+}  // namespace polymorph

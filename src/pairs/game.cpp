@@ -1,0 +1,170 @@
+#include "pairs/game.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "base/random.h"
+#include "base/text.h"
+
+namespace polymorph {
+
+using Kind = PairsEvent::Kind;
+using State = PairsPiece::State;
+
+double reveal_seconds(const PairsRules& rules, int looks_before) {
+  return rules.reveal * std::pow(rules.slowdown, looks_before);
+}
+
+PairsPlay::PairsPlay(PairsGame game) : game_(std::move(game)) { begin_level(0); }
+
+int PairsPlay::pairs_needed() const {
+  const PairsLevel& level = game_.levels[static_cast<std::size_t>(level_)];
+  const int all = level.columns * level.rows / 2;
+  return level.pairs > 0 ? std::min(level.pairs, all) : all;
+}
+
+std::vector<PairsPiece> dealt_board(const PairsGame& game, int level) {
+  const PairsLevel& grid = game.levels[static_cast<std::size_t>(level)];
+  const int count = grid.columns * grid.rows;
+  std::vector<PairsPiece> board(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) board[static_cast<std::size_t>(i)].object = i / 2;
+  // Fisher and Yates, with numbers drawn from keys.
+  for (int i = count - 1; i > 0; --i)
+    std::swap(
+        board[static_cast<std::size_t>(i)],
+        board[random_below(static_cast<std::uint32_t>(i + 1), game.seed,
+                           static_cast<std::uint64_t>(level), static_cast<std::uint64_t>(i))]);
+  return board;
+}
+
+void PairsPlay::begin_level(double seconds_left) {
+  board_ = dealt_board(game_, level_);
+  clock_ = 0;
+  limit_ = seconds_left + game_.levels[static_cast<std::size_t>(level_)].seconds;
+  limits_.push_back(limit_);
+  found_ = 0;
+}
+
+void PairsPlay::note(Kind kind) { events_.push_back({kind, level_, -1, clock_, 0, score_}); }
+
+/// Lets an event run for all of the pieces at once; the time may be over before its end.
+void PairsPlay::run(Kind kind, std::vector<int> pieces, double seconds) {
+  if (over_) return;
+  const double taken = std::min(seconds, limit_ - clock_);
+  for (const int piece : pieces) events_.push_back({kind, level_, piece, clock_, taken, score_});
+  clock_ += taken;
+  if (taken < seconds) {
+    over_ = true;
+    note(Kind::kTimeOut);
+  }
+}
+
+/// Shows a piece, or bursts it; true if it is shown now.
+bool PairsPlay::look(int piece) {
+  PairsPiece& p = board_[static_cast<std::size_t>(piece)];
+  if (p.looks >= game_.rules.looks) {
+    p.state = State::kExploded;
+    run(Kind::kExplode, {piece}, game_.rules.explode);
+    return false;
+  }
+  const double seconds = reveal_seconds(game_.rules, p.looks);
+  ++p.looks;
+  p.state = State::kShown;
+  run(Kind::kReveal, {piece}, seconds);
+  return !over_;
+}
+
+Status PairsPlay::wait(double seconds) {
+  if (!(seconds >= 0))
+    return make_error(ErrorCode::kInput, "wait {}: a time is 0 or more seconds", seconds);
+  if (over_) return Ok{};
+  clock_ += std::min(seconds, limit_ - clock_);
+  if (clock_ >= limit_) {
+    over_ = true;
+    note(Kind::kTimeOut);
+  }
+  return Ok{};
+}
+
+Status PairsPlay::pick(int first, int second) {
+  const PairsLevel& level = game_.levels[static_cast<std::size_t>(level_)];
+  for (const int piece : {first, second}) {
+    if (piece < 0 || piece >= static_cast<int>(board_.size()))
+      return make_error(ErrorCode::kInput, "there is no piece {} on this board", piece);
+    const State state = board_[static_cast<std::size_t>(piece)].state;
+    if (state == State::kFound || state == State::kExploded)
+      return make_error(ErrorCode::kInput, "{}: nothing is left there", place_name(level, piece));
+  }
+  if (first == second)
+    return make_error(ErrorCode::kInput, "{}: pick two different pieces", place_name(level, first));
+  if (over_) return Ok{};
+
+  PairsPiece& a = board_[static_cast<std::size_t>(first)];
+  PairsPiece& b = board_[static_cast<std::size_t>(second)];
+  std::vector<int> shown;
+  if (look(first)) shown.push_back(first);
+  // One that bursts ends the turn, and what was shown with it is hidden again.
+  if (!shown.empty() && look(second)) shown.push_back(second);
+  if (over_) return Ok{};
+  if (shown.size() == 2 && a.object == b.object) {
+    const int again = a.looks + b.looks - 2;
+    score_ += std::max(0, game_.rules.pair_points - again * game_.rules.look_cost);
+    a.state = b.state = State::kFound;
+    ++found_;
+    run(Kind::kMelt, shown, game_.rules.melt);
+  } else if (!shown.empty()) {
+    PM_TRY_STATUS(wait(game_.rules.show));
+    double longest = 0;
+    for (const int piece : shown) {
+      PairsPiece& p = board_[static_cast<std::size_t>(piece)];
+      p.state = State::kHidden;
+      longest = std::max(longest, reveal_seconds(game_.rules, p.looks - 1));
+    }
+    run(Kind::kHide, shown, longest);
+  }
+  if (!over_) finish_turn();
+  return Ok{};
+}
+
+/// Pairs of this level that are found or can still be.
+int PairsPlay::pairs_possible() const {
+  std::vector<int> left(board_.size(), 0);
+  for (const PairsPiece& piece : board_)
+    left[static_cast<std::size_t>(piece.object)] += piece.state != State::kExploded;
+  return static_cast<int>(std::count(left.begin(), left.end(), 2));
+}
+
+void PairsPlay::finish_turn() {
+  if (found_ >= pairs_needed()) {
+    if (level_ + 1 < static_cast<int>(game_.levels.size())) {
+      note(Kind::kLevelUp);
+      const double left = time_left();
+      ++level_;
+      begin_level(left);
+      return;
+    }
+    score_ += game_.rules.second_points * static_cast<int>(std::floor(time_left()));
+    over_ = won_ = true;
+    note(Kind::kWon);
+  } else if (pairs_possible() < pairs_needed()) {
+    over_ = true;
+    note(Kind::kStuck);
+  }
+}
+
+Result<int> parse_place(const PairsLevel& level, const std::string& text) {
+  const auto row = text.empty() ? std::nullopt : parse_integer(std::string_view(text).substr(1));
+  const int column = text.empty() ? -1 : std::tolower(static_cast<unsigned char>(text[0])) - 'a';
+  if (!row || column < 0 || column >= level.columns || *row < 1 || *row > level.rows)
+    return make_error(ErrorCode::kInput, "\"{}\" is no place - the board has a1 to {}", text,
+                      place_name(level, level.columns * level.rows - 1));
+  return static_cast<int>(*row - 1) * level.columns + column;
+}
+
+std::string place_name(const PairsLevel& level, int piece) {
+  return fmt::format("{}{}", static_cast<char>('a' + piece % level.columns),
+                     piece / level.columns + 1);
+}
+
+}  // namespace polymorph

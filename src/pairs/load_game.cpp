@@ -1,0 +1,232 @@
+#include "pairs/load_game.h"
+
+#include <algorithm>
+#include <sstream>
+
+#include "base/file.h"
+#include "base/text.h"
+#include "scene/scene.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr int kMaxSide = 12;
+constexpr int kMaxLevels = 20;
+
+/// Reads the members of one object, and remembers the first thing that is wrong.
+class Members {
+ public:
+  Members(const Json& object, std::string where) : object_(object), where_(std::move(where)) {
+    if (!object.is_object()) fail("", "must be an object {...}");
+  }
+  void number(const char* key, double& out, double low, double high) {
+    const Json* value = find(key);
+    if (!value) return;
+    if (!value->is_number() || !(value->get<double>() >= low && value->get<double>() <= high))
+      return fail(key, fmt::format("must be a number from {} to {}", low, high));
+    out = value->get<double>();
+  }
+  void integer(const char* key, int& out, int low, int high) {
+    const Json* value = find(key);
+    if (!value) return;
+    if (!value->is_number_integer() || value->get<std::int64_t>() < low ||
+        value->get<std::int64_t>() > high)
+      return fail(key, fmt::format("must be a whole number from {} to {}", low, high));
+    out = value->get<int>();
+  }
+  void seed(const char* key, std::uint64_t& out) {
+    const Json* value = find(key);
+    if (!value) return;
+    if (!value->is_number_unsigned()) return fail(key, "must be a whole number, 0 or more");
+    out = value->get<std::uint64_t>();
+  }
+  void text(const char* key, std::string& out) {
+    const Json* value = find(key);
+    if (!value) return;
+    if (!value->is_string()) return fail(key, "must be a string");
+    out = value->get<std::string>();
+  }
+  void texts(const char* key, std::vector<std::string>& out) {
+    const Json* value = find(key);
+    if (!value) return;
+    if (!value->is_array() || !std::all_of(value->begin(), value->end(),
+                                           [](const Json& item) { return item.is_string(); }))
+      return fail(key, "must be a list of strings");
+    out = value->get<std::vector<std::string>>();
+  }
+  /// A member that is read by other means; null: it is not there.
+  const Json* find(const char* key) {
+    known_.emplace_back(key);
+    const auto found = object_.is_object() ? object_.find(key) : object_.end();
+    return found == object_.end() ? nullptr : &*found;
+  }
+  void fail(const std::string& key, const std::string& what) {
+    if (!error_.empty()) return;
+    error_ = where_ + (key.empty() ? "" : "/" + key) + ": " + what;
+  }
+  /// The first error, that of an unknown key included; empty: none.
+  std::string finish() {
+    if (object_.is_object())
+      for (const auto& [key, value] : object_.items())
+        if (std::find(known_.begin(), known_.end(), key) == known_.end())
+          fail(key, "unknown key" + did_you_mean(key, known_));
+    return error_;
+  }
+
+ private:
+  const Json& object_;
+  std::string where_, error_;
+  std::vector<std::string> known_;
+};
+
+std::string read_rules(const Json& json, PairsRules& rules) {
+  Members members(json, "/rules");
+  constexpr double kLong = 60;
+  members.number("reveal", rules.reveal, 0.05, kLong);
+  members.number("slowdown", rules.slowdown, 1, 10);
+  members.number("show", rules.show, 0, kLong);
+  members.number("melt", rules.melt, 0.05, kLong);
+  members.number("explode", rules.explode, 0.05, kLong);
+  members.integer("looks", rules.looks, 1, 1000);
+  members.integer("pair_points", rules.pair_points, 0, 1000000);
+  members.integer("look_cost", rules.look_cost, 0, 1000000);
+  members.integer("second_points", rules.second_points, 0, 1000000);
+  return members.finish();
+}
+
+std::string read_level(const Json& json, const std::string& where, PairsLevel& level) {
+  Members members(json, where);
+  members.integer("columns", level.columns, 1, kMaxSide);
+  members.integer("rows", level.rows, 1, kMaxSide);
+  members.number("seconds", level.seconds, 0.1, 86400);
+  members.integer("pairs", level.pairs, 0, kMaxSide * kMaxSide / 2);
+  if (level.columns * level.rows % 2 != 0)
+    members.fail("", fmt::format("{} x {} is an odd number of pieces", level.columns, level.rows));
+  return members.finish();
+}
+
+/// The name of a file, made absolute, or of a shape; "" if all is well.
+std::string resolve(std::string& name, const fs::path& folder, const std::string& where) {
+  if (std::find(kShapeNames.begin(), kShapeNames.end(), name) != kShapeNames.end()) return "";
+  const fs::path file = (folder / name).lexically_normal();
+  std::error_code error;
+  if (!fs::is_regular_file(file, error))
+    return fmt::format("{}: neither a file nor a shape: \"{}\"", where, name);
+  name = file.string();
+  return "";
+}
+
+/// An object as a scene has it, or just its file or shape.
+std::string read_object(const Json& json, const fs::path& folder, const std::string& where,
+                        PairsFile& file) {
+  Json object = json;
+  if (json.is_object()) {
+    if (json.contains("model") == json.contains("shape"))
+      return where + ": needs either \"model\" or \"shape\"";
+  } else if (json.is_string()) {
+    const bool shape = std::find(kShapeNames.begin(), kShapeNames.end(), json.get<std::string>()) !=
+                       kShapeNames.end();
+    object = Json{{shape ? "shape" : "model", json}};
+  } else {
+    return where + ": must be a string or an object";
+  }
+  const char* key = object.contains("model") ? "model" : "shape";
+  if (!object[key].is_string()) return fmt::format("{}/{}: must be a string", where, key);
+  std::string name = object[key];
+  if (const std::string error = resolve(name, folder, where); !error.empty()) return error;
+  object[key] = name;
+  file.game.objects.push_back(object.contains("name") && object["name"].is_string()
+                                  ? object["name"].get<std::string>()
+                                  : fs::path(name).stem().string());
+  file.objects.push_back(std::move(object));
+  return "";
+}
+
+std::string read_game(const Json& json, const fs::path& folder, PairsFile& file) {
+  Members members(json, "");
+  std::string ignored, board;
+  members.text("description", ignored);
+  members.seed("seed", file.game.seed);
+  members.texts("moves", file.moves);
+  members.text("board", board);
+  members.text("piece_color", file.piece_color);
+  if (const Json* stage = members.find("scene")) file.stage = *stage;
+  if (!file.stage.is_null() && !file.stage.is_object()) members.fail("scene", "must be an object");
+  for (const char* key : {"source", "target", "intermediate", "actors"})
+    if (file.stage.is_object() && file.stage.contains(key))
+      members.fail(std::string("scene/") + key, "belongs to the game - leave it out");
+  if (const Json* rules = members.find("rules"))
+    if (const std::string error = read_rules(*rules, file.game.rules); !error.empty()) return error;
+  const Json* objects = members.find("objects");
+  if (!objects || !objects->is_array()) return "/objects: must be a list";
+  for (std::size_t i = 0; i < objects->size(); ++i)
+    if (const std::string error =
+            read_object((*objects)[i], folder, fmt::format("/objects/{}", i), file);
+        !error.empty())
+      return error;
+  const Json* levels = members.find("levels");
+  if (!levels || !levels->is_array() || levels->empty() || levels->size() > kMaxLevels)
+    return fmt::format("/levels: must be a list of 1 to {} levels", kMaxLevels);
+  for (std::size_t i = 0; i < levels->size(); ++i) {
+    const std::string where = fmt::format("/levels/{}", i);
+    PairsLevel level;
+    if (const std::string error = read_level((*levels)[i], where, level); !error.empty())
+      return error;
+    const auto pairs = static_cast<std::size_t>(level.columns * level.rows / 2);
+    if (file.game.objects.size() < pairs)
+      return fmt::format("{}: hides {} objects, and there are only {}", where, pairs,
+                         file.game.objects.size());
+    file.game.levels.push_back(level);
+  }
+  if (!board.empty()) {
+    if (const std::string error = resolve(board, folder, "/board"); !error.empty()) return error;
+    file.board = board;
+  }
+  return members.finish();
+}
+
+}  // namespace
+
+Result<PairsFile> load_pairs_game(const fs::path& path) {
+  PM_TRY(const std::string text, read_file(path, 1u << 20));
+  remember_input(path);
+  const Json json =
+      Json::parse(text, nullptr, /*allow_exceptions=*/false, /*ignore_comments=*/true);
+  if (json.is_discarded())
+    return make_error(ErrorCode::kInput,
+                      "{}: is not JSON - a game begins like "
+                      "{{\"objects\": [...], \"levels\": [...]}}",
+                      path.string());
+  PairsFile file;
+  const std::string error = read_game(json, fs::absolute(path).parent_path(), file);
+  if (!error.empty()) return make_error(ErrorCode::kInput, "{}: {}", path.string(), error);
+  return file;
+}
+
+Status apply_move(PairsPlay& play, const std::string& text) {
+  std::string words = text;
+  std::replace(words.begin(), words.end(), ',', ' ');
+  std::istringstream stream(words);
+  std::string first, second, more;
+  stream >> first >> second >> more;
+  const auto bad = [&] {
+    return make_error(ErrorCode::kInput,
+                      "\"{}\" is no move - write two places, as in \"a1 b2\", "
+                      "or \"wait 2.5\"",
+                      text);
+  };
+  if (second.empty() || !more.empty()) return bad();
+  if (first == "wait") {
+    const auto seconds = parse_number(second);
+    return seconds ? play.wait(*seconds) : Status(bad());
+  }
+  const PairsLevel& level = play.game().levels[static_cast<std::size_t>(play.level())];
+  PM_TRY(const int a, parse_place(level, first));
+  PM_TRY(const int b, parse_place(level, second));
+  return play.pick(a, b);
+}
+
+}  // namespace polymorph

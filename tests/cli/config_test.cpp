@@ -1,0 +1,63 @@
+// --config and POLYMORPH_ variables: which setting wins, and what is refused.
+#include "testing/program.h"
+
+namespace polymorph {
+namespace {
+
+class Config : public ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    write("scene.json", tiny_scene());
+    write(
+        "c.toml",
+        "# defaults\nthreads = 1\nprogress = \"none\"\n[render]\npng = true\nskip-existing = true\n"
+        "set = [\"image.width=16\", \"image.height=8\"]\nframes = \"1-2\"\n[strip]\ncount = 3\n");
+  }
+  std::vector<int> frames(const Ran& ran) const {
+    std::vector<int> all;
+    for (const auto& frame : parse(ran.out)["frames"]) all.push_back(frame["frame"]);
+    return all;
+  }
+};
+
+TEST_F(Config, FillsInWhatTheCommandLineLeavesOpen) {
+  const auto report = parse(run(0, {"render", "scene.json", "--config", "c.toml", "--json"}).out);
+  EXPECT_EQ(report["threads"], 1);
+  EXPECT_EQ(report["frames"].size(), 2u);
+  EXPECT_TRUE(exists("frame.0001.png"));
+  const auto image = parse(run(0, {"info", "frame.0001.png", "--json"}).out);
+  EXPECT_EQ(image["width"], 16);
+  EXPECT_EQ(image["height"], 8);
+  variables = {{"POLYMORPH_CONFIG", "c.toml"}};
+  EXPECT_EQ(frames(run(0, {"render", "scene.json", "-n", "--json"})), (std::vector<int>{1, 2}));
+}
+
+TEST_F(Config, TheCommandLineAndTheEnvironmentWin) {
+  variables = {{"POLYMORPH_CONFIG", "c.toml"}, {"POLYMORPH_THREADS", "2"}};
+  const Ran ran = run(0, {"render", "scene.json", "-f", "4", "--overwrite", "--json"});
+  EXPECT_EQ(frames(ran), std::vector<int>{4});
+  EXPECT_EQ(parse(ran.out)["threads"], 2);
+  // --overwrite excludes the file's skip-existing, and is what was asked for.
+  EXPECT_EQ(parse(run(0, {"render", "scene.json", "-f", "4", "--overwrite", "--json"})
+                      .out)["frames"][0]["state"],
+            "done");
+}
+
+TEST_F(Config, IsCheckedAsAWhole) {
+  const auto refused = [&](const std::string& text, const std::string& part) {
+    write("bad.toml", text);
+    const Ran ran = run(2, {"render", "scene.json", "--config", "bad.toml"});
+    EXPECT_TRUE(contains(ran.err, part)) << ran.err;
+    EXPECT_EQ(count_files(".exr"), 0u);
+  };
+  refused("treads = 2\n", "bad.toml: treads: unknown option - did you mean \"threads\"?");
+  refused("[rendr]\npng = true\n", "the section names no command - did you mean \"render\"?");
+  refused("[strip]\ncolums = 2\n", "[strip] colums: unknown option - did you mean \"columns\"?");
+  refused("[render]\nspp = 0\n", "[render] spp: ");
+  refused("threads = 1\nconfig = \"c.toml\"\n", "config: unknown option");
+  EXPECT_TRUE(contains(run(2, {"render", "scene.json", "--config", "none.toml"}).err, "none.toml"));
+}
+
+}  // namespace
+}  // namespace polymorph

@@ -1,0 +1,133 @@
+// demo, init and the program alone: what newcomers do first.
+#include "testing/program.h"
+
+namespace polymorph {
+namespace {
+
+class Demo : public ProgramTest {
+ protected:
+  /// A data folder with one model, so that a demo takes a second.
+  void use_small_models() {
+    write("data/models/lump.obj",
+          "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    write("data/effects/flat.json",
+          R"({"description": "By way of a puddle.", "source": {"model": "../models/lump.obj"},
+              "intermediate": [{"shape": "puddle", "meta": true}], "target": "torus",
+              "look": {"kind": "metal"}, "frames": {"count": 99}})");
+    write("data/effects/tied.json",
+          R"({"source": "cube", "target": "torus", "plan": {"labels": {"cube": "torus"}}})");
+    variables = {{"POLYMORPH_DATA_DIR", (folder / "data").string()}};
+  }
+};
+
+TEST_F(Demo, TheProgramAloneSaysWhatToDoFirst) {
+  const Ran ran = run(2, {});
+  EXPECT_EQ(ran.out, "");
+  EXPECT_TRUE(contains(ran.err, "Start here:\n  " PM_PROGRAM " demo\n")) << ran.err;
+  EXPECT_TRUE(contains(ran.err, " init first.obj second.obj")) << ran.err;
+  EXPECT_TRUE(contains(ran.err, " --help lists all commands.")) << ran.err;
+  const auto help = lines_of(run(0, {"--help"}).out);
+  const auto examples = std::find(help.begin(), help.end(), "Examples:");
+  ASSERT_NE(examples, help.end());
+  EXPECT_TRUE(contains(*(examples + 1), "polymorph demo"));
+}
+
+TEST_F(Demo, MakesAStripAGifAndTheSceneItPrints) {
+  use_small_models();
+  const Ran ran = run(0, {"demo", "lump", "sphere", "-o", "it's here"});
+  const std::string scene = read_text(folder / "it's here/scene.json");
+  EXPECT_EQ(ran.out, scene);
+  EXPECT_TRUE(contains(scene, "// where the morph starts")) << scene;
+  EXPECT_TRUE(read_text(folder / "it's here/morph.gif").starts_with("GIF89a"));
+  EXPECT_TRUE(read_text(folder / "it's here/strip.png").starts_with("\x89PNG"));
+  // What it suggests is one word to a shell, whatever the folder is called.
+  EXPECT_TRUE(contains(ran.err, " check 'it'\\''s here/scene.json'\n")) << ran.err;
+  EXPECT_TRUE(contains(ran.err, " -o 'it'\\''s here/frame.####.exr' --png")) << ran.err;
+  run(0, {"check", "it's here/scene.json"});
+  EXPECT_TRUE(contains(run(4, {"demo", "lump", "sphere", "-o", "it's here"}).err, "exists"));
+}
+
+TEST_F(Demo, GoesThroughEffectsAndObjects) {
+  use_small_models();
+  run(0, {"demo", "lump", "cube", "--through", "flat"});
+  const auto json = parse(run(0, {"info", "lump-flat-cube/scene.json", "--json"}).out);
+  const auto actor = json["actors"][0];
+  EXPECT_EQ(actor["intermediate"][0]["shape"], "puddle");
+  EXPECT_TRUE(actor["intermediate"][0]["meta"]);
+  // Its end that is a shape belongs to the effect; the one that is a model does not.
+  EXPECT_EQ(actor["intermediate"].size(), 2u);
+  EXPECT_EQ(actor["intermediate"][1]["shape"], "torus");
+  EXPECT_EQ(actor["target"]["shape"], "cube");
+  EXPECT_EQ(json["look"]["kind"], "metal");
+  EXPECT_NE(json["frames"]["count"], 99);
+}
+
+TEST_F(Demo, NamesWhatItKnows) {
+  use_small_models();
+  const Ran list = run(0, {"demo", "--list"});
+  EXPECT_EQ(list.out,
+            "models:\n  lump\neffects, for --through:\n"
+            "  flat                 By way of a puddle.\n");
+  EXPECT_TRUE(contains(run(2, {"demo", "lamp"}).err,
+                       "model \"lamp\" is not known - did you mean \"lump\"?"));
+  EXPECT_TRUE(contains(run(2, {"demo", "lump", "cube", "--through", "flit"}).err,
+                       "effect \"flit\" is not known - did you mean \"flat\"?"));
+  variables = {{"POLYMORPH_DATA_DIR", (folder / "nowhere").string()}};
+  EXPECT_TRUE(contains(run(5, {"demo"}).err, "nowhere: No such file"));
+}
+
+TEST_F(Demo, FindsItsModelsFromTheBuildFolder) {
+  const Ran list = run(0, {"demo", "--list"});
+  for (const char* name : {"teapot", "penguin", "monkey", "torus", "spider", "humanoid"})
+    EXPECT_TRUE(contains(list.out, std::string("  ") + name + "\n")) << list.out;
+  for (const char* name : {"puddle", "explosion", "spring", "melt"})
+    EXPECT_TRUE(contains(list.out, std::string("  ") + name + " ")) << list.out;
+  EXPECT_FALSE(contains(list.out, "  limbs ")) << list.out;
+}
+
+class Init : public ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    for (const char* name : {"models/a b.obj", "models/b.obj", "models/c.obj"})
+      write(name, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  }
+};
+
+TEST_F(Init, WritesACommentedSceneThatIsGood) {
+  const Ran ran = run(0, {"init", "models/a b.obj", "models/b.obj", "-o", "scenes/one.json"});
+  EXPECT_EQ(ran.out, "scenes/one.json\n");
+  EXPECT_TRUE(contains(ran.err, " check scenes/one.json\n")) << ran.err;
+  const std::string scene = read_text(folder / "scenes/one.json");
+  EXPECT_TRUE(contains(scene, "\"source\": \"../models/a b.obj\",\n")) << scene;
+  EXPECT_TRUE(contains(scene, "// pixels; 1 to 32768\n    \"width\": 640,\n")) << scene;
+  run(0, {"check", "scenes/one.json"});
+  // All of its values are the defaults, but the output's.
+  write("scenes/bare.json",
+        R"({"source": "../models/a b.obj", "target": "../models/b.obj", "frames": {"count": 24},
+            "output": {"file": "out/frame.####.exr", "png": true}})");
+  EXPECT_EQ(run(0, {"info", "scenes/one.json", "--json"}).out,
+            run(0, {"info", "scenes/bare.json", "--json"}).out);
+  // What is commented out works as it stands.
+  std::string more = scene;
+  const auto at = more.find("//   \"intermediate\": ");
+  ASSERT_NE(at, std::string::npos) << scene;
+  write("scenes/more.json", more.erase(at, 2));
+  const auto json = parse(run(0, {"info", "scenes/more.json", "--json"}).out);
+  EXPECT_EQ(json["actors"][0]["intermediate"][0]["shape"], "puddle");
+}
+
+TEST_F(Init, TakesObjectsOnTheWayAndReplacesNothing) {
+  run(0, {"init", "models/a b.obj", "models/b.obj", "models/c.obj"});
+  const auto json = parse(run(0, {"info", "scene.json", "--json"}).out);
+  EXPECT_EQ(json["actors"][0]["intermediate"][0]["model"], "models/b.obj");
+  EXPECT_EQ(json["frames"]["count"], 48);
+  EXPECT_TRUE(contains(run(4, {"init", "models/b.obj", "models/c.obj"}).err, "exists"));
+  EXPECT_TRUE(contains(run(3, {"init", "models/b.obj", "models/d.obj", "-o", "x.json"}).err,
+                       "models/d.obj: no such file"));
+  EXPECT_TRUE(contains(run(2, {"init", "models/b.obj"}).err, "models"));
+  EXPECT_FALSE(exists("x.json"));
+}
+
+}  // namespace
+}  // namespace polymorph

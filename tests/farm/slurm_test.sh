@@ -1,0 +1,75 @@
+#!/usr/bin/env bash
+# slurm_test.sh POLYMORPH: a real Slurm renders 16 frames as an array of four tasks. One task is killed and queued again,
+# one is told to stop early and queues itself again; the frames are then, bit for bit, those of a single process.
+# Exit code 77: there is no Slurm here and none can be installed.
+set -euo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
+export PATH=$PATH:/usr/sbin
+
+if [[ ${1:-} != --inside ]]; then
+  for program in munged slurmctld slurmd sbatch; do
+    command -v "$program" >/dev/null && continue
+    ((EUID == 0)) || { echo "needs slurm-wlm and munge, which only root can install"; exit 77; }
+    apt-get -q install -y --no-install-recommends slurm-wlm munge >/dev/null 2>&1 || {
+      echo "slurm-wlm and munge cannot be installed"; exit 77; }
+  done
+  work=$(mktemp -d); trap 'rm -rf "$work"' EXIT
+  # The test may itself run in a job; the Slurm that is started here is another.
+  for name in $(compgen -e | grep '^SLURM_' || true); do unset "$name"; done
+  SLURM_FOLDER=$work/slurm "$here/one_node_slurm.sh" "$0" --inside "$1" "$work"
+  exit
+fi
+
+polymorph=$2 work=$3
+cd "$work"
+export POLYMORPH_CACHE_DIR=$work/cache
+cat >scene.json <<'SCENE'
+{"source": {"shape": "cube", "spheres": {"balls": 24}}, "target": {"shape": "torus", "spheres": {"balls": 24}},
+ "frames": {"count": 16}, "surface": {"resolution": 48}, "image": {"width": 160, "height": 120, "samples": 96}}
+SCENE
+fail() { echo "FAILED: $*" >&2; tail -n 20 farm/slurm/*.log >&2 || true; squeue >&2 || true; exit 1; }
+state() { scontrol show job "$1" | sed -n 's/.*JobState=\([A-Z_]*\).*/\1/p' | head -n 1; }
+wait_until() {  # SECONDS COMMAND...: until it succeeds
+  local left=$((5 * $1)); shift
+  until "$@"; do ((left-- > 0)) || fail "timed out: $*"; sleep 0.2; done
+}
+is() { [[ $(state "$1") == "$2" ]]; }
+some_frame() { compgen -G "farm/f.*.exr" >/dev/null; }
+all_done() { [[ -z $(squeue -h -t PENDING,RUNNING,COMPLETING,CONFIGURING) ]]; }
+at_once() { scontrol update "JobId=$1" StartTime=now; }  # not after Slurm's two minutes
+
+"$polymorph" render scene.json -o 'one/f.####.exr' -t 1 -q
+ids=$("$polymorph" submit slurm scene.json -o 'farm/f.####.exr' --tasks 4 --cpus 1 --mem 500M --frame-seconds 1 --minutes 30)
+array=$(head -n 1 <<<"$ids")
+wait_until 200 some_frame
+
+# A crash: the program of a task that has rendered a frame is killed. The task is queued again, and keeps the frame.
+wait_until 200 test -s farm/f.0001.exr
+is "${array}_1" RUNNING || fail "the first task is over before it could be killed"
+job=$(scontrol show job "${array}_1" | sed -n 's/^JobId=\([0-9]*\).*/\1/p')
+for process in $(pgrep -f -- "--shard 1/4"); do
+  if tr '\0' '\n' <"/proc/$process/environ" | grep -qx "SLURM_JOB_ID=$job" && [[ $(readlink "/proc/$process/exe") == "$(readlink -f "$polymorph")" ]]; then
+    kill -KILL "$process"
+  fi
+done
+wait_until 60 is "${array}_1" FAILED
+scontrol requeue "${array}_1"
+wait_until 60 is "${array}_1" PENDING
+at_once "${array}_1"
+
+# Told to stop early: the script passes it on, polymorph ends with 75, and the script queues the task again.
+wait_until 300 is "${array}_2" RUNNING
+wait_until 200 grep -qs "^frame" "farm/slurm/scene-${array}_2.log"
+scancel --batch --signal=USR1 "${array}_2"
+wait_until 60 grep -qs "finished frames are whole" "farm/slurm/scene-${array}_2.log"
+wait_until 60 is "${array}_2" PENDING
+at_once "${array}_2"
+
+wait_until 900 all_done
+"$polymorph" status 'farm/f.####.exr' scene.json || fail "frames are missing"
+for file in one/f.*.exr; do
+  "$polymorph" compare "farm/${file#one/}" "$file" --fail 0 --hardfail 0 --relative 0 >/dev/null || fail "$file differs"
+done
+[[ $(ls farm/f.*.exr | wc -l) == 16 && -s farm/strip.png ]] || fail "no contact sheet"
+grep -q "kept in" "farm/slurm/scene-${array}_1.log" || fail "the killed task rendered all of its frames again"
+echo "16 frames of 4 tasks, bit for bit those of one process"

@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# deb_test.sh BUILD: the Debian package, installed into a bare Debian 12 where nothing was built, and tried there.
+# Exit code 77: this needs root, debootstrap and a mirror.
+set -euo pipefail
+build=$1
+((EUID == 0)) || { echo "needs root"; exit 77; }
+command -v debootstrap >/dev/null || apt-get -q install -y --no-install-recommends debootstrap >/dev/null 2>&1 || {
+  echo "debootstrap cannot be installed"; exit 77; }
+work=$(mktemp -d)
+cleanup() { umount "$work/root/proc" 2>/dev/null || true; rm -rf --one-file-system "$work"; }
+trap cleanup EXIT
+cpack --config "$build/CPackConfig.cmake" -G DEB -B "$work/deb" >"$work/cpack.log" 2>&1 || { cat "$work/cpack.log"; exit 1; }
+deb=$(echo "$work"/deb/polymorph_*.deb)
+dpkg-deb --info "$deb" | grep -q 'Depends: .*libembree3' || { dpkg-deb --info "$deb"; echo "no dependencies"; exit 1; }
+
+# Kept between runs: the bare system takes a minute to make.
+cache=${XDG_CACHE_HOME:-$HOME/.cache}/polymorph-test-root; base=$cache/debian12.tar
+if [[ ! -f $base ]]; then
+  mkdir -p "$cache"
+  mirror=$(awk '/^URIs:/{print $2; exit} /^deb /{print $2; exit}' /etc/apt/sources.list.d/debian.sources /etc/apt/sources.list 2>/dev/null)
+  debootstrap --variant=minbase bookworm "$work/root" "${mirror:-http://deb.debian.org/debian}" >"$work/debootstrap.log" 2>&1 || {
+    tail "$work/debootstrap.log"; echo "no mirror answers"; exit 77; }
+  cp /etc/apt/apt.conf.d/99* "$work/root/etc/apt/apt.conf.d/" 2>/dev/null || true
+  tar -C "$work/root" -cf "$base.part" . && mv "$base.part" "$base"
+else
+  mkdir "$work/root" && tar -C "$work/root" -xf "$base"
+fi
+chmod 755 "$work/root"; cp /etc/resolv.conf "$work/root/etc/"
+mount -t proc proc "$work/root/proc"
+cp "$deb" "$work/root/root/"
+inside() { chroot "$work/root" /usr/bin/env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin TERM=dumb bash -ec "cd /root; $1"; }
+inside "apt-get -q update && DEBIAN_FRONTEND=noninteractive apt-get -q install -y --no-install-recommends ./$(basename "$deb")" \
+  >"$work/apt.log" 2>&1 || { tail -n 20 "$work/apt.log"; exit 1; }
+inside 'polymorph demo; ls -l teapot-penguin/morph.gif teapot-penguin/strip.png'
+inside 'apt-get -q remove -y polymorph >/dev/null 2>&1; [ ! -e /usr/bin/polymorph ] && [ ! -e /usr/share/polymorph ]'

@@ -1,0 +1,24 @@
+#!/usr/bin/env bash
+# install_test.sh BUILD: what `cmake --install` puts in place works there, without the source tree.
+set -euo pipefail
+build=$1
+work=$(mktemp -d); trap 'rm -rf "$work"' EXIT
+cmake --install "$build" --prefix "$work/usr" >/dev/null
+program=$work/usr/bin/polymorph
+cd "$work"
+"$program" demo --list | grep -q '^  teapot$'
+# The image reader is found beside the program: only it reads a BMP.
+printf 'BM:\0\0\0\0\0\0\0\66\0\0\0\50\0\0\0\1\0\0\0\1\0\0\0\1\0\30\0\0\0\0\0\4\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\377\0\0\0' >one.bmp
+"$program" info one.bmp | grep -q '1 x 1, 3 channels'
+"$program" check "$work/usr/share/polymorph/quickstart/scene.json" | grep -q ': ok'
+for file in man/man1/polymorph.1 man/man1/polymorph-render.1 bash-completion/completions/polymorph zsh/vendor-completions/_polymorph \
+            fish/vendor_completions.d/polymorph.fish polymorph/scene.schema.json polymorph/farm/polymorph.openjd.yaml; do
+  [[ -s $work/usr/share/$file ]] || { echo "missing: $file"; exit 1; }
+done
+# Completion answers as bash asks.
+bash -c 'source "$1"; COMP_WORDS=(polymorph render --sk); COMP_CWORD=2; _polymorph; [[ ${COMPREPLY[*]} == "--skip-existing" ]]
+  COMP_WORDS=(polymorph cache v); _polymorph; [[ ${COMPREPLY[*]} == "verify" ]]
+  COMP_WORDS=(polymorph dem); COMP_CWORD=1; _polymorph; [[ ${COMPREPLY[*]} == "demo" ]]
+  COMP_WORDS=(polymorph render --progress j); COMP_CWORD=3; _polymorph; [[ ${COMPREPLY[*]} == "json" ]]' \
+  -- "$work/usr/share/bash-completion/completions/polymorph"
+! grep -rlI "$build" "$work/usr/share" || { echo "the build folder is named in what is installed"; exit 1; }
