@@ -13,6 +13,8 @@ find_path(NANOFLANN_INCLUDE nanoflann.hpp REQUIRED)  # Debian's package has no C
 find_package(PNG REQUIRED)
 # Headers only; its CMake config would bring the library and the solvers it was built with.
 find_path(LEMON_INCLUDE lemon/network_simplex.h REQUIRED)
+find_path(MESHOPTIMIZER_INCLUDE meshoptimizer.h REQUIRED)  # its CMake config lies where none is looked for
+find_library(MESHOPTIMIZER_LIBRARY meshoptimizer REQUIRED)
 pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)
 pkg_check_modules(QHULL REQUIRED IMPORTED_TARGET qhull_r)
 find_path(GIF_INCLUDE gif_lib.h REQUIRED)
@@ -32,3 +34,4 @@ unset(CMAKE_MESSAGE_LOG_LEVEL)
 # By pkg-config: Debian's CMake config of OpenImageIO insists on the programs of another package and names
 # /usr/include/opencv4, which no package of it contains.
 pkg_check_modules(OIIO REQUIRED IMPORTED_TARGET OpenImageIO>=2.4)
+pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp>=5.2)

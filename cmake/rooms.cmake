@@ -2,7 +2,7 @@
 add_library(pm_flags INTERFACE)
 target_compile_options(pm_flags INTERFACE
   # No contraction: the same bits on every compiler, and on the GPU (--fmad=false).
-  $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion>
+  $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off -Werror=switch -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion>
   $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<BOOL:${POLYMORPH_WERROR}>>:-Werror>
   $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<NOT:$<STREQUAL:${POLYMORPH_ARCH},>>>:-march=${POLYMORPH_ARCH}>
   # Vectors of eight floats are passed in memory then, and stay within the program.
@@ -75,4 +75,8 @@ function(pm_program)
   # Models, effects and scenes, found beside the program (base/data_folder.h).
   file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/share)
   file(CREATE_LINK ${CMAKE_SOURCE_DIR}/scenes ${CMAKE_BINARY_DIR}/share/polymorph SYMBOLIC)
+  # Assimp reads what comes from anywhere; it does so in a process of its own.
+  add_executable(polymorph_assimp ${CMAKE_SOURCE_DIR}/src/model/assimp/main.cpp)
+  target_link_libraries(polymorph_assimp PRIVATE pm_flags PkgConfig::ASSIMP)
+  add_dependencies(polymorph polymorph_assimp)
 endfunction()

@@ -15,6 +15,7 @@
 #include <mutex>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "base/random.h"
 
@@ -206,7 +207,15 @@ Status write_all(int fd, std::string_view bytes, const fs::path& path) {
   return Ok{};
 }
 
-Status write_stream(const fs::path& path, std::string_view bytes) {
+Status write_all(int fd, const ByteSource& next, const fs::path& path) {
+  for (;;) {
+    PM_TRY(const std::string_view bytes, next());
+    if (bytes.empty()) return Ok{};
+    PM_TRY_STATUS(write_all(fd, bytes, path));
+  }
+}
+
+Status write_stream(const fs::path& path, const ByteSource& next) {
   // O_NONBLOCK: opening a pipe must not wait for a reader.
   const Descriptor stream(::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK));
   if (stream.fd < 0 && errno == ENXIO)
@@ -214,11 +223,11 @@ Status write_stream(const fs::path& path, std::string_view bytes) {
                       "{}: cannot write: nobody reads this pipe - start its reader first",
                       path.string());
   if (stream.fd < 0) return write_error(path, errno, remedy_of(errno));
-  return write_all(stream.fd, bytes, path);
+  return write_all(stream.fd, next, path);
 }
 
 /// The bytes, safe on the disk under a name of their own beside `path`.
-Status write_temporary(const fs::path& path, std::string_view bytes, Temporary& temporary) {
+Status write_temporary(const fs::path& path, const ByteSource& next, Temporary& temporary) {
   PM_TRY_STATUS(make_parent(path));
   const Descriptor file(
       ::open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
@@ -227,7 +236,7 @@ Status write_temporary(const fs::path& path, std::string_view bytes, Temporary& 
     temporary.keep = true;  // nothing was made
     return write_error(path, number, remedy_of(number));
   }
-  PM_TRY_STATUS(write_all(file.fd, bytes, path));
+  PM_TRY_STATUS(write_all(file.fd, next, path));
   if (::fsync(file.fd) != 0 && errno != EINVAL && errno != EROFS)
     return write_error(path, errno, remedy_of(errno));
   return Ok{};
@@ -314,11 +323,19 @@ Result<std::string> read_file(const fs::path& path, std::uint64_t limit) {
   return bytes;
 }
 
+ByteSource source_of(std::string_view bytes) {
+  return [bytes]() mutable -> Result<std::string_view> { return std::exchange(bytes, {}); };
+}
+
 Status write_file(const fs::path& path, std::string_view bytes) {
+  return write_file(path, source_of(bytes));
+}
+
+Status write_file(const fs::path& path, const ByteSource& next) {
   PM_TRY_STATUS(check_target(path));
-  if (is_stream(path)) return write_stream(path, bytes);
+  if (is_stream(path)) return write_stream(path, next);
   Temporary temporary(temporary_name(path));
-  PM_TRY_STATUS(write_temporary(path, bytes, temporary));
+  PM_TRY_STATUS(write_temporary(path, next, temporary));
   if (::rename(temporary.path.c_str(), path.c_str()) != 0)
     return write_error(path, errno, remedy_of(errno));
   temporary.keep = true;
@@ -331,8 +348,8 @@ Status write_files(const std::vector<NewFile>& files) {
   const DeferredSignals deferred;
   std::deque<Replacement> replacements;
   for (const NewFile& file : files)
-    PM_TRY_STATUS(
-        write_temporary(file.path, file.bytes, replacements.emplace_back(file.path).bytes));
+    PM_TRY_STATUS(write_temporary(file.path, source_of(file.bytes),
+                                  replacements.emplace_back(file.path).bytes));
   for (std::size_t i = 0; i < replacements.size(); ++i) {
     const int number = replacements[i].put();
     if (number == 0) continue;

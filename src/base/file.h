@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -21,6 +22,14 @@ Result<std::string> read_file(const std::filesystem::path& path, std::uint64_t l
 /// replaced; a pipe that nobody reads is an error, not a wait. Errors: kOutput, naming the path and
 /// the reason.
 Status write_file(const std::filesystem::path& path, std::string_view bytes);
+
+/// Gives the next bytes of a file, nothing at its end. What it gives lives until the next call.
+using ByteSource = std::function<Result<std::string_view>()>;
+/// The bytes at once; they must outlive it.
+ByteSource source_of(std::string_view bytes);
+/// The same for a file that is larger than memory should be. An error of `next` leaves the path as
+/// it was.
+Status write_file(const std::filesystem::path& path, const ByteSource& next);
 
 struct NewFile {
   std::filesystem::path path;

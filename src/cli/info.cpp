@@ -6,7 +6,7 @@
 #include "cli/command_line.h"
 #include "image/image_io.h"
 #include "model/diagnose.h"
-#include "model/load_obj.h"
+#include "model/load_model.h"
 #include "morph/timeline.h"
 #include "scene/json_text.h"
 
@@ -173,7 +173,7 @@ Result<int> scene_info(const InfoOptions& options) {
 }
 
 Result<int> model_info(const InfoOptions& options) {
-  PM_TRY(const LoadedModel loaded, load_obj(options.input));
+  PM_TRY(const LoadedModel loaded, load_model(options.input));
   for (const std::string& warning : loaded.warnings) log_warning("{}", warning);
   const Diagnosis d = diagnose_fully(loaded.model);
   if (options.json.wanted) {
@@ -186,6 +186,7 @@ Result<int> model_info(const InfoOptions& options) {
                                       {"euler", d.euler},
                                       {"boundary_edges", d.boundary_edges},
                                       {"non_manifold_edges", d.non_manifold_edges},
+                                      {"size", {d.box.size().x, d.box.size().y, d.box.size().z}},
                                       {"volume", d.volume},
                                       {"area", d.area},
                                       {"labels", loaded.model.label_names},
@@ -217,7 +218,7 @@ Result<int> run_info(const InfoOptions& options) {
   if (extension == ".json") return scene_info(options);
   if (options.frames)
     return make_error(ErrorCode::kUsage, "{}: --frames is for scenes (.json)", options.input);
-  if (extension == ".obj") return model_info(options);
+  if (extension == ".obj" || is_foreign_model(options.input)) return model_info(options);
   return image_info(options);
 }
 
@@ -226,11 +227,11 @@ Result<int> run_info(const InfoOptions& options) {
 void add_info(CommandLine& line) {
   auto options = std::make_shared<InfoOptions>();
   CLI::App* command =
-      add_command(line, "info", "Describe a scene, a model (OBJ) or an image.",
+      add_command(line, "info", "Describe a scene, a model or an image.",
                   "  polymorph info scene.json\n  polymorph info scene.json "
                   "--json\n  polymorph info scene.json --frames\n  polymorph info frame.0012.exr",
                   "  0 described   2 usage   3 unreadable");
-  command->add_option("input", options->input, "scene .json, model .obj, or image")
+  command->add_option("input", options->input, "a scene (.json), a model or an image")
       ->required()
       ->type_name("FILE")
       ->group("Main");

@@ -7,15 +7,16 @@
 #include "base/stopwatch.h"
 #include "cli/command_line.h"
 #include "cli/numbers.h"
+#include "interchange/mesh_file.h"
 #include "model/diagnose.h"
-#include "model/load_obj.h"
+#include "model/load_model.h"
 #include "model/shapes.h"
 #include "scene/json_text.h"
 #include "sequence/spheres_picture.h"
 #include "spheres/quality.h"
 #include "spheres/spheres.h"
+#include "surface/balls_io.h"
 #include "surface/grid.h"
-#include "surface/mesh_io.h"
 
 namespace polymorph {
 namespace {
@@ -32,7 +33,7 @@ struct SpheresOptions {
 Result<Model> load(const std::string& name) {
   if (std::find(kShapeNames.begin(), kShapeNames.end(), name) != kShapeNames.end())
     return make_shape(name);
-  PM_TRY(LoadedModel loaded, load_obj(name, {}));
+  PM_TRY(LoadedModel loaded, load_model(name, {}));
   for (const std::string& warning : loaded.warnings) log_warning("{}", warning);
   return std::move(loaded.model);
 }

@@ -22,7 +22,7 @@ struct SubmitOptions {
   std::string engine, scene, output, frames, partition, account;
   std::vector<std::string> directives;
   bool png = false, print = false;
-  int tasks = 0, most_tasks = 1000, cpus = 4, minutes = 0;
+  int tasks = 0, max_tasks = 1000, cpus = 4, minutes = 0;
   double task_minutes = 2, frame_seconds = 0;
   std::uint64_t memory = 0;
   SceneOptions scene_options;
@@ -81,23 +81,23 @@ Result<Costs> measure_costs(const CommandLine& line, const SubmitOptions& option
 /// With room: three times the time, half as much memory again.
 void size_job(SlurmJob& job, const SubmitOptions& options, const Costs& costs) {
   constexpr double kMebibyte = 1024.0 * 1024.0;
-  constexpr int kLeastMinutes = 10, kLeastMemory = 1024, kMemoryStep = 256;
+  constexpr int kMinMinutes = 10, kMinMemory = 1024, kMemoryStep = 256;
   job.tasks = options.tasks > 0
                   ? std::min(options.tasks, std::max(1, static_cast<int>(costs.frames)))
                   : slurm_tasks(costs.frames, costs.frame_seconds, 60 * options.task_minutes,
-                                options.most_tasks);
+                                options.max_tasks);
   const double frames = std::ceil(static_cast<double>(costs.frames) / job.tasks);
   const double seconds = costs.prepare_seconds + frames * costs.frame_seconds;
   job.minutes = options.minutes > 0
                     ? options.minutes
-                    : std::max(kLeastMinutes, static_cast<int>(std::ceil(3 * seconds / 60)));
+                    : std::max(kMinMinutes, static_cast<int>(std::ceil(3 * seconds / 60)));
   const auto wanted =
       static_cast<double>(options.memory > 0 ? options.memory : costs.memory * 3 / 2);
   const int mebibytes = static_cast<int>(std::ceil(wanted / kMebibyte));
   job.memory_mib =
       options.memory > 0
           ? std::max(1, mebibytes)
-          : std::max(kLeastMemory, (mebibytes + kMemoryStep - 1) / kMemoryStep * kMemoryStep);
+          : std::max(kMinMemory, (mebibytes + kMemoryStep - 1) / kMemoryStep * kMemoryStep);
 }
 
 Result<SlurmJob> make_job(const CommandLine& line, const SubmitOptions& options, const Scene& scene,
@@ -177,7 +177,7 @@ void add_farm_options(CLI::App* command, SubmitOptions& options) {
                        "frames for at least so long in each task (2)")
           ->transform(number_from(0.01, 10000.0))
           ->type_name("M"));
-  add(command->add_option("--max-tasks", options.most_tasks, "most tasks of the array (1000)")
+  add(command->add_option("--max-tasks", options.max_tasks, "most tasks of the array (1000)")
           ->transform(number_from(1, 100000))
           ->type_name("N"));
   add(command

@@ -36,11 +36,20 @@ Result<Image> colored(Image image, const std::string& where) {
 /// Each file once, however many materials name it.
 class TextureReader {
  public:
-  TextureReader(fs::path folder, Model& model, std::vector<std::string>& warnings)
-      : finder_(std::move(folder)), model_(model), warnings_(warnings) {}
+  TextureReader(fs::path folder, Model& model, std::vector<std::string>& warnings,
+                const std::map<std::string, std::string>& embedded)
+      : finder_(std::move(folder)), model_(model), warnings_(warnings), embedded_(embedded) {}
 
   /// The index of the material's texture in the model.
   Result<int> read(const MtlMaterial& mtl, const std::string& where) {
+    if (const auto own = embedded_.find(mtl.texture); own != embedded_.end()) {
+      const auto known = read_.find(own->first);
+      if (known != read_.end()) return known->second;
+      const Result<int> index =
+          add(decode_image(own->second, mtl.file + " (" + own->first + ")", kSettings), where);
+      read_.emplace(own->first, index);
+      return index;
+    }
     auto asset = finder_.find(fs::path(mtl.file).parent_path(), mtl.texture);
     if (!asset) return make_error(ErrorCode::kInput, "{} {}", where, asset.error().message);
     if (asset->path.empty())
@@ -50,17 +59,17 @@ class TextureReader {
     if (!asset->note.empty()) warnings_.push_back(fmt::format("{} {}", where, asset->note));
     const auto known = read_.find(asset->path);
     if (known != read_.end()) return known->second;
-    const Result<int> index = add(asset->path, where);
+    remember_input(asset->path);
+    const Result<int> index = add(read_image(asset->path, kSettings), where);
     read_.emplace(asset->path, index);
     return index;
   }
 
  private:
-  Result<int> add(const fs::path& path, const std::string& where) {
-    remember_input(path);
-    ReadImageSettings settings;
-    settings.alpha = AlphaMode::kStraight;  // the renderer takes the colours and leaves alpha alone
-    auto read = read_image(path, settings);
+  // The renderer takes the colours and leaves alpha alone.
+  static constexpr ReadImageSettings kSettings{TransferCurve::kSrgb, AlphaMode::kStraight};
+
+  Result<int> add(Result<Image> read, const std::string& where) {
     if (!read) return make_error(read.error().code, "{}: {}", where, read.error().message);
     PM_TRY(Image image, colored(std::move(read).value(), where));
     model_.textures.push_back(std::make_shared<const Image>(std::move(image)));
@@ -70,14 +79,16 @@ class TextureReader {
   AssetFinder finder_;
   Model& model_;
   std::vector<std::string>& warnings_;
+  const std::map<std::string, std::string>& embedded_;
   std::map<fs::path, Result<int>> read_;
 };
 
 }  // namespace
 
 Status load_textures(const fs::path& obj, const ObjScan& scan, const MtlSet& mtls, bool strict,
-                     Model& model, std::vector<std::string>& warnings) {
-  TextureReader reader(obj.parent_path(), model, warnings);
+                     Model& model, std::vector<std::string>& warnings,
+                     const std::map<std::string, std::string>& embedded) {
+  TextureReader reader(obj.parent_path(), model, warnings, embedded);
   std::vector<std::string> problems;
   const MtlNames names(mtls);
   std::unordered_map<std::string, std::size_t> to_index;

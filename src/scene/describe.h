@@ -46,12 +46,15 @@ void describe(V& v, SphereSettings& s) {
 
 template <class V>
 void describe(V& v, ObjectSettings& s) {
-  auto& [name, model, shape, meta, arrange, translate, rotate, scale, color, roughness, metallic,
-         glass, spheres, motion, hold, retarget] = s;
+  auto& [name, model, shape, up, meta, arrange, translate, rotate, scale, color, roughness,
+         metallic, glass, spheres, motion, hold, retarget] = s;
   v.text("name", name, "name in messages and reports; default: the file's stem or the shape");
-  v.model_path("model", model, "a Wavefront OBJ file, relative to the scene file");
+  v.model_path("model", model,
+               "an OBJ, glTF, FBX, PLY, STL, DAE, OFF or 3DS file, relative to the scene file");
   v.text("shape", shape,
          "a built-in shape instead of a file: sphere, cube, torus, puddle or drops");
+  v.choice("up", up, {{"y", UpAxis::kY}, {"z", UpAxis::kZ}, {"x", UpAxis::kX}},
+           "which axis of the model's file points up");
   v.boolean("meta", meta, "pass through the object as balls only, never showing the model itself");
   v.boolean("arrange", arrange, "take part in the scene's \"arrange\"");
   v.vector("translate", translate, "shift, in scene units, after everything else");

@@ -77,10 +77,14 @@ struct MotionSettings {
   bool keep_volume = true;     ///< choose each frame's level so that V(u) = (1-u) V_A + u V_B
 };
 
+/// Which axis of a model's file points up.
+enum class UpAxis : std::uint8_t { kY, kZ, kX };
+
 struct ObjectSettings {
   std::string name;             ///< default: the file's stem or the shape's name
   std::filesystem::path model;  ///< absolute; empty when `shape` is given
   std::string shape;            ///< built-in shape; empty when `model` is given
+  UpAxis up = UpAxis::kY;       ///< turned to y before everything else
   bool meta = false;            ///< passed through as balls only
   bool arrange = true;          ///< take part in the scene's arrangement
   Vec3 translate;

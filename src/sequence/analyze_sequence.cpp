@@ -3,7 +3,7 @@
 #include <cmath>
 #include <map>
 
-#include "model/load_obj.h"
+#include "model/load_model.h"
 #include "model/normals.h"
 #include "morph/cost.h"
 #include "morph/motion.h"
@@ -153,7 +153,7 @@ Result<std::vector<Analysis>> analyze_meshes(const FramePattern& pattern,
   std::vector<MorphFrame> frames;
   for (std::size_t k = 0; k < numbers.size(); ++k) {
     if (!progress(static_cast<int>(k), static_cast<int>(numbers.size()))) return stopped();
-    PM_TRY(const LoadedModel loaded, load_obj(frame_path(pattern, numbers[k]), settings));
+    PM_TRY(const LoadedModel loaded, load_model(frame_path(pattern, numbers[k]), settings));
     MorphFrame frame;
     frame.time = frame.u = static_cast<double>(k) / static_cast<double>(numbers.size() - 1);
     frame.surface = mesh_of(loaded.model);
@@ -169,7 +169,7 @@ Result<std::vector<Analysis>> analyze_meshes(const FramePattern& pattern,
   for (const auto& [file, name, mesh] :
        {std::tuple(&source, &ends.from, &ends.source), std::tuple(&target, &ends.to, &ends.target)})
     if (!file->empty()) {
-      PM_TRY(const LoadedModel loaded, load_obj(*file, settings));
+      PM_TRY(const LoadedModel loaded, load_model(*file, settings));
       *name = file->filename().string();
       *mesh = mesh_of(loaded.model);
     }

@@ -11,7 +11,7 @@
 namespace polymorph {
 namespace {
 
-constexpr int kMostMeasured = 3;
+constexpr int kMaxMeasured = 3;
 constexpr int kFewerSamples = 8;
 
 /// Seconds since the last call.
@@ -40,7 +40,7 @@ Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, SurfaceExtr
   settings.image = prepared.scene.image;
   settings.image.samples = measured_samples;
   settings.image.noise = 0;
-  const auto count = std::min<std::size_t>(frames.size(), kMostMeasured);
+  const auto count = std::min<std::size_t>(frames.size(), kMaxMeasured);
   for (std::size_t i = 0; i < count; ++i) {
     settings.frame = frames[(2 * i + 1) * frames.size() / (2 * count)];
     Laps watch;

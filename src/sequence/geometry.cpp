@@ -190,30 +190,4 @@ Mesh surfaces_of(const FrameGeometry& geometry) {
   return mesh;
 }
 
-Result<FrameMesh> mesh_of(const PreparedScene& prepared, const FrameGeometry& geometry,
-                          SurfaceExtractor& extractor) {
-  FrameMesh frame;
-  std::vector<std::string> kinds;
-  for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
-    const ActorGeometry& one = geometry.actors[a];
-    const bool is_model = one.surface.triangles.empty() && !one.points.empty();
-    kinds.push_back(is_model ? "model" : "surface");
-    const PreparedActor& actor = prepared.actors[a];
-    const auto first = static_cast<std::uint32_t>(frame.tags.label_names.size());
-    for (const std::string& name : actor.label_names)
-      frame.tags.label_names.push_back(prepared.actors.size() > 1 ? actor.name + "." + name : name);
-    std::vector<std::uint32_t> labels;
-    if (is_model) {
-      labels = model_labels(actor, object_of(actor, one.moment.object));
-    } else {
-      PM_TRY(labels, surface_labels(actor, one, extractor));
-    }
-    for (const std::uint32_t label : labels) frame.tags.labels.push_back(first + label);
-    frame.tags.parts.push_back({actor.name, frame.mesh.triangles.size()});
-    append(frame.mesh, is_model ? model_mesh(actor, one) : one.surface);
-  }
-  frame.what = each_once(kinds);
-  return frame;
-}
-
 }  // namespace polymorph

@@ -8,7 +8,6 @@
 #include "kernels/extract_surface.h"
 #include "kernels/mesh.h"
 #include "sequence/actor_geometry.h"
-#include "surface/mesh_io.h"
 
 namespace polymorph {
 
@@ -45,15 +44,5 @@ std::string stage_names(const PreparedScene& prepared, int frame);
 std::size_t ball_count(const FrameGeometry& geometry);
 /// The balls' surfaces of all actors, one after the other: what golden frames keep the digest of.
 Mesh surfaces_of(const FrameGeometry& geometry);
-
-/// A frame as a mesh: of each actor its surface or, where it has none, its model.
-struct FrameMesh {
-  Mesh mesh;
-  MeshTags tags;     ///< a part per actor; labels "beak", or "actor.beak" of several
-  std::string what;  ///< "surface", "model" or both: "surface, model"
-};
-/// Errors: the extractor's.
-Result<FrameMesh> mesh_of(const PreparedScene& prepared, const FrameGeometry& geometry,
-                          SurfaceExtractor& extractor);
 
 }  // namespace polymorph

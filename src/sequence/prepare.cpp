@@ -5,7 +5,7 @@
 
 #include "base/log.h"
 #include "image/image_io.h"
-#include "model/load_obj.h"
+#include "model/load_model.h"
 #include "model/normals.h"
 #include "model/shapes.h"
 #include "morph/labels.h"
@@ -31,9 +31,11 @@ Result<Model> load_object(const ObjectSettings& object, bool textures,
   if (!object.shape.empty()) return make_shape(object.shape);
   LoadObjSettings settings;
   settings.textures = textures;
-  PM_TRY(LoadedModel loaded, load_obj(object.model, settings));
+  PM_TRY(LoadedModel loaded, load_model(object.model, settings));
   warnings.insert(warnings.end(), loaded.warnings.begin(), loaded.warnings.end());
-  return std::move(loaded.model);
+  if (object.up == UpAxis::kY) return std::move(loaded.model);
+  const Vec3 turn = object.up == UpAxis::kZ ? Vec3{-90, 0, 0} : Vec3{0, 0, 90};
+  return transformed(loaded.model, make_transform({}, turn, {1, 1, 1}));
 }
 
 void paint(Model& model, Vec3 color) {

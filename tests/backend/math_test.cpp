@@ -54,10 +54,10 @@ TEST(Math, branchless_selections_agree_with_comparisons) {
   EXPECT_EQ(float_bits(zero_unless(false, std::numeric_limits<float>::quiet_NaN())), 0u);
 }
 
-using RoundGaussian = Field<FieldKind::kGaussian, RoundBall>;
-using Ellipsoid = Field<FieldKind::kGaussian, EllipsoidBall>;
-using RoundWyvill = Field<FieldKind::kWyvill, RoundBall>;
-using InverseSquare = Field<FieldKind::kInverseSquare, RoundBall>;
+using RoundGaussian = Field<GaussianField, RoundBall>;
+using Ellipsoid = Field<GaussianField, EllipsoidBall>;
+using RoundWyvill = Field<WyvillField, RoundBall>;
+using InverseSquare = Field<InverseSquareField, RoundBall>;
 
 template <class F>
 float value_at(const typename F::Ball& ball, Vec3 p) {

@@ -12,6 +12,7 @@
 
 #include "base/hash.h"
 #include "base/random.h"
+#include "base/spool.h"
 
 namespace polymorph {
 namespace {
@@ -241,6 +242,35 @@ TEST(Hasher, DependsOnEveryByteAndOnWhereTextsEnd) {
   EXPECT_NE(hash(1, 2), hash(2, 1));
   EXPECT_NE(hash(std::string_view("ab"), std::string_view("c")),
             hash(std::string_view("a"), std::string_view("bc")));
+}
+
+TEST_F(FileTest, ASpoolGivesItsRunsBackInAnyOrder) {
+  auto spool = Spool::beside(folder / "made" / "x.bin");
+  ASSERT_TRUE(spool.ok()) << spool.error().message;
+  std::string all;
+  for (int i = 0; i < 300000; ++i) all += std::to_string(i) + " ";
+  ASSERT_TRUE(spool->append(all).ok());
+  ASSERT_TRUE(spool->append("the end").ok());
+  EXPECT_EQ(spool->size(), all.size() + 7);
+  EXPECT_TRUE(fs::is_empty(folder / "made")) << "it has no name";
+  const ByteSource source = joined({source_of("head "), spool->source({{all.size(), 7}, {0, 0}}),
+                                    spool->source({{2, all.size() - 2}})});
+  ASSERT_TRUE(write_file(folder / "x.bin", source).ok());
+  const auto back = read_file(folder / "x.bin");
+  ASSERT_TRUE(back.ok());
+  EXPECT_EQ(*back, "head the end" + all.substr(2));
+}
+
+TEST_F(FileTest, AnErrorOfTheSourceLeavesTheFile) {
+  ASSERT_TRUE(write_file(folder / "x.txt", "before").ok());
+  int calls = 0;
+  const auto status = write_file(folder / "x.txt", [&]() -> Result<std::string_view> {
+    if (++calls < 3) return std::string_view("more");
+    return Error{ErrorCode::kResource, "gone"};
+  });
+  EXPECT_EQ(status.error().message, "gone");
+  EXPECT_EQ(*read_file(folder / "x.txt"), "before");
+  EXPECT_EQ(entries(), 1u);
 }
 
 TEST(Random, IsAFunctionOfItsKeysAndFillsItsRange) {

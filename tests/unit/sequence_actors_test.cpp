@@ -4,6 +4,7 @@
 #include <set>
 
 #include "sequence/analyze_sequence.h"
+#include "sequence/geometry.h"
 #include "sequence/render_scene.h"
 #include "sequence/render_sequence.h"
 #include "surface/mesh_check.h"

@@ -6,7 +6,9 @@
 #include "analyze/measure.h"
 #include "morph/motion.h"
 #include "sequence/analyze_sequence.h"
+#include "sequence/geometry.h"
 #include "sequence/leg_surface.h"
+#include "sequence/surface_frames.h"
 #include "surface/mesh_check.h"
 #include "testing/scene.h"
 
@@ -161,13 +163,12 @@ TEST_F(RetargetTest, MindsMayBeChangedTwice) {
   ASSERT_TRUE(last.ok());
   EXPECT_EQ(last->actors[0].layers.size(), 4u);
   // Vertices still know what they belong to.
-  const auto labelled = mesh_of(prepared, *last, *extractor);
-  ASSERT_TRUE(labelled.ok());
-  const FrameMesh& frame = *labelled;
-  EXPECT_EQ(frame.tags.label_names,
-            (std::vector<std::string>{"cube", "torus", "puddle", "sphere"}));
-  ASSERT_EQ(frame.tags.labels.size(), frame.mesh.positions.size());
-  for (const std::uint32_t label : frame.tags.labels) ASSERT_LT(label, 4u);
+  EXPECT_EQ(actor.label_names, (std::vector<std::string>{"cube", "torus", "puddle", "sphere"}));
+  const auto frames = surface_frames(prepared, *last, nullptr, *extractor);
+  ASSERT_TRUE(frames.ok());
+  const SurfaceFrame& frame = frames->front();
+  ASSERT_EQ(frame.labels.size(), frame.positions.size());
+  for (const std::uint32_t label : frame.labels) ASSERT_LT(label, 4u);
 }
 
 TEST_F(RetargetTest, OnlyWhatIsOnTheWayCanBeLeft) {

@@ -1,14 +1,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 
 #include "model/shapes.h"
 #include "morph/plan.h"
+#include "surface/balls_io.h"
 #include "surface/crossfade.h"
 #include "surface/grid.h"
 #include "surface/mesh_check.h"
-#include "surface/mesh_io.h"
 #include "testing/surface.h"
 
 namespace polymorph {
@@ -93,31 +92,6 @@ TEST(Crossfade, PointsRunFromTheModelIntoItsOwnBalls) {
       }
     }
   }
-}
-
-TEST(MeshFiles, ObjAndPlyHoldTheWholeMesh) {
-  const Mesh mesh = tetrahedron();
-  const std::string obj = encode_obj(mesh);
-  EXPECT_NE(obj.find("v 0 1 0\n"), std::string::npos);
-  EXPECT_NE(obj.find("f 2//2 3//3 4//4\n"), std::string::npos);
-  const std::string ply = encode_ply(mesh);
-  const auto body = ply.find("end_header\n") + 11;
-  ASSERT_EQ(ply.size() - body, 4 * 24 + 4 * 13u);
-  float x = 0;
-  std::memcpy(&x, ply.data() + body + 24, 4);
-  EXPECT_EQ(x, 1.0f);
-  EXPECT_EQ(write_mesh("/tmp/x.stl", mesh).error().code, ErrorCode::kUsage);
-}
-
-TEST(MeshFiles, FlatMeshesHaveNoNormals) {
-  Mesh mesh = tetrahedron();
-  mesh.normals.clear();
-  const std::string obj = encode_obj(mesh);
-  EXPECT_EQ(obj.find("vn "), std::string::npos);
-  EXPECT_NE(obj.find("f 2 3 4\n"), std::string::npos);
-  const std::string ply = encode_ply(mesh);
-  EXPECT_EQ(ply.find("float nx"), std::string::npos);
-  EXPECT_EQ(ply.size() - (ply.find("end_header\n") + 11), 4 * 12 + 4 * 13u);
 }
 
 TEST(MeshFiles, BallsSayTheirVisibleRadius) {

@@ -1,0 +1,486 @@
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "base/file.h"
+#include "base/hash.h"
+#include "base/spool.h"
+#include "interchange/material_catalog.h"
+#include "interchange/split_surface.h"
+#include "interchange/surface_writer.h"
+
+namespace polymorph {
+namespace {
+
+using nlohmann::json;
+
+static_assert(std::endian::native == std::endian::little, "glTF's binary part is memory as it is");
+
+constexpr int kByte = 5120, kUnsignedByte = 5121, kUnsignedShort = 5123, kUnsignedInt = 5125,
+              kFloat = 5126;
+constexpr int kVertexBuffer = 34962, kIndexBuffer = 34963;
+
+template <class T>
+void append(std::string& bytes, const T& value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+json array_of(Vec3 v) { return {v.x, v.y, v.z}; }
+
+template <class T>
+T quantized(float v, float most) {
+  return static_cast<T>(
+      std::lround(std::clamp(v, std::is_signed_v<T> ? -1.0f : 0.0f, 1.0f) * most));
+}
+
+/// Where an actor's mesh is in the file, and when it shows.
+struct Shown {
+  std::size_t mesh = 0, actor = 0;
+  int first = 0, end = 0;  ///< frames: from the one until the other
+  Vec3 origin;
+  float scale = 1;
+  std::string digest;  ///< of all that is shown
+};
+
+class GlbWriter : public SurfaceWriter {
+ public:
+  GlbWriter(std::filesystem::path path, SurfaceSequence sequence, GlbSettings settings, Spool spool)
+      : path_(std::move(path)),
+        sequence_(std::move(sequence)),
+        settings_(settings),
+        spool_(std::move(spool)),
+        current_(sequence_.actors.size()) {}
+
+  Status add(int frame, std::span<const SurfaceFrame> frames) override {
+    for (std::size_t a = 0; a < frames.size(); ++a) {
+      const std::string digest = frames[a].triangles.empty() ? "" : digest_of(frames[a]);
+      std::optional<std::size_t>& current = current_[a];
+      if (current && shown_[*current].digest == digest) continue;
+      if (current) shown_[*current].end = frame;
+      current.reset();
+      if (digest.empty()) continue;
+      Shown shown;
+      shown.actor = a;
+      shown.first = frame;
+      shown.end = sequence_.last_frame + 1;
+      shown.digest = digest;
+      PM_TRY_STATUS(
+          add_mesh(frames[a], fmt::format("{}.{:04}", sequence_.actors[a], frame), shown));
+      current = shown_.size();
+      shown_.push_back(std::move(shown));
+    }
+    return Ok{};
+  }
+
+  Status finish() override;
+
+ private:
+  static std::string digest_of(const SurfaceFrame& frame);
+  Status add_mesh(const SurfaceFrame& frame, const std::string& name, Shown& shown);
+  Result<std::size_t> add_view(const std::string& bytes, int target, std::size_t stride = 0);
+  Result<std::size_t> add_accessor(const std::string& bytes, int target, int component,
+                                   const char* type, std::size_t count, bool normalized = false,
+                                   std::size_t stride = 0);
+  Status add_vertices(const SurfaceFrame& frame, const SplitSurface& split, json& attributes,
+                      Shown& shown);
+  Status add_quantized(const SurfaceFrame& frame, const SplitSurface& split, json& attributes,
+                       Shown& shown);
+  json material_json(const SurfaceMaterial& material);
+  Status add_images();
+  void add_nodes();
+  Status add_animation();
+
+  std::filesystem::path path_;
+  SurfaceSequence sequence_;
+  GlbSettings settings_;
+  Spool spool_;
+  MaterialCatalog catalog_;
+  json views_ = json::array(), accessors_ = json::array(), meshes_ = json::array(),
+       nodes_ = json::array(), animation_, images_ = json::array();
+  std::vector<Shown> shown_;
+  std::vector<std::optional<std::size_t>> current_;  ///< of each actor, what it shows
+};
+
+template <class T>
+void hash_all(Hasher& hasher, const std::vector<T>& values) {
+  hasher.add(std::span<const T>(values));
+}
+
+std::string GlbWriter::digest_of(const SurfaceFrame& frame) {
+  Hasher hasher;
+  hash_all(hasher, frame.positions);
+  hash_all(hasher, frame.triangles);
+  hash_all(hasher, frame.normals);
+  hash_all(hasher, frame.velocities);
+  hash_all(hasher, frame.corner_normals);
+  hash_all(hasher, frame.colors);
+  hash_all(hasher, frame.corner_uvs);
+  return hasher.hex();
+}
+
+Result<std::size_t> GlbWriter::add_view(const std::string& bytes, int target, std::size_t stride) {
+  json view = {{"buffer", 0}, {"byteOffset", spool_.size()}, {"byteLength", bytes.size()}};
+  if (target != 0) view["target"] = target;
+  if (stride != 0) view["byteStride"] = stride;
+  PM_TRY_STATUS(spool_.append(bytes));
+  PM_TRY_STATUS(spool_.append(std::string((4 - bytes.size() % 4) % 4, '\0')));
+  views_.push_back(std::move(view));
+  return views_.size() - 1;
+}
+
+Result<std::size_t> GlbWriter::add_accessor(const std::string& bytes, int target, int component,
+                                            const char* type, std::size_t count, bool normalized,
+                                            std::size_t stride) {
+  PM_TRY(const std::size_t view, add_view(bytes, target, stride));
+  json accessor = {
+      {"bufferView", view}, {"componentType", component}, {"count", count}, {"type", type}};
+  if (normalized) accessor["normalized"] = true;
+  accessors_.push_back(std::move(accessor));
+  return accessors_.size() - 1;
+}
+
+/// fill(bytes, vertex, point) for each vertex.
+template <class F>
+std::string per_vertex(const SplitSurface& split, const F& fill) {
+  std::string bytes;
+  for (std::size_t v = 0; v < split.position_of.size(); ++v) fill(bytes, v, split.position_of[v]);
+  return bytes;
+}
+
+Vec3 normal_at(const SurfaceFrame& frame, const SplitSurface& split, std::size_t vertex) {
+  return frame.corner_normals.empty() ? frame.normals[split.position_of[vertex]]
+                                      : frame.corner_normals[split.corner_of[vertex]];
+}
+
+/// glTF's run down from the top.
+Vec2 uv_at(const SurfaceFrame& frame, const SplitSurface& split, std::size_t vertex) {
+  const Vec2 uv = frame.corner_uvs[split.corner_of[vertex]];
+  return {uv.x, 1 - uv.y};
+}
+
+Status GlbWriter::add_vertices(const SurfaceFrame& frame, const SplitSurface& split,
+                               json& attributes, Shown&) {
+  const std::size_t count = split.position_of.size();
+  const auto put = [&](const char* name, const char* type, const std::string& bytes) -> Status {
+    PM_TRY(attributes[name], add_accessor(bytes, kVertexBuffer, kFloat, type, count));
+    return Ok{};
+  };
+  Vec3 low = frame.positions[split.position_of[0]], high = low;
+  PM_TRY_STATUS(put("POSITION", "VEC3",
+                    per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
+                      low = min(low, frame.positions[p]);
+                      high = max(high, frame.positions[p]);
+                      append(bytes, frame.positions[p]);
+                    })));
+  accessors_.back()["min"] = array_of(low);
+  accessors_.back()["max"] = array_of(high);
+  if (!frame.normals.empty() || !frame.corner_normals.empty())
+    PM_TRY_STATUS(put("NORMAL", "VEC3",
+                      per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
+                        append(bytes, normal_at(frame, split, v));
+                      })));
+  if (frame.is_mixed)
+    PM_TRY_STATUS(put("COLOR_0", "VEC3",
+                      per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
+                        append(bytes, frame.colors[p]);
+                      })));
+  if (!frame.is_mixed && !frame.corner_uvs.empty())
+    PM_TRY_STATUS(put("TEXCOORD_0", "VEC2",
+                      per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
+                        append(bytes, uv_at(frame, split, v));
+                      })));
+  // The only attribute of our own: Blender 5.0 mixes up the values of two.
+  if (!frame.velocities.empty())
+    PM_TRY_STATUS(put("_VELOCITY", "VEC3",
+                      per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
+                        append(bytes, frame.velocities[p]);
+                      })));
+  return Ok{};
+}
+
+Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& split,
+                                json& attributes, Shown& shown) {
+  const std::size_t count = split.position_of.size();
+  Vec3 low = frame.positions[split.position_of[0]], high = low;
+  for (const std::uint32_t p : split.position_of) {
+    low = min(low, frame.positions[p]);
+    high = max(high, frame.positions[p]);
+  }
+  const Vec3 size = high - low;
+  shown.origin = low;
+  shown.scale = std::max({size.x, size.y, size.z, 1e-30f});
+  const auto put = [&](const char* name, const char* type, int component, std::size_t stride,
+                       const std::string& bytes) -> Status {
+    PM_TRY(attributes[name],
+           add_accessor(bytes, kVertexBuffer, component, type, count, true, stride));
+    return Ok{};
+  };
+  std::uint16_t least[3] = {65535, 65535, 65535}, most[3] = {};
+  PM_TRY_STATUS(put("POSITION", "VEC3", kUnsignedShort, 8,
+                    per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
+                      const Vec3 at = (frame.positions[p] - low) / shown.scale;
+                      const float own[3] = {at.x, at.y, at.z};
+                      for (int k = 0; k < 3; ++k) {
+                        const auto q = quantized<std::uint16_t>(own[k], 65535);
+                        least[k] = std::min(least[k], q);
+                        most[k] = std::max(most[k], q);
+                        append(bytes, q);
+                      }
+                      append(bytes, std::uint16_t{0});
+                    })));
+  accessors_.back()["min"] = least;
+  accessors_.back()["max"] = most;
+  if (!frame.normals.empty() || !frame.corner_normals.empty())
+    PM_TRY_STATUS(put("NORMAL", "VEC3", kByte, 4,
+                      per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
+                        const Vec3 n = normal_at(frame, split, v);
+                        for (const float c : {n.x, n.y, n.z})
+                          append(bytes, quantized<std::int8_t>(c, 127));
+                        append(bytes, std::int8_t{0});
+                      })));
+  if (frame.is_mixed)
+    PM_TRY_STATUS(put("COLOR_0", "VEC4", kUnsignedShort, 8,
+                      per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
+                        const Vec3 color = frame.colors[p];
+                        for (const float c : {color.x, color.y, color.z, 1.0f})
+                          append(bytes, quantized<std::uint16_t>(c, 65535));
+                      })));
+  if (frame.is_mixed || frame.corner_uvs.empty()) return Ok{};
+  const bool within = std::all_of(frame.corner_uvs.begin(), frame.corner_uvs.end(), [](Vec2 uv) {
+    return uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1;
+  });
+  const std::string bytes = per_vertex(split, [&](std::string& all, std::size_t v, std::uint32_t) {
+    const Vec2 uv = uv_at(frame, split, v);
+    if (!within) return append(all, uv);
+    append(all, quantized<std::uint16_t>(uv.x, 65535));
+    append(all, quantized<std::uint16_t>(uv.y, 65535));
+  });
+  PM_TRY(
+      attributes["TEXCOORD_0"],
+      add_accessor(bytes, kVertexBuffer, within ? kUnsignedShort : kFloat, "VEC2", count, within));
+  return Ok{};
+}
+
+Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, Shown& shown) {
+  SplitSettings corners;
+  corners.uvs = !frame.is_mixed;
+  const SplitSurface split = split_corners(frame, corners);
+  json attributes = json::object();
+  PM_TRY_STATUS(settings_.quantize ? add_quantized(frame, split, attributes, shown)
+                                   : add_vertices(frame, split, attributes, shown));
+  std::vector<std::size_t> materials;
+  if (frame.is_mixed)
+    materials = {catalog_.add(frame.mixture)};
+  else
+    materials = catalog_.add(frame.materials);
+  std::vector<std::size_t> wanted = materials;
+  std::sort(wanted.begin(), wanted.end());
+  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+  const auto material_at = [&](std::size_t t) {
+    return frame.is_mixed ? materials[0] : materials[frame.triangle_materials[t]];
+  };
+  json primitives = json::array();
+  const bool is_short = split.position_of.size() < 65535;  // the last number restarts strips
+  for (const std::size_t material : wanted) {
+    std::string bytes;
+    std::size_t count = 0;
+    for (std::size_t t = 0; t < split.triangles.size(); ++t) {
+      if (material_at(t) != material) continue;
+      for (const std::uint32_t v : split.triangles[t].v)
+        is_short ? append(bytes, static_cast<std::uint16_t>(v)) : append(bytes, v);
+      count += 3;
+    }
+    if (count == 0) continue;
+    PM_TRY(const std::size_t indices,
+           add_accessor(bytes, kIndexBuffer, is_short ? kUnsignedShort : kUnsignedInt, "SCALAR",
+                        count));
+    primitives.push_back(
+        {{"attributes", attributes}, {"indices", indices}, {"material", material}});
+  }
+  meshes_.push_back({{"name", name}, {"primitives", primitives}});
+  shown.mesh = meshes_.size() - 1;
+  return Ok{};
+}
+
+json GlbWriter::material_json(const SurfaceMaterial& m) {
+  json pbr = {{"baseColorFactor",
+               {std::clamp(m.color.x, 0.0f, 1.0f), std::clamp(m.color.y, 0.0f, 1.0f),
+                std::clamp(m.color.z, 0.0f, 1.0f), 1}},
+              {"metallicFactor", std::clamp(m.metallic, 0.0f, 1.0f)},
+              {"roughnessFactor", std::clamp(m.roughness, 0.0f, 1.0f)}};
+  if (const int texture = catalog_.texture_of(m); texture >= 0)
+    pbr["baseColorTexture"] = {{"index", texture}};
+  json material = {{"name", m.name}, {"pbrMetallicRoughness", pbr}};
+  if (m.transmission > 0)
+    material["extensions"] = {
+        {"KHR_materials_transmission", {{"transmissionFactor", m.transmission}}},
+        {"KHR_materials_ior", {{"ior", m.ior}}}};
+  return material;
+}
+
+Status GlbWriter::add_images() {
+  for (const auto& texture : catalog_.textures) {
+    PM_TRY(const std::string png, texture_png(*texture));
+    PM_TRY(const std::size_t view, add_view(png, 0));
+    images_.push_back({{"bufferView", view}, {"mimeType", "image/png"}});
+  }
+  return Ok{};
+}
+
+/// A node for each mesh under one for each actor; the camera last.
+void GlbWriter::add_nodes() {
+  std::vector<json> children(sequence_.actors.size(), json::array());
+  for (const Shown& shown : shown_) {
+    json node = {{"name", meshes_[shown.mesh]["name"]},
+                 {"mesh", shown.mesh},
+                 {"extensions",
+                  {{"KHR_node_visibility", {{"visible", shown.first == sequence_.first_frame}}}}}};
+    if (settings_.quantize) node["translation"] = array_of(shown.origin);
+    // What a viewer shows that plays nothing: the first frame.
+    const float scale = shown.first == sequence_.first_frame ? shown.scale : 0.0f;
+    if (scale != 1) node["scale"] = {scale, scale, scale};
+    children[shown.actor].push_back(nodes_.size());
+    nodes_.push_back(std::move(node));
+  }
+  for (std::size_t a = 0; a < sequence_.actors.size(); ++a)
+    if (!children[a].empty())
+      nodes_.push_back({{"name", sequence_.actors[a]}, {"children", children[a]}});
+  const FrameCamera& c = sequence_.camera;
+  // Column by column; a camera looks along its -z.
+  nodes_.push_back(
+      {{"name", "camera"},
+       {"camera", 0},
+       {"matrix",
+        {c.right.x, c.right.y, c.right.z, 0, c.up.x, c.up.y, c.up.z, 0, -c.forward.x, -c.forward.y,
+         -c.forward.z, 0, c.position.x, c.position.y, c.position.z, 1}}});
+}
+
+Status GlbWriter::add_animation() {
+  json samplers = json::array(), channels = json::array();
+  const auto moment = [&](int frame) {
+    return static_cast<float>(frame - sequence_.first_frame) / sequence_.fps;
+  };
+  for (std::size_t n = 0; n < shown_.size(); ++n) {
+    const Shown& shown = shown_[n];
+    // Runs to the end of the last frame, so that it is as long as the others.
+    std::vector<float> times;
+    std::vector<std::uint8_t> visible;
+    const auto key = [&](int frame, bool shows) {
+      times.push_back(moment(frame));
+      visible.push_back(shows ? 1 : 0);
+    };
+    if (shown.first > sequence_.first_frame) key(sequence_.first_frame, false);
+    key(shown.first, true);
+    if (shown.end <= sequence_.last_frame) key(shown.end, false);
+    key(sequence_.last_frame + 1, shown.end > sequence_.last_frame);
+    std::string time_bytes, scale_bytes;
+    std::string visible_bytes(visible.begin(), visible.end());
+    for (const float t : times) append(time_bytes, t);
+    for (const std::uint8_t v : visible) {
+      const float scale = v ? shown.scale : 0.0f;
+      append(scale_bytes, Vec3{scale, scale, scale});
+    }
+    PM_TRY(const std::size_t input, add_accessor(time_bytes, 0, kFloat, "SCALAR", times.size()));
+    accessors_.back()["min"] = {times.front()};
+    accessors_.back()["max"] = {times.back()};
+    PM_TRY(const std::size_t scales, add_accessor(scale_bytes, 0, kFloat, "VEC3", times.size()));
+    PM_TRY(const std::size_t seen,
+           add_accessor(visible_bytes, 0, kUnsignedByte, "SCALAR", times.size()));
+    samplers.push_back({{"input", input}, {"output", scales}, {"interpolation", "STEP"}});
+    channels.push_back(
+        {{"sampler", samplers.size() - 1}, {"target", {{"node", n}, {"path", "scale"}}}});
+    samplers.push_back({{"input", input}, {"output", seen}, {"interpolation", "STEP"}});
+    channels.push_back(
+        {{"sampler", samplers.size() - 1},
+         {"target",
+          {{"path", "pointer"},
+           {"extensions",
+            {{"KHR_animation_pointer",
+              {{"pointer",
+                fmt::format("/nodes/{}/extensions/KHR_node_visibility/visible", n)}}}}}}}});
+  }
+  animation_ = {{"name", "morph"}, {"samplers", samplers}, {"channels", channels}};
+  return Ok{};
+}
+
+Status GlbWriter::finish() {
+  PM_TRY_STATUS(add_images());
+  PM_TRY_STATUS(add_animation());
+  add_nodes();
+  json roots = json::array();
+  for (std::size_t n = shown_.size(); n < nodes_.size(); ++n) roots.push_back(n);
+  json used = {"KHR_node_visibility", "KHR_animation_pointer"};
+  json file = {{"asset", {{"version", "2.0"}, {"generator", "polymorph " PM_VERSION}}},
+               {"scene", 0},
+               {"scenes", {{{"nodes", roots}}}},
+               {"nodes", nodes_},
+               {"cameras",
+                {{{"type", "perspective"},
+                  {"perspective",
+                   {{"yfov", 2 * std::atan(sequence_.camera.tan_half_fov_y)},
+                    {"aspectRatio", sequence_.camera.aspect},
+                    {"znear", 0.01f * sequence_.camera.focus}}}}}},
+               {"extras", {{"fps", sequence_.fps}}}};
+  if (!meshes_.empty()) {
+    file["meshes"] = meshes_;
+    file["accessors"] = accessors_;
+    file["bufferViews"] = views_;
+    file["animations"] = {animation_};
+    file["buffers"] = {{{"byteLength", spool_.size()}}};
+  }
+  json materials = json::array();
+  for (const SurfaceMaterial& m : catalog_.materials) {
+    materials.push_back(material_json(m));
+    if (m.transmission > 0 && used.size() == 2) {
+      used.push_back("KHR_materials_transmission");
+      used.push_back("KHR_materials_ior");
+    }
+  }
+  if (!materials.empty()) file["materials"] = materials;
+  if (!images_.empty()) {
+    json textures = json::array();
+    for (std::size_t i = 0; i < images_.size(); ++i)
+      textures.push_back({{"source", i}, {"sampler", 0}});
+    file["images"] = images_;
+    file["textures"] = textures;
+    file["samplers"] = {{{"wrapS", 10497}, {"wrapT", 10497}}};
+  }
+  if (settings_.quantize) {
+    used.push_back("KHR_mesh_quantization");
+    file["extensionsRequired"] = {"KHR_mesh_quantization"};
+  }
+  file["extensionsUsed"] = used;
+  std::string text = file.dump(-1, ' ', false, json::error_handler_t::replace);
+  text.resize((text.size() + 3) / 4 * 4, ' ');
+  const std::uint64_t total = 12 + 8 + text.size() + 8 + spool_.size();
+  if (total > 0xffffffffull)
+    return make_error(ErrorCode::kOutput,
+                      "{}: glTF's binary form ends at 4 GiB, and this is {:.1f} GiB - write fewer "
+                      "frames with -f, simplify with --error, or write .usda",
+                      path_.string(), static_cast<double>(total) / (1u << 30));
+  std::string head;
+  append(head, std::uint32_t{0x46546c67});
+  append(head, std::uint32_t{2});
+  append(head, static_cast<std::uint32_t>(total));
+  append(head, static_cast<std::uint32_t>(text.size()));
+  append(head, std::uint32_t{0x4e4f534a});
+  head += text;
+  append(head, static_cast<std::uint32_t>(spool_.size()));
+  append(head, std::uint32_t{0x004e4942});
+  return write_file(path_, joined({source_of(head), spool_.source({{0, spool_.size()}})}));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<SurfaceWriter>> make_glb_writer(const std::filesystem::path& path,
+                                                       const SurfaceSequence& sequence,
+                                                       const GlbSettings& settings) {
+  PM_TRY(Spool spool, Spool::beside(path));
+  return std::unique_ptr<SurfaceWriter>(
+      std::make_unique<GlbWriter>(path, sequence, settings, std::move(spool)));
+}
+
+}  // namespace polymorph

@@ -1,0 +1,98 @@
+#include "interchange/ply.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+
+#include "image/srgb.h"
+
+namespace polymorph {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "encode_ply writes memory as it is");
+
+template <class T>
+void append(std::string& bytes, const T& value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+/// Whether every frame that has points has these values, one each.
+template <class F>
+bool all_have(std::span<const SurfaceFrame> frames, const F& values) {
+  return std::all_of(frames.begin(), frames.end(),
+                     [&](const SurfaceFrame& f) { return values(f).size() == f.positions.size(); });
+}
+
+/// The first corner's, of each point.
+std::vector<Vec2> point_uvs(const SurfaceFrame& frame) {
+  std::vector<Vec2> uvs(frame.positions.size());
+  if (frame.corner_uvs.empty()) return uvs;
+  for (std::size_t c = frame.corner_uvs.size(); c-- > 0;)
+    uvs[frame.triangles[c / 3].v[c % 3]] = frame.corner_uvs[c];
+  return uvs;
+}
+
+}  // namespace
+
+std::string encode_ply(std::span<const SurfaceFrame> frames, const SurfaceSequence& sequence) {
+  const bool normals = all_have(frames, [](const auto& f) { return std::span(f.normals); });
+  const bool colors = all_have(frames, [](const auto& f) { return std::span(f.colors); });
+  const bool labels = all_have(frames, [](const auto& f) { return std::span(f.labels); });
+  // What stands still has none.
+  const bool velocities = std::any_of(frames.begin(), frames.end(),
+                                      [](const auto& f) { return !f.velocities.empty(); });
+  const bool uvs = std::any_of(frames.begin(), frames.end(),
+                               [](const auto& f) { return !f.corner_uvs.empty(); });
+  std::size_t points = 0, triangles = 0, label_count = 0;
+  for (const SurfaceFrame& frame : frames) {
+    points += frame.positions.size();
+    triangles += frame.triangles.size();
+  }
+  std::string bytes = "ply\nformat binary_little_endian 1.0\ncomment polymorph surface\n";
+  if (labels)
+    for (std::size_t a = 0; a < sequence.label_names.size(); ++a)
+      for (const std::string& name : sequence.label_names[a])
+        bytes += fmt::format("comment label {} {}{}\n", label_count++,
+                             sequence.actors.size() > 1 ? sequence.actors[a] + "." : "", name);
+  bytes += fmt::format("element vertex {}\nproperty float x\nproperty float y\nproperty float z\n",
+                       points);
+  if (normals) bytes += "property float nx\nproperty float ny\nproperty float nz\n";
+  if (colors) bytes += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+  if (uvs) bytes += "property float s\nproperty float t\n";
+  if (velocities) bytes += "property float vx\nproperty float vy\nproperty float vz\n";
+  if (labels) bytes += "property int label\n";
+  bytes += fmt::format("element face {}\nproperty list uchar uint vertex_indices\n{}end_header\n",
+                       triangles, uvs ? "property list uchar float texcoord\n" : "");
+  std::uint32_t first_label = 0;
+  for (std::size_t a = 0; a < frames.size(); ++a) {
+    const SurfaceFrame& frame = frames[a];
+    const std::vector<Vec2> at_points = uvs ? point_uvs(frame) : std::vector<Vec2>{};
+    for (std::size_t i = 0; i < frame.positions.size(); ++i) {
+      append(bytes, frame.positions[i]);
+      if (normals) append(bytes, frame.normals[i]);
+      if (colors)
+        for (const float c : {frame.colors[i].x, frame.colors[i].y, frame.colors[i].z})
+          append(bytes, SrgbQuantizer::instance()(c));
+      if (uvs) append(bytes, at_points[i]);
+      if (velocities) append(bytes, frame.velocities.empty() ? Vec3{} : frame.velocities[i]);
+      if (labels) append(bytes, first_label + frame.labels[i]);
+    }
+    if (labels) first_label += static_cast<std::uint32_t>(sequence.label_names[a].size());
+  }
+  std::uint32_t first_point = 0;
+  for (const SurfaceFrame& frame : frames) {
+    for (std::size_t t = 0; t < frame.triangles.size(); ++t) {
+      append(bytes, std::uint8_t{3});
+      for (const std::uint32_t v : frame.triangles[t].v) append(bytes, first_point + v);
+      if (!uvs) continue;
+      append(bytes, std::uint8_t{6});
+      for (std::size_t k = 0; k < 3; ++k)
+        append(bytes, frame.corner_uvs.empty() ? Vec2{} : frame.corner_uvs[3 * t + k]);
+    }
+    first_point += static_cast<std::uint32_t>(frame.positions.size());
+  }
+  return bytes;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,65 @@
+// What is given to other programs: an actor's surface in one frame, with all that its points carry.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "image/image.h"
+#include "kernels/types.h"
+
+namespace polymorph {
+
+/// What a run of triangles is made of.
+struct SurfaceMaterial {
+  std::string name;
+  Vec3 color{1, 1, 1};                   ///< scene-linear base colour, multiplied with the texture
+  std::shared_ptr<const Image> texture;  ///< scene-linear; null = none
+  float roughness = 0.5f;                ///< 0 mirror .. 1 matte
+  float metallic = 0;
+  float transmission = 0;  ///< share of the light that goes in, as into glass
+  float ior = 1.5f;
+};
+/// Equal in everything but the name.
+bool same_material(const SurfaceMaterial& a, const SurfaceMaterial& b);
+
+/// One actor in one frame. Points are shared by the triangles around them.
+struct SurfaceFrame {
+  bool is_model = false;  ///< an object's own mesh, not an extracted surface
+  std::vector<Vec3> positions;
+  std::vector<Triangle> triangles;
+  std::vector<Vec3> normals;  ///< one a position, unit; empty where the surface is flat
+  /// 3 a triangle, of a model with sharp edges; else empty.
+  std::vector<Vec3> corner_normals;
+  std::vector<Vec3> velocities;       ///< one a position, scene units a second; or empty
+  std::vector<Vec3> colors;           ///< one a position, scene-linear; or empty
+  std::vector<std::uint32_t> labels;  ///< one a position: index into the actor's label names
+  std::vector<Vec2> corner_uvs;       ///< 3 a triangle, v up; or empty
+  std::vector<std::uint32_t> triangle_materials;  ///< one a triangle: index into materials
+  /// Texture coordinates and materials are those of the object that the surface is more of.
+  std::vector<SurfaceMaterial> materials;
+  /// Whether only `colors` say what it looks like: it wears several objects' materials mixed.
+  bool is_mixed = false;
+  SurfaceMaterial mixture;  ///< for that case: white, with the means of all but the colour
+};
+
+/// A perspective camera as other programs want it.
+struct FrameCamera {
+  Vec3 position, right, up, forward;  ///< orthonormal
+  float tan_half_fov_y = 0.27f;
+  float aspect = 4.0f / 3;  ///< width / height
+  float focus = 1;          ///< distance that is sharp
+};
+
+/// What is known before the first frame.
+struct SurfaceSequence {
+  std::vector<std::string> actors;
+  std::vector<std::vector<std::string>> label_names;  ///< of each actor
+  float fps = 24;
+  int first_frame = 1, last_frame = 1;
+  FrameCamera camera;
+  bool has_corner_normals = false;  ///< whether any frame has them
+};
+
+}  // namespace polymorph

@@ -1,0 +1,435 @@
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <iterator>
+#include <optional>
+
+#include "base/file.h"
+#include "base/spool.h"
+#include "interchange/material_catalog.h"
+#include "interchange/surface_writer.h"
+
+namespace polymorph {
+namespace {
+
+/// The text of an attribute's values at all times, on the disk. A value that stays is written at
+/// the first and at the last of its frames only: between equal samples nothing can be interpolated.
+class TimeSamples {
+ public:
+  Status add(int frame, std::string value, Spool& spool) {
+    if (frame_ && value == value_) {
+      repeats_ = true;
+      frame_ = frame;
+      return Ok{};
+    }
+    PM_TRY_STATUS(end_run(spool));
+    value_ = std::move(value);
+    frame_ = frame;
+    return write(spool);
+  }
+  /// Before ranges() is used.
+  Status end_run(Spool& spool) {
+    if (!repeats_) return Ok{};
+    repeats_ = false;
+    return write(spool);
+  }
+  bool empty() const { return ranges_.empty(); }
+  const std::vector<Spool::Range>& ranges() const { return ranges_; }
+
+ private:
+  Status write(Spool& spool) {
+    const std::string text = fmt::format("            {}: {},\n", *frame_, value_);
+    ranges_.push_back({spool.size(), text.size()});
+    return spool.append(text);
+  }
+  std::vector<Spool::Range> ranges_;
+  std::string value_;
+  std::optional<int> frame_;
+  bool repeats_ = false;
+};
+
+using Text = std::back_insert_iterator<std::string>;
+
+/// "[a, b, c]" with put(out, item) for each item.
+template <class T, class F>
+std::string list_of(const std::vector<T>& items, const F& put) {
+  std::string text = "[";
+  const Text out = std::back_inserter(text);
+  bool first = true;
+  for (const T& item : items) {
+    if (!first) text += ", ";
+    first = false;
+    put(out, item);
+  }
+  text += ']';
+  return text;
+}
+
+/// Numbers that read back to the same floats.
+std::string exact(const std::vector<Vec3>& values) {
+  return list_of(values,
+                 [](Text out, Vec3 v) { fmt::format_to(out, "({}, {}, {})", v.x, v.y, v.z); });
+}
+/// Six digits, which is enough for what is no place.
+std::string rounded(const std::vector<Vec3>& values) {
+  return list_of(values, [](Text out, Vec3 v) {
+    fmt::format_to(out, "({:.6g}, {:.6g}, {:.6g})", v.x, v.y, v.z);
+  });
+}
+template <class T>
+std::string integers(const std::vector<T>& values) {
+  return list_of(values, [](Text out, T v) { fmt::format_to(out, "{}", v); });
+}
+
+std::string quoted(const std::string& text) {
+  std::string all = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') all += '\\';
+    all += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+  }
+  return all + '"';
+}
+std::string quoted(const std::vector<std::string>& texts) {
+  return list_of(texts,
+                 [](Text out, const std::string& t) { fmt::format_to(out, "{}", quoted(t)); });
+}
+
+/// A Mesh in the making.
+struct ActorSamples {
+  std::string name;
+  TimeSamples extent, counts, indices, points, normals, velocities, colors, uvs, uv_indices, labels,
+      roughness, metallic;
+  std::vector<TimeSamples> subsets;  ///< faces of each material of the catalogue
+};
+
+class UsdWriter : public SurfaceWriter {
+ public:
+  UsdWriter(std::filesystem::path path, SurfaceSequence sequence, bool overwrite, Spool spool)
+      : path_(std::move(path)),
+        sequence_(std::move(sequence)),
+        overwrite_(overwrite),
+        spool_(std::move(spool)) {
+    for (const std::string& actor : sequence_.actors) {
+      std::string name = identifier(actor);
+      const auto taken = [&] {
+        return name == "camera" || name == "materials" ||
+               std::any_of(actors_.begin(), actors_.end(),
+                           [&](const ActorSamples& a) { return a.name == name; });
+      };
+      for (int i = 2; taken(); ++i) name = fmt::format("{}_{}", identifier(actor), i);
+      actors_.emplace_back().name = name;
+    }
+  }
+
+  Status add(int frame, std::span<const SurfaceFrame> frames) override {
+    for (std::size_t a = 0; a < frames.size(); ++a)
+      PM_TRY_STATUS(add_actor(frame, frames[a], actors_[a]));
+    frames_.push_back(frame);
+    return Ok{};
+  }
+  Status finish() override;
+
+ private:
+  Status add_actor(int frame, const SurfaceFrame& surface, ActorSamples& actor);
+  Status add_subsets(int frame, const SurfaceFrame& surface, ActorSamples& actor);
+  std::string header() const;
+  std::string camera() const;
+  std::string material(const std::string& name, const SurfaceMaterial& m) const;
+  void add_mesh(std::size_t index, std::vector<ByteSource>& parts);
+  void add_mixed_material(ActorSamples& actor, std::vector<ByteSource>& parts);
+  Status end_runs();
+  Status write_textures();
+  std::string texture_name(std::size_t index) const {
+    return fmt::format("{}.texture{}.png", path_.stem().string(), index + 1);
+  }
+  ByteSource text(std::string bytes) {
+    texts_.push_back(std::make_unique<std::string>(std::move(bytes)));
+    return source_of(*texts_.back());
+  }
+
+  std::filesystem::path path_;
+  SurfaceSequence sequence_;
+  bool overwrite_;
+  Spool spool_;
+  MaterialCatalog catalog_;
+  std::vector<ActorSamples> actors_;
+  std::vector<int> frames_;
+  std::vector<std::unique_ptr<std::string>> texts_;  ///< that sources refer to
+};
+
+std::vector<Vec3> normals_of(const SurfaceFrame& surface, bool at_corners) {
+  if (!at_corners) return surface.normals;
+  if (!surface.corner_normals.empty() || surface.normals.empty()) return surface.corner_normals;
+  std::vector<Vec3> normals;
+  for (const Triangle& t : surface.triangles)
+    for (const std::uint32_t v : t.v) normals.push_back(surface.normals[v]);
+  return normals;
+}
+
+/// The distinct ones among the corners of each point, and each corner's index into them.
+void index_uvs(const SurfaceFrame& surface, std::vector<Vec2>& values,
+               std::vector<std::uint32_t>& indices) {
+  constexpr std::uint32_t kNone = 0xffffffffu;
+  std::vector<std::uint32_t> first(surface.positions.size(), kNone), next;
+  for (std::size_t c = 0; c < surface.corner_uvs.size(); ++c) {
+    const std::uint32_t point = surface.triangles[c / 3].v[c % 3];
+    std::uint32_t at = first[point];
+    while (at != kNone && !(values[at] == surface.corner_uvs[c])) at = next[at];
+    if (at == kNone) {
+      at = static_cast<std::uint32_t>(values.size());
+      values.push_back(surface.corner_uvs[c]);
+      next.push_back(first[point]);
+      first[point] = at;
+    }
+    indices.push_back(at);
+  }
+}
+
+Status UsdWriter::add_actor(int frame, const SurfaceFrame& surface, ActorSamples& actor) {
+  std::vector<std::uint32_t> indices;
+  for (const Triangle& t : surface.triangles) indices.insert(indices.end(), t.v, t.v + 3);
+  Vec3 low, high;
+  if (!surface.positions.empty()) low = high = surface.positions.front();
+  for (const Vec3 p : surface.positions) {
+    low = min(low, p);
+    high = max(high, p);
+  }
+  std::vector<Vec3> velocities = surface.velocities;
+  velocities.resize(surface.positions.size());
+  const std::vector<int> counts(surface.triangles.size(), 3);
+  PM_TRY_STATUS(actor.extent.add(frame, exact({low, high}), spool_));
+  PM_TRY_STATUS(actor.counts.add(frame, integers(counts), spool_));
+  PM_TRY_STATUS(actor.indices.add(frame, integers(indices), spool_));
+  PM_TRY_STATUS(actor.points.add(frame, exact(surface.positions), spool_));
+  PM_TRY_STATUS(
+      actor.normals.add(frame, rounded(normals_of(surface, sequence_.has_corner_normals)), spool_));
+  PM_TRY_STATUS(actor.velocities.add(frame, rounded(velocities), spool_));
+  PM_TRY_STATUS(actor.colors.add(frame, rounded(surface.colors), spool_));
+  PM_TRY_STATUS(actor.labels.add(frame, integers(surface.labels), spool_));
+  std::vector<Vec2> uvs;
+  std::vector<std::uint32_t> uv_indices;
+  index_uvs(surface, uvs, uv_indices);
+  // What has none gets one, for a primvar must fit its faces at all times.
+  if (uvs.empty()) {
+    uvs.emplace_back();
+    uv_indices.assign(3 * surface.triangles.size(), 0);
+  }
+  PM_TRY_STATUS(actor.uvs.add(
+      frame, list_of(uvs, [](Text out, Vec2 v) { fmt::format_to(out, "({}, {})", v.x, v.y); }),
+      spool_));
+  PM_TRY_STATUS(actor.uv_indices.add(frame, integers(uv_indices), spool_));
+  return add_subsets(frame, surface, actor);
+}
+
+/// Which faces wear which material. Those of a mixture are in no subset and wear the actor's own
+/// material, which shows the points' colours.
+Status UsdWriter::add_subsets(int frame, const SurfaceFrame& surface, ActorSamples& actor) {
+  const std::size_t before = actor.subsets.size();
+  std::vector<std::vector<std::uint32_t>> faces;
+  if (!surface.is_mixed) {
+    const std::vector<std::size_t> materials = catalog_.add(surface.materials);
+    faces.resize(catalog_.materials.size());
+    for (std::uint32_t t = 0; t < surface.triangles.size(); ++t)
+      faces[materials[surface.triangle_materials[t]]].push_back(t);
+  }
+  faces.resize(catalog_.materials.size());
+  actor.subsets.resize(catalog_.materials.size());
+  for (std::size_t m = 0; m < faces.size(); ++m) {
+    // One that comes now was not there until now.
+    if (m >= before && !frames_.empty())
+      PM_TRY_STATUS(actor.subsets[m].add(frames_.front(), "[]", spool_));
+    if (m >= before && frames_.size() > 1)
+      PM_TRY_STATUS(actor.subsets[m].add(frames_.back(), "[]", spool_));
+    PM_TRY_STATUS(actor.subsets[m].add(frame, integers(faces[m]), spool_));
+  }
+  const SurfaceMaterial& shown =
+      surface.is_mixed || surface.materials.empty() ? surface.mixture : surface.materials.front();
+  PM_TRY_STATUS(actor.roughness.add(frame, fmt::format("{:.6g}", shown.roughness), spool_));
+  return actor.metallic.add(frame, fmt::format("{:.6g}", shown.metallic), spool_);
+}
+
+std::string UsdWriter::header() const {
+  return fmt::format(
+      "#usda 1.0\n(\n    defaultPrim = \"morph\"\n    doc = \"polymorph " PM_VERSION
+      "\"\n    upAxis = \"Y\"\n    metersPerUnit = 1\n    startTimeCode = {}\n"
+      "    endTimeCode = {}\n    timeCodesPerSecond = {}\n    framesPerSecond = {}\n)\n\n"
+      "def Xform \"morph\"\n{{\n",
+      sequence_.first_frame, sequence_.last_frame, sequence_.fps, sequence_.fps);
+}
+
+std::string UsdWriter::camera() const {
+  const FrameCamera& c = sequence_.camera;
+  constexpr float kAperture = 24;  // tenths of a unit, as the focal length
+  const float height = kAperture / c.aspect;
+  const float focal = 0.5f * height / c.tan_half_fov_y;
+  return fmt::format(
+      "    def Camera \"camera\"\n    {{\n"
+      "        token projection = \"perspective\"\n"
+      "        float horizontalAperture = {:.6g}\n        float verticalAperture = {:.6g}\n"
+      "        float focalLength = {:.6g}\n        float focusDistance = {:.6g}\n"
+      "        float2 clippingRange = ({:.6g}, {:.6g})\n"
+      "        matrix4d xformOp:transform = ( ({}, {}, {}, 0), ({}, {}, {}, 0), ({}, {}, {}, 0), "
+      "({}, {}, {}, 1) )\n"
+      "        uniform token[] xformOpOrder = [\"xformOp:transform\"]\n    }}\n\n",
+      kAperture, height, focal, c.focus, 0.01f * c.focus, 100 * c.focus, c.right.x, c.right.y,
+      c.right.z, c.up.x, c.up.y, c.up.z, -c.forward.x, -c.forward.y, -c.forward.z, c.position.x,
+      c.position.y, c.position.z);
+}
+
+std::string UsdWriter::material(const std::string& name, const SurfaceMaterial& m) const {
+  const std::string path = "/morph/materials/" + name;
+  std::string text = fmt::format(
+      "        def Material \"{}\"\n        {{\n"
+      "            token outputs:surface.connect = <{}/shader.outputs:surface>\n\n"
+      "            def Shader \"shader\"\n            {{\n"
+      "                uniform token info:id = \"UsdPreviewSurface\"\n",
+      name, path);
+  const int texture = catalog_.texture_of(m);
+  if (texture >= 0)
+    text += fmt::format(
+        "                color3f inputs:diffuseColor.connect = "
+        "<{}/texture.outputs:rgb>\n",
+        path);
+  else
+    text += fmt::format("                color3f inputs:diffuseColor = ({:.6g}, {:.6g}, {:.6g})\n",
+                        m.color.x, m.color.y, m.color.z);
+  text += fmt::format(
+      "                float inputs:roughness = {:.6g}\n                float inputs:metallic = "
+      "{:.6g}\n                float inputs:opacity = {:.6g}\n                float inputs:ior = "
+      "{:.6g}\n                token outputs:surface\n            }}\n",
+      m.roughness, m.metallic, 1 - m.transmission, m.ior);
+  if (texture >= 0)
+    text += fmt::format(
+        "\n            def Shader \"texture\"\n            {{\n"
+        "                uniform token info:id = \"UsdUVTexture\"\n"
+        "                asset inputs:file = @./{}@\n"
+        "                token inputs:sourceColorSpace = \"sRGB\"\n"
+        "                token inputs:wrapS = \"repeat\"\n"
+        "                token inputs:wrapT = \"repeat\"\n"
+        "                float4 inputs:scale = ({:.6g}, {:.6g}, {:.6g}, 1)\n"
+        "                float2 inputs:st.connect = <{}/st.outputs:result>\n"
+        "                float3 outputs:rgb\n            }}\n\n"
+        "            def Shader \"st\"\n            {{\n"
+        "                uniform token info:id = \"UsdPrimvarReader_float2\"\n"
+        "                string inputs:varname = \"st\"\n"
+        "                float2 outputs:result\n            }}\n",
+        texture_name(static_cast<std::size_t>(texture)), m.color.x, m.color.y, m.color.z, path);
+  return text + "        }\n\n";
+}
+
+void UsdWriter::add_mixed_material(ActorSamples& actor, std::vector<ByteSource>& parts) {
+  const std::string name = "points_of_" + actor.name, path = "/morph/materials/" + name;
+  parts.push_back(text(fmt::format(
+      "        def Material \"{0}\"\n        {{\n"
+      "            token outputs:surface.connect = <{1}/shader.outputs:surface>\n\n"
+      "            def Shader \"shader\"\n            {{\n"
+      "                uniform token info:id = \"UsdPreviewSurface\"\n"
+      "                color3f inputs:diffuseColor.connect = <{1}/color.outputs:result>\n"
+      "                float inputs:roughness.timeSamples = {{\n",
+      name, path)));
+  parts.push_back(spool_.source(actor.roughness.ranges()));
+  parts.push_back(
+      text("                }\n                float inputs:metallic.timeSamples = {\n"));
+  parts.push_back(spool_.source(actor.metallic.ranges()));
+  parts.push_back(
+      text("                }\n                token outputs:surface\n            }\n\n"
+           "            def Shader \"color\"\n            {\n"
+           "                uniform token info:id = \"UsdPrimvarReader_float3\"\n"
+           "                string inputs:varname = \"displayColor\"\n"
+           "                float3 outputs:result\n            }\n        }\n\n"));
+}
+
+void UsdWriter::add_mesh(std::size_t index, std::vector<ByteSource>& parts) {
+  ActorSamples& actor = actors_[index];
+  parts.push_back(text(fmt::format(
+      "    def Mesh \"{0}\" (\n        prepend apiSchemas = [\"MaterialBindingAPI\"]\n    )\n    "
+      "{{\n"
+      "        uniform token subdivisionScheme = \"none\"\n"
+      "        uniform token orientation = \"rightHanded\"\n"
+      "        rel material:binding = </morph/materials/points_of_{0}>\n"
+      "        uniform token subsetFamily:materialBind:familyType = \"nonOverlapping\"\n"
+      "        string[] primvars:labelNames = {1} (\n            interpolation = \"constant\"\n"
+      "        )\n",
+      actor.name, quoted(sequence_.label_names[index]))));
+  const auto put = [&](const char* type, const char* name, const char* interpolation,
+                       const TimeSamples& samples) {
+    if (*interpolation)
+      parts.push_back(
+          text(fmt::format("        {} {} (\n            interpolation = \"{}\"\n        )\n", type,
+                           name, interpolation)));
+    parts.push_back(text(fmt::format("        {} {}.timeSamples = {{\n", type, name)));
+    parts.push_back(spool_.source(samples.ranges()));
+    parts.push_back(text("        }\n"));
+  };
+  put("float3[]", "extent", "", actor.extent);
+  put("int[]", "faceVertexCounts", "", actor.counts);
+  put("int[]", "faceVertexIndices", "", actor.indices);
+  put("point3f[]", "points", "", actor.points);
+  put("normal3f[]", "normals", sequence_.has_corner_normals ? "faceVarying" : "vertex",
+      actor.normals);
+  put("vector3f[]", "velocities", "", actor.velocities);
+  put("color3f[]", "primvars:displayColor", "vertex", actor.colors);
+  put("texCoord2f[]", "primvars:st", "faceVarying", actor.uvs);
+  put("int[]", "primvars:st:indices", "", actor.uv_indices);
+  put("int[]", "primvars:label", "vertex", actor.labels);
+  for (std::size_t m = 0; m < actor.subsets.size(); ++m) {
+    const std::string& name = catalog_.materials[m].name;
+    parts.push_back(
+        text(fmt::format("\n        def GeomSubset \"{0}\" (\n            prepend apiSchemas = "
+                         "[\"MaterialBindingAPI\"]\n        )\n        {{\n"
+                         "            uniform token elementType = \"face\"\n"
+                         "            uniform token familyName = \"materialBind\"\n"
+                         "            rel material:binding = </morph/materials/{0}>\n"
+                         "            int[] indices.timeSamples = {{\n",
+                         name)));
+    parts.push_back(spool_.source(actor.subsets[m].ranges()));
+    parts.push_back(text("            }\n        }\n"));
+  }
+  parts.push_back(text("    }\n\n"));
+}
+
+Status UsdWriter::end_runs() {
+  for (ActorSamples& a : actors_) {
+    for (TimeSamples* samples :
+         {&a.extent, &a.counts, &a.indices, &a.points, &a.normals, &a.velocities, &a.colors, &a.uvs,
+          &a.uv_indices, &a.labels, &a.roughness, &a.metallic})
+      PM_TRY_STATUS(samples->end_run(spool_));
+    for (TimeSamples& samples : a.subsets) PM_TRY_STATUS(samples.end_run(spool_));
+  }
+  return Ok{};
+}
+
+Status UsdWriter::write_textures() {
+  for (std::size_t i = 0; i < catalog_.textures.size(); ++i) {
+    const std::filesystem::path path = path_.parent_path() / texture_name(i);
+    PM_TRY_STATUS(check_output(path, overwrite_));
+    PM_TRY(const std::string png, texture_png(*catalog_.textures[i]));
+    PM_TRY_STATUS(write_file(path, png));
+  }
+  return Ok{};
+}
+
+Status UsdWriter::finish() {
+  PM_TRY_STATUS(end_runs());
+  PM_TRY_STATUS(write_textures());
+  std::vector<ByteSource> parts;
+  parts.push_back(text(header()));
+  for (std::size_t a = 0; a < actors_.size(); ++a) add_mesh(a, parts);
+  parts.push_back(text(camera() + "    def Scope \"materials\"\n    {\n"));
+  for (ActorSamples& actor : actors_) add_mixed_material(actor, parts);
+  for (const SurfaceMaterial& m : catalog_.materials) parts.push_back(text(material(m.name, m)));
+  parts.push_back(text("    }\n}\n"));
+  return write_file(path_, joined(std::move(parts)));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<SurfaceWriter>> make_usd_writer(const std::filesystem::path& path,
+                                                       const SurfaceSequence& sequence,
+                                                       bool overwrite) {
+  PM_TRY(Spool spool, Spool::beside(path));
+  return std::unique_ptr<SurfaceWriter>(
+      std::make_unique<UsdWriter>(path, sequence, overwrite, std::move(spool)));
+}
+
+}  // namespace polymorph

@@ -1,0 +1,55 @@
+#include "surface/balls_io.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "kernels/field_kinds.h"
+#include "surface/near_balls.h"
+
+namespace polymorph {
+namespace {
+
+/// Of the ball alone; 0 where it shows no surface.
+float visible_radius(const Ball& ball, FieldKind kind) {
+  return visit(kind, [&](auto field) {
+    const float q = std::max(field.surface(ball), 0.0f);
+    return std::sqrt(field.kCompactSupport ? q / ball.a : q);
+  });
+}
+
+/// The ellipsoid of a ball that is not round.
+std::string shape_text(const Ball& ball) {
+  const Sym3& s = ball.shape;
+  return is_round(ball) ? std::string()
+                        : fmt::format(", \"shape\": [{}, {}, {}, {}, {}, {}]", s.xx, s.yy, s.zz,
+                                      s.xy, s.xz, s.yz);
+}
+
+}  // namespace
+
+std::string encode_balls(const std::vector<Ball>& balls, FieldKind kind) {
+  std::string text = fmt::format("{{\n  \"field\": \"{}\",\n  \"balls\": [", field_name(kind));
+  auto out = std::back_inserter(text);
+  for (std::size_t i = 0; i < balls.size(); ++i)
+    fmt::format_to(out,
+                   "{}\n    {{\"center\": [{}, {}, {}], \"a\": {}, \"w\": {}, \"radius\": {}{}}}",
+                   i ? "," : "", balls[i].center.x, balls[i].center.y, balls[i].center.z,
+                   balls[i].a, balls[i].w, visible_radius(balls[i], kind), shape_text(balls[i]));
+  text += "\n  ]\n}\n";
+  return text;
+}
+
+std::string encode_balls_csv(const std::vector<Ball>& balls, FieldKind kind) {
+  std::string text = "x,y,z,a,w,radius,xx,yy,zz,xy,xz,yz\n";
+  auto out = std::back_inserter(text);
+  for (const Ball& b : balls)
+    fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{},{}\n", b.center.x, b.center.y, b.center.z,
+                   b.a, b.w, visible_radius(b, kind), b.shape.xx, b.shape.yy, b.shape.zz,
+                   b.shape.xy, b.shape.xz, b.shape.yz);
+  return text;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,117 @@
+// Models of other formats than OBJ: what comes out of them, and what becomes of broken ones.
+#include <cstring>
+
+#include "testing/program.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kModels = fs::path(PM_SOURCE_DIR) / "tests/data/models";
+
+class ForeignModel : public ProgramTest {
+ protected:
+  nlohmann::json info(const fs::path& model) {
+    return parse(run(0, {"info", model.string(), "--json"}).out);
+  }
+  /// "2 4 1" of a box.
+  std::string size_of(const std::string& suffix) {
+    const auto json = info(kModels / ("box" + suffix));
+    EXPECT_EQ(json["closed"], true) << suffix;
+    std::string text;
+    for (int axis = 0; axis < 3; ++axis) text += fmt_of(json["size"][axis]) + " ";
+    return text;
+  }
+  static std::string fmt_of(double value) {
+    char text[40];
+    std::snprintf(text, sizeof text, "%.4g", value);
+    return text;
+  }
+};
+
+/// The same box of 2 x 4 x 1, z up, in each format: those that say which axis is up are turned.
+TEST_F(ForeignModel, TransformsAndAxesAreApplied) {
+  for (const char* turned : {".glb", ".fbx", ".dae", ".3ds"})
+    EXPECT_EQ(size_of(turned), "2 1 4 ") << turned;
+  for (const char* as_it_is : {".ply", ".stl", ".off"})
+    EXPECT_EQ(size_of(as_it_is), "2 4 1 ") << as_it_is;
+}
+
+TEST_F(ForeignModel, MaterialsAndEmbeddedTexturesComeAlong) {
+  for (const char* suffix : {".glb", ".fbx"}) {
+    const auto scene = R"({"source": {"model": ")" + (kModels / "box").string() + suffix +
+                       R"("}, "target": "sphere", "frames": {"count": 4}, "spheres": {"balls": 12},
+                         "surface": {"resolution": 16}})";
+    write("scene.json", scene);
+    const Ran ran = run(0, {"mesh", "scene.json", "-f", "1", "-o", "m.glb", "--overwrite"});
+    EXPECT_EQ(ran.err.find("warning"), std::string::npos) << ran.err;
+    const std::string glb = read_text(folder / "m.glb");
+    std::uint32_t length = 0;
+    std::memcpy(&length, glb.data() + 12, 4);
+    const auto json = parse(glb.substr(20, length));
+    ASSERT_EQ(json["materials"].size(), 1u) << suffix;
+    const auto& material = json["materials"][0];
+    EXPECT_EQ(material["name"], "paint");
+    const auto& pbr = material["pbrMetallicRoughness"];
+    EXPECT_EQ(json["images"].size(), 1u) << suffix;
+    if (std::string(suffix) != ".glb") continue;
+    EXPECT_NEAR(pbr["roughnessFactor"].get<double>(), 0.25, 1e-6);
+    EXPECT_NEAR(pbr["metallicFactor"].get<double>(), 0.75, 1e-6);
+  }
+}
+
+TEST_F(ForeignModel, ColoursOfPointsBecomeMaterials) {
+  write("scene.json", R"({"source": {"model": ")" + (kModels / "box.ply").string() +
+                          R"(", "up": "z"}, "target": "sphere", "frames": {"count": 4},
+                            "spheres": {"balls": 12}, "surface": {"resolution": 16}})");
+  run(0, {"mesh", "scene.json", "-f", "1", "-o", "m.obj"});
+  const std::string mtl = read_text(folder / "m.mtl");
+  EXPECT_TRUE(contains(mtl, "newmtl color_fc0000\nKd 0.97")) << mtl;
+  EXPECT_TRUE(contains(mtl, "newmtl color_00fc00\n")) << mtl;
+  // Upright now: the red half is on top.
+  const auto json = info("m.obj");
+  EXPECT_NEAR(json["size"][1].get<double>() / json["size"][2].get<double>(), 0.25, 1e-5);
+}
+
+TEST_F(ForeignModel, ReaderThatIsNotThere) {
+  variables.emplace_back("POLYMORPH_ASSIMP", "/nowhere/reader");
+  const Ran ran = run(5, {"info", (kModels / "box.glb").string()});
+  EXPECT_TRUE(contains(ran.err, "cannot find the model reader")) << ran.err;
+  variables.back().second = "/bin/true";
+  EXPECT_TRUE(contains(run(3, {"info", (kModels / "box.glb").string()}).err, "stopped half way"));
+}
+
+TEST_F(ForeignModel, WhatLiesOutsideTheFolderIsNotRead) {
+  write("secret.bin", std::string(96, '\0'));
+  write("in/m.gltf",
+        R"({"asset": {"version": "2.0"}, "buffers": [{"uri": "../secret.bin", "byteLength": 96}],
+            "bufferViews": [{"buffer": 0, "byteLength": 96}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 8, "type": "VEC3"}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+            "nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}], "scene": 0})");
+  const Ran ran = run(3, {"info", "in/m.gltf"});
+  EXPECT_TRUE(contains(ran.err, "in/m.gltf: cannot be read")) << ran.err;
+}
+
+TEST_F(ForeignModel, BrokenOnesAreRefusedOrRead) {
+  if (std::system("command -v python3 > /dev/null") != 0) GTEST_SKIP() << "no python3";
+  const std::string make =
+      "python3 " + (kModels / "make_broken.py").string() + " " + (folder / "broken").string();
+  ASSERT_EQ(std::system(make.c_str()), 0);
+  std::size_t refused = 0, all = 0;
+  for (const auto& entry : fs::directory_iterator(folder / "broken")) {
+    const Ran ran = finish_within(start({"info", entry.path().string()}), 60);
+    EXPECT_TRUE(ran.code == 0 || ran.code == 3) << entry.path() << " " << ran.code << ran.err;
+    if (ran.code == 3) {
+      EXPECT_TRUE(contains(ran.err, "error: ")) << entry.path();
+    }
+    refused += ran.code == 3;
+    ++all;
+  }
+  EXPECT_EQ(all, 7 * 27u);
+  EXPECT_GT(refused, all / 2) << "of " << all;
+}
+
+}  // namespace
+}  // namespace polymorph

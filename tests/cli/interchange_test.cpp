@@ -1,0 +1,94 @@
+// What mesh writes for other programs.
+#include <cstring>
+
+#include "testing/program.h"
+
+namespace polymorph {
+namespace {
+
+class Interchange : public ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    write("scene.json", tiny_scene(6));
+  }
+  static nlohmann::json glb_json(const std::string& glb) {
+    std::uint32_t head[5] = {};
+    std::memcpy(head, glb.data(), sizeof head);
+    EXPECT_EQ(head[0], 0x46546c67u);
+    EXPECT_EQ(head[2], glb.size());
+    return parse(glb.substr(20, head[3]));
+  }
+};
+
+TEST_F(Interchange, AGlbShowsOneFrameAtATime) {
+  const Ran ran = run(0, {"mesh", "scene.json", "-o", "m.glb"});
+  EXPECT_TRUE(ran.out.starts_with("m.glb 6 frames, 1 actor, ")) << ran.out;
+  const auto json = glb_json(read_text(folder / "m.glb"));
+  const auto& nodes = json["nodes"];
+  ASSERT_EQ(json["meshes"].size(), 6u);
+  for (std::size_t n = 0; n < 6; ++n)
+    EXPECT_EQ(nodes[n].value("scale", nlohmann::json{1, 1, 1})[0].get<double>(), n == 0 ? 1 : 0);
+  const auto& animation = json["animations"][0];
+  EXPECT_EQ(animation["channels"].size(), 12u);
+  for (const auto& sampler : animation["samplers"]) EXPECT_EQ(sampler["interpolation"], "STEP");
+  const auto& visible = animation["channels"][1]["target"]["extensions"]["KHR_animation_pointer"];
+  EXPECT_EQ(visible["pointer"], "/nodes/0/extensions/KHR_node_visibility/visible");
+  run(4, {"mesh", "scene.json", "-o", "m.glb"});
+}
+
+TEST_F(Interchange, FramesThatAreAlikeAreOneMesh) {
+  run(0, {"mesh", "scene.json", "-o", "m.glb", "--set", "frames.hold_start=3"});
+  EXPECT_EQ(glb_json(read_text(folder / "m.glb"))["meshes"].size(), 6u);
+  EXPECT_TRUE(contains(
+      run(0, {"mesh", "scene.json", "-o", "n.glb", "--set", "frames.hold_start=3", "-f", "1-4"})
+          .out,
+      "n.glb 4 frames"));
+  EXPECT_EQ(glb_json(read_text(folder / "n.glb"))["meshes"].size(), 1u);
+}
+
+TEST_F(Interchange, QuantizedAndSimplifiedIsSmaller) {
+  run(0, {"mesh", "scene.json", "-o", "m.glb"});
+  run(0, {"mesh", "scene.json", "-o", "q.glb", "--quantize", "--error", "0.5%"});
+  EXPECT_LT(2 * std::filesystem::file_size(folder / "q.glb"),
+            std::filesystem::file_size(folder / "m.glb"));
+  const auto json = glb_json(read_text(folder / "q.glb"));
+  EXPECT_EQ(json["extensionsRequired"][0], "KHR_mesh_quantization");
+  EXPECT_TRUE(contains(run(2, {"mesh", "scene.json", "-o", "x.ply", "--quantize"}).err,
+                       "--quantize is for .glb files"));
+  for (const char* wrong : {"0", "20%", "much"})
+    EXPECT_TRUE(contains(run(2, {"mesh", "scene.json", "-o", "x.glb", "--error", wrong}).err,
+                         "write a share of the diagonal"));
+  EXPECT_FALSE(exists("x.glb"));
+}
+
+TEST_F(Interchange, UsdHasSamplesOfEverything) {
+  run(0, {"mesh", "scene.json", "-o", "m.usda"});
+  const std::string usd = read_text(folder / "m.usda");
+  EXPECT_TRUE(usd.starts_with("#usda 1.0\n"));
+  for (const char* part :
+       {"upAxis = \"Y\"", "metersPerUnit = 1", "timeCodesPerSecond = 24", "def Mesh \"cube\"",
+        "def Camera \"camera\"", "subdivisionScheme = \"none\"",
+        "int[] faceVertexIndices.timeSamples", "vector3f[] velocities.timeSamples",
+        "color3f[] primvars:displayColor.timeSamples", "texCoord2f[] primvars:st.timeSamples",
+        "int[] primvars:label.timeSamples"})
+    EXPECT_TRUE(contains(usd, part)) << part;
+  EXPECT_EQ(count_files(".part"), 0u);
+}
+
+TEST_F(Interchange, AnObjHasItsMaterialsAndTexturesBesideIt) {
+  write("scene.json", tiny_scene(4, "\"" PM_SOURCE_DIR "/scenes/models/penguin.obj\"",
+                                 "  \"spheres\": {\"balls\": 12},\n"));
+  run(0, {"mesh", "scene.json", "-f", "1-2", "-o", "m.####.obj"});
+  const std::string mtl = read_text(folder / "m.mtl");
+  EXPECT_TRUE(contains(mtl, "map_Kd m.texture1.png\n")) << mtl;
+  EXPECT_TRUE(exists("m.texture1.png"));
+  EXPECT_TRUE(contains(read_text(folder / "m.0002.obj"), "mtllib m.mtl\n"));
+  // The program reads it again, with the texture.
+  EXPECT_EQ(parse(run(0, {"info", "m.0002.obj", "--json"}).out)["textures"], 1);
+  EXPECT_TRUE(contains(run(4, {"mesh", "scene.json", "-f", "3-4", "-o", "m.####.obj"}).err,
+                       "m.mtl: exists - add --overwrite"));
+}
+
+}  // namespace
+}  // namespace polymorph
