@@ -9,9 +9,9 @@
 
 #include "base/text.h"
 #include "kernels/linear.h"
-#include "model/diagnose.h"
 #include "model/edges.h"
 #include "model/normals.h"
+#include "model/orient.h"
 #include "model/polygon.h"
 #include "model/text_lines.h"
 #include "model/textures.h"
@@ -123,8 +123,8 @@ class Builder {
       return make_error(ErrorCode::kInput, "{}: no faces: all {} have no area", file_,
                         scan_.faces.size());
     keep_used_names();
-    fill_normals();
     turn_outward();
+    fill_normals();
     tell_if_far_from_origin();
     return std::move(model_);
   }
@@ -329,23 +329,13 @@ void Builder::fill_normals() {
 }
 
 void Builder::turn_outward() {
-  const Diagnosis diagnosis = diagnose(model_);
-  if (!diagnosis.closed || diagnosis.volume >= 0) return;
-  // Some exporters turn the faces but leave the normals right: keep those that then agree with the
-  // faces.
-  const std::vector<Vec3> faces = face_normals(model_);
-  double agreement = 0;
-  for (std::size_t c = 0; c < model_.corner_normals.size(); ++c)
-    agreement += static_cast<double>(dot(model_.corner_normals[c], faces[c / 3]));
-  for (std::size_t t = 0; t < model_.triangles.size(); ++t) {
-    std::swap(model_.triangles[t].v[1], model_.triangles[t].v[2]);
-    std::swap(model_.corner_normals[3 * t + 1], model_.corner_normals[3 * t + 2]);
-    if (has_uvs_) std::swap(model_.corner_uvs[3 * t + 1], model_.corner_uvs[3 * t + 2]);
-  }
-  if (agreement > 0)
-    for (Vec3& n : model_.corner_normals) n = -n;
+  const Orientation faces = orient_faces(model_);
+  if (faces.turned == 0) return;
   warnings_.push_back(
-      fmt::format("{}: the model is inside out - its faces are turned around", file_));
+      faces.turned == faces.of
+          ? fmt::format("{}: the model is inside out - its faces are turned around", file_)
+          : fmt::format("{}: {} of {} faces look the wrong way - they are turned around", file_,
+                        faces.turned, faces.of));
 }
 
 void Builder::tell_if_far_from_origin() {
