@@ -1,7 +1,7 @@
 // What a ray meets is the same under every instruction set of Embree, and is what going through all
 // triangles one by one gives.
 #include "base/random.h"
-#include "render/floating_point.h"
+#include "kernels/floating_point.h"
 #include "render/meet_triangle.h"
 #include "render/scene_build.h"
 #include "render/vector_math.h"

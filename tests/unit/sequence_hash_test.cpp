@@ -105,6 +105,10 @@ class ChangeField {
     prefix_ = outer;
   }
   template <class T>
+  void keyed_object(const char* key, T& value, const char* doc) {
+    object(key, value, doc);
+  }
+  template <class T>
   void objects(const char* key, std::vector<T>& values, const char* doc) {
     for (std::size_t i = 0; i < values.size(); ++i)
       object((key + std::to_string(i)).c_str(), values[i], doc);
