@@ -45,16 +45,14 @@ namespace polymorph {
 template <class Function>
 void with_field(const std::vector<Ball>& balls, FieldKind kind, const Function& f) {
   const bool round = std::all_of(balls.begin(), balls.end(), is_round);
-  switch (kind) {
-    case FieldKind::kGaussian:
-      return round ? f(Field<FieldKind::kGaussian, RoundBall>{})
-                   : f(Field<FieldKind::kGaussian, EllipsoidBall>{});
-    case FieldKind::kWyvill:
-      return round ? f(Field<FieldKind::kWyvill, RoundBall>{})
-                   : f(Field<FieldKind::kWyvill, EllipsoidBall>{});
-    case FieldKind::kInverseSquare:
-      return f(Field<FieldKind::kInverseSquare, RoundBall>{});
-  }
+  visit(kind, [&](auto field) {
+    using Kind = decltype(field);
+    if constexpr (Kind::kEllipsoids) {
+      round ? f(Field<Kind, RoundBall>{}) : f(Field<Kind, EllipsoidBall>{});
+    } else {
+      f(Field<Kind, RoundBall>{});
+    }
+  });
 }
 
 /// The power of two above half the size of the balls' box, or above the largest lone ball's radius.

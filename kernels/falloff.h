@@ -16,23 +16,14 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "field_kinds.h"
 #include "host_device.h"
 #include "math.h"
 #include "types.h"
 
 namespace polymorph {
 
-/// kInverseSquare counts distances in FieldScale::length, adds the first to their squares, so that
-/// a ball's centre has a finite, large value, and holds them below the second: products of four
-/// squares then stay within the normal floats, and four balls share a division.
-constexpr float kMinDistance2 = 1e-9f, kMaxDistance2 = 1e9f;
 constexpr int kBatch = 4;
-
-/// What all balls of a set share.
-struct FieldScale {
-  float log2_floor = 0;  ///< log2(cutoff iso); kGaussian
-  float length = 1;      ///< a power of two, about the size of the set; kInverseSquare
-};
 
 /// Bounds of q over a box: no q computed in it is below `near` or above `far`. Where coordinates
 /// overflow, `near` is `base` and `far` may be anything.
@@ -65,7 +56,7 @@ struct alignas(32) RoundBall {
   float x = 0, y = 0, z = 0;
   float scale = 1;  ///< u = scale (point - center)
   float base = 0, limit = 0;
-  float w = 0;              ///< kGaussian: unused
+  float w = 0;              ///< unused in exponential fields
   float scale_squared = 1;  ///< scale^2
 
   template <class V>
@@ -179,23 +170,21 @@ PM_HD inline auto is_near(V w, QRange<V> q, float reach) {
 
 /// One axis' share of a ball's value where the field splits: u^2 along it, or its sum with base.
 /// Within the ball's reach u^2 <= kMaxFactor (prepare_ball); beyond, the share counts nowhere.
-constexpr float kMaxFactor = 125.0f;
 template <class V>
 PM_HD inline V factor_of(V u2) {
   return exp2(-min(u2, broadcast<V>(kMaxFactor)));
 }
 
-/// One field function over balls of one form: what extract() is compiled for.
-template <FieldKind kKindOf, class BallType>
+/// One field function (field_kinds.h) over balls of one form: what extract() is compiled for.
+template <class KindType, class BallType>
 struct Field {
   using Ball = BallType;
-  static constexpr FieldKind kKind = kKindOf;
+  using Kind = KindType;
   /// Balls have a limit of their support. Where they have none, distant ones are summed by
   /// far_field.h, and sums take four balls at a time (sum_of_batch).
-  static constexpr bool kCompactSupport = kKind != FieldKind::kInverseSquare;
+  static constexpr bool kCompactSupport = Kind::kCompactSupport;
   /// A contribution is a product of three numbers, one per axis: on a grid they are shared.
-  static constexpr bool kSeparable =
-      kKind == FieldKind::kGaussian && std::is_same<Ball, RoundBall>::value;
+  static constexpr bool kSeparable = Kind::kExponential && std::is_same<Ball, RoundBall>::value;
 
   /// Whether a ball belongs in the list of a node over whose box its coordinate has the range q.
   template <class V>
@@ -210,26 +199,12 @@ struct Field {
   /// What a ball contributes where its coordinate is q.
   template <class V>
   PM_HD static V value(const Ball& ball, V q) {
-    if (kKind == FieldKind::kGaussian) return zero_unless(q <= ball.limit, exp2(-q));
-    if (kKind == FieldKind::kWyvill) {
-      const V rest = 1.0f - q;
-      return zero_unless(q <= ball.limit, (ball.w * (rest * rest)) * fma(broadcast<V>(-4.0f / 9.0f),
-                                                                         q, broadcast<V>(1.0f)));
-    }
-    return ball.w / min(q, broadcast<V>(kMaxDistance2));
+    return Kind::value(ball, q);
   }
-
   /// -d value / dq, up to one positive factor common to all balls.
   template <class V>
   PM_HD static V negated_derivative(const Ball& ball, V q) {
-    if (kKind == FieldKind::kGaussian) return value(ball, q);
-    if (kKind == FieldKind::kWyvill) {
-      // (1 - q) (22 - 12 q) / 9 is the derivative; the common 2 / 9 is left out.
-      return zero_unless(q <= ball.limit,
-                         ball.w * ((1.0f - q) * fma(broadcast<V>(-6.0f), q, broadcast<V>(11.0f))));
-    }
-    const V clamped = min(q, broadcast<V>(kMaxDistance2));
-    return ball.w / (clamped * clamped);
+    return Kind::negated_derivative(ball, q);
   }
 };
 
@@ -273,33 +248,15 @@ PM_HD inline V plus_product(V sum, const RoundBall& ball, V x, V y, V z) {
              factor_of(uy * uy) * factor_of(uz * uz), sum);
 }
 
-/// kGaussian: base = -w log2(e), so that the contribution is 2^-q; its support ends where that
-/// falls below log2(cutoff iso) (Blinn 1982: r = sqrt((w - ln(cutoff iso)) / a); report 3.2.3).
-/// kWyvill: q = a r^2, ends at 1. kInverseSquare: q = r^2, infinite support.
+/// A ball as the kernels read it.
 template <class F>
 PM_HD inline typename F::Ball prepare_ball(const Ball& ball, FieldScale scale) {
-  constexpr double kLog2E = 1.4426950408889634;
   typename F::Ball out;
   out.x = ball.center.x;
   out.y = ball.center.y;
   out.z = ball.center.z;
   out.w = ball.w;
-  double by = 1;
-  if (F::kKind == FieldKind::kGaussian) {
-    by = static_cast<double>(ball.a) * kLog2E;
-    // Not so strong that one axis alone could leave the range of exp2() within reach.
-    const float strongest = min(kMaxExponent, kMaxFactor - 5 + scale.log2_floor);
-    out.base = -min(ball.w * static_cast<float>(kLog2E), strongest);
-    out.limit = -scale.log2_floor;
-  } else if (F::kKind == FieldKind::kWyvill) {
-    by = static_cast<double>(ball.a);
-    out.limit = 1;
-  } else {
-    out.base = kMinDistance2;
-    out.limit = kInfinity;
-    out.w = ball.w / (scale.length * scale.length);
-    by = 1 / (static_cast<double>(scale.length) * static_cast<double>(scale.length));
-  }
+  const double by = F::Kind::prepare(ball, scale, out);
   set_matrix(out, ball.shape, by);
   return out;
 }

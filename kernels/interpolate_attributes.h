@@ -19,17 +19,6 @@ namespace polymorph {
 
 constexpr float kMinShare = 1e-4f;
 
-/// What a ball adds where its coordinate is q, as far as shares go: also beyond the cutoff, and
-/// nothing where it takes away.
-template <class F, class V>
-PM_HD inline V strength(const typename F::Ball& ball, V q) {
-  if constexpr (F::kKind == FieldKind::kGaussian) {
-    return zero_unless(q <= kMaxExponent, exp2(-q));
-  } else {
-    return max(F::value(ball, q), broadcast<V>(0.0f));
-  }
-}
-
 /// Writes the values at kRun neighbouring points; kMaps quadruples per ball. One team per run. Each
 /// ball is looked at for as many boxes at once as V has lanes.
 template <class F, class V, int kMaps>
@@ -89,7 +78,7 @@ struct InterpolateAttributes {
     // At every point of a box the strongest ball adds at least this much.
     V strongest = broadcast<V>(0.0f);
     for (std::uint32_t j = rank; j < all_balls.count; j += Team::kGroup) {
-      strongest = max(strongest, strength<F>(balls[j], range(j).far));
+      strongest = max(strongest, F::Kind::share(balls[j], range(j).far));
     }
     // The polynomial of exp2() need not fall everywhere.
     const V min_near = 0.999f * kMinShare * team.group_max(strongest);
@@ -104,7 +93,8 @@ struct InterpolateAttributes {
         full |= (cursor[box] + Team::kGroup > end[box] ? 1u : 0u) << box;
       }
       const std::uint32_t matters =
-          j < all_balls.count ? Lanes<V>::bits(strength<F>(balls[j], range(j).near) > min_near) : 0;
+          j < all_balls.count ? Lanes<V>::bits(F::Kind::share(balls[j], range(j).near) > min_near)
+                              : 0;
       team.append(matters & ~full, cursor, [&](std::int64_t place) { scratch.near[place] = j; });
     }
     if (!team.leads_group()) return;
@@ -126,7 +116,7 @@ struct InterpolateAttributes {
     V strongest = broadcast<V>(0.0f);
     for (std::uint32_t j = 0; j < list.count; ++j) {
       const typename F::Ball ball = balls[list.indices[j]];
-      strongest = max(strongest, strength<F>(ball, ball.q(x.x, x.y, x.z)));
+      strongest = max(strongest, F::Kind::share(ball, ball.q(x.x, x.y, x.z)));
     }
     const V min_strength = kMinShare * strongest;
     V sum = broadcast<V>(0.0f), value[4 * kMaps];
@@ -134,7 +124,7 @@ struct InterpolateAttributes {
     for (std::uint32_t j = 0; j < list.count; ++j) {
       const std::uint32_t e = list.indices[j];
       const typename F::Ball ball = balls[e];
-      const V adds = strength<F>(ball, ball.q(x.x, x.y, x.z));
+      const V adds = F::Kind::share(ball, ball.q(x.x, x.y, x.z));
       const auto counts = adds > min_strength;
       if (Lanes<V>::bits(counts) == 0) continue;
       const V weight = zero_unless(counts, adds);

@@ -12,6 +12,7 @@
 #include "distance_field.h"
 #include "extract_surface.h"
 #include "falloff.h"
+#include "field_kinds.h"
 #include "regression.h"
 
 namespace polymorph {
@@ -104,7 +105,8 @@ inline ExtractStatus check_input(const std::vector<Ball>& balls, const ExtractSe
     return bad_input("influence is " + std::to_string(settings.sample_stride) +
                      " (must lie in 1..16), use 1");
   }
-  const bool ends = settings.field != FieldKind::kInverseSquare;
+  const bool ends =
+      visit(settings.field, [](auto field) { return decltype(field)::kCompactSupport; });
   for (std::size_t i = 0; i < balls.size(); ++i) {
     const Ball& ball = balls[i];
     if (!is_finite(ball.center) || !std::isfinite(ball.w) || (ends && !std::isfinite(ball.a))) {
@@ -115,9 +117,8 @@ inline ExtractStatus check_input(const std::vector<Ball>& balls, const ExtractSe
     }
     if (!ends) continue;
     if (!(ball.a >= 1e-30f)) {
-      return bad_input(
-          "ball " + std::to_string(i) + " has a = " + std::to_string(ball.a) +
-          " (Gaussian and Wyvill balls need a > 0), give it a = blobbiness / radius^2");
+      return bad_input("ball " + std::to_string(i) + " has a = " + std::to_string(ball.a) +
+                       " (balls of this field need a > 0), give it a = blobbiness / radius^2");
     }
     double m[6];
     if (!is_round(ball) && !(is_finite(ball.shape) && factor(ball.shape, 1, m))) {

@@ -12,7 +12,7 @@ PATH = re.compile(r"^(?:src|kernels|tests|scripts|docs|scenes|golden_frames|cmak
 FOLDERS = ["", "src/", "src/cli/", "kernels/"]
 
 sources = {path.stem: path.read_text(encoding="utf-8") for path in (ROOT / "src/cli").glob("*.cpp")}
-shared = sources["command_line"] + sources["report_options"]
+shared = sources["command_line"] + sources["report_options"] + sources["scene_options"]
 options = {
     name: set(re.findall(r"--[a-z][\w-]*", text + shared)) | {"--help"}
     for text in sources.values()

@@ -17,6 +17,7 @@
 #include <set>
 #include <utility>
 
+#include "base/input_files.h"
 #include "base/random.h"
 
 namespace polymorph {
@@ -140,6 +141,12 @@ class Inputs {
     const auto found = names_.find(*identity);
     // The number of a file that has been removed may be another file's by now.
     return found != names_.end() && identity_of(found->second) == identity;
+  }
+  std::vector<fs::path> paths() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::set<fs::path> unique;
+    for (const auto& [identity, path] : names_) unique.insert(path);
+    return {unique.begin(), unique.end()};
   }
 
  private:
@@ -390,6 +397,8 @@ Status check_output(const fs::path& path, bool overwrite) {
 }
 
 void remember_input(const fs::path& path) { inputs().add(path); }
+
+std::vector<fs::path> input_files() { return inputs().paths(); }
 
 InputGuard::InputGuard() { inputs().begin(); }
 InputGuard::~InputGuard() { inputs().end(); }

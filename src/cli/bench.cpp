@@ -12,6 +12,7 @@
 #include "base/stopwatch.h"
 #include "cli/command_line.h"
 #include "cli/numbers.h"
+#include "kernels/field_kinds.h"
 #include "render/ray_bench.h"
 #include "render/render.h"
 #include "scene/json_text.h"
@@ -43,15 +44,13 @@ std::vector<Ball> torus_balls(int n, FieldKind kind) {
     const auto radius = static_cast<float>(
         spacing *
         (0.85 + 0.3 * static_cast<double>(random_float(1, 0, static_cast<std::uint64_t>(i)))));
-    Ball ball;
-    ball.center = {static_cast<float>(ring * std::cos(u)), static_cast<float>(kMinor * std::sin(v)),
-                   static_cast<float>(ring * std::sin(u))};
-    const float blobbiness = 2;
-    // Wyvill: support at twice the radius, where a Gaussian of this blobbiness has all but ended.
-    ball.a = kind == FieldKind::kGaussian ? blobbiness / (radius * radius)
-             : kind == FieldKind::kWyvill ? 1 / (4 * radius * radius)
-                                          : 1;
-    ball.w = kind == FieldKind::kInverseSquare ? 0.02f * radius * radius : blobbiness;
+    const Vec3 center{static_cast<float>(ring * std::cos(u)),
+                      static_cast<float>(kMinor * std::sin(v)),
+                      static_cast<float>(ring * std::sin(u))};
+    const Ball ball = visit(kind, [&](auto field) {
+      const float constant = field.kCompactSupport ? 1 : 0.02f;
+      return field.of_sphere(center, radius, {.blobbiness = 2, .blob_constant = constant});
+    });
     balls.push_back(ball);
   }
   return balls;
@@ -95,9 +94,9 @@ nlohmann::ordered_json report_row(const BenchOptions& options, const std::string
 }
 
 FieldKind field_named(const std::string& name) {
-  return name == "inverse_square" ? FieldKind::kInverseSquare
-         : name == "wyvill"       ? FieldKind::kWyvill
-                                  : FieldKind::kGaussian;
+  for (const FieldKind kind : kFieldKinds)
+    if (field_name(kind) == name) return kind;
+  return FieldKind::kGaussian;
 }
 
 /// n points along each axis over [-1.9, 1.9]^3.
@@ -410,7 +409,11 @@ void add_bench(CommandLine& line) {
       ->type_name("N")
       ->group("Main");
   command->add_option("--field", options->field, "gaussian, wyvill or inverse_square")
-      ->check(CLI::IsMember({"gaussian", "wyvill", "inverse_square"}))
+      ->check(CLI::IsMember([] {
+        std::vector<std::string> names;
+        for (const FieldKind kind : kFieldKinds) names.emplace_back(field_name(kind));
+        return names;
+      }()))
       ->type_name("FIELD")
       ->group("Main");
   command->add_option("--spp", options->samples, "samples per pixel (16)")

@@ -5,6 +5,8 @@
 #include "cli/command_line.h"
 #include "cli/numbers.h"
 #include "cli/report_options.h"
+#include "compare/explain.h"
+#include "compare/flicker.h"
 #include "compare/report_data.h"
 #include "image/image_io.h"
 #include "scene/json_text.h"
@@ -52,11 +54,27 @@ std::string difference_path(const CompareOptions& options, const ImagePair& pair
   return path.parent_path() / (pair.actual.stem().string() + "." + path.filename().string());
 }
 
+/// The pair before, for what a sequence does from frame to frame.
+struct Previous {
+  Image actual, reference;
+  std::optional<double> flicker, reference_flicker;  ///< from it to the last one taken
+
+  void take(Image next_actual, Image next_reference) {
+    const auto mean = [](const std::optional<Flicker>& f) {
+      return f ? std::optional<double>(f->mean) : std::nullopt;
+    };
+    flicker = mean(flicker_between(actual, next_actual));
+    reference_flicker = mean(flicker_between(reference, next_reference));
+    actual = std::move(next_actual);
+    reference = std::move(next_reference);
+  }
+};
+
 /// One pair: its figures, and its pictures if they are wanted.
 Result<ReportCase> compare_pair(const CompareOptions& options, const ImagePair& pair, bool many,
-                                PictureBudget& budget) {
-  PM_TRY(const Image actual, read_image(pair.actual));
-  PM_TRY(const Image reference, read_image(pair.reference));
+                                Previous& previous, PictureBudget& budget) {
+  PM_TRY(Image actual, read_image(pair.actual));
+  PM_TRY(Image reference, read_image(pair.reference));
   PixelMaps maps;
   ReportCase one;
   one.name = pair.actual.filename().string();
@@ -74,7 +92,9 @@ Result<ReportCase> compare_pair(const CompareOptions& options, const ImagePair& 
       log_info("reference | actual | difference: {}", path);
     }
   }
+  one.cause = explain_change(actual, reference);
   if (options.report.pictures()) PM_TRY_STATUS(add_pictures(one, actual, &reference, maps, budget));
+  previous.take(std::move(actual), std::move(reference));
   return one;
 }
 
@@ -91,19 +111,26 @@ Result<int> run_compare(const CompareOptions& options, bool overwrite) {
                 {},
                 {}};
   PictureBudget budget;
-  auto json = nlohmann::ordered_json::array();
+  Previous previous;
   for (const ImagePair& pair : pairs) {
-    PM_TRY(ReportCase one, compare_pair(options, pair, pairs.size() > 1, budget));
-    if (options.json.wanted)
-      json.push_back(case_json(one));
-    else
-      print_data("{}: {}\n", pair.actual.string(), one.comparison->reason);
+    PM_TRY(ReportCase one, compare_pair(options, pair, pairs.size() > 1, previous, budget));
+    if (!report.cases.empty()) {
+      report.cases.back().flicker = previous.flicker;
+      report.cases.back().reference_flicker = previous.reference_flicker;
+    }
+    if (!options.json.wanted)
+      print_data("{}: {}{}{}\n", pair.actual.string(), one.comparison->reason,
+                 one.cause.empty() ? "" : "; seen: ", one.cause);
     if (one.warned())
       log_warning("{}: {} pixels differ by more than {}", pair.actual.string(),
                   one.comparison->warning_pixels, options.tolerance.warn);
     report.cases.push_back(std::move(one));
   }
-  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, dump_json(json)));
+  if (options.json.wanted) {
+    auto json = nlohmann::ordered_json::array();
+    for (const ReportCase& one : report.cases) json.push_back(case_json(one));
+    PM_TRY_STATUS(write_json(options.json, dump_json(json)));
+  }
   if (pairs.size() > 1 && !options.json.wanted)
     print_data("{} of {} pairs pass\n", pairs.size() - report.failed(), pairs.size());
   PM_TRY_STATUS(write_reports(options.report, report));

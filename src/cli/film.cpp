@@ -5,6 +5,7 @@
 #include <future>
 #include <utility>
 
+#include "base/exact_math.h"
 #include "base/file.h"
 #include "base/log.h"
 #include "base/parallel.h"
@@ -43,7 +44,7 @@ std::vector<int> spread(const std::vector<int>& numbers, int n) {
 
 void expose(Image& image, float stops) {
   if (stops == 0) return;
-  const float factor = std::exp2(stops);
+  const float factor = static_cast<float>(exact::exp2(static_cast<double>(stops)));
   for (const char* name : {"R", "G", "B"}) {
     const int channel = image.find_channel(name);
     for (std::size_t i = static_cast<std::size_t>(std::max(channel, 0));
@@ -85,10 +86,11 @@ Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> 
   const auto finish = [&]() -> Status {
     if (!tracing.valid()) return Ok{};
     PM_TRY(Image image, tracing.get());
-    expose(image, scene.image.exposure);
+    const int number = numbers[film.images.size()];
+    expose(image, scene_at(scene, static_cast<double>(number)).image.exposure);
     film.images.push_back(slim(image, width));
     FrameRecord record;
-    record.frame = numbers[film.images.size() - 1];
+    record.frame = number;
     record.state = FrameRecord::State::kDone;
     progress(film.images.size(), numbers.size(), record);
     return Ok{};

@@ -1,7 +1,13 @@
+#include "base/file.h"
 #include "base/log.h"
+#include "base/program_identity.h"
 #include "cli/command_line.h"
 #include "cli/numbers.h"
 #include "cli/report_options.h"
+#include "compare/history.h"
+#include "compare/report_merge.h"
+#include "sequence/golden_accept.h"
+#include "sequence/golden_frames.h"
 #include "sequence/golden_run.h"
 #include "sequence/golden_tiers.h"
 
@@ -11,11 +17,12 @@ namespace {
 struct GoldenOptions {
   std::string verb;
   std::vector<std::string> suites;
-  std::string root = "golden_frames", failures = "golden-failures", reason;
+  std::string root = "golden_frames", failures = "golden-failures", reason, only;
   std::string isa = GoldenSettings{}.isa;
   std::string tier = "B";
   int runs = 16;
-  bool overwrite = false;
+  bool overwrite = false, any_program = false, history = false;
+  std::string output;
   JsonOutput json;
   ReportOptions report;
 };
@@ -61,8 +68,9 @@ Status test(const GoldenSuite& suite, const GoldenSettings& settings, const Gold
   const std::string accept = accept_command(options, suite.name);
   for (GoldenFrame& frame : result.frames) {
     if (!options.json.wanted)
-      print_data("{} frame {}: {}{}\n", suite.name, frame.frame,
-                 frame.passed() ? "ok" : "FAILED: ", frame.message);
+      print_data("{} frame {}: {}{}{}{}\n", suite.name, frame.frame,
+                 frame.passed() ? "ok" : "FAILED: ", frame.message,
+                 frame.report.cause.empty() ? "" : "; seen: ", frame.report.cause);
     if (frame.passed() && frame.image && frame.image->verdict == Verdict::kWithin)
       log_debug("  {}", frame.image->reason);
     if (frame.report.warned())
@@ -85,11 +93,35 @@ Status test(const GoldenSuite& suite, const GoldenSettings& settings, const Gold
   return Ok{};
 }
 
+/// Adds this run to history.csv where asked to, and says so when differences creep up.
+Status keep_history(const GoldenSuite& suite, const GoldenOptions& options, Report& report) {
+  const std::filesystem::path file = suite.folder / "history.csv";
+  PM_TRY(std::vector<HistoryRow> rows, read_history(file));
+  const std::vector<HistoryRow> now = history_rows(report.cases, suite.name, tested_commit());
+  rows.insert(rows.end(), now.begin(), now.end());
+  for (const std::string& metric : rising_metrics(rows)) {
+    report.notes.push_back(
+        fmt::format("{}: the mean of {} rose in each of the last four runs, below its limit",
+                    suite.name, metric));
+    log_warning("{}", report.notes.back());
+  }
+  if (options.history) PM_TRY_STATUS(write_file(file, history_text(rows)));
+  report.histories.emplace_back(suite.name, std::move(rows));
+  return Ok{};
+}
+
 Status test_suite(const std::string& name, const GoldenSettings& settings,
                   const GoldenOptions& options, Report& report) {
   PM_TRY(const GoldenSuite suite, load_golden_suite(options.root, name));
-  return options.tier == "B" ? test(suite, settings, options, report)
-                             : test_tier(suite, settings, options, report);
+  if (options.tier != "B" && !suite.command.empty())
+    return make_error(ErrorCode::kUsage,
+                      "{}: tiers A and C are for scenes, this suite's frames come from a command",
+                      name);
+  PM_TRY(const std::string hash, suite_hash(suite));
+  report.suites.emplace_back(name, hash);
+  if (options.tier != "B") return test_tier(suite, settings, options, report);
+  PM_TRY_STATUS(test(suite, settings, options, report));
+  return keep_history(suite, options, report);
 }
 
 /// Counts a suite that could not be tested as a failed case, so that CI does not pass it.
@@ -110,7 +142,10 @@ Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
   PictureBudget budget;
   if (options.report.pictures()) settings.pictures = &budget;
   Report report{"Golden frames",
-                {{"polymorph", PM_VERSION}, {"device", settings.device}, {"isa", settings.isa}},
+                {{"polymorph", PM_VERSION},
+                 {"program", std::string(program_identity())},
+                 {"device", settings.device},
+                 {"isa", settings.isa.empty() ? "best" : settings.isa}},
                 {},
                 {}};
   int code = 0;  // of the first thing that could not be tested
@@ -144,10 +179,63 @@ Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
   return code;
 }
 
+/// "SHA256  SUITE/frame.0012", as sha256sum prints it, for comparing machines.
+Result<int> print_hashes(const GoldenOptions& options, const GoldenSettings& settings) {
+  std::vector<std::string> names = options.suites;
+  if (names.empty()) {
+    PM_TRY(names, list_golden_suites(options.root));
+  }
+  for (const std::string& name : names) {
+    GoldenSuite suite;
+    if (name.ends_with(".json")) {
+      suite.name = std::filesystem::path(name).stem().string();
+      suite.scene = name;
+    } else {
+      PM_TRY(suite, load_golden_suite(options.root, name));
+    }
+    PM_TRY(const std::vector<FrameHash> hashes, hash_golden(suite, settings));
+    for (const FrameHash& hash : hashes)
+      print_data("{}  {}/frame.{:04}\n", hash.sha256, suite.name, hash.frame);
+  }
+  return 0;
+}
+
+Result<int> merge(const GoldenOptions& options) {
+  if (options.suites.size() < 2 || options.output.empty())
+    return make_error(ErrorCode::kUsage,
+                      "golden merge needs two reports and -o - polymorph golden merge a b -o all");
+  ReportOptions output;
+  output.folder = options.output;
+  PM_TRY_STATUS(begin_report(output, options.overwrite));
+  const std::vector<std::filesystem::path> reports(options.suites.begin(), options.suites.end());
+  PM_TRY(const std::size_t failed, merge_reports(reports, options.output));
+  print_data("{}: {} reports, {} frames failed\n", options.output, reports.size(), failed);
+  return failed == 0 ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
+}
+
+Result<int> accept(const GoldenOptions& options) {
+  if (options.suites.empty())
+    return make_error(ErrorCode::kUsage,
+                      "golden accept needs the report: a folder, .zip or .tar - polymorph golden "
+                      "accept golden-report --reason \"...\"");
+  AcceptSettings settings;
+  settings.root = options.root;
+  settings.suites.assign(options.suites.begin() + 1, options.suites.end());
+  settings.frames = options.only;
+  settings.reason = options.reason;
+  settings.any_program = options.any_program;
+  PM_TRY(const auto written, accept_report(options.suites[0], settings));
+  for (const auto& path : written) print_data("{}\n", path.string());
+  return 0;
+}
+
 Result<int> run_golden(const CommandLine& line, GoldenOptions& options) {
   options.overwrite = line.common.overwrite;
   const GoldenSettings settings = golden_settings(line, options);
   if (options.verb == "test") return test_all(options, settings);
+  if (options.verb == "accept") return accept(options);
+  if (options.verb == "merge") return merge(options);
+  if (options.verb == "hash") return print_hashes(options, settings);
   std::vector<std::string> names = options.suites;
   if (names.empty()) {
     if (options.verb == "update")
@@ -155,13 +243,11 @@ Result<int> run_golden(const CommandLine& line, GoldenOptions& options) {
                         "golden update needs the suite's name - polymorph golden list shows them");
     PM_TRY(names, list_golden_suites(options.root));
   }
-  if (options.isa != GoldenSettings{}.isa)
-    return make_error(ErrorCode::kUsage, "--isa is for golden test: goldens are made under {}",
-                      GoldenSettings{}.isa);
   for (const std::string& name : names) {
     PM_TRY(const GoldenSuite suite, load_golden_suite(options.root, name));
     if (options.verb == "list") {
-      print_data("{}: {} frames of {}\n", suite.name, suite.frames.size(), suite.scene.string());
+      print_data("{}: {} frames of {}\n", suite.name, suite.frames.size(),
+                 suite.command.empty() ? suite.scene.string() : suite.command);
       continue;
     }
     PM_TRY(const auto written, update_golden(suite, settings, options.reason));
@@ -176,19 +262,27 @@ Result<int> run_golden(const CommandLine& line, GoldenOptions& options) {
 void add_golden(CommandLine& line) {
   auto options = std::make_shared<GoldenOptions>();
   CLI::App* command =
-      add_command(line, "golden", "Test, update or list golden frames.",
+      add_command(line, "golden", "Test golden frames, update them or accept new ones.",
                   "  polymorph golden test\n"
                   "  polymorph golden test teapot-penguin --report golden-report\n"
-                  "  polymorph golden update teapot-penguin --reason \"softer key light\"",
+                  "  polymorph golden update teapot-penguin --reason \"softer key light\"\n"
+                  "  polymorph golden accept golden-report.zip --reason \"softer key light\"\n"
+                  "  polymorph golden hash > here.txt    # the same on every machine",
                   "  0 all frames pass   1 a frame differs or its golden is missing   2 usage\n"
                   "  3 bad suite or scene; the others are tested   4 cannot write\n"
                   "  5 device or memory");
-  command->add_option("verb", options->verb, "test, update or list")
+  command
+      ->add_option("verb", options->verb,
+                   "test; update: render goldens anew; accept REPORT: take a failed run's frames; "
+                   "merge REPORT...: one report of several; list; hash: SHA-256 of each frame's "
+                   "pixels, of suites or SCENE.json")
       ->required()
-      ->check(CLI::IsMember({"test", "update", "list"}))
+      ->check(CLI::IsMember({"test", "update", "accept", "merge", "list", "hash"}))
       ->type_name("VERB")
       ->group("Main");
-  command->add_option("suite", options->suites, "suites; default: all")
+  command
+      ->add_option("suite", options->suites,
+                   "suites; default: all. accept: the report, then suites; hash: scenes, too")
       ->type_name("SUITE")
       ->group("Main");
   command->add_option("--root", options->root, "folder of the suites; default: golden_frames")
@@ -203,9 +297,25 @@ void add_golden(CommandLine& line) {
       ->type_name("TEXT")
       ->group("Main");
   command
+      ->add_option("--only", options->only,
+                   "accept: these frames, as in 4,9-15; default: all that failed")
+      ->type_name("FRAMES")
+      ->group("Main");
+  command->add_flag("--history", options->history, "test: add this run to each suite's history.csv")
+      ->group("Main");
+  command->add_option("-o,--output", options->output, "merge: the folder of the new report")
+      ->type_name("DIR")
+      ->group("Output");
+  command
+      ->add_flag("--any-program", options->any_program,
+                 "accept: also what another build of polymorph rendered")
+      ->group("Main");
+  command
       ->add_option("--isa", options->isa,
-                   "test: Embree's instructions, sse2, avx, avx2 or avx512; default: avx2")
-      ->check(CLI::IsMember({"sse2", "avx", "avx2", "avx512"}))
+                   "Embree's instructions: sse2, sse4.2, avx, avx2 or avx512; default: the best. "
+                   "All give the same pixels")
+      ->check(CLI::IsMember({"sse2", "sse4.2", "avx", "avx2", "avx512"}))
+      ->envname("POLYMORPH_ISA")
       ->type_name("ISA")
       ->group("Main");
   command

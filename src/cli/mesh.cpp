@@ -110,6 +110,10 @@ class MeshRun {
 
  private:
   Status check_outputs();
+  bool has_velocities() const {
+    return format_ == MeshFormat::kPly || format_ == MeshFormat::kUsd ||
+           (format_ == MeshFormat::kGlb && !options_.quantize);
+  }
   Result<FrameGeometry> geometry_of(int frame);
   Result<std::vector<SurfaceFrame>> surfaces_of_frame(const FrameGeometry& geometry);
   Status write_frame(int frame);
@@ -175,16 +179,15 @@ Result<FrameGeometry> MeshRun::geometry_of(int frame) {
 }
 
 Result<std::vector<SurfaceFrame>> MeshRun::surfaces_of_frame(const FrameGeometry& geometry) {
-  const bool velocities = format_ != MeshFormat::kObj && !options_.quantize;
   const bool moves =
       std::any_of(geometry.actors.begin(), geometry.actors.end(), [](const ActorGeometry& a) {
         return !a.flow.displacement.empty() || !a.displacement.empty();
       });
-  if (velocities && moves && geometry.frame < prepared_.frame_count) {
+  if (has_velocities() && moves && geometry.frame < prepared_.frame_count) {
     PM_TRY(ahead_, geometry_at(prepared_, *extractor_, geometry.frame + 1));
   }
-  PM_TRY(std::vector<SurfaceFrame> frames,
-         surface_frames(prepared_, geometry, ahead_ ? &*ahead_ : nullptr, *extractor_));
+  std::vector<SurfaceFrame> frames =
+      surface_frames(prepared_, geometry, ahead_ ? &*ahead_ : nullptr);
   if (error_ > 0)
     for (std::size_t a = 0; a < frames.size(); ++a) {
       const float distance = static_cast<float>(error_) * prepared_.actors[a].box.diagonal();
@@ -265,7 +268,8 @@ Result<int> MeshRun::run() {
   PM_TRY_STATUS(check_outputs());
   std::string device;
   PM_TRY(extractor_, make_extractor(line_.common.device, device, line_.common.max_memory));
-  ask_for_attributes(scene);
+  ask_for_attributes(scene, has_velocities(),
+                     format_ == MeshFormat::kPly || format_ == MeshFormat::kUsd);
   PM_TRY(prepared_, prepare_scene(scene, *extractor_, cache_folder(line_.common)));
   for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
   // Once more: only now is it known which files the models and their materials name.

@@ -1,4 +1,8 @@
+#include <chrono>
+#include <thread>
+
 #include "base/file.h"
+#include "base/input_files.h"
 #include "base/log.h"
 #include "base/text.h"
 #include "cli/command_line.h"
@@ -14,8 +18,8 @@ namespace {
 struct RenderOptions {
   std::string scene, output, frames, shard;
   bool png = false, strict = false, skip_existing = false, keep_going = false, dry_run = false,
-       stats = false;
-  int jobs = 1;
+       stats = false, turntable = false, watch = false;
+  int jobs = 0;
   double heartbeat = 60;
   SceneOptions scene_options;
   JsonOutput json;
@@ -43,10 +47,12 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
   settings.keep_going = options.keep_going;
   settings.strict = options.strict;
   settings.dry_run = options.dry_run;
-  settings.jobs = options.jobs;
+  const auto& image = scene.image;
+  settings.jobs =
+      options.jobs > 0 ? options.jobs : jobs_for(image.width, image.height, settings.frames.size());
   settings.device = line.common.device;
   settings.max_memory = line.common.max_memory;
-  settings.isa = options.scene_options.pinned_isa();
+  settings.isa = options.scene_options.isa;
   settings.cache_folder = cache_folder(line.common);
   settings.command = line.text;
   settings.stop = &stop_requested();
@@ -101,8 +107,36 @@ void print_stats(const RunReport& report) {
       format_bytes(static_cast<double>(report.peak_memory)));
 }
 
-Result<int> run_render(const CommandLine& line, const RenderOptions& options) {
-  PM_TRY(const Scene scene, load_scene_with(options.scene, options.scene_options));
+constexpr int kTurntableFrames = 72;
+
+/// The scene with a camera that goes once round: round the model, round the one frame that -f
+/// names, or while the film runs. `frames` becomes those of the turn.
+Result<Scene> load_turntable(const RenderOptions& options, std::span<const Override> overrides,
+                             std::string& frames) {
+  if (std::filesystem::path(options.scene).extension() != ".json") {
+    if (!options.frames.empty())
+      return make_error(ErrorCode::kUsage, "-f {}: a model has no frames", options.frames);
+    return turntable_of_model(options.scene, overrides);
+  }
+  PM_TRY(Scene scene, load_scene(options.scene, overrides));
+  if (const auto frame = parse_integer(options.frames)) {
+    const int count = film_frame_count(scene);
+    PM_TRY(const std::vector<int> still, parse_frames(options.frames, 1, count));
+    scene.frames.still = still.front();
+    if (scene.frames.turntable == 0) scene.frames.turntable = kTurntableFrames;
+    frames.clear();
+  } else if (scene.camera.orbit == 0 && scene.frames.turntable == 0) {
+    scene.camera.orbit = 360;
+  }
+  return scene;
+}
+
+Result<int> render_once(const CommandLine& line, const RenderOptions& given) {
+  RenderOptions options = given;
+  PM_TRY(const std::vector<Override> overrides, overrides_of(options.scene_options));
+  PM_TRY(Scene scene, options.turntable ? load_turntable(options, overrides, options.frames)
+                                        : load_scene(options.scene, overrides));
+  apply_scene_options(scene, options.scene_options);
   PM_TRY(const SequenceSettings settings, sequence_settings(line, options, scene));
   if (settings.frames.empty()) {
     log_info("no frames in this shard");
@@ -137,6 +171,54 @@ Result<int> run_render(const CommandLine& line, const RenderOptions& options) {
   return failed > 0 ? static_cast<int>(ErrorCode::kPartial) : 0;
 }
 
+/// When the files that the run reads were written, and how long they are.
+using Snapshot = std::vector<std::pair<std::filesystem::file_time_type, std::uintmax_t>>;
+Snapshot snapshot_of(const std::vector<std::filesystem::path>& files) {
+  Snapshot snapshot;
+  for (const auto& file : files) {
+    std::error_code missing;  // an editor may have taken it away for a moment
+    const auto time = std::filesystem::last_write_time(file, missing);
+    snapshot.emplace_back(time, std::filesystem::file_size(file, missing));
+  }
+  return snapshot;
+}
+
+/// Renders again whenever the scene or a file that it reads changes, until a signal comes. What is
+/// wrong with them is said, and they may be mended.
+Result<int> watch_and_render(CommandLine& line, const RenderOptions& options) {
+  using namespace std::chrono_literals;
+  const std::atomic<bool>& stop = stop_requested();
+  while (true) {
+    const auto started = std::filesystem::file_time_type::clock::now();
+    const auto rendered = render_once(line, options);
+    if (!rendered && rendered.error().code != ErrorCode::kInput) return rendered.error();
+    if (!rendered) print_error(rendered.error());
+    line.common.overwrite = true;  // the frames are this run's own from now on
+    remember_input(options.scene);
+    const auto files = input_files();
+    const Snapshot before = snapshot_of(files);
+    // Written while it was read: what was rendered may be half of it.
+    bool changed = std::any_of(before.begin(), before.end(),
+                               [&](const auto& file) { return file.first >= started; });
+    if (!changed && !stop)
+      log_info("watching {} file{}", files.size(), files.size() == 1 ? "" : "s");
+    for (; !changed && !stop; changed = snapshot_of(files) != before)
+      std::this_thread::sleep_for(50ms);
+    if (stop) return 0;
+    // Whoever writes several files, or one in pieces, is done when nothing changes for a moment.
+    for (Snapshot last; !stop;) {
+      Snapshot now = snapshot_of(files);
+      if (now == last) break;
+      last = std::move(now);
+      std::this_thread::sleep_for(50ms);
+    }
+  }
+}
+
+Result<int> run_render(CommandLine& line, const RenderOptions& options) {
+  return options.watch ? watch_and_render(line, options) : render_once(line, options);
+}
+
 }  // namespace
 
 void add_render(CommandLine& line) {
@@ -150,7 +232,9 @@ void add_render(CommandLine& line) {
                   "  4 cannot write   5 device or memory   6 some frames failed (--keep-going)\n"
                   "  75 stopped early by SIGUSR1, 130, 143 stopped by another signal: finished\n"
                   "  frames are whole, run again with --skip-existing to go on");
-  command->add_option("scene", options->scene, "the scene file")
+  command
+      ->add_option("scene", options->scene,
+                   "the scene file; with --turntable a model's OBJ file, too")
       ->required()
       ->type_name("SCENE")
       ->group("Main");
@@ -169,6 +253,15 @@ void add_render(CommandLine& line) {
                               "keep frames whose header says that they are current")
                    ->group("Main");
   skip->excludes("--overwrite");
+  command
+      ->add_flag("--watch", options->watch,
+                 "render again whenever the scene or a file that it reads changes, until Ctrl-C")
+      ->group("Main");
+  command
+      ->add_flag("--turntable", options->turntable,
+                 "the camera goes once round: round a model's OBJ file, round the one frame that "
+                 "-f names (72 frames), or while the film runs")
+      ->group("Main");
   command->add_flag("--strict", options->strict, "warnings about models and textures are errors")
       ->group("Main");
   add_scene_options(command, options->scene_options);
@@ -177,7 +270,7 @@ void add_render(CommandLine& line) {
                    "this share of the frames: 2/8, or auto from Slurm or MPI")
       ->type_name("i/N")
       ->group("Farm");
-  command->add_option("-j,--jobs", options->jobs, "frames traced at once (1)")
+  command->add_option("-j,--jobs", options->jobs, "frames traced at once; default: by their size")
       ->transform(number_from(1, 256))
       ->type_name("N")
       ->group("Farm");

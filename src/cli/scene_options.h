@@ -11,19 +11,23 @@
 namespace polymorph {
 
 struct SceneOptions {
-  bool preview = false, reproducible = false;
+  bool preview = false, denoise = false;
   int samples = 0;      ///< 0 = the scene's
   double noise = -1;    ///< negative = the scene's
   long long seed = -1;  ///< negative = the scene's
   std::string aovs, isa;
   std::vector<std::string> sets;
-  /// Of Embree, as SequenceSettings::isa.
-  std::string pinned_isa() const { return reproducible ? "avx2" : isa; }
 };
 
-/// --preview in group Main; --spp, --noise, --aovs, --seed and --set in Scene; --isa and
-/// --reproducible in Farm.
+/// --preview in group Main; --spp, --noise, --denoise, --aovs, --seed and --set in Scene; --isa in
+/// Farm.
 void add_scene_options(CLI::App* command, SceneOptions& options);
+
+/// --set and those options that are settings of the scene file. Errors: kUsage.
+Result<std::vector<Override>> overrides_of(const SceneOptions& options);
+
+/// All other options, applied to a scene that was loaded with those overrides.
+void apply_scene_options(Scene& scene, const SceneOptions& options);
 
 /// The scene with these options applied. Errors: those of load_scene(), kUsage.
 Result<Scene> load_scene_with(const std::string& file, const SceneOptions& options);

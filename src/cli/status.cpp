@@ -69,7 +69,7 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
       std::vector<int> frames,
       parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
   std::sort(frames.begin(), frames.end());
-  PM_TRY(const std::string hash, sequence_hash(scene, options.scene_options.pinned_isa()));
+  PM_TRY(const std::string hash, sequence_hash(scene));
   const std::vector<FileState> states = frame_states(files, frames, hash);
   if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, to_json(frames, states, hash)));
   std::vector<int> todo;

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "base/exact_math.h"
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
@@ -30,6 +31,16 @@ Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
       parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
   if (!options.moves() && options.frames.empty()) numbers = spread(numbers, options.count);
   return render_film(line, std::move(scene), std::move(numbers), options.width);
+}
+
+/// A header's rate, which EXR keeps as a number and PNG as text.
+std::optional<float> fps_of(const Attribute& attribute) {
+  if (const float* value = std::get_if<float>(&attribute.value)) return *value;
+  const std::string* text = std::get_if<std::string>(&attribute.value);
+  const auto number = text ? parse_number(*text) : std::nullopt;
+  // Another program's text may say anything; --fps has the same limits.
+  if (!number || *number < 0.1 || *number > 1000) return std::nullopt;
+  return static_cast<float>(*number);
 }
 
 Result<Film> from_images(const StripOptions& options) {
@@ -65,7 +76,7 @@ Result<Film> from_images(const StripOptions& options) {
     float exposure = 0;
     for (const Attribute& attribute : image.attributes) {
       const float* value = std::get_if<float>(&attribute.value);  // of an EXR; a PNG's are texts
-      if (value && attribute.name == "FramesPerSecond") film.fps = *value;
+      if (attribute.name == "FramesPerSecond") film.fps = fps_of(attribute).value_or(film.fps);
       if (value && attribute.name == "polymorph/exposure") exposure = *value;
     }
     expose(image, exposure);

@@ -63,7 +63,7 @@ Result<Costs> measure_costs(const CommandLine& line, const SubmitOptions& option
   settings.dry_run = true;
   settings.device = line.common.device;
   settings.max_memory = line.common.max_memory;
-  settings.isa = options.scene_options.pinned_isa();
+  settings.isa = options.scene_options.isa;
   settings.cache_folder = cache_folder(line.common);
   settings.stop = &stop_requested();
   log_info("measuring frames here; --frame-seconds saves it");
@@ -177,7 +177,9 @@ void add_farm_options(CLI::App* command, SubmitOptions& options) {
                        "frames for at least so long in each task (2)")
           ->transform(number_from(0.01, 10000.0))
           ->type_name("M"));
-  add(command->add_option("--max-tasks", options.max_tasks, "most tasks of the array (1000)")
+  add(command
+          ->add_option("--max-tasks", options.max_tasks,
+                       "maximum number of tasks of the array (1000)")
           ->transform(number_from(1, 100000))
           ->type_name("N"));
   add(command

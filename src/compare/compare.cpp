@@ -204,6 +204,13 @@ bool over_flip(const Tolerance& tolerance, const FlipFigures& flip) {
          flip.p99 > static_cast<double>(tolerance.flip_p99);
 }
 
+/// How visible it is.
+std::string flip_text(const Comparison& result) {
+  if (!result.flip || !(result.flip->max > 0)) return "";
+  return fmt::format("; FLIP mean {:.3g}, 99 % below {:.3g}, worst {:.3g}", result.flip->mean,
+                     result.flip->p99, result.flip->max);
+}
+
 void decide(const Tolerance& tolerance, bool equal, Comparison& result) {
   const double percent = 100.0 * static_cast<double>(result.failing_pixels) /
                          std::max(1.0, static_cast<double>(result.pixels));
@@ -230,9 +237,14 @@ void decide(const Tolerance& tolerance, bool equal, Comparison& result) {
                                 result.flip->p99, static_cast<double>(tolerance.flip_p99));
   } else {
     result.verdict = within ? Verdict::kWithin : Verdict::kDiffers;
-    result.reason = fmt::format(
-        "{} of {} pixels are over the limits ({:.3g} %, allowed {:.3g} %){}", result.failing_pixels,
-        result.pixels, percent, static_cast<double>(tolerance.fail_percent), largest);
+    if (is_exact(tolerance))
+      result.reason = fmt::format("{} of {} pixels differ{}{}", result.failing_pixels,
+                                  result.pixels, largest, flip_text(result));
+    else
+      result.reason =
+          fmt::format("{} of {} pixels are over the limits ({:.3g} %, allowed {:.3g} %){}",
+                      result.failing_pixels, result.pixels, percent,
+                      static_cast<double>(tolerance.fail_percent), largest);
   }
 }
 

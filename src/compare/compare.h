@@ -36,6 +36,15 @@ struct Tolerance {
   std::string why = {};  ///< the reason for these limits, shown in reports
 };
 
+/// Every value must be equal.
+inline Tolerance exact_tolerance() {
+  return {.fail = 0, .relative = 0, .fail_percent = 0, .depth = 0, .normal = 0};
+}
+/// Is no pixel allowed to differ?
+inline bool is_exact(const Tolerance& t) {
+  return t.fail == 0 && t.relative == 0 && t.fail_percent == 0 && t.depth == 0 && t.normal == 0;
+}
+
 enum class Verdict : std::uint8_t {
   kSame,     ///< all values are equal
   kWithin,   ///< differences within the limits

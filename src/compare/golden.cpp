@@ -88,9 +88,8 @@ std::string reason_of(const Json& object, const std::string& where) {
 }
 
 /// tolerance.json: each limit an object with its value and its reason.
-Tolerance parse_limits(const Json& object) {
+Tolerance parse_limits(const Json& object, Tolerance tolerance) {
   check_keys(object, "the file", limit_names());
-  Tolerance tolerance;
   for (const Limit& limit : kLimits) {
     if (!object.contains(limit.name)) continue;
     const std::string where = fmt::format("'{}'", limit.name);
@@ -104,15 +103,69 @@ Tolerance parse_limits(const Json& object) {
 }
 
 /// "tolerance" inside suite.json: numbers, and one reason.
-Tolerance parse_inline_limits(const Json& object) {
+Tolerance parse_inline_limits(const Json& object, Tolerance tolerance) {
   check_keys(object, "'tolerance'", limit_names("why"));
-  Tolerance tolerance;
   for (const Limit& limit : kLimits)
     if (object.contains(limit.name))
       tolerance.*limit.value =
           limit_value(object[limit.name], fmt::format("'tolerance': '{}'", limit.name));
   tolerance.why = reason_of(object, "'tolerance'");
   return tolerance;
+}
+
+/// A name in the suite's own folder, never a path out of it.
+bool is_own_file(const std::string& name) {
+  return !name.empty() && name[0] != '.' && fs::path(name).filename() == name;
+}
+
+std::vector<GoldenMask> parse_masks(const Json& list, const fs::path& folder) {
+  if (!list.is_array()) fail("'masks' must be a list");
+  std::vector<GoldenMask> masks;
+  for (const Json& entry : list) {
+    check_keys(entry, "an entry of 'masks'", {"file", "ids", "why"});
+    if (entry.contains("file") == entry.contains("ids"))
+      fail("an entry of 'masks' needs either 'file' or 'ids'");
+    GoldenMask mask;
+    mask.why = reason_of(entry, "an entry of 'masks'");
+    if (entry.contains("file")) {
+      if (!entry["file"].is_string() || !is_own_file(entry["file"].get<std::string>()))
+        fail("'masks': 'file' must be the name of a picture in this folder");
+      mask.file = folder / entry["file"].get<std::string>();
+    } else {
+      if (!entry["ids"].is_array() || entry["ids"].empty()) fail("'masks': 'ids' must be a list");
+      for (const Json& id : entry["ids"]) {
+        if (!id.is_number_integer()) fail("'masks': 'ids' must hold whole numbers");
+        mask.ids.push_back(id.get<int>());
+      }
+    }
+    masks.push_back(std::move(mask));
+  }
+  return masks;
+}
+
+/// What renders the frames: a scene, or a command of another program.
+void parse_source(const Json& json, GoldenSuite& suite) {
+  if (json.contains("scene") && json.contains("command"))
+    fail("'scene' and 'command' are both given - a suite has one of them");
+  if (json.contains("command")) {
+    if (!json["command"].is_string() ||
+        json["command"].get<std::string>().find("{out}") == std::string::npos)
+      fail("'command' must be a shell command with {{out}} where the frame's file goes");
+    suite.command = json["command"].get<std::string>();
+    if (!json.contains("format")) return;
+    const std::vector<std::string> known{"exr", "png", "tif", "jpg", "hdr"};
+    if (!json["format"].is_string() ||
+        std::find(known.begin(), known.end(), json["format"].get<std::string>()) == known.end())
+      fail("'format' must be {}", join_quoted(known));
+    suite.format = json["format"].get<std::string>();
+    return;
+  }
+  if (json.contains("format")) fail("'format' is for suites with a 'command'");
+  if (!json.contains("scene") || !json["scene"].is_string())
+    fail("'scene' is missing: the scene file, relative to this folder");
+  suite.scene = (suite.folder / json["scene"].get<std::string>()).lexically_normal();
+  suite.tolerance = exact_tolerance();
+  suite.tolerance.why = "polymorph's frames are the same bits everywhere";
 }
 
 std::vector<int> parse_frames(const Json& frames) {
@@ -155,7 +208,9 @@ Error unknown_suite(const fs::path& root, const std::string& name) {
 }  // namespace
 
 Result<GoldenSuite> load_golden_suite(const fs::path& root, const std::string& name) {
-  GoldenSuite suite{name, root / name, {}, {}, {}};
+  GoldenSuite suite;
+  suite.name = name;
+  suite.folder = root / name;
   const fs::path file = suite.folder / "suite.json", limits = suite.folder / "tolerance.json";
   std::error_code error;
   // A name is one folder below the root, never a path.
@@ -163,20 +218,23 @@ Result<GoldenSuite> load_golden_suite(const fs::path& root, const std::string& n
     return unknown_suite(root, name);
   const bool separate = fs::exists(limits, error);
   PM_TRY_STATUS(with_json(file, [&](const Json& json) {
-    check_keys(json, "the file", {"scene", "frames", "tolerance"});
-    if (!json.contains("scene") || !json["scene"].is_string())
-      fail("'scene' is missing: the scene file, relative to this folder");
+    check_keys(json, "the file", {"scene", "command", "format", "frames", "tolerance", "masks"});
+    parse_source(json, suite);
     if (!json.contains("frames"))
       fail("'frames' is missing: the list of frames that have a golden");
-    suite.scene = (suite.folder / json["scene"].get<std::string>()).lexically_normal();
     suite.frames = parse_frames(json["frames"]);
+    if (json.contains("masks")) suite.masks = parse_masks(json["masks"], suite.folder);
     if (json.contains("tolerance") && separate)
       fail("'tolerance' is given here and in tolerance.json - remove one");
-    if (json.contains("tolerance")) suite.tolerance = parse_inline_limits(json["tolerance"]);
+    if (json.contains("tolerance"))
+      suite.tolerance = parse_inline_limits(json["tolerance"], suite.tolerance);
   }));
   if (separate)
-    PM_TRY_STATUS(
-        with_json(limits, [&](const Json& json) { suite.tolerance = parse_limits(json); }));
+    PM_TRY_STATUS(with_json(limits, [&](const Json& json) {
+      Tolerance start = suite.tolerance;
+      start.why.clear();
+      suite.tolerance = parse_limits(json, start);
+    }));
   return suite;
 }
 
@@ -197,7 +255,7 @@ Result<std::vector<std::string>> list_golden_suites(const fs::path& root) {
 }
 
 fs::path golden_image_path(const GoldenSuite& suite, int frame) {
-  return suite.folder / fmt::format("frame.{:04}.exr", frame);
+  return suite.folder / fmt::format("frame.{:04}.{}", frame, suite.format);
 }
 
 }  // namespace polymorph

@@ -18,19 +18,33 @@ struct SurfaceRecord {
   std::string digest;
 };
 
+/// Pixels that are not compared: where the picture `file` is not black, or where one of the objects
+/// `ids` is, before or now.
+struct GoldenMask {
+  std::filesystem::path file;  ///< empty: by ids
+  std::vector<int> ids;
+  std::string why;
+};
+
 struct GoldenSuite {
   std::string name;
   std::filesystem::path folder;
   std::filesystem::path scene;  ///< from suite.json, resolved against the suite's folder
+  std::string command;          ///< of another program that renders; then there is no scene
+  std::string format = "exr";   ///< of that program's frames: the extension
   std::vector<int> frames;      ///< the frames that have a golden, rising
   Tolerance tolerance;          ///< with the reasons of all limits in `why`
+  std::vector<GoldenMask> masks;
 };
 
-/// Reads `root`/NAME/suite.json, {"scene": "../../scenes/x/scene.json", "frames": [1, 12, 24]}, and
+/// Reads `root`/NAME/suite.json, {"scene": "../../scenes/x/scene.json", "frames": [1, 12, 24]} or
+/// {"command": "blender -b x.blend -o {out} -f {frame}", "format": "png", "frames": [1]}, with
+/// "masks": [{"file": "mask.png", "why": "..."}, {"ids": [3], "why": "..."}] if wanted, and
 /// the limits from tolerance.json beside it, each with its reason:
 ///   {"fail": {"value": 0.004, "why": "..."}, "fail_percent": {...}, "hard_fail", "relative",
 ///   "depth", "normal", "flip_mean", "flip_p99", "warn", "warn_percent"}
-/// A limit that is not named keeps the default of Tolerance. In place of the file suite.json may
+/// A limit that is not named is 0 in a suite with a scene: polymorph's frames are the same bits
+/// everywhere; in one with a command it is Tolerance's default. In place of the file suite.json may
 /// hold "tolerance": {"fail": 0.004, ..., "why": "..."} with one reason for all. Errors: kInput,
 /// naming the file and what is missing; an unknown suite names the nearest.
 Result<GoldenSuite> load_golden_suite(const std::filesystem::path& root, const std::string& name);
@@ -38,7 +52,7 @@ Result<GoldenSuite> load_golden_suite(const std::filesystem::path& root, const s
 /// `root`.
 Result<std::vector<std::string>> list_golden_suites(const std::filesystem::path& root);
 
-/// SUITE/frame.0012.exr
+/// SUITE/frame.0012.exr, or with the suite's own format.
 std::filesystem::path golden_image_path(const GoldenSuite& suite, int frame);
 
 /// "frame,vertices,triangles,digest" and a line per frame, rising. Errors: kInput with the line.

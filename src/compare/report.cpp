@@ -1,11 +1,13 @@
 #include "compare/report.h"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "base/file.h"
 #include "base/text.h"
+#include "compare/history.h"
 #include "compare/pictures.h"
 #include "compare/report_data.h"
 #include "image/image_io.h"
@@ -130,6 +132,28 @@ nlohmann::ordered_json page_case(const ReportCase& one) {
   return json;
 }
 
+/// Of each suite and metric the means over time, and the alarm where they rise.
+nlohmann::ordered_json histories_json(const Report& report) {
+  auto list = nlohmann::ordered_json::array();
+  for (const auto& [suite, rows] : report.histories) {
+    const std::vector<std::string> rising = rising_metrics(rows);
+    for (const char* metric : {"fail_percent", "flip_mean", "flip_p99"}) {
+      auto points = nlohmann::ordered_json::array();
+      for (const HistoryRow& row : rows)
+        if (row.metric == metric)
+          points.push_back(
+              {{"commit", row.commit},
+               {"mean", std::isfinite(row.mean) ? row.mean : 0},
+               {"share", row.share && std::isfinite(*row.share) ? nlohmann::ordered_json(*row.share)
+                                                                : nlohmann::ordered_json()}});
+      if (points.size() < 2) continue;
+      const bool alarm = std::find(rising.begin(), rising.end(), metric) != rising.end();
+      list.push_back({{"suite", suite}, {"metric", metric}, {"rising", alarm}, {"runs", points}});
+    }
+  }
+  return list;
+}
+
 /// What a report.json says its report consists of; nothing if it is not one of ours.
 std::vector<std::string> listed_files(const fs::path& report_json) {
   const auto text = read_file(report_json, 256 << 20);
@@ -198,17 +222,26 @@ Status add_pictures(ReportCase& one, const Image& actual, const Image* reference
   return Ok{};
 }
 
+std::string page_of(const std::string& title, nlohmann::ordered_json data) {
+  // What failed first, the worst first; then warnings, then what is good, in its order.
+  const auto rank = [](const nlohmann::ordered_json& c) {
+    if (c.value("passed", false)) return std::pair(c.value("warned", false) ? 1 : 2, 0.0);
+    double visible = c.contains("flip") ? c["flip"].value("mean", 0.0) : 1e9;
+    return std::pair(0, -visible);
+  };
+  std::stable_sort(data["cases"].begin(), data["cases"].end(),
+                   [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
+  return filled(report_page, {{"{{title}}", escape_markup(title)},
+                              {"{{data}}", for_script(dump_json(data, -1))}});
+}
+
 std::string report_html(const Report& report) {
   nlohmann::ordered_json data{{"title", report.title}, {"facts", report.facts}};
   data["notes"] = report.notes;
+  data["histories"] = histories_json(report);
   data["cases"] = nlohmann::ordered_json::array();
-  std::vector<const ReportCase*> order;
-  for (const ReportCase& one : report.cases) order.push_back(&one);
-  const auto rank = [](const ReportCase* c) { return c->passed() ? (c->warned() ? 1 : 2) : 0; };
-  std::stable_sort(order.begin(), order.end(), [&](auto* a, auto* b) { return rank(a) < rank(b); });
-  for (const ReportCase* one : order) data["cases"].push_back(page_case(*one));
-  return filled(report_page, {{"{{title}}", escape_markup(report.title)},
-                              {"{{data}}", for_script(dump_json(data, -1))}});
+  for (const ReportCase& one : report.cases) data["cases"].push_back(page_case(one));
+  return page_of(report.title, std::move(data));
 }
 
 Status remove_report(const fs::path& folder) {

@@ -9,9 +9,18 @@
 
 #include "base/result.h"
 #include "compare/compare.h"
+#include "compare/golden.h"
 #include "image/image.h"
 
 namespace polymorph {
+
+/// One figure of one run of a suite (compare/history.h).
+struct HistoryRow {
+  std::string commit;           ///< of what was tested
+  std::string metric;           ///< "fail_percent", "flip_mean", "flip_p99"
+  double mean = 0, worst = 0;   ///< over the suite's frames
+  std::optional<double> share;  ///< of the limit that the worst takes; none without a limit
+};
 
 /// One frame or pair of images.
 struct ReportCase {
@@ -19,12 +28,18 @@ struct ReportCase {
   std::string name;   ///< "frame 12", "a.exr"
   std::filesystem::path actual, reference;
   std::string message;  ///< why it failed; "" = it passed
+  std::string cause;    ///< what seems to have changed, one sentence; "" = unknown
   bool error = false;   ///< it could not even be tested; the message says why
   std::string detail;   ///< worth knowing though it passed; used without a comparison
   std::string verdict;  ///< a word; "" = the comparison's, or "error" or "missing" without one
   std::optional<Comparison> comparison;  ///< absent when there is nothing to compare with
   Tolerance tolerance;
   double seconds = 0;
+  SurfaceRecord surface;          ///< of the new frame; frame 0: unknown
+  std::string pixels;             ///< SHA-256 of the new frame's pixels; "" = unknown
+  std::string file_sha256;        ///< of the new frame's file, where it is kept
+  std::optional<double> flicker;  ///< to the next frame, where nothing should change (flicker.h)
+  std::optional<double> reference_flicker;
   std::string accept;  ///< the command that makes the new picture the reference
 
   /// PNG bytes for the page, "" = not shown; filled by add_pictures().
@@ -40,6 +55,10 @@ struct Report {
   std::vector<std::pair<std::string, std::string>> facts;  ///< shown below the title
   std::vector<ReportCase> cases;
   std::vector<std::string> notes;  ///< orphans and the like
+  /// By suite, its history.csv.
+  std::vector<std::pair<std::string, std::vector<HistoryRow>>> histories = {};
+  /// By suite, what decides its frames beside the program: for accepting them later.
+  std::vector<std::pair<std::string, std::string>> suites = {};
   std::size_t failed() const;
   std::size_t errors() const;  ///< those of the failed that could not even be tested
 };

@@ -58,6 +58,7 @@ std::string junit_case(const ReportCase& one, const std::string& suite) {
   }
   if (!one.passed()) {
     std::string details = one.message + "\n";
+    if (!one.cause.empty()) details += "seen: " + one.cause + "\n";
     for (const CaseMetric& figure : figures)
       if (figure.limit)
         details += fmt::format("{}{}: {} (limit {})\n", figure.over() ? "OVER " : "", figure.label,
@@ -99,6 +100,9 @@ std::vector<CaseMetric> metrics_of(const ReportCase& one) {
     add("flip_p99", "FLIP, 99 % below", c.flip->p99, limit_or_none(limits.flip_p99));
     add("flip_max", "FLIP, max", c.flip->max, std::nullopt);
     add("psnr", "PSNR, dB", c.psnr, std::nullopt);
+    if (one.flicker) add("flicker", "flicker to the next frame", *one.flicker, std::nullopt);
+    if (one.reference_flicker)
+      add("reference_flicker", "the reference's", *one.reference_flicker, std::nullopt);
   }
   return figures;
 }
@@ -115,9 +119,20 @@ Json case_json(const ReportCase& one) {
                        : one.passed() ? one.detail
                                       : one.message},
             {"message", one.message},
+            {"cause", one.cause},
             {"why", one.tolerance.why},
             {"accept", one.accept}};
   if (one.seconds > 0) json["seconds"] = one.seconds;
+  if (one.flicker) json["flicker"] = *one.flicker;
+  if (one.reference_flicker) json["reference_flicker"] = *one.reference_flicker;
+  if (!one.pixels.empty()) json["pixels_sha256"] = one.pixels;
+  if (!one.file_sha256.empty()) json["file_sha256"] = one.file_sha256;
+  if (one.surface.frame > 0) {
+    json["frame"] = one.surface.frame;
+    json["surface"] = {{"vertices", one.surface.vertices},
+                       {"triangles", one.surface.triangles},
+                       {"digest", one.surface.digest}};
+  }
   json["figures"] = Json::array();
   for (const CaseMetric& figure : metrics_of(one)) {
     Json entry{{"name", figure.name}, {"label", figure.label}, {"value", number(figure.value)}};
@@ -158,6 +173,8 @@ std::string report_json(const Report& report, const std::vector<std::string>& fi
   if (!files.empty()) json["polymorph_report"] = files;
   json["facts"] = Json::object();
   for (const auto& [name, value] : report.facts) json["facts"][name] = value;
+  if (!report.suites.empty()) json["suites"] = Json::object();
+  for (const auto& [name, hash] : report.suites) json["suites"][name] = hash;
   json["passed"] = report.cases.size() - report.failed();
   json["failed"] = report.failed();
   json["errors"] = report.errors();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "base/exact_math.h"
 #include "base/random.h"
 
 namespace polymorph {
@@ -20,6 +21,12 @@ struct Pattern {
   void flip(std::size_t at) {
     // Ulichney's sigma of 1.5 pixels; beyond 6 pixels the weight is below 4e-4.
     constexpr int kReach = 6;
+    static const std::vector<float> weights = [] {
+      std::vector<float> all;
+      for (int square = 0; square <= 2 * kReach * kReach; ++square)
+        all.push_back(static_cast<float>(exact::exp(-square / 4.5)));
+      return all;
+    }();
     const float sign = set[at] ? -1.0f : 1.0f;
     set[at] = !set[at];
     const int x = static_cast<int>(at) % kSize, y = static_cast<int>(at) / kSize;
@@ -27,7 +34,7 @@ struct Pattern {
       for (int dx = -kReach; dx <= kReach; ++dx) {
         const auto u = static_cast<std::size_t>((x + dx + kSize) % kSize);
         const auto v = static_cast<std::size_t>((y + dy + kSize) % kSize);
-        energy[u + v * kSize] += sign * std::exp(static_cast<float>(-(dx * dx + dy * dy)) / 4.5f);
+        energy[u + v * kSize] += sign * weights[static_cast<std::size_t>(dx * dx + dy * dy)];
       }
   }
   std::size_t tightest_cluster() const { return extreme(1); }

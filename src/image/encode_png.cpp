@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/exact_math.h"
 #include "base/parallel.h"
 #include "base/random.h"
 #include "image/image_io.h"
@@ -169,7 +170,8 @@ Result<std::string> encode_png(const Image& image, const PngSettings& settings) 
   std::vector<std::uint8_t> codes(stride * static_cast<std::size_t>(image.height));
   std::vector<png_bytep> rows(static_cast<std::size_t>(image.height));
   for (std::size_t y = 0; y < rows.size(); ++y) rows[y] = &codes[y * stride];
-  const Encoder encoder{image, layout, settings, std::exp2(settings.exposure),
+  const Encoder encoder{image, layout, settings,
+                        static_cast<float>(exact::exp2(static_cast<double>(settings.exposure))),
                         SrgbQuantizer::instance()};
   parallel_for(
       image.height, [&](std::int64_t y) { encoder.row(y, rows[static_cast<std::size_t>(y)]); }, 16);

@@ -5,11 +5,13 @@
 #include <cstddef>
 #include <limits>
 
+#include "base/exact_math.h"
+
 namespace polymorph {
 namespace {
 
 double decode(double encoded) {
-  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+  return encoded <= 0.04045 ? encoded / 12.92 : exact::pow((encoded + 0.055) / 1.055, 2.4);
 }
 
 // Codes change at most once a bucket: a bucket is 1/512 of its value wide, a code 1/110 at the
@@ -24,7 +26,7 @@ float srgb_to_linear(float encoded) { return static_cast<float>(decode(encoded))
 
 float linear_to_srgb(float linear) {
   if (!(linear > 0.0031308f)) return 12.92f * linear;
-  return static_cast<float>(1.055 * std::pow(static_cast<double>(linear), 1 / 2.4) - 0.055);
+  return static_cast<float>(1.055 * exact::pow(static_cast<double>(linear), 1 / 2.4) - 0.055);
 }
 
 SrgbQuantizer::SrgbQuantizer() : start_(kLast - kFirst + 1) {

@@ -6,6 +6,7 @@
 #include <map>
 #include <numeric>
 
+#include "kernels/field_kinds.h"
 #include "morph/features.h"
 
 namespace polymorph {
@@ -62,8 +63,7 @@ CostSide cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<d
   axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.outward[i].z); });
   // Sizes and distances in the object's own units: those of a scaled copy are the same.
   axis(size_weight, [&](std::size_t i) {
-    const float radius = kind == FieldKind::kInverseSquare ? std::sqrt(std::max(balls[i].w, 1e-12f))
-                                                           : 1 / std::sqrt(balls[i].a);
+    const float radius = visit(kind, [&](auto field) { return field.radius(balls[i]); });
     return std::log(static_cast<double>(radius) / normalization.size);
   });
   axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.distance[i]); });

@@ -7,6 +7,7 @@
 
 #include "base/parallel.h"
 #include "base/random.h"
+#include "kernels/field_kinds.h"
 #include "kernels/math.h"
 #include "morph/linear.h"
 
@@ -83,11 +84,11 @@ double inside_volume(const std::vector<Ball>& balls, std::size_t index,
 
 std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind) {
   std::vector<double> masses(balls.size());
-  if (kind != FieldKind::kGaussian) {
+  if (!visit(kind, [](auto field) { return decltype(field)::kExponential; })) {
     for (std::size_t i = 0; i < balls.size(); ++i) {
-      const float square =
-          kind == FieldKind::kInverseSquare ? std::max(balls[i].w, 0.0f) : 1 / balls[i].a;
-      masses[i] = std::pow(static_cast<double>(square), 1.5);
+      const auto radius =
+          static_cast<double>(visit(kind, [&](auto field) { return field.radius(balls[i]); }));
+      masses[i] = radius * radius * radius;
     }
   } else {
     // Some 65 000 points in all: thousands of balls differ little from their neighbours.

@@ -9,6 +9,7 @@
 #include "base/parallel.h"
 #include "base/random.h"
 #include "base/result.h"
+#include "kernels/field_kinds.h"
 #include "morph/easing.h"
 #include "morph/parts.h"
 #include "surface/grid.h"
@@ -26,7 +27,7 @@ Alignment path_alignment(const MorphPlan& plan) {
 }
 
 float strength(FieldKind kind, float w, float share) {
-  return kind == FieldKind::kGaussian ? w + std::log(share) : w * share;
+  return visit(kind, [&](auto field) { return field.share_of_weight(w, share); });
 }
 
 double volume_of_ball(const Ball& ball) {
@@ -147,7 +148,7 @@ void join(const MorphPlan& plan, std::span<const float> eased, std::vector<Ball>
 /// lowered together a ball keeps its own radius and melts into its neighbours. Not where the balls
 /// keep their order: a turned copy must stay what it is.
 double softness(const MorphPlan& plan) {
-  if (plan.kind != FieldKind::kGaussian) return 0;
+  if (!visit(plan.kind, [](auto field) { return decltype(field)::kExponential; })) return 0;
   // Strain up to which they count as alike, and from which on as wholly unlike.
   constexpr double kAlike = 0.05, kUnlike = 0.25;
   return static_cast<double>(plan.motion.soften) *

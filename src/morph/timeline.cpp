@@ -93,7 +93,7 @@ Timeline make_timeline(const Scene& scene, const ActorSettings& actor) {
   PM_CHECK(frames.size() == legs);
 
   Timeline timeline;
-  timeline.count = frame_count(scene);
+  timeline.count = film_frame_count(scene);
   timeline.hold_start = scene.frames.hold_start + actor.start - 1;
   timeline.own_look = scene.look.kind == LookKind::kOwn;
   const int total = std::accumulate(frames.begin(), frames.end(), 0);
@@ -134,7 +134,7 @@ double pace_of(const Leg& leg) {
          (static_cast<double>(leg.shares[2]) * std::max(leg.steps, 1));
 }
 
-int frame_count(const Scene& scene) {
+int film_frame_count(const Scene& scene) {
   if (is_counted(scene)) return scene.frames.count;
   int most = 0;
   for (const ActorSettings& actor : scene.actors) {
@@ -145,10 +145,41 @@ int frame_count(const Scene& scene) {
   return scene.frames.hold_start + most + scene.frames.hold_end;
 }
 
+int frame_count(const Scene& scene) {
+  return scene.frames.turntable > 0 ? scene.frames.turntable : film_frame_count(scene);
+}
+
+int shown_frame(const Scene& scene, int frame) {
+  return scene.frames.turntable > 0 ? scene.frames.still : frame;
+}
+
 float sequence_time(const Scene& scene, int frame) {
-  const int steps = frame_count(scene) - scene.frames.hold_start - scene.frames.hold_end - 1;
+  const int steps = film_frame_count(scene) - scene.frames.hold_start - scene.frames.hold_end - 1;
   const int step = std::clamp(frame - 1 - scene.frames.hold_start, 0, std::max(steps, 0));
   return steps > 0 ? static_cast<float>(step) / static_cast<float>(steps) : 0;
+}
+
+FilmTime film_time(const Scene& scene, double frame) {
+  const int count = film_frame_count(scene);
+  FilmTime time;
+  time.frame = frame;
+  time.share = count > 1 ? (frame - 1) / (count - 1) : 0;
+  time.turn = (frame - 1) / count;
+  const Timeline timeline = make_timeline(scene, scene.actors.front());
+  const double step = frame - 1 - timeline.hold_start;
+  for (std::size_t i = 0; i < timeline.legs.size(); ++i) {
+    const Leg& leg = timeline.legs[i];
+    const double gone = (step - leg.first_step) / std::max(leg.steps, 1);
+    if (i == 0 || gone >= 0) time.leg = static_cast<double>(i + 1) + std::clamp(gone, 0.0, 1.0);
+  }
+  return time;
+}
+
+Scene scene_at(const Scene& scene, double frame) {
+  if (scene.frames.turntable == 0) return scene_at(scene, film_time(scene, frame));
+  Scene moment = scene_at(scene, film_time(scene, scene.frames.still));
+  moment.camera.orbit += static_cast<float>(360 * (frame - 1) / scene.frames.turntable);
+  return moment;
 }
 
 MorphState morph_state_at(const Timeline& timeline, int frame) {
@@ -207,6 +238,18 @@ MorphState morph_state_at(const Timeline& timeline, int frame) {
   if (timeline.own_look) moment.look = 0;
   moment.u = ease(leg.motion, moment.time);
   return moment;
+}
+
+bool same_moment(const MorphState& a, const MorphState& b) {
+  return a.leg == b.leg && a.stage == b.stage && a.progress == b.progress && a.time == b.time &&
+         a.object == b.object && a.look == b.look && a.boundary == b.boundary &&
+         a.growth == b.growth;
+}
+
+bool moves_at(const Timeline& timeline, int frame) {
+  const MorphState now = morph_state_at(timeline, frame);
+  return !(frame > 1 && same_moment(now, morph_state_at(timeline, frame - 1))) &&
+         !(frame < timeline.count && same_moment(now, morph_state_at(timeline, frame + 1)));
 }
 
 }  // namespace polymorph

@@ -59,11 +59,21 @@ double pace_of(const Leg& leg);
 
 Timeline make_timeline(const Scene& scene, const ActorSettings& actor);
 
-/// How many frames the scene has: as many as it says, or as its actors need.
+/// How many frames the film has: as many as the scene says, or as its actors need.
+int film_frame_count(const Scene& scene);
+/// How many frames are to be rendered: the film's, or the turntable's.
 int frame_count(const Scene& scene);
+/// The film's frame that `frame` in [1, frame_count()] shows: itself, but on a turntable.
+int shown_frame(const Scene& scene, int frame);
 
-/// [0, 1] over the scene's frames, holds not counted. `frame` in [1, frame_count()].
+/// [0, 1] over the film's frames, holds not counted. `frame` in [1, film_frame_count()].
 float sequence_time(const Scene& scene, int frame);
+
+/// A moment of the film, between frames too, as keyframes count it. Legs are the first actor's;
+/// while it stands still between two legs, `leg` stays whole.
+FilmTime film_time(const Scene& scene, double frame);
+/// The scene with its keyed settings as `frame`, in [1, frame_count()] or between, shows them.
+Scene scene_at(const Scene& scene, double frame);
 
 /// What one frame shows.
 struct MorphState {
@@ -82,5 +92,10 @@ struct MorphState {
 
 /// `frame` in [1, count]. Depends on nothing but its arguments.
 MorphState morph_state_at(const Timeline& timeline, int frame);
+
+/// Does the actor show the same at two frames?
+bool same_moment(const MorphState& a, const MorphState& b);
+/// Does it show something else than both in the frame before and in the one after?
+bool moves_at(const Timeline& timeline, int frame);
 
 }  // namespace polymorph

@@ -69,37 +69,75 @@ Box usable_box(const Box& box) {
   return {box.low - Vec3{1, 1, 1}, box.high + Vec3{1, 1, 1}};
 }
 
+Vec3 orbited(Vec3 offset, float degrees) {
+  if (degrees == 0) return offset;
+  const Vec3 turn = direction_at(radians(degrees), 0);  // its x is the sine, its z the cosine
+  return {turn.z * offset.x + turn.x * offset.z, offset.y, turn.z * offset.z - turn.x * offset.x};
+}
+
+/// Where it looks, from a given position or by its angles.
+void set_direction(Camera& camera, const CameraSettings& settings, Vec3 target) {
+  camera.tan_half_fov_y = tangent(0.5f * radians(settings.fov));
+  if (settings.position) {
+    const Vec3 forward = orbited(target - *settings.position, settings.orbit);
+    set_axes(camera, dot(forward, forward) > 0 ? forward : Vec3{0, 0, -1}, settings.up);
+    return;
+  }
+  const float azimuth = radians(settings.azimuth + settings.orbit),
+              elevation = radians(settings.elevation);
+  const Vec3 to_camera = direction_at(azimuth, elevation);
+  set_axes(camera, -to_camera, settings.up);
+}
+
+Vec3 given_position(const CameraSettings& settings, Vec3 target) {
+  if (settings.orbit == 0 && settings.dolly == 1) return *settings.position;
+  return target + orbited(*settings.position - target, settings.orbit) * settings.dolly;
+}
+
+void set_lens(Camera& camera, const CameraSettings& settings, Vec3 target) {
+  camera.lens_radius = 0.5f * settings.aperture;
+  camera.focus =
+      settings.focus.value_or(std::max(dot(target - camera.position, camera.forward), 1e-6f));
+  camera.shutter = settings.shutter;
+}
+
+float free_share(float margin) { return std::max(0.1f, 1 - 2 * margin); }
+
+/// The points in the camera's axes, relative to the target.
+struct Projected {
+  Corners x, y;
+};
+Projected projected(const Camera& camera, std::span<const Vec3> points, Vec3 target) {
+  Projected result;
+  result.x.reserve(points.size());
+  result.y.reserve(points.size());
+  for (const Vec3& point : points) {
+    const Vec3 p = point - target;
+    result.x.push_back({dot(p, camera.right), dot(p, camera.forward)});
+    result.y.push_back({dot(p, camera.up), dot(p, camera.forward)});
+  }
+  return result;
+}
+
 Camera place_camera(const CameraSettings& settings, std::span<const Vec3> points, Vec3 target,
                     int width, int height) {
   Camera camera;
-  camera.tan_half_fov_y = std::tan(0.5f * radians(settings.fov));
+  set_direction(camera, settings, target);
   if (settings.position) {
-    camera.position = *settings.position;
-    const Vec3 forward = target - camera.position;
-    set_axes(camera, dot(forward, forward) > 0 ? forward : Vec3{0, 0, -1}, settings.up);
+    camera.position = given_position(settings, target);
     return camera;
   }
-  const float azimuth = radians(settings.azimuth), elevation = radians(settings.elevation);
-  const Vec3 to_camera{std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
-                       std::cos(azimuth) * std::cos(elevation)};
-  set_axes(camera, -to_camera, settings.up);
-
-  Corners x, y;
-  for (const Vec3& point : points) {
-    const Vec3 p = point - target;
-    x.push_back({dot(p, camera.right), dot(p, camera.forward)});
-    y.push_back({dot(p, camera.up), dot(p, camera.forward)});
-  }
-  const float free_share = std::max(0.1f, 1 - 2 * settings.margin);
-  const float ty = camera.tan_half_fov_y * free_share;
+  const auto [x, y] = projected(camera, points, target);
+  const float ty = camera.tan_half_fov_y * free_share(settings.margin);
   const float tx = ty * static_cast<float>(width) / static_cast<float>(height);
   if (settings.target) {
     const float d = std::max(smallest_centered_distance(x, tx), smallest_centered_distance(y, ty));
-    camera.position = target - camera.forward * d;
+    camera.position = target - camera.forward * (d * settings.dolly);
     return camera;
   }
   const float d = std::max(smallest_distance(x, tx), smallest_distance(y, ty));
-  camera.position = target - camera.forward * d + camera.right * centering_shift(x, d, tx) +
+  camera.position = target - camera.forward * (d * settings.dolly) +
+                    camera.right * centering_shift(x, d, tx) +
                     camera.up * centering_shift(y, d, ty);
   return camera;
 }
@@ -121,10 +159,62 @@ Camera make_camera(const CameraSettings& settings, std::span<const Vec3> points,
   if (!(box.diagonal() > 0)) return make_camera(settings, box, width, height);
   const Vec3 target = settings.target.value_or(box.center());
   Camera camera = place_camera(settings, points, target, width, height);
-  camera.lens_radius = 0.5f * settings.aperture;
-  camera.focus =
-      settings.focus.value_or(std::max(dot(target - camera.position, camera.forward), 1e-6f));
-  camera.shutter = settings.shutter;
+  set_lens(camera, settings, target);
+  return camera;
+}
+
+Framing make_framing(std::span<const CameraSettings> poses, std::span<const Vec3> points, int width,
+                     int height) {
+  Framing framing;
+  framing.middle = framing.anchor = usable_box(box_of(points)).center();
+  framing.margin = poses.front().margin;
+  float fov = poses.front().fov;
+  for (const CameraSettings& pose : poses) {
+    framing.margin = std::min(framing.margin, pose.margin);
+    fov = std::max(fov, pose.fov);
+  }
+  const auto framed = [&](const CameraSettings& pose) {
+    CameraSettings wide = pose;
+    wide.fov = fov;
+    wide.margin = framing.margin;
+    wide.dolly = 1;
+    return wide;
+  };
+  const auto same_way = [&](const CameraSettings& pose) {
+    const CameraSettings& first = poses.front();
+    return pose.azimuth + pose.orbit == first.azimuth + first.orbit &&
+           pose.elevation == first.elevation && pose.up == first.up && pose.target == first.target;
+  };
+  if (std::all_of(poses.begin(), poses.end(), same_way)) {
+    const Camera camera = make_camera(framed(poses.front()), points, width, height);
+    const Vec3 target = poses.front().target.value_or(framing.middle);
+    framing.distance = dot(target - camera.position, camera.forward);
+    framing.anchor = camera.position + camera.forward * framing.distance;
+    return framing;
+  }
+  framing.distance = 0;
+  for (const CameraSettings& pose : poses) {
+    CameraSettings centered = framed(pose);
+    if (!centered.target) centered.target = framing.middle;
+    const Camera camera = make_camera(centered, points, width, height);
+    framing.distance =
+        std::max(framing.distance, dot(*centered.target - camera.position, camera.forward));
+  }
+  return framing;
+}
+
+Camera make_camera(const CameraSettings& settings, const Framing& framing) {
+  Camera camera;
+  const Vec3 target = settings.target.value_or(framing.middle);
+  set_direction(camera, settings, target);
+  if (settings.position) {
+    camera.position = given_position(settings, target);
+  } else {
+    const float distance = framing.distance * settings.dolly * free_share(framing.margin) /
+                           free_share(settings.margin);
+    camera.position = settings.target.value_or(framing.anchor) - camera.forward * distance;
+  }
+  set_lens(camera, settings, target);
   return camera;
 }
 

@@ -10,13 +10,18 @@
 namespace polymorph {
 namespace {
 
+float power_of_e(float x) { return static_cast<float>(exact::exp(static_cast<double>(x))); }
+float angle_of(float cosine) {
+  return static_cast<float>(exact::acos(static_cast<double>(cosine)));
+}
+
 /// Perez' five numbers for one of Y, x, y (Preetham et al., appendix A.2).
 struct Perez {
   float a, b, c, d, e;
   /// At the cosine of the angle from the zenith, and the angle from the sun with its cosine.
   float at(float cos_zenith, float gamma, float cos_gamma) const {
-    return (1 + a * std::exp(b / std::max(cos_zenith, 0.01f))) *
-           (1 + c * std::exp(d * gamma) + e * cos_gamma * cos_gamma);
+    return (1 + a * power_of_e(b / std::max(cos_zenith, 0.01f))) *
+           (1 + c * power_of_e(d * gamma) + e * cos_gamma * cos_gamma);
   }
 };
 
@@ -34,7 +39,7 @@ struct DayModel {
     y = {-0.0167f * t - 0.2608f, -0.0950f * t + 0.0092f, -0.0079f * t + 0.2102f,
          -0.0441f * t - 1.6537f, -0.0109f * t + 0.0529f};
     sun_cosine = cos_sun;
-    sun_angle = std::acos(cos_sun);
+    sun_angle = angle_of(cos_sun);
     const float s = sun_angle, s2 = s * s, s3 = s2 * s;
     zenith_x = t * t * (0.00166f * s3 - 0.00375f * s2 + 0.00209f * s) +
                t * (-0.02903f * s3 + 0.06377f * s2 - 0.03202f * s + 0.00394f) +
@@ -46,7 +51,7 @@ struct DayModel {
 
   /// Relative radiance, linear Rec. 709.
   Vec3 radiance(float cos_zenith, float cos_gamma) const {
-    const float gamma = std::acos(std::clamp(cos_gamma, -1.0f, 1.0f));
+    const float gamma = angle_of(std::clamp(cos_gamma, -1.0f, 1.0f));
     const auto share = [&](const Perez& p) {
       return p.at(cos_zenith, gamma, cos_gamma) / p.at(1, sun_angle, sun_cosine);
     };

@@ -12,7 +12,8 @@ namespace {
 /// Harris 1978, the four-term window, on [-1, 1].
 double blackman_harris(double x) {
   const double t = std::numbers::pi * (x + 1);
-  return 0.35875 - 0.48829 * std::cos(t) + 0.14128 * std::cos(2 * t) - 0.01168 * std::cos(3 * t);
+  return 0.35875 - 0.48829 * exact::cos(t) + 0.14128 * exact::cos(2 * t) -
+         0.01168 * exact::cos(3 * t);
 }
 
 }  // namespace

@@ -36,8 +36,8 @@ constexpr float kStudioIrradiance = 1.6f;
 /// 1 inside the box on the plane at distance 1, 0 outside, smooth between; rounded corners.
 float soft_box_cover(const SoftBox& box, Vec3 d) {
   const float a = radians(box.azimuth), e = radians(box.elevation);
-  const Vec3 center{std::sin(a) * std::cos(e), std::sin(e), std::cos(a) * std::cos(e)};
-  const Vec3 across{std::cos(a), 0, -std::sin(a)};
+  const Vec3 center = direction_at(a, e);
+  const Vec3 across{cosine(a), 0, -sine(a)};
   const Vec3 upward = cross(center, across);
   const float facing = dot(d, center);
   if (facing <= 0.01f) return 0;
@@ -81,18 +81,17 @@ KeyLight make_disc(float azimuth, float elevation, float size, Vec3 irradiance,
                    const Camera& camera) {
   const float a = radians(azimuth), e = radians(elevation);
   KeyLight key;
-  key.frame = make_frame(normalized(to_world(
-      make_rig(camera), Vec3{std::sin(a) * std::cos(e), std::sin(e), std::cos(a) * std::cos(e)})));
+  key.frame = make_frame(normalized(to_world(make_rig(camera), direction_at(a, e))));
   key.irradiance = irradiance;
   key.sample_power = irradiance;
   if (size > 0) {
     const float radius = std::clamp(0.5f * radians(size), 1e-3f, 0.5f * kPi);
-    const float sine = std::sin(radius);
-    key.cos_radius = std::cos(radius);
-    key.sin_radius = sine;
+    const float sin_radius = sine(radius);
+    key.cos_radius = cosine(radius);
+    key.sin_radius = sin_radius;
     // 1 - cos would cancel for small discs.
-    key.pdf = 1 / (4 * kPi * square(std::sin(0.5f * radius)));
-    key.radiance = irradiance / (kPi * sine * sine);
+    key.pdf = 1 / (4 * kPi * square(sine(0.5f * radius)));
+    key.radiance = irradiance / (kPi * sin_radius * sin_radius);
     key.sample_power = key.radiance / key.pdf;
   }
   return key;

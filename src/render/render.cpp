@@ -7,6 +7,7 @@
 #include "base/parallel.h"
 #include "base/stopwatch.h"
 #include "render/day_sky.h"
+#include "render/denoise.h"
 #include "render/tile.h"
 
 namespace polymorph {
@@ -59,6 +60,16 @@ bool has_glass(const RenderScene& scene) {
   });
 }
 
+/// Where rays may start, seen from the middle of the meshes: at the camera and on the floor.
+float farthest_start(const RenderScene& scene) {
+  Box box = scene.bounds;
+  for (const RenderMesh& mesh : scene.meshes)
+    for (const Vec3& p : mesh.positions) box = extend(box, p);
+  if (box.empty()) return 0;
+  const float floor = scene.ground.enabled ? make_floor(scene.ground, box).fade_end : 0;
+  return std::max(length(scene.camera.position - box.center()), floor) + box.diagonal();
+}
+
 }  // namespace
 
 struct Renderer::State {
@@ -66,6 +77,7 @@ struct Renderer::State {
   PixelFilter filter = make_pixel_filter(kFilterRadius);
   SkyKey sky_key;
   Sky sky;
+  std::optional<Denoiser> denoiser;  ///< from the first picture that wants one
   Stats stats;
 };
 
@@ -84,20 +96,26 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   const ImageSettings& image = settings.image;
   PM_CHECK(image.width >= 1 && image.height >= 1 && image.samples >= 1);
   State& state = *state_;
+  if (image.denoise && !state.denoiser) {
+    PM_TRY(Denoiser denoiser, Denoiser::open());
+    state.denoiser = std::move(denoiser);
+  }
   const Stopwatch build_watch;
   PM_TRY(const TracedScene geometry,
-         TracedScene::build(state.device, scene.meshes, scene.camera.shutter));
+         TracedScene::build(state.device, scene.meshes, scene.camera.shutter, farthest_start(scene),
+                            scene.bounds));
 
+  const Camera& rig = scene.rig ? *scene.rig : scene.camera;
   const Box& stage = scene.bounds.empty() ? geometry.bounds() : scene.bounds;
-  std::vector<KeyLight> suns{make_key_light(scene.lights, scene.camera)};
+  std::vector<KeyLight> suns{make_key_light(scene.lights, rig)};
   std::vector<Lamp> lamps;
   for (const LampSettings& lamp : scene.lights.lamps)
     if (lamp.kind == LampKind::kSun)
-      suns.push_back(make_sun(lamp, scene.camera));
+      suns.push_back(make_sun(lamp, rig));
     else
       lamps.push_back(make_lamp(lamp, stage.empty() ? Vec3{} : stage.center()));
   const bool outdoors = scene.environment || scene.lights.sky == SkyKind::kDay;
-  SkyKey sky_key{make_rig(scene.camera),
+  SkyKey sky_key{make_rig(rig),
                  suns.front(),
                  outdoors ? scene.ground.color : scene.ground.color * kFarTone,
                  scene.lights.sky_intensity,
@@ -133,15 +151,25 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   world.transparent = image.transparent || scene.ground.shadow_only;
   world.moment = scene.moment;
   job.camera = scene.camera;
+  job.camera_motion = scene.camera_motion;
+  job.meshes_move = std::any_of(scene.meshes.begin(), scene.meshes.end(),
+                                [](const RenderMesh& mesh) { return mesh.moves; });
   job.image = image;
-  job.sampler = make_frame_sampler(image.seed, settings.frame, image.samples);
+  job.sampler = make_frame_sampler(image.seed, settings.frame, image.samples, image.steady);
   job.filter = &state.filter;
   job.aovs = chosen_aovs(image.aovs);
+  const Mattes mattes(image.aovs, scene);
+  job.mattes = &mattes;
   state.stats = {};
   state.stats.build_seconds = build_watch.seconds();
 
   const Stopwatch trace_watch;
-  Image film = make_image(image.width, image.height, film_channels(job.aovs));
+  std::vector<std::string> channels = film_channels(job.aovs);
+  for (std::string& channel : mattes.channels()) channels.push_back(std::move(channel));
+  if (image.denoise)
+    for (std::string& channel : guide_channels()) channels.push_back(std::move(channel));
+  Image film = make_image(image.width, image.height, std::move(channels));
+  film.attributes = mattes.attributes();
   const int columns = (image.width + kTile - 1) / kTile, rows = (image.height + kTile - 1) / kTile;
   std::vector<RayStats> tallies(static_cast<std::size_t>(columns) * rows);
   parallel_for(columns * rows, [&](std::int64_t i) {
@@ -154,7 +182,17 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
     state.stats.paths += stats.paths;
   }
   state.stats.trace_seconds = trace_watch.seconds();
+  if (!image.denoise) return film;
+  const Stopwatch denoise_watch;
+  PM_TRY_STATUS(state.denoiser->denoise(film));
+  state.stats.denoise_seconds = denoise_watch.seconds();
   return film;
+}
+
+Status check_denoiser() {
+  const auto denoiser = Denoiser::open();
+  if (!denoiser) return denoiser.error();
+  return Ok{};
 }
 
 Renderer::Stats Renderer::stats() const { return state_->stats; }

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -46,7 +47,11 @@ struct RenderMesh : MaterialLayer {
   std::span<const float> vertex_blend;  ///< of the morph AOV, one per position, or empty = `blend`
   std::span<const std::uint32_t> vertex_labels;  ///< of the label AOV, one per position, or empty
   std::uint32_t first_label = 1;                 ///< what label 0 is written as
-  float blend = 0;  ///< [0, 1]: 0 = wholly what the leg comes from, 1 = what it goes to
+  float blend = 0;    ///< [0, 1]: 0 = wholly what the leg comes from, 1 = what it goes to
+  bool moves = true;  ///< it is another in the frames before and after: its noise is new
+  /// Of the crypto_object matte, and of crypto_label: what vertex_labels count from 0.
+  std::string name;
+  std::vector<std::string> label_names;
 };
 
 /// A camera, ready to shoot.
@@ -60,15 +65,38 @@ struct Camera {
 };
 
 /// Frames a box: the smallest distance at which the box's 8 corners keep the margin, unless the
-/// settings fix the position.
+/// settings fix the position. `orbit` is the angle that the camera has gone round already.
 Camera make_camera(const CameraSettings& settings, const Box& box, int width, int height);
 /// The same for the points themselves, which keeps less empty space than their box.
 Camera make_camera(const CameraSettings& settings, std::span<const Vec3> points, int width,
                    int height);
 
+/// One framing for a camera that moves.
+struct Framing {
+  Vec3 middle;         ///< of all objects
+  Vec3 anchor;         ///< the camera looks at it, where the settings have no target
+  float distance = 1;  ///< from there, at the margin `margin` and for dolly 1
+  float margin = 0;
+};
+/// The distance at which the points keep the least margin of all poses, with the widest field of
+/// view of all, in whatever direction a pose looks. Poses that all look the same way are framed as
+/// tightly as a camera that stands still.
+Framing make_framing(std::span<const CameraSettings> poses, std::span<const Vec3> points, int width,
+                     int height);
+/// A camera of a film, framed with all others.
+Camera make_camera(const CameraSettings& settings, const Framing& framing);
+
+/// A camera beside the frame's own, where it moves.
+struct CameraMotion {
+  Camera opening, closing;  ///< when the shutter opens and closes
+  Camera next;              ///< in the next frame; on the last one the frame's own
+};
+
 struct RenderScene {
   std::vector<RenderMesh> meshes;
   Camera camera;
+  std::optional<CameraMotion> camera_motion;  ///< empty: it stands still
+  std::optional<Camera> rig;  ///< whose bearing the lights and the studio have; empty: `camera`
   LightSettings lights;
   GroundSettings ground;  ///< `height` must be set when enabled
   LookSettings look;
@@ -82,8 +110,13 @@ struct RenderScene {
 
 struct RenderSettings {
   ImageSettings image;
-  int frame = 0;  ///< part of the random keys, so noise differs from frame to frame
+  /// Part of the random keys: noise differs from frame to frame, with image.steady only where
+  /// something moves (RenderMesh::moves) or the camera does.
+  int frame = 0;
 };
+
+/// Is the library there that image.denoise needs? Errors (kResource): how to get it.
+Status check_denoiser();
 
 /// Path tracing. Lights: `key_intensity` is the irradiance on a surface that faces the key light,
 /// `sky_intensity` scales the sky; the defaults put a mid-grey object at about half of the sRGB
@@ -93,6 +126,8 @@ struct RenderSettings {
 /// followed as diffuse of the same colour (no caustics; light goes straight on through glass).
 /// Filter: Blackman-Harris, radius 1.35 pixels. With image.noise, a block of pixels is sampled in
 /// doubling rounds, 16 samples first, until its estimated error is below it.
+///
+/// With image.denoise the colours are cleaned at last (render/denoise.h).
 ///
 /// Keeps the Embree device and the sky between frames. Not shared between threads.
 class Renderer {
@@ -110,7 +145,7 @@ class Renderer {
   Result<Image> render(const RenderScene& scene, const RenderSettings& settings);
 
   struct Stats {
-    double build_seconds = 0, trace_seconds = 0;
+    double build_seconds = 0, trace_seconds = 0, denoise_seconds = 0;
     std::uint64_t rays = 0, paths = 0;
   };
   Stats stats() const;  ///< of the last call

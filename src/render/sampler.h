@@ -5,6 +5,10 @@
 // "Screen-space blue-noise diffusion of Monte Carlo sampling error via hierarchical ordering of
 // pixels"): a pixel's samples fill their square evenly, and so do those of 2 x 2, 4 x 4, ...
 // pixels, which turns the noise that is left into a fine grain.
+//
+// Steady noise: all frames share one sequence. Pixels that show something still draw the same
+// part of it in every frame. The others draw the part of another pixel, whose coordinates are
+// theirs XOR a number of the frame's: that keeps the hierarchy of blocks, and so the grain.
 #pragma once
 
 #include <cstdint>
@@ -59,10 +63,11 @@ constexpr B sobol_second(B index) {
 
 /// What all pixels of a frame share.
 struct FrameSampler {
-  std::uint64_t key = 0;  ///< of (seed, frame)
-  int sample_bits = 0;    ///< 2^sample_bits >= samples per pixel
+  std::uint64_t key = 0;    ///< of (seed, frame); with steady noise of the seed alone
+  int sample_bits = 0;      ///< 2^sample_bits >= samples per pixel
+  std::uint64_t fresh = 0;  ///< steady: XORed to the order of pixels that show something moving
 };
-FrameSampler make_frame_sampler(std::uint64_t seed, int frame, int samples);
+FrameSampler make_frame_sampler(std::uint64_t seed, int frame, int samples, bool steady = false);
 
 /// The place of a sample in the frame's sequence.
 struct SampleIndex {
@@ -71,9 +76,12 @@ struct SampleIndex {
   std::uint32_t sequence = 0;
   std::uint32_t reversed = 0;  ///< the index in it, bit-reversed
 };
-inline SampleIndex sample_index(const FrameSampler& frame, int x, int y, std::uint32_t sample) {
-  const std::uint64_t order = spread_bits(static_cast<std::uint32_t>(x)) |
-                              (spread_bits(static_cast<std::uint32_t>(y)) << 1);
+/// `moving`: the pixel shows something that moves, or the camera does.
+inline SampleIndex sample_index(const FrameSampler& frame, int x, int y, std::uint32_t sample,
+                                bool moving = false) {
+  std::uint64_t order = spread_bits(static_cast<std::uint32_t>(x)) |
+                        (spread_bits(static_cast<std::uint32_t>(y)) << 1);
+  if (moving) order ^= frame.fresh;
   const std::uint64_t index = (order << frame.sample_bits) | sample;
   return {static_cast<std::uint32_t>(index >> 32), reverse_bits(static_cast<std::uint32_t>(index))};
 }

@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 #include "render/vector_math.h"
+#include "render/widened.h"
 
 namespace polymorph {
 namespace {
@@ -125,20 +127,12 @@ void check_mesh(const RenderMesh& mesh) {
   PM_CHECK(mesh.vertex_blend.empty() || mesh.vertex_blend.size() == mesh.positions.size());
 }
 
-/// Where a vertex is at a share of the frame's way to the next, -0.5 to 0.5 of a shutter of 1.
-Vec3 moved(const RenderMesh& mesh, std::size_t vertex, float way) {
-  return mesh.positions[vertex] + mesh.displacement[vertex] * way;
-}
-
 /// Corners and shading normals of a triangle at a time of the shutter.
-void read_triangle(const RenderMesh& m, std::uint32_t triangle, float shutter, float time,
+void read_triangle(const MeshToTrace& traced, std::uint32_t triangle, float time,
                    CornersOf<Vec3>& p, CornersOf<Vec3>& n) {
+  const RenderMesh& m = *traced.mesh;
   const Triangle& t = m.triangles[triangle];
-  p = {m.positions[t.v[0]], m.positions[t.v[1]], m.positions[t.v[2]]};
-  if (shutter > 0 && !m.displacement.empty()) {
-    const float way = shutter * (time - 0.5f);
-    p = {moved(m, t.v[0], way), moved(m, t.v[1], way), moved(m, t.v[2], way)};
-  }
+  p = {traced.at(t.v[0], time), traced.at(t.v[1], time), traced.at(t.v[2], time)};
   n = {};
   if (!m.vertex_normals.empty())
     n = {m.vertex_normals[t.v[0]], m.vertex_normals[t.v[1]], m.vertex_normals[t.v[2]]};
@@ -148,35 +142,86 @@ void read_triangle(const RenderMesh& m, std::uint32_t triangle, float shutter, f
          m.corner_normals[std::size_t{triangle} * 3 + 2]};
 }
 
-bool attach_mesh(RTCDevice device, RTCScene scene, const RenderMesh& mesh, unsigned id,
-                 float shutter) {
+/// Embree's floats are off by less than this share of how far its rays go: some 2^-22, of which
+/// there may be four.
+constexpr float kMargin = 0x1p-20f;
+/// Its triangles are so much wider, so that those around an edge overlap unless a ray grazes both.
+constexpr float kWidening = 8 * kMargin;
+
+/// While the shutter is open; edges change linearly, so their ends decide.
+double longest_edge(const MeshToTrace& traced) {
+  double longest2 = 0;
+  for (const float time : {0.0f, 1.0f}) {
+    for (const Triangle& t : traced.mesh->triangles)
+      for (int k = 0; k < 3; ++k) {
+        const Vec3d edge =
+            Vec3d(traced.at(t.v[(k + 1) % 3], time)) - Vec3d(traced.at(t.v[k], time));
+        longest2 = std::max(longest2, dot(edge, edge));
+      }
+    if (!traced.moves()) break;
+  }
+  return std::sqrt(longest2);
+}
+
+void collect_fans(MeshToTrace& traced) {
+  const RenderMesh& mesh = *traced.mesh;
+  traced.fan_begin.assign(mesh.positions.size() + 1, 0);
+  for (const Triangle& t : mesh.triangles)
+    for (const std::uint32_t v : t.v) ++traced.fan_begin[v];
+  std::uint32_t end = 0;
+  for (std::uint32_t& begin : traced.fan_begin) begin = end += begin;
+  traced.fans.resize(end);
+  // From behind, so that each begin comes to its place and fans rise.
+  for (std::size_t i = mesh.triangles.size(); i-- > 0;)
+    for (const std::uint32_t v : mesh.triangles[i].v)
+      traced.fans[--traced.fan_begin[v]] = static_cast<std::uint32_t>(i);
+}
+
+bool attach_mesh(RTCDevice device, RTCScene scene, MeshToTrace& traced, unsigned id, float by) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   if (!geometry) return false;
-  const bool moves = shutter > 0 && !mesh.displacement.empty();
-  if (moves) rtcSetGeometryTimeStepCount(geometry, 2);
+  const RenderMesh& mesh = *traced.mesh;
+  std::vector<float> ways;
+  if (traced.moves()) ways = {-0.5f * traced.shutter, 0.5f * traced.shutter};
+  const std::vector<std::vector<Vec3>> corners = widened_corners(mesh, by, ways);
+  if (traced.moves()) rtcSetGeometryTimeStepCount(geometry, 2);
   bool whole = true;
-  for (unsigned step = 0; step < (moves ? 2u : 1u); ++step) {
-    // Embree reads 16 bytes at the last vertex; its own buffer has that room, a caller's span has
-    // not.
-    auto* vertices = static_cast<Vec3*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, step, RTC_FORMAT_FLOAT3,
-                                sizeof(Vec3), mesh.positions.size()));
-    whole = whole && vertices;
-    if (!vertices) break;
-    const float way = shutter * (static_cast<float>(step) - 0.5f);
-    if (moves)
-      for (std::size_t v = 0; v < mesh.positions.size(); ++v) vertices[v] = moved(mesh, v, way);
-    else
-      std::memcpy(vertices, mesh.positions.data(), mesh.positions.size_bytes());
+  for (unsigned step = 0; step < corners.size() && whole; ++step) {
+    // Embree reads 16 bytes at the last vertex; its own buffer has that room, a vector has not.
+    void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, step,
+                                             RTC_FORMAT_FLOAT3, sizeof(Vec3), corners[step].size());
+    whole = vertices != nullptr;
+    if (whole) std::memcpy(vertices, corners[step].data(), corners[step].size() * sizeof(Vec3));
   }
-  if (whole) {
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                               mesh.triangles.data(), 0, sizeof(Triangle), mesh.triangles.size());
+  auto* indices = static_cast<std::uint32_t*>(
+      whole ? rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                      sizeof(Triangle), mesh.triangles.size())
+            : nullptr);
+  if (indices) {
+    std::iota(indices, indices + mesh.triangles.size() * 3, 0u);
+    rtcSetGeometryUserData(geometry, &traced);
+    set_filters(geometry);
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(scene, geometry, id);
   }
   rtcReleaseGeometry(geometry);
-  return whole;
+  return indices != nullptr;
+}
+
+/// Of all triangles while the shutter is open.
+Box bounds_of(const std::vector<MeshToTrace>& meshes) {
+  Box box;
+  for (const MeshToTrace& traced : meshes)
+    for (const Triangle& t : traced.mesh->triangles)
+      for (const std::uint32_t v : t.v) {
+        if (!traced.moves()) {
+          box = extend(box, traced.mesh->positions[v]);
+          continue;
+        }
+        box = extend(box, moved(*traced.mesh, v, -0.5f * traced.shutter));
+        box = extend(box, moved(*traced.mesh, v, 0.5f * traced.shutter));
+      }
+  return box;
 }
 
 }  // namespace
@@ -220,142 +265,51 @@ Status take_device_error(const RayDevice& device) {
 }
 
 Result<TracedScene> TracedScene::build(const RayDevice& device,
-                                       const std::vector<RenderMesh>& meshes, float shutter) {
+                                       const std::vector<RenderMesh>& meshes, float shutter,
+                                       float reach, const Box& stage) {
   TracedScene traced;
-  traced.shutter_ = shutter;
-  traced.meshes_ = &meshes;
+  for (const RenderMesh& mesh : meshes) {
+    check_mesh(mesh);
+    traced.meshes_.push_back({&mesh, shutter, 0, 0, {}, {}});
+    collect_fans(traced.meshes_.back());
+  }
   traced.scene_.reset(rtcNewScene(device.device.get()));
   if (!traced.scene_) {
     PM_TRY_STATUS(take_device_error(device));
     return make_error(ErrorCode::kResource, "embree gives no scene");
   }
-  RTCScene scene = traced.scene_.get();
-  // Without it 8 of 15 million rays slipped out of a closed sphere between two triangles; it costs
-  // a tenth.
-  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
-  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
-  for (std::size_t i = 0; i < meshes.size(); ++i) {
-    if (meshes[i].triangles.empty()) continue;
-    check_mesh(meshes[i]);
-    if (!attach_mesh(device.device.get(), scene, meshes[i], static_cast<unsigned>(i), shutter))
-      break;
+  traced.bounds_ = bounds_of(traced.meshes_);
+  if (!traced.bounds_.empty()) {
+    // Positions carry a relative error of some 2^-23 of the largest coordinate; a little above
+    // that.
+    const Vec3 low = traced.bounds_.low, high = traced.bounds_.high;
+    const Box whole = stage.empty() ? traced.bounds_ : unite(stage, traced.bounds_);
+    const float size = std::max(max_component(max(whole.high, -whole.low)), whole.diagonal());
+    traced.epsilon_ = size * 0x1p-18f;
+    traced.farthest_ = size + std::max(size, reach);
+    const auto margin = static_cast<double>(traced.farthest_ * kMargin);
+    for (MeshToTrace& mesh : traced.meshes_) {
+      mesh.margin2 = margin * margin;
+      mesh.clear = 1.000001 * margin * longest_edge(mesh);
+    }
+    const Vec3 pad = Vec3{1, 1, 1} * traced.epsilon_;
+    traced.bounds_ = {low - pad, high + pad};
   }
+  RTCScene scene = traced.scene_.get();
+  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+  for (std::size_t i = 0; i < meshes.size(); ++i)
+    if (!meshes[i].triangles.empty() &&
+        !attach_mesh(device.device.get(), scene, traced.meshes_[i], static_cast<unsigned>(i),
+                     traced.farthest_ * kWidening))
+      break;
   rtcCommitScene(scene);
   PM_TRY_STATUS(take_device_error(device));
-
-  RTCBounds bounds;
-  rtcGetSceneBounds(scene, &bounds);
-  traced.bounds_ = {{bounds.lower_x, bounds.lower_y, bounds.lower_z},
-                    {bounds.upper_x, bounds.upper_y, bounds.upper_z}};
-  if (traced.bounds_.empty()) return traced;
-  // Positions carry a relative error of some 2^-23 of the largest coordinate; a little above that.
-  const Vec3 low = traced.bounds_.low, high = traced.bounds_.high;
-  const float reach = std::max(max_component(max(high, -low)), traced.bounds_.diagonal());
-  traced.epsilon_ = reach * 0x1p-18f;
-  const Vec3 pad = Vec3{1, 1, 1} * traced.epsilon_;
-  traced.bounds_ = {low - pad, high + pad};
   return traced;
-}
-
-namespace {
-
-RTCRay embree_ray(const Ray& ray) {
-  return {ray.origin.x,
-          ray.origin.y,
-          ray.origin.z,
-          0.0f,
-          ray.direction.x,
-          ray.direction.y,
-          ray.direction.z,
-          ray.time,
-          ray.far,
-          0xffffffffu,
-          0,
-          0};
-}
-
-/// Fills the packet and says which rays to follow: those that do not pass by everything.
-bool fill(const TracedScene& scene, const RayOf<Pack3>* rays, int count, RTCRay16& packet,
-          int* valid) {
-  // Debian's Embree asserts that lanes which are switched off hold numbers, too.
-  if (count <= kLanes) std::memset(&packet, 0, sizeof packet);
-  std::memset(valid, 0, kPacket * sizeof(int));
-  bool some = false;
-  for (int first = 0; first < count; first += kLanes) {
-    const RayOf<Pack3>& ray = rays[first / kLanes];
-    const PackMask follow = (!scene.misses_bounds(ray)) & first_lanes(count - first);
-    some = some || any(follow);
-    std::memcpy(valid + first, &follow, sizeof follow);
-    Lanes<Pack>::store(packet.org_x + first, ray.origin.x);
-    Lanes<Pack>::store(packet.org_y + first, ray.origin.y);
-    Lanes<Pack>::store(packet.org_z + first, ray.origin.z);
-    Lanes<Pack>::store(packet.tnear + first, broadcast<Pack>(0));
-    Lanes<Pack>::store(packet.dir_x + first, ray.direction.x);
-    Lanes<Pack>::store(packet.dir_y + first, ray.direction.y);
-    Lanes<Pack>::store(packet.dir_z + first, ray.direction.z);
-    Lanes<Pack>::store(packet.time + first, ray.time);
-    Lanes<Pack>::store(packet.tfar + first, ray.far);
-    const PackBits all = PackBits{} + 0xffffffffu, none{};
-    std::memcpy(packet.mask + first, &all, sizeof all);
-    std::memcpy(packet.id + first, &none, sizeof none);
-    std::memcpy(packet.flags + first, &none, sizeof none);
-  }
-  return some;
-}
-
-}  // namespace
-
-MeshHit TracedScene::closest(const Ray& ray) const {
-  if (misses_bounds(ray)) return {};
-  RTCRayHit query;
-  query.ray = embree_ray(ray);
-  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcIntersect1(scene_.get(), &context, &query);
-  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
-  return {query.hit.geomID, query.hit.primID, query.ray.tfar, query.hit.u, query.hit.v};
-}
-
-void TracedScene::closest(const RayOf<Pack3>* rays, MeshHitOf<Pack>* hits, int count,
-                          bool alike) const {
-  alignas(64) int valid[kPacket];
-  alignas(64) RTCRayHit16 query;
-  std::memset(query.hit.geomID, 0xff, sizeof query.hit.geomID);
-  std::memset(query.hit.instID, 0xff, sizeof query.hit.instID);
-  if (fill(*this, rays, count, query.ray, valid)) {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    if (alike) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    rtcIntersect16(valid, scene_.get(), &context, &query);
-  }
-  for (int first = 0; first < count; first += kLanes) {
-    MeshHitOf<Pack>& hit = hits[first / kLanes];
-    std::memcpy(&hit.mesh, query.hit.geomID + first, sizeof hit.mesh);
-    std::memcpy(&hit.triangle, query.hit.primID + first, sizeof hit.triangle);
-    hit.distance = Lanes<Pack>::load(query.ray.tfar + first);
-    hit.u = Lanes<Pack>::load(query.hit.u + first);
-    hit.v = Lanes<Pack>::load(query.hit.v + first);
-  }
-}
-
-std::uint32_t TracedScene::blocked(const RayOf<Pack3>* rays, int count) const {
-  alignas(64) int valid[kPacket];
-  alignas(64) RTCRay16 query;
-  if (!fill(*this, rays, count, query, valid)) return 0;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcOccluded16(valid, scene_.get(), &context, &query);
-  std::uint32_t bits = 0;
-  for (int first = 0; first < count; first += kLanes)
-    bits |= Lanes<Pack>::bits(Lanes<Pack>::load(query.tfar + first) < 0.0f) << first;
-  return bits;
 }
 
 SurfacePoint TracedScene::surface_point(const Ray& ray, const MeshHit& hit) const {
   CornersOf<Vec3> p, n;
-  read_triangle((*meshes_)[hit.mesh], hit.triangle, shutter_, ray.time, p, n);
+  read_triangle(meshes_[hit.mesh], hit.triangle, ray.time, p, n);
   return point_on(p, n, ray, hit);
 }
 
@@ -369,8 +323,7 @@ SurfacePointOf<Pack3> TracedScene::surface_point(const RayOf<Pack3>& ray,
   std::array<Row, kLanes> rows;
   const float* starts[kLanes];
   for (int l = 0; l < kLanes; ++l) {
-    read_triangle((*meshes_)[hit.mesh[l]], hit.triangle[l], shutter_, ray.time[l], rows[l].p,
-                  rows[l].n);
+    read_triangle(meshes_[hit.mesh[l]], hit.triangle[l], ray.time[l], rows[l].p, rows[l].n);
     starts[l] = &rows[l].p.a.x;
   }
   Pack columns[24];

@@ -12,6 +12,7 @@
 
 #include "base/box.h"
 #include "base/result.h"
+#include "render/meet_triangle.h"
 #include "render/render.h"
 #include "render/simd.h"
 
@@ -75,13 +76,48 @@ struct SurfacePointOf {
 };
 using SurfacePoint = SurfacePointOf<Vec3>;
 
-/// One frame's meshes. Borrows the spans of the RenderMeshes for its lifetime.
+/// A mesh under Embree, for its callbacks.
+struct MeshToTrace {
+  const RenderMesh* mesh = nullptr;
+  float shutter = 0;
+  double margin2 = 0;  ///< the square of how far off Embree's floats may be, in units of length
+  double clear = 0;    ///< farther (EdgeSides::at) than this, an edge of the mesh is never near
+  /// The triangles around vertex v are fans[fan_begin[v]] ... fans[fan_begin[v + 1] - 1].
+  std::vector<std::uint32_t> fan_begin, fans;
+
+  bool moves() const { return shutter > 0 && !mesh->displacement.empty(); }
+  /// Where a vertex is at a time of the shutter, [0, 1].
+  Vec3 at(std::uint32_t vertex, float time) const {
+    const Vec3 p = mesh->positions[vertex];
+    return moves() ? p + mesh->displacement[vertex] * (shutter * (time - 0.5f)) : p;
+  }
+};
+
+/// Whether the line of a ray meets a triangle of the mesh, and where: it passes inside, and where
+/// it passes an edge or corner so closely that floats cannot tell on which side, there is mesh on
+/// the other side, too. So a mesh ends about a millionth of the stage within its outline, where
+/// Embree finds it under any instruction set; there are no gaps between its triangles.
+bool meets_triangle(const MeshToTrace& traced, std::uint32_t triangle, const Ray& ray,
+                    TriangleMeeting& met);
+
+/// Lets closest() and blocked() decide about every triangle of the geometry that Embree finds.
+void set_filters(RTCGeometry geometry);
+
+/// One frame's meshes.
+///
+/// Embree only proposes: it holds the triangles a little widened, so that it finds every one that a
+/// ray may meet, and hands each to a callback. Whether the ray meets the triangle itself, and
+/// where, is computed there (meet_triangle.h); of those that it meets the nearest counts, and of
+/// equally near ones the first. So hits are the same bits with any instruction set, packet width
+/// and order of traversal. Borrows the spans of the RenderMeshes for its lifetime.
 class TracedScene {
  public:
   /// Errors: kResource (memory), kInternal (an index beyond the positions).
-  /// With a `shutter` meshes move by their displacement while it is open.
+  /// With a `shutter` meshes move by their displacement while it is open. `reach`: no ray starts
+  /// farther than this from the meshes; those that do may slip past edges. `stage`: of all frames,
+  /// so that rays start off surfaces alike in all of them; empty: the meshes' own bounds.
   static Result<TracedScene> build(const RayDevice& device, const std::vector<RenderMesh>& meshes,
-                                   float shutter = 0);
+                                   float shutter = 0, float reach = 0, const Box& stage = {});
 
   /// The nearest mesh in (0, ray.far).
   MeshHit closest(const Ray& ray) const;
@@ -99,9 +135,12 @@ class TracedScene {
   template <class T3>
   MaskOf<T3> misses_bounds(const RayOf<T3>& ray) const;
 
-  const RenderMesh& mesh(std::uint32_t index) const { return (*meshes_)[index]; }
+  const RenderMesh& mesh(std::uint32_t index) const { return *meshes_[index].mesh; }
+  const MeshToTrace& traced(std::uint32_t index) const { return meshes_[index]; }
   const Box& bounds() const { return bounds_; }  ///< of all triangles; empty when there are none
   float epsilon() const { return epsilon_; }     ///< how far rays start off a surface
+  /// How far Embree's distances may be off, for rays that do not graze.
+  float slack() const { return farthest_ * 0x1p-14f; }
 
  private:
   struct Release {
@@ -109,10 +148,10 @@ class TracedScene {
   };
   TracedScene() = default;
   std::unique_ptr<RTCSceneTy, Release> scene_;
-  const std::vector<RenderMesh>* meshes_ = nullptr;
+  std::vector<MeshToTrace> meshes_;
   Box bounds_;
   float epsilon_ = 0;
-  float shutter_ = 0;
+  float farthest_ = 0;  ///< that a ray goes
 };
 
 template <class T3>

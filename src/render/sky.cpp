@@ -30,8 +30,8 @@ Vec3 from_lat_long(float u, float v) {
 
 /// Solid angle of a cell of row y out of `height`, for `width` columns.
 float cell_solid_angle(int y, int width, int height) {
-  const float top = std::cos(kPi * static_cast<float>(y) / static_cast<float>(height));
-  const float bottom = std::cos(kPi * static_cast<float>(y + 1) / static_cast<float>(height));
+  const float top = cosine(kPi * static_cast<float>(y) / static_cast<float>(height));
+  const float bottom = cosine(kPi * static_cast<float>(y + 1) / static_cast<float>(height));
   return 2 * kPi / static_cast<float>(width) * (top - bottom);
 }
 

@@ -1,8 +1,11 @@
 // Tile rendering: from camera rays to a tile of the film, with adaptive sampling.
 #pragma once
 
+#include <optional>
+
 #include "image/image.h"
 #include "render/aov.h"
+#include "render/cryptomatte.h"
 #include "render/film.h"
 #include "render/integrator.h"
 #include "render/render.h"
@@ -16,10 +19,13 @@ inline constexpr int kTile = 16;  // pixels along a side
 struct FrameJob {
   World world;
   Camera camera;
+  std::optional<CameraMotion> camera_motion;
+  bool meshes_move = false;  ///< any
   ImageSettings image;
   FrameSampler sampler;
   const PixelFilter* filter = nullptr;
   std::vector<const Aov*> aovs;
+  const Mattes* mattes = nullptr;
 };
 
 /// Fills pixels [tile_x kTile, ...) x [tile_y kTile, ...) of the film. One task owns a tile and

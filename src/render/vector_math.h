@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <numbers>
 
+#include "base/exact_math.h"
 #include "render/simd.h"
 
 namespace polymorph {
@@ -24,6 +25,20 @@ inline V clamp01(V x) {
   return min(max(x, 0.0f), 1.0f);
 }
 inline float radians(float degrees) { return degrees * (kPi / 180.0f); }
+/// Sine, cosine and tangent with the same bits everywhere.
+inline float sine(float angle) {
+  return static_cast<float>(exact::sin(static_cast<double>(angle)));
+}
+inline float cosine(float angle) {
+  return static_cast<float>(exact::cos(static_cast<double>(angle)));
+}
+inline float tangent(float angle) {
+  return static_cast<float>(exact::tan(static_cast<double>(angle)));
+}
+/// The direction at this azimuth (around y, from z) and elevation, in radians.
+inline Vec3 direction_at(float azimuth, float elevation) {
+  return {sine(azimuth) * cosine(elevation), sine(elevation), cosine(azimuth) * cosine(elevation)};
+}
 template <class T3>
 inline ComponentOf<T3> max_component(T3 a) {
   return max(a.x, max(a.y, a.z));

@@ -33,6 +33,7 @@ class ContradictionFinder {
              "contradicts per_leg - give one of the two");
     if (length(scene_.camera.up) == 0)
       report("/camera/up", inner(&root, {"camera", "up"}), "must not be the zero vector");
+    for (const KeyframeTrack& track : scene_.tracks) check_track(track);
     check_picture();
   }
 
@@ -90,6 +91,22 @@ class ContradictionFinder {
              fmt::format("leaves {} of the scene's {} frames, and the actor needs {}",
                          std::max(moving - actor.start + 1, 0), frames.count, needed));
   }
+  /// What only the whole scene can say of a setting's keys.
+  void check_track(const KeyframeTrack& track) {
+    const JsonValue* value = at_pointer(track.pointer);
+    for (std::size_t i = 0; i < track.keys.size(); ++i) {
+      const JsonValue* keys = value ? value->find("keys") : nullptr;
+      const JsonValue* key = keys && i < keys->items.size() ? &keys->items[i] : nullptr;
+      const std::string pointer = fmt::format("{}/keys/{}", track.pointer, i);
+      const std::size_t legs = scene_.actors.front().intermediate.size() + 1;
+      if (track.unit == KeyUnit::kLeg && track.keys[i].at > static_cast<double>(legs + 1))
+        report(pointer, key,
+               fmt::format("is at leg {:g}, but the first actor's last leg, {}, ends at {}",
+                           track.keys[i].at, legs, legs + 1));
+      if (track.pointer == "/camera/up" && length(track.keys[i].value) == 0)
+        report(pointer, key, "must not be the zero vector");
+    }
+  }
   void check_picture() {
     const JsonValue* aovs = inner(&document_.root, {"image", "aovs"});
     const std::string& chosen = scene_.image.aovs;
@@ -106,6 +123,19 @@ class ContradictionFinder {
     if (scene_.output.png_bits != 8 && scene_.output.png_bits != 16)
       report("/output/png_bits", inner(&document_.root, {"output", "png_bits"}),
              fmt::format("must be 8 or 16 (is {})", scene_.output.png_bits));
+  }
+  const JsonValue* at_pointer(std::string_view pointer) const {
+    const JsonValue* value = &document_.root;
+    for (const std::string& key : split(pointer.substr(1), '/')) {
+      if (!value) return nullptr;
+      if (value->kind != JsonValue::Kind::kArray) {
+        value = value->find(key);
+      } else {
+        const auto index = static_cast<std::size_t>(parse_integer(key).value_or(0));
+        value = index < value->items.size() ? &value->items[index] : nullptr;
+      }
+    }
+    return value;
   }
   static const JsonValue* inner(const JsonValue* value, std::initializer_list<const char*> keys) {
     for (const char* key : keys) value = value ? value->find(key) : nullptr;

@@ -5,12 +5,38 @@
 //
 // A visitor `v` offers integer, number, boolean, choice, text, text_map, path, vector, scale,
 // color, integers, numbers, object, objects, actors; and renamed, which stands before the setting
-// it speaks of.
+// it speaks of. In a keyed_object every number, vector and colour may have keyframes
+// (scene/keyframes.h) except a constant_number; a keyed_number may have them anywhere.
 #pragma once
 
 #include "scene/scene.h"
 
 namespace polymorph {
+
+/// Of a setting with keyframes, beside its list of "keys".
+template <class V>
+void describe(V& v, KeyframeTrack& s) {
+  v.choice("easing", s.easing,
+           {{"smooth", KeyEasing::kSmooth},
+            {"linear", KeyEasing::kLinear},
+            {"smoothstep", KeyEasing::kSmoothstep},
+            {"quintic", KeyEasing::kQuintic},
+            {"hold", KeyEasing::kHold}},
+           "how the value goes from key to key: along one smooth curve through all of them, in "
+           "straight lines, stopping gently at each (smoothstep, quintic), or in jumps");
+}
+
+/// When a key is: one of these stands beside its "value".
+struct KeyMoment {
+  std::optional<float> share, frame, leg;
+};
+template <class V>
+void describe(V& v, KeyMoment& s) {
+  v.number("t", s.share, 0, 1, "share of the film: 0 is its first frame, 1 its last");
+  v.number("frame", s.frame, 1, 1e5, "number of a frame");
+  v.number("leg", s.leg, 1, 1e5,
+           "of the first actor: 1 is the start of its first leg, 1.5 the middle, 2 its end");
+}
 
 template <class V>
 void describe(V& v, SphereSettings& s) {
@@ -75,7 +101,7 @@ void describe(V& v, ObjectSettings& s) {
 
 template <class V>
 void describe(V& v, FrameSettings& s) {
-  auto& [count, per_leg, fps, hold_start, hold_end] = s;
+  auto& [count, per_leg, fps, hold_start, hold_end, turntable, still] = s;
   v.integer("count", count, 0, 100000,
             "frames in all, holds included; 0: as many as the actors need, 24 a leg without "
             "per_leg");
@@ -86,6 +112,10 @@ void describe(V& v, FrameSettings& s) {
   v.number("fps", fps, 0.1, 1000, "frames per second, for GIF and movie and the EXR header");
   v.integer("hold_start", hold_start, 0, 10000, "extra frames that stand still at the start");
   v.integer("hold_end", hold_end, 0, 10000, "extra frames that stand still at the end");
+  v.integer("turntable", turntable, 0, 100000,
+            "instead of the film: a turn of the camera around its frame `still`, in so many "
+            "frames; 0: the film");
+  v.integer("still", still, 1, 100000, "turntable: the frame that is turned");
 }
 
 template <class V>
@@ -94,8 +124,10 @@ void describe(V& v, FieldSettings& s) {
   v.choice("kind", kind,
            {{"gaussian", FieldKind::kGaussian},
             {"wyvill", FieldKind::kWyvill},
-            {"inverse_square", FieldKind::kInverseSquare}},
-           "what a ball adds to the field: Blinn's Gaussian, Wyvill's soft object, or k r^2 / d^2");
+            {"inverse_square", FieldKind::kInverseSquare},
+            {"quartic", FieldKind::kQuartic}},
+           "what a ball adds to the field: Blinn's Gaussian, Wyvill's soft object, k r^2 / d^2, or "
+           "Murakami's (1 - d^2 / R^2)^2");
   v.number(
       "blobbiness", blobbiness, 0, 50,
       "gaussian without a fit: |B|; small melts balls together, large keeps them apart; 0: 0.12 "
@@ -256,7 +288,8 @@ void describe(V& v, SurfaceSettings& s) {
 
 template <class V>
 void describe(V& v, CameraSettings& s) {
-  auto& [position, target, up, fov, azimuth, elevation, margin, aperture, focus, shutter] = s;
+  auto& [position, target, up, fov, azimuth, elevation, orbit, dolly, margin, aperture, focus,
+         shutter] = s;
   v.vector("position", position,
            "where the camera stands; default: placed by azimuth, elevation and framing");
   v.vector("target", target, "what it looks at; default: the middle of all objects");
@@ -264,6 +297,12 @@ void describe(V& v, CameraSettings& s) {
   v.number("fov", fov, 1, 150, "vertical field of view, degrees");
   v.number("azimuth", azimuth, -360, 360, "degrees from +z towards +x");
   v.number("elevation", elevation, -89, 89, "degrees above the horizon");
+  v.constant_number("orbit", orbit, -36000, 36000,
+                    "degrees that the camera goes round its target during the film, evenly; whole "
+                    "turns close without a seam");
+  v.number("dolly", dolly, 0.01, 100,
+           "factor on the distance from the target: below 1 is nearer than framing or `position` "
+           "puts the camera");
   v.number("margin", margin, 0, 0.45,
            "free border on each side when framing automatically, as a share of the picture");
   v.number("aperture", aperture, 0, 1e6,
@@ -302,7 +341,7 @@ void describe(V& v, LampSettings& s) {
 template <class V>
 void describe(V& v, LightSettings& s) {
   auto& [key_azimuth, key_elevation, key_size, key_intensity, key_color, environment, sky,
-         turbidity, sky_intensity, lamps] = s;
+         turbidity, sky_intensity, follow_camera, lamps] = s;
   v.number("key_azimuth", key_azimuth, -360, 360,
            "of the key light, degrees from the camera's azimuth");
   v.number("key_elevation", key_elevation, -10, 90, "degrees above the horizon");
@@ -317,6 +356,9 @@ void describe(V& v, LightSettings& s) {
            "built-in: soft boxes in a studio, or a clear sky whose sun is the key light");
   v.number("turbidity", turbidity, 2, 10, "sky day: 2 is very clear, 10 hazy");
   v.number("sky_intensity", sky_intensity, 0, 1000, "factor on the environment or the sky");
+  v.boolean("follow_camera", follow_camera,
+            "the key light, suns and the studio turn with a camera that moves; else they stand as "
+            "its first frame sees them");
   v.objects("lamps", lamps, "more lights, at most 16; only mirrors see them");
 }
 
@@ -350,7 +392,8 @@ void describe(V& v, LookSettings& s) {
 
 template <class V>
 void describe(V& v, ImageSettings& s) {
-  auto& [width, height, samples, noise, max_depth, seed, exposure, transparent, aovs] = s;
+  auto& [width, height, samples, noise, max_depth, seed, steady, denoise, exposure, transparent,
+         aovs] = s;
   v.integer("width", width, 1, 32768, "pixels");
   v.integer("height", height, 1, 32768, "pixels");
   v.integer("samples", samples, 1, 65536, "per pixel; with `noise`, the maximum for one pixel");
@@ -359,11 +402,17 @@ void describe(V& v, ImageSettings& s) {
            "(0.01 is clean, 0.05 a draft); 0: the same number everywhere");
   v.integer("max_depth", max_depth, 1, 64, "longest light path, in bounces");
   v.integer("seed", seed, 0, 9007199254740991, "of the sampling noise");
-  v.number("exposure", exposure, -20, 20, "stops, for PNG, GIF and strips; EXR stays as it is");
+  v.boolean("steady", steady,
+            "what stands still under a camera that stands still keeps its noise from frame to "
+            "frame; what moves has new noise in each");
+  v.boolean("denoise", denoise,
+            "clean the colours with Open Image Denoise, where it is installed (docs/films.md)");
+  v.keyed_number("exposure", exposure, -20, 20,
+                 "stops, for PNG, GIF and strips; EXR stays as it is");
   v.boolean("transparent", transparent, "alpha 0 instead of a backdrop");
   v.text("aovs", aovs,
          "layers of an EXR beside R, G, B, A: Z, N, P, albedo, uv, motion, morph, label, id, "
-         "separated by commas, or all, or none");
+         "crypto_object, crypto_material, crypto_label, separated by commas, or all, or none");
 }
 
 template <class V>
@@ -406,7 +455,7 @@ void describe(V& v, ActorSettings& s) {
 template <class V>
 void describe(V& v, Scene& s) {
   auto& [path, version, description, arrange, actors, spheres, frames, field, plan, motion,
-         boundary, surface, camera, lights, ground, look, image, output] = s;
+         boundary, surface, camera, lights, ground, look, image, output, tracks] = s;
   v.integer("polymorph", version, 1, 1, "version of the scene format");
   v.text("description", description, "a line for people");
   v.object("spheres", spheres, "how models are approximated");
@@ -423,10 +472,10 @@ void describe(V& v, Scene& s) {
   v.object("field", field, "the metaball field");
   v.object("boundary", boundary, "the change between model and balls");
   v.object("surface", surface, "the extracted surface");
-  v.object("camera", camera, "where the camera stands, its lens and shutter");
-  v.object("lights", lights, "key light, sky and lamps");
-  v.object("ground", ground, "the floor below the objects");
-  v.object("look", look, kLookHelp);
+  v.keyed_object("camera", camera, "where the camera stands, its lens and shutter");
+  v.keyed_object("lights", lights, "key light, sky and lamps");
+  v.keyed_object("ground", ground, "the floor below the objects");
+  v.keyed_object("look", look, kLookHelp);
   v.object("image", image, "size and quality of the frames");
   v.object("output", output, "files that are written");
 }

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 
+#include "base/exact_math.h"
 #include "base/file.h"
 #include "base/log.h"
 #include "base/text.h"
@@ -24,12 +26,15 @@ constexpr std::size_t kMaxItems = 1000;             // of one list
 class ReadFields {
  public:
   ReadFields(const JsonDocument& document, const JsonValue& object, std::string pointer,
-             std::filesystem::path folder, std::vector<SceneFinding>& findings)
+             std::filesystem::path folder, std::vector<SceneFinding>& findings,
+             std::vector<KeyframeTrack>& tracks, bool keyed = false)
       : document_(document),
         object_(object),
         pointer_(std::move(pointer)),
         folder_(std::move(folder)),
-        findings_(findings) {}
+        findings_(findings),
+        tracks_(tracks),
+        keyed_(keyed) {}
 
   template <class T>
   void integer(const char* key, T& out, long long low, long long high, const char*) {
@@ -43,7 +48,11 @@ class ReadFields {
     else
       out = static_cast<T>(value->integer);
   }
-  void number(const char* key, float& out, double low, double high, const char*) {
+  void number(const char* key, float& out, double low, double high, const char* doc) {
+    if (read_keyframes(key, out, [&](ReadFields& one, float& value) {
+          one.number("value", value, low, high, doc);
+        }))
+      return;
     const JsonValue* value = expect(key, JsonValue::Kind::kNumber);
     if (!value) return;
     if (!(value->number >= low && value->number <= high))
@@ -57,6 +66,16 @@ class ReadFields {
     float value = 0;
     number(key, value, low, high, doc);
     out = value;
+  }
+  void keyed_number(const char* key, float& out, double low, double high, const char* doc) {
+    const bool keyed = std::exchange(keyed_, true);
+    number(key, out, low, high, doc);
+    keyed_ = keyed;
+  }
+  void constant_number(const char* key, float& out, double low, double high, const char* doc) {
+    const bool keyed = std::exchange(keyed_, false);
+    number(key, out, low, high, doc);
+    keyed_ = keyed;
   }
   void boolean(const char* key, bool& out, const char*) {
     if (const JsonValue* value = expect(key, JsonValue::Kind::kBoolean)) out = value->boolean;
@@ -90,7 +109,10 @@ class ReadFields {
   void model_path(const char* key, std::filesystem::path& out, const char* doc) {
     path(key, out, doc);
   }
-  void vector(const char* key, Vec3& out, const char*) {
+  void vector(const char* key, Vec3& out, const char* doc) {
+    if (read_keyframes(key, out,
+                       [&](ReadFields& one, Vec3& value) { one.vector("value", value, doc); }))
+      return;
     if (const JsonValue* value = expect(key, JsonValue::Kind::kArray))
       read_vector(*value, key, out, -1e6, 1e6);
   }
@@ -117,7 +139,10 @@ class ReadFields {
           fmt::format("must be a number or a list of 3 numbers (is {})", kind_name(value->kind)));
     }
   }
-  void color(const char* key, Vec3& out, const char*) {
+  void color(const char* key, Vec3& out, const char* doc) {
+    if (read_keyframes(key, out,
+                       [&](ReadFields& one, Vec3& value) { one.color("value", value, doc); }))
+      return;
     const JsonValue* value = find(key);
     if (!value) return;
     if (value->kind == JsonValue::Kind::kArray) {
@@ -181,6 +206,13 @@ class ReadFields {
   void object(const char* key, T& out, const char*) {
     const JsonValue* value = find(key);
     if (value) read_object(*value, pointer_ + "/" + key, out);
+  }
+  /// Its numbers, vectors and colours may have keyframes.
+  template <class T>
+  void keyed_object(const char* key, T& out, const char* doc) {
+    const bool keyed = std::exchange(keyed_, true);
+    object(key, out, doc);
+    keyed_ = keyed;
   }
   template <class T>
   void objects(const char* key, std::vector<T>& out, const char*) {
@@ -294,11 +326,93 @@ class ReadFields {
                 fmt::format("must be an object (is {})", kind_name(value.kind)));
       return;
     }
-    ReadFields inner(document_, value, pointer, folder_, findings_);
+    ReadFields inner(document_, value, pointer, folder_, findings_, tracks_, keyed_);
     inner.actor_prototype_ = actor_prototype_;
     describe(inner, out);
     if constexpr (std::is_same_v<T, ObjectSettings>) inner.check_object(out, value);
     inner.finish();
+  }
+  /// Where the setting has keyframes in place of a value: reads them into a track, `out` becomes
+  /// the first key's. `read(fields, value)` reads "value" of a key's fields.
+  template <class T, class F>
+  bool read_keyframes(const char* key, T& out, const F& read) {
+    const JsonValue* object = object_.find(key);
+    if (!object || object->kind != JsonValue::Kind::kObject) return false;
+    if (!keyed_ && !object->find("keys")) return false;
+    seen(key);
+    if (!keyed_) {
+      report(*object, key,
+             "cannot change over the film - only settings of camera, lights, ground "
+             "and look, and image.exposure, take keys");
+      return true;
+    }
+    KeyframeTrack track;
+    track.pointer = pointer_ + "/" + key;
+    ReadFields fields(document_, *object, track.pointer, folder_, findings_, tracks_);
+    describe(fields, track);
+    const JsonValue* list = fields.expect("keys", JsonValue::Kind::kArray);
+    fields.finish();
+    if (!object->find("keys") || (list && list->items.empty()))
+      report(*object, key,
+             "needs \"keys\", a list of {\"t\", \"frame\" or \"leg\": ..., \"value\": ...}");
+    if (!list) return true;
+    if (list->items.size() > kMaxItems)
+      fields.report(*list, "keys",
+                    fmt::format("has {} entries - a list may have at most {}", list->items.size(),
+                                kMaxItems));
+    for (std::size_t i = 0; i < std::min(list->items.size(), kMaxItems); ++i) {
+      T value = out;
+      if (fields.read_key(list->items[i], fmt::format("{}/keys/{}", track.pointer, i), track,
+                          [&](ReadFields& one) { read(one, value); }))
+        track.keys.back().value = as_vector(value);
+      if (i == 0) out = value;
+    }
+    if (!track.keys.empty()) tracks_.push_back(std::move(track));
+    return true;
+  }
+  static Vec3 as_vector(float value) { return {value, 0, 0}; }
+  static Vec3 as_vector(Vec3 value) { return value; }
+  /// One key: when it is goes into the track; `read` reads its value.
+  template <class F>
+  bool read_key(const JsonValue& item, const std::string& pointer, KeyframeTrack& track,
+                const F& read) {
+    if (item.kind != JsonValue::Kind::kObject) {
+      report_at(item.offset, pointer,
+                fmt::format("must be an object (is {})", kind_name(item.kind)));
+      return false;
+    }
+    ReadFields one(document_, item, pointer, folder_, findings_, tracks_);
+    KeyMoment moment;
+    describe(one, moment);
+    read(one);
+    one.finish();
+    if (!item.find("value")) report_at(item.offset, pointer, "needs a \"value\"");
+    const int given = moment.share.has_value() + moment.frame.has_value() + moment.leg.has_value();
+    if (given != 1) {
+      report_at(item.offset, pointer, "needs one of \"t\", \"frame\" and \"leg\"");
+      return false;
+    }
+    const KeyUnit unit = moment.share   ? KeyUnit::kShare
+                         : moment.frame ? KeyUnit::kFrame
+                                        : KeyUnit::kLeg;
+    const auto at = static_cast<double>(moment.share   ? *moment.share
+                                        : moment.frame ? *moment.frame
+                                                       : *moment.leg);
+    if (!track.keys.empty() && unit != track.unit) {
+      report_at(item.offset, pointer,
+                "all keys of a setting say \"t\", or all \"frame\", or all "
+                "\"leg\"");
+      return false;
+    }
+    if (!track.keys.empty() && !(at > track.keys.back().at)) {
+      report_at(item.offset, pointer,
+                fmt::format("must come after the key before it (is at {:g}, after {:g})", at,
+                            track.keys.back().at));
+      return false;
+    }
+    track.unit = unit;
+    track.keys.push_back({at, {}});
+    return true;
   }
   void check_object(const ObjectSettings& object, const JsonValue& value) {
     if (object.model.empty() == object.shape.empty())
@@ -368,6 +482,8 @@ class ReadFields {
   std::string pointer_;
   std::filesystem::path folder_;
   std::vector<SceneFinding>& findings_;
+  std::vector<KeyframeTrack>& tracks_;
+  bool keyed_;  ///< numbers, vectors and colours here may have keyframes
   std::vector<std::string> known_;
   std::map<std::string, std::string> old_names_;  ///< by the new ones, of keys in this object
   ActorSettings actor_prototype_;                 ///< its source is every object's
@@ -413,6 +529,11 @@ std::string to_string(const SceneFinding& finding, const std::string& file) {
 Result<SceneReading> read_scene(const std::filesystem::path& path,
                                 std::span<const Override> overrides) {
   PM_TRY(std::string text, read_file(path, 64u << 20));
+  return read_scene_text(path, std::move(text), overrides);
+}
+
+Result<SceneReading> read_scene_text(const std::filesystem::path& path, std::string text,
+                                     std::span<const Override> overrides) {
   if (text.find_first_not_of(" \t\r\n") == std::string::npos)
     return make_error(ErrorCode::kInput,
                       "{}: is empty - a scene needs at least {{\"source\": ..., \"target\": ...}}",
@@ -426,7 +547,7 @@ Result<SceneReading> read_scene(const std::filesystem::path& path,
   SceneReading reading;
   reading.scene.path = path;
   std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
-  ReadFields fields(document, document.root, "", folder, reading.findings);
+  ReadFields fields(document, document.root, "", folder, reading.findings, reading.scene.tracks);
   describe(fields, reading.scene);
   fields.finish();
   find_contradictions(document, reading.scene, reading.findings);
@@ -439,8 +560,10 @@ Result<SceneReading> read_scene(const std::filesystem::path& path,
   return reading;
 }
 
-Result<Scene> load_scene(const std::filesystem::path& path, std::span<const Override> overrides) {
-  PM_TRY(SceneReading reading, read_scene(path, overrides));
+namespace {
+
+/// The scene, or what is wrong with it as one error.
+Result<Scene> scene_without_findings(SceneReading reading, const std::filesystem::path& path) {
   if (reading.findings.empty()) return std::move(reading.scene);
   std::string message;
   for (std::size_t i = 0; i < std::min(reading.findings.size(), kMaxFindings); ++i)
@@ -451,6 +574,28 @@ Result<Scene> load_scene(const std::filesystem::path& path, std::span<const Over
       std::all_of(reading.findings.begin(), reading.findings.end(),
                   [](const SceneFinding& finding) { return finding.line == 0; });
   return Error{only_overrides ? ErrorCode::kUsage : ErrorCode::kInput, message};
+}
+
+}  // namespace
+
+Result<Scene> load_scene(const std::filesystem::path& path, std::span<const Override> overrides) {
+  PM_TRY(SceneReading reading, read_scene(path, overrides));
+  return scene_without_findings(std::move(reading), path);
+}
+
+Result<Scene> turntable_of_model(const std::filesystem::path& model,
+                                 std::span<const Override> overrides) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(model, error))
+    return make_error(ErrorCode::kInput, "{}: no such file", model.string());
+  // The morph from the model to itself is never seen: its balls need not be good.
+  const std::string object = std::filesystem::absolute(model).string();
+  const nlohmann::ordered_json json{
+      {"source", {{"model", object}}},        {"target", {{"model", object}}},
+      {"frames", {{"turntable", 72}}},        {"spheres", {{"balls", 16}, {"fit", "none"}}},
+      {"motion", {{"interpolate", "balls"}}}, {"boundary", {{"method", "cut"}}}};
+  PM_TRY(SceneReading reading, read_scene_text(model, json.dump(), overrides));
+  return scene_without_findings(std::move(reading), model);
 }
 
 std::vector<const ObjectSettings*> chain_objects(const ActorSettings& actor) {

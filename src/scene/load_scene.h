@@ -36,9 +36,18 @@ struct SceneReading {
 Result<SceneReading> read_scene(const std::filesystem::path& path,
                                 std::span<const Override> overrides = {});
 
+/// The same for a scene that is in no file: `text` is its JSON, `path` its name in messages.
+Result<SceneReading> read_scene_text(const std::filesystem::path& path, std::string text,
+                                     std::span<const Override> overrides = {});
+
 /// read_scene, with findings turned into one error of up to 20 lines.
 Result<Scene> load_scene(const std::filesystem::path& path,
                          std::span<const Override> overrides = {});
+
+/// A model by itself, on a turntable of 72 frames (frames.turntable). Errors (kInput): no such
+/// file.
+Result<Scene> turntable_of_model(const std::filesystem::path& model,
+                                 std::span<const Override> overrides = {});
 
 /// The published JSON Schema (draft 2020-12) of the scene format, as committed in
 /// scenes/scene.schema.json.

@@ -14,6 +14,7 @@
 
 #include "base/text.h"
 #include "kernels/types.h"
+#include "scene/keyframes.h"
 
 namespace polymorph {
 
@@ -180,6 +181,10 @@ struct FrameSettings {
   float fps = 24;
   int hold_start = 0;  ///< extra frames that stand still at the start
   int hold_end = 0;
+  /// Above 0: instead of the film, so many frames of one turn of the camera around its frame
+  /// `still`.
+  int turntable = 0;
+  int still = 1;
 };
 
 struct SurfaceSettings {
@@ -200,6 +205,8 @@ struct CameraSettings {
   float fov = 30;        ///< vertical, degrees
   float azimuth = 28;    ///< degrees from +z towards +x
   float elevation = 16;  ///< degrees above the horizon
+  float orbit = 0;       ///< degrees that it goes round its target during the film
+  float dolly = 1;       ///< factor on its distance from the target
   float margin =
       0.05f;  ///< free border on each side when framing automatically, a share of the picture
   float aperture = 0;          ///< diameter of the lens, scene units; 0 = a pinhole, all sharp
@@ -244,6 +251,7 @@ struct LightSettings {
   SkyKind sky = SkyKind::kStudio;
   float turbidity = 3;  ///< day: 2 very clear .. 10 hazy
   float sky_intensity = 1.0f;
+  bool follow_camera = false;  ///< bearings are relative to the camera of each frame, not the first
   std::vector<LampSettings> lamps;
 };
 
@@ -276,14 +284,26 @@ struct ImageSettings {
   float noise = 0;    ///< above 0: pixels are sampled until their error is below this
   int max_depth = 4;  ///< path vertices
   std::uint64_t seed = 0;
+  bool steady = true;        ///< what stands still has the same noise in every frame
+  bool denoise = false;      ///< by Open Image Denoise, where it is found
   float exposure = 0;        ///< stops, PNG only (EXR stays linear)
   bool transparent = false;  ///< no backdrop: alpha 0 where the camera sees no object and no floor
   std::string aovs = "Z,N,id";  ///< EXR layers beside R, G, B, A: names, "all" or "none"
 };
 
 /// The layers that image.aovs may name.
-inline const std::vector<std::string> kAovNames{"Z",      "N",     "P",     "albedo", "uv",
-                                                "motion", "morph", "label", "id"};
+inline const std::vector<std::string> kAovNames{"Z",
+                                                "N",
+                                                "P",
+                                                "albedo",
+                                                "uv",
+                                                "motion",
+                                                "morph",
+                                                "label",
+                                                "id",
+                                                "crypto_object",
+                                                "crypto_material",
+                                                "crypto_label"};
 /// Is this layer among those that image.aovs asks for?
 inline bool aov_is_chosen(std::string_view aovs, std::string_view layer) {
   const std::vector<std::string> chosen = split(aovs, ',');
@@ -332,6 +352,9 @@ struct Scene {
   LookSettings look;
   ImageSettings image;
   OutputSettings output;
+  /// Settings of camera, lights, ground, look and exposure that have keyframes; the settings
+  /// themselves hold the first key's value.
+  std::vector<KeyframeTrack> tracks;
 };
 
 }  // namespace polymorph

@@ -17,6 +17,7 @@ Json tidy(Vec3 v) { return Json::array({tidy(v.x), tidy(v.y), tidy(v.z)}); }
 
 class SchemaFields {
  public:
+  explicit SchemaFields(bool keyed = false) : keyed_(keyed) {}
   Json properties = Json::object();
 
   template <class T>
@@ -24,11 +25,20 @@ class SchemaFields {
     add(key, doc, {{"type", "integer"}, {"minimum", low}, {"maximum", high}, {"default", value}});
   }
   void number(const char* key, float& value, double low, double high, const char* doc) {
-    add(key, doc,
-        {{"type", "number"}, {"minimum", low}, {"maximum", high}, {"default", tidy(value)}});
+    add_keyed(key, doc, {{"type", "number"}, {"minimum", low}, {"maximum", high}}, tidy(value));
   }
   void number(const char* key, std::optional<float>&, double low, double high, const char* doc) {
-    add(key, doc, {{"type", "number"}, {"minimum", low}, {"maximum", high}});
+    add_keyed(key, doc, {{"type", "number"}, {"minimum", low}, {"maximum", high}});
+  }
+  void keyed_number(const char* key, float& value, double low, double high, const char* doc) {
+    const bool keyed = std::exchange(keyed_, true);
+    number(key, value, low, high, doc);
+    keyed_ = keyed;
+  }
+  void constant_number(const char* key, float& value, double low, double high, const char* doc) {
+    const bool keyed = std::exchange(keyed_, false);
+    number(key, value, low, high, doc);
+    keyed_ = keyed;
   }
   void boolean(const char* key, bool& value, const char* doc) {
     add(key, doc, {{"type", "boolean"}, {"default", value}});
@@ -57,12 +67,10 @@ class SchemaFields {
     add(key, doc, {{"type", "string"}});
   }
   void vector(const char* key, Vec3& value, const char* doc) {
-    Json json = vector_schema(-1e6, 1e6);
-    json["default"] = tidy(value);
-    add(key, doc, json);
+    add_keyed(key, doc, vector_schema(-1e6, 1e6), tidy(value));
   }
   void vector(const char* key, std::optional<Vec3>&, const char* doc) {
-    add(key, doc, vector_schema(-1e6, 1e6));
+    add_keyed(key, doc, vector_schema(-1e6, 1e6));
   }
   void scale(const char* key, Vec3&, const char* doc) {
     add(key, doc,
@@ -70,10 +78,10 @@ class SchemaFields {
          {"default", 1}});
   }
   void color(const char* key, Vec3& value, const char* doc) {
-    add(key, doc, {{"oneOf", color_schemas()}, {"default", tidy(value)}});
+    add_keyed(key, doc, {{"oneOf", color_schemas()}}, tidy(value));
   }
   void color(const char* key, std::optional<Vec3>&, const char* doc) {
-    add(key, doc, {{"oneOf", color_schemas()}});
+    add_keyed(key, doc, {{"oneOf", color_schemas()}});
   }
   void integers(const char* key, std::vector<int>&, long long low, long long high,
                 const char* doc) {
@@ -98,12 +106,16 @@ class SchemaFields {
   }
   template <class T>
   void object(const char* key, T& value, const char* doc) {
-    add(key, doc, schema_of(value));
+    add(key, doc, schema_of(value, keyed_));
+  }
+  template <class T>
+  void keyed_object(const char* key, T& value, const char* doc) {
+    add(key, doc, schema_of(value, true));
   }
   template <class T>
   void objects(const char* key, std::vector<T>&, const char* doc) {
     T value;
-    add(key, doc, {{"type", "array"}, {"items", schema_of(value)}});
+    add(key, doc, {{"type", "array"}, {"items", schema_of(value, keyed_)}});
   }
   void renamed(const char* old, const char* key) {
     properties[old] = {{"description", fmt::format("old name of \"{}\"", key)},
@@ -119,8 +131,8 @@ class SchemaFields {
   }
 
   template <class T>
-  static Json schema_of(T& value) {
-    SchemaFields inner;
+  static Json schema_of(T& value, bool keyed = false) {
+    SchemaFields inner(keyed);
     describe(inner, value);
     static const Json kChainEnds{"source", "target"};
     Json object{
@@ -131,7 +143,44 @@ class SchemaFields {
     return object;
   }
 
+  /// Keyframes of a setting, whatever their values are.
+  static Json keyframes_schema() {
+    SchemaFields track, one;
+    KeyframeTrack settings;
+    KeyMoment moment;
+    describe(track, settings);
+    describe(one, moment);
+    Json units = Json::array();
+    for (const auto& [name, unit] : one.properties.items())
+      units.push_back({{"required", Json::array({name})}});
+    one.properties["value"] = true;
+    const Json key{{"type", "object"},
+                   {"additionalProperties", false},
+                   {"properties", one.properties},
+                   {"required", Json::array({"value"})},
+                   {"oneOf", units}};
+    Json properties{{"keys", {{"type", "array"}, {"items", key}, {"minItems", 1}}}};
+    properties.update(track.properties);
+    return {{"description", "a setting that changes over the film"},
+            {"type", "object"},
+            {"additionalProperties", false},
+            {"properties", properties},
+            {"required", Json::array({"keys"})}};
+  }
+
  private:
+  /// A value, or where it may have them its keyframes.
+  void add_keyed(const char* key, const char* doc, const Json& value, const Json& initial = {}) {
+    Json json = value;
+    if (keyed_) {
+      const Json items{{"items", {{"properties", {{"value", value}}}}}};
+      const Json keyed{{"$ref", "#/$defs/keyframes"}, {"properties", {{"keys", items}}}};
+      json = {{"oneOf", Json::array({value, keyed})}};
+    }
+    if (!initial.is_null()) json["default"] = initial;
+    add(key, doc, json);
+  }
+  bool keyed_;
   void add(const char* key, const char* doc, const Json& json) {
     Json entry = Json::object();
     if (*doc) entry["description"] = doc;
@@ -152,7 +201,9 @@ class SchemaFields {
 
 class WriteFields {
  public:
-  explicit WriteFields(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  WriteFields(std::filesystem::path folder, const std::vector<KeyframeTrack>& tracks,
+              std::string pointer)
+      : folder_(std::move(folder)), tracks_(tracks), pointer_(std::move(pointer)) {}
   Json json = Json::object();
 
   template <class T>
@@ -160,10 +211,17 @@ class WriteFields {
     json[key] = value;
   }
   void number(const char* key, float& value, double, double, const char*) {
-    json[key] = tidy(value);
+    if (!write_keyframes(key, [](Vec3 v) { return Json(tidy(v.x)); })) json[key] = tidy(value);
   }
-  void number(const char* key, std::optional<float>& value, double, double, const char*) {
-    if (value) json[key] = tidy(*value);
+  void keyed_number(const char* key, float& value, double low, double high, const char* doc) {
+    number(key, value, low, high, doc);
+  }
+  void constant_number(const char* key, float& value, double low, double high, const char* doc) {
+    number(key, value, low, high, doc);
+  }
+  void number(const char* key, std::optional<float>& value, double low, double high,
+              const char* doc) {
+    if (value) number(key, *value, low, high, doc);
   }
   void boolean(const char* key, bool& value, const char*) { json[key] = value; }
   template <class E>
@@ -181,14 +239,16 @@ class WriteFields {
   void model_path(const char* key, std::filesystem::path& value, const char* doc) {
     path(key, value, doc);
   }
-  void vector(const char* key, Vec3& value, const char*) { json[key] = tidy(value); }
-  void vector(const char* key, std::optional<Vec3>& value, const char*) {
-    if (value) json[key] = tidy(*value);
+  void vector(const char* key, Vec3& value, const char*) {
+    if (!write_keyframes(key, [](Vec3 v) { return tidy(v); })) json[key] = tidy(value);
+  }
+  void vector(const char* key, std::optional<Vec3>& value, const char* doc) {
+    if (value) vector(key, *value, doc);
   }
   void scale(const char* key, Vec3& value, const char*) { json[key] = tidy(value); }
-  void color(const char* key, Vec3& value, const char*) { json[key] = tidy(value); }
-  void color(const char* key, std::optional<Vec3>& value, const char*) {
-    if (value) json[key] = tidy(*value);
+  void color(const char* key, Vec3& value, const char* doc) { vector(key, value, doc); }
+  void color(const char* key, std::optional<Vec3>& value, const char* doc) {
+    vector(key, value, doc);
   }
   void integers(const char* key, std::vector<int>& value, long long, long long, const char*) {
     if (!value.empty()) json[key] = value;
@@ -203,12 +263,17 @@ class WriteFields {
   }
   template <class T>
   void object(const char* key, T& value, const char*) {
-    json[key] = written(value);
+    json[key] = written(value, pointer_ + "/" + key);
+  }
+  template <class T>
+  void keyed_object(const char* key, T& value, const char* doc) {
+    object(key, value, doc);
   }
   template <class T>
   void objects(const char* key, std::vector<T>& values, const char*) {
     json[key] = Json::array();
-    for (T& value : values) json[key].push_back(written(value));
+    for (std::size_t i = 0; i < values.size(); ++i)
+      json[key].push_back(written(values[i], fmt::format("{}/{}/{}", pointer_, key, i)));
   }
   void renamed(const char*, const char*) {}
   void before_actors(Scene&) {}
@@ -218,12 +283,36 @@ class WriteFields {
 
  private:
   template <class T>
-  Json written(T& value) const {
-    WriteFields inner(folder_);
+  Json written(T& value, const std::string& pointer) const {
+    WriteFields inner(folder_, tracks_, pointer);
     describe(inner, value);
     return inner.json;
   }
+  /// Instead of the value, where the setting has a track.
+  template <class F>
+  bool write_keyframes(const char* key, const F& written_value) {
+    const std::string pointer = pointer_ + "/" + key;
+    for (const KeyframeTrack& track : tracks_) {
+      if (track.pointer != pointer) continue;
+      KeyframeTrack settings = track;
+      WriteFields fields(folder_, tracks_, pointer);
+      fields.json["keys"] = Json::array();
+      for (const Keyframe& one : track.keys) {
+        const char* unit = track.unit == KeyUnit::kShare   ? "t"
+                           : track.unit == KeyUnit::kFrame ? "frame"
+                                                           : "leg";
+        fields.json["keys"].push_back(
+            {{unit, tidy(static_cast<float>(one.at))}, {"value", written_value(one.value)}});
+      }
+      describe(fields, settings);
+      json[key] = fields.json;
+      return true;
+    }
+    return false;
+  }
   std::filesystem::path folder_;
+  const std::vector<KeyframeTrack>& tracks_;
+  std::string pointer_;
 };
 
 }  // namespace
@@ -243,13 +332,14 @@ std::string scene_schema() {
       {"additionalProperties", false},
       {"oneOf", Json::array({Json{{"required", {"source", "target"}}},
                              Json{{"required", Json::array({"actors"})}}})},
-      {"properties", fields.properties}};
+      {"properties", fields.properties},
+      {"$defs", {{"keyframes", SchemaFields::keyframes_schema()}}}};
   return dump_json(schema);
 }
 
 std::string scene_to_json(const Scene& scene, const std::filesystem::path& folder) {
   Scene copy = scene;  // the description takes settings by reference; this visitor only reads
-  WriteFields fields(folder);
+  WriteFields fields(folder, scene.tracks, "");
   describe(fields, copy);
   return dump_json(fields.json);
 }

@@ -41,6 +41,7 @@ struct ActorGeometry {
   /// Of each vertex of the surface, without detail, mixed over those. Empty where nothing has any.
   std::vector<Vec3> colors;
   float color_share = 0;
+  bool moves = true;  ///< it is another in the frames before and after
 };
 
 /// The objects and legs of an actor by a MorphState's numbers.

@@ -49,10 +49,10 @@ Scene settings_of(const Scene& scene) {
 
 }  // namespace
 
-std::string content_hash(const Scene& scene, std::span<const Model> models,
-                         const Image* environment, std::string_view program) {
+std::string inputs_hash(const Scene& scene, std::span<const Model> models, const Image* environment,
+                        std::string_view program) {
   Hasher hasher;
-  hasher.add(program).add(scene_to_json(settings_of(scene), {}));
+  hasher.add(program);
   // Names decide which labels mean each other (plan.labels), and stand in the file's header.
   for (const ActorSettings& actor : scene.actors) {
     hasher.add(std::string_view(actor.name));
@@ -64,6 +64,16 @@ std::string content_hash(const Scene& scene, std::span<const Model> models,
   hasher.add(environment != nullptr);
   if (environment) hasher.add(pixel_digest(*environment));
   return hasher.hex();
+}
+
+std::string settings_text(const Scene& scene) { return scene_to_json(settings_of(scene), {}); }
+
+std::string content_hash(const Scene& scene, std::span<const Model> models,
+                         const Image* environment, std::string_view program) {
+  return Hasher()
+      .add(inputs_hash(scene, models, environment, program))
+      .add(settings_text(scene))
+      .hex();
 }
 
 }  // namespace polymorph

@@ -137,14 +137,17 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtracto
                                   int frame) {
   FrameGeometry geometry;
   geometry.frame = frame;
-  geometry.t = sequence_time(prepared.scene, frame);
+  const int shown = shown_frame(prepared.scene, frame);
+  const bool turned = prepared.scene.frames.turntable > 0;  // nothing but the camera moves
+  const bool last = turned || frame == prepared.frame_count;
+  geometry.t = sequence_time(prepared.scene, shown);
   geometry.stage = stage_names(prepared, frame);
-  const bool flows = wants_flow(prepared.scene);
+  const bool flows = wants_flow(scene_at(prepared.scene, static_cast<double>(frame)));
   for (const PreparedActor& actor : prepared.actors) {
-    const MorphState moment = morph_state_at(actor.timeline, frame);
+    const MorphState moment = morph_state_at(actor.timeline, shown);
     if (moment.object >= 0) {
       PM_TRY(ActorGeometry one, model_at(prepared, actor, extractor, moment));
-      if (flows) PM_TRY_STATUS(add_flow(actor, extractor, frame == prepared.frame_count, one));
+      if (flows) PM_TRY_STATUS(add_flow(actor, extractor, last, one));
       geometry.actors.push_back(std::move(one));
       continue;
     }
@@ -155,10 +158,13 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtracto
     if (prepared.scene.look.kind == LookKind::kOwn && !one.surface.triangles.empty())
       PM_TRY_STATUS(transfer_looks(actor, static_cast<std::size_t>(moment.leg), moment.time,
                                    one.balls, one.map, one.surface.positions, extractor, one));
-    if (flows) PM_TRY_STATUS(add_flow(actor, extractor, frame == prepared.frame_count, one));
+    if (flows) PM_TRY_STATUS(add_flow(actor, extractor, last, one));
     geometry.actors.push_back(std::move(one));
   }
-  if (aov_is_chosen(prepared.scene.image.aovs, "label"))
+  for (std::size_t a = 0; a < prepared.actors.size(); ++a)
+    geometry.actors[a].moves = !turned && moves_at(prepared.actors[a].timeline, shown);
+  if (aov_is_chosen(prepared.scene.image.aovs, "label") ||
+      aov_is_chosen(prepared.scene.image.aovs, "crypto_label"))
     for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
       const PreparedActor& actor = prepared.actors[a];
       ActorGeometry& one = geometry.actors[a];
@@ -174,7 +180,8 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtracto
 std::string stage_names(const PreparedScene& prepared, int frame) {
   std::vector<std::string> names;
   for (const PreparedActor& actor : prepared.actors)
-    names.emplace_back(stage_name(morph_state_at(actor.timeline, frame).stage));
+    names.emplace_back(
+        stage_name(morph_state_at(actor.timeline, shown_frame(prepared.scene, frame)).stage));
   return each_once(names);
 }
 

@@ -27,7 +27,7 @@ Result<ActorGeometry> boundary_at(const PreparedScene& prepared, const PreparedA
 /// What is seen of an actor: its surface, its model where that shows, or both.
 Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry);
 
-/// Does the picture show where things move?
+/// Does a frame with these settings show where things move?
 inline bool wants_flow(const Scene& scene) {
   return scene.camera.shutter > 0 || aov_is_chosen(scene.image.aovs, "motion") ||
          aov_is_chosen(scene.image.aovs, "morph");

@@ -15,8 +15,7 @@ namespace polymorph {
 
 struct GoldenSettings {
   std::string device = "cpu";
-  /// Embree is pinned: its bits differ between instruction sets (10-16 % of hits by up to 5e-7).
-  std::string isa = "avx2";
+  std::string isa;  ///< of Embree; "" = the best. All give the same bits.
   std::filesystem::path cache_folder;
   std::filesystem::path failures;  ///< actual, reference and difference of failing frames go here
   /// Where the pictures of a report count; null: none are made.
@@ -53,5 +52,14 @@ Result<GoldenResult> test_golden(const GoldenSuite& suite, const GoldenSettings&
 Result<std::vector<std::filesystem::path>> update_golden(const GoldenSuite& suite,
                                                          const GoldenSettings& settings,
                                                          const std::string& reason);
+
+/// A frame, and the SHA-256 of its pixels as rendered (size, channel names, floats).
+struct FrameHash {
+  int frame = 0;
+  std::string sha256;
+};
+/// Renders the suite's frames, or the first, the middle and the last one of its scene where it
+/// names none; compares and writes nothing.
+Result<std::vector<FrameHash>> hash_golden(GoldenSuite suite, const GoldenSettings& settings);
 
 }  // namespace polymorph

@@ -236,7 +236,8 @@ Result<ReportCase> test_noise(const GoldenSuite& suite, const GoldenSettings& se
 
 Result<std::vector<ReportCase>> test_golden_bits(const GoldenSuite& suite,
                                                  const GoldenSettings& settings) {
-  PM_TRY(const Scene scene, load_scene(suite.scene));
+  PM_TRY(Scene scene, load_scene(suite.scene));
+  scene.image.denoise = false;
   PM_TRY(const WorkFolder work, WorkFolder::create());
   BitTest test(suite, settings, scene, work);
   PM_TRY_STATUS(test.make_base());
@@ -251,7 +252,8 @@ Result<std::vector<ReportCase>> test_golden_bits(const GoldenSuite& suite,
 Result<std::vector<ReportCase>> test_golden_statistics(const GoldenSuite& suite,
                                                        const GoldenSettings& settings, int runs) {
   PM_CHECK(runs >= 4);
-  PM_TRY(const Scene scene, load_scene(suite.scene));
+  PM_TRY(Scene scene, load_scene(suite.scene));
+  scene.image.denoise = false;
   std::string device;
   PM_TRY(const auto extractor, make_extractor(settings.device, device));
   PM_TRY(PreparedScene prepared, prepare_scene(scene, *extractor, settings.cache_folder));

@@ -14,6 +14,7 @@
 #include "scene/load_scene.h"
 #include "sequence/check_plan.h"
 #include "sequence/content_hash.h"
+#include "sequence/film.h"
 #include "sequence/leg_surface.h"
 #include "sequence/pacing.h"
 #include "spheres/quality.h"
@@ -328,11 +329,18 @@ void place_camera(PreparedScene& prepared) {
   for (const PreparedActor& actor : prepared.actors)
     for (const PreparedObject& object : actor.objects)
       points.insert(points.end(), object.model.points.begin(), object.model.points.end());
-  prepared.camera = make_camera(scene.camera, points, scene.image.width, scene.image.height);
-  prepared.ground = scene.ground;
-  // A hair below the feet, so that flat bottoms do not share a plane with it.
-  if (!prepared.ground.height)
-    prepared.ground.height = prepared.box.low.y - 1e-3f * prepared.box.diagonal();
+  if (camera_moves(scene)) {
+    prepared.framing = film_framing(scene, points);
+    prepared.camera = make_camera(scene_at(scene, 1.0).camera, *prepared.framing);
+  } else {
+    prepared.camera = make_camera(scene.camera, points, scene.image.width, scene.image.height);
+  }
+}
+
+std::string turntable_problem(const Scene& scene) {
+  const int count = film_frame_count(scene);
+  if (scene.frames.turntable == 0 || scene.frames.still <= count) return "";
+  return fmt::format("/frames/still: is {}, but the film has {} frames", scene.frames.still, count);
 }
 
 /// One object of the scene in its place; `size` is the first source's, or 0 for that one itself.
@@ -387,6 +395,8 @@ std::vector<std::string> find_problems(const Scene& scene, const std::filesystem
   for (const ActorSettings& actor : scene.actors)
     for (const ObjectSettings* object : chain_objects(actor)) look_at(actor, *object);
   if (problems.empty()) problems = plan_problems(scene, loaded.models);
+  if (const std::string problem = turntable_problem(scene); !problem.empty())
+    problems.push_back(problem);
   if (!scene.lights.environment.empty())
     if (const auto image = read_image(scene.lights.environment); !image)
       problems.push_back(image.error().message);
@@ -398,6 +408,8 @@ Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extrac
   PM_TRY(LoadedScene loaded, load_models(scene, true));
   if (const auto problems = plan_problems(scene, loaded.models); !problems.empty())
     return make_error(ErrorCode::kInput, "{}", fmt::join(problems, "\n"));
+  if (const std::string problem = turntable_problem(scene); !problem.empty())
+    return make_error(ErrorCode::kInput, "{}: {}", scene.path.string(), problem);
   PreparedScene prepared;
   prepared.scene = scene;
   prepared.frame_count = frame_count(scene);
@@ -406,6 +418,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extrac
     prepared.environment = std::make_shared<const Image>(std::move(image));
   }
   prepared.hash = content_hash(scene, loaded.models, prepared.environment.get());
+  prepared.inputs_hash = inputs_hash(scene, loaded.models, prepared.environment.get());
   prepared.warnings = std::move(loaded.warnings);
   prepared.extract.field = scene.field.kind;
   prepared.extract.sample_stride = scene.surface.influence;

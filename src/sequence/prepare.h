@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -72,13 +73,14 @@ struct PreparedActor {
 
 struct PreparedScene {
   Scene scene;
-  std::string hash;  ///< content_hash() of it
+  std::string hash;         ///< content_hash() of it
+  std::string inputs_hash;  ///< inputs_hash() of it
   int frame_count = 0;
   std::vector<PreparedActor> actors;
   Box box;  ///< of all objects
   ExtractSettings extract;
-  Camera camera;
-  GroundSettings ground;
+  Camera camera;                   ///< of the first frame
+  std::optional<Framing> framing;  ///< where the camera moves
   std::shared_ptr<const Image> environment;
   std::vector<std::string> warnings;
 };

@@ -1,29 +1,88 @@
 #include "sequence/render_frame.h"
 
+#include <algorithm>
+#include <string>
 #include <vector>
 
+#include "base/hash.h"
 #include "base/text.h"
+#include "compare/explain.h"
+#include "morph/timeline.h"
+#include "sequence/film.h"
 #include "sequence/render_scene.h"
 
 namespace polymorph {
 namespace {
 
-std::vector<Attribute> header_of(const PreparedScene& prepared, const FrameGeometry& geometry,
-                                 const Renderer& renderer, const std::string& device,
-                                 const std::string& command) {
+std::string camera_text(const Camera& camera) {
+  return view_text({camera.position, camera.forward, camera.up, camera.tan_half_fov_y});
+}
+
+/// Which ball becomes which, on all ways.
+std::string plan_digest(const PreparedScene& prepared) {
+  Hasher hasher;
+  for (const PreparedActor& actor : prepared.actors)
+    for (const PreparedLeg& leg : actor.legs) {
+      hasher.add(leg.plan.pairs.size());
+      for (const auto& pair : leg.plan.pairs)
+        hasher.add(pair.from).add(pair.to).add(pair.from_share).add(pair.to_share);
+    }
+  return hasher.hex();
+}
+
+/// "teapot 96, penguin 96": the balls of each object.
+std::string ball_counts(const PreparedScene& prepared) {
+  std::string counts;
+  for (const PreparedActor& actor : prepared.actors)
+    for (const PreparedObject& object : actor.objects) {
+      std::string name = object.name;
+      std::replace(name.begin(), name.end(), ',', ' ');
+      counts +=
+          fmt::format("{}{} {}", counts.empty() ? "" : ", ", printable(name), object.balls.size());
+    }
+  return counts;
+}
+
+/// "2 teapot to penguin, 3 teapot, 4 penguin": what the ids of the picture mean (add_meshes() in
+/// geometry.cpp gives them): an actor's surface, then its objects.
+std::string object_names(const PreparedScene& prepared) {
+  std::string names;
+  int id = 2;
+  const auto add = [&](const std::string& actor, std::string name) {
+    if (prepared.actors.size() > 1) name = actor + "." + name;
+    std::replace(name.begin(), name.end(), ',', ' ');
+    names += fmt::format("{}{} {}", names.empty() ? "" : ", ", id++, printable(name));
+  };
+  for (const PreparedActor& actor : prepared.actors) {
+    std::string way;
+    for (const PreparedObject& object : actor.objects)
+      way += (way.empty() ? "" : " to ") + object.name;
+    add(actor.name, way);
+    for (const PreparedObject& object : actor.objects) add(actor.name, object.name);
+  }
+  return names;
+}
+
+std::vector<Attribute> header_of(const PreparedScene& prepared, int frame, const std::string& isa,
+                                 const std::string& device, const std::string& command) {
   std::vector<Attribute> attributes{
       {"Software", std::string("polymorph ") + PM_VERSION},
       {"FramesPerSecond", prepared.scene.frames.fps},
       {"polymorph/version", std::string(PM_VERSION)},
       {kHashAttribute, prepared.hash},
-      {kFrameAttribute, geometry.frame},
-      {"polymorph/t", geometry.t},
-      {"polymorph/stage", geometry.stage},
+      {kFrameHashAttribute, frame_hash(prepared, frame)},
+      {kFrameAttribute, frame},
+      {"polymorph/t", sequence_time(prepared.scene, shown_frame(prepared.scene, frame))},
+      {"polymorph/stage", stage_names(prepared, frame)},
       {"polymorph/device", device},
-      {"polymorph/isa", renderer.isa()},
-      {"polymorph/samples", prepared.scene.image.samples},
-      {"polymorph/exposure", prepared.scene.image.exposure},
-      {"polymorph/seed", fmt::format("{}", prepared.scene.image.seed)}};
+      {"polymorph/isa", isa},
+      {kSamplesAttribute, prepared.scene.image.samples},
+      {"polymorph/exposure", scene_at(prepared.scene, static_cast<double>(frame)).image.exposure},
+      {kSeedAttribute, fmt::format("{}", prepared.scene.image.seed)},
+      {kCameraAttribute, camera_text(view_of(prepared, frame).camera)},
+      {kBallsAttribute, ball_counts(prepared)},
+      {kPlanAttribute, plan_digest(prepared)},
+      {kObjectsAttribute, object_names(prepared)}};
   if (aov_is_chosen(prepared.scene.image.aovs, "label")) {
     std::string names;
     int number = 0;
@@ -39,6 +98,15 @@ std::vector<Attribute> header_of(const PreparedScene& prepared, const FrameGeome
 
 }  // namespace
 
+void put_header(Image& image, const PreparedScene& prepared, int frame, const std::string& isa,
+                const std::string& device, const std::string& command) {
+  std::vector<Attribute> header = header_of(prepared, frame, isa, device, command);
+  // What says how to read the picture's mattes stays.
+  for (Attribute& attribute : image.attributes)
+    if (attribute.name.starts_with("cryptomatte/")) header.push_back(std::move(attribute));
+  image.attributes = std::move(header);
+}
+
 Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,
                            Renderer& renderer, const std::string& device,
                            const std::string& command) {
@@ -46,7 +114,7 @@ Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& g
   settings.image = prepared.scene.image;
   settings.frame = geometry.frame;
   PM_TRY(Image image, renderer.render(render_scene(prepared, geometry), settings));
-  image.attributes = header_of(prepared, geometry, renderer, device, command);
+  put_header(image, prepared, geometry.frame, renderer.isa(), device, command);
   return image;
 }
 

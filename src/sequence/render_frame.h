@@ -12,6 +12,8 @@ namespace polymorph {
 
 /// The image attribute that holds PreparedScene::hash.
 inline constexpr const char* kHashAttribute = "polymorph/scene_hash";
+/// The one that holds frame_hash(): of the settings as this frame has them.
+inline constexpr const char* kFrameHashAttribute = "polymorph/frame_hash";
 /// And the one that holds the frame's number.
 inline constexpr const char* kFrameAttribute = "polymorph/frame";
 
@@ -19,5 +21,9 @@ inline constexpr const char* kFrameAttribute = "polymorph/frame";
 Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,
                            Renderer& renderer, const std::string& device,
                            const std::string& command);
+
+/// Replaces the image's header by that of this frame, but for what says how to read its mattes.
+void put_header(Image& image, const PreparedScene& prepared, int frame, const std::string& isa,
+                const std::string& device, const std::string& command);
 
 }  // namespace polymorph

@@ -1,5 +1,7 @@
 #include "sequence/render_scene.h"
 
+#include "sequence/film.h"
+
 namespace polymorph {
 namespace {
 
@@ -13,7 +15,8 @@ MaterialLayer layer_of(const PreparedActor& actor, const ObjectLayer& layer) {
 
 /// The actor's meshes; `id` is its surface's, its objects' follow. `first_label`: of the layer.
 void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float id,
-                std::uint32_t first_label, RenderScene& scene) {
+                std::uint32_t first_label, const std::vector<std::string>& label_names,
+                RenderScene& scene) {
   if (!geometry.surface.triangles.empty()) {
     RenderMesh mesh;
     mesh.positions = geometry.surface.positions;
@@ -32,6 +35,9 @@ void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float
     mesh.displacement = geometry.flow.displacement;
     mesh.vertex_blend = geometry.flow.blend;
     mesh.blend = geometry.moment.time;  // 0 and 1 on the ways out of and into a model
+    mesh.moves = geometry.moves;
+    mesh.name = actor.name;
+    mesh.label_names = label_names;
     scene.meshes.push_back(mesh);
   }
   if (!geometry.points.empty()) {
@@ -51,6 +57,9 @@ void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float
     mesh.first_label = first_label;
     mesh.displacement = geometry.displacement;
     mesh.blend = geometry.moment.time;
+    mesh.moves = geometry.moves;
+    mesh.name = actor.name;
+    mesh.label_names = label_names;
     scene.meshes.push_back(mesh);
   }
 }
@@ -59,17 +68,23 @@ void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float
 
 RenderScene render_scene(const PreparedScene& prepared, const FrameGeometry& geometry) {
   RenderScene scene;
-  scene.camera = prepared.camera;
-  scene.lights = prepared.scene.lights;
-  scene.ground = prepared.ground;
-  scene.look = prepared.scene.look;
+  const FrameView view = view_of(prepared, geometry.frame);
+  scene.camera = view.camera;
+  scene.camera_motion = view.camera_motion;
+  scene.rig = view.rig;
+  scene.lights = view.scene.lights;
+  scene.ground = view.ground;
+  scene.look = view.scene.look;
   scene.environment = prepared.environment;
   scene.bounds = prepared.box;
   scene.moment = geometry.t;
   float id = kFirstId;
   std::uint32_t label = 1;  // 0 is nothing and the ground
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
-    add_meshes(prepared.actors[a], geometry.actors[a], id, label, scene);
+    std::vector<std::string> names = prepared.actors[a].label_names;
+    if (prepared.actors.size() > 1)
+      for (std::string& name : names) name = prepared.actors[a].name + "." + name;
+    add_meshes(prepared.actors[a], geometry.actors[a], id, label, names, scene);
     label += static_cast<std::uint32_t>(prepared.actors[a].label_names.size());
     id += 1 + static_cast<float>(prepared.actors[a].objects.size());
   }

@@ -9,13 +9,17 @@
 #include <utility>
 
 #include "base/file.h"
+#include "base/hash.h"
 #include "base/log.h"
 #include "base/parallel.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
+#include "compare/explain.h"
 #include "image/image_io.h"
+#include "morph/timeline.h"
 #include "sequence/device.h"
 #include "sequence/estimate.h"
+#include "sequence/film.h"
 #include "sequence/geometry.h"
 #include "sequence/prepare.h"
 #include "sequence/render_frame.h"
@@ -73,10 +77,11 @@ Status check_outputs(const SequenceSettings& settings) {
 Status write_frame(const Image& image, const SequenceSettings& settings, const Scene& scene,
                    int frame) {
   PngSettings png;
-  png.exposure = scene.image.exposure;
+  png.exposure = scene_at(scene, static_cast<double>(frame)).image.exposure;
   png.bits = scene.output.png_bits;
   png.dither = scene.output.dither;
-  png.seed = scene.image.seed + static_cast<std::uint64_t>(frame);
+  // Where nothing else crawls, the dither must not.
+  png.seed = scene.image.seed + (scene.image.steady ? 0 : static_cast<std::uint64_t>(frame));
   if (has_exr(settings)) PM_TRY_STATUS(write_image(frame_path(settings.exr, frame), image));
   if (has_png(settings)) PM_TRY_STATUS(write_image(frame_path(settings.png, frame), image, png));
   return Ok{};
@@ -92,6 +97,7 @@ class SequenceRun {
     const Stopwatch stopwatch;
     report_.threads = thread_count();
     PM_TRY_STATUS(check_outputs(settings_));
+    if (scene.image.denoise) PM_TRY_STATUS(check_denoiser());
     PM_TRY(extractor_, make_extractor(settings_.device, report_.device, settings_.max_memory));
     PM_TRY(prepared_, prepare_scene(scene, *extractor_, settings_.cache_folder));
     for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
@@ -111,8 +117,6 @@ class SequenceRun {
       idle_.push_back(std::make_unique<Renderer>(std::move(renderer)));
     }
     report_.isa = idle_.front()->isa();
-    // A pinned instruction set is part of what was asked for; the machine's own best is not.
-    if (!settings_.isa.empty()) prepared_.hash = pinned_hash(prepared_.hash, settings_.isa);
     report_.scene_hash = prepared_.hash;
     if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // PNG has no layers
     report_.frames.resize(settings_.frames.size());
@@ -141,6 +145,11 @@ class SequenceRun {
     Result<Image> image;
     double seconds = 0;
     std::unique_ptr<Renderer> renderer;
+  };
+  struct Tracing {
+    std::vector<std::size_t> indices;  ///< the frame that is traced, and those that show the same
+    std::string picture;               ///< picture_key()
+    std::future<Traced> result;
   };
   struct Written {
     Status status;
@@ -171,6 +180,11 @@ class SequenceRun {
       return finished(record);
     }
     if (settings_.dry_run) return finished(record);
+    std::string picture = picture_key(record.frame);
+    if (!picture.empty() && !tracing_.empty() && tracing_.back().picture == picture) {
+      tracing_.back().indices.push_back(index);
+      return Ok{};
+    }
     const Stopwatch stopwatch;
     auto geometry = geometry_at(prepared_, *extractor_, record.frame);
     if (!geometry) {
@@ -185,8 +199,28 @@ class SequenceRun {
     record.surface_seconds = stopwatch.seconds();
     Status before = Ok{};
     if (idle_.empty()) before = finish_tracing();
-    begin_tracing(index, std::move(*geometry));
+    begin_tracing(index, std::move(picture), std::move(*geometry));
     return before;
+  }
+
+  /// Equal for frames that show the same to the bit; empty: the frame is like no other.
+  std::string picture_key(int frame) const {
+    const Scene& scene = prepared_.scene;
+    if (!scene.image.steady || scene.frames.turntable > 0) return "";
+    const bool flows = wants_flow(scene_at(scene, static_cast<double>(frame)));
+    Hasher key;
+    key.add(frame_hash(prepared_, frame)).add(sequence_time(scene, frame));
+    for (const PreparedActor& actor : prepared_.actors) {
+      if (moves_at(actor.timeline, frame)) return "";
+      add(key, morph_state_at(actor.timeline, frame));
+      if (flows)
+        add(key, morph_state_at(actor.timeline, std::min(frame + 1, actor.timeline.count)));
+    }
+    return view_of(prepared_, frame).camera_motion ? "" : key.hex();
+  }
+  static void add(Hasher& key, const MorphState& m) {
+    key.add(m.leg).add(static_cast<int>(m.stage)).add(m.progress).add(m.time).add(m.object);
+    key.add(m.look).add(m.boundary).add(m.growth);
   }
 
   /// On one thread everything happens in its turn, when it is asked for.
@@ -194,7 +228,7 @@ class SequenceRun {
     return thread_count() > 1 ? std::launch::async : std::launch::deferred;
   }
 
-  void begin_tracing(std::size_t index, FrameGeometry geometry) {
+  void begin_tracing(std::size_t index, std::string picture, FrameGeometry geometry) {
     auto task = [this, geometry = std::move(geometry),
                  renderer = std::exchange(idle_.back(), nullptr)]() mutable -> Traced {
       const Stopwatch stopwatch;
@@ -202,25 +236,60 @@ class SequenceRun {
       return {std::move(image), stopwatch.seconds(), std::move(renderer)};
     };
     idle_.pop_back();
-    tracing_.emplace_back(index, std::async(policy(), std::move(task)));
+    tracing_.push_back({{index}, std::move(picture), std::async(policy(), std::move(task))});
   }
 
-  /// Waits for the oldest frame that is traced, and hands it on.
+  /// Waits for the oldest frame that is traced, and hands it on, and those that show the same.
   Status finish_tracing() {
-    const std::size_t index = tracing_.front().first;
-    Traced traced = tracing_.front().second.get();
+    Tracing tracing = std::move(tracing_.front());
+    Traced traced = tracing.result.get();
     tracing_.pop_front();
     idle_.push_back(std::move(traced.renderer));
-    FrameRecord& record = report_.frames[index];
-    record.trace_seconds = traced.seconds;
-    record.seconds = record.surface_seconds + traced.seconds;
+    if (!traced.image) {
+      Status first = Ok{};
+      for (const std::size_t index : tracing.indices) {
+        Status status = failed(report_.frames[index], traced.image.error());
+        if (first) first = std::move(status);
+      }
+      return first;
+    }
+    const auto image = std::make_shared<const Image>(std::move(*traced.image));
+    Status before = Ok{};
+    for (const std::size_t index : tracing.indices) {
+      FrameRecord& record = report_.frames[index];
+      if (index == tracing.indices.front()) {
+        record.trace_seconds = traced.seconds;
+        record.seconds = record.surface_seconds + traced.seconds;
+      } else {
+        repeat(report_.frames[tracing.indices.front()], record);
+      }
+      Status status = begin_writing(index, image, index != tracing.indices.front());
+      if (before) before = std::move(status);
+    }
+    return before;
+  }
+
+  /// What is known of a frame that shows the same as the one traced.
+  static void repeat(const FrameRecord& traced, FrameRecord& record) {
+    record.balls = traced.balls;
+    record.vertices = traced.vertices;
+    record.triangles = traced.triangles;
+    record.digest = traced.digest;
+  }
+
+  Status begin_writing(std::size_t index, const std::shared_ptr<const Image>& image, bool again) {
     Status before = Ok{};
     if (writing_.size() == static_cast<std::size_t>(settings_.jobs)) before = finish_writing();
-    if (!traced.image) return failed(record, traced.image.error());
-    const int frame = record.frame;
-    auto task = [this, frame, image = std::move(*traced.image)]() -> Written {
+    const int frame = report_.frames[index].frame;
+    auto task = [this, frame, image, again]() -> Written {
       const Stopwatch stopwatch;
-      Status status = write_frame(image, settings_, prepared_.scene, frame);
+      if (!again) {
+        Status status = write_frame(*image, settings_, prepared_.scene, frame);
+        return {std::move(status), stopwatch.seconds()};
+      }
+      Image copy = *image;
+      put_header(copy, prepared_, frame, report_.isa, report_.device, settings_.command);
+      Status status = write_frame(copy, settings_, prepared_.scene, frame);
       return {std::move(status), stopwatch.seconds()};
     };
     writing_.emplace_back(index, std::async(policy(), std::move(task)));
@@ -249,10 +318,11 @@ class SequenceRun {
   }
 
   bool all_current(const FrameRecord& record) const {
+    const std::string hash = frame_hash(prepared_, record.frame);
     for (const fs::path& file : record.files) {
       std::error_code error;
       if (!fs::exists(file, error)) return false;
-      if (file_state(file, prepared_.hash, record.frame) == FileState::kWhole) continue;
+      if (file_state(file, hash, record.frame) == FileState::kWhole) continue;
       log_info("{}: is of another scene or settings - rendering it again", file.string());
       return false;
     }
@@ -283,11 +353,20 @@ class SequenceRun {
   /// At most settings_.jobs frames each are traced and written while the next one's surface is
   /// made.
   std::vector<std::unique_ptr<Renderer>> idle_;
-  std::deque<std::pair<std::size_t, std::future<Traced>>> tracing_;
+  std::deque<Tracing> tracing_;
   std::deque<std::pair<std::size_t, std::future<Written>>> writing_;
 };
 
 }  // namespace
+
+int jobs_for(int width, int height, std::size_t frames) {
+  constexpr int kTile = 16, kTilesPerThread = 64, kMaxJobs = 16;
+  const int tiles = ((width + kTile - 1) / kTile) * ((height + kTile - 1) / kTile);
+  const int wanted = (kTilesPerThread * thread_count() + tiles - 1) / tiles;
+  return std::clamp(
+      std::min(wanted, thread_count()), 1,
+      std::clamp(static_cast<int>(std::min<std::size_t>(frames, kMaxJobs)), 1, kMaxJobs));
+}
 
 Result<RunReport> render_sequence(const Scene& scene, const SequenceSettings& settings,
                                   const ProgressCallback& progress) {

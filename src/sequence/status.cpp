@@ -13,19 +13,13 @@
 
 namespace polymorph {
 
-Result<std::string> sequence_hash(const Scene& scene, const std::string& isa) {
+Result<std::string> sequence_hash(const Scene& scene) {
   PM_TRY(const LoadedScene loaded, load_models(scene, /*textures=*/true));
   std::optional<Image> environment;
   if (!scene.lights.environment.empty()) {
     PM_TRY(environment, read_image(scene.lights.environment));
   }
-  const std::string hash =
-      content_hash(scene, loaded.models, environment ? &*environment : nullptr);
-  return isa.empty() ? hash : pinned_hash(hash, isa);
-}
-
-std::string pinned_hash(const std::string& hash, const std::string& isa) {
-  return Hasher().add(hash).add(isa).hex();
+  return content_hash(scene, loaded.models, environment ? &*environment : nullptr);
 }
 
 FileState file_state(const std::filesystem::path& file, const std::string& hash, int frame) {
@@ -40,7 +34,8 @@ FileState file_state(const std::filesystem::path& file, const std::string& hash,
              std::visit([](const auto& v) { return fmt::format("{}", v); }, a.value) == wanted;
     });
   };
-  return says(kHashAttribute, hash) && says(kFrameAttribute, fmt::format("{}", frame))
+  return (says(kHashAttribute, hash) || says(kFrameHashAttribute, hash)) &&
+                 says(kFrameAttribute, fmt::format("{}", frame))
              ? FileState::kWhole
              : FileState::kStale;
 }

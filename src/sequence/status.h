@@ -19,12 +19,9 @@ enum class FileState {
   kUnreadable,  ///< no whole image
 };
 
-/// The hash in the headers of the scene's frames (content_hash(), with the instruction set where it
-/// is pinned; "" = not pinned). Loads the models; makes no balls. Errors: kInput.
-Result<std::string> sequence_hash(const Scene& scene, const std::string& isa = "");
-
-/// The hash of frames whose instruction set is pinned.
-std::string pinned_hash(const std::string& hash, const std::string& isa);
+/// The hash in the headers of the scene's frames (content_hash()). Loads the models; makes no
+/// balls. Errors: kInput.
+Result<std::string> sequence_hash(const Scene& scene);
 
 /// Reads the whole file: a name alone proves nothing. `frame` as in its header.
 FileState file_state(const std::filesystem::path& file, const std::string& hash, int frame);

@@ -8,7 +8,6 @@
 #include "model/normals.h"
 #include "render/materials.h"
 #include "render/texture.h"
-#include "sequence/frame_labels.h"
 
 namespace polymorph {
 namespace {
@@ -149,24 +148,21 @@ SurfaceFrame model_frame(const PreparedScene& prepared, const PreparedActor& act
   if (!geometry.corner_normals.empty()) model.corner_normals = geometry.corner_normals;
   frame.normals = point_normals(model);
   if (has_creases(model, frame.normals)) frame.corner_normals = model.corner_normals;
-  frame.labels = model_labels(actor, object);
+  frame.labels = geometry.point_labels;
   if (!geometry.displacement.empty()) frame.velocities = geometry.displacement;
   const Layer layer{&object.model, object.model.corner_uvs, object.model.triangle_materials, 1};
   add_looks(actor, {&layer, 1}, geometry.moment.look, prepared.scene.look, frame);
   return frame;
 }
 
-Result<SurfaceFrame> extracted_frame(const PreparedScene& prepared, const PreparedActor& actor,
-                                     const ActorGeometry& geometry, SurfaceExtractor& extractor) {
+SurfaceFrame extracted_frame(const PreparedScene& prepared, const PreparedActor& actor,
+                             const ActorGeometry& geometry) {
   SurfaceFrame frame;
   frame.positions = geometry.surface.positions;
   frame.triangles = geometry.surface.triangles;
   frame.normals = geometry.surface.normals;
   frame.velocities = geometry.flow.displacement;
   frame.labels = geometry.surface_labels;
-  if (frame.labels.empty()) {
-    PM_TRY(frame.labels, surface_labels(actor, geometry, extractor));
-  }
   std::vector<Layer> layers;
   for (const ObjectLayer& over : geometry.layers) {
     const Model& model = actor.objects[over.object].model;
@@ -198,22 +194,23 @@ void end_on(const Mesh& next, SurfaceFrame& frame) {
 
 }  // namespace
 
-void ask_for_attributes(Scene& scene) { scene.image.aovs = "label,motion"; }
+void ask_for_attributes(Scene& scene, bool velocities, bool labels) {
+  scene.camera.shutter = 0;
+  scene.image.aovs = velocities && labels ? "label,motion"
+                     : velocities         ? "motion"
+                     : labels             ? "label"
+                                          : "none";
+}
 
-Result<std::vector<SurfaceFrame>> surface_frames(const PreparedScene& prepared,
-                                                 const FrameGeometry& geometry,
-                                                 const FrameGeometry* next,
-                                                 SurfaceExtractor& extractor) {
+std::vector<SurfaceFrame> surface_frames(const PreparedScene& prepared,
+                                         const FrameGeometry& geometry, const FrameGeometry* next) {
   std::vector<SurfaceFrame> frames;
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
     const PreparedActor& actor = prepared.actors[a];
     const ActorGeometry& one = geometry.actors[a];
-    if (one.surface.triangles.empty() && !one.points.empty()) {
-      frames.push_back(model_frame(prepared, actor, one));
-    } else {
-      PM_TRY(SurfaceFrame frame, extracted_frame(prepared, actor, one, extractor));
-      frames.push_back(std::move(frame));
-    }
+    const bool is_model = one.surface.triangles.empty() && !one.points.empty();
+    frames.push_back(is_model ? model_frame(prepared, actor, one)
+                              : extracted_frame(prepared, actor, one));
     SurfaceFrame& frame = frames.back();
     if (frame.velocities.empty()) continue;
     if (next) end_on(shown_mesh(actor, next->actors[a]), frame);

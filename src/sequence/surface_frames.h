@@ -4,25 +4,22 @@
 
 #include <vector>
 
-#include "base/result.h"
 #include "interchange/surface_frame.h"
 #include "sequence/geometry.h"
 #include "sequence/prepare.h"
 
 namespace polymorph {
 
-/// What the scene must ask for so that geometry_at() gives velocities and labels.
-void ask_for_attributes(Scene& scene);
+/// Makes the scene ask for no layers but those by which geometry_at() gives velocities and labels.
+void ask_for_attributes(Scene& scene, bool velocities, bool labels);
 
 /// Of each actor its surface or, where it has none, its model. Colours are what the renderer would
 /// show at each point: materials and textures of all objects that it wears, mixed, and the common
-/// look. Velocities are there where geometry_at() gave the motion to the next frame; with `next`,
+/// look. Velocities and labels are there where geometry_at() gave them; with `next`,
 /// the geometry of that frame, they end on the surface that is shown then: the motion of the balls
-/// and the map leaves out what the level does to keep the volume. Errors: the extractor's.
-Result<std::vector<SurfaceFrame>> surface_frames(const PreparedScene& prepared,
-                                                 const FrameGeometry& geometry,
-                                                 const FrameGeometry* next,
-                                                 SurfaceExtractor& extractor);
+/// and the map leaves out what the level does to keep the volume.
+std::vector<SurfaceFrame> surface_frames(const PreparedScene& prepared,
+                                         const FrameGeometry& geometry, const FrameGeometry* next);
 
 /// Names, times and the camera of frames `first` to `last`.
 SurfaceSequence surface_sequence(const PreparedScene& prepared, int first, int last);

@@ -1,9 +1,11 @@
 #include "spheres/fit_field.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <utility>
 
+#include "base/exact_math.h"
 #include "base/parallel.h"
 
 namespace polymorph {
@@ -111,6 +113,7 @@ void each_group(const std::vector<FitPoint>& points, const F& f) {
 /// u = root d of every ball of a group, and its share q.
 struct Terms {
   Array u[3], q;
+  Array part;  ///< for sums
 };
 struct Term {
   double q = 0;
@@ -125,6 +128,41 @@ struct GroupRows {
   double cost = 0;
 };
 
+/// e^x of each x <= 0, those below -50 as that. Without a branch, so that it becomes vector code;
+/// the same bits for any width of vectors (base/exact_math.h).
+void exponentials(double* x, Eigen::Index count) {
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const double a = x[i] > -50.0 ? x[i] : -50.0;
+    const double shifted = a * (1 / exact::kLn2) + 0x1.8p52, n = shifted - 0x1.8p52;
+    const double r = (a - n * 0x1.62e42feep-1) - n * 0x1.a39ef35793c76p-33;
+    double p = 1.0 / 479001600;
+    p = p * r + 1.0 / 39916800;
+    p = p * r + 1.0 / 3628800;
+    p = p * r + 1.0 / 362880;
+    p = p * r + 1.0 / 40320;
+    p = p * r + 1.0 / 5040;
+    p = p * r + 1.0 / 720;
+    p = p * r + 1.0 / 120;
+    p = p * r + 1.0 / 24;
+    p = p * r + 1.0 / 6;
+    p = p * r + 0.5;
+    p = p * r + 1;
+    p = p * r + 1;
+    x[i] = std::bit_cast<double>(std::bit_cast<std::uint64_t>(p) +
+                                 (std::bit_cast<std::uint64_t>(shifted) << 52));
+  }
+}
+
+/// In four sums, whatever the width of vectors.
+double sum_of(const double* x, Eigen::Index count) {
+  double sums[4] = {0, 0, 0, 0};
+  Eigen::Index i = 0;
+  for (; i + 4 <= count; i += 4)
+    for (int k = 0; k < 4; ++k) sums[k] += x[i + k];
+  for (int k = 0; i < count; ++i, ++k) sums[k] += x[i];
+  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+}
+
 /// Fills the terms at a point; returns psi.
 double shares_at(const Vector3d& at, const GroupBalls& balls, Terms& terms) {
   const Array d[3] = {at[0] - balls.center[0], at[1] - balls.center[1], at[2] - balls.center[2]};
@@ -132,10 +170,11 @@ double shares_at(const Vector3d& at, const GroupBalls& balls, Terms& terms) {
     terms.u[r] = balls.root[r][0] * d[0] + balls.root[r][1] * d[1] + balls.root[r][2] * d[2];
   terms.q = balls.w - terms.u[0].square() - terms.u[1].square() - terms.u[2].square();
   const double top = terms.q.maxCoeff();
-  terms.q = (terms.q - top).max(-50.0).exp();
-  const double sum = terms.q.sum();
+  terms.q -= top;
+  exponentials(terms.q.data(), terms.q.size());
+  const double sum = sum_of(terms.q.data(), terms.q.size());
   terms.q /= sum;
-  return top + std::log(sum);
+  return top + exact::log(sum);
 }
 
 Term term_of(const Terms& terms, const FitBall& ball, std::size_t index) {
@@ -174,12 +213,13 @@ void derive(const Term& term, const FitBall& ball, const Derivation& at, double 
 }
 
 /// grad psi / -2.
-Vector3d half_slope(const Terms& terms, const GroupBalls& balls) {
+Vector3d half_slope(Terms& terms, const GroupBalls& balls) {
   Vector3d sum;
-  for (int c = 0; c < 3; ++c)
-    sum[c] = (terms.q * (balls.root[0][c] * terms.u[0] + balls.root[1][c] * terms.u[1] +
-                         balls.root[2][c] * terms.u[2]))
-                 .sum();
+  for (int c = 0; c < 3; ++c) {
+    terms.part = terms.q * (balls.root[0][c] * terms.u[0] + balls.root[1][c] * terms.u[1] +
+                            balls.root[2][c] * terms.u[2]);
+    sum[c] = sum_of(terms.part.data(), terms.part.size());
+  }
   return sum;
 }
 

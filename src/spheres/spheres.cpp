@@ -6,6 +6,7 @@
 
 #include "base/log.h"
 #include "kernels/extract_surface.h"
+#include "kernels/field_kinds.h"
 #include "model/diagnose.h"
 #include "model/shell.h"
 #include "model/solidify.h"
@@ -216,10 +217,9 @@ Result<std::vector<Ball>> unfitted_balls(const std::vector<Sphere>& spheres, Sph
     PM_TRY(balls, evened(extractor, std::move(balls), extract));
   }
   if (!field.match_volume || !(volume > 0)) return balls;
-  // An inverse-square ball is then at its sphere's radius, however large the constants are.
-  const float start = field.kind == FieldKind::kInverseSquare
-                          ? field.blob_constant * field.magnitude / field.threshold
-                          : 1.0f;
+  // A ball of infinite support is then at its sphere's radius, however large the constants are.
+  const bool compact = visit(field.kind, [](auto kind) { return decltype(kind)::kCompactSupport; });
+  const float start = !compact ? field.blob_constant * field.magnitude / field.threshold : 1.0f;
   PM_TRY(const float iso, iso_for_volume(extractor, balls, cell, extract, volume, start));
   return rescaled(std::move(balls), field.kind, iso);
 }
@@ -227,23 +227,13 @@ Result<std::vector<Ball>> unfitted_balls(const std::vector<Sphere>& spheres, Sph
 std::vector<Ball> balls_of(const std::vector<Sphere>& spheres, const FieldSettings& field) {
   std::vector<Ball> balls;
   balls.reserve(spheres.size());
+  const BallConstants constants{field.blobbiness, field.blob_constant, field.magnitude,
+                                field.threshold};
   for (const Sphere& sphere : spheres) {
     PM_CHECK(sphere.radius > 0);
-    const float r2 = sphere.radius * sphere.radius;
-    Ball ball{sphere.center, 1, 0};
-    if (field.kind == FieldKind::kGaussian) {
-      // Blinn 1982: F/T = exp(B (1 - r^2/R^2)), B = |blobbiness|.
-      ball.a = field.blobbiness / r2;
-      ball.w = field.blobbiness;
-    } else if (field.kind == FieldKind::kWyvill) {
-      // A strength of 2 is halved at half the reach, which is the sphere's radius (Wyvill 1986).
-      ball.a = 0.25f / r2;
-      ball.w = 2 * field.magnitude / field.threshold;
-    } else {
-      // Report, algorithm 5.1: F = blobConstant magnitude / d^2, over the threshold.
-      ball.w = field.blob_constant * field.magnitude * r2 / field.threshold;
-    }
-    balls.push_back(ball);
+    balls.push_back(visit(field.kind, [&](auto kind) {
+      return kind.of_sphere(sphere.center, sphere.radius, constants);
+    }));
   }
   return balls;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "kernels/field_kinds.h"
 #include "surface/near_balls.h"
 
 namespace polymorph {
@@ -13,21 +14,10 @@ namespace {
 
 /// Of the ball alone; 0 where it shows no surface.
 float visible_radius(const Ball& ball, FieldKind kind) {
-  if (kind == FieldKind::kInverseSquare) return std::sqrt(std::max(ball.w, 0.0f));
-  if (kind == FieldKind::kGaussian) return std::sqrt(std::max(ball.w / ball.a, 0.0f));
-  if (!(ball.w > 1)) return 0;
-  float inside = 0, outside = 1 / std::sqrt(ball.a);
-  for (int step = 0; step < 40; ++step) {
-    const float middle = (inside + outside) / 2;
-    (log_strength({{}, ball.a, ball.w, {}}, kind, {middle, 0, 0}) > 0 ? inside : outside) = middle;
-  }
-  return inside;
-}
-
-const char* field_name(FieldKind kind) {
-  return kind == FieldKind::kGaussian        ? "gaussian"
-         : kind == FieldKind::kInverseSquare ? "inverse_square"
-                                             : "wyvill";
+  return visit(kind, [&](auto field) {
+    const float q = std::max(field.surface(ball), 0.0f);
+    return std::sqrt(field.kCompactSupport ? q / ball.a : q);
+  });
 }
 
 /// The ellipsoid of a ball that is not round.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "kernels/field_kinds.h"
 #include "kernels/morph_surface.h"
 
 namespace polymorph {
@@ -28,7 +29,9 @@ Status to_status(const ExtractStatus& status) {
 
 Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settings) {
   Box box;
-  if (settings.field == FieldKind::kInverseSquare) {
+  const bool compact =
+      visit(settings.field, [](auto field) { return decltype(field)::kCompactSupport; });
+  if (!compact) {
     // Outside the centres' box at distance d the field is at most (sum w) / d^2.
     double sum = 0;
     for (const Ball& ball : balls) {
@@ -39,9 +42,9 @@ Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settin
   }
   for (const Ball& ball : balls) {
     // a d^T shape d at which the ball ends.
-    const float reach = settings.field == FieldKind::kWyvill
-                            ? 1
-                            : ball.w - std::log(settings.cutoff * settings.iso);
+    const float reach = visit(settings.field, [&](auto field) {
+      return field.end(ball, settings.cutoff * settings.iso);
+    });
     if (reach <= 0) continue;
     // The half sides of an ellipsoid's box: roots of the diagonal of the inverse.
     const Sym3& s = ball.shape;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "kernels/field_kinds.h"
 #include "surface/grid.h"
 #include "surface/mesh_check.h"
 
@@ -120,8 +121,9 @@ Result<Mesh> surface_of_volume(SurfaceExtractor& extractor, MorphSurface between
 }
 
 std::vector<Ball> rescaled(std::vector<Ball> balls, FieldKind kind, float iso) {
-  const float shift = std::log(iso);
-  for (Ball& ball : balls) ball.w = kind == FieldKind::kGaussian ? ball.w - shift : ball.w / iso;
+  visit(kind, [&](auto field) {
+    for (Ball& ball : balls) field.rescale(ball, iso);
+  });
   return balls;
 }
 
@@ -130,7 +132,7 @@ std::vector<Ball> grown(std::vector<Ball> balls, FieldKind kind, float growth, f
   if (growth <= 0) return {};
   // The field may stand higher between centres than at them.
   constexpr float kMinMaximum = 1.5f;
-  if (kind != FieldKind::kInverseSquare)
+  if (visit(kind, [](auto field) { return decltype(field)::kCompactSupport; }))
     return rescaled(std::move(balls), kind, std::pow(std::max(maximum, kMinMaximum), 1 - growth));
   for (Ball& ball : balls) ball.w *= growth * growth;
   return balls;

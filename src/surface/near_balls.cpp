@@ -6,6 +6,7 @@
 
 #include "base/parallel.h"
 #include "base/result.h"
+#include "kernels/field_kinds.h"
 
 namespace polymorph {
 namespace {
@@ -33,26 +34,10 @@ float distance2(Vec3 p, const Box& box) {
   return dot(outside, outside);
 }
 
-Vec3 times(const Sym3& s, Vec3 d) {
-  return {s.xx * d.x + s.xy * d.y + s.xz * d.z, s.xy * d.x + s.yy * d.y + s.yz * d.z,
-          s.xz * d.x + s.yz * d.y + s.zz * d.z};
-}
-
-/// The soft object's falloff (FieldKind::kWyvill) and its derivative by q.
-float soft(float q) { return q < 1 ? 1 - q * (22 - q * (17 - q * 4)) / 9 : 0.0f; }
-float soft_slope(float q) { return q < 1 ? -(22 - q * (34 - q * 12)) / 9 : 0.0f; }
-
-/// ln of what a ball adds where a d^T shape d = q; not for kInverseSquare.
-float log_at(const Ball& ball, FieldKind kind, float q) {
-  return kind == FieldKind::kGaussian ? ball.w - q : std::log(std::max(ball.w * soft(q), 0.0f));
-}
-
 }  // namespace
 
 float log_strength(const Ball& ball, FieldKind kind, Vec3 d) {
-  if (kind == FieldKind::kInverseSquare)
-    return std::log(std::max(ball.w, 1e-30f) / std::max(dot(d, d), 1e-20f));
-  return log_at(ball, kind, ball.a * quadratic(ball.shape, d));
+  return visit(kind, [&](auto field) { return field.log_value(ball, field.coordinate(ball, d)); });
 }
 
 NearBalls::NearBalls(std::span<const Ball> balls, FieldKind kind) : balls_(balls), kind_(kind) {
@@ -61,14 +46,15 @@ NearBalls::NearBalls(std::span<const Ball> balls, FieldKind kind) : balls_(balls
 
 std::vector<std::uint32_t> NearBalls::within(const Box& box) const {
   std::vector<std::uint32_t> list;
-  if (kind_ == FieldKind::kInverseSquare) {
+  if (!visit(kind_, [](auto field) { return decltype(field)::kCompactSupport; })) {
     for (std::size_t i = 0; i < balls_.size(); ++i) list.push_back(static_cast<std::uint32_t>(i));
     return list;
   }
   std::vector<float> most(balls_.size());
   float largest = -std::numeric_limits<float>::infinity();
   for (std::size_t i = 0; i < balls_.size(); ++i) {
-    most[i] = log_at(balls_[i], kind_, least_[i] * distance2(balls_[i].center, box));
+    const float q = least_[i] * distance2(balls_[i].center, box);
+    most[i] = visit(kind_, [&](auto field) { return field.log_value(balls_[i], q); });
     largest = std::max(largest, most[i]);
   }
   // The surface is at 0: what is far below it anywhere does not matter, unless nothing else is
@@ -102,16 +88,9 @@ LogField NearBalls::log_field(Vec3 p, std::span<const std::uint32_t> list) const
     if (shares[k] == 0) continue;
     const Ball& ball = balls_[list[k]];
     const Vec3 d = p - ball.center;
-    Vec3 rise;
-    if (kind_ == FieldKind::kInverseSquare) {
-      rise = d * (-2 / std::max(dot(d, d), 1e-20f));
-    } else {
-      rise = times(ball.shape, d) * (-2 * ball.a);
-      if (kind_ == FieldKind::kWyvill) {
-        const float q = ball.a * quadratic(ball.shape, d);
-        rise = rise * (-soft_slope(q) / std::max(soft(q), 1e-12f));
-      }
-    }
+    const Vec3 rise = visit(kind_, [&](auto kind) {
+      return kind.coordinate_gradient(ball, d) * kind.log_slope(ball, kind.coordinate(ball, d));
+    });
     field.gradient = field.gradient + shares[k] * rise;
   }
   return field;

@@ -24,15 +24,15 @@ View<T> view_of(std::vector<T>& v) {
   return {v.data(), static_cast<std::int64_t>(v.size())};
 }
 
-using RoundGaussian = Field<FieldKind::kGaussian, RoundBall>;
-using Ellipsoids = Field<FieldKind::kGaussian, EllipsoidBall>;
-using RoundWyvill = Field<FieldKind::kWyvill, RoundBall>;
-using WyvillEllipsoids = Field<FieldKind::kWyvill, EllipsoidBall>;
-using InverseSquare = Field<FieldKind::kInverseSquare, RoundBall>;
+using RoundGaussian = Field<GaussianField, RoundBall>;
+using Ellipsoids = Field<GaussianField, EllipsoidBall>;
+using RoundWyvill = Field<WyvillField, RoundBall>;
+using WyvillEllipsoids = Field<WyvillField, EllipsoidBall>;
+using InverseSquare = Field<InverseSquareField, RoundBall>;
 
 template <class F>
 std::vector<Ball> some_balls(int count, unsigned seed) {
-  const std::vector<Ball> balls = random_balls(count, F::kKind, seed);
+  const std::vector<Ball> balls = random_balls(count, F::Kind::kKind, seed);
   return std::is_same_v<typename F::Ball, EllipsoidBall> ? squeezed(balls, seed) : balls;
 }
 

@@ -54,10 +54,11 @@ TEST(Math, branchless_selections_agree_with_comparisons) {
   EXPECT_EQ(float_bits(zero_unless(false, std::numeric_limits<float>::quiet_NaN())), 0u);
 }
 
-using RoundGaussian = Field<FieldKind::kGaussian, RoundBall>;
-using Ellipsoid = Field<FieldKind::kGaussian, EllipsoidBall>;
-using RoundWyvill = Field<FieldKind::kWyvill, RoundBall>;
-using InverseSquare = Field<FieldKind::kInverseSquare, RoundBall>;
+using RoundGaussian = Field<GaussianField, RoundBall>;
+using Ellipsoid = Field<GaussianField, EllipsoidBall>;
+using RoundWyvill = Field<WyvillField, RoundBall>;
+using RoundQuartic = Field<QuarticField, RoundBall>;
+using InverseSquare = Field<InverseSquareField, RoundBall>;
 
 template <class F>
 float value_at(const typename F::Ball& ball, Vec3 p) {
@@ -111,6 +112,41 @@ TEST(Falloff, wyvill_is_his_polynomial_and_ends_at_the_support) {
   EXPECT_EQ(RoundWyvill::value(p, kInfinity), 0.0f);
 }
 
+double to_double(float v) { return static_cast<double>(v); }
+
+TEST(FieldKinds, a_ball_of_a_sphere_is_at_its_radius_and_all_forms_agree) {
+  for (const FieldKind kind : kFieldKinds) {
+    visit(kind, [&](auto field) {
+      EXPECT_EQ(decltype(field)::kKind, kind);
+      EXPECT_EQ(field_name(kind), decltype(field)::kName);
+      const Ball ball = field.of_sphere({1, 2, 3}, 0.7f, {});
+      const auto at = [&](float r) { return field.coordinate(ball, {0, r, 0}); };
+      EXPECT_NEAR(to_double(field.log_value(ball, at(0.7f))), 0, 2e-6) << field.kName;
+      EXPECT_NEAR(to_double(field.surface(ball)), to_double(at(0.7f)), 1e-5) << field.kName;
+      const RoundBall prepared =
+          prepare_ball<Field<decltype(field), RoundBall>>(ball, {.log2_floor = -20, .length = 1});
+      for (const float r : {0.3f, 0.6f, 0.9f, 1.1f}) {
+        const float value = field.value(prepared, prepared.q(1.0f, 2.0f + r, 3.0f));
+        EXPECT_NEAR(std::log(to_double(value)), to_double(field.log_value(ball, at(r))), 2e-5)
+            << field.kName << " at " << r;
+        constexpr float kStep = 1e-3f;
+        const double slope = (to_double(field.log_value(ball, at(r) + kStep)) -
+                              to_double(field.log_value(ball, at(r) - kStep))) /
+                             (2 * to_double(kStep));
+        EXPECT_NEAR(to_double(field.log_slope(ball, at(r))), slope, 0.01 * std::fabs(slope) + 1e-3)
+            << field.kName << " at " << r;
+      }
+      // Half of the value, and twice the level.
+      Ball half = ball;
+      half.w = field.share_of_weight(ball.w, 0.5f);
+      EXPECT_NEAR(to_double(field.log_value(half, at(0.7f))), std::log(0.5), 1e-5) << field.kName;
+      Ball lower = ball;
+      field.rescale(lower, 2);
+      EXPECT_NEAR(to_double(field.log_value(lower, at(0.7f))), std::log(0.5), 1e-5) << field.kName;
+    });
+  }
+}
+
 TEST(Falloff, fall_is_the_slope_of_value) {
   const auto check = [](auto field, const Ball& ball) {
     using F = decltype(field);
@@ -126,6 +162,7 @@ TEST(Falloff, fall_is_the_slope_of_value) {
   };
   check(RoundGaussian{}, {{0, 0, 0}, 4, 1});
   check(RoundWyvill{}, {{0, 0, 0}, 1, 2});
+  check(RoundQuartic{}, {{0, 0, 0}, 1, 2});
   check(InverseSquare{}, {{0, 0, 0}, 1, 2});
 }
 

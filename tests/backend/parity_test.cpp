@@ -20,9 +20,6 @@
 namespace polymorph {
 namespace {
 
-constexpr FieldKind kEveryField[] = {FieldKind::kGaussian, FieldKind::kInverseSquare,
-                                     FieldKind::kWyvill};
-
 /// Random balls; of a field with shapes also the same as ellipsoids, of one of infinite support
 /// also weaker ones, of which some take away: many small surfaces with most balls distant.
 std::vector<std::vector<Ball>> ball_sets(int count, FieldKind field, unsigned seed) {
@@ -81,7 +78,7 @@ Mesh extract_with_threads(int threads, FieldKind field) {
 }
 
 TEST(Determinism, any_number_of_threads_gives_the_same_bits) {
-  for (const FieldKind field : kEveryField) {
+  for (const FieldKind field : kFieldKinds) {
     const Mesh one = extract_with_threads(1, field);
     ASSERT_FALSE(one.triangles.empty());
     for (int threads : {2, 3, 7}) expect_same_mesh(extract_with_threads(threads, field), one);
@@ -132,7 +129,7 @@ TEST(Determinism, one_point_at_a_time_gives_the_bits_of_eight) {
   Extraction<ScalarBackend> scalar;
   const auto lanes = make_cpu_extractor();
   expect_same_between(scalar, *lanes);
-  for (const FieldKind field : kEveryField) {
+  for (const FieldKind field : kFieldKinds) {
     ExtractSettings settings;
     settings.field = field;
     settings.refine_steps = 2;
@@ -215,11 +212,9 @@ TEST_P(ParityTest, cuda_gives_the_bits_of_the_cpu) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Cuda, ParityTest, testing::ValuesIn(kEveryField),
+INSTANTIATE_TEST_SUITE_P(Cuda, ParityTest, testing::ValuesIn(kFieldKinds),
                          [](const testing::TestParamInfo<FieldKind>& field) {
-                           return field.param == FieldKind::kGaussian ? "Gaussian"
-                                  : field.param == FieldKind::kWyvill ? "Wyvill"
-                                                                      : "InverseSquare";
+                           return std::string(field_name(field.param));
                          });
 
 TEST(CudaParityBetween, cuda_gives_the_bits_of_the_cpu) {

@@ -56,7 +56,12 @@ CONFIGURATION
   for _ in $(seq 300); do sinfo -h -o %t 2>/dev/null | grep -q '^idle$' && return 0; sleep 0.1; done
   echo "slurm did not come up; see $D/log" >&2; return 1
 }
-stop() { for p in ${SLURMD:-} ${CTLD:-} ${MUNGED:-}; do kill -TERM "$p" 2>/dev/null && wait "$p" 2>/dev/null || true; done; }
+stop() {
+  for p in ${SLURMD:-} ${CTLD:-} ${MUNGED:-}; do
+    kill -TERM "$p" 2>/dev/null || continue
+    wait "$p" 2>/dev/null || true
+  done
+}
 trap stop EXIT
 start
 "$@"

@@ -25,7 +25,7 @@ cd "$work"
 export POLYMORPH_CACHE_DIR=$work/cache
 cat >scene.json <<'SCENE'
 {"source": {"shape": "cube", "spheres": {"balls": 24}}, "target": {"shape": "torus", "spheres": {"balls": 24}},
- "frames": {"count": 16}, "surface": {"resolution": 48}, "image": {"width": 160, "height": 120, "samples": 96}}
+ "frames": {"count": 16}, "surface": {"resolution": 48}, "image": {"width": 160, "height": 120, "samples": 192}}
 SCENE
 fail() { echo "FAILED: $*" >&2; tail -n 20 farm/slurm/*.log >&2 || true; squeue >&2 || true; exit 1; }
 state() { scontrol show job "$1" | sed -n 's/.*JobState=\([A-Z_]*\).*/\1/p' | head -n 1; }
@@ -34,42 +34,40 @@ wait_until() {  # SECONDS COMMAND...: until it succeeds
   until "$@"; do ((left-- > 0)) || fail "timed out: $*"; sleep 0.2; done
 }
 is() { [[ $(state "$1") == "$2" ]]; }
-some_frame() { compgen -G "farm/f.*.exr" >/dev/null; }
 all_done() { [[ -z $(squeue -h -t PENDING,RUNNING,COMPLETING,CONFIGURING) ]]; }
 at_once() { scontrol update "JobId=$1" StartTime=now; }  # not after Slurm's two minutes
 
 "$polymorph" render scene.json -o 'one/f.####.exr' -t 1 -q
 ids=$("$polymorph" submit slurm scene.json -o 'farm/f.####.exr' --tasks 4 --cpus 1 --mem 500M --frame-seconds 1 --minutes 30)
 array=$(head -n 1 <<<"$ids")
-wait_until 200 some_frame
+
+# Told to stop early: the script passes it on, polymorph ends with 75, and the script queues the task again.
+wait_until 300 test -s farm/f.0002.exr
+scancel --batch --signal=USR1 "${array}_2"
+wait_until 120 grep -qs "finished frames are whole" "farm/slurm/scene-${array}_2.log"
+wait_until 60 is "${array}_2" PENDING
+at_once "${array}_2"
 
 # A crash: the program of a task that has rendered a frame is killed. The task is queued again, and keeps the frame.
-wait_until 200 test -s farm/f.0001.exr
-is "${array}_1" RUNNING || fail "the first task is over before it could be killed"
-job=$(scontrol show job "${array}_1" | sed -n 's/^JobId=\([0-9]*\).*/\1/p')
-for process in $(pgrep -f -- "--shard 1/4"); do
-  if tr '\0' '\n' <"/proc/$process/environ" | grep -qx "SLURM_JOB_ID=$job" && [[ $(readlink "/proc/$process/exe") == "$(readlink -f "$polymorph")" ]]; then
+wait_until 600 test -s farm/f.0003.exr
+is "${array}_3" RUNNING || fail "the third task is over before it could be killed"
+job=$(scontrol show job "${array}_3" | sed -n 's/^JobId=\([0-9]*\).*/\1/p')
+for process in $(pgrep -f -- "--shard 3/4"); do
+  if tr '\0' '\n' <"/proc/$process/environ" | grep -qx "SLURM_JOB_ID=$job" &&
+     [[ $(readlink "/proc/$process/exe") == "$(readlink -f "$polymorph")" ]]; then
     kill -KILL "$process"
   fi
 done
-wait_until 60 is "${array}_1" FAILED
-scontrol requeue "${array}_1"
-wait_until 60 is "${array}_1" PENDING
-at_once "${array}_1"
-
-# Told to stop early: the script passes it on, polymorph ends with 75, and the script queues the task again.
-wait_until 300 is "${array}_2" RUNNING
-wait_until 200 grep -qs "^frame" "farm/slurm/scene-${array}_2.log"
-scancel --batch --signal=USR1 "${array}_2"
-wait_until 60 grep -qs "finished frames are whole" "farm/slurm/scene-${array}_2.log"
-wait_until 60 is "${array}_2" PENDING
-at_once "${array}_2"
+wait_until 60 is "${array}_3" FAILED
+scontrol requeue "${array}_3"
+wait_until 60 is "${array}_3" PENDING
+at_once "${array}_3"
 
 wait_until 900 all_done
 "$polymorph" status 'farm/f.####.exr' scene.json || fail "frames are missing"
 for file in one/f.*.exr; do
   "$polymorph" compare "farm/${file#one/}" "$file" --fail 0 --hardfail 0 --relative 0 >/dev/null || fail "$file differs"
 done
-[[ $(ls farm/f.*.exr | wc -l) == 16 && -s farm/strip.png ]] || fail "no contact sheet"
-grep -q "kept in" "farm/slurm/scene-${array}_1.log" || fail "the killed task rendered all of its frames again"
+[[ $(find farm -name "f.*.exr" | wc -l) == 16 && -s farm/strip.png ]] || fail "no contact sheet"
+grep -q "kept in" "farm/slurm/scene-${array}_3.log" || fail "the killed task rendered all of its frames again"
 echo "16 frames of 4 tasks, bit for bit those of one process"

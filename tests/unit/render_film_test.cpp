@@ -2,6 +2,8 @@
 #include <algorithm>
 
 #include "render/aov.h"
+#include "render/cryptomatte.h"
+#include "render/film.h"
 #include "testing/render.h"
 
 namespace polymorph {
@@ -143,7 +145,7 @@ TEST(Layers, AreThoseThatWereAskedFor) {
   RenderSettings settings = small_settings(1);
   settings.image.aovs = "all";
   const Image all = render_or_fail(target.scene, settings);
-  ASSERT_EQ(all.channels.size(), 4u + 18);
+  ASSERT_EQ(all.channels.size(), 4u + 18 + 3 * 12);
   const auto at = [&](const char* name) { return all.at(24, 18, all.find_channel(name)); };
   EXPECT_NEAR(at("P.X"), at("uv.U") * 2 - 1, 1e-4f);
   EXPECT_NEAR(at("P.Y"), at("uv.V") * 2 - 1, 1e-4f);
@@ -155,12 +157,14 @@ TEST(Layers, AreThoseThatWereAskedFor) {
 }
 
 TEST(Layers, ThoseThatAreKnownAreThoseThatAreMade) {
-  for (const std::string& name : kAovNames) EXPECT_FALSE(chosen_aovs(name).empty()) << name;
+  for (const std::string& name : kAovNames)
+    EXPECT_NE(chosen_aovs(name).empty(), Mattes(name, {}).channels().empty()) << name;
   for (const Aov& aov : kAovs)
     EXPECT_NE(std::find(kAovNames.begin(), kAovNames.end(), aov.layer), kAovNames.end())
         << aov.layer;
   EXPECT_EQ(chosen_aovs("all").size(), std::size(kAovs));
   EXPECT_TRUE(chosen_aovs("none").empty());
+  EXPECT_TRUE(Mattes("none", {}).channels().empty());
 }
 
 }  // namespace

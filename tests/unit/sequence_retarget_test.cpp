@@ -6,9 +6,9 @@
 #include "analyze/measure.h"
 #include "morph/motion.h"
 #include "sequence/analyze_sequence.h"
+#include "sequence/frame_labels.h"
 #include "sequence/geometry.h"
 #include "sequence/leg_surface.h"
-#include "sequence/surface_frames.h"
 #include "surface/mesh_check.h"
 #include "testing/scene.h"
 
@@ -164,11 +164,10 @@ TEST_F(RetargetTest, MindsMayBeChangedTwice) {
   EXPECT_EQ(last->actors[0].layers.size(), 4u);
   // Vertices still know what they belong to.
   EXPECT_EQ(actor.label_names, (std::vector<std::string>{"cube", "torus", "puddle", "sphere"}));
-  const auto frames = surface_frames(prepared, *last, nullptr, *extractor);
-  ASSERT_TRUE(frames.ok());
-  const SurfaceFrame& frame = frames->front();
-  ASSERT_EQ(frame.labels.size(), frame.positions.size());
-  for (const std::uint32_t label : frame.labels) ASSERT_LT(label, 4u);
+  const auto labels = surface_labels(actor, last->actors[0], *extractor);
+  ASSERT_TRUE(labels.ok());
+  ASSERT_EQ(labels->size(), last->actors[0].surface.positions.size());
+  for (const std::uint32_t label : *labels) ASSERT_LT(label, 4u);
 }
 
 TEST_F(RetargetTest, OnlyWhatIsOnTheWayCanBeLeft) {

@@ -15,7 +15,7 @@ class SurfaceFramesTest : public SceneTest {
                      "frames": {"count": 12, "fps": 10})") {}
   PreparedScene asking(const std::string& chain) {
     PreparedScene prepared = prepared_of(chain);
-    ask_for_attributes(prepared.scene);
+    ask_for_attributes(prepared.scene, true, true);
     return prepared;
   }
   FrameGeometry at(const PreparedScene& prepared, int frame) {
@@ -34,9 +34,8 @@ TEST_F(SurfaceFramesTest, VelocitiesEndOnTheNextSurface) {
     for (int frame = 2; frame < 11; ++frame) {
       const FrameGeometry now = at(prepared, frame), next = at(prepared, frame + 1);
       if (now.actors[0].moment.object >= 0) continue;
-      const auto frames = surface_frames(prepared, now, &next, *extractor);
-      ASSERT_TRUE(frames.ok());
-      const SurfaceFrame& surface = frames->front();
+      const std::vector<SurfaceFrame> frames = surface_frames(prepared, now, &next);
+      const SurfaceFrame& surface = frames.front();
       ASSERT_EQ(surface.velocities.size(), surface.positions.size());
       const Mesh goal = shown_mesh(prepared.actors[0], next.actors[0]);
       const ClosestPointQuery query(goal.positions, goal.triangles);
@@ -58,9 +57,8 @@ TEST_F(SurfaceFramesTest, ColoursGoFromOneObjectToTheOther) {
   const PreparedScene prepared = asking(
       R"("source": {"shape": "cube", "color": [1, 0, 0]}, "target": {"shape": "sphere", "color": [0, 0, 1]})");
   for (const int frame : {1, 6, 12}) {
-    const auto frames = surface_frames(prepared, at(prepared, frame), nullptr, *extractor);
-    ASSERT_TRUE(frames.ok());
-    const SurfaceFrame& surface = frames->front();
+    const std::vector<SurfaceFrame> frames = surface_frames(prepared, at(prepared, frame), nullptr);
+    const SurfaceFrame& surface = frames.front();
     const float u = at(prepared, frame).actors[0].moment.u;
     ASSERT_EQ(surface.colors.size(), surface.positions.size());
     for (const Vec3 c : surface.colors) {
@@ -78,9 +76,8 @@ TEST_F(SurfaceFramesTest, ColoursGoFromOneObjectToTheOther) {
 TEST_F(SurfaceFramesTest, TheCommonLookIsOneMaterial) {
   const PreparedScene prepared = asking(
       R"("source": "cube", "target": "sphere", "look": {"kind": "metal", "color": [0.5, 0.25, 1]})");
-  const auto frames = surface_frames(prepared, at(prepared, 6), nullptr, *extractor);
-  ASSERT_TRUE(frames.ok());
-  const SurfaceFrame& surface = frames->front();
+  const std::vector<SurfaceFrame> frames = surface_frames(prepared, at(prepared, 6), nullptr);
+  const SurfaceFrame& surface = frames.front();
   EXPECT_FALSE(surface.is_mixed);
   ASSERT_EQ(surface.materials.size(), 1u);
   EXPECT_EQ(surface.materials[0].metallic, 1);

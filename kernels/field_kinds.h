@@ -1,0 +1,267 @@
+// Field functions of metaballs: one struct for each FieldKind, with all that the program knows of
+// it.
+//
+// A ball's coordinate is q = a d^T S d, d the offset from its centre and S its shape (q = d^2 where
+// there is no support to scale). The kernels have it prepared (falloff.h): multiplied by a
+// constant, with `base` added. A kind has
+//   for the kernels (V is float or a pack):
+//     prepare(ball, scale, out): sets out's base, limit and w; the factor of the coordinate
+//     value(ball, q), negated_derivative(ball, q): the contribution, and minus its derivative up to
+//     a
+//       positive factor common to all balls; both 0 beyond ball.limit
+//     share(ball, q): what counts where shares of the field are meant; >= 0, also beyond the cutoff
+//   for the rest, with the plain coordinate:
+//     coordinate(ball, d), coordinate_gradient(ball, d)
+//     log_value(ball, q) and log_slope(ball, q), its derivative
+//     end(ball, level): q beyond which a ball adds less than `level`
+//     surface(ball): q where a lone ball's value is 1, at most; <= 0 where it shows no surface
+//     radius(ball): what counts as its size
+//     of_sphere(center, radius, constants): a ball for a sphere
+//     rescale(ball, level): what was at `level` is at 1 then
+//     share_of_weight(w, share): the weight with which a ball has that share of its value
+// A new kind is a struct here, an enumerator in types.h and a name in visit().
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "host_device.h"
+#include "math.h"
+#include "types.h"
+
+namespace polymorph {
+
+/// Squared distances in FieldScale::length that fields of infinite support are held between: the
+/// first is added, so that a ball's centre has a finite, large value; products of four then stay
+/// within the normal floats, and four balls share a division.
+constexpr float kMinDistance2 = 1e-9f, kMaxDistance2 = 1e9f;
+/// One axis' share of a separable field's coordinate, at most: within a ball's reach it is less.
+constexpr float kMaxFactor = 125.0f;
+
+/// What all balls of a set share.
+struct FieldScale {
+  float log2_floor = 0;  ///< log2(cutoff iso); of exponential fields
+  float length = 1;      ///< a power of two, about the size of the set; of infinite support
+};
+
+/// What makes balls of spheres (scene key `field`; docs/method.md, Field).
+struct BallConstants {
+  float blobbiness = 2, blob_constant = 1, magnitude = 1, threshold = 1;
+};
+
+/// What kinds with ellipsoids have in common.
+struct EllipsoidCoordinate {
+  static constexpr bool kEllipsoids = true, kCompactSupport = true, kExponential = false;
+  static float coordinate(const Ball& ball, Vec3 d) { return ball.a * quadratic(ball.shape, d); }
+  static Vec3 coordinate_gradient(const Ball& ball, Vec3 d) {
+    const Sym3& s = ball.shape;
+    return Vec3{s.xx * d.x + s.xy * d.y + s.xz * d.z, s.xy * d.x + s.yy * d.y + s.yz * d.z,
+                s.xz * d.x + s.yz * d.y + s.zz * d.z} *
+           (2 * ball.a);
+  }
+  static float radius(const Ball& ball) { return 1 / std::sqrt(ball.a); }
+  static void rescale(Ball& ball, float level) { ball.w = ball.w / level; }
+  static float share_of_weight(float w, float share) { return w * share; }
+};
+
+/// exp(w - q) (Blinn 1982; report Eq. 3.1). The kernels' q has log2(e) in it and base = -w log2(e),
+/// so that the contribution is 2^-q; it ends where that falls below log2(cutoff iso) (Blinn: r =
+/// sqrt((w - ln(cutoff iso)) / a); report 3.2.3).
+struct GaussianField : EllipsoidCoordinate {
+  static constexpr FieldKind kKind = FieldKind::kGaussian;
+  static constexpr std::string_view kName = "gaussian";
+  /// Values are products of one number per axis, and weights add up in the exponent.
+  static constexpr bool kExponential = true;
+
+  template <class B>
+  PM_HD static double prepare(const Ball& ball, FieldScale scale, B& out) {
+    constexpr double kLog2E = 1.4426950408889634;
+    // Not so strong that one axis alone could leave the range of exp2() within reach.
+    const float strongest = min(kMaxExponent, kMaxFactor - 5 + scale.log2_floor);
+    out.base = -min(ball.w * static_cast<float>(kLog2E), strongest);
+    out.limit = -scale.log2_floor;
+    return static_cast<double>(ball.a) * kLog2E;
+  }
+  template <class V, class B>
+  PM_HD static V value(const B& ball, V q) {
+    return zero_unless(q <= ball.limit, exp2(-q));
+  }
+  template <class V, class B>
+  PM_HD static V negated_derivative(const B& ball, V q) {
+    return value(ball, q);
+  }
+  template <class V, class B>
+  PM_HD static V share(const B&, V q) {
+    return zero_unless(q <= kMaxExponent, exp2(-q));
+  }
+
+  static float log_value(const Ball& ball, float q) { return ball.w - q; }
+  static float log_slope(const Ball&, float) { return -1; }
+  static float end(const Ball& ball, float level) { return ball.w - std::log(level); }
+  static float surface(const Ball& ball) { return ball.w; }
+  /// F/T = exp(B (1 - r^2/R^2)), B = |blobbiness|.
+  static Ball of_sphere(Vec3 center, float radius, const BallConstants& c) {
+    return {center, c.blobbiness / (radius * radius), c.blobbiness};
+  }
+  static void rescale(Ball& ball, float level) { ball.w = ball.w - std::log(level); }
+  static float share_of_weight(float w, float share) { return w + std::log(share); }
+};
+
+/// w (1 - 22/9 q + 17/9 q^2 - 4/9 q^3) up to q = 1 (Wyvill, McPheeters and Wyvill 1986).
+struct WyvillField : EllipsoidCoordinate {
+  static constexpr FieldKind kKind = FieldKind::kWyvill;
+  static constexpr std::string_view kName = "wyvill";
+
+  template <class B>
+  PM_HD static double prepare(const Ball& ball, FieldScale, B& out) {
+    out.limit = 1;
+    return static_cast<double>(ball.a);
+  }
+  template <class V, class B>
+  PM_HD static V value(const B& ball, V q) {
+    const V rest = 1.0f - q;
+    return zero_unless(q <= ball.limit, (ball.w * (rest * rest)) *
+                                            fma(broadcast<V>(-4.0f / 9.0f), q, broadcast<V>(1.0f)));
+  }
+  /// (1 - q) (22 - 12 q) / 9; the common 2 / 9 is left out.
+  template <class V, class B>
+  PM_HD static V negated_derivative(const B& ball, V q) {
+    return zero_unless(q <= ball.limit,
+                       ball.w * ((1.0f - q) * fma(broadcast<V>(-6.0f), q, broadcast<V>(11.0f))));
+  }
+  template <class V, class B>
+  PM_HD static V share(const B& ball, V q) {
+    return max(value(ball, q), broadcast<V>(0.0f));
+  }
+
+  static float falloff(float q) { return q < 1 ? 1 - q * (22 - q * (17 - q * 4)) / 9 : 0.0f; }
+  static float log_value(const Ball& ball, float q) {
+    return std::log(std::max(ball.w * falloff(q), 0.0f));
+  }
+  static float log_slope(const Ball&, float q) {
+    const float slope = q < 1 ? -(22 - q * (34 - q * 12)) / 9 : 0.0f;
+    return slope / std::max(falloff(q), 1e-12f);
+  }
+  static float end(const Ball&, float) { return 1; }
+  static float surface(const Ball& ball) {
+    if (!(ball.w > 1)) return 0;
+    float inside = 0, outside = 1;
+    for (int step = 0; step < 40; ++step) {
+      const float middle = (inside + outside) / 2;
+      (ball.w * falloff(middle) > 1 ? inside : outside) = middle;
+    }
+    return inside;
+  }
+  /// A strength of 2 is halved at half the reach, which is the sphere's radius.
+  static Ball of_sphere(Vec3 center, float radius, const BallConstants& c) {
+    return {center, 0.25f / (radius * radius), 2 * c.magnitude / c.threshold};
+  }
+};
+
+/// w / d^2 (report, algorithm 5.1): infinite support, round balls alone.
+struct InverseSquareField {
+  static constexpr FieldKind kKind = FieldKind::kInverseSquare;
+  static constexpr std::string_view kName = "inverse_square";
+  static constexpr bool kEllipsoids = false, kCompactSupport = false, kExponential = false;
+
+  template <class B>
+  PM_HD static double prepare(const Ball& ball, FieldScale scale, B& out) {
+    out.base = kMinDistance2;
+    out.limit = kInfinity;
+    out.w = ball.w / (scale.length * scale.length);
+    return 1 / (static_cast<double>(scale.length) * static_cast<double>(scale.length));
+  }
+  template <class V, class B>
+  PM_HD static V value(const B& ball, V q) {
+    return ball.w / min(q, broadcast<V>(kMaxDistance2));
+  }
+  template <class V, class B>
+  PM_HD static V negated_derivative(const B& ball, V q) {
+    const V clamped = min(q, broadcast<V>(kMaxDistance2));
+    return ball.w / (clamped * clamped);
+  }
+  template <class V, class B>
+  PM_HD static V share(const B& ball, V q) {
+    return max(value(ball, q), broadcast<V>(0.0f));
+  }
+
+  static float coordinate(const Ball&, Vec3 d) { return std::max(dot(d, d), 1e-20f); }
+  static Vec3 coordinate_gradient(const Ball&, Vec3 d) { return d * 2.0f; }
+  static float log_value(const Ball& ball, float q) {
+    return std::log(std::max(ball.w, 1e-30f) / q);
+  }
+  static float log_slope(const Ball&, float q) { return -1 / q; }
+  static float end(const Ball&, float) { return kInfinity; }
+  static float surface(const Ball& ball) { return ball.w; }
+  static float radius(const Ball& ball) { return std::sqrt(std::max(ball.w, 1e-12f)); }
+  /// F = blobConstant magnitude / d^2, over the threshold.
+  static Ball of_sphere(Vec3 center, float radius, const BallConstants& c) {
+    return {center, 1, c.blob_constant * c.magnitude * (radius * radius) / c.threshold};
+  }
+  static void rescale(Ball& ball, float level) { ball.w = ball.w / level; }
+  static float share_of_weight(float w, float share) { return w * share; }
+};
+
+/// w (1 - q)^2 up to q = 1 (Murakami and Ichihara 1987): the cheapest smooth field of compact
+/// support.
+struct QuarticField : EllipsoidCoordinate {
+  static constexpr FieldKind kKind = FieldKind::kQuartic;
+  static constexpr std::string_view kName = "quartic";
+
+  template <class B>
+  PM_HD static double prepare(const Ball& ball, FieldScale, B& out) {
+    out.limit = 1;
+    return static_cast<double>(ball.a);
+  }
+  template <class V, class B>
+  PM_HD static V value(const B& ball, V q) {
+    const V rest = 1.0f - q;
+    return zero_unless(q <= ball.limit, ball.w * (rest * rest));
+  }
+  template <class V, class B>
+  PM_HD static V negated_derivative(const B& ball, V q) {
+    return zero_unless(q <= ball.limit, ball.w * (1.0f - q));
+  }
+  template <class V, class B>
+  PM_HD static V share(const B& ball, V q) {
+    return max(value(ball, q), broadcast<V>(0.0f));
+  }
+
+  static float log_value(const Ball& ball, float q) {
+    const float rest = std::max(1 - q, 0.0f);
+    return std::log(std::max(ball.w * (rest * rest), 0.0f));
+  }
+  static float log_slope(const Ball&, float q) { return -2 / std::max(1 - q, 1e-6f); }
+  static float end(const Ball&, float) { return 1; }
+  static float surface(const Ball& ball) { return ball.w > 1 ? 1 - 1 / std::sqrt(ball.w) : 0; }
+  /// As Wyvill's: 9/16 of the strength is left at half the reach, which is the sphere's radius.
+  static Ball of_sphere(Vec3 center, float radius, const BallConstants& c) {
+    return {center, 0.25f / (radius * radius), 16 * c.magnitude / (9 * c.threshold)};
+  }
+};
+
+/// f(a value of the struct of that kind). The only switch over FieldKind.
+template <class Function>
+decltype(auto) visit(FieldKind kind, const Function& f) {
+  switch (kind) {
+    case FieldKind::kGaussian:
+      return f(GaussianField{});
+    case FieldKind::kInverseSquare:
+      return f(InverseSquareField{});
+    case FieldKind::kWyvill:
+      return f(WyvillField{});
+    case FieldKind::kQuartic:
+      break;
+  }
+  return f(QuarticField{});
+}
+
+inline constexpr FieldKind kFieldKinds[] = {FieldKind::kGaussian, FieldKind::kWyvill,
+                                            FieldKind::kInverseSquare, FieldKind::kQuartic};
+
+inline std::string_view field_name(FieldKind kind) {
+  return visit(kind, [](auto field) { return decltype(field)::kName; });
+}
+
+}  // namespace polymorph

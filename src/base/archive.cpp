@@ -1,0 +1,93 @@
+#include "base/archive.h"
+
+#include <archive.h>
+#include <archive_entry.h>
+
+#include <memory>
+
+#include "base/file.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+using Files = std::map<std::string, std::string>;
+
+constexpr std::size_t kMaxFiles = 100000;
+
+Error too_large(const fs::path& path, std::size_t max_bytes) {
+  return make_error(ErrorCode::kInput, "{}: more than {} MiB or {} files in it", path.string(),
+                    max_bytes >> 20, kMaxFiles);
+}
+
+Result<Files> read_folder(const fs::path& folder,
+                          const std::function<bool(const std::string&)>& wanted,
+                          std::size_t max_bytes) {
+  Files files;
+  std::size_t total = 0;
+  std::error_code error;
+  for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    std::error_code unknown;
+    if (!fs::is_regular_file(entry->symlink_status(unknown))) continue;
+    const std::string name = entry->path().lexically_relative(folder).generic_string();
+    if (!wanted(name)) continue;
+    PM_TRY(std::string bytes, read_file(entry->path(), max_bytes));
+    total += bytes.size();
+    if (total > max_bytes || files.size() >= kMaxFiles) return too_large(folder, max_bytes);
+    files[name] = std::move(bytes);
+  }
+  if (error)
+    return make_error(ErrorCode::kInput, "{}: cannot be read: {}", folder.string(),
+                      error.message());
+  return files;
+}
+
+}  // namespace
+
+Result<Files> read_tree(const fs::path& path, const std::function<bool(const std::string&)>& wanted,
+                        std::size_t max_bytes) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) return read_folder(path, wanted, max_bytes);
+  const auto failed = [&](archive* from) {
+    const char* const why = archive_error_string(from);
+    return make_error(ErrorCode::kInput,
+                      "{}: not a folder, nor a .zip or .tar that can be read{}{}", path.string(),
+                      why ? ": " : "", why ? why : "");
+  };
+  const std::unique_ptr<archive, int (*)(archive*)> from(archive_read_new(), archive_read_free);
+  if (!from) return make_error(ErrorCode::kResource, "out of memory");
+  archive_read_support_filter_gzip(from.get());
+  archive_read_support_filter_bzip2(from.get());
+  archive_read_support_filter_xz(from.get());
+  archive_read_support_filter_zstd(from.get());
+  archive_read_support_format_zip(from.get());
+  archive_read_support_format_tar(from.get());
+  if (archive_read_open_filename(from.get(), path.c_str(), 1 << 16) != ARCHIVE_OK)
+    return failed(from.get());
+  Files files;
+  std::size_t total = 0;
+  archive_entry* entry = nullptr;
+  int code = ARCHIVE_OK;
+  while ((code = archive_read_next_header(from.get(), &entry)) == ARCHIVE_OK) {
+    const char* const text = archive_entry_pathname(entry);
+    if (!text || archive_entry_filetype(entry) != AE_IFREG) continue;
+    std::string name = fs::path(text).lexically_normal().generic_string();
+    if (!wanted(name)) continue;
+    if (files.size() >= kMaxFiles) return too_large(path, max_bytes);
+    std::string bytes;
+    char buffer[1 << 16];
+    la_ssize_t count = 0;
+    while ((count = archive_read_data(from.get(), buffer, sizeof buffer)) > 0) {
+      total += static_cast<std::size_t>(count);
+      if (total > max_bytes) return too_large(path, max_bytes);
+      bytes.append(buffer, static_cast<std::size_t>(count));
+    }
+    if (count < 0) return failed(from.get());
+    files[std::move(name)] = std::move(bytes);
+  }
+  if (code != ARCHIVE_EOF) return failed(from.get());
+  return files;
+}
+
+}  // namespace polymorph

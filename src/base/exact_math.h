@@ -1,0 +1,132 @@
+// The elementary functions with the same bits everywhere: only + - * / sqrt and integer operations,
+// each of which IEEE 754 rounds in one way, in one order. The C library's own differ between its
+// versions and, as it chooses by the processor, between machines. Double precision, a few units in
+// the last place; for what a frame computes once or a few thousand times, not for inner loops
+// (those have kernels/math.h).
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+
+namespace polymorph::exact {
+
+inline constexpr double kPi = 3.14159265358979323846;
+inline constexpr double kLn2 = 0.693147180559945309417;
+
+namespace detail {
+
+inline std::uint64_t bits_of(double a) {
+  std::uint64_t bits;
+  std::memcpy(&bits, &a, sizeof bits);
+  return bits;
+}
+inline double from_bits(std::uint64_t bits) {
+  double a;
+  std::memcpy(&a, &bits, sizeof a);
+  return a;
+}
+/// The nearest whole number of |a| < 2^51.
+inline double round_to_nearest(double a) { return (a + 0x1.8p52) - 0x1.8p52; }
+
+struct SinCos {
+  double sine, cosine;
+};
+/// On [-pi/4, pi/4]: Taylor; what is left out is below 1e-17.
+inline SinCos near_zero(double x) {
+  const double q = x * x;
+  double s = 0, c = 0;
+  for (int k = 8; k >= 1; --k) {
+    s = (1 + s) * (-q / (2 * k * (2 * k + 1)));
+    c = (1 + c) * (-q / ((2 * k - 1) * (2 * k)));
+  }
+  return {x * (1 + s), 1 + c};
+}
+/// |x| < 10^5.
+inline SinCos sin_cos(double x) {
+  const double n = round_to_nearest(x * (2 / kPi));
+  // pi/2 in parts of 33 bits, so that products with n are exact.
+  const double r = ((x - n * 0x1.921fb544p+0) - n * 0x1.0b4611a6p-34) - n * 0x1.3198a2e037073p-69;
+  const SinCos a = near_zero(r);
+  switch (static_cast<std::int64_t>(n) & 3) {
+    case 0:
+      return a;
+    case 1:
+      return {a.cosine, -a.sine};
+    case 2:
+      return {-a.sine, -a.cosine};
+    default:
+      return {-a.cosine, a.sine};
+  }
+}
+
+}  // namespace detail
+
+inline double sin(double x) { return detail::sin_cos(x).sine; }
+inline double cos(double x) { return detail::sin_cos(x).cosine; }
+inline double tan(double x) {
+  const detail::SinCos a = detail::sin_cos(x);
+  return a.sine / a.cosine;
+}
+
+/// 0 below -700, infinite above 700.
+inline double exp(double x) {
+  if (!(x > -700)) return x != x ? x : 0;
+  if (x > 700) return std::numeric_limits<double>::infinity();
+  const double n = detail::round_to_nearest(x / kLn2);
+  const double r = (x - n * 0x1.62e42feep-1) - n * 0x1.a39ef35793c76p-33;
+  double sum = 0;
+  for (int k = 14; k >= 1; --k) sum = (1 + sum) * (r / k);
+  const auto power = static_cast<std::uint64_t>(static_cast<std::int64_t>(n) + 1023) << 52;
+  return (1 + sum) * detail::from_bits(power);
+}
+inline double exp2(double x) {
+  const double n = detail::round_to_nearest(x);
+  if (!(n > -1000 && n < 1000)) return exp(x * kLn2);
+  const auto power = static_cast<std::uint64_t>(static_cast<std::int64_t>(n) + 1023) << 52;
+  return exp((x - n) * kLn2) * detail::from_bits(power);
+}
+
+/// Of a normal x > 0; -infinity for 0 and below.
+inline double log(double x) {
+  if (!(x > 0)) return x != x ? x : -std::numeric_limits<double>::infinity();
+  if (x > std::numeric_limits<double>::max()) return x;
+  // x = 2^n m with m in [sqrt(1/2), sqrt(2)).
+  const std::uint64_t bits = detail::bits_of(x);
+  const std::uint64_t half_root = 0x3fe6a09e667f3bcdull;  // the bits of sqrt(1/2)
+  const auto n = static_cast<std::int64_t>(bits - half_root) >> 52;
+  const double m = detail::from_bits(bits - (static_cast<std::uint64_t>(n) << 52));
+  const double s = (m - 1) / (m + 1), q = s * s;
+  double sum = 0;
+  for (int k = 23; k >= 3; k -= 2) sum = q * (1.0 / k + sum);
+  return 2 * s * (1 + sum) + static_cast<double>(n) * kLn2;
+}
+/// x^y of x >= 0.
+inline double pow(double x, double y) {
+  if (y == 0 || x == 1) return 1;
+  return x == 0 ? (y > 0 ? 0 : std::numeric_limits<double>::infinity()) : exp(y * log(x));
+}
+
+/// In (-pi/2, pi/2).
+inline double atan(double x) {
+  // Two halvings of the angle: tan(a / 2) = t / (1 + sqrt(1 + t^2)).
+  const bool steep = std::fabs(x) > 1;
+  double t = steep ? 1 / x : x;
+  for (int i = 0; i < 2; ++i) t = t / (1 + std::sqrt(1 + t * t));
+  const double q = t * t;  // t < 0.199
+  double sum = 0;
+  for (int k = 25; k >= 3; k -= 2) sum = q * ((k % 4 == 1 ? 1.0 : -1.0) / k + sum);
+  const double a = 4 * t * (1 + sum);
+  return steep ? (x > 0 ? kPi / 2 : -kPi / 2) - a : a;
+}
+/// In [-pi, pi]; 0 where both are 0.
+inline double atan2(double y, double x) {
+  if (x == 0 && y == 0) return 0;
+  if (std::fabs(y) > std::fabs(x)) return (y > 0 ? kPi / 2 : -kPi / 2) - atan(x / y);
+  return atan(y / x) + (x < 0 ? (y < 0 ? -kPi : kPi) : 0);
+}
+/// Of x in [-1, 1].
+inline double acos(double x) { return 2 * atan2(std::sqrt(1 - x), std::sqrt(1 + x)); }
+
+}  // namespace polymorph::exact

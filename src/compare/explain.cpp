@@ -1,0 +1,446 @@
+#include "compare/explain.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <optional>
+
+#include "base/result.h"
+#include "base/text.h"
+#include "image/srgb.h"
+
+namespace polymorph {
+namespace {
+
+constexpr float kNothingHit = 1e9f;
+
+constexpr int kBlock = 8;  // pixels along a side of what noise is averaged over
+
+const std::variant<std::string, int, float>* attribute(const Image& image, const char* name) {
+  for (const Attribute& a : image.attributes)
+    if (a.name == name) return &a.value;
+  return nullptr;
+}
+/// Of both images, where both have it.
+template <class T>
+std::optional<std::pair<T, T>> attributes(const Image& actual, const Image& reference,
+                                          const char* name) {
+  const auto *a = attribute(actual, name), *b = attribute(reference, name);
+  const T* u = a ? std::get_if<T>(a) : nullptr;
+  const T* v = b ? std::get_if<T>(b) : nullptr;
+  if (!u || !v) return std::nullopt;
+  return std::pair(*u, *v);
+}
+
+std::map<int, std::string> object_names(const Image& image) {
+  std::map<int, std::string> names;
+  const auto* value = attribute(image, kObjectsAttribute);
+  const auto* text = value ? std::get_if<std::string>(value) : nullptr;
+  if (!text) return names;
+  for (std::string entry : split(*text, ',')) {
+    while (!entry.empty() && entry[0] == ' ') entry.erase(0, 1);
+    const auto space = entry.find(' ');
+    if (space == std::string::npos) continue;
+    names[static_cast<int>(parse_integer(entry.substr(0, space)).value_or(-1))] =
+        entry.substr(space + 1);
+  }
+  return names;
+}
+
+double length_of(Vec3 a) { return static_cast<double>(length(a)); }
+
+/// Both images, channel by name.
+class Pair {
+ public:
+  Pair(const Image& actual, const Image& reference) : a_(actual), b_(reference) {}
+
+  bool comparable() const {
+    if (a_.width != b_.width || a_.height != b_.height || a_.channel_count() != b_.channel_count())
+      return false;
+    for (const std::string& name : b_.channels)
+      if (a_.find_channel(name) < 0) return false;
+    const auto finite = [](const Image& image) {
+      return std::all_of(image.pixels.begin(), image.pixels.end(),
+                         [](float v) { return std::isfinite(v); });
+    };
+    return finite(a_) && finite(b_);
+  }
+  bool has(const char* channel) const { return b_.find_channel(channel) >= 0; }
+  int pixels() const { return b_.width * b_.height; }
+  int width() const { return b_.width; }
+  int height() const { return b_.height; }
+  float actual(int pixel, const char* channel) const { return value(a_, pixel, channel); }
+  float reference(int pixel, const char* channel) const { return value(b_, pixel, channel); }
+  bool equal(int pixel, const char* channel) const {
+    return !has(channel) || actual(pixel, channel) == reference(pixel, channel);
+  }
+  bool equal(int pixel, std::initializer_list<const char*> channels) const {
+    return std::all_of(channels.begin(), channels.end(),
+                       [&](const char* c) { return equal(pixel, c); });
+  }
+  bool equal(std::initializer_list<const char*> channels) const {
+    for (int i = 0; i < pixels(); ++i)
+      if (!equal(i, channels)) return false;
+    return true;
+  }
+  Vec3 color(bool of_actual, int pixel, const char* prefix) const {
+    const std::string p(prefix);
+    const Image& image = of_actual ? a_ : b_;
+    return {value(image, pixel, (p + "R").c_str()), value(image, pixel, (p + "G").c_str()),
+            value(image, pixel, (p + "B").c_str())};
+  }
+  const Image& a() const { return a_; }
+  const Image& b() const { return b_; }
+
+ private:
+  static float value(const Image& image, int pixel, const char* channel) {
+    const int c = image.find_channel(channel);
+    return c < 0 ? 0
+                 : image.pixels[static_cast<std::size_t>(pixel) * image.channel_count() +
+                                static_cast<std::size_t>(c)];
+  }
+  const Image& a_;
+  const Image& b_;
+};
+
+/// Where the middle of a pixel is at depth z.
+Vec3 unprojected(const PinholeView& view, int width, int height, int pixel, float z) {
+  const Vec3 right = cross(view.forward, view.up);
+  const float scale = 2 * view.tan_half_fov_y / static_cast<float>(height);
+  const float x =
+      (static_cast<float>(pixel % width) + 0.5f - 0.5f * static_cast<float>(width)) * scale;
+  const float y =
+      (0.5f * static_cast<float>(height) - static_cast<float>(pixel / width) - 0.5f) * scale;
+  return view.position + (view.forward + right * x + view.up * y) * z;
+}
+Vec2 projected(const PinholeView& view, int width, int height, Vec3 p) {
+  const Vec3 way = p - view.position, right = cross(view.forward, view.up);
+  const float depth = dot(way, view.forward);
+  const float scale = static_cast<float>(height) / (2 * view.tan_half_fov_y * depth);
+  return {0.5f * static_cast<float>(width) + dot(way, right) * scale,
+          0.5f * static_cast<float>(height) - dot(way, view.up) * scale};
+}
+
+/// A camera elsewhere: by how many pixels what stands still seems to move.
+std::string explain_camera(const Pair& pair, const PinholeView& now, const PinholeView& before) {
+  double sum = 0;
+  int count = 0;
+  for (int i = 0; i < pair.pixels(); ++i) {
+    const float z = pair.has("Z") ? pair.reference(i, "Z") : length(before.position);
+    if (z >= kNothingHit) continue;
+    const Vec3 p = unprojected(before, pair.width(), pair.height(), i, z);
+    const Vec2 to = projected(now, pair.width(), pair.height(), p);
+    const Vec2 from = projected(before, pair.width(), pair.height(), p);
+    sum += std::hypot(static_cast<double>(to.x - from.x), static_cast<double>(to.y - from.y));
+    ++count;
+  }
+  return fmt::format("camera moved by {:.2g} px", count > 0 ? sum / count : 0.0);
+}
+
+/// What the layers say about moved surfaces: how much of them, and how far at most.
+std::string explain_surface(const Pair& pair, const std::optional<PinholeView>& view,
+                            const ChangeContext& context) {
+  int seen = 0, moved = 0, gone = 0;
+  double worst = 0;
+  Vec3 where;
+  bool placed = false;
+  for (int i = 0; i < pair.pixels(); ++i) {
+    const bool was = !pair.has("id") || pair.reference(i, "id") > 1;
+    const bool is = !pair.has("id") || pair.actual(i, "id") > 1;
+    if (!was && !is) continue;
+    ++seen;
+    if (pair.equal(i, {"Z", "N.X", "N.Y", "N.Z", "id", "P.X", "P.Y", "P.Z"})) continue;
+    ++moved;
+    if (was != is || (pair.has("id") && !pair.equal(i, "id"))) {
+      ++gone;
+      continue;
+    }
+    if (!pair.has("Z")) continue;
+    const float a = pair.actual(i, "Z"), b = pair.reference(i, "Z");
+    if (a >= kNothingHit || b >= kNothingHit) continue;
+    // Across the surface, not along the view: a flat look at it makes much of a small move.
+    double across = 1;
+    if (view && pair.has("N.X")) {
+      const Vec3 normal{pair.reference(i, "N.X"), pair.reference(i, "N.Y"),
+                        pair.reference(i, "N.Z")};
+      const Vec3 p = unprojected(*view, pair.width(), pair.height(), i, b);
+      const Vec3 way = normalized(p - view->position);
+      across = std::max(0.05, std::fabs(static_cast<double>(dot(normal, way))));
+    }
+    const double far = std::fabs(static_cast<double>(a) - static_cast<double>(b)) * across;
+    if (far <= worst) continue;
+    worst = far;
+    if (view) {
+      where = unprojected(*view, pair.width(), pair.height(), i, a);
+      placed = true;
+    }
+  }
+  if (moved == 0)
+    return context.surfaces_known && !context.surfaces_equal
+               ? "surface: vertices moved that no pixel shows"
+               : "";
+  std::string text = "surface: ";
+  if (moved * 10 >= seen * 9)
+    text += "all of it moved";
+  else
+    text += fmt::format("1 pixel in {} moved",
+                        std::max(1L, std::lround(static_cast<double>(seen) / moved)));
+  if (worst > 0 && context.cell > 0)
+    text += fmt::format(", worst {:.2g} cells", worst / static_cast<double>(context.cell));
+  else if (worst > 0)
+    text += fmt::format(", worst {:.3g}", worst);
+  if (gone > 0) text += fmt::format(", the outline at {} pixels", gone);
+  if (placed && !context.balls.empty()) {
+    const auto near =
+        std::min_element(context.balls.begin(), context.balls.end(),
+                         [&](Vec3 u, Vec3 v) { return length(u - where) < length(v - where); });
+    text += fmt::format(", near ball {}", near - context.balls.begin());
+  }
+  return text;
+}
+
+/// What changed of the albedo: of one object or more, evenly (a colour) or here and there.
+std::string explain_albedo(const Pair& pair) {
+  struct Object {
+    int seen = 0, changed = 0;
+    double sum = 0, squares = 0;  // of the changes' ratios
+  };
+  std::map<int, Object> objects;
+  for (int i = 0; i < pair.pixels(); ++i) {
+    Object& object = objects[static_cast<int>(pair.reference(i, "id"))];
+    ++object.seen;
+    if (pair.equal(i, {"albedo.R", "albedo.G", "albedo.B"})) continue;
+    ++object.changed;
+    const double ratio = (length_of(pair.color(true, i, "albedo.")) + 1e-6) /
+                         (length_of(pair.color(false, i, "albedo.")) + 1e-6);
+    object.sum += ratio;
+    object.squares += ratio * ratio;
+  }
+  const std::map<int, std::string> names = object_names(pair.a());
+  std::string text;
+  for (const auto& [id, object] : objects) {
+    if (object.changed == 0) continue;
+    const double mean = object.sum / object.changed;
+    const double spread = std::sqrt(std::max(0.0, object.squares / object.changed - mean * mean));
+    const bool even = object.changed * 10 >= object.seen * 9 && spread < 0.1 * mean;
+    const auto name = names.find(id);
+    const std::string who = id == 1               ? "the floor"
+                            : id == 0             ? "what nothing hit"
+                            : name != names.end() ? "`" + name->second + "`"
+                                                  : fmt::format("object {}", id);
+    text += fmt::format("{}albedo differs on {}{}: {}", text.empty() ? "" : ", ", who,
+                        even ? "" : fmt::format(" at {} of {} pixels", object.changed, object.seen),
+                        even ? "colour" : "texture");
+  }
+  return text;
+}
+
+/// Every colour by the same curve: brightness or gamma.
+std::string explain_curve(const Pair& pair) {
+  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+  std::vector<std::pair<double, double>> points;
+  for (int i = 0; i < pair.pixels(); ++i)
+    for (const char* c : {"R", "G", "B"}) {
+      const double a = static_cast<double>(pair.actual(i, c)),
+                   b = static_cast<double>(pair.reference(i, c));
+      if (a < 0.01 || b < 0.01 || a >= 1 || b >= 1) continue;
+      const double x = std::log(b), y = std::log(a);
+      points.emplace_back(x, y);
+      n += 1;
+      sx += x;
+      sy += y;
+      sxx += x * x;
+      sxy += x * y;
+    }
+  const double det = n * sxx - sx * sx;
+  if (points.size() < 16 || !(det > 1e-9 * n * n)) return "";
+  const double slope = (n * sxy - sx * sy) / det, offset = (sy - slope * sx) / n;
+  // To 1 %, or to the step of 8 bits that a picture may be rounded to.
+  const auto code = [](double log_value) {
+    return 255 * static_cast<double>(linear_to_srgb(static_cast<float>(std::exp(log_value))));
+  };
+  for (const auto& [x, y] : points) {
+    const double wanted = slope * x + offset;
+    if (std::fabs(wanted - y) > 0.01 && std::fabs(code(wanted) - code(y)) > 1.5) return "";
+  }
+  if (std::fabs(slope - 1) > 0.003)
+    return fmt::format("all colours follow one curve: gamma, the old ones to the power {:.3g}",
+                       slope);
+  if (std::fabs(offset) > 0.003)
+    return fmt::format("all colours are {:.4g} times the old ones: brightness", std::exp(offset));
+  return "";
+}
+
+/// No code of 8 bits by more than one step.
+bool only_rounding(const Pair& pair) {
+  int changed = 0;
+  double sum = 0, size = 0;
+  for (int i = 0; i < pair.pixels(); ++i)
+    for (const char* c : {"R", "G", "B"}) {
+      const auto code = [](float v) {
+        return 255 * static_cast<double>(linear_to_srgb(std::clamp(v, 0.0f, 1.0f)));
+      };
+      const double difference = code(pair.actual(i, c)) - code(pair.reference(i, c));
+      if (std::fabs(difference) > 1.05) return false;
+      changed += std::fabs(difference) > 0.02;
+      sum += difference;
+      size += std::fabs(difference);
+    }
+  // Up as often as down.
+  return changed > 0 && std::fabs(sum) < 0.2 * size;
+}
+
+/// Differences that even out over blocks of pixels.
+bool only_noise(const Pair& pair) {
+  double blocks = 0, expected = 0;
+  int counted = 0;
+  for (int y = 0; y + kBlock <= pair.height(); y += kBlock)
+    for (int x = 0; x + kBlock <= pair.width(); x += kBlock) {
+      double sum = 0, squares = 0;
+      for (int v = 0; v < kBlock; ++v)
+        for (int u = 0; u < kBlock; ++u) {
+          const int i = (y + v) * pair.width() + x + u;
+          // As the eye has it, so that highlights do not decide.
+          const auto shown = [](Vec3 c) {
+            return std::sqrt(std::clamp(static_cast<double>(c.x + c.y + c.z) / 3, 0.0, 1.0));
+          };
+          const double d = shown(pair.color(true, i, "")) - shown(pair.color(false, i, ""));
+          sum += d;
+          squares += d * d;
+        }
+      if (squares == 0) continue;
+      blocks += sum * sum;
+      expected += squares;
+      ++counted;
+    }
+  // Independent errors: the square of a sum is the sum of the squares. Light that changes makes it
+  // up to 64 times as much.
+  return counted > 0 && blocks < 4 * expected;
+}
+
+/// Light, or how one object sends it back.
+std::string explain_light(const Pair& pair) {
+  // Light that changes shows on the floor and behind; what an object reflects hardly does.
+  std::map<int, double> changes;  // by id
+  int around = 0, changed = 0;
+  for (int i = 0; i < pair.pixels(); ++i) {
+    const int id = static_cast<int>(pair.reference(i, "id"));
+    const Vec3 before = pair.color(false, i, "");
+    const double by = length_of(pair.color(true, i, "") - before);
+    if (id > 1) {
+      changes[id] += by;
+      continue;
+    }
+    ++around;
+    changed += by > 0.05 * length_of(before);
+  }
+  if (changes.empty() || !pair.has("id") || changed * 10 > around) return "only light differs";
+  const int object = std::max_element(changes.begin(), changes.end(), [](auto& a, auto& b) {
+                       return a.second < b.second;
+                     })->first;
+  const std::map<int, std::string> names = object_names(pair.a());
+  const auto name = names.find(object);
+  return fmt::format(
+      "geometry and albedo equal, {} reflects light differently: roughness, metal or specular",
+      name != names.end() ? "`" + name->second + "`" : fmt::format("object {}", object));
+}
+
+/// "cube 12, sphere 12" against another such list.
+std::string explain_balls(const Image& actual, const Image& reference) {
+  const auto texts = attributes<std::string>(actual, reference, kBallsAttribute);
+  if (!texts || texts->first == texts->second) return "";
+  const std::vector<std::string> now = split(texts->first, ','), before = split(texts->second, ',');
+  if (now.size() != before.size()) return "other objects";
+  std::string text;
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    const auto count = [](const std::string& entry) {
+      return parse_integer(entry.substr(entry.rfind(' ') + 1)).value_or(0);
+    };
+    const std::int64_t a = count(now[i]), b = count(before[i]);
+    if (a == b) continue;
+    std::string name = now[i].substr(0, now[i].rfind(' '));
+    while (name.starts_with(' ')) name.erase(0, 1);
+    text += fmt::format("{}{} of `{}`, {} in place of {}", text.empty() ? "" : "; ",
+                        a == b - 1 ? "a ball is missing"
+                        : a < b    ? "balls are missing"
+                                   : "more balls",
+                        name, a, b);
+  }
+  return text.empty() ? "other objects" : text;
+}
+
+std::string explain_noise(const Image& actual, const Image& reference) {
+  if (const auto samples = attributes<int>(actual, reference, kSamplesAttribute);
+      samples && samples->first != samples->second)
+    return fmt::format("only noise differs: {} samples in place of {}", samples->first,
+                       samples->second);
+  if (const auto seed = attributes<std::string>(actual, reference, kSeedAttribute);
+      seed && seed->first != seed->second)
+    return fmt::format("only noise differs: seed {} in place of {}", seed->first, seed->second);
+  return "only noise differs (seed or samples)";
+}
+
+}  // namespace
+
+std::string view_text(const PinholeView& view) {
+  const auto& [p, f, u, tan] = view;
+  return fmt::format("{} {} {}  {} {} {}  {} {} {}  {}", p.x, p.y, p.z, f.x, f.y, f.z, u.x, u.y,
+                     u.z, tan);
+}
+
+bool parse_view(const std::string& text, PinholeView& view) {
+  auto& [p, f, u, tan] = view;
+  return std::sscanf(text.c_str(), "%f %f %f %f %f %f %f %f %f %f", &p.x, &p.y, &p.z, &f.x, &f.y,
+                     &f.z, &u.x, &u.y, &u.z, &tan) == 10;
+}
+
+std::string explain_change(const Image& actual, const Image& reference,
+                           const ChangeContext& context) {
+  const Pair pair(actual, reference);
+  if (!pair.comparable() || actual.pixels == reference.pixels) {
+    if (!pair.comparable() || !context.surfaces_known || context.surfaces_equal) return "";
+  }
+  std::optional<PinholeView> view;
+  std::string camera;
+  if (const auto texts = attributes<std::string>(actual, reference, kCameraAttribute)) {
+    PinholeView now, before;
+    if (parse_view(texts->first, now) && parse_view(texts->second, before)) {
+      view = now;
+      if (texts->first != texts->second) camera = explain_camera(pair, now, before);
+    }
+  }
+  const bool surfaces_equal = context.surfaces_known && context.surfaces_equal;
+  if (!camera.empty() && (surfaces_equal || !context.surfaces_known)) return camera;
+  const bool geometry_equal = pair.equal({"Z", "N.X", "N.Y", "N.Z", "id", "P.X", "P.Y", "P.Z"}) &&
+                              (!context.surfaces_known || context.surfaces_equal);
+  if (!geometry_equal) {
+    std::string why;
+    const auto plan = attributes<std::string>(actual, reference, kPlanAttribute);
+    if (const std::string balls = explain_balls(actual, reference); !balls.empty())
+      why = balls;
+    else if (plan && plan->first != plan->second)
+      why = "plan: other balls become other balls";
+    const std::string surface = explain_surface(pair, view, context);
+    for (const std::string& more : {camera, surface})
+      if (!more.empty()) why += (why.empty() ? "" : "; ") + more;
+    return why;
+  }
+  if (pair.has("albedo.R") && !pair.equal({"albedo.R", "albedo.G", "albedo.B"}))
+    return "geometry equal, " + explain_albedo(pair);
+  if (!pair.has("R") || pair.equal({"R", "G", "B"})) {
+    if (pair.has("A") && !pair.equal({"A"})) return "only alpha differs";
+    std::string names;
+    for (const std::string& channel : reference.channels)
+      if (!pair.equal({channel.c_str()})) names += (names.empty() ? "" : ", ") + channel;
+    return names.empty() ? "" : "only the layers differ: " + names;
+  }
+  if (const std::string curve = explain_curve(pair); !curve.empty()) return curve;
+  if (only_rounding(pair))
+    return "only rounding differs, by no more than one step of 8 bits: dither";
+  if (only_noise(pair)) return explain_noise(actual, reference);
+  return explain_light(pair);
+}
+
+}  // namespace polymorph

@@ -1,0 +1,206 @@
+// What golden suites do beside testing: hashes, accepting a run, other programs' frames, masks,
+// history, merged reports.
+#include "image/image_io.h"
+#include "testing/program.h"
+
+namespace polymorph {
+namespace {
+
+class GoldenTest : public ProgramTest {
+ protected:
+  void make_suite() const {
+    write("scenes/tiny.json", tiny_scene());
+    write("golden_frames/tiny/suite.json",
+          R"({"scene": "../../scenes/tiny.json", "frames": [1, 3]})");
+  }
+  void change_scene() const {
+    write("scenes/tiny.json", tiny_scene(4, R"({"shape": "torus", "spheres": {"balls": 12}})"));
+  }
+  void write_picture(const std::string& name, float level, int width = 16) const {
+    Image image = make_image(width, 16, {"R", "G", "B"});
+    for (float& v : image.pixels) v = 0.4f;
+    for (int i = 0; i < 12; ++i) image.pixels[static_cast<std::size_t>(i)] = level;
+    const auto bytes = encode_png(image);
+    ASSERT_TRUE(bytes);
+    write(name, *bytes);
+  }
+};
+
+TEST_F(GoldenTest, OneHashForEveryInstructionSet) {
+  make_suite();
+  const std::string wanted = run(0, {"golden", "hash"}).out;
+  const std::vector<std::string> lines = lines_of(wanted);
+  ASSERT_EQ(lines.size(), 2u) << wanted;
+  EXPECT_EQ(lines[0].find("  tiny/frame.0001"), 64u) << wanted;
+  int supported = 0;
+  for (const char* isa : {"sse2", "sse4.2", "avx", "avx2", "avx512"}) {
+    const Ran ran = run({"golden", "hash", "tiny", "--isa", isa});
+    if (ran.code == 5) continue;  // this processor lacks it
+    EXPECT_EQ(ran.code, 0) << ran.err;
+    EXPECT_EQ(ran.out, wanted) << isa;
+    ++supported;
+  }
+  EXPECT_GE(supported, 1);
+  // Of a scene: its first, middle and last frame.
+  const auto scene = lines_of(run(0, {"golden", "hash", "scenes/tiny.json"}).out);
+  ASSERT_EQ(scene.size(), 3u);
+  EXPECT_EQ(scene[0], lines[0]);
+}
+
+TEST_F(GoldenTest, ARunsFramesAreAcceptedWithoutRendering) {
+  make_suite();
+  run(0, {"golden", "update", "tiny", "--reason", "first"});
+  change_scene();
+  run(1, {"golden", "test", "--report", "out", "--failures", "out/frames"});
+  const std::string golden = "golden_frames/tiny/frame.0003.exr";
+  const std::string before = read_text(folder / golden);
+  const auto accept = [&](int code, std::vector<std::string> more) {
+    more.insert(more.begin(), {"golden", "accept"});
+    return run(code, more);
+  };
+  EXPECT_TRUE(contains(accept(2, {"out"}).err, "--reason"));
+  EXPECT_TRUE(contains(accept(2, {"--reason", "x"}).err, "needs the report"));
+  EXPECT_TRUE(contains(accept(3, {"golden_frames", "--reason", "x"}).err, "no report.json"));
+  // The scene is another one than the report's.
+  write("scenes/tiny.json", tiny_scene());
+  EXPECT_TRUE(contains(accept(3, {"out", "--reason", "x"}).err, "of another scene"));
+  change_scene();
+  // A frame that is not what the run wrote.
+  const std::string kept = read_text(folder / "out/frames/tiny/frame.0003.actual.exr");
+  write("out/frames/tiny/frame.0003.actual.exr", kept + " ");
+  EXPECT_TRUE(contains(accept(3, {"out", "--reason", "x"}).err, "not the file that the run wrote"));
+  EXPECT_EQ(read_text(folder / golden), before) << "all or nothing";
+  write("out/frames/tiny/frame.0003.actual.exr", kept);
+  // Another program's report.
+  const std::string report = read_text(folder / "out/report.json");
+  std::string other = report;
+  other.replace(other.find("\"program\": \"") + 12, 3, "???");
+  write("out/report.json", other);
+  EXPECT_TRUE(contains(accept(3, {"out", "--reason", "x"}).err, "another program"));
+  write("out/report.json", report);
+
+  EXPECT_TRUE(contains(accept(3, {"out", "--reason", "x", "--only", "7"}).err, "no failed frame"));
+  const Ran one = accept(0, {"out", "--reason", "a torus", "--only", "3"});
+  EXPECT_TRUE(contains(one.out, "frame.0003.exr")) << one.out;
+  EXPECT_FALSE(contains(one.out, "frame.0001.exr")) << one.out;
+  EXPECT_EQ(read_text(folder / golden), kept);
+  ASSERT_EQ(
+      std::system(("cd '" + folder.string() + "' && tar czf out.tar.gz out && rm -r out").c_str()),
+      0);
+  accept(0, {"out.tar.gz", "--reason", "a torus"});
+  const std::string changes = read_text(folder / "golden_frames/tiny/CHANGES.md");
+  const std::string entry = ": a torus\n";
+  EXPECT_TRUE(contains(changes, entry)) << changes;
+  EXPECT_EQ(changes.find(entry), changes.rfind(entry)) << "one reason, one line\n" << changes;
+  run(0, {"golden", "test"});
+}
+
+TEST_F(GoldenTest, AFailureSaysWhatChanged) {
+  make_suite();
+  run(0, {"golden", "update", "tiny", "--reason", "first"});
+  std::string scene = tiny_scene();
+  scene.replace(scene.find('{'), 1, R"({"lights": {"key_intensity": 4.5}, )");
+  write("scenes/tiny.json", scene);
+  const auto json = parse(run(1, {"golden", "test", "--json"}).out);
+  EXPECT_EQ(json["cases"][0]["cause"], "only light differs");
+}
+
+TEST_F(GoldenTest, FramesOfAnotherProgram) {
+  write("golden_frames/other/suite.json",
+        R"({"command": "cp picture{frame}.png {out}", "format": "png", "frames": [1, 2]})");
+  write_picture("golden_frames/other/picture1.png", 0.4f);
+  write_picture("golden_frames/other/picture2.png", 0.8f);
+  run(0, {"golden", "update", "other", "--reason", "first"});
+  EXPECT_EQ(read_text(folder / "golden_frames/other/frame.0002.png"),
+            read_text(folder / "golden_frames/other/picture2.png"));
+  EXPECT_FALSE(exists("golden_frames/other/surface.csv"));
+  run(0, {"golden", "test"});
+  write_picture("golden_frames/other/picture2.png", 0.1f);
+  const Ran changed = run(1, {"golden", "test", "--report", "out", "--failures", "out/frames"});
+  EXPECT_TRUE(contains(changed.out, "other frame 2: FAILED: ")) << changed.out;
+  run(0, {"golden", "accept", "out", "--reason", "darker"});
+  run(0, {"golden", "test"});
+  write("golden_frames/other/suite.json", R"({"command": "false {out}", "frames": [1]})");
+  EXPECT_TRUE(contains(run(3, {"golden", "test"}).err, "exit code 1"));
+  write("golden_frames/other/suite.json", R"({"command": "true", "frames": [1]})");
+  EXPECT_TRUE(contains(run(3, {"golden", "test"}).err, "{out}"));
+}
+
+TEST_F(GoldenTest, MaskedPixelsMayDiffer) {
+  const std::string command =
+      R"("command": "cp picture.png {out}", "format": "png", "frames": [1])";
+  write("golden_frames/other/suite.json", "{" + command + "}");
+  write_picture("golden_frames/other/picture.png", 0.4f);
+  run(0, {"golden", "update", "other", "--reason", "first"});
+  write_picture("golden_frames/other/picture.png", 0.9f);
+  run(1, {"golden", "test"});
+  Image mask = make_image(16, 16, {"R", "G", "B"});
+  for (int i = 0; i < 12; ++i) mask.pixels[static_cast<std::size_t>(i)] = 1;
+  const auto bytes = encode_png(mask);
+  ASSERT_TRUE(bytes);
+  write("golden_frames/other/mask.png", *bytes);
+  write("golden_frames/other/suite.json",
+        "{" + command + R"(, "masks": [{"file": "mask.png", "why": "a clock"}]})");
+  const auto json = parse(run(0, {"golden", "test", "--json"}).out);
+  EXPECT_TRUE(contains(json["cases"][0]["reason"], "4 pixels are masked"))
+      << json["cases"][0]["reason"];
+  EXPECT_TRUE(json["notes"].empty()) << "a mask is no orphan: " << json["notes"];
+  write_picture("golden_frames/other/mask.png", 1, 8);
+  EXPECT_TRUE(contains(run(3, {"golden", "test"}).err, "the frames have 16 x 16"));
+  write("golden_frames/other/suite.json", "{" + command + R"(, "masks": [{"file": "mask.png"}]})");
+  EXPECT_TRUE(contains(run(3, {"golden", "test"}).err, "no reason"));
+}
+
+TEST_F(GoldenTest, DifferencesThatGrowBelowTheLimitAreAnAlarm) {
+  write("golden_frames/other/suite.json",
+        R"({"command": "cp picture.png {out}", "format": "png", "frames": [1],
+            "tolerance": {"fail_percent": 50, "flip_mean": 0.5, "why": "a test"}})");
+  write_picture("golden_frames/other/picture.png", 0.4f);
+  run(0, {"golden", "update", "other", "--reason", "first"});
+  for (int i = 0; i < 5; ++i) {
+    write_picture("golden_frames/other/picture.png", 0.42f + 0.05f * static_cast<float>(i));
+    const Ran ran = run(0, {"golden", "test", "--history", "--report", "out", "--overwrite"});
+    EXPECT_EQ(contains(ran.err, "rose in each of the last four runs"), i == 4) << ran.err;
+  }
+  const auto lines = lines_of(read_text(folder / "golden_frames/other/history.csv"));
+  EXPECT_EQ(lines.size(), 16u);
+  EXPECT_EQ(lines[0], "commit,metric,mean,worst,share");
+  EXPECT_TRUE(contains(read_text(folder / "out/index.html"), "\"rising\":true"));
+}
+
+TEST_F(GoldenTest, ReportsOfShardsBecomeOne) {
+  make_suite();
+  for (const char* name : {"one", "two"})
+    write(Path("golden_frames") / name / "suite.json",
+          R"({"scene": "../../scenes/tiny.json", "frames": [1]})");
+  run(0, {"golden", "update", "one", "--reason", "first"});
+  run(0, {"golden", "test", "one", "--report", "a", "--failures", "a/frames"});
+  run(1, {"golden", "test", "two", "--report", "b", "--failures", "b/frames"});
+  run(2, {"golden", "merge", "a", "b"});
+  run(1, {"golden", "merge", "a", "b/report.json", "-o", "all"});
+  const auto json = parse(read_text(folder / "all/report.json"));
+  EXPECT_EQ(json["cases"].size(), 2u);
+  EXPECT_EQ(json["failed"], 1);
+  EXPECT_EQ(json["suites"].size(), 2u);
+  EXPECT_TRUE(contains(read_text(folder / "all/junit.xml"), "tests=\"2\" failures=\"1\""));
+  EXPECT_TRUE(exists("all/frames/two/frame.0001.actual.exr"));
+  EXPECT_TRUE(contains(run(3, {"golden", "merge", "a", "a", "-o", "twice"}).err,
+                       "stands in another report"));
+  run(0, {"golden", "accept", "all", "--reason", "first"});
+  run(0, {"golden", "test", "one", "two"});
+}
+
+TEST_F(GoldenTest, FlickerIsWhatChangesWhereNothingMoves) {
+  for (int frame = 1; frame <= 3; ++frame) {
+    write_picture("ref.000" + std::to_string(frame) + ".png", 0.4f);
+    write_picture("new.000" + std::to_string(frame) + ".png", frame == 2 ? 0.8f : 0.4f);
+  }
+  const auto json = parse(run(1, {"compare", "new.####.png", "ref.####.png", "--json"}).out);
+  EXPECT_GT(json[0]["flicker"].get<double>(), 0);
+  EXPECT_EQ(json[0]["reference_flicker"].get<double>(), 0);
+  EXPECT_EQ(json[0]["flicker"], json[1]["flicker"]);
+  EXPECT_FALSE(json[2].contains("flicker"));
+}
+
+}  // namespace
+}  // namespace polymorph
