@@ -283,6 +283,20 @@ TEST_F(LoadObj, AnInsideOutModelIsTurnedAndKeepsGoodNormals) {
   EXPECT_EQ(faces[0], (Vec3{-1, 0, 0}));
 }
 
+TEST_F(LoadObj, FacesThatLookTheWrongWayAreTurnedAndTold) {
+  std::string text = kCubeObj;
+  const std::string right = "f 1 5 7 3\n";
+  text.replace(text.find(right), right.size(), "f 3 7 5 1\n");
+  const Model model = good(text);
+  EXPECT_TRUE(any_contains(warnings_, ": 2 of 12 faces look the wrong way")) << "triangles";
+  EXPECT_NEAR(volume_of(model), 1, 1e-6);
+  const std::vector<Vec3> faces = face_normals(model);
+  for (std::size_t c = 0; c < model.corner_normals.size(); ++c)
+    EXPECT_GT(dot(model.corner_normals[c], faces[c / 3]), 0.99f) << c;
+  EXPECT_EQ(good(kCubeObj).triangles.size(), 12u);
+  EXPECT_FALSE(any_contains(warnings_, "wrong way"));
+}
+
 TEST_F(LoadObj, FarFromTheOriginIsAWarning) {
   good("v 1000000 0 0\nv 1000001 0 0\nv 1000000 1 0\nf 1 2 3\n");
   EXPECT_TRUE(any_contains(warnings_, "away from the origin"));
