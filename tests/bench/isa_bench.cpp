@@ -14,7 +14,7 @@
 #include "base/parallel.h"
 #include "base/random.h"
 #include "model/load_obj.h"
-#include "render/floating_point.h"
+#include "kernels/floating_point.h"
 #include "render/scene_build.h"
 #include "render/vector_math.h"
 

@@ -310,9 +310,9 @@ TEST_F(Render, PixelsDependOnTheSceneAlone) {
   const auto warm = digests({"-o", "two.####.exr", "-t", "2"});
   EXPECT_EQ(cold, warm);
   EXPECT_NE(cold[1], cold[2]);
-  broadcast("one.####.exr", "two.####.exr");
+  same("one.####.exr", "two.####.exr");
   EXPECT_EQ(digests({"-o", "alone.exr", "-t", "2", "-f", "3", "--no-cache"}).front(), cold[2]);
-  broadcast("alone.exr", "one.0003.exr");
+  same("alone.exr", "one.0003.exr");
 }
 
 }  // namespace
