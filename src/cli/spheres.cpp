@@ -166,7 +166,14 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
   const Stopwatch stopwatch;
   PM_TRY(made.approximation, approximate_cached(model, settings, cache_folder(line.common)));
   made.seconds = stopwatch.seconds();
-  const InsideTest inside(model);
+  // Balls of a shell or of a solidified model are judged by what they stand for.
+  PM_TRY(const Model solid, solid_of(model, settings));
+  if (!settings.solidify && solid.triangles.size() != model.triangles.size())
+    log_info(
+        "{}: it bounds no solid, so it is taken for a shell and given thickness; --solidify "
+        "fills it",
+        model.name);
+  const InsideTest inside(solid);
   const Vec3 size = model.box().size();
   const float cell = std::max({size.x, size.y, size.z}) / static_cast<float>(options.grid);
   const auto extractor = make_cpu_extractor();
@@ -174,10 +181,10 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
   if (made.balls.empty()) {
     PM_TRY(made.balls,
            unfitted_balls(made.approximation.tree.leaves(), settings.method,
-                          solid_volume(model, inside), FieldSettings{}, cell, {}, *extractor));
+                          solid_volume(solid, inside), FieldSettings{}, cell, {}, *extractor));
   }
   PM_TRY(made.figures,
-         measure_quality(model, inside, made.balls, FieldKind::kGaussian, options.grid));
+         measure_quality(solid, inside, made.balls, FieldKind::kGaussian, options.grid));
   if (options.json.wanted)
     PM_TRY_STATUS(write_json(options.json, to_json(model, options, made)));
   else

@@ -158,6 +158,14 @@ std::vector<Sphere> SphereTree::leaves() const {
   return spheres;
 }
 
+Result<Model> solid_of(const Model& model, const SphereSettings& settings) {
+  if (settings.solidify) return solidify(model);
+  if (diagnose(model).closed) return model;
+  const InsideTest winding(model);
+  if (undecided_share(model, winding) < kShellShare) return model;
+  return thickened(model, winding);
+}
+
 Result<Approximation> approximate(const Model& model, const SphereSettings& settings) {
   if (settings.resolution < 0 || settings.resolution > kFinestResolution)
     return make_error(ErrorCode::kInput,
