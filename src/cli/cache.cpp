@@ -43,24 +43,28 @@ Result<int> list(const fs::path& folder, const CacheOptions& options) {
   for (const CacheEntry& entry : entries) {
     bytes += entry.bytes;
     bad += entry.problem.empty() ? 0 : 1;
-    nlohmann::ordered_json one{
-        {"key", entry.key}, {"bytes", entry.bytes}, {"age_seconds", entry.age}};
+    nlohmann::ordered_json one{{"key", entry.key},
+                               {"kind", entry.kind->name},
+                               {"bytes", entry.bytes},
+                               {"age_seconds", entry.age}};
     if (verify) {
       one["ok"] = entry.problem.empty();
-      one["spheres"] = entry.spheres;
-      one["balls"] = entry.balls;
+      if (entry.spheres > 0) one["spheres"] = entry.spheres;
+      if (entry.spheres > 0) one["balls"] = entry.balls;
       if (!entry.problem.empty()) one["problem"] = entry.problem;
     }
     json["entries"].push_back(one);
     if (options.json.wanted) continue;
     if (!entry.problem.empty())
       print_data("{}: {}\n", entry.file.filename().string(), entry.problem);
-    else if (verify)
+    else if (verify && entry.balls + entry.spheres > 0)
       print_data("{}: ok, {} spheres, {} balls\n", entry.file.filename().string(), entry.spheres,
                  entry.balls);
+    else if (verify)
+      print_data("{}: ok\n", entry.file.filename().string());
     else
-      print_data("{}  {:>9}  {:>8}\n", entry.key, format_bytes(static_cast<double>(entry.bytes)),
-                 format_age(entry.age));
+      print_data("{}  {:<9}  {:>9}  {:>8}\n", entry.key, entry.kind->name,
+                 format_bytes(static_cast<double>(entry.bytes)), format_age(entry.age));
   }
   json["bytes"] = bytes;
   if (options.json.wanted) {
@@ -128,7 +132,7 @@ Result<int> run_cache(const CommandLine& line, const CacheOptions& options) {
 void add_cache(CommandLine& line) {
   auto options = std::make_shared<CacheOptions>();
   CLI::App* command =
-      add_command(line, "cache", "List, check or clean the cache of sphere approximations.",
+      add_command(line, "cache", "List, check or clean the cache of spheres, distances and paces.",
                   "  polymorph cache ls\n  polymorph cache verify\n"
                   "  polymorph cache gc --max-size 1G --max-age 30d\n  polymorph cache clear",
                   "  0 done   1 verify found a bad file   2 usage   4 a file cannot be removed");

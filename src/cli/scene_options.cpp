@@ -37,8 +37,8 @@ void add_scene_options(CLI::App* command, SceneOptions& options) {
       ->group("Scene");
   command
       ->add_option("--aovs", options.aovs,
-                   "layers of the EXR: Z,N,P,albedo,uv,motion,morph,label,id,crypto_object,"
-                   "crypto_material,crypto_label, all or none")
+                   "layers of the EXR: Z, N, P, albedo, uv, motion, morph, label, id, "
+                   "crypto_object, crypto_material, crypto_label, all or none; commas between")
       ->type_name("LIST")
       ->group("Scene");
   command->add_option("--seed", options.seed, "of the sampling noise")

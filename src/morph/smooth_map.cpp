@@ -184,7 +184,7 @@ Result<std::shared_ptr<const Regression>> with_shortfalls(
     const FrameMap& map, const MorphPlan& plan, const std::vector<Ball>& balls,
     const DistanceGrid& from, const DistanceGrid& to, SurfaceExtractor& extractor) {
   // The regression takes peaks off.
-  constexpr float kGain = 1.4f;
+  constexpr float kGain = 1.2f;
   std::vector<Vec3> centers;
   for (const Ball& ball : balls) centers.push_back(ball.center);
   std::vector<AttributeValues> values;

@@ -16,7 +16,8 @@ class Config : public ProgramTest {
   }
   std::vector<int> frames(const Ran& ran) const {
     std::vector<int> all;
-    for (const auto& frame : parse(ran.out)["frames"]) all.push_back(frame["frame"]);
+    const auto report = parse(ran.out);
+    for (const auto& frame : report["frames"]) all.push_back(frame["frame"]);
     return all;
   }
 };

@@ -64,7 +64,7 @@ TEST_F(Usage, BadPattern) {
   expect_usage({"render", "scene.json", "-o", "f.##.####.exr"}, "two places");
   expect_usage({"render", "scene.json", "-o", "out/"}, "names a folder");
   expect_usage({"render", "scene.json", "-o", "f.jpg"}, "unknown image format \".jpg\"");
-  expect_usage({"mesh", "scene.json", "-o", "m.stl"}, "use .obj or .ply");
+  expect_usage({"mesh", "scene.json", "-o", "m.stl"}, "use .obj, .ply, .usda or .glb");
   expect_usage({"strip", "scene.json", "-o", "s.jpg"}, "unknown image format \".jpg\"");
 }
 
@@ -143,7 +143,7 @@ TEST_F(Usage, BadValues) {
   expect_usage({"render", "scene.json", "--shard", "auto"}, "neither a Slurm array");
   expect_usage({"render", "scene.json", "--overwrite", "--skip-existing"}, "excludes");
   expect_usage({"render", "scene.json", "--progress", "loud"}, "--progress");
-  expect_usage({"golden", "shine"}, "shine not in {test,update,list}");
+  expect_usage({"golden", "shine"}, "shine not in {test,update,accept,merge,list,hash}");
   expect_usage({"bench", "nothing"}, "nothing not in {surface,report,render,all}");
 }
 
@@ -201,7 +201,9 @@ class Help : public ProgramTest {};
 TEST_F(Help, AloneIsUsage) {
   const Ran ran = run(2, {});
   EXPECT_EQ(ran.out, "");
-  EXPECT_TRUE(contains(ran.err, "Usage: polymorph COMMAND [OPTIONS]"));
+  EXPECT_TRUE(contains(ran.err, "Start here:")) << ran.err;
+  EXPECT_TRUE(contains(ran.err, " demo")) << ran.err;
+  EXPECT_TRUE(contains(ran.err, "--help lists all commands")) << ran.err;
 }
 
 TEST_F(Help, Version) {
