@@ -13,8 +13,8 @@
 #include "base/hash.h"
 #include "base/parallel.h"
 #include "base/random.h"
-#include "model/load_obj.h"
 #include "kernels/floating_point.h"
+#include "model/load_obj.h"
 #include "render/scene_build.h"
 #include "render/vector_math.h"
 

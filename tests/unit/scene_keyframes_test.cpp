@@ -164,7 +164,8 @@ TEST_F(KeyframesInScenes, WhatIsWrongIsNamedWithItsLineAndKey) {
   fails(azimuth(R"({"keys": [{"t": 0, "value": 4, "ease": 1}]})"), "/keys/0/ease: unknown key");
   fails(azimuth(R"({"keys": [{"t": 0, "value": 4}], "easing": "lineal"})"),
         "/camera/azimuth/easing: must be \"smooth\"");
-  fails(azimuth(R"({"keys": [{"t": 0, "value": "4"}]})"), "/keys/0/value: must be a number (is a string)");
+  fails(azimuth(R"({"keys": [{"t": 0, "value": "4"}]})"),
+        "/keys/0/value: must be a number (is a string)");
   fails(azimuth(R"({"keys": [{"leg": 2.5, "value": 4}]})"),
         "/keys/0: is at leg 2.5, but the first actor's last leg, 1, ends at 2");
   fails(azimuth(R"({"keys": [4]})"), "/keys/0: must be an object");
