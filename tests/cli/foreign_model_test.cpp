@@ -67,8 +67,8 @@ TEST_F(ForeignModel, ColoursOfPointsBecomeMaterials) {
                             "spheres": {"balls": 12}, "surface": {"resolution": 16}})");
   run(0, {"mesh", "scene.json", "-f", "1", "-o", "m.obj"});
   const std::string mtl = read_text(folder / "m.mtl");
-  EXPECT_TRUE(contains(mtl, "newmtl color_fc0000\nKd 0.97")) << mtl;
-  EXPECT_TRUE(contains(mtl, "newmtl color_00fc00\n")) << mtl;
+  EXPECT_TRUE(contains(mtl, "newmtl color_ff0000\nKd 1 0 0")) << mtl;
+  EXPECT_TRUE(contains(mtl, "newmtl color_00ff00\n")) << mtl;
   // Upright now: the red half is on top.
   const auto json = info("m.obj");
   EXPECT_NEAR(json["size"][1].get<double>() / json["size"][2].get<double>(), 0.25, 1e-5);

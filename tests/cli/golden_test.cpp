@@ -144,7 +144,7 @@ TEST_F(GoldenTest, MaskedPixelsMayDiffer) {
   const auto json = parse(run(0, {"golden", "test", "--json"}).out);
   EXPECT_TRUE(contains(json["cases"][0]["reason"], "4 pixels are masked"))
       << json["cases"][0]["reason"];
-  EXPECT_TRUE(json["notes"].empty()) << "a mask is no orphan: " << json["notes"];
+  EXPECT_FALSE(contains(json["notes"].dump(), "mask.png")) << "a mask is no orphan";
   write_picture("golden_frames/other/mask.png", 1, 8);
   EXPECT_TRUE(contains(run(3, {"golden", "test"}).err, "the frames have 16 x 16"));
   write("golden_frames/other/suite.json", "{" + command + R"(, "masks": [{"file": "mask.png"}]})");
