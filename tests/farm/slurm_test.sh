@@ -3,6 +3,10 @@
 # one is told to stop early and queues itself again; the frames are then, bit for bit, those of a single process.
 # Exit code 77: there is no Slurm here and none can be installed.
 set -euo pipefail
+if [[ ${POLYMORPH_TEST_SLURM:-} != 1 ]]; then
+  echo "SKIPPED: set POLYMORPH_TEST_SLURM=1 to run it (it starts slurmctld and munged)"
+  exit 77
+fi
 here=$(cd "$(dirname "$0")" && pwd)
 export PATH=$PATH:/usr/sbin
 
