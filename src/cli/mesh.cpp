@@ -14,6 +14,7 @@
 #include "sequence/geometry.h"
 #include "sequence/render_sequence.h"
 #include "sequence/surface_frames.h"
+#include "surface/append.h"
 #include "surface/balls_io.h"
 #include "surface/level.h"
 #include "surface/mesh_check.h"
@@ -68,14 +69,8 @@ Status write_balls(const PreparedScene& prepared, const FrameGeometry& geometry,
 /// All actors' surfaces as one.
 Mesh merged(std::span<const SurfaceFrame> frames) {
   Mesh mesh;
-  for (const SurfaceFrame& frame : frames) {
-    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-    mesh.positions.insert(mesh.positions.end(), frame.positions.begin(), frame.positions.end());
-    mesh.normals.insert(mesh.normals.end(), frame.normals.begin(), frame.normals.end());
-    for (const Triangle& t : frame.triangles)
-      mesh.triangles.push_back({{t.v[0] + first, t.v[1] + first, t.v[2] + first}});
-  }
-  if (mesh.normals.size() != mesh.positions.size()) mesh.normals.clear();
+  for (const SurfaceFrame& frame : frames)
+    append(mesh, frame.positions, frame.normals, frame.triangles);
   return mesh;
 }
 

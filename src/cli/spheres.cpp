@@ -167,8 +167,9 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
   PM_TRY(made.approximation, approximate_cached(model, settings, cache_folder(line.common)));
   made.seconds = stopwatch.seconds();
   // Balls of a shell or of a solidified model are judged by what they stand for.
-  PM_TRY(const Model solid, solid_of(model, settings));
-  if (!settings.solidify && solid.triangles.size() != model.triangles.size())
+  PM_TRY(const std::optional<Model> stand_in, solid_stand_in(model, settings));
+  const Model& solid = stand_in ? *stand_in : model;
+  if (stand_in && !settings.solidify)
     log_info(
         "{}: it bounds no solid, so it is taken for a shell and given thickness; --solidify "
         "fills it",

@@ -15,7 +15,6 @@ namespace polymorph {
 /// The scene's settings, what is in its files, and the program. Contents count and not spellings:
 /// neither where the files lie nor from which folder the program was started changes it, and of
 /// `output` only how the pixels are encoded. `models`: as load_models() gives them.
-/// `tracks` included.
 std::string content_hash(const Scene& scene, std::span<const Model> models,
                          const Image* environment, std::string_view program = program_identity());
 

@@ -7,6 +7,7 @@
 #include "sequence/frame_labels.h"
 #include "sequence/leg_surface.h"
 #include "sequence/looks.h"
+#include "surface/append.h"
 #include "surface/crossfade.h"
 #include "surface/grid.h"
 #include "surface/level.h"
@@ -26,17 +27,6 @@ Mesh model_mesh(const PreparedActor& actor, const ActorGeometry& geometry) {
   Model model = object_of(actor, geometry.moment.object).model;
   model.points = geometry.points;
   return {model.points, point_normals(model), model.triangles};
-}
-
-/// `more` after `mesh`.
-void append(Mesh& mesh, const Mesh& more) {
-  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-  mesh.positions.insert(mesh.positions.end(), more.positions.begin(), more.positions.end());
-  mesh.normals.insert(mesh.normals.end(), more.normals.begin(), more.normals.end());
-  for (const Triangle& t : more.triangles)
-    mesh.triangles.push_back({{t.v[0] + first, t.v[1] + first, t.v[2] + first}});
-  // A flat one, which has no normals, makes the whole flat.
-  if (mesh.normals.size() != mesh.positions.size()) mesh.normals.clear();
 }
 
 /// The moment of a stage in which a model shows, whole or on its way to or from its balls.

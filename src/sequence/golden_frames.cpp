@@ -11,15 +11,16 @@
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/sha256.h"
+#include "base/shell_quote.h"
 #include "base/text.h"
 #include "image/image_io.h"
 #include "scene/load_scene.h"
-#include "sequence/content_hash.h"
 #include "sequence/device.h"
 #include "sequence/geometry.h"
 #include "sequence/render_frame.h"
 #include "sequence/render_scene.h"
 #include "sequence/render_sequence.h"
+#include "sequence/status.h"
 #include "surface/mesh_check.h"
 
 namespace polymorph {
@@ -32,24 +33,17 @@ void replace_all(std::string& text, const std::string& what, const std::string& 
     text.replace(at, what.size(), by);
 }
 
-/// As one word for /bin/sh.
-std::string quoted(const std::string& word) {
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
-}
-
 Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
   std::string folder = (fs::temp_directory_path() / "polymorph-golden-XXXXXX").string();
   if (!::mkdtemp(folder.data()))
     return make_error(ErrorCode::kOutput, "{}: cannot make a folder to work in", folder);
   const fs::path out = fs::path(folder) / fmt::format("frame.{:04}.{}", frame, suite.format);
   std::string command = suite.command;
-  replace_all(command, "{out}", quoted(out.string()));
+  replace_all(command, "{out}", shell_quoted(out.string()));
   replace_all(command, "{frame}", fmt::format("{}", frame));
   // In the suite's folder, with what it prints on standard error: standard output is data.
   const std::string line =
-      fmt::format("cd {} && ( {} ) 1>&2", quoted(suite.folder.string()), command);
+      fmt::format("cd {} && ( {} ) 1>&2", shell_quoted(suite.folder.string()), command);
   const int status = std::system(line.c_str());
   RenderedFrame rendered;
   rendered.surface.frame = frame;
@@ -132,13 +126,7 @@ Result<std::string> suite_hash(const GoldenSuite& suite) {
   if (!suite.command.empty())
     return Hasher().add(std::string_view(suite.command)).add(std::string_view(suite.format)).hex();
   PM_TRY(const Scene scene, load_scene(suite.scene));
-  PM_TRY(const LoadedScene loaded, load_models(scene, true));
-  std::shared_ptr<const Image> environment;
-  if (!scene.lights.environment.empty()) {
-    PM_TRY(Image image, read_image(scene.lights.environment));
-    environment = std::make_shared<const Image>(std::move(image));
-  }
-  return content_hash(scene, loaded.models, environment.get(), "");
+  return sequence_hash(scene, /*program=*/"");
 }
 
 std::string pixel_sha256(const Image& image) {

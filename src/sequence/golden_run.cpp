@@ -12,12 +12,9 @@
 #include "compare/pictures.h"
 #include "image/image_io.h"
 #include "scene/load_scene.h"
-#include "sequence/device.h"
 #include "sequence/golden_frames.h"
 #include "sequence/golden_write.h"
-#include "sequence/render_frame.h"
 #include "sequence/render_sequence.h"
-#include "surface/mesh_check.h"
 
 namespace polymorph {
 namespace {

@@ -5,6 +5,7 @@
 #include "base/parallel.h"
 #include "morph/motion.h"
 #include "morph/pull_back.h"
+#include "render/vector_math.h"
 #include "sequence/leg_surface.h"
 
 namespace polymorph {
@@ -44,11 +45,6 @@ Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const std::vect
   return pull_back(leg.plan, time, balls, points, extractor);
 }
 
-float smooth_step(float from, float to, float u) {
-  const float t = std::clamp((u - from) / (to - from), 0.0f, 1.0f);
-  return t * t * (3 - 2 * t);
-}
-
 /// When a leg's colours change, by its progress: the source's detail goes, then the colours that
 /// are left turn into the target's, then the target's detail comes. Detail of both at once would
 /// show a face on a back; half way, where maps stretch most, it would be torn.
@@ -58,7 +54,7 @@ struct ColorFade {
 };
 
 ColorFade color_fade(float u) {
-  return {smooth_step(0.2f, 0.8f, u), 1 - smooth_step(0.1f, 0.45f, u), smooth_step(0.55f, 0.9f, u)};
+  return {smoothstep(0.2f, 0.8f, u), 1 - smoothstep(0.1f, 0.45f, u), smoothstep(0.55f, 0.9f, u)};
 }
 
 Vec3 plain_color(const PreparedObject& object, Vec3 at) {
@@ -108,7 +104,7 @@ Status blend_end_normals(const PreparedActor& actor, const PreparedLeg& leg,
   constexpr float kGone = 0.3f;
   const float u = geometry.moment.u, near = std::min(u, 1 - u);
   if (near >= kGone || geometry.surface.normals.empty()) return Ok{};
-  const float fade = 1 - near / kGone, weight = fade * fade * (3 - 2 * fade);
+  const float fade = 1 - near / kGone, weight = smoothstep(0, 1, fade);
   const FrameMap& map = geometry.map;
   PM_TRY(const PullBack pulled, pull_back(map, geometry.surface.positions, extractor));
   const bool leaving = u < 0.5f;

@@ -104,9 +104,6 @@ ObjectLegs legs_of(const Timeline& timeline, std::size_t object) {
   return legs;
 }
 
-/// The radius of the thinnest part of a model that all cells of its surface see, in cells.
-constexpr float kThinnest = 0.9f;
-
 /// The object's distances, and what is measured on their surface.
 Status add_distances(PreparedObject& object, float cell, float thinnest, double min_component_share,
                      bool solidified, SurfaceExtractor& extractor,
@@ -171,7 +168,7 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
   object.ball_labels = face_labels(object.model, object.balls);
   object.closest = std::make_shared<const ClosestPointQuery>(object.model);
   if (legs.distances)
-    PM_TRY_STATUS(add_distances(object, cell, kThinnest * cell,
+    PM_TRY_STATUS(add_distances(object, cell, kThinnestPart * cell,
                                 static_cast<double>(scene.surface.min_component_share),
                                 spheres.solidify, extractor, cache));
   add_colors(object, scene.look.kind == LookKind::kOwn);

@@ -4,7 +4,6 @@
 #include <optional>
 #include <variant>
 
-#include "base/hash.h"
 #include "base/parallel.h"
 #include "image/image_io.h"
 #include "sequence/content_hash.h"
@@ -13,13 +12,13 @@
 
 namespace polymorph {
 
-Result<std::string> sequence_hash(const Scene& scene) {
+Result<std::string> sequence_hash(const Scene& scene, std::string_view program) {
   PM_TRY(const LoadedScene loaded, load_models(scene, /*textures=*/true));
   std::optional<Image> environment;
   if (!scene.lights.environment.empty()) {
     PM_TRY(environment, read_image(scene.lights.environment));
   }
-  return content_hash(scene, loaded.models, environment ? &*environment : nullptr);
+  return content_hash(scene, loaded.models, environment ? &*environment : nullptr, program);
 }
 
 FileState file_state(const std::filesystem::path& file, const std::string& hash, int frame) {

@@ -4,8 +4,10 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "base/program_identity.h"
 #include "base/result.h"
 #include "scene/scene.h"
 #include "sequence/frames.h"
@@ -19,9 +21,10 @@ enum class FileState {
   kUnreadable,  ///< no whole image
 };
 
-/// The hash in the headers of the scene's frames (content_hash()). Loads the models; makes no
-/// balls. Errors: kInput.
-Result<std::string> sequence_hash(const Scene& scene);
+/// The hash in the headers of the scene's frames (content_hash()), or, without a program, that of
+/// what they are made of. Loads the models; makes no balls. Errors: kInput.
+Result<std::string> sequence_hash(const Scene& scene,
+                                  std::string_view program = program_identity());
 
 /// Reads the whole file: a name alone proves nothing. `frame` as in its header.
 FileState file_state(const std::filesystem::path& file, const std::string& hash, int frame);

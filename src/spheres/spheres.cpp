@@ -131,13 +131,13 @@ Result<Approximation> medial_to_error(Solid& solid, const SphereSettings& settin
 /// A closed model around a shell's faces, as thick as the surface of its distances at the default
 /// resolution is.
 Result<Model> thickened(const Model& model, const InsideTest& inside) {
-  constexpr float kCells = 128, kThinnest = 0.9f;  // as sequence/prepare.cpp has them
+  constexpr float kCells = 128;  // the default of surface.resolution
   const Vec3 size = model.box().size();
   const float cell = std::max({size.x, size.y, size.z}) / kCells;
   if (!(cell > 0)) return make_error(ErrorCode::kInput, "model \"{}\" has no extent", model.name);
   const std::vector<FaceSide> sheets(model.triangles.size(), FaceSide::kSheet);
   const auto distances = std::make_shared<const DistanceGrid>(signed_distances(
-      model, inside, ClosestPointQuery(model), sheets, 0.5f * cell, kThinnest * cell));
+      model, inside, ClosestPointQuery(model), sheets, 0.5f * cell, kThinnestPart * cell));
   const auto extractor = make_cpu_extractor();
   PM_TRY(Mesh mesh, extract_distances(*extractor, distances, cell, {}));
   if (mesh.triangles.empty()) return no_boundary(model);
@@ -158,12 +158,16 @@ std::vector<Sphere> SphereTree::leaves() const {
   return spheres;
 }
 
-Result<Model> solid_of(const Model& model, const SphereSettings& settings) {
-  if (settings.solidify) return solidify(model);
-  if (diagnose(model).closed) return model;
-  const InsideTest winding(model);
-  if (undecided_share(model, winding) < kShellShare) return model;
-  return thickened(model, winding);
+Result<std::optional<Model>> solid_stand_in(const Model& model, const SphereSettings& settings) {
+  if (settings.solidify) {
+    PM_TRY(Model solid, solidify(model));
+    return std::optional<Model>(std::move(solid));
+  }
+  if (diagnose(model).closed) return std::optional<Model>{};
+  const InsideTest inside(model);
+  if (undecided_share(model, inside) < kShellShare) return std::optional<Model>{};
+  PM_TRY(Model shell, thickened(model, inside));
+  return std::optional<Model>(std::move(shell));
 }
 
 Result<Approximation> approximate(const Model& model, const SphereSettings& settings) {
@@ -173,16 +177,11 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
                       settings.resolution, kFinestResolution);
   if (model.triangles.empty())
     return make_error(ErrorCode::kInput, "model \"{}\" has no faces", model.name);
-  if (settings.solidify) {
-    PM_TRY(const Model solid, solidify(model));
+  PM_TRY(const std::optional<Model> stand_in, solid_stand_in(model, settings));
+  if (stand_in) {
     SphereSettings plain = settings;
     plain.solidify = false;
-    return approximate(solid, plain);
-  }
-  const InsideTest winding(model);
-  if (!diagnose(model).closed && undecided_share(model, winding) >= kShellShare) {
-    PM_TRY(const Model shell, thickened(model, winding));
-    return approximate(shell, settings);
+    return approximate(*stand_in, plain);
   }
   Solid solid{model,
               InsideTest(model, settings.inside == InsideMethod::kParity ? InsideRule::kParity

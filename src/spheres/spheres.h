@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,9 +54,10 @@ struct Approximation {
 /// Errors (kInput): nothing of the model is inside, or too little for the method - says what to do.
 Result<Approximation> approximate(const Model& model, const SphereSettings& settings);
 
-/// What approximate() stands balls for: solidify(model) where that is asked for, a solid as thick
-/// as cells show around the faces of a shell (model/shell.h), else the model. Errors: kInput.
-Result<Model> solid_of(const Model& model, const SphereSettings& settings);
+/// What approximate() stands balls for instead of the model itself: solidify(model) where that is
+/// asked for, a solid as thick as cells show around the faces of a shell (model/shell.h), else
+/// nothing. Errors: kInput.
+Result<std::optional<Model>> solid_stand_in(const Model& model, const SphereSettings& settings);
 
 /// approximate(), through the disk cache in `cache_folder` (empty: no cache). The key is a hash of
 /// the points, triangles, settings and algorithm version; damaged or foreign files are one warning

@@ -23,6 +23,10 @@ std::vector<float> spline_values(const SmoothDistances& smooth, const Grid& fine
 /// Makes the points on the border outside, by a cell at least.
 void close_border(DistanceGrid& distances);
 
+/// The radius of the thinnest part of a model that all cells of its surface see, in cells: what
+/// signed_distances() is given as `thinnest`.
+inline constexpr float kThinnestPart = 0.9f;
+
 /// Signed distances to the model on cells of edge `cell` or the smallest of which 256 go along the
 /// longest side, whichever is larger. Exact within two cells of the surface; from there on they
 /// fade, over two cells more, into a smooth field (a quadratic B-spline over every fourth point),

@@ -51,9 +51,9 @@ CONFIGURATION
   MUNGED=$!
   for _ in $(seq 300); do munge -S "$D/run/munge.sock" -n >/dev/null 2>&1 && break; sleep 0.1; done
   slurmctld -D -c >"$D/log/slurmctld.out" 2>&1 & CTLD=$!
-  for _ in $(seq 300); do scontrol ping 2>/dev/null | grep -q UP && break; sleep 0.1; done
+  for _ in $(seq 300); do grep -q UP < <(scontrol ping 2>/dev/null) && break; sleep 0.1; done
   slurmd -D -N "$H" >"$D/log/slurmd.out" 2>&1 & SLURMD=$!
-  for _ in $(seq 300); do sinfo -h -o %t 2>/dev/null | grep -q '^idle$' && return 0; sleep 0.1; done
+  for _ in $(seq 300); do grep -q '^idle$' < <(sinfo -h -o %t 2>/dev/null) && return 0; sleep 0.1; done
   echo "slurm did not come up; see $D/log" >&2; return 1
 }
 stop() {

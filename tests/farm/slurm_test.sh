@@ -57,7 +57,7 @@ wait_until 600 test -s farm/f.0003.exr
 is "${array}_3" RUNNING || fail "the third task is over before it could be killed"
 job=$(scontrol show job "${array}_3" | sed -n 's/^JobId=\([0-9]*\).*/\1/p')
 for process in $(pgrep -f -- "--shard 3/4"); do
-  if tr '\0' '\n' <"/proc/$process/environ" | grep -qx "SLURM_JOB_ID=$job" &&
+  if grep -qzx "SLURM_JOB_ID=$job" "/proc/$process/environ" &&
      [[ $(readlink "/proc/$process/exe") == "$(readlink -f "$polymorph")" ]]; then
     kill -KILL "$process"
   fi

@@ -11,7 +11,9 @@ cleanup() { umount "$work/root/proc" 2>/dev/null || true; rm -rf --one-file-syst
 trap cleanup EXIT
 cpack --config "$build/CPackConfig.cmake" -G DEB -B "$work/deb" >"$work/cpack.log" 2>&1 || { cat "$work/cpack.log"; exit 1; }
 deb=$(echo "$work"/deb/polymorph_*.deb)
-dpkg-deb --info "$deb" | grep -q 'Depends: .*libembree3' || { dpkg-deb --info "$deb"; echo "no dependencies"; exit 1; }
+# Captured first: under pipefail a grep -q that ends early makes its writer fail.
+control=$(dpkg-deb --info "$deb")
+grep -q 'Depends: .*libembree3' <<<"$control" || { echo "$control"; echo "no dependencies"; exit 1; }
 
 # Kept between runs: the bare system takes a minute to make.
 cache=${XDG_CACHE_HOME:-$HOME/.cache}/polymorph-test-root; base=$cache/debian12.tar

@@ -6,11 +6,13 @@ work=$(mktemp -d); trap 'rm -rf "$work"' EXIT
 cmake --install "$build" --prefix "$work/usr" >/dev/null
 program=$work/usr/bin/polymorph
 cd "$work"
-"$program" demo --list | grep -q '^  teapot$'
+# Read whole: under pipefail a `| grep -q` that ends early makes its writer fail.
+says() { local said; said=$("${@:2}") && grep -q -- "$1" <<<"$said" || { echo "${*:2}: no $1 in: $said"; exit 1; }; }
+says '^  teapot$' "$program" demo --list
 # The image reader is found beside the program: only it reads a BMP.
 printf 'BM:\0\0\0\0\0\0\0\66\0\0\0\50\0\0\0\1\0\0\0\1\0\0\0\1\0\30\0\0\0\0\0\4\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\377\0\0\0' >one.bmp
-"$program" info one.bmp | grep -q '1 x 1, 3 channels'
-"$program" check "$work/usr/share/polymorph/quickstart/scene.json" | grep -q ': ok'
+says '1 x 1, 3 channels' "$program" info one.bmp
+says ': ok' "$program" check "$work/usr/share/polymorph/quickstart/scene.json"
 for file in man/man1/polymorph.1 man/man1/polymorph-render.1 bash-completion/completions/polymorph zsh/vendor-completions/_polymorph \
             fish/vendor_completions.d/polymorph.fish polymorph/scene.schema.json polymorph/farm/polymorph.openjd.yaml; do
   [[ -s $work/usr/share/$file ]] || { echo "missing: $file"; exit 1; }

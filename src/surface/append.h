@@ -1,0 +1,26 @@
+// Concatenation of meshes.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "kernels/mesh.h"
+
+namespace polymorph {
+
+/// Another mesh's vertices and triangles after those of `mesh`. A part without normals (a flat one)
+/// makes the whole flat.
+inline void append(Mesh& mesh, std::span<const Vec3> positions, std::span<const Vec3> normals,
+                   std::span<const Triangle> triangles) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  mesh.positions.insert(mesh.positions.end(), positions.begin(), positions.end());
+  mesh.normals.insert(mesh.normals.end(), normals.begin(), normals.end());
+  for (const Triangle& t : triangles)
+    mesh.triangles.push_back({{t.v[0] + first, t.v[1] + first, t.v[2] + first}});
+  if (mesh.normals.size() != mesh.positions.size()) mesh.normals.clear();
+}
+inline void append(Mesh& mesh, const Mesh& more) {
+  append(mesh, more.positions, more.normals, more.triangles);
+}
+
+}  // namespace polymorph
