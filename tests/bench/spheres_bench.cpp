@@ -19,6 +19,7 @@
 #include "spheres/medial.h"
 #include "spheres/quality.h"
 #include "spheres/spheres.h"
+#include "testing/paths.h"
 
 namespace polymorph {
 namespace {
@@ -79,8 +80,7 @@ int run(int argc, char** argv) {
   }
   if (models.empty())
     for (const char* name : {"teapot", "monkey", "penguin", "torus", "humanoid", "spider"})
-      models.push_back(std::filesystem::path(PM_SOURCE_DIR) / "scenes" / "models" /
-                       (std::string(name) + ".obj"));
+      models.push_back(source_dir() / "scenes" / "models" / (std::string(name) + ".obj"));
   set_thread_count(0);
   if (!json)
     std::printf("%-12s %9s %-8s %5s | %6s %6s %8s %8s %8s %8s | %6s %6s %6s %6s  (%d threads)\n",

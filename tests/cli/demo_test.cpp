@@ -23,7 +23,8 @@ class Demo : public ProgramTest {
 TEST_F(Demo, TheProgramAloneSaysWhatToDoFirst) {
   const Ran ran = run(2, {});
   EXPECT_EQ(ran.out, "");
-  EXPECT_TRUE(contains(ran.err, "Start here:\n  " PM_PROGRAM " demo\n")) << ran.err;
+  EXPECT_TRUE(contains(ran.err, "Start here:\n  " + program_path().string() + " demo\n"))
+      << ran.err;
   EXPECT_TRUE(contains(ran.err, " init first.obj second.obj")) << ran.err;
   EXPECT_TRUE(contains(ran.err, " --help lists all commands.")) << ran.err;
   const auto help = lines_of(run(0, {"--help"}).out);

@@ -8,7 +8,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kModels = fs::path(PM_SOURCE_DIR) / "tests/data/models";
+const fs::path kModels = source_dir() / "tests/data/models";
 
 class ForeignModel : public ProgramTest {
  protected:

@@ -78,8 +78,9 @@ TEST_F(Interchange, UsdHasSamplesOfEverything) {
 }
 
 TEST_F(Interchange, AnObjHasItsMaterialsAndTexturesBesideIt) {
-  write("scene.json", tiny_scene(4, "\"" PM_SOURCE_DIR "/scenes/models/penguin.obj\"",
-                                 "  \"spheres\": {\"balls\": 12},\n"));
+  write("scene.json",
+        tiny_scene(4, "\"" + (source_dir() / "scenes/models/penguin.obj").string() + "\"",
+                   "  \"spheres\": {\"balls\": 12},\n"));
   run(0, {"mesh", "scene.json", "-f", "1-2", "-o", "m.####.obj"});
   const std::string mtl = read_text(folder / "m.mtl");
   EXPECT_TRUE(contains(mtl, "map_Kd m.texture1.png\n")) << mtl;

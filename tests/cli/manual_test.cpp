@@ -8,7 +8,7 @@ class Manual : public ProgramTest {};
 
 TEST_F(Manual, TheCommittedReferenceIsCurrent) {
   for (const char* what : {"commands", "scene"}) {
-    const Path page = Path(PM_SOURCE_DIR) / "docs" / (std::string(what) + ".md");
+    const Path page = source_dir() / "docs" / (std::string(what) + ".md");
     EXPECT_TRUE(run(0, {"manual", what}).out == read_text(page))
         << "run: polymorph manual " << what << " > " << page;
   }

@@ -169,9 +169,9 @@ TEST_F(Reports, AsCiMakesThem) {
   write("scenes/tiny.json", tiny_scene());
   write("golden_frames/tiny/suite.json", R"({"scene": "../../scenes/tiny.json", "frames": [1]})");
   const std::string command = "cd '" + folder.string() +
-                              "' && CI=true GITHUB_STEP_SUMMARY=summary.md POLYMORPH='" PM_PROGRAM
-                              "' REPORT=report XDG_CACHE_HOME=. '" PM_SOURCE_DIR
-                              "/scripts/ci/golden' > log.txt 2>&1";
+                              "' && CI=true GITHUB_STEP_SUMMARY=summary.md POLYMORPH='" +
+                              program_path().string() + "' REPORT=report XDG_CACHE_HOME=. '" +
+                              source_dir().string() + "/scripts/ci/golden' > log.txt 2>&1";
   const int missing = std::system(command.c_str());
   EXPECT_EQ(WEXITSTATUS(missing), 1) << read_text(folder / "log.txt");
   const std::string summary = read_text(folder / "summary.md");

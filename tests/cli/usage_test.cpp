@@ -266,7 +266,7 @@ TEST_F(Help, DoesNotLoadOpenImageIO) {
 TEST_F(Help, SchemaIsTheCommittedOne) {
   const Ran ran = run(0, {"schema"});
   EXPECT_EQ(ran.err, "");
-  EXPECT_EQ(ran.out, read_text(Path(PM_SOURCE_DIR) / "scenes" / "scene.schema.json"))
+  EXPECT_EQ(ran.out, read_text(source_dir() / "scenes" / "scene.schema.json"))
       << "run: polymorph schema > scenes/scene.schema.json";
 }
 

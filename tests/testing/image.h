@@ -12,6 +12,7 @@
 
 #include "base/random.h"
 #include "image/image.h"
+#include "testing/paths.h"
 
 namespace polymorph {
 
@@ -36,7 +37,7 @@ struct TemporaryFolder {
 };
 
 inline std::filesystem::path data_file(const std::string& name) {
-  return std::filesystem::path(PM_SOURCE_DIR) / "tests/data/image" / name;
+  return source_dir() / "tests/data/image" / name;
 }
 
 /// Values in [0, 1) that a half float holds exactly, different everywhere.

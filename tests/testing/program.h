@@ -19,6 +19,8 @@
 #include <utility>
 #include <vector>
 
+#include "testing/paths.h"
+
 extern char** environ;
 
 namespace polymorph {
@@ -95,13 +97,13 @@ class ProgramTest : public ::testing::Test {
     posix_spawn_file_actions_addopen(&actions, 1, started.out.c_str(), flags, 0600);
     posix_spawn_file_actions_addopen(&actions, 2, started.err.c_str(), flags, 0600);
     posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
-    std::vector<std::string> words{PM_PROGRAM};
+    std::vector<std::string> words{program_path().string()};
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<std::string> settings = child_environment();
-    const int failure = ::posix_spawn(&started.id, PM_PROGRAM, &actions, nullptr,
+    const int failure = ::posix_spawn(&started.id, words[0].c_str(), &actions, nullptr,
                                       pointers(words).data(), pointers(settings).data());
     posix_spawn_file_actions_destroy(&actions);
-    EXPECT_EQ(failure, 0) << PM_PROGRAM;
+    EXPECT_EQ(failure, 0) << words[0];
     return started;
   }
   static Ran finish(const Started& started) {

@@ -10,11 +10,12 @@
 #include "base/parallel.h"
 #include "compare/flip.h"
 #include "image/image_io.h"
+#include "testing/paths.h"
 
 namespace polymorph {
 namespace {
 
-const std::filesystem::path kFolder = std::filesystem::path(PM_SOURCE_DIR) / "tests/data/flip";
+const std::filesystem::path kFolder = source_dir() / "tests/data/flip";
 
 Image picture(const std::string& name) {
   auto image = read_image(kFolder / (name + ".png"));

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include "base/file.h"
+#include "testing/paths.h"
 
 namespace polymorph {
 namespace {
@@ -293,7 +294,7 @@ TEST_F(SceneTest, WhatIsWrittenReadsBackTheSame) {
 }
 
 TEST(SceneSchema, TheCommittedSchemaIsTheProgramsOwn) {
-  const auto committed = read_file(fs::path(PM_SOURCE_DIR) / "scenes" / "scene.schema.json");
+  const auto committed = read_file(source_dir() / "scenes" / "scene.schema.json");
   ASSERT_TRUE(committed.ok()) << committed.error().message;
   EXPECT_EQ(*committed, scene_schema())
       << "run: build/release/polymorph schema > scenes/scene.schema.json";

@@ -5,6 +5,7 @@
 
 #include "scene/load_scene.h"
 #include "sequence/analyze_sequence.h"
+#include "testing/paths.h"
 
 namespace polymorph {
 namespace {
@@ -16,7 +17,7 @@ class Standard : public ::testing::TestWithParam<const char*> {};
 Analysis analyzed(const std::string& name, std::vector<Override> overrides) {
   // Fewer balls than the scenes have are quicker to fit, and no easier.
   overrides.emplace_back("spheres.balls", "128");
-  const auto scene = load_scene(PM_SOURCE_DIR "/scenes/standard/" + name + ".json", overrides);
+  const auto scene = load_scene(source_dir() / "scenes/standard" / (name + ".json"), overrides);
   EXPECT_TRUE(scene.ok()) << scene.error().message;
   const auto extractor = make_cpu_extractor();
   const fs::path cache = fs::temp_directory_path() / ("pm_standard_" + std::to_string(::getpid()));

@@ -12,6 +12,7 @@
 #include "sequence/render_sequence.h"
 #include "spheres/quality.h"
 #include "surface/mesh_check.h"
+#include "testing/paths.h"
 
 namespace polymorph {
 namespace {
@@ -327,9 +328,9 @@ TEST(Handover, IsWithinAThousandthOfTheModel) {
   for (const char* name : {"teapot", "penguin", "monkey", "torus"}) {
     for (const char* method : {"project", "blend"}) {
       Scene scene;
-      scene.path = PM_SOURCE_DIR "/scenes/test.json";
+      scene.path = source_dir() / "scenes/test.json";
       scene.actors[0].source.name = name;
-      scene.actors[0].source.model = std::string(PM_SOURCE_DIR "/scenes/models/") + name + ".obj";
+      scene.actors[0].source.model = source_dir() / "scenes/models" / (name + std::string(".obj"));
       scene.actors[0].source.spheres.balls = 128;
       scene.actors[0].target.name = scene.actors[0].target.shape = "sphere";
       scene.actors[0].target.spheres.balls = 4;
