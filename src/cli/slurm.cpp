@@ -13,7 +13,13 @@
 namespace polymorph {
 namespace {
 
-constexpr int kSignalSeconds = 90;  // before the time limit: enough for the frames in progress
+/// How long before the time limit a task is told to stop: enough for the three frames that may be
+/// under way, but not from the start.
+int signal_seconds(const SlurmJob& job) {
+  constexpr double kMinSeconds = 90, kFramesUnderWay = 3;
+  const double frames = std::ceil(kFramesUnderWay * job.frame_seconds);
+  return static_cast<int>(std::min(std::max(kMinSeconds, frames), 30.0 * job.minutes));
+}
 
 std::string header(const SlurmJob& job, const std::string& name, const std::string& log) {
   std::string out = "#!/bin/bash\n";
@@ -51,7 +57,7 @@ int slurm_tasks(std::size_t frames, double frame_seconds, double task_seconds, i
 std::string slurm_render_script(const SlurmJob& job) {
   std::string out = header(job, job.name, "%x-%A_%a.log");
   out += fmt::format("#SBATCH --array=1-{}\n#SBATCH --requeue\n#SBATCH --signal=B:USR1@{}\n",
-                     job.tasks, kSignalSeconds);
+                     job.tasks, signal_seconds(job));
   out += fmt::format(
       "# Made by polymorph submit. Every task renders its share and keeps what is current, so "
       "that\n"

@@ -23,6 +23,7 @@ struct SlurmJob {
   int cpus = 4;
   int memory_mib = 1024;
   int minutes = 10;
+  double frame_seconds = 0;  ///< of one frame, with `cpus`; 0: unknown
 };
 
 /// How many array tasks: each has at least `task_seconds` of frames where there are enough, and

@@ -86,6 +86,7 @@ void size_job(SlurmJob& job, const SubmitOptions& options, const Costs& costs) {
                   ? std::min(options.tasks, std::max(1, static_cast<int>(costs.frames)))
                   : slurm_tasks(costs.frames, costs.frame_seconds, 60 * options.task_minutes,
                                 options.max_tasks);
+  job.frame_seconds = costs.frame_seconds;
   const double frames = std::ceil(static_cast<double>(costs.frames) / job.tasks);
   const double seconds = costs.prepare_seconds + frames * costs.frame_seconds;
   job.minutes = options.minutes > 0

@@ -113,7 +113,7 @@ TEST_F(Farm, PrintsJobScripts) {
   for (const char* part :
        {"#SBATCH --job-name=scene\n", "#SBATCH --array=1-3\n", "#SBATCH --cpus-per-task=3\n",
         "#SBATCH --mem=2048M\n", "#SBATCH --time=10\n", "#SBATCH --requeue\n",
-        "#SBATCH --signal=B:USR1@90\n", "#SBATCH --partition=day\n",
+        "#SBATCH --signal=B:USR1@210\n", "#SBATCH --partition=day\n",
         "render scene.json -o 'it'\\''s/f.####.exr' --spp 2 --png",
         "--shard \"$SLURM_ARRAY_TASK_ID/3\" --skip-existing", "scontrol requeue",
         "status 'it'\\''s/f.####.exr' scene.json --spp 2 --png\n",
@@ -133,6 +133,14 @@ TEST_F(Farm, PrintsJobScripts) {
   EXPECT_EQ(tasks("60", "70"), 1);
   EXPECT_EQ(tasks("2", "25"), 1);
   EXPECT_EQ(tasks("1", "25"), 2);
+  // Told to stop in time for what is under way, but not from the start.
+  const auto signal = [&](const char* seconds, const char* minutes) {
+    return run(0, {"submit", "slurm", "scene.json", "--print", "--frame-seconds", seconds,
+                   "--minutes", minutes})
+        .out;
+  };
+  EXPECT_TRUE(contains(signal("1", "10"), "--signal=B:USR1@90\n"));
+  EXPECT_TRUE(contains(signal("70", "1"), "--signal=B:USR1@30\n"));
   // Measured: tiny frames all fit into one task.
   EXPECT_TRUE(contains(run(0, {"submit", "slurm", "scene.json", "--print"}).out, "--array=1-1\n"));
 }

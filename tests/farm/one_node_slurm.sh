@@ -3,12 +3,14 @@
 # All of it lies in a folder of its own ($SLURM_FOLDER, default: a new one), and only what was started here is stopped.
 set -euo pipefail
 D=${SLURM_FOLDER:-$(mktemp -d)}; H=$(hostname -s); ME=$(id -un)
+PORT=${SLURM_PORT:-$((20000 + $$ % 5000 * 2))}  # and the next one
 PATH=$PATH:/usr/sbin
 start() {
   mkdir -p "$D"/{ctld,d,log,run}; chmod 755 "$D" "$D/run" "$D/log"
   [ -f "$D/munge.key" ] || { (umask 077; head -c 128 /dev/urandom >"$D/munge.key"); chmod 400 "$D/munge.key"; }
   # AuthInfo and munged's options: an own key and socket, so that nothing of the system's is touched. linuxproc, task/none
-  # and jobacct_gather/none are what needs no cgroups. The ports are not Slurm's own, for one may run here already.
+  # and jobacct_gather/none are what needs no cgroups. The ports are not Slurm's own, for one may run here already, or this test twice. The node
+  # says that it has four processors (config_overrides), so that an array of four starts at once on two as well.
   cat >"$D/slurm.conf" <<CONFIGURATION
 ClusterName=onenode
 SlurmctldHost=$H(127.0.0.1)
@@ -17,8 +19,8 @@ SlurmdUser=$ME
 AuthType=auth/munge
 AuthInfo=socket=$D/run/munge.sock
 CredType=cred/munge
-SlurmctldPort=${CTLD_PORT:-26817}
-SlurmdPort=${SLURMD_PORT:-26818}
+SlurmctldPort=$PORT
+SlurmdPort=$((PORT + 1))
 StateSaveLocation=$D/ctld
 SlurmdSpoolDir=$D/d
 SlurmctldPidFile=$D/run/slurmctld.pid
@@ -38,11 +40,12 @@ SchedulerParameters=batch_sched_delay=0,sched_interval=1
 ReturnToService=2
 SlurmctldTimeout=30
 SlurmdTimeout=300
+SlurmdParameters=config_overrides
 KillWait=10
 MpiDefault=none
 JobRequeue=1
 MinJobAge=3600
-NodeName=$H NodeAddr=127.0.0.1 CPUs=$(nproc) RealMemory=4000 State=UNKNOWN
+NodeName=$H NodeAddr=127.0.0.1 CPUs=4 RealMemory=4000 State=UNKNOWN
 PartitionName=main Nodes=$H Default=YES MaxTime=INFINITE State=UP
 CONFIGURATION
   export SLURM_CONF="$D/slurm.conf"
