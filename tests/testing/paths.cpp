@@ -8,4 +8,8 @@ std::filesystem::path source_dir() { return PM_SOURCE_DIR; }
 
 std::filesystem::path program_path() { return PM_PROGRAM; }
 
+std::filesystem::path shared_cache() {
+  return program_path().parent_path() / "test-cache" / "polymorph";
+}
+
 }  // namespace polymorph

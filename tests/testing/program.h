@@ -48,8 +48,8 @@ inline bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// Each test has a folder of its own, an own sphere cache, and an environment without the
-/// variables that the program reads.
+/// Each test has a folder of its own and an environment without the variables that the program
+/// reads. The cache is shared_cache(): a test about caching names one of its own.
 class ProgramTest : public ::testing::Test {
  protected:
   using Path = std::filesystem::path;
@@ -158,7 +158,7 @@ class ProgramTest : public ::testing::Test {
         continue;
       all.push_back(text);
     }
-    all.push_back("XDG_CACHE_HOME=" + (root_ / "cache").string());
+    all.push_back("XDG_CACHE_HOME=" + shared_cache().parent_path().string());
     for (const auto& [name, value] : variables) all.push_back(name + "=" + value);
     return all;
   }

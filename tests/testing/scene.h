@@ -11,6 +11,7 @@
 #include "base/file.h"
 #include "scene/load_scene.h"
 #include "sequence/prepare.h"
+#include "testing/paths.h"
 
 namespace polymorph {
 
@@ -29,7 +30,7 @@ class SceneTest : public ::testing::Test {
     return scene.ok() ? *scene : Scene{};
   }
   PreparedScene prepared_of(const std::string& chain) {
-    auto prepared = prepare_scene(scene_of(chain), *extractor, folder / "cache");
+    auto prepared = prepare_scene(scene_of(chain), *extractor, shared_cache());
     EXPECT_TRUE(prepared.ok()) << prepared.error().message;
     return prepared.ok() ? std::move(*prepared) : PreparedScene{};
   }

@@ -25,6 +25,7 @@ class FilmTest : public SceneTest {
     for (int frame = first; frame <= last; ++frame) s.frames.push_back(frame);
     s.exr = *parse_pattern((folder / "f.####.exr").string());
     s.device = "cpu";
+    s.cache_folder = shared_cache();
     return s;
   }
   Image frame(int number) {
@@ -155,7 +156,7 @@ TEST_F(FilmTest, ATurntableShowsOneFrameFromAllSides) {
     EXPECT_EQ(record.digest, report->frames[0].digest);
   EXPECT_FALSE(report->frames[0].digest.empty());
   EXPECT_NE(frame(1).pixels, frame(2).pixels);
-  const auto prepared = prepare_scene(scene, *extractor, {});
+  const auto prepared = prepare_scene(scene, *extractor, shared_cache());
   ASSERT_TRUE(prepared.ok());
   const Vec3 first = view_of(*prepared, 1).camera.forward,
              third = view_of(*prepared, 3).camera.forward;

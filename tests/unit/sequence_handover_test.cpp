@@ -20,12 +20,10 @@ Analysis analyzed(const std::string& name, std::vector<Override> overrides) {
   const auto scene = load_scene(source_dir() / "scenes/standard" / (name + ".json"), overrides);
   EXPECT_TRUE(scene.ok()) << scene.error().message;
   const auto extractor = make_cpu_extractor();
-  const fs::path cache = fs::temp_directory_path() / ("pm_standard_" + std::to_string(::getpid()));
-  const auto prepared = prepare_scene(*scene, *extractor, cache);
+  const auto prepared = prepare_scene(*scene, *extractor, shared_cache());
   EXPECT_TRUE(prepared.ok()) << prepared.error().message;
   const auto morphs = analyze_scene(*prepared, *extractor, 9, [](int, int) { return true; });
   EXPECT_TRUE(morphs.ok());
-  fs::remove_all(cache);
   return morphs.ok() ? morphs->front() : Analysis{};
 }
 

@@ -45,6 +45,7 @@ class SequenceTest : public ::testing::Test {
     s.frames = std::move(frames);
     s.exr = *parse_pattern((folder / pattern).string());
     s.device = "cpu";
+    s.cache_folder = shared_cache();
     return s;
   }
   std::string digest(const std::string& file) {
@@ -84,7 +85,7 @@ TEST_F(SequenceTest, TurningAnObjectDoesNotChangeItsSize) {
 
 TEST_F(SequenceTest, TheHashKnowsEverythingThatDecidesPixels) {
   const auto hash = [&] {
-    const auto prepared = prepare_scene(scene, *make_cpu_extractor(), {});
+    const auto prepared = prepare_scene(scene, *make_cpu_extractor(), shared_cache());
     EXPECT_TRUE(prepared.ok());
     return prepared.ok() ? prepared->hash : "";
   };
@@ -128,7 +129,7 @@ TEST_F(SequenceTest, BallsEncloseTheModelsVolumeAndFramesGoEvenlyBetween) {
   const auto extractor = make_cpu_extractor();
   Scene fine = scene;  // 32 cells lose 2 % of the flat puddle; the fit is exact on its own lattice
   fine.surface.resolution = 128;
-  const auto exact = prepare_scene(fine, *extractor, {});
+  const auto exact = prepare_scene(fine, *extractor, shared_cache());
   ASSERT_TRUE(exact.ok()) << exact.error().message;
   for (const PreparedObject& object : exact->actors[0].objects) {
     EXPECT_NEAR(object.ball_volume / solid_volume(object.model, InsideTest(object.model)), 1, 0.004)
@@ -137,7 +138,7 @@ TEST_F(SequenceTest, BallsEncloseTheModelsVolumeAndFramesGoEvenlyBetween) {
                 0.03)
         << object.name;
   }
-  const auto prepared = prepare_scene(scene, *extractor, {});
+  const auto prepared = prepare_scene(scene, *extractor, shared_cache());
   ASSERT_TRUE(prepared.ok()) << prepared.error().message;
   for (int frame = 1; frame <= 14; ++frame) {
     const auto geometry = geometry_at(*prepared, *extractor, frame);
@@ -303,7 +304,7 @@ TEST_F(SequenceTest, EveryFieldMorphsFromAClosedSurfaceToAnother) {
          {BoundaryMethod::kProject, BoundaryMethod::kBlend, BoundaryMethod::kCrossfade}) {
       scene.field.kind = kind;
       scene.boundary.method = boundary;
-      const auto prepared = prepare_scene(scene, *extractor, {});
+      const auto prepared = prepare_scene(scene, *extractor, shared_cache());
       ASSERT_TRUE(prepared.ok()) << prepared.error().message;
       for (const PreparedObject& object : prepared->actors[0].objects)
         EXPECT_NEAR(object.ball_volume / solid_volume(object.model, InsideTest(object.model)), 1,
@@ -324,7 +325,6 @@ TEST_F(SequenceTest, EveryFieldMorphsFromAClosedSurfaceToAnother) {
 /// The step from the model's mesh to the balls' surface and back cannot be seen: where the mesh has
 /// arrived, no point of either surface is far from the other.
 TEST(Handover, IsWithinAThousandthOfTheModel) {
-  const fs::path cache = fs::temp_directory_path() / ("pm_handover_" + std::to_string(::getpid()));
   for (const char* name : {"teapot", "penguin", "monkey", "torus"}) {
     for (const char* method : {"project", "blend"}) {
       Scene scene;
@@ -339,7 +339,7 @@ TEST(Handover, IsWithinAThousandthOfTheModel) {
       scene.frames.count = 400;
       scene.actors[0].target.motion.interpolate = Interpolation::kBalls;
       const auto extractor = make_cpu_extractor();
-      const auto prepared = prepare_scene(scene, *extractor, cache);
+      const auto prepared = prepare_scene(scene, *extractor, shared_cache());
       ASSERT_TRUE(prepared.ok()) << prepared.error().message;
       int last = 1;  // of the boundary stage
       while (morph_state_at(prepared->actors[0].timeline, last + 1).object == 0) ++last;
@@ -367,7 +367,6 @@ TEST(Handover, IsWithinAThousandthOfTheModel) {
       EXPECT_LT(most, 0.02f * size) << what;
     }
   }
-  fs::remove_all(cache);
 }
 
 }  // namespace
