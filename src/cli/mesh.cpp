@@ -5,6 +5,7 @@
 #include "base/log.h"
 #include "base/text.h"
 #include "cli/command_line.h"
+#include "cli/play.h"
 #include "interchange/obj.h"
 #include "interchange/ply.h"
 #include "interchange/simplify.h"
@@ -25,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct MeshOptions {
-  std::string scene, output, frames, error;
+  std::string scene, output, html, frames, error;
   bool quantize = false;
   std::vector<std::string> sets;
 };
@@ -290,7 +291,23 @@ Result<int> MeshRun::run() {
   return 0;
 }
 
+Result<int> write_page(const CommandLine& line, const MeshOptions& options) {
+  if (!options.frames.empty() || !options.error.empty() || options.quantize)
+    return make_error(ErrorCode::kUsage,
+                      "--html: a page has all frames and makes its own surfaces - leave out "
+                      "--frames, --error and --quantize");
+  PM_TRY_STATUS(check_play_page(line, options.html));
+  PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
+  PM_TRY(Scene scene, load_scene(options.scene, overrides));
+  PM_TRY_STATUS(write_play_page(line, std::move(scene), options.html));
+  return 0;
+}
+
 Result<int> run_mesh(const CommandLine& line, const MeshOptions& options) {
+  if (options.output.empty() == options.html.empty())
+    return make_error(ErrorCode::kUsage,
+                      "give -o morph.usda (or another mesh) or --html play.html");
+  if (!options.html.empty()) return write_page(line, options);
   PM_TRY(const MeshFormat format, format_of(options.output));
   return MeshRun(line, options, format).run();
 }
@@ -305,6 +322,7 @@ void add_mesh(CommandLine& line) {
       "  polymorph mesh scene.json -o morph.glb --quantize --error 0.02%\n"
       "  polymorph mesh scene.json -o 'surface.####.ply'\n"
       "  polymorph mesh scene.json -f 12 -o half.obj\n"
+      "  polymorph mesh scene.json --html play.html\n"
       "  polymorph mesh scene.json -f 12 -o balls.json",
       "  0 written   2 usage   3 bad scene or model   4 cannot write\n"
       "  5 device or memory   130, 143 stopped by a signal");
@@ -315,7 +333,9 @@ void add_mesh(CommandLine& line) {
   command
       ->add_option("-o,--output", options->output,
                    "morph.usda or morph.glb; surface.####.ply or .obj; .json for the balls")
-      ->required()
+      ->type_name("FILE")
+      ->group("Main");
+  command->add_option("--html", options->html, "instead: a page that plays the morph in a browser")
       ->type_name("FILE")
       ->group("Main");
   command->add_option("-f,--frames", options->frames, "1-48, 1-48x2, 5-1, 1,5,10-20; default: all")

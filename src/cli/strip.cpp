@@ -6,6 +6,7 @@
 #include "cli/command_line.h"
 #include "cli/film.h"
 #include "cli/numbers.h"
+#include "cli/play.h"
 #include "image/image_io.h"
 #include "image/movie.h"
 #include "morph/timeline.h"
@@ -15,7 +16,7 @@ namespace polymorph {
 namespace {
 
 struct StripOptions {
-  std::string input, output, gif, mp4, label = "frame", frames;
+  std::string input, output, gif, mp4, html, label = "frame", frames;
   int count = 8, columns = 4, width = 0;
   bool moves() const { return !gif.empty() || !mp4.empty(); }
   float fps = 0;
@@ -87,9 +88,10 @@ Result<Film> from_images(const StripOptions& options) {
 
 /// Before any work.
 Status check_outputs(const StripOptions& options, bool overwrite) {
-  if (options.output.empty() && !options.moves())
+  if (options.output.empty() && !options.moves() && options.html.empty())
     return make_error(ErrorCode::kUsage,
-                      "nothing to make - give -o strip.png, --gif morph.gif or --mp4 morph.mp4");
+                      "nothing to make - give -o strip.png, --gif morph.gif, --mp4 morph.mp4 or "
+                      "--html play.html");
   const std::string extension = std::filesystem::path(options.output).extension().string();
   if (!options.output.empty() && extension != ".png" && extension != ".exr")
     return make_error(ErrorCode::kUsage, "{}: unknown image format \"{}\" - use .png or .exr",
@@ -110,6 +112,15 @@ Status check_outputs(const StripOptions& options, bool overwrite) {
 Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
   PM_TRY_STATUS(check_outputs(options, line.common.overwrite));
   const bool is_scene = std::filesystem::path(options.input).extension() == ".json";
+  if (!options.html.empty()) {
+    if (!is_scene)
+      return make_error(ErrorCode::kUsage, "--html needs a scene, not frames: {}", options.input);
+    PM_TRY_STATUS(check_play_page(line, options.html));
+    PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
+    PM_TRY(Scene scene, load_scene(options.input, overrides));
+    PM_TRY_STATUS(write_play_page(line, std::move(scene), options.html));
+    if (options.output.empty() && !options.moves()) return 0;
+  }
   auto made = is_scene ? from_scene(line, options) : from_images(options);
   if (!made) return std::move(made).error();
   const Film& film = *made;
@@ -173,6 +184,9 @@ void add_strip(CommandLine& line) {
       ->type_name("FILE")
       ->group("Main");
   command->add_option("--mp4", options->mp4, "a movie of all frames, by ffmpeg")
+      ->type_name("FILE")
+      ->group("Main");
+  command->add_option("--html", options->html, "of a scene: a page that plays it in a browser")
       ->type_name("FILE")
       ->group("Main");
   command->add_option("--fps", options->fps, "of GIF and movie; default: the scene's")

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "base/file.h"
+#include "base/html_page.h"
 #include "base/text.h"
 #include "compare/history.h"
 #include "compare/pictures.h"
@@ -24,51 +25,6 @@ namespace fs = std::filesystem;
 
 constexpr int kThumbnailWidth = 168;  // twice what the list shows
 constexpr int kWidest = 2048;
-
-std::string base64(const std::string& bytes) {
-  constexpr const char* kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const auto at = [&](std::size_t k) {
-      return k < bytes.size() ? static_cast<unsigned char>(bytes[k]) : 0u;
-    };
-    const unsigned value = at(i) << 16 | at(i + 1) << 8 | at(i + 2);
-    for (unsigned digit = 0; digit < 4; ++digit)
-      text += i + digit <= bytes.size() ? kDigits[value >> (18 - 6 * digit) & 63] : '=';
-  }
-  return text;
-}
-
-/// JSON may stand inside <script> when no "<" can end it.
-std::string for_script(const std::string& json) {
-  std::string result;
-  for (const char c : json) {
-    if (c == '<')
-      result += "\\u003c";
-    else
-      result += c;
-  }
-  return result;
-}
-
-std::string filled(std::string_view page,
-                   const std::vector<std::pair<std::string_view, std::string>>& values) {
-  std::string result;
-  while (!page.empty()) {
-    const auto mark = page.find("{{");
-    result += page.substr(0, mark);
-    if (mark == std::string_view::npos) break;
-    page.remove_prefix(mark);
-    const auto value = std::find_if(values.begin(), values.end(),
-                                    [&](const auto& v) { return page.starts_with(v.first); });
-    PM_CHECK(value != values.end());
-    result += value->second;
-    page.remove_prefix(value->first.size());
-  }
-  return result;
-}
 
 Image narrowed(const Image& image, int width) {
   if (image.width <= width) return image;
@@ -231,8 +187,8 @@ std::string page_of(const std::string& title, nlohmann::ordered_json data) {
   };
   std::stable_sort(data["cases"].begin(), data["cases"].end(),
                    [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
-  return filled(report_page, {{"{{title}}", escape_markup(title)},
-                              {"{{data}}", for_script(dump_json(data, -1))}});
+  return fill_page(report_page, {{"{{title}}", escape_markup(title)},
+                                 {"{{data}}", json_in_script(dump_json(data, -1))}});
 }
 
 std::string report_html(const Report& report) {

@@ -1,7 +1,8 @@
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <functional>
-#include <iterator>
+#include <initializer_list>
 #include <optional>
 
 #include "base/file.h"
@@ -38,9 +39,12 @@ class TimeSamples {
 
  private:
   Status write(Spool& spool) {
-    const std::string text = fmt::format("            {}: {},\n", *frame_, value_);
-    ranges_.push_back({spool.size(), text.size()});
-    return spool.append(text);
+    const std::uint64_t first = spool.size();
+    PM_TRY_STATUS(spool.append(fmt::format("            {}: ", *frame_)));
+    PM_TRY_STATUS(spool.append(value_));
+    PM_TRY_STATUS(spool.append(",\n"));
+    ranges_.push_back({first, spool.size() - first});
+    return Ok{};
   }
   std::vector<Spool::Range> ranges_;
   std::string value_;
@@ -48,37 +52,78 @@ class TimeSamples {
   bool repeats_ = false;
 };
 
-using Text = std::back_insert_iterator<std::string>;
+// Numbers as text. `to` has room for them.
+char* put(char* to, std::uint32_t v) { return std::to_chars(to, to + 12, v).ptr; }
+char* put(char* to, int v) { return std::to_chars(to, to + 12, v).ptr; }
+/// Reads back to the same float.
+char* put(char* to, float v) { return std::to_chars(to, to + 24, v).ptr; }
 
-/// "[a, b, c]" with put(out, item) for each item.
-template <class T, class F>
-std::string list_of(const std::vector<T>& items, const F& put) {
-  std::string text = "[";
-  const Text out = std::back_inserter(text);
-  bool first = true;
-  for (const T& item : items) {
-    if (!first) text += ", ";
-    first = false;
-    put(out, item);
+/// Six digits, which is enough for what is no place.
+struct Rounded {
+  float value;
+};
+char* put(char* to, Rounded r) {
+  const double size = std::abs(static_cast<double>(r.value));
+  if (!(size >= 1e-4 && size < 9.99999))
+    return std::to_chars(to, to + 24, r.value, std::chars_format::general, 6).ptr;
+  // Nearly all of them: one multiplication and an integer's digits.
+  std::uint32_t one = 100000;
+  while (size * one < 99999.5) one *= 10;
+  auto digits = static_cast<std::uint32_t>(std::lrint(size * one));
+  if (r.value < 0) *to++ = '-';
+  *to++ = static_cast<char>('0' + digits / one);
+  digits %= one;
+  if (digits > 0) *to++ = '.';
+  while (digits > 0) {
+    one /= 10;
+    *to++ = static_cast<char>('0' + digits / one);
+    digits %= one;
   }
+  return to;
+}
+template <class T>
+char* put_tuple(char* to, std::initializer_list<T> numbers) {
+  *to++ = '(';
+  for (const T& number : numbers) {
+    if (&number != numbers.begin()) *to++ = ',', *to++ = ' ';
+    to = put(to, number);
+  }
+  *to++ = ')';
+  return to;
+}
+struct RoundedVec3 {
+  Vec3 value;
+};
+char* put(char* to, RoundedVec3 r) {
+  return put_tuple(to, {Rounded{r.value.x}, Rounded{r.value.y}, Rounded{r.value.z}});
+}
+char* put(char* to, Vec2 v) { return put_tuple(to, {v.x, v.y}); }
+char* put(char* to, Vec3 v) { return put_tuple(to, {v.x, v.y, v.z}); }
+
+/// "[a, b, c]" of what `made_of` makes of each item.
+template <class T, class F>
+std::string list_of(const std::vector<T>& items, const F& made_of) {
+  constexpr std::size_t kRoom = 96;  // of one item
+  std::string text(2 + kRoom, '[');
+  std::size_t size = 1;
+  for (const T& item : items) {
+    if (text.size() < size + kRoom) text.resize(2 * text.size());
+    char* to = text.data() + size;
+    if (size > 1) *to++ = ',', *to++ = ' ';
+    size = static_cast<std::size_t>(put(to, made_of(item)) - text.data());
+  }
+  text.resize(size);
   text += ']';
   return text;
 }
 
-/// Numbers that read back to the same floats.
-std::string exact(const std::vector<Vec3>& values) {
-  return list_of(values,
-                 [](Text out, Vec3 v) { fmt::format_to(out, "({}, {}, {})", v.x, v.y, v.z); });
-}
-/// Six digits, which is enough for what is no place.
-std::string rounded(const std::vector<Vec3>& values) {
-  return list_of(values, [](Text out, Vec3 v) {
-    fmt::format_to(out, "({:.6g}, {:.6g}, {:.6g})", v.x, v.y, v.z);
-  });
-}
+/// Numbers that read back to the same floats, and integers.
 template <class T>
-std::string integers(const std::vector<T>& values) {
-  return list_of(values, [](Text out, T v) { fmt::format_to(out, "{}", v); });
+std::string exact(const std::vector<T>& values) {
+  return list_of(values, [](const T& v) { return v; });
+}
+std::string rounded(const std::vector<Vec3>& values) {
+  return list_of(values, [](Vec3 v) { return RoundedVec3{v}; });
 }
 
 std::string quoted(const std::string& text) {
@@ -90,8 +135,9 @@ std::string quoted(const std::string& text) {
   return all + '"';
 }
 std::string quoted(const std::vector<std::string>& texts) {
-  return list_of(texts,
-                 [](Text out, const std::string& t) { fmt::format_to(out, "{}", quoted(t)); });
+  std::vector<std::string> all;
+  for (const std::string& one : texts) all.push_back(quoted(one));
+  return fmt::format("[{}]", fmt::join(all, ", "));
 }
 
 /// A Mesh in the making.
@@ -197,15 +243,15 @@ Status UsdWriter::add_actor(int frame, const SurfaceFrame& surface, ActorSamples
   std::vector<Vec3> velocities = surface.velocities;
   velocities.resize(surface.positions.size());
   const std::vector<int> counts(surface.triangles.size(), 3);
-  PM_TRY_STATUS(actor.extent.add(frame, exact({low, high}), spool_));
-  PM_TRY_STATUS(actor.counts.add(frame, integers(counts), spool_));
-  PM_TRY_STATUS(actor.indices.add(frame, integers(indices), spool_));
+  PM_TRY_STATUS(actor.extent.add(frame, exact(std::vector<Vec3>{low, high}), spool_));
+  PM_TRY_STATUS(actor.counts.add(frame, exact(counts), spool_));
+  PM_TRY_STATUS(actor.indices.add(frame, exact(indices), spool_));
   PM_TRY_STATUS(actor.points.add(frame, exact(surface.positions), spool_));
   PM_TRY_STATUS(
       actor.normals.add(frame, rounded(normals_of(surface, sequence_.has_corner_normals)), spool_));
   PM_TRY_STATUS(actor.velocities.add(frame, rounded(velocities), spool_));
   PM_TRY_STATUS(actor.colors.add(frame, rounded(surface.colors), spool_));
-  PM_TRY_STATUS(actor.labels.add(frame, integers(surface.labels), spool_));
+  PM_TRY_STATUS(actor.labels.add(frame, exact(surface.labels), spool_));
   std::vector<Vec2> uvs;
   std::vector<std::uint32_t> uv_indices;
   index_uvs(surface, uvs, uv_indices);
@@ -214,10 +260,8 @@ Status UsdWriter::add_actor(int frame, const SurfaceFrame& surface, ActorSamples
     uvs.emplace_back();
     uv_indices.assign(3 * surface.triangles.size(), 0);
   }
-  PM_TRY_STATUS(actor.uvs.add(
-      frame, list_of(uvs, [](Text out, Vec2 v) { fmt::format_to(out, "({}, {})", v.x, v.y); }),
-      spool_));
-  PM_TRY_STATUS(actor.uv_indices.add(frame, integers(uv_indices), spool_));
+  PM_TRY_STATUS(actor.uvs.add(frame, exact(uvs), spool_));
+  PM_TRY_STATUS(actor.uv_indices.add(frame, exact(uv_indices), spool_));
   return add_subsets(frame, surface, actor);
 }
 
@@ -240,7 +284,7 @@ Status UsdWriter::add_subsets(int frame, const SurfaceFrame& surface, ActorSampl
       PM_TRY_STATUS(actor.subsets[m].add(frames_.front(), "[]", spool_));
     if (m >= before && frames_.size() > 1)
       PM_TRY_STATUS(actor.subsets[m].add(frames_.back(), "[]", spool_));
-    PM_TRY_STATUS(actor.subsets[m].add(frame, integers(faces[m]), spool_));
+    PM_TRY_STATUS(actor.subsets[m].add(frame, exact(faces[m]), spool_));
   }
   const SurfaceMaterial& shown =
       surface.is_mixed || surface.materials.empty() ? surface.mixture : surface.materials.front();

@@ -26,8 +26,9 @@ struct ActorGeometry {
   MorphState moment;
   std::vector<Ball> balls;  ///< empty while only a model shows
   float iso = 1;
-  FrameMap map;  ///< of the balls, where the leg is made of distances; else no regression
-  Mesh surface;  ///< of the balls, or blended with the model `moment.object`
+  FrameMap map;          ///< of the balls, where the leg is made of distances; else no regression
+  MorphSurface between;  ///< the field of such a leg's surface, its level included
+  Mesh surface;          ///< of the balls, or blended with the model `moment.object`
   std::vector<Vec3> points;          ///< of the model `moment.object`, when one shows
   std::vector<Vec3> corner_normals;  ///< of those points; empty: the model's own
   /// Only where the scene asks for motion blur or for a layer that needs them: see wants_flow().

@@ -9,9 +9,7 @@
 #include "surface/level.h"
 
 namespace polymorph {
-namespace {
-
-/// The least share of the volume that a part of the surface may have. What comes off between two
+// What comes off between two
 /// objects, a limb's tip perhaps, is left out unless it is as large as a part that one of them has.
 double min_component_share_of(const PreparedActor& actor, const PreparedLeg& leg,
                               float min_component_share) {
@@ -22,8 +20,6 @@ double min_component_share_of(const PreparedActor& actor, const PreparedLeg& leg
                                    actor.objects[leg.to].distances.smallest_component_share);
   return std::max(least, std::min(kFragment, 0.5 * smallest));
 }
-
-}  // namespace
 
 float size_at(const PreparedActor& actor, const PreparedLeg& leg, float u) {
   const float from = actor.objects[leg.from].model.box().diagonal(),
@@ -58,32 +54,37 @@ FrameMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
   return frame_map(leg.plan, time, balls, size_at(actor, leg, progress_at(leg.plan, time)));
 }
 
-Result<Mesh> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
-                             const ActorGeometry& geometry, float cell,
-                             const ExtractSettings& extract, SurfaceExtractor& extractor) {
+Result<SurfaceBetween> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
+                                       const ActorGeometry& geometry, float cell,
+                                       const ExtractSettings& extract,
+                                       SurfaceExtractor& extractor) {
   // No further than this share of the objects' size may the level go for the volume's sake.
   constexpr float kFurthest = 0.08f;
   const MorphState& moment = geometry.moment;
   const PreparedObject &from = actor.objects[leg.from], &to = actor.objects[leg.to];
   const FrameMap& map = geometry.map;
-  const MorphSurface between = {map.regression, from.distances.grid, to.distances.grid,
-                                map.from_scale, map.to_scale,        0};
+  SurfaceBetween surface;
+  MorphSurface& field = surface.field;
+  field = {map.regression, from.distances.grid, to.distances.grid, map.from_scale, map.to_scale, 0};
   const bool at_an_end = moment.time <= 0 || moment.time >= 1;
-  if (at_an_end) return extract_between(extractor, between, map.box, cell, extract);
-  if (is_shell(from.distances) || is_shell(to.distances)) {
-    // A wall's volume means little; that it is whole, much.
-    MorphSurface whole = between;
-    PM_TRY(whole.map, with_shortfalls(map, leg.plan, geometry.balls, *from.distances.grid,
-                                      *to.distances.grid, extractor));
-    whole.level = -1;
-    return extract_between(extractor, whole, map.box, cell, extract);
+  const bool has_shell = is_shell(from.distances) || is_shell(to.distances);
+  if (!at_an_end && !has_shell && leg.plan.motion.keep_volume) {
+    const auto u = static_cast<double>(moment.u);
+    const double volume = (1 - u) * from.distances.volume + u * to.distances.volume;
+    PM_TRY(LevelSurface found, surface_of_volume(extractor, field, map.box, cell, extract, volume,
+                                                 kFurthest * size_at(actor, leg, moment.u)));
+    surface.mesh = std::move(found.mesh);
+    field.level = found.level;
+    return surface;
   }
-  if (!leg.plan.motion.keep_volume)
-    return extract_between(extractor, between, map.box, cell, extract);
-  const auto u = static_cast<double>(moment.u);
-  const double volume = (1 - u) * from.distances.volume + u * to.distances.volume;
-  return surface_of_volume(extractor, between, map.box, cell, extract, volume,
-                           kFurthest * size_at(actor, leg, moment.u));
+  if (!at_an_end && has_shell) {
+    // A wall's volume means little; that it is whole, much.
+    PM_TRY(field.map, with_shortfalls(map, leg.plan, geometry.balls, *from.distances.grid,
+                                      *to.distances.grid, extractor));
+    field.level = -1;
+  }
+  PM_TRY(surface.mesh, extract_between(extractor, field, map.box, cell, extract));
+  return surface;
 }
 
 Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedActor& actor,
@@ -96,8 +97,10 @@ Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedAct
   extract.flat = prepared.scene.surface.flat;
   if (leg_of(actor, leg).distance) {
     geometry.map = map_at(actor, leg_of(actor, leg), time, geometry.balls);
-    PM_TRY(geometry.surface,
+    PM_TRY(SurfaceBetween surface,
            surface_between(actor, leg_of(actor, leg), geometry, actor.cell, extract, extractor));
+    geometry.surface = std::move(surface.mesh);
+    geometry.between = std::move(surface.field);
   } else {
     PM_TRY(geometry.surface, extract_surface(extractor, geometry.balls, actor.cell, extract));
   }

@@ -22,14 +22,24 @@ Result<ActorGeometry> balls_on_way(const PreparedScene& prepared, const Prepared
 Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedActor& actor,
                                 SurfaceExtractor& extractor, int leg, float time);
 
+/// The least share of the volume that a part of a leg's surface may have; smaller ones are left
+/// out.
+double min_component_share_of(const PreparedActor& actor, const PreparedLeg& leg,
+                              float min_component_share);
+
 /// The map of a leg that is made of distances, when its balls are `balls`.
 FrameMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
                 const std::vector<Ball>& balls);
 
-/// The surface of a leg that is made of distances, on cells of edge `cell`: of `geometry` its map
-/// and of its moment time and u count. Errors: kResource.
-Result<Mesh> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
-                             const ActorGeometry& geometry, float cell,
-                             const ExtractSettings& extract, SurfaceExtractor& extractor);
+/// The surface of a leg that is made of distances, and the field whose zero it is.
+struct SurfaceBetween {
+  Mesh mesh;
+  MorphSurface field;
+};
+/// On cells of edge `cell`: of `geometry` its map and of its moment time and u count. Errors:
+/// kResource.
+Result<SurfaceBetween> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
+                                       const ActorGeometry& geometry, float cell,
+                                       const ExtractSettings& extract, SurfaceExtractor& extractor);
 
 }  // namespace polymorph

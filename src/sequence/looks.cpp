@@ -45,18 +45,6 @@ Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const std::vect
   return pull_back(leg.plan, time, balls, points, extractor);
 }
 
-/// When a leg's colours change, by its progress: the source's detail goes, then the colours that
-/// are left turn into the target's, then the target's detail comes. Detail of both at once would
-/// show a face on a back; half way, where maps stretch most, it would be torn.
-struct ColorFade {
-  float color;           ///< share of the target
-  float source, target;  ///< shares of either's detail
-};
-
-ColorFade color_fade(float u) {
-  return {smoothstep(0.2f, 0.8f, u), 1 - smoothstep(0.1f, 0.45f, u), smoothstep(0.55f, 0.9f, u)};
-}
-
 Vec3 plain_color(const PreparedObject& object, Vec3 at) {
   return object.colors ? object.colors->at(at) : object.model.materials.front().color;
 }
@@ -91,6 +79,10 @@ void fade_colors(const PreparedActor& actor, const PreparedLeg& leg, const PullB
 }
 
 }  // namespace
+
+ColorFade color_fade(float u) {
+  return {smoothstep(0.2f, 0.8f, u), 1 - smoothstep(0.1f, 0.45f, u), smoothstep(0.55f, 0.9f, u)};
+}
 
 ObjectLayer object_layer(const PreparedActor& actor, std::size_t object, const Mesh& surface,
                          std::span<const Vec3> at, float share) {

@@ -11,6 +11,15 @@
 
 namespace polymorph {
 
+/// When a leg's colours change, by its progress: the source's detail goes, then the colours that
+/// are left turn into the target's, then the target's detail comes. Detail of both at once would
+/// show a face on a back; half way, where maps stretch most, it would be torn.
+struct ColorFade {
+  float color;           ///< share of the target
+  float source, target;  ///< shares of either's detail
+};
+ColorFade color_fade(float u);
+
 /// The materials of an object of the actor on the surface whose vertices correspond to the points
 /// `at` of the object.
 ObjectLayer object_layer(const PreparedActor& actor, std::size_t object, const Mesh& surface,

@@ -87,7 +87,9 @@ Result<std::vector<float>> even_pacing(const PreparedScene& prepared, const Prep
     geometry.moment.time = geometry.moment.u = time_of(k);
     geometry.balls = balls_at(linear.plan, time_of(k));
     geometry.map = maps[static_cast<std::size_t>(k)];
-    PM_TRY(Mesh mesh, surface_between(actor, linear, geometry, cell, prepared.extract, extractor));
+    PM_TRY(SurfaceBetween surface,
+           surface_between(actor, linear, geometry, cell, prepared.extract, extractor));
+    Mesh& mesh = surface.mesh;
     empty = mesh.triangles.empty();
     if (k > 0 && !empty)
       done.push_back(done.back() +

@@ -65,9 +65,9 @@ Result<float> iso_for_volume(SurfaceExtractor& extractor, const std::vector<Ball
   return static_cast<float>(std::exp(best));
 }
 
-Result<Mesh> surface_of_volume(SurfaceExtractor& extractor, MorphSurface between, const Box& box,
-                               float cell, const ExtractSettings& settings, double volume,
-                               float limit) {
+Result<LevelSurface> surface_of_volume(SurfaceExtractor& extractor, MorphSurface between,
+                                       const Box& box, float cell, const ExtractSettings& settings,
+                                       double volume, float limit) {
   PM_CHECK(volume > 0 && limit >= 0);
   // In a field of distances the volume changes by the area times the level: Newton's steps, and
   // from two tries on the chord. Most of them on larger cells, which cost a sixteenth.
@@ -75,7 +75,7 @@ Result<Mesh> surface_of_volume(SurfaceExtractor& extractor, MorphSurface between
   constexpr int kMaxTries = 8;
   const double bound = static_cast<double>(limit);
   double level = 0, area = 0;
-  Mesh nearest;
+  LevelSurface nearest;
   const auto extract = [&](double at, float edge) {
     between.level = static_cast<float>(at);
     return extract_between(extractor, between, box, edge, settings);
@@ -88,7 +88,7 @@ Result<Mesh> surface_of_volume(SurfaceExtractor& extractor, MorphSurface between
       const double excess = volume_of(mesh) - volume;
       if (i == 0 || std::abs(excess) < std::abs(best_excess)) {
         best = level, best_excess = excess, area = area_of(mesh);
-        nearest = std::move(mesh);
+        nearest = {std::move(mesh), static_cast<float>(level)};
       }
       if (std::abs(excess) <= kTolerance * volume) break;
       double slope = -area;
@@ -109,7 +109,7 @@ Result<Mesh> surface_of_volume(SurfaceExtractor& extractor, MorphSurface between
   // four and of two edges lose tells what those of one do, so that the first try there is mostly
   // the last.
   PM_TRY_STATUS(search(4 * cell));
-  const double on_four = volume_of(nearest);
+  const double on_four = volume_of(nearest.mesh);
   PM_TRY(const Mesh two, extract(level, 2 * cell));
   const double on_two = volume_of(two), gain = (on_two - on_four) / 4;
   if (std::abs(gain) < 0.02 * volume && area_of(two) > 0)

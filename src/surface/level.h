@@ -16,12 +16,17 @@ Result<float> iso_for_volume(SurfaceExtractor& extractor, const std::vector<Ball
                              float cell, const ExtractSettings& settings, double volume,
                              float start = 1);
 
+/// A surface between two objects, and the level at which it lies.
+struct LevelSurface {
+  Mesh mesh;
+  float level = 0;  ///< scene units
+};
 /// The surface between two objects moved to the level at which it encloses `volume`, to 0.2 % of
 /// it: on cells of edge `cell` over `box`. Where the volume cannot be had by a level within `limit`
 /// of 0, the surface at that limit. Errors as extract_surface().
-Result<Mesh> surface_of_volume(SurfaceExtractor& extractor, MorphSurface between, const Box& box,
-                               float cell, const ExtractSettings& settings, double volume,
-                               float limit);
+Result<LevelSurface> surface_of_volume(SurfaceExtractor& extractor, MorphSurface between,
+                                       const Box& box, float cell, const ExtractSettings& settings,
+                                       double volume, float limit);
 
 /// Balls whose surface at iso = 1 is that of `balls` at `iso`.
 std::vector<Ball> rescaled(std::vector<Ball> balls, FieldKind kind, float iso);

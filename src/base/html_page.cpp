@@ -1,0 +1,53 @@
+#include "base/html_page.h"
+
+#include <algorithm>
+
+#include "base/result.h"
+
+namespace polymorph {
+
+std::string base64(std::string_view bytes) {
+  constexpr const char* kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const auto at = [&](std::size_t k) {
+      return k < bytes.size() ? static_cast<unsigned char>(bytes[k]) : 0u;
+    };
+    const unsigned value = at(i) << 16 | at(i + 1) << 8 | at(i + 2);
+    for (unsigned digit = 0; digit < 4; ++digit)
+      text += i + digit <= bytes.size() ? kDigits[value >> (18 - 6 * digit) & 63] : '=';
+  }
+  return text;
+}
+
+std::string json_in_script(std::string_view json) {
+  std::string result;
+  for (const char c : json) {
+    if (c == '<')
+      result += "\\u003c";
+    else
+      result += c;
+  }
+  return result;
+}
+
+std::string fill_page(std::string_view page,
+                      const std::vector<std::pair<std::string_view, std::string>>& values) {
+  std::string result;
+  while (!page.empty()) {
+    const auto mark = page.find("{{");
+    result += page.substr(0, mark);
+    if (mark == std::string_view::npos) break;
+    page.remove_prefix(mark);
+    const auto value = std::find_if(values.begin(), values.end(),
+                                    [&](const auto& v) { return page.starts_with(v.first); });
+    PM_CHECK(value != values.end());
+    result += value->second;
+    page.remove_prefix(value->first.size());
+  }
+  return result;
+}
+
+}  // namespace polymorph

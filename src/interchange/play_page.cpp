@@ -1,0 +1,299 @@
+#include "interchange/play_page.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "base/html_page.h"
+#include "base/result.h"
+#include "base/text.h"
+#include "image/srgb.h"
+#include "kernels/mc_tables.h"
+
+namespace polymorph {
+
+extern const std::string_view play_page;  // play.html
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Steps of distances, in cells of the surface: they are right to half of that.
+constexpr float kDistanceStep = 1.0f / 40;
+/// Steps over the range of what moves: of legs made of distances, of those made of balls, whose
+/// field is steep, and of what is only shown, the balls of the former.
+constexpr float kMotionSteps = 16383, kBallSteps = 65000, kShownSteps = 511;
+
+/// An array of numbers, x fastest, and along which of its axes they are smooth.
+struct Shape {
+  int n[3];
+  bool smooth[3];
+  std::size_t size() const {
+    return static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) *
+           static_cast<std::size_t>(n[2]);
+  }
+};
+
+Json triple(Vec3 v) { return {v.x, v.y, v.z}; }
+Json triple(Int3 v) { return {v.x, v.y, v.z}; }
+Json grid_json(const Grid& grid) {
+  return {{"origin", triple(grid.origin)}, {"cell", grid.cell}, {"points", triple(grid.points)}};
+}
+
+/// Visits all elements from coarse to fine, each after those that it is predicted from: along a
+/// smooth axis the middle between neighbours by the cubic through four of them (interpolating
+/// subdivision, Dubuc 1986). `visit(index, prediction)` sets the element. play.html does the same.
+template <class F>
+void refine(const Shape& shape, const std::vector<double>& values, const F& visit) {
+  const std::int64_t stride[3] = {1, shape.n[0], std::int64_t{shape.n[0]} * shape.n[1]};
+  const auto visit_all = [&](const int(&first)[3], const int(&step)[3], const auto& predict) {
+    for (int z = first[2]; z < shape.n[2]; z += step[2])
+      for (int y = first[1]; y < shape.n[1]; y += step[1])
+        for (int x = first[0]; x < shape.n[0]; x += step[0]) {
+          const int at[3] = {x, y, z};
+          const std::int64_t i = x + stride[1] * y + stride[2] * z;
+          visit(static_cast<std::size_t>(i), predict(at, i));
+        }
+  };
+  int coarsest = 1;
+  for (int axis = 0; axis < 3; ++axis)
+    while (shape.smooth[axis] && coarsest < shape.n[axis]) coarsest *= 2;
+  int first[3] = {0, 0, 0}, step[3];
+  for (int axis = 0; axis < 3; ++axis) step[axis] = shape.smooth[axis] ? coarsest : 1;
+  visit_all(first, step, [](const int(&)[3], std::int64_t) { return 0.0; });
+  for (int half = coarsest / 2; half >= 1; half /= 2)
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!shape.smooth[axis]) continue;
+      first[axis] = half;
+      const std::int64_t by = half * stride[axis];
+      visit_all(first, step, [&](const int(&at)[3], std::int64_t i) {
+        const auto value = [&](std::int64_t j) { return values[static_cast<std::size_t>(j)]; };
+        const int here = at[axis], n = shape.n[axis];
+        const double low = value(i - by);
+        if (here + half >= n) return low;
+        const double high = value(i + by);
+        if (here < 3 * half || here + 3 * half >= n) return (low + high) / 2;
+        return (9 * (low + high) - (value(i - 3 * by) + value(i + 3 * by))) / 16;
+      });
+      first[axis] = 0;
+      step[axis] = half;
+    }
+}
+
+/// Arrays of numbers as steps of 16 bits from what their neighbours predict: first all low bytes,
+/// then all high ones, so that deflate finds them alike.
+class Packer {
+ public:
+  /// Right to half of `step`. Values over more than 65535 steps are cut off.
+  Json add(std::span<const float> values, const Shape& shape, float step) {
+    PM_CHECK(values.size() == shape.size());
+    const auto [low, high] = std::minmax_element(values.begin(), values.end());
+    const double middle = (static_cast<double>(*low) + static_cast<double>(*high)) / 2;
+    const double size = step > 0 ? static_cast<double>(step) : 1;
+    const std::size_t at = bytes_.size(), count = values.size();
+    bytes_.resize(at + 2 * count);
+    std::vector<double> read(count);  // as the page will have them, less the middle
+    std::size_t next = 0;
+    refine(shape, read, [&](std::size_t i, double prediction) {
+      const double wanted = static_cast<double>(values[i]) - middle;
+      const auto steps =
+          static_cast<int>(std::clamp(std::round((wanted - prediction) / size), -32768.0, 32767.0));
+      read[i] = prediction + steps * size;
+      // Small steps of either sign become small numbers.
+      const unsigned folded = static_cast<unsigned>(steps >= 0 ? 2 * steps : -2 * steps - 1);
+      bytes_[at + next] = static_cast<char>(folded & 255);
+      bytes_[at + count + next] = static_cast<char>(folded >> 8);
+      ++next;
+    });
+    return {
+        {"at", at}, {"n", shape.n}, {"smooth", shape.smooth}, {"middle", middle}, {"step", size}};
+  }
+
+  std::string deflated() const {
+    uLongf size = compressBound(static_cast<uLong>(bytes_.size()));
+    std::string packed(size, '\0');
+    const int status = compress2(reinterpret_cast<Bytef*>(packed.data()), &size,
+                                 reinterpret_cast<const Bytef*>(bytes_.data()),
+                                 static_cast<uLong>(bytes_.size()), 9);
+    PM_CHECK(status == Z_OK);
+    packed.resize(size);
+    return packed;
+  }
+
+ private:
+  std::string bytes_;
+};
+
+/// Of a range; nothing that is all the same has steps.
+float range_step(std::span<const float> values, float steps) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return (*high - *low) / steps;
+}
+
+Shape shape_of(Int3 points) { return {{points.x, points.y, points.z}, {true, true, true}}; }
+
+Json object_json(const PlayObject& object, float cell, Packer& packer) {
+  Json json{{"name", printable(object.name)}, {"color", triple(object.color)}};
+  if (object.distances) {
+    const DistanceGrid& d = *object.distances;
+    json["distances"] = grid_json(d.grid);
+    json["distances"]["values"] =
+        packer.add(d.values, shape_of(d.grid.points), kDistanceStep * cell);
+  }
+  if (!object.colors.empty()) {
+    json["colors"] = grid_json(object.color_grid);
+    for (float Vec3::*c : {&Vec3::x, &Vec3::y, &Vec3::z}) {
+      std::vector<float> channel;
+      for (const Vec3& color : object.colors) channel.push_back(linear_to_srgb(color.*c));
+      json["colors"]["values"].push_back(
+          packer.add(channel, shape_of(object.color_grid.points), 1.0f / 128));
+    }
+  }
+  return json;
+}
+
+/// What is kept of each pair at a key, channel by channel; play.html has the same order. Of legs
+/// made of distances those from kFirstShown on, the balls themselves, are only shown.
+constexpr std::size_t kFirstShown = 3, kShown = 8;
+std::vector<float> channels_of(const PlayKey& key, std::size_t pair) {
+  const Ball& ball = key.balls[pair];
+  const Sym3& s = ball.shape;
+  const Regression& map = *key.between.map;
+  const RegressionSample& sample = map.samples[pair];
+  std::vector<float> v{sample.center.x,
+                       sample.center.y,
+                       sample.center.z,
+                       std::log(ball.a),
+                       ball.w,
+                       s.xx,
+                       s.yy,
+                       s.zz,
+                       s.xy,
+                       s.xz,
+                       s.yz,
+                       sample.deviation,
+                       std::log(sample.mass)};
+  for (std::size_t m = 0; m < 2; ++m)
+    for (const float value : map.values[2 * pair + m].value) v.push_back(value);
+  if (map.sloped)
+    for (std::size_t m = 0; m < 2; ++m)
+      for (int row = 0; row < 3; ++row) {
+        const Vec3 slope = map.values[2 * pair + m].slope[row];
+        v.insert(v.end(), {slope.x, slope.y, slope.z});
+      }
+  return v;
+}
+
+/// What all pairs of a key share.
+Json common_json(const PlayKey& key) {
+  Json numbers = Json::array();
+  const auto add = [&](Vec3 v) {
+    for (const float f : {v.x, v.y, v.z}) numbers.push_back(f);
+  };
+  for (const AffineMap& map : key.between.map->affine) {
+    for (const Vec3 row : map.rows) add(row);
+    add(map.offset);
+  }
+  add(key.box.low);
+  add(key.box.high);
+  for (const float f : {key.between.map->lattice.cell, key.between.from_scale, key.between.to_scale,
+                        key.between.level, key.progress})
+    numbers.push_back(f);
+  return numbers;
+}
+
+Json leg_json(const PlayLeg& leg, Packer& packer) {
+  Json times = Json::array(), common = Json::array();
+  std::vector<std::vector<float>> rows;  // of each key and pair
+  for (const PlayKey& key : leg.keys) {
+    times.push_back(key.time);
+    common.push_back(common_json(key));
+    for (std::size_t e = 0; e < key.balls.size(); ++e) rows.push_back(channels_of(key, e));
+  }
+  const int keys = static_cast<int>(leg.keys.size()),
+            pairs = static_cast<int>(leg.keys.front().balls.size());
+  // Ways are smooth along the time.
+  const Shape shape{{pairs, keys, 1}, {false, true, false}};
+  Json channels = Json::array();
+  for (std::size_t c = 0; c < rows.front().size(); ++c) {
+    std::vector<float> values;
+    for (const std::vector<float>& row : rows) values.push_back(row[c]);
+    const bool shown = leg.distance && c >= kFirstShown && c < kFirstShown + kShown;
+    const float steps = shown ? kShownSteps : leg.distance ? kMotionSteps : kBallSteps;
+    channels.push_back(packer.add(values, shape, range_step(values, steps)));
+  }
+  return {{"from", leg.from},         {"to", leg.to},        {"distance", leg.distance},
+          {"min_part", leg.min_part}, {"times", times},      {"common", common},
+          {"pairs", pairs},           {"channels", channels}};
+}
+
+Json actor_json(const PlayActor& actor, Packer& packer) {
+  Json json{{"name", printable(actor.name)}, {"cell", actor.cell}};
+  for (const PlayObject& object : actor.objects)
+    json["objects"].push_back(object_json(object, actor.cell, packer));
+  for (const PlayLeg& leg : actor.legs) json["legs"].push_back(leg_json(leg, packer));
+  for (const PlayFrame& frame : actor.frames)
+    json["frames"].push_back({frame.leg, frame.time, frame.look});
+  return json;
+}
+
+/// Triangles of each case of marching cubes, an edge a digit.
+Json cases_json() {
+  constexpr const char* kDigits = "0123456789ab";
+  const McTable& table = mc_table();
+  Json cases = Json::array();
+  for (int key = 0; key < 256; ++key) {
+    std::string edges;
+    for (int i = 0; i < 3 * table.count[key]; ++i) edges += kDigits[table.edges[key][i]];
+    cases.push_back(edges);
+  }
+  return cases;
+}
+
+const char* name_of(FieldKind kind) {
+  switch (kind) {
+    case FieldKind::kGaussian:
+      return "gaussian";
+    case FieldKind::kInverseSquare:
+      return "inverse_square";
+    case FieldKind::kWyvill:
+      return "wyvill";
+    case FieldKind::kQuartic:
+      return "quartic";
+  }
+  PM_CHECK(false);
+  return "";
+}
+
+}  // namespace
+
+std::string encode_play_page(const PlayPage& page) {
+  Packer packer;
+  const FrameCamera& c = page.camera;
+  Json json{{"title", printable(page.title)},
+            {"fps", page.fps},
+            {"field", name_of(page.field)},
+            {"look",
+             {{"color", triple(page.look.color)},
+              {"roughness", page.look.roughness},
+              {"metallic", page.look.metallic}}},
+            {"camera",
+             {{"position", triple(c.position)},
+              {"forward", triple(c.forward)},
+              {"tan_half_fov_y", c.tan_half_fov_y}}},
+            {"low", triple(page.box.low)},
+            {"high", triple(page.box.high)},
+            {"ground", page.has_ground ? Json(page.ground) : Json()}};
+  for (const PlayActor& actor : page.actors) json["actors"].push_back(actor_json(actor, packer));
+  json["cases"] = cases_json();
+  return fill_page(play_page, {{"{{title}}", escape_markup(page.title)},
+                               {"{{morph}}", json_in_script(json.dump())},
+                               {"{{bytes}}", base64(packer.deflated())}});
+}
+
+}  // namespace polymorph
