@@ -1,0 +1,25 @@
+# The module that `import polymorph` loads, and what a wheel holds beside it: the program, its model reader, and their data.
+# scripts/wheel adds their libraries. Its image reader stays outside: Debian's OpenImageIO brings some 240 libraries along,
+# GPL ones among them.
+find_package(Python 3.9 REQUIRED COMPONENTS Interpreter Development.Module)
+execute_process(COMMAND ${Python_EXECUTABLE} -m nanobind --cmake_dir OUTPUT_STRIP_TRAILING_WHITESPACE
+  OUTPUT_VARIABLE nanobind_ROOT COMMAND_ERROR_IS_FATAL ANY)
+find_package(nanobind CONFIG REQUIRED)
+nanobind_add_module(polymorph_python NB_STATIC ${CMAKE_SOURCE_DIR}/python/module.cpp)
+set_target_properties(polymorph_python PROPERTIES OUTPUT_NAME _polymorph EXCLUDE_FROM_ALL ON)
+target_link_libraries(polymorph_python PRIVATE pm_sequence)
+
+install(TARGETS polymorph polymorph_assimp RUNTIME DESTINATION bin COMPONENT python EXCLUDE_FROM_ALL)
+install(TARGETS polymorph_python LIBRARY DESTINATION . COMPONENT python EXCLUDE_FROM_ALL)
+install(DIRECTORY scenes/ DESTINATION share/polymorph COMPONENT python EXCLUDE_FROM_ALL PATTERN golden EXCLUDE)
+# The licences of the libraries, as Debian's packages of them state them.
+install(CODE [[
+  file(GET_RUNTIME_DEPENDENCIES EXECUTABLES "$<TARGET_FILE:polymorph>" "$<TARGET_FILE:polymorph_assimp>" RESOLVED_DEPENDENCIES_VAR libraries)
+  foreach(library ${libraries})
+    get_filename_component(name ${library} NAME)
+    execute_process(COMMAND dpkg-query -S */${name} OUTPUT_VARIABLE owner ERROR_QUIET)
+    if(owner MATCHES "^([^:\n]+):" AND EXISTS /usr/share/doc/${CMAKE_MATCH_1}/copyright)
+      file(INSTALL DESTINATION "${CMAKE_INSTALL_PREFIX}/licenses" RENAME ${CMAKE_MATCH_1}.txt TYPE FILE
+        FOLLOW_SYMLINK_CHAIN FILES /usr/share/doc/${CMAKE_MATCH_1}/copyright)
+    endif()
+  endforeach()]] COMPONENT python EXCLUDE_FROM_ALL)

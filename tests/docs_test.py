@@ -1,0 +1,111 @@
+#!/usr/bin/env python3
+"""docs_test.py POLYMORPH [PAGE...]: runs every command of the pages in docs/ (default: all) as people would type it.
+
+A page's `sh` blocks run in order in a folder of the page's own, which has what the pages take for granted: two models, a scene, the
+folders of the checkout with small pictures, an sbatch that only counts. What a page needs besides stands in it as a comment,
+`<!-- before: COMMAND -->`. Commands that are not run here name the test that runs them. The README has a test of its own.
+"""
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+PROGRAM = pathlib.Path(sys.argv[1]).resolve()
+# Examples of commands.md are those of each --help; these have placeholders for people, or are run elsewhere.
+GENERATED = {"commands.md", "scene.md"}
+ELSEWHERE = {
+    "scripts/figures": "figures",
+    "chromium": "nothing: a browser's own command",
+    "scripts/wheel": "python.wheel", "python3 -m venv": "python.wheel", "env/bin/": "python.wheel",
+    "scripts/manual": "manual",
+}
+BLOCK = re.compile(r"```sh\n(.*?)```|<!-- before: (.*?) -->", re.S)
+TINY = {"width": 32, "height": 24, "samples": 1}
+
+
+def shrink(scene):
+    """A scene whose frames take no time."""
+    scene["image"] = {**TINY, **{k: v for k, v in scene.get("image", {}).items() if k in ("aovs", "steady")}}
+    scene["surface"] = {"resolution": 16}
+    scene["spheres"] = {"balls": 8}
+    frames = scene.setdefault("frames", {})
+    for key in ("hold_start", "hold_end"):
+        frames.pop(key, None)
+    return scene
+
+
+def read_json(file):
+    """JSON with // comments on lines of their own."""
+    return json.loads("\n".join(line for line in file.read_text(encoding="utf-8").splitlines() if not line.lstrip().startswith("//")))
+
+
+def prepare(folder: pathlib.Path):
+    cube = ["v %d %d %d" % (x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    faces = ["f 1 2 4 3", "f 5 7 8 6", "f 1 5 6 2", "f 3 4 8 7", "f 1 3 7 5", "f 2 6 8 4"]
+    for name in ("first.obj", "second.obj", "teapot.obj", "penguin.obj"):
+        (folder / name).write_text("\n".join([*cube, *faces]) + "\n")
+    scene = shrink({"source": "cube", "target": "sphere", "frames": {"count": 24}})
+    (folder / "scene.json").write_text(json.dumps(scene))
+    for name in ("models", "effects", "films", "pairs"):
+        (folder / "scenes" / name).mkdir(parents=True)
+        for file in (ROOT / "scenes" / name).iterdir():
+            target = folder / "scenes" / name / file.name
+            if file.suffix != ".json":
+                target.symlink_to(file)
+            elif name == "pairs":
+                game = read_json(file)
+                game["scene"] = shrink(game.get("scene", {})) | {"frames": {"fps": 1}}
+                game["moves"] = game.get("moves", [])[:2]
+                target.write_text(json.dumps(game))
+            else:
+                target.write_text(json.dumps(shrink(read_json(file))))
+    commands = folder / "bin"
+    commands.mkdir()
+    (commands / "polymorph").symlink_to(PROGRAM)
+    (commands / "sbatch").write_text("#!/bin/sh\necho 77\n")
+    (commands / "sbatch").chmod(0o755)
+
+
+def run_page(page: pathlib.Path, cache: str) -> list[str]:
+    text = page.read_text(encoding="utf-8")
+    blocks = BLOCK.findall(text)
+    if not any(block for block, _ in blocks):
+        return []
+    problems = []
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        prepare(folder)
+        environment = {k: v for k, v in os.environ.items() if not k.startswith(("POLYMORPH_", "SLURM_", "CI"))}
+        environment |= {"PATH": f"{folder}/bin:{environment['PATH']}", "POLYMORPH_CACHE_DIR": cache}
+        ran = 0
+        for block, before in blocks:
+            for line in (block or before).replace("\\\n", " ").splitlines():
+                command = line.split("  #")[0].strip()
+                if not command or command.startswith("#"):
+                    continue
+                if block and command.startswith(tuple(ELSEWHERE)):
+                    continue
+                done = subprocess.run(["bash", "-euo", "pipefail", "-c", command], cwd=folder, env=environment, input="a1 b1\n",
+                                      capture_output=True, text=True, timeout=600, check=False)
+                ran += 1
+                if done.returncode != 0:
+                    problems.append(f"{page.name}: `{command}` ends with {done.returncode}:\n{done.stderr.strip()}")
+        print(f"{page.name}: {ran} commands", flush=True)
+    return problems
+
+
+def main():
+    wanted = sys.argv[2:]
+    pages = [page for page in sorted((ROOT / "docs").glob("*.md")) if page.name not in GENERATED and (not wanted or page.name in wanted)]
+    with tempfile.TemporaryDirectory() as cache:
+        problems = [problem for page in pages for problem in run_page(page, cache)]
+    print("\n".join(problems) if problems else f"docs: the commands of {len(pages)} pages work")
+    sys.exit(1 if problems else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,29 @@
+#!/usr/bin/env bash
+# wheel_test.sh BUILD SOURCE: a wheel of this build, installed into a bare virtual environment and used there.
+# Exit code 77: PyPI cannot be reached, or this is no release build of the CPU.
+set -euo pipefail
+build=$1 source=$2
+grep -q '^CMAKE_BUILD_TYPE:.*=Release$' "$build/CMakeCache.txt" || { echo "SKIPPED: not a release build"; exit 77; }
+work=$(mktemp -d); trap 'rm -rf "$work"' EXIT
+/usr/bin/python3 -m venv "$work/venv" 2>/dev/null || { echo "SKIPPED: needs python3-venv"; exit 77; }
+[[ -f /usr/include/python3.11/Python.h || -f $(/usr/bin/python3 -c 'import sysconfig; print(sysconfig.get_path("include"))')/Python.h ]] || {
+  echo "SKIPPED: needs python3-dev"; exit 77; }
+"$work/venv/bin/pip" -q install numpy >/dev/null 2>&1 || { echo "SKIPPED: PyPI cannot be reached"; exit 77; }
+wheel=$("$source/scripts/wheel" "$build")
+"$work/venv/bin/pip" -q install --no-deps "$wheel"
+cd "$work"
+site=$(echo "$work"/venv/lib/python3*/site-packages)
+# Every library comes out of the wheel, but for those that each Linux has.
+for file in "$site"/polymorph/bin/polymorph "$site"/polymorph/bin/polymorph_assimp "$site"/polymorph/_polymorph*.so; do
+  foreign=$(ldd "$file" | awk '/=> \//{print $3}' | grep -v "^$site" | grep -vE '/(libc|libm|libstdc\+\+|libgcc_s|libz)\.so' || true)
+  [[ -z $foreign ]] || { echo "$file takes from the system: $foreign"; exit 1; }
+done
+export POLYMORPH_CACHE_DIR=$work/cache
+"$work/venv/bin/polymorph" demo cube torus -q >/dev/null
+[[ -s cube-torus/morph.gif ]]
+cat >scene.json <<'SCENE'
+{"source": {"shape": "cube", "spheres": {"balls": 12}}, "target": {"shape": "sphere", "spheres": {"balls": 6}},
+ "frames": {"count": 6}, "surface": {"resolution": 16}, "image": {"width": 32, "height": 24, "samples": 2}}
+SCENE
+"$build/polymorph" render scene.json -o 'f.####.exr' -q
+"$work/venv/bin/python" -B "$source/tests/python/module_test.py"
