@@ -2,13 +2,14 @@
 """docs_test.py POLYMORPH [PAGE...]: runs every command of the pages in docs/ (default: all) as people would type it.
 
 A page's `sh` blocks run in order in a folder of the page's own, which has what the pages take for granted: two models, a scene, the
-folders of the checkout with small pictures, an sbatch that only counts. What a page needs besides stands in it as a comment,
+folders of the checkout with small pictures, an sbatch that runs a job's first task at once. What a page needs besides stands in it as a comment,
 `<!-- before: COMMAND -->`. Commands that are not run here name the test that runs them. The README has a test of its own.
 """
 import json
 import os
 import pathlib
 import re
+import runpy
 import subprocess
 import sys
 import tempfile
@@ -66,18 +67,18 @@ def prepare(folder: pathlib.Path):
     commands = folder / "bin"
     commands.mkdir()
     (commands / "polymorph").symlink_to(PROGRAM)
-    (commands / "sbatch").write_text("#!/bin/sh\necho 77\n")
+    (commands / "sbatch").write_text("#!/bin/sh\nfor script; do :; done\n"
+                                      "SLURM_ARRAY_TASK_ID=1 SLURM_CPUS_PER_TASK=1 sh \"$script\" >&2 && echo 77\n")
     (commands / "sbatch").chmod(0o755)
 
 
-def run_page(page: pathlib.Path, cache: str) -> list[str]:
-    text = page.read_text(encoding="utf-8")
+def run_page(name: str, text: str, cache: str) -> list[str]:
     blocks = BLOCK.findall(text)
     if not any(block for block, _ in blocks):
         return []
     problems = []
-    with tempfile.TemporaryDirectory() as name:
-        folder = pathlib.Path(name)
+    with tempfile.TemporaryDirectory() as path:
+        folder = pathlib.Path(path)
         prepare(folder)
         environment = {k: v for k, v in os.environ.items() if not k.startswith(("POLYMORPH_", "SLURM_", "CI"))}
         environment |= {"PATH": f"{folder}/bin:{environment['PATH']}", "POLYMORPH_CACHE_DIR": cache}
@@ -93,16 +94,18 @@ def run_page(page: pathlib.Path, cache: str) -> list[str]:
                                       capture_output=True, text=True, timeout=600, check=False)
                 ran += 1
                 if done.returncode != 0:
-                    problems.append(f"{page.name}: `{command}` ends with {done.returncode}:\n{done.stderr.strip()}")
-        print(f"{page.name}: {ran} commands", flush=True)
+                    problems.append(f"{name}: `{command}` ends with {done.returncode}:\n{done.stderr.strip()}")
+        print(f"{name}: {ran} commands", flush=True)
     return problems
 
 
 def main():
     wanted = sys.argv[2:]
-    pages = [page for page in sorted((ROOT / "docs").glob("*.md")) if page.name not in GENERATED and (not wanted or page.name in wanted)]
+    pages = {page.name: page.read_text(encoding="utf-8") for page in sorted((ROOT / "docs").glob("*.md")) if page.name not in GENERATED}
+    pages["cookbook.md"] = runpy.run_path(str(ROOT / "scripts/manual"))["cookbook"]()
+    pages = {name: text for name, text in pages.items() if not wanted or name in wanted}
     with tempfile.TemporaryDirectory() as cache:
-        problems = [problem for page in pages for problem in run_page(page, cache)]
+        problems = [problem for name, text in pages.items() for problem in run_page(name, text, cache)]
     print("\n".join(problems) if problems else f"docs: the commands of {len(pages)} pages work")
     sys.exit(1 if problems else 0)
 

@@ -48,6 +48,19 @@ TEST_F(Demo, MakesAStripAGifAndTheSceneItPrints) {
   EXPECT_TRUE(contains(run(4, {"demo", "lump", "sphere", "-o", "it's here"}).err, "exists"));
 }
 
+TEST_F(Demo, TakesAFolderOrTheNameOfOneOfItsFiles) {
+  use_small_models();
+  run(0, {"demo", "lump", "sphere", "-o", "to/d1.png"});
+  EXPECT_TRUE(read_text(folder / "to/d1.png").starts_with("\x89PNG"));
+  EXPECT_TRUE(read_text(folder / "to/d1.gif").starts_with("GIF89a"));
+  EXPECT_TRUE(contains(read_text(folder / "to/d1.json"), "lump.obj"));
+  EXPECT_TRUE(contains(run(4, {"demo", "lump", "cube", "-o", "to/d1.gif"}).err, "exists"));
+  EXPECT_TRUE(contains(run(2, {"demo", "lump", "cube", "-o", "d2.mp4"}).err, "name a folder"));
+  EXPECT_FALSE(exists("d2.mp4"));
+  run(0, {"demo", "lump", "cube", "-o", "v1.2"});
+  EXPECT_TRUE(exists("v1.2/scene.json"));
+}
+
 TEST_F(Demo, GoesThroughEffectsAndObjects) {
   use_small_models();
   run(0, {"demo", "lump", "cube", "--through", "flat"});
