@@ -29,11 +29,11 @@ double intersect(Vec3d origin, Vec3d direction, const TriangleBvh::Corners& c) {
   return dot(ac, q) / determinant;
 }
 
-/// The nearest hit beyond `from`, not on triangle `self`: its distance, and whether the ray leaves
-/// there (meets a face from behind).
+/// The nearest hit beyond `from`, not on triangle `self`: its distance, and the cosine between the
+/// ray and the face's normal. The ray leaves where that is positive.
 struct Hit {
   double distance = INFINITY;
-  bool leaves = false;
+  double cosine = -1;
 };
 
 Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from,
@@ -73,31 +73,74 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
         const double t = intersect(origin, direction, c);
         if (!(t > from) || !(t < hit.distance)) continue;
         const Vec3d n = cross(Vec3d(c.p[1]) - Vec3d(c.p[0]), Vec3d(c.p[2]) - Vec3d(c.p[0]));
-        hit = {t, dot(n, direction) > 0};
+        hit = {t, dot(n, direction) / std::max(std::sqrt(dot(n, n)), 1e-300)};
       }
     }
   }
   return met < kMaxMet ? hit : Hit{};
 }
 
-}  // namespace
-
-Thickness measure_thickness(const Model& model, const TriangleBvh& bvh, std::size_t samples) {
-  const std::vector<SurfaceSample> from = sample_surface(model, samples);
+/// From each sample straight inward.
+std::vector<Hit> hits_inward(const Model& model, const TriangleBvh& bvh,
+                             const std::vector<SurfaceSample>& from) {
   // Nearer than this is the next face around an edge, or a double of the same face.
   const double nearest = 1e-6 * static_cast<double>(model.box().diagonal());
-  std::vector<double> lengths(from.size());
+  std::vector<Hit> hits(from.size());
   parallel_for(
       static_cast<std::int64_t>(from.size()),
       [&](std::int64_t i) {
         const auto k = static_cast<std::size_t>(i);
-        const Hit hit = first_hit(bvh, Vec3d(from[k].point), Vec3d(from[k].normal) * -1, nearest,
-                                  from[k].triangle);
-        lengths[k] = hit.leaves ? hit.distance : INFINITY;
+        hits[k] = first_hit(bvh, Vec3d(from[k].point), Vec3d(from[k].normal) * -1, nearest,
+                            from[k].triangle);
       },
       64);
+  return hits;
+}
+
+/// In columns across each face's longest edge. By area alone a wire would get the fewer samples,
+/// the thinner it is.
+std::vector<SurfaceSample> even_samples(const Model& model, double spacing) {
+  const auto pieces = [&](double extent) {
+    return std::max(static_cast<int>(std::ceil(extent / spacing)), 1);
+  };
+  std::vector<SurfaceSample> samples;
+  for (std::uint32_t t = 0; t < model.triangles.size(); ++t) {
+    Vec3d p[3];
+    for (int k = 0; k < 3; ++k) p[k] = Vec3d(model.points[model.triangles[t].v[k]]);
+    const Vec3d normal = cross(p[1] - p[0], p[2] - p[0]);
+    const double twice_area = std::sqrt(dot(normal, normal));
+    if (!(twice_area > 0)) continue;
+    const auto edge_square = [&](int k) {
+      const Vec3d edge = p[(k + 1) % 3] - p[k];
+      return dot(edge, edge);
+    };
+    int first = 0;
+    for (int k = 1; k < 3; ++k)
+      if (edge_square(k) > edge_square(first)) first = k;
+    const Vec3d a = p[first], along = p[(first + 1) % 3] - a, to_apex = p[(first + 2) % 3] - a;
+    const double apex = dot(to_apex, along) / dot(along, along);
+    const Vec3d height = to_apex - along * apex;
+    const int columns = pieces(std::sqrt(dot(along, along)));
+    for (int i = 0; i < columns; ++i) {
+      const double u = (i + 0.5) / columns;
+      const double reach = u < apex ? u / apex : (1 - u) / (1 - apex);
+      const int rows = pieces(reach * std::sqrt(dot(height, height)));
+      for (int j = 0; j < rows; ++j)
+        samples.push_back({to_float(a + along * u + height * (reach * (j + 0.5) / rows)),
+                           to_float(normal * (1 / twice_area)), t});
+    }
+  }
+  return samples;
+}
+
+}  // namespace
+
+Thickness measure_thickness(const Model& model, const TriangleBvh& bvh, std::size_t samples) {
+  const std::vector<SurfaceSample> from = sample_surface(model, samples);
+  std::vector<double> lengths;
+  for (const Hit& hit : hits_inward(model, bvh, from))
+    if (hit.cosine > 0 && !std::isinf(hit.distance)) lengths.push_back(hit.distance);
   Thickness result;
-  std::erase_if(lengths, [](double length) { return std::isinf(length); });
   result.rays = lengths.size();
   if (!from.empty())
     result.open = 1 - static_cast<double>(lengths.size()) / static_cast<double>(from.size());
@@ -111,6 +154,18 @@ Thickness measure_thickness(const Model& model, const TriangleBvh& bvh, std::siz
   result.high = at(0.95);
   result.balls = area_of(model) / (result.median * result.median);
   return result;
+}
+
+std::vector<Vec3> thin_wall_middles(const Model& model, const TriangleBvh& bvh, double spacing,
+                                    double max_thickness, double min_cosine) {
+  const std::vector<SurfaceSample> from = even_samples(model, spacing);
+  const std::vector<Hit> hits = hits_inward(model, bvh, from);
+  std::vector<Vec3> middles;
+  for (std::size_t k = 0; k < from.size(); ++k)
+    if (hits[k].distance < max_thickness && hits[k].cosine > min_cosine)
+      middles.push_back(from[k].point -
+                        from[k].normal * static_cast<float>(0.5 * hits[k].distance));
+  return middles;
 }
 
 bool is_thin(const Thickness& thickness) { return thickness.balls > kManyBalls; }

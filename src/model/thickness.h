@@ -1,8 +1,10 @@
-// Wall thickness of a model, from which the necessary number of balls is estimated.
+// Wall thickness of a model (shape diameter function; Shapira, Shamir and Cohen-Or 2008): how many
+// balls it needs, and where its thin parts are.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "model/model.h"
 #include "model/triangle_bvh.h"
@@ -22,6 +24,12 @@ struct Thickness {
 /// By `samples` rays against the faces' normals; a model that is inside out gives `open` near 1. A
 /// function of its arguments alone.
 Thickness measure_thickness(const Model& model, const TriangleBvh& bvh, std::size_t samples = 4000);
+
+/// Middles of walls thinner than `max_thickness` whose two faces lie at an angle less than that of
+/// cosine `min_cosine`: half way along rays straight inward from points of every face no further
+/// than `spacing` apart. By faces, in their order.
+std::vector<Vec3> thin_wall_middles(const Model& model, const TriangleBvh& bvh, double spacing,
+                                    double max_thickness, double min_cosine);
 
 /// Thin: it would take more than 1500 balls to show the walls, several times what is usual.
 bool is_thin(const Thickness& thickness);

@@ -9,6 +9,9 @@
 
 #include "base/parallel.h"
 #include "base/result.h"
+#include "model/normals.h"
+#include "model/thickness.h"
+#include "model/triangle_bvh.h"
 #include "surface/mesh_check.h"
 
 namespace polymorph {
@@ -218,10 +221,11 @@ class Builder {
   }
 
   /// Where distances rise from both sides towards a point and are less than `radius` there: the
-  /// ridge of a thin part (sign 1) or of a narrow gap (-1). One list a layer of points. Distances
-  /// rise along the ridge between two faces, by the sine of half the angle between them: no more
-  /// than `steepest`.
-  std::vector<std::vector<Int3>> thin_ridge(float radius, float sign, float steepest) const {
+  /// ridge of a thin part (sign 1) or of a narrow gap (-1). One list a layer of points.
+  std::vector<std::vector<Int3>> thin_ridge(float radius, float sign) const {
+    // Distances rise along the ridge between two faces by the sine of half the angle between them:
+    // faces at up to 97 degrees.
+    constexpr float kSteepest = 0.75f;
     const Int3 n = out_.grid.points;
     std::vector<std::vector<Int3>> ridge(static_cast<std::size_t>(n.z));
     parallel_for(n.z - 2, [&](std::int64_t layer) {
@@ -235,19 +239,41 @@ class Builder {
             return out_.values[i + step] - out_.values[i - step];
           };
           const Vec3 gradient{slope(1), slope(row_), slope(layer_)};
-          if (length(gradient) < 2 * cell_ * steepest)
+          if (length(gradient) < 2 * cell_ * kSteepest)
             ridge[static_cast<std::size_t>(z)].push_back({x, y, z});
         }
     });
     return ridge;
   }
 
-  /// At all points within `reach` of a ridge, the largest of f(distance) and what stood there.
-  template <class F>
-  void raise_around(const std::vector<std::vector<Int3>>& ridge, float reach, const F& f,
+  /// Middles of the walls that are thinner than a diameter of `radius` and not hidden, as positions
+  /// in cells, a list a layer of points. Rays find what no point of the grid lies in.
+  std::vector<std::vector<Vec3>> thin_walls(float radius) const {
+    constexpr double kSpacing = 0.7;    // in cells: neighbours' balls overlap
+    constexpr double kMinCosine = 0.9;  // of 26 degrees: edges that are no sharper stay sharp
+    constexpr double kMaxSamples = 400'000;
+    const double spacing =
+        std::max(kSpacing * static_cast<double>(cell_), std::sqrt(area_of(model_) / kMaxSamples));
+    const TriangleBvh bvh = build_triangle_bvh(model_.points, model_.triangles);
+    std::vector<std::vector<Vec3>> layers(static_cast<std::size_t>(out_.grid.points.z));
+    for (const Vec3 p :
+         thin_wall_middles(model_, bvh, spacing, 2 * static_cast<double>(radius), kMinCosine)) {
+      const Vec3 at = (p - out_.grid.origin) / cell_;
+      // A wall within a thick part is hidden: the distances there say so.
+      const Int3 near{static_cast<int>(at.x + 0.5f), static_cast<int>(at.y + 0.5f),
+                      static_cast<int>(at.z + 0.5f)};
+      if (out_.values[fine_index(near.x, near.y, near.z)] < 2 * radius)
+        layers[static_cast<std::size_t>(near.z)].push_back(at);
+    }
+    return layers;
+  }
+
+  /// At all points within `reach` of the middles, the largest of f(distance) and what stood there.
+  template <class Place, class F>
+  void raise_around(const std::vector<std::vector<Place>>& ridge, float reach, const F& f,
                     std::vector<float>& values) const {
     const Int3 n = out_.grid.points;
-    const int cells = static_cast<int>(std::floor(reach / cell_));
+    const int cells = static_cast<int>(std::floor(reach / cell_)) + 1;
     const auto range = [&](int at, int points) {
       return std::pair(std::max(at - cells, 0), std::min(at + cells, points - 1));
     };
@@ -255,15 +281,19 @@ class Builder {
       const int z = static_cast<int>(layer);
       const auto [first_z, last_z] = range(z, n.z);
       for (int k = first_z; k <= last_z; ++k)
-        for (const Int3 at : ridge[static_cast<std::size_t>(k)]) {
-          const auto [first_y, last_y] = range(at.y, n.y);
-          const auto [first_x, last_x] = range(at.x, n.x);
+        for (const Place place : ridge[static_cast<std::size_t>(k)]) {
+          const Vec3 at{static_cast<float>(place.x), static_cast<float>(place.y),
+                        static_cast<float>(place.z)};
+          const auto [first_y, last_y] = range(static_cast<int>(at.y), n.y);
+          const auto [first_x, last_x] = range(static_cast<int>(at.x), n.x);
           for (int y = first_y; y <= last_y; ++y)
             for (int x = first_x; x <= last_x; ++x) {
-              const auto square = static_cast<float>((x - at.x) * (x - at.x) +
-                                                     (y - at.y) * (y - at.y) + (z - k) * (z - k));
+              const Vec3 apart =
+                  Vec3{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)} - at;
+              const float distance = cell_ * length(apart);
+              if (distance > reach) continue;
               float& v = values[fine_index(x, y, z)];
-              v = std::max(v, f(cell_ * std::sqrt(square)));
+              v = std::max(v, f(distance));
             }
         }
     });
@@ -274,14 +304,13 @@ class Builder {
   /// leaves. Elsewhere edges stay as they are.
   void smooth_thin_parts() {
     const float radius = kThickened * thinnest_, sigma = 0.65f * thinnest_;
-    // Thin is what has faces at less than 47 degrees; edges of up to 97 degrees are smoothed.
-    const auto thin = thin_ridge(radius, 1, 0.4f);
+    const auto thin = thin_walls(radius);
     // Beyond the thickened part's surface twice as steep, to meet what was there.
     const auto ball = [&](float distance) {
       return distance < radius ? radius - distance : 2 * (radius - distance);
     };
     raise_around(thin, 2 * radius, ball, out_.values);
-    const auto parts = thin_ridge(radius, 1, 0.75f), gaps = thin_ridge(radius, -1, 0.75f);
+    const auto parts = thin_ridge(radius, 1), gaps = thin_ridge(radius, -1);
     std::vector<float> mask(out_.values.size(), 0.0f);
     const float near = 1.5f * radius, far = 2.5f * radius;
     const auto falling = [&](float distance) {

@@ -45,6 +45,25 @@ TEST(Thickness, OfAHollowBoxIsItsWalls) {
   EXPECT_TRUE(any_contains(lines, "solidify"));
 }
 
+TEST(ThinWalls, MiddlesAreHalfWayBetweenTheFacesOfAPlate) {
+  const Model plate = box_model({-1, -0.05f, -1}, {1, 0.05f, 1});
+  const TriangleBvh bvh = build_triangle_bvh(plate.points, plate.triangles);
+  const std::vector<Vec3> middles = thin_wall_middles(plate, bvh, 0.06, 0.2, 0.9);
+  EXPECT_GT(static_cast<double>(middles.size()), 2 * 4 / (0.06 * 0.06));
+  for (const Vec3 p : middles) EXPECT_NEAR(p.y, 0, 1e-5);
+  EXPECT_TRUE(thin_wall_middles(plate, bvh, 0.06, 0.08, 0.9).empty()) << "thicker than that";
+}
+
+TEST(ThinWalls, FacesThatMeetAtASharperAngleCountAndOthersDoNot) {
+  // A wedge of 45 degrees between the floor and a slope.
+  Model wedge = box_model({0, 0, 0}, {1, 1, 1});
+  for (Vec3& p : wedge.points)
+    if (p.y > 0) p.y = p.x > 0 ? 1.0f : 1e-3f;
+  const TriangleBvh bvh = build_triangle_bvh(wedge.points, wedge.triangles);
+  EXPECT_TRUE(thin_wall_middles(wedge, bvh, 0.03, 0.5, 0.9).empty());
+  EXPECT_FALSE(thin_wall_middles(wedge, bvh, 0.03, 0.5, 0.6).empty());
+}
+
 TEST(Thickness, CountsWhatHasNothingBehindIt) {
   Model open = box_model({0, 0, 0}, {1, 1, 1});
   open.triangles.erase(open.triangles.begin(), open.triangles.begin() + 2);  // the side x = 0

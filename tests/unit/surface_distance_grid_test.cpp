@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/random.h"
+#include "surface/components.h"
 #include "surface/grid.h"
 #include "surface/mesh_check.h"
 #include "testing/model.h"
@@ -81,6 +82,23 @@ TEST(DistanceGrid, ASheetIsAsThickAsCellsCanShow) {
   EXPECT_EQ(report.components, 1u);
   EXPECT_EQ(report.genus, 0) << "no holes";
   EXPECT_NEAR(report.area, 10, 1) << "both sides of the whole sheet, and its rim";
+}
+
+/// A wire thinner than a cell, askew to the grid, stays in one piece: some of it has no point of
+/// the grid inside.
+TEST(DistanceGrid, AWireThinnerThanACellIsWhole) {
+  Model wire = box_model({-1, -0.01f, -0.01f}, {1, 0.01f, 0.01f});
+  for (Vec3& p : wire.points) p = {p.x, p.y + 0.13f * p.x + 0.003f, p.z + 0.07f * p.x + 0.011f};
+  const float cell = 0.05f;
+  const auto distances =
+      std::make_shared<const DistanceGrid>(distances_of(wire, cell, kThinnestPart * cell));
+  const auto extractor = make_cpu_extractor();
+  Mesh mesh = extract_distances(*extractor, distances, 0.5f * cell, {}).value();
+  ASSERT_FALSE(mesh.triangles.empty());
+  EXPECT_EQ(smallest_component_share(mesh), 1);
+  const Box box = box_of(mesh.positions);
+  EXPECT_NEAR(box.low.x, -1, cell);
+  EXPECT_NEAR(box.high.x, 1, cell);
 }
 
 TEST(DistanceGrid, NoTwoValuesDifferByMoreThanTheLipschitzConstantAllows) {
