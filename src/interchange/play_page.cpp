@@ -157,27 +157,36 @@ Json object_json(const PlayObject& object, float cell, Packer& packer) {
   return json;
 }
 
+/// The lower triangular factor L of a shape L L^T (Cholesky). It is written as the logarithms of
+/// its diagonal and what its columns are times that: thin ellipsoids would not survive the rounding
+/// of their shape.
+struct Factor {
+  float xx, xy, xz, yy, yz, zz;
+};
+Factor factor_of(const Sym3& s) {
+  constexpr float kLeast = 1e-12f;
+  Factor f{};
+  f.xx = std::sqrt(std::max(s.xx, kLeast));
+  f.xy = s.xy / f.xx;
+  f.xz = s.xz / f.xx;
+  f.yy = std::sqrt(std::max(s.yy - f.xy * f.xy, kLeast));
+  f.yz = (s.yz - f.xz * f.xy) / f.yy;
+  f.zz = std::sqrt(std::max(s.zz - f.xz * f.xz - f.yz * f.yz, kLeast));
+  return f;
+}
+
 /// What is kept of each pair at a key, channel by channel; play.html has the same order. Of legs
 /// made of distances those from kFirstShown on, the balls themselves, are only shown.
 constexpr std::size_t kFirstShown = 3, kShown = 8;
 std::vector<float> channels_of(const PlayKey& key, std::size_t pair) {
   const Ball& ball = key.balls[pair];
-  const Sym3& s = ball.shape;
+  const Factor f = factor_of(ball.shape);
   const Regression& map = *key.between.map;
   const RegressionSample& sample = map.samples[pair];
-  std::vector<float> v{sample.center.x,
-                       sample.center.y,
-                       sample.center.z,
-                       std::log(ball.a),
-                       ball.w,
-                       s.xx,
-                       s.yy,
-                       s.zz,
-                       s.xy,
-                       s.xz,
-                       s.yz,
-                       sample.deviation,
-                       std::log(sample.mass)};
+  std::vector<float> v{
+      sample.center.x, sample.center.y,  sample.center.z,      std::log(ball.a), ball.w,
+      std::log(f.xx),  f.xy / f.xx,      f.xz / f.xx,          std::log(f.yy),   f.yz / f.yy,
+      std::log(f.zz),  sample.deviation, std::log(sample.mass)};
   for (std::size_t m = 0; m < 2; ++m)
     for (const float value : map.values[2 * pair + m].value) v.push_back(value);
   if (map.sloped)
