@@ -7,6 +7,7 @@
 #include <numeric>
 #include <sstream>
 
+#include "base/parallel.h"
 #include "base/text.h"
 #include "kernels/linear.h"
 #include "model/edges.h"
@@ -108,11 +109,8 @@ class Builder {
     has_uvs_ = std::any_of(raw_.corners.begin(), raw_.corners.end(),
                            [](const tinyobj::index_t& c) { return c.texcoord_index >= 0; });
     map_materials();
-    std::size_t first = 0;
-    for (const ObjFace& face : scan_.faces) {
-      add_face(face, first);
-      first += face.corners;
-    }
+    add_faces();
+    drop_doubles();
     add_seams();
     tell(repeated_, "faces repeat a corner - the repeated corners are merged");
     tell(flat_, "faces have no area - dropped");
@@ -130,9 +128,22 @@ class Builder {
   }
 
  private:
+  /// The vertex that stands for all at the place of a corner's.
+  std::uint32_t point_at(std::size_t corner) const {
+    return first_equal_[static_cast<std::size_t>(raw_.corners[corner].vertex_index)];
+  }
   void map_materials();
-  void add_face(const ObjFace& face, std::size_t first);
+  /// A face without corners that repeat, and its triangles.
+  struct Outline {
+    std::vector<std::size_t> kept;  ///< in RawObj::corners
+    std::vector<Vec3> positions;
+    PolygonTriangles polygon;
+  };
+  Outline outline_of(const ObjFace& face, std::size_t first) const;
+  void add_faces();
+  void add_face(const ObjFace& face, Outline outline);
   void add_triangle(const ObjFace& face, const std::array<std::size_t, 3>& corners);
+  void drop_doubles();
   void add_seams();
   void remove_from(std::size_t first, const std::vector<std::uint8_t>& drop);
   void keep_used_points();
@@ -187,26 +198,53 @@ void Builder::map_materials() {
   model_.materials.emplace_back().name = "default";
 }
 
-void Builder::add_face(const ObjFace& face, std::size_t first) {
+Builder::Outline Builder::outline_of(const ObjFace& face, std::size_t first) const {
   // Welding and sloppy exporters (cone tips as quads) put corners on each other: merge neighbours
   // that are one point instead of dropping the face, which would tear a hole.
-  std::vector<std::size_t> kept;
-  const auto point = [&](std::size_t corner) {
-    return first_equal_[static_cast<std::size_t>(raw_.corners[corner].vertex_index)];
-  };
+  Outline outline;
+  std::vector<std::size_t>& kept = outline.kept;
   for (std::size_t c = first; c < first + face.corners; ++c)
-    if (kept.empty() || point(c) != point(kept.back())) kept.push_back(c);
-  while (kept.size() > 1 && point(kept.front()) == point(kept.back())) kept.pop_back();
-  std::vector<Vec3> positions;
-  for (const std::size_t c : kept) positions.push_back(vertex_of(raw_, point(c)));
+    if (kept.empty() || point_at(c) != point_at(kept.back())) kept.push_back(c);
+  while (kept.size() > 1 && point_at(kept.front()) == point_at(kept.back())) kept.pop_back();
+  if (kept.size() < 3) return outline;
+  for (const std::size_t c : kept) outline.positions.push_back(vertex_of(raw_, point_at(c)));
+  outline.polygon = triangulate(outline.positions);
+  return outline;
+}
+
+void Builder::add_faces() {
+  constexpr std::size_t kBatch = 4096;
+  std::size_t corner = 0;
+  std::vector<std::size_t> firsts(kBatch);
+  std::vector<Outline> outlines(kBatch);
+  for (std::size_t begin = 0; begin < scan_.faces.size(); begin += kBatch) {
+    const std::size_t count = std::min(kBatch, scan_.faces.size() - begin);
+    for (std::size_t i = 0; i < count; ++i) {
+      firsts[i] = corner;
+      corner += scan_.faces[begin + i].corners;
+    }
+    parallel_for(
+        static_cast<std::int64_t>(count),
+        [&](std::int64_t index) {
+          const auto i = static_cast<std::size_t>(index);
+          outlines[i] = outline_of(scan_.faces[begin + i], firsts[i]);
+        },
+        16);
+    for (std::size_t i = 0; i < count; ++i)
+      add_face(scan_.faces[begin + i], std::move(outlines[i]));
+  }
+}
+
+void Builder::add_face(const ObjFace& face, Outline outline) {
+  const std::vector<std::size_t>& kept = outline.kept;
   if (kept.size() < 3) {
     flat_.note(face.line);
     return;
   }
-  const PolygonTriangles polygon = triangulate(positions);
+  const PolygonTriangles& polygon = outline.polygon;
   if (std::none_of(polygon.triangles.begin(), polygon.triangles.end(),
-                   [&](const auto& t) { return has_area(positions, t); })) {
-    flat_faces_.push_back({&face, std::move(kept)});
+                   [&](const auto& t) { return has_area(outline.positions, t); })) {
+    flat_faces_.push_back({&face, std::move(outline.kept)});
     return;
   }
   if (kept.size() < face.corners) repeated_.note(face.line);
@@ -214,8 +252,9 @@ void Builder::add_face(const ObjFace& face, std::size_t first) {
   if (!polygon.planar) bent_.note(face.line);
   // Triangles without area stay when the face has some: they close T-shaped joints.
   for (const auto& t : polygon.triangles)
-    if (point(kept[t[0]]) != point(kept[t[1]]) && point(kept[t[1]]) != point(kept[t[2]]) &&
-        point(kept[t[2]]) != point(kept[t[0]]))
+    if (point_at(kept[t[0]]) != point_at(kept[t[1]]) &&
+        point_at(kept[t[1]]) != point_at(kept[t[2]]) &&
+        point_at(kept[t[2]]) != point_at(kept[t[0]]))
       add_triangle(face, {kept[t[0]], kept[t[1]], kept[t[2]]});
 }
 
@@ -272,6 +311,32 @@ void Builder::remove_from(std::size_t first, const std::vector<std::uint8_t>& dr
   model_.triangle_materials.resize(to);
   model_.corner_normals.resize(3 * to);
   if (has_uvs_) model_.corner_uvs.resize(3 * to);
+}
+
+// A triangle that is there again, turning the same way, adds nothing but edges of four faces; files
+// joined from parts have them by the thousand.
+void Builder::drop_doubles() {
+  struct Key {
+    std::array<std::uint32_t, 3> corners;
+    std::uint32_t triangle;
+    auto operator<=>(const Key&) const = default;
+  };
+  std::vector<Key> keys(model_.triangles.size());
+  for (std::uint32_t t = 0; t < keys.size(); ++t) {
+    const auto& v = model_.triangles[t].v;
+    keys[t] = {{v[0], v[1], v[2]}, t};
+    auto& c = keys[t].corners;
+    std::rotate(c.begin(), std::min_element(c.begin(), c.end()), c.end());
+  }
+  std::sort(keys.begin(), keys.end());
+  std::vector<std::uint8_t> drop(keys.size(), 0);
+  std::size_t doubles = 0;
+  for (std::size_t i = 1; i < keys.size(); ++i)
+    if (keys[i].corners == keys[i - 1].corners) drop[keys[i].triangle] = 1, ++doubles;
+  if (doubles == 0) return;
+  warnings_.push_back(fmt::format(
+      "{}: {} triangles are there more than once - the first of each is kept", file_, doubles));
+  remove_from(0, drop);
 }
 
 // A face without area is dropped, unless it is the seam of a T-shaped joint: with a partner along

@@ -6,10 +6,12 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <optional>
 
 #include "base/parallel.h"
 #include "base/result.h"
 #include "kernels/linear.h"
+#include "model/gather.h"
 #include "model/solid_angle.h"
 
 namespace polymorph {
@@ -223,7 +225,9 @@ InsideTest::InsideTest(const Model& model, InsideRule rule)
     const Vec3d u = normalized(cross(Vec3d(0, 0, 1), ray));
     tree_->axis = {u, cross(ray, u), ray};
   }
-  tree_->build(model);
+  const std::optional<Model> few =
+      rule == InsideRule::kWinding ? gathered_if_long(model) : std::nullopt;
+  tree_->build(few ? *few : model);
 }
 
 InsideTest::~InsideTest() = default;

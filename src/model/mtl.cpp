@@ -26,6 +26,7 @@ constexpr float kMaxDielectricSpecular = 0.2f;  // above diamond's 0.17
 struct Entry {
   bool kd = false, ks = false, ns = false, pr = false, pm = false;
   std::uint32_t line = 0, texture_line = 0;
+  std::size_t begin = 0;  ///< of its statements in Scan::text
 };
 
 struct Scan {
@@ -81,6 +82,7 @@ void MtlScanner::scan_line(std::string_view line) {
                       lines_.number(), printable(rest)));
     scan_.entries.push_back({});
     scan_.entries.back().line = lines_.number();
+    scan_.entries.back().begin = scan_.text.size();
     scan_.text += fmt::format("newmtl {}\n", rest);
     return;
   }
@@ -187,15 +189,23 @@ Result<MtlSet> parse_mtl(std::string_view bytes, const std::string& file) {
   MtlSet set;
   set.warnings = std::move(scan.warnings);
   if (scan.entries.empty()) return set;
-  std::map<std::string, int> ignored_map;
-  std::vector<tinyobj::material_t> parsed;
-  std::string warning, error;
-  std::istringstream stream(std::move(scan.text));
-  tinyobj::LoadMtl(&ignored_map, &parsed, &stream, &warning, &error);
-  PM_CHECK(parsed.size() == scan.entries.size());
-  for (std::size_t i = 0; i < parsed.size(); ++i) {
-    set.materials.push_back(map_material(parsed[i], scan.entries[i]));
-    set.materials.back().file = file;
+  // Some at a time: tinyobjloader takes over 2 KB for each.
+  constexpr std::size_t kBatch = 1024;
+  for (std::size_t first = 0; first < scan.entries.size(); first += kBatch) {
+    const std::size_t last = std::min(first + kBatch, scan.entries.size());
+    const std::size_t begin = scan.entries[first].begin;
+    const std::size_t end =
+        last < scan.entries.size() ? scan.entries[last].begin : scan.text.size();
+    std::map<std::string, int> ignored_map;
+    std::vector<tinyobj::material_t> parsed;
+    std::string warning, error;
+    std::istringstream stream(scan.text.substr(begin, end - begin));
+    tinyobj::LoadMtl(&ignored_map, &parsed, &stream, &warning, &error);
+    PM_CHECK(parsed.size() == last - first);
+    for (std::size_t i = first; i < last; ++i) {
+      set.materials.push_back(map_material(parsed[i - first], scan.entries[i]));
+      set.materials.back().file = file;
+    }
   }
   return set;
 }

@@ -19,6 +19,7 @@ struct PolygonTriangles {
 
 /// Triangles of a polygon of n >= 3 corners, concave ones included: n - 2 triangles by ear clipping
 /// (Meisters 1975) in the plane of Newell's normal. A convex quad is split from its first corner.
+/// Takes n log n steps, with a bound on them for outlines that cross themselves everywhere.
 PolygonTriangles triangulate(std::span<const Vec3> corners);
 
 }  // namespace polymorph

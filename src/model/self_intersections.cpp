@@ -62,8 +62,9 @@ bool boxes_touch(const Box& box, const TriangleBvh::Corners& c) {
 /// What was found around one triangle.
 struct Crossings {
   std::vector<std::uint32_t> triangles;  ///< those above it that cross it, ascending
-  std::size_t looked_at = 0;
+  std::size_t work = 0;                  ///< one a box, kPairWork a pair
 };
+constexpr std::size_t kPairWork = 16;
 
 /// At most `most` of them.
 Crossings crossing(const Model& model, const TriangleBvh& bvh, std::uint32_t t, std::size_t most) {
@@ -75,7 +76,7 @@ Crossings crossing(const Model& model, const TriangleBvh& bvh, std::uint32_t t, 
   std::uint32_t stack[TriangleBvh::kStackSize];
   int waiting = 0;
   stack[waiting++] = 0;
-  while (waiting > 0 && found.size() < most && result.looked_at < SelfIntersections::kMaxNear) {
+  while (waiting > 0 && found.size() < most && result.work < SelfIntersections::kMaxWork) {
     const TriangleBvh::Node& node = bvh.nodes[stack[--waiting]];
     const unsigned touching = children_touching(node, box);
     for (int k = 0; k < TriangleBvh::kWidth; ++k) {
@@ -84,13 +85,14 @@ Crossings crossing(const Model& model, const TriangleBvh& bvh, std::uint32_t t, 
         stack[waiting++] = node.child[k];
         continue;
       }
-      result.looked_at += node.count[k];
+      result.work += node.count[k];
       for (std::uint32_t slot = node.child[k]; slot < node.child[k] + node.count[k]; ++slot) {
         const std::uint32_t other = bvh.triangles[slot];
-        if (other > t && boxes_touch(box, bvh.corners[slot]) &&
-            !share_a_point(triangle, model.triangles[other]) &&
-            cross_properly(model, triangle, model.triangles[other]))
-          found.push_back(other);
+        if (other <= t || !boxes_touch(box, bvh.corners[slot]) ||
+            share_a_point(triangle, model.triangles[other]))
+          continue;
+        result.work += kPairWork;
+        if (cross_properly(model, triangle, model.triangles[other])) found.push_back(other);
       }
     }
   }
@@ -102,8 +104,8 @@ Crossings crossing(const Model& model, const TriangleBvh& bvh, std::uint32_t t, 
 
 SelfIntersections count_self_intersections(const Model& model, const TriangleBvh& bvh,
                                            std::size_t most) {
-  constexpr std::size_t kBatch = 16384;
-  std::size_t left = (std::size_t{1} << 27) + 256 * model.triangles.size();
+  constexpr std::size_t kBatch = 1024;  // small, as what is left is known between them only
+  std::size_t left = (std::size_t{1} << 26) + 128 * model.triangles.size();
   SelfIntersections result;
   // Batches of fixed size, so that where it stops does not depend on threads.
   for (std::size_t begin = 0; begin < model.triangles.size() && !result.stopped; begin += kBatch) {
@@ -115,10 +117,10 @@ SelfIntersections count_self_intersections(const Model& model, const TriangleBvh
           const auto k = static_cast<std::size_t>(i);
           found[k] = crossing(model, bvh, static_cast<std::uint32_t>(begin + k), most);
         },
-        64);
+        16);
     for (std::size_t k = 0; k < count && !result.stopped; ++k) {
-      left -= std::min(left, found[k].looked_at);
-      result.crowded = result.crowded || found[k].looked_at >= SelfIntersections::kMaxNear;
+      left -= std::min(left, found[k].work);
+      result.crowded = result.crowded || found[k].work >= SelfIntersections::kMaxWork;
       if (found[k].triangles.empty()) continue;
       if (result.pairs == 0) {
         result.first[0] = static_cast<std::uint32_t>(begin + k);

@@ -1,6 +1,7 @@
 #include "model/thickness.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -40,13 +41,22 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
               std::uint32_t self) {
   Hit hit;
   std::size_t met = 0;
-  std::uint32_t stack[TriangleBvh::kStackSize];
+  struct Entry {
+    double enter = 0;
+    std::uint32_t node = 0;
+  };
+  Entry stack[TriangleBvh::kStackSize];
   int waiting = 0;
-  if (!bvh.nodes.empty()) stack[waiting++] = 0;
+  if (!bvh.nodes.empty()) stack[waiting++] = {from, 0};
   const double o[3] = {origin.x, origin.y, origin.z},
                d[3] = {direction.x, direction.y, direction.z};
   while (waiting > 0 && met < kMaxMet) {
-    const TriangleBvh::Node& node = bvh.nodes[stack[--waiting]];
+    const Entry entry = stack[--waiting];
+    if (entry.enter > hit.distance * (1 + 1e-12)) continue;
+    const TriangleBvh::Node& node = bvh.nodes[entry.node];
+    // Nearer children come first, so that most of the others are never opened.
+    std::array<Entry, TriangleBvh::kWidth> inner;
+    std::size_t inner_count = 0;
     for (int k = 0; k < TriangleBvh::kWidth; ++k) {
       if (node.child[k] == TriangleBvh::kNone) continue;
       double enter = from, leave = hit.distance;
@@ -63,7 +73,7 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
       }
       if (enter > leave * (1 + 1e-12)) continue;
       if (node.count[k] == 0) {
-        stack[waiting++] = node.child[k];
+        inner[inner_count++] = {enter, node.child[k]};
         continue;
       }
       met += node.count[k];
@@ -76,6 +86,9 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
         hit = {t, dot(n, direction) / std::max(std::sqrt(dot(n, n)), 1e-300)};
       }
     }
+    std::sort(inner.begin(), inner.begin() + static_cast<std::ptrdiff_t>(inner_count),
+              [](const Entry& a, const Entry& b) { return a.enter > b.enter; });
+    for (std::size_t k = 0; k < inner_count; ++k) stack[waiting++] = inner[k];
   }
   return met < kMaxMet ? hit : Hit{};
 }

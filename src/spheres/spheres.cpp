@@ -8,6 +8,7 @@
 #include "kernels/extract_surface.h"
 #include "kernels/field_kinds.h"
 #include "model/diagnose.h"
+#include "model/gather.h"
 #include "model/shell.h"
 #include "model/solidify.h"
 #include "spheres/boundary.h"
@@ -177,6 +178,13 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
                       settings.resolution, kFinestResolution);
   if (model.triangles.empty())
     return make_error(ErrorCode::kInput, "model \"{}\" has no faces", model.name);
+  // Spheres and balls stand for the shape alone.
+  if (const auto few = gathered_if_long(model);
+      few && !few->triangles.empty() && few->triangles.size() < model.triangles.size()) {
+    Model shape = *few;
+    shape.name = model.name;
+    return approximate(shape, settings);
+  }
   PM_TRY(const std::optional<Model> stand_in, solid_stand_in(model, settings));
   if (stand_in) {
     SphereSettings plain = settings;

@@ -33,19 +33,20 @@ TEST_F(Limits, GroupsAndMaterials) {
   write("groups.obj", groups);
   write("materials.obj", materials);
   write("m.mtl", library);
-  expect_answer(0, {"info", "groups.obj"}, "100000 triangles");
-  expect_answer(0, {"info", "materials.obj"}, "30000 triangles");
+  expect_answer(0, {"info", "groups.obj"}, "99996 triangles are there more than once");
+  expect_answer(0, {"info", "materials.obj"}, "29998 triangles are there more than once");
+  expect_answer(0, {"spheres", "groups.obj", "--balls", "8", "--grid", "16"}, "overlap");
 }
 
 TEST_F(Limits, EqualFaces) {
   std::string text = kPoints;
   for (int i = 0; i < 500000; ++i) text += kFaces[0];
   write("equal.obj", text);
-  expect_answer(0, {"info", "equal.obj"}, "so many of its triangles lie upon each other");
+  expect_answer(0, {"info", "equal.obj"}, "499999 triangles are there more than once");
 }
 
 TEST_F(Limits, APointOfManyEdges) {
-  constexpr int kEdges = 100000;
+  constexpr int kEdges = 50000;
   std::string text = "v 0 0 1\n";
   for (int i = 0; i < kEdges; ++i) {
     const double angle = 2 * 3.14159265358979 * i / kEdges;
@@ -56,6 +57,20 @@ TEST_F(Limits, APointOfManyEdges) {
     text += "f 1 " + std::to_string(2 + i) + " " + std::to_string(2 + (i + 1) % kEdges) + "\n";
   write("fan.obj", text);
   expect_answer(0, {"info", "fan.obj"}, "triangles");
+  write("scene.json", R"({"source": "fan.obj", "target": {"shape": "sphere"}})");
+  expect_answer(0, {"check", "scene.json"}, "fan: 50000 triangles");
+}
+
+TEST_F(Limits, FacesOfManyCorners) {
+  std::string text, face = "f";
+  for (int i = 0; i < 4096; ++i) {  // a star that crosses itself everywhere
+    const double angle = 2 * 3.14159265358979 * (i * 1453 % 4096) / 4096;
+    text += "v " + std::to_string(std::cos(angle)) + " " + std::to_string(std::sin(angle)) + " 0\n";
+    face += " " + std::to_string(i + 1);
+  }
+  for (int i = 0; i < 200; ++i) text += face + "\n";
+  write("star.obj", text);
+  expect_answer(0, {"info", "star.obj"}, "200 faces cross themselves");
 }
 
 TEST_F(Limits, ALineOfManyLibraries) {

@@ -378,5 +378,29 @@ TEST(Winding, AnEmptyModelHasNoInside) {
   EXPECT_FALSE(InsideTest(Model{}, InsideRule::kParity).inside(Vec3{}));
 }
 
+/// So many long triangles that their corners are gathered in cells before anything is asked.
+TEST(Inside, AFanOfManyTrianglesIsAskedInAFewOfThem) {
+  constexpr std::uint32_t kEdges = 30000;
+  Model fan;
+  fan.points = {{0, 0, 1}, {0, 0, -1}};
+  for (std::uint32_t i = 0; i < kEdges; ++i) {
+    const double angle = 2 * M_PI * i / kEdges;
+    fan.points.push_back(
+        {static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle)), 0});
+  }
+  for (std::uint32_t i = 0; i < kEdges; ++i) {
+    const std::uint32_t a = 2 + i, b = 2 + (i + 1) % kEdges;
+    fan.triangles.push_back({{0, a, b}});
+    fan.triangles.push_back({{1, b, a}});
+  }
+  const InsideTest inside(fan);
+  for (float x = -1.15f; x < 1.2f; x += 0.1f)
+    for (float z = -1.15f; z < 1.2f; z += 0.1f) {
+      const float outside = std::hypot(x, 0.05f) + std::abs(z) - 1;
+      if (std::abs(outside) < 0.005f) continue;
+      EXPECT_NEAR(inside.winding_number({x, 0.05f, z}), outside > 0 ? 0 : 1, 0.02) << x << " " << z;
+    }
+}
+
 }  // namespace
 }  // namespace polymorph

@@ -182,7 +182,7 @@ TEST_F(Materials, AMissingOrBrokenTextureIsAWarningAndGrey) {
       "map_Kd ../../outside.png\n");
   folder_.write("sub/broken.jpg", "this is no image");
   const std::string text =
-      obj("a.mtl") + "usemtl more\nf 1/1 3/3 2/2\nusemtl third\nf 1/1 3/3 2/2\n";
+      obj("a.mtl") + "v 0 0 2\nv 0 0 3\nusemtl more\nf 1/1 4/3 2/2\nusemtl third\nf 1/1 5/3 2/2\n";
   const auto loaded = load(text);
   ASSERT_TRUE(loaded) << loaded.error().message;
   EXPECT_TRUE(any_contains(loaded->warnings, "a.mtl:3: map_Kd \"gone.tga\" is not there"));

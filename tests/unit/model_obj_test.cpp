@@ -37,6 +37,14 @@ class LoadObj : public testing::Test {
 
 const std::string kTriangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 
+TEST_F(LoadObj, OfEqualFacesOneIsKept) {
+  // The reverse of a face is none of its equals; a turned list of its corners is.
+  const Model model = good(kTriangle + "g a\nf 1 2 3\nf 1 3 2\ng b\nf 2 3 1\nf 1 2 3\n");
+  EXPECT_EQ(model.triangles.size(), 2u);
+  EXPECT_EQ(model.label_names, std::vector<std::string>{"a"});
+  EXPECT_TRUE(any_contains(warnings_, "2 triangles are there more than once"));
+}
+
 TEST_F(LoadObj, ACommentMayFollowAFaceAtOnce) {
   EXPECT_EQ(good(kTriangle + "f 1 2 3# end\n").triangles.size(), 1u);
   EXPECT_EQ(good(kTriangle + "f 1 2 3 # end\nf 3 2 1#\n").triangles.size(), 2u);

@@ -99,5 +99,26 @@ TEST(Triangulate, SaysThatAPolygonCrossesItselfOrIsBent) {
   EXPECT_EQ(triangulate(line).triangles.size(), 3u);
 }
 
+TEST(Triangulate, LargePolygonsAreCoveredOnce) {
+  for (const bool spiky : {false, true}) {
+    std::vector<Vec3> corners;
+    for (int i = 0; i < 3000; ++i) {
+      const double angle = 2 * std::numbers::pi * i / 3000, radius = spiky && i % 2 ? 0.2 : 1;
+      corners.push_back({static_cast<float>(radius * std::cos(angle)),
+                         static_cast<float>(radius * std::sin(angle)), 0});
+    }
+    EXPECT_NEAR(covered_area(corners, kUp), polygon_area(corners, kUp), 1e-6);
+  }
+}
+
+TEST(Triangulate, WhatCrossesItselfEverywhereComesToAnEnd) {
+  std::vector<Vec3> corners;
+  for (int i = 0; i < 4096; ++i)
+    corners.push_back({static_cast<float>(i * 1453 % 4096), static_cast<float>(i * 911 % 4093), 0});
+  const PolygonTriangles result = triangulate(corners);
+  EXPECT_FALSE(result.simple);
+  EXPECT_EQ(result.triangles.size(), corners.size() - 2);
+}
+
 }  // namespace
 }  // namespace polymorph

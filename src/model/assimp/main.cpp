@@ -288,12 +288,13 @@ void limit(int what, rlim_t most) {
 
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
-  limit(RLIMIT_AS, rlim_t{16} << 30);
   limit(RLIMIT_CORE, 0);
   std::fputs(polymorph::kImportHello, stdout);
   const fs::path path = argv[1];
   std::error_code error;
-  limit(RLIMIT_CPU, 10 + fs::file_size(path, error) / 1000000);
+  const auto bytes = static_cast<rlim_t>(fs::file_size(path, error));
+  limit(RLIMIT_AS, std::min((rlim_t{2} << 30) + 100 * bytes, rlim_t{16} << 30));
+  limit(RLIMIT_CPU, 3 + bytes / 1000000);
   std::string suffix = path.extension().string();
   std::transform(suffix.begin(), suffix.end(), suffix.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
