@@ -101,7 +101,7 @@ def graph3_1(w):
         (2.5, draw.REPORT),
     ):
         damping = round(share * critical, 2)
-        said = w.json("info", scene, "--frames", "--set", f"motion.spring.damping={damping}")["actors"][0]["frames"]
+        said = w.json("info", scene, "--timeline", "--set", f"motion.spring.damping={damping}")["actors"][0]["frames"]
         t, u = np.array([f["time"] for f in said]), np.array([f["u"] for f in said])
         kind = "under" if share < 1 else "critically " if share == 1 else "over"
         ax.plot(t, 1 - u, color=color, label=f"b = {damping:.1f} ({kind}damped)")
@@ -113,7 +113,7 @@ def graph3_1(w):
     ax.legend(title=f"m = {spring['mass']:g}, k = {spring['stiffness']:g}", title_fontsize=9)
     w.picture(fig)
     heads = ["damping b", "of the critical one", "overshoot", "within 2 % from time"]
-    w.table(heads, rows, caption="Each curve comes from `polymorph info --frames`.")
+    w.table(heads, rows, caption="Each curve comes from `polymorph info --timeline`.")
     w.table(
         ["time", *curves],
         [[float(a), *map(float, us)] for a, *us in zip(t, *curves.values())],

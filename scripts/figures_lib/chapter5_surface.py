@@ -335,7 +335,7 @@ def fig5_13(w):
     }
     objects = ["penguin", "suzanne"]
     path = w.scene(objects, report)
-    stages = [f["stage"] for f in w.json("info", path, "--frames")["actors"][0]["frames"]]
+    stages = [f["stage"] for f in w.json("info", path, "--timeline")["actors"][0]["frames"]]
     last_look = len(stages) - 1 - stages[::-1].index("look-out") + 1
     first_volume = stages.index("volume") + 2
     top = w.render(path, [1, last_look // 2 + 1, last_look, first_volume], 230, 230)
@@ -365,8 +365,8 @@ def fig5_14(w):
     chain = ["torus", {"model": "suzanne", "meta": True}, "penguin"]
     scene = {k: v for k, v in w.scene_json("standard/torus-monkey-penguin.json").items() if k == "frames"}
     balls = {"motion": {"interpolate": "balls"}}
-    said = w.json("info", w.scene(chain, scene, balls, {"look": {"kind": "metal"}}), "--frames")
-    own = w.json("info", w.scene(chain, scene, balls), "--frames")
+    said = w.json("info", w.scene(chain, scene, balls, {"look": {"kind": "metal"}}), "--timeline")
+    own = w.json("info", w.scene(chain, scene, balls), "--timeline")
     stages = said["stages"]
     fig, axes = draw.panels(
         2, 2, width=1120, height=520, gridspec_kw={"height_ratios": [1.5, 1], "width_ratios": [1, 0.0001]}
@@ -422,7 +422,7 @@ def fig5_14(w):
     w.table(["frame", "t", "from", "to", "stage", "progress", "u"], rows, part="frames", show=False)
     w.table(["stage", "what"], [[s["name"], s["what"]] for s in stages])
     w.say(
-        f"Drawn from the program's own table of {len(stages)} stages (`polymorph info --frames --json`), and when each"
+        f"Drawn from the program's own table of {len(stages)} stages (`polymorph info --timeline --json`), and when each"
         " is in a chain with a meta-object.",
         "The report counts six states, with the morph's end; here a stage is a closed form of the frame's number, so"
         " any frame can be made alone. With the objects' own look there is nothing to fade, and the two look stages"

@@ -229,7 +229,7 @@ def fig6_7(w):
     # Made of balls, so that all stages are there.
     for name, layers in (("report", [w.report()]), ("ours", [{"motion": {"interpolate": "balls"}}])):
         scene = w.scene(objects, {"frames": {"count": count}}, *layers)
-        said = w.json("info", scene, "--frames")["actors"][0]
+        said = w.json("info", scene, "--timeline")["actors"][0]
         own = [f["frame"] for f in said["frames"]]
         chosen = [own[0]]
         for stage in ("boundary-out", "volume", "boundary-in"):

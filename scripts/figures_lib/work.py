@@ -248,7 +248,7 @@ class Work:
         """The metrics of each morph of a scene: name -> value."""
         key = (scene.read_text(encoding="utf-8"), frames)
         if key not in self.studio.analyses:
-            self.studio.analyses[key] = self.json("analyze", scene, "-n", frames)["morphs"]
+            self.studio.analyses[key] = self.json("analyze", scene, "-c", frames)["morphs"]
         return self.studio.analyses[key]
 
     def spheres(self, model, *options, picture=0):

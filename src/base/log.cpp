@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cctype>
 #include <cstdio>
 #include <cstdlib>
@@ -149,6 +150,25 @@ Status open_log_file(const std::filesystem::path& path, bool replace) {
   return status;
 }
 
+/// Names of megabytes come from broken files; nobody reads them.
+std::string with_short_lines(const std::string& text) {
+  constexpr std::size_t kMost = 4000, kFirst = 1000, kLast = 300;
+  if (text.size() <= kMost) return text;
+  std::string result;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    if (end - begin <= kMost)
+      result += text.substr(begin, end - begin);
+    else
+      result += fmt::format("{} [{} characters more] {}", text.substr(begin, kFirst),
+                            end - begin - kFirst - kLast, text.substr(end - kLast, kLast));
+    if (end < text.size()) result += '\n';
+    begin = end + 1;
+  }
+  // Cut anywhere, a sequence of UTF-8 may be half.
+  return printable(result, Lines::kKeep);
+}
+
 }  // namespace
 
 Status set_log(const LogSettings& settings) {
@@ -164,7 +184,14 @@ Status set_log(const LogSettings& settings) {
 }
 
 void log_message(LogLevel level, const std::string& message) {
-  logger().log(level_of(level), "{}", printable(message, Lines::kKeep));
+  logger().log(level_of(level), "{}", with_short_lines(printable(message, Lines::kKeep)));
+}
+
+void log_answer(const std::string& message) {
+  // The sinks themselves have no level.
+  const std::string text = printable(message, Lines::kKeep);
+  for (const auto& sink : logger().sinks())
+    sink->log(spdlog::details::log_msg("polymorph", spdlog::level::info, text));
 }
 
 void set_status_line(const std::string& line) { terminal()->set_status(line); }

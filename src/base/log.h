@@ -41,6 +41,9 @@ void log_warning(fmt::format_string<Args...> text, Args&&... args) {
   log_message(LogLevel::kWarning, fmt::format(text, std::forward<Args>(args)...));
 }
 
+/// Says it whatever the level: it was asked for.
+void log_answer(const std::string& message);
+
 /// One status line at the foot of a terminal, kept below the log: set it, or clear it with "".
 void set_status_line(const std::string& line);
 

@@ -103,7 +103,7 @@ void add_analyze(CommandLine& line) {
       ->allow_extra_args(false)
       ->group("Main");
   command
-      ->add_option("-n,--frames", options->frames,
+      ->add_option("-c,--count", options->frames,
                    "frames of each morph of a scene, ends included; default: as it has")
       ->transform(number_from(0, 10000))
       ->type_name("N")

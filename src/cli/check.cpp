@@ -1,18 +1,22 @@
 #include <nlohmann/json.hpp>
+#include <optional>
 
+#include "base/activity.h"
 #include "base/log.h"
 #include "cli/command_line.h"
 #include "model/diagnose.h"
 #include "morph/timeline.h"
 #include "scene/json_text.h"
 #include "sequence/prepare.h"
+#include "spheres/quality.h"
+#include "spheres/spheres.h"
 
 namespace polymorph {
 namespace {
 
 struct CheckOptions {
   std::string scene;
-  bool strict = false;
+  bool strict = false, fit = false;
   std::vector<std::string> sets;
   JsonOutput json;
 };
@@ -38,6 +42,19 @@ std::string describe_object(const std::string& name, const Diagnosis& d) {
   return text;
 }
 
+/// What is wrong with the balls of an object, which are fitted for it.
+Result<std::string> bad_fit(const Model& model, const ObjectSettings& object,
+                            const std::filesystem::path& cache) {
+  const Activity activity("fitting balls to " + object.name);
+  const auto made = approximate_cached(model, object.spheres, cache);
+  if (!made || made->balls.empty()) return std::string();  // said already
+  PM_TRY(const std::optional<Model> stand_in, solid_stand_in(model, object.spheres));
+  const Model& solid = stand_in ? *stand_in : model;
+  PM_TRY(const ApproximationQuality quality,
+         measure_quality(solid, InsideTest(solid), made->balls, FieldKind::kGaussian, 96, 5e4));
+  return describe_bad_fit(quality);
+}
+
 Result<CheckResult> check_scene(const CheckOptions& options, const std::filesystem::path& cache) {
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(const SceneReading reading, read_scene(options.scene, overrides));
@@ -53,6 +70,7 @@ Result<CheckResult> check_scene(const CheckOptions& options, const std::filesyst
     for (const ObjectSettings* object : chain_objects(actor)) objects.push_back(object);
   for (std::size_t i = 0; i < objects.size(); ++i) {
     if (loaded.models[i].triangles.empty()) continue;
+    const Activity activity("looking for faults in " + objects[i]->name);
     const Diagnosis diagnosis = diagnose_fully(loaded.models[i]);
     for (const std::string& problem : describe_problems(diagnosis))
       result.warnings.push_back(objects[i]->name + ": " + problem);
@@ -60,6 +78,9 @@ Result<CheckResult> check_scene(const CheckOptions& options, const std::filesyst
         !crossings.empty() && objects[i]->spheres.inside == InsideMethod::kParity)
       result.warnings.push_back(objects[i]->name + ": " + crossings);
     result.objects.emplace_back(objects[i]->name, diagnosis);
+    if (!options.fit || objects[i]->spheres.fit == FitKind::kNone) continue;
+    PM_TRY(const std::string bad, bad_fit(loaded.models[i], *objects[i], cache));
+    if (!bad.empty()) result.warnings.push_back(objects[i]->name + ": " + bad);
   }
   return result;
 }
@@ -133,6 +154,10 @@ void add_check(CommandLine& line) {
       ->type_name("SCENE")
       ->group("Main");
   command->add_flag("--strict", options->strict, "warnings count as errors")->group("Main");
+  command
+      ->add_flag("--fit", options->fit,
+                 "fit the balls, too, and say where they stand badly for their models")
+      ->group("Main");
   add_overrides(command, options->sets);
   add_json(command, options->json);
   command->callback(

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <system_error>
 
+#include "base/activity.h"
 #include "base/file.h"
 #include "base/log.h"
 #include "base/parallel.h"
@@ -121,14 +122,23 @@ Status start_up(const CommonOptions& common) {
   log.level = common.quiet         ? LogLevel::kWarning
               : common.verbose > 0 ? LogLevel::kDebug
                                    : LogLevel::kInfo;
-  log.format = common.log_format == "json" ? LogFormat::kJson : LogFormat::kText;
+  // Who reads progress as JSON lines gets nothing but JSON lines.
+  const bool json = common.log_format == "json" || common.progress == "json";
+  log.format = json ? LogFormat::kJson : LogFormat::kText;
   log.color = common.color == "always"  ? ColorMode::kAlways
               : common.color == "never" ? ColorMode::kNever
                                         : ColorMode::kAuto;
   log.file = common.log_file;
   log.replace_file = common.overwrite;
   set_thread_count(common.threads);
-  return set_log(log);
+  PM_TRY_STATUS(set_log(log));
+  const ProgressMode mode = progress_mode(common);
+  show_activities(common.quiet                   ? ActivityDisplay::kNone
+                  : mode == ProgressMode::kBar   ? ActivityDisplay::kLine
+                  : mode == ProgressMode::kLines ? ActivityDisplay::kLog
+                  : mode == ProgressMode::kJson  ? ActivityDisplay::kJson
+                                                 : ActivityDisplay::kNone);
+  return Ok{};
 }
 
 std::vector<std::string> command_names(const CLI::App& app) {
@@ -174,6 +184,19 @@ int usage_error(const CLI::App& app, int argc, char** argv, const CLI::ParseErro
     }
   }
   const CLI::App* command = wanted_help(app, argc, argv);
+  // "--method: soup not in {medial,hubbard}" of CLI11, and its "verb: " for arguments without
+  // dashes.
+  if (const auto listed = message.find(" not in {"); listed != std::string::npos) {
+    const auto colon = message.find(": ");
+    const std::string name = message.substr(0, colon);
+    const std::string value = message.substr(colon + 2, listed - colon - 2);
+    std::vector<std::string> words = split(message.substr(listed + 9), ',');
+    if (!words.empty() && words.back().ends_with('}')) words.back().pop_back();
+    const std::string hint = did_you_mean(value, words);
+    message =
+        fmt::format("{} \"{}\"{} - use {}", name.starts_with("-") ? name : command->get_name(),
+                    value, hint, fmt::join(words, ", "));
+  }
   if (const std::string unknown = unknown_option(*command, argc, argv);
       known_command && !unknown.empty())
     message = unknown;
@@ -268,6 +291,14 @@ void add_json(CLI::App* command, JsonOutput& json) {
 }
 
 Status write_json(const JsonOutput& json, const std::string& text) {
+  constexpr std::string_view kStart = "{\n  \"";
+  constexpr std::string_view kVersioned = "{\n  \"version\":";
+  if (!text.starts_with(kStart) || text.starts_with(kVersioned)) return write_text(json, text);
+  return write_text(json, fmt::format("{{\n  \"version\": \"{}\",\n{}", PM_VERSION,
+                                      std::string_view(text).substr(2)));
+}
+
+Status write_text(const JsonOutput& json, const std::string& text) {
   if (!json.file.empty()) return write_file(json.file, text);
   print_bytes(text);
   return Ok{};

@@ -65,6 +65,8 @@ struct JsonOutput {
 };
 void add_json(CLI::App* command, JsonOutput& json);
 Status write_json(const JsonOutput& json, const std::string& text);
+/// The same for what is no report: scenes, schemas.
+Status write_text(const JsonOutput& json, const std::string& text);
 
 /// Bytes to standard output, as they are.
 void print_bytes(std::string_view bytes);

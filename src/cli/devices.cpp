@@ -68,7 +68,7 @@ void add_schema(CommandLine& line) {
                                   "  polymorph schema > scene.schema.json", "  0 printed");
   command->callback([&line] {
     line.action = []() -> Result<int> {
-      PM_TRY_STATUS(write_json({}, scene_schema()));
+      PM_TRY_STATUS(write_text({}, scene_schema()));
       return 0;
     };
   });

@@ -68,8 +68,8 @@ Image slim(const Image& image, int width) {
   return resize_image(colors, width, std::max(1, width * image.height / image.width));
 }
 
-Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> numbers,
-                         int width) {
+Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> numbers, int width,
+                         const std::string& isa) {
   Film film;
   film.last = frame_count(scene);
   film.fps = scene.frames.fps;
@@ -78,7 +78,7 @@ Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> 
   PM_TRY(const auto extractor, make_extractor(line.common.device, device, line.common.max_memory));
   PM_TRY(const PreparedScene prepared, prepare_scene(scene, *extractor, cache_folder(line.common)));
   for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
-  PM_TRY(Renderer renderer, Renderer::create());
+  PM_TRY(Renderer renderer, Renderer::create(isa));
   const ProgressCallback progress = make_progress(progress_mode(line.common));
   const auto policy = thread_count() > 1 ? std::launch::async : std::launch::deferred;
   // Its task borrows what stands above, so it is the first to go.

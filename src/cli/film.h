@@ -39,7 +39,8 @@ Image slim(const Image& image, int width);
 /// Renders these frames of the scene, each `width` pixels wide (0 = as the scene says), with
 /// progress. The surface of a frame is made while the one before is traced. Errors: those of
 /// prepare_scene(), geometry_at() and render_frame(); the signal's code when stopped.
-Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> numbers, int width);
+Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> numbers, int width,
+                         const std::string& isa = "");
 
 /// Writes a contact sheet (.png or .exr) of the film.
 Status write_sheet(const std::filesystem::path& path, const Film& film,

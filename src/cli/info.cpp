@@ -2,6 +2,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/activity.h"
 #include "base/log.h"
 #include "cli/command_line.h"
 #include "image/image_io.h"
@@ -16,7 +17,7 @@ namespace {
 struct InfoOptions {
   std::string input;
   std::vector<std::string> sets;
-  bool frames = false;
+  bool timeline = false;
   JsonOutput json;
 };
 
@@ -155,13 +156,13 @@ void print_actor(const Scene& scene, const ActorSettings& actor) {
 Result<int> scene_info(const InfoOptions& options) {
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(const Scene scene, load_scene(options.input, overrides));
-  if (options.frames) {
+  if (options.timeline) {
     PM_TRY_STATUS(print_frames(options, scene));
     return 0;
   }
   if (options.json.wanted) {
     PM_TRY_STATUS(
-        write_json(options.json,
+        write_text(options.json,
                    scene_to_json(scene, std::filesystem::absolute(options.input).parent_path())));
     return 0;
   }
@@ -173,9 +174,15 @@ Result<int> scene_info(const InfoOptions& options) {
 }
 
 Result<int> model_info(const InfoOptions& options) {
-  PM_TRY(const LoadedModel loaded, load_model(options.input));
+  PM_TRY(const LoadedModel loaded, [&] {
+    const Activity activity("reading " + options.input);
+    return load_model(options.input);
+  }());
   for (const std::string& warning : loaded.warnings) log_warning("{}", warning);
-  const Diagnosis d = diagnose_fully(loaded.model);
+  const Diagnosis d = [&] {
+    const Activity activity("looking for faults in " + options.input);
+    return diagnose_fully(loaded.model);
+  }();
   if (options.json.wanted) {
     const nlohmann::ordered_json json{{"file", options.input},
                                       {"points", d.points},
@@ -200,9 +207,13 @@ Result<int> model_info(const InfoOptions& options) {
   print_data("  {}, box {:.4g} x {:.4g} x {:.4g}, volume {:.4g}, area {:.4g}\n",
              d.closed ? fmt::format("closed, genus {}", d.genus) : "not closed", size.x, size.y,
              size.z, d.volume, d.area);
+  constexpr std::size_t kMostLabels = 100;
+  const std::vector<std::string>& names = loaded.model.label_names;
   std::string labels;
-  for (const std::string& label : loaded.model.label_names)
-    labels += (labels.empty() ? "" : ", ") + label;
+  for (std::size_t i = 0; i < std::min(names.size(), kMostLabels); ++i)
+    labels += (i == 0 ? "" : ", ") + names[i];
+  if (names.size() > kMostLabels)
+    labels += fmt::format(" and {} more (--json has them all)", names.size() - kMostLabels);
   print_data("  labels: {}\n  {} materials, {} textures\n", labels, loaded.model.materials.size(),
              loaded.model.textures.size());
   for (const std::string& problem : describe_problems(d)) print_data("  {}\n", problem);
@@ -216,8 +227,8 @@ Result<int> run_info(const InfoOptions& options) {
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return std::tolower(c); });
   if (extension == ".json") return scene_info(options);
-  if (options.frames)
-    return make_error(ErrorCode::kUsage, "{}: --frames is for scenes (.json)", options.input);
+  if (options.timeline)
+    return make_error(ErrorCode::kUsage, "{}: --timeline is for scenes (.json)", options.input);
   if (extension == ".obj" || is_foreign_model(options.input)) return model_info(options);
   return image_info(options);
 }
@@ -229,14 +240,14 @@ void add_info(CommandLine& line) {
   CLI::App* command =
       add_command(line, "info", "Describe a scene, a model or an image.",
                   "  polymorph info scene.json\n  polymorph info scene.json "
-                  "--json\n  polymorph info scene.json --frames\n  polymorph info frame.0012.exr",
+                  "--json\n  polymorph info scene.json --timeline\n  polymorph info frame.0012.exr",
                   "  0 described   2 usage   3 unreadable");
   command->add_option("input", options->input, "a scene (.json), a model or an image")
       ->required()
       ->type_name("FILE")
       ->group("Main");
   command
-      ->add_flag("--frames", options->frames,
+      ->add_flag("--timeline", options->timeline,
                  "of a scene: what each frame shows, a line per frame; --json: with all stages")
       ->group("Main");
   add_overrides(command, options->sets);

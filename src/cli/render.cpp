@@ -96,15 +96,16 @@ void print_stats(const RunReport& report) {
     trace += record.trace_seconds;
     write += record.write_seconds;
   }
-  log_info("device {}, embree {}, {} threads", report.device, report.isa, report.threads);
+  log_answer(
+      fmt::format("device {}, embree {}, {} threads", report.device, report.isa, report.threads));
   const double slowest = std::max({surface, trace, write});
-  log_info(
+  log_answer(fmt::format(
       "prepare  {:>8.2f} s\nsurface  {:>8.2f} s\ntrace    {:>8.2f} s\nwrite    {:>8.2f} s\n"
       "frames   {:>8.2f} s, {:.0f} % of the slowest stage's: stages overlap\n"
       "total    {:>8.2f} s, peak memory {}",
       report.prepare_seconds, surface, trace, write, report.frames_seconds,
       slowest > 0 ? 100 * report.frames_seconds / slowest : 100.0, report.total_seconds,
-      format_bytes(static_cast<double>(report.peak_memory)));
+      format_bytes(static_cast<double>(report.peak_memory))));
 }
 
 constexpr int kTurntableFrames = 72;

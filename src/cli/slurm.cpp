@@ -92,7 +92,7 @@ std::string slurm_finish_script(const SlurmJob& job) {
       "# Made by polymorph submit. Runs when every task of the array has ended, well or not.\n"
       "set -e\n"
       "{0} status {1} {2}{3}\n"
-      "{0} strip {1} -n 12 --width 320 -o {4} --overwrite\n"
+      "{0} strip {1} -c 12 --width 320 -o {4} --overwrite\n"
       "if command -v ffmpeg >/dev/null; then\n"
       "  {0} strip {1} --mp4 {5} --overwrite\n"
       "else\n"

@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 
+#include "base/activity.h"
 #include "base/file.h"
 #include "base/log.h"
 #include "base/stopwatch.h"
@@ -9,6 +11,7 @@
 #include "cli/numbers.h"
 #include "interchange/mesh_file.h"
 #include "model/diagnose.h"
+#include "model/gather.h"
 #include "model/load_model.h"
 #include "model/shapes.h"
 #include "scene/json_text.h"
@@ -152,7 +155,9 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
   PM_TRY_STATUS(check_outputs(options, line.common.overwrite));
   PM_TRY(const Model model, load(options.model));
   Made made;
+  std::optional<Activity> activity(std::in_place, "looking for faults in " + model.name);
   const Diagnosis diagnosis = diagnose_fully(model);
+  activity.reset();
   made.problems = describe_problems(diagnosis);
   for (const std::string& problem : made.problems) log_warning("{}: {}", model.name, problem);
   const SphereSettings settings = settings_of(options);
@@ -164,11 +169,15 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
             : log_debug("{}: {}", model.name, crossings);
   }
   const Stopwatch stopwatch;
+  activity.emplace("making spheres and balls of " + model.name);
   PM_TRY(made.approximation, approximate_cached(model, settings, cache_folder(line.common)));
   made.seconds = stopwatch.seconds();
+  activity.emplace("measuring how well they fit");
   // Balls of a shell or of a solidified model are judged by what they stand for.
-  PM_TRY(const std::optional<Model> stand_in, solid_stand_in(model, settings));
-  const Model& solid = stand_in ? *stand_in : model;
+  const std::optional<Model> few = gathered_if_long(model);
+  const Model& shape = few && !few->triangles.empty() ? *few : model;
+  PM_TRY(const std::optional<Model> stand_in, solid_stand_in(shape, settings));
+  const Model& solid = stand_in ? *stand_in : shape;
   if (stand_in && !settings.solidify)
     log_info(
         "{}: it bounds no solid, so it is taken for a shell and given thickness; --solidify "
@@ -186,6 +195,9 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
   }
   PM_TRY(made.figures,
          measure_quality(solid, inside, made.balls, FieldKind::kGaussian, options.grid));
+  activity.reset();
+  if (const std::string bad = describe_bad_fit(made.figures); !bad.empty())
+    log_warning("{}: {}", model.name, bad);
   if (options.json.wanted)
     PM_TRY_STATUS(write_json(options.json, to_json(model, options, made)));
   else

@@ -7,6 +7,7 @@
 #include "cli/film.h"
 #include "cli/numbers.h"
 #include "cli/play.h"
+#include "cli/scene_options.h"
 #include "image/image_io.h"
 #include "image/movie.h"
 #include "morph/timeline.h"
@@ -20,18 +21,18 @@ struct StripOptions {
   int count = 8, columns = 4, width = 0;
   bool moves() const { return !gif.empty() || !mp4.empty(); }
   float fps = 0;
-  std::vector<std::string> sets;
+  SceneOptions scene_options;
 };
 
 Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
-  PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
-  PM_TRY(Scene scene, load_scene(options.input, overrides));
+  PM_TRY(Scene scene, load_scene_with(options.input, options.scene_options));
   const int count = frame_count(scene);
   PM_TRY(
       std::vector<int> numbers,
       parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
   if (!options.moves() && options.frames.empty()) numbers = spread(numbers, options.count);
-  return render_film(line, std::move(scene), std::move(numbers), options.width);
+  return render_film(line, std::move(scene), std::move(numbers), options.width,
+                     options.scene_options.isa);
 }
 
 /// A header's rate, which EXR keeps as a number and PNG as text.
@@ -116,8 +117,7 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
     if (!is_scene)
       return make_error(ErrorCode::kUsage, "--html needs a scene, not frames: {}", options.input);
     PM_TRY_STATUS(check_play_page(line, options.html));
-    PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
-    PM_TRY(Scene scene, load_scene(options.input, overrides));
+    PM_TRY(Scene scene, load_scene_with(options.input, options.scene_options));
     PM_TRY_STATUS(write_play_page(line, std::move(scene), options.html));
     if (options.output.empty() && !options.moves()) return 0;
   }
@@ -147,8 +147,8 @@ void add_strip(CommandLine& line) {
   auto options = std::make_shared<StripOptions>();
   CLI::App* command = add_command(
       line, "strip", "Make a contact sheet, a GIF or a movie of a sequence.",
-      "  polymorph strip 'out/frame.####.exr' -n 8 -o strip.png\n"
-      "  polymorph strip scene.json -n 6 --columns 3 --label t -o strip.png\n"
+      "  polymorph strip 'out/frame.####.exr' -c 8 -o strip.png\n"
+      "  polymorph strip scene.json -c 6 --columns 3 --label t -o strip.png\n"
       "  polymorph strip 'out/frame.####.png' --gif morph.gif --mp4 morph.mp4",
       "  0 made   2 usage   3 bad scene, unreadable or missing frames   4 cannot write\n"
       "  5 device or memory   130, 143 stopped by a signal");
@@ -159,7 +159,7 @@ void add_strip(CommandLine& line) {
   command->add_option("-o,--output", options->output, "the sheet: .png or .exr")
       ->type_name("FILE")
       ->group("Main");
-  command->add_option("-n,--count", options->count, "cells, evenly spread over the sequence (8)")
+  command->add_option("-c,--count", options->count, "cells, evenly spread over the sequence (8)")
       ->transform(number_from(1, 1000))
       ->type_name("N")
       ->group("Main");
@@ -194,7 +194,7 @@ void add_strip(CommandLine& line) {
       ->type_name("F")
       ->group("Main");
   add_overwrite(command, line.common)->group("Main");
-  add_overrides(command, options->sets);
+  add_scene_options(command, options->scene_options);
   command->callback(
       [&line, options] { line.action = [&line, options] { return run_strip(line, *options); }; });
 }

@@ -126,6 +126,8 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     // "[json.exception.parse_error.101] parse error at line 3, column 5: syntax error ..."
     if (const auto colon = what.find(": "); colon != std::string::npos)
       what = what.substr(colon + 2);
+    // "[json.exception.out_of_range.406] number overflow parsing '1e999'"
+    if (what.starts_with('[')) what = what.substr(std::min(what.find("] "), what.size() - 2) + 2);
     std::size_t offset = position > 0 ? position - 1 : 0;
     // Point at the token, not behind it: the lexer reports where it stopped reading.
     if (const auto read = what.find("last read: '");
@@ -259,6 +261,8 @@ TextPosition JsonDocument::position(std::size_t offset) const {
 }
 
 Result<JsonDocument> parse_json(std::string name, std::string text) {
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
+    return make_error(ErrorCode::kInput, "{}: is UTF-16 - save it as UTF-8", name);
   JsonDocument document{std::move(name), std::move(text), {}};
   std::size_t taken = 0;
   TreeBuilder builder(document, taken);

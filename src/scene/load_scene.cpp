@@ -528,6 +528,16 @@ std::string to_string(const SceneFinding& finding, const std::string& file) {
 
 Result<SceneReading> read_scene(const std::filesystem::path& path,
                                 std::span<const Override> overrides) {
+  constexpr const char* kModels[] = {".obj", ".glb", ".gltf", ".ply", ".stl",
+                                     ".fbx", ".dae", ".off",  ".3ds"};
+  const std::string name = path.string();
+  std::string suffix = path.extension().string();
+  for (char& c : suffix) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
+  if (std::find(std::begin(kModels), std::end(kModels), suffix) != std::end(kModels))
+    return make_error(ErrorCode::kInput,
+                      "{0}: is a model, not a scene - a scene names two of them: polymorph init "
+                      "{0} OTHER; to see this one alone: polymorph render {0} --turntable",
+                      name);
   PM_TRY(std::string text, read_file(path, 64u << 20));
   return read_scene_text(path, std::move(text), overrides);
 }

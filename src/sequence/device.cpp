@@ -40,7 +40,10 @@ Result<std::unique_ptr<SurfaceExtractor>> make_extractor(const std::string& devi
                       status.message);
   // Said once, not for every scene of a command.
   static std::atomic_flag said;
-  if (!said.test_and_set()) log_info("surfaces are made on the CPU: {}", status.message);
+  if (!said.test_and_set()) {
+    log_info("device: cpu (no GPU is needed; -v says why none is used)");
+    log_debug("no GPU: {}", status.message);
+  }
   return cpu();
 }
 

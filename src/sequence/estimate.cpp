@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/activity.h"
 #include "base/stopwatch.h"
 #include "image/image_io.h"
 #include "sequence/geometry.h"
@@ -33,6 +34,7 @@ Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, SurfaceExtr
                                       const std::string& isa, std::span<const int> frames) {
   FrameEstimate estimate;
   if (frames.empty()) return estimate;
+  const Activity activity("rendering some frames to estimate the others");
   PM_TRY(Renderer renderer, Renderer::create(isa));
   const int samples = prepared.scene.image.samples;
   const int measured_samples = std::max(1, samples / kFewerSamples);

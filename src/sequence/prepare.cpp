@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/activity.h"
 #include "base/log.h"
 #include "image/image_io.h"
 #include "model/load_model.h"
@@ -30,6 +31,7 @@ namespace {
 Result<Model> load_object(const ObjectSettings& object, bool textures,
                           std::vector<std::string>& warnings) {
   if (!object.shape.empty()) return make_shape(object.shape);
+  const Activity activity("reading " + object.model.filename().string());
   LoadObjSettings settings;
   settings.textures = textures;
   PM_TRY(LoadedModel loaded, load_model(object.model, settings));
@@ -108,6 +110,7 @@ ObjectLegs legs_of(const Timeline& timeline, std::size_t object) {
 Status add_distances(PreparedObject& object, float cell, float thinnest, double min_component_share,
                      bool solidified, SurfaceExtractor& extractor,
                      const std::filesystem::path& cache) {
+  const Activity activity("measuring distances to " + object.name);
   PM_TRY(ObjectDistances distances,
          object_distances(object.model, *object.closest, cell, thinnest, min_component_share,
                           solidified, extractor, cache));
@@ -139,13 +142,24 @@ void add_colors(PreparedObject& object, bool own_look) {
     object.colors = std::make_shared<const ColorVolume>(make_color_volume(object.model, sides));
 }
 
+std::string stage_of_fit(const std::string& name, const SphereSettings& spheres) {
+  if (spheres.fit == FitKind::kNone) return "filling " + name + " with spheres";
+  const bool counted =
+      spheres.method == SphereMethod::kMedial || spheres.method == SphereMethod::kHubbard;
+  return counted ? fmt::format("fitting {} balls to {}", spheres.balls, name)
+                 : "fitting balls to " + name;
+}
+
 /// Balls of one object, their surface's volume, and what the boundary stages need.
 Status make_balls(PreparedObject& object, const ObjectSettings& settings, const Scene& scene,
                   float cell, ObjectLegs legs, const ExtractSettings& extract,
                   SurfaceExtractor& extractor, const std::filesystem::path& cache) {
   SphereSettings spheres = settings.spheres;
   if (scene.field.kind != FieldKind::kGaussian) spheres.fit = FitKind::kNone;  // fits are Gaussian
-  auto approximation = approximate_cached(object.model, spheres, cache);
+  auto approximation = [&] {
+    const Activity activity(stage_of_fit(object.name, spheres));
+    return approximate_cached(object.model, spheres, cache);
+  }();
   if (!approximation)
     return make_error(approximation.error().code, "{}: {}", object.name,
                       approximation.error().message);
@@ -264,6 +278,8 @@ Status make_legs(PreparedActor& actor, const ActorSettings& settings, const Prep
         from.landmarks.push_back(landmark.from);
         to.landmarks.push_back(landmark.to);
       }
+    const Activity activity("planning " + actor.objects[source].name + " -> " +
+                            actor.objects[i + 1].name);
     MorphPlan plan = plan_morph(std::move(from), std::move(to), prepared.scene.field.kind,
                                 settings.plan, leg.motion);
     if (leg.distance) plan.leads = pair_leads(plan);
@@ -379,6 +395,7 @@ std::vector<std::string> find_problems(const Scene& scene, const std::filesystem
     auto model = load_arranged(scene, actor, object, true, size, loaded.warnings);
     loaded.models.push_back(model ? std::move(*model) : Model{});
     // A fit takes seconds and fails at nothing that its spheres do not fail at.
+    const Activity activity("looking at " + object.name);
     SphereSettings unfitted = object.spheres;
     unfitted.fit = FitKind::kNone;
     unfitted.error = 0;

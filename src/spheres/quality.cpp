@@ -1,5 +1,7 @@
 #include "spheres/quality.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -132,6 +134,17 @@ Result<ApproximationQuality> measure_quality(const Model& model, const InsideTes
   figures.rms_to_surface = to_surface.rms;
   figures.hausdorff_to_surface = to_surface.most;
   return figures;
+}
+
+std::string describe_bad_fit(const ApproximationQuality& quality) {
+  constexpr double kLeastOverlap = 0.7, kMostDistance = 0.15;
+  const double far = std::max(quality.hausdorff_to_model, quality.hausdorff_to_surface);
+  if (quality.iou >= kLeastOverlap && far <= kMostDistance) return "";
+  return fmt::format(
+      "the balls stand badly for it: they overlap with it by {:.0f} % and are up to {:.0f} % of "
+      "its "
+      "size away - raise the number of balls, mend what `check` says of the model, or solidify it",
+      100 * quality.iou, 100 * far);
 }
 
 Result<double> hausdorff_distance(const Model& model, const std::vector<BoundarySample>& samples,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "base/result.h"
@@ -30,6 +31,10 @@ struct ApproximationQuality {
 Result<ApproximationQuality> measure_quality(const Model& model, const InsideTest& inside,
                                              const std::vector<Ball>& balls, FieldKind kind,
                                              int grid, double points = 3e5);
+
+/// What is wrong with balls that stand badly for their model, with numbers and what to do; empty
+/// for a good fit.
+std::string describe_bad_fit(const ApproximationQuality& quality);
 
 /// The larger of both Hausdorff distances, as a share of the diagonal, for the error-driven count.
 Result<double> hausdorff_distance(const Model& model, const std::vector<BoundarySample>& samples,

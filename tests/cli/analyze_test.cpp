@@ -15,7 +15,7 @@ class Analyze : public ProgramTest {
 };
 
 TEST_F(Analyze, ASceneInNumbersAndAllFiles) {
-  const Ran ran = run(0, {"analyze", "scene.json", "-n", "5", "--html", "a.html", "--csv", "a.csv",
+  const Ran ran = run(0, {"analyze", "scene.json", "-c", "5", "--html", "a.html", "--csv", "a.csv",
                           "--json", "a.json", "--device", "cpu"});
   EXPECT_EQ(ran.err, "");
   const auto json = nlohmann::json::parse(read_text(folder / "a.json"));
@@ -34,8 +34,8 @@ TEST_F(Analyze, ASceneInNumbersAndAllFiles) {
 }
 
 TEST_F(Analyze, LimitsDecideTheExitCode) {
-  run(0, {"analyze", "scene.json", "-n", "5", "--fail-on", "bad_surfaces<=0"});
-  const Ran ran = run(1, {"analyze", "scene.json", "-n", "5", "--fail-on", "dip>=0.1", "--fail-on",
+  run(0, {"analyze", "scene.json", "-c", "5", "--fail-on", "bad_surfaces<=0"});
+  const Ran ran = run(1, {"analyze", "scene.json", "-c", "5", "--fail-on", "dip>=0.1", "--fail-on",
                           "source_error<0"});
   EXPECT_TRUE(contains(ran.err, "source_error is ")) << ran.err;
   EXPECT_TRUE(contains(ran.err, "not < 0")) << ran.err;
@@ -67,7 +67,7 @@ TEST_F(Analyze, MeshesOfAnyProgram) {
 TEST_F(Analyze, AFlatSurfaceIsMeasuredLikeAnyOther) {
   const auto metrics = [&](const char* flat) {
     const Ran ran =
-        run(0, {"analyze", "scene.json", "-n", "4", "--set", flat, "--json", "--device", "cpu"});
+        run(0, {"analyze", "scene.json", "-c", "4", "--set", flat, "--json", "--device", "cpu"});
     return nlohmann::json::parse(ran.out)["morphs"][0]["metrics"];
   };
   const auto flat = metrics("surface.flat=true"), smooth = metrics("surface.flat=false");

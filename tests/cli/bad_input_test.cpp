@@ -189,7 +189,7 @@ TEST_F(BadScene, ThreeMistakesAreAllReported) {
 
 TEST_F(BadScene, GoodSceneIsDescribed) {
   write("scene.json", tiny_scene());
-  const Ran ran = run(0, {"check", "scene.json"});
+  const Ran ran = run(0, {"check", "scene.json", "--progress", "none"});
   EXPECT_EQ(ran.err, "");
   EXPECT_TRUE(contains(ran.out, "closed, genus 0"));
   EXPECT_TRUE(contains(ran.out, "scene.json: ok, 2 objects, 4 frames\n"));

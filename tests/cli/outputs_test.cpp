@@ -55,7 +55,7 @@ TEST_F(Outputs, NoneReplacesAFileUnlessTold) {
       {"analyze", "scene.json", "--csv"},
       {"analyze", "scene.json", "--html"},
       {"mesh", "scene.json", "-f", "1", "-o"},
-      {"strip", "scene.json", "-n", "1", "-o"},
+      {"strip", "scene.json", "-c", "1", "-o"},
       {"check", "scene.json", "--log-file"}};
   for (const auto& command : commands) {
     const std::string file = command.back() == "--diff" || command[0] == "strip" ? "there.png"
@@ -88,7 +88,7 @@ TEST_F(Outputs, NoneIsWrittenOverAnInput) {
   expect_kept({"info", "scene.json", "--overwrite", "--log-file", "same.json"}, "same.json", part);
   expect_kept({"info", "cube.obj", "--overwrite", "--json", "same.obj"}, "same.obj", part);
   expect_kept({"compare", "a.exr", "b.exr", "--overwrite", "--diff", "b.exr"}, "b.exr", part);
-  expect_kept({"strip", "scene.json", "--overwrite", "-n", "1", "--gif", "same.json"}, "same.json",
+  expect_kept({"strip", "scene.json", "--overwrite", "-c", "1", "--gif", "same.json"}, "same.json",
               part);
   write("two.json", tiny_scene(4, R"({"model": "cube.obj", "spheres": {"balls": 4}})"));
   expect_kept({"mesh", "two.json", "--overwrite", "-f", "1", "-o", "same.obj"}, "same.obj", part);
@@ -130,7 +130,7 @@ TEST_F(Outputs, APipeThatNobodyReadsIsAnError) {
   for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
            {"check", "scene.json", "--json", "pipe.png"},
            {"check", "scene.json", "--log-file", "pipe.png"},
-           {"strip", "scene.json", "-n", "1", "-o", "pipe.png"}}) {
+           {"strip", "scene.json", "-c", "1", "-o", "pipe.png"}}) {
     const Ran ran = finish_within(start(arguments), 20);
     EXPECT_EQ(ran.code, 4) << ran.err;
     EXPECT_TRUE(contains(ran.err, "nobody reads this pipe - start its reader first")) << ran.err;

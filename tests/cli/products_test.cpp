@@ -14,7 +14,7 @@ class Products : public ProgramTest {
 };
 
 TEST_F(Products, StripOfAScene) {
-  const Ran ran = run(0, {"strip", "scene.json", "-n", "3", "--columns", "3", "-o", "strip.png"});
+  const Ran ran = run(0, {"strip", "scene.json", "-c", "3", "--columns", "3", "-o", "strip.png"});
   EXPECT_EQ(ran.out, "strip.png\n");
   EXPECT_TRUE(contains(ran.err, "frame 4 3/3 ")) << ran.err;
   // 3 cells of 32 and 4 gaps of 6 pixels.
@@ -101,7 +101,8 @@ TEST_F(Products, StripNeedsFrames) {
 
 TEST_F(Products, MeshSaysThatItIsClosed) {
   for (const char* name : {"half.obj", "half.ply"}) {
-    const Ran ran = run(0, {"mesh", "scene.json", "-f", "2", "-o", name, "--device", "cpu"});
+    const Ran ran = run(
+        0, {"mesh", "scene.json", "-f", "2", "-o", name, "--device", "cpu", "--progress", "none"});
     EXPECT_EQ(ran.err, "");
     const auto lines = lines_of(ran.out);
     ASSERT_EQ(lines.size(), 1u) << ran.out;
@@ -152,7 +153,7 @@ TEST_F(Products, SeveralActors) {
   EXPECT_TRUE(contains(ran.out, ", 2 parts, ")) << ran.out;
   const auto labels = parse(run(0, {"info", "two.obj", "--json"}).out)["labels"];
   EXPECT_EQ(labels.dump(), R"(["cube","ring"])");
-  const auto morphs = parse(run(0, {"analyze", "two.json", "-n", "3", "--json"}).out)["morphs"];
+  const auto morphs = parse(run(0, {"analyze", "two.json", "-c", "3", "--json"}).out)["morphs"];
   ASSERT_EQ(morphs.size(), 2u);
   EXPECT_EQ(morphs[1]["actor"], "ring");
   EXPECT_EQ(morphs[1]["from"], "torus");
@@ -194,9 +195,9 @@ TEST_F(Products, InfoOfAScene) {
 }
 
 TEST_F(Products, InfoOfEveryFrame) {
-  const Ran table = run(0, {"info", "scene.json", "--frames"});
+  const Ran table = run(0, {"info", "scene.json", "--timeline"});
   EXPECT_EQ(lines_of(table.out).size(), 5u) << "a heading and four frames: " << table.out;
-  const auto json = parse(run(0, {"info", "scene.json", "--frames", "--json"}).out);
+  const auto json = parse(run(0, {"info", "scene.json", "--timeline", "--json"}).out);
   EXPECT_EQ(json["stages"].size(), 5u);
   EXPECT_EQ(json["stages"][2]["name"], "volume");
   const auto& actor = json["actors"][0];
@@ -207,7 +208,7 @@ TEST_F(Products, InfoOfEveryFrame) {
   for (const auto& share : actor["legs"][0]["shares"]) shares += share.get<double>();
   EXPECT_NEAR(shares, 1, 1e-5);
   write("tetra.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
-  EXPECT_TRUE(contains(run(2, {"info", "tetra.obj", "--frames"}).err, "is for scenes"));
+  EXPECT_TRUE(contains(run(2, {"info", "tetra.obj", "--timeline"}).err, "is for scenes"));
 }
 
 TEST_F(Products, CubesAreTheTableOfMarchingCubes) {

@@ -106,12 +106,15 @@ TEST_F(Usage, AbsentDeviceIsAResource) {
   const auto notices = [&](const Ran& ran) {
     const auto lines = lines_of(ran.err);
     return std::count_if(lines.begin(), lines.end(), [&](const std::string& line) {
-      return line.starts_with("surfaces are made on the CPU: ") && contains(line, missing);
+      return line.starts_with("device: cpu (no GPU is needed");
     });
   };
   const Ran ran = run(0, {"render", "scene.json", "-o", "a.####.exr", "--progress", "none"});
   EXPECT_EQ(notices(ran), 1) << ran.err;
   EXPECT_GT(count_files(".exr"), 0u);
+  const Ran verbose =
+      run(0, {"render", "scene.json", "-o", "v.####.exr", "--progress", "none", "-v"});
+  EXPECT_TRUE(contains(verbose.err, "no GPU: ") && contains(verbose.err, missing)) << verbose.err;
   EXPECT_EQ(notices(run(0, {"render", "scene.json", "-o", "b.####.exr", "-q"})), 0);
   EXPECT_EQ(notices(run(0, {"render", "scene.json", "-o", "c.####.exr", "--device", "cpu"})), 0);
 }
@@ -143,8 +146,9 @@ TEST_F(Usage, BadValues) {
   expect_usage({"render", "scene.json", "--shard", "auto"}, "neither a Slurm array");
   expect_usage({"render", "scene.json", "--overwrite", "--skip-existing"}, "excludes");
   expect_usage({"render", "scene.json", "--progress", "loud"}, "--progress");
-  expect_usage({"golden", "shine"}, "shine not in {test,update,accept,merge,list,hash}");
-  expect_usage({"bench", "nothing"}, "nothing not in {surface,report,render,all}");
+  expect_usage({"golden", "shine"},
+               "golden \"shine\" - use test, update, accept, merge, list, hash");
+  expect_usage({"bench", "nothing"}, "bench \"nothing\" - use surface, report, render, all");
 }
 
 /// Every option that takes a number: not a number, infinite, too large for its type, out of range.
@@ -172,7 +176,7 @@ TEST_F(Usage, NumbersAreFiniteAndInRange) {
       {"strip", "scene.json", "--count"},   {"strip", "scene.json", "--columns"},
       {"strip", "scene.json", "--width"},   {"spheres", "cube", "--balls"},
       {"spheres", "cube", "--resolution"},  {"spheres", "cube", "--grid"},
-      {"spheres", "cube", "--width"},       {"analyze", "scene.json", "--frames"},
+      {"spheres", "cube", "--width"},       {"analyze", "scene.json", "--count"},
       {"golden", "test", "--runs"},         {"bench", "surface", "--torus"},
       {"bench", "surface", "--grid"},       {"bench", "surface", "--spp"},
       {"bench", "surface", "--repeats"},    {"cubes"},
@@ -297,6 +301,38 @@ TEST_F(Usage, AMemoryLimitEndsWithAMessageAndCodeFive) {
   EXPECT_TRUE(contains(ran.err, "the limit is 1 MB")) << ran.err;
   run(0, roomy);
   expect_usage({"bench", "surface", "--max-memory", "lots"}, "max-memory");
+}
+
+TEST_F(Usage, AModelIsNoScene) {
+  write("m.obj", "v 0 0 0\n");
+  const Ran ran = run(3, {"render", "m.obj", "-o", "x.png"});
+  EXPECT_TRUE(contains(ran.err, "m.obj: is a model, not a scene - ")) << ran.err;
+  EXPECT_TRUE(contains(ran.err, "polymorph init m.obj OTHER")) << ran.err;
+}
+
+TEST_F(Usage, StatsAreSaidThoughTheRestIsQuiet) {
+  write("scene.json", tiny_scene());
+  const Ran ran = run(0, {"render", "scene.json", "-o", "f.####.png", "-f", "1", "-q", "--stats"});
+  EXPECT_TRUE(contains(ran.err, "peak memory")) << ran.err;
+  EXPECT_FALSE(contains(ran.err, "rendered")) << ran.err;
+}
+
+TEST_F(Usage, ProgressAsJsonHasNoOtherLines) {
+  write("scene.json", tiny_scene());
+  const Ran ran = run(0, {"render", "scene.json", "-o", "f.####.png", "--progress", "json"});
+  for (const std::string& line : lines_of(ran.err)) EXPECT_TRUE(parse(line).is_object()) << line;
+}
+
+TEST_F(Usage, ReportsSayWhatMadeThem) {
+  write("scene.json", tiny_scene());
+  const std::vector<std::vector<std::string>> commands{
+      {"check", "scene.json", "--json"},
+      {"cache", "ls", "--json"},
+      {"spheres", "cube", "--balls", "4", "--json"},
+      {"devices", "--json"},
+      {"render", "scene.json", "-n", "--json"}};
+  for (const auto& command : commands)
+    EXPECT_TRUE(parse(run(0, command).out).contains("version")) << command[0];
 }
 
 }  // namespace

@@ -1,0 +1,124 @@
+#include "base/activity.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <cstdio>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "base/log.h"
+#include "base/text.h"
+
+namespace polymorph {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// The stages that are under way, and the thread that tells of them.
+class Watcher {
+ public:
+  ~Watcher() {
+    {
+      const std::lock_guard lock(mutex_);
+      ended_ = true;
+    }
+    changed_.notify_all();
+    if (thread_.joinable()) thread_.join();
+  }
+  void show(ActivityDisplay display) {
+    const std::lock_guard lock(mutex_);
+    display_ = display;
+    if (display != ActivityDisplay::kNone && !thread_.joinable())
+      thread_ = std::thread([this] { run(); });
+  }
+  unsigned long long begin(std::string name) {
+    const std::lock_guard lock(mutex_);
+    stages_.push_back({++last_id_, std::move(name), Clock::now()});
+    changed_.notify_all();
+    return last_id_;
+  }
+  void end(unsigned long long id) {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(stages_, [&](const Entry& stage) { return stage.id == id; });
+    changed_.notify_all();
+  }
+
+ private:
+  struct Entry {
+    unsigned long long id;
+    std::string name;
+    Clock::time_point since;
+    bool told = false;
+  };
+
+  void run() {
+    using namespace std::chrono_literals;
+    std::unique_lock lock(mutex_);
+    while (!ended_) {
+      if (stages_.empty() || stages_.back().told) {
+        if (stages_.empty() && drawn_) {
+          drawn_ = false;
+          set_status_line("");
+        }
+        changed_.wait(lock);
+        continue;
+      }
+      Entry& stage = stages_.back();
+      const auto due = stage.since + (display_ == ActivityDisplay::kLine ? 100ms : 3000ms);
+      if (Clock::now() < due) {
+        changed_.wait_until(lock, due);
+        continue;  // it may be over, or contain another by now
+      }
+      stage.told = true;
+      tell(stage);
+    }
+  }
+  void tell(const Entry& stage) {
+    const double seconds = std::chrono::duration<double>(Clock::now() - stage.since).count();
+    if (display_ == ActivityDisplay::kLine) {
+      drawn_ = true;
+      set_status_line(printable(stage.name) + " ...");
+    } else if (display_ == ActivityDisplay::kLog) {
+      log_info("{} ...", stage.name);
+    } else if (display_ == ActivityDisplay::kJson) {
+      std::string name;
+      for (const char c : printable(stage.name)) {
+        if (c == '"' || c == '\\') name += '\\';
+        name += c;
+      }
+      const std::string line =
+          fmt::format("{{\"stage\":\"{}\",\"seconds\":{:.1f}}}\n", name, seconds);
+      std::fwrite(line.data(), 1, line.size(), stderr);
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<Entry> stages_;
+  std::thread thread_;
+  ActivityDisplay display_ = ActivityDisplay::kNone;
+  unsigned long long last_id_ = 0;
+  bool ended_ = false, drawn_ = false;
+};
+
+// The log must be there until the thread has ended.
+Watcher& watcher() {
+  static const bool log_first = (set_status_line(""), true);
+  static Watcher instance;
+  (void)log_first;
+  return instance;
+}
+
+}  // namespace
+
+void show_activities(ActivityDisplay display) { watcher().show(display); }
+
+Activity::Activity(std::string name) : id_(watcher().begin(std::move(name))) {}
+Activity::~Activity() { watcher().end(id_); }
+
+}  // namespace polymorph
