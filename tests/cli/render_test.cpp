@@ -36,7 +36,9 @@ TEST_F(Render, WritesExrAndPng) {
       EXPECT_TRUE(exists(std::string("out/f.") + number + extension));
   EXPECT_EQ(count_files(".part"), 0u);
   // Not a terminal: a line per frame, then the sum.
-  const auto lines = lines_of(ran.err);
+  auto lines = lines_of(ran.err);
+  // A busy machine has time to say what it is at.
+  std::erase_if(lines, [](const std::string& line) { return line.ends_with(" ..."); });
   ASSERT_EQ(lines.size(), 5u) << ran.err;
   EXPECT_TRUE(lines[0].starts_with("frame 1 1/4 ")) << lines[0];
   EXPECT_TRUE(lines[0].ends_with("ok out/f.0001.exr")) << lines[0];

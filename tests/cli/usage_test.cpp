@@ -38,7 +38,7 @@ TEST_F(Usage, MissingArgument) {
     expect_usage({command}, "scene is required");
   expect_usage({"info"}, "input is required");
   expect_usage({"compare", "a.exr"}, "reference is required");
-  expect_usage({"mesh", "scene.json"}, "--output is required");
+  expect_usage({"mesh", "scene.json"}, "give -o morph.usda");
   expect_usage({"render", "scene.json", "-o"}, "--output");
   expect_usage({"strip", "scene.json"}, "nothing to make - give -o strip.png");
   expect_usage({"golden"}, "verb is required");
