@@ -25,7 +25,7 @@ bool is_one_color(const Model& model);
 /// around,
 /// but for hidden faces: by three Gaussians of deviations 1.5, 4.5 and 13.5 % of the box's
 /// diagonal, of which the wider ones count where the narrower ones see no surface. It knows neither
-/// charts nor seams of a texture. Deterministic; about 30 ms.
+/// charts nor seams of a texture. Deterministic.
 ColorVolume make_color_volume(const Model& model, std::span<const FaceSide> sides);
 
 }  // namespace polymorph
