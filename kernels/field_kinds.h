@@ -98,14 +98,14 @@ struct GaussianField : EllipsoidCoordinate {
 
   static float log_value(const Ball& ball, float q) { return ball.w - q; }
   static float log_slope(const Ball&, float) { return -1; }
-  static float end(const Ball& ball, float level) { return ball.w - std::log(level); }
+  static float end(const Ball& ball, float level) { return ball.w - log(level); }
   static float surface(const Ball& ball) { return ball.w; }
   /// F/T = exp(B (1 - r^2/R^2)), B = |blobbiness|.
   static Ball of_sphere(Vec3 center, float radius, const BallConstants& c) {
     return {center, c.blobbiness / (radius * radius), c.blobbiness};
   }
-  static void rescale(Ball& ball, float level) { ball.w = ball.w - std::log(level); }
-  static float share_of_weight(float w, float share) { return w + std::log(share); }
+  static void rescale(Ball& ball, float level) { ball.w = ball.w - log(level); }
+  static float share_of_weight(float w, float share) { return w + log(share); }
 };
 
 /// w (1 - 22/9 q + 17/9 q^2 - 4/9 q^3) up to q = 1 (Wyvill, McPheeters and Wyvill 1986).
@@ -137,7 +137,7 @@ struct WyvillField : EllipsoidCoordinate {
 
   static float falloff(float q) { return q < 1 ? 1 - q * (22 - q * (17 - q * 4)) / 9 : 0.0f; }
   static float log_value(const Ball& ball, float q) {
-    return std::log(std::max(ball.w * falloff(q), 0.0f));
+    return log(std::max(ball.w * falloff(q), 0.0f));
   }
   static float log_slope(const Ball&, float q) {
     const float slope = q < 1 ? -(22 - q * (34 - q * 12)) / 9 : 0.0f;
@@ -188,9 +188,7 @@ struct InverseSquareField {
 
   static float coordinate(const Ball&, Vec3 d) { return std::max(dot(d, d), 1e-20f); }
   static Vec3 coordinate_gradient(const Ball&, Vec3 d) { return d * 2.0f; }
-  static float log_value(const Ball& ball, float q) {
-    return std::log(std::max(ball.w, 1e-30f) / q);
-  }
+  static float log_value(const Ball& ball, float q) { return log(std::max(ball.w, 1e-30f) / q); }
   static float log_slope(const Ball&, float q) { return -1 / q; }
   static float end(const Ball&, float) { return kInfinity; }
   static float surface(const Ball& ball) { return ball.w; }
@@ -230,7 +228,7 @@ struct QuarticField : EllipsoidCoordinate {
 
   static float log_value(const Ball& ball, float q) {
     const float rest = std::max(1 - q, 0.0f);
-    return std::log(std::max(ball.w * (rest * rest), 0.0f));
+    return log(std::max(ball.w * (rest * rest), 0.0f));
   }
   static float log_slope(const Ball&, float q) { return -2 / std::max(1 - q, 1e-6f); }
   static float end(const Ball&, float) { return 1; }

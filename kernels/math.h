@@ -241,4 +241,7 @@ PM_HD inline V log2(V a) {
   return fma(p * s, broadcast<V>(kLog2E), exponent);
 }
 
+/// The natural logarithm of a >= 0, with the errors of log2(); -infinity for 0.
+PM_HD inline float log(float a) { return a > 0 ? 0.693147181f * log2(a) : -kInfinity; }
+
 }  // namespace polymorph

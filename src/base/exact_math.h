@@ -102,6 +102,17 @@ inline double log(double x) {
   for (int k = 23; k >= 3; k -= 2) sum = q * (1.0 / k + sum);
   return 2 * s * (1 + sum) + static_cast<double>(n) * kLn2;
 }
+/// log(1 + x) of x > -1, exp(x) - 1, without cancellation near 0 (Kahan; Higham 2002, 1.14.1).
+inline double log1p(double x) {
+  const double u = 1 + x;
+  return u == 1 ? x : log(u) * (x / (u - 1));
+}
+inline double expm1(double x) {
+  const double u = exp(x);
+  if (u == 1) return x;
+  return x < -40 || x > 40 ? u - 1 : (u - 1) * (x / log(u));
+}
+
 /// x^y of x >= 0.
 inline double pow(double x, double y) {
   if (y == 0 || x == 1) return 1;
@@ -128,5 +139,6 @@ inline double atan2(double y, double x) {
 }
 /// Of x in [-1, 1].
 inline double acos(double x) { return 2 * atan2(std::sqrt(1 - x), std::sqrt(1 + x)); }
+inline double asin(double x) { return atan(x / std::sqrt((1 - x) * (1 + x))); }
 
 }  // namespace polymorph::exact

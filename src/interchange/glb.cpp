@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/exact_math.h"
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/spool.h"
@@ -420,7 +421,7 @@ Status GlbWriter::finish() {
                {"cameras",
                 {{{"type", "perspective"},
                   {"perspective",
-                   {{"yfov", 2 * std::atan(sequence_.camera.tan_half_fov_y)},
+                   {{"yfov", 2 * exact::atan(static_cast<double>(sequence_.camera.tan_half_fov_y))},
                     {"aspectRatio", sequence_.camera.aspect},
                     {"znear", 0.01f * sequence_.camera.focus}}}}}},
                {"extras", {{"fps", sequence_.fps}}}};

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "base/disjoint_sets.h"
+#include "base/exact_math.h"
 #include "model/edges.h"
 #include "model/normals.h"
 #include "model/solid_angle.h"
@@ -23,7 +24,8 @@ constexpr double kStretch = 100;
 
 /// To two digits.
 double rounded(double value) {
-  const double unit = std::pow(10.0, std::floor(std::log10(std::max(value, 1.0))) - 1);
+  double unit = 0.1;
+  for (int i = 0; i < 300 && value >= 100 * unit; ++i) unit *= 10;
   return std::round(value / unit) * unit;
 }
 
@@ -125,7 +127,7 @@ double winding_of_others(const Model& model, const Topology& topology, std::size
     if (other == shell || !topology.shells[other].manifold) continue;
     const HalfAngle angle =
         half_solid_angle(corner(t, 0) - eye, corner(t, 1) - eye, corner(t, 2) - eye);
-    sum += std::atan2(angle.num, angle.den);
+    sum += exact::atan2(angle.num, angle.den);
   }
   return sum / (2 * std::numbers::pi);
 }

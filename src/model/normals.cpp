@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "base/disjoint_sets.h"
+#include "base/exact_math.h"
 #include "kernels/linear.h"
 #include "model/edges.h"
 
@@ -25,7 +26,7 @@ Vec3d area_vector(const Model& model, std::size_t t) {
 double angle_at(const Model& model, std::size_t t, std::size_t k) {
   const Vec3d a = point(model, t, k);
   const Vec3d b = point(model, t, (k + 1) % 3) - a, c = point(model, t, (k + 2) % 3) - a;
-  return std::atan2(length(cross(b, c)), dot(b, c));
+  return exact::atan2(length(cross(b, c)), dot(b, c));
 }
 
 /// Sums of area x angle x normal over corners, by the slot that `slot_of(triangle, k)` says.
@@ -76,7 +77,7 @@ Transform make_transform(Vec3 translate, Vec3 degrees, Vec3 scale) {
     const double turn = std::remainder(angle, 360.0);
     if (turn == 0 || std::abs(turn) == 180) return 0.0;
     if (std::abs(turn) == 90) return turn > 0 ? 1.0 : -1.0;
-    return std::sin(turn * std::numbers::pi / 180);
+    return exact::sin(turn * std::numbers::pi / 180);
   };
   const auto cosine = [&](double angle) { return sine(angle + 90); };
   const double dx = degrees.x, dy = degrees.y, dz = degrees.z;
@@ -140,7 +141,7 @@ std::vector<Vec3> point_normals(const Model& model) {
 
 std::vector<Vec3> creased_normals(const Model& model, float crease_degrees) {
   const std::vector<Vec3> faces = face_normals(model);
-  const float least = std::cos(crease_degrees * std::numbers::pi_v<float> / 180);
+  const double least = exact::cos(static_cast<double>(crease_degrees) * std::numbers::pi / 180);
   DisjointSets smooth(model.triangles.size() * 3);
   const std::vector<EdgeUse> uses = sorted_edge_uses(model);
   for_each_edge(uses, [&](std::size_t first, std::size_t last) {

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "base/exact_math.h"
 #include "base/parallel.h"
 #include "kernels/linear.h"
 #include "model/edges.h"
@@ -134,7 +135,7 @@ double own_winding(const Model& model, const Components& components, const Compo
           if (t == at) continue;
           const HalfAngle angle = half_solid_angle(
               corner(model, t, 0) - eye, corner(model, t, 1) - eye, corner(model, t, 2) - eye);
-          const double half = std::atan2(angle.num, angle.den);
+          const double half = exact::atan2(angle.num, angle.den);
           sum += components.turn[t] ? -half : half;
         }
         sums[i] = sum / (2 * std::numbers::pi);

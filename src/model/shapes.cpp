@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "base/exact_math.h"
 #include "base/text.h"
 #include "kernels/linear.h"
 #include "model/normals.h"
@@ -114,11 +115,12 @@ void add_sphere(Model& model, Vec3d center, double radius, int rows) {
   PointSet points(model);
   add_cube_sides(model, rows, [&](std::array<int, 3> key, Vec3d p, Vec3d, Vec2) {
     const Vec3d n = normalized(
-        Vec3d(std::tan(p.x * kPi / 4), std::tan(p.y * kPi / 4), std::tan(p.z * kPi / 4)));
-    const double turn = std::atan2(n.x, n.z) / (2 * kPi) + 0.5;
-    return ShapeCorner{points.add(key, to_float(center + n * radius)),
-                       to_float(n),
-                       {static_cast<float>(turn), static_cast<float>(std::asin(n.y) / kPi + 0.5)}};
+        Vec3d(exact::tan(p.x * kPi / 4), exact::tan(p.y * kPi / 4), exact::tan(p.z * kPi / 4)));
+    const double turn = exact::atan2(n.x, n.z) / (2 * kPi) + 0.5;
+    return ShapeCorner{
+        points.add(key, to_float(center + n * radius)),
+        to_float(n),
+        {static_cast<float>(turn), static_cast<float>(exact::asin(n.y) / kPi + 0.5)}};
   });
 }
 
@@ -138,8 +140,8 @@ Model make_drops() {
     const double part = (i + 0.5) / kDrops;
     const double up = 1 - 2 * std::fmod(part * 13, 1.0),
                  turn = 2 * kPi * std::fmod(i * 0.618034, 1.0);
-    const double flat = std::sqrt(1 - up * up), r = kOut * std::cbrt(part);
-    add_sphere(model, Vec3d(flat * std::cos(turn) * r, 1 + up * r, flat * std::sin(turn) * r),
+    const double flat = std::sqrt(1 - up * up), r = kOut * cube_root(part);
+    add_sphere(model, Vec3d(flat * exact::cos(turn) * r, 1 + up * r, flat * exact::sin(turn) * r),
                kRadius, 4);
   }
   close_seams(model);
@@ -152,13 +154,13 @@ Model make_torus() {
   Model model;
   const auto position = [&](int i, int j, double pipe) {
     const double a = 2 * kPi * (i % kAround) / kAround, b = 2 * kPi * (j % kTube) / kTube;
-    const double out = std::cos(b) * pipe;
-    return Vec3d(std::sin(a) * out, std::sin(b) * pipe, std::cos(a) * out);
+    const double out = exact::cos(b) * pipe;
+    return Vec3d(exact::sin(a) * out, exact::sin(b) * pipe, exact::cos(a) * out);
   };
   for (int i = 0; i < kAround; ++i)
     for (int j = 0; j < kTube; ++j) {
       const double a = 2 * kPi * i / kAround;
-      const Vec3d ring(std::sin(a) * kRing, kPipe, std::cos(a) * kRing);
+      const Vec3d ring(exact::sin(a) * kRing, kPipe, exact::cos(a) * kRing);
       model.points.push_back(to_float(ring + position(i, j, kPipe)));
     }
   const auto at = [&](int i, int j) {
@@ -184,8 +186,8 @@ Model make_puddle() {
   for (int i = 1; i < kRings; ++i) profile.push_back({(kRadius - kRound) * i / kRings, 0, 0, -1});
   for (int i = 0; i <= kRim; ++i) {
     const double a = kPi * i / kRim - kPi / 2;
-    profile.push_back({kRadius - kRound + kRound * std::cos(a), kRound + kRound * std::sin(a),
-                       std::cos(a), std::sin(a)});
+    profile.push_back({kRadius - kRound + kRound * exact::cos(a), kRound + kRound * exact::sin(a),
+                       exact::cos(a), exact::sin(a)});
   }
   for (int i = kRings - 1; i > 0; --i)
     profile.push_back({(kRadius - kRound) * i / kRings, kHeight, 0, 1});
@@ -194,7 +196,7 @@ Model make_puddle() {
   const int rows = static_cast<int>(profile.size());
   const auto turned = [](int i, double out, double up) {
     const double a = 2 * kPi * (i % kAround) / kAround;
-    return to_float(Vec3d(std::sin(a) * out, up, std::cos(a) * out));
+    return to_float(Vec3d(exact::sin(a) * out, up, exact::cos(a) * out));
   };
   const auto planar_uv = [](Vec3 p) {
     return Vec2{0.5f + p.x / (2 * static_cast<float>(kRadius)),

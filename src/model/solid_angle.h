@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "base/exact_math.h"
 #include "kernels/linear.h"
 
 namespace polymorph {
@@ -20,7 +21,7 @@ inline HalfAngle half_solid_angle(Vec3d a, Vec3d b, Vec3d c) {
 }
 
 /// Sums half solid angles of triangles, eight at a time: the angles in (-pi, pi] are multiplied as
-/// complex numbers, so that one atan2 a lane is enough for all of them.
+/// complex numbers, so that one atan2 is enough for all.
 class AngleSums {
  public:
   static constexpr int kLanes = 8;
@@ -47,13 +48,7 @@ class AngleSums {
     double size_low = 1, size_high = 1;
     for (int k = 0; k < kLanes; ++k) {
       if (num[k] == 0 && den[k] == 0) continue;  // the eye is a corner
-      const double re = re_[k] * den[k] - im_[k] * num[k], im = re_[k] * num[k] + im_[k] * den[k];
-      // Both angles in [0, pi] and the sum's sine below 0: it went past pi; likewise below.
-      if (im_[k] >= 0 && num[k] >= 0 && im < 0) ++turns_;
-      if (im_[k] < 0 && num[k] < 0 && im >= 0) --turns_;
-      re_[k] = re;
-      im_[k] = im;
-      const double size = std::abs(re) + std::abs(im);
+      const double size = turn(re_[k], im_[k], den[k], num[k], turns_);
       size_low = std::min(size_low, size);
       size_high = std::max(size_high, size);
     }
@@ -61,13 +56,25 @@ class AngleSums {
   }
 
   double sum() const {
-    double sum = turns_ * 6.283185307179586;
-    // + 0.0 makes -0 a 0, which atan2 tells apart.
-    for (int k = 0; k < kLanes; ++k) sum += std::atan2(im_[k] + 0.0, re_[k]);
-    return sum;
+    AngleSums all = *this;
+    all.rescale();
+    for (int k = 1; k < kLanes; ++k)
+      turn(all.re_[0], all.im_[0], all.re_[k], all.im_[k], all.turns_);
+    return all.turns_ * (2 * exact::kPi) + exact::atan2(all.im_[0], all.re_[0]);
   }
 
  private:
+  /// Adds the angle of one complex number to that of another; counts the turns that leave (-pi,
+  /// pi]. Returns the product's size.
+  static double turn(double& re, double& im, double by_re, double by_im, int& turns) {
+    const double new_re = re * by_re - im * by_im, new_im = im * by_re + re * by_im;
+    // Both angles in [0, pi] and the sum's sine below 0: it went past pi; likewise below.
+    if (im >= 0 && by_im >= 0 && new_im < 0) ++turns;
+    if (im < 0 && by_im < 0 && new_im >= 0) --turns;
+    re = new_re;
+    im = new_im;
+    return std::abs(re) + std::abs(im);
+  }
   /// Keeps the products in range.
   void rescale() {
     for (int k = 0; k < kLanes; ++k) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "base/exact_math.h"
 #include "base/parallel.h"
 
 namespace polymorph {
@@ -34,7 +35,7 @@ std::vector<Mat3> cube_turns() {
 }
 
 Mat3 about_vertical(double angle) {
-  const double c = std::cos(angle), s = std::sin(angle);
+  const double c = exact::cos(angle), s = exact::sin(angle);
   return Mat3{{c, 0, s, 0, 1, 0, -s, 0, c}};
 }
 
@@ -112,7 +113,7 @@ Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const Transpor
               static_cast<double>(a.values[first + static_cast<std::size_t>(c)][flow.from]);
   if (axis == RotationAxis::kAny) return nearest_rotation(sum);
   const double sine = sum.at(0, 2) - sum.at(2, 0), cosine = sum.at(0, 0) + sum.at(2, 2);
-  return about_vertical(std::atan2(sine, cosine));
+  return about_vertical(exact::atan2(sine, cosine));
 }
 
 FoundRotation find_rotation(const CostSide& a, const CostSide& b, float label_cost, double gain,
@@ -122,7 +123,7 @@ FoundRotation find_rotation(const CostSide& a, const CostSide& b, float label_co
   constexpr int kUpright = 8;
   std::vector<Mat3> upright;
   for (int i = 0; i < kUpright; ++i)
-    upright.push_back(i == 0 ? Mat3{} : about_vertical(2 * std::acos(-1.0) * i / kUpright));
+    upright.push_back(i == 0 ? Mat3{} : about_vertical(2 * exact::kPi * i / kUpright));
   std::vector<Mat3> all = cube_turns();
   all.insert(all.begin(), Mat3{});
   Fit standing = best_fit(few_a, few_b, label_cost, unturned, upright, RotationAxis::kVertical);

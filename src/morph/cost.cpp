@@ -6,6 +6,7 @@
 #include <map>
 #include <numeric>
 
+#include "base/exact_math.h"
 #include "kernels/field_kinds.h"
 #include "morph/features.h"
 
@@ -64,7 +65,7 @@ CostSide cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<d
   // Sizes and distances in the object's own units: those of a scaled copy are the same.
   axis(size_weight, [&](std::size_t i) {
     const float radius = visit(kind, [&](auto field) { return field.radius(balls[i]); });
-    return std::log(static_cast<double>(radius) / normalization.size);
+    return exact::log(static_cast<double>(radius) / normalization.size);
   });
   axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.distance[i]); });
   axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.linearity[i]); });

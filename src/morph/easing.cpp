@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/exact_math.h"
+
 namespace polymorph {
 namespace {
 
@@ -30,12 +32,12 @@ double spring_rest(double mass, double damping, double stiffness, double t) {
   constexpr double kCritical = 1e-9;
   if (difference > kCritical * w0 * w0) {
     const double w = std::sqrt(difference);
-    return std::exp(-g * t) * (std::cos(w * t) + g / w * std::sin(w * t));
+    return exact::exp(-g * t) * (exact::cos(w * t) + g / w * exact::sin(w * t));
   }
-  if (difference >= -kCritical * w0 * w0) return std::exp(-g * t) * (1 + g * t);
+  if (difference >= -kCritical * w0 * w0) return exact::exp(-g * t) * (1 + g * t);
   // Two decays; exponents first, so that strong damping does not overflow.
   const double root = std::sqrt(-difference), slow = g - root, fast = g + root;
-  return (fast * std::exp(-slow * t) - slow * std::exp(-fast * t)) / (fast - slow);
+  return (fast * exact::exp(-slow * t) - slow * exact::exp(-fast * t)) / (fast - slow);
 }
 
 double spring_ease(const SpringSettings& s, double inertia, double t) {

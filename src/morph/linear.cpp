@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/exact_math.h"
+
 namespace polymorph {
 namespace {
 
@@ -42,8 +44,11 @@ Mat3 nearest_rotation(const Mat3& a) {
 }
 
 Vec3d log_rotation(const Mat3& r) {
-  const Eigen::AngleAxisd turn{Eigen::Matrix3d(to_eigen(r))};
-  const Eigen::Vector3d v = turn.axis() * turn.angle();
+  const Eigen::Quaterniond turn{Eigen::Matrix3d(to_eigen(r))};
+  const double sine = turn.vec().norm();  // of half the angle
+  if (sine == 0) return {};
+  const double angle = 2 * exact::atan2(sine, std::abs(turn.w()));
+  const Eigen::Vector3d v = turn.vec() * ((turn.w() < 0 ? -angle : angle) / sine);
   return {v.x(), v.y(), v.z()};
 }
 
@@ -63,7 +68,7 @@ Axes axes_of(const Mat3& symmetric) {
 }
 
 Mat3 log_symmetric(const Mat3& a) {
-  return on_values(a, [](double v) { return std::log(std::max(v, 1e-12)); });
+  return on_values(a, [](double v) { return exact::log(std::max(v, 1e-12)); });
 }
 
 }  // namespace polymorph

@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <numeric>
 
+#include "base/exact_math.h"
 #include "base/parallel.h"
 #include "base/random.h"
 #include "kernels/field_kinds.h"
+#include "kernels/linear.h"
 #include "kernels/math.h"
 #include "morph/linear.h"
 
@@ -20,9 +22,9 @@ std::vector<Vec3> points_in_ball(std::size_t count) {
   std::vector<Vec3> points;
   for (std::size_t i = 0; points.size() < count; ++i) {
     const auto [r0, r1, r2] = r3_point(i);
-    const double radius = std::cbrt(r0), z = 2 * r1 - 1, turn = 6.283185307179586 * r2;
+    const double radius = cube_root(r0), z = 2 * r1 - 1, turn = 6.283185307179586 * r2;
     const double side = std::sqrt(std::max(0.0, 1 - z * z));
-    const Vec3d p = Vec3d{side * std::cos(turn), side * std::sin(turn), z} * radius;
+    const Vec3d p = Vec3d{side * exact::cos(turn), side * exact::sin(turn), z} * radius;
     points.push_back(to_float(p));
     points.push_back(to_float(p * -1.0));
   }
@@ -76,8 +78,8 @@ double inside_volume(const std::vector<Ball>& balls, std::size_t index,
     if (field > 1) sum += static_cast<double>(value(ball, x) / field);
   }
   constexpr double kUnitBall = 4.18879020478639;
-  return kUnitBall * std::pow(static_cast<double>(radius), 3) * sum /
-         static_cast<double>(points.size());
+  const auto r = static_cast<double>(radius);
+  return kUnitBall * r * r * r * sum / static_cast<double>(points.size());
 }
 
 }  // namespace

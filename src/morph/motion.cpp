@@ -6,6 +6,7 @@
 #include <numeric>
 #include <span>
 
+#include "base/exact_math.h"
 #include "base/parallel.h"
 #include "base/random.h"
 #include "base/result.h"
@@ -244,7 +245,7 @@ void set_paths(MorphPlan& plan) {
   const auto count = static_cast<double>(plan.pairs.size());
   BallPaths paths;
   for (const Alignment& part : plan.parts)
-    paths.parts.push_back({part.from_center, part.to_center, part.turn, std::log(part.scale)});
+    paths.parts.push_back({part.from_center, part.to_center, part.turn, exact::log(part.scale)});
   paths.balls.resize(plan.pairs.size());
   plan.timing.assign(plan.pairs.size(), {});
   for (std::size_t e = 0; e < paths.balls.size(); ++e) {
@@ -274,8 +275,8 @@ void set_paths(MorphPlan& plan) {
     PairTiming& timing = plan.timing[e];
     if (plan.motion.stagger != Stagger::kNone) timing.delay = order[e] * plan.motion.stagger_share;
     constexpr double kMax = 8;
-    timing.inertia = static_cast<float>(std::pow(std::clamp(pair.mass * count, 1 / kMax, kMax),
-                                                 static_cast<double>(plan.motion.spring.lag)));
+    timing.inertia = static_cast<float>(exact::pow(std::clamp(pair.mass * count, 1 / kMax, kMax),
+                                                   static_cast<double>(plan.motion.spring.lag)));
   }
   plan.paths = std::make_shared<const BallPaths>(std::move(paths));
 }

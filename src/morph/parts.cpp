@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 
+#include "base/exact_math.h"
 #include "base/parallel.h"
 #include "base/result.h"
 #include "morph/cost.h"
@@ -286,8 +287,10 @@ double strain_of(const MorphPlan& plan, const RigidParts& parts) {
       const double even = 0.5 * (between(plan.from, plan.pairs[e].from, plan.pairs[f].from) +
                                  between(plan.to, plan.pairs[e].to, plan.pairs[f].to));
       const double now = length(joined[e] - joined[f]);
-      if (even > 1e-3 * plan.size && now > 1e-6 * plan.size)
-        sum += std::pow(std::log(now / even), 2);
+      if (even > 1e-3 * plan.size && now > 1e-6 * plan.size) {
+        const double strain = exact::log(now / even);
+        sum += strain * strain;
+      }
     }
   return sum;
 }

@@ -54,7 +54,8 @@ float kernel_deviation(const MorphPlan& plan, const Pair& pair, double u, float 
   const double v = std::clamp(u, 0.0, 1.0);
   const double radius =
       kOwnSize * ((1 - v) * own(plan.from[pair.from]) + v * own(plan.to[pair.to]));
-  return static_cast<float>(std::hypot(kDeviation * static_cast<double>(size), radius));
+  const double share = kDeviation * static_cast<double>(size);
+  return static_cast<float>(std::sqrt(share * share + radius * radius));
 }
 
 /// The radius of what a ball stands for, across its thinnest side.

@@ -13,7 +13,9 @@ using Kind = PairsEvent::Kind;
 using State = PairsPiece::State;
 
 double reveal_seconds(const PairsRules& rules, int looks_before) {
-  return rules.reveal * std::pow(rules.slowdown, looks_before);
+  double seconds = rules.reveal;
+  for (int i = 0; i < looks_before; ++i) seconds *= rules.slowdown;
+  return seconds;
 }
 
 PairsPlay::PairsPlay(PairsGame game) : game_(std::move(game)) { begin_level(0); }

@@ -15,43 +15,58 @@
 
 namespace polymorph {
 
+/// One number for each corner of a triangle, or for the edge opposite to it; the fourth is idle.
+/// Each operation is that of three doubles.
+typedef double PerCorner __attribute__((vector_size(32)));
+typedef std::int64_t PerCornerMask __attribute__((vector_size(32)));
+
+/// Those of the next corner, and of the one after that.
+inline PerCorner next(PerCorner a) { return __builtin_shufflevector(a, a, 1, 2, 0, 3); }
+inline PerCorner after_next(PerCorner a) { return __builtin_shufflevector(a, a, 2, 0, 1, 3); }
+
 /// On which side of a triangle's edges the line of a ray passes. `at[i]` belongs to the edge
 /// opposite to corner i: D . (P x Q) for the edge PQ seen from the origin. It is exactly the
 /// opposite of that of QP, rounding included, so two triangles that share an edge always agree
 /// about it.
 struct EdgeSides {
-  Vec3d p[3];  ///< corners, seen from the ray's origin
-  double at[3];
+  PerCorner x, y, z;  ///< corners, seen from the ray's origin
+  PerCorner at;
   double sum;  ///< twice the triangle's area as seen along the ray, with the sign of its facing
 
   EdgeSides(Vec3 origin, Vec3d direction, Vec3 a, Vec3 b, Vec3 c) {
-    const Vec3d o(origin);
-    p[0] = Vec3d(a) - o;
-    p[1] = Vec3d(b) - o;
-    p[2] = Vec3d(c) - o;
-    at[0] = dot(direction, cross(p[1], p[2]));
-    at[1] = dot(direction, cross(p[2], p[0]));
-    at[2] = dot(direction, cross(p[0], p[1]));
+    const Vec3d o(origin), p(a), q(b), r(c);
+    x = PerCorner{p.x, q.x, r.x, o.x} - o.x;
+    y = PerCorner{p.y, q.y, r.y, o.y} - o.y;
+    z = PerCorner{p.z, q.z, r.z, o.z} - o.z;
+    const PerCorner x1 = next(x), y1 = next(y), z1 = next(z);
+    const PerCorner x2 = after_next(x), y2 = after_next(y), z2 = after_next(z);
+    at = direction.x * (y1 * z2 - z1 * y2) + direction.y * (z1 * x2 - x1 * z2) +
+         direction.z * (x1 * y2 - y1 * x2);
     sum = at[0] + at[1] + at[2];
   }
   /// A line in an edge counts for both triangles; a triangle seen edge on is never met.
   bool inside() const {
-    return ((at[0] >= 0 && at[1] >= 0 && at[2] >= 0) || (at[0] <= 0 && at[1] <= 0 && at[2] <= 0)) &&
+    return (std::min({at[0], at[1], at[2]}) >= 0 || std::max({at[0], at[1], at[2]}) <= 0) &&
            sum != 0;
   }
   /// Whether the line, for a direction of length 1, passes edge i so closely that floats cannot
   /// tell the side: their error grows with the edge's length in space, not with what is seen of it.
   /// `margin2`: the square of how far floats may be off.
-  bool near(int i, double margin2) const {
-    const Vec3d edge = p[(i + 2) % 3] - p[(i + 1) % 3];
-    return at[i] * at[i] <= margin2 * dot(edge, edge);
+  bool near(int i, double margin2) const { return near_edges(margin2)[i] != 0; }
+  bool near_any(double margin2) const {
+    const PerCornerMask near = near_edges(margin2);
+    return (near[0] | near[1] | near[2]) != 0;
   }
   /// The smallest of |at|.
   double closest() const {
     return std::min({std::fabs(at[0]), std::fabs(at[1]), std::fabs(at[2])});
   }
-  bool near_any(double margin2) const {
-    return near(0, margin2) || near(1, margin2) || near(2, margin2);
+
+ private:
+  PerCornerMask near_edges(double margin2) const {
+    const PerCorner ex = after_next(x) - next(x), ey = after_next(y) - next(y),
+                    ez = after_next(z) - next(z);
+    return at * at <= margin2 * (ex * ex + ey * ey + ez * ez);
   }
 };
 
@@ -63,9 +78,9 @@ struct TriangleMeeting {
 inline TriangleMeeting meeting_of(const EdgeSides& sides, Vec3d d) {
   const double scale = 1 / sides.sum;
   // The corners' distances, weighted: never far outside of them, however flat the ray arrives.
-  const double along = sides.at[0] * dot(sides.p[0], d) + sides.at[1] * dot(sides.p[1], d) +
-                       sides.at[2] * dot(sides.p[2], d);
-  return {along * scale / dot(d, d), sides.at[1] * scale, sides.at[2] * scale};
+  const PerCorner along = sides.at * (sides.x * d.x + sides.y * d.y + sides.z * d.z);
+  return {(along[0] + along[1] + along[2]) * scale / dot(d, d), sides.at[1] * scale,
+          sides.at[2] * scale};
 }
 
 }  // namespace polymorph

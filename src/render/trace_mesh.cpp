@@ -103,6 +103,21 @@ class Surroundings {
   Vec3d d_;
 };
 
+/// Bit i for the i-th of n lanes that Embree asks about.
+std::uint32_t asked(const int* valid, unsigned n) {
+  std::uint32_t bits = 0;
+  if (n % kLanes == 0) {
+    for (unsigned first = 0; first < n; first += kLanes) {
+      PackMask lanes;
+      std::memcpy(&lanes, valid + first, sizeof lanes);
+      bits |= Lanes<Pack>::bits(lanes != 0) << first;
+    }
+    return bits;
+  }
+  for (unsigned lane = 0; lane < n; ++lane) bits |= (valid[lane] != 0 ? 1u : 0u) << lane;
+  return bits;
+}
+
 /// f(lane, number of the ray, triangle, meeting) -> whether Embree is to take it as a hit; for all
 /// triangles that the rays meet of those that Embree proposes or that lie around them.
 template <class F>
@@ -110,8 +125,8 @@ void for_met(const RTCFilterFunctionNArguments* args, const F& f) {
   const auto& traced = *static_cast<const MeshToTrace*>(args->geometryUserPtr);
   const auto& query = *reinterpret_cast<const Query*>(args->context);
   const unsigned n = args->N;
-  for (unsigned lane = 0; lane < n; ++lane) {
-    if (args->valid[lane] == 0) continue;
+  for (std::uint32_t bits = asked(args->valid, n); bits != 0; bits &= bits - 1) {
+    const auto lane = static_cast<unsigned>(countr_zero(bits));
     const unsigned i = RTCRayN_id(args->ray, n, lane), l = i % kLanes;
     const RayOf<Pack3>& pack = query.rays[i / kLanes];
     const Ray ray{{pack.origin.x[l], pack.origin.y[l], pack.origin.z[l]},

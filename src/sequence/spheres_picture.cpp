@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "base/exact_math.h"
 #include "image/image_io.h"
 #include "image/strip.h"
 #include "render/render.h"
@@ -62,8 +63,8 @@ std::vector<Material> wheel() {
   std::vector<Material> materials;
   for (int i = 0; i < 12; ++i) {
     const auto part = [&](int shift) {
-      const float turn = static_cast<float>((i * 5 + shift) % 12) / 12 * 6.2831853f;
-      return 0.42f + 0.26f * std::cos(turn);
+      const double turn = (i * 5 + shift) % 12 / 12.0 * 2 * exact::kPi;
+      return static_cast<float>(0.42 + 0.26 * exact::cos(turn));
     };
     Material material;
     material.color = {part(0), part(8), part(4)};

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "base/result.h"
+#include "kernels/linear.h"
 
 namespace polymorph {
 namespace {
@@ -54,7 +55,7 @@ Sphere sphere_of(const RootCube& root, const Cell& cell) {
   const int cells = 1 << cell.level;
   const double h = root.side / cells;
   return {lattice_point(root, cells, cell.x + 0.5, cell.y + 0.5, cell.z + 0.5),
-          static_cast<float>(h * std::cbrt(3 / (4 * std::numbers::pi)))};
+          static_cast<float>(h * cube_root(3 / (4 * std::numbers::pi)))};
 }
 
 SphereTree tree_of_cells(const RootCube& root, int finest,

@@ -5,10 +5,12 @@
 #include <limits>
 #include <numeric>
 
+#include "base/exact_math.h"
 #include "base/morton.h"
 #include "base/parallel.h"
 #include "base/random.h"
 #include "base/result.h"
+#include "kernels/linear.h"
 #include "model/closest.h"
 #include "spheres/fit_field.h"
 #include "spheres/fit_step.h"
@@ -172,7 +174,7 @@ void add_wrong(Fit& fit) {
 /// The ball after its part of a step, each number clamped.
 FitBall moved(const FitBall& ball, const double* step, int numbers, double length) {
   FitBall next = ball;
-  const double shift = std::hypot(step[1], step[2], step[3]);
+  const double shift = Vector3d(step[1], step[2], step[3]).norm();
   const double max_shift = 0.02 * length;
   next.w += std::clamp(step[0], -2.0, 2.0);
   next.center +=
@@ -234,7 +236,7 @@ std::vector<double> ball_contributions(const Fit& fit) {
     for (std::uint32_t e = fit.rows.begins[p]; e < fit.rows.begins[p + 1]; ++e) {
       // Without the ball psi falls by ln(1 - q).
       const double q = std::min(static_cast<double>(fit.rows.shares[e]), 0.999);
-      const double shift = std::min(-std::log1p(-q) / fit.rows.steepness[p], 0.05 * fit.length);
+      const double shift = std::min(-exact::log1p(-q) / fit.rows.steepness[p], 0.05 * fit.length);
       contributions[fit.rows.balls[e]] += shift * shift;
     }
   }
@@ -290,7 +292,7 @@ void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double sha
       const float r = std::max(sample.inner_radius, 0.004f * static_cast<float>(fit.length));
       fit.balls[from] = ball_of({sample.point - sample.normal * r, r});
       // As strong as it takes to bring the field at the sample to 1.
-      fit.balls[from].w += std::log(-std::expm1(std::max(fit.rows.psi[3 * s], -40.0)));
+      fit.balls[from].w += exact::log(-exact::expm1(std::max(fit.rows.psi[3 * s], -40.0)));
       continue;
     }
     // Two halves along the ball's longest axis.
@@ -308,7 +310,7 @@ void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double sha
 
 Ball finished(const FitBall& fitted) {
   const Matrix3d a = fitted.root.transpose() * fitted.root;
-  const double size = std::cbrt(a.determinant());
+  const double size = cube_root(a.determinant());
   const auto f = [&](double v) { return static_cast<float>(v / size); };
   Ball ball;
   ball.center = {static_cast<float>(fitted.center[0]), static_cast<float>(fitted.center[1]),
@@ -408,8 +410,10 @@ Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
     for (int i = 0; i < 4 && improve(fit); ++i) ++result.iterations;
   }
   double sum = 0;
-  for (std::size_t s = 0; s < fit.sample_count; ++s)
-    sum += std::pow(fit.rows.psi[3 * s] / fit.rows.steepness[3 * s], 2);
+  for (std::size_t s = 0; s < fit.sample_count; ++s) {
+    const double error = fit.rows.psi[3 * s] / fit.rows.steepness[3 * s];
+    sum += error * error;
+  }
   result.rms = std::sqrt(sum / static_cast<double>(fit.sample_count));
   result.balls = finished(fit);
   return result;

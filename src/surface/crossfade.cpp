@@ -6,10 +6,13 @@
 
 #include "base/parallel.h"
 #include "base/result.h"
+#include "kernels/math.h"
 #include "surface/near_balls.h"
 
 namespace polymorph {
 namespace {
+
+constexpr float kLog2E = 1.44269504f;
 
 Vec3 shrink_target(Vec3 point, const std::vector<Ball>& balls, FieldKind kind) {
   // Two passes, so that the largest term is 1 and nothing over- or underflows.
@@ -25,7 +28,7 @@ Vec3 shrink_target(Vec3 point, const std::vector<Ball>& balls, FieldKind kind) {
     const float e = log_strength(ball, kind, d) - largest;
     if (e < -12) continue;
     // Squared shares: the far field of an inverse-square ball would pull everything to the middle.
-    const double q = std::exp(2.0 * static_cast<double>(e));
+    const auto q = static_cast<double>(exp2(2 * kLog2E * e));
     sum += q;
     x += q * static_cast<double>(ball.center.x);
     y += q * static_cast<double>(ball.center.y);

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/exact_math.h"
 #include "base/parallel.h"
 #include "base/result.h"
 #include "model/normals.h"
@@ -336,8 +337,8 @@ class Builder {
     std::vector<float> weights;
     float sum = 0;
     for (int i = -reach; i <= reach; ++i) {
-      const float t = static_cast<float>(i) / sigma;
-      weights.push_back(std::exp(-0.5f * t * t));
+      const double t = i / static_cast<double>(sigma);
+      weights.push_back(static_cast<float>(exact::exp(-0.5 * t * t)));
       sum += weights.back();
     }
     for (float& w : weights) w /= sum;

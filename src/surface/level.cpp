@@ -4,7 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "base/exact_math.h"
 #include "kernels/field_kinds.h"
+#include "kernels/linear.h"
 #include "surface/grid.h"
 #include "surface/mesh_check.h"
 
@@ -35,12 +37,12 @@ Result<float> iso_for_volume(SurfaceExtractor& extractor, const std::vector<Ball
     bool known = false;
   };
   Try large, small;  // too much volume, too little
-  double x = std::log(start), step = 0, best = x,
+  double x = exact::log(static_cast<double>(start)), step = 0, best = x,
          best_error = std::numeric_limits<double>::infinity();
   int side = 0;  // of the last try: +1 too much, -1 too little
   for (int i = 0; i < 30; ++i) {
     ExtractSettings at = settings;
-    at.iso = static_cast<float>(std::exp(x));
+    at.iso = static_cast<float>(exact::exp(x));
     PM_TRY(const Mesh mesh, extract_surface(extractor, balls, cell, at));
     const double excess = volume_of(mesh) / volume - 1;
     if (std::abs(excess) < best_error) best_error = std::abs(excess), best = x;
@@ -57,12 +59,12 @@ Result<float> iso_for_volume(SurfaceExtractor& extractor, const std::vector<Ball
       x = std::clamp(large.x + width * large.excess / (large.excess - small.excess),
                      large.x + 0.02 * width, small.x - 0.02 * width);
     } else {
-      step = step == 0 ? std::clamp(std::abs(std::log1p(std::max(excess, -0.9))), 0.05, 2.0)
+      step = step == 0 ? std::clamp(std::abs(exact::log1p(std::max(excess, -0.9))), 0.05, 2.0)
                        : 2 * step;
       x = std::clamp(x + now * step, kMin, kMax);
     }
   }
-  return static_cast<float>(std::exp(best));
+  return static_cast<float>(exact::exp(best));
 }
 
 Result<LevelSurface> surface_of_volume(SurfaceExtractor& extractor, MorphSurface between,
@@ -97,7 +99,7 @@ Result<LevelSurface> surface_of_volume(SurfaceExtractor& extractor, MorphSurface
         const double chord = (excess - last_excess) / (level - last);
         if (chord < slope / 5 && chord > 5 * slope) slope = chord;
       }
-      if (!(slope < 0)) slope = -std::cbrt(volume * volume);
+      if (!(slope < 0)) slope = -cube_root(volume * volume);
       last = level, last_excess = excess;
       level = std::clamp(level - excess / slope, -bound, bound);
       if (level == last) break;
@@ -133,7 +135,10 @@ std::vector<Ball> grown(std::vector<Ball> balls, FieldKind kind, float growth, f
   // The field may stand higher between centres than at them.
   constexpr float kMinMaximum = 1.5f;
   if (visit(kind, [](auto field) { return decltype(field)::kCompactSupport; }))
-    return rescaled(std::move(balls), kind, std::pow(std::max(maximum, kMinMaximum), 1 - growth));
+    return rescaled(
+        std::move(balls), kind,
+        static_cast<float>(exact::pow(static_cast<double>(std::max(maximum, kMinMaximum)),
+                                      1 - static_cast<double>(growth))));
   for (Ball& ball : balls) ball.w *= growth * growth;
   return balls;
 }
@@ -157,7 +162,7 @@ Result<std::vector<Ball>> evened(SurfaceExtractor& extractor, std::vector<Ball> 
     std::sort(sorted.begin(), sorted.end());
     const float plateau = sorted[sorted.size() * 9 / 10];
     for (std::size_t i = 0; i < balls.size(); ++i)
-      balls[i].w += kDamping * std::log(plateau / std::max(values[i], 1e-6f * plateau));
+      balls[i].w += kDamping * log(plateau / std::max(values[i], 1e-6f * plateau));
   }
   return balls;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/exact_math.h"
 #include "base/parallel.h"
 #include "base/result.h"
 #include "kernels/field_kinds.h"
@@ -11,6 +12,7 @@
 namespace polymorph {
 namespace {
 
+constexpr float kLog2E = 1.44269504f;
 constexpr float kDepth = 12;  // e^-12 of the field: below the float resolution of the sum
 
 /// Smallest eigenvalue of a symmetric matrix of determinant 1 (Smith 1961).
@@ -24,9 +26,9 @@ float min_eigenvalue(const Sym3& s) {
   const double det = x * (y * z - static_cast<double>(s.yz) * s.yz) -
                      s.xy * (s.xy * z - static_cast<double>(s.yz) * s.xz) +
                      s.xz * (static_cast<double>(s.xy) * s.yz - y * s.xz);
-  const double angle = std::acos(std::clamp(det / (2 * p * p * p), -1.0, 1.0)) / 3;
+  const double angle = exact::acos(std::clamp(det / (2 * p * p * p), -1.0, 1.0)) / 3;
   constexpr double kThird = 2.0943951023931953;  // 2 pi / 3
-  return static_cast<float>(std::max(mean + 2 * p * std::cos(angle + kThird), 1e-9));
+  return static_cast<float>(std::max(mean + 2 * p * exact::cos(angle + kThird), 1e-9));
 }
 
 float distance2(Vec3 p, const Box& box) {
@@ -78,10 +80,10 @@ LogField NearBalls::log_field(Vec3 p, std::span<const std::uint32_t> list) const
   if (!std::isfinite(largest)) return field;  // out of every ball's reach
   double sum = 0;
   for (float& share : shares) {
-    share = share - largest < -20 ? 0.0f : std::exp(share - largest);
+    share = share - largest < -20 ? 0.0f : exp2((share - largest) * kLog2E);
     sum += static_cast<double>(share);
   }
-  field.value = static_cast<double>(largest) + std::log(sum);
+  field.value = static_cast<double>(largest) + exact::log(sum);
   const float scale = sum > 0 ? static_cast<float>(1 / sum) : 0.0f;
   for (std::size_t k = 0; k < list.size(); ++k) {
     shares[k] *= scale;

@@ -32,6 +32,12 @@ TEST(ExactMath, AgreesWithTheLibrary) {
     near(exact::atan(any), std::atan(any), 1);
     near(exact::atan2(any, angle), std::atan2(any, angle), 3);
     near(exact::acos(small), std::acos(small), 3);
+    near(exact::asin(small), std::asin(small), 1);
+    EXPECT_NEAR(exact::log1p(0.9 * small) / std::log1p(0.9 * small), 1, 1e-15);
+    EXPECT_NEAR(exact::expm1(any) / std::expm1(any), 1, 2e-15);
+    const double tiny = 1e-9 * small;
+    EXPECT_NEAR(exact::log1p(tiny) / std::log1p(tiny), 1, 1e-15);
+    EXPECT_NEAR(exact::expm1(tiny) / std::expm1(tiny), 1, 1e-15);
   }
 }
 
@@ -51,6 +57,13 @@ TEST(ExactMath, Ends) {
   EXPECT_EQ(exact::acos(-1), exact::kPi);
   EXPECT_EQ(exact::atan2(0, 0), 0);
   EXPECT_EQ(exact::atan2(1, 0), exact::kPi / 2);
+  EXPECT_EQ(exact::asin(1), exact::kPi / 2);
+  EXPECT_EQ(exact::asin(-1), -exact::kPi / 2);
+  EXPECT_EQ(exact::log1p(0), 0);
+  EXPECT_EQ(exact::log1p(-1), -std::numeric_limits<double>::infinity());
+  EXPECT_EQ(exact::expm1(0), 0);
+  EXPECT_EQ(exact::expm1(-1000), -1);
+  EXPECT_EQ(exact::expm1(1000), std::numeric_limits<double>::infinity());
   EXPECT_TRUE(std::isnan(exact::exp(std::nan(""))));
 }
 
@@ -60,9 +73,11 @@ TEST(ExactMath, TheBitsAreThose) {
   Hasher hasher;
   for (std::uint64_t key = 0; key < 4000; ++key) {
     const double x = between(-6, 6, key);
-    for (const double value : {exact::sin(x), exact::cos(x), exact::tan(x), exact::exp(x),
-                               exact::exp2(x), exact::log(x * x), exact::pow(x * x, 0.4),
-                               exact::atan(x), exact::atan2(x, 1 - x), exact::acos(x / 6)})
+    for (const double value :
+         {exact::sin(x), exact::cos(x), exact::tan(x), exact::exp(x), exact::exp2(x),
+          exact::log(x * x), exact::pow(x * x, 0.4), exact::atan(x), exact::atan2(x, 1 - x),
+          exact::acos(x / 6), exact::asin(x / 6), exact::log1p(x / 6),
+          exact::expm1(x)})
       hasher.add(value);
   }
   EXPECT_EQ(hasher.hex(), "738474d73a5d8bdd80314c0c1a88a4f5");

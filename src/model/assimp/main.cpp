@@ -18,6 +18,7 @@
 #include <string>
 #include <vector>
 
+#include "base/exact_math.h"
 #include "model/import_process.h"
 
 namespace {
@@ -75,10 +76,12 @@ std::string numbers(std::initializer_list<double> values) {
 }
 
 double linear(double encoded) {
-  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+  return encoded <= 0.04045 ? encoded / 12.92
+                            : polymorph::exact::pow((encoded + 0.055) / 1.055, 2.4);
 }
 double encoded(double linear) {
-  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+  return linear <= 0.0031308 ? 12.92 * linear
+                             : 1.055 * polymorph::exact::pow(linear, 1 / 2.4) - 0.055;
 }
 
 class Writer {
