@@ -80,7 +80,7 @@ TEST_F(DistanceCacheTest, TheVersionBelongsToTheseDistances) {
     hasher.add(std::span<const FaceSide>(object.sides)).add(object.smallest_component_share);
     return hasher.hex();
   };
-  EXPECT_EQ(kDistancesVersion, 3u);
+  EXPECT_EQ(kDistancesVersion, 4u);
   EXPECT_EQ(digest(*make_shape("torus")), "ec2c3252500e17511553b7c183140bed");
   EXPECT_EQ(digest(box_model({0, 0, 0}, {1, 0.5f, 0.06f})), "5037fc27f5b9676e509a2600e17eada8");
 }
