@@ -322,7 +322,7 @@ bool only_noise(const Pair& pair) {
 
 /// Light, or how one object sends it back.
 std::string explain_light(const Pair& pair) {
-  // Light that changes shows on the floor and behind; what an object reflects hardly does.
+  // Light that changes shows on the floor and behind; what an object reflects only near it.
   std::map<int, double> changes;  // by id
   int around = 0, changed = 0;
   for (int i = 0; i < pair.pixels(); ++i) {
@@ -334,9 +334,9 @@ std::string explain_light(const Pair& pair) {
       continue;
     }
     ++around;
-    changed += by > 0.05 * length_of(before);
+    changed += by > 0.01 * length_of(before);
   }
-  if (changes.empty() || !pair.has("id") || changed * 10 > around) return "only light differs";
+  if (changes.empty() || !pair.has("id") || changed * 25 > around) return "only light differs";
   const int object = std::max_element(changes.begin(), changes.end(), [](auto& a, auto& b) {
                        return a.second < b.second;
                      })->first;
