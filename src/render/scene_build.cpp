@@ -183,9 +183,7 @@ bool attach_mesh(RTCDevice device, RTCScene scene, MeshToTrace& traced, unsigned
   const RenderMesh& mesh = *traced.mesh;
   std::vector<float> ways;
   if (traced.moves()) ways = {-0.5f * traced.shutter, 0.5f * traced.shutter};
-  WidenedMesh widened = widened_mesh(mesh, by, ways);
-  const std::vector<std::vector<Vec3>>& corners = widened.corners;
-  traced.scaled = std::move(widened.scaled);
+  const std::vector<std::vector<Vec3>> corners = widened_corners(mesh, by, ways);
   if (traced.moves()) rtcSetGeometryTimeStepCount(geometry, 2);
   bool whole = true;
   for (unsigned step = 0; step < corners.size() && whole; ++step) {
@@ -272,7 +270,7 @@ Result<TracedScene> TracedScene::build(const RayDevice& device,
   TracedScene traced;
   for (const RenderMesh& mesh : meshes) {
     check_mesh(mesh);
-    traced.meshes_.push_back({&mesh, shutter});
+    traced.meshes_.push_back({&mesh, shutter, 0, 0, {}, {}});
     collect_fans(traced.meshes_.back());
   }
   traced.scene_.reset(rtcNewScene(device.device.get()));
@@ -293,10 +291,6 @@ Result<TracedScene> TracedScene::build(const RayDevice& device,
     for (MeshToTrace& mesh : traced.meshes_) {
       mesh.margin2 = margin * margin;
       mesh.clear = 1.000001 * margin * longest_edge(mesh);
-      // Scaled by s <= 2, a triangle's edges lie kWidening farther out, and `at` is s times as
-      // large as at a distance of so much less; Embree's own may be off by s margins again.
-      constexpr float kWithin = 2 * (1 + kWidening / kMargin + 1) + 2;
-      if (!mesh.moves()) mesh.embree_clear = kWithin * static_cast<float>(mesh.clear);
     }
     const Vec3 pad = Vec3{1, 1, 1} * traced.epsilon_;
     traced.bounds_ = {low - pad, high + pad};

@@ -82,9 +82,6 @@ struct MeshToTrace {
   float shutter = 0;
   double margin2 = 0;  ///< the square of how far off Embree's floats may be, in units of length
   double clear = 0;    ///< farther (EdgeSides::at) than this, an edge of the mesh is never near
-  /// The same of what Embree's u and v say about a widened triangle that is `scaled`.
-  float embree_clear = std::numeric_limits<float>::infinity();
-  std::vector<std::uint8_t> scaled;  ///< WidenedMesh::scaled
   /// The triangles around vertex v are fans[fan_begin[v]] ... fans[fan_begin[v + 1] - 1].
   std::vector<std::uint32_t> fan_begin, fans;
 

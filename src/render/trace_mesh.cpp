@@ -13,50 +13,22 @@ namespace {
 /// and the number of a ray in its `id`.
 struct Query {
   RTCIntersectContext context;  // first: Embree knows only this
-  const TracedScene* scene;
   float slack;
   const RayOf<Pack3>* rays;
   // Of the best triangle so far; the distance is that to the ray's end where there is none.
   alignas(32) std::array<double, kPacket> distance;
   alignas(32) std::array<float, kPacket> u, v;
   alignas(32) std::array<std::uint32_t, kPacket> mesh, triangle;
-  /// Bit i: the i-th ray surely meets its best triangle, at Embree's distance within `slack`, but
-  /// where exactly is not worked out yet.
-  std::uint32_t rough = 0;
 
-  Query(const TracedScene& scene_, const RayOf<Pack3>* rays_)
-      : scene(&scene_), slack(scene_.slack()), rays(rays_) {
+  Query(const TracedScene& scene, const RayOf<Pack3>* rays_) : slack(scene.slack()), rays(rays_) {
     rtcInitIntersectContext(&context);
   }
-  Ray ray(unsigned i) const {
-    const RayOf<Pack3>& pack = rays[i / kLanes];
-    const unsigned l = i % kLanes;
-    return {{pack.origin.x[l], pack.origin.y[l], pack.origin.z[l]},
-            {pack.direction.x[l], pack.direction.y[l], pack.direction.z[l]},
-            pack.time[l],
-            pack.far[l]};
-  }
-  float far(unsigned i) const { return rays[i / kLanes].far[i % kLanes]; }
-  /// Works out where the i-th ray meets its best triangle.
-  void settle(unsigned i);
 };
 
 [[gnu::always_inline]] inline EdgeSides sides_of(const MeshToTrace& traced, const Triangle& t,
                                                  const Ray& ray, Vec3d direction) {
   return {ray.origin, direction, traced.at(t.v[0], ray.time), traced.at(t.v[1], ray.time),
           traced.at(t.v[2], ray.time)};
-}
-
-void Query::settle(unsigned i) {
-  const MeshToTrace& traced = scene->traced(mesh[i]);
-  const Ray one = ray(i);
-  const Vec3d d(one.direction);
-  const TriangleMeeting met =
-      meeting_of(sides_of(traced, traced.mesh->triangles[triangle[i]], one, d), d);
-  distance[i] = met.distance;
-  u[i] = static_cast<float>(met.u);
-  v[i] = static_cast<float>(met.v);
-  rough &= ~(1u << i);
 }
 
 /// The corner of `t` that is vertex v, or -1.
@@ -146,51 +118,27 @@ std::uint32_t asked(const int* valid, unsigned n) {
   return bits;
 }
 
-/// Do Embree's floats alone show that a ray meets the triangle, well within its edges and not so
-/// flat that the distance is doubtful?
-[[gnu::always_inline]] inline bool surely_meets(const MeshToTrace& traced,
-                                                const RTCFilterFunctionNArguments* args,
-                                                unsigned lane, std::uint32_t triangle) {
-  const unsigned n = args->N;
-  const float u = RTCHitN_u(args->hit, n, lane), v = RTCHitN_v(args->hit, n, lane);
-  const Vec3 normal{RTCHitN_Ng_x(args->hit, n, lane), RTCHitN_Ng_y(args->hit, n, lane),
-                    RTCHitN_Ng_z(args->hit, n, lane)};
-  const Vec3 direction{RTCRayN_dir_x(args->ray, n, lane), RTCRayN_dir_y(args->ray, n, lane),
-                       RTCRayN_dir_z(args->ray, n, lane)};
-  const float along = dot(normal, direction);
-  // TracedScene::slack() is 2^6 margins.
-  constexpr float kFlat2 = 0x1p-12f;
-  return min(min(u, v), 1 - u - v) * std::fabs(along) > traced.embree_clear &&
-         along * along > kFlat2 * dot(normal, normal) && traced.scaled[triangle] != 0;
-}
-
-enum class Verdict { kMet, kMissed, kOpen };
-
-/// For each ray that Embree asks about: `surely(lane, number of the ray, triangle, t)` where the
-/// ray surely meets the triangle, at Embree's distance t, gives a verdict. Where that is open,
-/// `met(lane, number of the ray, triangle, meeting)` -> whether Embree is to take it as a hit, for
-/// all triangles that the ray meets of the one and those around it.
-template <class S, class M>
-void for_asked(const RTCFilterFunctionNArguments* args, const S& surely, const M& met) {
+/// f(lane, number of the ray, triangle, meeting) -> whether Embree is to take it as a hit; for all
+/// triangles that the rays meet of those that Embree proposes or that lie around them.
+template <class F>
+void for_met(const RTCFilterFunctionNArguments* args, const F& f) {
   const auto& traced = *static_cast<const MeshToTrace*>(args->geometryUserPtr);
   const auto& query = *reinterpret_cast<const Query*>(args->context);
   const unsigned n = args->N;
   for (std::uint32_t bits = asked(args->valid, n); bits != 0; bits &= bits - 1) {
     const auto lane = static_cast<unsigned>(countr_zero(bits));
-    const unsigned i = RTCRayN_id(args->ray, n, lane);
-    const std::uint32_t triangle = RTCHitN_primID(args->hit, n, lane);
-    if (surely_meets(traced, args, lane, triangle)) {
-      const float t = RTCRayN_tfar(args->ray, n, lane);
-      const Verdict verdict = t > query.slack ? surely(lane, i, triangle, t) : Verdict::kOpen;
-      if (verdict == Verdict::kMissed) args->valid[lane] = 0;
-      if (verdict != Verdict::kOpen) continue;
-    }
-    const Ray ray = query.ray(i);
+    const unsigned i = RTCRayN_id(args->ray, n, lane), l = i % kLanes;
+    const RayOf<Pack3>& pack = query.rays[i / kLanes];
+    const Ray ray{{pack.origin.x[l], pack.origin.y[l], pack.origin.z[l]},
+                  {pack.direction.x[l], pack.direction.y[l], pack.direction.z[l]},
+                  pack.time[l],
+                  pack.far[l]};
     const Vec3d d(ray.direction);
-    const auto taken = [&](std::uint32_t other, const TriangleMeeting& meeting) {
-      return meeting.distance > 0 && meeting.distance < static_cast<double>(ray.far) &&
-             met(lane, i, other, meeting);
+    const auto taken = [&](std::uint32_t triangle, const TriangleMeeting& met) {
+      return met.distance > 0 && met.distance < static_cast<double>(ray.far) &&
+             f(lane, i, triangle, met);
     };
+    const std::uint32_t triangle = RTCHitN_primID(args->hit, n, lane);
     const EdgeSides sides = sides_of(traced, traced.mesh->triangles[triangle], ray, d);
     bool any = false;
     if (sides.closest() > traced.clear || !sides.near_any(traced.margin2)) {
@@ -198,8 +146,8 @@ void for_asked(const RTCFilterFunctionNArguments* args, const S& surely, const M
     } else {
       // Embree may have found only one of several.
       Surroundings(traced, ray).for_around(triangle, sides, [&](std::uint32_t other) {
-        TriangleMeeting meeting;
-        if (meets_triangle(traced, other, ray, meeting)) any = taken(other, meeting) || any;
+        TriangleMeeting met;
+        if (meets_triangle(traced, other, ray, met)) any = taken(other, met) || any;
       });
     }
     if (!any) args->valid[lane] = 0;
@@ -208,47 +156,25 @@ void for_asked(const RTCFilterFunctionNArguments* args, const S& surely, const M
 
 void take_nearest(const RTCFilterFunctionNArguments* args) {
   auto& query = *reinterpret_cast<Query*>(args->context);
-  const unsigned n = args->N;
-  for_asked(
-      args,
-      [&](unsigned lane, unsigned i, std::uint32_t triangle, float t) {
-        // Each of two distances may be off by `slack`.
-        const double reach = 2 * static_cast<double>(query.slack), at = static_cast<double>(t);
-        if (at - reach > query.distance[i]) return Verdict::kMissed;
-        if (!(at + reach < query.distance[i])) return Verdict::kOpen;
-        query.distance[i] = at;
-        query.mesh[i] = RTCHitN_geomID(args->hit, n, lane);
-        query.triangle[i] = triangle;
-        query.rough |= 1u << i;
-        RTCRayN_tfar(args->ray, n, lane) = t + 2 * query.slack;
-        return Verdict::kMet;
-      },
-      [&](unsigned lane, unsigned i, std::uint32_t triangle, const TriangleMeeting& met) {
-        if ((query.rough >> i) & 1) query.settle(i);
-        const std::uint32_t mesh = RTCHitN_geomID(args->hit, n, lane);
-        if (met.distance > query.distance[i]) return false;
-        if (met.distance == query.distance[i] &&
-            (mesh > query.mesh[i] || (mesh == query.mesh[i] && triangle >= query.triangle[i])))
-          return false;
-        query.distance[i] = met.distance;
-        query.u[i] = static_cast<float>(met.u);
-        query.v[i] = static_cast<float>(met.v);
-        query.mesh[i] = mesh;
-        query.triangle[i] = triangle;
-        // Embree's own distances are not exact: it is to go on to what might still be nearer.
-        RTCRayN_tfar(args->ray, n, lane) = static_cast<float>(met.distance) + query.slack;
-        return true;
-      });
+  for_met(args, [&](unsigned lane, unsigned i, std::uint32_t triangle, const TriangleMeeting& met) {
+    const std::uint32_t mesh = RTCHitN_geomID(args->hit, args->N, lane);
+    if (met.distance > query.distance[i]) return false;
+    if (met.distance == query.distance[i] &&
+        (mesh > query.mesh[i] || (mesh == query.mesh[i] && triangle >= query.triangle[i])))
+      return false;
+    query.distance[i] = met.distance;
+    query.u[i] = static_cast<float>(met.u);
+    query.v[i] = static_cast<float>(met.v);
+    query.mesh[i] = mesh;
+    query.triangle[i] = triangle;
+    // Embree's own distances are not exact: it is to go on to what might still be nearer.
+    RTCRayN_tfar(args->ray, args->N, lane) = static_cast<float>(met.distance) + query.slack;
+    return true;
+  });
 }
 
 void take_any(const RTCFilterFunctionNArguments* args) {
-  const auto& query = *reinterpret_cast<const Query*>(args->context);
-  for_asked(
-      args,
-      [&](unsigned, unsigned i, std::uint32_t, float t) {
-        return t + query.slack < query.far(i) ? Verdict::kMet : Verdict::kOpen;
-      },
-      [](unsigned, unsigned, std::uint32_t, const TriangleMeeting&) { return true; });
+  for_met(args, [](unsigned, unsigned, std::uint32_t, const TriangleMeeting&) { return true; });
 }
 
 /// Fills the packet and says which rays to follow: those that do not pass by everything.
@@ -324,7 +250,6 @@ MeshHit TracedScene::closest(const Ray& ray) const {
   one.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(scene_.get(), &query.context, &one);
   if (query.mesh[0] == kNoMesh) return {};
-  if (query.rough != 0) query.settle(0);
   return {query.mesh[0], query.triangle[0], static_cast<float>(query.distance[0]), query.u[0],
           query.v[0]};
 }
@@ -344,8 +269,6 @@ void TracedScene::closest(const RayOf<Pack3>* rays, MeshHitOf<Pack>* hits, int c
     if (alike) query.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     rtcIntersect16(valid, scene_.get(), &query.context, &packet);
   }
-  for (std::uint32_t bits = query.rough; bits != 0; bits &= bits - 1)
-    query.settle(static_cast<unsigned>(countr_zero(bits)));
   for (int first = 0; first < count; first += kLanes) {
     MeshHitOf<Pack>& hit = hits[first / kLanes];
     std::memcpy(&hit.mesh, &query.mesh[first], sizeof hit.mesh);

@@ -42,7 +42,8 @@ bool sharp(const Corners& c) {
   return !(farthest <= kFarthest * circle.radius);
 }
 
-Corners scaled(const Corners& c, const Circle& circle, double by) {
+Corners scaled(const Corners& c, double by) {
+  const Circle circle = inscribed(c);
   Corners out;
   for (int i = 0; i < 3; ++i)
     out[i] = circle.center + (c[i] - circle.center) * (1 + by / circle.radius);
@@ -73,10 +74,10 @@ int longest_side(const Corners& c) {
 
 }  // namespace
 
-WidenedMesh widened_mesh(const RenderMesh& mesh, float by, const std::vector<float>& ways) {
+std::vector<std::vector<Vec3>> widened_corners(const RenderMesh& mesh, float by,
+                                               const std::vector<float>& ways) {
   const std::size_t steps = std::max<std::size_t>(1, ways.size());
-  WidenedMesh out{std::vector(steps, std::vector<Vec3>(mesh.triangles.size() * 3)),
-                  std::vector<std::uint8_t>(mesh.triangles.size())};
+  std::vector<std::vector<Vec3>> out(steps, std::vector<Vec3>(mesh.triangles.size() * 3));
   parallel_for(
       static_cast<std::int64_t>(mesh.triangles.size()),
       [&](std::int64_t i) {
@@ -92,19 +93,15 @@ WidenedMesh widened_mesh(const RenderMesh& mesh, float by, const std::vector<flo
         bool cover = false;
         for (std::size_t step = 0; step < steps; ++step) cover = cover || sharp(corners_at(step));
         const int first = longest_side(corners_at(0));
-        bool small = false;
         for (std::size_t step = 0; step < steps; ++step) {
           const Corners c = corners_at(step);
-          const Circle circle = inscribed(c);
-          small = small || circle.radius < static_cast<double>(by);
           const Corners wide = cover ? covering(c, first, static_cast<double>(by))
-                                     : scaled(c, circle, static_cast<double>(by));
+                                     : scaled(c, static_cast<double>(by));
           for (std::size_t k = 0; k < 3; ++k)
-            out.corners[step][static_cast<std::size_t>(i) * 3 + k] = {
-                static_cast<float>(wide[k].x), static_cast<float>(wide[k].y),
-                static_cast<float>(wide[k].z)};
+            out[step][static_cast<std::size_t>(i) * 3 + k] = {static_cast<float>(wide[k].x),
+                                                              static_cast<float>(wide[k].y),
+                                                              static_cast<float>(wide[k].z)};
         }
-        out.scaled[static_cast<std::size_t>(i)] = !cover && !small;
       },
       1024);
   return out;

@@ -225,7 +225,7 @@ TEST(Widened, EveryEdgeIsAtLeastSoFarOut) {
   }
   constexpr float kBy = 1e-4f;
   const RenderMesh view = view_of(mesh);
-  const std::vector<Vec3> wide = widened_mesh(view, kBy, {}).corners[0];
+  const std::vector<Vec3> wide = widened_corners(view, kBy, {})[0];
   ASSERT_EQ(wide.size(), mesh.positions.size());
   for (std::size_t i = 0; i < wide.size(); i += 3) {
     const Vec3d a(wide[i]), b(wide[i + 1]), c(wide[i + 2]);
