@@ -17,7 +17,7 @@ namespace {
 struct GoldenOptions {
   std::string verb;
   std::vector<std::string> suites;
-  std::string root = "golden_frames", failures = "golden-failures", reason, only;
+  std::string root = "golden_frames", failures, reason, only;
   std::string isa = GoldenSettings{}.isa;
   std::string tier = "B";
   int runs = 16;
@@ -32,7 +32,11 @@ GoldenSettings golden_settings(const CommandLine& line, const GoldenOptions& opt
   // Goldens are made on the CPU; another device must be asked for by name.
   settings.device = line.common.device == "auto" ? "cpu" : line.common.device;
   settings.cache_folder = cache_folder(line.common);
-  settings.failures = options.failures;
+  // Inside the report, so that it can be accepted wherever it is kept.
+  settings.failures = !options.failures.empty() ? std::filesystem::path(options.failures)
+                      : !options.report.folder.empty()
+                          ? std::filesystem::path(options.report.folder) / "frames"
+                          : std::filesystem::path("golden-failures");
   settings.isa = options.isa;
   return settings;
 }
@@ -101,7 +105,7 @@ Status keep_history(const GoldenSuite& suite, const GoldenOptions& options, Repo
   rows.insert(rows.end(), now.begin(), now.end());
   for (const std::string& metric : rising_metrics(rows)) {
     report.notes.push_back(
-        fmt::format("{}: the mean of {} rose in each of the last four runs, below its limit",
+        fmt::format("{}: the mean of {} rose in each of the last four runs, within the limits",
                     suite.name, metric));
     log_warning("{}", report.notes.back());
   }
@@ -290,7 +294,8 @@ void add_golden(CommandLine& line) {
       ->group("Main");
   command
       ->add_option("--failures", options->failures,
-                   "where failing frames are kept; default: golden-failures")
+                   "where failing frames are kept; default: frames in the report, else "
+                   "golden-failures")
       ->type_name("DIR")
       ->group("Main");
   command->add_option("--reason", options->reason, "why goldens change; goes to CHANGES.md")

@@ -320,8 +320,24 @@ bool only_noise(const Pair& pair) {
   return counted > 0 && blocks < 4 * expected;
 }
 
+/// Where all changed pixels lie within a small part of the picture.
+std::string explain_part(const Pair& pair) {
+  int left = pair.width(), top = pair.height(), right = -1, bottom = -1;
+  for (int i = 0; i < pair.pixels(); ++i) {
+    if (!(length_of(pair.color(true, i, "") - pair.color(false, i, "")) > 0)) continue;
+    const int x = i % pair.width(), y = i / pair.width();
+    left = std::min(left, x), right = std::max(right, x);
+    top = std::min(top, y), bottom = std::max(bottom, y);
+  }
+  const int width = right - left + 1, height = bottom - top + 1;
+  if (width <= 0 || 8.0 * width * height > pair.pixels()) return "";
+  return fmt::format("only {} x {} pixels from ({}, {}) on differ", width, height, left, top);
+}
+
 /// Light, or how one object sends it back.
 std::string explain_light(const Pair& pair) {
+  if (!pair.has("id"))
+    if (const std::string part = explain_part(pair); !part.empty()) return part;
   // Light that changes shows on the floor and behind; what an object reflects only near it.
   std::map<int, double> changes;  // by id
   int around = 0, changed = 0;

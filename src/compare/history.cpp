@@ -109,7 +109,8 @@ std::vector<std::string> rising_metrics(const std::vector<HistoryRow>& rows) {
     std::vector<const HistoryRow*> of;
     for (const HistoryRow& row : rows)
       if (row.metric == metric) of.push_back(&row);
-    if (of.size() <= kRises || (of.back()->share && *of.back()->share > 1)) continue;
+    if (of.back()->share && *of.back()->share > 1) return {};  // the run failed: that is said
+    if (of.size() <= kRises) continue;
     bool all = true;
     for (std::size_t i = of.size() - kRises; i < of.size(); ++i)
       all = all && of[i]->mean > of[i - 1]->mean;

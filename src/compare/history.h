@@ -23,8 +23,8 @@ std::vector<HistoryRow> history_rows(const std::vector<ReportCase>& cases, const
 /// What was tested: GITHUB_SHA or CI_COMMIT_SHA, else the commit that this program was built from.
 std::string tested_commit();
 
-/// The metrics whose mean rose in each of the last four runs while the worst stayed below the
-/// limit: differences that grow unseen.
+/// The metrics whose mean rose in each of the last four runs while all stayed within their limits:
+/// differences that grow unseen.
 std::vector<std::string> rising_metrics(const std::vector<HistoryRow>& rows);
 
 }  // namespace polymorph

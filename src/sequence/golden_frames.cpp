@@ -122,6 +122,18 @@ Result<RenderedFrame> SuiteRenderer::render(int frame) {
   return rendered;
 }
 
+Result<std::string> SuiteRenderer::hash(int frame) {
+  State& state = *state_;
+  if (!state.suite.command.empty()) {
+    PM_TRY(const RenderedFrame rendered, run_command(state.suite, frame));
+    return rendered.pixels;
+  }
+  PM_TRY(const FrameGeometry geometry, geometry_at(state.prepared, *state.extractor, frame));
+  PM_TRY(const Image image,
+         render_frame(state.prepared, geometry, *state.renderer, state.device, ""));
+  return pixel_sha256(image);
+}
+
 Result<std::string> suite_hash(const GoldenSuite& suite) {
   if (!suite.command.empty())
     return Hasher().add(std::string_view(suite.command)).add(std::string_view(suite.format)).hex();

@@ -30,6 +30,8 @@ class SuiteRenderer {
   ~SuiteRenderer();
 
   Result<RenderedFrame> render(int frame);
+  /// RenderedFrame::pixels alone.
+  Result<std::string> hash(int frame);
   int frame_count() const;  ///< of the scene; 0 with a command
 
  private:

@@ -29,7 +29,7 @@ Lattice lattice_around(const Model& model, double points_wanted) {
   const float margin = 0.03f * box.diagonal();
   const Vec3 size = box.size() + Vec3{2, 2, 2} * margin, low = box.low - Vec3{1, 1, 1} * margin;
   const double step = cube_root(static_cast<double>(size.x) * static_cast<double>(size.y) *
-                                  static_cast<double>(size.z) / points_wanted);
+                                static_cast<double>(size.z) / points_wanted);
   const auto steps = [&](float length) { return static_cast<int>(length / step) + 1; };
   const int nx = steps(size.x), ny = steps(size.y), nz = steps(size.z);
   Lattice lattice{{}, step * step * step};

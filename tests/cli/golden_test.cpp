@@ -51,7 +51,7 @@ TEST_F(GoldenTest, ARunsFramesAreAcceptedWithoutRendering) {
   make_suite();
   run(0, {"golden", "update", "tiny", "--reason", "first"});
   change_scene();
-  run(1, {"golden", "test", "--report", "out", "--failures", "out/frames"});
+  run(1, {"golden", "test", "--report", "out"});
   const std::string golden = "golden_frames/tiny/frame.0003.exr";
   const std::string before = read_text(folder / golden);
   const auto accept = [&](int code, std::vector<std::string> more) {
@@ -166,6 +166,11 @@ TEST_F(GoldenTest, DifferencesThatGrowBelowTheLimitAreAnAlarm) {
   EXPECT_EQ(lines.size(), 16u);
   EXPECT_EQ(lines[0], "commit,metric,mean,worst,share");
   EXPECT_TRUE(contains(read_text(folder / "out/index.html"), "\"rising\":true"));
+  // A run that fails says so, and is no drift.
+  write_picture("golden_frames/other/picture.png", 1);
+  const Ran failed = run(1, {"golden", "test", "--report", "out", "--overwrite"});
+  EXPECT_FALSE(contains(failed.err, "rose in each")) << failed.err;
+  EXPECT_FALSE(contains(read_text(folder / "out/index.html"), "\"rising\":true"));
 }
 
 TEST_F(GoldenTest, ReportsOfShardsBecomeOne) {

@@ -242,6 +242,10 @@ TEST(Explain, PicturesOfOtherProgramsHaveOnlyColours) {
   now = before;
   for (std::size_t i = 0; i < now.pixels.size() / 2; ++i) now.pixels[i] *= 0.5f;
   EXPECT_EQ(explain_change(now, before), "only light differs");
+  now = before;
+  for (int y = 20; y < 24; ++y)
+    for (int x = 30; x < 35; ++x) now.at(x, y, 0) += 0.3f;
+  EXPECT_EQ(explain_change(now, before), "only 5 x 4 pixels from (30, 20) on differ");
 }
 
 }  // namespace
