@@ -1,7 +1,6 @@
 #include "model/thickness.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -54,9 +53,7 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
     const Entry entry = stack[--waiting];
     if (entry.enter > hit.distance * (1 + 1e-12)) continue;
     const TriangleBvh::Node& node = bvh.nodes[entry.node];
-    // Nearer children come first, so that most of the others are never opened.
-    std::array<Entry, TriangleBvh::kWidth> inner;
-    std::size_t inner_count = 0;
+    const int below = waiting;
     for (int k = 0; k < TriangleBvh::kWidth; ++k) {
       if (node.child[k] == TriangleBvh::kNone) continue;
       double enter = from, leave = hit.distance;
@@ -73,7 +70,10 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
       }
       if (enter > leave * (1 + 1e-12)) continue;
       if (node.count[k] == 0) {
-        inner[inner_count++] = {enter, node.child[k]};
+        // Nearer children come first, so that most of the others are never opened.
+        int at = waiting++;
+        for (; at > below && stack[at - 1].enter < enter; --at) stack[at] = stack[at - 1];
+        stack[at] = {enter, node.child[k]};
         continue;
       }
       met += node.count[k];
@@ -86,9 +86,6 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
         hit = {t, dot(n, direction) / std::max(std::sqrt(dot(n, n)), 1e-300)};
       }
     }
-    std::sort(inner.begin(), inner.begin() + static_cast<std::ptrdiff_t>(inner_count),
-              [](const Entry& a, const Entry& b) { return a.enter > b.enter; });
-    for (std::size_t k = 0; k < inner_count; ++k) stack[waiting++] = inner[k];
   }
   return met < kMaxMet ? hit : Hit{};
 }

@@ -186,7 +186,7 @@ bool fill(const TracedScene& scene, const RayOf<Pack3>* rays, int count, RTCRay1
   bool some = false;
   for (int first = 0; first < count; first += kLanes) {
     const RayOf<Pack3>& ray = rays[first / kLanes];
-    const PackMask follow = !scene.misses_bounds(ray) & first_lanes(count - first);
+    const PackMask follow = (!scene.misses_bounds(ray)) & first_lanes(count - first);
     some = some || any(follow);
     std::memcpy(valid + first, &follow, sizeof follow);
     Lanes<Pack>::store(packet.org_x + first, ray.origin.x);

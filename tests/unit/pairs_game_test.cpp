@@ -193,9 +193,10 @@ TEST(PairsScene, EventsAreLegsInTheirTime) {
   for (const auto& object : actor["intermediate"]) frames += object.value("hold", 0);
   EXPECT_EQ(frames, level_frames(play, 0, 10) - 1);
   // One that is never looked at moves in no frame of the play.
-  for (const auto& other : scene["actors"])
-    if (other["per_leg"].size() == 1)
-      EXPECT_GT(other["start"].get<int>(), level_frames(play, 0, 10));
+  for (const auto& other : scene["actors"]) {
+    if (other["per_leg"].size() != 1) continue;
+    EXPECT_GT(other["start"].get<int>(), level_frames(play, 0, 10));
+  }
   EXPECT_EQ(score_line(play, 0, 1, 10), "LEVEL 1   SCORE 0   PAIRS 0/2   TIME 60");
   EXPECT_EQ(score_line(play, 0, level_frames(play, 0, 10), 10).substr(0, 31),
             "LEVEL 1   SCORE 90   PAIRS 1/2 ");
