@@ -154,11 +154,11 @@ class Play(unittest.TestCase):
         for frame, all_of_it in distances.items():
             values = sorted(all_of_it)
             rms = (sum(v * v for v in values) / len(values)) ** 0.5
-            print(f"  frame {frame}: {len(values)} points, {rms:.4f} cells RMS, 99.8 %: {values[int(0.998 * len(values))]:.4f}, at most {values[-1]:.4f}")
+            print(f"  frame {frame}: {len(values)} points, {rms:.4f} cells RMS, 99.5 %: {values[int(0.995 * len(values))]:.4f}, at most {values[-1]:.4f}")
             self.assertGreater(len(values), 1000)
             self.assertLessEqual(rms, 0.02)
             # Vertices of the program are placed by one step on the field: beside creases some stand that far from it.
-            self.assertLessEqual(values[int(0.998 * len(values))], 0.05)
+            self.assertLessEqual(values[int(0.995 * len(values))], 0.05)
             self.assertLessEqual(values[-1], 0.25)
 
     def test_the_surface_is_the_programs(self):
