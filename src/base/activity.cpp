@@ -86,13 +86,8 @@ class Watcher {
     } else if (display_ == ActivityDisplay::kLog) {
       log_info("{} ...", stage.name);
     } else if (display_ == ActivityDisplay::kJson) {
-      std::string name;
-      for (const char c : printable(stage.name)) {
-        if (c == '"' || c == '\\') name += '\\';
-        name += c;
-      }
-      const std::string line =
-          fmt::format("{{\"stage\":\"{}\",\"seconds\":{:.1f}}}\n", name, seconds);
+      const std::string line = fmt::format("{{\"stage\":\"{}\",\"seconds\":{:.1f}}}\n",
+                                           escape_json(printable(stage.name)), seconds);
       std::fwrite(line.data(), 1, line.size(), stderr);
     }
   }

@@ -56,16 +56,8 @@ class TerminalSink : public spdlog::sinks::base_sink<std::mutex> {
     return color ? fmt::format("\x1b[1;{}m{}\x1b[0m", code, text) : text;
   }
   static std::string json_line(spdlog::level::level_enum level, std::string_view text) {
-    std::string escaped;
-    for (const char c : text) {
-      if (c == '"' || c == '\\') escaped += '\\';
-      if (static_cast<unsigned char>(c) < 0x20)
-        escaped += fmt::format("\\u{:04x}", static_cast<int>(c));
-      else
-        escaped += c;
-    }
     return fmt::format("{{\"level\":\"{}\",\"message\":\"{}\"}}\n",
-                       spdlog::level::to_string_view(level), escaped);
+                       spdlog::level::to_string_view(level), escape_json(text));
   }
   void draw(const std::string& text) {
     if (drawn_) std::fputs("\r\x1b[K", stderr);

@@ -90,6 +90,18 @@ std::string printable(std::string_view text, Lines lines) {
   return result;
 }
 
+std::string escape_json(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '"' || c == '\\') escaped += '\\';
+    if (static_cast<unsigned char>(c) < 0x20)
+      escaped += fmt::format("\\u{:04x}", static_cast<int>(c));
+    else
+      escaped += c;
+  }
+  return escaped;
+}
+
 std::string printable_json(std::string text) {
   const auto special = [](char c) {
     return c == '\x7f' || static_cast<unsigned char>(c) == 0xc2 || c == '\xd8' || c == '\xe2';

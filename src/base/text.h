@@ -33,6 +33,9 @@ std::string printable(std::string_view text, Lines lines = Lines::kReplace);
 /// JSON with the same characters as \\u escapes: it says the same.
 std::string printable_json(std::string text);
 
+/// `text` inside a JSON string.
+std::string escape_json(std::string_view text);
+
 /// `text` inside HTML or XML, attributes included: < > & and " as entities; printable().
 std::string escape_markup(std::string_view text);
 

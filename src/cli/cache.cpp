@@ -49,8 +49,10 @@ Result<int> list(const fs::path& folder, const CacheOptions& options) {
                                {"age_seconds", entry.age}};
     if (verify) {
       one["ok"] = entry.problem.empty();
-      if (entry.spheres > 0) one["spheres"] = entry.spheres;
-      if (entry.spheres > 0) one["balls"] = entry.balls;
+      if (entry.spheres > 0) {
+        one["spheres"] = entry.spheres;
+        one["balls"] = entry.balls;
+      }
       if (!entry.problem.empty()) one["problem"] = entry.problem;
     }
     json["entries"].push_back(one);

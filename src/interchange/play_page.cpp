@@ -13,6 +13,7 @@
 #include "base/result.h"
 #include "base/text.h"
 #include "image/srgb.h"
+#include "kernels/field_kinds.h"
 #include "kernels/mc_tables.h"
 
 namespace polymorph {
@@ -264,21 +265,6 @@ Json cases_json() {
   return cases;
 }
 
-const char* name_of(FieldKind kind) {
-  switch (kind) {
-    case FieldKind::kGaussian:
-      return "gaussian";
-    case FieldKind::kInverseSquare:
-      return "inverse_square";
-    case FieldKind::kWyvill:
-      return "wyvill";
-    case FieldKind::kQuartic:
-      return "quartic";
-  }
-  PM_CHECK(false);
-  return "";
-}
-
 }  // namespace
 
 std::string encode_play_page(const PlayPage& page) {
@@ -286,7 +272,7 @@ std::string encode_play_page(const PlayPage& page) {
   const FrameCamera& c = page.camera;
   Json json{{"title", printable(page.title)},
             {"fps", page.fps},
-            {"field", name_of(page.field)},
+            {"field", field_name(page.field)},
             {"look",
              {{"color", triple(page.look.color)},
               {"roughness", page.look.roughness},

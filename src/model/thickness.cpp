@@ -107,9 +107,26 @@ std::vector<Hit> hits_inward(const Model& model, const TriangleBvh& bvh,
   return hits;
 }
 
+/// No more than kMaxSamples of them and one a face: a fan of long slivers would get each of them as
+/// many times as its edge is long.
+double spacing_within_bounds(const Model& model, double spacing) {
+  constexpr double kMaxSamples = 1 << 20;
+  for (;; spacing *= 2) {
+    double samples = 0;  // a bound, beyond one a face
+    for (const Triangle& t : model.triangles) {
+      const Vec3d a(model.points[t.v[0]]), b(model.points[t.v[1]]), c(model.points[t.v[2]]);
+      const double longest = std::max({length(b - a), length(c - b), length(a - c)});
+      const double height = length(cross(b - a, c - a)) / std::max(longest, 1e-300);
+      samples += (longest / spacing + 1) * (height / spacing + 1) - 1;
+    }
+    if (!(samples > kMaxSamples)) return spacing;
+  }
+}
+
 /// In columns across each face's longest edge. By area alone a wire would get the fewer samples,
 /// the thinner it is.
-std::vector<SurfaceSample> even_samples(const Model& model, double spacing) {
+std::vector<SurfaceSample> even_samples(const Model& model, double wanted_spacing) {
+  const double spacing = spacing_within_bounds(model, wanted_spacing);
   const auto pieces = [&](double extent) {
     return std::max(static_cast<int>(std::ceil(extent / spacing)), 1);
   };

@@ -54,6 +54,13 @@ FrameMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
   return frame_map(leg.plan, time, balls, size_at(actor, leg, progress_at(leg.plan, time)));
 }
 
+Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const std::vector<Ball>& balls,
+                             const FrameMap& map, const std::vector<Vec3>& points,
+                             SurfaceExtractor& extractor) {
+  if (leg.distance) return pull_back(map, points, extractor);
+  return pull_back(leg.plan, time, balls, points, extractor);
+}
+
 Result<SurfaceBetween> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
                                        const ActorGeometry& geometry, float cell,
                                        const ExtractSettings& extract,

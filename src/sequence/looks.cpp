@@ -36,15 +36,6 @@ void add_shading(const PreparedObject& object, const AffineMap& map, const std::
       256);
 }
 
-/// Where points of a leg's moving surface come from and go to; `map` is that of a leg made of
-/// distances.
-Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const std::vector<Ball>& balls,
-                             const FrameMap& map, const std::vector<Vec3>& points,
-                             SurfaceExtractor& extractor) {
-  if (leg.distance) return pull_back(map, points, extractor);
-  return pull_back(leg.plan, time, balls, points, extractor);
-}
-
 Vec3 plain_color(const PreparedObject& object, Vec3 at) {
   return object.colors ? object.colors->at(at) : object.model.materials.front().color;
 }

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "morph/motion.h"
-#include "morph/pull_back.h"
 #include "render/materials.h"
 #include "render/scene_build.h"
 #include "sequence/leg_surface.h"
@@ -147,12 +146,9 @@ Status color_in_flight(const PreparedScene& prepared, const PreparedActor& actor
   for (int z = 0; z < grid.points.z; ++z)
     for (int y = 0; y < grid.points.y; ++y)
       for (int x = 0; x < grid.points.x; ++x) points.push_back(grid_point(grid, {x, y, z}));
-  PullBack pulled;
-  if (leg.distance) {
-    PM_TRY(pulled, pull_back(map_at(actor, leg, leg.until, geometry.balls), points, extractor));
-  } else {
-    PM_TRY(pulled, pull_back(leg.plan, leg.until, geometry.balls, points, extractor));
-  }
+  const FrameMap map = leg.distance ? map_at(actor, leg, leg.until, geometry.balls) : FrameMap{};
+  PM_TRY(const PullBack pulled,
+         pulled_back(leg, leg.until, geometry.balls, map, points, extractor));
   const float share = color_fade(progress_at(leg.plan, leg.until)).color;
   for (std::size_t i = 0; i < points.size(); ++i)
     object.colors.push_back(lerp(color_at(objects[leg.from], pulled.source[i]),

@@ -221,14 +221,19 @@ class Builder {
     value = exact + smooth * (value - exact);
   }
 
+  static Vec3 position(int x, int y, int z) {
+    return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+  }
+
   /// Where distances rise from both sides towards a point and are less than `radius` there: the
-  /// ridge of a thin part (sign 1) or of a narrow gap (-1). One list a layer of points.
-  std::vector<std::vector<Int3>> thin_ridge(float radius, float sign) const {
+  /// ridge of a thin part (sign 1) or of a narrow gap (-1), as positions in cells, a list a layer
+  /// of points.
+  std::vector<std::vector<Vec3>> thin_ridge(float radius, float sign) const {
     // Distances rise along the ridge between two faces by the sine of half the angle between them:
     // faces at up to 97 degrees.
     constexpr float kSteepest = 0.75f;
     const Int3 n = out_.grid.points;
-    std::vector<std::vector<Int3>> ridge(static_cast<std::size_t>(n.z));
+    std::vector<std::vector<Vec3>> ridge(static_cast<std::size_t>(n.z));
     parallel_for(n.z - 2, [&](std::int64_t layer) {
       const int z = static_cast<int>(layer) + 1;
       for (int y = 1; y + 1 < n.y; ++y)
@@ -241,7 +246,7 @@ class Builder {
           };
           const Vec3 gradient{slope(1), slope(row_), slope(layer_)};
           if (length(gradient) < 2 * cell_ * kSteepest)
-            ridge[static_cast<std::size_t>(z)].push_back({x, y, z});
+            ridge[static_cast<std::size_t>(z)].push_back(position(x, y, z));
         }
     });
     return ridge;
@@ -269,9 +274,9 @@ class Builder {
     return layers;
   }
 
-  /// At all points within `reach` of the middles, the largest of f(distance) and what stood there.
-  template <class Place, class F>
-  void raise_around(const std::vector<std::vector<Place>>& ridge, float reach, const F& f,
+  /// At all points within `reach` of a ridge, the largest of f(distance) and what stood there.
+  template <class F>
+  void raise_around(const std::vector<std::vector<Vec3>>& ridge, float reach, const F& f,
                     std::vector<float>& values) const {
     const Int3 n = out_.grid.points;
     const int cells = static_cast<int>(std::floor(reach / cell_)) + 1;
@@ -282,16 +287,12 @@ class Builder {
       const int z = static_cast<int>(layer);
       const auto [first_z, last_z] = range(z, n.z);
       for (int k = first_z; k <= last_z; ++k)
-        for (const Place place : ridge[static_cast<std::size_t>(k)]) {
-          const Vec3 at{static_cast<float>(place.x), static_cast<float>(place.y),
-                        static_cast<float>(place.z)};
+        for (const Vec3 at : ridge[static_cast<std::size_t>(k)]) {
           const auto [first_y, last_y] = range(static_cast<int>(at.y), n.y);
           const auto [first_x, last_x] = range(static_cast<int>(at.x), n.x);
           for (int y = first_y; y <= last_y; ++y)
             for (int x = first_x; x <= last_x; ++x) {
-              const Vec3 apart =
-                  Vec3{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)} - at;
-              const float distance = cell_ * length(apart);
+              const float distance = cell_ * length(position(x, y, z) - at);
               if (distance > reach) continue;
               float& v = values[fine_index(x, y, z)];
               v = std::max(v, f(distance));
