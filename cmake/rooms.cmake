@@ -3,6 +3,9 @@ add_library(pm_flags INTERFACE)
 target_compile_options(pm_flags INTERFACE
   # No contraction: the same bits on every compiler, and on the GPU (--fmad=false).
   $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off -Werror=switch -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion>
+  # GCC 12 fuses products and sums that alternate in sign (vfmaddsub) despite -ffp-contract=off; only
+  # its vectorizer of straight-line code does so.
+  $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-fno-tree-slp-vectorize>
   $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<BOOL:${POLYMORPH_WERROR}>>:-Werror>
   $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<NOT:$<STREQUAL:${POLYMORPH_ARCH},>>>:-march=${POLYMORPH_ARCH}>
   # Vectors of eight floats are passed in memory then, and stay within the program.
