@@ -1,4 +1,5 @@
-# A room is one folder of src/ and one static library. Sources are globbed: adding a file is enough.
+# A room is one folder of src/, with its subfolders, and one static library. Sources are globbed: adding a file is enough.
+# image/oiio and model/assimp are programs of their own (pm_program).
 add_library(pm_flags INTERFACE)
 target_compile_options(pm_flags INTERFACE
   # No contraction: the same bits on every compiler, and on the GPU (--fmad=false).
@@ -25,7 +26,8 @@ endfunction()
 
 function(pm_room name)
   cmake_parse_arguments(ROOM "" "" "USES;LINK;PRECOMPILE" ${ARGN})
-  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/${name}/*.cpp)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/${name}/*.cpp)
+  list(FILTER sources EXCLUDE REGEX "/(oiio|assimp)/")
   if(NOT sources)
     add_library(pm_${name} INTERFACE)
     set(kind INTERFACE)

@@ -9,9 +9,9 @@ PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("scenes/
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 CODE = re.compile(r"```(?:sh|bash|console)?\n(.*?)```|`([^`\n]+)`", re.S)
 PATH = re.compile(r"^(?:src|kernels|tests|scripts|docs|scenes|golden_frames|cmake)/[\w./*#-]+$")
-FOLDERS = ["", "src/", "src/cli/", "kernels/"]
+FOLDERS = ["", "src/", "src/cli/commands/", "kernels/"]
 
-sources = {path.stem: path.read_text(encoding="utf-8") for path in (ROOT / "src/cli").glob("*.cpp")}
+sources = {path.stem: path.read_text(encoding="utf-8") for path in (ROOT / "src/cli").glob("**/*.cpp")}
 shared = sources["command_line"] + sources["report_options"] + sources["scene_options"]
 options = {
     name: set(re.findall(r"--[a-z][\w-]*", text + shared)) | {"--help"}

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Data flows one way: a room of src/ includes only rooms above it in this list, kernels/ includes only itself,
+"""Data flows one way: a room of src/ includes only rooms above it in this list, a subfolder of a room only subfolders above it,
+kernels/ includes only itself,
 Embree stays in render/ and OpenImageIO in image/oiio/; and the C library's sines and powers, which differ between machines, stay out
 of all that pictures depend on. Prints every breach; exit code 1 if there is one."""
 import pathlib
@@ -7,6 +8,9 @@ import re
 import sys
 
 ROOMS = ["base", "image", "scene", "model", "surface", "spheres", "morph", "render", "compare", "interchange", "analyze", "sequence", "pairs", "cli"]
+SUBFOLDERS = {"model": ["mesh", "query", "repair", "load"],
+              "render": ["math", "rays", "lights", "materials", "path", "film"],
+              "sequence": ["geometry", "golden"]}
 KERNEL_TYPES = {"kernels/types.h", "kernels/field_kinds.h", "kernels/host_device.h", "kernels/math.h", "kernels/linear.h", "kernels/motion.h", "kernels/mesh.h",
                 "kernels/extract_surface.h", "kernels/morph_surface.h", "kernels/fork_join.h", "kernels/mc_tables.h",
                 "kernels/floating_point.h", "kernels/morph_field.h", "kernels/distance_field.h"}
@@ -36,6 +40,10 @@ def breaches(root: pathlib.Path):
                 yield f"{name}: includes {include}, but kernels/ knows no room"
             if room and target in ROOMS and ROOMS.index(target) > ROOMS.index(room):
                 yield f"{name}: includes {include}, but {target}/ comes after {room}/"
+            folders = SUBFOLDERS.get(room, [])
+            if target == room and len(parts) > 3 and parts[2] in folders and include.split("/")[1] in folders:
+                if folders.index(include.split("/")[1]) > folders.index(parts[2]):
+                    yield f"{name}: includes {include}, but {include.split('/')[1]}/ comes after {parts[2]}/"
             if room and include.startswith("kernels/") and include not in KERNEL_TYPES:
                 yield f"{name}: includes {include}; only {', '.join(sorted(KERNEL_TYPES))} are for the rooms"
 

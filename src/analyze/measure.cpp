@@ -6,10 +6,10 @@
 
 #include "base/parallel.h"
 #include "kernels/linear.h"
-#include "model/closest.h"
-#include "model/inside.h"
-#include "model/normals.h"
-#include "model/sample_surface.h"
+#include "model/mesh/normals.h"
+#include "model/query/closest.h"
+#include "model/query/inside.h"
+#include "model/query/sample_surface.h"
 
 namespace polymorph {
 namespace {

@@ -14,7 +14,7 @@
 #include "image/strip.h"
 #include "morph/timeline.h"
 #include "sequence/device.h"
-#include "sequence/geometry.h"
+#include "sequence/geometry/geometry.h"
 #include "sequence/render_frame.h"
 #include "sequence/render_sequence.h"
 

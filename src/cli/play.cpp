@@ -6,7 +6,7 @@
 #include "base/log.h"
 #include "base/text.h"
 #include "sequence/device.h"
-#include "sequence/play.h"
+#include "sequence/geometry/play.h"
 
 namespace polymorph {
 

@@ -5,7 +5,7 @@
 #include <set>
 
 #include "base/text.h"
-#include "model/closest.h"
+#include "model/query/closest.h"
 #include "morph/cost.h"
 #include "morph/motion.h"
 #include "surface/grid.h"

@@ -2,8 +2,8 @@
 #include <limits>
 #include <vector>
 
+#include "render/math/vector_math.h"
 #include "render/render.h"
-#include "render/vector_math.h"
 
 namespace polymorph {
 namespace {

@@ -9,7 +9,7 @@
 #include "base/random.h"
 #include "base/stopwatch.h"
 #include "kernels/floating_point.h"
-#include "render/world.h"
+#include "render/path/world.h"
 
 namespace polymorph {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "base/parallel.h"
 #include "base/stopwatch.h"
-#include "render/day_sky.h"
-#include "render/denoise.h"
+#include "render/film/denoise.h"
+#include "render/lights/day_sky.h"
 #include "render/tile.h"
 
 namespace polymorph {

@@ -127,7 +127,7 @@ Status check_denoiser();
 /// Filter: Blackman-Harris, radius 1.35 pixels. With image.noise, a block of pixels is sampled in
 /// doubling rounds, 16 samples first, until its estimated error is below it.
 ///
-/// With image.denoise the colours are cleaned at last (render/denoise.h).
+/// With image.denoise the colours are cleaned at last (render/film/denoise.h).
 ///
 /// Keeps the Embree device and the sky between frames. Not shared between threads.
 class Renderer {

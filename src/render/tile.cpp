@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "kernels/floating_point.h"
-#include "render/denoise.h"
+#include "render/film/denoise.h"
 
 namespace polymorph {
 namespace {

@@ -5,11 +5,11 @@
 
 #include "image/image.h"
 #include "render/aov.h"
-#include "render/cryptomatte.h"
-#include "render/film.h"
-#include "render/integrator.h"
+#include "render/film/cryptomatte.h"
+#include "render/film/film.h"
+#include "render/math/sampler.h"
+#include "render/path/integrator.h"
 #include "render/render.h"
-#include "render/sampler.h"
 
 namespace polymorph {
 

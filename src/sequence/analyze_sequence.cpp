@@ -3,11 +3,11 @@
 #include <cmath>
 #include <map>
 
-#include "model/load_model.h"
-#include "model/normals.h"
+#include "model/load/load_model.h"
+#include "model/mesh/normals.h"
 #include "morph/cost.h"
 #include "morph/motion.h"
-#include "sequence/leg_surface.h"
+#include "sequence/geometry/leg_surface.h"
 
 namespace polymorph {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "analyze/analyze.h"
 #include "sequence/frames.h"
-#include "sequence/geometry.h"
+#include "sequence/geometry/geometry.h"
 
 namespace polymorph {
 

@@ -6,7 +6,7 @@
 #include "base/activity.h"
 #include "base/stopwatch.h"
 #include "image/image_io.h"
-#include "sequence/geometry.h"
+#include "sequence/geometry/geometry.h"
 #include "sequence/render_scene.h"
 
 namespace polymorph {

@@ -5,9 +5,9 @@
 
 #include "base/cache_file.h"
 #include "base/hash.h"
-#include "model/closest.h"
+#include "model/query/closest.h"
 #include "morph/motion.h"
-#include "sequence/leg_surface.h"
+#include "sequence/geometry/leg_surface.h"
 
 namespace polymorph {
 namespace {

@@ -6,7 +6,7 @@
 #include "base/result.h"
 #include "image/image.h"
 #include "render/render.h"
-#include "sequence/geometry.h"
+#include "sequence/geometry/geometry.h"
 
 namespace polymorph {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "render/render.h"
-#include "sequence/geometry.h"
+#include "sequence/geometry/geometry.h"
 
 namespace polymorph {
 

@@ -20,7 +20,7 @@
 #include "sequence/device.h"
 #include "sequence/estimate.h"
 #include "sequence/film.h"
-#include "sequence/geometry.h"
+#include "sequence/geometry/geometry.h"
 #include "sequence/prepare.h"
 #include "sequence/render_frame.h"
 #include "sequence/status.h"

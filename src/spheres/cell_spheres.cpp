@@ -1,7 +1,7 @@
 // The report's two methods: which resolution, and what to say when nothing is inside.
 #include <algorithm>
 
-#include "model/diagnose.h"
+#include "model/repair/diagnose.h"
 #include "spheres/cells.h"
 
 namespace polymorph {

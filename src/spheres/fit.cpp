@@ -11,7 +11,7 @@
 #include "base/random.h"
 #include "base/result.h"
 #include "kernels/linear.h"
-#include "model/closest.h"
+#include "model/query/closest.h"
 #include "spheres/fit_field.h"
 #include "spheres/fit_step.h"
 #include "surface/grid.h"

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "base/result.h"
-#include "model/inside.h"
 #include "model/model.h"
+#include "model/query/inside.h"
 #include "spheres/boundary.h"
 #include "spheres/spheres.h"
 

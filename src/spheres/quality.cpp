@@ -7,9 +7,9 @@
 
 #include "base/random.h"
 #include "kernels/linear.h"
-#include "model/closest.h"
-#include "model/diagnose.h"
-#include "model/sample_surface.h"
+#include "model/query/closest.h"
+#include "model/query/sample_surface.h"
+#include "model/repair/diagnose.h"
 #include "surface/grid.h"
 
 namespace polymorph {

@@ -11,8 +11,8 @@
 #include "base/result.h"
 #include "kernels/extract_surface.h"
 #include "kernels/types.h"
-#include "model/inside.h"
 #include "model/model.h"
+#include "model/query/inside.h"
 #include "scene/scene.h"
 
 namespace polymorph {
@@ -55,8 +55,8 @@ struct Approximation {
 Result<Approximation> approximate(const Model& model, const SphereSettings& settings);
 
 /// What approximate() stands balls for instead of the model itself: solidify(model) where that is
-/// asked for, a solid as thick as cells show around the faces of a shell (model/shell.h), else
-/// nothing. Errors: kInput.
+/// asked for, a solid as thick as cells show around the faces of a shell (model/repair/shell.h),
+/// else nothing. Errors: kInput.
 Result<std::optional<Model>> solid_stand_in(const Model& model, const SphereSettings& settings);
 
 /// approximate(), through the disk cache in `cache_folder` (empty: no cache). The key is a hash of

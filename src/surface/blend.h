@@ -7,9 +7,9 @@
 
 #include "base/result.h"
 #include "kernels/extract_surface.h"
-#include "model/closest.h"
-#include "model/inside.h"
 #include "model/model.h"
+#include "model/query/closest.h"
+#include "model/query/inside.h"
 
 namespace polymorph {
 

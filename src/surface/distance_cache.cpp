@@ -6,7 +6,7 @@
 #include "base/cache_file.h"
 #include "base/hash.h"
 #include "base/parallel.h"
-#include "model/solidify.h"
+#include "model/repair/solidify.h"
 #include "surface/components.h"
 #include "surface/grid.h"
 #include "surface/mesh_check.h"

@@ -8,7 +8,7 @@
 
 #include "base/result.h"
 #include "kernels/extract_surface.h"
-#include "model/shell.h"
+#include "model/repair/shell.h"
 #include "surface/distance_grid.h"
 
 namespace polymorph {

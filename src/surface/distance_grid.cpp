@@ -10,9 +10,9 @@
 #include "base/exact_math.h"
 #include "base/parallel.h"
 #include "base/result.h"
-#include "model/normals.h"
-#include "model/thickness.h"
-#include "model/triangle_bvh.h"
+#include "model/mesh/normals.h"
+#include "model/query/thickness.h"
+#include "model/query/triangle_bvh.h"
 #include "surface/mesh_check.h"
 
 namespace polymorph {

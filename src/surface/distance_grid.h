@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "kernels/morph_surface.h"
-#include "model/closest.h"
-#include "model/face_sides.h"
-#include "model/inside.h"
 #include "model/model.h"
+#include "model/query/closest.h"
+#include "model/query/inside.h"
+#include "model/repair/face_sides.h"
 
 namespace polymorph {
 

@@ -7,7 +7,7 @@
 #include "base/morton.h"
 #include "base/parallel.h"
 #include "base/result.h"
-#include "model/normals.h"
+#include "model/mesh/normals.h"
 #include "surface/near_balls.h"
 
 namespace polymorph {

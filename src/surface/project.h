@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "kernels/types.h"
-#include "model/inside.h"
 #include "model/model.h"
+#include "model/query/inside.h"
 
 namespace polymorph {
 

@@ -14,9 +14,9 @@
 #include "base/parallel.h"
 #include "base/random.h"
 #include "kernels/floating_point.h"
-#include "model/load_obj.h"
-#include "render/scene_build.h"
-#include "render/vector_math.h"
+#include "model/load/load_obj.h"
+#include "render/math/vector_math.h"
+#include "render/rays/scene_build.h"
 
 namespace polymorph {
 namespace {

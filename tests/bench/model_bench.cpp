@@ -5,8 +5,8 @@
 #include <random>
 #include <vector>
 
-#include "model/closest.h"
-#include "model/inside.h"
+#include "model/query/closest.h"
+#include "model/query/inside.h"
 
 namespace polymorph {
 namespace {

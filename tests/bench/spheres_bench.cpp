@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "base/parallel.h"
-#include "model/load_obj.h"
+#include "model/load/load_obj.h"
 #include "scene/json_text.h"
 #include "spheres/boundary.h"
 #include "spheres/fit.h"

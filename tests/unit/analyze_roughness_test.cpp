@@ -8,7 +8,7 @@
 
 #include "analyze/occupancy.h"
 #include "base/parallel.h"
-#include "model/shapes.h"
+#include "model/mesh/shapes.h"
 #include "surface/grid.h"
 #include "surface/mesh_check.h"
 #include "testing/morph.h"

@@ -1,4 +1,4 @@
-#include "model/closest.h"
+#include "model/query/closest.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "base/parallel.h"
 #include "kernels/linear.h"
-#include "model/shapes.h"
+#include "model/mesh/shapes.h"
 #include "testing/model.h"
 
 namespace polymorph {

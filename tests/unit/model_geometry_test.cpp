@@ -4,11 +4,11 @@
 #include <random>
 
 #include "base/parallel.h"
-#include "model/diagnose.h"
-#include "model/inside.h"
-#include "model/normals.h"
-#include "model/shapes.h"
-#include "model/solid_angle.h"
+#include "model/mesh/normals.h"
+#include "model/mesh/shapes.h"
+#include "model/query/inside.h"
+#include "model/query/solid_angle.h"
+#include "model/repair/diagnose.h"
 #include "scene/scene.h"
 #include "testing/model.h"
 

@@ -1,12 +1,12 @@
-#include "model/mtl.h"
+#include "model/load/mtl.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "image/image_io.h"
-#include "model/asset_path.h"
-#include "model/load_obj.h"
+#include "model/load/asset_path.h"
+#include "model/load/load_obj.h"
 #include "testing/model.h"
 
 namespace polymorph {

@@ -4,9 +4,9 @@
 #include <set>
 
 #include "base/file.h"
-#include "model/diagnose.h"
-#include "model/load_obj.h"
-#include "model/normals.h"
+#include "model/load/load_obj.h"
+#include "model/mesh/normals.h"
+#include "model/repair/diagnose.h"
 #include "testing/model.h"
 
 namespace polymorph {

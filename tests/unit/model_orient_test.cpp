@@ -1,13 +1,13 @@
-#include "model/orient.h"
+#include "model/repair/orient.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "base/random.h"
-#include "model/diagnose.h"
-#include "model/normals.h"
-#include "model/shapes.h"
+#include "model/mesh/normals.h"
+#include "model/mesh/shapes.h"
+#include "model/repair/diagnose.h"
 #include "testing/model.h"
 
 namespace polymorph {

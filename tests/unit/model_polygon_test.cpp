@@ -1,4 +1,4 @@
-#include "model/polygon.h"
+#include "model/mesh/polygon.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "model/shell.h"
+#include "model/repair/shell.h"
 
 #include <gtest/gtest.h>
 

@@ -1,16 +1,16 @@
-#include "model/solidify.h"
+#include "model/repair/solidify.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "base/parallel.h"
-#include "model/closest.h"
-#include "model/diagnose.h"
-#include "model/inside.h"
-#include "model/normals.h"
-#include "model/shapes.h"
-#include "model/voxels.h"
+#include "model/mesh/normals.h"
+#include "model/mesh/shapes.h"
+#include "model/query/closest.h"
+#include "model/query/inside.h"
+#include "model/repair/diagnose.h"
+#include "model/repair/voxels.h"
 #include "testing/model.h"
 
 namespace polymorph {

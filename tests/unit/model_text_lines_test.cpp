@@ -1,4 +1,4 @@
-#include "model/text_lines.h"
+#include "model/load/text_lines.h"
 
 #include <gtest/gtest.h>
 

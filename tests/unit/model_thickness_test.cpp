@@ -1,13 +1,13 @@
-#include "model/thickness.h"
+#include "model/query/thickness.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "kernels/linear.h"
-#include "model/diagnose.h"
-#include "model/self_intersections.h"
-#include "model/shapes.h"
+#include "model/mesh/shapes.h"
+#include "model/query/self_intersections.h"
+#include "model/repair/diagnose.h"
 #include "testing/model.h"
 
 namespace polymorph {

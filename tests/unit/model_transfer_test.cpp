@@ -1,11 +1,11 @@
-#include "model/transfer.h"
+#include "model/query/transfer.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "model/shapes.h"
+#include "model/mesh/shapes.h"
 
 namespace polymorph {
 namespace {

@@ -1,4 +1,4 @@
-#include "render/color_volume.h"
+#include "render/materials/color_volume.h"
 
 #include <gtest/gtest.h>
 

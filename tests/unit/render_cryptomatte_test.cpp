@@ -1,4 +1,4 @@
-#include "render/cryptomatte.h"
+#include "render/film/cryptomatte.h"
 
 #include <bit>
 #include <map>

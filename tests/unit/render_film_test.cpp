@@ -2,8 +2,8 @@
 #include <algorithm>
 
 #include "render/aov.h"
-#include "render/cryptomatte.h"
-#include "render/film.h"
+#include "render/film/cryptomatte.h"
+#include "render/film/film.h"
 #include "testing/render.h"
 
 namespace polymorph {

@@ -1,5 +1,5 @@
 // Clear dielectrics.
-#include "render/glass.h"
+#include "render/materials/glass.h"
 
 #include "testing/render.h"
 

@@ -2,10 +2,10 @@
 // triangles one by one gives.
 #include "base/random.h"
 #include "kernels/floating_point.h"
-#include "render/meet_triangle.h"
-#include "render/scene_build.h"
-#include "render/vector_math.h"
-#include "render/widened.h"
+#include "render/math/vector_math.h"
+#include "render/rays/meet_triangle.h"
+#include "render/rays/scene_build.h"
+#include "render/rays/widened.h"
 #include "testing/render.h"
 
 namespace polymorph {

@@ -1,7 +1,7 @@
 // Lamps, panels, suns and the day sky: their light against what geometry says.
-#include "render/lamps.h"
+#include "render/lights/lamps.h"
 
-#include "render/day_sky.h"
+#include "render/lights/day_sky.h"
 #include "testing/render.h"
 
 namespace polymorph {

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "render/lights.h"
-#include "render/sampler.h"
-#include "render/sky.h"
+#include "render/lights/lights.h"
+#include "render/lights/sky.h"
+#include "render/math/sampler.h"
 
 namespace polymorph {
 namespace {

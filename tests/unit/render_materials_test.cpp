@@ -1,10 +1,10 @@
-#include "render/materials.h"
+#include "render/materials/materials.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "render/sampler.h"
+#include "render/math/sampler.h"
 
 namespace polymorph {
 namespace {

@@ -1,4 +1,4 @@
-#include "render/sampler.h"
+#include "render/math/sampler.h"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
 // Eight lanes are eight times one: what is written once for both gives the same numbers.
-#include "render/simd.h"
+#include "render/math/simd.h"
 
 #include "base/random.h"
-#include "render/backdrop.h"
-#include "render/lamps.h"
-#include "render/lights.h"
-#include "render/materials.h"
-#include "render/sampler.h"
-#include "render/sky.h"
+#include "render/lights/backdrop.h"
+#include "render/lights/lamps.h"
+#include "render/lights/lights.h"
+#include "render/lights/sky.h"
+#include "render/materials/materials.h"
+#include "render/math/sampler.h"
 #include "testing/render.h"
 
 namespace polymorph {

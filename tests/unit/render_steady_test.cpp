@@ -1,5 +1,5 @@
 // Steady noise: what stands still keeps its pixels from frame to frame.
-#include "render/sampler.h"
+#include "render/math/sampler.h"
 
 #include <algorithm>
 #include <set>

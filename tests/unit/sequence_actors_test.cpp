@@ -4,7 +4,7 @@
 #include <set>
 
 #include "sequence/analyze_sequence.h"
-#include "sequence/geometry.h"
+#include "sequence/geometry/geometry.h"
 #include "sequence/render_scene.h"
 #include "sequence/render_sequence.h"
 #include "surface/mesh_check.h"

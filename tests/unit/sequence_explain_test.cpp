@@ -7,7 +7,7 @@
 #include "image/image_io.h"
 #include "image/srgb.h"
 #include "sequence/device.h"
-#include "sequence/geometry.h"
+#include "sequence/geometry/geometry.h"
 #include "sequence/render_frame.h"
 #include "sequence/render_scene.h"
 #include "sequence/render_sequence.h"

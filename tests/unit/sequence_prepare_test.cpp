@@ -8,7 +8,7 @@
 #include "image/image_io.h"
 #include "scene/load_scene.h"
 #include "sequence/device.h"
-#include "sequence/geometry.h"
+#include "sequence/geometry/geometry.h"
 #include "sequence/render_sequence.h"
 #include "spheres/quality.h"
 #include "surface/mesh_check.h"

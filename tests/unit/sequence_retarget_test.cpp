@@ -6,9 +6,9 @@
 #include "analyze/measure.h"
 #include "morph/motion.h"
 #include "sequence/analyze_sequence.h"
-#include "sequence/frame_labels.h"
-#include "sequence/geometry.h"
-#include "sequence/leg_surface.h"
+#include "sequence/geometry/frame_labels.h"
+#include "sequence/geometry/geometry.h"
+#include "sequence/geometry/leg_surface.h"
 #include "surface/mesh_check.h"
 #include "testing/scene.h"
 

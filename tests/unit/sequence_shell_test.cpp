@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "sequence/leg_surface.h"
+#include "sequence/geometry/leg_surface.h"
 #include "surface/mesh_check.h"
 #include "testing/scene.h"
 

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "model/closest.h"
-#include "sequence/surface_frames.h"
+#include "model/query/closest.h"
+#include "sequence/geometry/surface_frames.h"
 #include "testing/scene.h"
 
 namespace polymorph {

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "base/parallel.h"
-#include "model/shapes.h"
+#include "model/mesh/shapes.h"
 #include "spheres/cells.h"
 #include "spheres/spheres.h"
 #include "testing/model.h"

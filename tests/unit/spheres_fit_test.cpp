@@ -5,7 +5,7 @@
 #include <set>
 
 #include "base/parallel.h"
-#include "model/shapes.h"
+#include "model/mesh/shapes.h"
 #include "spheres/boundary.h"
 #include "spheres/fit.h"
 #include "spheres/fit_field.h"

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "model/normals.h"
-#include "model/shapes.h"
+#include "model/mesh/normals.h"
+#include "model/mesh/shapes.h"
 #include "surface/blend.h"
 #include "surface/grid.h"
 #include "surface/mesh_check.h"

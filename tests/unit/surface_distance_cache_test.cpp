@@ -6,7 +6,7 @@
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/log.h"
-#include "model/shapes.h"
+#include "model/mesh/shapes.h"
 #include "testing/model.h"
 
 namespace polymorph {

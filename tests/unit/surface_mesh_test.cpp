@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "model/shapes.h"
+#include "model/mesh/shapes.h"
 #include "morph/plan.h"
 #include "surface/balls_io.h"
 #include "surface/crossfade.h"

@@ -1,6 +1,7 @@
 // polymorph_assimp FILE: reads a model by Assimp and says what is in it on standard output, as the
-// pieces of model/import_process.h: OBJ text, MTL text and embedded textures. A program of its own,
-// so that a file that makes the library crash, loop or ask for all memory ends nothing but this.
+// pieces of model/load/import_process.h: OBJ text, MTL text and embedded textures. A program of its
+// own, so that a file that makes the library crash, loop or ask for all memory ends nothing but
+// this.
 #include <assimp/GltfMaterial.h>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
@@ -19,7 +20,7 @@
 #include <vector>
 
 #include "base/exact_math.h"
-#include "model/import_process.h"
+#include "model/load/import_process.h"
 
 namespace {
 

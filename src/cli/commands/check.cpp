@@ -1,0 +1,167 @@
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "base/activity.h"
+#include "base/log.h"
+#include "cli/command_line.h"
+#include "model/repair/diagnose.h"
+#include "morph/timeline.h"
+#include "scene/json_text.h"
+#include "sequence/prepare.h"
+#include "spheres/quality.h"
+#include "spheres/spheres.h"
+
+namespace polymorph {
+namespace {
+
+struct CheckOptions {
+  std::string scene;
+  bool strict = false, fit = false;
+  std::vector<std::string> sets;
+  JsonOutput json;
+};
+
+struct CheckResult {
+  std::vector<SceneFinding> findings;
+  std::vector<std::string> errors;  ///< of models and textures
+  std::vector<std::string> warnings;
+  std::vector<std::pair<std::string, Diagnosis>> objects;
+  int frames = 0;
+};
+
+std::string describe_object(const std::string& name, const Diagnosis& d) {
+  const Vec3 size = d.box.size();
+  std::string text = fmt::format("{}: {} triangles, {:.3g} x {:.3g} x {:.3g}", name, d.triangles,
+                                 size.x, size.y, size.z);
+  text += d.closed ? fmt::format(", closed, genus {}", d.genus) : ", not closed";
+  if (d.shells > 1) text += fmt::format(", {} shells", d.shells);
+  if (d.thickness && d.thickness->rays > 0)
+    text += fmt::format(", {:.3g} thick", d.thickness->median);
+  if (d.crossings && d.crossings->pairs > 0)
+    text += fmt::format(", {} pairs of triangles cross", d.crossings->pairs);
+  return text;
+}
+
+/// What is wrong with the balls of an object, which are fitted for it.
+Result<std::string> bad_fit(const Model& model, const ObjectSettings& object,
+                            const std::filesystem::path& cache) {
+  const Activity activity("fitting balls to " + object.name);
+  const auto made = approximate_cached(model, object.spheres, cache);
+  if (!made || made->balls.empty()) return std::string();  // said already
+  PM_TRY(const std::optional<Model> stand_in, solid_stand_in(model, object.spheres));
+  const Model& solid = stand_in ? *stand_in : model;
+  PM_TRY(const ApproximationQuality quality,
+         measure_quality(solid, InsideTest(solid), made->balls, FieldKind::kGaussian, 96, 5e4));
+  return describe_bad_fit(quality);
+}
+
+Result<CheckResult> check_scene(const CheckOptions& options, const std::filesystem::path& cache) {
+  PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
+  PM_TRY(const SceneReading reading, read_scene(options.scene, overrides));
+  CheckResult result;
+  result.findings = reading.findings;
+  if (!result.findings.empty()) return result;
+  result.frames = frame_count(reading.scene);
+  LoadedScene loaded;
+  result.errors = find_problems(reading.scene, cache, loaded);
+  result.warnings = loaded.warnings;
+  std::vector<const ObjectSettings*> objects;
+  for (const ActorSettings& actor : reading.scene.actors)
+    for (const ObjectSettings* object : chain_objects(actor)) objects.push_back(object);
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (loaded.models[i].triangles.empty()) continue;
+    const Activity activity("looking for faults in " + objects[i]->name);
+    const Diagnosis diagnosis = diagnose_fully(loaded.models[i]);
+    for (const std::string& problem : describe_problems(diagnosis))
+      result.warnings.push_back(objects[i]->name + ": " + problem);
+    if (const std::string crossings = describe_crossings(diagnosis);
+        !crossings.empty() && objects[i]->spheres.inside == InsideMethod::kParity)
+      result.warnings.push_back(objects[i]->name + ": " + crossings);
+    result.objects.emplace_back(objects[i]->name, diagnosis);
+    if (!options.fit || objects[i]->spheres.fit == FitKind::kNone) continue;
+    PM_TRY(const std::string bad, bad_fit(loaded.models[i], *objects[i], cache));
+    if (!bad.empty()) result.warnings.push_back(objects[i]->name + ": " + bad);
+  }
+  return result;
+}
+
+std::string to_json(const CheckResult& result, bool good) {
+  using Json = nlohmann::ordered_json;
+  Json json{{"ok", good}, {"frames", result.frames}};
+  json["findings"] = Json::array();
+  for (const SceneFinding& f : result.findings)
+    json["findings"].push_back(
+        {{"line", f.line}, {"column", f.column}, {"pointer", f.pointer}, {"message", f.message}});
+  json["errors"] = result.errors;
+  json["warnings"] = result.warnings;
+  json["objects"] = Json::array();
+  for (const auto& [name, d] : result.objects)
+    json["objects"].push_back({{"name", name},
+                               {"triangles", d.triangles},
+                               {"closed", d.closed},
+                               {"genus", d.genus},
+                               {"shells", d.shells},
+                               {"boundary_edges", d.boundary_edges},
+                               {"volume", d.volume},
+                               {"area", d.area},
+                               {"crossing_pairs", d.crossings->pairs},
+                               {"thickness", d.thickness->median},
+                               {"balls_needed", d.thickness->balls},
+                               {"thin", is_thin(*d.thickness)}});
+  return dump_json(json);
+}
+
+Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
+  auto checked = check_scene(options, cache_folder(line.common));
+  // A scene that cannot even be read or parsed is an answer, too: "no".
+  if (!checked && checked.error().code == ErrorCode::kInput) {
+    checked = CheckResult{{}, {checked.error().message}, {}, {}, 0};
+  }
+  if (!checked) return checked.error();
+  const CheckResult& result = *checked;
+  const bool good = result.findings.empty() && result.errors.empty() &&
+                    !(options.strict && !result.warnings.empty());
+  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, to_json(result, good)));
+  for (const SceneFinding& finding : result.findings)
+    log_message(LogLevel::kError, to_string(finding, options.scene));
+  for (const std::string& error : result.errors) log_message(LogLevel::kError, error);
+  for (const std::string& warning : result.warnings) log_warning("{}", warning);
+  if (!options.json.wanted) {
+    for (const auto& [name, diagnosis] : result.objects)
+      print_data("{}\n", describe_object(name, diagnosis));
+    if (good)
+      print_data("{}: ok, {} objects, {} frames\n", options.scene, result.objects.size(),
+                 result.frames);
+    else
+      print_data("{}: {} error{}, {} warning{}\n", options.scene,
+                 result.findings.size() + result.errors.size(),
+                 result.findings.size() + result.errors.size() == 1 ? "" : "s",
+                 result.warnings.size(), result.warnings.size() == 1 ? "" : "s");
+  }
+  return good ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
+}
+
+}  // namespace
+
+void add_check(CommandLine& line) {
+  auto options = std::make_shared<CheckOptions>();
+  CLI::App* command =
+      add_command(line, "check", "Say everything that is wrong with a scene; render nothing.",
+                  "  polymorph check scene.json\n  polymorph check scene.json --strict --json",
+                  "  0 good   1 errors were found (with --strict: or warnings)   2 usage");
+  command->add_option("scene", options->scene, "the scene file")
+      ->required()
+      ->type_name("SCENE")
+      ->group("Main");
+  command->add_flag("--strict", options->strict, "warnings count as errors")->group("Main");
+  command
+      ->add_flag("--fit", options->fit,
+                 "fit the balls, too, and say where they stand badly for their models")
+      ->group("Main");
+  add_overrides(command, options->sets);
+  add_json(command, options->json);
+  command->callback(
+      [&line, options] { line.action = [&line, options] { return run_check(line, *options); }; });
+}
+
+}  // namespace polymorph

@@ -1,0 +1,97 @@
+#include "model/load/asset_path.h"
+
+#include <algorithm>
+#include <cctype>
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string lower_case(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+bool is_file(const fs::path& path) {
+  std::error_code error;
+  return fs::is_regular_file(path, error);
+}
+
+bool is_inside(const fs::path& root, const fs::path& path) {
+  const fs::path relative = path.lexically_normal().lexically_relative(root.lexically_normal());
+  return !relative.empty() && *relative.begin() != "..";
+}
+
+}  // namespace
+
+/// `relative` below `folder` with the case of each part as it is on the disk; empty if there is
+/// none.
+fs::path AssetFinder::find_any_case(const fs::path& folder, const fs::path& relative) {
+  fs::path found = folder;
+  for (const fs::path& part : relative) {
+    std::error_code error;
+    if (part == "." || part == ".." || fs::exists(found / part, error)) {
+      found /= part;
+      continue;
+    }
+    const auto& names = names_in(found);
+    const auto name = names.find(lower_case(part.string()));
+    if (name == names.end()) return {};
+    found /= name->second;
+  }
+  return is_file(found) ? found : fs::path{};
+}
+
+const std::map<std::string, std::string>& AssetFinder::names_in(const fs::path& folder) {
+  const auto [known, added] = folders_.try_emplace(folder);
+  if (!added) return known->second;
+  std::error_code error;
+  fs::directory_iterator it(folder.empty() ? fs::path(".") : folder, error);
+  for (const fs::directory_iterator end; !error && it != end; it.increment(error)) {
+    const std::string name = it->path().filename().string();
+    std::string& first = known->second.try_emplace(lower_case(name), name).first->second;
+    first = std::min(first, name);  // not the directory's order
+  }
+  return known->second;
+}
+
+Result<AssetPath> AssetFinder::find(const fs::path& folder, std::string_view name) {
+  std::string text(name);
+  std::replace(text.begin(), text.end(), '\\', '/');
+  const bool drive =
+      text.size() > 1 && text[1] == ':' && std::isalpha(static_cast<unsigned char>(text[0]));
+  const fs::path named(text);
+  // An empty folder is the current one; lexically_relative needs both sides named alike.
+  const fs::path base = folder.empty() ? fs::path(".") : folder;
+  const fs::path top = root_.empty() ? fs::path(".") : root_;
+  const bool outside = drive || named.is_absolute() || !is_inside(top, base / named);
+  if (!outside) {
+    if (is_file(base / named)) return AssetPath{base / named, {}};
+    const fs::path other_case = find_any_case(base, named);
+    if (!other_case.empty())
+      return AssetPath{other_case, fmt::format("\"{}\" is written in another case - {} is used",
+                                               name, other_case.string())};
+  }
+  const fs::path file_name = named.filename();
+  for (const fs::path& place : {base, top}) {
+    const fs::path beside = file_name.empty() ? fs::path{} : find_any_case(place, file_name);
+    if (!beside.empty())
+      return AssetPath{beside,
+                       fmt::format("\"{}\" {} - {} is used", name,
+                                   outside ? "lies outside the model's folder" : "is not there",
+                                   beside.string())};
+  }
+  if (outside)
+    return make_error(
+        ErrorCode::kInput,
+        "\"{}\" lies outside the model's folder and is not opened - copy {} beside the model", name,
+        file_name.string());
+  return AssetPath{};
+}
+
+Result<AssetPath> find_asset(const fs::path& root, const fs::path& folder, std::string_view name) {
+  return AssetFinder(root).find(folder, name);
+}
+
+}  // namespace polymorph

@@ -1,0 +1,224 @@
+#include "model/load/load_model.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+
+#include "base/file.h"
+#include "base/text.h"
+#include "model/load/build_model.h"
+#include "model/load/import_process.h"
+#include "model/load/obj_scan.h"
+#include "model/load/textures.h"
+
+extern char** environ;
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The reader beside the program, else in ../LIBDIR/polymorph from there; POLYMORPH_ASSIMP names
+/// another.
+Result<fs::path> find_reader() {
+  std::vector<fs::path> paths;
+  std::error_code error;
+  if (const char* chosen = std::getenv("POLYMORPH_ASSIMP"); chosen && *chosen) {
+    paths = {chosen};
+  } else {
+    const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
+    paths = {folder / "polymorph_assimp"};
+    for (const char* library : {"lib", "lib/x86_64-linux-gnu", "lib/aarch64-linux-gnu", "lib64"})
+      paths.push_back(folder.parent_path() / library / "polymorph" / "polymorph_assimp");
+  }
+  std::string tried;
+  for (const fs::path& path : paths) {
+    if (fs::is_regular_file(path, error)) return path;
+    tried += "\n  " + path.string();
+  }
+  return make_error(ErrorCode::kResource,
+                    "cannot find the model reader polymorph_assimp - install it where the program "
+                    "looks for it, or name it in POLYMORPH_ASSIMP; tried:{}",
+                    tried);
+}
+
+/// Everything that a program writes to its standard output, and how it ended.
+struct ReaderRun {
+  std::string bytes;
+  int status = 0;
+  bool too_much = false;
+};
+
+Result<ReaderRun> run_reader(const fs::path& reader, const fs::path& model, std::uint64_t limit) {
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0)
+    return make_error(ErrorCode::kResource, "cannot make a pipe: {}", std::strerror(errno));
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_adddup2(&actions, ends[1], 1);
+  posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
+  std::string words[2] = {reader.string(), model.string()};
+  char* arguments[3] = {words[0].data(), words[1].data(), nullptr};
+  pid_t id = 0;
+  const int failure = ::posix_spawn(&id, reader.c_str(), &actions, nullptr, arguments, environ);
+  posix_spawn_file_actions_destroy(&actions);
+  ::close(ends[1]);
+  if (failure != 0) {
+    ::close(ends[0]);
+    return make_error(ErrorCode::kResource, "{}: cannot be started: {}", reader.string(),
+                      std::strerror(failure));
+  }
+  ReaderRun run;
+  std::string piece(1 << 16, '\0');
+  for (;;) {
+    const ssize_t n = ::read(ends[0], piece.data(), piece.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) break;
+    run.bytes.append(piece.data(), static_cast<std::size_t>(n));
+    if (run.bytes.size() > limit) {
+      run.too_much = true;
+      ::kill(id, SIGKILL);
+      break;
+    }
+  }
+  ::close(ends[0]);
+  while (::waitpid(id, &run.status, 0) < 0 && errno == EINTR) {
+  }
+  return run;
+}
+
+/// What the reader said, taken apart.
+struct Imported {
+  std::string obj, mtl, error;
+  std::map<std::string, std::string> textures;
+  std::vector<std::string> warnings, inputs;
+  bool whole = false;  ///< it came to its end
+};
+
+Imported parse(std::string_view bytes) {
+  Imported imported;
+  if (!bytes.starts_with(kImportHello)) return imported;
+  bytes.remove_prefix(std::strlen(kImportHello));
+  while (!bytes.empty()) {
+    const std::size_t end = bytes.find('\n');
+    if (end == std::string_view::npos) return imported;
+    const std::vector<std::string> words = split(bytes.substr(0, end), ' ');
+    bytes.remove_prefix(end + 1);
+    if (words.size() != 3) return imported;
+    const auto name_size = parse_integer(words[1]), size = parse_integer(words[2]);
+    if (!name_size || !size || *name_size < 0 || *size < 0) return imported;
+    const auto name_end = static_cast<std::size_t>(*name_size),
+               all = name_end + static_cast<std::size_t>(*size);
+    if (all > bytes.size()) return imported;
+    const std::string name(bytes.substr(0, name_end));
+    const std::string_view body = bytes.substr(name_end, all - name_end);
+    bytes.remove_prefix(all);
+    if (words[0] == "obj") imported.obj = body;
+    if (words[0] == "mtl") imported.mtl = body;
+    if (words[0] == "texture") imported.textures[name] = body;
+    if (words[0] == "input") imported.inputs.push_back(name);
+    if (words[0] == "warning") imported.warnings.push_back(name);
+    if (words[0] == "error") imported.error = name;
+    if (words[0] == "end") imported.whole = true;
+  }
+  return imported;
+}
+
+/// One line, without the name of the library's reader.
+std::string plain(const std::string& text) {
+  const std::string line = text.substr(0, text.find('\n'));
+  return printable(line);
+}
+
+/// Without the numbers of lines behind the file's name: those of the OBJ that nobody sees.
+std::string without_lines(std::string text, const std::string& file) {
+  for (std::size_t at = text.find(file + ":"); at != std::string::npos;
+       at = text.find(file + ":", at + file.size())) {
+    const std::size_t first = at + file.size();
+    std::size_t end = first;
+    while (end + 1 < text.size() && text[end] == ':' && text[end + 1] >= '0' &&
+           text[end + 1] <= '9')
+      for (++end; end < text.size() && text[end] >= '0' && text[end] <= '9';) ++end;
+    text.erase(first, end - first);
+  }
+  return text;
+}
+
+Error broken(const std::string& file, const ReaderRun& run) {
+  std::string why = "its reader stopped half way";
+  if (run.too_much) why = "it unpacks to more than can be taken";
+  if (WIFSIGNALED(run.status))
+    why = WTERMSIG(run.status) == SIGXCPU
+              ? "its reader does not come to an end"
+              : fmt::format("its reader crashed (signal {})", WTERMSIG(run.status));
+  return make_error(ErrorCode::kInput, "{}: {} - export it anew, or as OBJ or glTF", file, why);
+}
+
+constexpr const char* kForeign[] = {".glb", ".gltf", ".ply", ".stl",
+                                    ".fbx", ".dae",  ".off", ".3ds"};
+
+Result<LoadedModel> load_lines(const fs::path& path, const LoadObjSettings& settings) {
+  const std::string file = path.string();
+  remember_input(path);
+  // What cannot be read or is too large is told as of any other file.
+  PM_TRY_STATUS([&]() -> Status {
+    PM_TRY(const std::string bytes, read_file(path, settings.max_bytes));
+    if (bytes.empty()) return make_error(ErrorCode::kInput, "{}: is empty", file);
+    return Ok{};
+  }());
+  PM_TRY(const fs::path reader, find_reader());
+  PM_TRY(ReaderRun run, run_reader(reader, path, 8 * settings.max_bytes));
+  Imported imported = parse(run.bytes);
+  run.bytes = {};
+  for (const std::string& input : imported.inputs) remember_input(input);
+  if (!imported.error.empty())
+    return make_error(ErrorCode::kInput, "{}: cannot be read: {}", file, plain(imported.error));
+  if (!imported.whole || !WIFEXITED(run.status) || WEXITSTATUS(run.status) != 0)
+    return broken(file, run);
+  PM_TRY(ObjScan scan, scan_obj(imported.obj, file));
+  imported.obj = {};
+  PM_TRY(MtlSet mtls, parse_mtl(imported.mtl, file));
+  LoadedModel loaded;
+  loaded.file_points = scan.points;
+  for (const std::string& warning : imported.warnings)
+    loaded.warnings.push_back(fmt::format("{}: {}", file, plain(warning)));
+  loaded.warnings.insert(loaded.warnings.end(), scan.warnings.begin(), scan.warnings.end());
+  loaded.warnings.insert(loaded.warnings.end(), mtls.warnings.begin(), mtls.warnings.end());
+  PM_TRY(loaded.model, build_model(scan, mtls, path, loaded.warnings));
+  if (settings.textures)
+    PM_TRY_STATUS(load_textures(path, scan, mtls, settings.strict, loaded.model, loaded.warnings,
+                                imported.textures));
+  return loaded;
+}
+
+Result<LoadedModel> load_foreign(const fs::path& path, const LoadObjSettings& settings) {
+  auto loaded = load_lines(path, settings);
+  if (!loaded)
+    return Error{loaded.error().code, without_lines(loaded.error().message, path.string())};
+  for (std::string& warning : loaded->warnings) warning = without_lines(warning, path.string());
+  return loaded;
+}
+
+}  // namespace
+
+bool is_foreign_model(const fs::path& path) {
+  std::string suffix = path.extension().string();
+  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  return std::find(std::begin(kForeign), std::end(kForeign), suffix) != std::end(kForeign);
+}
+
+Result<LoadedModel> load_model(const fs::path& path, const LoadObjSettings& settings) {
+  return is_foreign_model(path) ? load_foreign(path, settings) : load_obj(path, settings);
+}
+
+}  // namespace polymorph

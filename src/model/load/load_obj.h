@@ -1,0 +1,39 @@
+// Wavefront OBJ loader, with MTL materials and textures.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "model/model.h"
+
+namespace polymorph {
+
+struct LoadObjSettings {
+  std::uint64_t max_bytes = 2ull << 30;
+  bool textures = true;  ///< false: geometry and materials only (check, spheres)
+  bool strict = false;   ///< a missing MTL, a missing or broken texture is an error, not a warning
+};
+
+struct LoadedModel {
+  Model model;
+  std::vector<std::string> warnings;  ///< "FILE:LINE: what - what was done about it"
+  std::uint32_t file_points = 0;  ///< v lines; the model keeps only distinct points that faces use
+};
+
+/// Loads a Wavefront OBJ. A strict scan of our own stands in front of tinyobjloader (which takes
+/// garbage silently): every bad number, index or file is an error with FILE:LINE (up to 20 at
+/// once).
+///
+/// Points of equal position become one, in the file's order. Faces are cut into triangles by ear
+/// clipping; faces without area are dropped with a warning. Where a face has no normals of its own,
+/// they are computed, smooth up to kCreaseDegrees (smoothing groups are ignored). A closed model
+/// that is inside out is turned around. Labels are group names, or object names where there is no
+/// group. Materials: model/load/mtl.h. Textures: model/load/textures.h. Errors: kInput, also for
+/// MTLs outside the model's folder.
+Result<LoadedModel> load_obj(const std::filesystem::path& path,
+                             const LoadObjSettings& settings = {});
+
+}  // namespace polymorph

@@ -1,0 +1,354 @@
+#include "model/load/obj_scan.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <limits>
+#include <map>
+#include <optional>
+
+#include "base/text.h"
+#include "model/load/text_lines.h"
+
+namespace polymorph {
+namespace {
+
+constexpr std::uint32_t kMaxCorners = 4096;  // tinyobjloader's polygons are quadratic, ours too
+
+struct Corner {
+  std::int32_t v = -1, vt = -1, vn = -1;  // 0-based, -1 = not given
+};
+
+class Scanner {
+ public:
+  Scanner(std::string_view text, std::string file)
+      : lines_(text), file_(std::move(file)), errors_(file_) {}
+
+  Result<ObjScan> run() {
+    while (lines_.next() && !errors_.full()) scan_line(lines_.line());
+    if (!errors_.full()) check_ranges();
+    if (!errors_.empty()) return errors_.error();
+    if (result_.points == 0 || result_.faces.empty()) return nothing_found();
+    tell_occurrences();
+    write_text();
+    return std::move(result_);
+  }
+
+ private:
+  void scan_line(std::string_view line);
+  void scan_reals(std::string_view rest, std::vector<float>& values, int wanted, int least,
+                  int most, const char* what);
+  void scan_face(std::string_view rest);
+  std::optional<Corner> scan_corner(std::string_view word);
+  std::optional<std::int64_t> resolve(std::string_view digits, std::uint32_t count,
+                                      const char* what);
+  void check_ranges();
+  bool check_corner(const Corner& corner, std::uint32_t line);
+  void tell(const Occurrences& what, const char* text);
+  void tell_occurrences();
+  Error nothing_found() const;
+  void write_text();
+  std::uint32_t label_index();
+  std::int32_t material_index();
+  std::uint32_t count(const std::vector<float>& values, unsigned per) const {
+    return static_cast<std::uint32_t>(values.size() / per);
+  }
+  void fail(const std::string& text) { errors_.add(lines_.number(), text); }
+
+  LineReader lines_;
+  std::string file_;
+  ErrorList errors_;
+  ObjScan result_;
+  std::vector<float> points_, uvs_, normals_;
+  std::vector<Corner> corners_;
+  std::string object_, group_;
+  NamedLine material_;
+  std::map<std::string, std::uint32_t> label_of_;
+  std::map<std::string, std::int32_t> material_of_;
+  std::optional<std::uint32_t> label_;
+  std::optional<std::int32_t> material_id_ = -1;
+  Occurrences lines_and_points_, curves_, unknown_, few_corners_, zero_normals_, zero_uvs_, colors_;
+};
+
+void Scanner::scan_line(std::string_view line) {
+  if (line.empty() || line.front() == '#') return;
+  std::string_view rest = line;
+  const std::string_view word = take_word(rest);
+  if (word == "v") {
+    ++result_.points;
+    scan_reals(rest, points_, 3, 3, 8, "vertex");
+  } else if (word == "vt") {
+    scan_reals(rest, uvs_, 2, 1, 3, "texture coordinate");
+  } else if (word == "vn") {
+    scan_reals(rest, normals_, 3, 3, 3, "normal");
+  } else if (word == "f" || word == "fo") {
+    scan_face(rest);
+  } else if (word == "g") {
+    group_ = printable(trimmed(rest));
+    label_.reset();
+  } else if (word == "o") {
+    object_ = printable(trimmed(rest));
+    group_.clear();
+    label_.reset();
+  } else if (word == "usemtl") {
+    material_ = {std::string(trimmed(rest)), lines_.number()};
+    material_id_.reset();
+  } else if (word == "mtllib") {
+    if (!trimmed(rest).empty())
+      result_.libraries.push_back({std::string(trimmed(rest)), lines_.number()});
+  } else if (word == "l" || word == "p") {
+    lines_and_points_.note(lines_.number());
+  } else if (word == "curv" || word == "curv2" || word == "surf" || word == "cstype") {
+    curves_.note(lines_.number());
+  } else {
+    static constexpr std::array<std::string_view, 20> kIgnored{
+        "s",   "vp",  "deg", "bmat",  "step",     "parm",     "trim", "hole", "scrv",   "sp",
+        "end", "con", "mg",  "bevel", "c_interp", "d_interp", "lod",  "vw",   "maplib", "usemap"};
+    if (std::find(kIgnored.begin(), kIgnored.end(), word) == kIgnored.end())
+      unknown_.note(lines_.number());
+  }
+}
+
+void Scanner::scan_reals(std::string_view rest, std::vector<float>& values, int wanted, int least,
+                         int most, const char* what) {
+  const std::size_t size = values.size();
+  int found = 0;
+  // A comment may follow the numbers.
+  for (std::string_view word = take_word(rest); !word.empty() && !word.starts_with("#");
+       word = take_word(rest)) {
+    const ParsedReal real = parse_real(word);
+    if (real.problem) {
+      fail(fmt::format("{} number {} \"{}\" {}", what, found + 1, printable(word), real.problem));
+      found = least;  // one error a line is enough
+      break;
+    }
+    if (found < wanted) values.push_back(real.value);
+    if (++found > most) {
+      fail(fmt::format("{} has more than {} numbers", what, most));
+      break;
+    }
+  }
+  if (found < least)
+    fail(fmt::format("{} has {} of {} numbers - the file is damaged or cut short", what, found,
+                     least));
+  if (wanted == 3 && most > 3 && found > 4) colors_.note(lines_.number());
+  values.resize(size + static_cast<std::size_t>(wanted));  // a bad line keeps the count right
+}
+
+std::optional<std::int64_t> Scanner::resolve(std::string_view digits, std::uint32_t count,
+                                             const char* what) {
+  if (digits.starts_with('+')) digits.remove_prefix(1);
+  std::int64_t index = 0;
+  const auto [stop, error] = std::from_chars(digits.data(), digits.data() + digits.size(), index);
+  constexpr std::int64_t kMax = std::numeric_limits<std::int32_t>::max();
+  if (error == std::errc::result_out_of_range || index > kMax || index < -kMax) {
+    fail(fmt::format("{} index {} is beyond the 32-bit range", what, digits));
+    return std::nullopt;
+  }
+  if (error != std::errc{} || stop != digits.data() + digits.size()) {
+    fail(fmt::format("{} index \"{}\" is not a whole number", what, printable(digits)));
+    return std::nullopt;
+  }
+  if (index >= 0) return index - 1;
+  if (-index > count) {
+    fail(fmt::format("relative {} index {} reaches before the start ({} given so far)", what, index,
+                     count));
+    return std::nullopt;
+  }
+  return count + index;
+}
+
+std::optional<Corner> Scanner::scan_corner(std::string_view word) {
+  std::array<std::string_view, 3> part;
+  std::size_t parts = 0;
+  for (std::string_view rest = word; parts < 3; ++parts) {
+    const std::size_t slash = rest.find('/');
+    part[parts] = rest.substr(0, slash);
+    if (slash == std::string_view::npos) {
+      ++parts;
+      break;
+    }
+    rest.remove_prefix(slash + 1);
+    if (parts == 2) {
+      fail(fmt::format("face corner \"{}\" has more than three indices", printable(word)));
+      return std::nullopt;
+    }
+  }
+  Corner corner;
+  const auto v = resolve(part[0], result_.points, "vertex");
+  if (!v) return std::nullopt;
+  corner.v = static_cast<std::int32_t>(*v);
+  if (corner.v < 0) {
+    fail("vertex index 0 in a face - OBJ counts from 1");
+    return std::nullopt;
+  }
+  if (parts > 1 && !part[1].empty()) {
+    const auto vt = resolve(part[1], count(uvs_, 2), "texture coordinate");
+    if (!vt) return std::nullopt;
+    corner.vt = static_cast<std::int32_t>(*vt);
+    if (corner.vt < 0) zero_uvs_.note(lines_.number());
+  }
+  if (parts > 2 && !part[2].empty()) {
+    const auto vn = resolve(part[2], count(normals_, 3), "normal");
+    if (!vn) return std::nullopt;
+    corner.vn = static_cast<std::int32_t>(*vn);
+    if (corner.vn < 0) zero_normals_.note(lines_.number());
+  }
+  return corner;
+}
+
+void Scanner::scan_face(std::string_view rest) {
+  ObjFace face;
+  face.line = lines_.number();
+  const std::size_t first = corners_.size();
+  rest = rest.substr(0, rest.find('#'));  // a comment needs no space before it
+  for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
+    if (++face.corners > kMaxCorners) {
+      fail(fmt::format("face has more than {} corners - split it", kMaxCorners));
+      corners_.resize(first);
+      return;
+    }
+    const auto corner = scan_corner(word);
+    if (!corner) {
+      corners_.resize(first);
+      return;
+    }
+    corners_.push_back(*corner);
+  }
+  if (face.corners < 3) {
+    few_corners_.note(face.line);
+    corners_.resize(first);
+    return;
+  }
+  face.label = label_index();
+  face.material = material_index();
+  result_.faces.push_back(face);
+}
+
+std::uint32_t Scanner::label_index() {
+  if (!label_) {
+    const std::string& name = !group_.empty() ? group_ : object_;
+    const auto [it, added] = label_of_.try_emplace(
+        name.empty() ? "default" : name, static_cast<std::uint32_t>(result_.labels.size()));
+    if (added) result_.labels.push_back(it->first);
+    label_ = it->second;
+  }
+  return *label_;
+}
+
+std::int32_t Scanner::material_index() {
+  if (!material_id_ && material_.name.empty()) material_id_ = -1;
+  if (!material_id_) {
+    const auto [it, added] = material_of_.try_emplace(
+        material_.name, static_cast<std::int32_t>(result_.materials.size()));
+    if (added) result_.materials.push_back(material_);
+    material_id_ = it->second;
+  }
+  return *material_id_;
+}
+
+bool Scanner::check_corner(const Corner& corner, std::uint32_t line) {
+  const auto check = [&](std::int64_t index, std::uint32_t limit, const char* what) {
+    if (index < static_cast<std::int64_t>(limit)) return true;
+    errors_.add(line,
+                fmt::format("{} index {} is beyond the {} of the file", what, index + 1, limit));
+    return false;
+  };
+  return check(corner.v, result_.points, "vertex") &&
+         check(corner.vt, count(uvs_, 2), "texture coordinate") &&
+         check(corner.vn, count(normals_, 3), "normal");
+}
+
+// After the whole file is read: faces may stand before the vertices that they use.
+void Scanner::check_ranges() {
+  std::size_t next = 0;
+  for (const ObjFace& face : result_.faces) {
+    const std::size_t first = next;
+    next += face.corners;
+    for (std::size_t i = first; i < next; ++i)
+      if (!check_corner(corners_[i], face.line)) break;
+  }
+}
+
+Error Scanner::nothing_found() const {
+  if (few_corners_.count > 0)
+    return make_error(ErrorCode::kInput, "{}:{}: no faces: all {} have fewer than 3 corners", file_,
+                      few_corners_.first_line, few_corners_.count);
+  if (curves_.count > 0)
+    return make_error(
+        ErrorCode::kInput,
+        "{}:{}: no faces: free-form curves and surfaces are not read - export polygons", file_,
+        curves_.first_line);
+  if (unknown_.count > 0 && result_.points == 0)
+    return make_error(
+        ErrorCode::kInput,
+        "{}:{}: no faces: {} lines start with an unknown word - is this a Wavefront OBJ?", file_,
+        unknown_.first_line, unknown_.count);
+  return make_error(ErrorCode::kInput,
+                    "{}: no faces ({} vertices) - export the model with its faces", file_,
+                    result_.points);
+}
+
+void Scanner::tell(const Occurrences& what, const char* text) {
+  if (what.count == 0) return;
+  result_.warnings.push_back(fmt::format("{}:{}: {} {}", file_, what.first_line, what.count, text));
+}
+
+void Scanner::tell_occurrences() {
+  tell(few_corners_, "faces with fewer than 3 corners - dropped");
+  tell(zero_normals_, "normal indices are 0 - computed normals are used there");
+  tell(zero_uvs_, "texture coordinate indices are 0 - dropped");
+  tell(lines_and_points_, "line or point elements - ignored");
+  tell(curves_, "free-form elements - ignored");
+  tell(colors_, "vertices with colours - the colours are ignored");
+  tell(unknown_, "lines start with an unknown word - ignored");
+}
+
+void append_reals(std::string& text, const char* keyword, const std::vector<float>& values,
+                  std::size_t per) {
+  std::array<char, 32> buffer;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    text += i % per == 0 ? keyword : " ";
+    const auto done = std::to_chars(buffer.data(), buffer.data() + buffer.size(), values[i]);
+    text.append(buffer.data(), done.ptr);
+    if (i % per + 1 == per) text += '\n';
+  }
+}
+
+void append_index(std::string& text, char before, std::int64_t index) {
+  std::array<char, 24> buffer;
+  const auto done = std::to_chars(buffer.data(), buffer.data() + buffer.size(), index + 1);
+  if (before) text += before;
+  text.append(buffer.data(), done.ptr);
+}
+
+void Scanner::write_text() {
+  std::string& text = result_.text;
+  text.reserve(points_.size() * 11 + uvs_.size() * 10 + normals_.size() * 10 +
+               corners_.size() * 20);
+  append_reals(text, "v ", points_, 3);
+  append_reals(text, "vt ", uvs_, 2);
+  append_reals(text, "vn ", normals_, 3);
+  std::size_t next = 0;
+  for (const ObjFace& face : result_.faces) {
+    text += 'f';
+    for (std::uint32_t k = 0; k < face.corners; ++k) {
+      const Corner& corner = corners_[next++];
+      append_index(text, ' ', corner.v);
+      if (corner.vt >= 0) append_index(text, '/', corner.vt);
+      if (corner.vn < 0) continue;
+      if (corner.vt < 0) text += '/';
+      append_index(text, '/', corner.vn);
+    }
+    text += '\n';
+  }
+}
+
+}  // namespace
+
+Result<ObjScan> scan_obj(std::string_view bytes, const std::string& file) {
+  PM_TRY(const std::string_view text, checked_text(bytes, file));
+  return Scanner(text, file).run();
+}
+
+}  // namespace polymorph

@@ -1,0 +1,130 @@
+#include "model/load/textures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <unordered_map>
+
+#include "base/file.h"
+#include "image/image_io.h"
+#include "model/load/asset_path.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Grey becomes R = G = B; anything that has no colour at all is an error.
+Result<Image> colored(Image image, const std::string& where) {
+  if (!std::all_of(image.pixels.begin(), image.pixels.end(),
+                   [](float v) { return std::isfinite(v); }))
+    return make_error(ErrorCode::kInput, "{}: the texture has NaN or infinite pixels - repair it",
+                      where);
+  if (image.find_channel("R") >= 0 && image.find_channel("G") >= 0 && image.find_channel("B") >= 0)
+    return image;
+  const int grey = image.find_channel("Y") >= 0 ? image.find_channel("Y") : image.find_channel("R");
+  if (grey < 0)
+    return make_error(ErrorCode::kInput,
+                      "{}: the texture has no colour channels - use an RGB image", where);
+  Image rgb = make_image(image.width, image.height, {"R", "G", "B"});
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      for (int c = 0; c < 3; ++c) rgb.at(x, y, c) = image.at(x, y, grey);
+  return rgb;
+}
+
+/// Each file once, however many materials name it.
+class TextureReader {
+ public:
+  TextureReader(fs::path folder, Model& model, std::vector<std::string>& warnings,
+                const std::map<std::string, std::string>& embedded)
+      : finder_(std::move(folder)), model_(model), warnings_(warnings), embedded_(embedded) {}
+
+  /// The index of the material's texture in the model.
+  Result<int> read(const MtlMaterial& mtl, const std::string& where) {
+    if (const auto own = embedded_.find(mtl.texture); own != embedded_.end()) {
+      const auto known = read_.find(own->first);
+      if (known != read_.end()) return known->second;
+      const Result<int> index =
+          add(decode_image(own->second, mtl.file + " (" + own->first + ")", kSettings), where);
+      read_.emplace(own->first, index);
+      return index;
+    }
+    auto asset = finder_.find(fs::path(mtl.file).parent_path(), mtl.texture);
+    if (!asset) return make_error(ErrorCode::kInput, "{} {}", where, asset.error().message);
+    if (asset->path.empty())
+      return make_error(ErrorCode::kInput,
+                        "{} \"{}\" is not there - put it beside the model or remove the line",
+                        where, mtl.texture);
+    if (!asset->note.empty()) warnings_.push_back(fmt::format("{} {}", where, asset->note));
+    const auto known = read_.find(asset->path);
+    if (known != read_.end()) return known->second;
+    remember_input(asset->path);
+    const Result<int> index = add(read_image(asset->path, kSettings), where);
+    read_.emplace(asset->path, index);
+    return index;
+  }
+
+ private:
+  // The renderer takes the colours and leaves alpha alone.
+  static constexpr ReadImageSettings kSettings{TransferCurve::kSrgb, AlphaMode::kStraight};
+
+  Result<int> add(Result<Image> read, const std::string& where) {
+    if (!read) return make_error(read.error().code, "{}: {}", where, read.error().message);
+    PM_TRY(Image image, colored(std::move(read).value(), where));
+    model_.textures.push_back(std::make_shared<const Image>(std::move(image)));
+    return static_cast<int>(model_.textures.size()) - 1;
+  }
+
+  AssetFinder finder_;
+  Model& model_;
+  std::vector<std::string>& warnings_;
+  const std::map<std::string, std::string>& embedded_;
+  std::map<fs::path, Result<int>> read_;
+};
+
+}  // namespace
+
+Status load_textures(const fs::path& obj, const ObjScan& scan, const MtlSet& mtls, bool strict,
+                     Model& model, std::vector<std::string>& warnings,
+                     const std::map<std::string, std::string>& embedded) {
+  TextureReader reader(obj.parent_path(), model, warnings, embedded);
+  std::vector<std::string> problems;
+  const MtlNames names(mtls);
+  std::unordered_map<std::string, std::size_t> to_index;
+  for (std::size_t i = 0; i < model.materials.size(); ++i)
+    to_index.try_emplace(model.materials[i].name, i);
+  for (const NamedLine& used : scan.materials) {
+    const MtlMaterial* mtl = names.find(used.name);
+    if (!mtl || mtl->texture.empty()) continue;
+    const auto found = to_index.find(mtl->material.name);
+    if (found == to_index.end()) continue;  // its triangles were all dropped
+    Material& material = model.materials[found->second];
+    const std::string where = fmt::format("{}:{}: map_Kd", mtl->file, mtl->texture_line);
+    if (model.corner_uvs.empty()) {
+      warnings.push_back(
+          fmt::format("{} \"{}\" - the model has no texture coordinates, so it is not used", where,
+                      mtl->texture));
+      continue;
+    }
+    const auto texture = reader.read(*mtl, where);
+    if (texture) {
+      material.texture = *texture;
+      continue;
+    }
+    // Not the file's fault: no texture could be read.
+    if (texture.error().code == ErrorCode::kResource) return texture.error();
+    problems.push_back(texture.error().message);
+    material.color = Material{}.color;  // the Kd beside a texture is often white or black
+  }
+  if (strict && !problems.empty()) {
+    std::string message;
+    for (const std::string& problem : problems) message += (message.empty() ? "" : "\n") + problem;
+    return Error{ErrorCode::kInput, message};
+  }
+  for (const std::string& problem : problems)
+    warnings.push_back(problem + "; a default grey is used");
+  return Ok{};
+}
+
+}  // namespace polymorph

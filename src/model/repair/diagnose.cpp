@@ -1,0 +1,251 @@
+#include "model/repair/diagnose.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/disjoint_sets.h"
+#include "base/exact_math.h"
+#include "model/mesh/edges.h"
+#include "model/mesh/normals.h"
+#include "model/query/solid_angle.h"
+
+namespace polymorph {
+namespace {
+
+constexpr std::size_t kMaxExaminedShells = 64;
+constexpr std::uint32_t kNone = 0xffffffffu;
+
+/// An ellipsoid as flat as the fit lets them be stands for about a hundred round balls of a wall:
+/// 512 show nine tenths of a cup that would take 54 000.
+constexpr double kStretch = 100;
+
+/// To two digits.
+double rounded(double value) {
+  double unit = 0.1;
+  for (int i = 0; i < 300 && value >= 100 * unit; ++i) unit *= 10;
+  return std::round(value / unit) * unit;
+}
+
+struct Shell {
+  bool open = false;
+  bool manifold = true;
+  double volume = 0;  ///< about the box's centre; meaningful when closed
+  std::size_t first_triangle = 0;
+};
+
+struct Topology {
+  std::vector<Shell> shells;
+  std::vector<std::uint32_t> shell_of;  ///< per triangle
+};
+
+void count_edges(const std::vector<EdgeUse>& uses, const Model& model, Diagnosis& d,
+                 std::size_t& edges) {
+  for_each_edge(uses, [&](std::size_t first, std::size_t last) {
+    ++edges;
+    if (last - first == 1) {
+      if (d.boundary_edges++ == 0) {
+        d.first_open_edge = {uses[first].low, uses[first].high};
+        d.first_open_edge_points = {model.points[uses[first].low], model.points[uses[first].high]};
+      }
+    } else if (last - first > 2) {
+      ++d.non_manifold_edges;
+    } else if (uses[first].forward == uses[first + 1].forward) {
+      ++d.flipped_edges;
+    }
+  });
+}
+
+/// Euler's number with points counted once for each fan of faces around them, so that shells which
+/// touch in a point do not spoil the genus; also finds such points.
+long long fan_euler(const std::vector<EdgeUse>& uses, const Model& model, std::size_t edges,
+                    Diagnosis& d) {
+  DisjointSets fans(model.triangles.size() * 3);
+  for_each_edge(uses, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first + 1; i < last; ++i) {
+      fans.join(low_corner(uses[first]), low_corner(uses[i]));
+      fans.join(high_corner(uses[first]), high_corner(uses[i]));
+    }
+  });
+  std::vector<std::uint32_t> fans_of(model.points.size(), 0);
+  std::size_t count = 0;
+  for (std::uint32_t c = 0; c < model.triangles.size() * 3; ++c) {
+    if (fans.find(c) != c) continue;
+    ++count;
+    if (++fans_of[model.triangles[c / 3].v[c % 3]] == 2) ++d.touching_points;
+  }
+  return static_cast<long long>(count) - static_cast<long long>(edges) +
+         static_cast<long long>(model.triangles.size());
+}
+
+Topology find_shells(const std::vector<EdgeUse>& uses, const Model& model) {
+  DisjointSets sets(model.triangles.size());
+  for_each_edge(uses, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first + 1; i < last; ++i)
+      sets.join(uses[first].corner / 3, uses[i].corner / 3);
+  });
+  Topology topology;
+  topology.shell_of.assign(model.triangles.size(), kNone);
+  for (std::uint32_t t = 0; t < model.triangles.size(); ++t) {
+    const std::uint32_t root = sets.find(t);
+    if (root == t) {
+      topology.shell_of[t] = static_cast<std::uint32_t>(topology.shells.size());
+      topology.shells.emplace_back().first_triangle = t;
+    } else {
+      topology.shell_of[t] = topology.shell_of[root];
+    }
+  }
+  for_each_edge(uses, [&](std::size_t first, std::size_t last) {
+    Shell& shell = topology.shells[topology.shell_of[uses[first].corner / 3]];
+    if (last - first == 1) shell.open = true;
+    if (last - first != 2 || uses[first].forward == uses[first + 1].forward) shell.manifold = false;
+  });
+  return topology;
+}
+
+void sum_shell_volumes(const Model& model, Vec3d center, Topology& topology) {
+  for (std::size_t t = 0; t < model.triangles.size(); ++t) {
+    const auto& v = model.triangles[t].v;
+    const Vec3d a = Vec3d(model.points[v[0]]) - center, b = Vec3d(model.points[v[1]]) - center,
+                c = Vec3d(model.points[v[2]]) - center;
+    topology.shells[topology.shell_of[t]].volume += dot(a, cross(b, c)) / 6;
+  }
+}
+
+/// How often the other closed shells wind around this shell's first triangle.
+double winding_of_others(const Model& model, const Topology& topology, std::size_t shell) {
+  const auto corner = [&](std::size_t t, std::size_t k) {
+    return Vec3d(model.points[model.triangles[t].v[k]]);
+  };
+  const std::size_t first = topology.shells[shell].first_triangle;
+  const Vec3d eye = (corner(first, 0) + corner(first, 1) + corner(first, 2)) * (1.0 / 3);
+  double sum = 0;
+  for (std::size_t t = 0; t < model.triangles.size(); ++t) {
+    const std::uint32_t other = topology.shell_of[t];
+    if (other == shell || !topology.shells[other].manifold) continue;
+    const HalfAngle angle =
+        half_solid_angle(corner(t, 0) - eye, corner(t, 1) - eye, corner(t, 2) - eye);
+    sum += exact::atan2(angle.num, angle.den);
+  }
+  return sum / (2 * std::numbers::pi);
+}
+
+std::size_t count_inverted(const Model& model, const Topology& topology) {
+  std::size_t inverted = 0, examined = 0;
+  for (std::size_t s = 0; s < topology.shells.size() && examined < kMaxExaminedShells; ++s) {
+    const Shell& shell = topology.shells[s];
+    if (!shell.manifold || shell.volume >= 0) continue;
+    ++examined;
+    if (winding_of_others(model, topology, s) < 0.5) ++inverted;
+  }
+  return inverted;
+}
+
+}  // namespace
+
+Diagnosis diagnose(const Model& model) {
+  Diagnosis d;
+  d.points = model.points.size();
+  d.triangles = model.triangles.size();
+  d.box = model.box();
+  d.volume = volume_of(model);
+  d.area = area_of(model);
+  const std::vector<Vec3> normals = face_normals(model);
+  d.degenerate_triangles =
+      static_cast<std::size_t>(std::count(normals.begin(), normals.end(), Vec3{}));
+  const std::vector<EdgeUse> uses = sorted_edge_uses(model);
+  std::size_t edges = 0;
+  count_edges(uses, model, d, edges);
+  std::vector<std::uint8_t> used(model.points.size(), 0);
+  for (const Triangle& t : model.triangles)
+    for (const std::uint32_t v : t.v) used[v] = 1;
+  d.euler = static_cast<long long>(std::count(used.begin(), used.end(), 1)) -
+            static_cast<long long>(edges) + static_cast<long long>(d.triangles);
+  const long long by_fans = fan_euler(uses, model, edges, d);
+  Topology topology = find_shells(uses, model);
+  d.shells = topology.shells.size();
+  d.open_shells = static_cast<std::size_t>(std::count_if(
+      topology.shells.begin(), topology.shells.end(), [](const Shell& s) { return s.open; }));
+  d.closed =
+      d.triangles > 0 && d.boundary_edges == 0 && d.non_manifold_edges == 0 && d.flipped_edges == 0;
+  if (d.closed) d.genus = static_cast<int>((2 * static_cast<long long>(d.shells) - by_fans) / 2);
+  if (d.triangles > 0) {
+    sum_shell_volumes(model, Vec3d(d.box.center()), topology);
+    d.inverted_shells = count_inverted(model, topology);
+  }
+  return d;
+}
+
+Diagnosis diagnose_fully(const Model& model) {
+  Diagnosis d = diagnose(model);
+  const TriangleBvh bvh = build_triangle_bvh(model.points, model.triangles);
+  d.thickness = measure_thickness(model, bvh);
+  d.crossings = count_self_intersections(model, bvh);
+  return d;
+}
+
+std::vector<std::string> describe_problems(const Diagnosis& d) {
+  std::vector<std::string> lines;
+  if (d.triangles == 0) return {"it has no faces - export the model with its faces"};
+  const auto at = [](Vec3 p) { return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x, p.y, p.z); };
+  if (d.closed && d.volume < 0)
+    lines.push_back("it is inside out (its volume is negative) - turn all faces around");
+  const Vec3 size = d.box.size();
+  if (std::min({size.x, size.y, size.z}) <= 1e-6f * d.box.diagonal())
+    lines.push_back(
+        "it is flat and encloses nothing - give it thickness (extrude or solidify it "
+        "in the modeller)");
+  else if (d.boundary_edges > 0)
+    lines.push_back(fmt::format(
+        "it is open: {} {} only one face, in {} of {} shells, first from {} to {} - inside is "
+        "guessed by the winding number; close the holes for exact results, or set \"solidify\"",
+        d.boundary_edges, d.boundary_edges == 1 ? "edge has" : "edges have", d.open_shells,
+        d.shells, at(d.first_open_edge_points[0]), at(d.first_open_edge_points[1])));
+  if (d.thickness && is_thin(*d.thickness))
+    lines.push_back(fmt::format(
+        "it is thin: half of its walls are thinner than {:.3g}, so about {:.0f} balls are needed "
+        "to show them, or {:.0f} stretched ones - raise the number of balls, thicken it, or set "
+        "\"solidify\" to fill it",
+        d.thickness->median, rounded(d.thickness->balls), rounded(d.thickness->balls / kStretch)));
+  if (d.flipped_edges > 0)
+    lines.push_back(
+        fmt::format("neighbouring faces disagree about outside at {} - make the normals consistent",
+                    d.flipped_edges == 1 ? "an edge" : fmt::format("{} edges", d.flipped_edges)));
+  if (d.inverted_shells > 0 && !(d.closed && d.volume < 0))
+    lines.push_back(
+        fmt::format("{} of {} shells are inside out and count as holes - turn their faces around",
+                    d.inverted_shells, d.shells));
+  if (d.non_manifold_edges > 0)
+    lines.push_back(fmt::format("{} {} three or more faces - remove double faces and inner walls",
+                                d.non_manifold_edges,
+                                d.non_manifold_edges == 1 ? "edge has" : "edges have"));
+  if (d.touching_points > 0)
+    lines.push_back(fmt::format("{} parts that no edge joins - harmless for rendering",
+                                d.touching_points == 1
+                                    ? "a point joins"
+                                    : fmt::format("{} points join", d.touching_points)));
+  if (d.degenerate_triangles > 0)
+    lines.push_back(fmt::format("{} no area - harmless for rendering",
+                                d.degenerate_triangles == 1
+                                    ? "a triangle has"
+                                    : fmt::format("{} triangles have", d.degenerate_triangles)));
+  return lines;
+}
+
+std::string describe_crossings(const Diagnosis& d) {
+  if (!d.crossings) return {};
+  if (d.crossings->pairs == 0 && d.crossings->crowded)
+    return "so many of its triangles lie upon each other that not all pairs were tried for "
+           "crossings - remove double faces";
+  if (d.crossings->pairs == 0) return {};
+  return fmt::format(
+      "{}{} pairs of its triangles cross, first {} and {} - the winding number takes crossing "
+      "parts "
+      "as one body, the parity rule takes their overlap as a hole",
+      d.crossings->stopped ? "at least " : "", d.crossings->pairs, d.crossings->first[0],
+      d.crossings->first[1]);
+}
+
+}  // namespace polymorph

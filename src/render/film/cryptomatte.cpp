@@ -1,0 +1,190 @@
+#include "render/film/cryptomatte.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "base/text.h"
+
+namespace polymorph {
+namespace {
+
+constexpr const char* kLayers[] = {"crypto_object", "crypto_material", "crypto_label"};
+
+/// A layer's own id in the header: the first 7 hexadecimal digits of its name's hash.
+std::string key_of(std::string_view layer) {
+  return fmt::format("{:08x}", murmur_hash(layer)).substr(0, 7);
+}
+
+std::uint32_t material_index(const MaterialLayer& layer, std::uint32_t triangle) {
+  return layer.triangle_materials.empty() ? 0 : layer.triangle_materials[triangle];
+}
+
+}  // namespace
+
+std::uint32_t murmur_hash(std::string_view text) {
+  constexpr std::uint32_t kFirst = 0xcc9e2d51u, kSecond = 0x1b873593u;
+  const auto scrambled = [](std::uint32_t k) { return std::rotl(k * kFirst, 15) * kSecond; };
+  std::uint32_t hash = 0;
+  std::size_t at = 0;
+  for (; at + 4 <= text.size(); at += 4) {
+    std::uint32_t block = 0;
+    std::memcpy(&block, text.data() + at, 4);  // little-endian, as all machines that it runs on
+    hash = std::rotl(hash ^ scrambled(block), 13) * 5 + 0xe6546b64u;
+  }
+  std::uint32_t tail = 0;
+  for (std::size_t i = text.size(); i-- > at;)
+    tail = (tail << 8) | static_cast<unsigned char>(text[i]);
+  hash ^= scrambled(tail);
+  hash ^= static_cast<std::uint32_t>(text.size());
+  hash = (hash ^ (hash >> 16)) * 0x85ebca6bu;
+  hash = (hash ^ (hash >> 13)) * 0xc2b2ae35u;
+  return hash ^ (hash >> 16);
+}
+
+float matte_id(std::string_view name) {
+  std::uint32_t hash = murmur_hash(name);
+  const std::uint32_t exponent = (hash >> 23) & 255u;
+  if (exponent == 0 || exponent == 255) hash ^= 1u << 23;
+  return std::bit_cast<float>(hash);
+}
+
+void MattePixel::add(float id, float weight) {
+  if (!(weight > 0)) return;
+  for (auto& [known, sum] : sums_)
+    if (known == id) {
+      sum += weight;
+      return;
+    }
+  sums_.emplace_back(id, weight);
+}
+
+std::array<float, 2 * kMatteRanks> MattePixel::ranked(float samples) const {
+  std::vector<std::pair<float, float>> sorted = sums_;
+  std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+    return a.second != b.second ? a.second > b.second : a.first < b.first;
+  });
+  std::array<float, 2 * kMatteRanks> ranks{};
+  for (std::size_t i = 0; i < std::min<std::size_t>(sorted.size(), kMatteRanks); ++i) {
+    ranks[2 * i] = sorted[i].first;
+    ranks[2 * i + 1] = sorted[i].second / samples;
+  }
+  return ranks;
+}
+
+Mattes::Mattes(const std::string& layers, const RenderScene& scene) {
+  for (const Kind kind : {Kind::kObject, Kind::kMaterial, Kind::kLabel}) {
+    const char* layer = kLayers[static_cast<std::size_t>(kind)];
+    if (!aov_is_chosen(layers, layer)) continue;
+    kinds_.push_back(kind);
+    tables_.push_back({layer, {}});
+  }
+  if (tables_.empty()) return;
+  const bool shadow_only = scene.ground.shadow_only;
+  for (std::size_t i = 0; i < kinds_.size(); ++i) {
+    if (scene.ground.enabled && !shadow_only) ground_[i] = id_of(kinds_[i], "ground");
+    backdrop_[i] = id_of(kinds_[i], "backdrop");
+  }
+  for (const RenderMesh& mesh : scene.meshes) {
+    MeshIds ids;
+    ids.object = id_of(Kind::kObject, mesh.name);
+    const auto add_layer = [&](const MaterialLayer& layer) {
+      ids.materials.emplace_back();
+      for (const Material& material : layer.materials)
+        ids.materials.back().push_back(id_of(Kind::kMaterial, material.name));
+    };
+    add_layer(mesh);
+    for (const MixedLayer& layer : mesh.over) add_layer(layer);
+    if (mesh.look > 0 || mesh.materials.empty()) look_ = id_of(Kind::kMaterial, "look");
+    for (const std::string& label : mesh.label_names)
+      ids.labels.push_back(id_of(Kind::kLabel, label));
+    meshes_.push_back(std::move(ids));
+  }
+  for (MatteTable& table : tables_) std::sort(table.manifest.begin(), table.manifest.end());
+}
+
+float Mattes::id_of(Kind kind, std::string_view given) {
+  const std::string name = given.empty() ? "unnamed" : printable(given);
+  const float id = matte_id(name);
+  for (std::size_t i = 0; i < kinds_.size(); ++i) {
+    if (kinds_[i] != kind) continue;
+    auto& manifest = tables_[i].manifest;
+    if (std::none_of(manifest.begin(), manifest.end(),
+                     [&](const auto& entry) { return entry.first == name; }))
+      manifest.emplace_back(name, id);
+  }
+  return id;
+}
+
+std::vector<std::string> Mattes::channels() const {
+  std::vector<std::string> channels;
+  for (const MatteTable& table : tables_)
+    for (int group = 0; group < kMatteRanks / 2; ++group)
+      for (const char channel : {'R', 'G', 'B', 'A'})
+        channels.push_back(fmt::format("{}{:02}.{}", table.layer, group, channel));
+  return channels;
+}
+
+std::vector<Attribute> Mattes::attributes() const {
+  std::vector<Attribute> attributes;
+  for (const MatteTable& table : tables_) {
+    const std::string prefix = "cryptomatte/" + key_of(table.layer) + "/";
+    nlohmann::ordered_json manifest = nlohmann::ordered_json::object();
+    for (const auto& [name, id] : table.manifest)
+      manifest[name] = fmt::format("{:08x}", std::bit_cast<std::uint32_t>(id));
+    attributes.push_back({prefix + "name", table.layer});
+    attributes.push_back({prefix + "hash", std::string("MurmurHash3_32")});
+    attributes.push_back({prefix + "conversion", std::string("uint32_to_float32")});
+    attributes.push_back({prefix + "manifest", manifest.dump()});
+  }
+  return attributes;
+}
+
+void Mattes::add_material(const RenderMesh& mesh, const MeshIds& ids, std::uint32_t triangle,
+                          MattePixel& pixel) const {
+  float look = mesh.materials.empty() ? 1 : std::clamp(mesh.look, 0.0f, 1.0f);
+  pixel.add(look_, look);
+  // From the topmost layer down, each leaves the rest to those below.
+  float rest = 1 - look;
+  for (std::size_t i = mesh.over.size(); i-- > 0;) {
+    const MixedLayer& layer = mesh.over[i];
+    if (layer.materials.empty()) continue;
+    const float share = std::clamp(layer.share, 0.0f, 1.0f);
+    pixel.add(ids.materials[i + 1][material_index(layer, triangle)], rest * share);
+    rest *= 1 - share;
+  }
+  if (!mesh.materials.empty()) pixel.add(ids.materials[0][material_index(mesh, triangle)], rest);
+}
+
+float Mattes::label_of(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit) const {
+  if (mesh.vertex_labels.empty() || ids.labels.empty())
+    return ids.labels.empty() ? ids.object : ids.labels.front();
+  const float rest = 1 - hit.u - hit.v;
+  const int nearest = rest >= hit.u && rest >= hit.v ? 0 : hit.u >= hit.v ? 1 : 2;
+  return ids.labels[mesh.vertex_labels[mesh.triangles[hit.triangle].v[nearest]]];
+}
+
+void Mattes::add_sample(const World& world, const Ray& ray, const Intersection& met,
+                        MattePixel* pixel) const {
+  const float backdrop = world.transparent ? 0.0f : 1.0f;
+  if (met.mesh.mesh == kNoMesh) {
+    float floor = 0;
+    if (met.floor < std::numeric_limits<float>::infinity() && !world.shadow_only)
+      floor = 1 - floor_point(world.floor, ray, met.floor).fade;
+    for (std::size_t i = 0; i < kinds_.size(); ++i) {
+      pixel[i].add(ground_[i], floor);
+      pixel[i].add(backdrop_[i], (1 - floor) * backdrop);
+    }
+    return;
+  }
+  const RenderMesh& mesh = world.geometry->mesh(met.mesh.mesh);
+  const MeshIds& ids = meshes_[met.mesh.mesh];
+  for (std::size_t i = 0; i < kinds_.size(); ++i) {
+    if (kinds_[i] == Kind::kObject) pixel[i].add(ids.object, 1);
+    if (kinds_[i] == Kind::kMaterial) add_material(mesh, ids, met.mesh.triangle, pixel[i]);
+    if (kinds_[i] == Kind::kLabel) pixel[i].add(label_of(mesh, ids, met.mesh), 1);
+  }
+}
+
+}  // namespace polymorph

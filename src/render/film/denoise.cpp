@@ -1,0 +1,196 @@
+#include "render/film/denoise.h"
+
+#include <dlfcn.h>
+
+#include <cstdlib>
+
+#include "base/parallel.h"
+#include "render/materials/glass.h"
+#include "render/path/path.h"
+#include "render/path/surface_shading.h"
+
+namespace polymorph {
+namespace {
+
+constexpr const char* kLibrary = "libOpenImageDenoise.so.2";
+constexpr int kGuideChannels = 6;
+constexpr int kMaxGuideBounces = 8;
+// Sharper than this, a metal shows what it mirrors and not itself.
+constexpr float kMirrorRoughness = 0.25f;
+
+/// The functions of OpenImageDenoise/oidn.h, version 2, that are used here.
+struct Library {
+  void* (*new_device)(int type) = nullptr;
+  void (*set_device_int)(void* device, const char* name, int value) = nullptr;
+  void (*set_device_bool)(void* device, const char* name, bool value) = nullptr;
+  void (*commit_device)(void* device) = nullptr;
+  int (*device_error)(void* device, const char** text) = nullptr;
+  void (*release_device)(void* device) = nullptr;
+  void* (*new_filter)(void* device, const char* type) = nullptr;
+  void (*set_image)(void* filter, const char* name, void* pixels, int format, std::size_t width,
+                    std::size_t height, std::size_t offset, std::size_t pixel_stride,
+                    std::size_t row_stride) = nullptr;
+  void (*set_filter_bool)(void* filter, const char* name, bool value) = nullptr;
+  void (*commit_filter)(void* filter) = nullptr;
+  void (*execute_filter)(void* filter) = nullptr;
+  void (*release_filter)(void* filter) = nullptr;
+};
+constexpr int kDeviceCpu = 1, kFormatFloat3 = 3;
+
+Result<Library> load_library() {
+  const char* chosen = std::getenv("POLYMORPH_OIDN");
+  const std::string file = chosen && *chosen ? chosen : kLibrary;
+  void* handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (!handle) {
+    const char* reason = dlerror();
+    return make_error(ErrorCode::kResource,
+                      "cannot denoise: {} - get Open Image Denoise 2 from openimagedenoise.org or "
+                      "by \"pip install pyoidn\", name its {} in POLYMORPH_OIDN, or render without "
+                      "--denoise",
+                      reason ? reason : "no reason given", kLibrary);
+  }
+  Library library;
+  bool whole = true;
+  const auto find = [&](auto& function, const char* name) {
+    function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(dlsym(handle, name));
+    whole = whole && function;
+  };
+  find(library.new_device, "oidnNewDevice");
+  find(library.set_device_int, "oidnSetDeviceInt");
+  find(library.set_device_bool, "oidnSetDeviceBool");
+  find(library.commit_device, "oidnCommitDevice");
+  find(library.device_error, "oidnGetDeviceError");
+  find(library.release_device, "oidnReleaseDevice");
+  find(library.new_filter, "oidnNewFilter");
+  find(library.set_image, "oidnSetSharedFilterImage");
+  find(library.set_filter_bool, "oidnSetFilterBool");
+  find(library.commit_filter, "oidnCommitFilter");
+  find(library.execute_filter, "oidnExecuteFilter");
+  find(library.release_filter, "oidnReleaseFilter");
+  if (whole) return library;  // stays open until the program ends
+  dlclose(handle);
+  return make_error(ErrorCode::kResource,
+                    "cannot denoise: {} is not version 2 of Open Image Denoise - name another file "
+                    "in POLYMORPH_OIDN, or render without --denoise",
+                    file);
+}
+
+}  // namespace
+
+Guide guide_of(const World& world, Ray ray, Intersection met, RayStats& stats) {
+  Vec3 tint{1, 1, 1};
+  for (int bounce = 0;; ++bounce) {
+    if (met.mesh.mesh == kNoMesh) {
+      if (met.floor == std::numeric_limits<float>::infinity()) break;
+      const FloorPointOf<Vec3> point = floor_point(world.floor, ray, met.floor);
+      return {tint * min(world.floor.color * point.tone, {1, 1, 1}), {0, 1, 0}};
+    }
+    const SurfacePoint point = world.geometry->surface_point(ray, met.mesh);
+    const Shading shading = mixed_shading(world, met.mesh);
+    const bool glass = shading.transmission > 0.5f;
+    const bool mirror = shading.metallic > 0.5f && shading.roughness < kMirrorRoughness;
+    if (bounce == kMaxGuideBounces || (!glass && !mirror))
+      return {tint * min(shading.color, {1, 1, 1}), point.shading};
+    const float cosine = -dot(ray.direction, point.shading);
+    const float eta = point.inside ? shading.ior : 1 / shading.ior;
+    const bool through = glass && dielectric_fresnel(cosine, eta) < 0.5f;
+    if (glass && through && !point.inside) tint = tint * glass_tint(shading);
+    if (mirror && !glass) tint = tint * min(shading.color, {1, 1, 1});
+    const float off = world.geometry->epsilon();
+    ray.origin =
+        through ? point.position - point.normal * off : point.position + point.normal * off;
+    ray.direction = through ? refracted(ray.direction, point.shading, eta)
+                            : normalized(ray.direction + point.shading * (2 * cosine));
+    ray.far = std::numeric_limits<float>::infinity();
+    ++stats.rays;
+    met.floor = intersect_floor(world.floor, ray);
+    ray.far = met.floor;
+    met.mesh = world.geometry->closest(ray);
+  }
+  // Mirrors and glass show the sky as it is; the studio's paper has no features of its own.
+  if (tint == Vec3{1, 1, 1} && !world.backdrop.sky) return {{1, 1, 1}, {}};
+  return {tint * min(max(sky_radiance(*world.sky, ray.direction), {}), {1, 1, 1}), {}};
+}
+
+std::vector<std::string> guide_channels() {
+  return {"guide.albedo.R", "guide.albedo.G", "guide.albedo.B",
+          "guide.normal.X", "guide.normal.Y", "guide.normal.Z"};
+}
+
+struct Denoiser::State {
+  Library library;
+  void* device = nullptr;
+  ~State() {
+    if (device) library.release_device(device);
+  }
+  Status error() const {
+    const char* text = nullptr;
+    if (library.device_error(device, &text) == 0) return Ok{};
+    return make_error(ErrorCode::kResource, "Open Image Denoise failed: {}",
+                      text ? text : "no reason given");
+  }
+
+  /// One run of the network: `guides` true cleans the colours by both guides, else `name` is
+  /// cleaned by itself.
+  Status run(Image& film, const char* name, std::size_t first, bool guides) const {
+    void* filter = library.new_filter(device, "RT");
+    if (!filter) return error();
+    const std::size_t stride = film.channel_count() * sizeof(float);
+    const auto give = [&](const char* what, std::size_t channel) {
+      library.set_image(filter, what, film.pixels.data(), kFormatFloat3,
+                        static_cast<std::size_t>(film.width), static_cast<std::size_t>(film.height),
+                        channel * sizeof(float), stride,
+                        stride * static_cast<std::size_t>(film.width));
+    };
+    give(name, first);
+    give("output", first);
+    if (guides) {
+      const std::size_t albedo = film.channel_count() - kGuideChannels;
+      give("albedo", albedo);
+      give("normal", albedo + 3);
+      library.set_filter_bool(filter, "hdr", true);
+      library.set_filter_bool(filter, "cleanAux", true);
+    }
+    library.commit_filter(filter);
+    library.execute_filter(filter);
+    library.release_filter(filter);
+    return error();
+  }
+};
+
+Denoiser::Denoiser(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Denoiser::~Denoiser() = default;
+Denoiser::Denoiser(Denoiser&&) noexcept = default;
+Denoiser& Denoiser::operator=(Denoiser&&) noexcept = default;
+
+Result<Denoiser> Denoiser::open() {
+  auto state = std::make_unique<State>();
+  PM_TRY(state->library, load_library());
+  state->device = state->library.new_device(kDeviceCpu);
+  if (!state->device)
+    return make_error(ErrorCode::kResource, "cannot denoise: Open Image Denoise gives no device");
+  state->library.set_device_int(state->device, "numThreads", thread_count());
+  state->library.set_device_bool(state->device, "setAffinity", false);
+  state->library.commit_device(state->device);
+  PM_TRY_STATUS(state->error());
+  return Denoiser(std::move(state));
+}
+
+Status Denoiser::denoise(Image& film) {
+  const std::size_t channels = film.channel_count(), kept = channels - kGuideChannels;
+  PM_CHECK(channels > kGuideChannels && film.channels[kept] == guide_channels().front());
+  // The guides first: lens, shutter and few samples leave noise in them, too.
+  PM_TRY_STATUS(state_->run(film, "albedo", kept, false));
+  PM_TRY_STATUS(state_->run(film, "normal", kept + 3, false));
+  PM_TRY_STATUS(state_->run(film, "color", 0, true));
+  Image result =
+      make_image(film.width, film.height,
+                 {film.channels.begin(), film.channels.begin() + static_cast<long>(kept)});
+  for (std::size_t i = 0, k = 0; i < result.pixels.size(); i += kept, k += channels)
+    for (std::size_t c = 0; c < kept; ++c) result.pixels[i + c] = film.pixels[k + c];
+  result.attributes = std::move(film.attributes);
+  film = std::move(result);
+  return Ok{};
+}
+
+}  // namespace polymorph

@@ -1,0 +1,33 @@
+// Film and pixel reconstruction filter. The filter is sampled, not splatted: each pixel draws its
+// own samples with the filter's density, so that one task owns each pixel and sums in a fixed
+// order.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "kernels/types.h"
+#include "render/aov.h"
+#include "render/math/simd.h"
+
+namespace polymorph {
+
+/// Inverse of the cumulative Blackman-Harris window of this radius, in pixels.
+struct PixelFilter {
+  static constexpr int kCells = 256;
+  std::array<float, kCells + 1> offsets{};
+};
+PixelFilter make_pixel_filter(float radius);
+template <class V>
+inline V filter_offset(const PixelFilter& filter, V u) {
+  const V x = u * static_cast<float>(PixelFilter::kCells);
+  const auto i = min(truncate(x), PixelFilter::kCells - 1);
+  const float* offsets = filter.offsets.data();
+  return lerp(gather(offsets, i), gather(offsets + 1, i), x - to_float(i));
+}
+
+/// R G B A, then the AOVs.
+std::vector<std::string> film_channels(const std::vector<const Aov*>& aovs);
+
+}  // namespace polymorph

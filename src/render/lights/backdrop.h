@@ -1,0 +1,75 @@
+// Floor and backdrop: the ground plane below the objects and the background behind them.
+#pragma once
+
+#include "kernels/types.h"
+#include "render/lights/lights.h"
+#include "render/lights/sky.h"
+#include "render/rays/scene_build.h"
+#include "render/render.h"
+
+namespace polymorph {
+
+/// The floor's (and the paper's) brightness far away, as a share of that in the middle of the
+/// stage: a pool of light, so that sides of mirrors do not show one flat grey.
+inline constexpr float kFarTone = 0.74f;
+
+/// A horizontal, diffuse floor that fades into what lies behind it, so that there is no horizon
+/// line.
+struct Floor {
+  bool enabled = false;
+  float height = 0;
+  Vec3 color;
+  Vec3 center;           ///< around which it fades
+  float fade_start = 1;  ///< horizontal distances from there
+  float fade_end = 2;
+  float far_tone = kFarTone;  ///< 1 under an image sky, which knows its own ground
+};
+Floor make_floor(const GroundSettings& settings, const Box& bounds);
+
+/// Distance at which a ray from above meets the floor, if that is before ray.far and where the
+/// floor can be seen; else infinity.
+template <class T3>
+inline ComponentOf<T3> intersect_floor(const Floor& floor, const RayOf<T3>& ray) {
+  using V = ComponentOf<T3>;
+  const V never = broadcast<V>(std::numeric_limits<float>::infinity());
+  if (!floor.enabled) return never;
+  const V distance = (floor.height - ray.origin.y) / ray.direction.y;
+  const V x = ray.origin.x + ray.direction.x * distance - floor.center.x;
+  const V z = ray.origin.z + ray.direction.z * distance - floor.center.z;
+  const MaskOf<T3> met = (ray.direction.y < 0.0f) & (ray.origin.y > floor.height) &
+                         (distance < ray.far) & (x * x + z * z < floor.fade_end * floor.fade_end);
+  return select(met, distance, never);
+}
+
+/// The floor where a ray meets it.
+template <class T3>
+struct FloorPointOf {
+  T3 position;
+  ComponentOf<T3> fade;  ///< 1 where it can no longer be seen
+  ComponentOf<T3> tone;  ///< times the floor's colour
+};
+template <class T3>
+inline FloorPointOf<T3> floor_point(const Floor& floor, const RayOf<T3>& ray,
+                                    ComponentOf<T3> distance) {
+  using V = ComponentOf<T3>;
+  FloorPointOf<T3> point;
+  point.position = ray.origin + ray.direction * distance;
+  point.position.y = broadcast<V>(floor.height);
+  const V x = point.position.x - floor.center.x, z = point.position.z - floor.center.z;
+  const V away = sqrt(x * x + z * z);
+  point.fade = smoothstep(floor.fade_start, floor.fade_end, away);
+  const V far = smoothstep(0.2f * floor.fade_start, 0.8f * floor.fade_end, away);
+  point.tone = 1.0f + (floor.far_tone - 1.0f) * far;
+  return point;
+}
+
+/// What a camera ray sees where it meets nothing.
+struct Backdrop {
+  const Sky* sky = nullptr;  ///< an image sky is its own backdrop; null = the studio's paper
+  Vec3 paper;                ///< its colour in the middle of the picture
+  Frame camera;              ///< x right, y up, z forward
+  float scale = 1;           ///< 1 / tan(half the vertical field of view)
+};
+Pack3 backdrop_radiance(const Backdrop& backdrop, const Pack3& direction);
+
+}  // namespace polymorph

@@ -1,0 +1,62 @@
+// Key light and studio environment, both placed relative to the camera.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "kernels/types.h"
+#include "render/lights/sky.h"
+#include "render/math/vector_math.h"
+#include "render/render.h"
+
+namespace polymorph {
+
+/// A round light infinitely far away, like the sun.
+struct KeyLight {
+  Frame frame;           ///< z points to its centre
+  float cos_radius = 1;  ///< of its apparent radius; 1 = a point
+  float sin_radius = 0;
+  float pdf = 0;      ///< 1 / solid angle; 0 = a point
+  Vec3 irradiance;    ///< on a surface that faces it
+  Vec3 radiance;      ///< of the disc; 0 for a point
+  Vec3 sample_power;  ///< radiance / density, or irradiance for a point: what one sample carries
+};
+
+/// Key light of the settings; its irradiance is key_intensity * key_color.
+KeyLight make_key_light(const LightSettings& settings, const Camera& camera);
+/// A lamp of kind sun, the same way.
+KeyLight make_sun(const LampSettings& settings, const Camera& camera);
+/// A direction towards it.
+template <class V>
+inline Vec3Of<V> sample_key(const KeyLight& key, V u, V v) {
+  if (!(key.pdf > 0)) return broadcast3<Vec3Of<V>>(key.frame.z);
+  return to_world(key.frame, cone_direction(1 - key.cos_radius, u, v));
+}
+template <class T3>
+inline MaskOf<T3> hits_key(const KeyLight& key, T3 direction) {
+  return dot(direction, key.frame.z) >= (key.pdf > 0 ? key.cos_radius : 2.0f);
+}
+
+/// Can nothing inside this sphere stand between the point and any part of the light? (May say no
+/// needlessly.)
+template <class T3>
+inline MaskOf<T3> key_is_clear(const KeyLight& key, T3 point, Vec3 center, float radius) {
+  // The cone of the light's directions around its axis, half angle r: the sphere is outside of it
+  // where the signed distance of its centre from the cone, d cos r - along sin r, exceeds its
+  // radius.
+  using V = ComponentOf<T3>;
+  const T3 to_center = center - point;
+  const V along = dot(to_center, key.frame.z);
+  const V away = sqrt(max(dot(to_center, to_center) - along * along, 0.0f));
+  return (along + radius < 0.0f) | (away * key.cos_radius - along * key.sin_radius > radius);
+}
+
+/// Camera's horizontal bearing: x to its right, y up in the world, z from the subject towards the
+/// camera.
+Frame make_rig(const Camera& camera);
+
+/// The built-in studio: a sky of soft boxes whose lower half and horizon show a floor of the colour
+/// `floor` under that very sky and the key light.
+Sky make_studio_sky(const Frame& rig, const KeyLight& key, Vec3 floor, float scale, SkyPart part);
+
+}  // namespace polymorph

@@ -1,0 +1,316 @@
+#include "render/lights/sky.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/parallel.h"
+#include "base/result.h"
+#include "render/math/vector_math.h"
+
+namespace polymorph {
+namespace {
+
+constexpr int kIrradianceCells = 32;  // an axis of the octahedral grid; its nodes are one more
+constexpr int kCoarseWidth = 128, kCoarseHeight = 64;  // for the irradiance integral
+constexpr int kMaxDistributionWidth = 2048;
+// Above this many times the mean, light of an image is bright. Clouds and windows stay below.
+constexpr float kCalmMeans = 4;
+
+/// (column, row) of a direction, both in [0, 1].
+template <class T3>
+Vec2Of<ComponentOf<T3>> lat_long(T3 d) {
+  const ComponentOf<T3> flat = sqrt(d.x * d.x + d.z * d.z);
+  return {0.5f + atan2_turns(d.x, -d.z), 0.5f - 2.0f * atan2_turns(d.y, flat)};
+}
+
+Vec3 from_lat_long(float u, float v) {
+  const Vec2 around = cos_sin_turns(u - 0.5f), down = cos_sin_turns(0.5f * v);
+  return {around.y * down.y, down.x, -around.x * down.y};
+}
+
+/// Solid angle of a cell of row y out of `height`, for `width` columns.
+float cell_solid_angle(int y, int width, int height) {
+  const float top = cosine(kPi * static_cast<float>(y) / static_cast<float>(height));
+  const float bottom = cosine(kPi * static_cast<float>(y + 1) / static_cast<float>(height));
+  return 2 * kPi / static_cast<float>(width) * (top - bottom);
+}
+
+/// Mean of f(direction) over each cell of another lat-long grid; looks at every texel.
+template <class F>
+auto cell_means(const Sky& sky, int width, int height, const F& f) {
+  using Value = decltype(f(Vec3{}));
+  std::vector<Value> cells(static_cast<std::size_t>(width) * height);
+  const int taps = std::clamp(sky.width / width + 1, 2, 64);
+  const auto place = [&](std::int64_t cell, int tap, int count) {
+    return (static_cast<float>(cell) +
+            (static_cast<float>(tap) + 0.5f) / static_cast<float>(taps)) /
+           static_cast<float>(count);
+  };
+  parallel_for(height, [&](std::int64_t y) {
+    for (int x = 0; x < width; ++x) {
+      Value sum{};
+      for (int i = 0; i < taps * taps; ++i)
+        sum = sum + f(from_lat_long(place(x, i % taps, width), place(y, i / taps, height)));
+      cells[static_cast<std::size_t>(y) * width + x] = sum / static_cast<float>(taps * taps);
+    }
+  });
+  return cells;
+}
+
+SkyDistribution make_distribution(const Sky& sky, SkyPart part) {
+  SkyDistribution d;
+  // A cell a texel: in coarser ones most samples would miss a sun of half a degree.
+  d.width = std::min(sky.width, kMaxDistributionWidth);
+  d.height = std::min(sky.height, kMaxDistributionWidth / 2);
+  const std::vector<float> cells = cell_means(sky, d.width, d.height, [&](Vec3 direction) {
+    return luminance(split_radiance(sky, sky_radiance(sky, direction)).bright);
+  });
+  const int rows = part == SkyPart::kAboveHorizon ? (d.height + 1) / 2 : d.height;
+  d.row_cdf.assign(static_cast<std::size_t>(d.height) + 1, 0);
+  d.column_cdf.assign(static_cast<std::size_t>(d.height) * (d.width + 1), 0);
+  d.pdf.assign(static_cast<std::size_t>(d.height) * d.width, 0);
+  double total = 0;
+  std::vector<double> row_sum(static_cast<std::size_t>(d.height), 0.0);
+  for (int y = 0; y < rows; ++y) {
+    const double area = cell_solid_angle(y, d.width, d.height);
+    float* cdf = &d.column_cdf[static_cast<std::size_t>(y) * (d.width + 1)];
+    double sum = 0;
+    for (int x = 0; x < d.width; ++x) {
+      sum += cells[static_cast<std::size_t>(y) * d.width + x] * area;
+      cdf[x + 1] = static_cast<float>(sum);
+    }
+    for (int x = 1; x <= d.width; ++x) cdf[x] = sum > 0 ? static_cast<float>(cdf[x] / sum) : 0.0f;
+    row_sum[y] = sum;
+    total += sum;
+  }
+  d.total = static_cast<float>(total);
+  if (!(total > 0)) return d;
+  double running = 0;
+  for (int y = 0; y < d.height; ++y) {
+    running += row_sum[y];
+    d.row_cdf[static_cast<std::size_t>(y) + 1] = static_cast<float>(running / total);
+    if (y >= rows) continue;
+    for (int x = 0; x < d.width; ++x) {
+      const std::size_t i = static_cast<std::size_t>(y) * d.width + x;
+      d.pdf[i] = static_cast<float>(cells[i] / total);
+    }
+  }
+  return d;
+}
+
+/// Octahedral map of the sphere (Cigolla et al. 2014, "A survey of efficient representations for
+/// independent unit vectors"): [-1, 1]^2 <-> directions.
+Vec3 octahedral_decode(float x, float y) {
+  Vec3 d{x, 1 - std::fabs(x) - std::fabs(y), y};
+  if (d.y < 0) {
+    d.x = std::copysign(1 - std::fabs(y), x);
+    d.z = std::copysign(1 - std::fabs(x), y);
+  }
+  return normalized(d);
+}
+template <class T3>
+Vec2Of<ComponentOf<T3>> octahedral_encode(T3 d) {
+  using V = ComponentOf<T3>;
+  const V sum = abs(d.x) + abs(d.y) + abs(d.z);
+  const V x = d.x / sum, y = d.z / sum;
+  const MaskOf<T3> upper = d.y >= 0.0f;
+  return {select(upper, x, copysign(1.0f - abs(y), x)),
+          select(upper, y, copysign(1.0f - abs(x), y))};
+}
+
+/// Between four neighbours in a table of vectors.
+template <class T3, class I>
+T3 bilinear(const Vec3* table, I upper_left, I upper_right, I lower_left, I lower_right,
+            ComponentOf<T3> fx, ComponentOf<T3> fy) {
+  return lerp(lerp(gather(table, upper_left), gather(table, upper_right), fx),
+              lerp(gather(table, lower_left), gather(table, lower_right), fx), fy);
+}
+
+template <class T3>
+T3 radiance_along(const Sky& sky, T3 direction) {
+  using V = ComponentOf<T3>;
+  const Vec2Of<V> p = lat_long(direction);
+  // NaN has no texel: clamp01() makes it 0.
+  const V x = clamp01(p.x) * static_cast<float>(sky.width) - 0.5f;
+  const V y = min(max(p.y * static_cast<float>(sky.height) - 0.5f, 0.0f),
+                  static_cast<float>(sky.height - 1));
+  const auto row = truncate(y), next_row = min(row + 1, sky.height - 1);
+  // From 0 to width: the last column's right neighbour is the first.
+  const auto right = min(truncate(x + 1.0f), sky.width);
+  const auto left = right - 1;
+  const auto column = left + zero_unless(left < 0, sky.width),
+             next = right - zero_unless(right >= sky.width, sky.width);
+  return bilinear<T3>(sky.texels.data(), row * sky.width + column, row * sky.width + next,
+                      next_row * sky.width + column, next_row * sky.width + next,
+                      x - to_float(left), y - to_float(row));
+}
+
+template <class T3>
+ComponentOf<T3> bright_pdf(const Sky& sky, T3 direction) {
+  const SkyDistribution& d = sky.distribution;
+  if (!sky.has_bright) return broadcast<ComponentOf<T3>>(0);
+  const auto p = lat_long(direction);
+  const auto x = min(truncate(clamp01(p.x) * static_cast<float>(d.width)), d.width - 1);
+  const auto y = min(truncate(clamp01(p.y) * static_cast<float>(d.height)), d.height - 1);
+  return gather(d.pdf.data(), y * d.width + x);
+}
+
+template <class T3>
+T3 irradiance_on(const Sky& sky, T3 normal) {
+  using V = ComponentOf<T3>;
+  constexpr int kNodes = kIrradianceCells + 1;
+  const Vec2Of<V> p = octahedral_encode(normal);
+  const V x = clamp01((p.x + 1.0f) * 0.5f) * static_cast<float>(kIrradianceCells);
+  const V y = clamp01((p.y + 1.0f) * 0.5f) * static_cast<float>(kIrradianceCells);
+  const auto column = min(truncate(x), kIrradianceCells - 1);
+  const auto row = min(truncate(y), kIrradianceCells - 1);
+  const auto node = row * kNodes + column;
+  return bilinear<T3>(sky.irradiance.data(), node, node + 1, node + kNodes, node + kNodes + 1,
+                      x - to_float(column), y - to_float(row));
+}
+
+std::vector<Vec3> make_irradiance(const Sky& sky) {
+  const std::vector<Vec3> cells = cell_means(sky, kCoarseWidth, kCoarseHeight, [&](Vec3 direction) {
+    return split_radiance(sky, sky_radiance(sky, direction)).calm;
+  });
+  struct Source {
+    Vec3 direction, power;
+    float solid_angle;
+  };
+  std::vector<Source> sources;
+  for (int y = 0; y < kCoarseHeight; ++y) {
+    const float area = cell_solid_angle(y, kCoarseWidth, kCoarseHeight);
+    for (int x = 0; x < kCoarseWidth; ++x)
+      sources.push_back({from_lat_long((static_cast<float>(x) + 0.5f) / kCoarseWidth,
+                                       (static_cast<float>(y) + 0.5f) / kCoarseHeight),
+                         cells[static_cast<std::size_t>(y) * kCoarseWidth + x] * area, area});
+  }
+  constexpr int kNodes = kIrradianceCells + 1;
+  std::vector<Vec3> nodes(kNodes * kNodes);
+  parallel_for(kNodes * kNodes, [&](std::int64_t i) {
+    const auto unit = [](std::int64_t k) {
+      return 2 * static_cast<float>(k) / kIrradianceCells - 1;
+    };
+    const Vec3 normal = octahedral_decode(unit(i % kNodes), unit(i / kNodes));
+    Vec3 sum;
+    float cosines = 0;
+    for (const Source& source : sources) {
+      const float cosine = std::max(0.0f, dot(normal, source.direction));
+      sum = sum + source.power * cosine;
+      cosines += cosine * source.solid_angle;
+    }
+    nodes[i] = sum * (kPi / cosines);  // so that a constant sky is exact
+  });
+  return nodes;
+}
+
+float mean_luminance(const Sky& sky) {
+  double sum = 0;
+  for (int y = 0; y < sky.height; ++y) {
+    double row = 0;
+    for (int x = 0; x < sky.width; ++x)
+      row += luminance(sky.texels[static_cast<std::size_t>(y) * sky.width + x]);
+    sum += row * cell_solid_angle(y, sky.width, sky.height);
+  }
+  return static_cast<float>(sum / (4 * std::numbers::pi));
+}
+
+Vec3 integrate_upper(const Sky& sky) {
+  double r = 0, g = 0, b = 0, cosines = 0;
+  constexpr int kWidth = 256, kHeight = 64;  // over the upper half only
+  for (int y = 0; y < kHeight; ++y) {
+    const double area = cell_solid_angle(y, kWidth, 2 * kHeight);
+    for (int x = 0; x < kWidth; ++x) {
+      const Vec3 d = from_lat_long((static_cast<float>(x) + 0.5f) / kWidth,
+                                   (static_cast<float>(y) + 0.5f) / (2 * kHeight));
+      const Vec3 radiance = split_radiance(sky, sky_radiance(sky, d)).calm;
+      const double weight = area * d.y;
+      r += weight * radiance.x;
+      g += weight * radiance.y;
+      b += weight * radiance.z;
+      cosines += weight;
+    }
+  }
+  return Vec3{static_cast<float>(r), static_cast<float>(g), static_cast<float>(b)} *
+         static_cast<float>(static_cast<double>(kPi) / cosines);
+}
+
+/// The interval of a cumulative table [0 .. count] that holds u, and where in it.
+struct Pick {
+  int index;
+  float fraction;
+};
+Pick pick(const float* cdf, int count, float u) {
+  const int above = static_cast<int>(std::upper_bound(cdf, cdf + count + 1, u) - cdf);
+  const int index = std::clamp(above - 1, 0, count - 1);
+  const float width = cdf[index + 1] - cdf[index];
+  return {index, width > 0 ? std::min((u - cdf[index]) / width, 0.999999f) : 0.5f};
+}
+
+}  // namespace
+
+void prepare_sky(Sky& sky, SkyPart part) {
+  PM_CHECK(sky.width >= 1 && sky.height >= 1);
+  PM_CHECK(sky.texels.size() == static_cast<std::size_t>(sky.width) * sky.height);
+  sky.has_bright = std::any_of(sky.texels.begin(), sky.texels.end(),
+                               [&](Vec3 texel) { return luminance(texel) > sky.calm_level; });
+  if (sky.has_bright) sky.distribution = make_distribution(sky, part);
+  sky.irradiance = make_irradiance(sky);
+  sky.upper_irradiance = integrate_upper(sky);
+}
+
+Sky make_image_sky(const Image& image, float scale, SkyPart part) {
+  PM_CHECK(image.width >= 1 && image.height >= 1 && image.channel_count() >= 1);
+  int channel[3] = {image.find_channel("R"), image.find_channel("G"), image.find_channel("B")};
+  for (int& c : channel) c = std::max(c, 0);
+  const auto usable = [&](float value) {
+    return std::isfinite(value) && value > 0 ? value * scale : 0.0f;
+  };
+  Sky sky;
+  sky.width = image.width;
+  sky.height = image.height;
+  sky.texels.resize(static_cast<std::size_t>(sky.width) * sky.height);
+  for (int y = 0; y < sky.height; ++y)
+    for (int x = 0; x < sky.width; ++x)
+      sky.texels[static_cast<std::size_t>(y) * sky.width + x] = {
+          usable(image.at(x, y, channel[0])), usable(image.at(x, y, channel[1])),
+          usable(image.at(x, y, channel[2]))};
+  sky.calm_level = kCalmMeans * mean_luminance(sky);
+  prepare_sky(sky, part);
+  return sky;
+}
+
+Vec3 sky_direction(const Sky& sky, float x, float y) {
+  return from_lat_long(x / static_cast<float>(sky.width), y / static_cast<float>(sky.height));
+}
+
+SkySample sample_bright_sky(const Sky& sky, float u, float v) {
+  const SkyDistribution& d = sky.distribution;
+  if (!sky.has_bright || !(d.row_cdf.back() > 0)) return {{0, 1, 0}, 0};
+  const Pick row = pick(d.row_cdf.data(), d.height, v);
+  const Pick column =
+      pick(&d.column_cdf[static_cast<std::size_t>(row.index) * (d.width + 1)], d.width, u);
+  // Within a cell uniform in cos(theta), that is in solid angle.
+  const auto cosine = [&](int y) {
+    return cos_sin_turns(0.5f * static_cast<float>(y) / static_cast<float>(d.height)).x;
+  };
+  const float height = lerp(cosine(row.index), cosine(row.index + 1), row.fraction);
+  const float flat = std::sqrt(std::max(0.0f, 1 - height * height));
+  const Vec2 around = cos_sin_turns(
+      (static_cast<float>(column.index) + column.fraction) / static_cast<float>(d.width) - 0.5f);
+  return {{around.y * flat, height, -around.x * flat},
+          d.pdf[static_cast<std::size_t>(row.index) * d.width + column.index]};
+}
+
+Vec3 sky_radiance(const Sky& sky, Vec3 direction) { return radiance_along(sky, direction); }
+Pack3 sky_radiance(const Sky& sky, const Pack3& direction) {
+  return radiance_along(sky, direction);
+}
+
+float bright_sky_pdf(const Sky& sky, Vec3 direction) { return bright_pdf(sky, direction); }
+Pack bright_sky_pdf(const Sky& sky, const Pack3& direction) { return bright_pdf(sky, direction); }
+
+Vec3 sky_irradiance(const Sky& sky, Vec3 normal) { return irradiance_on(sky, normal); }
+Pack3 sky_irradiance(const Sky& sky, const Pack3& normal) { return irradiance_on(sky, normal); }
+
+}  // namespace polymorph

@@ -1,0 +1,178 @@
+#include "render/materials/color_volume.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "base/box.h"
+#include "base/parallel.h"
+#include "base/result.h"
+#include "kernels/math.h"
+#include "model/query/sample_surface.h"
+#include "render/materials/texture.h"
+
+namespace polymorph {
+namespace {
+
+constexpr std::size_t kSamples = 1 << 16;
+constexpr int kCells = 64;  ///< along the box's diagonal
+constexpr float kNarrow = 0.015f * kCells;
+constexpr std::array<float, 3> kDeviations = {kNarrow, 3 * kNarrow, 9 * kNarrow};  ///< cells
+constexpr std::array<float, 3> kHeights = {1, 1e-3f, 1e-6f};
+
+/// Colour times weight, and weight.
+struct Weighted {
+  Vec3 color;
+  float weight = 0;
+};
+
+std::size_t point_count(const Grid& grid) {
+  return static_cast<std::size_t>(grid.points.x) * static_cast<std::size_t>(grid.points.y) *
+         static_cast<std::size_t>(grid.points.z);
+}
+
+/// The cell around a point, held within the grid, and the weights of its eight corners.
+struct Corners {
+  std::size_t index[8];
+  float weight[8];
+
+  Corners(const Grid& grid, Vec3 p) {
+    int low[3];
+    float t[3];
+    const Vec3 q = (p - grid.origin) / grid.cell;
+    const float at[3] = {q.x, q.y, q.z};
+    const int points[3] = {grid.points.x, grid.points.y, grid.points.z};
+    for (int axis = 0; axis < 3; ++axis) {
+      const float held = std::clamp(at[axis], 0.0f, static_cast<float>(points[axis] - 1));
+      low[axis] = std::min(static_cast<int>(held), points[axis] - 2);
+      t[axis] = held - static_cast<float>(low[axis]);
+    }
+    for (int i = 0; i < 8; ++i) {
+      const int x = i & 1, y = i >> 1 & 1, z = i >> 2;
+      index[i] = static_cast<std::size_t>(low[0] + x) +
+                 static_cast<std::size_t>(points[0]) *
+                     (static_cast<std::size_t>(low[1] + y) +
+                      static_cast<std::size_t>(points[1]) * static_cast<std::size_t>(low[2] + z));
+      weight[i] = (x ? t[0] : 1 - t[0]) * (y ? t[1] : 1 - t[1]) * (z ? t[2] : 1 - t[2]);
+    }
+  }
+};
+
+Vec3 color_of(const Model& model, const SurfaceSample& sample) {
+  const Material& material = model.materials[model.triangle_materials[sample.triangle]];
+  if (material.texture < 0 || model.corner_uvs.empty()) return material.color;
+  const auto& v = model.triangles[sample.triangle].v;
+  const Vec3 a = model.points[v[0]], ab = model.points[v[1]] - a, ac = model.points[v[2]] - a,
+             ap = sample.point - a;
+  const float bb = dot(ab, ab), bc = dot(ab, ac), cc = dot(ac, ac), pb = dot(ap, ab),
+              pc = dot(ap, ac), area = bb * cc - bc * bc;
+  if (!(area > 0)) return material.color;
+  const float s = (cc * pb - bc * pc) / area, t = (bb * pc - bc * pb) / area;
+  const Vec2* uv = &model.corner_uvs[std::size_t{sample.triangle} * 3];
+  const auto texture = static_cast<std::size_t>(material.texture);
+  return material.color *
+         sample_texture(*model.textures[texture], uv[0] * (1 - s - t) + uv[1] * s + uv[2] * t);
+}
+
+std::vector<Weighted> splatted(const Model& model, std::span<const FaceSide> sides,
+                               const Grid& grid) {
+  std::vector<Weighted> sums(point_count(grid));
+  for (const SurfaceSample& sample : sample_surface(model, kSamples)) {
+    if (sides[sample.triangle] == FaceSide::kHidden) continue;
+    const Vec3 color = color_of(model, sample);
+    const Corners corners(grid, sample.point);
+    for (int i = 0; i < 8; ++i) {
+      Weighted& sum = sums[corners.index[i]];
+      sum.color = sum.color + color * corners.weight[i];
+      sum.weight += corners.weight[i];
+    }
+  }
+  return sums;
+}
+
+/// A Gaussian along each axis in turn; `deviation` in cells.
+std::vector<Weighted> blurred(std::vector<Weighted> v, Int3 points, float deviation) {
+  const int reach = static_cast<int>(std::ceil(3 * deviation));
+  std::vector<float> weights;
+  for (int i = 0; i <= reach; ++i) {
+    const float t = static_cast<float>(i) / deviation;
+    constexpr float kHalfLog2E = 0.72134752f;
+    weights.push_back(exp2(-kHalfLog2E * t * t));
+  }
+  const std::array<int, 3> n = {points.x, points.y, points.z};
+  const std::array<std::int64_t, 3> steps = {1, n[0], std::int64_t{n[0]} * n[1]};
+  std::vector<Weighted> out(v.size());
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    parallel_for(
+        static_cast<std::int64_t>(v.size()),
+        [&](std::int64_t i) {
+          const auto at = static_cast<int>(i / steps[axis] % n[axis]);
+          Weighted sum;
+          for (int k = std::max(-reach, -at); k <= std::min(reach, n[axis] - 1 - at); ++k) {
+            const Weighted& from = v[static_cast<std::size_t>(i + k * steps[axis])];
+            const float w = weights[static_cast<std::size_t>(std::abs(k))];
+            sum.color = sum.color + from.color * w;
+            sum.weight += from.weight * w;
+          }
+          out[static_cast<std::size_t>(i)] = sum;
+        },
+        1024);
+    std::swap(v, out);
+  }
+  return v;
+}
+
+}  // namespace
+
+Vec3 ColorVolume::at(Vec3 p) const {
+  const Corners corners(grid, p);
+  Vec3 sum;
+  for (int i = 0; i < 8; ++i) sum = sum + colors[corners.index[i]] * corners.weight[i];
+  return sum;
+}
+
+bool is_one_color(const Model& model) {
+  const Material& first = model.materials[model.triangle_materials.front()];
+  return std::all_of(model.triangle_materials.begin(), model.triangle_materials.end(),
+                     [&](std::uint32_t m) {
+                       const Material& material = model.materials[m];
+                       return material.texture < 0 && material.color == first.color;
+                     });
+}
+
+ColorVolume make_color_volume(const Model& model, std::span<const FaceSide> sides) {
+  PM_CHECK(sides.size() == model.triangles.size());
+  constexpr int kMargin = 3;  // cells
+  const Box box = model.box();
+  ColorVolume volume;
+  volume.grid.cell = box.diagonal() / kCells;
+  volume.grid.origin = box.low - Vec3{kMargin, kMargin, kMargin} * volume.grid.cell;
+  const auto points = [&](float extent) {
+    return static_cast<int>(std::ceil(extent / volume.grid.cell)) + 2 * kMargin + 1;
+  };
+  const Vec3 size = box.size();
+  volume.grid.points = {points(size.x), points(size.y), points(size.z)};
+  std::vector<Weighted> sums(point_count(volume.grid));
+  const std::vector<Weighted> samples = splatted(model, sides, volume.grid);
+  Weighted all;
+  for (const Weighted& sample : samples) {
+    all.color = all.color + sample.color;
+    all.weight += sample.weight;
+  }
+  for (std::size_t k = 0; k < kDeviations.size(); ++k) {
+    const std::vector<Weighted> wide = blurred(samples, volume.grid.points, kDeviations[k]);
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      sums[i].color = sums[i].color + wide[i].color * kHeights[k];
+      sums[i].weight += wide[i].weight * kHeights[k];
+    }
+  }
+  // Where no Gaussian sees the surface, the mean of all.
+  constexpr float kMin = 1e-9f;
+  const Vec3 mean = all.weight > 0 ? all.color / all.weight : model.materials.front().color;
+  for (const Weighted& sum : sums)
+    volume.colors.push_back((sum.color + mean * kMin) / (sum.weight + kMin));
+  return volume;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,135 @@
+// Sobol sampler with Owen scrambling: the random numbers of a path. A value is a function of (seed,
+// frame, pixel, sample, dimension) and of nothing else. Each pair of dimensions is one
+// Owen-scrambled, shuffled Sobol (0,2)-sequence over the whole picture (Burley 2020, "Practical
+// hash-based Owen scrambling"), which the pixels draw from in Z-order (Ahmed and Wonka 2020,
+// "Screen-space blue-noise diffusion of Monte Carlo sampling error via hierarchical ordering of
+// pixels"): a pixel's samples fill their square evenly, and so do those of 2 x 2, 4 x 4, ...
+// pixels, which turns the noise that is left into a fine grain.
+//
+// Steady noise: all frames share one sequence. Pixels that show something still draw the same
+// part of it in every frame. The others draw the part of another pixel, whose coordinates are
+// theirs XOR a number of the frame's: that keeps the hierarchy of blocks, and so the grain.
+#pragma once
+
+#include <cstdint>
+
+#include "base/random.h"
+#include "render/math/simd.h"
+
+namespace polymorph {
+
+/// The Owen-scrambling hash on bit-reversed words (Laine and Karras 2011, constants of Vegdahl
+/// 2021).
+template <class B>
+constexpr B owen_hash(B x, std::uint32_t seed) {
+  x = x ^ (x * 0x3d20adeau);
+  x = x + seed;
+  x = x * ((seed >> 16) | 1u);
+  x = x ^ (x * 0x05526c56u);
+  x = x ^ (x * 0x53a22864u);
+  return x;
+}
+
+template <class B>
+constexpr B reverse_bits(B x) {
+  x = (x >> 16) | (x << 16);
+  x = ((x >> 8) & 0x00ff00ffu) | ((x & 0x00ff00ffu) << 8);
+  x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);
+  x = ((x >> 2) & 0x33333333u) | ((x & 0x33333333u) << 2);
+  return ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
+}
+
+/// The bits of x spread to the even places.
+constexpr std::uint64_t spread_bits(std::uint32_t x) {
+  std::uint64_t v = x;
+  v = (v | (v << 16)) & 0x0000ffff0000ffffull;
+  v = (v | (v << 8)) & 0x00ff00ff00ff00ffull;
+  v = (v | (v << 4)) & 0x0f0f0f0f0f0f0f0full;
+  v = (v | (v << 2)) & 0x3333333333333333ull;
+  return (v | (v << 1)) & 0x5555555555555555ull;
+}
+
+/// The second dimension of Sobol's sequence, bit-reversed like owen_hash wants it. (The first
+/// one's is the index itself.) With the index as a polynomial over {0, 1}, it is that of x + 1:
+/// Pascal's triangle, a factor (1 + x^(2^k)) a step.
+template <class B>
+constexpr B sobol_second(B index) {
+  index = index ^ ((index >> 1) & 0x55555555u);
+  index = index ^ ((index >> 2) & 0x33333333u);
+  index = index ^ ((index >> 4) & 0x0f0f0f0fu);
+  index = index ^ ((index >> 8) & 0x00ff00ffu);
+  return index ^ (index >> 16);
+}
+
+/// What all pixels of a frame share.
+struct FrameSampler {
+  std::uint64_t key = 0;    ///< of (seed, frame); with steady noise of the seed alone
+  int sample_bits = 0;      ///< 2^sample_bits >= samples per pixel
+  std::uint64_t fresh = 0;  ///< steady: XORed to the order of pixels that show something moving
+};
+FrameSampler make_frame_sampler(std::uint64_t seed, int frame, int samples, bool steady = false);
+
+/// The place of a sample in the frame's sequence.
+struct SampleIndex {
+  /// Pictures and sample counts beyond 2^32 samples go on in a sequence of their own. The same for
+  /// a whole tile of 16 x 16 pixels, as long as a pixel takes less than 2^24 samples.
+  std::uint32_t sequence = 0;
+  std::uint32_t reversed = 0;  ///< the index in it, bit-reversed
+};
+/// `moving`: the pixel shows something that moves, or the camera does.
+inline SampleIndex sample_index(const FrameSampler& frame, int x, int y, std::uint32_t sample,
+                                bool moving = false) {
+  std::uint64_t order = spread_bits(static_cast<std::uint32_t>(x)) |
+                        (spread_bits(static_cast<std::uint32_t>(y)) << 1);
+  if (moving) order ^= frame.fresh;
+  const std::uint64_t index = (order << frame.sample_bits) | sample;
+  return {static_cast<std::uint32_t>(index >> 32), reverse_bits(static_cast<std::uint32_t>(index))};
+}
+
+/// Two independent pairs, each in [0, 1).
+template <class V>
+struct Sample4Of {
+  V a, b, c, d;
+};
+using Sample4 = Sample4Of<float>;
+
+/// The numbers of one sample of one pixel, or of eight.
+template <class V>
+class PathSamplerOf {
+ public:
+  PathSamplerOf(const FrameSampler& frame, std::uint32_t sequence, BitsOf<V> reversed_index)
+      : key_(frame.key + sequence * 0x9e3779b97f4a7c15ull), reversed_index_(reversed_index) {}
+
+  /// The numbers of `set`: 0 for the camera, 1 + v for vertex v of the path.
+  Sample4Of<V> get(std::uint32_t set) const {
+    Sample4Of<V> numbers;
+    pair(mix64(key_ ^ (2 * set)), numbers.a, numbers.b);
+    pair(mix64(key_ ^ (2 * set + 1)), numbers.c, numbers.d);
+    return numbers;
+  }
+
+ private:
+  void pair(std::uint64_t seed, V& a, V& b) const {
+    const auto scramble = static_cast<std::uint32_t>(seed);
+    const BitsOf<V> index =
+        reverse_bits(owen_hash(reversed_index_, static_cast<std::uint32_t>(seed >> 32)));
+    a = unit(index, scramble);
+    b = unit(sobol_second(index), scramble * 0x9e3779b9u + 0x7f4a7c15u);
+  }
+  static V unit(BitsOf<V> x, std::uint32_t seed) {
+    return signed_to_float(reverse_bits(owen_hash(x, seed)) >> 8) * 0x1p-24f;
+  }
+
+  std::uint64_t key_ = 0;
+  BitsOf<V> reversed_index_;
+};
+
+class PathSampler : public PathSamplerOf<float> {
+ public:
+  PathSampler(const FrameSampler& frame, int x, int y, std::uint32_t sample)
+      : PathSampler(frame, sample_index(frame, x, y, sample)) {}
+  PathSampler(const FrameSampler& frame, SampleIndex index)
+      : PathSamplerOf<float>(frame, index.sequence, index.reversed) {}
+};
+
+}  // namespace polymorph

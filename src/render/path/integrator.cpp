@@ -1,0 +1,311 @@
+#include "render/path/integrator.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "render/path/scatter.h"
+
+namespace polymorph {
+namespace {
+
+// With a single bounce (previews) surfaces that hide the sky are assumed to reflect this share of
+// it, instead of all further bounces: fewer black pixels, and shadows about as deep as they should
+// be.
+constexpr float kGuessedBounce = 0.4f;
+
+PathLight result_of(const PathRow& path, Vec3 direct) {
+  const Vec3 radiance = path.radiance + direct;
+  const PathLight light{radiance, std::max(path.alpha, 0.0f), 0, 0, 0};
+  if (!has(path, kOnShadowFloor)) return light;
+  // alpha is what the floor's fading left; it is the pixel's business how much of it is shadow.
+  return {{}, 0, light.alpha, luminance(radiance), path.unlit};
+}
+
+SurfacePoint lane(const SurfacePointOf<Pack3>& p, int l) {
+  return {lane(p.position, l), lane(p.normal, l), lane(p.shading, l), lane(p.lifted, l),
+          p.inside[l] != 0};
+}
+Shading lane(const ShadingOf<Pack3>& s, int l) {
+  return {lane(s.color, l), lane(s.specular, l), s.roughness[l],
+          s.metallic[l],    s.transmission[l],   s.ior[l]};
+}
+Sample4 lane(const Sample4Of<Pack>& s, int l) { return {s.a[l], s.b[l], s.c[l], s.d[l]}; }
+
+/// Numbers of paths in the wave.
+struct List {
+  std::array<std::uint16_t, Wavefront::kMax> items;
+  int count = 0;
+  void add(std::uint32_t item) { items[count++] = static_cast<std::uint16_t>(item); }
+  void add(PackBits rows, PackMask where) {
+    for (std::uint32_t bits = Lanes<Pack>::bits(where); bits != 0; bits &= bits - 1)
+      add(rows[countr_zero(bits)]);
+  }
+};
+
+/// Traces all paths of a wavefront. At each step paths are sorted by what they hit, and those that
+/// hit the same kind of thing are handled eight at a time.
+class Tracer {
+ public:
+  Tracer(const World& world, const FrameSampler& sampler, const Wavefront& wave, RayStats& stats)
+      : world_(world), sampler_(sampler), wave_(wave), stats_(stats) {
+    for (int i = 0; i < wave.count; ++i) {
+      PathRow& path = paths_[i] = {};
+      path.ray = wave.rays[i];
+      path.ray.far = kInfinity;
+      path.depth_left = static_cast<float>(world.max_depth);
+      path.sample = wave.samples[i];
+      active_.add(static_cast<std::uint32_t>(i));
+      direct_[i] = {};
+    }
+  }
+
+  void run() {
+    for (set_ = 1; active_.count > 0; ++set_) {
+      intersect_active_paths();
+      active_.count = 0;
+      for_each_packet(meshes_, [&](Paths& path, PackBits rows, PackMask live) {
+        return at_meshes(path, rows, live);
+      });
+      for_each_packet(floors_, [&](Paths& path, PackBits rows, PackMask live) {
+        return at_floor(path, rows, live);
+      });
+      for_each_packet(escaped_, [&](Paths& path, PackBits, PackMask live) {
+        leave_scene(world_, path, live);
+        return PackMask{};
+      });
+      for_each_packet(inside_glass_, [&](Paths& path, PackBits, PackMask live) {
+        add_sky(world_, path, broadcast<Pack>(1), live);
+        return PackMask{};
+      });
+      for_each_packet(depth_limit_, [&](Paths& path, PackBits rows, PackMask live) {
+        trace_final_rays(path, rows, live);
+        return PackMask{};
+      });
+    }
+    shadows_.flush();
+  }
+
+  PathLight result(int path) const { return result_of(paths_[path], direct_[path]); }
+
+ private:
+  struct IntersectionRow {
+    Intersection intersection;
+    float rest[2];
+  };
+  static_assert(sizeof(IntersectionRow) == 8 * sizeof(float));
+
+  /// Eight rows of a list; beyond its end the last one again.
+  PackBits rows_of(const List& list, int first) const {
+    PackBits rows;
+    for (int l = 0; l < kLanes; ++l) rows[l] = list.items[std::min(first + l, list.count - 1)];
+    return rows;
+  }
+  Paths load(PackBits rows) const {
+    const float* starts[kLanes];
+    for (int l = 0; l < kLanes; ++l) starts[l] = &paths_[rows[l]].ray.origin.x;
+    Pack columns[kPathWidth];
+    load_rows<kPathWidth>(starts, columns);
+    Paths path;
+    std::memcpy(&path, columns, sizeof path);
+    return path;
+  }
+  void store(const Paths& path, PackBits rows, PackMask where) {
+    Pack columns[kPathWidth];
+    std::memcpy(columns, &path, sizeof path);
+    PathRow unused;
+    float* starts[kLanes];
+    for (int l = 0; l < kLanes; ++l)
+      starts[l] = &(where[l] ? paths_[rows[l]] : unused).ray.origin.x;
+    store_rows<kPathWidth>(columns, starts);
+  }
+  IntersectionOf<Pack> load_intersection(PackBits rows) const {
+    const float* starts[kLanes];
+    for (int l = 0; l < kLanes; ++l)
+      starts[l] = reinterpret_cast<const float*>(&intersections_[rows[l]]);
+    Pack columns[8];
+    load_rows<8>(starts, columns);
+    IntersectionOf<Pack> intersection;
+    std::memcpy(&intersection, columns, sizeof intersection);
+    return intersection;
+  }
+
+  /// f(paths, rows, live lanes) -> lanes that go on.
+  template <class F>
+  void for_each_packet(const List& list, const F& f) {
+    for (int first = 0; first < list.count; first += kLanes) {
+      const PackBits rows = rows_of(list, first);
+      const PackMask live = first_lanes(list.count - first);
+      Paths path = load(rows);
+      const PackMask goes_on = f(path, rows, live);
+      store(path, rows, live & !handled_);
+      handled_ = PackMask{};
+      active_.add(rows, goes_on);
+    }
+  }
+
+  /// Intersects the rays of all active paths and sorts the paths by what they hit.
+  void intersect_active_paths() {
+    escaped_.count = floors_.count = meshes_.count = inside_glass_.count = depth_limit_.count = 0;
+    List asking;
+    for (int i = 0; i < active_.count; ++i) {
+      const std::uint32_t row = active_.items[i];
+      (paths_[row].depth_left > 0 ? asking : depth_limit_).add(row);
+    }
+    for (int first = 0; first < asking.count; first += kPacket) {
+      const int count = std::min(kPacket, asking.count - first);
+      RayOf<Pack3> rays[2];
+      IntersectionOf<Pack> intersections[2];
+      for (int k = 0; k < count; k += kLanes)
+        rays[k / kLanes] = load(rows_of(asking, first + k)).ray;
+      intersect_closest(world_, rays, intersections, count, set_ == 1, stats_);
+      for (int i = 0; i < count; ++i) {
+        const std::uint32_t row = asking.items[first + i];
+        const Intersection met = lane(intersections[i / kLanes], i % kLanes);
+        intersections_[row].intersection = met;
+        (met.mesh.mesh != kNoMesh ? meshes_ : met.floor < kInfinity ? floors_ : escaped_).add(row);
+      }
+    }
+  }
+
+  VertexRandom random_of(const Paths& path) const {
+    return {{sampler_, wave_.sequence, path.sample}, set_};
+  }
+
+  PackMask at_floor(Paths& path, PackBits rows, PackMask live) {
+    const Pack distance = load_intersection(rows).floor;
+    add_hit_lamps(world_, path, distance, live);
+    const FloorPointOf<Pack3> point = floor_point(world_.floor, path.ray, distance);
+    add_sky(world_, path, point.fade, live);
+    path.throughput = path.throughput * (1.0f - point.fade);
+    Vertices at{path, rows, {}, live, {}, shadows_};
+    const PackMask goes_on = scatter_on_floor(world_, at, point, random_of(path), stats_);
+    path.depth_left = path.depth_left - 1.0f;
+    return goes_on;
+  }
+
+  PackMask at_meshes(Paths& path, PackBits rows, PackMask live) {
+    const MeshHitOf<Pack> hit = load_intersection(rows).mesh;
+    add_hit_lamps(world_, path, hit.distance, live);
+    add_sky(world_, path, Pack{}, live);
+    const SurfacePointOf<Pack3> point = world_.geometry->surface_point(path.ray, hit);
+    const VertexRandom random = random_of(path);
+    if (world_.has_glass) {
+      handled_ = through_glass(path, rows, live, hit, point, random.glass());
+      live = live & !handled_;
+      if (!any(live)) return PackMask{};
+    }
+    const BsdfOf<Pack3> bsdf =
+        bsdf_at(world_, hit, point.shading, -path.ray.direction, has(path, kScattered));
+    Vertices at{path, rows, {}, live, {}, shadows_};
+    return scatter_on_mesh(world_, at, point, bsdf, random);
+  }
+
+  /// Sends on the paths that meet glass, one by one; says which lanes they are.
+  PackMask through_glass(const Paths& path, PackBits rows, PackMask live,
+                         const MeshHitOf<Pack>& hit, const SurfacePointOf<Pack3>& point,
+                         const Sample4Of<Pack>& random) {
+    const ShadingOf<Pack3> shading = mixed_shading(world_, hit);
+    const PackMask glass = live & (shading.transmission > random.b);
+    store(path, rows, glass);
+    for (int l = 0; l < kLanes; ++l) {
+      if (!glass[l]) continue;
+      PathRow& row = paths_[rows[l]];
+      if (row.flags >> kGlassShift == 0) {
+        // A path that has passed so many boundaries is let out straight on.
+        inside_glass_.add(rows[l]);
+        continue;
+      }
+      row.flags -= 1u << kGlassShift;
+      pass_glass(world_, row, lane(point, l), lane(shading, l), lane(random, l));
+      active_.add(rows[l]);
+    }
+    return glass;
+  }
+
+  /// Traces the last ray of paths at the depth limit, which only looks for the sky; the floor
+  /// counts as the sky's lower half.
+  void trace_final_rays(Paths& path, PackBits rows, PackMask live) {
+    Pack3 share = broadcast3<Pack3>({1, 1, 1});
+    if (world_.has_glass) {
+      for (int l = 0; l < kLanes; ++l)
+        if (live[l]) set_lane(share, l, through_meshes(world_, paths_[rows[l]].ray, stats_));
+    } else {
+      const int count = popcount(Lanes<Pack>::bits(live));
+      stats_.rays += static_cast<std::uint64_t>(count);
+      const std::uint32_t blocked = world_.geometry->blocked(&path.ray, count);
+      for (int l = 0; l < count; ++l)
+        if ((blocked >> l) & 1) set_lane(share, l, {});
+    }
+    const PackMask hidden = live & is_black(share);
+    if (any(hidden))
+      add_sky(world_, path, broadcast<Pack>(world_.max_depth == 1 ? kGuessedBounce : 0), hidden);
+    const PackMask seen = live & !hidden;
+    // Unoccluded, the control variate is exact.
+    const PackMask shaded = seen & (min_component(share) < 1.0f);
+    if (any(shaded)) add_sky(world_, path, Pack{}, shaded);
+    path.throughput = path.throughput * share;
+    leave_scene(world_, path, seen);
+  }
+
+  const World& world_;
+  const FrameSampler& sampler_;
+  const Wavefront& wave_;
+  RayStats& stats_;
+  std::uint32_t set_ = 1;
+  PackMask handled_{};  ///< lanes of the eight at hand whose rows are seen to already
+  List active_, escaped_, floors_, meshes_, inside_glass_, depth_limit_;
+  std::array<PathRow, Wavefront::kMax> paths_;
+  std::array<IntersectionRow, Wavefront::kMax> intersections_;
+  std::array<Vec3, Wavefront::kMax> direct_;
+  ShadowRays shadows_{world_, stats_, direct_.data()};
+};
+
+}  // namespace
+
+void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, RayStats& stats) {
+  stats.paths += static_cast<std::uint64_t>(wave.count);
+  Tracer tracer(world, sampler, wave, stats);
+  tracer.run();
+  for (int i = 0; i < wave.count; ++i) wave.lights[i] = tracer.result(i);
+}
+
+FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first) {
+  FirstHit shown;
+  if (first.mesh.mesh != kNoMesh) {
+    const MeshHit& hit = first.mesh;
+    const RenderMesh& mesh = world.geometry->mesh(hit.mesh);
+    const SurfacePoint point = world.geometry->surface_point(ray, hit);
+    const Triangle& t = mesh.triangles[hit.triangle];
+    const auto at = [&](const auto& values) {
+      return values[t.v[0]] * (1 - hit.u - hit.v) + values[t.v[1]] * hit.u + values[t.v[2]] * hit.v;
+    };
+    shown.depth = hit.distance;
+    shown.normal = point.shading;
+    shown.id = mesh.id;
+    shown.position = point.position;
+    shown.next =
+        mesh.displacement.empty() ? point.position : point.position + at(mesh.displacement);
+    shown.albedo = mixed_shading(world, hit).color;
+    if (!mesh.corner_uvs.empty()) {
+      const Vec2* uv = &mesh.corner_uvs[std::size_t{hit.triangle} * 3];
+      shown.uv = uv[0] * (1 - hit.u - hit.v) + uv[1] * hit.u + uv[2] * hit.v;
+    }
+    shown.blend = mesh.vertex_blend.empty() ? mesh.blend : at(mesh.vertex_blend);
+    shown.t = world.moment;
+    if (!mesh.vertex_labels.empty()) {
+      const float rest = 1 - hit.u - hit.v;
+      const int nearest = rest >= hit.u && rest >= hit.v ? 0 : hit.u >= hit.v ? 1 : 2;
+      shown.label = static_cast<float>(mesh.first_label + mesh.vertex_labels[t.v[nearest]]);
+    }
+  } else if (first.floor < kInfinity) {
+    const FloorPointOf<Vec3> point = floor_point(world.floor, ray, first.floor);
+    shown.depth = first.floor;
+    shown.normal = {0, 1, 0};
+    shown.id = 1;
+    shown.position = shown.next = point.position;
+    shown.albedo = world.floor.color * point.tone;
+  }
+  return shown;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,39 @@
+// Path tracing with next-event estimation, for many camera rays at once (wavefront).
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "render/math/sampler.h"
+#include "render/path/world.h"
+
+namespace polymorph {
+
+/// The light along one camera ray.
+struct PathLight {
+  Vec3 radiance;
+  float alpha = 1;
+  /// On a floor of which only shadows are kept: the share of the ray that sees it (not in alpha),
+  /// the light that it reflects there, and what it would reflect if nothing stood on it.
+  float floor = 0, lit = 0, unlit = 0;
+};
+
+/// Camera rays that are followed together.
+struct Wavefront {
+  static constexpr int kMax = 512;
+  int count = 0;
+  std::array<Ray, kMax> rays;               ///< `far` is not looked at
+  std::array<std::uint32_t, kMax> samples;  ///< SampleIndex::reversed of each
+  std::uint32_t sequence = 0;               ///< SampleIndex::sequence of all
+  std::array<PathLight, kMax> lights;       ///< filled by trace()
+};
+
+/// Traces the light along the wavefront's rays. The sampler gives set 1 + v at vertex v. The light
+/// along a ray does not depend on the others.
+void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, RayStats& stats);
+
+/// What the AOVs show along a camera ray that meets `first`; `depth` is still the distance along
+/// the ray. `motion` is not filled: the caller projects `next`.
+FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first);
+
+}  // namespace polymorph

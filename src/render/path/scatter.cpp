@@ -1,0 +1,249 @@
+#include "render/path/scatter.h"
+
+#include <algorithm>
+
+#include "render/materials/ggx.h"
+
+namespace polymorph {
+namespace {
+
+// Lobes sharper than this count as mirrors: paths remember nothing of passing one.
+constexpr float kMirrorAlpha = 0.1f;
+// The density of a direction that a smooth mirror or glass leaves no choice of.
+constexpr float kDeltaPdf = 1e30f;
+
+/// Asks for the light that comes straight from a light. Where `unlit`, what it would be with
+/// nothing in the way is noted as well.
+void add_direct(const World& world, Vertices& at, const Pack3& direction, Pack distance,
+                const Pack3& light, PackMask wanted, PackMask unlit) {
+  at.path.unlit = at.path.unlit + zero_unless(unlit & wanted, luminance(light));
+  at.shadows.add({at.origin, direction, at.path.ray.time, distance},
+                 clamp_indirect(world, at.path, light), at.rows, wanted);
+}
+
+/// Light from one sun. `scatter(direction)` gives bsdf times cosine and density.
+template <class Scatter>
+void add_sun(const World& world, Vertices& at, const KeyLight& sun, Pack u, Pack v,
+             const Scatter& scatter, PackMask wanted, PackMask unlit) {
+  const Pack3 direction = sample_key(sun, u, v);
+  const BsdfValueOf<Pack3> bsdf = scatter(direction);
+  const PackMask shared = at.shared & mask_of<PackMask>(sun.pdf > 0);
+  const Pack weight =
+      select(shared, balance_heuristic(broadcast<Pack>(sun.pdf), bsdf.pdf), broadcast<Pack>(1));
+  add_direct(world, at, direction, broadcast<Pack>(kInfinity),
+             at.path.throughput * bsdf.value * sun.sample_power * weight, wanted, unlit);
+}
+
+template <class Scatter>
+void add_lamp(const World& world, Vertices& at, const Lamp& lamp, Pack u, Pack v,
+              const Scatter& scatter, PackMask unlit) {
+  const LampSampleOf<Pack3> sample = sample_lamp(lamp, at.origin, u, v);
+  const BsdfValueOf<Pack3> bsdf = scatter(sample.direction);
+  const Pack weight = select(at.shared & (sample.pdf > 0.0f),
+                             balance_heuristic(sample.pdf, bsdf.pdf), broadcast<Pack>(1));
+  add_direct(world, at, sample.direction, sample.distance,
+             at.path.throughput * bsdf.value * sample.power * weight,
+             at.live & !is_black(sample.power), unlit);
+}
+
+/// Light from the bright part of the sky.
+template <class Scatter>
+void add_bright_sky(const World& world, Vertices& at, const Sample4Of<Pack>& random,
+                    const Scatter& scatter, PackMask unlit) {
+  Pack3 direction;
+  Pack pdf;
+  for (int l = 0; l < kLanes; ++l) {
+    const SkySample sample = sample_bright_sky(*world.sky, random.a[l], random.b[l]);
+    set_lane(direction, l, sample.direction);
+    pdf[l] = sample.pdf;
+  }
+  const BsdfValueOf<Pack3> bsdf = scatter(direction);
+  const Pack3 bright = split_radiance(*world.sky, sky_radiance(*world.sky, direction)).bright;
+  add_direct(world, at, direction, broadcast<Pack>(kInfinity),
+             at.path.throughput * bsdf.value * bright * (power_heuristic(pdf, bsdf.pdf) / pdf),
+             at.live & (pdf > 0.0f), unlit);
+}
+
+/// All lights but the key light.
+template <class Scatter>
+void add_more_lights(const World& world, Vertices& at, const VertexRandom& random,
+                     const Scatter& scatter, PackMask unlit) {
+  std::size_t light = 0;
+  for (const KeyLight& sun : world.suns.subspan(1)) {
+    const Sample4Of<Pack> r = random.light(light++);
+    add_sun(world, at, sun, r.a, r.b, scatter, at.live, unlit);
+  }
+  for (const Lamp& lamp : world.lamps) {
+    const Sample4Of<Pack> r = random.light(light++);
+    add_lamp(world, at, lamp, r.a, r.b, scatter, unlit);
+  }
+  if (world.sky->has_bright) add_bright_sky(world, at, random.sky(), scatter, unlit);
+}
+
+/// How much of the calm sky's light on the floor to foresee: the share that a ball of 0.6 of the
+/// objects' radius would leave (Howell, catalog of radiation configuration factors, B-38). Any
+/// share is right on average; where most of the sky is hidden, foreseeing all of it would only add
+/// noise. Measured on a knot and a cow, against 1 everywhere: 25 to 29 % less variance.
+Pack control_variate_share(const World& world, const Pack3& point) {
+  if (!(world.radius > 0)) return broadcast<Pack>(1);  // nothing there
+  const Pack3 to_center = world.center - point;
+  const Pack distance2 = dot(to_center, to_center);
+  const float radius = 0.6f * world.radius;
+  const Pack hidden =
+      clamp01(max(to_center.y, 0.0f) * (radius * radius) / (distance2 * sqrt(distance2)));
+  // Far away rays that pass by everything need not even look at the sky.
+  return select(hidden < 0.1f, broadcast<Pack>(1), 1.0f - hidden);
+}
+
+/// Fades light out before it would slip below the triangle while it still is above the smooth
+/// surface. After Chiang et al. 2019, "Taming the shadow terminator", but only next to it: their
+/// term shows every facet of a coarse mesh.
+Pack terminator(const SurfacePointOf<Pack3>& point, const Pack3& direction) {
+  const Pack flat = dot(point.normal, direction);
+  const Pack smooth = dot(point.shading, direction) * dot(point.shading, point.normal);
+  return zero_unless(
+      flat > 0.0f, select(flat >= smooth, broadcast<Pack>(1), smoothstep(0, 0.5f, flat / smooth)));
+}
+
+}  // namespace
+
+PackMask scatter_on_floor(const World& world, Vertices& at, const FloorPointOf<Pack3>& point,
+                          const VertexRandom& random, RayStats& stats) {
+  Paths& path = at.path;
+  const Sample4Of<Pack> own = random.own();
+  const Pack3 albedo = world.floor.color * point.tone;
+  at.origin = point.position + Vec3{0, world.geometry->epsilon(), 0};
+  const auto lambert = [&](const Pack3& d) {
+    const Pack cosine = kInvPi * max(d.y, 0.0f);
+    return BsdfValueOf<Pack3>{albedo * cosine, cosine};
+  };
+  const PackMask notes_unlit =
+      mask_of<PackMask>(world.shadow_only) & has(path, kFromCamera) & !has(path, kThroughGlass);
+  set(path, kOnShadowFloor, has(path, kOnShadowFloor) | notes_unlit);
+  const KeyLight& key = world.suns.front();
+  // A disc that is wholly above the floor's horizon gives its irradiance times the cosine, without
+  // noise.
+  const bool whole = key.frame.z.y >= key.sin_radius;
+  PackMask clear{};
+  if (whole) {
+    const Pack3 light =
+        path.throughput * albedo * ((kInvPi * std::max(0.0f, key.frame.z.y)) * key.irradiance);
+    clear = key_is_clear(key, at.origin, world.center, world.radius);
+    path.radiance = path.radiance + zero_unless(clear, clamp_indirect(world, path, light));
+    path.unlit = path.unlit + zero_unless(notes_unlit, luminance(light));
+  }
+  const PackMask doubtful = at.live & !clear;
+  if (any(doubtful))
+    add_sun(world, at, key, own.a, own.b, lambert, doubtful,
+            notes_unlit & mask_of<PackMask>(!whole));
+  add_more_lights(world, at, random, lambert, notes_unlit);
+  const Pack share = control_variate_share(world, at.origin);
+  const Pack3 sky_light = path.throughput * albedo * kInvPi * world.sky->upper_irradiance;
+  path.unlit = path.unlit + zero_unless(notes_unlit, luminance(sky_light));
+  path.radiance = path.radiance + sky_light * share;
+
+  const Pack3 local = cosine_direction(own.c, own.d);
+  const Pack3 direction{local.x, local.z, -local.y};
+  path.ray = {at.origin, direction, path.ray.time};
+  path.pdf = kInvPi * direction.y;
+  path.throughput = path.throughput * albedo;
+  path.control_variate = path.throughput * share;
+  set(path, kHitsLights | kFromCamera, PackMask{});
+  set(path, kScattered, mask_of<PackMask>(true));
+  const PackMask up = at.live & (direction.y > 0.0f);
+  if (world.sky->has_bright) return up;
+  // Past everything: the calm sky is as foreseen.
+  const PackMask past = up & (share == 1.0f) & world.geometry->misses_bounds(path.ray);
+  stats.rays += static_cast<std::uint64_t>(popcount(Lanes<Pack>::bits(past)));
+  return up & !past;
+}
+
+PackMask scatter_on_mesh(const World& world, Vertices& at, const SurfacePointOf<Pack3>& point,
+                         const BsdfOf<Pack3>& bsdf, const VertexRandom& random) {
+  Paths& path = at.path;
+  const Sample4Of<Pack> own = random.own();
+  at.origin = point.lifted + point.normal * world.geometry->epsilon();
+  at.shared = bsdf.has_gloss;
+  const auto scatter = [&](const Pack3& d) {
+    BsdfValueOf<Pack3> value = evaluate_bsdf(bsdf, to_local(bsdf.frame, d));
+    value.value = value.value * terminator(point, d);
+    return value;
+  };
+  add_sun(world, at, world.suns.front(), own.a, own.b, scatter, at.live, PackMask{});
+  add_more_lights(world, at, random, scatter, PackMask{});
+  if (bsdf.diffuse_count > 0)
+    path.radiance = path.radiance + path.throughput * bsdf.diffuse_albedo * kInvPi *
+                                        sky_irradiance(*world.sky, point.shading);
+
+  const Pack3 local = sample_bsdf(bsdf, own.c, own.d);
+  const BsdfValueOf<Pack3> value = evaluate_bsdf(bsdf, local);
+  const PackMask scattered = at.live & (value.pdf > 0.0f);
+  const Pack3 direction = to_world(bsdf.frame, local);
+  path.control_variate = path.throughput * bsdf.diffuse_albedo * (kInvPi * local.z / value.pdf);
+  path.throughput = path.throughput * value.value / value.pdf;
+  path.ray = {at.origin, direction, path.ray.time};
+  path.pdf = value.pdf;
+  set(path, kHitsLights, bsdf.has_gloss);
+  set(path, kScattered,
+      has(path, kScattered) | (bsdf.sharpest_alpha > kMirrorAlpha) | (own.c < bsdf.choose_diffuse));
+  set(path, kFromCamera, PackMask{});
+  const PackMask mirror =
+      (!bsdf.has_diffuse) & (bsdf.sharpest_alpha < kMirrorAlpha) & (path.mirrors > 0.0f);
+  path.mirrors = path.mirrors - zero_unless(mirror, broadcast<Pack>(1));
+  path.depth_left = path.depth_left - zero_unless(!mirror, broadcast<Pack>(1));
+  // Above the shading normal's horizon, below the triangle's: no light, and what was foreseen is
+  // taken back.
+  const PackMask above = dot(direction, point.normal) > 0.0f;
+  const PackMask lost = scattered & !above;
+  if (any(lost)) add_sky(world, path, Pack{}, lost);
+  return scattered & above;
+}
+
+void pass_glass(const World& world, PathRow& path, const SurfacePoint& point, const Shading& glass,
+                const Sample4& random) {
+  const float eta = point.inside ? glass.ior : 1 / glass.ior;
+  const float off = world.geometry->epsilon();
+  const Vec3 tint = glass_tint(glass) / std::max(glass.transmission, 1e-6f);
+  const bool first = has(path, kFromCamera) && !has(path, kThroughGlass);
+  path.flags |= kThroughGlass | kHitsLights;
+  path.pdf = kDeltaPdf;
+  if (has(path, kScattered)) {
+    // What it would gather up is lost, but nothing sparkles: straight on.
+    const float cosine = -dot(path.ray.direction, point.shading);
+    path.throughput = path.throughput * tint * (1 - dielectric_fresnel(cosine, eta));
+    path.ray.origin = point.position - point.normal * off;
+    path.flags &= ~kHitsLights;
+    return;
+  }
+  const Vec3 view = -path.ray.direction;
+  Vec3 normal = point.shading;
+  const float alpha = square(clamp01(glass.roughness));
+  if (alpha > kMinAlpha) {
+    const Frame frame = make_frame(point.shading);
+    Vec3 local = to_local(frame, view);
+    local.z = std::max(local.z, 1e-4f);
+    normal = to_world(frame, sample_ggx_normal(local, alpha, random.c, random.d));
+  }
+  const float reflected = dielectric_fresnel(dot(view, normal), eta);
+  // What the glass shows in front is faint and often bright: it gets more paths than its share.
+  const float choose = first && reflected > 0 && reflected < 0.25f ? 0.25f : reflected;
+  Vec3 direction;
+  if (random.a < choose) {
+    path.throughput = path.throughput * (reflected / choose);
+    direction = normal * (2 * dot(view, normal)) - view;
+    // A bent normal may mirror light to below the triangle, where a flat one would not.
+    if (dot(direction, point.normal) <= 0)
+      direction = point.normal * (2 * dot(view, point.normal)) - view;
+    path.ray.origin = point.position + point.normal * off;
+    path.flags &= ~kFromCamera;
+  } else {
+    direction = refracted(path.ray.direction, normal, eta);
+    if (dot(direction, point.normal) >= 0)
+      direction = refracted(path.ray.direction, point.normal, eta);
+    path.throughput = path.throughput * tint * ((1 - reflected) / (1 - choose));
+    path.ray.origin = point.position - point.normal * off;
+  }
+  path.ray.direction = direction;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,47 @@
+// Path scattering at surfaces: BSDF sampling, glass, shadow catcher.
+#pragma once
+
+#include "render/materials/glass.h"
+#include "render/path/path.h"
+#include "render/path/shadow_rays.h"
+#include "render/path/surface_shading.h"
+
+namespace polymorph {
+
+/// Random numbers of eight paths' vertices, in disjoint sets.
+struct VertexRandom {
+  static constexpr std::uint32_t kSkySets = 1024, kGlassSets = 2048,
+                                 kLightSets = 8192;  ///< beyond any depth
+  static constexpr std::uint32_t kMaxLights = 32;
+  PathSamplerOf<Pack> sampler;
+  std::uint32_t set;  ///< 1 + v at vertex v
+  /// For the key light and the next direction.
+  Sample4Of<Pack> own() const { return sampler.get(set); }
+  Sample4Of<Pack> sky() const { return sampler.get(kSkySets + set); }
+  Sample4Of<Pack> glass() const { return sampler.get(kGlassSets + set); }
+  Sample4Of<Pack> light(std::size_t i) const {
+    return sampler.get(kLightSets + set * kMaxLights + static_cast<std::uint32_t>(i));
+  }
+};
+
+/// Vertices of eight paths, with what sampling the lights needs.
+struct Vertices {
+  Paths& path;
+  PackBits rows;  ///< where the paths stand in the wave
+  Pack3 origin;   ///< of rays that leave
+  PackMask live;
+  PackMask shared{};  ///< the next ray may meet suns and lamps as well
+  ShadowRays& shadows;
+};
+
+/// Both return the lanes whose paths go on.
+PackMask scatter_on_floor(const World& world, Vertices& at, const FloorPointOf<Pack3>& point,
+                          const VertexRandom& random, RayStats& stats);
+PackMask scatter_on_mesh(const World& world, Vertices& at, const SurfacePointOf<Pack3>& point,
+                         const BsdfOf<Pack3>& bsdf, const VertexRandom& random);
+
+/// Refracts or reflects a path at a boundary of glass.
+void pass_glass(const World& world, PathRow& path, const SurfacePoint& point, const Shading& glass,
+                const Sample4& random);
+
+}  // namespace polymorph

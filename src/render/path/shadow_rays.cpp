@@ -1,0 +1,87 @@
+#include "render/path/shadow_rays.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "render/materials/glass.h"
+#include "render/path/surface_shading.h"
+
+namespace polymorph {
+namespace {
+
+constexpr int kMaxBoundaries = 32;  // of glass that a ray is followed through
+
+}  // namespace
+
+Vec3 through_meshes(const World& world, const Ray& ray, RayStats& stats) {
+  Vec3 share{1, 1, 1};
+  Ray way = ray;
+  for (int boundary = 0; boundary < kMaxBoundaries; ++boundary) {
+    ++stats.rays;
+    const MeshHit hit = world.geometry->closest(way);
+    if (hit.mesh == kNoMesh) return share;
+    const Shading shading = mixed_shading(world, hit);
+    if (!(shading.transmission > 0)) return {};
+    const SurfacePoint point = world.geometry->surface_point(way, hit);
+    const float eta = point.inside ? shading.ior : 1 / shading.ior;
+    share = share * glass_tint(shading) *
+            (1 - dielectric_fresnel(-dot(way.direction, point.shading), eta));
+    way.origin = point.position - point.normal * world.geometry->epsilon();
+    way.far = ray.far - length(way.origin - ray.origin);
+    if (is_black(share) || !(way.far > 0)) break;
+  }
+  return share;
+}
+
+void ShadowRays::add(const RayOf<Pack3>& ray, const Pack3& light, PackBits path, PackMask wanted) {
+  const PackMask clear = intersect_floor(world_.floor, ray) == kInfinity;
+  std::uint32_t bits = Lanes<Pack>::bits(wanted & clear & !is_black(light));
+  if (bits == 0) return;
+  if (count_ >= kPacket) {
+    look(0, kPacket);
+    std::copy(rows_.begin() + kPacket, rows_.begin() + count_, rows_.begin());
+    count_ -= kPacket;
+  }
+  static_assert(sizeof(Row) == 16 * sizeof(float));
+  Pack columns[16] = {ray.origin.x,    ray.origin.y,    ray.origin.z, ray.direction.x,
+                      ray.direction.y, ray.direction.z, ray.time,     ray.far,
+                      light.x,         light.y,         light.z,      float_from_bits(path)};
+  Row rows[kLanes];
+  float* starts[kLanes];
+  for (int l = 0; l < kLanes; ++l) starts[l] = &rows[l].ray.origin.x;
+  store_rows<16>(columns, starts);
+  for (; bits != 0; bits &= bits - 1) rows_[count_++] = rows[countr_zero(bits)];
+}
+
+void ShadowRays::flush() {
+  for (int first = 0; first < count_; first += kPacket)
+    look(first, std::min(kPacket, count_ - first));
+  count_ = 0;
+}
+
+void ShadowRays::look(int first, int count) {
+  if (world_.has_glass) {
+    for (int i = first; i < first + count; ++i) {
+      const Row& row = rows_[i];
+      direct_[row.path] = direct_[row.path] + row.light * through_meshes(world_, row.ray, stats_);
+    }
+    return;
+  }
+  RayOf<Pack3> rays[2];
+  for (int k = 0; k < count; k += kLanes) {
+    const float* starts[kLanes];
+    for (int l = 0; l < kLanes; ++l)
+      starts[l] = &rows_[first + std::min(k + l, count - 1)].ray.origin.x;
+    Pack columns[8];
+    load_rows<8>(starts, columns);
+    std::memcpy(&rays[k / kLanes], columns, sizeof columns);
+  }
+  stats_.rays += static_cast<std::uint64_t>(count);
+  const std::uint32_t blocked = world_.geometry->blocked(rays, count);
+  for (int i = 0; i < count; ++i) {
+    const Row& row = rows_[first + i];
+    if (!((blocked >> i) & 1)) direct_[row.path] = direct_[row.path] + row.light;
+  }
+}
+
+}  // namespace polymorph

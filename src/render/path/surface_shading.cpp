@@ -1,0 +1,126 @@
+#include "render/path/surface_shading.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "render/materials/texture.h"
+
+namespace polymorph {
+namespace {
+
+/// Share of the common look.
+float look_share(const RenderMesh& mesh) {
+  return mesh.materials.empty() ? 1.0f : clamp01(mesh.look);
+}
+
+bool is_uniform(const MaterialLayer& layer) {
+  return layer.triangle_materials.empty() && layer.materials.front().texture < 0;
+}
+/// The same material everywhere?
+bool is_uniform(const RenderMesh& mesh) {
+  return mesh.vertex_colors.empty() && is_uniform(static_cast<const MaterialLayer&>(mesh)) &&
+         std::all_of(mesh.over.begin(), mesh.over.end(), [](const MixedLayer& layer) {
+           return layer.materials.empty() || is_uniform(layer);
+         });
+}
+
+Shading layer_shading(const MaterialLayer& layer, const MeshHit& hit) {
+  const std::size_t index =
+      layer.triangle_materials.empty() ? 0 : layer.triangle_materials[hit.triangle];
+  const Material& material = layer.materials[index];
+  const auto texture = static_cast<std::size_t>(std::max(material.texture, 0));
+  if (material.texture < 0 || layer.corner_uvs.empty() || texture >= layer.textures.size() ||
+      !layer.textures[texture])
+    return own_shading(material, {1, 1, 1});
+  const Vec2* uv = &layer.corner_uvs[std::size_t{hit.triangle} * 3];
+  const Vec2 at = uv[0] * (1 - hit.u - hit.v) + uv[1] * hit.u + uv[2] * hit.v;
+  return own_shading(material, sample_texture(*layer.textures[texture], at));
+}
+
+/// The mesh's own materials, mixed with what they turn into.
+Shading mesh_shading(const RenderMesh& mesh, const MeshHit& hit) {
+  Shading shading = layer_shading(mesh, hit);
+  for (const MixedLayer& layer : mesh.over)
+    if (!layer.materials.empty() && layer.share > 0)
+      shading = mix(shading, layer_shading(layer, hit), clamp01(layer.share));
+  if (!mesh.vertex_colors.empty() && mesh.vertex_color_share > 0) {
+    const Triangle& t = mesh.triangles[hit.triangle];
+    const Vec3* colors = mesh.vertex_colors.data();
+    const Vec3 color =
+        colors[t.v[0]] * (1 - hit.u - hit.v) + colors[t.v[1]] * hit.u + colors[t.v[2]] * hit.v;
+    shading.color = lerp(shading.color, color, clamp01(mesh.vertex_color_share));
+  }
+  return shading;
+}
+
+MeshHit lane(const MeshHitOf<Pack>& hit, int l) {
+  return {hit.mesh[l], hit.triangle[l], hit.distance[l], hit.u[l], hit.v[l]};
+}
+
+ShadingOf<Pack3> same_shading(const Shading& s) {
+  return {broadcast3<Pack3>(s.color),      broadcast3<Pack3>(s.specular),
+          broadcast<Pack>(s.roughness),    broadcast<Pack>(s.metallic),
+          broadcast<Pack>(s.transmission), broadcast<Pack>(s.ior)};
+}
+
+/// shading_of(hit) of each lane; once for all where they are on one mesh of one material.
+template <class F>
+ShadingOf<Pack3> shading_of_lanes(const World& world, const MeshHitOf<Pack>& hit,
+                                  const F& shading_of) {
+  const std::uint32_t first = hit.mesh[0];
+  const RenderMesh& mesh = world.geometry->mesh(first);
+  if (!any(hit.mesh != first) && (mesh.materials.empty() || is_uniform(mesh)))
+    return same_shading(shading_of(lane(hit, 0)));
+  struct Row {
+    Shading shading;
+    float rest[6] = {};
+  };
+  Row rows[kLanes];
+  const float* starts[kLanes];
+  for (int l = 0; l < kLanes; ++l) {
+    rows[l].shading = shading_of(lane(hit, l));
+    starts[l] = &rows[l].shading.color.x;
+  }
+  Pack columns[16];
+  load_rows<16>(starts, columns);
+  ShadingOf<Pack3> shading;
+  static_assert(sizeof shading == 10 * sizeof(Pack) && sizeof(Row) == 16 * sizeof(float));
+  std::memcpy(&shading, columns, sizeof shading);
+  return shading;
+}
+
+}  // namespace
+
+Vec3 glass_tint(const Shading& shading) {
+  const Vec3 c = min(shading.color, {1, 1, 1});
+  return Vec3{std::sqrt(c.x), std::sqrt(c.y), std::sqrt(c.z)} * shading.transmission;
+}
+
+Shading mixed_shading(const World& world, const MeshHit& hit) {
+  const RenderMesh& mesh = world.geometry->mesh(hit.mesh);
+  const float share = look_share(mesh);
+  if (share >= 1) return look_shading(world.look);
+  const Shading own = mesh_shading(mesh, hit);
+  return share > 0 ? mix(own, look_shading(world.look), share) : own;
+}
+
+ShadingOf<Pack3> mixed_shading(const World& world, const MeshHitOf<Pack>& hit) {
+  return shading_of_lanes(world, hit,
+                          [&](const MeshHit& one) { return mixed_shading(world, one); });
+}
+
+BsdfOf<Pack3> bsdf_at(const World& world, const MeshHitOf<Pack>& hit, const Pack3& normal,
+                      const Pack3& view, PackMask matte) {
+  Pack share;
+  for (int l = 0; l < kLanes; ++l) share[l] = look_share(world.geometry->mesh(hit.mesh[l]));
+  const ShadingOf<Pack3> look = matte_if(matte, same_shading(look_shading(world.look)));
+  if (!any(share < 1.0f)) return make_bsdf(look, look, share, normal, view);
+  const ShadingOf<Pack3> own = shading_of_lanes(world, hit, [&](const MeshHit& one) {
+    const RenderMesh& mesh = world.geometry->mesh(one.mesh);
+    return mesh.materials.empty() ? Shading{} : mesh_shading(mesh, one);
+  });
+  return make_bsdf(matte_if(matte, own), look, share, normal, view);
+}
+
+}  // namespace polymorph

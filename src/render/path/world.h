@@ -1,0 +1,73 @@
+// Ray intersection with the whole scene: meshes, floor, sky, suns and lamps.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+
+#include "render/aov.h"
+#include "render/lights/backdrop.h"
+#include "render/lights/lamps.h"
+#include "render/lights/lights.h"
+#include "render/rays/scene_build.h"
+
+namespace polymorph {
+
+/// Borrowed, constant while a frame is traced.
+struct World {
+  const TracedScene* geometry = nullptr;
+  const Sky* sky = nullptr;
+  std::span<const KeyLight> suns;  ///< the key light first
+  std::span<const Lamp> lamps;
+  Floor floor;
+  Backdrop backdrop;
+  Vec3 center;  ///< of a sphere around all meshes
+  float radius = 0;
+  LookSettings look;
+  float white = 1;    ///< what a white surface sends back under all this light; scales the limits
+  int max_depth = 4;  ///< surfaces that a path may scatter at; mirrors count less, see path.h
+  bool has_glass = false;    ///< on any mesh
+  bool transparent = false;  ///< camera rays see no backdrop
+  bool shadow_only = false;  ///< camera rays see of the floor only its shadows
+  float moment = 0;          ///< for the AOVs
+};
+
+struct RayStats {
+  std::uint64_t rays = 0, paths = 0;
+};
+
+/// The closest intersection of a ray: with a mesh, else with the floor, else none.
+template <class V>
+struct IntersectionOf {
+  MeshHitOf<V> mesh;
+  V floor = broadcast<V>(std::numeric_limits<float>::infinity());  ///< how far it is
+};
+using Intersection = IntersectionOf<float>;
+
+inline Ray lane(const RayOf<Pack3>& ray, int l) {
+  return {lane(ray.origin, l), lane(ray.direction, l), ray.time[l], ray.far[l]};
+}
+inline Intersection lane(const IntersectionOf<Pack>& m, int l) {
+  return {{m.mesh.mesh[l], m.mesh.triangle[l], m.mesh.distance[l], m.mesh.u[l], m.mesh.v[l]},
+          m.floor[l]};
+}
+
+/// For up to kPacket rays, the first `count` lanes of one or two packs; `alike` where they go about
+/// the same way.
+inline void intersect_closest(const World& world, const RayOf<Pack3>* rays,
+                              IntersectionOf<Pack>* intersections, int count, bool alike,
+                              RayStats& stats) {
+  RayOf<Pack3> shortened[2];
+  MeshHitOf<Pack> hits[2];
+  const int packs = (count + kLanes - 1) / kLanes;
+  for (int i = 0; i < packs; ++i) {
+    shortened[i] = rays[i];
+    intersections[i].floor = intersect_floor(world.floor, rays[i]);
+    shortened[i].far = min(intersections[i].floor, rays[i].far);
+  }
+  stats.rays += static_cast<std::uint64_t>(count);
+  world.geometry->closest(shortened, hits, count, alike);
+  for (int i = 0; i < packs; ++i) intersections[i].mesh = hits[i];
+}
+
+}  // namespace polymorph

@@ -1,0 +1,336 @@
+#include "render/rays/scene_build.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+
+#include "render/math/vector_math.h"
+#include "render/rays/widened.h"
+
+namespace polymorph {
+namespace {
+
+constexpr std::array<const char*, 5> kIsas = {"sse2", "sse4.2", "avx", "avx2", "avx512"};
+
+/// Embree does not tell what it chose; the native packet widths and the CPU do.
+std::string chosen_isa(RTCDevice device) {
+  if (rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)) return "avx512";
+  if (rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED))
+    return __builtin_cpu_supports("avx2") ? "avx2" : "avx";
+  return __builtin_cpu_supports("sse4.2") ? "sse4.2" : "sse2";
+}
+
+bool cpu_supports(const std::string& isa) {
+  if (isa == "avx512")
+    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl");
+  if (isa == "avx2") return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+  if (isa == "avx") return __builtin_cpu_supports("avx");
+  return true;
+}
+
+void note_error(void* user, RTCError code, const char* text) {
+  auto* report = static_cast<RayDevice::Report*>(user);
+  const std::lock_guard lock(report->mutex);
+  if (report->code != RTC_ERROR_NONE) return;
+  report->code = code;
+  report->text = text ? text : "";
+}
+
+/// The triangle's corners, or its shading normals.
+template <class T3>
+struct CornersOf {
+  T3 a, b, c;
+};
+
+template <class T3>
+T3 interpolate(const CornersOf<T3>& c, ComponentOf<T3> u, ComponentOf<T3> v) {
+  return c.a * (1.0f - u - v) + c.b * u + c.c * v;
+}
+
+/// Bends a shading normal so that the mirrored view ray stays above the triangle (Keller et al.
+/// 2017, "The Iray light transport simulation and rendering system"): no black rims on coarse,
+/// shiny meshes.
+template <class T3>
+T3 bend_to_valid_reflection(T3 shading, T3 normal, T3 view) {
+  using V = ComponentOf<T3>;
+  const T3 mirrored = shading * (2.0f * dot(shading, view)) - view;
+  const V above = dot(mirrored, normal);
+  const V least_above = min(0.9f * dot(view, normal), 0.01f);
+  const MaskOf<T3> low = above < least_above;
+  if (!any(low)) return shading;
+  const T3 bent = normalized(normalized(mirrored + normal * (least_above - above)) + view);
+  return select(low, select(dot(bent, normal) > 0.0f, bent, normal), shading);
+}
+
+/// Moves a point of a flat triangle onto the smooth surface its vertex normals describe (Hanika
+/// 2021, "Hacking the shadow terminator"): no faceted terminator on coarse meshes.
+template <class T3>
+T3 lift(T3 position, const CornersOf<T3>& p, const CornersOf<T3>& n, ComponentOf<T3> u,
+        ComponentOf<T3> v, ComponentOf<T3> side) {
+  using V = ComponentOf<T3>;
+  const auto above = [&](T3 vertex, T3 normal, V weight) {
+    const V below = min(side * dot(position - vertex, normal), 0.0f);
+    return normal * (-below * side * weight);
+  };
+  return position + above(p.a, n.a, 1.0f - u - v) + above(p.b, n.b, u) + above(p.c, n.c, v);
+}
+
+/// `n` zero: the triangle has no shading normals.
+template <class T3>
+SurfacePointOf<T3> point_on(const CornersOf<T3>& p, const CornersOf<T3>& n, const RayOf<T3>& ray,
+                            const MeshHitOf<ComponentOf<T3>>& hit) {
+  using V = ComponentOf<T3>;
+  const T3 view = -ray.direction;
+  SurfacePointOf<T3> point;
+  point.position = interpolate(p, hit.u, hit.v);
+  const T3 normal = normalized(cross(p.b - p.a, p.c - p.a));
+  point.normal = select(dot(normal, normal) > 0.5f, normal, view);
+  const V side = copysign(broadcast<V>(1), dot(point.normal, view));
+  point.normal = point.normal * side;
+  point.inside = side < 0.0f;
+  point.shading = point.normal;
+  point.lifted = point.position;
+
+  const T3 smooth = normalized(interpolate(n, hit.u, hit.v));
+  const MaskOf<T3> has_smooth = dot(smooth, smooth) > 0.5f;
+  if (any(has_smooth)) {
+    // Some files have normals that disagree with their triangles; the triangle decides.
+    const V agree = copysign(broadcast<V>(1), dot(smooth, point.normal));
+    const T3 bent = bend_to_valid_reflection(smooth * agree, point.normal, view);
+    point.shading = select(has_smooth, bent, point.shading);
+    const T3 lifted = lift(point.position, p, n, hit.u, hit.v, agree);
+    point.lifted = select(has_smooth, lifted, point.lifted);
+  }
+  return point;
+}
+
+void check_layer(const MaterialLayer& layer, std::size_t triangles) {
+  PM_CHECK(layer.corner_uvs.empty() || layer.corner_uvs.size() == 3 * triangles);
+  PM_CHECK(layer.triangle_materials.empty() || layer.triangle_materials.size() == triangles);
+  for (std::uint32_t m : layer.triangle_materials)
+    PM_CHECK(layer.materials.empty() || m < layer.materials.size());
+}
+
+void check_mesh(const RenderMesh& mesh) {
+  const std::size_t corners = mesh.triangles.size() * 3;
+  PM_CHECK(mesh.vertex_normals.empty() || mesh.vertex_normals.size() == mesh.positions.size());
+  PM_CHECK(mesh.corner_normals.empty() || mesh.corner_normals.size() == corners);
+  for (const Triangle& t : mesh.triangles)
+    for (std::uint32_t v : t.v) PM_CHECK(v < mesh.positions.size());
+  check_layer(mesh, mesh.triangles.size());
+  for (const MixedLayer& layer : mesh.over) check_layer(layer, mesh.triangles.size());
+  PM_CHECK(mesh.vertex_colors.empty() || mesh.vertex_colors.size() == mesh.positions.size());
+  PM_CHECK(mesh.displacement.empty() || mesh.displacement.size() == mesh.positions.size());
+  PM_CHECK(mesh.vertex_labels.empty() || mesh.vertex_labels.size() == mesh.positions.size());
+  PM_CHECK(mesh.vertex_blend.empty() || mesh.vertex_blend.size() == mesh.positions.size());
+}
+
+/// Corners and shading normals of a triangle at a time of the shutter.
+void read_triangle(const MeshToTrace& traced, std::uint32_t triangle, float time,
+                   CornersOf<Vec3>& p, CornersOf<Vec3>& n) {
+  const RenderMesh& m = *traced.mesh;
+  const Triangle& t = m.triangles[triangle];
+  p = {traced.at(t.v[0], time), traced.at(t.v[1], time), traced.at(t.v[2], time)};
+  n = {};
+  if (!m.vertex_normals.empty())
+    n = {m.vertex_normals[t.v[0]], m.vertex_normals[t.v[1]], m.vertex_normals[t.v[2]]};
+  else if (!m.corner_normals.empty())
+    n = {m.corner_normals[std::size_t{triangle} * 3],
+         m.corner_normals[std::size_t{triangle} * 3 + 1],
+         m.corner_normals[std::size_t{triangle} * 3 + 2]};
+}
+
+/// Embree's floats are off by less than this share of how far its rays go: some 2^-22, of which
+/// there may be four.
+constexpr float kMargin = 0x1p-20f;
+/// Its triangles are so much wider, so that those around an edge overlap unless a ray grazes both.
+constexpr float kWidening = 8 * kMargin;
+
+/// While the shutter is open; edges change linearly, so their ends decide.
+double longest_edge(const MeshToTrace& traced) {
+  double longest2 = 0;
+  for (const float time : {0.0f, 1.0f}) {
+    for (const Triangle& t : traced.mesh->triangles)
+      for (int k = 0; k < 3; ++k) {
+        const Vec3d edge =
+            Vec3d(traced.at(t.v[(k + 1) % 3], time)) - Vec3d(traced.at(t.v[k], time));
+        longest2 = std::max(longest2, dot(edge, edge));
+      }
+    if (!traced.moves()) break;
+  }
+  return std::sqrt(longest2);
+}
+
+void collect_fans(MeshToTrace& traced) {
+  const RenderMesh& mesh = *traced.mesh;
+  traced.fan_begin.assign(mesh.positions.size() + 1, 0);
+  for (const Triangle& t : mesh.triangles)
+    for (const std::uint32_t v : t.v) ++traced.fan_begin[v];
+  std::uint32_t end = 0;
+  for (std::uint32_t& begin : traced.fan_begin) begin = end += begin;
+  traced.fans.resize(end);
+  // From behind, so that each begin comes to its place and fans rise.
+  for (std::size_t i = mesh.triangles.size(); i-- > 0;)
+    for (const std::uint32_t v : mesh.triangles[i].v)
+      traced.fans[--traced.fan_begin[v]] = static_cast<std::uint32_t>(i);
+}
+
+bool attach_mesh(RTCDevice device, RTCScene scene, MeshToTrace& traced, unsigned id, float by) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  if (!geometry) return false;
+  const RenderMesh& mesh = *traced.mesh;
+  std::vector<float> ways;
+  if (traced.moves()) ways = {-0.5f * traced.shutter, 0.5f * traced.shutter};
+  const std::vector<std::vector<Vec3>> corners = widened_corners(mesh, by, ways);
+  if (traced.moves()) rtcSetGeometryTimeStepCount(geometry, 2);
+  bool whole = true;
+  for (unsigned step = 0; step < corners.size() && whole; ++step) {
+    // Embree reads 16 bytes at the last vertex; its own buffer has that room, a vector has not.
+    void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, step,
+                                             RTC_FORMAT_FLOAT3, sizeof(Vec3), corners[step].size());
+    whole = vertices != nullptr;
+    if (whole) std::memcpy(vertices, corners[step].data(), corners[step].size() * sizeof(Vec3));
+  }
+  auto* indices = static_cast<std::uint32_t*>(
+      whole ? rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                      sizeof(Triangle), mesh.triangles.size())
+            : nullptr);
+  if (indices) {
+    std::iota(indices, indices + mesh.triangles.size() * 3, 0u);
+    rtcSetGeometryUserData(geometry, &traced);
+    set_filters(geometry);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(scene, geometry, id);
+  }
+  rtcReleaseGeometry(geometry);
+  return indices != nullptr;
+}
+
+/// Of all triangles while the shutter is open.
+Box bounds_of(const std::vector<MeshToTrace>& meshes) {
+  Box box;
+  for (const MeshToTrace& traced : meshes)
+    for (const Triangle& t : traced.mesh->triangles)
+      for (const std::uint32_t v : t.v) {
+        if (!traced.moves()) {
+          box = extend(box, traced.mesh->positions[v]);
+          continue;
+        }
+        box = extend(box, moved(*traced.mesh, v, -0.5f * traced.shutter));
+        box = extend(box, moved(*traced.mesh, v, 0.5f * traced.shutter));
+      }
+  return box;
+}
+
+}  // namespace
+
+Result<RayDevice> make_ray_device(const std::string& isa) {
+  if (!isa.empty() && std::find(kIsas.begin(), kIsas.end(), isa) == kIsas.end())
+    return make_error(
+        ErrorCode::kUsage,
+        "unknown instruction set \"{}\" for ray tracing - use sse2, sse4.2, avx, avx2 "
+        "or avx512, or none for the best",
+        isa);
+  if (!cpu_supports(isa))
+    return make_error(ErrorCode::kResource,
+                      "this machine's CPU has no {} (asked for ray tracing) - pin a smaller "
+                      "instruction set, or none",
+                      isa);
+  const std::string config = isa.empty() ? "" : "isa=" + isa;
+  RayDevice device;
+  device.report = std::make_unique<RayDevice::Report>();
+  device.device.reset(rtcNewDevice(config.c_str()));
+  if (!device.device)
+    return make_error(ErrorCode::kResource, "embree gives no device (error {}, config \"{}\")",
+                      static_cast<int>(rtcGetDeviceError(nullptr)), config);
+  rtcSetDeviceErrorFunction(device.device.get(), note_error, device.report.get());
+  device.isa = isa.empty() ? chosen_isa(device.device.get()) : isa;
+  return device;
+}
+
+Status take_device_error(const RayDevice& device) {
+  const std::lock_guard lock(device.report->mutex);
+  const RTCError code = std::exchange(device.report->code, RTC_ERROR_NONE);
+  if (code == RTC_ERROR_NONE) return Ok{};
+  const std::string text = std::exchange(device.report->text, {});
+  if (code == RTC_ERROR_OUT_OF_MEMORY)
+    return make_error(ErrorCode::kResource,
+                      "out of memory while building the scene to trace ({}) - lower the surface "
+                      "resolution or free memory",
+                      text);
+  return make_error(ErrorCode::kResource, "embree failed with error {}: {}", static_cast<int>(code),
+                    text);
+}
+
+Result<TracedScene> TracedScene::build(const RayDevice& device,
+                                       const std::vector<RenderMesh>& meshes, float shutter,
+                                       float reach, const Box& stage) {
+  TracedScene traced;
+  for (const RenderMesh& mesh : meshes) {
+    check_mesh(mesh);
+    traced.meshes_.push_back({&mesh, shutter, 0, 0, {}, {}});
+    collect_fans(traced.meshes_.back());
+  }
+  traced.scene_.reset(rtcNewScene(device.device.get()));
+  if (!traced.scene_) {
+    PM_TRY_STATUS(take_device_error(device));
+    return make_error(ErrorCode::kResource, "embree gives no scene");
+  }
+  traced.bounds_ = bounds_of(traced.meshes_);
+  if (!traced.bounds_.empty()) {
+    // Positions carry a relative error of some 2^-23 of the largest coordinate; a little above
+    // that.
+    const Vec3 low = traced.bounds_.low, high = traced.bounds_.high;
+    const Box whole = stage.empty() ? traced.bounds_ : unite(stage, traced.bounds_);
+    const float size = std::max(max_component(max(whole.high, -whole.low)), whole.diagonal());
+    traced.epsilon_ = size * 0x1p-18f;
+    traced.farthest_ = size + std::max(size, reach);
+    const auto margin = static_cast<double>(traced.farthest_ * kMargin);
+    for (MeshToTrace& mesh : traced.meshes_) {
+      mesh.margin2 = margin * margin;
+      mesh.clear = 1.000001 * margin * longest_edge(mesh);
+    }
+    const Vec3 pad = Vec3{1, 1, 1} * traced.epsilon_;
+    traced.bounds_ = {low - pad, high + pad};
+  }
+  RTCScene scene = traced.scene_.get();
+  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+  for (std::size_t i = 0; i < meshes.size(); ++i)
+    if (!meshes[i].triangles.empty() &&
+        !attach_mesh(device.device.get(), scene, traced.meshes_[i], static_cast<unsigned>(i),
+                     traced.farthest_ * kWidening))
+      break;
+  rtcCommitScene(scene);
+  PM_TRY_STATUS(take_device_error(device));
+  return traced;
+}
+
+SurfacePoint TracedScene::surface_point(const Ray& ray, const MeshHit& hit) const {
+  CornersOf<Vec3> p, n;
+  read_triangle(meshes_[hit.mesh], hit.triangle, ray.time, p, n);
+  return point_on(p, n, ray, hit);
+}
+
+SurfacePointOf<Pack3> TracedScene::surface_point(const RayOf<Pack3>& ray,
+                                                 const MeshHitOf<Pack>& hit) const {
+  // Eight rows of the 18 numbers of a triangle.
+  struct Row {
+    CornersOf<Vec3> p, n;
+    float rest[6] = {};
+  };
+  std::array<Row, kLanes> rows;
+  const float* starts[kLanes];
+  for (int l = 0; l < kLanes; ++l) {
+    read_triangle(meshes_[hit.mesh[l]], hit.triangle[l], ray.time[l], rows[l].p, rows[l].n);
+    starts[l] = &rows[l].p.a.x;
+  }
+  Pack columns[24];
+  load_rows<24>(starts, columns);
+  CornersOf<Pack3> corners[2];
+  std::memcpy(corners, columns, sizeof corners);
+  return point_on(corners[0], corners[1], ray, hit);
+}
+
+}  // namespace polymorph

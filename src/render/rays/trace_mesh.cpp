@@ -1,0 +1,295 @@
+// Rays against the meshes: Embree proposes triangles, callbacks decide about them.
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+#include "render/rays/meet_triangle.h"
+#include "render/rays/scene_build.h"
+
+namespace polymorph {
+namespace {
+
+/// The rays of one call and what they have met so far. Embree's callbacks get it as their context,
+/// and the number of a ray in its `id`.
+struct Query {
+  RTCIntersectContext context;  // first: Embree knows only this
+  float slack;
+  const RayOf<Pack3>* rays;
+  // Of the best triangle so far; the distance is that to the ray's end where there is none.
+  alignas(32) std::array<double, kPacket> distance;
+  alignas(32) std::array<float, kPacket> u, v;
+  alignas(32) std::array<std::uint32_t, kPacket> mesh, triangle;
+
+  Query(const TracedScene& scene, const RayOf<Pack3>* rays_) : slack(scene.slack()), rays(rays_) {
+    rtcInitIntersectContext(&context);
+  }
+};
+
+[[gnu::always_inline]] inline EdgeSides sides_of(const MeshToTrace& traced, const Triangle& t,
+                                                 const Ray& ray, Vec3d direction) {
+  return {ray.origin, direction, traced.at(t.v[0], ray.time), traced.at(t.v[1], ray.time),
+          traced.at(t.v[2], ray.time)};
+}
+
+/// The corner of `t` that is vertex v, or -1.
+int corner_of(const Triangle& t, std::uint32_t v) {
+  for (int k = 0; k < 3; ++k)
+    if (t.v[k] == v) return k;
+  return -1;
+}
+
+/// What may be decided exactly about a ray near edges and corners.
+class Surroundings {
+ public:
+  Surroundings(const MeshToTrace& traced, const Ray& ray)
+      : traced_(traced), ray_(ray), d_(ray.direction) {}
+
+  /// f(triangle) for those around the corners of edges of `triangle` that the ray passes closely.
+  template <class F>
+  void for_around(std::uint32_t triangle, const EdgeSides& sides, const F& f) const {
+    const Triangle& t = traced_.mesh->triangles[triangle];
+    for (int k = 0; k < 3; ++k)
+      if (sides.near((k + 1) % 3, traced_.margin2) || sides.near((k + 2) % 3, traced_.margin2))
+        for (std::uint32_t i = traced_.fan_begin[t.v[k]]; i < traced_.fan_begin[t.v[k] + 1]; ++i)
+          f(traced_.fans[i]);
+  }
+
+  /// Is there mesh on the other side of every edge that the ray passes closely, beginning with
+  /// those of a triangle that it passes inside?
+  bool covered(std::uint32_t triangle, const EdgeSides& sides) const {
+    const Triangle& t = traced_.mesh->triangles[triangle];
+    for (int k = 0; k < 3; ++k) {
+      const bool left = sides.near((k + 1) % 3, traced_.margin2);
+      const bool right = sides.near((k + 2) % 3, traced_.margin2);
+      // An edge of its own is looked at from its first corner, a corner from all of its edges.
+      if (left && right ? !corner_covered(t.v[k])
+                        : right && !edge_covered(t.v[k], t.v[(k + 1) % 3], sides.sum > 0))
+        return false;
+    }
+    return true;
+  }
+
+ private:
+  /// Does a triangle lie beyond the edge that leads from v to w in one that faces `front`?
+  bool edge_covered(std::uint32_t v, std::uint32_t w, bool front) const {
+    for (std::uint32_t i = traced_.fan_begin[v]; i < traced_.fan_begin[v + 1]; ++i) {
+      const Triangle& t = traced_.mesh->triangles[traced_.fans[i]];
+      const int a = corner_of(t, v), b = corner_of(t, w);
+      if (b < 0) continue;
+      const bool along = b == (a + 1) % 3;
+      const double sum = sides_of(traced_, t, ray_, d_).sum;
+      // Seen from the ray, it turns around the edge the other way.
+      if (along ? (front ? sum < 0 : sum > 0) : (front ? sum > 0 : sum < 0)) return true;
+    }
+    return false;
+  }
+  bool corner_covered(std::uint32_t v) const {
+    for (std::uint32_t i = traced_.fan_begin[v]; i < traced_.fan_begin[v + 1]; ++i) {
+      const Triangle& t = traced_.mesh->triangles[traced_.fans[i]];
+      const EdgeSides sides = sides_of(traced_, t, ray_, d_);
+      const int k = corner_of(t, v);
+      if (sides.near((k + 2) % 3, traced_.margin2) &&
+          !edge_covered(v, t.v[(k + 1) % 3], sides.sum > 0))
+        return false;
+      if (sides.near((k + 1) % 3, traced_.margin2) &&
+          !edge_covered(v, t.v[(k + 2) % 3], sides.sum < 0))
+        return false;
+    }
+    return true;
+  }
+
+  const MeshToTrace& traced_;
+  const Ray& ray_;
+  Vec3d d_;
+};
+
+/// Bit i for the i-th of n lanes that Embree asks about.
+std::uint32_t asked(const int* valid, unsigned n) {
+  std::uint32_t bits = 0;
+  if (n % kLanes == 0) {
+    for (unsigned first = 0; first < n; first += kLanes) {
+      PackMask lanes;
+      std::memcpy(&lanes, valid + first, sizeof lanes);
+      bits |= Lanes<Pack>::bits(lanes != 0) << first;
+    }
+    return bits;
+  }
+  for (unsigned lane = 0; lane < n; ++lane) bits |= (valid[lane] != 0 ? 1u : 0u) << lane;
+  return bits;
+}
+
+/// f(lane, number of the ray, triangle, meeting) -> whether Embree is to take it as a hit; for all
+/// triangles that the rays meet of those that Embree proposes or that lie around them.
+template <class F>
+void for_met(const RTCFilterFunctionNArguments* args, const F& f) {
+  const auto& traced = *static_cast<const MeshToTrace*>(args->geometryUserPtr);
+  const auto& query = *reinterpret_cast<const Query*>(args->context);
+  const unsigned n = args->N;
+  for (std::uint32_t bits = asked(args->valid, n); bits != 0; bits &= bits - 1) {
+    const auto lane = static_cast<unsigned>(countr_zero(bits));
+    const unsigned i = RTCRayN_id(args->ray, n, lane), l = i % kLanes;
+    const RayOf<Pack3>& pack = query.rays[i / kLanes];
+    const Ray ray{{pack.origin.x[l], pack.origin.y[l], pack.origin.z[l]},
+                  {pack.direction.x[l], pack.direction.y[l], pack.direction.z[l]},
+                  pack.time[l],
+                  pack.far[l]};
+    const Vec3d d(ray.direction);
+    const auto taken = [&](std::uint32_t triangle, const TriangleMeeting& met) {
+      return met.distance > 0 && met.distance < static_cast<double>(ray.far) &&
+             f(lane, i, triangle, met);
+    };
+    const std::uint32_t triangle = RTCHitN_primID(args->hit, n, lane);
+    const EdgeSides sides = sides_of(traced, traced.mesh->triangles[triangle], ray, d);
+    bool any = false;
+    if (sides.closest() > traced.clear || !sides.near_any(traced.margin2)) {
+      any = sides.inside() && taken(triangle, meeting_of(sides, d));
+    } else {
+      // Embree may have found only one of several.
+      Surroundings(traced, ray).for_around(triangle, sides, [&](std::uint32_t other) {
+        TriangleMeeting met;
+        if (meets_triangle(traced, other, ray, met)) any = taken(other, met) || any;
+      });
+    }
+    if (!any) args->valid[lane] = 0;
+  }
+}
+
+void take_nearest(const RTCFilterFunctionNArguments* args) {
+  auto& query = *reinterpret_cast<Query*>(args->context);
+  for_met(args, [&](unsigned lane, unsigned i, std::uint32_t triangle, const TriangleMeeting& met) {
+    const std::uint32_t mesh = RTCHitN_geomID(args->hit, args->N, lane);
+    if (met.distance > query.distance[i]) return false;
+    if (met.distance == query.distance[i] &&
+        (mesh > query.mesh[i] || (mesh == query.mesh[i] && triangle >= query.triangle[i])))
+      return false;
+    query.distance[i] = met.distance;
+    query.u[i] = static_cast<float>(met.u);
+    query.v[i] = static_cast<float>(met.v);
+    query.mesh[i] = mesh;
+    query.triangle[i] = triangle;
+    // Embree's own distances are not exact: it is to go on to what might still be nearer.
+    RTCRayN_tfar(args->ray, args->N, lane) = static_cast<float>(met.distance) + query.slack;
+    return true;
+  });
+}
+
+void take_any(const RTCFilterFunctionNArguments* args) {
+  for_met(args, [](unsigned, unsigned, std::uint32_t, const TriangleMeeting&) { return true; });
+}
+
+/// Fills the packet and says which rays to follow: those that do not pass by everything.
+bool fill(const TracedScene& scene, const RayOf<Pack3>* rays, int count, RTCRay16& packet,
+          int* valid) {
+  // Debian's Embree asserts that lanes which are switched off hold numbers, too.
+  if (count <= kLanes) std::memset(&packet, 0, sizeof packet);
+  std::memset(valid, 0, kPacket * sizeof(int));
+  bool some = false;
+  for (int first = 0; first < count; first += kLanes) {
+    const RayOf<Pack3>& ray = rays[first / kLanes];
+    const PackMask follow = (!scene.misses_bounds(ray)) & first_lanes(count - first);
+    some = some || any(follow);
+    std::memcpy(valid + first, &follow, sizeof follow);
+    Lanes<Pack>::store(packet.org_x + first, ray.origin.x);
+    Lanes<Pack>::store(packet.org_y + first, ray.origin.y);
+    Lanes<Pack>::store(packet.org_z + first, ray.origin.z);
+    Lanes<Pack>::store(packet.tnear + first, broadcast<Pack>(0));
+    Lanes<Pack>::store(packet.dir_x + first, ray.direction.x);
+    Lanes<Pack>::store(packet.dir_y + first, ray.direction.y);
+    Lanes<Pack>::store(packet.dir_z + first, ray.direction.z);
+    Lanes<Pack>::store(packet.time + first, ray.time);
+    Lanes<Pack>::store(packet.tfar + first, ray.far + scene.slack());
+    const PackBits all = PackBits{} + 0xffffffffu, none{};
+    std::memcpy(packet.mask + first, &all, sizeof all);
+    std::memcpy(packet.flags + first, &none, sizeof none);
+    const PackBits id = PackBits{0, 1, 2, 3, 4, 5, 6, 7} + static_cast<std::uint32_t>(first);
+    std::memcpy(packet.id + first, &id, sizeof id);
+  }
+  return some;
+}
+
+}  // namespace
+
+bool meets_triangle(const MeshToTrace& traced, std::uint32_t triangle, const Ray& ray,
+                    TriangleMeeting& met) {
+  const Vec3d d(ray.direction);
+  const EdgeSides sides = sides_of(traced, traced.mesh->triangles[triangle], ray, d);
+  if (!sides.inside()) return false;
+  if (sides.closest() <= traced.clear && sides.near_any(traced.margin2) &&
+      !Surroundings(traced, ray).covered(triangle, sides))
+    return false;
+  met = meeting_of(sides, d);
+  return true;
+}
+
+void set_filters(RTCGeometry geometry) {
+  rtcSetGeometryIntersectFilterFunction(geometry, take_nearest);
+  rtcSetGeometryOccludedFilterFunction(geometry, take_any);
+}
+
+MeshHit TracedScene::closest(const Ray& ray) const {
+  if (misses_bounds(ray)) return {};
+  const RayOf<Pack3> pack{broadcast3<Pack3>(ray.origin), broadcast3<Pack3>(ray.direction),
+                          broadcast<Pack>(ray.time), broadcast<Pack>(ray.far)};
+  Query query(*this, &pack);
+  query.distance[0] = static_cast<double>(ray.far);
+  query.mesh[0] = kNoMesh;
+  RTCRayHit one;
+  one.ray = {ray.origin.x,
+             ray.origin.y,
+             ray.origin.z,
+             0.0f,
+             ray.direction.x,
+             ray.direction.y,
+             ray.direction.z,
+             ray.time,
+             ray.far + slack(),
+             0xffffffffu,
+             0,
+             0};
+  one.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  one.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(scene_.get(), &query.context, &one);
+  if (query.mesh[0] == kNoMesh) return {};
+  return {query.mesh[0], query.triangle[0], static_cast<float>(query.distance[0]), query.u[0],
+          query.v[0]};
+}
+
+void TracedScene::closest(const RayOf<Pack3>* rays, MeshHitOf<Pack>* hits, int count,
+                          bool alike) const {
+  alignas(64) int valid[kPacket];
+  alignas(64) RTCRayHit16 packet;
+  Query query(*this, rays);
+  query.mesh.fill(kNoMesh);
+  query.triangle.fill(0);
+  for (int i = 0; i < count; ++i)
+    query.distance[i] = static_cast<double>(rays[i / kLanes].far[i % kLanes]);
+  std::memset(packet.hit.geomID, 0xff, sizeof packet.hit.geomID);
+  std::memset(packet.hit.instID, 0xff, sizeof packet.hit.instID);
+  if (fill(*this, rays, count, packet.ray, valid)) {
+    if (alike) query.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcIntersect16(valid, scene_.get(), &query.context, &packet);
+  }
+  for (int first = 0; first < count; first += kLanes) {
+    MeshHitOf<Pack>& hit = hits[first / kLanes];
+    std::memcpy(&hit.mesh, &query.mesh[first], sizeof hit.mesh);
+    std::memcpy(&hit.triangle, &query.triangle[first], sizeof hit.triangle);
+    for (int l = 0; l < kLanes; ++l)
+      hit.distance[l] = static_cast<float>(query.distance[first + l]);
+    hit.u = Lanes<Pack>::load(&query.u[first]);
+    hit.v = Lanes<Pack>::load(&query.v[first]);
+  }
+}
+
+std::uint32_t TracedScene::blocked(const RayOf<Pack3>* rays, int count) const {
+  alignas(64) int valid[kPacket];
+  alignas(64) RTCRay16 packet;
+  Query query(*this, rays);
+  if (!fill(*this, rays, count, packet, valid)) return 0;
+  rtcOccluded16(valid, scene_.get(), &query.context, &packet);
+  std::uint32_t bits = 0;
+  for (int first = 0; first < count; first += kLanes)
+    bits |= Lanes<Pack>::bits(Lanes<Pack>::load(packet.tfar + first) < 0.0f) << first;
+  return bits;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,122 @@
+#include "sequence/geometry/leg_surface.h"
+
+#include <algorithm>
+
+#include "kernels/morph_surface.h"
+#include "morph/motion.h"
+#include "surface/components.h"
+#include "surface/grid.h"
+#include "surface/level.h"
+
+namespace polymorph {
+// What comes off between two
+/// objects, a limb's tip perhaps, is left out unless it is as large as a part that one of them has.
+double min_component_share_of(const PreparedActor& actor, const PreparedLeg& leg,
+                              float min_component_share) {
+  constexpr double kFragment = 0.015;
+  const auto least = static_cast<double>(min_component_share);
+  if (!leg.distance || least <= 0) return least;
+  const double smallest = std::min(actor.objects[leg.from].distances.smallest_component_share,
+                                   actor.objects[leg.to].distances.smallest_component_share);
+  return std::max(least, std::min(kFragment, 0.5 * smallest));
+}
+
+float size_at(const PreparedActor& actor, const PreparedLeg& leg, float u) {
+  const float from = actor.objects[leg.from].model.box().diagonal(),
+              to = actor.objects[leg.to].model.box().diagonal();
+  return lerp(from, to, std::clamp(u, 0.0f, 1.0f));
+}
+
+Result<ActorGeometry> balls_on_way(const PreparedScene& prepared, const PreparedActor& actor,
+                                   SurfaceExtractor& extractor, int leg, float time) {
+  const MorphPlan& plan = leg_of(actor, leg).plan;
+  ActorGeometry geometry;
+  geometry.moment.leg = leg;
+  geometry.moment.time = time;
+  geometry.moment.u = progress_at(plan, time);
+  PM_TRY(geometry.balls, balls_at(plan, time, extractor));
+  if (!leg_of(actor, leg).distance && plan.motion.keep_volume && time > 0 && time < 1) {
+    const auto u = static_cast<double>(geometry.moment.u);
+    const double from = actor.objects[leg_of(actor, leg).from].ball_volume;
+    const double to = actor.objects[leg_of(actor, leg).to].ball_volume;
+    const double volume = (1 - u) * from + u * to;
+    // Most of the search on cells twice as large, which cost a fourth.
+    PM_TRY(const float near,
+           iso_for_volume(extractor, geometry.balls, 2 * actor.cell, prepared.extract, volume));
+    PM_TRY(geometry.iso,
+           iso_for_volume(extractor, geometry.balls, actor.cell, prepared.extract, volume, near));
+  }
+  return geometry;
+}
+
+FrameMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
+                const std::vector<Ball>& balls) {
+  return frame_map(leg.plan, time, balls, size_at(actor, leg, progress_at(leg.plan, time)));
+}
+
+Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const std::vector<Ball>& balls,
+                             const FrameMap& map, const std::vector<Vec3>& points,
+                             SurfaceExtractor& extractor) {
+  if (leg.distance) return pull_back(map, points, extractor);
+  return pull_back(leg.plan, time, balls, points, extractor);
+}
+
+Result<SurfaceBetween> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
+                                       const ActorGeometry& geometry, float cell,
+                                       const ExtractSettings& extract,
+                                       SurfaceExtractor& extractor) {
+  // No further than this share of the objects' size may the level go for the volume's sake.
+  constexpr float kFurthest = 0.08f;
+  const MorphState& moment = geometry.moment;
+  const PreparedObject &from = actor.objects[leg.from], &to = actor.objects[leg.to];
+  const FrameMap& map = geometry.map;
+  SurfaceBetween surface;
+  MorphSurface& field = surface.field;
+  field = {map.regression, from.distances.grid, to.distances.grid, map.from_scale, map.to_scale, 0};
+  const bool at_an_end = moment.time <= 0 || moment.time >= 1;
+  const bool has_shell = is_shell(from.distances) || is_shell(to.distances);
+  if (!at_an_end && !has_shell && leg.plan.motion.keep_volume) {
+    const auto u = static_cast<double>(moment.u);
+    const double volume = (1 - u) * from.distances.volume + u * to.distances.volume;
+    PM_TRY(LevelSurface found, surface_of_volume(extractor, field, map.box, cell, extract, volume,
+                                                 kFurthest * size_at(actor, leg, moment.u)));
+    surface.mesh = std::move(found.mesh);
+    field.level = found.level;
+    return surface;
+  }
+  if (!at_an_end && has_shell) {
+    // A wall's volume means little; that it is whole, much.
+    PM_TRY(field.map, with_shortfalls(map, leg.plan, geometry.balls, *from.distances.grid,
+                                      *to.distances.grid, extractor));
+    field.level = -1;
+  }
+  PM_TRY(surface.mesh, extract_between(extractor, field, map.box, cell, extract));
+  return surface;
+}
+
+Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedActor& actor,
+                                SurfaceExtractor& extractor, int leg, float time) {
+  PM_TRY(ActorGeometry geometry, balls_on_way(prepared, actor, extractor, leg, time));
+  ExtractSettings extract = prepared.extract;
+  extract.iso = geometry.iso;
+  extract.method = prepared.scene.surface.method;
+  extract.placement = prepared.scene.surface.placement;
+  extract.flat = prepared.scene.surface.flat;
+  if (leg_of(actor, leg).distance) {
+    geometry.map = map_at(actor, leg_of(actor, leg), time, geometry.balls);
+    PM_TRY(SurfaceBetween surface,
+           surface_between(actor, leg_of(actor, leg), geometry, actor.cell, extract, extractor));
+    geometry.surface = std::move(surface.mesh);
+    geometry.between = std::move(surface.field);
+  } else {
+    PM_TRY(geometry.surface, extract_surface(extractor, geometry.balls, actor.cell, extract));
+  }
+  // The cubes of a matrix are parts of their own.
+  if (extract.method == SurfaceMethod::kMarchingCubes)
+    remove_small_components(geometry.surface,
+                            min_component_share_of(actor, leg_of(actor, leg),
+                                                   prepared.scene.surface.min_component_share));
+  return geometry;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,52 @@
+// Surface of a leg between two objects at a time of its motion.
+#pragma once
+
+#include <vector>
+
+#include "base/result.h"
+#include "kernels/extract_surface.h"
+#include "morph/pull_back.h"
+#include "sequence/geometry/actor_geometry.h"
+
+namespace polymorph {
+
+/// The objects' size at an eased time, by which a smooth map measures.
+float size_at(const PreparedActor& actor, const PreparedLeg& leg, float u);
+
+/// The balls of a leg at `time` in [0, 1] of their motion, and their level; no surface yet.
+Result<ActorGeometry> balls_on_way(const PreparedScene& prepared, const PreparedActor& actor,
+                                   SurfaceExtractor& extractor, int leg, float time);
+
+/// The balls of a leg at `time` in [0, 1] of their motion, their level and their surface: what
+/// shows in the volumetric stage. `moment` says only leg, time and u. `actor`: of `prepared`, of
+/// which only the settings are needed. Errors: kResource.
+Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedActor& actor,
+                                SurfaceExtractor& extractor, int leg, float time);
+
+/// The least share of the volume that a part of a leg's surface may have; smaller ones are left
+/// out.
+double min_component_share_of(const PreparedActor& actor, const PreparedLeg& leg,
+                              float min_component_share);
+
+/// The map of a leg that is made of distances, when its balls are `balls`.
+FrameMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
+                const std::vector<Ball>& balls);
+
+/// Where points of a leg's moving surface come from and go to; `map` is the map_at() of a leg that
+/// is made of distances, and not looked at for others. Errors: the extractor's.
+Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const std::vector<Ball>& balls,
+                             const FrameMap& map, const std::vector<Vec3>& points,
+                             SurfaceExtractor& extractor);
+
+/// The surface of a leg that is made of distances, and the field whose zero it is.
+struct SurfaceBetween {
+  Mesh mesh;
+  MorphSurface field;
+};
+/// On cells of edge `cell`: of `geometry` its map and of its moment time and u count. Errors:
+/// kResource.
+Result<SurfaceBetween> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
+                                       const ActorGeometry& geometry, float cell,
+                                       const ExtractSettings& extract, SurfaceExtractor& extractor);
+
+}  // namespace polymorph

@@ -1,0 +1,174 @@
+#include "sequence/golden/golden_accept.h"
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "base/archive.h"
+#include "base/file.h"
+#include "base/program_identity.h"
+#include "base/sha256.h"
+#include "base/text.h"
+#include "image/image_io.h"
+#include "sequence/frames.h"
+#include "sequence/golden/golden_frames.h"
+#include "sequence/golden/golden_write.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+using Files = std::map<std::string, std::string>;
+
+bool named(const std::string& path, const std::string& name) {
+  return path == name || path.ends_with("/" + name);
+}
+
+/// What the report says about one failed frame.
+struct Failed {
+  SurfaceRecord surface;
+  std::string sha256;  ///< of its file
+};
+
+struct ParsedReport {
+  std::string program;
+  std::map<std::string, std::string> suite_hashes;
+  std::map<std::string, std::vector<Failed>> failed;  ///< by suite
+};
+
+Result<ParsedReport> parse_report(const fs::path& report, const std::string& text) {
+  ParsedReport parsed;
+  try {
+    const auto shallow = [](int depth, Json::parse_event_t, Json&) { return depth < 16; };
+    const Json json = Json::parse(text, shallow);
+    parsed.program = json.at("facts").at("program").get<std::string>();
+    for (const auto& [suite, hash] : json.at("suites").items())
+      parsed.suite_hashes[suite] = hash.get<std::string>();
+    for (const Json& one : json.at("cases")) {
+      if (one.at("passed").get<bool>() || !one.contains("file_sha256")) continue;
+      Failed failed;
+      failed.sha256 = one["file_sha256"].get<std::string>();
+      failed.surface.frame = one.at("frame").get<int>();
+      failed.surface.vertices = one.at("surface").at("vertices").get<std::size_t>();
+      failed.surface.triangles = one.at("surface").at("triangles").get<std::size_t>();
+      failed.surface.digest = one.at("surface").at("digest").get<std::string>();
+      parsed.failed[one.at("group").get<std::string>()].push_back(std::move(failed));
+    }
+  } catch (const std::exception& e) {
+    return make_error(ErrorCode::kInput,
+                      "{}: its report.json is not one of 'golden test --report': {}",
+                      report.string(), e.what());
+  }
+  return parsed;
+}
+
+/// The report that lies highest.
+Result<std::string> report_json_of(const fs::path& report, const Files& files) {
+  const std::string* best = nullptr;
+  std::size_t shortest = 0;
+  for (const auto& [name, bytes] : files)
+    if (named(name, "report.json") && (!best || name.size() < shortest)) {
+      best = &bytes;
+      shortest = name.size();
+    }
+  if (!best)
+    return make_error(ErrorCode::kInput,
+                      "{}: no report.json in it - give what 'golden test --report' left",
+                      report.string());
+  return *best;
+}
+
+/// One frame of the report as a golden.
+Result<NewGolden> golden_of(const fs::path& report, const Files& files, const GoldenSuite& suite,
+                            const Failed& failed) {
+  const std::string wanted =
+      fmt::format("{}/frame.{:04}.actual.{}", suite.name, failed.surface.frame, suite.format);
+  const auto file = std::find_if(files.begin(), files.end(),
+                                 [&](const auto& entry) { return named(entry.first, wanted); });
+  if (file == files.end())
+    return make_error(ErrorCode::kInput,
+                      "{}: no {} in it - let the CI keep the folder of --failures inside the "
+                      "report, as scripts/ci/golden does",
+                      report.string(), wanted);
+  const std::string& bytes = file->second;
+  if (Sha256().add(bytes.data(), bytes.size()).hex() != failed.sha256)
+    return make_error(ErrorCode::kInput, "{}: {} is not the file that the run wrote",
+                      report.string(), file->first);
+  PM_TRY(const Image image, decode_image(bytes, file->first));
+  if (!all_finite(image))
+    return make_error(ErrorCode::kInput,
+                      "{}: {} has NaN or infinite pixels - it cannot become a golden",
+                      report.string(), file->first);
+  return NewGolden{failed.surface, bytes};
+}
+
+Status check_origin(const fs::path& report, const ParsedReport& parsed, const GoldenSuite& suite,
+                    bool any_program) {
+  if (!any_program && parsed.program != program_identity())
+    return make_error(ErrorCode::kInput,
+                      "{}: made by another program ({}) than this one ({}) - build that commit, or "
+                      "say --any-program",
+                      report.string(), printable(parsed.program), program_identity());
+  const auto hash = parsed.suite_hashes.find(suite.name);
+  PM_TRY(const std::string own, suite_hash(suite));
+  if (hash == parsed.suite_hashes.end() || hash->second != own)
+    return make_error(ErrorCode::kInput,
+                      "{}: its {} is of another scene, model or texture than yours - check out the "
+                      "commit that was tested",
+                      report.string(), suite.name);
+  return Ok{};
+}
+
+}  // namespace
+
+Result<std::vector<fs::path>> accept_report(const fs::path& report,
+                                            const AcceptSettings& settings) {
+  PM_TRY_STATUS(may_write_goldens("accept", settings.reason));
+  PM_TRY(const Files files, read_tree(report, [](const std::string& name) {
+           return named(name, "report.json") || name.find(".actual.") != std::string::npos;
+         }));
+  PM_TRY(const std::string text, report_json_of(report, files));
+  PM_TRY(const ParsedReport parsed, parse_report(report, text));
+  for (const std::string& name : settings.suites)
+    if (!parsed.failed.contains(name))
+      return make_error(ErrorCode::kInput, "{}: no frame of {} failed in it", report.string(),
+                        printable(name));
+  std::vector<NewFile> write;
+  std::vector<fs::path> written;
+  std::size_t chosen = 0;
+  for (const auto& [name, all] : parsed.failed) {
+    if (!settings.suites.empty() &&
+        std::find(settings.suites.begin(), settings.suites.end(), name) == settings.suites.end())
+      continue;
+    PM_TRY(const GoldenSuite suite, load_golden_suite(settings.root, name));
+    PM_TRY_STATUS(check_origin(report, parsed, suite, settings.any_program));
+    std::vector<int> only;
+    if (!settings.frames.empty()) {
+      PM_TRY(only, parse_frames(settings.frames, 0, 9999999));
+    }
+    std::vector<NewGolden> goldens;
+    for (const Failed& failed : all) {
+      const int frame = failed.surface.frame;
+      if (!only.empty() && std::find(only.begin(), only.end(), frame) == only.end()) continue;
+      if (std::find(suite.frames.begin(), suite.frames.end(), frame) == suite.frames.end())
+        return make_error(ErrorCode::kInput, "{}: {} has no frame {}",
+                          (suite.folder / "suite.json").string(), suite.name, frame);
+      PM_TRY(NewGolden golden, golden_of(report, files, suite, failed));
+      goldens.push_back(std::move(golden));
+    }
+    chosen += goldens.size();
+    PM_TRY(std::vector<NewFile> more, golden_files(suite, goldens, settings.reason));
+    for (NewFile& file : more) {
+      written.push_back(file.path);
+      write.push_back(std::move(file));
+    }
+  }
+  if (chosen == 0)
+    return make_error(ErrorCode::kInput, "{}: no failed frame in it to accept{}", report.string(),
+                      settings.frames.empty() ? "" : " among " + settings.frames);
+  PM_TRY_STATUS(write_files(write));
+  return written;
+}
+
+}  // namespace polymorph

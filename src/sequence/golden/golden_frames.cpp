@@ -1,0 +1,153 @@
+#include "sequence/golden/golden_frames.h"
+
+#include <fcntl.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "base/file.h"
+#include "base/hash.h"
+#include "base/sha256.h"
+#include "base/shell_quote.h"
+#include "base/text.h"
+#include "image/image_io.h"
+#include "scene/load_scene.h"
+#include "sequence/device.h"
+#include "sequence/geometry/geometry.h"
+#include "sequence/render_frame.h"
+#include "sequence/render_scene.h"
+#include "sequence/render_sequence.h"
+#include "sequence/status.h"
+#include "surface/mesh_check.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+void replace_all(std::string& text, const std::string& what, const std::string& by) {
+  for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += by.size())
+    text.replace(at, what.size(), by);
+}
+
+Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
+  std::string folder = (fs::temp_directory_path() / "polymorph-golden-XXXXXX").string();
+  if (!::mkdtemp(folder.data()))
+    return make_error(ErrorCode::kOutput, "{}: cannot make a folder to work in", folder);
+  const fs::path out = fs::path(folder) / fmt::format("frame.{:04}.{}", frame, suite.format);
+  std::string command = suite.command;
+  replace_all(command, "{out}", shell_quoted(out.string()));
+  replace_all(command, "{frame}", fmt::format("{}", frame));
+  // In the suite's folder, with what it prints on standard error: standard output is data.
+  const std::string line =
+      fmt::format("cd {} && ( {} ) 1>&2", shell_quoted(suite.folder.string()), command);
+  const int status = std::system(line.c_str());
+  RenderedFrame rendered;
+  rendered.surface.frame = frame;
+  auto bytes =
+      status == 0 ? read_file(out, std::size_t{1} << 30) : Result<std::string>(std::string());
+  std::error_code ignored;
+  fs::remove_all(folder, ignored);
+  if (status != 0)
+    return make_error(
+        ErrorCode::kInput, "{}: frame {}: the command ended with {}: {}",
+        (suite.folder / "suite.json").string(), frame,
+        WIFEXITED(status) ? fmt::format("exit code {}", WEXITSTATUS(status)) : "a signal", command);
+  if (!bytes)
+    return make_error(ErrorCode::kInput, "{}: frame {}: the command wrote no {}",
+                      (suite.folder / "suite.json").string(), frame, out.filename().string());
+  rendered.bytes = std::move(*bytes);
+  PM_TRY(rendered.image, decode_image(rendered.bytes, out.filename().string()));
+  rendered.pixels = pixel_sha256(rendered.image);
+  return rendered;
+}
+
+}  // namespace
+
+struct SuiteRenderer::State {
+  GoldenSuite suite;
+  std::string device;
+  std::unique_ptr<SurfaceExtractor> extractor;
+  PreparedScene prepared;
+  std::unique_ptr<Renderer> renderer;
+};
+
+SuiteRenderer::SuiteRenderer() : state_(std::make_unique<State>()) {}
+SuiteRenderer::SuiteRenderer(SuiteRenderer&&) noexcept = default;
+SuiteRenderer& SuiteRenderer::operator=(SuiteRenderer&&) noexcept = default;
+SuiteRenderer::~SuiteRenderer() = default;
+
+Result<SuiteRenderer> SuiteRenderer::create(const GoldenSuite& suite,
+                                            const GoldenSettings& settings) {
+  SuiteRenderer result;
+  State& state = *result.state_;
+  state.suite = suite;
+  if (!suite.command.empty()) return result;
+  PM_TRY(Scene scene, load_scene(suite.scene));
+  scene.image.denoise = false;  // another library's pixels prove nothing about this program's
+  PM_TRY(state.extractor, make_extractor(settings.device, state.device));
+  PM_TRY(state.prepared, prepare_scene(scene, *state.extractor, settings.cache_folder));
+  PM_TRY(Renderer renderer, Renderer::create(settings.isa));
+  state.renderer = std::make_unique<Renderer>(std::move(renderer));
+  for (const int frame : suite.frames)
+    if (frame < 1 || frame > state.prepared.frame_count)
+      return make_error(ErrorCode::kInput, "{}: frame {} is outside the scene's 1-{}",
+                        (suite.folder / "suite.json").string(), frame, state.prepared.frame_count);
+  return result;
+}
+
+int SuiteRenderer::frame_count() const { return state_->prepared.frame_count; }
+
+Result<RenderedFrame> SuiteRenderer::render(int frame) {
+  State& state = *state_;
+  if (!state.suite.command.empty()) return run_command(state.suite, frame);
+  PM_TRY(const FrameGeometry geometry, geometry_at(state.prepared, *state.extractor, frame));
+  PM_TRY(const Image image,
+         render_frame(state.prepared, geometry, *state.renderer, state.device, ""));
+  const Mesh surface = surfaces_of(geometry);
+  RenderedFrame rendered;
+  rendered.surface = {frame, surface.positions.size(), surface.triangles.size(),
+                      mesh_digest(surface)};
+  for (std::size_t i = 0; i < geometry.actors.size(); ++i) {
+    for (const Ball& ball : geometry.actors[i].balls) rendered.context.balls.push_back(ball.center);
+    rendered.context.cell = std::max(rendered.context.cell, state.prepared.actors[i].cell);
+  }
+  rendered.pixels = pixel_sha256(image);
+  // A golden went through half floats; so must what is held against it.
+  PM_TRY(rendered.bytes, encode_exr(image));
+  PM_TRY(rendered.image, decode_image(rendered.bytes, fmt::format("frame {}", frame)));
+  return rendered;
+}
+
+Result<std::string> SuiteRenderer::hash(int frame) {
+  State& state = *state_;
+  if (!state.suite.command.empty()) {
+    PM_TRY(const RenderedFrame rendered, run_command(state.suite, frame));
+    return rendered.pixels;
+  }
+  PM_TRY(const FrameGeometry geometry, geometry_at(state.prepared, *state.extractor, frame));
+  PM_TRY(const Image image,
+         render_frame(state.prepared, geometry, *state.renderer, state.device, ""));
+  return pixel_sha256(image);
+}
+
+Result<std::string> suite_hash(const GoldenSuite& suite) {
+  if (!suite.command.empty())
+    return Hasher().add(std::string_view(suite.command)).add(std::string_view(suite.format)).hex();
+  PM_TRY(const Scene scene, load_scene(suite.scene));
+  return sequence_hash(scene, /*program=*/"");
+}
+
+std::string pixel_sha256(const Image& image) {
+  Sha256 sha;
+  std::string head = fmt::format("{} {}", image.width, image.height);
+  for (const std::string& channel : image.channels) head += " " + channel;
+  head += "\n";
+  sha.add(head.data(), head.size());
+  return sha.add(image.pixels.data(), image.pixels.size() * sizeof(float)).hex();
+}
+
+}  // namespace polymorph

@@ -1,0 +1,281 @@
+#include "sequence/golden/golden_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "base/file.h"
+#include "base/sha256.h"
+#include "base/shell_quote.h"
+#include "base/stopwatch.h"
+#include "compare/history.h"
+#include "compare/pictures.h"
+#include "image/image_io.h"
+#include "scene/load_scene.h"
+#include "sequence/golden/golden_frames.h"
+#include "sequence/golden/golden_write.h"
+#include "sequence/render_sequence.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+Result<std::vector<SurfaceRecord>> read_records(const GoldenSuite& suite) {
+  const fs::path file = suite.folder / "surface.csv";
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) return std::vector<SurfaceRecord>{};
+  return read_surface_records(file);
+}
+
+std::string compare_surface(const SurfaceRecord& actual,
+                            const std::vector<SurfaceRecord>& records) {
+  for (const SurfaceRecord& record : records) {
+    if (record.frame != actual.frame) continue;
+    if (record.vertices != actual.vertices || record.triangles != actual.triangles)
+      return fmt::format("surface has {} vertices and {} triangles, the golden one {} and {}",
+                         actual.vertices, actual.triangles, record.vertices, record.triangles);
+    if (record.digest != actual.digest)
+      return "surface has the golden one's counts but not its digest (positions or normals moved)";
+    return "";
+  }
+  return "surface.csv has no row for this frame";
+}
+
+fs::path failure_path(const GoldenSuite& suite, const GoldenSettings& settings, int frame,
+                      const char* what) {
+  return settings.failures / suite.name / fmt::format("frame.{:04d}.{}", frame, what);
+}
+
+/// The new frame as a file, as it may become the golden.
+fs::path actual_path(const GoldenSuite& suite, const GoldenSettings& settings, int frame) {
+  return failure_path(suite, settings, frame, ("actual." + suite.format).c_str());
+}
+
+/// What an earlier run kept of the frame would show a failure that is gone.
+void forget_failure(const GoldenSuite& suite, const GoldenSettings& settings, int frame) {
+  if (settings.failures.empty()) return;
+  std::error_code ignored;
+  fs::remove(actual_path(suite, settings, frame), ignored);
+  for (const char* what : {"reference.exr", "difference.png"})
+    fs::remove(failure_path(suite, settings, frame, what), ignored);
+}
+
+/// Leaves actual, reference and difference behind, so that a failure can be looked at.
+Status keep_failure(const GoldenSuite& suite, const GoldenSettings& settings,
+                    const RenderedFrame& rendered, const Image* reference,
+                    const Comparison& comparison, const PixelMaps& maps) {
+  if (settings.failures.empty()) return Ok{};
+  const auto path = [&](const char* what) {
+    return failure_path(suite, settings, rendered.surface.frame, what);
+  };
+  PM_TRY_STATUS(write_file(actual_path(suite, settings, rendered.surface.frame), rendered.bytes));
+  if (reference) {
+    PM_TRY_STATUS(write_image(path("reference.exr"), *reference));
+    PM_TRY(const Image difference, failure_picture(rendered.image, *reference, comparison, maps));
+    PM_TRY_STATUS(write_image(path("difference.png"), difference));
+  }
+  return Ok{};
+}
+
+bool is_mask(const GoldenSuite& suite, const fs::path& file) {
+  return std::any_of(suite.masks.begin(), suite.masks.end(), [&](const GoldenMask& mask) {
+    return mask.file.filename() == file.filename();
+  });
+}
+
+std::vector<fs::path> find_orphans(const GoldenSuite& suite) {
+  std::vector<fs::path> orphans;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(suite.folder, error)) {
+    if (entry.path().extension() != "." + suite.format) continue;
+    if (is_mask(suite, entry.path())) continue;
+    const bool wanted = std::any_of(suite.frames.begin(), suite.frames.end(), [&](int frame) {
+      return golden_image_path(suite, frame).filename() == entry.path().filename();
+    });
+    if (!wanted) orphans.push_back(entry.path());
+  }
+  std::sort(orphans.begin(), orphans.end());
+  return orphans;
+}
+
+/// The frame as a report tells it.
+Status fill_report(const GoldenSuite& suite, const GoldenSettings& settings,
+                   const RenderedFrame& rendered, const Image& actual, const Image* reference,
+                   const PixelMaps& maps, GoldenFrame& result) {
+  ReportCase& report = result.report;
+  report.group = suite.name;
+  report.name = fmt::format("frame {}", result.frame);
+  report.reference = golden_image_path(suite, result.frame);
+  report.tolerance = suite.tolerance;
+  report.message = result.message;
+  report.error = result.unreadable;
+  report.comparison = result.image;
+  if (!result.passed() && !settings.failures.empty()) {
+    report.actual = actual_path(suite, settings, result.frame);
+    report.file_sha256 = Sha256().add(rendered.bytes.data(), rendered.bytes.size()).hex();
+  }
+  if (!settings.pictures) return Ok{};
+  return add_pictures(report, actual, reference, maps, *settings.pictures);
+}
+
+/// Lets the new image have the golden's values where the suite's masks say so; how many pixels
+/// those are. Errors: kInput (a mask that cannot be read or has another size).
+Result<std::size_t> hide_masked(const GoldenSuite& suite, const Image& reference, Image& actual) {
+  if (suite.masks.empty() || actual.width != reference.width || actual.height != reference.height ||
+      actual.channels != reference.channels)
+    return std::size_t{0};
+  const std::size_t width = reference.channel_count();
+  std::vector<char> hidden(reference.pixels.size() / std::max<std::size_t>(1, width));
+  const int id = reference.find_channel("id");
+  for (const GoldenMask& mask : suite.masks) {
+    if (!mask.file.empty()) {
+      PM_TRY(const Image picture, read_image(mask.file));
+      if (picture.width != reference.width || picture.height != reference.height)
+        return make_error(ErrorCode::kInput, "{}: {} x {} pixels, the frames have {} x {}",
+                          mask.file.string(), picture.width, picture.height, reference.width,
+                          reference.height);
+      for (std::size_t i = 0; i < hidden.size(); ++i)
+        hidden[i] = hidden[i] || picture.pixels[i * picture.channel_count()] > 0;
+    } else if (id < 0) {
+      return make_error(ErrorCode::kInput, "{}: a mask by ids, but the frames have no layer 'id'",
+                        (suite.folder / "suite.json").string());
+    }
+    for (std::size_t i = 0; i < hidden.size(); ++i)
+      for (const Image* image : {&reference, static_cast<const Image*>(&actual)})
+        for (const int number : mask.ids)
+          hidden[i] = hidden[i] || image->pixels[i * width + static_cast<std::size_t>(id)] ==
+                                       static_cast<float>(number);
+  }
+  for (std::size_t i = 0; i < hidden.size(); ++i)
+    if (hidden[i]) std::copy_n(&reference.pixels[i * width], width, &actual.pixels[i * width]);
+  return static_cast<std::size_t>(std::count(hidden.begin(), hidden.end(), 1));
+}
+
+/// Why the frame is another one, for the message.
+std::string explanation(const RenderedFrame& rendered, const Image& reference,
+                        const GoldenFrame& result) {
+  ChangeContext context = rendered.context;
+  context.surfaces_known = !rendered.surface.digest.empty();
+  context.surfaces_equal = result.surface_passed;
+  return explain_change(rendered.image, reference, context);
+}
+
+/// One frame against its golden; `rendered` is what it was compared with.
+Result<GoldenFrame> judge(const GoldenSuite& suite, const GoldenSettings& settings,
+                          const std::vector<SurfaceRecord>& records,
+                          const RenderedFrame& rendered) {
+  GoldenFrame result;
+  result.frame = rendered.surface.frame;
+  if (suite.command.empty()) result.message = compare_surface(rendered.surface, records);
+  result.surface_passed = result.message.empty();
+  result.report.surface = rendered.surface;
+  result.report.pixels = rendered.pixels;
+  const fs::path golden = golden_image_path(suite, result.frame);
+  if (!fs::exists(golden)) {
+    result.missing = true;
+    result.message =
+        fmt::format("{} is missing - make it with: polymorph golden update {} --reason \"...\"",
+                    golden.string(), shell_quoted(suite.name));
+    PM_TRY_STATUS(keep_failure(suite, settings, rendered, nullptr, {}, {}));
+    PM_TRY_STATUS(fill_report(suite, settings, rendered, rendered.image, nullptr, {}, result));
+    return result;
+  }
+  const auto reference = read_image(golden);
+  if (!reference) {
+    result.unreadable = true;
+    result.message = reference.error().message;
+    PM_TRY_STATUS(keep_failure(suite, settings, rendered, nullptr, {}, {}));
+    PM_TRY_STATUS(fill_report(suite, settings, rendered, rendered.image, nullptr, {}, result));
+    return result;
+  }
+  Image actual = rendered.image;
+  PM_TRY(const std::size_t masked, hide_masked(suite, *reference, actual));
+  PixelMaps maps;
+  result.image = compare_images(actual, *reference, suite.tolerance, &maps);
+  if (masked > 0) result.image->reason += fmt::format("; {} pixels are masked", masked);
+  if (!result.image->passed())
+    result.message += (result.message.empty() ? "" : "; ") + result.image->reason;
+  if (!result.message.empty()) {
+    result.report.cause = explanation(rendered, *reference, result);
+    PM_TRY_STATUS(keep_failure(suite, settings, rendered, &*reference, *result.image, maps));
+  }
+  PM_TRY_STATUS(fill_report(suite, settings, rendered, actual, &*reference, maps, result));
+  return result;
+}
+
+}  // namespace
+
+std::size_t GoldenResult::failed() const {
+  return static_cast<std::size_t>(std::count_if(frames.begin(), frames.end(),
+                                                [](const GoldenFrame& f) { return !f.passed(); }));
+}
+
+Result<GoldenResult> test_golden(const GoldenSuite& suite, const GoldenSettings& settings) {
+  PM_TRY(SuiteRenderer renderer, SuiteRenderer::create(suite, settings));
+  PM_TRY(const std::vector<SurfaceRecord> records, read_records(suite));
+  GoldenResult result{suite.name, {}, find_orphans(suite)};
+  for (const int frame : suite.frames) {
+    const Stopwatch stopwatch;
+    forget_failure(suite, settings, frame);
+    PM_TRY(const RenderedFrame rendered, renderer.render(frame));
+    PM_TRY(GoldenFrame judged, judge(suite, settings, records, rendered));
+    judged.report.seconds = stopwatch.seconds();
+    result.frames.push_back(std::move(judged));
+  }
+  return result;
+}
+
+Result<std::vector<fs::path>> update_golden(const GoldenSuite& suite,
+                                            const GoldenSettings& settings,
+                                            const std::string& reason) {
+  PM_TRY_STATUS(may_write_goldens("update", reason));
+  PM_TRY(SuiteRenderer renderer, SuiteRenderer::create(suite, settings));
+  // Damaged ones are written anew.
+  const auto readable = read_records(suite);
+  const std::vector<SurfaceRecord> old_records =
+      readable ? *readable : std::vector<SurfaceRecord>{};
+  GoldenSettings quiet = settings;
+  quiet.failures.clear();
+  std::vector<NewGolden> frames;
+  std::vector<ReportCase> cases;
+  for (const int frame : suite.frames) {
+    PM_TRY(RenderedFrame rendered, renderer.render(frame));
+    if (!all_finite(rendered.image))
+      return make_error(ErrorCode::kInternal,
+                        "frame {} of {} has NaN or infinite pixels - it cannot become a golden",
+                        frame, suite.name);
+    PM_TRY(const GoldenFrame judged, judge(suite, quiet, old_records, rendered));
+    frames.push_back({rendered.surface, judged.passed() ? "" : std::move(rendered.bytes)});
+    cases.push_back(judged.report);
+  }
+  PM_TRY(std::vector<NewFile> files, golden_files(suite, frames, reason));
+  // How far it had come before it was made new.
+  const fs::path history = suite.folder / "history.csv";
+  PM_TRY(std::vector<HistoryRow> rows, read_history(history));
+  const std::vector<HistoryRow> now = history_rows(cases, suite.name, tested_commit());
+  rows.insert(rows.end(), now.begin(), now.end());
+  if (!files.empty() && !now.empty()) files.push_back({history, history_text(rows)});
+  std::vector<fs::path> written;
+  for (const NewFile& file : files) written.push_back(file.path);
+  PM_TRY_STATUS(write_files(files));
+  return written;
+}
+
+Result<std::vector<FrameHash>> hash_golden(GoldenSuite suite, const GoldenSettings& settings) {
+  PM_TRY(SuiteRenderer renderer, SuiteRenderer::create(suite, settings));
+  if (suite.frames.empty()) {
+    const int count = renderer.frame_count();
+    suite.frames = {1};
+    if (count > 2) suite.frames.push_back((count + 1) / 2);
+    if (count > 1) suite.frames.push_back(count);
+  }
+  std::vector<FrameHash> hashes;
+  for (const int frame : suite.frames) {
+    PM_TRY(std::string sha256, renderer.hash(frame));
+    hashes.push_back({frame, std::move(sha256)});
+  }
+  return hashes;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,95 @@
+#include "sequence/golden/golden_write.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <string_view>
+
+#include "base/file.h"
+#include "base/text.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// CHANGES.md as it is; one that cannot be read is not begun anew.
+Result<std::string> changes_of(const GoldenSuite& suite) {
+  const fs::path file = suite.folder / "CHANGES.md";
+  std::error_code ignored;
+  if (fs::exists(file, ignored)) return read_file(file);
+  return fmt::format("# Changes to the golden frames of {}\n", suite.name);
+}
+
+std::string frames_text(std::size_t count) {
+  return fmt::format("{} frame{}", count, count == 1 ? "" : "s");
+}
+
+/// Adds an entry; where the last one gives the same reason, it takes its place.
+std::string with_entry(std::string text, std::size_t count, const std::string& reason) {
+  const auto last = text.rfind("\n- ");
+  if (last != std::string::npos) {
+    const std::string entry = text.substr(last + 1);
+    if (entry.ends_with(fmt::format(": {}\n", reason))) {
+      // "- polymorph 0.1.0, 6 frames: ..."
+      const auto comma = entry.find(", ");
+      const auto before =
+          parse_integer(entry.substr(comma + 2, entry.find(' ', comma + 2) - comma - 2));
+      count =
+          std::max(count, static_cast<std::size_t>(std::max<std::int64_t>(0, before.value_or(0))));
+      text.resize(last);
+    }
+  }
+  return text + fmt::format("\n- polymorph {}, {}: {}\n", PM_VERSION, frames_text(count), reason);
+}
+
+}  // namespace
+
+Status may_write_goldens(const std::string& verb, const std::string& reason) {
+  if (const char* ci = std::getenv("CI");
+      ci && *ci && std::string_view(ci) != "false" && std::string_view(ci) != "0")
+    return make_error(
+        ErrorCode::kUsage,
+        "golden {} writes references and never runs under CI (CI={}) - run it by hand", verb, ci);
+  if (reason.empty() || reason.find('\n') != std::string::npos)
+    return make_error(ErrorCode::kUsage,
+                      "golden {} needs --reason \"why the frames changed\", on one line", verb);
+  return Ok{};
+}
+
+bool all_finite(const Image& image) {
+  return std::all_of(image.pixels.begin(), image.pixels.end(),
+                     [](float v) { return std::isfinite(v); });
+}
+
+Result<std::vector<NewFile>> golden_files(const GoldenSuite& suite,
+                                          const std::vector<NewGolden>& frames,
+                                          const std::string& reason) {
+  std::vector<NewFile> files;
+  for (const NewGolden& one : frames)
+    if (!one.bytes.empty())
+      files.push_back({golden_image_path(suite, one.surface.frame), one.bytes});
+  const std::size_t count = files.size();
+  if (suite.command.empty()) {
+    // Damaged records are written anew.
+    const auto old = read_surface_records(suite.folder / "surface.csv");
+    std::map<int, SurfaceRecord> rows;
+    if (old)
+      for (const SurfaceRecord& record : *old)
+        if (std::find(suite.frames.begin(), suite.frames.end(), record.frame) != suite.frames.end())
+          rows[record.frame] = record;
+    for (const NewGolden& one : frames) rows[one.surface.frame] = one.surface;
+    std::vector<SurfaceRecord> records;
+    for (const auto& [frame, record] : rows) records.push_back(record);
+    const std::string text = surface_records_text(records);
+    if (!old || surface_records_text(*old) != text)
+      files.push_back({suite.folder / "surface.csv", text});
+  }
+  if (files.empty()) return files;
+  PM_TRY(std::string changes, changes_of(suite));
+  files.push_back({suite.folder / "CHANGES.md", with_entry(std::move(changes), count, reason)});
+  return files;
+}
+
+}  // namespace polymorph
