@@ -28,8 +28,14 @@ bool camera_moves(const Scene& scene);
 /// The framing of all frames of a scene whose camera moves; `points`: of all its objects.
 Framing film_framing(const Scene& scene, std::span<const Vec3> points);
 
+/// What the frames of a scene are known by, in its models alone: no ball is made for it.
+/// `models`: as load_models() gives them.
+SequenceHashes hash_sequence(const Scene& scene, std::span<const Model> models,
+                             const Image* environment);
+
 /// Hash of all that decides the frame's files: of the scene's inputs and of its settings as this
-/// frame has them. Where nothing is keyed, the same for all frames: prepared.hash.
-std::string frame_hash(const PreparedScene& prepared, int frame);
+/// frame has them. Where nothing is keyed, the same for all frames: hashes.scene. So it is where a
+/// moving camera frames balls in flight (`retarget`), which only a preparation makes.
+std::string frame_hash(const Scene& scene, const SequenceHashes& hashes, int frame);
 
 }  // namespace polymorph

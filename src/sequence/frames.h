@@ -24,6 +24,11 @@ struct FramePattern {
   bool has_number() const { return digits > 0; }
 };
 
+/// Where a sequence's frames are.
+struct FrameFiles {
+  FramePattern exr, png;  ///< empty: none of that format
+};
+
 /// Errors (kUsage): a lone '#', two places for a number, a place in a folder's name, no file name.
 Result<FramePattern> parse_pattern(const std::string& text);
 

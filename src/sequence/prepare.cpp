@@ -343,7 +343,8 @@ void place_camera(PreparedScene& prepared) {
     for (const PreparedObject& object : actor.objects)
       points.insert(points.end(), object.model.points.begin(), object.model.points.end());
   if (camera_moves(scene)) {
-    prepared.framing = film_framing(scene, points);
+    prepared.framing =
+        prepared.hashes.framing ? prepared.hashes.framing : film_framing(scene, points);
     prepared.camera = make_camera(scene_at(scene, 1.0).camera, *prepared.framing);
   } else {
     prepared.camera = make_camera(scene.camera, points, scene.image.width, scene.image.height);
@@ -431,8 +432,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extrac
     PM_TRY(Image image, read_image(scene.lights.environment));
     prepared.environment = std::make_shared<const Image>(std::move(image));
   }
-  prepared.hash = content_hash(scene, loaded.models, prepared.environment.get());
-  prepared.inputs_hash = inputs_hash(scene, loaded.models, prepared.environment.get());
+  prepared.hashes = hash_sequence(scene, loaded.models, prepared.environment.get());
   prepared.warnings = std::move(loaded.warnings);
   prepared.extract.field = scene.field.kind;
   prepared.extract.sample_stride = scene.surface.influence;

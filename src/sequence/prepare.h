@@ -71,10 +71,16 @@ struct PreparedActor {
   float cell = 0;  ///< edge of its surfaces' cells
 };
 
+/// What the hashes of a sequence's frames are made of (film.h).
+struct SequenceHashes {
+  std::string scene;               ///< content_hash()
+  std::string inputs;              ///< inputs_hash()
+  std::optional<Framing> framing;  ///< where the camera moves, if the models alone decide it
+};
+
 struct PreparedScene {
   Scene scene;
-  std::string hash;         ///< content_hash() of it
-  std::string inputs_hash;  ///< inputs_hash() of it
+  SequenceHashes hashes;
   int frame_count = 0;
   std::vector<PreparedActor> actors;
   Box box;  ///< of all objects

@@ -117,7 +117,7 @@ class SequenceRun {
       idle_.push_back(std::make_unique<Renderer>(std::move(renderer)));
     }
     report_.isa = idle_.front()->isa();
-    report_.scene_hash = prepared_.hash;
+    report_.scene_hash = prepared_.hashes.scene;
     if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // PNG has no layers
     report_.frames.resize(settings_.frames.size());
     const Stopwatch frames;
@@ -209,7 +209,7 @@ class SequenceRun {
     if (!scene.image.steady || scene.frames.turntable > 0) return "";
     const bool flows = wants_flow(scene_at(scene, static_cast<double>(frame)));
     Hasher key;
-    key.add(frame_hash(prepared_, frame)).add(sequence_time(scene, frame));
+    key.add(frame_hash(prepared_.scene, prepared_.hashes, frame)).add(sequence_time(scene, frame));
     for (const PreparedActor& actor : prepared_.actors) {
       if (moves_at(actor.timeline, frame)) return "";
       add(key, morph_state_at(actor.timeline, frame));
@@ -318,7 +318,7 @@ class SequenceRun {
   }
 
   bool all_current(const FrameRecord& record) const {
-    const std::string hash = frame_hash(prepared_, record.frame);
+    const std::string hash = frame_hash(prepared_.scene, prepared_.hashes, record.frame);
     for (const fs::path& file : record.files) {
       std::error_code error;
       if (!fs::exists(file, error)) return false;

@@ -7,18 +7,39 @@
 #include "base/parallel.h"
 #include "image/image_io.h"
 #include "sequence/content_hash.h"
+#include "sequence/film.h"
 #include "sequence/prepare.h"
 #include "sequence/render_frame.h"
 
 namespace polymorph {
 
-Result<std::string> sequence_hash(const Scene& scene, std::string_view program) {
+namespace {
+
+Result<std::optional<Image>> load_environment(const Scene& scene) {
+  if (scene.lights.environment.empty()) return std::optional<Image>();
+  PM_TRY(Image image, read_image(scene.lights.environment));
+  return std::optional<Image>(std::move(image));
+}
+
+}  // namespace
+
+Result<std::string> source_hash(const Scene& scene) {
   PM_TRY(const LoadedScene loaded, load_models(scene, /*textures=*/true));
-  std::optional<Image> environment;
-  if (!scene.lights.environment.empty()) {
-    PM_TRY(environment, read_image(scene.lights.environment));
-  }
-  return content_hash(scene, loaded.models, environment ? &*environment : nullptr, program);
+  PM_TRY(const std::optional<Image> environment, load_environment(scene));
+  return content_hash(scene, loaded.models, environment ? &*environment : nullptr, /*program=*/"");
+}
+
+Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> frames) {
+  PM_TRY(const LoadedScene loaded, load_models(scene, /*textures=*/true));
+  PM_TRY(const std::optional<Image> environment, load_environment(scene));
+  const SequenceHashes hashes =
+      hash_sequence(scene, loaded.models, environment ? &*environment : nullptr);
+  ExpectedHashes out{hashes.scene, std::vector<std::string>(frames.size())};
+  parallel_for(static_cast<std::int64_t>(frames.size()), [&](std::int64_t i) {
+    const auto at = static_cast<std::size_t>(i);
+    out.frames[at] = frame_hash(scene, hashes, frames[at]);
+  });
+  return out;
 }
 
 FileState file_state(const std::filesystem::path& file, const std::string& hash, int frame) {
@@ -33,18 +54,21 @@ FileState file_state(const std::filesystem::path& file, const std::string& hash,
              std::visit([](const auto& v) { return fmt::format("{}", v); }, a.value) == wanted;
     });
   };
-  return (says(kHashAttribute, hash) || says(kFrameHashAttribute, hash)) &&
-                 says(kFrameAttribute, fmt::format("{}", frame))
+  return says(kFrameHashAttribute, hash) && says(kFrameAttribute, fmt::format("{}", frame))
              ? FileState::kWhole
              : FileState::kStale;
 }
 
-std::vector<FileState> file_states(const FramePattern& pattern, std::span<const int> frames,
-                                   const std::string& hash) {
+std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int> frames,
+                                    std::span<const std::string> hashes) {
   std::vector<FileState> states(frames.size());
   parallel_for(static_cast<std::int64_t>(frames.size()), [&](std::int64_t i) {
     const auto at = static_cast<std::size_t>(i);
-    states[at] = file_state(frame_path(pattern, frames[at]), hash, frames[at]);
+    for (const FramePattern* pattern : {&files.exr, &files.png}) {
+      if (pattern->before.empty() && !pattern->has_number()) continue;
+      const FileState state = file_state(frame_path(*pattern, frames[at]), hashes[at], frames[at]);
+      if (state != FileState::kWhole) states[at] = state;
+    }
   });
   return states;
 }

@@ -21,17 +21,25 @@ enum class FileState {
   kUnreadable,  ///< no whole image
 };
 
-/// The hash in the headers of the scene's frames (content_hash()), or, without a program, that of
-/// what they are made of. Loads the models; makes no balls. Errors: kInput.
-Result<std::string> sequence_hash(const Scene& scene,
-                                  std::string_view program = program_identity());
+/// What all frames of the scene are made of, but the program. Loads the models; makes no balls.
+/// Errors: kInput.
+Result<std::string> source_hash(const Scene& scene);
 
-/// Reads the whole file: a name alone proves nothing. `frame` as in its header.
+/// Each frame's hash as its header has it (frame_hash()), and the scene's. Errors: as above.
+struct ExpectedHashes {
+  std::string scene;
+  std::vector<std::string> frames;  ///< in the order of the frames asked for
+};
+Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> frames);
+
+/// Reads the whole file: a name alone proves nothing. `hash`: frame_hash(), `frame` as in its
+/// header.
 FileState file_state(const std::filesystem::path& file, const std::string& hash, int frame);
 
-/// The states of these frames' files, in their order.
-std::vector<FileState> file_states(const FramePattern& pattern, std::span<const int> frames,
-                                   const std::string& hash);
+/// How these frames are, in their order; a frame is as good as the worst of its files. `hashes`:
+/// one per frame.
+std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int> frames,
+                                    std::span<const std::string> hashes);
 
 /// "1-4,7,9-12" of ascending frames.
 std::string frame_list(std::span<const int> frames);

@@ -78,6 +78,29 @@ TEST_F(Farm, StatusTellsWholeMissingAndStaleFrames) {
             6u);
 }
 
+TEST_F(Farm, AKeyThatMovesMakesOnlyItsFramesStale) {
+  const auto scene = [&](const char* value) {
+    write("keyed.json", tiny_scene(6, R"("cube")",
+                                   std::string(R"("lights": {"key_intensity": {"keys":
+      [{"frame": 3, "value": 0.5}, {"frame": 5, "value": )") +
+                                       value + "}]}},\n"));
+  };
+  const std::vector<std::string> submit{"submit",         "slurm",   "keyed.json",      "-o",
+                                        "f.####.exr",     "--print", "--frame-seconds", "60",
+                                        "--task-minutes", "1"};
+  scene("0.1");
+  run(0, {"render", "keyed.json", "-o", "f.####.exr"});
+  EXPECT_EQ(run(0, {"status", "f.####.exr", "keyed.json"}).out, "whole           6  1-6\n");
+  EXPECT_TRUE(contains(run(1, submit).err, "every frame is there and current"));
+  scene("0.9");
+  EXPECT_EQ(run(1, {"status", "f.####.exr", "keyed.json"}).out,
+            "whole           3  1-3\nstale           3  4-6\n");
+  EXPECT_TRUE(contains(run(0, submit).out, "--array=1-3\n"));
+  run(0, {"render", "keyed.json", "-o", "f.####.exr", "--skip-existing"});
+  EXPECT_EQ(run(0, {"status", "f.####.exr", "keyed.json"}).out, "whole           6  1-6\n");
+  EXPECT_EQ(run(1, submit).out, "");
+}
+
 TEST_F(Farm, DryRunSaysFramesTimeAndDisk) {
   run(0, {"render", "scene.json", "-o", "f.####.exr", "-f", "1"});
   const Ran ran = run(0, {"render", "scene.json", "-o", "f.####.exr", "-n", "--skip-existing"});

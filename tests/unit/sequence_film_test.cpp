@@ -4,6 +4,7 @@
 #include "image/image_io.h"
 #include "morph/timeline.h"
 #include "sequence/render_sequence.h"
+#include "sequence/status.h"
 #include "testing/scene.h"
 
 namespace polymorph {
@@ -41,6 +42,10 @@ class FilmTest : public SceneTest {
   }
 };
 
+std::string hash_of(const PreparedScene& prepared, int frame) {
+  return frame_hash(prepared.scene, prepared.hashes, frame);
+}
+
 constexpr const char* kMorph = R"("source": "cube", "target": "torus")";
 
 TEST_F(FilmTest, TimeIsCountedInSharesFramesAndLegs) {
@@ -66,12 +71,12 @@ TEST_F(FilmTest, AFramesHashIsOfItsOwnSettings) {
       [{"frame": 4, "value": [1, 0, 0]}, {"frame": 6, "value": [0, )";
   const PreparedScene one = prepared_of(kMorph + (", " + keys) + "0, 1]}]}}"),
                       other = prepared_of(kMorph + (", " + keys) + "1, 0]}]}}");
-  for (int f = 1; f <= 8; ++f) EXPECT_EQ(frame_hash(one, f) == frame_hash(other, f), f <= 4) << f;
-  EXPECT_EQ(frame_hash(one, 1), frame_hash(one, 4)) << "nothing of the settings has changed yet";
-  EXPECT_NE(frame_hash(one, 4), frame_hash(one, 5));
-  EXPECT_EQ(frame_hash(one, 6), frame_hash(one, 8));
+  for (int f = 1; f <= 8; ++f) EXPECT_EQ(hash_of(one, f) == hash_of(other, f), f <= 4) << f;
+  EXPECT_EQ(hash_of(one, 1), hash_of(one, 4)) << "nothing of the settings has changed yet";
+  EXPECT_NE(hash_of(one, 4), hash_of(one, 5));
+  EXPECT_EQ(hash_of(one, 6), hash_of(one, 8));
   const PreparedScene still = prepared_of(kMorph);
-  EXPECT_EQ(frame_hash(still, 3), still.hash);
+  EXPECT_EQ(hash_of(still, 3), still.hashes.scene);
 }
 
 TEST_F(FilmTest, AFramesHashKnowsWhereTheCameraGoes) {
@@ -84,7 +89,7 @@ TEST_F(FilmTest, AFramesHashKnowsWhereTheCameraGoes) {
   };
   const PreparedScene one = prepared_of(keys("4")), other = prepared_of(keys("3"));
   // In frame 3 the camera itself is the same, but not where points are on the film in frame 4.
-  for (int f = 1; f <= 6; ++f) EXPECT_EQ(frame_hash(one, f) == frame_hash(other, f), f <= 2) << f;
+  for (int f = 1; f <= 6; ++f) EXPECT_EQ(hash_of(one, f) == hash_of(other, f), f <= 2) << f;
   EXPECT_FALSE(view_of(one, 2).camera_motion);
   EXPECT_TRUE(view_of(one, 3).camera_motion);
   EXPECT_FALSE(view_of(one, 6).camera_motion);
@@ -106,6 +111,53 @@ TEST_F(FilmTest, OnlyFramesWhoseSettingsChangedAreRenderedAgain) {
   ASSERT_TRUE(report.ok());
   for (const FrameRecord& record : report->frames)
     EXPECT_EQ(record.state == FrameRecord::State::kSkipped, record.frame <= 3) << record.frame;
+}
+
+TEST_F(FilmTest, FramesAreKnownWithoutPreparingThem) {
+  const std::string key = R"({"keys": [{"frame": 2, "value": )";
+  const std::string moving = R"("camera": {"fov": )" + key + R"(30}, {"frame": 4, "value": )";
+  const std::string retarget =
+      R"("source": "cube", "intermediate": [{"shape": "sphere", "retarget": 0.5}],
+         "target": "torus", "frames": {"count": 4}, )";
+  const std::string plain = kMorph + std::string(R"(, "frames": {"count": 4}, )");
+  // A key's value that is changed, and the first frame that it changes.
+  struct Case {
+    std::string before, after;
+    int first;
+  };
+  const Case cases[]{
+      {plain + R"("lights": {"key_intensity": )" + key + "0.5}, {\"frame\": 4, \"value\": ", "}]}}",
+       3},
+      {plain + moving, "}]}}", 2},  // its points' way to the next frame
+      {plain + R"("camera": {"orbit": 90}, "lights": {"key_intensity": )" + key +
+           "0.5}, {\"frame\": 4, \"value\": ",
+       "}]}}", 3},
+      // Where balls in flight are framed, too, all frames count as changed.
+      {retarget + moving, "}]}}", 1}};
+  const std::vector<int> numbers{1, 2, 3, 4};
+  for (const Case& c : cases) {
+    const Scene one = scene_of(c.before + "2" + c.after),
+                other = scene_of(c.before + "3" + c.after);
+    SequenceSettings s = settings(1, 4);
+    s.existing = Existing::kOverwrite;
+    ASSERT_TRUE(render_sequence(one, s, nullptr).ok());
+    FrameFiles files;
+    files.exr = s.exr;
+    const auto same = expected_hashes(one, numbers), changed = expected_hashes(other, numbers);
+    ASSERT_TRUE(same.ok() && changed.ok());
+    EXPECT_EQ(frame_states(files, numbers, same->frames),
+              std::vector<FileState>(4, FileState::kWhole));
+    // What status calls stale is what a render does again.
+    const auto states = frame_states(files, numbers, changed->frames);
+    s.existing = Existing::kSkip;
+    const auto report = render_sequence(other, s, nullptr);
+    ASSERT_TRUE(report.ok());
+    for (int f = 1; f <= 4; ++f) {
+      const auto at = static_cast<std::size_t>(f - 1);
+      EXPECT_EQ(states[at] == FileState::kStale, f >= c.first) << c.before << f;
+      EXPECT_EQ(report->frames[at].state == FrameRecord::State::kSkipped, f < c.first) << f;
+    }
+  }
 }
 
 TEST_F(FilmTest, HeldFramesAreTracedOnce) {

@@ -87,7 +87,7 @@ TEST_F(SequenceTest, TheHashKnowsEverythingThatDecidesPixels) {
   const auto hash = [&] {
     const auto prepared = prepare_scene(scene, *make_cpu_extractor(), shared_cache());
     EXPECT_TRUE(prepared.ok());
-    return prepared.ok() ? prepared->hash : "";
+    return prepared.ok() ? prepared->hashes.scene : "";
   };
   const std::string before = hash();
   scene.description = "another word";

@@ -31,19 +31,6 @@ constexpr StateName kStates[]{{FileState::kWhole, "whole"},
                               {FileState::kStale, "stale"},
                               {FileState::kUnreadable, "unreadable"}};
 
-/// A frame is as good as the worst of its files.
-std::vector<FileState> frame_states(const FrameFiles& files, const std::vector<int>& frames,
-                                    const std::string& hash) {
-  std::vector<FileState> states(frames.size(), FileState::kWhole);
-  for (const FramePattern* pattern : {&files.exr, &files.png}) {
-    if (pattern->before.empty() && !pattern->has_number()) continue;
-    const std::vector<FileState> these = file_states(*pattern, frames, hash);
-    for (std::size_t i = 0; i < frames.size(); ++i)
-      if (these[i] != FileState::kWhole) states[i] = these[i];
-  }
-  return states;
-}
-
 std::string to_json(const std::vector<int>& frames, const std::vector<FileState>& states,
                     const std::string& hash) {
   nlohmann::ordered_json json{{"ok", true}, {"scene_hash", hash}};
@@ -69,9 +56,10 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
       std::vector<int> frames,
       parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
   std::sort(frames.begin(), frames.end());
-  PM_TRY(const std::string hash, sequence_hash(scene));
-  const std::vector<FileState> states = frame_states(files, frames, hash);
-  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, to_json(frames, states, hash)));
+  PM_TRY(const ExpectedHashes hashes, expected_hashes(scene, frames));
+  const std::vector<FileState> states = frame_states(files, frames, hashes.frames);
+  if (options.json.wanted)
+    PM_TRY_STATUS(write_json(options.json, to_json(frames, states, hashes.scene)));
   std::vector<int> todo;
   for (const StateName& state : kStates) {
     std::vector<int> these;

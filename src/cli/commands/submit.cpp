@@ -12,6 +12,7 @@
 #include "cli/slurm.h"
 #include "morph/timeline.h"
 #include "sequence/render_sequence.h"
+#include "sequence/status.h"
 
 namespace polymorph {
 namespace {
@@ -53,7 +54,10 @@ Result<Costs> measure_costs(const CommandLine& line, const SubmitOptions& option
       parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
   Costs costs;
   if (options.frame_seconds > 0) {
-    costs.frames = settings.frames.size();
+    PM_TRY(const ExpectedHashes hashes, expected_hashes(scene, settings.frames));
+    const auto states = frame_states(files, settings.frames, hashes.frames);
+    costs.frames = settings.frames.size() - static_cast<std::size_t>(std::count(
+                                                states.begin(), states.end(), FileState::kWhole));
     costs.frame_seconds = options.frame_seconds;
     return costs;
   }

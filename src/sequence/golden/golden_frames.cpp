@@ -138,7 +138,7 @@ Result<std::string> suite_hash(const GoldenSuite& suite) {
   if (!suite.command.empty())
     return Hasher().add(std::string_view(suite.command)).add(std::string_view(suite.format)).hex();
   PM_TRY(const Scene scene, load_scene(suite.scene));
-  return sequence_hash(scene, /*program=*/"");
+  return source_hash(scene);
 }
 
 std::string pixel_sha256(const Image& image) {
