@@ -158,7 +158,7 @@ Result<Json> demo_scene(const fs::path& data, const std::string& from, const std
   scene["frames"] = demo_frames(1 + scene.value("intermediate", Json::array()).size());
   scene["spheres"] = {{"balls", 96}};
   scene["surface"] = {{"resolution", 80}};
-  scene["image"] = {{"width", 360}, {"height", 270}, {"samples", 6}};
+  scene["image"] = {{"width", 360}, {"height", 270}, {"samples", 10}};
   return scene;
 }
 

@@ -9,6 +9,7 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "base/parallel.h"
+#include "base/stopwatch.h"
 #include "cli/progress.h"
 #include "image/image_io.h"
 #include "image/strip.h"
@@ -39,6 +40,29 @@ std::vector<int> spread(const std::vector<int>& numbers, int n) {
                : static_cast<double>(i) * static_cast<double>(numbers.size() - 1) / (n - 1);
     chosen.push_back(numbers[static_cast<std::size_t>(std::lround(at))]);
   }
+  return chosen;
+}
+
+std::vector<int> spread_by_change(const Film& film, int n) {
+  std::vector<double> way{0};  // how far the pictures have come since the first
+  for (std::size_t i = 1; i < film.images.size(); ++i) {
+    const std::vector<float>&a = film.images[i - 1].pixels, &b = film.images[i].pixels;
+    double change = 0;
+    for (std::size_t k = 0; k < std::min(a.size(), b.size()); ++k)
+      change += std::abs(static_cast<double>(b[k]) - static_cast<double>(a[k]));
+    way.push_back(way.back() + change);
+  }
+  if (n < 2 || way.back() == 0) return spread(film.numbers, n);
+  std::vector<int> chosen;
+  for (int i = 0; i < n; ++i) {
+    const double wanted = way.back() * i / (n - 1);  // rounding may take it beyond the last
+    auto nearest = std::lower_bound(way.begin(), way.end() - 1, wanted);
+    if (nearest != way.begin() && wanted - *(nearest - 1) < *nearest - wanted)
+      nearest = std::lower_bound(way.begin(), way.end(), *(nearest - 1));  // first of its likes
+    const int number = film.numbers[static_cast<std::size_t>(nearest - way.begin())];
+    if (chosen.empty() || number != chosen.back()) chosen.push_back(number);
+  }
+  chosen.back() = film.numbers.back();  // not the first of those that look like it
   return chosen;
 }
 
@@ -81,26 +105,48 @@ Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> 
   PM_TRY(Renderer renderer, Renderer::create(isa));
   const ProgressCallback progress = make_progress(progress_mode(line.common));
   const auto policy = thread_count() > 1 ? std::launch::async : std::launch::deferred;
+  struct Traced {
+    Result<Image> image;
+    double seconds = 0;
+  };
+  std::string picture;  // picture_key() of the frame that is traced
+  int showing = 0;      // frames that show it
   // Its task borrows what stands above, so it is the first to go.
-  std::future<Result<Image>> tracing;
+  std::future<Traced> tracing;
   const auto finish = [&]() -> Status {
     if (!tracing.valid()) return Ok{};
-    PM_TRY(Image image, tracing.get());
-    const int number = numbers[film.images.size()];
-    expose(image, scene_at(scene, static_cast<double>(number)).image.exposure);
-    film.images.push_back(slim(image, width));
-    FrameRecord record;
-    record.frame = number;
-    record.state = FrameRecord::State::kDone;
-    progress(film.images.size(), numbers.size(), record);
+    Traced traced = tracing.get();
+    PM_TRY(Image image, std::move(traced.image));
+    const int traced_number = numbers[film.images.size()];
+    expose(image, scene_at(scene, static_cast<double>(traced_number)).image.exposure);
+    const Image shown = slim(image, width);
+    for (; showing > 0; --showing) {
+      FrameRecord record;
+      record.frame = numbers[film.images.size()];
+      record.state = FrameRecord::State::kDone;
+      record.seconds = record.frame == traced_number ? traced.seconds : 0;
+      film.images.push_back(shown);
+      progress(film.images.size(), numbers.size(), record);
+    }
     return Ok{};
   };
   for (const int number : numbers) {
     if (stop_requested()) return make_error(stop_code(), "stopped - nothing was written");
+    std::string key = picture_key(prepared, number);
+    if (!key.empty() && showing > 0 && key == picture) {
+      ++showing;
+      continue;
+    }
+    const Stopwatch stopwatch;
     PM_TRY(FrameGeometry geometry, geometry_at(prepared, *extractor, number));
+    const double surface_seconds = stopwatch.seconds();
     PM_TRY_STATUS(finish());
-    tracing = std::async(policy, [&, geometry = std::move(geometry)] {
-      return render_frame(prepared, geometry, renderer, device, line.text);
+    picture = std::move(key);
+    showing = 1;
+    tracing = std::async(policy, [&, surface_seconds, geometry = std::move(geometry)]() -> Traced {
+      const Stopwatch tracing_time;
+      auto image = render_frame(prepared, geometry, renderer, device, line.text);
+      return {std::move(image), surface_seconds + tracing_time.seconds()};
     });
   }
   PM_TRY_STATUS(finish());
@@ -110,8 +156,9 @@ Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> 
 
 Status write_sheet(const std::filesystem::path& path, const Film& film,
                    const SheetSettings& settings) {
-  const std::vector<int> chosen =
-      settings.all ? film.numbers : spread(film.numbers, settings.count);
+  const std::vector<int> chosen = settings.all         ? film.numbers
+                                  : settings.by_change ? spread_by_change(film, settings.count)
+                                                       : spread(film.numbers, settings.count);
   std::vector<Image> cells;
   std::vector<std::string> labels;
   for (const int number : chosen) {

@@ -19,8 +19,9 @@ struct Film {
 };
 
 struct SheetSettings {
-  int count = 8;     ///< cells, evenly spread over the film
-  bool all = false;  ///< every frame of the film is a cell
+  int count = 8;           ///< cells, evenly spread over the film
+  bool all = false;        ///< every frame of the film is a cell
+  bool by_change = false;  ///< spread_by_change() instead of evenly
   int columns = 4;
   int cell_width = 0;           ///< pixels; 0 = as rendered
   std::string label = "frame";  ///< frame, t or none
@@ -28,6 +29,11 @@ struct SheetSettings {
 
 /// n of the numbers, evenly spread, first and last included.
 std::vector<int> spread(const std::vector<int>& numbers, int n);
+
+/// At most n of the film's frames, first and last included, from each to the next of which its
+/// picture changes about equally much (the sum of the pixels' differences): where an easing
+/// lingers, one is enough.
+std::vector<int> spread_by_change(const Film& film, int n);
 
 /// Brightens R, G, B by `stops`.
 void expose(Image& image, float stops);
@@ -37,8 +43,9 @@ void expose(Image& image, float stops);
 Image slim(const Image& image, int width);
 
 /// Renders these frames of the scene, each `width` pixels wide (0 = as the scene says), with
-/// progress. The surface of a frame is made while the one before is traced. Errors: those of
-/// prepare_scene(), geometry_at() and render_frame(); the signal's code when stopped.
+/// progress. The surface of a frame is made while the one before is traced, and frames that show
+/// the same are traced once. Errors: those of prepare_scene(), geometry_at() and render_frame();
+/// the signal's code when stopped.
 Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> numbers, int width,
                          const std::string& isa = "");
 

@@ -96,7 +96,26 @@ std::vector<Attribute> header_of(const PreparedScene& prepared, int frame, const
   return attributes;
 }
 
+void add(Hasher& key, const MorphState& m) {
+  key.add(m.leg).add(static_cast<int>(m.stage)).add(m.progress).add(m.time).add(m.object);
+  key.add(m.look).add(m.boundary).add(m.growth);
+}
+
 }  // namespace
+
+std::string picture_key(const PreparedScene& prepared, int frame) {
+  const Scene& scene = prepared.scene;
+  if (!scene.image.steady || scene.frames.turntable > 0) return "";
+  const bool flows = wants_flow(scene_at(scene, static_cast<double>(frame)));
+  Hasher key;
+  key.add(frame_hash(scene, prepared.hashes, frame)).add(sequence_time(scene, frame));
+  for (const PreparedActor& actor : prepared.actors) {
+    if (moves_at(actor.timeline, frame)) return "";
+    add(key, morph_state_at(actor.timeline, frame));
+    if (flows) add(key, morph_state_at(actor.timeline, std::min(frame + 1, actor.timeline.count)));
+  }
+  return view_of(prepared, frame).camera_motion ? "" : key.hex();
+}
 
 void put_header(Image& image, const PreparedScene& prepared, int frame, const std::string& isa,
                 const std::string& device, const std::string& command) {

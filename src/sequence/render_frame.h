@@ -17,6 +17,9 @@ inline constexpr const char* kFrameHashAttribute = "polymorph/frame_hash";
 /// And the one that holds the frame's number.
 inline constexpr const char* kFrameAttribute = "polymorph/frame";
 
+/// Equal for frames that show the same to the bit; empty: the frame is like no other.
+std::string picture_key(const PreparedScene& prepared, int frame);
+
 /// One frame in memory: `geometry` as geometry_at() gave it.
 Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,
                            Renderer& renderer, const std::string& device,

@@ -180,7 +180,7 @@ class SequenceRun {
       return finished(record);
     }
     if (settings_.dry_run) return finished(record);
-    std::string picture = picture_key(record.frame);
+    std::string picture = picture_key(prepared_, record.frame);
     if (!picture.empty() && !tracing_.empty() && tracing_.back().picture == picture) {
       tracing_.back().indices.push_back(index);
       return Ok{};
@@ -201,26 +201,6 @@ class SequenceRun {
     if (idle_.empty()) before = finish_tracing();
     begin_tracing(index, std::move(picture), std::move(*geometry));
     return before;
-  }
-
-  /// Equal for frames that show the same to the bit; empty: the frame is like no other.
-  std::string picture_key(int frame) const {
-    const Scene& scene = prepared_.scene;
-    if (!scene.image.steady || scene.frames.turntable > 0) return "";
-    const bool flows = wants_flow(scene_at(scene, static_cast<double>(frame)));
-    Hasher key;
-    key.add(frame_hash(prepared_.scene, prepared_.hashes, frame)).add(sequence_time(scene, frame));
-    for (const PreparedActor& actor : prepared_.actors) {
-      if (moves_at(actor.timeline, frame)) return "";
-      add(key, morph_state_at(actor.timeline, frame));
-      if (flows)
-        add(key, morph_state_at(actor.timeline, std::min(frame + 1, actor.timeline.count)));
-    }
-    return view_of(prepared_, frame).camera_motion ? "" : key.hex();
-  }
-  static void add(Hasher& key, const MorphState& m) {
-    key.add(m.leg).add(static_cast<int>(m.stage)).add(m.progress).add(m.time).add(m.object);
-    key.add(m.look).add(m.boundary).add(m.growth);
   }
 
   /// On one thread everything happens in its turn, when it is asked for.

@@ -77,6 +77,7 @@ Result<int> run_demo(const CommandLine& line, const DemoOptions& options) {
   PM_TRY(const Film film, render_film(line, std::move(scene), std::move(numbers), 0));
   SheetSettings sheet;
   sheet.label = "t";
+  sheet.by_change = true;
   PM_TRY_STATUS(write_sheet(files.strip, film, sheet));
   PM_TRY_STATUS(write_gif(files.gif, film));
   print_data("{}", text);
@@ -105,7 +106,7 @@ void add_demo(CommandLine& line) {
   command
       ->add_option("--through", options->through,
                    "an effect by name, or one more object to become on the way")
-      ->type_name("NAME")
+      ->type_name("EFFECT")
       ->group("Main");
   command
       ->add_option("-o,--output", options->output,

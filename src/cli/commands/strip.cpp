@@ -125,8 +125,12 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
   if (!made) return std::move(made).error();
   const Film& film = *made;
   if (!options.output.empty()) {
-    SheetSettings sheet{options.count, !options.frames.empty(), options.columns, options.width,
-                        options.label};
+    SheetSettings sheet;
+    sheet.count = options.count;
+    sheet.all = !options.frames.empty();
+    sheet.columns = options.columns;
+    sheet.cell_width = options.width;
+    sheet.label = options.label;
     PM_TRY_STATUS(write_sheet(options.output, film, sheet));
     print_data("{}\n", options.output);
   }
