@@ -83,7 +83,14 @@ for page in PAGES:
             if inline:
                 problems += wrong_paths(line)
     found += [f"{page.relative_to(ROOT)}: {problem}" for problem in problems]
-if len(options) < 10:
-    found.append("found too few subcommands in src/cli: the pattern of this script is out of date")
+variables = set(re.findall(r'"(POLYMORPH_[A-Z_]+)"', "".join(p.read_text(encoding="utf-8") for p in (ROOT / "src").rglob("*.cpp"))))
+tested = "".join(p.read_text(encoding="utf-8") for p in (ROOT / "tests/cli").glob("*.cpp"))
+for name in sorted(variables):
+    if f"`{name}`" not in (ROOT / "docs/settings.md").read_text(encoding="utf-8"):
+        found.append(f"docs/settings.md: says nothing of {name}")
+    if f'"{name}"' not in tested:
+        found.append(f"tests/cli: nothing tests {name}")
+if len(options) < 10 or len(variables) < 10:
+    found.append("found too few subcommands or variables in src: the pattern of this script is out of date")
 print("\n".join(found) if found else f"docs: ok ({len(PAGES)} pages)")
 sys.exit(1 if found else 0)

@@ -48,7 +48,7 @@ void add_common(CLI::App* command, CommonOptions& common) {
           ->add_option("--device", common.device,
                        "cpu, cuda, cuda:1 or auto (env POLYMORPH_DEVICE)")
           ->envname("POLYMORPH_DEVICE")
-          ->type_name("NAME"));
+          ->type_name("DEVICE"));
   add(command
           ->add_option("--max-memory", common.max_memory,
                        "most memory for making surfaces: bytes, or with K, M or G; 0 = no limit")

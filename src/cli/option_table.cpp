@@ -27,6 +27,7 @@ OptionRow row_of(const CLI::Option& option) {
   row.environment = option.get_envname();
   row.positional = option.get_positional();
   row.required = option.get_required();
+  row.repeated = option.get_items_expected_max() > 1;
   return row;
 }
 

@@ -16,6 +16,7 @@ struct OptionRow {
   std::vector<std::string> choices;  ///< the words it takes, where they are few
   std::string group, description, environment;
   bool positional = false, required = false;
+  bool repeated = false;  ///< takes any number of values
 };
 
 struct CommandTable {

@@ -45,6 +45,42 @@ TEST_F(Config, TheCommandLineAndTheEnvironmentWin) {
             "done");
 }
 
+/// POLYMORPH_CONFIG, POLYMORPH_DATA_DIR (demo_test) and POLYMORPH_OIDN (films_test) besides.
+TEST_F(Config, EveryVariableOfTheEnvironmentCounts) {
+  const std::vector<std::string> render{"render", "scene.json", "-f",     "1",
+                                        "-o",     "f.exr",      "--json", "--overwrite"};
+  const auto with = [&](const char* name, const std::string& value, int code,
+                        const std::vector<std::string>& command) {
+    variables = {{name, value}};
+    const Ran ran = run(code, command);
+    variables.clear();
+    return ran;
+  };
+  EXPECT_EQ(parse(with("POLYMORPH_THREADS", "1", 0, render).out)["threads"], 1);
+  EXPECT_EQ(parse(with("POLYMORPH_ISA", "sse2", 0, render).out)["isa"], "sse2");
+  EXPECT_TRUE(contains(with("POLYMORPH_DEVICE", "abacus", 2, render).err, "abacus"));
+  EXPECT_TRUE(contains(with("POLYMORPH_MAX_MEMORY", "1K", 5, render).err, "the surface needs "));
+  EXPECT_TRUE(contains(with("POLYMORPH_HEARTBEAT", "often", 2, render).err, "often"));
+  EXPECT_TRUE(contains(with("POLYMORPH_PROGRESS", "json", 0, render).err, "{\"frame\""));
+  EXPECT_TRUE(contains(with("POLYMORPH_COLOR", "always", 1, {"check", "no.json"}).err, "\x1b["));
+  EXPECT_TRUE(contains(with("POLYMORPH_LOG_FORMAT", "json", 1, {"check", "no.json"}).err, "{\""));
+  with("POLYMORPH_LOG_FILE", "log.txt", 1, {"check", "no.json"});
+  EXPECT_TRUE(contains(read_text(folder / "log.txt"), "no.json"));
+  with("POLYMORPH_CACHE_DIR", "kept", 0, render);
+  EXPECT_TRUE(exists("kept"));
+  // Readers that are not there are missed only by what needs them.
+  std::string bmp(58, '\0');  // a pixel of 24 bits
+  bmp.replace(0, 3, "BM:");
+  bmp[10] = 54, bmp[14] = 40, bmp[18] = bmp[22] = bmp[26] = 1, bmp[28] = 24, bmp[34] = 4;
+  write("one.bmp", bmp);
+  EXPECT_TRUE(
+      contains(with("POLYMORPH_OIIO_MODULE", "/nowhere/oiio.so", 5, {"info", "one.bmp"}).err,
+               "/nowhere/oiio.so"));
+  write("one.stl", "solid\n");
+  EXPECT_TRUE(contains(with("POLYMORPH_ASSIMP", "/nowhere/reader", 5, {"info", "one.stl"}).err,
+                       "/nowhere/reader"));
+}
+
 TEST_F(Config, IsCheckedAsAWhole) {
   const auto refused = [&](const std::string& text, const std::string& part) {
     write("bad.toml", text);

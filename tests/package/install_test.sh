@@ -5,6 +5,8 @@ build=$1
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT
 cmake --install "$build" --prefix "$work/usr" >/dev/null
 program=$work/usr/bin/polymorph
+export PATH=$work/usr/bin:$PATH
+here=$(cd "$(dirname "$0")" && pwd)
 cd "$work"
 # Read whole: under pipefail a `| grep -q` that ends early makes its writer fail.
 says() { local said; said=$("${@:2}") && grep -q -- "$1" <<<"$said" || { echo "${*:2}: no $1 in: $said"; exit 1; }; }
@@ -21,6 +23,31 @@ done
 bash -c 'source "$1"; COMP_WORDS=(polymorph render --sk); COMP_CWORD=2; _polymorph; [[ ${COMPREPLY[*]} == "--skip-existing" ]]
   COMP_WORDS=(polymorph cache v); _polymorph; [[ ${COMPREPLY[*]} == "verify" ]]
   COMP_WORDS=(polymorph dem); COMP_CWORD=1; _polymorph; [[ ${COMPREPLY[*]} == "demo" ]]
+  COMP_WORDS=(polymorph demo teapot pen); COMP_CWORD=3; _polymorph; [[ ${COMPREPLY[*]} == "penguin" ]]
+  COMP_WORDS=(polymorph demo teapot --through mel); COMP_CWORD=4; _polymorph; [[ ${COMPREPLY[*]} == "melt" ]]
   COMP_WORDS=(polymorph render --progress j); COMP_CWORD=3; _polymorph; [[ ${COMPREPLY[*]} == "json" ]]' \
   -- "$work/usr/share/bash-completion/completions/polymorph"
+# And as zsh and fish do, where they are installed.
+if command -v zsh >/dev/null; then
+  "$here/completion_test.zsh" "$work/usr/share/zsh/vendor-completions"
+else
+  echo "no zsh here: its completion was not tried"
+fi
+if command -v fish >/dev/null; then
+  fish_says() {
+    says "$1" fish --no-config -c "source $work/usr/share/fish/vendor_completions.d/polymorph.fish; complete -C '$2'"
+  }
+  fish_says '^demo' 'polymorph dem'; fish_says '^--skip-existing' 'polymorph render --sk'
+  fish_says '^lines' 'polymorph render --progress '; fish_says '^teapot' 'polymorph demo teap'
+  fish_says '^melt' 'polymorph demo teapot --through mel'
+else
+  echo "no fish here: its completion was not tried"
+fi
+# The manual pages are without faults.
+if command -v man >/dev/null; then
+  for page in "$work"/usr/share/man/man1/*.1; do
+    faults=$(LC_ALL=C.UTF-8 man -l --warnings "$page" 2>&1 >/dev/null)
+    [[ -z $faults ]] || { echo "$page: $faults"; exit 1; }
+  done
+fi
 ! grep -rlI "$build" "$work/usr/share" || { echo "the build folder is named in what is installed"; exit 1; }

@@ -10,6 +10,23 @@ std::string joined(const std::vector<std::string>& words) {
   return fmt::format("{}", fmt::join(words, " "));
 }
 
+/// What only the installed program knows: a command that lists the words for a kind of value.
+/// Files may stand there, too.
+std::string lister(const OptionRow& row) {
+  const std::string list = "polymorph demo --list 2>/dev/null | awk ";
+  if (row.value == "FROM" || row.value == "TO")
+    return list + "'/^effects/ {exit} /^  / {print $1}'";
+  if (row.value == "EFFECT") return list + "'/^  / {print $1}'";
+  if (row.value == "DEVICE") return "printf '%s\\n' auto cpu cuda";
+  return "";
+}
+
+/// The words for a value, for bash and fish to expand.
+std::string words_for(const OptionRow& row, const char* substitution) {
+  const std::string command = lister(row);
+  return command.empty() ? joined(row.choices) : substitution + command + ")";
+}
+
 std::string command_names(const std::vector<CommandTable>& commands) {
   std::vector<std::string> names;
   for (const CommandTable& command : commands) names.push_back(command.name);
@@ -32,30 +49,39 @@ std::string zsh_text(const std::string& text) {
   return out;
 }
 
+std::string zsh_action(const OptionRow& row) {
+  if (!lister(row).empty()) return "_polymorph_" + row.value;
+  return row.choices.empty() ? "_files" : "(" + joined(row.choices) + ")";
+}
+
 }  // namespace
 
 std::string bash_completion(const std::vector<CommandTable>& commands) {
   std::string values, options;
   for (const CommandTable& command : commands) {
-    std::vector<std::string> names, words;
+    std::vector<std::string> names;
+    std::string words;  // for how many arguments
+    int arguments = 0;
     for (const OptionRow& row : command.options) {
       names.insert(names.end(), row.names.begin(), row.names.end());
-      if (row.positional) words.insert(words.end(), row.choices.begin(), row.choices.end());
-      if (row.names.empty() || row.choices.empty()) continue;
+      const std::string these = words_for(row, "$(");
+      if (these.empty()) continue;
+      if (row.positional) words = these, ++arguments;
+      if (row.names.empty()) continue;
       std::string patterns;
       for (const std::string& name : row.names)
         patterns +=
             fmt::format("{}{} {}", patterns.empty() ? "" : "|", "\"" + command.name, name + "\"");
-      values += fmt::format("    {}) words=\"{}\" ;;\n", patterns, joined(row.choices));
+      values += fmt::format("    {}) words=\"{}\" ;;\n", patterns, these);
     }
-    options += fmt::format("    {}) options=\"{}\" arguments=\"{}\" ;;\n", command.name,
-                           joined(names), joined(words));
+    options += fmt::format("    {}) options=\"{}\" arguments=\"{}\" count={} ;;\n", command.name,
+                           joined(names), words, arguments);
   }
   return fmt::format(
       "# bash completion for polymorph: polymorph completion bash\n"
       "_polymorph() {{\n"
       "  local cur=${{COMP_WORDS[COMP_CWORD]}} prev=${{COMP_WORDS[COMP_CWORD - 1]}} command= i\n"
-      "  local words= options= arguments=\n"
+      "  local words= options= arguments= count=0\n"
       "  COMPREPLY=()\n"
       "  for ((i = 1; i < COMP_CWORD; ++i)); do\n"
       "    [[ ${{COMP_WORDS[i]}} == -* ]] || {{ command=${{COMP_WORDS[i]}}; break; }}\n"
@@ -67,7 +93,7 @@ std::string bash_completion(const std::vector<CommandTable>& commands) {
       "  case \"$command $prev\" in\n{}  esac\n"
       "  case $command in\n{}  esac\n"
       "  if [[ -z $words && $cur == -* ]]; then words=\"$options -h --help\"; fi\n"
-      "  if [[ -z $words && -n $arguments && $COMP_CWORD -eq $((i + 1)) ]]; then "
+      "  if [[ -z $words && $COMP_CWORD -le $((i + count)) ]]; then "
       "words=$arguments; fi\n"
       "  # Without words of its own the shell completes file names.\n"
       "  [[ -z $words ]] || mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$cur\")\n"
@@ -77,14 +103,24 @@ std::string bash_completion(const std::vector<CommandTable>& commands) {
 }
 
 std::string zsh_completion(const std::vector<CommandTable>& commands) {
-  std::string list, cases;
+  std::string list, cases, listers;
+  for (const char* value : {"FROM", "TO", "EFFECT", "DEVICE"}) {
+    OptionRow row;
+    row.value = value;
+    listers += fmt::format("_polymorph_{}() {{ compadd -- ${{(f)\"$({})\"}}{} }}\n", value,
+                           lister(row), row.value == "DEVICE" ? "" : "; _files");
+  }
   for (const CommandTable& command : commands) {
     list += "    " + quoted(zsh_text(command.name) + ":" + command.purpose) + "\n";
     cases += fmt::format("    ({})\n      _arguments", command.name);
+    int place = 0;
     for (const OptionRow& row : command.options) {
-      const std::string action = row.choices.empty() ? "_files" : "(" + joined(row.choices) + ")";
+      const std::string action = zsh_action(row);
       if (row.positional) {
-        cases += " \\\n        " + quoted(fmt::format("*:{}:{}", zsh_text(row.value), action));
+        const std::string at = row.repeated ? "*" : fmt::format("{}", ++place);
+        cases += " \\\n        " +
+                 quoted(fmt::format("{}:{}{}:{}", at, row.required || row.repeated ? "" : ":",
+                                    zsh_text(row.value), action));
         continue;
       }
       for (const std::string& name : row.names) {
@@ -99,7 +135,7 @@ std::string zsh_completion(const std::vector<CommandTable>& commands) {
   return fmt::format(
       "#compdef polymorph\n"
       "# zsh completion for polymorph: polymorph completion zsh\n"
-      "_polymorph() {{\n"
+      "{}_polymorph() {{\n"
       "  local -a commands=(\n{}  )\n"
       "  if (( CURRENT == 2 )); then\n"
       "    _describe command commands\n"
@@ -111,7 +147,7 @@ std::string zsh_completion(const std::vector<CommandTable>& commands) {
       "  case $command in\n{}  esac\n"
       "}}\n"
       "_polymorph \"$@\"\n",
-      list, cases);
+      listers, list, cases);
 }
 
 std::string fish_completion(const std::vector<CommandTable>& commands) {
@@ -126,8 +162,10 @@ std::string fish_completion(const std::vector<CommandTable>& commands) {
       std::string line = here;
       for (const std::string& name : row.names)
         line += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
-      if (!row.choices.empty()) line += " -a " + quoted(joined(row.choices));
-      if (row.names.empty() && row.choices.empty()) continue;
+      const std::string words = words_for(row, "(");
+      if (row.names.empty() && words.empty()) continue;
+      if (!words.empty()) line += " -a " + quoted(words);
+      // What is listed may also be a file, and what is chosen from may not.
       if (!row.value.empty()) line += row.choices.empty() ? " -r" : " -x";
       out += line + " -d " + quoted(row.description) + "\n";
     }
