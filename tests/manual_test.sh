@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# manual_test.sh SOURCE: the manual can be made, without a warning; it has its pages, their pictures, and a search that finds them.
+# manual_test.sh SOURCE BUILD: the manual can be made, without a warning; it has its pages, their pictures, and a search that finds them.
 # Exit code 77: there is no mkdocs.
 set -euo pipefail
 command -v mkdocs >/dev/null || { echo "SKIPPED: no mkdocs (apt-get install mkdocs)"; exit 77; }
+"$1/scripts/play_pages" "$1/build/play" "$2" "$1/scenes/effects/puddle.json"
 index=$("$1/scripts/manual" --check)
 site=$(dirname "$index")
 for page in index tutorial cookbook gallery scene commands python method performance reliability architecture; do
@@ -21,4 +22,6 @@ for page in set(site.glob("*.html")) - {site / "404.html"}:  # that one is for s
 print("\n".join(missing))
 sys.exit(bool(missing))
 CHECK
+grep -q 'href="play/puddle.html">Turn it' "$site/cookbook.html"
+grep -q 'href="play/puddle.html">Turn it' "$site/morphs.html"
 grep -q '"location":"cookbook.html#puddle"' "$site/search/search_index.json"

@@ -98,5 +98,29 @@ TEST(Shards, AutoReadsSlurmsArray) {
   EXPECT_EQ(shard->count, 5);
 }
 
+TEST(Shards, AutoReadsWhatMpiRunnersSay) {
+  const auto shard_with = [](const char* rank_name, const char* rank, const char* size_name,
+                             const char* size) {
+    for (const char* name : {"SLURM_ARRAY_TASK_ID", "OMPI_COMM_WORLD_RANK", "PMI_RANK"})
+      ::unsetenv(name);
+    if (rank) ::setenv(rank_name, rank, 1);
+    if (size) ::setenv(size_name, size, 1);
+    auto shard = parse_shard("auto");
+    for (const char* name : {rank_name, size_name}) ::unsetenv(name);
+    return shard;
+  };
+  for (const auto& [rank, size] : {std::pair("OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE"),
+                                   std::pair("PMI_RANK", "PMI_SIZE")}) {
+    const auto last = shard_with(rank, "3", size, "4");  // ranks count from 0
+    ASSERT_TRUE(last.ok()) << rank;
+    EXPECT_EQ(last->index, 4);
+    EXPECT_EQ(last->count, 4);
+    EXPECT_FALSE(shard_with(rank, "3", size, nullptr).ok()) << "how many there are is not said";
+    EXPECT_FALSE(shard_with(rank, "4", size, "4").ok());
+    EXPECT_FALSE(shard_with(rank, "-1", size, "4").ok());
+    EXPECT_FALSE(shard_with(rank, nullptr, size, "4").ok()) << "no runner";
+  }
+}
+
 }  // namespace
 }  // namespace polymorph
