@@ -80,7 +80,7 @@ Result<int> run_init(const CommandLine& line, const InitOptions& options) {
   PM_TRY_STATUS(write_file(
       file, commented_scene(scene,
                             "A scene of polymorph, with the settings that most scenes change and "
-                            "their defaults. What is left\nout keeps its default; `polymorph "
+                            "their defaults. What is left out keeps its default; `polymorph "
                             "schema` knows every key. Comments may stand anywhere.",
                             suggestions)));
   PM_TRY_STATUS([&]() -> Status {
