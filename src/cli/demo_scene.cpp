@@ -144,7 +144,8 @@ Result<Json> demo_scene(const fs::path& data, const std::string& from, const std
       for (const Json& object : effect.value("intermediate", Json::array()))
         on_the_way.push_back(relocated(object, folder));
       if (is_shape(effect["target"])) on_the_way.push_back(passed_through(effect["target"]));
-      for (const char* key : {"plan", "motion", "field", "boundary", "look", "lights", "ground"})
+      for (const char* key :
+           {"plan", "motion", "field", "boundary", "camera", "look", "lights", "ground"})
         if (effect.contains(key)) scene[key] = effect[key];
     } else if (const Json object = object_named(models, through); !object.is_null()) {
       on_the_way.push_back(object);
