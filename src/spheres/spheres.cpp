@@ -167,7 +167,8 @@ Result<std::optional<Model>> solid_stand_in(const Model& model, const SphereSett
   if (diagnose(model).closed) return std::optional<Model>{};
   const InsideTest inside(model);
   if (undecided_share(model, inside) < kShellShare) return std::optional<Model>{};
-  PM_TRY(Model shell, thickened(model, inside));
+  const std::optional<Gathered> few = gathered_if_long(model);
+  PM_TRY(Model shell, thickened(few ? few->model : model, inside));
   return std::optional<Model>(std::move(shell));
 }
 
@@ -178,22 +179,18 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
                       settings.resolution, kFinestResolution);
   if (model.triangles.empty())
     return make_error(ErrorCode::kInput, "model \"{}\" has no faces", model.name);
-  // Spheres and balls stand for the shape alone.
-  if (const auto few = gathered_if_long(model);
-      few && !few->triangles.empty() && few->triangles.size() < model.triangles.size()) {
-    Model shape = *few;
-    shape.name = model.name;
-    return approximate(shape, settings);
-  }
   PM_TRY(const std::optional<Model> stand_in, solid_stand_in(model, settings));
   if (stand_in) {
     SphereSettings plain = settings;
     plain.solidify = false;
     return approximate(*stand_in, plain);
   }
-  Solid solid{model,
-              InsideTest(model, settings.inside == InsideMethod::kParity ? InsideRule::kParity
-                                                                         : InsideRule::kWinding),
+  // Spheres and balls stand for the shape alone.
+  const std::optional<Gathered> few = gathered_if_long(model);
+  const Model& shape = few ? few->model : model;
+  Solid solid{shape,
+              settings.inside == InsideMethod::kParity ? InsideTest(shape, InsideRule::kParity)
+                                                       : InsideTest(model, InsideRule::kWinding),
               {}};
   const bool fit = settings.fit != FitKind::kNone;
   const auto count = static_cast<std::size_t>(std::max(settings.balls, 1));
@@ -207,9 +204,9 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
   if (settings.method == SphereMethod::kHubbard) {
     HubbardSettings hubbard;
     hubbard.spheres = settings.balls;
-    PM_TRY(result.tree, hubbard_spheres(model, solid.inside, hubbard));
+    PM_TRY(result.tree, hubbard_spheres(shape, solid.inside, hubbard));
   } else {
-    PM_TRY(result.tree, cell_spheres(model, solid.inside, settings, fit ? count : 8000));
+    PM_TRY(result.tree, cell_spheres(shape, solid.inside, settings, fit ? count : 8000));
   }
   if (fit) {
     const std::vector<Sphere> spheres = result.tree.leaves();

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -252,6 +253,11 @@ class Builder {
     return ridge;
   }
 
+  static std::uint64_t half_cell(Vec3 at) {
+    const auto part = [](float x) { return static_cast<std::uint64_t>(2 * std::max(x, 0.0f)); };
+    return part(at.x) << 40 | part(at.y) << 20 | part(at.z);
+  }
+
   /// Middles of the walls that are thinner than a diameter of `radius` and not hidden, as positions
   /// in cells, a list a layer of points. Rays find what no point of the grid lies in.
   std::vector<std::vector<Vec3>> thin_walls(float radius) const {
@@ -260,11 +266,13 @@ class Builder {
     constexpr double kMaxSamples = 400'000;
     const double spacing =
         std::max(kSpacing * static_cast<double>(cell_), std::sqrt(area_of(model_) / kMaxSamples));
-    const TriangleBvh bvh = build_triangle_bvh(model_.points, model_.triangles);
+    const TriangleBvh bvh = build_split_bvh(model_.points, model_.triangles);
     std::vector<std::vector<Vec3>> layers(static_cast<std::size_t>(out_.grid.points.z));
+    std::unordered_set<std::uint64_t> taken;  // half cells; slivers crowd around their common point
     for (const Vec3 p :
          thin_wall_middles(model_, bvh, spacing, 2 * static_cast<double>(radius), kMinCosine)) {
       const Vec3 at = (p - out_.grid.origin) / cell_;
+      if (bvh.is_split && !taken.insert(half_cell(at)).second) continue;
       // A wall within a thick part is hidden: the distances there say so.
       const Int3 near{static_cast<int>(at.x + 0.5f), static_cast<int>(at.y + 0.5f),
                       static_cast<int>(at.z + 0.5f)};

@@ -1,13 +1,19 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include "base/parallel.h"
+#include "base/random.h"
+#include "model/mesh/gather.h"
 #include "model/mesh/normals.h"
 #include "model/mesh/shapes.h"
+#include "model/query/closest.h"
 #include "model/query/inside.h"
 #include "model/query/solid_angle.h"
+#include "model/query/triangle_bvh.h"
 #include "model/repair/diagnose.h"
 #include "scene/scene.h"
 #include "testing/model.h"
@@ -400,6 +406,79 @@ TEST(Inside, AFanOfManyTrianglesIsAskedInAFewOfThem) {
       if (std::abs(outside) < 0.005f) continue;
       EXPECT_NEAR(inside.winding_number({x, 0.05f, z}), outside > 0 ? 0 : 1, 0.02) << x << " " << z;
     }
+}
+
+/// Tetrahedra within each other, each a thousandth smaller: one question concerns all of them.
+Model nested_tetrahedra(std::uint32_t shells) {
+  Model model;
+  for (std::uint32_t i = 0; i < shells; ++i) {
+    const float s = 1 - 0.9f * static_cast<float>(i) / static_cast<float>(shells);
+    for (const Vec3 p : {Vec3{s, s, s}, Vec3{s, -s, -s}, Vec3{-s, s, -s}, Vec3{-s, -s, s}})
+      model.points.push_back(p);
+    const std::uint32_t b = 4 * i;
+    for (const Triangle& t : {Triangle{{b, b + 1, b + 2}}, Triangle{{b, b + 3, b + 1}},
+                              Triangle{{b, b + 2, b + 3}}, Triangle{{b + 1, b + 3, b + 2}}})
+      model.triangles.push_back(t);
+  }
+  return model;
+}
+
+TEST(Inside, ShellsThatBecomeOneCountAsOftenAsTheyAre) {
+  constexpr std::uint32_t kShells = 5000;
+  const Model nest = nested_tetrahedra(kShells);
+  const auto few = gathered_if_long(nest);
+  ASSERT_TRUE(few);
+  EXPECT_LT(few->model.triangles.size(), 5000u);
+  EXPECT_GT(*std::max_element(few->times.begin(), few->times.end()), 1);
+  const double turn = InsideTest(nested_tetrahedra(1)).winding_number({});  // 1 or -1
+  const InsideTest inside(nest);
+  EXPECT_NEAR(inside.winding_number({}), turn * kShells, 1);
+  // Half of them go around this point: the plane (-1, -1, -1) . x = s has it at s = 0.55.
+  EXPECT_NEAR(inside.winding_number(Vec3{-1, -1, -1} * (0.55f / 3)), turn * kShells / 2,
+              0.02 * kShells);
+  for (const Vec3 p :
+       {Vec3{2, 0, 0}, Vec3{-1, -1, -1}, Vec3{0.9f, 0.9f, 0}, Vec3{-0.5f, -0.5f, -0.5f}})
+    EXPECT_NEAR(inside.winding_number(p), 0, 2e-4 * kShells) << p.x;
+}
+
+TEST(Gathered, StrewnTrianglesAreFewOfThemSeveralTimes) {
+  Model strewn;
+  for (std::uint32_t i = 0; i < 20000; ++i) {
+    for (std::uint64_t k = 0; k < 3; ++k)
+      strewn.points.push_back({random_float(1, 3 * k, i), random_float(1, 3 * k + 1, i),
+                               random_float(1, 3 * k + 2, i)});
+    strewn.triangles.push_back({{3 * i, 3 * i + 1, 3 * i + 2}});
+  }
+  const auto few = gathered_if_long(strewn);
+  ASSERT_TRUE(few);
+  EXPECT_LT(few->model.triangles.size(), 3000u);
+  const int all = std::accumulate(few->times.begin(), few->times.end(), 0);
+  EXPECT_NEAR(all, 20000, 400);
+  EXPECT_TRUE(has_many_long_triangles(diagnose(strewn).long_triangles));
+  EXPECT_FALSE(gathered_if_long(box_model({0, 0, 0}, {1, 1, 1})));
+}
+
+TEST(SplitBvh, PiecesAnswerForTheirTriangles) {
+  constexpr std::uint32_t kSlivers = 6000;
+  Model fan;
+  fan.points = {{0, 0, 1}};
+  for (std::uint32_t i = 0; i < kSlivers; ++i) {
+    const double angle = 2 * M_PI * i / kSlivers;
+    fan.points.push_back(
+        {static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle)), 0});
+    fan.triangles.push_back({{0, 1 + i, 1 + (i + 1) % kSlivers}});
+  }
+  EXPECT_FALSE(build_triangle_bvh(fan.points, fan.triangles).is_split);
+  EXPECT_TRUE(build_split_bvh(fan.points, fan.triangles).is_split);
+  const ClosestPointQuery query(fan);
+  for (std::uint64_t i = 0; i < 200; ++i) {
+    const Vec3 p{3 * random_float(2, 0, i) - 1.5f, 3 * random_float(2, 1, i) - 1.5f,
+                 3 * random_float(2, 2, i) - 1.5f};
+    // A cone of height and radius 1: the point in its half plane, against the segment.
+    const float r = std::hypot(p.x, p.y), t = std::clamp((r + 1 - p.z) / 2, 0.0f, 1.0f);
+    const float expected = std::hypot(r - t, p.z - (1 - t));
+    EXPECT_NEAR(query.closest(p).distance, expected, 1e-4f * expected + 1e-5f);
+  }
 }
 
 }  // namespace

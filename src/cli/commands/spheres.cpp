@@ -174,16 +174,15 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
   made.seconds = stopwatch.seconds();
   activity.emplace("measuring how well they fit");
   // Balls of a shell or of a solidified model are judged by what they stand for.
-  const std::optional<Model> few = gathered_if_long(model);
-  const Model& shape = few && !few->triangles.empty() ? *few : model;
-  PM_TRY(const std::optional<Model> stand_in, solid_stand_in(shape, settings));
-  const Model& solid = stand_in ? *stand_in : shape;
+  PM_TRY(const std::optional<Model> stand_in, solid_stand_in(model, settings));
+  const std::optional<Gathered> few = gathered_if_long(model);
+  const Model& solid = stand_in ? *stand_in : few ? few->model : model;
   if (stand_in && !settings.solidify)
     log_info(
         "{}: it bounds no solid, so it is taken for a shell and given thickness; --solidify "
         "fills it",
         model.name);
-  const InsideTest inside(solid);
+  const InsideTest inside(stand_in ? *stand_in : model);
   const Vec3 size = model.box().size();
   const float cell = std::max({size.x, size.y, size.z}) / static_cast<float>(options.grid);
   const auto extractor = make_cpu_extractor();

@@ -164,7 +164,7 @@ struct ClosestPointQuery::Tree {
 ClosestPointQuery::ClosestPointQuery(std::span<const Vec3> points,
                                      std::span<const Triangle> triangles)
     : tree_(std::make_unique<Tree>()) {
-  tree_->bvh = build_triangle_bvh(points, triangles);
+  tree_->bvh = build_split_bvh(points, triangles);
   const std::vector<TriangleBvh::Corners>& corners = tree_->bvh.corners;
   tree_->leaves.reserve(corners.size() / TriangleBvh::kLeafTriangles);
   for (std::size_t slot = 0; slot < corners.size(); slot += TriangleBvh::kLeafTriangles)
@@ -190,7 +190,9 @@ ClosestPoint ClosestPointQuery::closest(Vec3 from, float beyond) const {
   Found best{static_cast<double>(beyond) * static_cast<double>(beyond)};
   // A box's distance is rounded; with this much slack no triangle that is as close as the best one
   // is passed over.
-  const auto bound = [&best] { return static_cast<float>(best.distance2 * (1 + 1e-6)); };
+  // Of triangles in pieces thousands may share their closest point: one of them is enough.
+  const double slack = tree_->bvh.is_split ? 1 - 1e-4 : 1 + 1e-6;
+  const auto bound = [&] { return static_cast<float>(best.distance2 * slack); };
   Waiting stack[TriangleBvh::kStackSize];
   int waiting = 0;
   if (!bvh.nodes.empty()) stack[waiting++] = {0, 0, 0};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -20,6 +21,8 @@ namespace {
 constexpr std::uint32_t kLeafTriangles = AngleSums::kLanes;
 // A node counts as a whole from beta times its radius on (Barill et al. 2018, section 4, advise 2).
 constexpr double kBeta = 2;
+/// A triangle counts less than 2^20 times.
+constexpr std::uint32_t kMaxDigits = 20, kMaxTimes = (1u << kMaxDigits) - 1;
 
 struct Node {
   Vec3d center;       ///< area-weighted
@@ -30,6 +33,7 @@ struct Node {
   Vec3d low, high;   ///< box
   std::uint32_t first = 0, count = 0;  ///< triangles, if count > 0
   std::uint32_t leaf = 0;              ///< their corners for the winding number, if count > 0
+  std::uint32_t digits = 0;            ///< binary ones of their times: as many leaves
   std::uint32_t skip = 0;              ///< the next node when this one is done
 };
 
@@ -45,16 +49,20 @@ struct InsideTest::Tree {
   std::vector<Triangle> triangles;           ///< in leaf order
   std::vector<Node> nodes;                   ///< depth first
   std::vector<AngleSums::Triangles> leaves;  ///< in model coordinates: angles know no scale
+  std::vector<std::uint32_t> times;          ///< of the model's triangles; empty: once each
 
   Vec3d to_frame(Vec3 p) const {
     const Vec3d q = (Vec3d(p) - origin) * scale;
     return {dot(q, axis[0]), dot(q, axis[1]), dot(q, axis[2])};
   }
+  std::uint32_t times_of(std::uint32_t triangle) const {
+    return times.empty() ? 1 : times[triangle];
+  }
   void build(const Model& model);
   void build_node(std::span<std::uint32_t> order, std::uint32_t first,
                   const std::vector<Vec3d>& centers, const Model& model);
   void measure(Node& node, std::span<const std::uint32_t> order, const Model& model) const;
-  void add_leaf(std::span<const std::uint32_t> order, const Model& model);
+  void add_leaf(Node& node, std::span<const std::uint32_t> order, const Model& model);
   double winding(Vec3 point) const;
   bool parity(Vec3d q) const;
   bool ray_crosses(const Triangle& t, Vec3d q) const;
@@ -83,7 +91,7 @@ void InsideTest::Tree::measure(Node& node, std::span<const std::uint32_t> order,
     const auto& v = model.triangles[t].v;
     const Vec3d a = points[v[0]], b = points[v[1]], c = points[v[2]];
     const Vec3d twice = cross(b - a, c - a);
-    node.dipole = node.dipole + twice * 0.5;
+    node.dipole = node.dipole + twice * (0.5 * times_of(t));
     area += length(twice);
     moment = moment + (a + b + c) * (length(twice) / 3);
     middle = middle + (a + b + c) * (1.0 / 3);
@@ -100,7 +108,7 @@ void InsideTest::Tree::measure(Node& node, std::span<const std::uint32_t> order,
     const Vec3d a = points[v[0]] - node.center, b = points[v[1]] - node.center,
                 c = points[v[2]] - node.center;
     for (const Vec3d r : {a, b, c}) radius2 = std::max(radius2, dot(r, r));
-    const Vec3d n = cross(b - a, c - a) * 0.5, m = (a + b + c) * (1.0 / 3);
+    const Vec3d n = cross(b - a, c - a) * (0.5 * times_of(t)), m = (a + b + c) * (1.0 / 3);
     node.diagonal = node.diagonal + Vec3d(n.x * m.x, n.y * m.y, n.z * m.z);
     node.off_diagonal = node.off_diagonal +
                         Vec3d(n.y * m.z + n.z * m.y, n.z * m.x + n.x * m.z, n.x * m.y + n.y * m.x);
@@ -119,7 +127,7 @@ void InsideTest::Tree::build_node(std::span<std::uint32_t> order, std::uint32_t 
     node.count = static_cast<std::uint32_t>(order.size());
     node.leaf = static_cast<std::uint32_t>(leaves.size());
     for (const std::uint32_t t : order) triangles.push_back(model.triangles[t]);
-    add_leaf(order, model);
+    add_leaf(node, order, model);
   } else {
     const Vec3d size = node.high - node.low;
     const auto along = [&](std::uint32_t t) {
@@ -139,23 +147,34 @@ void InsideTest::Tree::build_node(std::span<std::uint32_t> order, std::uint32_t 
   nodes[self] = node;
 }
 
-void InsideTest::Tree::add_leaf(std::span<const std::uint32_t> order, const Model& model) {
-  AngleSums::Triangles& leaf = leaves.emplace_back();
-  for (std::size_t k = 0; k < AngleSums::kLanes; ++k)
-    for (std::size_t i = 0; i < 3; ++i) {
-      // A place without a triangle repeats the first one's first point.
-      const Vec3 p = model.points[k < order.size() ? model.triangles[order[k]].v[i]
-                                                   : model.triangles[order[0]].v[0]];
-      leaf.corner[3 * i][k] = p.x;
-      leaf.corner[3 * i + 1][k] = p.y;
-      leaf.corner[3 * i + 2][k] = p.z;
+void InsideTest::Tree::add_leaf(Node& node, std::span<const std::uint32_t> order,
+                                const Model& model) {
+  // The leaf of each binary digit holds the triangles whose number of times has it.
+  std::uint32_t all = 0;
+  for (const std::uint32_t t : order) all |= times_of(t);
+  node.digits = static_cast<std::uint32_t>(std::bit_width(all));
+  for (std::uint32_t digit = 0; digit < node.digits; ++digit) {
+    AngleSums::Triangles& leaf = leaves.emplace_back();
+    for (std::size_t k = 0; k < AngleSums::kLanes; ++k) {
+      const bool taken = k < order.size() && (times_of(order[k]) >> digit & 1);
+      for (std::size_t i = 0; i < 3; ++i) {
+        // A place without a triangle repeats the first one's first point.
+        const Vec3 p =
+            model.points[taken ? model.triangles[order[k]].v[i] : model.triangles[order[0]].v[0]];
+        leaf.corner[3 * i][k] = p.x;
+        leaf.corner[3 * i + 1][k] = p.y;
+        leaf.corner[3 * i + 2][k] = p.z;
+      }
     }
+  }
 }
 
 double InsideTest::Tree::winding(Vec3 point) const {
   const Vec3d q = to_frame(point), eye(point);
   AngleSums near;
   double far = 0;
+  std::optional<std::array<AngleSums, kMaxDigits>> several;
+  if (!times.empty()) several.emplace();
   for (std::uint32_t i = 0; i < nodes.size();) {
     const Node& node = nodes[i];
     const Vec3d r = node.center - q;
@@ -172,9 +191,15 @@ double InsideTest::Tree::winding(Vec3 point) const {
       continue;
     }
     if (node.count > 0) near.add(leaves[node.leaf], eye);
+    for (std::uint32_t digit = 1; digit < node.digits; ++digit)
+      (*several)[digit].add(leaves[node.leaf + digit], eye);
     ++i;
   }
-  return near.sum() / (2 * std::numbers::pi) + far / (4 * std::numbers::pi);
+  double sum = near.sum();
+  if (several)
+    for (std::uint32_t digit = 1; digit < kMaxDigits; ++digit)
+      sum += std::ldexp((*several)[digit].sum(), static_cast<int>(digit));
+  return sum / (2 * std::numbers::pi) + far / (4 * std::numbers::pi);
 }
 
 // Projected along the ray, a point lies in exactly one of two triangles with a common edge: each
@@ -225,9 +250,12 @@ InsideTest::InsideTest(const Model& model, InsideRule rule)
     const Vec3d u = normalized(cross(Vec3d(0, 0, 1), ray));
     tree_->axis = {u, cross(ray, u), ray};
   }
-  const std::optional<Model> few =
+  const std::optional<Gathered> few =
       rule == InsideRule::kWinding ? gathered_if_long(model) : std::nullopt;
-  tree_->build(few ? *few : model);
+  if (few)
+    for (const int times : few->times)
+      tree_->times.push_back(std::min(static_cast<std::uint32_t>(times), kMaxTimes));
+  tree_->build(few ? few->model : model);
 }
 
 InsideTest::~InsideTest() = default;

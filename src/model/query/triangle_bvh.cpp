@@ -4,22 +4,36 @@
 #include <array>
 #include <limits>
 #include <numeric>
+#include <vector>
+
+#include "kernels/linear.h"
 
 namespace polymorph {
 namespace {
 
 constexpr std::size_t kLeafTriangles = TriangleBvh::kLeafTriangles;
 
+struct Piece {
+  Box box;
+  std::uint32_t triangle = 0;
+};
+
 struct Builder {
   std::span<const Vec3> points;
   std::span<const Triangle> triangles;
   std::vector<Vec3> centers;
+  /// Where triangles are split, the pieces stand for them: each has a box, and a triangle.
+  std::vector<Piece> pieces;
   TriangleBvh bvh;
 
   Box box_of_range(std::span<const std::uint32_t> range) const {
     Box box;
-    for (const std::uint32_t t : range)
-      for (const std::uint32_t v : triangles[t].v) box = extend(box, points[v]);
+    for (const std::uint32_t t : range) {
+      if (!pieces.empty())
+        box = unite(box, pieces[t].box);
+      else
+        for (const std::uint32_t v : triangles[t].v) box = extend(box, points[v]);
+    }
     return box;
   }
 
@@ -43,7 +57,8 @@ struct Builder {
 
   std::uint32_t add_leaf(std::span<const std::uint32_t> range) {
     const auto first = static_cast<std::uint32_t>(bvh.triangles.size());
-    for (const std::uint32_t t : range) {
+    for (const std::uint32_t i : range) {
+      const std::uint32_t t = pieces.empty() ? i : pieces[i].triangle;
       const auto& v = triangles[t].v;
       bvh.corners.push_back({{points[v[0]], points[v[1]], points[v[2]]}});
       bvh.triangles.push_back(t);
@@ -84,10 +99,98 @@ struct Builder {
   }
 };
 
+using Polygon = std::vector<Vec3d>;
+
+double along(Vec3d p, int axis) { return axis == 0 ? p.x : axis == 1 ? p.y : p.z; }
+
+/// The part of a convex polygon on one side of a plane across an axis (Sutherland and Hodgman
+/// 1974).
+Polygon clipped(const Polygon& polygon, int axis, double at, bool above) {
+  const double sign = above ? 1 : -1;
+  Polygon kept;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vec3d a = polygon[i], b = polygon[(i + 1) % polygon.size()];
+    const double from = sign * (along(a, axis) - at), to = sign * (along(b, axis) - at);
+    if (from >= 0) kept.push_back(a);
+    if ((from > 0 && to < 0) || (from < 0 && to > 0))
+      kept.push_back(a + (b - a) * (from / (from - to)));
+  }
+  return kept;
+}
+
+/// Boxes around pieces no longer than `longest`; `slack` covers their rounding.
+void split(const Polygon& polygon, std::uint32_t triangle, double longest, float slack,
+           std::vector<Piece>& pieces) {
+  if (polygon.empty()) return;
+  Vec3d low = polygon[0], high = low;
+  for (const Vec3d p : polygon) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  const Vec3d size = high - low;
+  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  if (!(along(size, axis) > longest)) {
+    const Vec3 margin{slack, slack, slack};
+    pieces.push_back({{to_float(low) - margin, to_float(high) + margin}, triangle});
+    return;
+  }
+  const double middle = along(low + size * 0.5, axis);
+  split(clipped(polygon, axis, middle, false), triangle, longest, slack, pieces);
+  split(clipped(polygon, axis, middle, true), triangle, longest, slack, pieces);
+}
+
+/// Nothing where few triangles are long.
+std::vector<Piece> pieces_of(std::span<const Vec3> points, std::span<const Triangle> triangles) {
+  constexpr double kLong = 1.0 / 16, kPiece = 1.0 / 64;
+  constexpr std::size_t kManyLong = 4096;
+  constexpr double kMaxPieces = 1 << 19;  // beyond one a triangle
+  if (triangles.size() <= kManyLong) return {};
+  Box box;
+  for (const Vec3 p : points) box = extend(box, p);
+  const auto diagonal = static_cast<double>(box.diagonal());
+  struct Size {
+    double length, height;
+  };
+  std::vector<Size> sizes;
+  for (const Triangle& t : triangles) {
+    const Vec3d a(points[t.v[0]]), b(points[t.v[1]]), c(points[t.v[2]]);
+    const double longest = std::max({length(b - a), length(c - b), length(a - c)});
+    if (longest > kLong * diagonal)
+      sizes.push_back({longest, length(cross(b - a, c - a)) / longest});
+  }
+  if (sizes.size() <= kManyLong) return {};
+  const auto count = [&](double piece) {
+    double sum = 0;
+    for (const Size s : sizes) sum += (s.length / piece + 1) * (s.height / piece + 1) - 1;
+    return sum;
+  };
+  double piece = kPiece * diagonal;
+  while (count(piece) > kMaxPieces) piece *= 2;
+  std::vector<Piece> pieces;
+  const Vec3 far = max(box.high, -box.low);
+  const float slack = 1e-6f * (box.diagonal() + std::max({far.x, far.y, far.z, 0.0f}));
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    const auto& v = triangles[t].v;
+    split({Vec3d(points[v[0]]), Vec3d(points[v[1]]), Vec3d(points[v[2]])}, t, piece, slack, pieces);
+  }
+  return pieces;
+}
+
 }  // namespace
 
+TriangleBvh build_split_bvh(std::span<const Vec3> points, std::span<const Triangle> triangles) {
+  Builder builder{points, triangles, {}, pieces_of(points, triangles), {}};
+  if (builder.pieces.empty()) return build_triangle_bvh(points, triangles);
+  builder.bvh.is_split = true;
+  for (const Piece& piece : builder.pieces) builder.centers.push_back(piece.box.center());
+  std::vector<std::uint32_t> order(builder.pieces.size());
+  std::iota(order.begin(), order.end(), 0u);
+  builder.add_node(order);
+  return std::move(builder.bvh);
+}
+
 TriangleBvh build_triangle_bvh(std::span<const Vec3> points, std::span<const Triangle> triangles) {
-  Builder builder{points, triangles, {}, {}};
+  Builder builder{points, triangles, {}, {}, {}};
   if (triangles.empty()) return {};
   builder.centers.reserve(triangles.size());
   for (const Triangle& t : triangles)

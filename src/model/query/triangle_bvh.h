@@ -35,10 +35,16 @@ struct TriangleBvh {
   /// By slot: leaves one after the other, each beginning at a multiple of kLeafTriangles.
   std::vector<Corners> corners;
   std::vector<std::uint32_t> triangles;  ///< by slot: the triangle's own index, or kNone
+  bool is_split = false;                 ///< triangles may have several slots
 };
 
-/// A function of its arguments alone.
+/// A function of its arguments alone. Each triangle has one slot.
 TriangleBvh build_triangle_bvh(std::span<const Vec3> points, std::span<const Triangle> triangles);
+
+/// The same, but where more than 4096 triangles are longer than a 16th of the box's diagonal they
+/// get a slot for each of their pieces, in boxes around the piece alone: slivers around a point
+/// have boxes that all overlap, and every ray would meet most of them.
+TriangleBvh build_split_bvh(std::span<const Vec3> points, std::span<const Triangle> triangles);
 
 /// Which children of a node the box touches, as bits.
 inline unsigned children_touching(const TriangleBvh::Node& node, const Box& box) {

@@ -9,6 +9,7 @@
 #include "base/disjoint_sets.h"
 #include "base/exact_math.h"
 #include "model/mesh/edges.h"
+#include "model/mesh/gather.h"
 #include "model/mesh/normals.h"
 #include "model/query/solid_angle.h"
 
@@ -149,6 +150,7 @@ Diagnosis diagnose(const Model& model) {
   Diagnosis d;
   d.points = model.points.size();
   d.triangles = model.triangles.size();
+  d.long_triangles = count_long_triangles(model);
   d.box = model.box();
   d.volume = volume_of(model);
   d.area = area_of(model);
@@ -180,9 +182,10 @@ Diagnosis diagnose(const Model& model) {
 
 Diagnosis diagnose_fully(const Model& model) {
   Diagnosis d = diagnose(model);
-  const TriangleBvh bvh = build_triangle_bvh(model.points, model.triangles);
-  d.thickness = measure_thickness(model, bvh);
-  d.crossings = count_self_intersections(model, bvh);
+  const std::optional<Gathered> few = gathered_if_long(model);
+  const Model& shape = few ? few->model : model;
+  d.thickness = measure_thickness(shape, build_split_bvh(shape.points, shape.triangles));
+  d.crossings = count_self_intersections(model, build_triangle_bvh(model.points, model.triangles));
   return d;
 }
 
@@ -209,6 +212,11 @@ std::vector<std::string> describe_problems(const Diagnosis& d) {
         "to show them, or {:.0f} stretched ones - raise the number of balls, thicken it, or set "
         "\"solidify\" to fill it",
         d.thickness->median, rounded(d.thickness->balls), rounded(d.thickness->balls / kStretch)));
+  if (has_many_long_triangles(d.long_triangles))
+    lines.push_back(fmt::format(
+        "{} of its triangles are longer than a 64th of its size, so a simpler stand-in is taken "
+        "for its shape - simplify it in the modeller, or drop its inner shells",
+        d.long_triangles));
   if (d.flipped_edges > 0)
     lines.push_back(
         fmt::format("neighbouring faces disagree about outside at {} - make the normals consistent",

@@ -22,6 +22,7 @@ struct Diagnosis {
   std::size_t non_manifold_edges = 0;  ///< edges of three or more
   std::size_t flipped_edges = 0;       ///< two faces that run the same way along the edge
   std::size_t degenerate_triangles = 0;  ///< without area
+  std::size_t long_triangles = 0;        ///< longer than a 64th of the box's diagonal
   std::size_t touching_points = 0;       ///< points where faces meet that no edge joins there
   /// Closed shells that face inward and lie in no other shell, where they would be a cavity. Up to
   /// 64 inward-facing shells are examined.
