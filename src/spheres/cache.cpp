@@ -247,6 +247,11 @@ Result<Approximation> approximate_cached(const Model& model, const SphereSetting
   return approximation;
 }
 
+bool is_cached(const Model& model, const SphereSettings& settings, const fs::path& cache_folder) {
+  return !cache_folder.empty() &&
+         load_approximation(cache_folder, key_of(model, settings)).has_value();
+}
+
 fs::path default_cache_folder() {
   const auto from = [](const char* name) -> fs::path {
     const char* value = std::getenv(name);

@@ -1,6 +1,7 @@
 // The report's two methods: which resolution, and what to say when nothing is inside.
 #include <algorithm>
 
+#include "base/log.h"
 #include "model/repair/diagnose.h"
 #include "spheres/cells.h"
 
@@ -8,6 +9,7 @@ namespace polymorph {
 namespace {
 
 constexpr int kSuggestUpTo = 7;  // 2^18 cells: a fraction of a second
+constexpr std::size_t kMaxFitted = 4096;
 
 SphereTree spheres_at(const InsideTest& test, const RootCube& root, SphereMethod method,
                       int resolution) {
@@ -37,7 +39,7 @@ SphereTree automatic_spheres(const InsideTest& test, const RootCube& root, Spher
 /// Nothing was found: why, and what would help.
 Error nothing_inside(const Model& model, const InsideTest& test, const RootCube& root,
                      const SphereSettings& settings) {
-  if (settings.method == SphereMethod::kActive &&
+  if (settings.method == SphereMethod::kActive && settings.resolution > 0 &&
       !spheres_at(test, root, SphereMethod::kOctree, settings.resolution).nodes.empty())
     return make_error(ErrorCode::kInput,
                       "model \"{}\": no cell of resolution {} has more than 4 corners inside it "
@@ -77,7 +79,25 @@ Result<SphereTree> cell_spheres(const Model& model, const InsideTest& test,
   SphereTree tree = settings.resolution == 0
                         ? automatic_spheres(test, root, settings.method, most)
                         : spheres_at(test, root, settings.method, settings.resolution);
+  // The centres of a few large cells may all lie outside what smaller ones and larger ones show.
+  const bool may_refine = settings.method == SphereMethod::kOctree;
+  for (int r = settings.resolution + 1; may_refine && tree.nodes.empty() && r <= kSuggestUpTo;
+       ++r) {
+    tree = spheres_at(test, root, settings.method, r);
+    if (!tree.nodes.empty())
+      log_warning("model \"{}\": no cell of resolution {} lies inside it - resolution {} is taken",
+                  model.name, settings.resolution, r);
+  }
   if (tree.nodes.empty()) return nothing_inside(model, test, root, settings);
+  // Without a fit, a million balls are no hardship.
+  if (settings.fit == FitKind::kNone || tree.leaves().size() <= kMaxFitted) return tree;
+  int coarser = settings.resolution;
+  while (coarser > 1 && tree.leaves().size() > kMaxFitted)
+    tree = spheres_at(test, root, settings.method, --coarser);
+  log_warning(
+      "model \"{}\": resolution {} gives more than the {} balls that are fitted at once - "
+      "resolution {} is taken; without a fit it may be finer",
+      model.name, settings.resolution, kMaxFitted, coarser);
   return tree;
 }
 

@@ -65,6 +65,10 @@ Result<std::optional<Model>> solid_stand_in(const Model& model, const SphereSett
 Result<Approximation> approximate_cached(const Model& model, const SphereSettings& settings,
                                          const std::filesystem::path& cache_folder);
 
+/// Does approximate_cached() have its answer in the folder?
+bool is_cached(const Model& model, const SphereSettings& settings,
+               const std::filesystem::path& cache_folder);
+
 /// POLYMORPH_CACHE_DIR, else XDG_CACHE_HOME/polymorph, else ~/.cache/polymorph; empty when none can
 /// be had.
 std::filesystem::path default_cache_folder();
