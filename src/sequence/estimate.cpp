@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/activity.h"
+#include "base/parallel.h"
 #include "base/stopwatch.h"
 #include "image/image_io.h"
 #include "sequence/geometry/geometry.h"
@@ -28,11 +29,24 @@ class Laps {
   double last_ = 0;
 };
 
+/// What it takes to fit the balls that a dry run does not fit.
+void add_fits(const PreparedScene& prepared, FrameEstimate& estimate) {
+  // Of one processor: 64 to 512 balls took 11 to 17 ms each on two (docs/performance.md).
+  constexpr double kSecondsPerBall = 0.026;
+  for (const PreparedActor& actor : prepared.actors)
+    for (const PreparedObject& object : actor.objects) {
+      if (object.missing_balls == 0) continue;
+      estimate.unfitted.push_back(object.name);
+      estimate.fit_seconds += kSecondsPerBall * object.missing_balls / thread_count();
+    }
+}
+
 }  // namespace
 
 Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, SurfaceExtractor& extractor,
                                       const std::string& isa, std::span<const int> frames) {
   FrameEstimate estimate;
+  add_fits(prepared, estimate);
   if (frames.empty()) return estimate;
   const Activity activity("rendering some frames to estimate the others");
   PM_TRY(Renderer renderer, Renderer::create(isa));

@@ -191,6 +191,21 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
                        extractor);
 }
 
+/// The object as it is prepared where its fit is not cached and none is to be made: with the balls
+/// straight from its spheres. Says so in `prepared`.
+ObjectSettings without_fit(const ObjectSettings& settings, const Scene& scene,
+                           const std::filesystem::path& cache, PreparedObject& prepared) {
+  ObjectSettings plain = settings;
+  SphereSettings& spheres = plain.spheres;
+  if (spheres.fit == FitKind::kNone || scene.field.kind != FieldKind::kGaussian ||
+      is_cached(prepared.model, spheres, cache))
+    return plain;
+  prepared.missing_balls = std::max(spheres.balls, 1);
+  spheres.fit = FitKind::kNone;
+  spheres.error = 0;
+  return plain;
+}
+
 PlanSide plan_side(const PreparedObject& object, const std::vector<std::int32_t>& classes) {
   PlanSide side;
   side.balls = object.balls;
@@ -328,7 +343,10 @@ Result<PreparedActor> make_actor(const PreparedScene& prepared, const ActorSetti
     object.name = objects[i]->name;
     object.meta = objects[i]->meta;
     object.model = std::move(models[i]);
-    PM_TRY_STATUS(make_balls(object, *objects[i], scene, actor.cell, legs_of(actor.timeline, i),
+    const ObjectSettings settings_of_it = prepared.fits == Fits::kCached
+                                              ? without_fit(*objects[i], scene, cache, object)
+                                              : *objects[i];
+    PM_TRY_STATUS(make_balls(object, settings_of_it, scene, actor.cell, legs_of(actor.timeline, i),
                              prepared.extract, extractor, cache));
     actor.objects.push_back(std::move(object));
   }
@@ -419,7 +437,7 @@ std::vector<std::string> find_problems(const Scene& scene, const std::filesystem
 }
 
 Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extractor,
-                                    const std::filesystem::path& cache) {
+                                    const std::filesystem::path& cache, Fits fits) {
   PM_TRY(LoadedScene loaded, load_models(scene, true));
   if (const auto problems = plan_problems(scene, loaded.models); !problems.empty())
     return make_error(ErrorCode::kInput, "{}", fmt::join(problems, "\n"));
@@ -427,6 +445,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extrac
     return make_error(ErrorCode::kInput, "{}: {}", scene.path.string(), problem);
   PreparedScene prepared;
   prepared.scene = scene;
+  prepared.fits = fits;
   prepared.frame_count = frame_count(scene);
   if (!scene.lights.environment.empty()) {
     PM_TRY(Image image, read_image(scene.lights.environment));

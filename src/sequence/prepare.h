@@ -31,6 +31,7 @@ struct PreparedObject {
   Model model;
   bool meta = false;
   std::size_t sphere_count = 0;
+  int missing_balls = 0;                   ///< that are still to be fitted (Fits::kCached)
   std::vector<Ball> balls;                 ///< surface at field = 1
   std::vector<std::uint32_t> ball_labels;  ///< one per ball: index into model.label_names
   double ball_volume = 0;                  ///< enclosed by the balls' surface
@@ -78,8 +79,12 @@ struct SequenceHashes {
   std::optional<Framing> framing;  ///< where the camera moves, if the models alone decide it
 };
 
+/// kCached: an object whose fit is not in the cache gets the balls of its spheres instead.
+enum class Fits : std::uint8_t { kMake, kCached };
+
 struct PreparedScene {
   Scene scene;
+  Fits fits = Fits::kMake;
   SequenceHashes hashes;
   int frame_count = 0;
   std::vector<PreparedActor> actors;
@@ -105,8 +110,10 @@ std::vector<std::string> find_problems(const Scene& scene,
                                        const std::filesystem::path& cache_folder,
                                        LoadedScene& loaded);
 
-/// `cache_folder` empty: no sphere cache. Errors: kInput (models), kResource.
+/// `cache_folder` empty: no sphere cache. With Fits::kCached what comes out is good for estimates
+/// alone. Errors: kInput (models), kResource.
 Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extractor,
-                                    const std::filesystem::path& cache_folder);
+                                    const std::filesystem::path& cache_folder,
+                                    Fits fits = Fits::kMake);
 
 }  // namespace polymorph

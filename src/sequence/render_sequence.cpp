@@ -99,7 +99,8 @@ class SequenceRun {
     PM_TRY_STATUS(check_outputs(settings_));
     if (scene.image.denoise) PM_TRY_STATUS(check_denoiser());
     PM_TRY(extractor_, make_extractor(settings_.device, report_.device, settings_.max_memory));
-    PM_TRY(prepared_, prepare_scene(scene, *extractor_, settings_.cache_folder));
+    PM_TRY(prepared_, prepare_scene(scene, *extractor_, settings_.cache_folder,
+                                    settings_.dry_run ? Fits::kCached : Fits::kMake));
     for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
     if (settings_.strict && !prepared_.warnings.empty())
       return make_error(ErrorCode::kInput,

@@ -65,7 +65,9 @@ std::string to_json(const RunReport& report) {
     json["estimate"] = {{"measured_frames", report.estimate->measured},
                         {"frame_seconds", report.estimate->seconds},
                         {"frame_exr_bytes", report.estimate->exr_bytes},
-                        {"frame_png_bytes", report.estimate->png_bytes}};
+                        {"frame_png_bytes", report.estimate->png_bytes},
+                        {"unfitted", report.estimate->unfitted},
+                        {"fit_seconds", report.estimate->fit_seconds}};
   return dump_json(json);
 }
 

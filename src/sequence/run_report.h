@@ -28,6 +28,10 @@ struct FrameEstimate {
   double seconds = 0;    ///< per frame: surface, tracing and encoding, with all threads
   double exr_bytes = 0;  ///< per frame as EXR
   double png_bytes = 0;  ///< per frame as PNG
+  /// Objects whose balls are not fitted yet, and about how long that takes, with all threads; the
+  /// other figures are then those of unfitted balls.
+  std::vector<std::string> unfitted;
+  double fit_seconds = 0;
 };
 
 struct RunReport {

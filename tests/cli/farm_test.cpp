@@ -122,6 +122,34 @@ TEST_F(Farm, DryRunSaysFramesTimeAndDisk) {
   EXPECT_EQ(report["estimate"]["measured_frames"], 3);
 }
 
+TEST_F(Farm, DryRunFitsNothing) {
+  const std::filesystem::path cache = folder / "own-cache";
+  variables = {{"POLYMORPH_CACHE_DIR", cache.string()}};
+  write("fitted.json", R"({"source": {"shape": "cube"}, "target": {"shape": "torus"},
+    "spheres": {"balls": 200}, "surface": {"resolution": 16}, "frames": {"count": 4},
+    "image": {"width": 32, "height": 24, "samples": 1}})");
+  const std::vector<std::string> dry = {"render", "fitted.json", "-o", "d.####.exr", "-n"};
+  const Ran first = run(0, dry);
+  EXPECT_TRUE(contains(first.err,
+                       "this is an estimate: the balls of cube, torus are not in the "
+                       "cache"))
+      << first.err;
+  std::vector<std::string> with_json = dry;
+  with_json.push_back("--json");
+  const auto again = parse(run(0, with_json).out);
+  EXPECT_EQ(again["estimate"]["unfitted"].size(), 2u) << "the dry run before it fitted nothing";
+  EXPECT_GT(again["estimate"]["fit_seconds"].get<double>(), 0);
+  run(0, {"render", "fitted.json", "-o", "d.####.exr"});
+  const Ran cached = run(0, dry);
+  EXPECT_FALSE(contains(cached.err, "estimate")) << cached.err;
+  EXPECT_TRUE(parse(run(0, with_json).out)["estimate"]["unfitted"].empty());
+  // Frames are told by the scene, whatever stands in for its balls.
+  std::filesystem::remove_all(cache);
+  std::vector<std::string> resumed = dry;
+  resumed.push_back("--skip-existing");
+  EXPECT_TRUE(contains(run(0, resumed).out, "d.0002.exr (kept)\n"));
+}
+
 TEST_F(Farm, MemoryOfTheJobIsALimit) {
   variables = {{"SLURM_MEM_PER_NODE", "1"}};
   const Ran ran = run(5, {"render", "scene.json", "-o", "f.####.exr", "--device", "cpu", "--set",

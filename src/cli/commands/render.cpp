@@ -74,12 +74,18 @@ void print_plan(const RunReport& report, const SequenceSettings& settings) {
   const auto writes = [](const FramePattern& p) { return !p.before.empty() || p.has_number(); };
   const double bytes = (writes(settings.exr) ? estimate.exr_bytes : 0) +
                        (writes(settings.png) ? estimate.png_bytes : 0);
+  const double prepare = report.prepare_seconds + estimate.fit_seconds;
   log_info(
       "{} frame{} to render{}: about {} on {} thread{} ({} a frame, {} to prepare), {} on disk",
       planned, planned == 1 ? "" : "s", kept ? fmt::format(", {} kept", kept) : "",
-      format_seconds(report.prepare_seconds + frames * estimate.seconds), report.threads,
-      report.threads == 1 ? "" : "s", format_seconds(estimate.seconds),
-      format_seconds(report.prepare_seconds), format_bytes(frames * bytes));
+      format_seconds(prepare + frames * estimate.seconds), report.threads,
+      report.threads == 1 ? "" : "s", format_seconds(estimate.seconds), format_seconds(prepare),
+      format_bytes(frames * bytes));
+  if (!estimate.unfitted.empty())
+    log_info(
+        "this is an estimate: the balls of {} are not in the cache, and fitting them takes about "
+        "{}, once",
+        fmt::join(estimate.unfitted, ", "), format_seconds(estimate.fit_seconds));
   std::error_code error;
   const std::filesystem::path folder =
       std::filesystem::absolute(report.frames.front().files.front()).parent_path();
@@ -277,7 +283,9 @@ void add_render(CommandLine& line) {
       ->group("Farm");
   command->add_flag("--keep-going", options->keep_going, "go on after a failed frame; exit code 6")
       ->group("Farm");
-  command->add_flag("-n,--dry-run", options->dry_run, "say what would be rendered, render nothing")
+  command
+      ->add_flag("-n,--dry-run", options->dry_run,
+                 "say what would be rendered and what it costs; fit and write nothing")
       ->group("Farm");
   command
       ->add_option("--heartbeat", options->heartbeat,
