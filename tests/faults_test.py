@@ -177,8 +177,10 @@ class Faults(unittest.TestCase):
     def test_signals(self):
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             with self.subTest(number):
+                # Under nohup the program would be right to ignore a hang-up.
                 program = self.start("render", "scene.json", "-o", f"s{int(number)}.####.exr", "--device", "cpu",
-                                     "--set", "image.samples=4000")
+                                     "--set", "image.samples=4000",
+                                     preexec_fn=lambda: signal.signal(number, signal.SIG_DFL))
                 time.sleep(1.5)
                 program.send_signal(number)
                 _, err = program.communicate(timeout=120)
