@@ -481,5 +481,28 @@ TEST(SplitBvh, PiecesAnswerForTheirTriangles) {
   }
 }
 
+TEST(Diagnose, PartsWithoutThicknessAreSaid) {
+  Model winged = box_model({-1, -1, -1}, {1, 1, 1});
+  EXPECT_EQ(diagnose_fully(winged).sheet_share, 0);
+  const auto says_so = [](const Model& model) {
+    for (const std::string& line : describe_problems(diagnose_fully(model)))
+      if (line.find("of its area has no thickness") != std::string::npos) return true;
+    return false;
+  };
+  EXPECT_FALSE(says_so(winged));
+  // Two wings of both faces, 2 x 1 each: 8 of 32 in area.
+  for (const float side : {1.0f, -1.0f}) {
+    const auto first = static_cast<std::uint32_t>(winged.points.size());
+    for (const Vec3 p :
+         {Vec3{side, 0, -1}, Vec3{side, 0, 1}, Vec3{2 * side, 0, 1}, Vec3{2 * side, 0, -1}})
+      winged.points.push_back(p);
+    for (const Triangle& t :
+         {Triangle{{0, 1, 2}}, Triangle{{0, 2, 3}}, Triangle{{0, 2, 1}}, Triangle{{0, 3, 2}}})
+      winged.triangles.push_back({{first + t.v[0], first + t.v[1], first + t.v[2]}});
+  }
+  EXPECT_NEAR(*diagnose_fully(winged).sheet_share, 0.25, 0.01);
+  EXPECT_TRUE(says_so(winged));
+}
+
 }  // namespace
 }  // namespace polymorph

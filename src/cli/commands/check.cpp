@@ -107,6 +107,7 @@ std::string to_json(const CheckResult& result, bool good) {
                                {"crossing_pairs", d.crossings->pairs},
                                {"thickness", d.thickness->median},
                                {"balls_needed", d.thickness->balls},
+                               {"sheet_share", *d.sheet_share},
                                {"thin", is_thin(*d.thickness)}});
   return dump_json(json);
 }

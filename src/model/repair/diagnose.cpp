@@ -11,6 +11,8 @@
 #include "model/mesh/edges.h"
 #include "model/mesh/gather.h"
 #include "model/mesh/normals.h"
+#include "model/query/inside.h"
+#include "model/query/sample_surface.h"
 #include "model/query/solid_angle.h"
 
 namespace polymorph {
@@ -22,6 +24,9 @@ constexpr std::uint32_t kNone = 0xffffffffu;
 /// An ellipsoid as flat as the fit lets them be stands for about a hundred round balls of a wall:
 /// 512 show nine tenths of a cup that would take 54 000.
 constexpr double kStretch = 100;
+
+/// Parts without thickness are worth a line from this share of the area on, up to that.
+constexpr double kFewSheets = 0.01, kMostlySheets = 0.5;
 
 /// To two digits.
 double rounded(double value) {
@@ -144,6 +149,22 @@ std::size_t count_inverted(const Model& model, const Topology& topology) {
   return inverted;
 }
 
+/// The share of the area that has outside on both sides.
+double sheet_share(const Model& model) {
+  constexpr std::size_t kSamples = 4000;
+  const std::vector<SurfaceSample> samples = sample_surface(model, kSamples);
+  const float step = 2e-4f * model.box().diagonal();
+  std::vector<Vec3> around;
+  for (const SurfaceSample& s : samples) {
+    around.push_back(s.point + s.normal * step);
+    around.push_back(s.point - s.normal * step);
+  }
+  const std::vector<std::uint8_t> in = InsideTest(model).inside(around);
+  std::size_t sheets = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) sheets += !in[2 * i] && !in[2 * i + 1];
+  return samples.empty() ? 0 : static_cast<double>(sheets) / static_cast<double>(samples.size());
+}
+
 }  // namespace
 
 Diagnosis diagnose(const Model& model) {
@@ -185,6 +206,7 @@ Diagnosis diagnose_fully(const Model& model) {
   const std::optional<Gathered> few = gathered_if_long(model);
   const Model& shape = few ? few->model : model;
   d.thickness = measure_thickness(shape, build_split_bvh(shape.points, shape.triangles));
+  d.sheet_share = sheet_share(shape);
   d.crossings = count_self_intersections(model, build_triangle_bvh(model.points, model.triangles));
   return d;
 }
@@ -212,6 +234,13 @@ std::vector<std::string> describe_problems(const Diagnosis& d) {
         "to show them, or {:.0f} stretched ones - raise the number of balls, thicken it, or set "
         "\"solidify\" to fill it",
         d.thickness->median, rounded(d.thickness->balls), rounded(d.thickness->balls / kStretch)));
+  // Of one that is open as a whole, that is said already.
+  if (d.sheet_share && *d.sheet_share > kFewSheets && *d.sheet_share < kMostlySheets)
+    lines.push_back(fmt::format(
+        "{:.2g} % of its area has no thickness: distances show it (motion.interpolate "
+        "\"distance\"), balls leave it out until the model itself is shown - give it thickness in "
+        "the modeller",
+        100 * *d.sheet_share));
   if (has_many_long_triangles(d.long_triangles))
     lines.push_back(fmt::format(
         "{} of its triangles are longer than a 64th of its size, so a simpler stand-in is taken "

@@ -37,6 +37,8 @@ struct Diagnosis {
   std::array<Vec3, 2> first_open_edge_points;
   std::optional<Thickness> thickness;          ///< diagnose_fully() only
   std::optional<SelfIntersections> crossings;  ///< diagnose_fully() only
+  /// Share of the area with outside on both sides; diagnose_fully() only.
+  std::optional<double> sheet_share;
 };
 
 Diagnosis diagnose(const Model& model);
