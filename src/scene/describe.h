@@ -6,12 +6,15 @@
 // A visitor `v` offers integer, number, boolean, choice, text, text_map, path, vector, scale,
 // color, integers, numbers, object, objects, actors; and renamed, which stands before the setting
 // it speaks of. In a keyed_object every number, vector and colour may have keyframes
-// (scene/keyframes.h) except a constant_number; a keyed_number may have them anywhere.
+// (scene/keyframes.h), unless the number itself says otherwise.
 #pragma once
 
 #include "scene/scene.h"
 
 namespace polymorph {
+
+/// Whether a number may have keyframes: as its object says, or whatever that says.
+enum class Keyframes { kAsObject, kAllowed, kNone };
 
 /// Of a setting with keyframes, beside its list of "keys".
 template <class V>
@@ -297,9 +300,10 @@ void describe(V& v, CameraSettings& s) {
   v.number("fov", fov, 1, 150, "vertical field of view, degrees");
   v.number("azimuth", azimuth, -360, 360, "degrees from +z towards +x");
   v.number("elevation", elevation, -89, 89, "degrees above the horizon");
-  v.constant_number("orbit", orbit, -36000, 36000,
-                    "degrees that the camera goes round its target during the film, evenly; whole "
-                    "turns close without a seam");
+  v.number("orbit", orbit, -36000, 36000,
+           "degrees that the camera goes round its target during the film, evenly; whole "
+           "turns close without a seam",
+           Keyframes::kNone);
   v.number("dolly", dolly, 0.01, 100,
            "factor on the distance from the target: below 1 is nearer than framing or `position` "
            "puts the camera");
@@ -407,8 +411,8 @@ void describe(V& v, ImageSettings& s) {
             "frame; what moves has new noise in each");
   v.boolean("denoise", denoise,
             "clean the colours with Open Image Denoise, where it is installed (docs/films.md)");
-  v.keyed_number("exposure", exposure, -20, 20,
-                 "stops, for PNG, GIF and strips; EXR stays as it is");
+  v.number("exposure", exposure, -20, 20, "stops, for PNG, GIF and strips; EXR stays as it is",
+           Keyframes::kAllowed);
   v.boolean("transparent", transparent, "alpha 0 instead of a backdrop");
   v.text("aovs", aovs,
          "layers of an EXR beside R, G, B, A: Z, N, P, albedo, uv, motion, morph, label, id, "

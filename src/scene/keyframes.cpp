@@ -64,7 +64,8 @@ class ApplyKeyframes {
 
   template <class T>
   void integer(const char*, T&, long long, long long, const char*) {}
-  void number(const char* key, float& value, double low, double high, const char*) {
+  void number(const char* key, float& value, double low, double high, const char*,
+              Keyframes = Keyframes::kAsObject) {
     if (const KeyframeTrack* track = find(key))
       value =
           std::clamp(value_at(*track, time_).x, static_cast<float>(low), static_cast<float>(high));
@@ -73,10 +74,6 @@ class ApplyKeyframes {
               const char* doc) {
     if (find(key)) number(key, value.emplace(), low, high, doc);
   }
-  void keyed_number(const char* key, float& value, double low, double high, const char* doc) {
-    number(key, value, low, high, doc);
-  }
-  void constant_number(const char*, float&, double, double, const char*) {}
   void boolean(const char*, bool&, const char*) {}
   template <class E>
   void choice(const char*, E&, std::initializer_list<std::pair<const char*, E>>, const char*) {}

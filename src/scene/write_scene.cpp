@@ -24,21 +24,13 @@ class SchemaFields {
   void integer(const char* key, T& value, long long low, long long high, const char* doc) {
     add(key, doc, {{"type", "integer"}, {"minimum", low}, {"maximum", high}, {"default", value}});
   }
-  void number(const char* key, float& value, double low, double high, const char* doc) {
-    add_keyed(key, doc, {{"type", "number"}, {"minimum", low}, {"maximum", high}}, tidy(value));
+  void number(const char* key, float& value, double low, double high, const char* doc,
+              Keyframes keyframes = Keyframes::kAsObject) {
+    add_keyed(key, doc, {{"type", "number"}, {"minimum", low}, {"maximum", high}}, tidy(value),
+              keyframes);
   }
   void number(const char* key, std::optional<float>&, double low, double high, const char* doc) {
     add_keyed(key, doc, {{"type", "number"}, {"minimum", low}, {"maximum", high}});
-  }
-  void keyed_number(const char* key, float& value, double low, double high, const char* doc) {
-    const bool keyed = std::exchange(keyed_, true);
-    number(key, value, low, high, doc);
-    keyed_ = keyed;
-  }
-  void constant_number(const char* key, float& value, double low, double high, const char* doc) {
-    const bool keyed = std::exchange(keyed_, false);
-    number(key, value, low, high, doc);
-    keyed_ = keyed;
   }
   void boolean(const char* key, bool& value, const char* doc) {
     add(key, doc, {{"type", "boolean"}, {"default", value}});
@@ -170,9 +162,10 @@ class SchemaFields {
 
  private:
   /// A value, or where it may have them its keyframes.
-  void add_keyed(const char* key, const char* doc, const Json& value, const Json& initial = {}) {
+  void add_keyed(const char* key, const char* doc, const Json& value, const Json& initial = {},
+                 Keyframes keyframes = Keyframes::kAsObject) {
     Json json = value;
-    if (keyed_) {
+    if (keyframes == Keyframes::kAsObject ? keyed_ : keyframes == Keyframes::kAllowed) {
       const Json items{{"items", {{"properties", {{"value", value}}}}}};
       const Json keyed{{"$ref", "#/$defs/keyframes"}, {"properties", {{"keys", items}}}};
       json = {{"oneOf", Json::array({value, keyed})}};
@@ -210,14 +203,9 @@ class WriteFields {
   void integer(const char* key, T& value, long long, long long, const char*) {
     json[key] = value;
   }
-  void number(const char* key, float& value, double, double, const char*) {
+  void number(const char* key, float& value, double, double, const char*,
+              Keyframes = Keyframes::kAsObject) {
     if (!write_keyframes(key, [](Vec3 v) { return Json(tidy(v.x)); })) json[key] = tidy(value);
-  }
-  void keyed_number(const char* key, float& value, double low, double high, const char* doc) {
-    number(key, value, low, high, doc);
-  }
-  void constant_number(const char* key, float& value, double low, double high, const char* doc) {
-    number(key, value, low, high, doc);
   }
   void number(const char* key, std::optional<float>& value, double low, double high,
               const char* doc) {

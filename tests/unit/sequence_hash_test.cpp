@@ -46,17 +46,12 @@ class ChangeField {
   void integer(const char* key, T& value, long long low, long long high, const char*) {
     if (turn(key)) value = static_cast<T>(value == static_cast<T>(low) ? high : low);
   }
-  void number(const char* key, float& value, double low, double high, const char*) {
+  void number(const char* key, float& value, double low, double high, const char*,
+              Keyframes = Keyframes::kAsObject) {
     if (turn(key)) value = static_cast<float>(value == static_cast<float>(low) ? high : low);
   }
   void number(const char* key, std::optional<float>& value, double low, double high, const char*) {
     if (turn(key)) value = static_cast<float>(0.3 * low + 0.7 * high);
-  }
-  void keyed_number(const char* key, float& value, double low, double high, const char* doc) {
-    number(key, value, low, high, doc);
-  }
-  void constant_number(const char* key, float& value, double low, double high, const char* doc) {
-    number(key, value, low, high, doc);
   }
   void boolean(const char* key, bool& value, const char*) {
     if (turn(key)) value = !value;

@@ -1,0 +1,391 @@
+#include "scene/read_fields.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "base/log.h"
+#include "image/srgb.h"
+
+namespace polymorph {
+namespace {
+
+constexpr std::size_t kMaxCollectedFindings = 200;  // each is looked up in the text
+
+Vec3 as_vector(float value) { return {value, 0, 0}; }
+Vec3 as_vector(Vec3 value) { return value; }
+
+}  // namespace
+
+template <class F>
+bool ReadFields::read_key(const JsonValue& item, const std::string& pointer, KeyframeTrack& track,
+                          const F& read) {
+  if (item.kind != JsonValue::Kind::kObject) {
+    report_at(item.offset, pointer, fmt::format("must be an object (is {})", kind_name(item.kind)));
+    return false;
+  }
+  ReadFields one(document_, item, pointer, folder_, findings_, tracks_);
+  KeyMoment moment;
+  describe(one, moment);
+  read(one);
+  one.finish();
+  if (!item.find("value")) report_at(item.offset, pointer, "needs a \"value\"");
+  const int given = moment.share.has_value() + moment.frame.has_value() + moment.leg.has_value();
+  if (given != 1) {
+    report_at(item.offset, pointer, "needs one of \"t\", \"frame\" and \"leg\"");
+    return false;
+  }
+  const KeyUnit unit = moment.share   ? KeyUnit::kShare
+                       : moment.frame ? KeyUnit::kFrame
+                                      : KeyUnit::kLeg;
+  const auto at = static_cast<double>(moment.share   ? *moment.share
+                                      : moment.frame ? *moment.frame
+                                                     : *moment.leg);
+  if (!track.keys.empty() && unit != track.unit) {
+    report_at(item.offset, pointer,
+              "all keys of a setting say \"t\", or all \"frame\", or all "
+              "\"leg\"");
+    return false;
+  }
+  if (!track.keys.empty() && !(at > track.keys.back().at)) {
+    report_at(item.offset, pointer,
+              fmt::format("must come after the key before it (is at {:g}, after {:g})", at,
+                          track.keys.back().at));
+    return false;
+  }
+  track.unit = unit;
+  track.keys.push_back({at, {}});
+  return true;
+}
+
+template <class T, class F>
+bool ReadFields::read_keyframes(const char* key, T& out, const F& read, Keyframes keyframes) {
+  const bool keyed = keyframes == Keyframes::kAsObject ? keyed_ : keyframes == Keyframes::kAllowed;
+  const JsonValue* object = object_.find(key);
+  if (!object || object->kind != JsonValue::Kind::kObject) return false;
+  if (!keyed && !object->find("keys")) return false;
+  seen(key);
+  if (!keyed) {
+    report(*object, key,
+           "cannot change over the film - only settings of camera, lights, ground "
+           "and look, and image.exposure, take keys");
+    return true;
+  }
+  KeyframeTrack track;
+  track.pointer = pointer_ + "/" + key;
+  ReadFields fields(document_, *object, track.pointer, folder_, findings_, tracks_);
+  describe(fields, track);
+  const JsonValue* list = fields.expect("keys", JsonValue::Kind::kArray);
+  fields.finish();
+  if (!object->find("keys") || (list && list->items.empty()))
+    report(*object, key,
+           "needs \"keys\", a list of {\"t\", \"frame\" or \"leg\": ..., \"value\": ...}");
+  if (!list) return true;
+  if (list->items.size() > kMaxItems)
+    fields.report(
+        *list, "keys",
+        fmt::format("has {} entries - a list may have at most {}", list->items.size(), kMaxItems));
+  for (std::size_t i = 0; i < std::min(list->items.size(), kMaxItems); ++i) {
+    T value = out;
+    if (fields.read_key(list->items[i], fmt::format("{}/keys/{}", track.pointer, i), track,
+                        [&](ReadFields& one) { read(one, value); }))
+      track.keys.back().value = as_vector(value);
+    if (i == 0) out = value;
+  }
+  if (!track.keys.empty()) tracks_.push_back(std::move(track));
+  return true;
+}
+
+void ReadFields::number(const char* key, float& out, double low, double high, const char* doc,
+                        Keyframes keyframes) {
+  const auto read = [&](ReadFields& one, float& value) {
+    one.number("value", value, low, high, doc);
+  };
+  if (read_keyframes(key, out, read, keyframes)) return;
+  const JsonValue* value = expect(key, JsonValue::Kind::kNumber);
+  if (!value) return;
+  if (!(value->number >= low && value->number <= high))
+    report(*value, key, fmt::format("must be {:g} to {:g} (is {:g})", low, high, value->number));
+  else
+    out = static_cast<float>(value->number);
+}
+
+void ReadFields::number(const char* key, std::optional<float>& out, double low, double high,
+                        const char* doc) {
+  if (!object_.find(key)) return seen(key);
+  float value = 0;
+  number(key, value, low, high, doc);
+  out = value;
+}
+
+void ReadFields::boolean(const char* key, bool& out, const char*) {
+  if (const JsonValue* value = expect(key, JsonValue::Kind::kBoolean)) out = value->boolean;
+}
+
+void ReadFields::text(const char* key, std::string& out, const char*) {
+  if (const JsonValue* value = expect(key, JsonValue::Kind::kString)) out = value->string;
+}
+
+void ReadFields::path(const char* key, std::filesystem::path& out, const char*) {
+  const JsonValue* value = expect(key, JsonValue::Kind::kString);
+  if (!value) return;
+  out = resolve(value->string);
+  check_file(*value, key, out);
+}
+
+void ReadFields::model_path(const char* key, std::filesystem::path& out, const char* doc) {
+  path(key, out, doc);
+}
+
+void ReadFields::vector(const char* key, Vec3& out, const char* doc) {
+  if (read_keyframes(key, out,
+                     [&](ReadFields& one, Vec3& value) { one.vector("value", value, doc); }))
+    return;
+  if (const JsonValue* value = expect(key, JsonValue::Kind::kArray))
+    read_vector(*value, key, out, -1e6, 1e6);
+}
+
+void ReadFields::vector(const char* key, std::optional<Vec3>& out, const char* doc) {
+  if (!object_.find(key)) return seen(key);
+  Vec3 value;
+  vector(key, value, doc);
+  out = value;
+}
+
+void ReadFields::scale(const char* key, Vec3& out, const char*) {
+  const JsonValue* value = find(key);
+  if (!value) return;
+  if (value->kind == JsonValue::Kind::kArray) {
+    if (read_vector(*value, key, out, -1e6, 1e6) && (out.x == 0 || out.y == 0 || out.z == 0))
+      report(*value, key, "must not be 0 along any axis");
+  } else if (value->kind == JsonValue::Kind::kNumber) {
+    if (!(std::abs(value->number) >= 1e-6 && std::abs(value->number) <= 1e6))
+      report(*value, key, fmt::format("must be 1e-6 to 1e6 (is {:g})", value->number));
+    const auto s = static_cast<float>(value->number);
+    out = {s, s, s};
+  } else {
+    report(*value, key,
+           fmt::format("must be a number or a list of 3 numbers (is {})", kind_name(value->kind)));
+  }
+}
+
+void ReadFields::color(const char* key, Vec3& out, const char* doc) {
+  if (read_keyframes(key, out,
+                     [&](ReadFields& one, Vec3& value) { one.color("value", value, doc); }))
+    return;
+  const JsonValue* value = find(key);
+  if (!value) return;
+  if (value->kind == JsonValue::Kind::kArray) {
+    read_vector(*value, key, out, 0, 1);
+  } else if (value->kind == JsonValue::Kind::kString && read_hex(value->string, out)) {
+  } else {
+    report(*value, key, "must be \"#rrggbb\" (sRGB) or a list of 3 numbers from 0 to 1 (linear)");
+  }
+}
+
+void ReadFields::color(const char* key, std::optional<Vec3>& out, const char* doc) {
+  if (!object_.find(key)) return seen(key);
+  Vec3 value;
+  color(key, value, doc);
+  out = value;
+}
+
+void ReadFields::integers(const char* key, std::vector<int>& out, long long low, long long high,
+                          const char*) {
+  const JsonValue* value = expect(key, JsonValue::Kind::kArray);
+  if (!value) return;
+  out.clear();
+  for (const JsonValue& item : value->items) {
+    if (item.kind != JsonValue::Kind::kNumber || !item.integral || item.integer < low ||
+        item.integer > high)
+      report(item, key, fmt::format("must be a list of whole numbers, {} to {}", low, high));
+    else
+      out.push_back(static_cast<int>(item.integer));
+  }
+}
+
+void ReadFields::numbers(const char* key, std::vector<float>& out,
+                         std::initializer_list<std::pair<double, double>> ranges, const char*) {
+  const JsonValue* value = expect(key, JsonValue::Kind::kArray);
+  if (!value) return;
+  std::vector<float> read;
+  for (const auto& [low, high] : ranges) {
+    if (read.size() == value->items.size()) break;
+    const JsonValue& item = value->items[read.size()];
+    if (item.kind != JsonValue::Kind::kNumber || !(item.number >= low && item.number <= high))
+      return report(item, key,
+                    fmt::format("number {} must be {:g} to {:g}", read.size() + 1, low, high));
+    read.push_back(static_cast<float>(item.number));
+  }
+  if (value->items.size() != ranges.size())
+    return report(
+        *value, key,
+        fmt::format("must be a list of {} numbers (has {})", ranges.size(), value->items.size()));
+  out = std::move(read);
+}
+
+void ReadFields::text_map(const char* key, std::map<std::string, std::string>& out, const char*) {
+  const JsonValue* value = expect(key, JsonValue::Kind::kObject);
+  if (!value) return;
+  for (const JsonMember& member : value->members) {
+    if (member.value.kind == JsonValue::Kind::kString)
+      out[member.key] = member.value.string;
+    else
+      report_at(member.value.offset, pointer_ + "/" + key + "/" + member.key,
+                fmt::format("must be a string (is {})", kind_name(member.value.kind)));
+  }
+}
+
+void ReadFields::before_actors(Scene& scene) {
+  ObjectSettings object;
+  object.spheres = scene.spheres;
+  object.motion = scene.motion;
+  actor_prototype_.source = actor_prototype_.target = object;
+  actor_prototype_.plan = scene.plan;
+}
+
+void ReadFields::actors(const char* key, std::vector<ActorSettings>& out, const char* doc) {
+  if (!find(key)) {
+    out.assign(1, actor_prototype_);
+    describe_chain(*this, out.front());
+    return;
+  }
+  objects(key, out, doc);
+  for (const char* alone : {"source", "intermediate", "target"})
+    if (const JsonValue* value = find(alone))
+      report(*value, alone, "contradicts \"actors\" - write it into one of them");
+  if (!out.empty()) return;
+  if (const JsonValue* list = expect(key, JsonValue::Kind::kArray))
+    report(*list, key, "is empty - a scene has at least one actor");
+  out.push_back(actor_prototype_);  // what else is wrong can still be said
+}
+
+void ReadFields::renamed(const char* old, const char* key) {
+  const JsonValue* value = object_.find(old);
+  if (!value) return;
+  seen(old);
+  if (object_.find(key)) {
+    report(*value, old,
+           fmt::format("is the old name of \"{}\", which is given too - keep one", key));
+  } else {
+    log_warning("scene: {}/{} is an old name - write \"{}\"", printable(pointer_), old, key);
+    old_names_[key] = old;
+  }
+}
+
+void ReadFields::finish() {
+  for (const JsonMember& member : object_.members) {
+    if (std::find(known_.begin(), known_.end(), member.key) != known_.end()) continue;
+    if (pointer_.empty() && member.key == "$schema") continue;
+    std::string message = fmt::format("unknown key{}", did_you_mean(member.key, known_));
+    if (message.back() != '?') message += fmt::format(" - known here: {}", join_quoted(known_));
+    report_at(member.key_offset, pointer_ + "/" + member.key, message);
+  }
+}
+
+void ReadFields::report(const JsonValue& value, const char* key, const std::string& message) {
+  report_at(value.offset, pointer_ + "/" + key, message);
+}
+
+const JsonValue* ReadFields::find(const char* key) {
+  seen(key);
+  const auto old = old_names_.find(key);
+  return object_.find(old == old_names_.end() ? key : old->second);
+}
+
+const JsonValue* ReadFields::expect(const char* key, JsonValue::Kind kind) {
+  const JsonValue* value = find(key);
+  if (!value || value->kind == kind) return value;
+  report(*value, key, fmt::format("must be {} (is {})", kind_name(kind), kind_name(value->kind)));
+  return nullptr;
+}
+
+void ReadFields::read_name(const JsonValue& value, const std::string& pointer,
+                           ObjectSettings& out) {
+  if (std::find(kShapeNames.begin(), kShapeNames.end(), value.string) != kShapeNames.end()) {
+    out.shape = value.string;
+    return;
+  }
+  out.model = resolve(value.string);
+  // "spere" is more likely a slip of a shape's name than a file without an extension.
+  std::error_code missing;
+  if (nearest_word(value.string, kShapeNames) && !std::filesystem::exists(out.model, missing))
+    report_at(value.offset, pointer,
+              fmt::format("neither a file nor a shape: \"{}\"{}", value.string,
+                          did_you_mean(value.string, kShapeNames)));
+  else
+    check_file_at(value.offset, pointer, out.model);
+}
+
+void ReadFields::check_object(const ObjectSettings& object, const JsonValue& value) {
+  if (object.model.empty() == object.shape.empty())
+    report_at(value.offset, pointer_,
+              "needs either \"model\" (an OBJ file) or \"shape\", not both or neither");
+  if (!object.shape.empty() &&
+      std::find(kShapeNames.begin(), kShapeNames.end(), object.shape) == kShapeNames.end())
+    report(*object_.find("shape"), "shape",
+           fmt::format("must be {} (is \"{}\"){}", join_quoted(kShapeNames), object.shape,
+                       did_you_mean(object.shape, kShapeNames)));
+}
+
+bool ReadFields::read_vector(const JsonValue& value, const char* key, Vec3& out, double low,
+                             double high) {
+  const bool right =
+      value.items.size() == 3 &&
+      std::all_of(value.items.begin(), value.items.end(), [&](const JsonValue& item) {
+        return item.kind == JsonValue::Kind::kNumber && item.number >= low && item.number <= high;
+      });
+  if (!right) {
+    report(value, key, fmt::format("must be a list of 3 numbers, {:g} to {:g} each", low, high));
+    return false;
+  }
+  out = {static_cast<float>(value.items[0].number), static_cast<float>(value.items[1].number),
+         static_cast<float>(value.items[2].number)};
+  return true;
+}
+
+bool ReadFields::read_hex(const std::string& text, Vec3& out) {
+  if (text.size() != 7 || text[0] != '#') return false;
+  float channel[3];
+  for (std::size_t i = 0; i < 3; ++i) {
+    int byte = 0;
+    for (std::size_t k = 1; k <= 2; ++k) {
+      const char c = text[2 * i + k];
+      const std::size_t digit = std::string_view("0123456789abcdefABCDEF").find(c);
+      if (digit == std::string_view::npos) return false;
+      byte = byte * 16 + static_cast<int>(digit > 15 ? digit - 6 : digit);
+    }
+    channel[i] = srgb_to_linear(static_cast<float>(byte) / 255.0f);
+  }
+  out = {channel[0], channel[1], channel[2]};
+  return true;
+}
+
+std::filesystem::path ReadFields::resolve(const std::string& file) const {
+  return (folder_ / file).lexically_normal();
+}
+
+void ReadFields::check_file(const JsonValue& value, const char* key,
+                            const std::filesystem::path& file) {
+  check_file_at(value.offset, pointer_ + "/" + key, file);
+}
+
+void ReadFields::check_file_at(std::size_t offset, const std::string& pointer,
+                               const std::filesystem::path& file) {
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error))
+    report_at(offset, pointer, fmt::format("{} is a directory - name a file in it", file.string()));
+  else if (!std::filesystem::exists(file, error))
+    report_at(
+        offset, pointer,
+        fmt::format("no such file: {} (paths are relative to the scene file)", file.string()));
+}
+
+void ReadFields::report_at(std::size_t offset, const std::string& pointer,
+                           const std::string& message) {
+  if (findings_.size() >= kMaxCollectedFindings) return;
+  const TextPosition at = document_.position(offset);
+  findings_.push_back({at.line, at.column, pointer, message});
+}
+
+}  // namespace polymorph

@@ -1,0 +1,175 @@
+// Scene reader: the visitor of describe() (scene/describe.h) that reads one object of the JSON tree
+// into one struct, and collects all that is wrong with it.
+#pragma once
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/text.h"
+#include "scene/describe.h"
+#include "scene/json_text.h"
+#include "scene/load_scene.h"
+
+namespace polymorph {
+
+/// `keyed`: numbers, vectors and colours may have keyframes. Problems go into `findings`, keyframes
+/// into `tracks`.
+class ReadFields {
+ public:
+  ReadFields(const JsonDocument& document, const JsonValue& object, std::string pointer,
+             std::filesystem::path folder, std::vector<SceneFinding>& findings,
+             std::vector<KeyframeTrack>& tracks, bool keyed = false)
+      : document_(document),
+        object_(object),
+        pointer_(std::move(pointer)),
+        folder_(std::move(folder)),
+        findings_(findings),
+        tracks_(tracks),
+        keyed_(keyed) {}
+
+  template <class T>
+  void integer(const char* key, T& out, long long low, long long high, const char*) {
+    const JsonValue* value = expect(key, JsonValue::Kind::kNumber);
+    if (!value) return;
+    if (!value->integral)
+      report(*value, key,
+             fmt::format("must be a whole number, {} to {} (is {:g})", low, high, value->number));
+    else if (value->integer < low || value->integer > high)
+      report(*value, key, fmt::format("must be {} to {} (is {})", low, high, value->integer));
+    else
+      out = static_cast<T>(value->integer);
+  }
+  void number(const char* key, float& out, double low, double high, const char* doc,
+              Keyframes keyframes = Keyframes::kAsObject);
+  void number(const char* key, std::optional<float>& out, double low, double high, const char* doc);
+  void boolean(const char* key, bool& out, const char*);
+  template <class E>
+  void choice(const char* key, E& out, std::initializer_list<std::pair<const char*, E>> choices,
+              const char*) {
+    const JsonValue* value = expect(key, JsonValue::Kind::kString);
+    if (!value) return;
+    std::vector<std::string> names;
+    for (const auto& [name, meaning] : choices) {
+      if (value->string == name) {
+        out = meaning;
+        return;
+      }
+      names.emplace_back(name);
+    }
+    report(*value, key,
+           fmt::format("must be {} (is \"{}\"){}", join_quoted(names), value->string,
+                       did_you_mean(value->string, names)));
+  }
+  void text(const char* key, std::string& out, const char*);
+  void path(const char* key, std::filesystem::path& out, const char*);
+  void model_path(const char* key, std::filesystem::path& out, const char* doc);
+  void vector(const char* key, Vec3& out, const char* doc);
+  void vector(const char* key, std::optional<Vec3>& out, const char* doc);
+  void scale(const char* key, Vec3& out, const char*);
+  void color(const char* key, Vec3& out, const char* doc);
+  void color(const char* key, std::optional<Vec3>& out, const char* doc);
+  void integers(const char* key, std::vector<int>& out, long long low, long long high, const char*);
+  /// A list of exactly as many numbers as there are ranges.
+  void numbers(const char* key, std::vector<float>& out,
+               std::initializer_list<std::pair<double, double>> ranges, const char*);
+  void text_map(const char* key, std::map<std::string, std::string>& out, const char*);
+  template <class T>
+  void object(const char* key, T& out, const char*) {
+    const JsonValue* value = find(key);
+    if (value) read_object(*value, pointer_ + "/" + key, out);
+  }
+  /// Its numbers, vectors and colours may have keyframes.
+  template <class T>
+  void keyed_object(const char* key, T& out, const char* doc) {
+    const bool keyed = std::exchange(keyed_, true);
+    object(key, out, doc);
+    keyed_ = keyed;
+  }
+  template <class T>
+  void objects(const char* key, std::vector<T>& out, const char*) {
+    const JsonValue* value = expect(key, JsonValue::Kind::kArray);
+    if (!value) return;
+    out.clear();  // a list of one's own replaces a default
+    if (value->items.size() > kMaxItems)
+      report(*value, key,
+             fmt::format("has {} entries - a list may have at most {}", value->items.size(),
+                         kMaxItems));
+    for (std::size_t i = 0; i < std::min(value->items.size(), kMaxItems); ++i) {
+      if constexpr (std::is_same_v<T, ObjectSettings>)
+        out.push_back(actor_prototype_.source);
+      else if constexpr (std::is_same_v<T, ActorSettings>)
+        out.push_back(actor_prototype_);
+      else
+        out.emplace_back();
+      read_object(value->items[i], fmt::format("{}/{}/{}", pointer_, key, i), out.back());
+    }
+  }
+  void before_actors(Scene& scene);
+  /// A list, or the one actor's chain in its stead.
+  void actors(const char* key, std::vector<ActorSettings>& out, const char* doc);
+
+  /// `key` was called `old` before; that is still understood.
+  void renamed(const char* old, const char* key);
+
+  /// Reports keys that describe() did not ask for.
+  void finish();
+  void report(const JsonValue& value, const char* key, const std::string& message);
+
+ private:
+  static constexpr std::size_t kMaxItems = 1000;  ///< of one list
+
+  void seen(const char* key) { known_.emplace_back(key); }
+  const JsonValue* find(const char* key);
+  const JsonValue* expect(const char* key, JsonValue::Kind kind);
+  template <class T>
+  void read_object(const JsonValue& value, const std::string& pointer, T& out) {
+    if constexpr (std::is_same_v<T, ObjectSettings>) {
+      if (value.kind == JsonValue::Kind::kString) return read_name(value, pointer, out);
+    }
+    if (value.kind != JsonValue::Kind::kObject) {
+      report_at(value.offset, pointer,
+                fmt::format("must be an object (is {})", kind_name(value.kind)));
+      return;
+    }
+    ReadFields inner(document_, value, pointer, folder_, findings_, tracks_, keyed_);
+    inner.actor_prototype_ = actor_prototype_;
+    describe(inner, out);
+    if constexpr (std::is_same_v<T, ObjectSettings>) inner.check_object(out, value);
+    inner.finish();
+  }
+  /// Where the setting has keyframes in place of a value: reads them into a track, `out` becomes
+  /// the first key's. `read(fields, value)` reads "value" of a key's fields.
+  template <class T, class F>
+  bool read_keyframes(const char* key, T& out, const F& read,
+                      Keyframes keyframes = Keyframes::kAsObject);
+  /// One key: when it is goes into the track; `read` reads its value.
+  template <class F>
+  bool read_key(const JsonValue& item, const std::string& pointer, KeyframeTrack& track,
+                const F& read);
+  /// "source": "teapot.obj" is short for {"model": "teapot.obj"}; "sphere" for {"shape": "sphere"}.
+  void read_name(const JsonValue& value, const std::string& pointer, ObjectSettings& out);
+  void check_object(const ObjectSettings& object, const JsonValue& value);
+  bool read_vector(const JsonValue& value, const char* key, Vec3& out, double low, double high);
+  static bool read_hex(const std::string& text, Vec3& out);
+  std::filesystem::path resolve(const std::string& file) const;
+  void check_file(const JsonValue& value, const char* key, const std::filesystem::path& file);
+  void check_file_at(std::size_t offset, const std::string& pointer,
+                     const std::filesystem::path& file);
+  void report_at(std::size_t offset, const std::string& pointer, const std::string& message);
+
+  const JsonDocument& document_;
+  const JsonValue& object_;
+  std::string pointer_;
+  std::filesystem::path folder_;
+  std::vector<SceneFinding>& findings_;
+  std::vector<KeyframeTrack>& tracks_;
+  bool keyed_;  ///< numbers, vectors and colours here may have keyframes
+  std::vector<std::string> known_;
+  std::map<std::string, std::string> old_names_;  ///< by the new ones, of keys in this object
+  ActorSettings actor_prototype_;                 ///< its source is every object's
+};
+
+}  // namespace polymorph
