@@ -160,7 +160,7 @@ std::string frame_rows(const Analysis& morph) {
 
 }  // namespace
 
-std::string analysis_json(const std::vector<Analysis>& morphs) {
+Json analysis_json(const std::vector<Analysis>& morphs) {
   Json root;
   root["morphs"] = Json::array();
   for (const Analysis& morph : morphs) {
@@ -183,7 +183,7 @@ std::string analysis_json(const std::vector<Analysis>& morphs) {
     }
     root["morphs"].push_back(entry);
   }
-  return root.dump(2) + "\n";
+  return root;
 }
 
 std::string analysis_csv(const std::vector<Analysis>& morphs) {

@@ -1,6 +1,7 @@
 // Analysis reports: JSON, CSV and HTML files of an analysis, and its comparison with limits.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,7 +13,7 @@ namespace polymorph {
 
 /// {"morphs": [{"from", "to", "metrics": {name: {value, goal, principle, what}}, "frames":
 /// [...]}]}; what cannot be measured is null.
-std::string analysis_json(const std::vector<Analysis>& morphs);
+nlohmann::ordered_json analysis_json(const std::vector<Analysis>& morphs);
 
 /// One line per frame: morph, time, u and every measure of the frame.
 std::string analysis_csv(const std::vector<Analysis>& morphs);

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "base/activity.h"
@@ -17,6 +18,7 @@
 #include "base/text.h"
 #include "cli/config.h"
 #include "cli/numbers.h"
+#include "scene/json_text.h"
 #include "spheres/spheres.h"
 
 namespace polymorph {
@@ -290,12 +292,10 @@ void add_json(CLI::App* command, JsonOutput& json) {
       ->group("Output");
 }
 
-Status write_json(const JsonOutput& json, const std::string& text) {
-  constexpr std::string_view kStart = "{\n  \"";
-  constexpr std::string_view kVersioned = "{\n  \"version\":";
-  if (!text.starts_with(kStart) || text.starts_with(kVersioned)) return write_text(json, text);
-  return write_text(json, fmt::format("{{\n  \"version\": \"{}\",\n{}", PM_VERSION,
-                                      std::string_view(text).substr(2)));
+Status write_json(const JsonOutput& json, const nlohmann::ordered_json& report) {
+  nlohmann::ordered_json versioned{{"version", PM_VERSION}};
+  versioned.update(report);
+  return write_text(json, dump_json(versioned));
 }
 
 Status write_text(const JsonOutput& json, const std::string& text) {

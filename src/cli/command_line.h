@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -64,8 +65,9 @@ struct JsonOutput {
   std::string file;
 };
 void add_json(CLI::App* command, JsonOutput& json);
-Status write_json(const JsonOutput& json, const std::string& text);
-/// The same for what is no report: scenes, schemas.
+/// A report, which is an object: the program's version stands first in it.
+Status write_json(const JsonOutput& json, const nlohmann::ordered_json& report);
+/// What is no report: scenes, schemas, tables.
 Status write_text(const JsonOutput& json, const std::string& text);
 
 /// Bytes to standard output, as they are.

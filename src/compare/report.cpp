@@ -224,7 +224,7 @@ Result<fs::path> write_report_folder(const Report& report, const fs::path& folde
   for (const ReportCase& one : report.cases)
     if (!one.triptych_png.empty()) files.push_back(file_name(one));
   // First what lists the others, last what people open.
-  PM_TRY_STATUS(write_file(folder / "report.json", report_json(report, files)));
+  PM_TRY_STATUS(write_file(folder / "report.json", dump_json(report_json(report, files))));
   for (const ReportCase& one : report.cases)
     if (!one.triptych_png.empty())
       PM_TRY_STATUS(write_file(folder / file_name(one), one.triptych_png));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -95,7 +96,8 @@ std::string report_junit(const Report& report);
 /// {"passed", "failed", "errors", "cases": [{"group", "name", "passed", "verdict", "reason",
 /// "figures", "channels", ...}]}; with `files`, the report's names in its folder as
 /// "polymorph_report".
-std::string report_json(const Report& report, const std::vector<std::string>& files = {});
+nlohmann::ordered_json report_json(const Report& report,
+                                   const std::vector<std::string>& files = {});
 
 /// Removes the files of an earlier report from `folder`: those that its report.json lists. Other
 /// files stay, and so does everything beside a report.json of another program. Errors: kOutput.

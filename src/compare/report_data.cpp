@@ -168,7 +168,7 @@ Json case_json(const ReportCase& one) {
   return json;
 }
 
-std::string report_json(const Report& report, const std::vector<std::string>& files) {
+Json report_json(const Report& report, const std::vector<std::string>& files) {
   Json json{{"title", report.title}};
   if (!files.empty()) json["polymorph_report"] = files;
   json["facts"] = Json::object();
@@ -181,7 +181,7 @@ std::string report_json(const Report& report, const std::vector<std::string>& fi
   json["notes"] = report.notes;
   json["cases"] = Json::array();
   for (const ReportCase& one : report.cases) json["cases"].push_back(case_json(one));
-  return dump_json(json);
+  return json;
 }
 
 std::string report_junit(const Report& report) {

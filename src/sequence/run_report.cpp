@@ -3,7 +3,6 @@
 #include <nlohmann/json.hpp>
 
 #include "base/program_identity.h"
-#include "scene/json_text.h"
 
 namespace polymorph {
 namespace {
@@ -30,10 +29,9 @@ std::size_t RunReport::count(FrameRecord::State state) const {
   return n;
 }
 
-std::string to_json(const RunReport& report) {
+nlohmann::ordered_json to_json(const RunReport& report) {
   using Json = nlohmann::ordered_json;
-  Json json{{"version", PM_VERSION},
-            {"build", program_identity()},
+  Json json{{"build", program_identity()},
             {"scene_hash", report.scene_hash},
             {"device", report.device},
             {"isa", report.isa},
@@ -68,7 +66,7 @@ std::string to_json(const RunReport& report) {
                         {"frame_png_bytes", report.estimate->png_bytes},
                         {"unfitted", report.estimate->unfitted},
                         {"fit_seconds", report.estimate->fit_seconds}};
-  return dump_json(json);
+  return json;
 }
 
 }  // namespace polymorph

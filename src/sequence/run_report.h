@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -46,6 +47,6 @@ struct RunReport {
   std::size_t count(FrameRecord::State state) const;
 };
 /// The report as JSON: what `render --report` writes.
-std::string to_json(const RunReport& report);
+nlohmann::ordered_json to_json(const RunReport& report);
 
 }  // namespace polymorph

@@ -56,7 +56,7 @@ TEST(Limits, OneThatDoesNotHoldOrCannotBeMeasuredIsBroken) {
 }
 
 TEST(Reports, TellTheSameNumbersInJsonCsvAndHtml) {
-  const auto json = nlohmann::json::parse(analysis_json({small()}));
+  const auto json = analysis_json({small()});
   EXPECT_EQ(json["morphs"][0]["metrics"]["pop"]["value"], 2.5);
   EXPECT_TRUE(json["morphs"][0]["metrics"]["attributes"]["value"].is_null());
   EXPECT_EQ(json["morphs"][0]["frames"][2]["volume"], 3.0);

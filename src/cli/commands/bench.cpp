@@ -15,7 +15,6 @@
 #include "kernels/field_kinds.h"
 #include "render/ray_bench.h"
 #include "render/render.h"
-#include "scene/json_text.h"
 #include "sequence/device.h"
 #include "sequence/render_sequence.h"
 #include "surface/grid.h"
@@ -375,8 +374,8 @@ Result<int> run_bench(const CommandLine& line, const BenchOptions& options) {
   if (all || options.what == "render") PM_TRY_STATUS(bench_render(options, mesh, rows));
   if (options.json.wanted) {
     const nlohmann::ordered_json json{
-        {"version", PM_VERSION}, {"device", device}, {"threads", thread_count()}, {"rows", rows}};
-    PM_TRY_STATUS(write_json(options.json, dump_json(json)));
+        {"device", device}, {"threads", thread_count()}, {"rows", rows}};
+    PM_TRY_STATUS(write_json(options.json, json));
   }
   return 0;
 }

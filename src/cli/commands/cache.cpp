@@ -8,7 +8,6 @@
 #include "base/text.h"
 #include "cli/command_line.h"
 #include "cli/numbers.h"
-#include "scene/json_text.h"
 
 namespace polymorph {
 namespace {
@@ -71,7 +70,7 @@ Result<int> list(const fs::path& folder, const CacheOptions& options) {
   json["bytes"] = bytes;
   if (options.json.wanted) {
     if (verify) json["ok"] = bad == 0;
-    PM_TRY_STATUS(write_json(options.json, dump_json(json)));
+    PM_TRY_STATUS(write_json(options.json, json));
   } else {
     print_data("{}: {}{}\n", folder.string(), format_files(entries.size(), bytes),
                bad > 0 ? fmt::format(", {} bad - polymorph cache clear removes all", bad) : "");
@@ -106,7 +105,7 @@ Result<int> clean(const fs::path& folder, const CacheOptions& options) {
                                       {"removed_bytes", cleaning.removed_bytes},
                                       {"kept_bytes", cleaning.kept_bytes},
                                       {"failures", cleaning.failures}};
-    PM_TRY_STATUS(write_json(options.json, dump_json(json)));
+    PM_TRY_STATUS(write_json(options.json, json));
   } else {
     print_data("{}: removed {}; kept {}\n", folder.string(),
                format_files(cleaning.removed, cleaning.removed_bytes),

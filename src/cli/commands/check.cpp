@@ -6,7 +6,6 @@
 #include "cli/command_line.h"
 #include "model/repair/diagnose.h"
 #include "morph/timeline.h"
-#include "scene/json_text.h"
 #include "sequence/prepare.h"
 #include "spheres/quality.h"
 #include "spheres/spheres.h"
@@ -85,7 +84,7 @@ Result<CheckResult> check_scene(const CheckOptions& options, const std::filesyst
   return result;
 }
 
-std::string to_json(const CheckResult& result, bool good) {
+nlohmann::ordered_json to_json(const CheckResult& result, bool good) {
   using Json = nlohmann::ordered_json;
   Json json{{"ok", good}, {"frames", result.frames}};
   json["findings"] = Json::array();
@@ -109,7 +108,7 @@ std::string to_json(const CheckResult& result, bool good) {
                                {"balls_needed", d.thickness->balls},
                                {"sheet_share", *d.sheet_share},
                                {"thin", is_thin(*d.thickness)}});
-  return dump_json(json);
+  return json;
 }
 
 Result<int> run_check(const CommandLine& line, const CheckOptions& options) {

@@ -9,7 +9,6 @@
 #include "compare/flicker.h"
 #include "compare/report_data.h"
 #include "image/image_io.h"
-#include "scene/json_text.h"
 #include "sequence/frames.h"
 
 namespace polymorph {
@@ -129,7 +128,7 @@ Result<int> run_compare(const CompareOptions& options, bool overwrite) {
   if (options.json.wanted) {
     auto json = nlohmann::ordered_json::array();
     for (const ReportCase& one : report.cases) json.push_back(case_json(one));
-    PM_TRY_STATUS(write_json(options.json, dump_json(json)));
+    PM_TRY_STATUS(write_json(options.json, json));
   }
   if (pairs.size() > 1 && !options.json.wanted)
     print_data("{} of {} pairs pass\n", pairs.size() - report.failed(), pairs.size());

@@ -52,7 +52,7 @@ Result<int> run_cubes(int wanted, const JsonOutput& json_output) {
                  cube["triangles"].dump());
     json["cubes"].push_back(std::move(cube));
   }
-  if (json_output.wanted) PM_TRY_STATUS(write_json(json_output, dump_json(json, -1)));
+  if (json_output.wanted) PM_TRY_STATUS(write_text(json_output, dump_json(json, -1)));
   return 0;
 }
 

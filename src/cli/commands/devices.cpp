@@ -8,7 +8,6 @@
 #include "cli/command_line.h"
 #include "kernels/extract_surface.h"
 #include "render/render.h"
-#include "scene/json_text.h"
 
 namespace polymorph {
 namespace {
@@ -38,7 +37,7 @@ Result<int> run_devices(const JsonOutput& json_output) {
                               {"name", d.name},
                               {"memory_bytes", d.memory_bytes},
                               {"capability", d.capability}});
-    PM_TRY_STATUS(write_json(json_output, dump_json(json)));
+    PM_TRY_STATUS(write_json(json_output, json));
     return 0;
   }
   print_data("cpu     {}, {} thread{}, embree {}\n", cpu_name(), thread_count(),

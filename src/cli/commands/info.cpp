@@ -9,7 +9,6 @@
 #include "model/load/load_model.h"
 #include "model/repair/diagnose.h"
 #include "morph/timeline.h"
-#include "scene/json_text.h"
 
 namespace polymorph {
 namespace {
@@ -73,7 +72,7 @@ Result<int> image_info(const InfoOptions& options) {
         },
         attribute.value);
   }
-  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, dump_json(json)));
+  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, json));
   return 0;
 }
 
@@ -129,7 +128,7 @@ Status print_frames(const InfoOptions& options, const Scene& scene) {
     if (!options.json.wanted && scene.actors.size() > 1) print_data("{}:\n", actor.name);
     json["actors"].push_back(print_frames(options, scene, actor));
   }
-  return options.json.wanted ? write_json(options.json, dump_json(json)) : Status(Ok{});
+  return options.json.wanted ? write_json(options.json, json) : Status(Ok{});
 }
 
 /// An actor's objects, and its runs of frames in one stage of one leg.
@@ -198,7 +197,7 @@ Result<int> model_info(const InfoOptions& options) {
                                       {"area", d.area},
                                       {"labels", loaded.model.label_names},
                                       {"textures", loaded.model.textures.size()}};
-    PM_TRY_STATUS(write_json(options.json, dump_json(json)));
+    PM_TRY_STATUS(write_json(options.json, json));
     return 0;
   }
   const Vec3 size = d.box.size();

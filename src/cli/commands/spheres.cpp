@@ -92,7 +92,7 @@ struct Made {
   std::vector<std::string> problems;
 };
 
-std::string to_json(const Model& model, const SpheresOptions& options, const Made& made) {
+nlohmann::ordered_json to_json(const Model& model, const SpheresOptions& options, const Made& made) {
   using Json = nlohmann::ordered_json;
   const ApproximationQuality& f = made.figures;
   Json levels = Json::array();
@@ -101,23 +101,23 @@ std::string to_json(const Model& model, const SpheresOptions& options, const Mad
     while (levels.size() <= level) levels.push_back(0);
     levels[level] = levels[level].get<int>() + 1;
   }
-  return dump_json(Json{{"model", model.name},
-                        {"triangles", model.triangles.size()},
-                        {"method", options.method},
-                        {"fit", options.no_fit ? "none" : options.fit},
-                        {"spheres", made.approximation.tree.leaves().size()},
-                        {"levels", levels},
-                        {"balls", made.balls.size()},
-                        {"iou", f.iou},
-                        {"volume_ratio", f.volume_ratio},
-                        {"rms_to_model", f.rms_to_model},
-                        {"rms_to_surface", f.rms_to_surface},
-                        {"hausdorff_to_model", f.hausdorff_to_model},
-                        {"hausdorff_to_surface", f.hausdorff_to_surface},
-                        {"grid", options.grid},
-                        {"surface_triangles", f.triangles},
-                        {"seconds", made.seconds},
-                        {"problems", made.problems}});
+  return Json{{"model", model.name},
+              {"triangles", model.triangles.size()},
+              {"method", options.method},
+              {"fit", options.no_fit ? "none" : options.fit},
+              {"spheres", made.approximation.tree.leaves().size()},
+              {"levels", levels},
+              {"balls", made.balls.size()},
+              {"iou", f.iou},
+              {"volume_ratio", f.volume_ratio},
+              {"rms_to_model", f.rms_to_model},
+              {"rms_to_surface", f.rms_to_surface},
+              {"hausdorff_to_model", f.hausdorff_to_model},
+              {"hausdorff_to_surface", f.hausdorff_to_surface},
+              {"grid", options.grid},
+              {"surface_triangles", f.triangles},
+              {"seconds", made.seconds},
+              {"problems", made.problems}};
 }
 
 /// The whole tree, parents before children; the leaves are the approximation.

@@ -7,7 +7,6 @@
 #include "cli/command_line.h"
 #include "cli/scene_options.h"
 #include "morph/timeline.h"
-#include "scene/json_text.h"
 #include "sequence/status.h"
 
 namespace polymorph {
@@ -31,15 +30,15 @@ constexpr StateName kStates[]{{FileState::kWhole, "whole"},
                               {FileState::kStale, "stale"},
                               {FileState::kUnreadable, "unreadable"}};
 
-std::string to_json(const std::vector<int>& frames, const std::vector<FileState>& states,
-                    const std::string& hash) {
+nlohmann::ordered_json to_json(const std::vector<int>& frames, const std::vector<FileState>& states,
+                               const std::string& hash) {
   nlohmann::ordered_json json{{"ok", true}, {"scene_hash", hash}};
   for (const StateName& state : kStates) json[state.name] = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < frames.size(); ++i) {
     json[kStates[static_cast<std::size_t>(states[i])].name].push_back(frames[i]);
     if (states[i] != FileState::kWhole) json["ok"] = false;
   }
-  return dump_json(json);
+  return json;
 }
 
 Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
