@@ -96,20 +96,6 @@ struct PreparedScene {
   std::vector<std::string> warnings;
 };
 
-/// The models of all actors, loaded and arranged.
-struct LoadedScene {
-  std::vector<Model> models;  ///< actor by actor, in chain order
-  std::vector<std::string> warnings;
-};
-Result<LoadedScene> load_models(const Scene& scene, bool textures);
-
-/// What is wrong with the models, their spheres and the environment, one line each: everything that
-/// could stop prepare_scene() but the machine. `loaded` gets what could be loaded, empty models
-/// where not.
-std::vector<std::string> find_problems(const Scene& scene,
-                                       const std::filesystem::path& cache_folder,
-                                       LoadedScene& loaded);
-
 /// `cache_folder` empty: no sphere cache. With Fits::kCached what comes out is good for estimates
 /// alone. Errors: kInput (models), kResource.
 Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extractor,

@@ -8,7 +8,7 @@
 #include "image/image_io.h"
 #include "sequence/content_hash.h"
 #include "sequence/film.h"
-#include "sequence/prepare.h"
+#include "sequence/load_models.h"
 #include "sequence/render_frame.h"
 
 namespace polymorph {

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
+#include <nlohmann/json.hpp>
 
+#include "base/file.h"
 #include "kernels/field_kinds.h"
 #include "surface/near_balls.h"
 
@@ -50,6 +53,37 @@ std::string encode_balls_csv(const std::vector<Ball>& balls, FieldKind kind) {
                    b.a, b.w, visible_radius(b, kind), b.shape.xx, b.shape.yy, b.shape.zz,
                    b.shape.xy, b.shape.xz, b.shape.yz);
   return text;
+}
+
+Result<BallFile> read_balls(const std::filesystem::path& path) {
+  remember_input(path);
+  PM_TRY(const std::string text, read_file(path));
+  BallFile file;
+  try {
+    const auto json = nlohmann::json::parse(text);
+    const std::string field = json.value("field", std::string(field_name(file.kind)));
+    const auto* kind = std::find_if(std::begin(kFieldKinds), std::end(kFieldKinds),
+                                    [&](FieldKind k) { return field_name(k) == field; });
+    if (kind == std::end(kFieldKinds))
+      return make_error(ErrorCode::kInput, "{}: unknown field \"{}\"", path.string(), field);
+    file.kind = *kind;
+    for (const auto& entry : json.at("balls")) {
+      Ball ball;
+      const auto& c = entry.at("center");
+      ball.center = {c.at(0).get<float>(), c.at(1).get<float>(), c.at(2).get<float>()};
+      ball.a = entry.value("a", 1.0f);
+      ball.w = entry.at("w").get<float>();
+      if (entry.contains("shape")) {
+        const auto s = entry.at("shape").get<std::array<float, 6>>();
+        ball.shape = {s[0], s[1], s[2], s[3], s[4], s[5]};
+      }
+      file.balls.push_back(ball);
+    }
+  } catch (const nlohmann::json::exception& error) {
+    return make_error(ErrorCode::kInput, "{}: not a file of balls ({})", path.string(),
+                      error.what());
+  }
+  return file;
 }
 
 }  // namespace polymorph

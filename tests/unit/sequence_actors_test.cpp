@@ -5,6 +5,7 @@
 
 #include "sequence/analyze_sequence.h"
 #include "sequence/geometry/geometry.h"
+#include "sequence/load_models.h"
 #include "sequence/render_scene.h"
 #include "sequence/render_sequence.h"
 #include "surface/mesh_check.h"

@@ -1,3 +1,4 @@
+#include "sequence/load_models.h"
 #include "sequence/prepare.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 
+#include "base/file.h"
 #include "model/mesh/shapes.h"
 #include "morph/plan.h"
 #include "surface/balls_io.h"
@@ -99,6 +101,30 @@ TEST(MeshFiles, BallsSayTheirVisibleRadius) {
   EXPECT_NE(json.find("\"center\": [1, 2, 3], \"a\": 8, \"w\": 2, \"radius\": 0.5"),
             std::string::npos)
       << json;
+}
+
+TEST(MeshFiles, BallsAreReadAsTheyWereWritten) {
+  Ball oval{{1, -2, 3}, 1, 0.5f};
+  oval.shape = {0.25f, 2, 1, 0.125f, 0, -0.5f};
+  const auto file = std::filesystem::temp_directory_path() / "polymorph_balls_test.json";
+  const auto read = [&](const std::string& text) {
+    EXPECT_TRUE(write_file(file, text));
+    return read_balls(file);
+  };
+  const auto balls = read(encode_balls({oval}, FieldKind::kWyvill));
+  ASSERT_TRUE(balls) << balls.error().message;
+  EXPECT_EQ(balls->kind, FieldKind::kWyvill);
+  ASSERT_EQ(balls->balls.size(), 1u);
+  EXPECT_EQ(balls->balls[0].center.y, -2);
+  EXPECT_EQ(balls->balls[0].w, 0.5f);
+  EXPECT_EQ(balls->balls[0].shape.xy, 0.125f);
+  for (const char* bad :
+       {"[]", "{\"balls\": [{\"w\": 1}]}", "{\"field\": \"soup\", \"balls\": []}"}) {
+    const auto wrong = read(bad);
+    ASSERT_FALSE(wrong) << bad;
+    EXPECT_EQ(wrong.error().code, ErrorCode::kInput);
+  }
+  std::filesystem::remove(file);
 }
 
 TEST(SurfaceBounds, HoldEveryBallOfFieldsThatEnd) {

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -17,6 +16,7 @@
 #include "render/render.h"
 #include "sequence/device.h"
 #include "sequence/render_sequence.h"
+#include "surface/balls_io.h"
 #include "surface/grid.h"
 #include "surface/mesh_check.h"
 
@@ -103,38 +103,10 @@ Grid bench_grid(int n) {
   return {{-1.9f, -1.9f, -1.9f}, 3.8f / static_cast<float>(n - 1), {n, n, n}};
 }
 
-/// Balls as `polymorph mesh --balls` and encode_balls() write them; each may have a "shape" [xx,
-/// yy, zz, xy, xz, yz].
-Result<std::vector<Ball>> read_balls(const std::filesystem::path& path, std::string& field) {
-  remember_input(path);
-  PM_TRY(const std::string text, read_file(path));
-  try {
-    const auto json = nlohmann::json::parse(text);
-    field = json.value("field", field);
-    std::vector<Ball> balls;
-    for (const auto& entry : json.at("balls")) {
-      Ball ball;
-      const auto& c = entry.at("center");
-      ball.center = {c.at(0).get<float>(), c.at(1).get<float>(), c.at(2).get<float>()};
-      ball.a = entry.value("a", 1.0f);
-      ball.w = entry.at("w").get<float>();
-      if (entry.contains("shape")) {
-        const auto s = entry.at("shape").get<std::array<float, 6>>();
-        ball.shape = {s[0], s[1], s[2], s[3], s[4], s[5]};
-      }
-      balls.push_back(ball);
-    }
-    return balls;
-  } catch (const nlohmann::json::exception& error) {
-    return make_error(ErrorCode::kInput, "{}: not a file of balls ({})", path.string(),
-                      error.what());
-  }
-}
-
-Result<std::vector<Ball>> bench_balls(const BenchOptions& options, std::string& field) {
-  field = options.field;
-  if (!options.ball_file.empty()) return read_balls(options.ball_file, field);
-  return torus_balls(options.balls, field_named(field));
+Result<BallFile> bench_balls(const BenchOptions& options) {
+  if (!options.ball_file.empty()) return read_balls(options.ball_file);
+  const FieldKind kind = field_named(options.field);
+  return BallFile{kind, torus_balls(options.balls, kind)};
 }
 
 Status extract_once(SurfaceExtractor& extractor, const std::vector<Ball>& balls, const Grid& grid,
@@ -169,10 +141,10 @@ Status bench_carry(const BenchOptions& options, const std::string& name,
 
 Status bench_surface(const BenchOptions& options, const std::string& device,
                      SurfaceExtractor& extractor, Mesh& mesh, nlohmann::ordered_json& rows) {
-  std::string field;
-  PM_TRY(const std::vector<Ball> balls, bench_balls(options, field));
+  PM_TRY(const BallFile file, bench_balls(options));
+  const std::vector<Ball>& balls = file.balls;
   ExtractSettings settings;
-  settings.field = field_named(field);
+  settings.field = file.kind;
   Box box;
   for (const Ball& ball : balls) box = extend(box, ball.center);
   Grid grid = bench_grid(options.grid);
@@ -216,7 +188,7 @@ Status bench_surface(const BenchOptions& options, const std::string& device,
     rows.push_back(std::move(row));
     return Ok{};
   };
-  const std::string name = fmt::format("surface {} {}^3", field, options.grid);
+  const std::string name = fmt::format("surface {} {}^3", field_name(file.kind), options.grid);
   if (device != "cpu") {
     settings.download = false;
     PM_TRY_STATUS(measure(name + ", kept there", 4.3e12, "4.3 TB/s"));
@@ -230,10 +202,10 @@ Status bench_surface(const BenchOptions& options, const std::string& device,
 /// influence in whole cells; and what the interpolation costs in accuracy.
 Status bench_table(const BenchOptions& options, SurfaceExtractor& extractor,
                    nlohmann::ordered_json& rows) {
-  std::string field;
-  PM_TRY(const std::vector<Ball> balls, bench_balls(options, field));
+  PM_TRY(const BallFile file, bench_balls(options));
+  const std::vector<Ball>& balls = file.balls;
   ExtractSettings settings;
-  settings.field = field_named(field);
+  settings.field = file.kind;
   if (!options.json.wanted)
     print_data("surfaces a second (and volume off by, %)\n{:>6} {:>16} {:>16} {:>16} {:>16}\n",
                "skin", "influence 10", "20", "30", "40");
@@ -265,10 +237,10 @@ Status bench_table(const BenchOptions& options, SurfaceExtractor& extractor,
 
 /// The report's Graph 6.1: the same surfaces on the CPU and on the GPU, where there is one.
 Status bench_graph(const BenchOptions& options, nlohmann::ordered_json& rows) {
-  std::string field;
-  PM_TRY(const std::vector<Ball> balls, bench_balls(options, field));
+  PM_TRY(const BallFile file, bench_balls(options));
+  const std::vector<Ball>& balls = file.balls;
   ExtractSettings settings;
-  settings.field = field_named(field);
+  settings.field = file.kind;
   ExtractStatus status;
   const auto cpu = make_cpu_extractor();
   const auto cuda = make_cuda_extractor(0, status);

@@ -6,7 +6,7 @@
 #include "cli/command_line.h"
 #include "model/repair/diagnose.h"
 #include "morph/timeline.h"
-#include "sequence/prepare.h"
+#include "sequence/load_models.h"
 #include "spheres/quality.h"
 #include "spheres/spheres.h"
 

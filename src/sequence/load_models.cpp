@@ -1,0 +1,125 @@
+#include "sequence/load_models.h"
+
+#include <fmt/format.h>
+
+#include "base/activity.h"
+#include "image/image_io.h"
+#include "model/load/load_model.h"
+#include "model/mesh/normals.h"
+#include "model/mesh/shapes.h"
+#include "morph/timeline.h"
+#include "scene/load_scene.h"
+#include "sequence/check_plan.h"
+#include "spheres/spheres.h"
+
+namespace polymorph {
+namespace {
+
+Result<Model> load_object(const ObjectSettings& object, bool textures,
+                          std::vector<std::string>& warnings) {
+  if (!object.shape.empty()) return make_shape(object.shape);
+  const Activity activity("reading " + object.model.filename().string());
+  LoadObjSettings settings;
+  settings.textures = textures;
+  PM_TRY(LoadedModel loaded, load_model(object.model, settings));
+  warnings.insert(warnings.end(), loaded.warnings.begin(), loaded.warnings.end());
+  if (object.up == UpAxis::kY) return std::move(loaded.model);
+  const Vec3 turn = object.up == UpAxis::kZ ? Vec3{-90, 0, 0} : Vec3{0, 0, 90};
+  return transformed(loaded.model, make_transform({}, turn, {1, 1, 1}));
+}
+
+void paint(Model& model, Vec3 color) {
+  Material material;
+  material.name = "color";
+  material.color = color;
+  model.materials = {material};
+  model.triangle_materials.assign(model.triangles.size(), 0);
+  model.textures.clear();
+}
+
+/// Puts an object in its place. Standing: turned, brought to the wanted size, centred on the y axis
+/// with its foot on y = 0; the user's scale then works about that foot. `size` <= 0 leaves the size
+/// as it is. `stage` then puts the actor in its own.
+Model arranged(const Model& model, const ObjectSettings& object, bool stand, float size,
+               const Transform& stage) {
+  if (!stand)
+    return transformed(
+        model, compose(stage, make_transform(object.translate, object.rotate, object.scale)));
+  const Model turned = transformed(model, make_transform({}, object.rotate, {1, 1, 1}));
+  const Box box = turned.box();
+  const float diagonal = model.box().diagonal();  // before turning: a turn must not change the size
+  const float factor = size > 0 && diagonal > 0 ? size / diagonal : 1;
+  const Vec3 foot{box.center().x, box.low.y, box.center().z};
+  const Transform to_origin = make_transform(-factor * foot, {}, {factor, factor, factor});
+  const Transform by_user = make_transform(object.translate, {}, object.scale);
+  return transformed(turned, compose(stage, compose(by_user, to_origin)));
+}
+
+/// One object of the scene in its place; `size` is the first source's, or 0 for that one itself.
+Result<Model> load_arranged(const Scene& scene, const ActorSettings& actor,
+                            const ObjectSettings& object, bool textures, float& size,
+                            std::vector<std::string>& warnings) {
+  PM_TRY(Model model, load_object(object, textures, warnings));
+  if (object.color) paint(model, *object.color);
+  for (Material& material : model.materials) {
+    material.roughness = object.roughness.value_or(material.roughness);
+    material.metallic = object.metallic.value_or(material.metallic);
+    material.transmission = object.glass.value_or(material.transmission);
+  }
+  const bool is_source = size == 0;
+  if (is_source) size = model.box().diagonal();
+  const bool stand = scene.arrange == Arrange::kStand && object.arrange;
+  return arranged(model, object, stand, is_source ? 0 : size,
+                  make_transform(actor.translate, actor.rotate, actor.scale));
+}
+
+}  // namespace
+
+std::string turntable_problem(const Scene& scene) {
+  const int count = film_frame_count(scene);
+  if (scene.frames.turntable == 0 || scene.frames.still <= count) return "";
+  return fmt::format("/frames/still: is {}, but the film has {} frames", scene.frames.still, count);
+}
+
+Result<LoadedScene> load_models(const Scene& scene, bool textures) {
+  LoadedScene loaded;
+  float size = 0;
+  for (const ActorSettings& actor : scene.actors)
+    for (const ObjectSettings* object : chain_objects(actor)) {
+      PM_TRY(Model model, load_arranged(scene, actor, *object, textures, size, loaded.warnings));
+      loaded.models.push_back(std::move(model));
+    }
+  return loaded;
+}
+
+std::vector<std::string> find_problems(const Scene& scene, const std::filesystem::path& cache,
+                                       LoadedScene& loaded) {
+  std::vector<std::string> problems;
+  float size = 0;
+  const auto look_at = [&](const ActorSettings& actor, const ObjectSettings& object) {
+    auto model = load_arranged(scene, actor, object, true, size, loaded.warnings);
+    loaded.models.push_back(model ? std::move(*model) : Model{});
+    // A fit takes seconds and fails at nothing that its spheres do not fail at.
+    const Activity activity("looking at " + object.name);
+    SphereSettings unfitted = object.spheres;
+    unfitted.fit = FitKind::kNone;
+    unfitted.error = 0;
+    if (!model) {
+      problems.push_back(model.error().message);
+    } else if (const auto spheres = approximate_cached(loaded.models.back(), unfitted, cache);
+               !spheres) {
+      problems.push_back(fmt::format("{}: {}", object.name, spheres.error().message));
+    }
+  };
+  for (const ActorSettings& actor : scene.actors)
+    for (const ObjectSettings* object : chain_objects(actor)) look_at(actor, *object);
+  if (problems.empty()) problems = plan_problems(scene, loaded.models);
+  if (const std::string problem = turntable_problem(scene); !problem.empty())
+    problems.push_back(problem);
+  if (!scene.lights.environment.empty())
+    if (const auto image = read_image(scene.lights.environment); !image)
+      problems.push_back(image.error().message);
+  return problems;
+}
+
+}  // namespace polymorph

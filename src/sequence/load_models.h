@@ -1,0 +1,31 @@
+// Models of a scene: read, coloured, turned and put in their places; and what is wrong with them.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "model/model.h"
+#include "scene/scene.h"
+
+namespace polymorph {
+
+/// The models of all actors, loaded and arranged.
+struct LoadedScene {
+  std::vector<Model> models;  ///< actor by actor, in chain order
+  std::vector<std::string> warnings;
+};
+Result<LoadedScene> load_models(const Scene& scene, bool textures);
+
+/// What is wrong with the models, their spheres and the environment, one line each: everything that
+/// could stop prepare_scene() but the machine. `loaded` gets what could be loaded, empty models
+/// where not.
+std::vector<std::string> find_problems(const Scene& scene,
+                                       const std::filesystem::path& cache_folder,
+                                       LoadedScene& loaded);
+
+/// Why a turntable cannot show its scene; empty if it can.
+std::string turntable_problem(const Scene& scene);
+
+}  // namespace polymorph
