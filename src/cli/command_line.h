@@ -1,8 +1,7 @@
-// Command line parsing: the subcommands, the options that they share, and the layout of the help
-// text. Each subcommand is one file with a function add_NAME() that is declared here.
+// The command line: the subcommands, the options that they share, and the layout of the help text.
+// Each subcommand is one file with a function add_NAME() that is declared here.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <atomic>
 #include <cstdio>
 #include <filesystem>
@@ -17,6 +16,8 @@
 #include "base/result.h"
 #include "base/shell_quote.h"
 #include "base/text.h"
+#include "cli/option_table.h"
+#include "cli/options.h"
 #include "scene/load_scene.h"
 
 namespace polymorph {
@@ -40,7 +41,7 @@ struct CommonOptions {
 };
 
 struct CommandLine {
-  CLI::App app{"polymorph renders morph sequences between polyhedra.", "polymorph"};
+  std::shared_ptr<CLI::App> app;
   CommonOptions common;
   std::string text;                     ///< argv joined, for image headers
   std::string program = "polymorph";    ///< as it was called, for commands that are suggested
@@ -48,15 +49,18 @@ struct CommandLine {
 };
 
 /// A subcommand with its one-line purpose, examples and exit codes (shown by its help).
-CLI::App* add_command(CommandLine& line, const std::string& name, const std::string& purpose,
-                      const std::string& examples, const std::string& exit_codes);
+Command add_command(CommandLine& line, const std::string& name, const std::string& purpose,
+                    const std::string& examples, const std::string& exit_codes);
+
+/// What the command does when it is chosen; the int is the exit code.
+void set_action(CommandLine& line, Command command, std::function<Result<int>()> action);
 
 /// --overwrite, which every command has: those that do not add it themselves get it among what all
 /// commands share.
-CLI::Option* add_overwrite(CLI::App* command, CommonOptions& common);
+Option add_overwrite(Command command, CommonOptions& common);
 
 /// --set path=value, repeated.
-void add_overrides(CLI::App* command, std::vector<std::string>& texts);
+void add_overrides(Command command, std::vector<std::string>& texts);
 Result<std::vector<Override>> parse_overrides(const std::vector<std::string>& texts);
 
 /// --json [FILE]: machine output to standard output or a file.
@@ -64,8 +68,8 @@ struct JsonOutput {
   bool wanted = false;
   std::string file;
 };
-void add_json(CLI::App* command, JsonOutput& json);
-/// A report, which is an object: the program's version stands first in it.
+void add_json(Command command, JsonOutput& json);
+/// A report; where it is an object, the program's version stands first in it.
 Status write_json(const JsonOutput& json, const nlohmann::ordered_json& report);
 /// What is no report: scenes, schemas, tables.
 Status write_text(const JsonOutput& json, const std::string& text);
@@ -92,8 +96,10 @@ ErrorCode stop_code();
 /// What to do first, for who calls the program without arguments.
 std::string first_steps(const CommandLine& line);
 
-/// Help as text, at most 80 columns: `full` shows every option, else those of the first groups.
-std::string help_text(const CLI::App& app, bool full);
+/// Help as text, at most 80 columns, of one command, or of the program, which has `commands`:
+/// `full` shows every option, else those of the first groups.
+std::string help_text(const CommandTable& table, const std::vector<CommandTable>& commands,
+                      bool full);
 
 void add_demo(CommandLine& line);
 void add_init(CommandLine& line);

@@ -1,5 +1,6 @@
 #include "cli/config.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <sstream>
 
@@ -54,7 +55,8 @@ Result<std::vector<CLI::App*>> commands_of(const std::string& file, const CLI::C
 
 }  // namespace
 
-Status apply_config(const std::string& file, CLI::App& app, CLI::App& command) {
+Status apply_config(const std::string& file, CLI::App& program) {
+  CLI::App& command = *program.get_subcommands().front();
   auto text = read_file(file, 1u << 20);
   if (!text) return Error{ErrorCode::kUsage, "--config " + text.error().message};
   std::istringstream stream(*text);
@@ -67,7 +69,7 @@ Status apply_config(const std::string& file, CLI::App& app, CLI::App& command) {
   for (CLI::ConfigItem& item : items) {
     if (item.name == "++" || item.name == "--") continue;  // where a section begins and ends
     std::replace(item.name.begin(), item.name.end(), '_', '-');
-    PM_TRY(const std::vector<CLI::App*> commands, commands_of(file, item, app));
+    PM_TRY(const std::vector<CLI::App*> commands, commands_of(file, item, program));
     std::vector<std::string> known;
     bool found = false;
     for (CLI::App* one : commands) {

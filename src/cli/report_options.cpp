@@ -5,18 +5,18 @@
 
 namespace polymorph {
 
-void add_report(CLI::App* command, ReportOptions& options) {
+void add_report(Command command, ReportOptions& options) {
   command
-      ->add_option("--report", options.folder,
-                   "index.html, junit.xml, report.json, and a picture of each failure")
-      ->type_name("DIR")
-      ->group("Output");
-  command->add_option("--html", options.html, "the page alone: one file, opens from disk")
-      ->type_name("FILE")
-      ->group("Output");
-  command->add_option("--junit", options.junit, "JUnit XML, a test case per frame")
-      ->type_name("FILE")
-      ->group("Output");
+      .add_option("--report", options.folder,
+                  "index.html, junit.xml, report.json, and a picture of each failure")
+      .type_name("DIR")
+      .group("Output");
+  command.add_option("--html", options.html, "the page alone: one file, opens from disk")
+      .type_name("FILE")
+      .group("Output");
+  command.add_option("--junit", options.junit, "JUnit XML, a test case per frame")
+      .type_name("FILE")
+      .group("Output");
 }
 
 Status begin_report(const ReportOptions& options, bool overwrite) {

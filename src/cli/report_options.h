@@ -12,7 +12,7 @@ struct ReportOptions {
   std::string folder, html, junit;
   bool pictures() const { return !folder.empty() || !html.empty(); }
 };
-void add_report(CLI::App* command, ReportOptions& options);
+void add_report(Command command, ReportOptions& options);
 
 /// Before any work: fails if the folder could not be written to after it or has other files of
 /// these names, and removes its earlier report, which else would stand for a run that ends without

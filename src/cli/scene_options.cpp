@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "cli/numbers.h"
 #include "morph/timeline.h"
 
 namespace polymorph {
@@ -20,39 +19,39 @@ void make_preview(Scene& scene) {
 
 }  // namespace
 
-void add_scene_options(CLI::App* command, SceneOptions& options) {
-  command->add_flag("--preview", options.preview, "half size, coarse surface, direct light only")
-      ->group("Main");
-  command->add_option("--spp", options.samples, "samples per pixel")
-      ->transform(number_from(1, 65536))
-      ->type_name("N")
-      ->group("Scene");
-  command->add_option("--noise", options.noise, "sample until this clean: 0.01; --spp is the most")
-      ->transform(number_from(0.0, 1.0))
-      ->type_name("E")
-      ->group("Scene");
+void add_scene_options(Command command, SceneOptions& options) {
+  command.add_flag("--preview", options.preview, "half size, coarse surface, direct light only")
+      .group("Main");
+  command.add_option("--spp", options.samples, "samples per pixel")
+      .range(1, 65536)
+      .type_name("N")
+      .group("Scene");
+  command.add_option("--noise", options.noise, "sample until this clean: 0.01; --spp is the most")
+      .range(0.0, 1.0)
+      .type_name("E")
+      .group("Scene");
   command
-      ->add_flag("--denoise", options.denoise,
-                 "clean the colours with Open Image Denoise, where it is installed")
-      ->group("Scene");
+      .add_flag("--denoise", options.denoise,
+                "clean the colours with Open Image Denoise, where it is installed")
+      .group("Scene");
   command
-      ->add_option("--aovs", options.aovs,
-                   "layers of the EXR: Z, N, P, albedo, uv, motion, morph, label, id, "
-                   "crypto_object, crypto_material, crypto_label, all or none; commas between")
-      ->type_name("LIST")
-      ->group("Scene");
-  command->add_option("--seed", options.seed, "of the sampling noise")
-      ->transform(number_from(0LL, 9007199254740991LL))
-      ->type_name("N")
-      ->group("Scene");
+      .add_option("--aovs", options.aovs,
+                  "layers of the EXR: Z, N, P, albedo, uv, motion, morph, label, id, "
+                  "crypto_object, crypto_material, crypto_label, all or none; commas between")
+      .type_name("LIST")
+      .group("Scene");
+  command.add_option("--seed", options.seed, "of the sampling noise")
+      .range(0LL, 9007199254740991LL)
+      .type_name("N")
+      .group("Scene");
   add_overrides(command, options.sets);
   command
-      ->add_option("--isa", options.isa,
-                   "Embree's instruction set: sse2, sse4.2, avx, avx2 or avx512; default: the "
-                   "best. All give the same pixels")
-      ->envname("POLYMORPH_ISA")
-      ->type_name("NAME")
-      ->group("Farm");
+      .add_option("--isa", options.isa,
+                  "Embree's instruction set: sse2, sse4.2, avx, avx2 or avx512; default: the "
+                  "best. All give the same pixels")
+      .environment("POLYMORPH_ISA")
+      .type_name("NAME")
+      .group("Farm");
 }
 
 Result<std::vector<Override>> overrides_of(const SceneOptions& options) {

@@ -21,7 +21,7 @@ struct SceneOptions {
 
 /// --preview in group Main; --spp, --noise, --denoise, --aovs, --seed and --set in Scene; --isa in
 /// Farm.
-void add_scene_options(CLI::App* command, SceneOptions& options);
+void add_scene_options(Command command, SceneOptions& options);
 
 /// --set and those options that are settings of the scene file. Errors: kUsage.
 Result<std::vector<Override>> overrides_of(const SceneOptions& options);

@@ -2,7 +2,6 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
-#include "cli/numbers.h"
 #include "sequence/analyze_sequence.h"
 #include "sequence/device.h"
 #include "sequence/render_sequence.h"
@@ -80,7 +79,7 @@ Result<int> run_analyze(const CommandLine& line, const AnalyzeOptions& options) 
 
 void add_analyze(CommandLine& line) {
   auto options = std::make_shared<AnalyzeOptions>();
-  CLI::App* command = add_command(
+  Command command = add_command(
       line, "analyze", "Measure how good a morph is: a scene's, or any program's meshes.",
       "  polymorph analyze scene.json --html report.html\n"
       "  polymorph analyze scene.json --fail-on \"dip>=0.98\" --fail-on \"curvature<=1.05\"\n"
@@ -88,36 +87,35 @@ void add_analyze(CommandLine& line) {
       "  0 measured, every limit holds   1 a limit does not hold   2 usage\n"
       "  3 bad scene, model or meshes   4 cannot write   5 device or memory\n"
       "  130, 143 stopped by a signal");
-  command->add_option("input", options->input, "a scene .json, or meshes as seq.####.obj")
-      ->required()
-      ->type_name("SCENE|MESHES")
-      ->group("Main");
-  command->add_option("--html", options->html, "a page with numbers and curves")
-      ->type_name("FILE")
-      ->group("Main");
-  command->add_option("--csv", options->csv, "a line per frame")->type_name("FILE")->group("Main");
+  command.add_option("input", options->input, "a scene .json, or meshes as seq.####.obj")
+      .required()
+      .type_name("SCENE|MESHES")
+      .group("Main");
+  command.add_option("--html", options->html, "a page with numbers and curves")
+      .type_name("FILE")
+      .group("Main");
+  command.add_option("--csv", options->csv, "a line per frame").type_name("FILE").group("Main");
   command
-      ->add_option("--fail-on", options->limits,
-                   "a limit that must hold in every morph, as \"pop<=2\"; else exit code 1")
-      ->type_name("LIMIT")
-      ->allow_extra_args(false)
-      ->group("Main");
+      .add_option("--fail-on", options->limits,
+                  "a limit that must hold in every morph, as \"pop<=2\"; else exit code 1")
+      .type_name("LIMIT")
+      .one_value_each()
+      .group("Main");
   command
-      ->add_option("-c,--count", options->frames,
-                   "frames of each morph of a scene, ends included; default: as it has")
-      ->transform(number_from(0, 10000))
-      ->type_name("N")
-      ->group("Main");
-  command->add_option("--source", options->source, "meshes: the object they start from (OBJ)")
-      ->type_name("FILE")
-      ->group("Main");
-  command->add_option("--target", options->target, "meshes: the object they arrive at (OBJ)")
-      ->type_name("FILE")
-      ->group("Main");
+      .add_option("-c,--count", options->frames,
+                  "frames of each morph of a scene, ends included; default: as it has")
+      .range(0, 10000)
+      .type_name("N")
+      .group("Main");
+  command.add_option("--source", options->source, "meshes: the object they start from (OBJ)")
+      .type_name("FILE")
+      .group("Main");
+  command.add_option("--target", options->target, "meshes: the object they arrive at (OBJ)")
+      .type_name("FILE")
+      .group("Main");
   add_overrides(command, options->sets);
   add_json(command, options->json);
-  command->callback(
-      [&line, options] { line.action = [&line, options] { return run_analyze(line, *options); }; });
+  set_action(line, command, [&line, options] { return run_analyze(line, *options); });
 }
 
 }  // namespace polymorph

@@ -10,7 +10,6 @@
 #include "base/random.h"
 #include "base/stopwatch.h"
 #include "cli/command_line.h"
-#include "cli/numbers.h"
 #include "kernels/field_kinds.h"
 #include "render/ray_bench.h"
 #include "render/render.h"
@@ -356,48 +355,47 @@ Result<int> run_bench(const CommandLine& line, const BenchOptions& options) {
 
 void add_bench(CommandLine& line) {
   auto options = std::make_shared<BenchOptions>();
-  CLI::App* command = add_command(line, "bench", "Measure this machine on a standard case.",
-                                  "  polymorph bench\n  polymorph bench surface --grid 256 "
-                                  "--device cuda\n  polymorph bench render --spp 64 --json",
-                                  "  0 measured   2 usage   5 device or memory");
+  Command command = add_command(line, "bench", "Measure this machine on a standard case.",
+                                "  polymorph bench\n  polymorph bench surface --grid 256 "
+                                "--device cuda\n  polymorph bench render --spp 64 --json",
+                                "  0 measured   2 usage   5 device or memory");
   command
-      ->add_option(
+      .add_option(
           "what", options->what,
           "surface, report (its Table 6.7 and Graph 6.1), render (which needs a surface first) or "
           "all")
-      ->check(CLI::IsMember({"surface", "report", "render", "all"}))
-      ->type_name("WHAT")
-      ->group("Main");
-  command->add_option("--torus", options->balls, "balls on the torus (1032)")
-      ->transform(number_from(1, 1000000))
-      ->type_name("N")
-      ->group("Main");
-  command->add_option("--balls", options->ball_file, "balls from a JSON file instead of the torus")
-      ->type_name("FILE")
-      ->group("Main");
-  command->add_option("--grid", options->grid, "grid points along an axis (128)")
-      ->transform(number_from(8, 2048))
-      ->type_name("N")
-      ->group("Main");
-  command->add_option("--field", options->field, "gaussian, wyvill or inverse_square")
-      ->check(CLI::IsMember([] {
+      .choices({"surface", "report", "render", "all"})
+      .type_name("WHAT")
+      .group("Main");
+  command.add_option("--torus", options->balls, "balls on the torus (1032)")
+      .range(1, 1000000)
+      .type_name("N")
+      .group("Main");
+  command.add_option("--balls", options->ball_file, "balls from a JSON file instead of the torus")
+      .type_name("FILE")
+      .group("Main");
+  command.add_option("--grid", options->grid, "grid points along an axis (128)")
+      .range(8, 2048)
+      .type_name("N")
+      .group("Main");
+  command.add_option("--field", options->field, "gaussian, wyvill or inverse_square")
+      .choices([] {
         std::vector<std::string> names;
         for (const FieldKind kind : kFieldKinds) names.emplace_back(field_name(kind));
         return names;
-      }()))
-      ->type_name("FIELD")
-      ->group("Main");
-  command->add_option("--spp", options->samples, "samples per pixel (16)")
-      ->transform(number_from(1, 65536))
-      ->type_name("N")
-      ->group("Main");
-  command->add_option("--repeats", options->repeats, "runs after the first (7)")
-      ->transform(number_from(1, 1000))
-      ->type_name("N")
-      ->group("Main");
+      }())
+      .type_name("FIELD")
+      .group("Main");
+  command.add_option("--spp", options->samples, "samples per pixel (16)")
+      .range(1, 65536)
+      .type_name("N")
+      .group("Main");
+  command.add_option("--repeats", options->repeats, "runs after the first (7)")
+      .range(1, 1000)
+      .type_name("N")
+      .group("Main");
   add_json(command, options->json);
-  command->callback(
-      [&line, options] { line.action = [&line, options] { return run_bench(line, *options); }; });
+  set_action(line, command, [&line, options] { return run_bench(line, *options); });
 }
 
 }  // namespace polymorph

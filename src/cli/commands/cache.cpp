@@ -6,8 +6,8 @@
 
 #include "base/log.h"
 #include "base/text.h"
+#include "cli/amounts.h"
 #include "cli/command_line.h"
-#include "cli/numbers.h"
 
 namespace polymorph {
 namespace {
@@ -132,25 +132,24 @@ Result<int> run_cache(const CommandLine& line, const CacheOptions& options) {
 
 void add_cache(CommandLine& line) {
   auto options = std::make_shared<CacheOptions>();
-  CLI::App* command =
+  Command command =
       add_command(line, "cache", "List, check or clean the cache of spheres, distances and paces.",
                   "  polymorph cache ls\n  polymorph cache verify\n"
                   "  polymorph cache gc --max-size 1G --max-age 30d\n  polymorph cache clear",
                   "  0 done   1 verify found a bad file   2 usage   4 a file cannot be removed");
-  command->add_option("verb", options->verb, "ls, verify, gc (remove the oldest) or clear")
-      ->required()
-      ->check(CLI::IsMember({"ls", "verify", "gc", "clear"}))
-      ->type_name("VERB")
-      ->group("Main");
-  command->add_option("--max-size", options->max_size, "gc: keep at most this much, e.g. 1G")
-      ->type_name("SIZE")
-      ->group("Main");
-  command->add_option("--max-age", options->max_age, "gc: keep nothing older, e.g. 30d")
-      ->type_name("AGE")
-      ->group("Main");
+  command.add_option("verb", options->verb, "ls, verify, gc (remove the oldest) or clear")
+      .required()
+      .choices({"ls", "verify", "gc", "clear"})
+      .type_name("VERB")
+      .group("Main");
+  command.add_option("--max-size", options->max_size, "gc: keep at most this much, e.g. 1G")
+      .type_name("SIZE")
+      .group("Main");
+  command.add_option("--max-age", options->max_age, "gc: keep nothing older, e.g. 30d")
+      .type_name("AGE")
+      .group("Main");
   add_json(command, options->json);
-  command->callback(
-      [&line, options] { line.action = [&line, options] { return run_cache(line, *options); }; });
+  set_action(line, command, [&line, options] { return run_cache(line, *options); });
 }
 
 }  // namespace polymorph

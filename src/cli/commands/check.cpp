@@ -145,23 +145,22 @@ Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
 
 void add_check(CommandLine& line) {
   auto options = std::make_shared<CheckOptions>();
-  CLI::App* command =
+  Command command =
       add_command(line, "check", "Say everything that is wrong with a scene; render nothing.",
                   "  polymorph check scene.json\n  polymorph check scene.json --strict --json",
                   "  0 good   1 errors were found (with --strict: or warnings)   2 usage");
-  command->add_option("scene", options->scene, "the scene file")
-      ->required()
-      ->type_name("SCENE")
-      ->group("Main");
-  command->add_flag("--strict", options->strict, "warnings count as errors")->group("Main");
+  command.add_option("scene", options->scene, "the scene file")
+      .required()
+      .type_name("SCENE")
+      .group("Main");
+  command.add_flag("--strict", options->strict, "warnings count as errors").group("Main");
   command
-      ->add_flag("--fit", options->fit,
-                 "fit the balls, too, and say where they stand badly for their models")
-      ->group("Main");
+      .add_flag("--fit", options->fit,
+                "fit the balls, too, and say where they stand badly for their models")
+      .group("Main");
   add_overrides(command, options->sets);
   add_json(command, options->json);
-  command->callback(
-      [&line, options] { line.action = [&line, options] { return run_check(line, *options); }; });
+  set_action(line, command, [&line, options] { return run_check(line, *options); });
 }
 
 }  // namespace polymorph

@@ -3,7 +3,6 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
-#include "cli/numbers.h"
 #include "cli/report_options.h"
 #include "compare/explain.h"
 #include "compare/flicker.h"
@@ -136,14 +135,11 @@ Result<int> run_compare(const CompareOptions& options, bool overwrite) {
   return report.failed() == 0 ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
 }
 
-void add_limits(CLI::App* command, Tolerance& t) {
+void add_limits(Command command, Tolerance& t) {
   constexpr double kMax = 1e30;  // as large as a limit that is off
   const auto add = [&](const char* name, float& value, double most, const char* type,
                        const std::string& what) {
-    command->add_option(name, value, what)
-        ->transform(number_from(0.0, most))
-        ->type_name(type)
-        ->group("Main");
+    command.add_option(name, value, what).range(0.0, most).type_name(type).group("Main");
   };
   add("--fail", t.fail, kMax, "X",
       fmt::format("a pixel fails beyond this difference ({})", t.fail));
@@ -165,31 +161,30 @@ void add_limits(CLI::App* command, Tolerance& t) {
 
 void add_compare(CommandLine& line) {
   auto options = std::make_shared<CompareOptions>();
-  CLI::App* command =
+  Command command =
       add_command(line, "compare", "Compare two images or two sequences; NaN always fails.",
                   "  polymorph compare new.exr golden.exr\n"
                   "  polymorph compare 'a/f.####.exr' 'b/f.####.exr' --fail 0.01 --html page.html",
                   "  0 within the limits   1 different   2 usage   3 unreadable image\n"
                   "  4 cannot write");
-  command->add_option("actual", options->actual, "image, or sequence with ####")
-      ->required()
-      ->type_name("ACTUAL")
-      ->group("Main");
-  command->add_option("reference", options->reference, "what it should be")
-      ->required()
-      ->type_name("REFERENCE")
-      ->group("Main");
+  command.add_option("actual", options->actual, "image, or sequence with ####")
+      .required()
+      .type_name("ACTUAL")
+      .group("Main");
+  command.add_option("reference", options->reference, "what it should be")
+      .required()
+      .type_name("REFERENCE")
+      .group("Main");
   add_limits(command, options->tolerance);
   command
-      ->add_option("--diff", options->difference,
-                   "write reference | actual | difference of what fails")
-      ->type_name("FILE")
-      ->group("Output");
+      .add_option("--diff", options->difference,
+                  "write reference | actual | difference of what fails")
+      .type_name("FILE")
+      .group("Output");
   add_report(command, options->report);
   add_json(command, options->json);
-  command->callback([&line, options] {
-    line.action = [&line, options] { return run_compare(*options, line.common.overwrite); };
-  });
+  set_action(line, command,
+             [&line, options] { return run_compare(*options, line.common.overwrite); });
 }
 
 }  // namespace polymorph

@@ -1,7 +1,6 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/command_line.h"
-#include "cli/numbers.h"
 #include "kernels/mc_tables.h"
 #include "scene/json_text.h"
 
@@ -64,18 +63,16 @@ void add_cubes(CommandLine& line) {
     JsonOutput json;
   };
   auto options = std::make_shared<Options>();
-  CLI::App* command = add_command(line, "cubes", "Print the table of marching cubes.",
-                                  "  polymorph cubes 240\n  polymorph cubes --json", "  0 printed");
+  Command command = add_command(line, "cubes", "Print the table of marching cubes.",
+                                "  polymorph cubes 240\n  polymorph cubes --json", "  0 printed");
   command
-      ->add_option("key", options->key,
-                   "only this one of the 256: the sum of its inside corners' weights")
-      ->transform(number_from(0, 255))
-      ->type_name("KEY")
-      ->group("Main");
+      .add_option("key", options->key,
+                  "only this one of the 256: the sum of its inside corners' weights")
+      .range(0, 255)
+      .type_name("KEY")
+      .group("Main");
   add_json(command, options->json);
-  command->callback([&line, options] {
-    line.action = [options] { return run_cubes(options->key, options->json); };
-  });
+  set_action(line, command, [options] { return run_cubes(options->key, options->json); });
 }
 
 }  // namespace polymorph

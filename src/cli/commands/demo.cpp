@@ -93,31 +93,30 @@ Result<int> run_demo(const CommandLine& line, const DemoOptions& options) {
 
 void add_demo(CommandLine& line) {
   auto options = std::make_shared<DemoOptions>();
-  CLI::App* command =
+  Command command =
       add_command(line, "demo", "Morph any two of the models that come with polymorph, in seconds.",
                   "  polymorph demo\n  polymorph demo monkey spider\n"
                   "  polymorph demo teapot penguin --through puddle\n  polymorph demo --list",
                   "  0 made   2 usage, unknown name   3 bad OBJ file   4 cannot write, exists\n"
                   "  5 device or memory, no models   130, 143 stopped by a signal");
-  command->add_option("from", options->from, "a model by name, a shape or an OBJ file (teapot)")
-      ->type_name("FROM")
-      ->group("Main");
-  command->add_option("to", options->to, "likewise (penguin)")->type_name("TO")->group("Main");
+  command.add_option("from", options->from, "a model by name, a shape or an OBJ file (teapot)")
+      .type_name("FROM")
+      .group("Main");
+  command.add_option("to", options->to, "likewise (penguin)").type_name("TO").group("Main");
   command
-      ->add_option("--through", options->through,
-                   "an effect by name, or one more object to become on the way")
-      ->type_name("EFFECT")
-      ->group("Main");
+      .add_option("--through", options->through,
+                  "an effect by name, or one more object to become on the way")
+      .type_name("EFFECT")
+      .group("Main");
   command
-      ->add_option("-o,--output", options->output,
-                   "folder for scene.json, strip.png and morph.gif, or a file: X.png makes "
-                   "X.json and X.gif, too; default: FROM-TO")
-      ->type_name("DIR|FILE")
-      ->group("Main");
-  command->add_flag("-l,--list", options->list, "list models and effects")->group("Main");
-  add_overwrite(command, line.common)->group("Main");
-  command->callback(
-      [&line, options] { line.action = [&line, options] { return run_demo(line, *options); }; });
+      .add_option("-o,--output", options->output,
+                  "folder for scene.json, strip.png and morph.gif, or a file: X.png makes "
+                  "X.json and X.gif, too; default: FROM-TO")
+      .type_name("DIR|FILE")
+      .group("Main");
+  command.add_flag("-l,--list", options->list, "list models and effects").group("Main");
+  add_overwrite(command, line.common).group("Main");
+  set_action(line, command, [&line, options] { return run_demo(line, *options); });
 }
 
 }  // namespace polymorph

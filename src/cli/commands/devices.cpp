@@ -56,20 +56,18 @@ Result<int> run_devices(const JsonOutput& json_output) {
 
 void add_devices(CommandLine& line) {
   auto json = std::make_shared<JsonOutput>();
-  CLI::App* command = add_command(line, "devices", "List what can compute here.",
-                                  "  polymorph devices", "  0 listed");
+  Command command = add_command(line, "devices", "List what can compute here.",
+                                "  polymorph devices", "  0 listed");
   add_json(command, *json);
-  command->callback([&line, json] { line.action = [json] { return run_devices(*json); }; });
+  set_action(line, command, [json] { return run_devices(*json); });
 }
 
 void add_schema(CommandLine& line) {
-  CLI::App* command = add_command(line, "schema", "Print the JSON Schema of scene files.",
-                                  "  polymorph schema > scene.schema.json", "  0 printed");
-  command->callback([&line] {
-    line.action = []() -> Result<int> {
-      PM_TRY_STATUS(write_text({}, scene_schema()));
-      return 0;
-    };
+  Command command = add_command(line, "schema", "Print the JSON Schema of scene files.",
+                                "  polymorph schema > scene.schema.json", "  0 printed");
+  set_action(line, command, []() -> Result<int> {
+    PM_TRY_STATUS(write_text({}, scene_schema()));
+    return 0;
   });
 }
 

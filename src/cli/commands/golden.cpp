@@ -2,7 +2,6 @@
 #include "base/log.h"
 #include "base/program_identity.h"
 #include "cli/command_line.h"
-#include "cli/numbers.h"
 #include "cli/report_options.h"
 #include "compare/history.h"
 #include "compare/report_merge.h"
@@ -265,7 +264,7 @@ Result<int> run_golden(const CommandLine& line, GoldenOptions& options) {
 
 void add_golden(CommandLine& line) {
   auto options = std::make_shared<GoldenOptions>();
-  CLI::App* command =
+  Command command =
       add_command(line, "golden", "Test golden frames, update them or accept new ones.",
                   "  polymorph golden test\n"
                   "  polymorph golden test teapot-penguin --report golden-report\n"
@@ -276,68 +275,67 @@ void add_golden(CommandLine& line) {
                   "  3 bad suite or scene; the others are tested   4 cannot write\n"
                   "  5 device or memory");
   command
-      ->add_option("verb", options->verb,
-                   "test; update: render goldens anew; accept REPORT: take a failed run's frames; "
-                   "merge REPORT...: one report of several; list; hash: SHA-256 of each frame's "
-                   "pixels, of suites or SCENE.json")
-      ->required()
-      ->check(CLI::IsMember({"test", "update", "accept", "merge", "list", "hash"}))
-      ->type_name("VERB")
-      ->group("Main");
+      .add_option("verb", options->verb,
+                  "test; update: render goldens anew; accept REPORT: take a failed run's frames; "
+                  "merge REPORT...: one report of several; list; hash: SHA-256 of each frame's "
+                  "pixels, of suites or SCENE.json")
+      .required()
+      .choices({"test", "update", "accept", "merge", "list", "hash"})
+      .type_name("VERB")
+      .group("Main");
   command
-      ->add_option("suite", options->suites,
-                   "suites; default: all. accept: the report, then suites; hash: scenes, too")
-      ->type_name("SUITE")
-      ->group("Main");
-  command->add_option("--root", options->root, "folder of the suites; default: golden_frames")
-      ->type_name("DIR")
-      ->group("Main");
+      .add_option("suite", options->suites,
+                  "suites; default: all. accept: the report, then suites; hash: scenes, too")
+      .type_name("SUITE")
+      .group("Main");
+  command.add_option("--root", options->root, "folder of the suites; default: golden_frames")
+      .type_name("DIR")
+      .group("Main");
   command
-      ->add_option("--failures", options->failures,
-                   "where failing frames are kept; default: frames in the report, else "
-                   "golden-failures")
-      ->type_name("DIR")
-      ->group("Main");
-  command->add_option("--reason", options->reason, "why goldens change; goes to CHANGES.md")
-      ->type_name("TEXT")
-      ->group("Main");
+      .add_option("--failures", options->failures,
+                  "where failing frames are kept; default: frames in the report, else "
+                  "golden-failures")
+      .type_name("DIR")
+      .group("Main");
+  command.add_option("--reason", options->reason, "why goldens change; goes to CHANGES.md")
+      .type_name("TEXT")
+      .group("Main");
   command
-      ->add_option("--only", options->only,
-                   "accept: these frames, as in 4,9-15; default: all that failed")
-      ->type_name("FRAMES")
-      ->group("Main");
-  command->add_flag("--history", options->history, "test: add this run to each suite's history.csv")
-      ->group("Main");
-  command->add_option("-o,--output", options->output, "merge: the folder of the new report")
-      ->type_name("DIR")
-      ->group("Output");
+      .add_option("--only", options->only,
+                  "accept: these frames, as in 4,9-15; default: all that failed")
+      .type_name("FRAMES")
+      .group("Main");
+  command.add_flag("--history", options->history, "test: add this run to each suite's history.csv")
+      .group("Main");
+  command.add_option("-o,--output", options->output, "merge: the folder of the new report")
+      .type_name("DIR")
+      .group("Output");
   command
-      ->add_flag("--any-program", options->any_program,
-                 "accept: also what another build of polymorph rendered")
-      ->group("Main");
+      .add_flag("--any-program", options->any_program,
+                "accept: also what another build of polymorph rendered")
+      .group("Main");
   command
-      ->add_option("--isa", options->isa,
-                   "Embree's instructions: sse2, sse4.2, avx, avx2 or avx512; default: the best. "
-                   "All give the same pixels")
-      ->check(CLI::IsMember({"sse2", "sse4.2", "avx", "avx2", "avx512"}))
-      ->envname("POLYMORPH_ISA")
-      ->type_name("ISA")
-      ->group("Main");
+      .add_option("--isa", options->isa,
+                  "Embree's instructions: sse2, sse4.2, avx, avx2 or avx512; default: the best. "
+                  "All give the same pixels")
+      .choices({"sse2", "sse4.2", "avx", "avx2", "avx512"})
+      .environment("POLYMORPH_ISA")
+      .type_name("ISA")
+      .group("Main");
   command
-      ->add_option("--tier", options->tier,
-                   "test: A the build agrees with itself to the bit; B frames against goldens "
-                   "(default); C noise against goldens, for nights")
-      ->transform(CLI::IsMember({"A", "B", "C"}, CLI::ignore_case))
-      ->type_name("TIER")
-      ->group("Main");
-  command->add_option("--runs", options->runs, "renderings a frame for tier C (16)")
-      ->transform(number_from(4, 1000))
-      ->type_name("N")
-      ->group("Main");
+      .add_option("--tier", options->tier,
+                  "test: A the build agrees with itself to the bit; B frames against goldens "
+                  "(default); C noise against goldens, for nights")
+      .choices_in_any_case({"A", "B", "C"})
+      .type_name("TIER")
+      .group("Main");
+  command.add_option("--runs", options->runs, "renderings a frame for tier C (16)")
+      .range(4, 1000)
+      .type_name("N")
+      .group("Main");
   add_report(command, options->report);
   add_json(command, options->json);
-  command->callback(
-      [&line, options] { line.action = [&line, options] { return run_golden(line, *options); }; });
+  set_action(line, command, [&line, options] { return run_golden(line, *options); });
 }
 
 }  // namespace polymorph

@@ -236,22 +236,22 @@ Result<int> run_info(const InfoOptions& options) {
 
 void add_info(CommandLine& line) {
   auto options = std::make_shared<InfoOptions>();
-  CLI::App* command =
+  Command command =
       add_command(line, "info", "Describe a scene, a model or an image.",
                   "  polymorph info scene.json\n  polymorph info scene.json "
                   "--json\n  polymorph info scene.json --timeline\n  polymorph info frame.0012.exr",
                   "  0 described   2 usage   3 unreadable");
-  command->add_option("input", options->input, "a scene (.json), a model or an image")
-      ->required()
-      ->type_name("FILE")
-      ->group("Main");
+  command.add_option("input", options->input, "a scene (.json), a model or an image")
+      .required()
+      .type_name("FILE")
+      .group("Main");
   command
-      ->add_flag("--timeline", options->timeline,
-                 "of a scene: what each frame shows, a line per frame; --json: with all stages")
-      ->group("Main");
+      .add_flag("--timeline", options->timeline,
+                "of a scene: what each frame shows, a line per frame; --json: with all stages")
+      .group("Main");
   add_overrides(command, options->sets);
   add_json(command, options->json);
-  command->callback([&line, options] { line.action = [options] { return run_info(*options); }; });
+  set_action(line, command, [options] { return run_info(*options); });
 }
 
 }  // namespace polymorph

@@ -101,24 +101,23 @@ Result<int> run_init(const CommandLine& line, const InitOptions& options) {
 
 void add_init(CommandLine& line) {
   auto options = std::make_shared<InitOptions>();
-  CLI::App* command =
+  Command command =
       add_command(line, "init", "Write a commented scene for models of your own.",
                   "  polymorph init first.obj second.obj\n"
                   "  polymorph init a.obj b.obj c.obj -o scenes/abc.json",
                   "  0 written   2 usage   3 a model is missing   4 cannot write, exists");
   command
-      ->add_option("models", options->models,
-                   "OBJ files: the source, any objects on the way, the target")
-      ->required()
-      ->expected(2, 100)
-      ->type_name("MODEL MODEL...")
-      ->group("Main");
-  command->add_option("-o,--output", options->output, "the scene file (scene.json)")
-      ->type_name("FILE")
-      ->group("Main");
-  add_overwrite(command, line.common)->group("Main");
-  command->callback(
-      [&line, options] { line.action = [&line, options] { return run_init(line, *options); }; });
+      .add_option("models", options->models,
+                  "OBJ files: the source, any objects on the way, the target")
+      .required()
+      .count(2, 100)
+      .type_name("MODEL MODEL...")
+      .group("Main");
+  command.add_option("-o,--output", options->output, "the scene file (scene.json)")
+      .type_name("FILE")
+      .group("Main");
+  add_overwrite(command, line.common).group("Main");
+  set_action(line, command, [&line, options] { return run_init(line, *options); });
 }
 
 }  // namespace polymorph

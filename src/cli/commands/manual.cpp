@@ -10,7 +10,7 @@ struct ManualOptions {
 };
 
 Result<int> run_completion(const CommandLine& line, const ManualOptions& options) {
-  const std::vector<CommandTable> commands = command_tables(line.app);
+  const std::vector<CommandTable> commands = command_tables(*line.app);
   print_bytes(options.shell == "bash"  ? bash_completion(commands)
               : options.shell == "zsh" ? zsh_completion(commands)
                                        : fish_completion(commands));
@@ -18,7 +18,7 @@ Result<int> run_completion(const CommandLine& line, const ManualOptions& options
 }
 
 Result<int> run_manual(const CommandLine& line, const ManualOptions& options) {
-  const std::vector<CommandTable> commands = command_tables(line.app);
+  const std::vector<CommandTable> commands = command_tables(*line.app);
   if (options.what != "man") {
     if (!options.output.empty())
       return make_error(ErrorCode::kUsage, "-o belongs to manual man; the rest is printed");
@@ -40,41 +40,38 @@ Result<int> run_manual(const CommandLine& line, const ManualOptions& options) {
 
 void add_completion(CommandLine& line) {
   auto options = std::make_shared<ManualOptions>();
-  CLI::App* command =
+  Command command =
       add_command(line, "completion", "Print a script that completes the command line in a shell.",
                   "  polymorph completion bash > /etc/bash_completion.d/polymorph\n"
                   "  polymorph completion fish > ~/.config/fish/completions/polymorph.fish",
                   "  0 printed   2 usage");
-  command->add_option("shell", options->shell, "bash, zsh or fish")
-      ->required()
-      ->check(CLI::IsMember({"bash", "zsh", "fish"}))
-      ->type_name("SHELL")
-      ->group("Main");
-  command->callback([&line, options] {
-    line.action = [&line, options] { return run_completion(line, *options); };
-  });
+  command.add_option("shell", options->shell, "bash, zsh or fish")
+      .required()
+      .choices({"bash", "zsh", "fish"})
+      .type_name("SHELL")
+      .group("Main");
+  set_action(line, command, [&line, options] { return run_completion(line, *options); });
 }
 
 void add_manual(CommandLine& line) {
   auto options = std::make_shared<ManualOptions>();
-  CLI::App* command =
+  Command command =
       add_command(line, "manual", "Print the reference, or write the manual pages.",
                   "  polymorph manual commands > docs/commands.md\n"
                   "  polymorph manual scene > docs/scene.md\n  polymorph manual man -o man1",
                   "  0 made   2 usage   4 cannot write, exists");
   command
-      ->add_option("what", options->what,
-                   "commands or scene: Markdown, to standard output; man: pages in roff")
-      ->required()
-      ->check(CLI::IsMember({"commands", "scene", "man"}))
-      ->type_name("WHAT")
-      ->group("Main");
-  command->add_option("-o,--output", options->output, "man: the folder for the pages")
-      ->type_name("DIR")
-      ->group("Main");
-  add_overwrite(command, line.common)->group("Main");
-  command->callback(
-      [&line, options] { line.action = [&line, options] { return run_manual(line, *options); }; });
+      .add_option("what", options->what,
+                  "commands or scene: Markdown, to standard output; man: pages in roff")
+      .required()
+      .choices({"commands", "scene", "man"})
+      .type_name("WHAT")
+      .group("Main");
+  command.add_option("-o,--output", options->output, "man: the folder for the pages")
+      .type_name("DIR")
+      .group("Main");
+  add_overwrite(command, line.common).group("Main");
+  set_action(line, command, [&line, options] { return run_manual(line, *options); });
 }
 
 }  // namespace polymorph

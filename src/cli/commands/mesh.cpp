@@ -316,7 +316,7 @@ Result<int> run_mesh(const CommandLine& line, const MeshOptions& options) {
 
 void add_mesh(CommandLine& line) {
   auto options = std::make_shared<MeshOptions>();
-  CLI::App* command = add_command(
+  Command command = add_command(
       line, "mesh", "Write the surface for other programs (USD, glTF, PLY, OBJ), or the balls.",
       "  polymorph mesh scene.json -o morph.usda\n"
       "  polymorph mesh scene.json -o morph.glb --quantize --error 0.02%\n"
@@ -326,34 +326,33 @@ void add_mesh(CommandLine& line) {
       "  polymorph mesh scene.json -f 12 -o balls.json",
       "  0 written   2 usage   3 bad scene or model   4 cannot write\n"
       "  5 device or memory   130, 143 stopped by a signal");
-  command->add_option("scene", options->scene, "the scene file")
-      ->required()
-      ->type_name("SCENE")
-      ->group("Main");
+  command.add_option("scene", options->scene, "the scene file")
+      .required()
+      .type_name("SCENE")
+      .group("Main");
   command
-      ->add_option("-o,--output", options->output,
-                   "morph.usda or morph.glb; surface.####.ply or .obj; .json for the balls")
-      ->type_name("FILE")
-      ->group("Main");
-  command->add_option("--html", options->html, "instead: a page that plays the morph in a browser")
-      ->type_name("FILE")
-      ->group("Main");
-  command->add_option("-f,--frames", options->frames, "1-48, 1-48x2, 5-1, 1,5,10-20; default: all")
-      ->type_name("LIST")
-      ->group("Main");
+      .add_option("-o,--output", options->output,
+                  "morph.usda or morph.glb; surface.####.ply or .obj; .json for the balls")
+      .type_name("FILE")
+      .group("Main");
+  command.add_option("--html", options->html, "instead: a page that plays the morph in a browser")
+      .type_name("FILE")
+      .group("Main");
+  command.add_option("-f,--frames", options->frames, "1-48, 1-48x2, 5-1, 1,5,10-20; default: all")
+      .type_name("LIST")
+      .group("Main");
   command
-      ->add_option("--error", options->error,
-                   "simplify: so far off may it be, a share of the diagonal, as 0.02%")
-      ->type_name("E")
-      ->group("Main");
+      .add_option("--error", options->error,
+                  "simplify: so far off may it be, a share of the diagonal, as 0.02%")
+      .type_name("E")
+      .group("Main");
   command
-      ->add_flag("--quantize", options->quantize,
-                 ".glb: 16 bits for positions, 8 for normals, no velocities")
-      ->group("Main");
-  add_overwrite(command, line.common)->group("Main");
+      .add_flag("--quantize", options->quantize,
+                ".glb: 16 bits for positions, 8 for normals, no velocities")
+      .group("Main");
+  add_overwrite(command, line.common).group("Main");
   add_overrides(command, options->sets);
-  command->callback(
-      [&line, options] { line.action = [&line, options] { return run_mesh(line, *options); }; });
+  set_action(line, command, [&line, options] { return run_mesh(line, *options); });
 }
 
 }  // namespace polymorph

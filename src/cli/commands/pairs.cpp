@@ -193,31 +193,30 @@ Result<int> run_pairs(const CommandLine& line, const PairsOptions& options) {
 
 void add_pairs(CommandLine& line) {
   auto options = std::make_shared<PairsOptions>();
-  CLI::App* command = add_command(
+  Command command = add_command(
       line, "pairs", "Play the game of Pairs with morphing pieces, and render the play.",
       "  polymorph pairs scenes/pairs/small.json\n"
       "  polymorph pairs scenes/pairs/board-4x4.json -o play\n"
       "  polymorph pairs scenes/pairs/small.json --moves - -o play",
       "  0 played   2 usage   3 bad game or move   4 cannot write, exists\n"
       "  5 device or memory   130, 143 stopped by a signal");
-  command->add_option("game", options->game, "the game file")
-      ->required()
-      ->type_name("GAME")
-      ->group("Main");
+  command.add_option("game", options->game, "the game file")
+      .required()
+      .type_name("GAME")
+      .group("Main");
   command
-      ->add_option("--moves", options->moves,
-                   "moves instead of the game's, one a line: a1 b2; - reads them as they are made")
-      ->type_name("FILE")
-      ->group("Main");
+      .add_option("--moves", options->moves,
+                  "moves instead of the game's, one a line: a1 b2; - reads them as they are made")
+      .type_name("FILE")
+      .group("Main");
   command
-      ->add_option("-o,--output", options->output,
-                   "folder for frames, strip.png, play.gif and the scenes; default: only play")
-      ->type_name("DIR")
-      ->group("Main");
-  add_overwrite(command, line.common)->group("Main");
+      .add_option("-o,--output", options->output,
+                  "folder for frames, strip.png, play.gif and the scenes; default: only play")
+      .type_name("DIR")
+      .group("Main");
+  add_overwrite(command, line.common).group("Main");
   add_overrides(command, options->sets);
-  command->callback(
-      [&line, options] { line.action = [&line, options] { return run_pairs(line, *options); }; });
+  set_action(line, command, [&line, options] { return run_pairs(line, *options); });
 }
 
 }  // namespace polymorph

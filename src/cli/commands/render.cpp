@@ -6,7 +6,6 @@
 #include "base/log.h"
 #include "base/text.h"
 #include "cli/command_line.h"
-#include "cli/numbers.h"
 #include "cli/progress.h"
 #include "cli/scene_options.h"
 #include "morph/timeline.h"
@@ -230,7 +229,7 @@ Result<int> run_render(CommandLine& line, const RenderOptions& options) {
 
 void add_render(CommandLine& line) {
   auto options = std::make_shared<RenderOptions>();
-  CLI::App* command =
+  Command command =
       add_command(line, "render", "Render a scene's frames to EXR and PNG.",
                   "  polymorph render scene.json -o 'out/frame.####.exr' --png\n"
                   "  polymorph render scene.json -o look.png -f 12 --preview\n"
@@ -240,64 +239,63 @@ void add_render(CommandLine& line) {
                   "  75 stopped early by SIGUSR1, 130, 143 stopped by another signal: finished\n"
                   "  frames are whole, run again with --skip-existing to go on");
   command
-      ->add_option("scene", options->scene,
-                   "the scene file; with --turntable a model's OBJ file, too")
-      ->required()
-      ->type_name("SCENE")
-      ->group("Main");
+      .add_option("scene", options->scene,
+                  "the scene file; with --turntable a model's OBJ file, too")
+      .required()
+      .type_name("SCENE")
+      .group("Main");
   command
-      ->add_option("-o,--output", options->output,
-                   "frame.####.exr or .png; # is a digit of the frame number")
-      ->type_name("FILE")
-      ->group("Main");
-  command->add_option("-f,--frames", options->frames, "1-48, 1-48x2, 5-1, 1,5,10-20; default: all")
-      ->type_name("LIST")
-      ->group("Main");
-  command->add_flag("--png", options->png, "a PNG beside each EXR")->group("Main");
-  add_overwrite(command, line.common)->group("Main");
-  auto* skip = command
-                   ->add_flag("--skip-existing", options->skip_existing,
-                              "keep frames whose header says that they are current")
-                   ->group("Main");
-  skip->excludes("--overwrite");
+      .add_option("-o,--output", options->output,
+                  "frame.####.exr or .png; # is a digit of the frame number")
+      .type_name("FILE")
+      .group("Main");
+  command.add_option("-f,--frames", options->frames, "1-48, 1-48x2, 5-1, 1,5,10-20; default: all")
+      .type_name("LIST")
+      .group("Main");
+  command.add_flag("--png", options->png, "a PNG beside each EXR").group("Main");
+  const Option overwrite = add_overwrite(command, line.common).group("Main");
   command
-      ->add_flag("--watch", options->watch,
-                 "render again whenever the scene or a file that it reads changes, until Ctrl-C")
-      ->group("Main");
+      .add_flag("--skip-existing", options->skip_existing,
+                "keep frames whose header says that they are current")
+      .excludes(overwrite)
+      .group("Main");
   command
-      ->add_flag("--turntable", options->turntable,
-                 "the camera goes once round: round a model's OBJ file, round the one frame that "
-                 "-f names (72 frames), or while the film runs")
-      ->group("Main");
-  command->add_flag("--strict", options->strict, "warnings about models and textures are errors")
-      ->group("Main");
+      .add_flag("--watch", options->watch,
+                "render again whenever the scene or a file that it reads changes, until Ctrl-C")
+      .group("Main");
+  command
+      .add_flag("--turntable", options->turntable,
+                "the camera goes once round: round a model's OBJ file, round the one frame that "
+                "-f names (72 frames), or while the film runs")
+      .group("Main");
+  command.add_flag("--strict", options->strict, "warnings about models and textures are errors")
+      .group("Main");
   add_scene_options(command, options->scene_options);
   command
-      ->add_option("--shard", options->shard,
-                   "this share of the frames: 2/8, or auto from Slurm or MPI")
-      ->type_name("i/N")
-      ->group("Farm");
-  command->add_option("-j,--jobs", options->jobs, "frames traced at once; default: by their size")
-      ->transform(number_from(1, 256))
-      ->type_name("N")
-      ->group("Farm");
-  command->add_flag("--keep-going", options->keep_going, "go on after a failed frame; exit code 6")
-      ->group("Farm");
+      .add_option("--shard", options->shard,
+                  "this share of the frames: 2/8, or auto from Slurm or MPI")
+      .type_name("i/N")
+      .group("Farm");
+  command.add_option("-j,--jobs", options->jobs, "frames traced at once; default: by their size")
+      .range(1, 256)
+      .type_name("N")
+      .group("Farm");
+  command.add_flag("--keep-going", options->keep_going, "go on after a failed frame; exit code 6")
+      .group("Farm");
   command
-      ->add_flag("-n,--dry-run", options->dry_run,
-                 "say what would be rendered and what it costs; fit and write nothing")
-      ->group("Farm");
+      .add_flag("-n,--dry-run", options->dry_run,
+                "say what would be rendered and what it costs; fit and write nothing")
+      .group("Farm");
   command
-      ->add_option("--heartbeat", options->heartbeat,
-                   "seconds between signs of life in a log without a bar (60); 0: none")
-      ->envname("POLYMORPH_HEARTBEAT")
-      ->transform(number_from(0.0, 86400.0))
-      ->type_name("S")
-      ->group("Farm");
-  command->add_flag("--stats", options->stats, "say where the time went")->group("Output");
+      .add_option("--heartbeat", options->heartbeat,
+                  "seconds between signs of life in a log without a bar (60); 0: none")
+      .environment("POLYMORPH_HEARTBEAT")
+      .range(0.0, 86400.0)
+      .type_name("S")
+      .group("Farm");
+  command.add_flag("--stats", options->stats, "say where the time went").group("Output");
   add_json(command, options->json);
-  command->callback(
-      [&line, options] { line.action = [&line, options] { return run_render(line, *options); }; });
+  set_action(line, command, [&line, options] { return run_render(line, *options); });
 }
 
 }  // namespace polymorph

@@ -8,7 +8,6 @@
 #include "base/log.h"
 #include "base/stopwatch.h"
 #include "cli/command_line.h"
-#include "cli/numbers.h"
 #include "interchange/mesh_file.h"
 #include "model/load/load_model.h"
 #include "model/mesh/gather.h"
@@ -92,7 +91,8 @@ struct Made {
   std::vector<std::string> problems;
 };
 
-nlohmann::ordered_json to_json(const Model& model, const SpheresOptions& options, const Made& made) {
+nlohmann::ordered_json to_json(const Model& model, const SpheresOptions& options,
+                               const Made& made) {
   using Json = nlohmann::ordered_json;
   const ApproximationQuality& f = made.figures;
   Json levels = Json::array();
@@ -224,79 +224,76 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
 
 void add_spheres(CommandLine& line) {
   auto options = std::make_shared<SpheresOptions>();
-  CLI::App* command =
+  Command command =
       add_command(line, "spheres", "Approximate a model by spheres and fitted balls; say how well.",
                   "  polymorph spheres teapot.obj --balls 128 -o teapot.png\n"
                   "  polymorph spheres teapot.obj --error 0.005 --write-balls balls.json\n"
                   "  polymorph spheres teapot.obj --method octree --resolution 5 --no-fit --json",
                   "  0 done   2 usage   3 bad model, or nothing of it is inside\n"
                   "  4 cannot write   5 memory");
-  command->add_option("model", options->model, "an OBJ file, or sphere, cube, torus, puddle, drops")
-      ->required()
-      ->type_name("MODEL")
-      ->group("Main");
-  command->add_option("--method", options->method, "medial, hubbard, octree or active")
-      ->check(CLI::IsMember({"medial", "hubbard", "octree", "active"}))
-      ->type_name("NAME")
-      ->group("Main");
-  auto* balls = command->add_option("--balls", options->balls, "how many (256)")
-                    ->transform(number_from(1, 4096))
-                    ->type_name("N")
-                    ->group("Main");
-  auto* error = command
-                    ->add_option("--error", options->error,
+  command.add_option("model", options->model, "an OBJ file, or sphere, cube, torus, puddle, drops")
+      .required()
+      .type_name("MODEL")
+      .group("Main");
+  command.add_option("--method", options->method, "medial, hubbard, octree or active")
+      .choices({"medial", "hubbard", "octree", "active"})
+      .type_name("NAME")
+      .group("Main");
+  Option balls = command.add_option("--balls", options->balls, "how many (256)")
+                     .range(1, 4096)
+                     .type_name("N")
+                     .group("Main");
+  Option error = command
+                     .add_option("--error", options->error,
                                  "as few as keep this Hausdorff distance, a share of the diagonal")
-                    ->transform(number_from(1e-4, 0.5))
-                    ->type_name("E")
-                    ->group("Main");
-  error->excludes(balls);
+                     .range(1e-4, 0.5)
+                     .type_name("E")
+                     .group("Main");
+  error.excludes(balls);
   command
-      ->add_option("--resolution", options->resolution,
-                   "of octree and active: 2^(R-1) cells per axis")
-      ->transform(number_from(1, 9))
-      ->type_name("R")
-      ->group("Main");
-  auto* fit = command->add_option("--fit", options->fit, "ellipsoid or round balls")
-                  ->check(CLI::IsMember({"ellipsoid", "round"}))
-                  ->type_name("KIND")
-                  ->group("Main");
+      .add_option("--resolution", options->resolution,
+                  "of octree and active: 2^(R-1) cells per axis")
+      .range(1, 9)
+      .type_name("R")
+      .group("Main");
+  const Option fit = command.add_option("--fit", options->fit, "ellipsoid or round balls")
+                         .choices({"ellipsoid", "round"})
+                         .type_name("KIND")
+                         .group("Main");
+  command.add_flag("--no-fit", options->no_fit, "balls straight from the spheres, as in the report")
+      .excludes(fit)
+      .group("Main");
+  command.add_option("--inside", options->inside, "inside test: winding or parity")
+      .choices({"winding", "parity"})
+      .type_name("TEST")
+      .group("Main");
+  command.add_flag("--solidify", options->solidify, "fill cavities and close holes first")
+      .group("Main");
+  command.add_option("--grid", options->grid, "cells along the longest side, for the surface (192)")
+      .range(8, 2048)
+      .type_name("N")
+      .group("Main");
+  command.add_option("-o,--output", options->output, "picture: model | spheres | surface")
+      .type_name("FILE")
+      .group("Main");
+  command.add_option("--width", options->width, "of each of the three pictures (480)")
+      .range(16, 8192)
+      .type_name("PIXELS")
+      .group("Main");
+  command.add_option("--write-balls", options->write_balls, "balls as .json or .csv")
+      .type_name("FILE")
+      .group("Main");
+  command.add_option("--write-surface", options->write_surface, "their surface as .obj or .ply")
+      .type_name("FILE")
+      .group("Main");
   command
-      ->add_flag("--no-fit", options->no_fit, "balls straight from the spheres, as in the report")
-      ->excludes(fit)
-      ->group("Main");
-  command->add_option("--inside", options->inside, "inside test: winding or parity")
-      ->check(CLI::IsMember({"winding", "parity"}))
-      ->type_name("TEST")
-      ->group("Main");
-  command->add_flag("--solidify", options->solidify, "fill cavities and close holes first")
-      ->group("Main");
-  command
-      ->add_option("--grid", options->grid, "cells along the longest side, for the surface (192)")
-      ->transform(number_from(8, 2048))
-      ->type_name("N")
-      ->group("Main");
-  command->add_option("-o,--output", options->output, "picture: model | spheres | surface")
-      ->type_name("FILE")
-      ->group("Main");
-  command->add_option("--width", options->width, "of each of the three pictures (480)")
-      ->transform(number_from(16, 8192))
-      ->type_name("PIXELS")
-      ->group("Main");
-  command->add_option("--write-balls", options->write_balls, "balls as .json or .csv")
-      ->type_name("FILE")
-      ->group("Main");
-  command->add_option("--write-surface", options->write_surface, "their surface as .obj or .ply")
-      ->type_name("FILE")
-      ->group("Main");
-  command
-      ->add_option("--write-spheres", options->write_spheres,
-                   "the spheres as .obj, .ply, or .json with their tree")
-      ->type_name("FILE")
-      ->group("Main");
-  add_overwrite(command, line.common)->group("Main");
+      .add_option("--write-spheres", options->write_spheres,
+                  "the spheres as .obj, .ply, or .json with their tree")
+      .type_name("FILE")
+      .group("Main");
+  add_overwrite(command, line.common).group("Main");
   add_json(command, options->json);
-  command->callback(
-      [&line, options] { line.action = [&line, options] { return run_spheres(line, *options); }; });
+  set_action(line, command, [&line, options] { return run_spheres(line, *options); });
 }
 
 }  // namespace polymorph

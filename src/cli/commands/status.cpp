@@ -83,29 +83,28 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
 
 void add_status(CommandLine& line) {
   auto options = std::make_shared<StatusOptions>();
-  CLI::App* command = add_command(
+  Command command = add_command(
       line, "status", "Say which frames of a sequence are whole, missing or stale.",
       "  polymorph status out scene.json\n"
       "  polymorph status 'out/frame.####.exr' scene.json --set image.samples=64 --json",
       "  0 all frames are whole   1 some are not   2 usage   3 bad scene or model");
   command
-      ->add_option("frames", options->where,
-                   "where they are: a folder, or the pattern that render was given")
-      ->required()
-      ->type_name("DIR|FRAMES")
-      ->group("Main");
-  command->add_option("scene", options->scene, "the scene file")
-      ->required()
-      ->type_name("SCENE")
-      ->group("Main");
-  command->add_option("-f,--frames", options->frames, "these frames alone; default: all")
-      ->type_name("LIST")
-      ->group("Main");
-  command->add_flag("--png", options->png, "a frame is whole only with its PNG")->group("Main");
+      .add_option("frames", options->where,
+                  "where they are: a folder, or the pattern that render was given")
+      .required()
+      .type_name("DIR|FRAMES")
+      .group("Main");
+  command.add_option("scene", options->scene, "the scene file")
+      .required()
+      .type_name("SCENE")
+      .group("Main");
+  command.add_option("-f,--frames", options->frames, "these frames alone; default: all")
+      .type_name("LIST")
+      .group("Main");
+  command.add_flag("--png", options->png, "a frame is whole only with its PNG").group("Main");
   add_scene_options(command, options->scene_options);
   add_json(command, options->json);
-  command->callback(
-      [&line, options] { line.action = [&line, options] { return run_status(line, *options); }; });
+  set_action(line, command, [&line, options] { return run_status(line, *options); });
 }
 
 }  // namespace polymorph

@@ -5,7 +5,6 @@
 #include "base/log.h"
 #include "cli/command_line.h"
 #include "cli/film.h"
-#include "cli/numbers.h"
 #include "cli/play.h"
 #include "cli/scene_options.h"
 #include "image/image_io.h"
@@ -149,58 +148,56 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
 
 void add_strip(CommandLine& line) {
   auto options = std::make_shared<StripOptions>();
-  CLI::App* command = add_command(
+  Command command = add_command(
       line, "strip", "Make a contact sheet, a GIF or a movie of a sequence.",
       "  polymorph strip 'out/frame.####.exr' -c 8 -o strip.png\n"
       "  polymorph strip scene.json -c 6 --columns 3 --label t -o strip.png\n"
       "  polymorph strip 'out/frame.####.png' --gif morph.gif --mp4 morph.mp4",
       "  0 made   2 usage   3 bad scene, unreadable or missing frames   4 cannot write\n"
       "  5 device or memory   130, 143 stopped by a signal");
-  command->add_option("input", options->input, "a scene file, or existing frames with ####")
-      ->required()
-      ->type_name("SCENE|FRAMES")
-      ->group("Main");
-  command->add_option("-o,--output", options->output, "the sheet: .png or .exr")
-      ->type_name("FILE")
-      ->group("Main");
-  command->add_option("-c,--count", options->count, "cells, evenly spread over the sequence (8)")
-      ->transform(number_from(1, 1000))
-      ->type_name("N")
-      ->group("Main");
-  command->add_option("-f,--frames", options->frames, "these frames instead")
-      ->type_name("LIST")
-      ->group("Main");
-  command->add_option("--columns", options->columns, "cells per row (4)")
-      ->transform(number_from(1, 1000))
-      ->type_name("N")
-      ->group("Main");
+  command.add_option("input", options->input, "a scene file, or existing frames with ####")
+      .required()
+      .type_name("SCENE|FRAMES")
+      .group("Main");
+  command.add_option("-o,--output", options->output, "the sheet: .png or .exr")
+      .type_name("FILE")
+      .group("Main");
+  command.add_option("-c,--count", options->count, "cells, evenly spread over the sequence (8)")
+      .range(1, 1000)
+      .type_name("N")
+      .group("Main");
+  command.add_option("-f,--frames", options->frames, "these frames instead")
+      .type_name("LIST")
+      .group("Main");
+  command.add_option("--columns", options->columns, "cells per row (4)")
+      .range(1, 1000)
+      .type_name("N")
+      .group("Main");
   command
-      ->add_option("--width", options->width,
-                   "width of a cell, GIF and movie; default: as rendered")
-      ->transform(number_from(16, 32768))
-      ->type_name("PIXELS")
-      ->group("Main");
-  command->add_option("--label", options->label, "frame, t or none")
-      ->check(CLI::IsMember({"frame", "t", "none"}))
-      ->type_name("WHAT")
-      ->group("Main");
-  command->add_option("--gif", options->gif, "an animated GIF of all frames")
-      ->type_name("FILE")
-      ->group("Main");
-  command->add_option("--mp4", options->mp4, "a movie of all frames, by ffmpeg")
-      ->type_name("FILE")
-      ->group("Main");
-  command->add_option("--html", options->html, "of a scene: a page that plays it in a browser")
-      ->type_name("FILE")
-      ->group("Main");
-  command->add_option("--fps", options->fps, "of GIF and movie; default: the scene's")
-      ->transform(number_from(0.1, 100.0))
-      ->type_name("F")
-      ->group("Main");
-  add_overwrite(command, line.common)->group("Main");
+      .add_option("--width", options->width, "width of a cell, GIF and movie; default: as rendered")
+      .range(16, 32768)
+      .type_name("PIXELS")
+      .group("Main");
+  command.add_option("--label", options->label, "frame, t or none")
+      .choices({"frame", "t", "none"})
+      .type_name("WHAT")
+      .group("Main");
+  command.add_option("--gif", options->gif, "an animated GIF of all frames")
+      .type_name("FILE")
+      .group("Main");
+  command.add_option("--mp4", options->mp4, "a movie of all frames, by ffmpeg")
+      .type_name("FILE")
+      .group("Main");
+  command.add_option("--html", options->html, "of a scene: a page that plays it in a browser")
+      .type_name("FILE")
+      .group("Main");
+  command.add_option("--fps", options->fps, "of GIF and movie; default: the scene's")
+      .range(0.1, 100.0)
+      .type_name("F")
+      .group("Main");
+  add_overwrite(command, line.common).group("Main");
   add_scene_options(command, options->scene_options);
-  command->callback(
-      [&line, options] { line.action = [&line, options] { return run_strip(line, *options); }; });
+  set_action(line, command, [&line, options] { return run_strip(line, *options); });
 }
 
 }  // namespace polymorph

@@ -7,7 +7,6 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
-#include "cli/numbers.h"
 #include "cli/scene_options.h"
 #include "cli/slurm.h"
 #include "morph/timeline.h"
@@ -172,80 +171,78 @@ Result<int> run_submit(const CommandLine& line, const SubmitOptions& options) {
   return 0;
 }
 
-void add_farm_options(CLI::App* command, SubmitOptions& options) {
-  const auto add = [&](CLI::Option* option) { option->group("Farm"); };
-  add(command->add_option("--tasks", options.tasks, "tasks of the array; default: by time")
-          ->transform(number_from(1, 100000))
-          ->type_name("N"));
+void add_farm_options(Command command, SubmitOptions& options) {
+  const auto add = [](Option option) { option.group("Farm"); };
+  add(command.add_option("--tasks", options.tasks, "tasks of the array; default: by time")
+          .range(1, 100000)
+          .type_name("N"));
   add(command
-          ->add_option("--task-minutes", options.task_minutes,
-                       "frames for at least so long in each task (2)")
-          ->transform(number_from(0.01, 10000.0))
-          ->type_name("M"));
+          .add_option("--task-minutes", options.task_minutes,
+                      "frames for at least so long in each task (2)")
+          .range(0.01, 10000.0)
+          .type_name("M"));
   add(command
-          ->add_option("--max-tasks", options.max_tasks,
-                       "maximum number of tasks of the array (1000)")
-          ->transform(number_from(1, 100000))
-          ->type_name("N"));
+          .add_option("--max-tasks", options.max_tasks,
+                      "maximum number of tasks of the array (1000)")
+          .range(1, 100000)
+          .type_name("N"));
   add(command
-          ->add_option("--frame-seconds", options.frame_seconds,
-                       "take this for a frame's time and measure nothing")
-          ->transform(number_from(0.0, 1e6))
-          ->type_name("S"));
-  add(command->add_option("--cpus", options.cpus, "processors of a task (4)")
-          ->transform(number_from(1, 4096))
-          ->type_name("N"));
-  add(command->add_option("--mem", options.memory, "memory of a task; default: by what is measured")
-          ->transform(size_in_bytes())
-          ->type_name("SIZE"));
-  add(command->add_option("--minutes", options.minutes, "time limit of a task; default: by time")
-          ->transform(number_from(1, 1000000))
-          ->type_name("M"));
-  add(command->add_option("--partition", options.partition, "where the jobs go")
-          ->type_name("NAME"));
-  add(command->add_option("--account", options.account, "who pays")->type_name("NAME"));
+          .add_option("--frame-seconds", options.frame_seconds,
+                      "take this for a frame's time and measure nothing")
+          .range(0.0, 1e6)
+          .type_name("S"));
+  add(command.add_option("--cpus", options.cpus, "processors of a task (4)")
+          .range(1, 4096)
+          .type_name("N"));
+  add(command.add_option("--mem", options.memory, "memory of a task; default: by what is measured")
+          .bytes()
+          .type_name("SIZE"));
+  add(command.add_option("--minutes", options.minutes, "time limit of a task; default: by time")
+          .range(1, 1000000)
+          .type_name("M"));
+  add(command.add_option("--partition", options.partition, "where the jobs go").type_name("NAME"));
+  add(command.add_option("--account", options.account, "who pays").type_name("NAME"));
   add(command
-          ->add_option("--sbatch", options.directives,
-                       "one more option of sbatch: --sbatch=--qos=night")
-          ->type_name("OPTION")
-          ->allow_extra_args(false));
+          .add_option("--sbatch", options.directives,
+                      "one more option of sbatch: --sbatch=--qos=night")
+          .type_name("OPTION")
+          .one_value_each());
 }
 
 }  // namespace
 
 void add_submit(CommandLine& line) {
   auto options = std::make_shared<SubmitOptions>();
-  CLI::App* command = add_command(
+  Command command = add_command(
       line, "submit", "Render a scene on a farm: a job array, and a job that completes it.",
       "  polymorph submit slurm scene.json -o 'out/frame.####.exr' --print\n"
       "  polymorph submit slurm scene.json -o 'out/f.####.exr' --cpus 8 --partition day",
       "  0 submitted or printed   1 nothing is left to render   2 usage\n"
       "  3 bad scene or model   4 cannot write   5 no sbatch, or it refuses\n"
       "  75, 130, 143 stopped by a signal");
-  command->add_option("engine", options->engine, "slurm")
-      ->required()
-      ->check(CLI::IsMember({"slurm"}))
-      ->type_name("ENGINE")
-      ->group("Main");
-  command->add_option("scene", options->scene, "the scene file")
-      ->required()
-      ->type_name("SCENE")
-      ->group("Main");
+  command.add_option("engine", options->engine, "slurm")
+      .required()
+      .choices({"slurm"})
+      .type_name("ENGINE")
+      .group("Main");
+  command.add_option("scene", options->scene, "the scene file")
+      .required()
+      .type_name("SCENE")
+      .group("Main");
   command
-      ->add_option("-o,--output", options->output,
-                   "frame.####.exr or .png on storage that all machines share")
-      ->type_name("FILE")
-      ->group("Main");
-  command->add_option("-f,--frames", options->frames, "these frames alone; default: all")
-      ->type_name("LIST")
-      ->group("Main");
-  command->add_flag("--png", options->png, "a PNG beside each EXR")->group("Main");
-  command->add_flag("--print", options->print, "print both scripts and submit nothing")
-      ->group("Main");
+      .add_option("-o,--output", options->output,
+                  "frame.####.exr or .png on storage that all machines share")
+      .type_name("FILE")
+      .group("Main");
+  command.add_option("-f,--frames", options->frames, "these frames alone; default: all")
+      .type_name("LIST")
+      .group("Main");
+  command.add_flag("--png", options->png, "a PNG beside each EXR").group("Main");
+  command.add_flag("--print", options->print, "print both scripts and submit nothing")
+      .group("Main");
   add_scene_options(command, options->scene_options);
   add_farm_options(command, *options);
-  command->callback(
-      [&line, options] { line.action = [&line, options] { return run_submit(line, *options); }; });
+  set_action(line, command, [&line, options] { return run_submit(line, *options); });
 }
 
 }  // namespace polymorph

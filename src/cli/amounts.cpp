@@ -1,7 +1,8 @@
-#include "cli/numbers.h"
+#include "cli/amounts.h"
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 
 namespace polymorph {
 namespace {
@@ -43,23 +44,19 @@ Result<double> parse_amount(const std::string& option, const std::string& text,
   return *value * *factor;
 }
 
-CLI::Validator size_in_bytes() {
-  return CLI::Validator(
-      [](std::string& text) -> std::string {
-        constexpr double kKilo = 1024;
-        const auto bytes = parse_amount("", text,
-                                        {{'b', 1},
-                                         {'k', kKilo},
-                                         {'m', kKilo * kKilo},
-                                         {'g', kKilo * kKilo * kKilo},
-                                         {'t', kKilo * kKilo * kKilo * kKilo}},
-                                        "bytes as a number, 500M or 1.5G");
-        if (!bytes) return bytes.error().message.substr(1);
-        // Up: a limit below one byte is still a limit, and 0 would be none.
-        text = fmt::format("{}", static_cast<std::uint64_t>(std::ceil(*bytes)));
-        return {};
-      },
-      std::string());
+std::string read_size(std::string& text) {
+  constexpr double kKilo = 1024;
+  const auto bytes = parse_amount("", text,
+                                  {{'b', 1},
+                                   {'k', kKilo},
+                                   {'m', kKilo * kKilo},
+                                   {'g', kKilo * kKilo * kKilo},
+                                   {'t', kKilo * kKilo * kKilo * kKilo}},
+                                  "bytes as a number, 500M or 1.5G");
+  if (!bytes) return bytes.error().message.substr(1);
+  // Up: a limit below one byte is still a limit, and 0 would be none.
+  text = fmt::format("{}", static_cast<std::uint64_t>(std::ceil(*bytes)));
+  return {};
 }
 
 }  // namespace polymorph

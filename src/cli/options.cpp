@@ -1,0 +1,294 @@
+#include "cli/options.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+
+#include "base/text.h"
+#include "cli/amounts.h"
+#include "cli/option_table.h"
+
+namespace polymorph {
+namespace {
+
+std::vector<const CLI::App*> all_commands(const CLI::App& program) {
+  return program.get_subcommands([](const CLI::App*) { return true; });
+}
+
+std::vector<std::string> command_names(const CLI::App& program) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : all_commands(program)) names.push_back(command->get_name());
+  return names;
+}
+
+/// Replaces a number's text by the number as it was read, or says what is wrong with it.
+template <class T, class Parse>
+std::string read_number(std::string& text, T low, T high, const char* kind, const Parse& parse) {
+  const auto value = parse(text);
+  if (!value || !(*value >= low && *value <= high))
+    return fmt::format("{} is no value for it - write a {}number from {} to {}", text, kind, low,
+                       high);
+  text = fmt::format("{}", *value);
+  return {};
+}
+
+/// Of "WHEN:{auto,always,never}", which is what CLI11's validators make of a type's name.
+std::vector<std::string> choices_of(const std::string& type) {
+  const auto open = type.find('{'), close = type.rfind('}');
+  if (open == std::string::npos || close == std::string::npos) return {};
+  return split(type.substr(open + 1, close - open - 1), ',');
+}
+
+OptionRow row_of(const CLI::Option& option) {
+  OptionRow row;
+  for (const std::string& name : option.get_snames()) row.names.push_back("-" + name);
+  for (const std::string& name : option.get_lnames()) row.names.push_back("--" + name);
+  const std::string type = option.get_type_name();
+  if (option.get_items_expected_max() > 0) row.value = type.substr(0, type.find(':'));
+  row.choices = choices_of(type);
+  row.group = option.get_group();
+  row.description = option.get_description();
+  row.environment = option.get_envname();
+  row.positional = option.get_positional();
+  row.required = option.get_required();
+  row.repeated = option.get_items_expected_max() > 1;
+  return row;
+}
+
+/// What is wrong with the first argument that looks like an option and is none; empty if there is
+/// no such.
+std::string unknown_option(const CLI::App& command, int argc, char** argv) {
+  std::vector<std::string> known;
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument =
+        std::string(argv[i]).substr(0, std::string_view(argv[i]).find('='));
+    if (!argument.starts_with("--") || argument.size() < 3 ||
+        std::find(known.begin(), known.end(), argument) != known.end())
+      continue;
+    return fmt::format("unknown option \"{}\"{}", argument, did_you_mean(argument, known));
+  }
+  return "";
+}
+
+/// CLI11's "--method: soup not in {medial,hubbard}", and its "verb: " for arguments without dashes,
+/// as a sentence of ours; other messages as they are.
+std::string with_choices(const std::string& message, const std::string& command) {
+  const auto listed = message.find(" not in {");
+  if (listed == std::string::npos) return message;
+  const auto colon = message.find(": ");
+  const std::string name = message.substr(0, colon);
+  const std::string value = message.substr(colon + 2, listed - colon - 2);
+  std::vector<std::string> words = split(message.substr(listed + 9), ',');
+  if (!words.empty() && words.back().ends_with('}')) words.back().pop_back();
+  return fmt::format("{} \"{}\"{} - use {}", name.starts_with("-") ? name : command, value,
+                     did_you_mean(value, words), fmt::join(words, ", "));
+}
+
+std::string usage_problem(const CLI::App& program, int argc, char** argv, const char* message) {
+  if (argc > 1 && argv[1][0] != '-') {
+    const auto names = command_names(program);
+    if (std::find(names.begin(), names.end(), argv[1]) == names.end())
+      return fmt::format("unknown command \"{}\"{}", argv[1], did_you_mean(argv[1], names));
+  }
+  const std::string name = named_command(program, argc, argv);
+  const CLI::App* command = name.empty() ? &program : program.get_subcommand(name);
+  const std::string unknown = unknown_option(*command, argc, argv);
+  return unknown.empty() ? with_choices(message, command->get_name()) : unknown;
+}
+
+const CLI::Option* chosen_option(const CLI::App& program, const char* name) {
+  return program.get_subcommands().front()->get_option_no_throw(name);
+}
+
+}  // namespace
+
+Option& Option::type_name(const char* name) {
+  option_->type_name(name);
+  return *this;
+}
+Option& Option::group(const char* name) {
+  option_->group(name);
+  return *this;
+}
+Option& Option::required() {
+  option_->required();
+  return *this;
+}
+Option& Option::environment(const char* variable) {
+  option_->envname(variable);
+  return *this;
+}
+Option& Option::excludes(const Option& other) {
+  option_->excludes(other.option_);
+  return *this;
+}
+Option& Option::choices(const std::vector<std::string>& words) {
+  option_->check(CLI::IsMember(words));
+  return *this;
+}
+Option& Option::choices_in_any_case(const std::vector<std::string>& words) {
+  option_->transform(CLI::IsMember(words, CLI::ignore_case));
+  return *this;
+}
+Option& Option::count(int low, int high) {
+  option_->expected(low, high);
+  return *this;
+}
+Option& Option::one_value_each() {
+  option_->allow_extra_args(false);
+  return *this;
+}
+Option& Option::bytes() {
+  option_->transform(CLI::Validator(read_size, std::string()));
+  return *this;
+}
+Option& Option::whole_range(long long low, long long high) {
+  option_->transform(CLI::Validator(
+      [low, high](std::string& text) {
+        return read_number(text, low, high, "whole ",
+                           [](const auto& t) { return parse_integer(t); });
+      },
+      std::string()));
+  return *this;
+}
+Option& Option::real_range(double low, double high) {
+  option_->transform(CLI::Validator(
+      [low, high](std::string& text) {
+        return read_number(text, low, high, "", [](const auto& t) { return parse_number(t); });
+      },
+      std::string()));
+  return *this;
+}
+
+template <class T>
+Option Command::add_option(const std::string& names, T& value,
+                           const std::string& description) const {
+  return Option(app_->add_option(names, value, description));
+}
+template Option Command::add_option(const std::string&, std::string&, const std::string&) const;
+template Option Command::add_option(const std::string&, std::filesystem::path&,
+                                    const std::string&) const;
+template Option Command::add_option(const std::string&, std::vector<std::string>&,
+                                    const std::string&) const;
+template Option Command::add_option(const std::string&, int&, const std::string&) const;
+template Option Command::add_option(const std::string&, long long&, const std::string&) const;
+template Option Command::add_option(const std::string&, std::uint64_t&, const std::string&) const;
+template Option Command::add_option(const std::string&, float&, const std::string&) const;
+template Option Command::add_option(const std::string&, double&, const std::string&) const;
+
+Option Command::add_flag(const std::string& names, bool& value,
+                         const std::string& description) const {
+  return Option(app_->add_flag(names, value, description));
+}
+Option Command::add_flag(const std::string& names, int& value,
+                         const std::string& description) const {
+  return Option(app_->add_flag(names, value, description));
+}
+Option Command::add_optional_value(const std::string& name,
+                                   std::function<void(const std::string&)> use,
+                                   const char* fallback, const std::string& description) const {
+  CLI::Option* option = app_->add_option_function<std::string>(name, std::move(use), description);
+  return Option(option->expected(0, 1)->default_str(fallback));
+}
+Option Command::option(const char* name) const { return Option(app_->get_option(name)); }
+bool Command::has_option(const char* name) const { return app_->get_option_no_throw(name); }
+void Command::on_chosen(std::function<void()> action) const { app_->callback(std::move(action)); }
+
+std::shared_ptr<CLI::App> make_program(const char* name, const char* purpose,
+                                       const std::string& examples) {
+  auto program = std::make_shared<CLI::App>(purpose, name);
+  program->footer("Examples:\n" + examples);
+  program->require_subcommand(1);
+  program->set_help_flag();
+  return program;
+}
+
+Command root_of(CLI::App& program) { return Command(&program); }
+
+Command add_subcommand(CLI::App& program, const std::string& name, const std::string& purpose,
+                       const std::string& examples, const std::string& exit_codes) {
+  CLI::App* command = program.add_subcommand(name, purpose);
+  command->footer("Examples:\n" + examples + "\fExit codes:\n" + exit_codes);
+  command->set_help_flag();
+  return Command(command);
+}
+
+std::vector<Command> subcommands_of(CLI::App& program) {
+  std::vector<Command> commands;
+  for (CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; }))
+    commands.emplace_back(command);
+  return commands;
+}
+
+Status parse_arguments(CLI::App& program, int argc, char** argv) {
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return Error{ErrorCode::kUsage, usage_problem(program, argc, argv, error.what())};
+  }
+  return Ok{};
+}
+
+std::string named_command(const CLI::App& program, int argc, char** argv) {
+  const std::vector<std::string> names = command_names(program);
+  for (int i = 1; i < argc; ++i)
+    if (std::find(names.begin(), names.end(), argv[i]) != names.end()) return argv[i];
+  return "";
+}
+
+std::vector<std::string> positional_values(const CLI::App& program) {
+  std::vector<std::string> values;
+  for (const CLI::Option* option : program.get_subcommands().front()->get_options())
+    if (option->get_positional())
+      values.insert(values.end(), option->results().begin(), option->results().end());
+  return values;
+}
+
+std::vector<std::string> option_values(const CLI::App& program, const char* option) {
+  const CLI::Option* found = chosen_option(program, option);
+  return found ? found->results() : std::vector<std::string>{};
+}
+
+bool is_given(const CLI::App& program, const char* option) {
+  const CLI::Option* found = chosen_option(program, option);
+  return found && found->count() > 0;
+}
+
+CommandTable command_table(const CLI::App& command) {
+  CommandTable table;
+  if (command.get_parent()) table.name = command.get_name();
+  table.purpose = command.get_description();
+  const std::string footer = command.get_footer();
+  const auto cut = footer.find('\f');
+  const auto body = [](const std::string& text) {
+    const auto line = text.find('\n');
+    return line == std::string::npos ? "" : text.substr(line + 1);
+  };
+  table.examples = body(footer.substr(0, cut));
+  if (cut != std::string::npos) table.exit_codes = body(footer.substr(cut + 1));
+  std::vector<std::string> groups;
+  for (const CLI::Option* option : command.get_options()) {
+    const std::string& group = option->get_group();
+    if (group.empty()) continue;
+    if (std::find(groups.begin(), groups.end(), group) == groups.end()) groups.push_back(group);
+    if (option->get_positional()) table.options.push_back(row_of(*option));
+  }
+  // What every command shares comes last.
+  std::stable_partition(groups.begin(), groups.end(),
+                        [](const std::string& group) { return group != "Common"; });
+  for (const std::string& group : groups)
+    for (const CLI::Option* option : command.get_options())
+      if (option->get_group() == group && !option->get_positional())
+        table.options.push_back(row_of(*option));
+  return table;
+}
+
+std::vector<CommandTable> command_tables(const CLI::App& program) {
+  std::vector<CommandTable> tables;
+  for (const CLI::App* command : all_commands(program)) tables.push_back(command_table(*command));
+  return tables;
+}
+
+}  // namespace polymorph
