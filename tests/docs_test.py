@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""docs_test.py POLYMORPH [PAGE...]: runs every command of the pages in docs/ (default: all) as people would type it.
+"""docs_test.py POLYMORPH [PAGE...]: runs every command of README.md and of the pages in docs/ (default: all) as people would
+type it, and checks every scene that stands in them.
 
 A page's `sh` blocks run in order in a folder of the page's own, which has what the pages take for granted: two models, a scene, the
 folders of the checkout with small pictures, an sbatch that runs a job's first task at once. What a page needs besides stands in it as a comment,
-`<!-- before: COMMAND -->`. Commands that are not run here name the test that runs them. The README has a test of its own.
+`<!-- before: COMMAND -->`. Commands that are not run here name the test that runs them. The README's reader writes the scene first.
+Each `json` block with a scene is saved beside the models that come with the program, and checked.
 """
 import json
 import os
@@ -23,8 +25,13 @@ ELSEWHERE = {
     "chromium": "nothing: a browser's own command",
     "scripts/wheel": "python.wheel", "python3 -m venv": "python.wheel", "env/bin/": "python.wheel",
     "scripts/manual": "manual",
+    "scripts/demo": "nothing: it installs packages", "scripts/test": "CI",
+    "apt install": "package.deb",
 }
+# What a command of the README does is tested, not how its pictures look; and what it makes twice may be replaced.
+QUICK = "overwrite = true\n[render]\npreview = true\n[strip]\npreview = true\n"
 BLOCK = re.compile(r"```sh\n(.*?)```|<!-- before: (.*?) -->", re.S)
+SCENE = re.compile(r"^```json\n(.*?)^```", re.M | re.S)
 TINY = {"width": 32, "height": 24, "samples": 1}
 
 
@@ -72,6 +79,23 @@ def prepare(folder: pathlib.Path):
     (commands / "sbatch").chmod(0o755)
 
 
+def check_scenes(name: str, text: str, cache: str) -> list[str]:
+    problems = []
+    with tempfile.TemporaryDirectory() as path:
+        folder = pathlib.Path(path)
+        for file in (ROOT / "scenes" / "models").iterdir():
+            (folder / file.name).symlink_to(file)
+        for scene in SCENE.findall(text):
+            if not json.loads(scene).keys() & {"source", "actors"}:
+                continue  # a golden suite's
+            (folder / "scene.json").write_text(scene)
+            done = subprocess.run([PROGRAM, "check", "scene.json"], cwd=folder, env=os.environ | {"POLYMORPH_CACHE_DIR": cache},
+                                  capture_output=True, text=True, timeout=600, check=False)
+            if done.returncode != 0:
+                problems.append(f"{name}: the scene\n{scene}is not good:\n{done.stderr.strip()}")
+    return problems
+
+
 def run_page(name: str, text: str, cache: str) -> list[str]:
     blocks = BLOCK.findall(text)
     if not any(block for block, _ in blocks):
@@ -82,6 +106,10 @@ def run_page(name: str, text: str, cache: str) -> list[str]:
         prepare(folder)
         environment = {k: v for k, v in os.environ.items() if not k.startswith(("POLYMORPH_", "SLURM_", "CI"))}
         environment |= {"PATH": f"{folder}/bin:{environment['PATH']}", "POLYMORPH_CACHE_DIR": cache}
+        if name == "README.md":
+            (folder / "scene.json").unlink()
+            (folder / "bin" / "quick.toml").write_text(QUICK)
+            environment["POLYMORPH_CONFIG"] = f"{folder}/bin/quick.toml"
         ran = 0
         for block, before in blocks:
             for line in (block or before).replace("\\\n", " ").splitlines():
@@ -102,11 +130,12 @@ def run_page(name: str, text: str, cache: str) -> list[str]:
 def main():
     wanted = sys.argv[2:]
     pages = {page.name: page.read_text(encoding="utf-8") for page in sorted((ROOT / "docs").glob("*.md")) if page.name not in GENERATED}
+    pages["README.md"] = (ROOT / "README.md").read_text(encoding="utf-8")
     pages["cookbook.md"] = runpy.run_path(str(ROOT / "scripts/manual"))["cookbook"]()
     pages = {name: text for name, text in pages.items() if not wanted or name in wanted}
     with tempfile.TemporaryDirectory() as cache:
-        problems = [problem for name, text in pages.items() for problem in run_page(name, text, cache)]
-    print("\n".join(problems) if problems else f"docs: the commands of {len(pages)} pages work")
+        problems = [problem for name, text in pages.items() for problem in check_scenes(name, text, cache) + run_page(name, text, cache)]
+    print("\n".join(problems) if problems else f"docs: the scenes and commands of {len(pages)} pages work")
     sys.exit(1 if problems else 0)
 
 
