@@ -82,7 +82,9 @@ def prepare(folder: pathlib.Path):
 def check_scenes(name: str, text: str, cache: str) -> list[str]:
     problems = []
     with tempfile.TemporaryDirectory() as path:
-        folder = pathlib.Path(path)
+        folder = pathlib.Path(path) / "scenes"
+        folder.mkdir()
+        (folder.parent / "models").symlink_to(ROOT / "scenes" / "models")  # for the scenes of scenes/effects
         for file in (ROOT / "scenes" / "models").iterdir():
             (folder / file.name).symlink_to(file)
         for scene in SCENE.findall(text):
