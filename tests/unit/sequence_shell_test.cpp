@@ -49,7 +49,8 @@ TEST_F(ShellTest, WallsAreNeitherTornNorLeaveTheirEnds) {
     const Mesh& mesh = at->surface;
     const MeshReport check = check_mesh(mesh);
     EXPECT_TRUE(check.closed()) << time;
-    // One wall with a few pinholes at most; how many hangs on the last bits of the fit (7 were seen).
+    // One wall with a few pinholes at most; how many hangs on the last bits of the fit (7 were
+    // seen).
     EXPECT_EQ(check.components, 1u) << time;
     EXPECT_LE(check.genus, 10) << time;
     // Thin: far less than what it goes around.
