@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "base/file.h"
@@ -19,7 +20,8 @@ namespace {
 float visible_radius(const Ball& ball, FieldKind kind) {
   return visit(kind, [&](auto field) {
     const float q = std::max(field.surface(ball), 0.0f);
-    return std::sqrt(field.kCompactSupport ? q / ball.a : q);
+    const float radius = std::sqrt(field.kCompactSupport ? q / ball.a : q);
+    return std::min(radius, std::numeric_limits<float>::max());  // JSON has no infinity
   });
 }
 
@@ -58,6 +60,10 @@ std::string encode_balls_csv(const std::vector<Ball>& balls, FieldKind kind) {
 Result<BallFile> read_balls(const std::filesystem::path& path) {
   remember_input(path);
   PM_TRY(const std::string text, read_file(path));
+  return decode_balls(text, path.string());
+}
+
+Result<BallFile> decode_balls(std::string_view text, const std::string& name) {
   BallFile file;
   try {
     const auto json = nlohmann::json::parse(text);
@@ -65,7 +71,7 @@ Result<BallFile> read_balls(const std::filesystem::path& path) {
     const auto* kind = std::find_if(std::begin(kFieldKinds), std::end(kFieldKinds),
                                     [&](FieldKind k) { return field_name(k) == field; });
     if (kind == std::end(kFieldKinds))
-      return make_error(ErrorCode::kInput, "{}: unknown field \"{}\"", path.string(), field);
+      return make_error(ErrorCode::kInput, "{}: unknown field \"{}\"", name, field);
     file.kind = *kind;
     for (const auto& entry : json.at("balls")) {
       Ball ball;
@@ -77,11 +83,17 @@ Result<BallFile> read_balls(const std::filesystem::path& path) {
         const auto s = entry.at("shape").get<std::array<float, 6>>();
         ball.shape = {s[0], s[1], s[2], s[3], s[4], s[5]};
       }
+      const Sym3& s = ball.shape;
+      const float sum = ball.center.x + ball.center.y + ball.center.z + ball.a + ball.w + s.xx +
+                        s.yy + s.zz + s.xy + s.xz + s.yz;
+      if (!std::isfinite(sum) || !(ball.a > 0))
+        return make_error(ErrorCode::kInput,
+                          "{}: ball {}: its numbers must be finite, and a above 0", name,
+                          file.balls.size() + 1);
       file.balls.push_back(ball);
     }
   } catch (const nlohmann::json::exception& error) {
-    return make_error(ErrorCode::kInput, "{}: not a file of balls ({})", path.string(),
-                      error.what());
+    return make_error(ErrorCode::kInput, "{}: not a file of balls ({})", name, error.what());
   }
   return file;
 }

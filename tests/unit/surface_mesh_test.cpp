@@ -96,6 +96,26 @@ TEST(Crossfade, PointsRunFromTheModelIntoItsOwnBalls) {
   }
 }
 
+TEST(Balls, FilesThatAreReadCanBeWritten) {
+  const auto decoded = [](const std::string& ball) {
+    return decode_balls(R"({"field": "wyvill", "balls": [)" + ball + "]}", "balls.json");
+  };
+  const auto one =
+      decoded(R"({"center": [1, 2, 3], "a": 4, "w": 2, "shape": [1, 2, 0.5, 0, 0, 0]})");
+  ASSERT_TRUE(one) << one.error().message;
+  EXPECT_EQ(one->balls[0].shape.yy, 2);
+  for (const char* bad :
+       {R"({"center": [1, 2, 3], "a": 0, "w": 2})", R"({"center": [1, 2], "w": 2})",
+        R"({"center": [1e60, 2, 3], "w": 2})", R"({"center": [1, 2, 3]})", "7"}) {
+    const auto refused = decoded(bad);
+    ASSERT_FALSE(refused) << bad;
+    EXPECT_EQ(refused.error().code, ErrorCode::kInput);
+  }
+  // So small an `a` that the radius leaves the range of float.
+  const std::string wide = encode_balls({{{}, 1e-44f, 1e30f}}, FieldKind::kGaussian);
+  EXPECT_TRUE(decode_balls(wide, "wide.json")) << wide;
+}
+
 TEST(MeshFiles, BallsSayTheirVisibleRadius) {
   const std::string json = encode_balls({gaussian_ball({1, 2, 3}, 0.5f)}, FieldKind::kGaussian);
   EXPECT_NE(json.find("\"center\": [1, 2, 3], \"a\": 8, \"w\": 2, \"radius\": 0.5"),
