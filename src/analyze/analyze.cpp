@@ -201,9 +201,9 @@ class Analyzer {
                std::abs(genus(rows().back()) - genus(rows().front()));
     add("topology", "2 topology", changes, "<= 0",
         "changes of parts and handles beyond those between the ends");
-    double most = 0;
-    for (const FrameMeasures& row : rows()) most = std::max(most, parts(row));
-    add("parts", "2 topology", most,
+    double largest = 0;
+    for (const FrameMeasures& row : rows()) largest = std::max(largest, parts(row));
+    add("parts", "2 topology", largest,
         fmt::format("<= {:g}", std::max(parts(rows().front()), parts(rows().back()))),
         "largest number of parts at once; goal: as many as the larger end has");
   }
@@ -231,10 +231,10 @@ class Analyzer {
   }
 
   void smoothness() {
-    double most = 0;
-    for (const FrameMeasures& row : rows()) most = std::max(most, row.bending);
+    double largest = 0;
+    for (const FrameMeasures& row : rows()) largest = std::max(largest, row.bending);
     const double ends = std::max(rows().front().bending, rows().back().bending);
-    add("bending", "5 smoothness", ends > 0 ? std::optional(most / ends) : std::nullopt, "<= 1",
+    add("bending", "5 smoothness", ends > 0 ? std::optional(largest / ends) : std::nullopt, "<= 1",
         "largest bending energy over the larger one of the ends");
     // Where time nearly stands still the rate is a quotient of two nothings.
     constexpr double kSlow = 0.1;
@@ -311,15 +311,15 @@ class Analyzer {
     const auto one = [&](const char* backtrack, const char* dip, const auto& value,
                          const char* what_back, const char* what_dip) {
       const double first = value(rows().front()), last = value(rows().back());
-      double back = 0, least = first;
+      double back = 0, lowest = first;
       for (std::size_t k = 0; k + 1 < rows().size(); ++k) {
         const double step = value(rows()[k + 1]) - value(rows()[k]);
         const double sign = last > first ? 1 : last < first ? -1 : 0;
         back += std::max(0.0, -sign * step);
-        least = std::min(least, value(rows()[k + 1]));
+        lowest = std::min(lowest, value(rows()[k + 1]));
       }
       add(backtrack, "6 monotonicity", back / std::max(first, last), "<= 0.005", what_back);
-      add(dip, "6 monotonicity", least / std::min(first, last), ">= 0.98", what_dip);
+      add(dip, "6 monotonicity", lowest / std::min(first, last), ">= 0.98", what_dip);
     };
     one(
         "backtrack", "dip", [](const FrameMeasures& row) { return row.surface.volume; },
@@ -353,18 +353,18 @@ class Analyzer {
   }
 
   void slow_in_out() {
-    double most = 0, peak = 0;
+    double largest = 0, peak = 0;
     for (std::size_t k = 0; k + 1 < rows().size(); ++k)
-      if (rows()[k].speed > most) {
-        most = rows()[k].speed;
+      if (rows()[k].speed > largest) {
+        largest = rows()[k].speed;
         peak = (rows()[k].time + rows()[k + 1].time) / 2;
       }
-    const bool moves = most > 0;
-    const auto over_most = [&](std::size_t k) {
-      return moves ? std::optional(rows()[k].speed / most) : std::nullopt;
+    const bool moves = largest > 0;
+    const auto over_largest = [&](std::size_t k) {
+      return moves ? std::optional(rows()[k].speed / largest) : std::nullopt;
     };
-    add("slow_in", "9 slow-in, slow-out", over_most(0), "<= 0.3", "first step over the largest");
-    add("slow_out", "9 slow-in, slow-out", over_most(rows().size() - 2), "<= 0.3",
+    add("slow_in", "9 slow-in, slow-out", over_largest(0), "<= 0.3", "first step over the largest");
+    add("slow_out", "9 slow-in, slow-out", over_largest(rows().size() - 2), "<= 0.3",
         "last step over the largest");
     add("peak", "9 slow-in, slow-out", moves ? std::optional(peak) : std::nullopt, "",
         "when the largest step is; goal 0.4 to 0.6");

@@ -115,9 +115,9 @@ DilatedHull::DilatedHull(std::span<const Vec3> points, double margin) {
     const double z = 1 - (2.0 * i + 1) / kDirections, side = std::sqrt(1 - z * z);
     directions_.push_back(
         to_float(Vec3d{side * std::cos(kGolden * i), side * std::sin(kGolden * i), z}));
-    float most = -std::numeric_limits<float>::infinity();
-    for (const Vec3& p : points) most = std::max(most, dot(p, directions_.back()));
-    limits_.push_back(most + static_cast<float>(margin));
+    float farthest = -std::numeric_limits<float>::infinity();
+    for (const Vec3& p : points) farthest = std::max(farthest, dot(p, directions_.back()));
+    limits_.push_back(farthest + static_cast<float>(margin));
   }
 }
 

@@ -91,9 +91,9 @@ std::vector<Curvatures> curvatures_of(const CellValues& field, const IsoSurface&
   return result;
 }
 
-/// Connected sets of the chosen vertices whose area is larger than `least`.
+/// Connected sets of the chosen vertices whose area is larger than `min_area`.
 int count_patches(const IsoSurface& surface, const std::vector<bool>& chosen,
-                  const std::vector<double>& areas, double least) {
+                  const std::vector<double>& areas, double min_area) {
   std::vector<std::uint32_t> parent(chosen.size());
   std::iota(parent.begin(), parent.end(), 0u);
   const auto find = [&](std::uint32_t x) {
@@ -109,7 +109,7 @@ int count_patches(const IsoSurface& surface, const std::vector<bool>& chosen,
   for (std::uint32_t v = 0; v < chosen.size(); ++v)
     if (chosen[v]) area[find(v)] += areas[v];
   return static_cast<int>(
-      std::count_if(area.begin(), area.end(), [&](double a) { return a > least; }));
+      std::count_if(area.begin(), area.end(), [&](double a) { return a > min_area; }));
 }
 
 void measure_curvature(const CellValues& occupancy, double volume, double size, Roughness& result) {
@@ -119,13 +119,14 @@ void measure_curvature(const CellValues& occupancy, double volume, double size, 
   const std::vector<Curvatures> curvatures = curvatures_of(field, surface);
   const std::vector<double> areas = vertex_areas(surface);
   // No radius is smaller than the scale of the smoothing.
-  const double most = 1 / (kFine * size), tight = 1 / (kRadius * size);
+  const double max_curvature = 1 / (kFine * size), tight = 1 / (kRadius * size);
   double total = 0, grooves = 0, area = 0;
   std::vector<bool> dome(curvatures.size());
   for (std::size_t v = 0; v < curvatures.size(); ++v) {
     const auto [larger, smaller] = curvatures[v];
-    total +=
-        std::abs(std::clamp(larger, -most, most) * std::clamp(smaller, -most, most)) * areas[v];
+    total += std::abs(std::clamp(larger, -max_curvature, max_curvature) *
+                      std::clamp(smaller, -max_curvature, max_curvature)) *
+             areas[v];
     if (smaller < -tight) grooves += areas[v];
     dome[v] = smaller > tight;
     area += areas[v];
@@ -160,11 +161,11 @@ class VertexPlanes {
     for (std::uint32_t v = 0; v < points_.size(); ++v) sorted_[next[index(surface.from[v])]++] = v;
   }
 
-  /// At most `most`.
-  double distance(Vec3 from, double most) const {
+  /// At most `max_distance`.
+  double distance(Vec3 from, double max_distance) const {
     const Int3 p = {static_cast<int>(from.x), static_cast<int>(from.y), static_cast<int>(from.z)};
     Nearest nearest;
-    const int rings = static_cast<int>(most) + 1;
+    const int rings = static_cast<int>(max_distance) + 1;
     for (int r = 0; r <= rings; ++r) {
       // Whatever a vertex of this ring comes from, it is at least r - 1 cells off.
       if (r > 1 && nearest.square <= static_cast<double>(r - 1) * (r - 1)) break;
@@ -172,9 +173,9 @@ class VertexPlanes {
     }
     constexpr double kNear = 2;
     const double straight = std::sqrt(nearest.square);
-    if (straight > kNear) return std::min(straight, most);
+    if (straight > kNear) return std::min(straight, max_distance);
     const Vec3d way = Vec3d(from) - Vec3d(points_[nearest.vertex]);
-    return std::min(std::abs(dot(way, normals_[nearest.vertex])), most);
+    return std::min(std::abs(dot(way, normals_[nearest.vertex])), max_distance);
   }
 
  private:

@@ -29,12 +29,12 @@ std::vector<Between> between_ends(const std::vector<FrameMeasures>& rows, const 
 /// division by 0.
 template <class Value>
 std::optional<double> excess(const std::vector<FrameMeasures>& rows, const Value& value) {
-  std::optional<double> most;
+  std::optional<double> largest;
   for (const Between& b : between_ends(rows, value)) {
     const double over = (b.value + 1) / (b.larger_end + 1);
-    most = std::max(most.value_or(over), over);
+    largest = std::max(largest.value_or(over), over);
   }
-  return most;
+  return largest;
 }
 
 double change_of_u(const std::vector<FrameMeasures>& rows, std::size_t k) {

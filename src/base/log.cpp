@@ -144,12 +144,12 @@ Status open_log_file(const std::filesystem::path& path, bool replace) {
 
 /// Names of megabytes come from broken files; nobody reads them.
 std::string with_short_lines(const std::string& text) {
-  constexpr std::size_t kMost = 4000, kFirst = 1000, kLast = 300;
-  if (text.size() <= kMost) return text;
+  constexpr std::size_t kMax = 4000, kFirst = 1000, kLast = 300;
+  if (text.size() <= kMax) return text;
   std::string result;
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
-    if (end - begin <= kMost)
+    if (end - begin <= kMax)
       result += text.substr(begin, end - begin);
     else
       result += fmt::format("{} [{} characters more] {}", text.substr(begin, kFirst),

@@ -47,11 +47,11 @@ std::string frames_of(const SlurmJob& job) {
 
 }  // namespace
 
-int slurm_tasks(std::size_t frames, double frame_seconds, double task_seconds, int most) {
+int slurm_tasks(std::size_t frames, double frame_seconds, double task_seconds, int max_tasks) {
   const double per_task =
       frame_seconds > 0 ? std::max(1.0, std::ceil(task_seconds / frame_seconds)) : 1.0;
   const double tasks = std::floor(static_cast<double>(frames) / per_task);
-  return static_cast<int>(std::clamp(tasks, 1.0, static_cast<double>(most)));
+  return static_cast<int>(std::clamp(tasks, 1.0, static_cast<double>(max_tasks)));
 }
 
 std::string slurm_render_script(const SlurmJob& job) {

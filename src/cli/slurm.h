@@ -27,8 +27,8 @@ struct SlurmJob {
 };
 
 /// How many array tasks: each has at least `task_seconds` of frames where there are enough, and
-/// there are at most `most` of them. `frame_seconds` 0: one frame a task.
-int slurm_tasks(std::size_t frames, double frame_seconds, double task_seconds, int most);
+/// there are at most `max_tasks` of them. `frame_seconds` 0: one frame per task.
+int slurm_tasks(std::size_t frames, double frame_seconds, double task_seconds, int max_tasks);
 
 /// The job array: task i of n renders every n-th frame from the i-th on, keeps what is current, and
 /// is queued again when it stops early (code 75).

@@ -63,8 +63,8 @@ std::vector<double> z_values(const std::vector<Values>& runs, const Values& refe
     for (const Values& run : runs) mean += run.rgb[i] / count;
     for (const Values& run : runs) squares += (run.rgb[i] - mean) * (run.rgb[i] - mean);
     const double variance = squares / (count - 1);
-    const double least = min_error * (1 + std::abs(mean));
-    const double error = std::sqrt(variance * (1 / count + reference_share) + least * least);
+    const double smallest = min_error * (1 + std::abs(mean));
+    const double error = std::sqrt(variance * (1 / count + reference_share) + smallest * smallest);
     z[i] = normal_of_t((reference.rgb[i] - mean) / error, count - 1);
   }
   return z;

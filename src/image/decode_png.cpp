@@ -87,12 +87,12 @@ bool read_pixels(Handles& h, PngImage& image) {
 }
 
 template <class Code>
-void to_values(PngImage& image, float most) {
+void to_values(PngImage& image, float max_code) {
   const std::size_t count = image.values.size();
   for (std::size_t i = 0; i < count; ++i) {
     Code code;
     std::memcpy(&code, &image.codes[i * sizeof code], sizeof code);
-    image.values[i] = static_cast<float>(code) / most;
+    image.values[i] = static_cast<float>(code) / max_code;
   }
 }
 

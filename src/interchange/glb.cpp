@@ -32,9 +32,9 @@ void append(std::string& bytes, const T& value) {
 json array_of(Vec3 v) { return {v.x, v.y, v.z}; }
 
 template <class T>
-T quantized(float v, float most) {
+T quantized(float v, float highest) {
   return static_cast<T>(
-      std::lround(std::clamp(v, std::is_signed_v<T> ? -1.0f : 0.0f, 1.0f) * most));
+      std::lround(std::clamp(v, std::is_signed_v<T> ? -1.0f : 0.0f, 1.0f) * highest));
 }
 
 /// Where an actor's mesh is in the file, and when it shows.
@@ -219,21 +219,21 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
            add_accessor(bytes, kVertexBuffer, component, type, count, true, stride));
     return Ok{};
   };
-  std::uint16_t least[3] = {65535, 65535, 65535}, most[3] = {};
+  std::uint16_t lowest[3] = {65535, 65535, 65535}, highest[3] = {};
   PM_TRY_STATUS(put("POSITION", "VEC3", kUnsignedShort, 8,
                     per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
                       const Vec3 at = (frame.positions[p] - low) / shown.scale;
                       const float own[3] = {at.x, at.y, at.z};
                       for (int k = 0; k < 3; ++k) {
                         const auto q = quantized<std::uint16_t>(own[k], 65535);
-                        least[k] = std::min(least[k], q);
-                        most[k] = std::max(most[k], q);
+                        lowest[k] = std::min(lowest[k], q);
+                        highest[k] = std::max(highest[k], q);
                         append(bytes, q);
                       }
                       append(bytes, std::uint16_t{0});
                     })));
-  accessors_.back()["min"] = least;
-  accessors_.back()["max"] = most;
+  accessors_.back()["min"] = lowest;
+  accessors_.back()["max"] = highest;
   if (!frame.normals.empty() || !frame.corner_normals.empty())
     PM_TRY_STATUS(put("NORMAL", "VEC3", kByte, 4,
                       per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {

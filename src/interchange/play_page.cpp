@@ -165,14 +165,14 @@ struct Factor {
   float xx, xy, xz, yy, yz, zz;
 };
 Factor factor_of(const Sym3& s) {
-  constexpr float kLeast = 1e-12f;
+  constexpr float kMin = 1e-12f;
   Factor f{};
-  f.xx = std::sqrt(std::max(s.xx, kLeast));
+  f.xx = std::sqrt(std::max(s.xx, kMin));
   f.xy = s.xy / f.xx;
   f.xz = s.xz / f.xx;
-  f.yy = std::sqrt(std::max(s.yy - f.xy * f.xy, kLeast));
+  f.yy = std::sqrt(std::max(s.yy - f.xy * f.xy, kMin));
   f.yz = (s.yz - f.xz * f.xy) / f.yy;
-  f.zz = std::sqrt(std::max(s.zz - f.xz * f.xz - f.yz * f.yz, kLeast));
+  f.zz = std::sqrt(std::max(s.zz - f.xz * f.xz - f.yz * f.yz, kMin));
   return f;
 }
 

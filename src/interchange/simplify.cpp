@@ -55,19 +55,19 @@ float distance_between(const SurfaceFrame& frame, const ClosestPointQuery& befor
                        const std::vector<Triangle>& left, float limit,
                        std::vector<std::uint8_t>& fixed) {
   const ClosestPointQuery after(frame.positions, left);
-  float most = 0;
+  float farthest = 0;
   std::vector<std::uint8_t> near(frame.positions.size(), 0);
   const std::vector<ClosestPoint> own = after.closest(frame.positions);
   for (std::size_t i = 0; i < own.size(); ++i) {
-    most = std::max(most, own[i].distance);
+    farthest = std::max(farthest, own[i].distance);
     if (own[i].distance > limit) near[i] = 1;
   }
   for (const ClosestPoint& hit : before.closest(middles(frame, left))) {
-    most = std::max(most, hit.distance);
+    farthest = std::max(farthest, hit.distance);
     if (hit.distance > limit)
       for (const std::uint32_t v : frame.triangles[hit.triangle].v) near[v] = 1;
   }
-  if (most <= limit) return most;
+  if (farthest <= limit) return farthest;
   for (int ring = 0; ring < 1; ++ring) {
     std::vector<std::uint8_t> wider = near;
     for (std::size_t t = 0; t < frame.triangles.size(); ++t) {
@@ -78,7 +78,7 @@ float distance_between(const SurfaceFrame& frame, const ClosestPointQuery& befor
     }
     near = std::move(wider);
   }
-  return most;
+  return farthest;
 }
 
 /// Keeps what the triangles `left` need.

@@ -72,9 +72,9 @@ Fit best_fit(const CostSide& a, const CostSide& b, float label_cost, double untu
     const auto at = static_cast<std::size_t>(i);
     fits[at] = refine(a, b, label_cost, starts[at], axis);
   });
-  double least = fits[0].cost;
-  for (const Fit& fit : fits) least = std::min(least, fit.cost);
-  const double enough = least + 0.01 * std::max(unturned - least, 0.0);
+  double lowest = fits[0].cost;
+  for (const Fit& fit : fits) lowest = std::min(lowest, fit.cost);
+  const double enough = lowest + 0.01 * std::max(unturned - lowest, 0.0);
   const Fit* chosen = nullptr;
   for (const Fit& fit : fits)
     if (fit.cost <= enough &&

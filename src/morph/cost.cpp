@@ -139,9 +139,9 @@ CostSide coarse(const CostSide& side, std::size_t count) {
   for (double& mass : result.mass) mass = std::max(mass, 1e-12);
   for (const auto& vote : votes) {
     std::int32_t best = kNoLabel;
-    double most = 0;
+    double largest = 0;
     for (const auto& [label, mass] : vote)
-      if (mass > most) most = mass, best = label;
+      if (mass > largest) largest = mass, best = label;
     result.labels.push_back(best);
   }
   return result;

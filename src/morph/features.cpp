@@ -103,10 +103,10 @@ std::vector<float> mean_distances(const Graph& graph, std::span<const double> ma
   for (std::size_t i = 0; i < n; ++i) weight[owner[i]] += masses[i];
   for (std::size_t b = 0; b < from_base.size(); ++b)
     for (std::size_t i = 0; i < n; ++i) mean[i] += weight[b] * from_base[b][i];
-  const double least = *std::min_element(mean.begin(), mean.end());
+  const double smallest = *std::min_element(mean.begin(), mean.end());
   std::vector<float> result(n, 0);
   for (std::size_t i = 0; i < n; ++i)
-    result[i] = least > 0 ? static_cast<float>(mean[i] / least - 1) : 0.0f;
+    result[i] = smallest > 0 ? static_cast<float>(mean[i] / smallest - 1) : 0.0f;
   return result;
 }
 

@@ -59,10 +59,10 @@ LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
   for (bool changed = true; changed;) {
     changed = false;
     for (const auto& [i, j] : links) {
-      std::int32_t least = match.from[i];
-      if (match.to[j] != kNoLabel) least = std::min(least, match.to[j]);
-      changed |= match.from[i] != least || match.to[j] != least;
-      match.from[i] = match.to[j] = least;
+      std::int32_t lowest = match.from[i];
+      if (match.to[j] != kNoLabel) lowest = std::min(lowest, match.to[j]);
+      changed |= match.from[i] != lowest || match.to[j] != lowest;
+      match.from[i] = match.to[j] = lowest;
     }
   }
   return match;

@@ -105,11 +105,11 @@ std::vector<std::uint32_t> parts_by_place(const MorphPlan& plan) {
   std::vector<Point> middles{{{}, {}}};  // the first is only where the search starts
   for (std::size_t k = 0; k <= count; ++k) {
     std::size_t farthest = 0;
-    double most = -1;
+    double largest = -1;
     for (std::size_t e = 0; e < n; ++e) {
       double nearest = std::numeric_limits<double>::infinity();
       for (const Point& middle : middles) nearest = std::min(nearest, square(points[e], middle));
-      if (nearest > most * (1 + 1e-9)) most = nearest, farthest = e;
+      if (nearest > largest * (1 + 1e-9)) largest = nearest, farthest = e;
     }
     if (k == 0) middles.clear();
     if (middles.size() < count) middles.push_back(points[farthest]);

@@ -59,14 +59,14 @@ std::vector<Pair> pair_nearest(const CostPair& sides) {
   const auto n = static_cast<std::uint32_t>(sides.a.size());
   const auto m = static_cast<std::uint32_t>(sides.b.size());
   std::vector<Ends> ends;
-  std::vector<float> row(m), least(m, std::numeric_limits<float>::infinity());
+  std::vector<float> row(m), cheapest(m, std::numeric_limits<float>::infinity());
   std::vector<std::uint32_t> nearest(m, 0);
   for (std::uint32_t i = 0; i < n; ++i) {
     cost_row(sides.a, sides.b, sides.label_cost, i, row);
     ends.emplace_back(
         i, static_cast<std::uint32_t>(std::min_element(row.begin(), row.end()) - row.begin()));
     for (std::uint32_t j = 0; j < m; ++j)
-      if (row[j] < least[j]) least[j] = row[j], nearest[j] = i;
+      if (row[j] < cheapest[j]) cheapest[j] = row[j], nearest[j] = i;
   }
   for (std::uint32_t j = 0; j < m; ++j) ends.emplace_back(nearest[j], j);
   std::sort(ends.begin(), ends.end());

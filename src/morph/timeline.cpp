@@ -136,13 +136,13 @@ double pace_of(const Leg& leg) {
 
 int film_frame_count(const Scene& scene) {
   if (is_counted(scene)) return scene.frames.count;
-  int most = 0;
+  int longest = 0;
   for (const ActorSettings& actor : scene.actors) {
     const std::vector<int> frames = leg_frames(scene, actor);
     const int total = std::accumulate(frames.begin(), frames.end(), 0);
-    most = std::max(most, actor.start - 1 + std::max(2, total) + held_frames(actor));
+    longest = std::max(longest, actor.start - 1 + std::max(2, total) + held_frames(actor));
   }
-  return scene.frames.hold_start + most + scene.frames.hold_end;
+  return scene.frames.hold_start + longest + scene.frames.hold_end;
 }
 
 int frame_count(const Scene& scene) {

@@ -108,9 +108,9 @@ class ColumnGeneration {
         largest[i] = *std::max_element(row.begin(), row.end());
       }
     });
-    const float most = *std::max_element(largest.begin(), largest.end());
-    PM_CHECK(std::isfinite(most));
-    scale_ = most > 0 ? kCostSteps / static_cast<double>(most) : 1;
+    const float max_cost = *std::max_element(largest.begin(), largest.end());
+    PM_CHECK(std::isfinite(max_cost));
+    scale_ = max_cost > 0 ? kCostSteps / static_cast<double>(max_cost) : 1;
   }
 
   /// The arcs of lowest reduced cost, `count` a source, and `count` a target where both ends are

@@ -17,11 +17,11 @@ SphereTree spheres_at(const InsideTest& test, const RootCube& root, SphereMethod
                                          : octree_spheres(test, root, resolution - 1);
 }
 
-/// The finest resolution that gives at most `most`: thousands of balls are still
+/// The finest resolution that gives at most `max_count`: thousands of balls are still
 /// extracted in milliseconds, and a thin model gets finer cells than a stout one. At least
 /// kCoarsest, so that a cube does not end as a handful of balls.
 SphereTree automatic_spheres(const InsideTest& test, const RootCube& root, SphereMethod method,
-                             std::size_t most) {
+                             std::size_t max_count) {
   constexpr int kCoarsest = 4, kStart = 6, kFinest = 8;
   // Cells halve: an octree gets 8 times as many, the active method, which only splits at the
   // surface, 4.
@@ -29,9 +29,9 @@ SphereTree automatic_spheres(const InsideTest& test, const RootCube& root, Spher
   int resolution = kStart;
   SphereTree tree = spheres_at(test, root, method, resolution);
   const auto count = [&] { return tree.leaves().size(); };
-  while (count() > most && resolution > kCoarsest)
+  while (count() > max_count && resolution > kCoarsest)
     tree = spheres_at(test, root, method, --resolution);
-  while (resolution >= kStart && resolution < kFinest && count() * growth <= most)
+  while (resolution >= kStart && resolution < kFinest && count() * growth <= max_count)
     tree = spheres_at(test, root, method, ++resolution);
   return tree;
 }
@@ -74,10 +74,10 @@ Error nothing_inside(const Model& model, const InsideTest& test, const RootCube&
 }  // namespace
 
 Result<SphereTree> cell_spheres(const Model& model, const InsideTest& test,
-                                const SphereSettings& settings, std::size_t most) {
+                                const SphereSettings& settings, std::size_t max_count) {
   const RootCube root = root_cube(model);
   SphereTree tree = settings.resolution == 0
-                        ? automatic_spheres(test, root, settings.method, most)
+                        ? automatic_spheres(test, root, settings.method, max_count)
                         : spheres_at(test, root, settings.method, settings.resolution);
   // The centres of a few large cells may all lie outside what smaller ones and larger ones show.
   const bool may_refine = settings.method == SphereMethod::kOctree;

@@ -57,9 +57,9 @@ SphereTree tree_of_cells(const RootCube& root, int finest,
 SphereTree octree_spheres(const InsideTest& test, const RootCube& root, int finest);
 SphereTree active_spheres(const InsideTest& test, const RootCube& root, int finest);
 
-/// Of the settings' method and resolution, 0 chosen so that at most `most` spheres come out. Errors
-/// (kInput): nothing is inside at this resolution - says which to raise.
+/// Of the settings' method and resolution, 0 chosen so that at most `max_count` spheres come out.
+/// Errors (kInput): nothing is inside at this resolution - says which to raise.
 Result<SphereTree> cell_spheres(const Model& model, const InsideTest& test,
-                                const SphereSettings& settings, std::size_t most);
+                                const SphereSettings& settings, std::size_t max_count);
 
 }  // namespace polymorph

@@ -69,10 +69,10 @@ std::vector<SecondMoments> second_moments_of(const std::vector<Sphere>& spheres,
       static_cast<std::int64_t>(samples.size()),
       [&](std::int64_t k) {
         const auto s = static_cast<std::size_t>(k);
-        float least = std::numeric_limits<float>::infinity();
+        float smallest = std::numeric_limits<float>::infinity();
         for (std::size_t i = 0; i < spheres.size(); ++i) {
           const float d = length(samples[s].point - spheres[i].center) - spheres[i].radius;
-          if (d < least) least = d, owner[s] = static_cast<std::uint32_t>(i);
+          if (d < smallest) smallest = d, owner[s] = static_cast<std::uint32_t>(i);
         }
       },
       64);
@@ -94,8 +94,8 @@ FitBall ball_of(const Sphere& sphere, const SecondMoments& moments, double lengt
   Eigen::SelfAdjointEigenSolver<Matrix3d> axes(moments.second / moments.weight -
                                                mean * mean.transpose());
   // A solid ellipsoid's variance along an axis is a fifth of the square of its half length.
-  const double least = 0.004 * length;
-  const Vector3d half = (5 * axes.eigenvalues()).cwiseMax(least * least).cwiseSqrt();
+  const double smallest = 0.004 * length;
+  const Vector3d half = (5 * axes.eigenvalues()).cwiseMax(smallest * smallest).cwiseSqrt();
   ball.center = mean;
   ball.root =
       (std::sqrt(kWeight) * half.cwiseInverse()).asDiagonal() * axes.eigenvectors().transpose();

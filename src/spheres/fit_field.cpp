@@ -34,16 +34,16 @@ struct GroupBalls {
     const Vector3d middle = (low + high) / 2;
     const double radius = (high - low).norm() / 2;
     std::vector<double> tops(all.size());
-    double least_top = -1e300;
+    double min_top = -1e300;
     for (std::size_t i = 0; i < all.size(); ++i) {
       const double distance = (all[i].root * (middle - all[i].center)).norm();
       const double reach = norms[i] * radius;
       const double near = std::max(0.0, distance - reach), far = distance + reach;
       tops[i] = all[i].w - near * near;
-      least_top = std::max(least_top, all[i].w - far * far);
+      min_top = std::max(min_top, all[i].w - far * far);
     }
     for (std::size_t i = 0; i < all.size(); ++i)
-      if (tops[i] > least_top - kNegligible) indices.push_back(static_cast<std::uint32_t>(i));
+      if (tops[i] > min_top - kNegligible) indices.push_back(static_cast<std::uint32_t>(i));
     const auto n = static_cast<Eigen::Index>(indices.size());
     for (int r = 0; r < 3; ++r) {
       center[r].resize(n);

@@ -89,7 +89,7 @@ double overhang(const Cluster& c) { return c.radius - c.clearance; }
 /// The two as one: around the centre of either, whichever stands out less.
 Cluster Merger::merged(std::uint32_t a, std::uint32_t b) const {
   Cluster best;
-  double least = INFINITY;
+  double smallest = INFINITY;
   for (const auto& [mine, other] : {std::pair(a, b), std::pair(b, a)}) {
     const Cluster& c = clusters_[mine];
     double radius2 = c.radius * c.radius;
@@ -98,8 +98,8 @@ Cluster Merger::merged(std::uint32_t a, std::uint32_t b) const {
       radius2 = std::max(radius2, dot(r, r));
     }
     const Cluster grown{c.center, c.clearance, std::sqrt(radius2), {}, {a, b}};
-    if (overhang(grown) < least) {
-      least = overhang(grown);
+    if (overhang(grown) < smallest) {
+      smallest = overhang(grown);
       best = grown;
     }
   }
@@ -214,8 +214,8 @@ Merger make_clusters(const std::vector<Tetrahedron>& tetrahedra,
   return merger;
 }
 
-Sphere rounded_sphere(const Cluster& cluster, double least) {
-  return {to_float(cluster.center), static_cast<float>(std::max(cluster.radius, least))};
+Sphere rounded_sphere(const Cluster& cluster, double min_radius) {
+  return {to_float(cluster.center), static_cast<float>(std::max(cluster.radius, min_radius))};
 }
 
 /// A sample is kept by the leaf in which it lies deepest; each leaf shrinks to what it keeps. A few
@@ -254,7 +254,7 @@ std::vector<std::uint32_t> tighten(std::vector<Sphere>& leaves, std::span<const 
 /// leaf keeps each sample.
 SphereTree tree_of(const Merger& merger, const std::vector<std::uint32_t>& leaf_clusters,
                    const std::vector<Sphere>& leaf_spheres, const std::vector<std::uint32_t>& owner,
-                   double least) {
+                   double min_radius) {
   const std::vector<Cluster>& clusters = merger.clusters();
   std::vector<std::uint32_t> leaf_of(clusters.size(), kNone);
   for (std::uint32_t i = 0; i < leaf_clusters.size(); ++i) leaf_of[leaf_clusters[i]] = i;
@@ -272,7 +272,7 @@ SphereTree tree_of(const Merger& merger, const std::vector<std::uint32_t>& leaf_
             ? std::int16_t{0}
             : static_cast<std::int16_t>(tree.nodes[static_cast<std::size_t>(parent)].level + 1);
     node.leaf = leaf_of[c] != kNone;
-    node.sphere = node.leaf ? leaf_spheres[leaf_of[c]] : rounded_sphere(clusters[c], least);
+    node.sphere = node.leaf ? leaf_spheres[leaf_of[c]] : rounded_sphere(clusters[c], min_radius);
     const auto self = static_cast<std::int32_t>(tree.nodes.size());
     if (node.leaf) node_of[leaf_of[c]] = self;
     tree.nodes.push_back(node);
@@ -335,7 +335,7 @@ Result<SphereTree> hubbard_spheres(const Model& model, const InsideTest& test,
   if (std::find(inside.begin(), inside.end(), 1) == inside.end())
     return no_ball_inside(model, count);
 
-  const double least = kMinRadius * diagonal;
+  const double min_radius = kMinRadius * diagonal;
   Merger merger = make_clusters(tetrahedra, inside, points, kTolerance * diagonal);
   merger.merge_down_to(static_cast<std::size_t>(settings.spheres));
   std::vector<std::uint32_t> leaf_clusters;
@@ -343,12 +343,12 @@ Result<SphereTree> hubbard_spheres(const Model& model, const InsideTest& test,
   for (std::uint32_t i = 0; i < merger.clusters().size(); ++i)
     if (merger.alive(i)) {
       leaf_clusters.push_back(i);
-      spheres.push_back(rounded_sphere(merger.clusters()[i], least));
+      spheres.push_back(rounded_sphere(merger.clusters()[i], min_radius));
     }
   const std::vector<std::uint32_t> owner = tighten(spheres, points);
-  for (Sphere& s : spheres) s.radius = std::max(s.radius, static_cast<float>(least));
+  for (Sphere& s : spheres) s.radius = std::max(s.radius, static_cast<float>(min_radius));
   merger.merge_down_to(1);
-  return tree_of(merger, leaf_clusters, spheres, owner, least);
+  return tree_of(merger, leaf_clusters, spheres, owner, min_radius);
 }
 
 }  // namespace polymorph

@@ -45,9 +45,10 @@ Holds holds_at(const std::vector<BoundarySample>& samples, const std::vector<Sph
   return holds;
 }
 
-/// Candidates in the order in which they add most, until all samples are held or `most` are chosen.
+/// Candidates in the order in which they add most, until all samples are held or `max_count` are
+/// chosen.
 std::vector<std::size_t> greedy_cover(const Holds& holds, std::size_t candidates,
-                                      std::size_t sample_count, std::size_t most) {
+                                      std::size_t sample_count, std::size_t max_count) {
   std::vector<std::uint64_t> open(holds.words, ~0ull);
   if (sample_count % 64) open.back() = (1ull << (sample_count % 64)) - 1;
   const auto gain_of = [&](std::size_t c) {
@@ -68,7 +69,7 @@ std::vector<std::size_t> greedy_cover(const Holds& holds, std::size_t candidates
   std::priority_queue<Entry> queue;
   for (std::size_t c = 0; c < candidates; ++c) queue.push({gain_of(c), c});
   std::vector<std::size_t> chosen;
-  while (chosen.size() < most && !queue.empty()) {
+  while (chosen.size() < max_count && !queue.empty()) {
     Entry top = queue.top();
     queue.pop();
     if (top.gain == 0) break;

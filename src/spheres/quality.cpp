@@ -68,7 +68,7 @@ Result<Counts> count_lattice(const Model& model, const InsideTest& inside,
 }
 
 struct Distances {
-  double rms = 1, most = 1;
+  double rms = 1, largest = 1;
 };
 
 Distances distances_of(const std::vector<Vec3>& points, const ClosestPointQuery& target,
@@ -78,7 +78,7 @@ Distances distances_of(const std::vector<Vec3>& points, const ClosestPointQuery&
   for (std::size_t i = 0; i < closest.size(); ++i) {
     const double d = static_cast<double>(closest[i].distance) / diagonal;
     if (i < rms_count) result.rms += d * d;
-    result.most = std::max(result.most, d);
+    result.largest = std::max(result.largest, d);
   }
   result.rms = std::sqrt(result.rms / static_cast<double>(std::max<std::size_t>(rms_count, 1)));
   return result;
@@ -131,16 +131,16 @@ Result<ApproximationQuality> measure_quality(const Model& model, const InsideTes
                               boundary.size());
   }
   figures.rms_to_model = to_model.rms;
-  figures.hausdorff_to_model = to_model.most;
+  figures.hausdorff_to_model = to_model.largest;
   figures.rms_to_surface = to_surface.rms;
-  figures.hausdorff_to_surface = to_surface.most;
+  figures.hausdorff_to_surface = to_surface.largest;
   return figures;
 }
 
 std::string describe_bad_fit(const ApproximationQuality& quality) {
-  constexpr double kLeastOverlap = 0.7, kMostDistance = 0.15;
+  constexpr double kMinOverlap = 0.7, kMaxDistance = 0.15;
   const double far = std::max(quality.hausdorff_to_model, quality.hausdorff_to_surface);
-  if (quality.iou >= kLeastOverlap && far <= kMostDistance) return "";
+  if (quality.iou >= kMinOverlap && far <= kMaxDistance) return "";
   return fmt::format(
       "the balls stand badly for it: they overlap with it by {:.0f} % and are up to {:.0f} % of "
       "its "
@@ -153,16 +153,16 @@ Result<double> hausdorff_distance(const Model& model, const std::vector<Boundary
   // Without a fit it is the spheres themselves that stand for the model.
   const double diagonal = static_cast<double>(model.box().diagonal());
   if (approximation.balls.empty()) {
-    double most = 0;
+    double largest = 0;
     const std::vector<Sphere> spheres = approximation.tree.leaves();
     for (const BoundarySample& s : samples) {
       double nearest = diagonal;
       for (const Sphere& sphere : spheres)
         nearest =
             std::min(nearest, static_cast<double>(length(s.point - sphere.center) - sphere.radius));
-      most = std::max(most, nearest);
+      largest = std::max(largest, nearest);
     }
-    return most / diagonal;
+    return largest / diagonal;
   }
   const auto extractor = make_cpu_extractor();
   PM_TRY(const Mesh mesh,
@@ -171,7 +171,7 @@ Result<double> hausdorff_distance(const Model& model, const std::vector<Boundary
   const Distances out = distances_of(mesh.positions, ClosestPointQuery(model), diagonal, 0);
   const Distances back = distances_of(
       points_of(samples), ClosestPointQuery(mesh.positions, mesh.triangles), diagonal, 0);
-  return std::max(out.most, back.most);
+  return std::max(out.largest, back.largest);
 }
 
 double solid_volume(const Model& model, const InsideTest& inside) {

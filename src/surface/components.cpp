@@ -49,12 +49,12 @@ std::size_t remove_small_components(Mesh& mesh, double share) {
   const std::vector<double>& volume = components.volume;
   double whole = 0, largest = 0;
   for (const double v : volume) whole += v, largest = std::max(largest, std::abs(v));
-  const double least = std::min(share * whole, largest);
+  const double min_volume = std::min(share * whole, largest);
   std::vector<std::uint8_t> keep(mesh.positions.size(), 0);
   std::size_t dropped = 0;
   for (std::uint32_t i = 0; i < mesh.positions.size(); ++i) {
     const std::uint32_t root = components.sets.find(i);
-    keep[i] = std::abs(volume[root]) >= least;
+    keep[i] = std::abs(volume[root]) >= min_volume;
     dropped += root == i && !keep[i];
   }
   if (dropped == 0) return 0;

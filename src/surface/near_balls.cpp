@@ -52,18 +52,18 @@ std::vector<std::uint32_t> NearBalls::within(const Box& box) const {
     for (std::size_t i = 0; i < balls_.size(); ++i) list.push_back(static_cast<std::uint32_t>(i));
     return list;
   }
-  std::vector<float> most(balls_.size());
+  std::vector<float> highest(balls_.size());
   float largest = -std::numeric_limits<float>::infinity();
   for (std::size_t i = 0; i < balls_.size(); ++i) {
     const float q = least_[i] * distance2(balls_[i].center, box);
-    most[i] = visit(kind_, [&](auto field) { return field.log_value(balls_[i], q); });
-    largest = std::max(largest, most[i]);
+    highest[i] = visit(kind_, [&](auto field) { return field.log_value(balls_[i], q); });
+    largest = std::max(largest, highest[i]);
   }
   // The surface is at 0: what is far below it anywhere does not matter, unless nothing else is
   // there.
   const float floor = std::min(largest, 0.0f) - kDepth;
   for (std::size_t i = 0; i < balls_.size(); ++i)
-    if (most[i] >= floor) list.push_back(static_cast<std::uint32_t>(i));
+    if (highest[i] >= floor) list.push_back(static_cast<std::uint32_t>(i));
   return list;
 }
 

@@ -121,16 +121,16 @@ SurfaceFrame seamed_sphere() {
 double hausdorff(const SurfaceFrame& a, const SurfaceFrame& b) {
   const auto one_sided = [](const SurfaceFrame& from, const SurfaceFrame& to) {
     const ClosestPointQuery query(to.positions, to.triangles);
-    float most = 0;
+    float largest = 0;
     for (const Triangle& t : from.triangles)
       for (int i = 0; i <= 4; ++i)
         for (int j = 0; i + j <= 4; ++j) {
           const float u = static_cast<float>(i) / 4, v = static_cast<float>(j) / 4;
           const Vec3 p = from.positions[t.v[0]] * (1 - u - v) + from.positions[t.v[1]] * u +
                          from.positions[t.v[2]] * v;
-          most = std::max(most, query.closest(p).distance);
+          largest = std::max(largest, query.closest(p).distance);
         }
-    return static_cast<double>(most);
+    return static_cast<double>(largest);
   };
   return std::max(one_sided(a, b), one_sided(b, a));
 }

@@ -16,8 +16,9 @@ namespace {
 Thickness thickness_of(const Model& model) {
   return measure_thickness(model, build_triangle_bvh(model.points, model.triangles));
 }
-SelfIntersections crossings_of(const Model& model, std::size_t most = 10000) {
-  return count_self_intersections(model, build_triangle_bvh(model.points, model.triangles), most);
+SelfIntersections crossings_of(const Model& model, std::size_t max_pairs = 10000) {
+  return count_self_intersections(model, build_triangle_bvh(model.points, model.triangles),
+                                  max_pairs);
 }
 
 TEST(Thickness, OfSolidsIsTheirSize) {

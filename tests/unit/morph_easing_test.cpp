@@ -79,9 +79,10 @@ TEST(Ease, AnUnderdampedSpringOvershootsAndADampedOneDoesNot) {
   const auto highest = [](float damping) {
     MotionSettings motion = with(Easing::kSpring);
     motion.spring = {1, 400, damping, 0};
-    float most = 0;
-    for (int i = 0; i < 200; ++i) most = std::max(most, ease(motion, static_cast<float>(i) / 200));
-    return most;
+    float largest = 0;
+    for (int i = 0; i < 200; ++i)
+      largest = std::max(largest, ease(motion, static_cast<float>(i) / 200));
+    return largest;
   };
   // The first overshoot of an oscillator of damping ratio z is exp(-pi z / sqrt(1 - z^2)).
   const double z = 8.0 / (2 * 20);

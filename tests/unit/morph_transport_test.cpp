@@ -47,14 +47,14 @@ double best_assignment(const Instance& instance) {
   const std::size_t n = instance.supply.size();
   std::vector<std::size_t> order(n);
   std::iota(order.begin(), order.end(), std::size_t{0});
-  double least = 1e30;
+  double smallest = 1e30;
   do {
     double sum = 0;
     for (std::size_t i = 0; i < n; ++i)
       sum += static_cast<double>(instance.costs[i * n + order[i]]);
-    least = std::min(least, sum / static_cast<double>(n));
+    smallest = std::min(smallest, sum / static_cast<double>(n));
   } while (std::next_permutation(order.begin(), order.end()));
-  return least;
+  return smallest;
 }
 
 TEST(Transport, FindsTheCheapestOfAllAssignments) {

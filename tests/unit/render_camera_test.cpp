@@ -49,13 +49,13 @@ TEST(Camera, FramesABoxWithItsMarginAndNoCloser) {
         const Camera camera = make_camera(settings, box, 640, 480);
         expect_orthonormal(camera);
         const Extent e = project(camera, box, 640.0f / 480.0f);
-        const float most = 1 - 2 * settings.margin;
-        EXPECT_LE(std::max(e.right, -e.left), most + 1e-3f);
-        EXPECT_LE(std::max(e.top, -e.bottom), most + 1e-3f);
+        const float largest = 1 - 2 * settings.margin;
+        EXPECT_LE(std::max(e.right, -e.left), largest + 1e-3f);
+        EXPECT_LE(std::max(e.top, -e.bottom), largest + 1e-3f);
         // Centred both ways, and touching the margin in at least one.
         EXPECT_NEAR(e.left, -e.right, 2e-3f);
         EXPECT_NEAR(e.bottom, -e.top, 2e-3f);
-        EXPECT_NEAR(std::max(e.right, e.top), most, 2e-3f);
+        EXPECT_NEAR(std::max(e.right, e.top), largest, 2e-3f);
       }
 }
 
@@ -91,8 +91,8 @@ TEST(Camera, KeepsAGivenTargetInTheMiddle) {
   const Vec3 to_target = normalized(*settings.target - camera.position);
   EXPECT_NEAR(dot(to_target, camera.forward), 1, 1e-5f);
   const Extent e = project(camera, box, 640.0f / 480.0f);
-  const float most = 1 - 2 * settings.margin;
-  EXPECT_NEAR(std::max({e.right, -e.left, e.top, -e.bottom}), most, 2e-3f);
+  const float largest = 1 - 2 * settings.margin;
+  EXPECT_NEAR(std::max({e.right, -e.left, e.top, -e.bottom}), largest, 2e-3f);
 }
 
 TEST(Camera, EmptyAndFlatBoxesStillGiveAUsableCamera) {

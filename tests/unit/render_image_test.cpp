@@ -34,10 +34,11 @@ TEST(Render, WhiteObjectsVanishInAWhiteFurnace) {
   RenderScene scene = furnace();
   scene.meshes = {view_of(ball)};
   const auto deviation = [&](const Image& image) {
-    float most = 0;
+    float largest = 0;
     for (int y = 0; y < image.height; ++y)
-      for (int x = 0; x < image.width; ++x) most = std::max(most, std::fabs(image.at(x, y, 1) - 1));
-    return most;
+      for (int x = 0; x < image.width; ++x)
+        largest = std::max(largest, std::fabs(image.at(x, y, 1) - 1));
+    return largest;
   };
   ball.materials = {matte({1, 1, 1})};
   scene.meshes = {view_of(ball)};
@@ -135,7 +136,7 @@ TEST(Render, NormalsAreInterpolatedBetweenVertices) {
   scene.meshes = {view_of(ball)};
   const auto worst = [&](const Image& image) {
     // The normal of a unit sphere is the point itself; Z gives that point.
-    float most = 0;
+    float largest = 0;
     const int z = image.find_channel("Z"), n = image.find_channel("N.X");
     for (int y = 0; y < image.height; ++y)
       for (int x = 0; x < image.width; ++x) {
@@ -146,9 +147,9 @@ TEST(Render, NormalsAreInterpolatedBetweenVertices) {
                      (18 - static_cast<float>(y) - 0.5f) * scale * depth, 5 - depth};
         const Vec3 normal{image.at(x, y, n), image.at(x, y, n + 1), image.at(x, y, n + 2)};
         EXPECT_NEAR(length(normal), 1, 1e-4f);
-        most = std::max(most, length(normal - normalized(p)));
+        largest = std::max(largest, length(normal - normalized(p)));
       }
-    return most;
+    return largest;
   };
   EXPECT_LT(worst(render_or_fail(scene, small_settings(1))), 0.012f);
   scene.meshes[0].vertex_normals = {};

@@ -18,27 +18,27 @@ CameraSettings turned(float azimuth) {
 
 /// How far out of the picture's middle the outermost point is, 1 at the border.
 float reach(const Camera& camera, float aspect) {
-  float most = 0;
+  float largest = 0;
   for (const Vec3& point : kPoints) {
     const Vec3 p = point - camera.position;
     const float depth = dot(p, camera.forward) * camera.tan_half_fov_y;
-    most = std::max({most, std::fabs(dot(p, camera.right)) / (depth * aspect),
-                     std::fabs(dot(p, camera.up)) / depth});
+    largest = std::max({largest, std::fabs(dot(p, camera.right)) / (depth * aspect),
+                        std::fabs(dot(p, camera.up)) / depth});
   }
-  return most;
+  return largest;
 }
 
 TEST(MovingCamera, OneDistanceKeepsTheMarginFromAllSides) {
   std::vector<CameraSettings> poses;
   for (int i = 0; i < 16; ++i) poses.push_back(turned(22.5f * static_cast<float>(i)));
   const Framing framing = make_framing(poses, kPoints, 640, 480);
-  float most = 0;
+  float largest = 0;
   for (const CameraSettings& pose : poses) {
     const Camera camera = make_camera(pose, framing);
     EXPECT_NEAR(length(camera.position - framing.anchor), framing.distance, 1e-4f);
-    most = std::max(most, reach(camera, 640.0f / 480));
+    largest = std::max(largest, reach(camera, 640.0f / 480));
   }
-  EXPECT_NEAR(most, 1 - 2 * poses[0].margin, 2e-3f);
+  EXPECT_NEAR(largest, 1 - 2 * poses[0].margin, 2e-3f);
 }
 
 TEST(MovingCamera, ThatLooksOneWayIsFramedLikeOneThatStandsStill) {

@@ -104,9 +104,9 @@ TEST(SteadyNoise, NewNoiseIsAsEvenAsTheOld) {
     EXPECT_EQ(cells.size(), 16u);
   }
   // With as many samples as there may be, neighbours still are in one sequence.
-  const FrameSampler most = make_frame_sampler(3, 5, 65536, true);
-  EXPECT_EQ(sample_index(most, 17, 200, 65535, true).sequence,
-            sample_index(most, 17, 200, 65535, false).sequence);
+  const FrameSampler maximal = make_frame_sampler(3, 5, 65536, true);
+  EXPECT_EQ(sample_index(maximal, 17, 200, 65535, true).sequence,
+            sample_index(maximal, 17, 200, 65535, false).sequence);
 }
 
 }  // namespace

@@ -357,15 +357,15 @@ TEST(Handover, IsWithinAThousandthOfTheModel) {
                                         before->actors[0].surface.triangles);
       const float size = model.box().diagonal();
       double sum = 0;
-      float most = 0;
+      float largest = 0;
       for (const ClosestPoint& p : mesh.closest(after->actors[0].surface.positions)) {
         sum += static_cast<double>(p.distance);
-        most = std::max(most, p.distance);
+        largest = std::max(largest, p.distance);
       }
       EXPECT_LT(sum / static_cast<double>(after->actors[0].surface.positions.size()),
                 0.001 * static_cast<double>(size))
           << what;
-      EXPECT_LT(most, 0.02f * size) << what;
+      EXPECT_LT(largest, 0.02f * size) << what;
     }
   }
 }

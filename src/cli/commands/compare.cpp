@@ -137,9 +137,9 @@ Result<int> run_compare(const CompareOptions& options, bool overwrite) {
 
 void add_limits(Command command, Tolerance& t) {
   constexpr double kMax = 1e30;  // as large as a limit that is off
-  const auto add = [&](const char* name, float& value, double most, const char* type,
+  const auto add = [&](const char* name, float& value, double highest, const char* type,
                        const std::string& what) {
-    command.add_option(name, value, what).range(0.0, most).type_name(type).group("Main");
+    command.add_option(name, value, what).range(0.0, highest).type_name(type).group("Main");
   };
   add("--fail", t.fail, kMax, "X",
       fmt::format("a pixel fails beyond this difference ({})", t.fail));

@@ -206,13 +206,13 @@ Result<int> model_info(const InfoOptions& options) {
   print_data("  {}, box {:.4g} x {:.4g} x {:.4g}, volume {:.4g}, area {:.4g}\n",
              d.closed ? fmt::format("closed, genus {}", d.genus) : "not closed", size.x, size.y,
              size.z, d.volume, d.area);
-  constexpr std::size_t kMostLabels = 100;
+  constexpr std::size_t kMaxLabels = 100;
   const std::vector<std::string>& names = loaded.model.label_names;
   std::string labels;
-  for (std::size_t i = 0; i < std::min(names.size(), kMostLabels); ++i)
+  for (std::size_t i = 0; i < std::min(names.size(), kMaxLabels); ++i)
     labels += (i == 0 ? "" : ", ") + names[i];
-  if (names.size() > kMostLabels)
-    labels += fmt::format(" and {} more (--json has them all)", names.size() - kMostLabels);
+  if (names.size() > kMaxLabels)
+    labels += fmt::format(" and {} more (--json has them all)", names.size() - kMaxLabels);
   print_data("  labels: {}\n  {} materials, {} textures\n", labels, loaded.model.materials.size(),
              loaded.model.textures.size());
   for (const std::string& problem : describe_problems(d)) print_data("  {}\n", problem);

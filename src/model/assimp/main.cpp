@@ -281,10 +281,10 @@ void Writer::add_texture(unsigned index) {
 }
 
 /// Seconds of work and bytes of memory are enough for any model that the program can take.
-void limit(int what, rlim_t most) {
+void limit(int what, rlim_t maximum) {
   rlimit now{};
   if (getrlimit(what, &now) != 0) return;
-  now.rlim_cur = std::min(now.rlim_max, most);
+  now.rlim_cur = std::min(now.rlim_max, maximum);
   setrlimit(what, &now);
 }
 

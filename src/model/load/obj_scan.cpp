@@ -36,8 +36,8 @@ class Scanner {
 
  private:
   void scan_line(std::string_view line);
-  void scan_reals(std::string_view rest, std::vector<float>& values, int wanted, int least,
-                  int most, const char* what);
+  void scan_reals(std::string_view rest, std::vector<float>& values, int wanted, int min_count,
+                  int max_count, const char* what);
   void scan_face(std::string_view rest);
   std::optional<Corner> scan_corner(std::string_view word);
   std::optional<std::int64_t> resolve(std::string_view digits, std::uint32_t count,
@@ -109,8 +109,8 @@ void Scanner::scan_line(std::string_view line) {
   }
 }
 
-void Scanner::scan_reals(std::string_view rest, std::vector<float>& values, int wanted, int least,
-                         int most, const char* what) {
+void Scanner::scan_reals(std::string_view rest, std::vector<float>& values, int wanted,
+                         int min_count, int max_count, const char* what) {
   const std::size_t size = values.size();
   int found = 0;
   // A comment may follow the numbers.
@@ -119,19 +119,19 @@ void Scanner::scan_reals(std::string_view rest, std::vector<float>& values, int 
     const ParsedReal real = parse_real(word);
     if (real.problem) {
       fail(fmt::format("{} number {} \"{}\" {}", what, found + 1, printable(word), real.problem));
-      found = least;  // one error a line is enough
+      found = min_count;  // one error a line is enough
       break;
     }
     if (found < wanted) values.push_back(real.value);
-    if (++found > most) {
-      fail(fmt::format("{} has more than {} numbers", what, most));
+    if (++found > max_count) {
+      fail(fmt::format("{} has more than {} numbers", what, max_count));
       break;
     }
   }
-  if (found < least)
+  if (found < min_count)
     fail(fmt::format("{} has {} of {} numbers - the file is damaged or cut short", what, found,
-                     least));
-  if (wanted == 3 && most > 3 && found > 4) colors_.note(lines_.number());
+                     min_count));
+  if (wanted == 3 && max_count > 3 && found > 4) colors_.note(lines_.number());
   values.resize(size + static_cast<std::size_t>(wanted));  // a bad line keeps the count right
 }
 

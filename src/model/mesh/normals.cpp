@@ -141,13 +141,14 @@ std::vector<Vec3> point_normals(const Model& model) {
 
 std::vector<Vec3> creased_normals(const Model& model, float crease_degrees) {
   const std::vector<Vec3> faces = face_normals(model);
-  const double least = exact::cos(static_cast<double>(crease_degrees) * std::numbers::pi / 180);
+  const double min_cosine =
+      exact::cos(static_cast<double>(crease_degrees) * std::numbers::pi / 180);
   DisjointSets smooth(model.triangles.size() * 3);
   const std::vector<EdgeUse> uses = sorted_edge_uses(model);
   for_each_edge(uses, [&](std::size_t first, std::size_t last) {
     if (last - first != 2 || uses[first].forward == uses[first + 1].forward) return;
     const EdgeUse &a = uses[first], &b = uses[first + 1];
-    if (dot(faces[a.corner / 3], faces[b.corner / 3]) < least) return;
+    if (dot(faces[a.corner / 3], faces[b.corner / 3]) < min_cosine) return;
     smooth.join(low_corner(a), low_corner(b));
     smooth.join(high_corner(a), high_corner(b));
   });

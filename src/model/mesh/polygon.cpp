@@ -149,21 +149,21 @@ class EarClipper {
   bool run(std::vector<std::array<std::uint32_t, 3>>& triangles) {
     // Far more than simple outlines take; what crosses itself everywhere would go on for the square
     // of its corners, and then some.
-    constexpr std::size_t kLeast = 4096;
-    std::size_t most = kLeast + 2048 * points_.size();
+    constexpr std::size_t kMinSteps = 4096;
+    std::size_t max_steps = kMinSteps + 2048 * points_.size();
     bool simple = true;
     std::vector<std::uint8_t> ear(points_.size());
     for (std::uint32_t i = 0; i < ear.size(); ++i) ear[i] = is_ear(i);
     std::uint32_t at = 1;
     for (std::size_t left = points_.size(); left > 3; --left) {
-      if (work_ < most) {
+      if (work_ < max_steps) {
         at = next_ear(at, left, ear);
         if (!ear[at]) {
           // No ear left: the outline crosses itself, or its corners lie in one line. Cut where it
           // bulges most.
           if (simple && !only_flat_left(at, left)) {
             simple = false;
-            most = std::min(most, work_ + kLeast + 64 * points_.size());
+            max_steps = std::min(max_steps, work_ + kMinSteps + 64 * points_.size());
           }
           at = most_convex(at, left);
         }
@@ -175,7 +175,7 @@ class EarClipper {
       next_[before] = after;
       previous_[after] = before;
       corners_.remove(at);
-      if (work_ < most) {
+      if (work_ < max_steps) {
         ear[before] = is_ear(before);
         ear[after] = is_ear(after);
       }

@@ -62,12 +62,13 @@ bool boxes_touch(const Box& box, const TriangleBvh::Corners& c) {
 /// What was found around one triangle.
 struct Crossings {
   std::vector<std::uint32_t> triangles;  ///< those above it that cross it, ascending
-  std::size_t work = 0;                  ///< one a box, kPairWork a pair
+  std::size_t work = 0;                  ///< one per box, kPairWork per pair
 };
 constexpr std::size_t kPairWork = 16;
 
-/// At most `most` of them.
-Crossings crossing(const Model& model, const TriangleBvh& bvh, std::uint32_t t, std::size_t most) {
+/// At most `max_pairs` of them.
+Crossings crossing(const Model& model, const TriangleBvh& bvh, std::uint32_t t,
+                   std::size_t max_pairs) {
   Crossings result;
   std::vector<std::uint32_t>& found = result.triangles;
   const Triangle& triangle = model.triangles[t];
@@ -76,7 +77,7 @@ Crossings crossing(const Model& model, const TriangleBvh& bvh, std::uint32_t t, 
   std::uint32_t stack[TriangleBvh::kStackSize];
   int waiting = 0;
   stack[waiting++] = 0;
-  while (waiting > 0 && found.size() < most && result.work < SelfIntersections::kMaxWork) {
+  while (waiting > 0 && found.size() < max_pairs && result.work < SelfIntersections::kMaxWork) {
     const TriangleBvh::Node& node = bvh.nodes[stack[--waiting]];
     const unsigned touching = children_touching(node, box);
     for (int k = 0; k < TriangleBvh::kWidth; ++k) {
@@ -103,7 +104,7 @@ Crossings crossing(const Model& model, const TriangleBvh& bvh, std::uint32_t t, 
 }  // namespace
 
 SelfIntersections count_self_intersections(const Model& model, const TriangleBvh& bvh,
-                                           std::size_t most) {
+                                           std::size_t max_pairs) {
   constexpr std::size_t kBatch = 1024;  // small, as what is left is known between them only
   std::size_t left = (std::size_t{1} << 26) + 128 * model.triangles.size();
   SelfIntersections result;
@@ -115,7 +116,7 @@ SelfIntersections count_self_intersections(const Model& model, const TriangleBvh
         static_cast<std::int64_t>(count),
         [&](std::int64_t i) {
           const auto k = static_cast<std::size_t>(i);
-          found[k] = crossing(model, bvh, static_cast<std::uint32_t>(begin + k), most);
+          found[k] = crossing(model, bvh, static_cast<std::uint32_t>(begin + k), max_pairs);
         },
         16);
     for (std::size_t k = 0; k < count && !result.stopped; ++k) {
@@ -126,8 +127,8 @@ SelfIntersections count_self_intersections(const Model& model, const TriangleBvh
         result.first[0] = static_cast<std::uint32_t>(begin + k);
         result.first[1] = found[k].triangles.front();
       }
-      result.pairs = std::min(most, result.pairs + found[k].triangles.size());
-      result.stopped = result.pairs == most;
+      result.pairs = std::min(max_pairs, result.pairs + found[k].triangles.size());
+      result.stopped = result.pairs == max_pairs;
     }
     if (left == 0 && begin + count < model.triangles.size()) result.crowded = result.stopped = true;
   }

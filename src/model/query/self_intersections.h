@@ -19,10 +19,10 @@ struct SelfIntersections {
 
 /// Counts the pairs of triangles without a common point that cross properly: an edge of one passes
 /// through the other's inside. Faces that only touch, or lie in one plane, do not count. Stops
-/// after `most` pairs. What it does is bounded, in steps that are a look at a box or a sixteenth
-/// of a look at a pair: kMaxWork near a triangle, 2^26 and 128 for each triangle in all. A function
-/// of its arguments alone.
+/// after `max_pairs` pairs. What it does is bounded, in steps that are a look at a box or a
+/// sixteenth of a look at a pair: kMaxWork near a triangle, 2^26 and 128 for each triangle in all.
+/// A function of its arguments alone.
 SelfIntersections count_self_intersections(const Model& model, const TriangleBvh& bvh,
-                                           std::size_t most = 10000);
+                                           std::size_t max_pairs = 10000);
 
 }  // namespace polymorph

@@ -30,12 +30,12 @@ TriangleWeights weights_in_plane(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
 }
 
 float spread(const Vec2 (&uv)[3]) {
-  float most = 0;
+  float largest = 0;
   for (int i = 0; i < 3; ++i) {
     const Vec2 d = uv[i] + uv[(i + 1) % 3] * -1.0f;
-    most = std::max({most, std::abs(d.x), std::abs(d.y)});
+    largest = std::max({largest, std::abs(d.x), std::abs(d.y)});
   }
-  return most;
+  return largest;
 }
 
 /// The texture at the triangle's middle, continued to its corners.

@@ -135,9 +135,9 @@ void remove_small_components(Voxels& voxels) {
     }
   }
   if (sizes.empty()) return;
-  const std::size_t least = *std::max_element(sizes.begin(), sizes.end()) / 1000 + 1;
+  const std::size_t min_size = *std::max_element(sizes.begin(), sizes.end()) / 1000 + 1;
   for (std::size_t i = 0; i < voxels.count(); ++i)
-    if (voxels.solid[i] && sizes[piece[i]] < least) voxels.solid[i] = 0;
+    if (voxels.solid[i] && sizes[piece[i]] < min_size) voxels.solid[i] = 0;
 }
 
 }  // namespace

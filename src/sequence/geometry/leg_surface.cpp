@@ -14,11 +14,11 @@ namespace polymorph {
 double min_component_share_of(const PreparedActor& actor, const PreparedLeg& leg,
                               float min_component_share) {
   constexpr double kFragment = 0.015;
-  const auto least = static_cast<double>(min_component_share);
-  if (!leg.distance || least <= 0) return least;
+  const auto min_share = static_cast<double>(min_component_share);
+  if (!leg.distance || min_share <= 0) return min_share;
   const double smallest = std::min(actor.objects[leg.from].distances.smallest_component_share,
                                    actor.objects[leg.to].distances.smallest_component_share);
-  return std::max(least, std::min(kFragment, 0.5 * smallest));
+  return std::max(min_share, std::min(kFragment, 0.5 * smallest));
 }
 
 float size_at(const PreparedActor& actor, const PreparedLeg& leg, float u) {

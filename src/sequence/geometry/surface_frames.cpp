@@ -113,18 +113,19 @@ void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float 
                                         [](const Layer& l) { return l.weight > 0; }) > 1;
   }
   if (layers.empty()) return;
-  const Layer& most =
+  const Layer& strongest =
       *std::max_element(layers.begin(), layers.end(),
                         [](const Layer& a, const Layer& b) { return a.weight < b.weight; });
-  frame.corner_uvs.assign(most.corner_uvs.begin(), most.corner_uvs.end());
+  frame.corner_uvs.assign(strongest.corner_uvs.begin(), strongest.corner_uvs.end());
   if (!frame.materials.empty()) return;
-  frame.triangle_materials.assign(most.triangle_materials.begin(), most.triangle_materials.end());
+  frame.triangle_materials.assign(strongest.triangle_materials.begin(),
+                                  strongest.triangle_materials.end());
   frame.triangle_materials.resize(frame.triangles.size(), 0);
-  for (const Material& material : most.model->materials) {
+  for (const Material& material : strongest.model->materials) {
     SurfaceMaterial& made = frame.materials.emplace_back(
         material_from(own_shading(material, {1, 1, 1}), material.name));
-    if (texture_of(most, material))
-      made.texture = most.model->textures[static_cast<std::size_t>(material.texture)];
+    if (texture_of(strongest, material))
+      made.texture = strongest.model->textures[static_cast<std::size_t>(material.texture)];
   }
 }
 
