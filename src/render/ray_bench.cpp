@@ -92,7 +92,7 @@ class Bare {
   RTCScene scene_ = rtcNewScene(device_);
 };
 
-/// One ray a pixel, 4 x 4 pixels after 4 x 4 pixels.
+/// One ray per pixel, 4 x 4 pixels after 4 x 4 pixels.
 std::vector<Ray> camera_rays(const Camera& camera, int width, int height) {
   std::vector<Ray> rays;
   const float scale = 2 * camera.tan_half_fov_y / static_cast<float>(height);
@@ -107,7 +107,7 @@ std::vector<Ray> camera_rays(const Camera& camera, int width, int height) {
   return rays;
 }
 
-/// Rays that leave the surface where camera rays meet it, in random directions.
+/// Rays that leave the surface where camera rays hit it, in random directions.
 std::vector<Ray> scattered_rays(const Bare& bare, const std::vector<Ray>& camera) {
   std::vector<Ray> rays;
   for (std::size_t i = 0; i < camera.size(); ++i) {

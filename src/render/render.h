@@ -19,7 +19,7 @@ namespace polymorph {
 
 /// What a mesh is made of. Spans are borrowed.
 struct MaterialLayer {
-  std::span<const Vec2> corner_uvs;                   ///< 3 a triangle, or empty
+  std::span<const Vec2> corner_uvs;                   ///< 3 per triangle, or empty
   std::span<const std::uint32_t> triangle_materials;  ///< one per triangle, or empty = material 0
   std::span<const Material> materials;                ///< empty = wholly the common look
   std::span<const std::shared_ptr<const Image>> textures;
@@ -36,7 +36,7 @@ struct RenderMesh : MaterialLayer {
   std::span<const Triangle> triangles;
   std::span<const Vec3> vertex_normals;  ///< one per position, or empty
   std::span<const Vec3>
-      corner_normals;            ///< 3 a triangle, or empty; used when vertex_normals is empty
+      corner_normals;            ///< 3 per triangle, or empty; used when vertex_normals is empty
   std::vector<MixedLayer> over;  ///< what it turns into, one over the other
   /// Scene-linear, one per position, or empty: mixed over the layers' colour.
   std::span<const Vec3> vertex_colors;

@@ -104,12 +104,12 @@ class Tile {
         mattes_(job.mattes->layer_count() * kPixels) {}
 
   void sample() {
-    const int most = job_.image.samples;
-    if (!(job_.image.noise > 0)) return sample_round(0, most);
-    for (int from = 0, to = std::min(kFirstSamples, most); from < most;
-         from = to, to = std::min(2 * to, most)) {
+    const int max_samples = job_.image.samples;
+    if (!(job_.image.noise > 0)) return sample_round(0, max_samples);
+    for (int from = 0, to = std::min(kFirstSamples, max_samples); from < max_samples;
+         from = to, to = std::min(2 * to, max_samples)) {
       sample_round(from, to);
-      if (to < most && !keep_noisy()) return;
+      if (to < max_samples && !keep_noisy()) return;
     }
   }
 
@@ -129,7 +129,7 @@ class Tile {
     }
   }
 
-  /// Finds what the rays through the pixels' centres meet, where somebody asks.
+  /// Finds what the rays through the pixels' centres hit, where somebody asks.
   void look() {
     const bool steady = job_.image.steady && !job_.camera_motion && job_.meshes_move;
     moving_.fill(job_.camera_motion.has_value());
@@ -214,7 +214,7 @@ class Tile {
     wave_.count = 0;
   }
 
-  /// Mattes and guides, from what the wave's camera rays meet first. They are traced once more for
+  /// Mattes and guides, from what the wave's camera rays hit first. They are traced once more for
   /// it, which few pictures pay for.
   void look_at_samples() {
     for (int first = 0; first < wave_.count; first += kPacket) {

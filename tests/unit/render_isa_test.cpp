@@ -1,9 +1,9 @@
-// What a ray meets is the same under every instruction set of Embree, and is what going through all
+// What a ray hits is the same under every instruction set of Embree, and is what going through all
 // triangles one by one gives.
 #include "base/random.h"
 #include "kernels/floating_point.h"
 #include "render/math/vector_math.h"
-#include "render/rays/meet_triangle.h"
+#include "render/rays/intersect_triangle.h"
 #include "render/rays/scene_build.h"
 #include "render/rays/widened.h"
 #include "testing/render.h"
@@ -92,8 +92,8 @@ MeshHit one_by_one(const TracedScene& scene, std::uint32_t meshes, const Ray& ra
   double nearest = static_cast<double>(ray.far);
   for (std::uint32_t m = 0; m < meshes; ++m)
     for (std::uint32_t i = 0; i < scene.mesh(m).triangles.size(); ++i) {
-      TriangleMeeting met;
-      if (!meets_triangle(scene.traced(m), i, ray, met) || !(met.distance > 0) ||
+      TriangleIntersection met;
+      if (!intersects_triangle(scene.traced(m), i, ray, met) || !(met.distance > 0) ||
           met.distance >= nearest)
         continue;
       nearest = met.distance;

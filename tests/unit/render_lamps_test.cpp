@@ -74,7 +74,7 @@ TEST(Lamps, SamplesPointAtTheLampAndKnowTheirDensity) {
 }
 
 TEST(Lamps, AMirrorAndAMattePlateAgreeOnAPanelHoweverItIsFound) {
-  // A rough metal plate under a panel: light found by sampling the panel and by meeting it share
+  // A rough metal plate under a panel: light found by sampling the panel and by hitting it share
   // the work. At roughness 1 and 0.05 the plate's mean light must be the same with many samples
   // as with few, and above nothing.
   TestMesh plane = make_square({}, {1, 0, 0}, {0, 0, -1}, 50);

@@ -16,7 +16,7 @@ struct Guide {
   Vec3 albedo;  ///< [0, 1]
   Vec3 normal;  ///< world; 0 where nothing is
 };
-/// `met`: what the ray meets first.
+/// `met`: what the ray hits first.
 Guide guide_of(const World& world, Ray ray, Intersection met, RayStats& stats);
 
 /// The channels of a film that is to be denoised, behind all others; denoise() takes them away.

@@ -26,7 +26,7 @@ struct Floor {
 };
 Floor make_floor(const GroundSettings& settings, const Box& bounds);
 
-/// Distance at which a ray from above meets the floor, if that is before ray.far and where the
+/// Distance at which a ray from above hits the floor, if that is before ray.far and where the
 /// floor can be seen; else infinity.
 template <class T3>
 inline ComponentOf<T3> intersect_floor(const Floor& floor, const RayOf<T3>& ray) {
@@ -41,7 +41,7 @@ inline ComponentOf<T3> intersect_floor(const Floor& floor, const RayOf<T3>& ray)
   return select(met, distance, never);
 }
 
-/// The floor where a ray meets it.
+/// The floor where a ray hits it.
 template <class T3>
 struct FloorPointOf {
   T3 position;
@@ -63,7 +63,7 @@ inline FloorPointOf<T3> floor_point(const Floor& floor, const RayOf<T3>& ray,
   return point;
 }
 
-/// What a camera ray sees where it meets nothing.
+/// What a camera ray sees where it hits nothing.
 struct Backdrop {
   const Sky* sky = nullptr;  ///< an image sky is its own backdrop; null = the studio's paper
   Vec3 paper;                ///< its colour in the middle of the picture

@@ -35,10 +35,10 @@ using LampSample = LampSampleOf<Vec3>;
 LampSample sample_lamp(const Lamp& lamp, Vec3 from, float u, float v);
 LampSampleOf<Pack3> sample_lamp(const Lamp& lamp, const Pack3& from, Pack u, Pack v);
 
-/// Distance at which a ray meets the glowing side, or infinity. Points are never met.
+/// Distance at which a ray hits the glowing side, or infinity. Points are never hit.
 float intersect_lamp(const Lamp& lamp, const Ray& ray);
 Pack intersect_lamp(const Lamp& lamp, const RayOf<Pack3>& ray);
-/// Density of sample_lamp() for a ray from its origin that meets the lamp at `distance`.
+/// Density of sample_lamp() for a ray from its origin that hits the lamp at `distance`.
 float lamp_pdf(const Lamp& lamp, const Ray& ray, float distance);
 Pack lamp_pdf(const Lamp& lamp, const RayOf<Pack3>& ray, Pack distance);
 

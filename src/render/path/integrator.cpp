@@ -200,7 +200,7 @@ class Tracer {
     return scatter_on_mesh(world_, at, point, bsdf, random);
   }
 
-  /// Sends on the paths that meet glass, one by one; says which lanes they are.
+  /// Sends on the paths that hit glass, one by one; says which lanes they are.
   PackMask through_glass(const Paths& path, PackBits rows, PackMask live,
                          const MeshHitOf<Pack>& hit, const SurfacePointOf<Pack3>& point,
                          const Sample4Of<Pack>& random) {

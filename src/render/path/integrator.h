@@ -32,7 +32,7 @@ struct Wavefront {
 /// along a ray does not depend on the others.
 void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, RayStats& stats);
 
-/// What the AOVs show along a camera ray that meets `first`; `depth` is still the distance along
+/// What the AOVs show along a camera ray that hits `first`; `depth` is still the distance along
 /// the ray. `motion` is not filled: the caller projects `next`.
 FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first);
 

@@ -30,7 +30,7 @@ struct Vertices {
   PackBits rows;  ///< where the paths stand in the wave
   Pack3 origin;   ///< of rays that leave
   PackMask live;
-  PackMask shared{};  ///< the next ray may meet suns and lamps as well
+  PackMask shared{};  ///< the next ray may hit suns and lamps as well
   ShadowRays& shadows;
 };
 

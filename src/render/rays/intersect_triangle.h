@@ -1,5 +1,4 @@
-// Where a ray meets a triangle of a mesh, decided in double precision from the same floats on every
-// machine.
+// Ray-triangle intersection, decided in double precision from the same floats on every machine.
 //
 // Embree's own t, u, v depend on the instruction set (fma multiply-adds, approximate
 // reciprocals), and so does its answer for rays that pass an edge closely. Here every operation is
@@ -44,7 +43,7 @@ struct EdgeSides {
          direction.z * (x1 * y2 - y1 * x2);
     sum = at[0] + at[1] + at[2];
   }
-  /// A line in an edge counts for both triangles; a triangle seen edge on is never met.
+  /// A line in an edge counts for both triangles; a triangle seen edge on is never hit.
   bool inside() const {
     return (std::min({at[0], at[1], at[2]}) >= 0 || std::max({at[0], at[1], at[2]}) <= 0) &&
            sum != 0;
@@ -70,12 +69,12 @@ struct EdgeSides {
   }
 };
 
-struct TriangleMeeting {
+struct TriangleIntersection {
   double distance = 0;  ///< along the direction; may be negative
   double u = 0, v = 0;  ///< weights of the second and the third corner
 };
 /// Of a line that passes inside.
-inline TriangleMeeting meeting_of(const EdgeSides& sides, Vec3d d) {
+inline TriangleIntersection intersection_of(const EdgeSides& sides, Vec3d d) {
   const double scale = 1 / sides.sum;
   // The corners' distances, weighted: never far outside of them, however flat the ray arrives.
   const PerCorner along = sides.at * (sides.x * d.x + sides.y * d.y + sides.z * d.z);

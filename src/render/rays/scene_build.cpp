@@ -57,10 +57,10 @@ T3 bend_to_valid_reflection(T3 shading, T3 normal, T3 view) {
   using V = ComponentOf<T3>;
   const T3 mirrored = shading * (2.0f * dot(shading, view)) - view;
   const V above = dot(mirrored, normal);
-  const V least_above = min(0.9f * dot(view, normal), 0.01f);
-  const MaskOf<T3> low = above < least_above;
+  const V min_above = min(0.9f * dot(view, normal), 0.01f);
+  const MaskOf<T3> low = above < min_above;
   if (!any(low)) return shading;
-  const T3 bent = normalized(normalized(mirrored + normal * (least_above - above)) + view);
+  const T3 bent = normalized(normalized(mirrored + normal * (min_above - above)) + view);
   return select(low, select(dot(bent, normal) > 0.0f, bent, normal), shading);
 }
 

@@ -13,7 +13,7 @@
 #include "base/box.h"
 #include "base/result.h"
 #include "render/math/simd.h"
-#include "render/rays/meet_triangle.h"
+#include "render/rays/intersect_triangle.h"
 #include "render/render.h"
 
 namespace polymorph {
@@ -93,12 +93,12 @@ struct MeshToTrace {
   }
 };
 
-/// Whether the line of a ray meets a triangle of the mesh, and where: it passes inside, and where
+/// Whether the line of a ray hits a triangle of the mesh, and where: it passes inside, and where
 /// it passes an edge or corner so closely that floats cannot tell on which side, there is mesh on
 /// the other side, too. So a mesh ends about a millionth of the stage within its outline, where
 /// Embree finds it under any instruction set; there are no gaps between its triangles.
-bool meets_triangle(const MeshToTrace& traced, std::uint32_t triangle, const Ray& ray,
-                    TriangleMeeting& met);
+bool intersects_triangle(const MeshToTrace& traced, std::uint32_t triangle, const Ray& ray,
+                         TriangleIntersection& met);
 
 /// Lets closest() and blocked() decide about every triangle of the geometry that Embree finds.
 void set_filters(RTCGeometry geometry);
@@ -106,9 +106,9 @@ void set_filters(RTCGeometry geometry);
 /// One frame's meshes.
 ///
 /// Embree only proposes: it holds the triangles a little widened, so that it finds every one that a
-/// ray may meet, and hands each to a callback. Whether the ray meets the triangle itself, and
-/// where, is computed there (meet_triangle.h); of those that it meets the nearest counts, and of
-/// equally near ones the first. So hits are the same bits with any instruction set, packet width
+/// ray may hit, and hands each to a callback. Whether the ray hits the triangle itself, and
+/// where, is computed there (intersect_triangle.h); of those that it hits the nearest counts, and
+/// of equally near ones the first. So hits are the same bits with any instruction set, packet width
 /// and order of traversal. Borrows the spans of the RenderMeshes for its lifetime.
 class TracedScene {
  public:

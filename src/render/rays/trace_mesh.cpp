@@ -3,7 +3,7 @@
 #include <array>
 #include <cstring>
 
-#include "render/rays/meet_triangle.h"
+#include "render/rays/intersect_triangle.h"
 #include "render/rays/scene_build.h"
 
 namespace polymorph {
@@ -118,10 +118,10 @@ std::uint32_t asked(const int* valid, unsigned n) {
   return bits;
 }
 
-/// f(lane, number of the ray, triangle, meeting) -> whether Embree is to take it as a hit; for all
-/// triangles that the rays meet of those that Embree proposes or that lie around them.
+/// f(lane, number of the ray, triangle, intersection) -> whether Embree is to take it as a hit; for
+/// all triangles that the rays hit of those that Embree proposes or that lie around them.
 template <class F>
-void for_met(const RTCFilterFunctionNArguments* args, const F& f) {
+void for_intersected(const RTCFilterFunctionNArguments* args, const F& f) {
   const auto& traced = *static_cast<const MeshToTrace*>(args->geometryUserPtr);
   const auto& query = *reinterpret_cast<const Query*>(args->context);
   const unsigned n = args->N;
@@ -134,7 +134,7 @@ void for_met(const RTCFilterFunctionNArguments* args, const F& f) {
                   pack.time[l],
                   pack.far[l]};
     const Vec3d d(ray.direction);
-    const auto taken = [&](std::uint32_t triangle, const TriangleMeeting& met) {
+    const auto taken = [&](std::uint32_t triangle, const TriangleIntersection& met) {
       return met.distance > 0 && met.distance < static_cast<double>(ray.far) &&
              f(lane, i, triangle, met);
     };
@@ -142,12 +142,12 @@ void for_met(const RTCFilterFunctionNArguments* args, const F& f) {
     const EdgeSides sides = sides_of(traced, traced.mesh->triangles[triangle], ray, d);
     bool any = false;
     if (sides.closest() > traced.clear || !sides.near_any(traced.margin2)) {
-      any = sides.inside() && taken(triangle, meeting_of(sides, d));
+      any = sides.inside() && taken(triangle, intersection_of(sides, d));
     } else {
       // Embree may have found only one of several.
       Surroundings(traced, ray).for_around(triangle, sides, [&](std::uint32_t other) {
-        TriangleMeeting met;
-        if (meets_triangle(traced, other, ray, met)) any = taken(other, met) || any;
+        TriangleIntersection met;
+        if (intersects_triangle(traced, other, ray, met)) any = taken(other, met) || any;
       });
     }
     if (!any) args->valid[lane] = 0;
@@ -156,7 +156,8 @@ void for_met(const RTCFilterFunctionNArguments* args, const F& f) {
 
 void take_nearest(const RTCFilterFunctionNArguments* args) {
   auto& query = *reinterpret_cast<Query*>(args->context);
-  for_met(args, [&](unsigned lane, unsigned i, std::uint32_t triangle, const TriangleMeeting& met) {
+  for_intersected(args, [&](unsigned lane, unsigned i, std::uint32_t triangle,
+                            const TriangleIntersection& met) {
     const std::uint32_t mesh = RTCHitN_geomID(args->hit, args->N, lane);
     if (met.distance > query.distance[i]) return false;
     if (met.distance == query.distance[i] &&
@@ -174,7 +175,8 @@ void take_nearest(const RTCFilterFunctionNArguments* args) {
 }
 
 void take_any(const RTCFilterFunctionNArguments* args) {
-  for_met(args, [](unsigned, unsigned, std::uint32_t, const TriangleMeeting&) { return true; });
+  for_intersected(
+      args, [](unsigned, unsigned, std::uint32_t, const TriangleIntersection&) { return true; });
 }
 
 /// Fills the packet and says which rays to follow: those that do not pass by everything.
@@ -209,15 +211,15 @@ bool fill(const TracedScene& scene, const RayOf<Pack3>* rays, int count, RTCRay1
 
 }  // namespace
 
-bool meets_triangle(const MeshToTrace& traced, std::uint32_t triangle, const Ray& ray,
-                    TriangleMeeting& met) {
+bool intersects_triangle(const MeshToTrace& traced, std::uint32_t triangle, const Ray& ray,
+                         TriangleIntersection& met) {
   const Vec3d d(ray.direction);
   const EdgeSides sides = sides_of(traced, traced.mesh->triangles[triangle], ray, d);
   if (!sides.inside()) return false;
   if (sides.closest() <= traced.clear && sides.near_any(traced.margin2) &&
       !Surroundings(traced, ray).covered(triangle, sides))
     return false;
-  met = meeting_of(sides, d);
+  met = intersection_of(sides, d);
   return true;
 }
 

@@ -1,4 +1,4 @@
-// Triangles made a little larger, so that Embree finds all that a ray may meet.
+// Triangles made a little larger, so that Embree finds all that a ray may hit.
 #pragma once
 
 #include <vector>
