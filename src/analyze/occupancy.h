@@ -13,7 +13,7 @@
 
 namespace polymorph {
 
-/// A value a cell of a box of cubic cells; z runs fastest, then y, then x.
+/// A value per cell of a box of cubic cells; z runs fastest, then y, then x.
 struct CellValues {
   double cell = 1;  ///< edge of a cell
   Int3 cells;       ///< how many along each axis

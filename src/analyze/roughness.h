@@ -32,7 +32,7 @@ struct Roughness {
 };
 
 /// Of a closed, outward mesh; where it is open, it is left out. Deterministic. Cells are larger
-/// where the box of the mesh would have more than 256 a side.
+/// where the box of the mesh would have more than 256 per side.
 Roughness roughness_of(const Mesh& mesh, const RoughnessScale& scale);
 
 }  // namespace polymorph

@@ -1,4 +1,4 @@
-// What the program is at, for someone who waits: a name for every stage before the first frame.
+// Activities: a name for every stage before the first frame, shown to someone who waits.
 #pragma once
 
 #include <string>

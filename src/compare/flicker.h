@@ -1,4 +1,4 @@
-// What a sequence does from frame to frame where nothing should happen.
+// Flicker: change from frame to frame where nothing moves.
 #pragma once
 
 #include <cstddef>

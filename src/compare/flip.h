@@ -20,7 +20,7 @@ struct FlipSettings {
   float exposure = 0;  ///< stops; colours are then clamped to [0, 1]
 };
 
-/// One value a pixel, 0 (no difference) to 1. Both images have one size and R, G, B (PM_CHECK).
+/// One value per pixel, 0 (no difference) to 1. Both images have one size and R, G, B (PM_CHECK).
 /// Where either has a NaN or infinite colour the value is 1, and the colour counts as black for its
 /// neighbours. Same result for any number of threads.
 std::vector<float> flip_map(const Image& actual, const Image& reference,

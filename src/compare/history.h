@@ -1,4 +1,4 @@
-// How a suite's differences went over time: history.csv beside suite.json.
+// History of a golden suite's differences over time: history.csv beside suite.json.
 #pragma once
 
 #include <filesystem>

@@ -34,7 +34,7 @@ Status check_frames(std::span<const Image> frames) {
   }
   if (frames[0].width < 1 || frames[0].height < 1 || frames[0].width > 65535 ||
       frames[0].height > 65535)
-    return make_error(ErrorCode::kInput, "a GIF cannot be {} x {} pixels (at most 65535 a side)",
+    return make_error(ErrorCode::kInput, "a GIF cannot be {} x {} pixels (at most 65535 per side)",
                       frames[0].width, frames[0].height);
   return Ok{};
 }

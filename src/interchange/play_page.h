@@ -26,7 +26,7 @@ struct PlayObject {
 struct PlayKey {
   float time = 0;      ///< of the leg's motion, [0, 1]
   float progress = 0;  ///< eased, [0, 1]: by which colours change
-  /// At field = 1, one a pair.
+  /// At field = 1, one per pair.
   std::vector<Ball> balls;
   /// Of a leg made of distances: the field between the objects. Of a leg made of balls only
   /// `samples[].center` and `values` of its map: where each ball's surroundings come from and go

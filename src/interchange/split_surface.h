@@ -10,7 +10,7 @@ namespace polymorph {
 
 /// Vertices in the order of their first corners; corners alike in everything share one.
 struct SplitSurface {
-  std::vector<std::uint32_t> position_of;  ///< index into SurfaceFrame::positions, one a vertex
+  std::vector<std::uint32_t> position_of;  ///< index into SurfaceFrame::positions, one per vertex
   std::vector<std::uint32_t> corner_of;    ///< the first corner at the vertex: 3 triangle + k
   std::vector<Triangle> triangles;
 };

@@ -1,4 +1,4 @@
-// What is given to other programs: an actor's surface in one frame, with all that its points carry.
+// Surface of an actor in one frame, with all that its points carry, as other programs get it.
 #pragma once
 
 #include <cstdint>
@@ -29,14 +29,14 @@ struct SurfaceFrame {
   bool is_model = false;  ///< an object's own mesh, not an extracted surface
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
-  std::vector<Vec3> normals;  ///< one a position, unit; empty where the surface is flat
-  /// 3 a triangle, of a model with sharp edges; else empty.
+  std::vector<Vec3> normals;  ///< one per position, unit; empty where the surface is flat
+  /// 3 per triangle, of a model with sharp edges; else empty.
   std::vector<Vec3> corner_normals;
-  std::vector<Vec3> velocities;       ///< one a position, scene units a second; or empty
-  std::vector<Vec3> colors;           ///< one a position, scene-linear; or empty
-  std::vector<std::uint32_t> labels;  ///< one a position: index into the actor's label names
-  std::vector<Vec2> corner_uvs;       ///< 3 a triangle, v up; or empty
-  std::vector<std::uint32_t> triangle_materials;  ///< one a triangle: index into materials
+  std::vector<Vec3> velocities;       ///< one per position, scene units per second; or empty
+  std::vector<Vec3> colors;           ///< one per position, scene-linear; or empty
+  std::vector<std::uint32_t> labels;  ///< one per position: index into the actor's label names
+  std::vector<Vec2> corner_uvs;       ///< 3 per triangle, v up; or empty
+  std::vector<std::uint32_t> triangle_materials;  ///< one per triangle: index into materials
   /// Texture coordinates and materials are those of the object that the surface is more of.
   std::vector<SurfaceMaterial> materials;
   /// Whether only `colors` say what it looks like: it wears several objects' materials mixed.

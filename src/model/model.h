@@ -26,8 +26,8 @@ struct Material {
 };
 
 /// Triangles over points that are welded by exact position, so that edges tell whether it is
-/// closed. Shading data is kept per corner (3 a triangle), because OBJ gives normals and UVs their
-/// own indices.
+/// closed. Shading data is kept per corner (3 per triangle), because OBJ gives normals and UVs
+/// their own indices.
 struct Model {
   std::string name;  ///< file stem, or the built-in shape's name
   std::vector<Vec3> points;

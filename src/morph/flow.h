@@ -10,7 +10,7 @@
 
 namespace polymorph {
 
-/// One a point.
+/// One per point.
 struct Flow {
   std::vector<Vec3> displacement;  ///< from `time` to `next`, scene units
   std::vector<float> blend;        ///< [0, 1]: eased progress of the balls there, by their shares

@@ -37,7 +37,7 @@ struct Alignment {
 /// One object as a plan takes it.
 struct PlanSide {
   std::vector<Ball> balls;
-  /// One a ball, equal numbers belong together (morph/labels.h); empty: no labels.
+  /// One per ball, equal numbers belong together (morph/labels.h); empty: no labels.
   std::vector<std::int32_t> labels;
   std::vector<Vec3> landmarks;  ///< those of the other side in the same order
 };

@@ -11,7 +11,7 @@
 
 namespace polymorph {
 
-/// One a point: its place on the source and on the target, near their surfaces.
+/// One per point: its place on the source and on the target, near their surfaces.
 struct PullBack {
   std::vector<Vec3> source, target;
   std::vector<float> progress;  ///< eased, of what is there; by a smooth map, else 0

@@ -98,15 +98,15 @@ void describe(V& v, ObjectSettings& s) {
   v.integer("hold", hold, 0, 10000,
             "frames that an object on the way stands still, the one that shows it not counted");
   v.number("retarget", retarget, 0.01, 1,
-           "of an object on the way: the share of the motion's time after which the morph changes "
-           "its mind and goes on to the next object from where the balls are; 1: it is reached");
+           "of an object on the way: the share of the motion's time after which the actor turns "
+           "to the next object, from where its balls are; 1: it is reached");
 }
 
 template <class V>
 void describe(V& v, FrameSettings& s) {
   auto& [count, per_leg, fps, hold_start, hold_end, turntable, still] = s;
   v.integer("count", count, 0, 100000,
-            "frames in all, holds included; 0: as many as the actors need, 24 a leg without "
+            "frames in all, holds included; 0: as many as the actors need, 24 per leg without "
             "per_leg");
   v.integers(
       "per_leg", per_leg, 1, 100000,

@@ -1,4 +1,4 @@
-// What a sequence will cost, from measured frames: time, memory and disk.
+// Cost estimate of a sequence, from measured frames: time, memory and disk.
 #pragma once
 
 #include <span>

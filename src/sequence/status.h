@@ -1,4 +1,4 @@
-// Which frames of a sequence are there and current, whoever rendered them.
+// State of frames on disk: missing, current or stale, whoever rendered them.
 #pragma once
 
 #include <filesystem>

@@ -27,7 +27,7 @@ Projection project_model(const Model& model, const InsideTest& inside, std::span
 /// The mesh on its way: `progress` 0 = the model itself, 1 = projected.
 struct MovingMesh {
   std::vector<Vec3> points;
-  std::vector<Vec3> corner_normals;  ///< 3 a triangle
+  std::vector<Vec3> corner_normals;  ///< 3 per triangle
 };
 MovingMesh projected_mesh(const Model& model, const Projection& projection, float progress);
 

@@ -1,4 +1,4 @@
-// What the tests of the image room share: folders, pictures, hand-made PNG files.
+// Helpers of the tests of image/: folders, pictures, hand-made PNG files.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -68,7 +68,7 @@ TEST(Boundary, FacesWithinTheSolidGetNoSamples) {
 TEST(Boundary, NormalsPointOutwardOnModelsTurnedInsideOut) {
   Model model = *make_shape("sphere");
   for (Triangle& t : model.triangles) std::swap(t.v[1], t.v[2]);
-  // Winding is -1 inside: the parity of a ray does not mind.
+  // Winding is -1 inside: the parity of a ray is not affected.
   const auto samples = sample_boundary(model, InsideTest(model, InsideRule::kParity), 500);
   ASSERT_GT(samples.size(), 400u);
   for (const BoundarySample& s : samples)

@@ -318,7 +318,7 @@ Status bench_render(const BenchOptions& options, const Mesh& mesh, nlohmann::ord
   PM_TRY(const std::vector<BuildQuality> builds, measure_builds(scene));
   for (const BuildQuality& build : builds) {
     if (!options.json.wanted)
-      print_data("  BVH quality {:<8} {:>8.1f} ms to build, {:>8.1f} ms a million rays\n",
+      print_data("  BVH quality {:<8} {:>8.1f} ms to build, {:>8.1f} ms per million rays\n",
                  build.name, build.build_seconds * 1e3, build.trace_seconds * 1e3);
     rows.push_back({{"name", fmt::format("bvh {}", build.name)},
                     {"build_ms", build.build_seconds * 1e3},

@@ -329,7 +329,7 @@ void add_golden(CommandLine& line) {
       .choices_in_any_case({"A", "B", "C"})
       .type_name("TIER")
       .group("Main");
-  command.add_option("--runs", options->runs, "renderings a frame for tier C (16)")
+  command.add_option("--runs", options->runs, "renderings per frame for tier C (16)")
       .range(4, 1000)
       .type_name("N")
       .group("Main");

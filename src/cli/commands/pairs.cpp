@@ -143,7 +143,7 @@ class Session {
 
 /// From standard input, as a person writes them: what is no move is said, and asked again.
 Status play_by_hand(Session& session, bool rendered) {
-  log_info("two places a line, as in \"a1 b2\"; an empty line ends the game");
+  log_info("two places per line, as in \"a1 b2\"; an empty line ends the game");
   for (std::string text; !session.play().over() && std::getline(std::cin, text) && !text.empty();) {
     if (const Status status = session.move(text); !status) {
       log_warning("{}", status.error().message);
@@ -206,7 +206,7 @@ void add_pairs(CommandLine& line) {
       .group("Main");
   command
       .add_option("--moves", options->moves,
-                  "moves instead of the game's, one a line: a1 b2; - reads them as they are made")
+                  "moves instead of the game's, one per line: a1 b2; - reads them as they are made")
       .type_name("FILE")
       .group("Main");
   command

@@ -163,7 +163,7 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
   const SphereSettings settings = settings_of(options);
   if (const std::string crossings = describe_crossings(diagnosis); !crossings.empty()) {
     made.problems.push_back(crossings);
-    // The winding number does not mind.
+    // The winding number is not affected.
     const bool matters = settings.inside == InsideMethod::kParity;
     matters ? log_warning("{}: {}", model.name, crossings)
             : log_debug("{}: {}", model.name, crossings);

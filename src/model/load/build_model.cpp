@@ -362,7 +362,7 @@ void Builder::add_seams() {
       if (!drop[i])
         kept_lines.push_back(lines[i]);
       else if (i == 0 || !drop[i - 1] || lines[i] != lines[i - 1])
-        flat_.note(lines[i]);  // once a face
+        flat_.note(lines[i]);  // once per face
     changed = kept_lines.size() < lines.size();
     lines = std::move(kept_lines);
     remove_from(first, drop);

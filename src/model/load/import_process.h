@@ -1,4 +1,4 @@
-// What polymorph and polymorph_assimp, the only program that links Assimp, say to each other:
+// Protocol between polymorph and polymorph_assimp, the only program that links Assimp:
 // kImportHello, then pieces, each "KIND NAME_SIZE SIZE\n", its name and its bytes, the last one
 // "end". Kinds: obj, mtl (once each); texture (embedded, named as map_Kd names it); input (a file
 // that was read); warning, error (what it is stands in the name).

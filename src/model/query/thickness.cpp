@@ -107,12 +107,12 @@ std::vector<Hit> hits_inward(const Model& model, const TriangleBvh& bvh,
   return hits;
 }
 
-/// No more than kMaxSamples of them and one a face: a fan of long slivers would get each of them as
-/// many times as its edge is long.
+/// No more than kMaxSamples of them and one per face: a fan of long slivers would get each of them
+/// as many times as its edge is long.
 double spacing_within_bounds(const Model& model, double spacing) {
   constexpr double kMaxSamples = 1 << 20;
   for (;; spacing *= 2) {
-    double samples = 0;  // a bound, beyond one a face
+    double samples = 0;  // a bound, beyond one per face
     for (const Triangle& t : model.triangles) {
       const Vec3d a(model.points[t.v[0]]), b(model.points[t.v[1]]), c(model.points[t.v[2]]);
       const double longest = std::max({length(b - a), length(c - b), length(a - c)});

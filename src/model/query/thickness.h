@@ -27,7 +27,7 @@ Thickness measure_thickness(const Model& model, const TriangleBvh& bvh, std::siz
 
 /// Middles of walls thinner than `max_thickness` whose two faces lie at an angle less than that of
 /// cosine `min_cosine`: half way along rays straight inward from points of every face no further
-/// than `spacing` apart, or twice that and so on until they are no more than 2^20 and one a face.
+/// than `spacing` apart, or twice that and so on until they are no more than 2^20 and one per face.
 /// By faces, in their order.
 std::vector<Vec3> thin_wall_middles(const Model& model, const TriangleBvh& bvh, double spacing,
                                     double max_thickness, double min_cosine);

@@ -16,7 +16,7 @@ std::vector<std::uint32_t> texture_charts(const Model& model);
 
 /// As in Model.
 struct TransferredMaterials {
-  std::vector<Vec2> corner_uvs;  ///< 3 a triangle; empty where the model has none
+  std::vector<Vec2> corner_uvs;  ///< 3 per triangle; empty where the model has none
   std::vector<std::uint32_t> triangle_materials;
 };
 

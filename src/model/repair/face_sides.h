@@ -1,4 +1,4 @@
-// Which faces of a model bound its solid, and which the solid hides.
+// Boundary faces: those of a model that bound its solid, and those that the solid hides.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +20,8 @@ enum class FaceSide : std::uint8_t {
 /// has half a turn on either side.
 inline constexpr double kDecidedWinding = 0.75;
 
-/// One a triangle, by the winding numbers `step` in front of and behind its middle and three points
-/// near its corners.
+/// One per triangle, by the winding numbers `step` in front of and behind its middle and three
+/// points near its corners.
 std::vector<FaceSide> classify_faces(const Model& model, const InsideTest& inside, float step);
 
 /// The triangles that are not hidden, ascending; all of them where every one is.

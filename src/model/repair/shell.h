@@ -1,4 +1,4 @@
-// Which models bound no solid: open shells, loose sheets, faces turned at random.
+// Shell detection: models that bound no solid (open shells, loose sheets, faces turned at random).
 #pragma once
 
 #include "model/model.h"

@@ -1,4 +1,4 @@
-// What a page that plays a scene's morph is made of: each leg at the frames' moments.
+// Data of a page that plays a scene's morph: each leg at the frames' moments.
 #pragma once
 
 #include "base/result.h"

@@ -1,4 +1,4 @@
-// What is written into a golden suite's folder, whoever rendered it.
+// Files of a golden suite's folder: frames, surface.csv and CHANGES.md, whoever rendered them.
 #pragma once
 
 #include "base/file.h"
