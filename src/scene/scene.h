@@ -38,6 +38,8 @@ struct SphereSettings {
                     ///< model's diagonal; 0: `balls`
   int resolution =
       0;  ///< R of octree and active: 2^(R-1) cells per axis; 1..9; 0 = by sphere count
+  float root_margin = 0;  ///< octree and active: by how much the root cube is longer than the
+                          ///< model's longest side, as a share of it
   FitKind fit = FitKind::kEllipsoid;
   InsideMethod inside = InsideMethod::kWinding;
   bool solidify = false;  ///< fill cavities and close holes first

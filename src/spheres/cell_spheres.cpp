@@ -75,7 +75,7 @@ Error nothing_inside(const Model& model, const InsideTest& test, const RootCube&
 
 Result<SphereTree> cell_spheres(const Model& model, const InsideTest& test,
                                 const SphereSettings& settings, std::size_t max_count) {
-  const RootCube root = root_cube(model);
+  const RootCube root = root_cube(model, static_cast<double>(settings.root_margin));
   SphereTree tree = settings.resolution == 0
                         ? automatic_spheres(test, root, settings.method, max_count)
                         : spheres_at(test, root, settings.method, settings.resolution);

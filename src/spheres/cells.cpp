@@ -40,13 +40,13 @@ class TreeBuilder {
 
 }  // namespace
 
-RootCube root_cube(const Model& model) {
+RootCube root_cube(const Model& model, double margin) {
   const Box box = model.box();
   const double low[3] = {box.low.x, box.low.y, box.low.z},
                high[3] = {box.high.x, box.high.y, box.high.z};
   RootCube root;
   for (int k = 0; k < 3; ++k) root.side = std::max(root.side, high[k] - low[k]);
-  root.side *= 1 + kRootMargin;
+  root.side *= 1 + std::max(margin, kMinRootMargin);
   for (int k = 0; k < 3; ++k) root.low[k] = (low[k] + high[k] - root.side) / 2;
   return root;
 }

@@ -13,15 +13,15 @@
 
 namespace polymorph {
 
-/// The root: a cube around the middle of the model's bounding box, as long as its longest side plus
-/// a margin. The margin keeps sample points off the faces of models that fill their box (a cube's
-/// corners would lie exactly on its surface, where inside is a matter of rounding).
+/// The root: a cube around the middle of the model's bounding box, longer than its longest side by
+/// a margin. At least kMinRootMargin keeps sample points off the faces of models that fill their
+/// box (a cube's corners would lie exactly on its surface, where inside is a matter of rounding).
 struct RootCube {
   double low[3] = {0, 0, 0};
   double side = 0;
 };
-inline constexpr double kRootMargin = 1e-4;  // share of the side
-RootCube root_cube(const Model& model);
+inline constexpr double kMinRootMargin = 1e-4;  // share of the side
+RootCube root_cube(const Model& model, double margin = 0);
 
 /// A cell of level l: the root cube cut into 2^l an axis.
 struct Cell {

@@ -44,14 +44,14 @@ struct Approximation {
 
 /// Approximates the inside of `model` by spheres, and fits balls to it where the settings ask for
 /// it (method: docs/method.md, Spheres and Fit).
-/// `octree`: a cube around the bounding box, 2^(R-1) cells per axis at the finest level; a finest
-/// cell whose centre is inside gives one sphere. `active`: from the root down, a cell with MORE
-/// than 4 of its 8 corners inside gives one sphere and its children are dropped (report 5.1.3.2).
-/// Both: resolution 0 takes the finest one that gives at most 8000 spheres (with a fit:
-/// settings.balls); a sphere's radius is that of the ball with its cell's volume.
-/// `hubbard`, `medial`: settings.balls spheres; `medial` with an error > 0: as few as keep it.
-/// Fitted balls enclose the model's volume to 0.2 %.
-/// Errors (kInput): nothing of the model is inside, or too little for the method - says what to do.
+/// `octree`: a cube around the bounding box (settings.root_margin), 2^(R-1) cells per axis at the
+/// finest level; a finest cell whose centre is inside gives one sphere. `active`: from the root
+/// down, a cell with MORE than 4 of its 8 corners inside gives one sphere and its children are
+/// dropped (report 5.1.3.2). Both: resolution 0 takes the finest one that gives at most 8000
+/// spheres (with a fit: settings.balls); a sphere's radius is that of the ball with its cell's
+/// volume. `hubbard`, `medial`: settings.balls spheres; `medial` with an error > 0: as few as keep
+/// it. Fitted balls enclose the model's volume to 0.2 %. Errors (kInput): nothing of the model is
+/// inside, or too little for the method - says what to do.
 Result<Approximation> approximate(const Model& model, const SphereSettings& settings);
 
 /// What approximate() stands balls for instead of the model itself: solidify(model) where that is

@@ -3,10 +3,12 @@
 #include <cmath>
 
 #include "base/parallel.h"
+#include "model/load/load_obj.h"
 #include "model/mesh/shapes.h"
 #include "spheres/cells.h"
 #include "spheres/spheres.h"
 #include "testing/model.h"
+#include "testing/paths.h"
 
 namespace polymorph {
 namespace {
@@ -29,7 +31,7 @@ SphereTree tree_of(const Model& model, SphereMethod method, int resolution,
   return tree ? std::move(tree->tree) : SphereTree{};
 }
 
-bool broadcast(const SphereTree& a, const SphereTree& b) {
+bool same_tree(const SphereTree& a, const SphereTree& b) {
   if (a.nodes.size() != b.nodes.size()) return false;
   for (std::size_t i = 0; i < a.nodes.size(); ++i) {
     const SphereNode &x = a.nodes[i], &y = b.nodes[i];
@@ -63,6 +65,24 @@ TEST(Octree, CellsOfABoxAreCountedExactly) {
     volume += 4 * M_PI / 3 * std::pow(s.radius, 3);
   }
   EXPECT_NEAR(volume, 1, 1e-3) << "a sphere has its cell's volume";
+}
+
+TEST(Octree, ALargerRootCubeGivesTheCountsMeasured) {
+  const auto monkey = load_obj(source_dir() / "scenes/models/monkey.obj", {});
+  ASSERT_TRUE(monkey) << monkey.error().message;
+  const auto count = [&](SphereMethod method, int resolution, float root_margin) {
+    SphereSettings settings = cells(method, resolution);
+    settings.root_margin = root_margin;
+    const auto made = approximate(monkey->model, settings);
+    return made ? made->tree.leaves().size() : 0;
+  };
+  EXPECT_EQ(count(SphereMethod::kOctree, 4, 0), 104u);
+  EXPECT_EQ(count(SphereMethod::kOctree, 5, 0), 850u);
+  EXPECT_EQ(count(SphereMethod::kOctree, 4, 0.092f), 84u);
+  EXPECT_EQ(count(SphereMethod::kOctree, 5, 0.092f), 652u);
+  EXPECT_EQ(count(SphereMethod::kOctree, 6, 0.092f), 5232u);
+  EXPECT_EQ(count(SphereMethod::kActive, 5, 0), 192u);
+  EXPECT_EQ(count(SphereMethod::kActive, 5, 0.092f), 164u);
 }
 
 TEST(Octree, LeavesComeInMortonOrderAndParentsFirst) {
@@ -233,7 +253,7 @@ TEST(Approximate, IsTheSameForAnyNumberOfThreads) {
       set_thread_count(1);
       const SphereTree one = tree_of(torus, method, 6, inside);
       set_thread_count(2);
-      EXPECT_TRUE(broadcast(one, tree_of(torus, method, 6, inside)));
+      EXPECT_TRUE(same_tree(one, tree_of(torus, method, 6, inside)));
       set_thread_count(0);
       EXPECT_FALSE(one.nodes.empty());
     }

@@ -26,7 +26,7 @@ namespace {
 struct SpheresOptions {
   std::string model, method = "medial", fit = "ellipsoid", inside = "winding";
   int balls = 0, resolution = 0, grid = 192, width = 480;
-  double error = 0;
+  double error = 0, root_margin = 0;
   bool no_fit = false, solidify = false;
   std::string write_balls, write_surface, write_spheres, output;
   JsonOutput json;
@@ -49,6 +49,7 @@ SphereSettings settings_of(const SpheresOptions& options) {
   if (options.balls > 0) settings.balls = options.balls;
   settings.error = static_cast<float>(options.error);
   settings.resolution = options.resolution;
+  settings.root_margin = static_cast<float>(options.root_margin);
   settings.fit = options.no_fit           ? FitKind::kNone
                  : options.fit == "round" ? FitKind::kRound
                                           : FitKind::kEllipsoid;
@@ -255,6 +256,12 @@ void add_spheres(CommandLine& line) {
                   "of octree and active: 2^(R-1) cells per axis")
       .range(1, 9)
       .type_name("R")
+      .group("Main");
+  command
+      .add_option("--root-margin", options->root_margin,
+                  "of octree and active: the root cube is longer than the model by this share (0)")
+      .range(0.0, 1.0)
+      .type_name("M")
       .group("Main");
   const Option fit = command.add_option("--fit", options->fit, "ellipsoid or round balls")
                          .choices({"ellipsoid", "round"})
