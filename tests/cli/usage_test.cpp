@@ -289,6 +289,10 @@ TEST_F(Help, BenchMeasures) {
                           "--device", "cpu"});
   EXPECT_TRUE(contains(ran.out, "surface gaussian 16^3"));
   EXPECT_EQ(ran.err, "");
+  const Ran rays = run(0, {"bench", "render", "--grid", "16", "--torus", "50", "--repeats", "1",
+                           "--spp", "1", "--device", "cpu"});
+  EXPECT_TRUE(contains(rays.out, "M paths/s"));
+  EXPECT_TRUE(contains(rays.out, "BVH quality"));
 }
 
 TEST_F(Usage, AMemoryLimitEndsWithAMessageAndCodeFive) {

@@ -1,0 +1,29 @@
+#!/usr/bin/env python3
+"""Every source file of src/ has a test: tests/unit/ROOM_NAME_test.cpp or tests/cli/NAME_test.cpp, or those that tests/sources.tsv names
+for it, because it is seen only through another's interface or through the program. Prints what is missing or no more; exit code 1."""
+import pathlib
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+TESTS = ROOT / "tests"
+table = dict(line.split("\t") for line in (TESTS / "sources.tsv").read_text(encoding="utf-8").splitlines() if line and line[0] != "#")
+
+
+def own_tests(source: pathlib.Path) -> list[pathlib.Path]:
+    room = source.parts[0]
+    names = [TESTS / "unit" / f"{room}_{source.stem}_test.cpp"]
+    if room == "cli":
+        names.append(TESTS / "cli" / f"{source.stem}_test.cpp")
+    return [name for name in names if name.exists()]
+
+
+found = []
+sources = sorted(path.relative_to(ROOT / "src") for path in (ROOT / "src").rglob("*.cpp"))
+for source in sources:
+    listed = table.pop(source.as_posix(), "")
+    if not own_tests(source) and not listed:
+        found.append(f"{source} has no test: write tests/unit/{source.parts[0]}_{source.stem}_test.cpp, or name one in tests/sources.tsv")
+    found += [f"tests/sources.tsv names tests/{name}, which does not exist" for name in listed.split() if not (TESTS / name).exists()]
+found += [f"tests/sources.tsv names src/{source}, which does not exist" for source in table]
+print("\n".join(found) if found else f"tests: ok ({len(sources)} sources)")
+sys.exit(1 if found else 0)

@@ -1,0 +1,31 @@
+#include "base/shell_quote.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+namespace polymorph {
+namespace {
+
+/// What a shell makes of a word.
+std::string echoed(const std::string& word) {
+  std::string out;
+  FILE* pipe = popen(("printf '%s' " + word).c_str(), "r");
+  for (int c; (c = std::fgetc(pipe)) != EOF;) out += static_cast<char>(c);
+  pclose(pipe);
+  return out;
+}
+
+TEST(ShellQuote, PlainWordsStayAsTheyAre) {
+  for (const char* word : {"scene.json", "out/frame.0001.exr", "image.samples=64"})
+    EXPECT_EQ(shell_quoted(word), word);
+}
+
+TEST(ShellQuote, AShellReadsEveryWordBack) {
+  for (const std::string word : {"", "two words", "it's", "$HOME", "a;b", "`id`", "a\"b", "*", "~",
+                                 "#", "line\nbreak", "back\\slash", "out/frame.####.exr", "'"})
+    EXPECT_EQ(echoed(shell_quoted(word)), word);
+}
+
+}  // namespace
+}  // namespace polymorph

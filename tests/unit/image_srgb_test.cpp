@@ -1,0 +1,44 @@
+#include "image/srgb.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace polymorph {
+namespace {
+
+TEST(Srgb, EncodingIsTheInverseOfDecoding) {
+  for (int i = -20; i <= 220; ++i) {
+    const float linear = 0.01f * static_cast<float>(i);
+    EXPECT_NEAR(srgb_to_linear(linear_to_srgb(linear)), linear, 2e-6f * (1 + std::fabs(linear)));
+  }
+  EXPECT_NEAR(linear_to_srgb(0.5f), 0.735357f, 1e-6f);  // IEC 61966-2-1
+  EXPECT_FLOAT_EQ(linear_to_srgb(0.002f), 12.92f * 0.002f);
+}
+
+TEST(Srgb, CodesAreRoundedFromTheExactCurve) {
+  const SrgbQuantizer& code_of = SrgbQuantizer::instance();
+  for (int i = 0; i <= 100000; ++i) {
+    const float linear = static_cast<float>(i) / 100000;
+    const double exact = 255 * static_cast<double>(linear_to_srgb(linear));
+    const double fraction = exact - std::floor(exact);
+    if (std::fabs(fraction - 0.5) < 1e-4) continue;  // the float curve may fall on either side
+    EXPECT_EQ(code_of(linear), std::lround(exact)) << linear;
+  }
+  for (int code = 0; code < 256; ++code)
+    EXPECT_EQ(code_of(srgb_decode_table()[static_cast<std::size_t>(257 * code)]), code);
+}
+
+TEST(Srgb, WhatIsNoColourIsClamped) {
+  const SrgbQuantizer& code_of = SrgbQuantizer::instance();
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(code_of(-0.1f), 0);
+  EXPECT_EQ(code_of(-kInfinity), 0);
+  EXPECT_EQ(code_of(std::numeric_limits<float>::quiet_NaN()), 0);
+  EXPECT_EQ(code_of(1.5f), 255);
+  EXPECT_EQ(code_of(kInfinity), 255);
+}
+
+}  // namespace
+}  // namespace polymorph

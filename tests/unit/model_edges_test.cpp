@@ -1,0 +1,45 @@
+#include "model/mesh/edges.h"
+
+#include <gtest/gtest.h>
+
+#include "testing/model.h"
+
+namespace polymorph {
+namespace {
+
+TEST(Edges, EveryEdgeOfAClosedModelHasTwoUsesInOppositeDirections) {
+  const Model box = box_model({0, 0, 0}, {1, 1, 1});
+  const std::vector<EdgeUse> uses = sorted_edge_uses(box);
+  EXPECT_EQ(uses.size(), 3 * box.triangles.size());
+  std::size_t edges = 0;
+  for_each_edge(uses, [&](std::size_t first, std::size_t last) {
+    ++edges;
+    ASSERT_EQ(last - first, 2u);
+    EXPECT_NE(uses[first].forward, uses[first + 1].forward);
+    EXPECT_LT(uses[first].low, uses[first].high);
+    EXPECT_LT(uses[first].corner, uses[first + 1].corner);
+  });
+  EXPECT_EQ(edges, 18u);  // 12 sides and 6 diagonals
+}
+
+TEST(Edges, AUseKnowsTheCornersAtItsEnds) {
+  const Model box = box_model({0, 0, 0}, {1, 1, 1});
+  const auto point_of = [&](std::uint32_t corner) {
+    return box.triangles[corner / 3].v[corner % 3];
+  };
+  for (const EdgeUse& use : sorted_edge_uses(box)) {
+    EXPECT_EQ(point_of(low_corner(use)), use.low);
+    EXPECT_EQ(point_of(high_corner(use)), use.high);
+    EXPECT_EQ(low_corner(use) / 3, use.corner / 3);
+  }
+}
+
+TEST(Edges, SidesOfNoLengthAreLeftOut) {
+  Model model;
+  model.points = {{0, 0, 0}, {1, 0, 0}};
+  model.triangles = {{{0, 1, 1}}};
+  EXPECT_EQ(sorted_edge_uses(model).size(), 2u);
+}
+
+}  // namespace
+}  // namespace polymorph
