@@ -14,9 +14,9 @@ namespace polymorph {
 namespace {
 
 constexpr double kManyBalls = 1500;
-constexpr std::size_t kMaxMet = 16384;  // by one ray, of faces that lie upon each other
+constexpr std::size_t kMaxHits = 16384;  // by one ray, of faces that lie upon each other
 
-/// Distance along the ray at which it meets the triangle, or infinity (Moeller and Trumbore 1997,
+/// Distance along the ray at which it hits the triangle, or infinity (Moeller and Trumbore 1997,
 /// in double precision; edges count).
 double intersect(Vec3d origin, Vec3d direction, const TriangleBvh::Corners& c) {
   const Vec3d a(c.p[0]), ab = Vec3d(c.p[1]) - a, ac = Vec3d(c.p[2]) - a;
@@ -49,7 +49,7 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
   if (!bvh.nodes.empty()) stack[waiting++] = {from, 0};
   const double o[3] = {origin.x, origin.y, origin.z},
                d[3] = {direction.x, direction.y, direction.z};
-  while (waiting > 0 && met < kMaxMet) {
+  while (waiting > 0 && met < kMaxHits) {
     const Entry entry = stack[--waiting];
     if (entry.enter > hit.distance * (1 + 1e-12)) continue;
     const TriangleBvh::Node& node = bvh.nodes[entry.node];
@@ -87,7 +87,7 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
       }
     }
   }
-  return met < kMaxMet ? hit : Hit{};
+  return met < kMaxHits ? hit : Hit{};
 }
 
 /// From each sample straight inward.
