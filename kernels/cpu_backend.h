@@ -1,5 +1,5 @@
-// The CPU backend of the extraction passes (extract.h), on oneTBB. Runs in the caller's TBB arena;
-// results do not depend on how TBB cuts the ranges.
+// The CPU backend of the extraction passes (backend_engine.h), on oneTBB. Runs in the caller's TBB
+// arena; results do not depend on how TBB cuts the ranges.
 #pragma once
 
 #include <tbb/blocked_range.h>
@@ -13,7 +13,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "extract_surface.h"
+#include "engine.h"
 #include "floating_point.h"
 #include "fork_join.h"
 #include "math.h"

@@ -1,4 +1,4 @@
-// The CUDA backend of the extraction passes (extract.h lists what a backend offers). One stream per
+// The CUDA backend of the extraction passes (backend_engine.h lists what a backend offers). One stream per
 // backend; every call and every launch is checked with its own return value.
 #pragma once
 
@@ -15,27 +15,27 @@
 #include <utility>
 #include <vector>
 
-#include "extract_surface.h"
+#include "engine.h"
 #include "tree.h"
 #include "validate.h"
 #include "view.h"
 
 namespace polymorph {
 
-inline ExtractStatus cuda_status(cudaError_t error, const char* doing) {
+inline EngineStatus cuda_status(cudaError_t error, const char* doing) {
   const std::string text =
       std::string(cudaGetErrorString(error)) + " (" + cudaGetErrorName(error) + ")";
   if (error == cudaErrorMemoryAllocation) {
-    return {ExtractCode::kOutOfMemory,
+    return {EngineCode::kOutOfMemory,
             std::string("the cuda device has no memory left while doing '") + doing + "': " + text +
                 ", use a coarser grid or the cpu backend"};
   }
-  return {ExtractCode::kDeviceError, std::string("the cuda device failed while doing '") + doing +
+  return {EngineCode::kDeviceError, std::string("the cuda device failed while doing '") + doing +
                                          "': " + text + ", try again or use the cpu backend"};
 }
 
 inline void check_cuda(cudaError_t error, const char* doing) {
-  if (error != cudaSuccess) throw ExtractFailure{cuda_status(error, doing)};
+  if (error != cudaSuccess) throw EngineFailure{cuda_status(error, doing)};
 }
 
 /// Grid-stride loop: any n, any number of blocks.

@@ -9,7 +9,7 @@
 
 #include <cstdint>
 
-#include "extract_surface.h"
+#include "engine.h"
 #include "falloff.h"
 #include "field.h"
 #include "host_device.h"

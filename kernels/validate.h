@@ -1,4 +1,4 @@
-// Input validation of the extractor, and the exception by which a backend reports a failure. Host
+// Input validation of the engine, and the exception by which a backend reports a failure. Host
 // only.
 #pragma once
 
@@ -10,16 +10,16 @@
 #include <vector>
 
 #include "distance_field.h"
-#include "extract_surface.h"
+#include "engine.h"
 #include "falloff.h"
 #include "field_kinds.h"
 #include "regression.h"
 
 namespace polymorph {
 
-/// Thrown by a backend inside the passes; never leaves the extractor.
-struct ExtractFailure {
-  ExtractStatus status;
+/// Thrown by a backend inside the passes; never leaves the engine.
+struct EngineFailure {
+  EngineStatus status;
 };
 
 inline bool is_finite(Vec3 a) {
@@ -30,20 +30,20 @@ inline bool is_finite(const Sym3& s) {
   return is_finite(Vec3{s.xx, s.yy, s.zz}) && is_finite(Vec3{s.xy, s.xz, s.yz});
 }
 
-inline ExtractStatus bad_input(std::string message) {
-  return {ExtractCode::kBadInput, std::move(message)};
+inline EngineStatus bad_input(std::string message) {
+  return {EngineCode::kBadInput, std::move(message)};
 }
 
 /// Throws where `bytes` are more than the limit allows.
 inline void check_memory(std::size_t bytes, std::size_t most) {
   if (most == 0 || bytes <= most) return;
   const auto mega = [](std::size_t b) { return std::to_string((b + 999999) / 1000000) + " MB"; };
-  throw ExtractFailure{{ExtractCode::kOutOfMemory, "the surface needs " + mega(bytes) +
-                                                       " (the limit is " + mega(most) +
-                                                       "), use a coarser grid or a higher limit"}};
+  throw EngineFailure{{EngineCode::kOutOfMemory, "the surface needs " + mega(bytes) +
+                                                     " (the limit is " + mega(most) +
+                                                     "), use a coarser grid or a higher limit"}};
 }
 
-inline ExtractStatus check_regression(const Regression& regression) {
+inline EngineStatus check_regression(const Regression& regression) {
   const Int3 n = regression.lattice.points;
   if (n.x < 4 || n.y < 4 || n.z < 4 || !(regression.lattice.cell > 0)) {
     return bad_input("the lattice of a map has " + std::to_string(n.x) + " x " +
@@ -68,7 +68,7 @@ inline ExtractStatus check_regression(const Regression& regression) {
 }
 
 /// But for the grid.
-inline ExtractStatus check_between(const MorphSurface& between, const ExtractSettings& settings) {
+inline EngineStatus check_between(const MorphSurface& between, const ExtractSettings& settings) {
   if (!between.map || !between.from || !between.to) {
     return bad_input("a surface between two objects needs a map and both distance fields");
   }
@@ -87,7 +87,7 @@ inline ExtractStatus check_between(const MorphSurface& between, const ExtractSet
   return check_regression(*between.map);
 }
 
-inline ExtractStatus check_input(const std::vector<Ball>& balls, const ExtractSettings& settings) {
+inline EngineStatus check_input(const std::vector<Ball>& balls, const ExtractSettings& settings) {
   // The lower bound keeps iso * cutoff within the normal floats.
   if (!(settings.iso >= 1e-20f && settings.iso <= 1e20f)) {
     return bad_input("iso is " + std::to_string(settings.iso) +
@@ -130,7 +130,7 @@ inline ExtractStatus check_input(const std::vector<Ball>& balls, const ExtractSe
   return {};
 }
 
-inline ExtractStatus check_grid(const Grid& grid) {
+inline EngineStatus check_grid(const Grid& grid) {
   const Int3 n = grid.points;
   const std::string size =
       std::to_string(n.x) + " x " + std::to_string(n.y) + " x " + std::to_string(n.z);

@@ -99,8 +99,8 @@ Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> 
   film.fps = scene.frames.fps;
   scene.image.aovs = "none";  // pictures have no layers
   std::string device;
-  PM_TRY(const auto extractor, make_extractor(line.common.device, device, line.common.max_memory));
-  PM_TRY(const PreparedScene prepared, prepare_scene(scene, *extractor, cache_folder(line.common)));
+  PM_TRY(const auto engine, make_engine(line.common.device, device, line.common.max_memory));
+  PM_TRY(const PreparedScene prepared, prepare_scene(scene, *engine, cache_folder(line.common)));
   for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
   PM_TRY(Renderer renderer, Renderer::create(isa));
   const ProgressCallback progress = make_progress(progress_mode(line.common));
@@ -138,7 +138,7 @@ Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> 
       continue;
     }
     const Stopwatch stopwatch;
-    PM_TRY(FrameGeometry geometry, geometry_at(prepared, *extractor, number));
+    PM_TRY(FrameGeometry geometry, geometry_at(prepared, *engine, number));
     const double surface_seconds = stopwatch.seconds();
     PM_TRY_STATUS(finish());
     picture = std::move(key);

@@ -20,12 +20,12 @@ Status check_play_page(const CommandLine& line, const std::filesystem::path& pat
 Status write_play_page(const CommandLine& line, Scene scene, const std::filesystem::path& path) {
   scene.surface.resolution = std::min(scene.surface.resolution, kPlayResolution);
   std::string device;
-  PM_TRY(const auto extractor, make_extractor(line.common.device, device, line.common.max_memory));
-  PM_TRY(const PreparedScene prepared, prepare_scene(scene, *extractor, cache_folder(line.common)));
+  PM_TRY(const auto engine, make_engine(line.common.device, device, line.common.max_memory));
+  PM_TRY(const PreparedScene prepared, prepare_scene(scene, *engine, cache_folder(line.common)));
   for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
   // Once more: only now is it known which files the models and their materials name.
   PM_TRY_STATUS(check_play_page(line, path));
-  PM_TRY(const PlayPage page, make_play_page(prepared, *extractor));
+  PM_TRY(const PlayPage page, make_play_page(prepared, *engine));
   const std::string html = encode_play_page(page);
   PM_TRY_STATUS(write_file(path, html));
   print_data("{} {} actor{}, {} frames, {}\n", path.string(), page.actors.size(),

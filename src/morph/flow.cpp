@@ -17,7 +17,7 @@ Mat3 inverse(const Mat3& a) {
 }  // namespace
 
 Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::vector<Ball>& balls,
-                     const std::vector<Vec3>& points, SurfaceExtractor& extractor) {
+                     const std::vector<Vec3>& points, Engine& engine) {
   PM_CHECK(balls.size() == plan.pairs.size());
   const std::vector<float> progress = pair_progress(plan, time);
   std::vector<BallAttribute> carried(balls.size());
@@ -36,7 +36,7 @@ Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::v
     }
   }
   PM_TRY(const std::vector<AttributeValues> values,
-         interpolate_attributes(extractor, balls, plan.kind, carried, points));
+         interpolate_attributes(engine, balls, plan.kind, carried, points));
   return flow_of(values);
 }
 

@@ -73,7 +73,7 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
                                                 const std::vector<Vec3>& points,
                                                 std::span<const std::uint32_t> from_names,
                                                 std::span<const std::uint32_t> to_names,
-                                                SurfaceExtractor& extractor) {
+                                                Engine& engine) {
   PM_CHECK(balls.size() == plan.pairs.size());
   PM_CHECK(from_names.size() == plan.from.size() && to_names.size() == plan.to.size());
   std::uint32_t count = 1;
@@ -103,7 +103,7 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
       add(e, to_names[plan.pairs[e].to], progress[e]);
     }
     PM_TRY(const std::vector<AttributeValues> values,
-           interpolate_attributes(extractor, balls, plan.kind, carried, points));
+           interpolate_attributes(engine, balls, plan.kind, carried, points));
     for (std::size_t i = 0; i < points.size(); ++i)
       for (std::uint32_t k = 0; k < std::min(count - first, 8u); ++k)
         of_names[i * count + first + k] = values[2 * i + k / 4].v[k % 4];

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 #include "model/model.h"
 #include "morph/plan.h"
 
@@ -38,13 +38,13 @@ LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
 /// `from_names` and `to_names` (one per ball of either object, in one numbering). A pair's share of
 /// the field at the point goes to its source's label by 1 - u and to its target's by u; labels that
 /// belong together count as one, and the larger of them gives the name. `balls` are those of
-/// balls_at(plan, time). Errors: the extractor's (surface/grid.h: to_status).
+/// balls_at(plan, time). Errors: the engine's (surface/grid.h: to_status).
 Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float time,
                                                 const std::vector<Ball>& balls,
                                                 const std::vector<Vec3>& points,
                                                 std::span<const std::uint32_t> from_names,
                                                 std::span<const std::uint32_t> to_names,
-                                                SurfaceExtractor& extractor);
+                                                Engine& engine);
 
 /// Errors (kInput): a name in `map` that no object of the chain has.
 Status check_label_map(const std::vector<LabelledObject>& chain,

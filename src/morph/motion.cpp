@@ -301,10 +301,10 @@ std::vector<Ball> balls_at(const MorphPlan& plan, float time) {
   return balls;
 }
 
-Result<std::vector<Ball>> balls_at(const MorphPlan& plan, float time, SurfaceExtractor& extractor) {
+Result<std::vector<Ball>> balls_at(const MorphPlan& plan, float time, Engine& engine) {
   std::vector<Ball> balls;
   PM_TRY_STATUS(to_status(
-      extractor.move_balls(plan.paths, motion_state_of(plan, time), own_times(plan, time), balls)));
+      engine.move_balls(plan.paths, motion_state_of(plan, time), own_times(plan, time), balls)));
   finish(plan, time, balls);
   return balls;
 }

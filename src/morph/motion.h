@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 #include "morph/plan.h"
 
 namespace polymorph {
@@ -27,9 +27,9 @@ void set_paths(MorphPlan& plan);
 /// ln(share) for Gaussian ones.
 std::vector<Ball> balls_at(const MorphPlan& plan, float time);
 
-/// The same balls, moved by the extractor, where they stay for the surface. Errors: the extractor's
+/// The same balls, moved by the engine, where they stay for the surface. Errors: the engine's
 /// (surface/grid.h: to_status).
-Result<std::vector<Ball>> balls_at(const MorphPlan& plan, float time, SurfaceExtractor& extractor);
+Result<std::vector<Ball>> balls_at(const MorphPlan& plan, float time, Engine& engine);
 
 /// Makes a plan whose source is the balls of `before` at `until` go on with their velocity, which
 /// fades: its balls' centres leave with the velocity at which they came, whatever its easing, and

@@ -17,7 +17,7 @@ BallAttribute affine(Vec3 center, const Mat3& turn) {
 }  // namespace
 
 Result<PullBack> pull_back(const MorphPlan& plan, float time, const std::vector<Ball>& balls,
-                           const std::vector<Vec3>& points, SurfaceExtractor& extractor) {
+                           const std::vector<Vec3>& points, Engine& engine) {
   PM_CHECK(balls.size() == plan.pairs.size());
   const std::vector<PairFrame> frames = pair_frames(plan, time);
   std::vector<BallAttribute> carried;
@@ -26,7 +26,7 @@ Result<PullBack> pull_back(const MorphPlan& plan, float time, const std::vector<
     carried.push_back(affine(plan.to[plan.pairs[e].to].center, frames[e].to_target));
   }
   PM_TRY(const std::vector<AttributeValues> values,
-         interpolate_attributes(extractor, balls, plan.kind, carried, points));
+         interpolate_attributes(engine, balls, plan.kind, carried, points));
   return pull_back_of(values);
 }
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 #include "morph/plan.h"
 
 namespace polymorph {
@@ -21,9 +21,9 @@ struct PullBack {
 /// field at x, p_e the ball it comes from (goes to) and F_e its frame (pair_frames). `balls` are
 /// those of balls_at(plan, time). At time 0 (1) X is the point itself, on the source (target)
 /// (docs/method.md, Colour).
-/// Errors: the extractor's (surface/grid.h: to_status).
+/// Errors: the engine's (surface/grid.h: to_status).
 Result<PullBack> pull_back(const MorphPlan& plan, float time, const std::vector<Ball>& balls,
-                           const std::vector<Vec3>& points, SurfaceExtractor& extractor);
+                           const std::vector<Vec3>& points, Engine& engine);
 
 /// From what was carried to points, two quadruples each: the source's and the target's.
 PullBack pull_back_of(const std::vector<AttributeValues>& values);

@@ -181,15 +181,17 @@ FrameMap frame_map(const MorphPlan& plan, float time, const std::vector<Ball>& b
   return map;
 }
 
-Result<std::shared_ptr<const Regression>> with_shortfalls(
-    const FrameMap& map, const MorphPlan& plan, const std::vector<Ball>& balls,
-    const DistanceGrid& from, const DistanceGrid& to, SurfaceExtractor& extractor) {
+Result<std::shared_ptr<const Regression>> with_shortfalls(const FrameMap& map,
+                                                          const MorphPlan& plan,
+                                                          const std::vector<Ball>& balls,
+                                                          const DistanceGrid& from,
+                                                          const DistanceGrid& to, Engine& engine) {
   // The regression takes peaks off.
   constexpr float kGain = 1.2f;
   std::vector<Vec3> centers;
   for (const Ball& ball : balls) centers.push_back(ball.center);
   std::vector<AttributeValues> values;
-  PM_TRY_STATUS(to_status(extractor.regress(map.regression, centers, values)));
+  PM_TRY_STATUS(to_status(engine.regress(map.regression, centers, values)));
   const DistanceField from_field(from.grid, from.values.data()),
       to_field(to.grid, to.values.data());
   const auto distance = [](const DistanceField& field, Vec3 p) {
@@ -220,15 +222,14 @@ std::vector<float> pair_leads(const MorphPlan& plan) {
   return leads;
 }
 
-Result<PullBack> pull_back(const FrameMap& map, const std::vector<Vec3>& points,
-                           SurfaceExtractor& extractor) {
+Result<PullBack> pull_back(const FrameMap& map, const std::vector<Vec3>& points, Engine& engine) {
   std::vector<AttributeValues> values;
-  PM_TRY_STATUS(to_status(extractor.regress(map.regression, points, values)));
+  PM_TRY_STATUS(to_status(engine.regress(map.regression, points, values)));
   return pull_back_of(values);
 }
 
 Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::vector<Ball>& balls,
-                     float size, const std::vector<Vec3>& points, SurfaceExtractor& extractor) {
+                     float size, const std::vector<Vec3>& points, Engine& engine) {
   const std::vector<float> eased = eased_times(plan, time), then = eased_times(plan, next);
   const std::vector<Ball> later = next != time ? balls_at(plan, next) : balls;
   auto regression = std::make_shared<Regression>();
@@ -248,7 +249,7 @@ Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::v
     regression->values.push_back(carried);
   }
   std::vector<AttributeValues> values;
-  PM_TRY_STATUS(to_status(extractor.regress(regression, points, values)));
+  PM_TRY_STATUS(to_status(engine.regress(regression, points, values)));
   return flow_of(values);
 }
 

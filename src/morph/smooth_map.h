@@ -8,7 +8,7 @@
 
 #include "base/box.h"
 #include "base/result.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 #include "kernels/morph_surface.h"
 #include "morph/flow.h"
 #include "morph/plan.h"
@@ -34,22 +34,23 @@ FrameMap frame_map(const MorphPlan& plan, float time, const std::vector<Ball>& b
 /// The map's regression with other level weights, for a level of -1: how far the field of both
 /// objects' distances would fall short, at each ball, of what the ball has around it at its ends.
 /// Walls that pass each other by more than their thickness are thickened there, and only there,
-/// instead of being torn. Errors: the extractor's.
-Result<std::shared_ptr<const Regression>> with_shortfalls(
-    const FrameMap& map, const MorphPlan& plan, const std::vector<Ball>& balls,
-    const DistanceGrid& from, const DistanceGrid& to, SurfaceExtractor& extractor);
+/// instead of being torn. Errors: the engine's.
+Result<std::shared_ptr<const Regression>> with_shortfalls(const FrameMap& map,
+                                                          const MorphPlan& plan,
+                                                          const std::vector<Ball>& balls,
+                                                          const DistanceGrid& from,
+                                                          const DistanceGrid& to, Engine& engine);
 
 /// How much further out each pair's part is on its source than on its target, [-1, 1]: by the mean
 /// distance along the body to all of it (morph/features.h).
 std::vector<float> pair_leads(const MorphPlan& plan);
 
-/// Where points come from and go to by the map. Errors: the extractor's (surface/grid.h:
+/// Where points come from and go to by the map. Errors: the engine's (surface/grid.h:
 /// to_status).
-Result<PullBack> pull_back(const FrameMap& map, const std::vector<Vec3>& points,
-                           SurfaceExtractor& extractor);
+Result<PullBack> pull_back(const FrameMap& map, const std::vector<Vec3>& points, Engine& engine);
 
-/// flow_at() by the map's kernels instead of the balls' shares. Errors: the extractor's.
+/// flow_at() by the map's kernels instead of the balls' shares. Errors: the engine's.
 Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::vector<Ball>& balls,
-                     float size, const std::vector<Vec3>& points, SurfaceExtractor& extractor);
+                     float size, const std::vector<Vec3>& points, Engine& engine);
 
 }  // namespace polymorph

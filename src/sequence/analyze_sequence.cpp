@@ -78,9 +78,8 @@ MorphEnds ends_of(const PreparedActor& actor, const PlanSettings& settings, std:
 
 /// The boundary stage at an end of a leg, in as many steps as its share of the time asks for beside
 /// `count` frames of the motion; nothing at an end that shows no model.
-Status measure_handover(const PreparedScene& prepared, const PreparedActor& actor,
-                        SurfaceExtractor& extractor, std::size_t leg, bool leaving, int count,
-                        Handover& handover) {
+Status measure_handover(const PreparedScene& prepared, const PreparedActor& actor, Engine& engine,
+                        std::size_t leg, bool leaving, int count, Handover& handover) {
   const Leg& time = actor.timeline.legs[leg];
   if (!(leaving ? time.from_full : time.to_full)) return Ok{};
   constexpr int kMin = 4;
@@ -90,7 +89,7 @@ Status measure_handover(const PreparedScene& prepared, const PreparedActor& acto
   for (int k = 0; k <= steps; ++k) {
     const float way = steps > 0 ? static_cast<float>(k) / static_cast<float>(steps) : 0.0f;
     PM_TRY(const ActorGeometry geometry,
-           boundary_at(prepared, actor, extractor, static_cast<int>(leg), leaving, way));
+           boundary_at(prepared, actor, engine, static_cast<int>(leg), leaving, way));
     handover.shown.push_back(shown_mesh(actor, geometry));
   }
   return Ok{};
@@ -98,9 +97,8 @@ Status measure_handover(const PreparedScene& prepared, const PreparedActor& acto
 
 }  // namespace
 
-Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared,
-                                            SurfaceExtractor& extractor, int frames,
-                                            const AnalyzeProgress& progress) {
+Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engine& engine,
+                                            int frames, const AnalyzeProgress& progress) {
   int total = 0, done = 0;
   const auto samples_of = [&](const Leg& leg) {
     return std::max(2, frames > 0 ? frames : leg.steps + 1);
@@ -118,7 +116,7 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared,
         const float way = static_cast<float>(k) / static_cast<float>(count - 1);
         const float until = actor.legs[leg].until, time = way * until;
         PM_TRY(ActorGeometry geometry,
-               volume_at(prepared, actor, extractor, static_cast<int>(leg), time));
+               volume_at(prepared, actor, engine, static_cast<int>(leg), time));
         MorphFrame frame;
         frame.time = static_cast<double>(way);
         frame.u = static_cast<double>(geometry.moment.u / progress_at(actor.legs[leg].plan, until));
@@ -129,7 +127,7 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared,
       MorphEnds ends = ends_of(actor, prepared.scene.actors[a].plan, leg);
       if (prepared.actors.size() > 1) ends.actor = actor.name;
       for (const bool leaving : {true, false})
-        PM_TRY_STATUS(measure_handover(prepared, actor, extractor, leg, leaving, count,
+        PM_TRY_STATUS(measure_handover(prepared, actor, engine, leg, leaving, count,
                                        leaving ? ends.leaving : ends.arriving));
       ends.source_shown = !ends.leaving.shown.empty();
       ends.target_shown = !ends.arriving.shown.empty();

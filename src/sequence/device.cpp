@@ -8,14 +8,13 @@
 
 namespace polymorph {
 
-Result<std::unique_ptr<SurfaceExtractor>> make_extractor(const std::string& device,
-                                                         std::string& chosen,
-                                                         std::size_t max_memory) {
+Result<std::unique_ptr<Engine>> make_engine(const std::string& device, std::string& chosen,
+                                            std::size_t max_memory) {
   chosen = "cpu";
   const auto cpu = [&] {
-    auto extractor = make_cpu_extractor();
-    extractor->limit_memory(max_memory);
-    return extractor;
+    auto engine = make_cpu_engine();
+    engine->limit_memory(max_memory);
+    return engine;
   };
   if (device == "cpu") return cpu();
   const bool automatic = device == "auto";
@@ -28,12 +27,12 @@ Result<std::unique_ptr<SurfaceExtractor>> make_extractor(const std::string& devi
       return make_error(ErrorCode::kUsage, "--device {}: write cpu, cuda, cuda:1 or auto", device);
     index = static_cast<int>(*number);
   }
-  ExtractStatus status;
-  auto extractor = make_cuda_extractor(index, status);
-  if (extractor) {
+  EngineStatus status;
+  auto engine = make_cuda_engine(index, status);
+  if (engine) {
     chosen = fmt::format("cuda:{}", index);
-    extractor->limit_memory(max_memory);
-    return extractor;
+    engine->limit_memory(max_memory);
+    return engine;
   }
   if (!automatic)
     return make_error(ErrorCode::kResource, "--device {}: {} - use --device cpu or auto", device,

@@ -1,4 +1,4 @@
-// Compute device selection: the surface extractor that --device asks for.
+// Compute device selection: the surface engine that --device asks for.
 #pragma once
 
 #include <cstddef>
@@ -6,15 +6,14 @@
 #include <string>
 
 #include "base/result.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 
 namespace polymorph {
 
 /// "cpu", "cuda", "cuda:1" or "auto" (CUDA where it answers, else the CPU, said once).
 /// Errors: kUsage for another word; kResource when a device asked for by name is not there.
 /// `max_memory`: bytes for the surface's buffers and mesh; 0 = no limit.
-Result<std::unique_ptr<SurfaceExtractor>> make_extractor(const std::string& device,
-                                                         std::string& chosen,
-                                                         std::size_t max_memory = 0);
+Result<std::unique_ptr<Engine>> make_engine(const std::string& device, std::string& chosen,
+                                            std::size_t max_memory = 0);
 
 }  // namespace polymorph

@@ -43,7 +43,7 @@ void add_fits(const PreparedScene& prepared, FrameEstimate& estimate) {
 
 }  // namespace
 
-Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, SurfaceExtractor& extractor,
+Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& engine,
                                       const std::string& isa, std::span<const int> frames) {
   FrameEstimate estimate;
   add_fits(prepared, estimate);
@@ -60,7 +60,7 @@ Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, SurfaceExtr
   for (std::size_t i = 0; i < count; ++i) {
     settings.frame = frames[(2 * i + 1) * frames.size() / (2 * count)];
     Laps watch;
-    PM_TRY(const FrameGeometry geometry, geometry_at(prepared, extractor, settings.frame));
+    PM_TRY(const FrameGeometry geometry, geometry_at(prepared, engine, settings.frame));
     estimate.seconds += watch.lap();
     PM_TRY(const Image image, renderer.render(render_scene(prepared, geometry), settings));
     estimate.seconds += watch.lap() * samples / measured_samples;

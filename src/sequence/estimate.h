@@ -5,7 +5,7 @@
 #include <string>
 
 #include "base/result.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 #include "sequence/prepare.h"
 #include "sequence/run_report.h"
 
@@ -14,7 +14,7 @@ namespace polymorph {
 /// Renders up to three of the frames, evenly spread, with at most an eighth of the samples (at
 /// least one), and scales the time of tracing up. Writes nothing. With image.noise it is the time
 /// at the full number of samples, which most pixels do not need. Errors: kResource, kOutput.
-Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, SurfaceExtractor& extractor,
+Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& engine,
                                       const std::string& isa, std::span<const int> frames);
 
 }  // namespace polymorph

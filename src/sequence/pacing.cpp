@@ -58,7 +58,7 @@ static_assert(sizeof(BallAttribute) == 16 * sizeof(float) &&
 }  // namespace
 
 Result<std::vector<float>> even_pacing(const PreparedScene& prepared, const PreparedActor& actor,
-                                       const PreparedLeg& leg, SurfaceExtractor& extractor,
+                                       const PreparedLeg& leg, Engine& engine,
                                        const std::filesystem::path& cache) {
   PreparedLeg linear = leg;
   linear.plan.motion.easing = Easing::kLinear;
@@ -88,7 +88,7 @@ Result<std::vector<float>> even_pacing(const PreparedScene& prepared, const Prep
     geometry.balls = balls_at(linear.plan, time_of(k));
     geometry.map = maps[static_cast<std::size_t>(k)];
     PM_TRY(SurfaceBetween surface,
-           surface_between(actor, linear, geometry, cell, prepared.extract, extractor));
+           surface_between(actor, linear, geometry, cell, prepared.extract, engine));
     Mesh& mesh = surface.mesh;
     empty = mesh.triangles.empty();
     if (k > 0 && !empty)

@@ -4,16 +4,16 @@
 #include <vector>
 
 #include "base/result.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 #include "sequence/prepare.h"
 
 namespace polymorph {
 
 /// Eased times at which 0, 1/n, 2/n, ... 1 of the surface's whole change is done
 /// (MorphPlan::pacing), from the mean distances between its surfaces at even eased times, on cells
-/// three times as large. The leg's balls must share one eased time. Errors: the extractor's.
+/// three times as large. The leg's balls must share one eased time. Errors: the engine's.
 Result<std::vector<float>> even_pacing(const PreparedScene& prepared, const PreparedActor& actor,
-                                       const PreparedLeg& leg, SurfaceExtractor& extractor,
+                                       const PreparedLeg& leg, Engine& engine,
                                        const std::filesystem::path& cache);
 
 }  // namespace polymorph

@@ -30,7 +30,7 @@ namespace {
 /// What turns the model into its balls' surface and back.
 Status make_boundary(PreparedObject& object, const InsideTest& inside, Mesh surface,
                      const Scene& scene, float cell, const ExtractSettings& extract,
-                     SurfaceExtractor& extractor) {
+                     Engine& engine) {
   constexpr double kArrived = 0.98;
   object.boundary = scene.boundary.method;
   if (object.boundary == BoundaryMethod::kCrossfade)
@@ -49,7 +49,7 @@ Status make_boundary(PreparedObject& object, const InsideTest& inside, Mesh surf
   }
   if (object.boundary == BoundaryMethod::kBlend) {
     PM_TRY(object.blend, make_blend_field(object.model, inside, *object.closest, object.balls,
-                                          std::move(surface), cell, extract, extractor));
+                                          std::move(surface), cell, extract, engine));
   }
   return Ok{};
 }
@@ -67,12 +67,11 @@ ObjectLegs legs_of(const Timeline& timeline, std::size_t object) {
 
 /// The object's distances, and what is measured on their surface.
 Status add_distances(PreparedObject& object, float cell, float thinnest, double min_component_share,
-                     bool solidified, SurfaceExtractor& extractor,
-                     const std::filesystem::path& cache) {
+                     bool solidified, Engine& engine, const std::filesystem::path& cache) {
   const Activity activity("measuring distances to " + object.name);
   PM_TRY(ObjectDistances distances,
          object_distances(object.model, *object.closest, cell, thinnest, min_component_share,
-                          solidified, extractor, cache));
+                          solidified, engine, cache));
   if (is_shell(distances))
     log_info(
         "{}: its faces leave {:.0f} % of what they go around undecided (open, or turned at "
@@ -111,8 +110,8 @@ std::string stage_of_fit(const std::string& name, const SphereSettings& spheres)
 
 /// Balls of one object, their surface's volume, and what the boundary stages need.
 Status make_balls(PreparedObject& object, const ObjectSettings& settings, const Scene& scene,
-                  float cell, ObjectLegs legs, const ExtractSettings& extract,
-                  SurfaceExtractor& extractor, const std::filesystem::path& cache) {
+                  float cell, ObjectLegs legs, const ExtractSettings& extract, Engine& engine,
+                  const std::filesystem::path& cache) {
   SphereSettings spheres = settings.spheres;
   if (scene.field.kind != FieldKind::kGaussian) spheres.fit = FitKind::kNone;  // fits are Gaussian
   auto approximation = [&] {
@@ -128,26 +127,26 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
   } else {
     PM_TRY(object.balls, unfitted_balls(approximation->tree.leaves(), spheres.method,
                                         solid_volume(object.model, InsideTest(object.model)),
-                                        scene.field, cell, extract, extractor));
+                                        scene.field, cell, extract, engine));
   }
-  PM_TRY(Mesh mesh, extract_surface(extractor, object.balls, cell, extract));
+  PM_TRY(Mesh mesh, extract_surface(engine, object.balls, cell, extract));
   object.ball_volume = volume_of(mesh);
   if (mesh.triangles.empty())
     return make_error(ErrorCode::kInput,
                       "{}: its {} balls have no surface at this threshold - lower field.threshold "
                       "or raise spheres.resolution",
                       object.name, object.balls.size());
-  PM_TRY(object.field_maximum, field_maximum(extractor, object.balls, extract));
+  PM_TRY(object.field_maximum, field_maximum(engine, object.balls, extract));
   object.ball_labels = face_labels(object.model, object.balls);
   object.closest = std::make_shared<const ClosestPointQuery>(object.model);
   if (legs.distances)
     PM_TRY_STATUS(add_distances(object, cell, kThinnestPart * cell,
                                 static_cast<double>(scene.surface.min_component_share),
-                                spheres.solidify, extractor, cache));
+                                spheres.solidify, engine, cache));
   add_colors(object, scene.look.kind == LookKind::kOwn);
   if (object.meta || !legs.balls) return Ok{};
   return make_boundary(object, InsideTest(object.model), std::move(mesh), scene, cell, extract,
-                       extractor);
+                       engine);
 }
 
 /// The object as it is prepared where its fit is not cached and none is to be made: with the balls
@@ -181,19 +180,19 @@ std::uint32_t to_index(std::vector<std::string>& names, const std::string& name)
 /// What the balls of the actor's last leg are at the moment at which it is left: the source of the
 /// next.
 Result<PreparedObject> object_in_flight(const PreparedScene& prepared, const PreparedActor& actor,
-                                        bool distances, SurfaceExtractor& extractor,
+                                        bool distances, Engine& engine,
                                         const std::filesystem::path& cache) {
   const PreparedLeg& leg = actor.legs.back();
   const PreparedObject &from = actor.objects[leg.from], &to = actor.objects[leg.to];
   const int number = static_cast<int>(actor.legs.size()) - 1;
-  PM_TRY(const ActorGeometry moment, volume_at(prepared, actor, extractor, number, leg.until));
+  PM_TRY(const ActorGeometry moment, volume_at(prepared, actor, engine, number, leg.until));
   PreparedObject object;
   object.name = fmt::format("{} -> {} at {:.3g}", from.name, to.name, leg.until);
   object.meta = true;
   object.balls = rescaled(moment.balls, leg.plan.kind, moment.iso);
   Mesh mesh = moment.surface;
   if (!leg.distance) {
-    PM_TRY(mesh, extract_surface(extractor, object.balls, actor.cell, prepared.extract));
+    PM_TRY(mesh, extract_surface(engine, object.balls, actor.cell, prepared.extract));
   }
   if (mesh.triangles.empty())
     return make_error(ErrorCode::kInput, "{}: the balls have no surface to go on from",
@@ -206,7 +205,7 @@ Result<PreparedObject> object_in_flight(const PreparedScene& prepared, const Pre
     object.closest = object.outer = std::make_shared<const ClosestPointQuery>(object.model);
     PM_TRY_STATUS(add_distances(object, actor.cell, 0,
                                 static_cast<double>(prepared.scene.surface.min_component_share),
-                                false, extractor, cache));
+                                false, engine, cache));
   }
   // A ball belongs to what it is more of.
   const bool near = moment.moment.u < 0.5f;
@@ -233,7 +232,7 @@ void log_rotation_of(const MorphPlan& plan, const std::string& from, const std::
 
 /// The correspondence of balls on each of the actor's legs.
 Status make_legs(PreparedActor& actor, const ActorSettings& settings, const PreparedScene& prepared,
-                 SurfaceExtractor& extractor, const std::filesystem::path& cache) {
+                 Engine& engine, const std::filesystem::path& cache) {
   const auto labels_of = [&](std::size_t object) {
     return LabelledObject{actor.objects[object].name, actor.objects[object].model.label_names};
   };
@@ -261,7 +260,7 @@ Status make_legs(PreparedActor& actor, const ActorSettings& settings, const Prep
     actor.legs.push_back({source, i + 1, std::move(plan), leg.distance, leg.until});
     PreparedLeg& made = actor.legs.back();
     if (leg.distance && move_together(made.plan)) {
-      PM_TRY(made.plan.pacing, even_pacing(prepared, actor, made, extractor, cache));
+      PM_TRY(made.plan.pacing, even_pacing(prepared, actor, made, engine, cache));
     }
     if (source != i) {
       const Leg& before = actor.timeline.legs[i - 1];
@@ -272,7 +271,7 @@ Status make_legs(PreparedActor& actor, const ActorSettings& settings, const Prep
       const bool goes_on = i + 1 < actor.timeline.legs.size();
       PM_TRY(PreparedObject object,
              object_in_flight(prepared, actor, goes_on && actor.timeline.legs[i + 1].distance,
-                              extractor, cache));
+                              engine, cache));
       source = actor.objects.size();
       actor.objects.push_back(std::move(object));
     }
@@ -284,7 +283,7 @@ Status make_legs(PreparedActor& actor, const ActorSettings& settings, const Prep
 
 /// An actor's balls and plans, from its models.
 Result<PreparedActor> make_actor(const PreparedScene& prepared, const ActorSettings& settings,
-                                 std::span<Model> models, SurfaceExtractor& extractor,
+                                 std::span<Model> models, Engine& engine,
                                  const std::filesystem::path& cache) {
   const Scene& scene = prepared.scene;
   PreparedActor actor;
@@ -306,10 +305,10 @@ Result<PreparedActor> make_actor(const PreparedScene& prepared, const ActorSetti
                                               ? without_fit(*objects[i], scene, cache, object)
                                               : *objects[i];
     PM_TRY_STATUS(make_balls(object, settings_of_it, scene, actor.cell, legs_of(actor.timeline, i),
-                             prepared.extract, extractor, cache));
+                             prepared.extract, engine, cache));
     actor.objects.push_back(std::move(object));
   }
-  PM_TRY_STATUS(make_legs(actor, settings, prepared, extractor, cache));
+  PM_TRY_STATUS(make_legs(actor, settings, prepared, engine, cache));
   return actor;
 }
 
@@ -330,7 +329,7 @@ void place_camera(PreparedScene& prepared) {
 
 }  // namespace
 
-Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extractor,
+Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
                                     const std::filesystem::path& cache, Fits fits) {
   PM_TRY(LoadedScene loaded, load_models(scene, true));
   if (const auto problems = plan_problems(scene, loaded.models); !problems.empty())
@@ -352,8 +351,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extrac
   std::span<Model> models(loaded.models);
   for (const ActorSettings& settings : scene.actors) {
     const std::size_t count = chain_objects(settings).size();
-    PM_TRY(PreparedActor actor,
-           make_actor(prepared, settings, models.first(count), extractor, cache));
+    PM_TRY(PreparedActor actor, make_actor(prepared, settings, models.first(count), engine, cache));
     models = models.subspan(count);
     prepared.box = unite(prepared.box, actor.box);
     prepared.actors.push_back(std::move(actor));

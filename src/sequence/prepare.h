@@ -9,7 +9,7 @@
 
 #include "base/box.h"
 #include "base/result.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 #include "model/model.h"
 #include "model/query/closest.h"
 #include "model/query/transfer.h"
@@ -98,7 +98,7 @@ struct PreparedScene {
 
 /// `cache_folder` empty: no sphere cache. With Fits::kCached what comes out is good for estimates
 /// alone. Errors: kInput (models), kResource.
-Result<PreparedScene> prepare_scene(const Scene& scene, SurfaceExtractor& extractor,
+Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
                                     const std::filesystem::path& cache_folder,
                                     Fits fits = Fits::kMake);
 

@@ -98,8 +98,8 @@ class SequenceRun {
     report_.threads = thread_count();
     PM_TRY_STATUS(check_outputs(settings_));
     if (scene.image.denoise) PM_TRY_STATUS(check_denoiser());
-    PM_TRY(extractor_, make_extractor(settings_.device, report_.device, settings_.max_memory));
-    PM_TRY(prepared_, prepare_scene(scene, *extractor_, settings_.cache_folder,
+    PM_TRY(engine_, make_engine(settings_.device, report_.device, settings_.max_memory));
+    PM_TRY(prepared_, prepare_scene(scene, *engine_, settings_.cache_folder,
                                     settings_.dry_run ? Fits::kCached : Fits::kMake));
     for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
     if (settings_.strict && !prepared_.warnings.empty())
@@ -132,7 +132,7 @@ class SequenceRun {
       std::vector<int> planned;
       for (const FrameRecord& record : report_.frames)
         if (record.state == FrameRecord::State::kPlanned) planned.push_back(record.frame);
-      PM_TRY(report_.estimate, estimate_frames(prepared_, *extractor_, settings_.isa, planned));
+      PM_TRY(report_.estimate, estimate_frames(prepared_, *engine_, settings_.isa, planned));
     }
     report_.frames_seconds = frames.seconds();
     report_.peak_memory = peak_memory_bytes();
@@ -187,7 +187,7 @@ class SequenceRun {
       return Ok{};
     }
     const Stopwatch stopwatch;
-    auto geometry = geometry_at(prepared_, *extractor_, record.frame);
+    auto geometry = geometry_at(prepared_, *engine_, record.frame);
     if (!geometry) {
       PM_TRY_STATUS(drain());
       return failed(record, geometry.error());
@@ -327,7 +327,7 @@ class SequenceRun {
 
   const SequenceSettings& settings_;
   const ProgressCallback& progress_;
-  std::unique_ptr<SurfaceExtractor> extractor_;
+  std::unique_ptr<Engine> engine_;
   PreparedScene prepared_;
   RunReport report_;
   std::size_t finished_ = 0;

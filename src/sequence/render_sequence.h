@@ -10,7 +10,7 @@
 
 #include "base/result.h"
 #include "image/image.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 #include "scene/scene.h"
 #include "sequence/frames.h"
 #include "sequence/run_report.h"

@@ -333,7 +333,7 @@ Result<std::size_t> add_outlier_constraints(Fit& fit, const ClosestPointQuery& b
                                             const InsideTest& inside) {
   constexpr std::size_t kMax = 2000;
   const double far = 0.008 * fit.length;
-  PM_TRY(const Mesh mesh, extract_surface(*make_cpu_extractor(), finished(fit),
+  PM_TRY(const Mesh mesh, extract_surface(*make_cpu_engine(), finished(fit),
                                           static_cast<float>(fit.length / 160), {}));
   const std::vector<ClosestPoint> closest = boundary.closest(mesh.positions);
   std::vector<Vec3> outliers;

@@ -56,7 +56,7 @@ Result<Counts> count_lattice(const Model& model, const InsideTest& inside,
   ExtractSettings settings;
   settings.field = kind;
   std::vector<float> values;
-  PM_TRY_STATUS(to_status(make_cpu_extractor()->sample(balls, points, settings, values)));
+  PM_TRY_STATUS(to_status(make_cpu_engine()->sample(balls, points, settings, values)));
   Counts counts;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const bool field = values[i] > 1;
@@ -110,11 +110,11 @@ Result<ApproximationQuality> measure_quality(const Model& model, const InsideTes
                                              int grid, double points) {
   const Vec3 size = model.box().size();
   const double diagonal = static_cast<double>(model.box().diagonal());
-  const auto extractor = make_cpu_extractor();
+  const auto engine = make_cpu_engine();
   ExtractSettings settings;
   settings.field = kind;
   PM_TRY(const Mesh mesh,
-         extract_surface(*extractor, balls,
+         extract_surface(*engine, balls,
                          std::max({size.x, size.y, size.z}) / static_cast<float>(grid), settings));
   PM_TRY(const Counts counts, count_lattice(model, inside, balls, kind, points));
   ApproximationQuality figures;
@@ -164,9 +164,9 @@ Result<double> hausdorff_distance(const Model& model, const std::vector<Boundary
     }
     return largest / diagonal;
   }
-  const auto extractor = make_cpu_extractor();
+  const auto engine = make_cpu_engine();
   PM_TRY(const Mesh mesh,
-         extract_surface(*extractor, approximation.balls, model.box().diagonal() / 300, {}));
+         extract_surface(*engine, approximation.balls, model.box().diagonal() / 300, {}));
   if (mesh.triangles.empty()) return 1.0;
   const Distances out = distances_of(mesh.positions, ClosestPointQuery(model), diagonal, 0);
   const Distances back = distances_of(

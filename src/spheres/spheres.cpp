@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "base/log.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 #include "kernels/field_kinds.h"
 #include "model/mesh/gather.h"
 #include "model/repair/diagnose.h"
@@ -57,7 +57,7 @@ Status sample(Solid& solid, std::size_t balls) {
 
 /// Shifts all weights by one number so that the surface encloses what the model does.
 Result<std::vector<Ball>> with_volume(const Solid& solid, std::vector<Ball> balls) {
-  const auto extractor = make_cpu_extractor();
+  const auto engine = make_cpu_engine();
   const Box box = solid.model.box();
   // Fine enough that the mesh's own flattening is below the tolerance.
   const float cell = box.diagonal() / 200;
@@ -68,11 +68,11 @@ Result<std::vector<Ball>> with_volume(const Solid& solid, std::vector<Ball> ball
     // Open and overlapping parts: count points of one lattice in the model and in the field, so
     // that what a lattice misses is missed in both.
     PM_TRY(const double ratio, lattice_volume_ratio(solid.model, solid.inside, balls));
-    PM_TRY(const Mesh mesh, extract_surface(*extractor, balls, cell, extract));
+    PM_TRY(const Mesh mesh, extract_surface(*engine, balls, cell, extract));
     volume = volume_of(mesh) / std::max(ratio, 1e-6);
   }
   if (!(volume > 0)) return balls;
-  PM_TRY(const float iso, iso_for_volume(*extractor, balls, cell, extract, volume));
+  PM_TRY(const float iso, iso_for_volume(*engine, balls, cell, extract, volume));
   return rescaled(std::move(balls), FieldKind::kGaussian, iso);
 }
 
@@ -139,8 +139,8 @@ Result<Model> thickened(const Model& model, const InsideTest& inside) {
   const std::vector<FaceSide> sheets(model.triangles.size(), FaceSide::kSheet);
   const auto distances = std::make_shared<const DistanceGrid>(signed_distances(
       model, inside, ClosestPointQuery(model), sheets, 0.5f * cell, kThinnestPart * cell));
-  const auto extractor = make_cpu_extractor();
-  PM_TRY(Mesh mesh, extract_distances(*extractor, distances, cell, {}));
+  const auto engine = make_cpu_engine();
+  PM_TRY(Mesh mesh, extract_distances(*engine, distances, cell, {}));
   if (mesh.triangles.empty()) return no_boundary(model);
   log_debug("model \"{}\" is taken for a shell", model.name);
   Model shell;
@@ -218,21 +218,20 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
 
 Result<std::vector<Ball>> unfitted_balls(const std::vector<Sphere>& spheres, SphereMethod method,
                                          double volume, FieldSettings field, float cell,
-                                         const ExtractSettings& extract,
-                                         SurfaceExtractor& extractor) {
+                                         const ExtractSettings& extract, Engine& engine) {
   const bool cells = method == SphereMethod::kOctree || method == SphereMethod::kActive;
   // Cells lie side by side and are to melt into one body; a cover's spheres overlap, and are the
   // shape themselves.
   if (field.blobbiness == 0) field.blobbiness = cells ? 0.12f : 6.0f;
   std::vector<Ball> balls = balls_of(spheres, field);
   if (field.kind == FieldKind::kGaussian && field.even && cells) {
-    PM_TRY(balls, evened(extractor, std::move(balls), extract));
+    PM_TRY(balls, evened(engine, std::move(balls), extract));
   }
   if (!field.match_volume || !(volume > 0)) return balls;
   // A ball of infinite support is then at its sphere's radius, however large the constants are.
   const bool compact = visit(field.kind, [](auto kind) { return decltype(kind)::kCompactSupport; });
   const float start = !compact ? field.blob_constant * field.magnitude / field.threshold : 1.0f;
-  PM_TRY(const float iso, iso_for_volume(extractor, balls, cell, extract, volume, start));
+  PM_TRY(const float iso, iso_for_volume(engine, balls, cell, extract, volume, start));
   return rescaled(std::move(balls), field.kind, iso);
 }
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 #include "kernels/types.h"
 #include "model/model.h"
 #include "model/query/inside.h"
@@ -82,7 +82,6 @@ std::vector<Ball> balls_of(const std::vector<Sphere>& spheres, const FieldSettin
 /// of cells of edge `cell`. Errors: as extract_surface().
 Result<std::vector<Ball>> unfitted_balls(const std::vector<Sphere>& spheres, SphereMethod method,
                                          double volume, FieldSettings field, float cell,
-                                         const ExtractSettings& extract,
-                                         SurfaceExtractor& extractor);
+                                         const ExtractSettings& extract, Engine& engine);
 
 }  // namespace polymorph

@@ -47,7 +47,7 @@ bool at_border(const BlendField& field, Int3 brick, std::size_t point) {
 /// The distances of many bricks' points.
 Status fill(BlendField& field, std::size_t first, const InsideTest& inside,
             const ClosestPointQuery& to_model, const std::vector<Ball>& balls,
-            const ExtractSettings& settings, SurfaceExtractor& extractor) {
+            const ExtractSettings& settings, Engine& engine) {
   constexpr std::size_t kBatch = 512;
   for (std::size_t begin = first; begin < field.bricks.size(); begin += kBatch) {
     const std::size_t end = std::min(begin + kBatch, field.bricks.size());
@@ -61,7 +61,7 @@ Status fill(BlendField& field, std::size_t first, const InsideTest& inside,
                       static_cast<float>(z));
     // The sign of a point must not depend on the brick that asks.
     std::vector<float> values;
-    PM_TRY_STATUS(to_status(extractor.sample(balls, points, settings, values)));
+    PM_TRY_STATUS(to_status(engine.sample(balls, points, settings, values)));
     const std::vector<std::uint8_t> in = inside.inside(points);
     parallel_for(static_cast<std::int64_t>(end - begin), [&](std::int64_t k) {
       const auto offset = static_cast<std::size_t>(k) * kBrickPoints;
@@ -111,7 +111,7 @@ void add_brick(BlendField& field, Int3 at) {
 /// Bricks that the surface could pass through, by the distances at their middles.
 Status choose_bricks(BlendField& field, const InsideTest& inside, const ClosestPointQuery& to_model,
                      const std::vector<Ball>& balls, const ExtractSettings& settings,
-                     SurfaceExtractor& extractor) {
+                     Engine& engine) {
   std::vector<Vec3> middles;
   constexpr float kHalf = 0.5f * kCells;
   for (int z = 0; z < field.size.z; ++z)
@@ -119,7 +119,7 @@ Status choose_bricks(BlendField& field, const InsideTest& inside, const ClosestP
       for (int x = 0; x < field.size.x; ++x)
         middles.push_back(place(field, {x, y, z}, kHalf, kHalf, kHalf));
   std::vector<float> values;
-  PM_TRY_STATUS(to_status(extractor.sample(balls, middles, settings, values)));
+  PM_TRY_STATUS(to_status(engine.sample(balls, middles, settings, values)));
   const std::vector<std::uint8_t> in = inside.inside(middles);
   const std::vector<ClosestPoint> m = to_model.closest(middles),
                                   f = field.to_surface->closest(middles);
@@ -225,7 +225,7 @@ Vec3 surface_normal(const Mesh& mesh, const ClosestPoint& at) {
 Result<BlendField> make_blend_field(const Model& model, const InsideTest& inside,
                                     const ClosestPointQuery& to_model,
                                     const std::vector<Ball>& balls, Mesh surface, float cell,
-                                    const ExtractSettings& settings, SurfaceExtractor& extractor) {
+                                    const ExtractSettings& settings, Engine& engine) {
   PM_CHECK(!surface.triangles.empty());
   BlendField field;
   field.cell = cell;
@@ -236,12 +236,12 @@ Result<BlendField> make_blend_field(const Model& model, const InsideTest& inside
   field.to_surface =
       std::make_shared<const ClosestPointQuery>(surface.positions, surface.triangles);
   field.surface = std::move(surface);
-  PM_TRY_STATUS(choose_bricks(field, inside, to_model, balls, settings, extractor));
+  PM_TRY_STATUS(choose_bricks(field, inside, to_model, balls, settings, engine));
   // Where the model is open its inside may end far from any face, which no distance tells: bricks
   // that the surface leaves its brick for are added until there are none.
   for (std::size_t first = 0; first < field.bricks.size();) {
     const std::size_t end = field.bricks.size();
-    PM_TRY_STATUS(fill(field, first, inside, to_model, balls, settings, extractor));
+    PM_TRY_STATUS(fill(field, first, inside, to_model, balls, settings, engine));
     for (std::size_t b = first; b < end; ++b)
       for (int axis = 0; axis < 3; ++axis)
         for (const bool high : {false, true}) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 #include "model/model.h"
 #include "model/query/closest.h"
 #include "model/query/inside.h"
@@ -32,11 +32,11 @@ struct BlendField {
 
 /// `to_model` answers for `model`; `surface` is that of the balls, field = 1, on cells of `cell`.
 /// Whole bricks are left out by what a distance at their middle says, so memory grows with the
-/// surface. Errors: as SurfaceExtractor::sample().
+/// surface. Errors: as Engine::sample().
 Result<BlendField> make_blend_field(const Model& model, const InsideTest& inside,
                                     const ClosestPointQuery& to_model,
                                     const std::vector<Ball>& balls, Mesh surface, float cell,
-                                    const ExtractSettings& settings, SurfaceExtractor& extractor);
+                                    const ExtractSettings& settings, Engine& engine);
 
 /// The surface (1 - progress) model + progress balls = 0. 0 is the model as the grid shows it, 1
 /// the balls' surface; closed and manifold. Normals are those of the nearest points of both, mixed

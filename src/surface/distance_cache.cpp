@@ -164,7 +164,7 @@ bool decode(std::string_view bytes, std::size_t triangles, ObjectDistances& obje
 
 Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQuery& closest,
                                          float cell, float thinnest, double min_part,
-                                         bool solidified, SurfaceExtractor& extractor,
+                                         bool solidified, Engine& engine,
                                          const std::filesystem::path& folder) {
   /// How far from its faces a model is asked what lies there, in cells.
   constexpr float kFaceStep = 0.01f;
@@ -197,7 +197,7 @@ Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQ
   } else {
     measure(model, closest);
   }
-  PM_TRY(Mesh mesh, extract_distances(extractor, object.grid, cell, {}));
+  PM_TRY(Mesh mesh, extract_distances(engine, object.grid, cell, {}));
   remove_small_components(mesh, min_part);
   object.volume = volume_of(mesh);
   object.smallest_component_share = smallest_component_share(mesh);

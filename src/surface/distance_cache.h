@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 #include "model/repair/shell.h"
 #include "surface/distance_grid.h"
 
@@ -31,10 +31,10 @@ inline bool is_shell(const ObjectDistances& object) { return object.undecided >=
 /// signed_distances() on half of `cell`, and of their surface on cells of that size the volume and
 /// the smallest part, when parts below the share `min_part` are left out. From `folder` where it is
 /// kept there; empty: no cache. `solidified`: of solidify(model). Only what lies near the surface
-/// is stored, about 10 MB for a grid of 256^3. Errors: the extractor's.
+/// is stored, about 10 MB for a grid of 256^3. Errors: the engine's.
 Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQuery& closest,
                                          float cell, float thinnest, double min_part,
-                                         bool solidified, SurfaceExtractor& extractor,
+                                         bool solidified, Engine& engine,
                                          const std::filesystem::path& folder);
 
 }  // namespace polymorph

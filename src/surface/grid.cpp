@@ -16,11 +16,11 @@ Box grown_box(const Box& box, float by) {
 
 }  // namespace
 
-Status to_status(const ExtractStatus& status) {
+Status to_status(const EngineStatus& status) {
   switch (status.code) {
-    case ExtractCode::kOk:
+    case EngineCode::kOk:
       return Ok{};
-    case ExtractCode::kBadInput:
+    case EngineCode::kBadInput:
       return Error{ErrorCode::kInput, status.message};
     default:
       return Error{ErrorCode::kResource, status.message};
@@ -75,27 +75,26 @@ Result<Grid> fit_grid(const Box& box, float cell) {
               {static_cast<int>(nx), static_cast<int>(ny), static_cast<int>(nz)}};
 }
 
-Result<Mesh> extract_surface(SurfaceExtractor& extractor, const std::vector<Ball>& balls,
-                             float cell, const ExtractSettings& settings) {
+Result<Mesh> extract_surface(Engine& engine, const std::vector<Ball>& balls, float cell,
+                             const ExtractSettings& settings) {
   Mesh mesh;
   const Box box = surface_bounds(balls, settings);
   if (box.empty()) return mesh;
   PM_TRY(const Grid grid, fit_grid(box, cell));
-  PM_TRY_STATUS(to_status(extractor.extract(balls, grid, settings, mesh)));
+  PM_TRY_STATUS(to_status(engine.extract(balls, grid, settings, mesh)));
   return mesh;
 }
 
-Result<Mesh> extract_between(SurfaceExtractor& extractor, const MorphSurface& between,
-                             const Box& box, float cell, const ExtractSettings& settings) {
+Result<Mesh> extract_between(Engine& engine, const MorphSurface& between, const Box& box,
+                             float cell, const ExtractSettings& settings) {
   Mesh mesh;
   PM_TRY(const Grid grid, fit_grid(box, cell));
-  PM_TRY_STATUS(to_status(extractor.extract_between(between, grid, settings, mesh)));
+  PM_TRY_STATUS(to_status(engine.extract_between(between, grid, settings, mesh)));
   return mesh;
 }
 
-Result<Mesh> extract_distances(SurfaceExtractor& extractor,
-                               const std::shared_ptr<const DistanceGrid>& object, float cell,
-                               const ExtractSettings& settings) {
+Result<Mesh> extract_distances(Engine& engine, const std::shared_ptr<const DistanceGrid>& object,
+                               float cell, const ExtractSettings& settings) {
   // Between the object and itself, along the identity.
   const Grid& grid = object->grid;
   const Box box{grid.origin,
@@ -105,17 +104,16 @@ Result<Mesh> extract_distances(SurfaceExtractor& extractor,
   map->samples = {{box.center(), 1, box.diagonal()}};
   map->values.resize(2);
   map->lattice = {box.low - box.size(), box.diagonal(), {6, 6, 6}};
-  return extract_between(extractor, {map, object, object, 1, 1, 0}, box, cell, settings);
+  return extract_between(engine, {map, object, object, 1, 1, 0}, box, cell, settings);
 }
 
 Result<std::vector<AttributeValues>> interpolate_attributes(
-    SurfaceExtractor& extractor, const std::vector<Ball>& balls, FieldKind kind,
+    Engine& engine, const std::vector<Ball>& balls, FieldKind kind,
     const std::vector<BallAttribute>& carried, const std::vector<Vec3>& points) {
   ExtractSettings settings;
   settings.field = kind;
   std::vector<AttributeValues> values;
-  PM_TRY_STATUS(
-      to_status(extractor.interpolate_attributes(balls, carried, points, settings, values)));
+  PM_TRY_STATUS(to_status(engine.interpolate_attributes(balls, carried, points, settings, values)));
   return values;
 }
 

@@ -6,13 +6,13 @@
 
 #include "base/box.h"
 #include "base/result.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 #include "scene/scene.h"
 
 namespace polymorph {
 
 /// What the kernels say, as a Result: kInput for bad balls, kResource for devices and memory.
-Status to_status(const ExtractStatus& status);
+Status to_status(const EngineStatus& status);
 
 /// A box that the surface field = iso of these balls cannot leave (it may be far from tight).
 Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settings);
@@ -24,22 +24,21 @@ Result<Grid> fit_grid(const Box& box, float cell);
 
 /// The surface field = iso of the balls, on cells of edge `cell`. No balls or none visible: an
 /// empty mesh. Errors: kResource (device or memory), kInput (NaN in the balls).
-Result<Mesh> extract_surface(SurfaceExtractor& extractor, const std::vector<Ball>& balls,
-                             float cell, const ExtractSettings& settings);
+Result<Mesh> extract_surface(Engine& engine, const std::vector<Ball>& balls, float cell,
+                             const ExtractSettings& settings);
 
 /// The surface between two objects, within `box`. Errors: as
 /// extract_surface().
-Result<Mesh> extract_between(SurfaceExtractor& extractor, const MorphSurface& between,
-                             const Box& box, float cell, const ExtractSettings& settings);
+Result<Mesh> extract_between(Engine& engine, const MorphSurface& between, const Box& box,
+                             float cell, const ExtractSettings& settings);
 
 /// The surface of one object's distances. Errors: as extract_surface().
-Result<Mesh> extract_distances(SurfaceExtractor& extractor,
-                               const std::shared_ptr<const DistanceGrid>& object, float cell,
-                               const ExtractSettings& settings);
+Result<Mesh> extract_distances(Engine& engine, const std::shared_ptr<const DistanceGrid>& object,
+                               float cell, const ExtractSettings& settings);
 
-/// What the balls carry to points (SurfaceExtractor::blend). Errors: as extract_surface().
+/// What the balls carry to points (Engine::blend). Errors: as extract_surface().
 Result<std::vector<AttributeValues>> interpolate_attributes(
-    SurfaceExtractor& extractor, const std::vector<Ball>& balls, FieldKind kind,
+    Engine& engine, const std::vector<Ball>& balls, FieldKind kind,
     const std::vector<BallAttribute>& carried, const std::vector<Vec3>& points);
 
 }  // namespace polymorph

@@ -13,21 +13,19 @@
 namespace polymorph {
 namespace {
 
-Result<std::vector<float>> field_at_centers(SurfaceExtractor& extractor,
-                                            const std::vector<Ball>& balls,
+Result<std::vector<float>> field_at_centers(Engine& engine, const std::vector<Ball>& balls,
                                             const ExtractSettings& settings) {
   std::vector<Vec3> centers;
   for (const Ball& ball : balls) centers.push_back(ball.center);
   std::vector<float> values;
-  PM_TRY_STATUS(to_status(extractor.sample(balls, centers, settings, values)));
+  PM_TRY_STATUS(to_status(engine.sample(balls, centers, settings, values)));
   return values;
 }
 
 }  // namespace
 
-Result<float> iso_for_volume(SurfaceExtractor& extractor, const std::vector<Ball>& balls,
-                             float cell, const ExtractSettings& settings, double volume,
-                             float start) {
+Result<float> iso_for_volume(Engine& engine, const std::vector<Ball>& balls, float cell,
+                             const ExtractSettings& settings, double volume, float start) {
   PM_CHECK(volume > 0 && start > 0);
   // Volume falls as ln iso rises. Steps that double find a bracket; then false position with
   // Illinois' halving, which a vanishing surface (volume 0, however far the level) does not stall.
@@ -43,7 +41,7 @@ Result<float> iso_for_volume(SurfaceExtractor& extractor, const std::vector<Ball
   for (int i = 0; i < 30; ++i) {
     ExtractSettings at = settings;
     at.iso = static_cast<float>(exact::exp(x));
-    PM_TRY(const Mesh mesh, extract_surface(extractor, balls, cell, at));
+    PM_TRY(const Mesh mesh, extract_surface(engine, balls, cell, at));
     const double excess = volume_of(mesh) / volume - 1;
     if (std::abs(excess) < best_error) best_error = std::abs(excess), best = x;
     if (best_error <= kTolerance) break;
@@ -67,9 +65,9 @@ Result<float> iso_for_volume(SurfaceExtractor& extractor, const std::vector<Ball
   return static_cast<float>(exact::exp(best));
 }
 
-Result<LevelSurface> surface_of_volume(SurfaceExtractor& extractor, MorphSurface between,
-                                       const Box& box, float cell, const ExtractSettings& settings,
-                                       double volume, float limit) {
+Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, const Box& box,
+                                       float cell, const ExtractSettings& settings, double volume,
+                                       float limit) {
   PM_CHECK(volume > 0 && limit >= 0);
   // In a field of distances the volume changes by the area times the level: Newton's steps, and
   // from two tries on the chord. Most of them on larger cells, which cost a sixteenth.
@@ -80,7 +78,7 @@ Result<LevelSurface> surface_of_volume(SurfaceExtractor& extractor, MorphSurface
   LevelSurface nearest;
   const auto extract = [&](double at, float edge) {
     between.level = static_cast<float>(at);
-    return extract_between(extractor, between, box, edge, settings);
+    return extract_between(engine, between, box, edge, settings);
   };
   /// The level at which cells of this edge show the wanted volume, from `level` on.
   const auto search = [&](float edge) -> Status {
@@ -143,13 +141,13 @@ std::vector<Ball> grown(std::vector<Ball> balls, FieldKind kind, float growth, f
   return balls;
 }
 
-Result<float> field_maximum(SurfaceExtractor& extractor, const std::vector<Ball>& balls,
+Result<float> field_maximum(Engine& engine, const std::vector<Ball>& balls,
                             const ExtractSettings& settings) {
-  PM_TRY(const std::vector<float> values, field_at_centers(extractor, balls, settings));
+  PM_TRY(const std::vector<float> values, field_at_centers(engine, balls, settings));
   return values.empty() ? 0.0f : *std::max_element(values.begin(), values.end());
 }
 
-Result<std::vector<Ball>> evened(SurfaceExtractor& extractor, std::vector<Ball> balls,
+Result<std::vector<Ball>> evened(Engine& engine, std::vector<Ball> balls,
                                  const ExtractSettings& settings) {
   PM_CHECK(settings.field == FieldKind::kGaussian);
   // Three steps bring thin parts to within a tenth of the plateau; more would only sharpen the
@@ -157,7 +155,7 @@ Result<std::vector<Ball>> evened(SurfaceExtractor& extractor, std::vector<Ball> 
   constexpr int kSteps = 3;
   constexpr float kDamping = 0.7f;
   for (int step = 0; step < kSteps; ++step) {
-    PM_TRY(const std::vector<float> values, field_at_centers(extractor, balls, settings));
+    PM_TRY(const std::vector<float> values, field_at_centers(engine, balls, settings));
     std::vector<float> sorted = values;
     std::sort(sorted.begin(), sorted.end());
     const float plateau = sorted[sorted.size() * 9 / 10];

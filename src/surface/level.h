@@ -5,16 +5,15 @@
 
 #include "base/box.h"
 #include "base/result.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 
 namespace polymorph {
 
 /// The iso at which the surface encloses `volume`, found on meshes of cells of edge `cell`, to 0.2
 /// % of the volume; where cells are too coarse for that, the level that came nearest. `start` is
 /// tried first. Errors as extract_surface().
-Result<float> iso_for_volume(SurfaceExtractor& extractor, const std::vector<Ball>& balls,
-                             float cell, const ExtractSettings& settings, double volume,
-                             float start = 1);
+Result<float> iso_for_volume(Engine& engine, const std::vector<Ball>& balls, float cell,
+                             const ExtractSettings& settings, double volume, float start = 1);
 
 /// A surface between two objects, and the level at which it lies.
 struct LevelSurface {
@@ -24,9 +23,9 @@ struct LevelSurface {
 /// The surface between two objects moved to the level at which it encloses `volume`, to 0.2 % of
 /// it: on cells of edge `cell` over `box`. Where the volume cannot be had by a level within `limit`
 /// of 0, the surface at that limit. Errors as extract_surface().
-Result<LevelSurface> surface_of_volume(SurfaceExtractor& extractor, MorphSurface between,
-                                       const Box& box, float cell, const ExtractSettings& settings,
-                                       double volume, float limit);
+Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, const Box& box,
+                                       float cell, const ExtractSettings& settings, double volume,
+                                       float limit);
 
 /// Balls whose surface at iso = 1 is that of `balls` at `iso`.
 std::vector<Ball> rescaled(std::vector<Ball> balls, FieldKind kind, float iso);
@@ -36,14 +35,14 @@ std::vector<Ball> rescaled(std::vector<Ball> balls, FieldKind kind, float iso);
 std::vector<Ball> grown(std::vector<Ball> balls, FieldKind kind, float growth, float field_maximum);
 
 /// The largest field value at the balls' own centres.
-Result<float> field_maximum(SurfaceExtractor& extractor, const std::vector<Ball>& balls,
+Result<float> field_maximum(Engine& engine, const std::vector<Ball>& balls,
                             const ExtractSettings& settings);
 
 /// Gaussian balls with strengths chosen so that the field is nearly the same at every centre: the
 /// middle of a handle then stands as firm as the middle of the body, and smooth (small) blobbiness
 /// does not melt thin parts away. A few damped multiplicative steps; balls that already reach the
 /// field's plateau are left alone.
-Result<std::vector<Ball>> evened(SurfaceExtractor& extractor, std::vector<Ball> balls,
+Result<std::vector<Ball>> evened(Engine& engine, std::vector<Ball> balls,
                                  const ExtractSettings& settings);
 
 }  // namespace polymorph

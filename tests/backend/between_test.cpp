@@ -16,15 +16,15 @@ class BetweenTest : public SurfaceTest {
   Mesh between(const MorphSurface& surface, const Grid& grid,
                const ExtractSettings& settings = {}) {
     Mesh mesh;
-    const ExtractStatus status = extractor_->extract_between(surface, grid, settings, mesh);
-    EXPECT_EQ(status.code, ExtractCode::kOk) << status.message;
+    const EngineStatus status = engine_->extract_between(surface, grid, settings, mesh);
+    EXPECT_EQ(status.code, EngineCode::kOk) << status.message;
     return mesh;
   }
   std::vector<AttributeValues> regress(const std::shared_ptr<const Regression>& map,
                                        const std::vector<Vec3>& points) {
     std::vector<AttributeValues> values;
-    const ExtractStatus status = extractor_->regress(map, points, values);
-    EXPECT_EQ(status.code, ExtractCode::kOk) << status.message;
+    const EngineStatus status = engine_->regress(map, points, values);
+    EXPECT_EQ(status.code, EngineCode::kOk) << status.message;
     return values;
   }
 };
@@ -182,21 +182,21 @@ TEST_P(BetweenTest, RefusesWhatItCannotMakeASurfaceOf) {
   const Grid grid = cube_grid(21, 1.5f);
   Mesh mesh;
   const auto code = [&](const MorphSurface& surface) {
-    return extractor_->extract_between(surface, grid, {}, mesh).code;
+    return engine_->extract_between(surface, grid, {}, mesh).code;
   };
   const auto object = sphere_distances(1);
-  EXPECT_EQ(code({nullptr, object, object, 1, 1, 0}), ExtractCode::kBadInput);
-  EXPECT_EQ(code({identity_map(0), object, nullptr, 1, 1, 0}), ExtractCode::kBadInput);
-  EXPECT_EQ(code({identity_map(0), object, object, 1, 1, NAN}), ExtractCode::kBadInput);
+  EXPECT_EQ(code({nullptr, object, object, 1, 1, 0}), EngineCode::kBadInput);
+  EXPECT_EQ(code({identity_map(0), object, nullptr, 1, 1, 0}), EngineCode::kBadInput);
+  EXPECT_EQ(code({identity_map(0), object, object, 1, 1, NAN}), EngineCode::kBadInput);
   auto broken = std::make_shared<DistanceGrid>(*object);
   broken->values.pop_back();
-  EXPECT_EQ(code({identity_map(0), broken, object, 1, 1, 0}), ExtractCode::kBadInput);
+  EXPECT_EQ(code({identity_map(0), broken, object, 1, 1, 0}), EngineCode::kBadInput);
   auto map = std::make_shared<Regression>(*identity_map(0));
   map->values.pop_back();
-  EXPECT_EQ(code({map, object, object, 1, 1, 0}), ExtractCode::kBadInput);
+  EXPECT_EQ(code({map, object, object, 1, 1, 0}), EngineCode::kBadInput);
   map->values.resize(2);
   map->samples[0].mass = 0;
-  EXPECT_EQ(code({map, object, object, 1, 1, 0}), ExtractCode::kBadInput);
+  EXPECT_EQ(code({map, object, object, 1, 1, 0}), EngineCode::kBadInput);
 }
 
 TEST_P(BetweenTest, FlatSurfacesAndMidpointsAreServedToo) {

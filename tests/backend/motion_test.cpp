@@ -111,8 +111,8 @@ class MotionTest : public SurfaceTest {
   std::vector<Ball> step(const std::shared_ptr<const BallPaths>& paths, const MotionState& moment,
                          const std::vector<float>& own = {}) {
     std::vector<Ball> balls;
-    const ExtractStatus status = extractor_->move_balls(paths, moment, own, balls);
-    EXPECT_EQ(status.code, ExtractCode::kOk) << status.message;
+    const EngineStatus status = engine_->move_balls(paths, moment, own, balls);
+    EXPECT_EQ(status.code, EngineCode::kOk) << status.message;
     return balls;
   }
 };
@@ -166,11 +166,11 @@ TEST_P(MotionTest, ends_are_the_balls_themselves_and_sizes_go_between) {
 /// The balls stay where the surface is made, and are not mistaken for others.
 TEST_P(MotionTest, a_surface_is_that_of_the_balls_given) {
   const auto paths = some_paths(60);
-  const auto fresh = make_cpu_extractor();
+  const auto fresh = make_cpu_engine();
   const Grid grid = cube_grid(60, 4);
   const auto expect_own_surface = [&](const std::vector<Ball>& balls) {
     Mesh wanted;
-    ASSERT_EQ(fresh->extract(balls, grid, {}, wanted).code, ExtractCode::kOk);
+    ASSERT_EQ(fresh->extract(balls, grid, {}, wanted).code, EngineCode::kOk);
     ASSERT_FALSE(wanted.triangles.empty());
     expect_same_mesh(extract(balls, grid), wanted);
   };
@@ -193,15 +193,15 @@ TEST_P(MotionTest, a_surface_is_that_of_the_balls_given) {
 TEST_P(MotionTest, refuses_what_does_not_fit_the_paths) {
   const auto paths = some_paths(5);
   std::vector<Ball> balls;
-  EXPECT_EQ(extractor_->move_balls(paths, {}, {0.5f, 0.5f}, balls).code, ExtractCode::kBadInput);
+  EXPECT_EQ(engine_->move_balls(paths, {}, {0.5f, 0.5f}, balls).code, EngineCode::kBadInput);
   BallPaths wrong = *paths;
   wrong.balls[3].part = 3;
-  const ExtractStatus status =
-      extractor_->move_balls(std::make_shared<const BallPaths>(wrong), {}, {}, balls);
-  EXPECT_EQ(status.code, ExtractCode::kBadInput);
+  const EngineStatus status =
+      engine_->move_balls(std::make_shared<const BallPaths>(wrong), {}, {}, balls);
+  EXPECT_EQ(status.code, EngineCode::kBadInput);
   EXPECT_NE(status.message.find("part 3 of 3"), std::string::npos) << status.message;
-  EXPECT_EQ(extractor_->move_balls(std::make_shared<const BallPaths>(), {}, {}, balls).code,
-            ExtractCode::kOk);
+  EXPECT_EQ(engine_->move_balls(std::make_shared<const BallPaths>(), {}, {}, balls).code,
+            EngineCode::kOk);
   EXPECT_TRUE(balls.empty());
 }
 

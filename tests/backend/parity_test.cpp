@@ -11,8 +11,9 @@
 #include <xmmintrin.h>
 #endif
 
+#include "kernels/backend_engine.h"
 #include "kernels/cpu_backend.h"
-#include "kernels/extract.h"
+#include "kernels/devices.h"
 #include "testing/backend.h"
 #include "testing/between.h"
 #include "testing/mesh.h"
@@ -34,7 +35,7 @@ std::vector<std::vector<Ball>> ball_sets(int count, FieldKind field, unsigned se
 }
 
 /// What the balls carry to some points, two quadruples each.
-std::vector<AttributeValues> blended(SurfaceExtractor& extractor, const std::vector<Ball>& balls,
+std::vector<AttributeValues> blended(Engine& engine, const std::vector<Ball>& balls,
                                      FieldKind field) {
   std::vector<BallAttribute> carried(2 * balls.size());
   for (std::size_t i = 0; i < carried.size(); ++i)
@@ -48,9 +49,9 @@ std::vector<AttributeValues> blended(SurfaceExtractor& extractor, const std::vec
   ExtractSettings settings;
   settings.field = field;
   std::vector<AttributeValues> values;
-  const ExtractStatus status =
-      extractor.interpolate_attributes(balls, carried, points, settings, values);
-  EXPECT_EQ(status.code, ExtractCode::kOk) << status.message;
+  const EngineStatus status =
+      engine.interpolate_attributes(balls, carried, points, settings, values);
+  EXPECT_EQ(status.code, EngineCode::kOk) << status.message;
   EXPECT_EQ(values.size(), 2 * points.size());
   return values;
 }
@@ -69,10 +70,10 @@ Mesh extract_with_threads(int threads, FieldKind field) {
   arena.execute([&] {
     ExtractSettings settings;
     settings.field = field;
-    const auto extractor = make_cpu_extractor();
-    const ExtractStatus status =
-        extractor->extract(random_balls(80, field, 5), cube_grid(71, 1.6f), settings, mesh);
-    EXPECT_EQ(status.code, ExtractCode::kOk) << status.message;
+    const auto engine = make_cpu_engine();
+    const EngineStatus status =
+        engine->extract(random_balls(80, field, 5), cube_grid(71, 1.6f), settings, mesh);
+    EXPECT_EQ(status.code, EngineCode::kOk) << status.message;
   });
   return mesh;
 }
@@ -100,7 +101,7 @@ std::vector<BetweenCase> between_cases() {
            cube_grid(sloped ? 91 : 127, 1.7f)});
   return cases;
 }
-void expect_same_between(SurfaceExtractor& a, SurfaceExtractor& b) {
+void expect_same_between(Engine& a, Engine& b) {
   std::vector<Vec3> points;
   for (const Ball& ball : random_balls(2003, FieldKind::kGaussian, 78))
     points.push_back(ball.center * 1.3f);
@@ -108,13 +109,13 @@ void expect_same_between(SurfaceExtractor& a, SurfaceExtractor& b) {
     ExtractSettings settings;
     settings.refine_steps = 2;
     Mesh one, other;
-    ASSERT_EQ(a.extract_between(at.surface, at.grid, settings, one).code, ExtractCode::kOk);
-    ASSERT_EQ(b.extract_between(at.surface, at.grid, settings, other).code, ExtractCode::kOk);
+    ASSERT_EQ(a.extract_between(at.surface, at.grid, settings, one).code, EngineCode::kOk);
+    ASSERT_EQ(b.extract_between(at.surface, at.grid, settings, other).code, EngineCode::kOk);
     ASSERT_FALSE(one.triangles.empty());
     expect_same_mesh(one, other);
     std::vector<AttributeValues> values, others;
-    ASSERT_EQ(a.regress(at.surface.map, points, values).code, ExtractCode::kOk);
-    ASSERT_EQ(b.regress(at.surface.map, points, others).code, ExtractCode::kOk);
+    ASSERT_EQ(a.regress(at.surface.map, points, values).code, EngineCode::kOk);
+    ASSERT_EQ(b.regress(at.surface.map, points, others).code, EngineCode::kOk);
     expect_same_values(values, others);
   }
 }
@@ -126,8 +127,8 @@ struct ScalarBackend : BasicCpuBackend<float> {
 };
 
 TEST(Determinism, one_point_at_a_time_gives_the_bits_of_eight) {
-  Extraction<ScalarBackend> scalar;
-  const auto lanes = make_cpu_extractor();
+  BackendEngine<ScalarBackend> scalar;
+  const auto lanes = make_cpu_engine();
   expect_same_between(scalar, *lanes);
   for (const FieldKind field : kFieldKinds) {
     ExtractSettings settings;
@@ -135,8 +136,8 @@ TEST(Determinism, one_point_at_a_time_gives_the_bits_of_eight) {
     settings.refine_steps = 2;
     for (const std::vector<Ball>& balls : ball_sets(150, field, 31)) {
       Mesh one, eight;
-      ASSERT_EQ(scalar.extract(balls, cube_grid(83, 1.6f), settings, one).code, ExtractCode::kOk);
-      ASSERT_EQ(lanes->extract(balls, cube_grid(83, 1.6f), settings, eight).code, ExtractCode::kOk);
+      ASSERT_EQ(scalar.extract(balls, cube_grid(83, 1.6f), settings, one).code, EngineCode::kOk);
+      ASSERT_EQ(lanes->extract(balls, cube_grid(83, 1.6f), settings, eight).code, EngineCode::kOk);
       ASSERT_FALSE(one.triangles.empty());
       expect_same_mesh(one, eight);
       expect_same_values(blended(scalar, balls, field), blended(*lanes, balls, field));
@@ -154,9 +155,8 @@ TEST(Determinism, flush_to_zero_left_by_a_renderer_changes_nothing) {
     std::vector<Ball> balls = random_balls(40, FieldKind::kGaussian, 9);
     for (Ball& ball : balls) ball.w -= 46.0517f;  // ln 1e20
     Mesh mesh;
-    const auto extractor = make_cpu_extractor();
-    EXPECT_EQ(extractor->extract(balls, cube_grid(50, 1.6f), settings, mesh).code,
-              ExtractCode::kOk);
+    const auto engine = make_cpu_engine();
+    EXPECT_EQ(engine->extract(balls, cube_grid(50, 1.6f), settings, mesh).code, EngineCode::kOk);
     return mesh;
   };
   const Mesh plain = extract();
@@ -174,10 +174,10 @@ TEST(Determinism, flush_to_zero_left_by_a_renderer_changes_nothing) {
 class ParityTest : public testing::TestWithParam<FieldKind> {};
 
 TEST_P(ParityTest, cuda_gives_the_bits_of_the_cpu) {
-  ExtractStatus status;
-  const auto cuda = make_cuda_extractor(0, status);
+  EngineStatus status;
+  const auto cuda = make_cuda_engine(0, status);
   PM_SKIP_WITHOUT(cuda, status);
-  const auto cpu = make_cpu_extractor();
+  const auto cpu = make_cpu_engine();
   struct Case {
     int balls, points, refine_steps;
     float iso, cutoff;
@@ -196,16 +196,16 @@ TEST_P(ParityTest, cuda_gives_the_bits_of_the_cpu) {
     for (const std::vector<Ball>& balls : ball_sets(c.balls, GetParam(), seed)) {
       const Grid grid = cube_grid(c.points, 1.55f);
       Mesh from_cpu, from_cuda;
-      ASSERT_EQ(cpu->extract(balls, grid, settings, from_cpu).code, ExtractCode::kOk);
+      ASSERT_EQ(cpu->extract(balls, grid, settings, from_cpu).code, EngineCode::kOk);
       status = cuda->extract(balls, grid, settings, from_cuda);
-      ASSERT_EQ(status.code, ExtractCode::kOk) << status.message;
+      ASSERT_EQ(status.code, EngineCode::kOk) << status.message;
       expect_same_mesh(from_cuda, from_cpu);
       std::vector<Vec3> points;
       for (const Ball& ball : random_balls(10007, GetParam(), seed + 50))
         points.push_back(ball.center * 1.6f);
       std::vector<float> cpu_values, cuda_values;
-      ASSERT_EQ(cpu->sample(balls, points, settings, cpu_values).code, ExtractCode::kOk);
-      ASSERT_EQ(cuda->sample(balls, points, settings, cuda_values).code, ExtractCode::kOk);
+      ASSERT_EQ(cpu->sample(balls, points, settings, cpu_values).code, EngineCode::kOk);
+      ASSERT_EQ(cuda->sample(balls, points, settings, cuda_values).code, EngineCode::kOk);
       EXPECT_TRUE(same_bits(cpu_values, cuda_values));
       expect_same_values(blended(*cuda, balls, GetParam()), blended(*cpu, balls, GetParam()));
     }
@@ -218,25 +218,25 @@ INSTANTIATE_TEST_SUITE_P(Cuda, ParityTest, testing::ValuesIn(kFieldKinds),
                          });
 
 TEST(CudaParityBetween, cuda_gives_the_bits_of_the_cpu) {
-  ExtractStatus status;
-  const auto cuda = make_cuda_extractor(0, status);
+  EngineStatus status;
+  const auto cuda = make_cuda_engine(0, status);
   PM_SKIP_WITHOUT(cuda, status);
-  expect_same_between(*cuda, *make_cpu_extractor());
+  expect_same_between(*cuda, *make_cpu_engine());
 }
 
 TEST(Devices, the_list_agrees_with_what_can_be_made) {
   const DeviceList list = list_cuda_devices();
-  ExtractStatus status;
-  EXPECT_EQ(make_cuda_extractor(0, status) != nullptr, !list.devices.empty()) << status.message;
-  EXPECT_EQ(status.code == ExtractCode::kBuiltWithout, !list.built_with_cuda);
+  EngineStatus status;
+  EXPECT_EQ(make_cuda_engine(0, status) != nullptr, !list.devices.empty()) << status.message;
+  EXPECT_EQ(status.code == EngineCode::kBuiltWithout, !list.built_with_cuda);
   EXPECT_EQ(list.runtime.empty(), !list.built_with_cuda);
   EXPECT_EQ(list.driver.empty(), !list.built_with_cuda);
 }
 
 TEST(Devices, an_index_that_is_not_there_says_why) {
-  ExtractStatus status;
-  EXPECT_EQ(make_cuda_extractor(4711, status), nullptr);
-  EXPECT_NE(status.code, ExtractCode::kOk);
+  EngineStatus status;
+  EXPECT_EQ(make_cuda_engine(4711, status), nullptr);
+  EXPECT_NE(status.code, EngineCode::kOk);
   EXPECT_FALSE(status.message.empty());
 }
 

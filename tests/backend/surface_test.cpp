@@ -229,7 +229,7 @@ TEST_P(SurfaceTest, nothing_to_extract_is_an_empty_mesh) {
   const std::vector<std::vector<Ball>> cases = {
       {}, {gaussian_ball({50, 0, 0}, 0.5f)}, {{{0, 0, 0}, 4, -0.1f}}, {{{0, 0, 0}, 4, -30.0f}}};
   for (const std::vector<Ball>& balls : cases) {
-    EXPECT_EQ(extractor_->extract(balls, grid, {}, mesh).code, ExtractCode::kOk);
+    EXPECT_EQ(engine_->extract(balls, grid, {}, mesh).code, EngineCode::kOk);
     EXPECT_TRUE(mesh.positions.empty() && mesh.normals.empty() && mesh.triangles.empty());
     mesh.positions.resize(3);  // left over from another frame
   }
@@ -253,8 +253,8 @@ TEST_P(SurfaceTest, bad_input_is_refused_with_a_reason) {
                            const char* word) {
     Mesh mesh;
     mesh.positions.resize(5);
-    const ExtractStatus status = extractor_->extract(balls, g, s, mesh);
-    EXPECT_EQ(status.code, ExtractCode::kBadInput) << word;
+    const EngineStatus status = engine_->extract(balls, g, s, mesh);
+    EXPECT_EQ(status.code, EngineCode::kBadInput) << word;
     EXPECT_NE(status.message.find(word), std::string::npos) << status.message;
     EXPECT_TRUE(mesh.positions.empty());
   };
@@ -431,17 +431,17 @@ TEST_P(SurfaceTest, inverse_square_normals_are_those_of_the_exact_field) {
   }
 }
 
-TEST_P(SurfaceTest, an_extractor_used_before_gives_what_a_fresh_one_gives) {
+TEST_P(SurfaceTest, an_engine_used_before_gives_what_a_fresh_one_gives) {
   for (int n : {40, 90, 17, 64}) {
     for (const FieldKind field : {FieldKind::kInverseSquare, FieldKind::kGaussian}) {
       ExtractSettings settings;
       settings.field = field;
       const std::vector<Ball> balls = random_balls(n / 2, field, static_cast<unsigned>(n));
       const Grid grid = cube_grid(n, 1.6f);
-      ExtractStatus status;
-      const auto fresh = make_extractor(GetParam(), status);
+      EngineStatus status;
+      const auto fresh = make_engine(GetParam(), status);
       Mesh expected;
-      ASSERT_EQ(fresh->extract(balls, grid, settings, expected).code, ExtractCode::kOk);
+      ASSERT_EQ(fresh->extract(balls, grid, settings, expected).code, EngineCode::kOk);
       expect_same_mesh(extract(balls, grid, settings), expected);
     }
   }
@@ -504,22 +504,22 @@ TEST_P(SurfaceTest, matrix_is_a_cube_at_each_point_inside) {
 }
 
 TEST_P(SurfaceTest, a_memory_limit_is_kept_and_named) {
-  extractor_->limit_memory(1 << 20);
+  engine_->limit_memory(1 << 20);
   Mesh mesh;
   const std::vector<Ball> balls = random_balls(100, FieldKind::kGaussian, 24);
-  const ExtractStatus status = extractor_->extract(balls, cube_grid(200, 1.6f), {}, mesh);
-  EXPECT_EQ(status.code, ExtractCode::kOutOfMemory);
+  const EngineStatus status = engine_->extract(balls, cube_grid(200, 1.6f), {}, mesh);
+  EXPECT_EQ(status.code, EngineCode::kOutOfMemory);
   EXPECT_NE(status.message.find("limit is 2 MB"), std::string::npos) << status.message;
   EXPECT_TRUE(mesh.positions.empty());
-  extractor_->limit_memory(0);
-  EXPECT_EQ(extractor_->extract(balls, cube_grid(200, 1.6f), {}, mesh).code, ExtractCode::kOk);
+  engine_->limit_memory(0);
+  EXPECT_EQ(engine_->extract(balls, cube_grid(200, 1.6f), {}, mesh).code, EngineCode::kOk);
   EXPECT_FALSE(mesh.positions.empty());
-  EXPECT_GT(extractor_->memory_used(), std::size_t{1} << 20);
+  EXPECT_GT(engine_->memory_used(), std::size_t{1} << 20);
 }
 
 TEST_P(SurfaceTest, pass_times_name_each_pass_once) {
   extract(random_balls(50, FieldKind::kGaussian, 1), cube_grid(64, 1.6f));
-  const std::vector<PassTime> times = extractor_->pass_times();
+  const std::vector<PassTime> times = engine_->pass_times();
   std::vector<std::string> names;
   for (const PassTime& time : times) {
     names.push_back(time.name);

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "kernels/distance_field.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 #include "kernels/regression.h"
 
 namespace polymorph {
@@ -41,17 +41,17 @@ std::vector<Ball> torus_balls(int count, FieldKind field) {
 /// Null, and the benchmark skipped, where the backend does not answer.
 enum class Backend { kCpu, kCuda };
 
-std::unique_ptr<SurfaceExtractor> extractor_for(benchmark::State& state, Backend backend) {
-  ExtractStatus status;
-  auto extractor = backend == Backend::kCpu ? make_cpu_extractor() : make_cuda_extractor(0, status);
-  if (extractor == nullptr) state.SkipWithError(status.message.c_str());
-  return extractor;
+std::unique_ptr<Engine> engine_for(benchmark::State& state, Backend backend) {
+  EngineStatus status;
+  auto engine = backend == Backend::kCpu ? make_cpu_engine() : make_cuda_engine(0, status);
+  if (engine == nullptr) state.SkipWithError(status.message.c_str());
+  return engine;
 }
 
 void extract(benchmark::State& state, Backend backend, FieldKind field, int points) {
-  ExtractStatus status;
-  const auto extractor = extractor_for(state, backend);
-  if (extractor == nullptr) return;
+  EngineStatus status;
+  const auto engine = engine_for(state, backend);
+  if (engine == nullptr) return;
   const std::vector<Ball> balls = torus_balls(1032, field);
   const Grid grid = {
       {-1.9f, -1.9f, -1.9f}, 3.8f / static_cast<float>(points - 1), {points, points, points}};
@@ -59,14 +59,14 @@ void extract(benchmark::State& state, Backend backend, FieldKind field, int poin
   settings.field = field;
   Mesh mesh;
   for (auto _ : state) {
-    status = extractor->extract(balls, grid, settings, mesh);
-    if (status.code != ExtractCode::kOk) {
+    status = engine->extract(balls, grid, settings, mesh);
+    if (status.code != EngineCode::kOk) {
       state.SkipWithError(status.message.c_str());
       return;
     }
   }
   state.counters["vertices"] = static_cast<double>(mesh.positions.size());
-  for (const PassTime& pass : extractor->pass_times()) {
+  for (const PassTime& pass : engine->pass_times()) {
     state.counters[std::string(pass.name) + "_ms"] = 1e3 * pass.seconds;
   }
 }
@@ -88,9 +88,9 @@ std::shared_ptr<const DistanceGrid> torus_distances(float large, float small) {
 /// From one torus to another by a map of `samples` balls: the map's nodes (regress) and one
 /// surface.
 void extract_between(benchmark::State& state, Backend backend, int samples, int points) {
-  ExtractStatus status;
-  const auto extractor = extractor_for(state, backend);
-  if (extractor == nullptr) return;
+  EngineStatus status;
+  const auto engine = engine_for(state, backend);
+  if (engine == nullptr) return;
   Regression map;
   map.maps = 2;
   // The diagonal is 4: a spacing of 4 % of it, as morph/smooth_map.cpp has it.
@@ -108,15 +108,15 @@ void extract_between(benchmark::State& state, Backend backend, int samples, int 
   Mesh mesh;
   for (auto _ : state) {
     surface.map = std::make_shared<const Regression>(map);  // a frame's own
-    status = extractor->extract_between(surface, grid, {}, mesh);
-    if (status.code != ExtractCode::kOk) {
+    status = engine->extract_between(surface, grid, {}, mesh);
+    if (status.code != EngineCode::kOk) {
       state.SkipWithError(status.message.c_str());
       return;
     }
   }
   state.counters["vertices"] = static_cast<double>(mesh.positions.size());
-  state.counters["memory_MB"] = static_cast<double>(extractor->memory_used()) * 1e-6;
-  for (const PassTime& pass : extractor->pass_times()) {
+  state.counters["memory_MB"] = static_cast<double>(engine->memory_used()) * 1e-6;
+  for (const PassTime& pass : engine->pass_times()) {
     state.counters[std::string(pass.name) + "_ms"] = 1e3 * pass.seconds;
   }
 }

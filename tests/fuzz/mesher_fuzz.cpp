@@ -9,8 +9,8 @@
 #include <type_traits>
 
 #include "base/result.h"
+#include "kernels/backend_engine.h"
 #include "kernels/cpu_backend.h"
-#include "kernels/extract.h"
 #include "surface/mesh_check.h"
 
 using namespace polymorph;
@@ -78,10 +78,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     balls.push_back(ball);
   }
   Mesh eight, one;
-  const ExtractStatus status = make_cpu_extractor()->extract(balls, grid, settings, eight);
-  Extraction<ScalarBackend> scalar;
+  const EngineStatus status = make_cpu_engine()->extract(balls, grid, settings, eight);
+  BackendEngine<ScalarBackend> scalar;
   PM_CHECK(scalar.extract(balls, grid, settings, one).code == status.code);
-  if (status.code != ExtractCode::kOk) return 0;
+  if (status.code != EngineCode::kOk) return 0;
   PM_CHECK(same_bits(eight.positions, one.positions));
   PM_CHECK(same_bits(eight.normals, one.normals));
   PM_CHECK(same_bits(eight.triangles, one.triangles));

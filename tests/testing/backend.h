@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 
 namespace polymorph {
 
@@ -22,14 +22,14 @@ inline bool cuda_required() {
   return value != nullptr && std::string(value) == "1";
 }
 
-inline std::unique_ptr<SurfaceExtractor> make_extractor(Backend backend, ExtractStatus& status) {
+inline std::unique_ptr<Engine> make_engine(Backend backend, EngineStatus& status) {
   status = {};
-  return backend == Backend::kCpu ? make_cpu_extractor() : make_cuda_extractor(0, status);
+  return backend == Backend::kCpu ? make_cpu_engine() : make_cuda_engine(0, status);
 }
 
 /// Skips the test that calls it where no CUDA device answers; fails it where one is required.
-#define PM_SKIP_WITHOUT(extractor, status)                                   \
-  if ((extractor) == nullptr) {                                              \
+#define PM_SKIP_WITHOUT(engine, status)                                      \
+  if ((engine) == nullptr) {                                                 \
     if (cuda_required()) FAIL() << "cuda is required: " << (status).message; \
     GTEST_SKIP() << (status).message;                                        \
   }                                                                          \
@@ -38,28 +38,28 @@ inline std::unique_ptr<SurfaceExtractor> make_extractor(Backend backend, Extract
 class SurfaceTest : public testing::TestWithParam<Backend> {
  protected:
   void SetUp() override {
-    ExtractStatus status;
-    extractor_ = make_extractor(GetParam(), status);
-    PM_SKIP_WITHOUT(extractor_, status);
+    EngineStatus status;
+    engine_ = make_engine(GetParam(), status);
+    PM_SKIP_WITHOUT(engine_, status);
   }
 
   Mesh extract(const std::vector<Ball>& balls, const Grid& grid,
                const ExtractSettings& settings = {}) {
     Mesh mesh;
-    const ExtractStatus status = extractor_->extract(balls, grid, settings, mesh);
-    EXPECT_EQ(status.code, ExtractCode::kOk) << status.message;
+    const EngineStatus status = engine_->extract(balls, grid, settings, mesh);
+    EXPECT_EQ(status.code, EngineCode::kOk) << status.message;
     return mesh;
   }
 
   std::vector<float> sample(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
                             const ExtractSettings& settings = {}) {
     std::vector<float> values;
-    const ExtractStatus status = extractor_->sample(balls, points, settings, values);
-    EXPECT_EQ(status.code, ExtractCode::kOk) << status.message;
+    const EngineStatus status = engine_->sample(balls, points, settings, values);
+    EXPECT_EQ(status.code, EngineCode::kOk) << status.message;
     return values;
   }
 
-  std::unique_ptr<SurfaceExtractor> extractor_;
+  std::unique_ptr<Engine> engine_;
 };
 
 inline std::string backend_name(const testing::TestParamInfo<Backend>& info) {

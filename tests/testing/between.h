@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "kernels/distance_field.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 #include "kernels/regression.h"
 
 namespace polymorph {

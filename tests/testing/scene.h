@@ -30,14 +30,14 @@ class SceneTest : public ::testing::Test {
     return scene.ok() ? *scene : Scene{};
   }
   PreparedScene prepared_of(const std::string& chain) {
-    auto prepared = prepare_scene(scene_of(chain), *extractor, shared_cache());
+    auto prepared = prepare_scene(scene_of(chain), *engine, shared_cache());
     EXPECT_TRUE(prepared.ok()) << prepared.error().message;
     return prepared.ok() ? std::move(*prepared) : PreparedScene{};
   }
 
   const std::filesystem::path folder =
       std::filesystem::temp_directory_path() / ("pm_scene_test_" + std::to_string(::getpid()));
-  const std::unique_ptr<SurfaceExtractor> extractor = make_cpu_extractor();
+  const std::unique_ptr<Engine> engine = make_cpu_engine();
 
  private:
   std::string common_;

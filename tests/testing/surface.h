@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 
 namespace polymorph {
 

@@ -26,11 +26,11 @@ struct Case {
 };
 
 Analysis analyze(const Case& given) {
-  const auto extractor = make_cpu_extractor();
+  const auto engine = make_cpu_engine();
   const auto surface = [&](const std::vector<Ball>& balls, float iso) {
     ExtractSettings settings;
     settings.iso = iso;
-    return extract_surface(*extractor, balls, kCell, settings).value();
+    return extract_surface(*engine, balls, kCell, settings).value();
   };
   const MorphPlan plan =
       plan_morph({given.from, given.from_labels, {}}, {given.to, given.to_labels, {}},
@@ -69,7 +69,7 @@ Analysis analyze(const Case& given) {
     const double volume = (1 - frame.u) * from_volume + frame.u * to_volume;
     const float iso = k == 0 || k == kFrames - 1
                           ? 1.0f
-                          : iso_for_volume(*extractor, balls, kCell, {}, volume).value();
+                          : iso_for_volume(*engine, balls, kCell, {}, volume).value();
     frame.surface = surface(balls, iso);
     for (const Ball& ball : balls) frame.centers.push_back(ball.center);
     frames.push_back(std::move(frame));
@@ -235,13 +235,13 @@ TEST(Gates, BackwardsIsTheSameMorphFrameByFrame) {
 
 TEST(Gates, BackwardsTheSurfacesAreTheSame) {
   const Creature a = creature(0.9f, 0.9f, 9), b = creature(0.7f, 0.3f, 6);
-  const auto extractor = make_cpu_extractor();
+  const auto engine = make_cpu_engine();
   const MorphPlan there =
       plan_morph({a.balls, a.labels, {}}, {b.balls, b.labels, {}}, FieldKind::kGaussian, {});
   const MorphPlan back =
       plan_morph({b.balls, b.labels, {}}, {a.balls, a.labels, {}}, FieldKind::kGaussian, {});
   const auto surface = [&](const MorphPlan& plan, float time) {
-    const Mesh mesh = extract_surface(*extractor, balls_at(plan, time), kCell, {}).value();
+    const Mesh mesh = extract_surface(*engine, balls_at(plan, time), kCell, {}).value();
     return std::pair(MeasuredSurface(mesh.positions, mesh.triangles),
                      static_cast<double>(box_of(mesh.positions).diagonal()));
   };

@@ -13,8 +13,8 @@ namespace polymorph {
 namespace {
 
 Mesh surface_of(const std::vector<Ball>& balls, float cell = 0.04f) {
-  const auto extractor = make_cpu_extractor();
-  auto mesh = extract_surface(*extractor, balls, cell, {});
+  const auto engine = make_cpu_engine();
+  auto mesh = extract_surface(*engine, balls, cell, {});
   EXPECT_TRUE(mesh);
   return *mesh;
 }
@@ -35,7 +35,7 @@ TEST(BendingEnergy, OfALongPillIsMoreThanASpheres) {
 }
 
 TEST(BendingEnergy, OfASurfaceWithoutNormalsIsMeasuredByItsTriangles) {
-  // What the extractor gives for surface.flat.
+  // What the engine gives for surface.flat.
   Mesh sphere = surface_of({ball_at({}, 1)});
   sphere.normals.clear();
   EXPECT_NEAR(bending_energy(sphere), 4 * std::numbers::pi, 0.3);

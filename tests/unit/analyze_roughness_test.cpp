@@ -89,8 +89,8 @@ Mesh lumps_at(double u) {
     balls[i].a = from[i].a * (1 - t) + to[i].a * t;
     balls[i].w = from[i].w * (1 - t) + to[i].w * t;
   }
-  const auto extractor = make_cpu_extractor();
-  return extract_surface(*extractor, balls, 0.02f, {}).value();
+  const auto engine = make_cpu_engine();
+  return extract_surface(*engine, balls, 0.02f, {}).value();
 }
 
 TEST(Occupancy, OfACubeIsItsVolume) {

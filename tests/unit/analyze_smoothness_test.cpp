@@ -16,8 +16,8 @@ namespace polymorph {
 namespace {
 
 Mesh sphere(float radius) {
-  const auto extractor = make_cpu_extractor();
-  return extract_surface(*extractor, {ball_at({}, radius)}, 0.1f, {}).value();
+  const auto engine = make_cpu_engine();
+  return extract_surface(*engine, {ball_at({}, radius)}, 0.1f, {}).value();
 }
 
 /// With a square plate of no thickness that sticks out of it.

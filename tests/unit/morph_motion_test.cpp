@@ -117,14 +117,14 @@ TEST(PullBack, FindsWhereAPointCameFromAndGoesTo) {
   for (const Ball& ball : a)
     for (const Vec3 d : {Vec3{0.1f, 0, 0}, Vec3{0, 0.15f, 0.05f}, Vec3{-0.05f, 0, 0.1f}})
       on_a.push_back(ball.center + d);
-  const auto extractor = make_cpu_extractor();
-  const PullBack start = pull_back(plan, 0, balls_at(plan, 0), on_a, *extractor).value();
+  const auto engine = make_cpu_engine();
+  const PullBack start = pull_back(plan, 0, balls_at(plan, 0), on_a, *engine).value();
   for (std::size_t i = 0; i < on_a.size(); ++i) {
     EXPECT_LT(length(start.source[i] - on_a[i]), 1e-4f) << "at its own end a point is itself";
     const Vec3d goes = rotation * (Vec3d(on_a[i]) * 2) + Vec3d{3, 0, 1};
     EXPECT_LT(length(Vec3d(start.target[i]) - goes), 0.12) << "the copy's, but for split balls";
   }
-  const PullBack end = pull_back(plan, 1, balls_at(plan, 1), start.target, *extractor).value();
+  const PullBack end = pull_back(plan, 1, balls_at(plan, 1), start.target, *engine).value();
   for (std::size_t i = 0; i < on_a.size(); ++i)
     EXPECT_LT(length(end.target[i] - start.target[i]), 1e-4f);
 }
@@ -136,8 +136,8 @@ TEST(Flow, FollowsATurningBodyAndKnowsItsShare) {
   const float time = 0.4f, next = 0.5f;
   std::vector<Vec3> points;
   for (const Ball& ball : balls_at(plan, time)) points.push_back(ball.center + Vec3{0, 0.05f, 0});
-  const auto extractor = make_cpu_extractor();
-  const Flow flow = flow_at(plan, time, next, balls_at(plan, time), points, *extractor).value();
+  const auto engine = make_cpu_engine();
+  const Flow flow = flow_at(plan, time, next, balls_at(plan, time), points, *engine).value();
   // Of a similarity the flow is the similarity; distances from the first point, so that the path of
   // the whole does not matter.
   const Mat3 part = exp_rotation(turn * 0.1);
@@ -149,7 +149,7 @@ TEST(Flow, FollowsATurningBodyAndKnowsItsShare) {
     EXPECT_NEAR(flow.blend[i], time, 1e-5f);
   }
   EXPECT_GT(length(flow.displacement[0]), 0.03f);
-  const Flow still = flow_at(plan, time, time, balls_at(plan, time), points, *extractor).value();
+  const Flow still = flow_at(plan, time, time, balls_at(plan, time), points, *engine).value();
   for (const Vec3& d : still.displacement) EXPECT_EQ(length(d), 0);
 }
 

@@ -26,8 +26,8 @@ MorphPlan plan_between(std::vector<Ball> from, std::vector<Ball> to, Path path =
 }
 
 PullBack pulled(const MorphPlan& plan, float time, const std::vector<Vec3>& points) {
-  const auto extractor = make_cpu_extractor();
-  auto out = pull_back(frame_map(plan, time, balls_at(plan, time), kSize), points, *extractor);
+  const auto engine = make_cpu_engine();
+  auto out = pull_back(frame_map(plan, time, balls_at(plan, time), kSize), points, *engine);
   EXPECT_TRUE(out.ok()) << out.error().message;
   return out.ok() ? *out : PullBack{};
 }
@@ -83,8 +83,8 @@ TEST(SmoothMap, FlowTakesPointsWhereTheyComeFromTheSamePlace) {
   constexpr float kTime = 0.4f, kNext = 0.42f;
   const std::vector<Ball> balls = balls_at(plan, kTime);
   std::vector<Vec3> points = points_of(balls);
-  const auto extractor = make_cpu_extractor();
-  const auto flow = flow_at(plan, kTime, kNext, balls, kSize, points, *extractor);
+  const auto engine = make_cpu_engine();
+  const auto flow = flow_at(plan, kTime, kNext, balls, kSize, points, *engine);
   ASSERT_TRUE(flow.ok()) << flow.error().message;
   const PullBack before = pulled(plan, kTime, points);
   double moved = 0, missed = 0;

@@ -24,7 +24,7 @@ class ActorsTest : public SceneTest {
  protected:
   ActorsTest() : SceneTest(kCommon) {}
   FrameGeometry frame_of(const PreparedScene& prepared, int frame) {
-    auto geometry = geometry_at(prepared, *extractor, frame);
+    auto geometry = geometry_at(prepared, *engine, frame);
     EXPECT_TRUE(geometry.ok()) << geometry.error().message;
     return geometry.ok() ? std::move(*geometry) : FrameGeometry{};
   }
@@ -87,7 +87,7 @@ TEST_F(ActorsTest, AnalysesAreAnActorEach) {
   const PreparedScene both =
       prepared_of(std::string(R"("actors": [{)") + kCube +
                   R"(}, {"name": "ring", "translate": [3, 0, 0], )" + kTorus + "}]");
-  const auto morphs = analyze_scene(both, *extractor, 5, [](int, int) { return true; });
+  const auto morphs = analyze_scene(both, *engine, 5, [](int, int) { return true; });
   ASSERT_TRUE(morphs.ok()) << morphs.error().message;
   ASSERT_EQ(morphs->size(), 2u);
   EXPECT_EQ(morph_name((*morphs)[0]), "cube: cube -> sphere");

@@ -50,7 +50,7 @@ class ExplainTest : public SceneTest {
     return prepared;
   }
   Shot shot(const PreparedScene& prepared, int frame) {
-    auto geometry = geometry_at(prepared, *extractor, frame);
+    auto geometry = geometry_at(prepared, *engine, frame);
     EXPECT_TRUE(geometry.ok()) << geometry.error().message;
     return {image_of(prepared, *geometry), std::move(*geometry)};
   }

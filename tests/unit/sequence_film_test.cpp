@@ -208,7 +208,7 @@ TEST_F(FilmTest, ATurntableShowsOneFrameFromAllSides) {
     EXPECT_EQ(record.digest, report->frames[0].digest);
   EXPECT_FALSE(report->frames[0].digest.empty());
   EXPECT_NE(frame(1).pixels, frame(2).pixels);
-  const auto prepared = prepare_scene(scene, *extractor, shared_cache());
+  const auto prepared = prepare_scene(scene, *engine, shared_cache());
   ASSERT_TRUE(prepared.ok());
   const Vec3 first = view_of(*prepared, 1).camera.forward,
              third = view_of(*prepared, 3).camera.forward;
@@ -216,7 +216,7 @@ TEST_F(FilmTest, ATurntableShowsOneFrameFromAllSides) {
   EXPECT_NEAR(first.y, third.y, 1e-5f);
   Scene beyond = scene;
   beyond.frames.still = 9;
-  EXPECT_FALSE(prepare_scene(beyond, *extractor, {}).ok());
+  EXPECT_FALSE(prepare_scene(beyond, *engine, {}).ok());
 }
 
 TEST_F(FilmTest, JobsFillTheThreads) {

@@ -19,10 +19,10 @@ Analysis analyzed(const std::string& name, std::vector<Override> overrides) {
   overrides.emplace_back("spheres.balls", "128");
   const auto scene = load_scene(source_dir() / "scenes/standard" / (name + ".json"), overrides);
   EXPECT_TRUE(scene.ok()) << scene.error().message;
-  const auto extractor = make_cpu_extractor();
-  const auto prepared = prepare_scene(*scene, *extractor, shared_cache());
+  const auto engine = make_cpu_engine();
+  const auto prepared = prepare_scene(*scene, *engine, shared_cache());
   EXPECT_TRUE(prepared.ok()) << prepared.error().message;
-  const auto morphs = analyze_scene(*prepared, *extractor, 9, [](int, int) { return true; });
+  const auto morphs = analyze_scene(*prepared, *engine, 9, [](int, int) { return true; });
   EXPECT_TRUE(morphs.ok());
   return morphs.ok() ? morphs->front() : Analysis{};
 }

@@ -28,7 +28,7 @@ TEST_F(PacingTest, RisesFromNothingToAll) {
 TEST_F(PacingTest, IsTheSameFromTheCache) {
   const Scene scene = scene_of(R"("source": "cube", "target": "torus", "frames": {"count": 12})");
   const auto pacing_of = [&](const std::filesystem::path& cache) {
-    return prepare_scene(scene, *extractor, cache)->actors[0].legs[0].plan.pacing;
+    return prepare_scene(scene, *engine, cache)->actors[0].legs[0].plan.pacing;
   };
   const std::filesystem::path cache = folder / "paces";
   const std::vector<float> fresh = pacing_of({}), stored = pacing_of(cache);

@@ -86,7 +86,7 @@ TEST_F(SequenceTest, TurningAnObjectDoesNotChangeItsSize) {
 
 TEST_F(SequenceTest, TheHashKnowsEverythingThatDecidesPixels) {
   const auto hash = [&] {
-    const auto prepared = prepare_scene(scene, *make_cpu_extractor(), shared_cache());
+    const auto prepared = prepare_scene(scene, *make_cpu_engine(), shared_cache());
     EXPECT_TRUE(prepared.ok());
     return prepared.ok() ? prepared->hashes.scene : "";
   };
@@ -127,10 +127,10 @@ TEST_F(SequenceTest, PngFramesAreSkippedWhenCurrent) {
 }
 
 TEST_F(SequenceTest, BallsEncloseTheModelsVolumeAndFramesGoEvenlyBetween) {
-  const auto extractor = make_cpu_extractor();
+  const auto engine = make_cpu_engine();
   Scene fine = scene;  // 32 cells lose 2 % of the flat puddle; the fit is exact on its own lattice
   fine.surface.resolution = 128;
-  const auto exact = prepare_scene(fine, *extractor, shared_cache());
+  const auto exact = prepare_scene(fine, *engine, shared_cache());
   ASSERT_TRUE(exact.ok()) << exact.error().message;
   for (const PreparedObject& object : exact->actors[0].objects) {
     EXPECT_NEAR(object.ball_volume / solid_volume(object.model, InsideTest(object.model)), 1, 0.004)
@@ -139,10 +139,10 @@ TEST_F(SequenceTest, BallsEncloseTheModelsVolumeAndFramesGoEvenlyBetween) {
                 0.03)
         << object.name;
   }
-  const auto prepared = prepare_scene(scene, *extractor, shared_cache());
+  const auto prepared = prepare_scene(scene, *engine, shared_cache());
   ASSERT_TRUE(prepared.ok()) << prepared.error().message;
   for (int frame = 1; frame <= 14; ++frame) {
-    const auto geometry = geometry_at(*prepared, *extractor, frame);
+    const auto geometry = geometry_at(*prepared, *engine, frame);
     ASSERT_TRUE(geometry.ok());
     const MorphState& m = geometry->actors[0].moment;
     EXPECT_TRUE(!geometry->actors[0].points.empty() ||
@@ -283,19 +283,19 @@ TEST_F(SequenceTest, LayersShowHowPointsMoveAndWhatTheyBecome) {
   EXPECT_GT(between, 50);
 }
 
-TEST(MakeExtractor, KnowsItsDevices) {
+TEST(MakeEngine, KnowsItsDevices) {
   std::string chosen;
-  EXPECT_TRUE(make_extractor("cpu", chosen).ok());
+  EXPECT_TRUE(make_engine("cpu", chosen).ok());
   EXPECT_EQ(chosen, "cpu");
   for (const char* bad : {"gpu", "cuda:x", "cuda:-1", ""})
-    EXPECT_EQ(make_extractor(bad, chosen).error().code, ErrorCode::kUsage) << bad;
-  const auto cuda = make_extractor("cuda:900", chosen);
+    EXPECT_EQ(make_engine(bad, chosen).error().code, ErrorCode::kUsage) << bad;
+  const auto cuda = make_engine("cuda:900", chosen);
   ASSERT_FALSE(cuda.ok()) << "no machine has 901 devices";
   EXPECT_EQ(cuda.error().code, ErrorCode::kResource);
 }
 
 TEST_F(SequenceTest, EveryFieldMorphsFromAClosedSurfaceToAnother) {
-  const auto extractor = make_cpu_extractor();
+  const auto engine = make_cpu_engine();
   scene.spheres.balls = scene.actors[0].source.spheres.balls =
       scene.actors[0].target.spheres.balls = 30;
   scene.actors[0].intermediate.clear();
@@ -305,14 +305,14 @@ TEST_F(SequenceTest, EveryFieldMorphsFromAClosedSurfaceToAnother) {
          {BoundaryMethod::kProject, BoundaryMethod::kBlend, BoundaryMethod::kCrossfade}) {
       scene.field.kind = kind;
       scene.boundary.method = boundary;
-      const auto prepared = prepare_scene(scene, *extractor, shared_cache());
+      const auto prepared = prepare_scene(scene, *engine, shared_cache());
       ASSERT_TRUE(prepared.ok()) << prepared.error().message;
       for (const PreparedObject& object : prepared->actors[0].objects)
         EXPECT_NEAR(object.ball_volume / solid_volume(object.model, InsideTest(object.model)), 1,
                     0.03)
             << object.name;
       for (const int frame : {2, 3, 7, 12, 13}) {
-        const auto geometry = geometry_at(*prepared, *extractor, frame);
+        const auto geometry = geometry_at(*prepared, *engine, frame);
         ASSERT_TRUE(geometry.ok()) << geometry.error().message;
         if (geometry->actors[0].surface.triangles.empty()) continue;
         EXPECT_TRUE(check_mesh(geometry->actors[0].surface).closed()) << frame;
@@ -339,13 +339,13 @@ TEST(Handover, IsWithinAThousandthOfTheModel) {
           method == std::string("blend") ? BoundaryMethod::kBlend : BoundaryMethod::kProject;
       scene.frames.count = 400;
       scene.actors[0].target.motion.interpolate = Interpolation::kBalls;
-      const auto extractor = make_cpu_extractor();
-      const auto prepared = prepare_scene(scene, *extractor, shared_cache());
+      const auto engine = make_cpu_engine();
+      const auto prepared = prepare_scene(scene, *engine, shared_cache());
       ASSERT_TRUE(prepared.ok()) << prepared.error().message;
       int last = 1;  // of the boundary stage
       while (morph_state_at(prepared->actors[0].timeline, last + 1).object == 0) ++last;
-      const auto before = geometry_at(*prepared, *extractor, last);
-      const auto after = geometry_at(*prepared, *extractor, last + 1);
+      const auto before = geometry_at(*prepared, *engine, last);
+      const auto after = geometry_at(*prepared, *engine, last + 1);
       ASSERT_TRUE(before.ok() && after.ok());
       const std::string what = fmt::format("{} {}", name, method);
       const bool projected = prepared->actors[0].objects[0].boundary == BoundaryMethod::kProject;

@@ -19,7 +19,7 @@ class RetargetTest : public SceneTest {
  protected:
   RetargetTest() : SceneTest(R"("spheres": {"balls": 16}, "surface": {"resolution": 40})") {}
   Mesh surface_of(const PreparedScene& prepared, int leg, float time) {
-    auto geometry = volume_at(prepared, prepared.actors[0], *extractor, leg, time);
+    auto geometry = volume_at(prepared, prepared.actors[0], *engine, leg, time);
     EXPECT_TRUE(geometry.ok()) << geometry.error().message;
     return geometry.ok() ? std::move(geometry->surface) : Mesh{};
   }
@@ -57,7 +57,7 @@ TEST_F(RetargetTest, NoFrameJumps) {
   std::vector<double> steps;
   std::optional<MeasuredSurface> previous;
   for (int frame = change - 4; frame <= change + 4; ++frame) {
-    const auto geometry = geometry_at(prepared, *extractor, frame);
+    const auto geometry = geometry_at(prepared, *engine, frame);
     ASSERT_TRUE(geometry.ok());
     const ActorGeometry& one = geometry->actors[0];
     EXPECT_EQ(one.moment.object, -1) << "the torus is never reached, frame " << frame;
@@ -116,8 +116,8 @@ TEST_F(RetargetTest, ItsColoursAreThoseOfAllThatItWasBetween) {
   const Timeline& timeline = prepared.actors[0].timeline;
   int change = 1;
   while (morph_state_at(timeline, change).leg == 0) ++change;
-  const auto before = geometry_at(prepared, *extractor, change - 1),
-             after = geometry_at(prepared, *extractor, change);
+  const auto before = geometry_at(prepared, *engine, change - 1),
+             after = geometry_at(prepared, *engine, change);
   ASSERT_TRUE(before.ok() && after.ok());
   const auto& old_clothes = before->actors[0].layers;
   const auto& layers = after->actors[0].layers;
@@ -135,7 +135,7 @@ TEST_F(RetargetTest, ItsColoursAreThoseOfAllThatItWasBetween) {
 
 TEST_F(RetargetTest, AnalysesKnowWhereALegIsLeft) {
   const PreparedScene prepared = prepared_of(kChain);
-  const auto morphs = analyze_scene(prepared, *extractor, 9, [](int, int) { return true; });
+  const auto morphs = analyze_scene(prepared, *engine, 9, [](int, int) { return true; });
   ASSERT_TRUE(morphs.ok()) << morphs.error().message;
   ASSERT_EQ(morphs->size(), 2u);
   EXPECT_EQ(morph_name((*morphs)[0]), "cube -> cube -> torus at 0.45");
@@ -159,12 +159,12 @@ TEST_F(RetargetTest, MindsMayBeChangedTwice) {
   const Mesh before = surface_of(prepared, 1, 0.6f), after = surface_of(prepared, 2, 0);
   EXPECT_LT(measured(before).distance_to(measured(after)).largest,
             2e-3 * static_cast<double>(box_of(before.positions).diagonal()));
-  const auto last = geometry_at(prepared, *extractor, 34);
+  const auto last = geometry_at(prepared, *engine, 34);
   ASSERT_TRUE(last.ok());
   EXPECT_EQ(last->actors[0].layers.size(), 4u);
   // Vertices still know what they belong to.
   EXPECT_EQ(actor.label_names, (std::vector<std::string>{"cube", "torus", "puddle", "sphere"}));
-  const auto labels = surface_labels(actor, last->actors[0], *extractor);
+  const auto labels = surface_labels(actor, last->actors[0], *engine);
   ASSERT_TRUE(labels.ok());
   ASSERT_EQ(labels->size(), last->actors[0].surface.positions.size());
   for (const std::uint32_t label : *labels) ASSERT_LT(label, 4u);

@@ -44,7 +44,7 @@ TEST_F(ShellTest, WallsAreNeitherTornNorLeaveTheirEnds) {
     EXPECT_TRUE(is_shell(object.distances)) << object.name;
   const float slack = 0.05f * actor.box.diagonal();
   for (const float time : {0.25f, 0.5f, 0.75f}) {
-    const auto at = volume_at(prepared, actor, *extractor, 0, time);
+    const auto at = volume_at(prepared, actor, *engine, 0, time);
     ASSERT_TRUE(at.ok());
     const Mesh& mesh = at->surface;
     const MeshReport check = check_mesh(mesh);

@@ -21,7 +21,7 @@ class SurfaceFramesTest : public SceneTest {
     return prepared;
   }
   FrameGeometry at(const PreparedScene& prepared, int frame) {
-    auto geometry = geometry_at(prepared, *extractor, frame);
+    auto geometry = geometry_at(prepared, *engine, frame);
     EXPECT_TRUE(geometry.ok());
     return std::move(*geometry);
   }

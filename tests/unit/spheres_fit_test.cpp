@@ -246,7 +246,7 @@ TEST(Fit, TheVolumeIsTheModels) {
   const auto result = approximate(model, medial(40));
   ASSERT_TRUE(result);
   const auto mesh =
-      extract_surface(*make_cpu_extractor(), result->balls, model.box().diagonal() / 250, {});
+      extract_surface(*make_cpu_engine(), result->balls, model.box().diagonal() / 250, {});
   ASSERT_TRUE(mesh);
   EXPECT_NEAR(volume_of(*mesh) / solid_volume(model, InsideTest(model)), 1, 0.004);
 }
@@ -313,7 +313,7 @@ TEST(Fit, IsTheSameForAnyNumberOfThreads) {
 TEST(ApproximationQuality, OfTheSurfaceItselfAreNearlyPerfect) {
   // A ball's surface as the model: only its flattening remains.
   const std::vector<Ball> balls{{{0, 0, 0}, 4, 4}};
-  const auto mesh = extract_surface(*make_cpu_extractor(), balls, 0.02f, {});
+  const auto mesh = extract_surface(*make_cpu_engine(), balls, 0.02f, {});
   ASSERT_TRUE(mesh);
   Model model;
   model.points = mesh->positions;

@@ -60,10 +60,10 @@ class Blend : public ::testing::Test {
   void prepare(Pair given, float cell) {
     pair = std::move(given);
     to_model = std::make_unique<ClosestPointQuery>(pair.model);
-    const auto extractor = make_cpu_extractor();
-    Mesh surface = *extract_surface(*extractor, pair.balls, cell, {});
+    const auto engine = make_cpu_engine();
+    Mesh surface = *extract_surface(*engine, pair.balls, cell, {});
     auto made = make_blend_field(pair.model, InsideTest(pair.model), *to_model, pair.balls,
-                                 std::move(surface), cell, {}, *extractor);
+                                 std::move(surface), cell, {}, *engine);
     ASSERT_TRUE(made.ok());
     field = std::move(*made);
   }

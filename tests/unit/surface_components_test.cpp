@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 #include "surface/grid.h"
 #include "surface/mesh_check.h"
 
@@ -13,10 +13,10 @@ TEST(Components, SmallOnesAreRemovedAndLargeOnesKept) {
   const auto ball = [](float x, float radius) {
     return Ball{{x, 0, 0}, 4 / (radius * radius), 4, {}};
   };
-  const auto extractor = make_cpu_extractor();
+  const auto engine = make_cpu_engine();
   // Volumes 1, 1/8 and 1/8000.
   const std::vector<Ball> balls = {ball(0, 1), ball(3, 0.5f), ball(-2, 0.05f)};
-  const Mesh whole = *extract_surface(*extractor, balls, 0.02f, {});
+  const Mesh whole = *extract_surface(*engine, balls, 0.02f, {});
   ASSERT_EQ(check_mesh(whole).components, 3u);
   Mesh mesh = whole;
   EXPECT_EQ(remove_small_components(mesh, 1e-3), 1u);

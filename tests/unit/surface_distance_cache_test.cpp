@@ -15,9 +15,9 @@ namespace {
 class DistanceCacheTest : public ::testing::Test {
  protected:
   ObjectDistances made(const Model& model, bool cached, float cell = 0.05f) {
-    const auto extractor = make_cpu_extractor();
+    const auto engine = make_cpu_engine();
     auto made = object_distances(model, ClosestPointQuery(model), cell, 0.04f, 0.001, false,
-                                 *extractor, cached ? folder_.path() : std::filesystem::path{});
+                                 *engine, cached ? folder_.path() : std::filesystem::path{});
     EXPECT_TRUE(made.ok());
     return std::move(*made);
   }

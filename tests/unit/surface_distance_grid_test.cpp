@@ -73,9 +73,9 @@ TEST(DistanceGrid, ASheetIsAsThickAsCellsCanShow) {
   sheet.points = {{-1, 0, -1}, {1, 0, -1}, {1, 0, 1}, {-1, 0, 1}, {-1, 2, -1}};
   sheet.triangles = {{{0, 1, 2}}, {{0, 2, 3}}};
   const DistanceGrid distances = distances_of(sheet, 0.04f, 0.072f);
-  const auto extractor = make_cpu_extractor();
+  const auto engine = make_cpu_engine();
   const auto mesh =
-      extract_distances(*extractor, std::make_shared<const DistanceGrid>(distances), 0.08f, {});
+      extract_distances(*engine, std::make_shared<const DistanceGrid>(distances), 0.08f, {});
   ASSERT_TRUE(mesh.ok()) << mesh.error().message;
   const MeshReport report = check_mesh(*mesh);
   EXPECT_TRUE(report.manifold());
@@ -92,8 +92,8 @@ TEST(DistanceGrid, AWireThinnerThanACellIsWhole) {
   const float cell = 0.05f;
   const auto distances =
       std::make_shared<const DistanceGrid>(distances_of(wire, cell, kThinnestPart * cell));
-  const auto extractor = make_cpu_extractor();
-  Mesh mesh = extract_distances(*extractor, distances, 0.5f * cell, {}).value();
+  const auto engine = make_cpu_engine();
+  Mesh mesh = extract_distances(*engine, distances, 0.5f * cell, {}).value();
   ASSERT_FALSE(mesh.triangles.empty());
   EXPECT_EQ(smallest_component_share(mesh), 1);
   const Box box = box_of(mesh.positions);

@@ -43,12 +43,12 @@ TEST(FitGrid, AnAbsurdSizeIsRefusedBeforeAnythingIsAllocated) {
 }
 
 TEST(SurfaceBounds, TheSurfaceNeverReachesTheGridsBorder) {
-  const auto extractor = make_cpu_extractor();
+  const auto engine = make_cpu_engine();
   for (const FieldKind kind : {FieldKind::kGaussian, FieldKind::kInverseSquare}) {
     std::vector<Ball> balls{{{0, 0, 0}, 4, 1}, {{0.5f, 0, 0}, 4, 1}, {{0.5f, 0.1f, 0}, 4, 1}};
     ExtractSettings settings;
     settings.field = kind;
-    const auto mesh = extract_surface(*extractor, balls, 0.05f, settings);
+    const auto mesh = extract_surface(*engine, balls, 0.05f, settings);
     ASSERT_TRUE(mesh.ok());
     const Box bounds = surface_bounds(balls, settings);
     for (const Vec3& p : mesh->positions) {
@@ -60,14 +60,14 @@ TEST(SurfaceBounds, TheSurfaceNeverReachesTheGridsBorder) {
 }
 
 TEST(ExtractSurface, NothingVisibleIsAnEmptyMesh) {
-  const auto extractor = make_cpu_extractor();
-  const auto none = extract_surface(*extractor, {}, 0.1f, {});
+  const auto engine = make_cpu_engine();
+  const auto none = extract_surface(*engine, {}, 0.1f, {});
   ASSERT_TRUE(none.ok());
   EXPECT_TRUE(none->triangles.empty());
 }
 
 TEST(IsoForVolume, FindsTheLevelOfTheWantedVolume) {
-  const auto extractor = make_cpu_extractor();
+  const auto engine = make_cpu_engine();
   ExtractSettings settings;
   for (const FieldKind kind : {FieldKind::kGaussian, FieldKind::kInverseSquare}) {
     settings.field = kind;
@@ -75,84 +75,84 @@ TEST(IsoForVolume, FindsTheLevelOfTheWantedVolume) {
                                   ? std::vector<Ball>{gaussian_ball({0, 0, 0}, 0.5f)}
                                   : std::vector<Ball>{{{0, 0, 0}, 1, 0.25f}};
     const double wanted = 4.0 / 3 * kPi * 0.3 * 0.3 * 0.3;
-    const auto iso = iso_for_volume(*extractor, balls, 0.02f, settings, wanted);
+    const auto iso = iso_for_volume(*engine, balls, 0.02f, settings, wanted);
     ASSERT_TRUE(iso.ok());
     settings.iso = *iso;
-    const auto mesh = extract_surface(*extractor, balls, 0.02f, settings);
+    const auto mesh = extract_surface(*engine, balls, 0.02f, settings);
     EXPECT_NEAR(volume_of(*mesh) / wanted, 1, 0.003);
     settings.iso = 1;
-    const auto same = extract_surface(*extractor, rescaled(balls, kind, *iso), 0.02f, settings);
+    const auto same = extract_surface(*engine, rescaled(balls, kind, *iso), 0.02f, settings);
     EXPECT_NEAR(volume_of(*same) / wanted, 1, 0.003) << "rescaled balls have that surface at iso 1";
   }
 }
 
 TEST(IsoForVolume, ComesBackFromAStartWhereNothingShows) {
-  const auto extractor = make_cpu_extractor();
+  const auto engine = make_cpu_engine();
   const std::vector<Ball> balls{gaussian_ball({0, 0, 0}, 0.5f)};
-  const auto iso = iso_for_volume(*extractor, balls, 0.02f, {}, 0.4, 1e4f);
+  const auto iso = iso_for_volume(*engine, balls, 0.02f, {}, 0.4, 1e4f);
   ASSERT_TRUE(iso.ok());
   ExtractSettings settings;
   settings.iso = *iso;
-  EXPECT_NEAR(volume_of(*extract_surface(*extractor, balls, 0.02f, settings)), 0.4, 0.0012);
+  EXPECT_NEAR(volume_of(*extract_surface(*engine, balls, 0.02f, settings)), 0.4, 0.0012);
 }
 
 TEST(IsoForVolume, TakesFewSurfacesEvenNextToAVanishingOne) {
-  struct Counting : SurfaceExtractor {
-    std::unique_ptr<SurfaceExtractor> inner = make_cpu_extractor();
+  struct Counting : Engine {
+    std::unique_ptr<Engine> inner = make_cpu_engine();
     int calls = 0;
-    ExtractStatus extract(const std::vector<Ball>& balls, const Grid& grid,
-                          const ExtractSettings& settings, Mesh& mesh) override {
+    EngineStatus extract(const std::vector<Ball>& balls, const Grid& grid,
+                         const ExtractSettings& settings, Mesh& mesh) override {
       ++calls;
       return inner->extract(balls, grid, settings, mesh);
     }
-    ExtractStatus sample(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
-                         const ExtractSettings& settings, std::vector<float>& values) override {
+    EngineStatus sample(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
+                        const ExtractSettings& settings, std::vector<float>& values) override {
       return inner->sample(balls, points, settings, values);
     }
-    ExtractStatus move_balls(const std::shared_ptr<const BallPaths>& paths,
-                             const MotionState& moment, const std::vector<float>& own,
-                             std::vector<Ball>& balls) override {
+    EngineStatus move_balls(const std::shared_ptr<const BallPaths>& paths,
+                            const MotionState& moment, const std::vector<float>& own,
+                            std::vector<Ball>& balls) override {
       return inner->move_balls(paths, moment, own, balls);
     }
-    ExtractStatus interpolate_attributes(const std::vector<Ball>& balls,
-                                         const std::vector<BallAttribute>& carried,
-                                         const std::vector<Vec3>& points,
-                                         const ExtractSettings& settings,
-                                         std::vector<AttributeValues>& values) override {
+    EngineStatus interpolate_attributes(const std::vector<Ball>& balls,
+                                        const std::vector<BallAttribute>& carried,
+                                        const std::vector<Vec3>& points,
+                                        const ExtractSettings& settings,
+                                        std::vector<AttributeValues>& values) override {
       return inner->interpolate_attributes(balls, carried, points, settings, values);
     }
-    ExtractStatus extract_between(const MorphSurface& between, const Grid& grid,
-                                  const ExtractSettings& settings, Mesh& mesh) override {
+    EngineStatus extract_between(const MorphSurface& between, const Grid& grid,
+                                 const ExtractSettings& settings, Mesh& mesh) override {
       return inner->extract_between(between, grid, settings, mesh);
     }
-    ExtractStatus regress(const std::shared_ptr<const Regression>& regression,
-                          const std::vector<Vec3>& points,
-                          std::vector<AttributeValues>& values) override {
+    EngineStatus regress(const std::shared_ptr<const Regression>& regression,
+                         const std::vector<Vec3>& points,
+                         std::vector<AttributeValues>& values) override {
       return inner->regress(regression, points, values);
     }
     std::vector<PassTime> pass_times() const override { return inner->pass_times(); }
-  } extractor;
+  } engine;
   // A flat-topped field: a little too high a level and nothing is left.
-  const auto even = evened(extractor, rod_and_block(), {});
+  const auto even = evened(engine, rod_and_block(), {});
   ASSERT_TRUE(even.ok());
-  const auto iso = iso_for_volume(extractor, *even, 0.02f, {}, 0.22);
+  const auto iso = iso_for_volume(engine, *even, 0.02f, {}, 0.22);
   ASSERT_TRUE(iso.ok());
-  EXPECT_LE(extractor.calls, 14);
+  EXPECT_LE(engine.calls, 14);
   ExtractSettings settings;
   settings.iso = *iso;
-  EXPECT_NEAR(volume_of(*extract_surface(extractor, *even, 0.02f, settings)) / 0.22, 1, 0.0021);
+  EXPECT_NEAR(volume_of(*extract_surface(engine, *even, 0.02f, settings)) / 0.22, 1, 0.0021);
 }
 
 TEST(Grown, RunsFromNothingToTheWholeSurface) {
-  const auto extractor = make_cpu_extractor();
+  const auto engine = make_cpu_engine();
   ExtractSettings settings;
   const std::vector<Ball> balls{gaussian_ball({0, 0, 0}, 0.5f), gaussian_ball({0.3f, 0, 0}, 0.5f)};
-  const auto maximum = field_maximum(*extractor, balls, settings);
+  const auto maximum = field_maximum(*engine, balls, settings);
   ASSERT_TRUE(maximum.ok());
   double before = 0;
   for (const float growth : {0.0f, 0.01f, 0.3f, 0.6f, 1.0f}) {
-    const auto mesh = extract_surface(
-        *extractor, grown(balls, FieldKind::kGaussian, growth, *maximum), 0.03f, settings);
+    const auto mesh = extract_surface(*engine, grown(balls, FieldKind::kGaussian, growth, *maximum),
+                                      0.03f, settings);
     ASSERT_TRUE(mesh.ok());
     const double volume = volume_of(*mesh);
     EXPECT_GE(volume, before);
@@ -161,7 +161,7 @@ TEST(Grown, RunsFromNothingToTheWholeSurface) {
       EXPECT_EQ(volume, 0);
     }
   }
-  EXPECT_NEAR(before, volume_of(*extract_surface(*extractor, balls, 0.03f, settings)), 1e-9);
+  EXPECT_NEAR(before, volume_of(*extract_surface(*engine, balls, 0.03f, settings)), 1e-9);
 }
 
 TEST(Grown, AnInverseSquareBallsVisibleRadiusGrowsLinearly) {
@@ -170,16 +170,16 @@ TEST(Grown, AnInverseSquareBallsVisibleRadiusGrowsLinearly) {
 }
 
 TEST(Evened, AThinPartStandsAsFirmAsABody) {
-  const auto extractor = make_cpu_extractor();
+  const auto engine = make_cpu_engine();
   const std::vector<Ball> balls = rod_and_block();
   const auto middle_of_rod = [&](const std::vector<Ball>& set) {
     std::vector<float> values;
     const std::vector<Vec3> points{{1.1f, 0.3f, 0.3f}, {0.25f, 0.25f, 0.25f}};
-    EXPECT_EQ(extractor->sample(set, points, {}, values).code, ExtractCode::kOk);
+    EXPECT_EQ(engine->sample(set, points, {}, values).code, EngineCode::kOk);
     return values[0] / values[1];
   };
   EXPECT_LT(middle_of_rod(balls), 0.35f);
-  const auto even = evened(*extractor, balls, {});
+  const auto even = evened(*engine, balls, {});
   ASSERT_TRUE(even.ok());
   EXPECT_GT(middle_of_rod(*even), 0.75f);
 }

@@ -68,7 +68,7 @@ TEST(Surface, ATorusOfBallsHasGenusOne) {
     const float angle = 6.2831853f * static_cast<float>(i) / 40;
     balls.push_back(gaussian_ball({std::cos(angle), 0, std::sin(angle)}, 0.25f));
   }
-  const auto mesh = extract_surface(*make_cpu_extractor(), balls, 0.06f, {});
+  const auto mesh = extract_surface(*make_cpu_engine(), balls, 0.06f, {});
   ASSERT_TRUE(mesh.ok());
   const MeshReport report = check_mesh(*mesh);
   EXPECT_TRUE(report.manifold());

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/random.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 
 namespace polymorph {
 namespace {
@@ -42,7 +42,7 @@ TEST_P(NearBallsTest, SumsWhatTheKernelsSumAndItsGradientIsItsSlope) {
   settings.field = GetParam();
   settings.cutoff = 1e-9f;
   std::vector<float> values;
-  ASSERT_EQ(make_cpu_extractor()->sample(balls, points, settings, values).code, ExtractCode::kOk);
+  ASSERT_EQ(make_cpu_engine()->sample(balls, points, settings, values).code, EngineCode::kOk);
   for_each_near(near, points, 0.01f, [&](std::size_t begin, std::size_t end, auto list) {
     for (std::size_t i = begin; i < end; ++i) {
       const LogField field = near.log_field(points[i], list);

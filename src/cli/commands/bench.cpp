@@ -108,26 +108,26 @@ Result<BallFile> bench_balls(const BenchOptions& options) {
   return BallFile{kind, torus_balls(options.balls, kind)};
 }
 
-Status extract_once(SurfaceExtractor& extractor, const std::vector<Ball>& balls, const Grid& grid,
+Status extract_once(Engine& engine, const std::vector<Ball>& balls, const Grid& grid,
                     const ExtractSettings& settings, Mesh& mesh) {
-  return to_status(extractor.extract(balls, grid, settings, mesh));
+  return to_status(engine.extract(balls, grid, settings, mesh));
 }
 
 /// What a frame's colours need: eight values of each ball, carried to the surface's vertices.
 Status bench_carry(const BenchOptions& options, const std::string& name,
-                   const std::vector<Ball>& balls, const ExtractSettings& settings,
-                   SurfaceExtractor& extractor, const Mesh& mesh, nlohmann::ordered_json& rows) {
+                   const std::vector<Ball>& balls, const ExtractSettings& settings, Engine& engine,
+                   const Mesh& mesh, nlohmann::ordered_json& rows) {
   std::vector<BallAttribute> carried(2 * balls.size());
   for (std::size_t i = 0; i < carried.size(); ++i) carried[i].value[0] = static_cast<float>(i);
   std::vector<AttributeValues> values;
   PM_TRY(const Timing timing, time_it(options.repeats, [&] {
            return to_status(
-               extractor.interpolate_attributes(balls, carried, mesh.positions, settings, values));
+               engine.interpolate_attributes(balls, carried, mesh.positions, settings, values));
          }));
   const double bytes = static_cast<double>(mesh.positions.size()) * (12 + 32);
   auto row = report_row(options, name + ", carry", timing,
                         fmt::format("8 values to {} vertices", mesh.positions.size()));
-  for (const PassTime& pass : extractor.pass_times()) {
+  for (const PassTime& pass : engine.pass_times()) {
     if (!options.json.wanted) print_data("  {:<26} {:>9.3f} ms\n", pass.name, pass.seconds * 1e3);
     row["passes_ms"][pass.name] = pass.seconds * 1e3;
   }
@@ -138,8 +138,8 @@ Status bench_carry(const BenchOptions& options, const std::string& name,
   return Ok{};
 }
 
-Status bench_surface(const BenchOptions& options, const std::string& device,
-                     SurfaceExtractor& extractor, Mesh& mesh, nlohmann::ordered_json& rows) {
+Status bench_surface(const BenchOptions& options, const std::string& device, Engine& engine,
+                     Mesh& mesh, nlohmann::ordered_json& rows) {
   PM_TRY(const BallFile file, bench_balls(options));
   const std::vector<Ball>& balls = file.balls;
   ExtractSettings settings;
@@ -153,7 +153,7 @@ Status bench_surface(const BenchOptions& options, const std::string& device,
     PM_TRY(grid, fit_grid(box, std::max({size.x, size.y, size.z}) /
                                    static_cast<float>(options.grid - 1)));
   }
-  PM_TRY_STATUS(extract_once(extractor, balls, grid, settings, mesh));
+  PM_TRY_STATUS(extract_once(engine, balls, grid, settings, mesh));
   const std::string note =
       fmt::format("{} balls, {} triangles", balls.size(), mesh.triangles.size());
   // What must be written at least: the mesh, once.
@@ -165,8 +165,8 @@ Status bench_surface(const BenchOptions& options, const std::string& device,
     std::map<std::string, std::vector<double>> passes;
     std::vector<std::string> order;
     PM_TRY(const Timing timing, time_it(options.repeats, [&]() -> Status {
-             PM_TRY_STATUS(extract_once(extractor, balls, grid, settings, target));
-             for (const PassTime& pass : extractor.pass_times()) {
+             PM_TRY_STATUS(extract_once(engine, balls, grid, settings, target));
+             for (const PassTime& pass : engine.pass_times()) {
                if (!passes.contains(pass.name)) order.push_back(pass.name);
                passes[pass.name].push_back(pass.seconds);
              }
@@ -179,11 +179,10 @@ Status bench_surface(const BenchOptions& options, const std::string& device,
       row["passes_ms"][pass] = ms;
     }
     row["floor_ms"] = bytes / speed * 1e3;
-    row["memory_bytes"] = extractor.memory_used();
+    row["memory_bytes"] = engine.memory_used();
     if (!options.json.wanted)
       print_data("  mesh {:.1f} MB: {:.3f} ms at {}; buffers {:.0f} MB\n", bytes * 1e-6,
-                 bytes / speed * 1e3, speed_name,
-                 static_cast<double>(extractor.memory_used()) * 1e-6);
+                 bytes / speed * 1e3, speed_name, static_cast<double>(engine.memory_used()) * 1e-6);
     rows.push_back(std::move(row));
     return Ok{};
   };
@@ -194,13 +193,12 @@ Status bench_surface(const BenchOptions& options, const std::string& device,
     settings.download = true;
   }
   PM_TRY_STATUS(measure(name, 1e10, "10 GB/s"));
-  return bench_carry(options, name, balls, settings, extractor, mesh, rows);
+  return bench_carry(options, name, balls, settings, engine, mesh, rows);
 }
 
 /// The report's Table 6.7: frames per second over skin and influence resolution, here with the
 /// influence in whole cells; and what the interpolation costs in accuracy.
-Status bench_table(const BenchOptions& options, SurfaceExtractor& extractor,
-                   nlohmann::ordered_json& rows) {
+Status bench_table(const BenchOptions& options, Engine& engine, nlohmann::ordered_json& rows) {
   PM_TRY(const BallFile file, bench_balls(options));
   const std::vector<Ball>& balls = file.balls;
   ExtractSettings settings;
@@ -212,13 +210,13 @@ Status bench_table(const BenchOptions& options, SurfaceExtractor& extractor,
     const Grid grid = bench_grid(skin + 1);
     settings.sample_stride = 1;
     Mesh mesh;
-    PM_TRY_STATUS(extract_once(extractor, balls, grid, settings, mesh));
+    PM_TRY_STATUS(extract_once(engine, balls, grid, settings, mesh));
     const double exact = volume_of(mesh);
     std::string text = fmt::format("{:>6}", skin);
     for (int resolution = 10; resolution <= 40; resolution += 10) {
       settings.sample_stride = std::max(1, (skin + resolution / 2) / resolution);
       PM_TRY(const Timing timing, time_it(options.repeats, [&] {
-               return extract_once(extractor, balls, grid, settings, mesh);
+               return extract_once(engine, balls, grid, settings, mesh);
              }));
       const double off = exact > 0 ? 100 * (volume_of(mesh) / exact - 1) : 0;
       text += fmt::format(" {:>8.0f} {:>7.1f}", 1 / timing.median, off);
@@ -240,21 +238,21 @@ Status bench_graph(const BenchOptions& options, nlohmann::ordered_json& rows) {
   const std::vector<Ball>& balls = file.balls;
   ExtractSettings settings;
   settings.field = file.kind;
-  ExtractStatus status;
-  const auto cpu = make_cpu_extractor();
-  const auto cuda = make_cuda_extractor(0, status);
+  EngineStatus status;
+  const auto cpu = make_cpu_engine();
+  const auto cuda = make_cuda_engine(0, status);
   if (!options.json.wanted)
     print_data("{:>6} {:>12} {:>12}\n", "skin", "cpu ms", cuda ? "cuda ms" : "cuda: none here");
   for (int skin = 10; skin <= 100; skin += 10) {
     nlohmann::ordered_json row{{"name", "graph 6.1"}, {"skin", skin}};
     std::string text = fmt::format("{:>6}", skin);
-    for (SurfaceExtractor* extractor : {cpu.get(), cuda.get()}) {
-      if (extractor == nullptr) continue;
+    for (Engine* engine : {cpu.get(), cuda.get()}) {
+      if (engine == nullptr) continue;
       Mesh mesh;
       PM_TRY(const Timing timing, time_it(options.repeats, [&] {
-               return extract_once(*extractor, balls, bench_grid(skin + 1), settings, mesh);
+               return extract_once(*engine, balls, bench_grid(skin + 1), settings, mesh);
              }));
-      row[extractor == cpu.get() ? "cpu_ms" : "cuda_ms"] = timing.median * 1e3;
+      row[engine == cpu.get() ? "cpu_ms" : "cuda_ms"] = timing.median * 1e3;
       text += fmt::format(" {:>12.3f}", timing.median * 1e3);
     }
     if (!options.json.wanted) print_data("{}\n", text);
@@ -329,17 +327,16 @@ Status bench_render(const BenchOptions& options, const Mesh& mesh, nlohmann::ord
 
 Result<int> run_bench(const CommandLine& line, const BenchOptions& options) {
   std::string device;
-  PM_TRY(const auto extractor, make_extractor(line.common.device, device, line.common.max_memory));
+  PM_TRY(const auto engine, make_engine(line.common.device, device, line.common.max_memory));
   if (!options.json.wanted)
     print_data("device {}, {} threads, median of {} runs (min - max)\n", device, thread_count(),
                options.repeats);
   auto rows = nlohmann::ordered_json::array();
   Mesh mesh;
   const bool all = options.what == "all";
-  if (options.what != "report")
-    PM_TRY_STATUS(bench_surface(options, device, *extractor, mesh, rows));
+  if (options.what != "report") PM_TRY_STATUS(bench_surface(options, device, *engine, mesh, rows));
   if (all || options.what == "report") {
-    PM_TRY_STATUS(bench_table(options, *extractor, rows));
+    PM_TRY_STATUS(bench_table(options, *engine, rows));
     PM_TRY_STATUS(bench_graph(options, rows));
   }
   if (all || options.what == "render") PM_TRY_STATUS(bench_render(options, mesh, rows));

@@ -6,7 +6,7 @@
 #include "base/parallel.h"
 #include "base/text.h"
 #include "cli/command_line.h"
-#include "kernels/extract_surface.h"
+#include "kernels/devices.h"
 #include "render/render.h"
 
 namespace polymorph {

@@ -140,7 +140,7 @@ class MeshRun {
   FramePattern pattern_;
   PreparedScene prepared_;
   SurfaceSequence sequence_;
-  std::unique_ptr<SurfaceExtractor> extractor_;
+  std::unique_ptr<Engine> engine_;
   std::unique_ptr<SurfaceWriter> writer_;
   std::optional<FrameGeometry> ahead_;  ///< made to know where the frame before it goes
   MaterialCatalog catalog_;
@@ -171,7 +171,7 @@ Result<FrameGeometry> MeshRun::geometry_of(int frame) {
     ahead_.reset();
     return geometry;
   }
-  return geometry_at(prepared_, *extractor_, frame);
+  return geometry_at(prepared_, *engine_, frame);
 }
 
 Result<std::vector<SurfaceFrame>> MeshRun::surfaces_of_frame(const FrameGeometry& geometry) {
@@ -180,7 +180,7 @@ Result<std::vector<SurfaceFrame>> MeshRun::surfaces_of_frame(const FrameGeometry
         return !a.flow.displacement.empty() || !a.displacement.empty();
       });
   if (has_velocities() && moves && geometry.frame < prepared_.frame_count) {
-    PM_TRY(ahead_, geometry_at(prepared_, *extractor_, geometry.frame + 1));
+    PM_TRY(ahead_, geometry_at(prepared_, *engine_, geometry.frame + 1));
   }
   std::vector<SurfaceFrame> frames =
       surface_frames(prepared_, geometry, ahead_ ? &*ahead_ : nullptr);
@@ -263,10 +263,10 @@ Result<int> MeshRun::run() {
   }
   PM_TRY_STATUS(check_outputs());
   std::string device;
-  PM_TRY(extractor_, make_extractor(line_.common.device, device, line_.common.max_memory));
+  PM_TRY(engine_, make_engine(line_.common.device, device, line_.common.max_memory));
   ask_for_attributes(scene, has_velocities(),
                      format_ == MeshFormat::kPly || format_ == MeshFormat::kUsd);
-  PM_TRY(prepared_, prepare_scene(scene, *extractor_, cache_folder(line_.common)));
+  PM_TRY(prepared_, prepare_scene(scene, *engine_, cache_folder(line_.common)));
   for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
   // Once more: only now is it known which files the models and their materials name.
   PM_TRY_STATUS(check_outputs());

@@ -186,12 +186,12 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
   const InsideTest inside(stand_in ? *stand_in : model);
   const Vec3 size = model.box().size();
   const float cell = std::max({size.x, size.y, size.z}) / static_cast<float>(options.grid);
-  const auto extractor = make_cpu_extractor();
+  const auto engine = make_cpu_engine();
   made.balls = made.approximation.balls;
   if (made.balls.empty()) {
     PM_TRY(made.balls,
            unfitted_balls(made.approximation.tree.leaves(), settings.method,
-                          solid_volume(solid, inside), FieldSettings{}, cell, {}, *extractor));
+                          solid_volume(solid, inside), FieldSettings{}, cell, {}, *engine));
   }
   PM_TRY(made.figures,
          measure_quality(solid, inside, made.balls, FieldKind::kGaussian, options.grid));
@@ -214,7 +214,7 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
                       ? write_file(options.write_spheres, tree_json(made.approximation.tree))
                       : write_mesh(options.write_spheres, mesh_of_spheres(spheres)));
   if (options.write_surface.empty() && options.output.empty()) return 0;
-  PM_TRY(const Mesh surface, extract_surface(*extractor, made.balls, cell, {}));
+  PM_TRY(const Mesh surface, extract_surface(*engine, made.balls, cell, {}));
   if (!options.write_surface.empty()) PM_TRY_STATUS(write_mesh(options.write_surface, surface));
   if (!options.output.empty())
     PM_TRY_STATUS(write_spheres_picture(options.output, model, spheres, surface, options.width));

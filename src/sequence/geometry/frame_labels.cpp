@@ -29,8 +29,7 @@ std::vector<std::uint32_t> model_labels(const PreparedActor& actor, const Prepar
 }
 
 Result<std::vector<std::uint32_t>> surface_labels(const PreparedActor& actor,
-                                                  const ActorGeometry& geometry,
-                                                  SurfaceExtractor& extractor) {
+                                                  const ActorGeometry& geometry, Engine& engine) {
   const std::vector<Vec3>& points = geometry.surface.positions;
   const MorphState& moment = geometry.moment;
   if (moment.object < 0) {
@@ -43,7 +42,7 @@ Result<std::vector<std::uint32_t>> surface_labels(const PreparedActor& actor,
       return own;
     };
     return label_points(leg.plan, moment.time, geometry.balls, points, names(leg.from),
-                        names(leg.to), extractor);
+                        names(leg.to), engine);
   }
   const PreparedObject& object = object_of(actor, moment.object);
   const std::vector<std::uint32_t> numbers = label_numbers(actor, object);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 #include "sequence/geometry/actor_geometry.h"
 
 namespace polymorph {
@@ -15,9 +15,8 @@ std::vector<std::uint32_t> model_labels(const PreparedActor& actor, const Prepar
 
 /// What each vertex of an actor's surface belongs to: index into actor.label_names. Of moving balls
 /// by their shares (morph/labels.h), else by the nearest face of the model that the surface comes
-/// from. Errors: the extractor's.
+/// from. Errors: the engine's.
 Result<std::vector<std::uint32_t>> surface_labels(const PreparedActor& actor,
-                                                  const ActorGeometry& geometry,
-                                                  SurfaceExtractor& extractor);
+                                                  const ActorGeometry& geometry, Engine& engine);
 
 }  // namespace polymorph

@@ -31,7 +31,7 @@ Mesh model_mesh(const PreparedActor& actor, const ActorGeometry& geometry) {
 
 /// The moment of a stage in which a model shows, whole or on its way to or from its balls.
 Result<ActorGeometry> model_at(const PreparedScene& prepared, const PreparedActor& actor,
-                               SurfaceExtractor& extractor, const MorphState& moment) {
+                               Engine& engine, const MorphState& moment) {
   ActorGeometry geometry;
   geometry.moment = moment;
   const PreparedObject& object = object_of(actor, moment.object);
@@ -64,19 +64,17 @@ Result<ActorGeometry> model_at(const PreparedScene& prepared, const PreparedActo
   }
   if (moment.boundary > 0)
     geometry.points = shrunk_points(object.model, object.shrink_targets, moment.boundary);
-  PM_TRY(std::vector<Ball> balls, balls_at(leg_of(actor, moment.leg).plan, moment.time, extractor));
+  PM_TRY(std::vector<Ball> balls, balls_at(leg_of(actor, moment.leg).plan, moment.time, engine));
   geometry.balls =
       grown(std::move(balls), prepared.scene.field.kind, moment.growth, object.field_maximum);
-  PM_TRY(geometry.surface,
-         extract_surface(extractor, geometry.balls, actor.cell, prepared.extract));
+  PM_TRY(geometry.surface, extract_surface(engine, geometry.balls, actor.cell, prepared.extract));
   add_own_layer();
   return geometry;
 }
 
 /// Where what shows now goes until the next frame, within its stage. What the level does to keep
 /// the volume is left out, and so are blended surfaces, which move by less than a cell.
-Status add_flow(const PreparedActor& actor, SurfaceExtractor& extractor, bool last,
-                ActorGeometry& geometry) {
+Status add_flow(const PreparedActor& actor, Engine& engine, bool last, ActorGeometry& geometry) {
   const MorphState& now = geometry.moment;
   const MorphState next = last ? now : morph_state_at(actor.timeline, now.frame + 1);
   if (now.object < 0) {
@@ -86,9 +84,9 @@ Status add_flow(const PreparedActor& actor, SurfaceExtractor& extractor, bool la
     const std::vector<Vec3>& points = geometry.surface.positions;
     if (leg.distance) {
       PM_TRY(geometry.flow, flow_at(leg.plan, now.time, then, geometry.balls,
-                                    size_at(actor, leg, now.u), points, extractor));
+                                    size_at(actor, leg, now.u), points, engine));
     } else {
-      PM_TRY(geometry.flow, flow_at(leg.plan, now.time, then, geometry.balls, points, extractor));
+      PM_TRY(geometry.flow, flow_at(leg.plan, now.time, then, geometry.balls, points, engine));
     }
     return Ok{};
   }
@@ -106,7 +104,7 @@ Status add_flow(const PreparedActor& actor, SurfaceExtractor& extractor, bool la
 }  // namespace
 
 Result<ActorGeometry> boundary_at(const PreparedScene& prepared, const PreparedActor& actor,
-                                  SurfaceExtractor& extractor, int leg, bool leaving, float way) {
+                                  Engine& engine, int leg, bool leaving, float way) {
   MorphState moment;
   moment.leg = leg;
   moment.object = static_cast<int>(leaving ? leg_of(actor, leg).from : leg_of(actor, leg).to);
@@ -114,7 +112,7 @@ Result<ActorGeometry> boundary_at(const PreparedScene& prepared, const PreparedA
   moment.time = leaving ? 0.0f : 1.0f;
   moment.boundary = 1 - way;
   moment.growth = way;
-  return model_at(prepared, actor, extractor, moment);
+  return model_at(prepared, actor, engine, moment);
 }
 
 Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry) {
@@ -123,8 +121,7 @@ Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry) {
   return mesh;
 }
 
-Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtractor& extractor,
-                                  int frame) {
+Result<FrameGeometry> geometry_at(const PreparedScene& prepared, Engine& engine, int frame) {
   FrameGeometry geometry;
   geometry.frame = frame;
   const int shown = shown_frame(prepared.scene, frame);
@@ -136,19 +133,19 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtracto
   for (const PreparedActor& actor : prepared.actors) {
     const MorphState moment = morph_state_at(actor.timeline, shown);
     if (moment.object >= 0) {
-      PM_TRY(ActorGeometry one, model_at(prepared, actor, extractor, moment));
-      if (flows) PM_TRY_STATUS(add_flow(actor, extractor, last, one));
+      PM_TRY(ActorGeometry one, model_at(prepared, actor, engine, moment));
+      if (flows) PM_TRY_STATUS(add_flow(actor, engine, last, one));
       geometry.actors.push_back(std::move(one));
       continue;
     }
-    PM_TRY(ActorGeometry one, volume_at(prepared, actor, extractor, moment.leg, moment.time));
+    PM_TRY(ActorGeometry one, volume_at(prepared, actor, engine, moment.leg, moment.time));
     one.moment = moment;
     if (leg_of(actor, moment.leg).distance)
-      PM_TRY_STATUS(blend_end_normals(actor, leg_of(actor, moment.leg), extractor, one));
+      PM_TRY_STATUS(blend_end_normals(actor, leg_of(actor, moment.leg), engine, one));
     if (prepared.scene.look.kind == LookKind::kOwn && !one.surface.triangles.empty())
       PM_TRY_STATUS(transfer_looks(actor, static_cast<std::size_t>(moment.leg), moment.time,
-                                   one.balls, one.map, one.surface.positions, extractor, one));
-    if (flows) PM_TRY_STATUS(add_flow(actor, extractor, last, one));
+                                   one.balls, one.map, one.surface.positions, engine, one));
+    if (flows) PM_TRY_STATUS(add_flow(actor, engine, last, one));
     geometry.actors.push_back(std::move(one));
   }
   for (std::size_t a = 0; a < prepared.actors.size(); ++a)
@@ -159,7 +156,7 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtracto
       const PreparedActor& actor = prepared.actors[a];
       ActorGeometry& one = geometry.actors[a];
       if (!one.surface.positions.empty()) {
-        PM_TRY(one.surface_labels, surface_labels(actor, one, extractor));
+        PM_TRY(one.surface_labels, surface_labels(actor, one, engine));
       }
       if (!one.points.empty())
         one.point_labels = model_labels(actor, object_of(actor, one.moment.object));

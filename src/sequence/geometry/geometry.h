@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 #include "kernels/mesh.h"
 #include "sequence/geometry/actor_geometry.h"
 
@@ -22,7 +22,7 @@ struct FrameGeometry {
 /// `way` 0 is the model, 1 what is taken for the balls' surface. For an object without a boundary
 /// stage the model. Errors: kResource.
 Result<ActorGeometry> boundary_at(const PreparedScene& prepared, const PreparedActor& actor,
-                                  SurfaceExtractor& extractor, int leg, bool leaving, float way);
+                                  Engine& engine, int leg, bool leaving, float way);
 
 /// What is seen of an actor: its surface, its model where that shows, or both.
 Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry);
@@ -34,8 +34,7 @@ inline bool wants_flow(const Scene& scene) {
 }
 
 /// `frame` in [1, prepared.frame_count]. Errors: kResource.
-Result<FrameGeometry> geometry_at(const PreparedScene& prepared, SurfaceExtractor& extractor,
-                                  int frame);
+Result<FrameGeometry> geometry_at(const PreparedScene& prepared, Engine& engine, int frame);
 
 /// The stages that the actors are in, each once, in the actors' order: "volume, boundary-in".
 std::string stage_names(const PreparedScene& prepared, int frame);

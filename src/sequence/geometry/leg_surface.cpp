@@ -28,13 +28,13 @@ float size_at(const PreparedActor& actor, const PreparedLeg& leg, float u) {
 }
 
 Result<ActorGeometry> balls_on_way(const PreparedScene& prepared, const PreparedActor& actor,
-                                   SurfaceExtractor& extractor, int leg, float time) {
+                                   Engine& engine, int leg, float time) {
   const MorphPlan& plan = leg_of(actor, leg).plan;
   ActorGeometry geometry;
   geometry.moment.leg = leg;
   geometry.moment.time = time;
   geometry.moment.u = progress_at(plan, time);
-  PM_TRY(geometry.balls, balls_at(plan, time, extractor));
+  PM_TRY(geometry.balls, balls_at(plan, time, engine));
   if (!leg_of(actor, leg).distance && plan.motion.keep_volume && time > 0 && time < 1) {
     const auto u = static_cast<double>(geometry.moment.u);
     const double from = actor.objects[leg_of(actor, leg).from].ball_volume;
@@ -42,9 +42,9 @@ Result<ActorGeometry> balls_on_way(const PreparedScene& prepared, const Prepared
     const double volume = (1 - u) * from + u * to;
     // Most of the search on cells twice as large, which cost a fourth.
     PM_TRY(const float near,
-           iso_for_volume(extractor, geometry.balls, 2 * actor.cell, prepared.extract, volume));
+           iso_for_volume(engine, geometry.balls, 2 * actor.cell, prepared.extract, volume));
     PM_TRY(geometry.iso,
-           iso_for_volume(extractor, geometry.balls, actor.cell, prepared.extract, volume, near));
+           iso_for_volume(engine, geometry.balls, actor.cell, prepared.extract, volume, near));
   }
   return geometry;
 }
@@ -55,16 +55,14 @@ FrameMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
 }
 
 Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const std::vector<Ball>& balls,
-                             const FrameMap& map, const std::vector<Vec3>& points,
-                             SurfaceExtractor& extractor) {
-  if (leg.distance) return pull_back(map, points, extractor);
-  return pull_back(leg.plan, time, balls, points, extractor);
+                             const FrameMap& map, const std::vector<Vec3>& points, Engine& engine) {
+  if (leg.distance) return pull_back(map, points, engine);
+  return pull_back(leg.plan, time, balls, points, engine);
 }
 
 Result<SurfaceBetween> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
                                        const ActorGeometry& geometry, float cell,
-                                       const ExtractSettings& extract,
-                                       SurfaceExtractor& extractor) {
+                                       const ExtractSettings& extract, Engine& engine) {
   // No further than this share of the objects' size may the level go for the volume's sake.
   constexpr float kFurthest = 0.08f;
   const MorphState& moment = geometry.moment;
@@ -78,7 +76,7 @@ Result<SurfaceBetween> surface_between(const PreparedActor& actor, const Prepare
   if (!at_an_end && !has_shell && leg.plan.motion.keep_volume) {
     const auto u = static_cast<double>(moment.u);
     const double volume = (1 - u) * from.distances.volume + u * to.distances.volume;
-    PM_TRY(LevelSurface found, surface_of_volume(extractor, field, map.box, cell, extract, volume,
+    PM_TRY(LevelSurface found, surface_of_volume(engine, field, map.box, cell, extract, volume,
                                                  kFurthest * size_at(actor, leg, moment.u)));
     surface.mesh = std::move(found.mesh);
     field.level = found.level;
@@ -87,16 +85,16 @@ Result<SurfaceBetween> surface_between(const PreparedActor& actor, const Prepare
   if (!at_an_end && has_shell) {
     // A wall's volume means little; that it is whole, much.
     PM_TRY(field.map, with_shortfalls(map, leg.plan, geometry.balls, *from.distances.grid,
-                                      *to.distances.grid, extractor));
+                                      *to.distances.grid, engine));
     field.level = -1;
   }
-  PM_TRY(surface.mesh, extract_between(extractor, field, map.box, cell, extract));
+  PM_TRY(surface.mesh, extract_between(engine, field, map.box, cell, extract));
   return surface;
 }
 
 Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedActor& actor,
-                                SurfaceExtractor& extractor, int leg, float time) {
-  PM_TRY(ActorGeometry geometry, balls_on_way(prepared, actor, extractor, leg, time));
+                                Engine& engine, int leg, float time) {
+  PM_TRY(ActorGeometry geometry, balls_on_way(prepared, actor, engine, leg, time));
   ExtractSettings extract = prepared.extract;
   extract.iso = geometry.iso;
   extract.method = prepared.scene.surface.method;
@@ -105,11 +103,11 @@ Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedAct
   if (leg_of(actor, leg).distance) {
     geometry.map = map_at(actor, leg_of(actor, leg), time, geometry.balls);
     PM_TRY(SurfaceBetween surface,
-           surface_between(actor, leg_of(actor, leg), geometry, actor.cell, extract, extractor));
+           surface_between(actor, leg_of(actor, leg), geometry, actor.cell, extract, engine));
     geometry.surface = std::move(surface.mesh);
     geometry.between = std::move(surface.field);
   } else {
-    PM_TRY(geometry.surface, extract_surface(extractor, geometry.balls, actor.cell, extract));
+    PM_TRY(geometry.surface, extract_surface(engine, geometry.balls, actor.cell, extract));
   }
   // The cubes of a matrix are parts of their own.
   if (extract.method == SurfaceMethod::kMarchingCubes)

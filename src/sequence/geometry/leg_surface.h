@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 #include "morph/pull_back.h"
 #include "sequence/geometry/actor_geometry.h"
 
@@ -15,13 +15,13 @@ float size_at(const PreparedActor& actor, const PreparedLeg& leg, float u);
 
 /// The balls of a leg at `time` in [0, 1] of their motion, and their level; no surface yet.
 Result<ActorGeometry> balls_on_way(const PreparedScene& prepared, const PreparedActor& actor,
-                                   SurfaceExtractor& extractor, int leg, float time);
+                                   Engine& engine, int leg, float time);
 
 /// The balls of a leg at `time` in [0, 1] of their motion, their level and their surface: what
 /// shows in the volumetric stage. `moment` says only leg, time and u. `actor`: of `prepared`, of
 /// which only the settings are needed. Errors: kResource.
 Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedActor& actor,
-                                SurfaceExtractor& extractor, int leg, float time);
+                                Engine& engine, int leg, float time);
 
 /// The least share of the volume that a part of a leg's surface may have; smaller ones are left
 /// out.
@@ -33,10 +33,9 @@ FrameMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
                 const std::vector<Ball>& balls);
 
 /// Where points of a leg's moving surface come from and go to; `map` is the map_at() of a leg that
-/// is made of distances, and not looked at for others. Errors: the extractor's.
+/// is made of distances, and not looked at for others. Errors: the engine's.
 Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const std::vector<Ball>& balls,
-                             const FrameMap& map, const std::vector<Vec3>& points,
-                             SurfaceExtractor& extractor);
+                             const FrameMap& map, const std::vector<Vec3>& points, Engine& engine);
 
 /// The surface of a leg that is made of distances, and the field whose zero it is.
 struct SurfaceBetween {
@@ -47,6 +46,6 @@ struct SurfaceBetween {
 /// kResource.
 Result<SurfaceBetween> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
                                        const ActorGeometry& geometry, float cell,
-                                       const ExtractSettings& extract, SurfaceExtractor& extractor);
+                                       const ExtractSettings& extract, Engine& engine);
 
 }  // namespace polymorph

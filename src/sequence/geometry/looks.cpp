@@ -81,15 +81,15 @@ ObjectLayer object_layer(const PreparedActor& actor, std::size_t object, const M
   return {object, share, transfer_materials(o.model, *o.outer, o.charts, at, surface.triangles)};
 }
 
-Status blend_end_normals(const PreparedActor& actor, const PreparedLeg& leg,
-                         SurfaceExtractor& extractor, ActorGeometry& geometry) {
+Status blend_end_normals(const PreparedActor& actor, const PreparedLeg& leg, Engine& engine,
+                         ActorGeometry& geometry) {
   // Gone before much has changed.
   constexpr float kGone = 0.3f;
   const float u = geometry.moment.u, near = std::min(u, 1 - u);
   if (near >= kGone || geometry.surface.normals.empty()) return Ok{};
   const float fade = 1 - near / kGone, weight = smoothstep(0, 1, fade);
   const FrameMap& map = geometry.map;
-  PM_TRY(const PullBack pulled, pull_back(map, geometry.surface.positions, extractor));
+  PM_TRY(const PullBack pulled, pull_back(map, geometry.surface.positions, engine));
   const bool leaving = u < 0.5f;
   add_shading(actor.objects[leaving ? leg.from : leg.to], map.regression->affine[leaving ? 0 : 1],
               leaving ? pulled.source : pulled.target, weight, geometry.surface.normals);
@@ -98,10 +98,9 @@ Status blend_end_normals(const PreparedActor& actor, const PreparedLeg& leg,
 
 Status transfer_looks(const PreparedActor& actor, std::size_t leg, float time,
                       const std::vector<Ball>& balls, const FrameMap& map,
-                      const std::vector<Vec3>& points, SurfaceExtractor& extractor,
-                      ActorGeometry& geometry) {
+                      const std::vector<Vec3>& points, Engine& engine, ActorGeometry& geometry) {
   const PreparedLeg& way = actor.legs[leg];
-  PM_TRY(const PullBack pulled, pulled_back(way, time, balls, map, points, extractor));
+  PM_TRY(const PullBack pulled, pulled_back(way, time, balls, map, points, engine));
   // Balls in flight had the look that the leg before them had made of its objects by then.
   const bool was_in_flight = leg > 0 && actor.legs[leg - 1].until < 1;
   if (was_in_flight) {
@@ -110,7 +109,7 @@ Status transfer_looks(const PreparedActor& actor, std::size_t leg, float time,
     const FrameMap map_then =
         before.distance ? map_at(actor, before, before.until, then) : FrameMap{};
     PM_TRY_STATUS(transfer_looks(actor, leg - 1, before.until, then, map_then, pulled.source,
-                                 extractor, geometry));
+                                 engine, geometry));
   } else {
     geometry.layers.push_back(object_layer(actor, way.from, geometry.surface, pulled.source));
   }

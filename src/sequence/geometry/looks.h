@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "kernels/extract_surface.h"
+#include "kernels/engine.h"
 #include "sequence/geometry/actor_geometry.h"
 
 namespace polymorph {
@@ -26,15 +26,14 @@ ObjectLayer object_layer(const PreparedActor& actor, std::size_t object, const M
                          std::span<const Vec3> at, float share = 1);
 
 /// Mixes the models' own normals into those of a leg's surface near its ends. Errors: the
-/// extractor's.
-Status blend_end_normals(const PreparedActor& actor, const PreparedLeg& leg,
-                         SurfaceExtractor& extractor, ActorGeometry& geometry);
+/// engine's.
+Status blend_end_normals(const PreparedActor& actor, const PreparedLeg& leg, Engine& engine,
+                         ActorGeometry& geometry);
 
 /// Adds the layers and colours of a leg's moving surface to `geometry`: what the points `points`
-/// come from, as it was there, and over it what they go to. Errors: the extractor's.
+/// come from, as it was there, and over it what they go to. Errors: the engine's.
 Status transfer_looks(const PreparedActor& actor, std::size_t leg, float time,
                       const std::vector<Ball>& balls, const FrameMap& map,
-                      const std::vector<Vec3>& points, SurfaceExtractor& extractor,
-                      ActorGeometry& geometry);
+                      const std::vector<Vec3>& points, Engine& engine, ActorGeometry& geometry);
 
 }  // namespace polymorph

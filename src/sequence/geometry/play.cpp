@@ -69,11 +69,11 @@ std::shared_ptr<const Regression> ball_map(const MorphPlan& plan, float time,
 }
 
 Result<PlayKey> key_at(const PreparedScene& prepared, const PreparedActor& actor, int number,
-                       float time, SurfaceExtractor& extractor) {
+                       float time, Engine& engine) {
   const PreparedLeg& leg = leg_of(actor, number);
   PM_TRY(ActorGeometry geometry, leg.distance
-                                     ? volume_at(prepared, actor, extractor, number, time)
-                                     : balls_on_way(prepared, actor, extractor, number, time));
+                                     ? volume_at(prepared, actor, engine, number, time)
+                                     : balls_on_way(prepared, actor, engine, number, time));
   PlayKey key;
   key.time = time;
   key.progress = std::clamp(progress_at(leg.plan, time), 0.0f, 1.0f);
@@ -104,7 +104,7 @@ void join_ends(std::vector<PlayKey>& keys) {
 }
 
 Result<PlayLeg> make_leg(const PreparedScene& prepared, const PreparedActor& actor, int number,
-                         SurfaceExtractor& extractor) {
+                         Engine& engine) {
   const PreparedLeg& leg = leg_of(actor, number);
   PlayLeg made;
   made.from = static_cast<int>(leg.from);
@@ -113,7 +113,7 @@ Result<PlayLeg> make_leg(const PreparedScene& prepared, const PreparedActor& act
   made.min_part = static_cast<float>(
       min_component_share_of(actor, leg, prepared.scene.surface.min_component_share));
   for (const float time : key_times(actor, number)) {
-    PM_TRY(PlayKey key, key_at(prepared, actor, number, time, extractor));
+    PM_TRY(PlayKey key, key_at(prepared, actor, number, time, engine));
     made.keys.push_back(std::move(key));
   }
   if (made.distance) join_ends(made.keys);
@@ -127,12 +127,11 @@ Vec3 color_at(const PlayObject& object, Vec3 p) {
 
 /// The colours of balls in flight: those of the leg that is left, at that moment.
 Status color_in_flight(const PreparedScene& prepared, const PreparedActor& actor, int number,
-                       const std::vector<PlayObject>& objects, SurfaceExtractor& extractor,
-                       PlayObject& object) {
+                       const std::vector<PlayObject>& objects, Engine& engine, PlayObject& object) {
   constexpr float kCells = 64;
   constexpr int kMargin = 3;
   const PreparedLeg& leg = leg_of(actor, number);
-  PM_TRY(const ActorGeometry geometry, balls_on_way(prepared, actor, extractor, number, leg.until));
+  PM_TRY(const ActorGeometry geometry, balls_on_way(prepared, actor, engine, number, leg.until));
   const Box box = actor.objects[leg_of(actor, number + 1).from].model.box();
   Grid& grid = object.color_grid;
   grid.cell = box.diagonal() / kCells;
@@ -147,8 +146,7 @@ Status color_in_flight(const PreparedScene& prepared, const PreparedActor& actor
     for (int y = 0; y < grid.points.y; ++y)
       for (int x = 0; x < grid.points.x; ++x) points.push_back(grid_point(grid, {x, y, z}));
   const FrameMap map = leg.distance ? map_at(actor, leg, leg.until, geometry.balls) : FrameMap{};
-  PM_TRY(const PullBack pulled,
-         pulled_back(leg, leg.until, geometry.balls, map, points, extractor));
+  PM_TRY(const PullBack pulled, pulled_back(leg, leg.until, geometry.balls, map, points, engine));
   const float share = color_fade(progress_at(leg.plan, leg.until)).color;
   for (std::size_t i = 0; i < points.size(); ++i)
     object.colors.push_back(lerp(color_at(objects[leg.from], pulled.source[i]),
@@ -157,8 +155,7 @@ Status color_in_flight(const PreparedScene& prepared, const PreparedActor& actor
 }
 
 Result<std::vector<PlayObject>> make_objects(const PreparedScene& prepared,
-                                             const PreparedActor& actor,
-                                             SurfaceExtractor& extractor) {
+                                             const PreparedActor& actor, Engine& engine) {
   std::vector<PlayObject> objects(actor.objects.size());
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const PreparedObject& from = actor.objects[i];
@@ -172,14 +169,14 @@ Result<std::vector<PlayObject>> make_objects(const PreparedScene& prepared,
   }
   for (int leg = 0; leg + 1 < static_cast<int>(actor.legs.size()); ++leg)
     if (leg_of(actor, leg).until < 1 && prepared.scene.look.kind == LookKind::kOwn)
-      PM_TRY_STATUS(color_in_flight(prepared, actor, leg, objects, extractor,
+      PM_TRY_STATUS(color_in_flight(prepared, actor, leg, objects, engine,
                                     objects[leg_of(actor, leg + 1).from]));
   return objects;
 }
 
 }  // namespace
 
-Result<PlayPage> make_play_page(const PreparedScene& prepared, SurfaceExtractor& extractor) {
+Result<PlayPage> make_play_page(const PreparedScene& prepared, Engine& engine) {
   const Scene& scene = prepared.scene;
   PlayPage page;
   page.fps = scene.frames.fps;
@@ -197,9 +194,9 @@ Result<PlayPage> make_play_page(const PreparedScene& prepared, SurfaceExtractor&
     PlayActor& made = page.actors.emplace_back();
     made.name = actor.name;
     made.cell = actor.cell;
-    PM_TRY(made.objects, make_objects(prepared, actor, extractor));
+    PM_TRY(made.objects, make_objects(prepared, actor, engine));
     for (int leg = 0; leg < static_cast<int>(actor.legs.size()); ++leg) {
-      PM_TRY(PlayLeg one, make_leg(prepared, actor, leg, extractor));
+      PM_TRY(PlayLeg one, make_leg(prepared, actor, leg, engine));
       made.legs.push_back(std::move(one));
     }
     for (int frame = 1; frame <= actor.timeline.count; ++frame) {

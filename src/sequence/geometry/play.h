@@ -12,6 +12,6 @@ inline constexpr int kPlayResolution = 64;
 
 /// The surface's cells are those that the scene was prepared with. Objects that are balls in flight
 /// get the colours that they have then. Errors: kResource.
-Result<PlayPage> make_play_page(const PreparedScene& prepared, SurfaceExtractor& extractor);
+Result<PlayPage> make_play_page(const PreparedScene& prepared, Engine& engine);
 
 }  // namespace polymorph

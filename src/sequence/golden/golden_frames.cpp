@@ -70,7 +70,7 @@ Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
 struct SuiteRenderer::State {
   GoldenSuite suite;
   std::string device;
-  std::unique_ptr<SurfaceExtractor> extractor;
+  std::unique_ptr<Engine> engine;
   PreparedScene prepared;
   std::unique_ptr<Renderer> renderer;
 };
@@ -88,8 +88,8 @@ Result<SuiteRenderer> SuiteRenderer::create(const GoldenSuite& suite,
   if (!suite.command.empty()) return result;
   PM_TRY(Scene scene, load_scene(suite.scene));
   scene.image.denoise = false;  // another library's pixels prove nothing about this program's
-  PM_TRY(state.extractor, make_extractor(settings.device, state.device));
-  PM_TRY(state.prepared, prepare_scene(scene, *state.extractor, settings.cache_folder));
+  PM_TRY(state.engine, make_engine(settings.device, state.device));
+  PM_TRY(state.prepared, prepare_scene(scene, *state.engine, settings.cache_folder));
   PM_TRY(Renderer renderer, Renderer::create(settings.isa));
   state.renderer = std::make_unique<Renderer>(std::move(renderer));
   for (const int frame : suite.frames)
@@ -104,7 +104,7 @@ int SuiteRenderer::frame_count() const { return state_->prepared.frame_count; }
 Result<RenderedFrame> SuiteRenderer::render(int frame) {
   State& state = *state_;
   if (!state.suite.command.empty()) return run_command(state.suite, frame);
-  PM_TRY(const FrameGeometry geometry, geometry_at(state.prepared, *state.extractor, frame));
+  PM_TRY(const FrameGeometry geometry, geometry_at(state.prepared, *state.engine, frame));
   PM_TRY(const Image image,
          render_frame(state.prepared, geometry, *state.renderer, state.device, ""));
   const Mesh surface = surfaces_of(geometry);
@@ -128,7 +128,7 @@ Result<std::string> SuiteRenderer::hash(int frame) {
     PM_TRY(const RenderedFrame rendered, run_command(state.suite, frame));
     return rendered.pixels;
   }
-  PM_TRY(const FrameGeometry geometry, geometry_at(state.prepared, *state.extractor, frame));
+  PM_TRY(const FrameGeometry geometry, geometry_at(state.prepared, *state.engine, frame));
   PM_TRY(const Image image,
          render_frame(state.prepared, geometry, *state.renderer, state.device, ""));
   return pixel_sha256(image);

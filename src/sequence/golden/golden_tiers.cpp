@@ -197,14 +197,14 @@ int samples_of(const Image& image, int otherwise) {
 }
 
 Result<ReportCase> test_noise(const GoldenSuite& suite, const GoldenSettings& settings,
-                              PreparedScene& prepared, SurfaceExtractor& extractor,
-                              Renderer& renderer, int frame, int runs) {
+                              PreparedScene& prepared, Engine& engine, Renderer& renderer,
+                              int frame, int runs) {
   const Stopwatch stopwatch;
   ReportCase one;
   one.group = suite.name + ", noise";
   one.name = fmt::format("frame {}", frame);
   one.reference = golden_image_path(suite, frame);
-  PM_TRY(const FrameGeometry geometry, geometry_at(prepared, extractor, frame));
+  PM_TRY(const FrameGeometry geometry, geometry_at(prepared, engine, frame));
   const std::uint64_t own = prepared.scene.image.seed;
   std::vector<Image> images;
   for (int run = 1; run <= runs; ++run) {
@@ -255,16 +255,15 @@ Result<std::vector<ReportCase>> test_golden_statistics(const GoldenSuite& suite,
   PM_TRY(Scene scene, load_scene(suite.scene));
   scene.image.denoise = false;
   std::string device;
-  PM_TRY(const auto extractor, make_extractor(settings.device, device));
-  PM_TRY(PreparedScene prepared, prepare_scene(scene, *extractor, settings.cache_folder));
+  PM_TRY(const auto engine, make_engine(settings.device, device));
+  PM_TRY(PreparedScene prepared, prepare_scene(scene, *engine, settings.cache_folder));
   PM_TRY(Renderer renderer, Renderer::create(settings.isa));
   std::vector<ReportCase> cases;
   for (const int frame : suite.frames) {
     if (frame < 1 || frame > prepared.frame_count)
       return make_error(ErrorCode::kInput, "{}: frame {} is outside the scene's 1-{}",
                         (suite.folder / "suite.json").string(), frame, prepared.frame_count);
-    PM_TRY(ReportCase one,
-           test_noise(suite, settings, prepared, *extractor, renderer, frame, runs));
+    PM_TRY(ReportCase one, test_noise(suite, settings, prepared, *engine, renderer, frame, runs));
     cases.push_back(std::move(one));
   }
   return cases;

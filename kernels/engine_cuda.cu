@@ -1,10 +1,11 @@
-// The CUDA backend's extractor, and what devices there are.
+// The CUDA backend's engine, and what devices there are.
 #include <cstdlib>
 #include <fstream>
 #include <utility>
 
+#include "backend_engine.h"
 #include "cuda_backend.cuh"
-#include "extract.h"
+#include "devices.h"
 
 namespace polymorph {
 namespace {
@@ -35,7 +36,7 @@ std::string driver_text() {
   return module.empty() ? version_text(version) : module;
 }
 
-ExtractStatus no_device(std::string why) { return {ExtractCode::kNoDevice, std::move(why)}; }
+EngineStatus no_device(std::string why) { return {EngineCode::kNoDevice, std::move(why)}; }
 
 /// Why cudaGetDeviceCount() found nothing, as what is missing.
 std::string why_no_device(cudaError_t error) {
@@ -59,7 +60,7 @@ std::string why_no_device(cudaError_t error) {
 
 }  // namespace
 
-std::unique_ptr<SurfaceExtractor> make_cuda_extractor(int index, ExtractStatus& status) {
+std::unique_ptr<Engine> make_cuda_engine(int index, EngineStatus& status) {
   int count = 0;
   cudaError_t error = cudaGetDeviceCount(&count);
   if (error != cudaSuccess || count == 0) {
@@ -82,8 +83,8 @@ std::unique_ptr<SurfaceExtractor> make_cuda_extractor(int index, ExtractStatus& 
       return nullptr;
     }
     status = {};
-    return std::make_unique<Extraction<CudaBackend>>(std::move(backend));
-  } catch (const ExtractFailure& failure) {
+    return std::make_unique<BackendEngine<CudaBackend>>(std::move(backend));
+  } catch (const EngineFailure& failure) {
     status = failure.status;
     return nullptr;
   }

@@ -1,10 +1,10 @@
-// Surface extraction: the sequence of all passes, written once for every backend.
+// BackendEngine: the sequence of all passes of the engine, written once for every backend.
 //
 // A backend gives: Team (how the threads that share one item work together: V, kParts, each,
 // each_group, group_sum, group_max, sync, scan, append, add); kManyRoots; for_each and for_teams;
 // scan; Buffer<T> with resize and fit; upload, download, output, deliver; start_frame,
 // everything_fitted, finish_frame. What it cannot do
-// (memory, a failing device) it throws as ExtractFailure or std::bad_alloc; both end here and leave
+// (memory, a failing device) it throws as EngineFailure or std::bad_alloc; both end here and leave
 // as a status.
 //
 // How many nodes, entries, vertices and triangles there are is known only to the passes: counts
@@ -26,8 +26,8 @@
 
 #include "bricks.h"
 #include "cubes.h"
+#include "engine.h"
 #include "expand_far_field.h"
-#include "extract_surface.h"
 #include "field.h"
 #include "interpolate_attributes.h"
 #include "mc_tables.h"
@@ -70,23 +70,23 @@ inline float length_of(const std::vector<Ball>& balls) {
   return std::ldexp(1.0f, exponent);
 }
 
-/// Buffers and passes of one extractor. Memory grows with the bricks at the surface.
+/// Buffers and passes of one engine. Memory grows with the bricks at the surface.
 template <class B>
-class Extraction final : public SurfaceExtractor {
+class BackendEngine final : public Engine {
  public:
-  explicit Extraction(B backend = B()) : backend_(std::move(backend)) {}
+  explicit BackendEngine(B backend = B()) : backend_(std::move(backend)) {}
 
-  ExtractStatus extract(const std::vector<Ball>& balls, const Grid& grid,
-                        const ExtractSettings& settings, Mesh& mesh) override {
-    ExtractStatus status = check_input(balls, settings);
-    if (status.code == ExtractCode::kOk) status = check_grid(grid);
-    if (status.code == ExtractCode::kOk && !balls.empty()) {
+  EngineStatus extract(const std::vector<Ball>& balls, const Grid& grid,
+                       const ExtractSettings& settings, Mesh& mesh) override {
+    EngineStatus status = check_input(balls, settings);
+    if (status.code == EngineCode::kOk) status = check_grid(grid);
+    if (status.code == EngineCode::kOk && !balls.empty()) {
       status = guarded([&] {
         with_field(balls, settings.field, [&](auto field) {
           extract_field<decltype(field)>(balls, grid, settings, mesh);
         });
       });
-      if (status.code == ExtractCode::kOk) return status;
+      if (status.code == EngineCode::kOk) return status;
     }
     mesh.positions.clear();
     mesh.normals.clear();
@@ -94,11 +94,11 @@ class Extraction final : public SurfaceExtractor {
     return status;
   }
 
-  ExtractStatus sample(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
-                       const ExtractSettings& settings, std::vector<float>& values) override {
+  EngineStatus sample(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
+                      const ExtractSettings& settings, std::vector<float>& values) override {
     values.assign(points.size(), 0.0f);
-    ExtractStatus status = check_input(balls, settings);
-    if (status.code != ExtractCode::kOk || balls.empty() || points.empty()) return status;
+    EngineStatus status = check_input(balls, settings);
+    if (status.code != EngineCode::kOk || balls.empty() || points.empty()) return status;
     return guarded([&] {
       with_field(balls, settings.field, [&](auto field) {
         sample_field<decltype(field)>(balls, points, settings, values);
@@ -106,9 +106,9 @@ class Extraction final : public SurfaceExtractor {
     });
   }
 
-  ExtractStatus move_balls(const std::shared_ptr<const BallPaths>& paths, const MotionState& moment,
-                           const std::vector<float>& eased_times,
-                           std::vector<Ball>& balls) override {
+  EngineStatus move_balls(const std::shared_ptr<const BallPaths>& paths, const MotionState& moment,
+                          const std::vector<float>& eased_times,
+                          std::vector<Ball>& balls) override {
     balls.clear();
     const std::size_t count = paths->balls.size(), parts = paths->parts.size();
     if (!eased_times.empty() && eased_times.size() != count) {
@@ -126,21 +126,21 @@ class Extraction final : public SurfaceExtractor {
     return guarded([&] { compute_moved_balls(paths, moment, eased_times, balls); });
   }
 
-  ExtractStatus interpolate_attributes(const std::vector<Ball>& balls,
-                                       const std::vector<BallAttribute>& carried,
-                                       const std::vector<Vec3>& points,
-                                       const ExtractSettings& settings,
-                                       std::vector<AttributeValues>& values) override {
+  EngineStatus interpolate_attributes(const std::vector<Ball>& balls,
+                                      const std::vector<BallAttribute>& carried,
+                                      const std::vector<Vec3>& points,
+                                      const ExtractSettings& settings,
+                                      std::vector<AttributeValues>& values) override {
     values.clear();
-    ExtractStatus status = check_input(balls, settings);
+    EngineStatus status = check_input(balls, settings);
     const std::size_t maps = balls.empty() ? 0 : carried.size() / balls.size();
-    if (status.code == ExtractCode::kOk && !points.empty() &&
+    if (status.code == EngineCode::kOk && !points.empty() &&
         (maps < 1 || maps > 2 || maps * balls.size() != carried.size())) {
       status =
           bad_input(std::to_string(carried.size()) + " values for " + std::to_string(balls.size()) +
                     " balls to carry (must be one or two for each), give each ball its own");
     }
-    if (status.code != ExtractCode::kOk || points.empty()) return status;
+    if (status.code != EngineCode::kOk || points.empty()) return status;
     return guarded([&] {
       values.resize(maps * points.size());
       with_field(balls, settings.field, [&](auto field) {
@@ -152,13 +152,13 @@ class Extraction final : public SurfaceExtractor {
     });
   }
 
-  ExtractStatus extract_between(const MorphSurface& between, const Grid& grid,
-                                const ExtractSettings& settings, Mesh& mesh) override {
-    ExtractStatus status = check_between(between, settings);
-    if (status.code == ExtractCode::kOk) status = check_grid(grid);
-    if (status.code == ExtractCode::kOk) {
+  EngineStatus extract_between(const MorphSurface& between, const Grid& grid,
+                               const ExtractSettings& settings, Mesh& mesh) override {
+    EngineStatus status = check_between(between, settings);
+    if (status.code == EngineCode::kOk) status = check_grid(grid);
+    if (status.code == EngineCode::kOk) {
       status = guarded([&] { extract_morph(between, grid, settings, mesh); });
-      if (status.code == ExtractCode::kOk) return status;
+      if (status.code == EngineCode::kOk) return status;
     }
     mesh.positions.clear();
     mesh.normals.clear();
@@ -166,12 +166,12 @@ class Extraction final : public SurfaceExtractor {
     return status;
   }
 
-  ExtractStatus regress(const std::shared_ptr<const Regression>& regression,
-                        const std::vector<Vec3>& points,
-                        std::vector<AttributeValues>& values) override {
+  EngineStatus regress(const std::shared_ptr<const Regression>& regression,
+                       const std::vector<Vec3>& points,
+                       std::vector<AttributeValues>& values) override {
     values.clear();
-    const ExtractStatus status = check_regression(*regression);
-    if (status.code != ExtractCode::kOk || points.empty()) return status;
+    const EngineStatus status = check_regression(*regression);
+    if (status.code != EngineCode::kOk || points.empty()) return status;
     return guarded([&] {
       const SmoothMap map = smooth_map(regression);
       const auto n = static_cast<std::int64_t>(points.size());
@@ -226,15 +226,15 @@ class Extraction final : public SurfaceExtractor {
   };
 
   template <class Passes>
-  ExtractStatus guarded(const Passes& passes) {
+  EngineStatus guarded(const Passes& passes) {
     try {
       backend_.start_frame(max_memory_);
       passes();
       backend_.finish_frame();
-    } catch (const ExtractFailure& failure) {
+    } catch (const EngineFailure& failure) {
       return failure.status;
     } catch (const std::bad_alloc&) {
-      return {ExtractCode::kOutOfMemory,
+      return {EngineCode::kOutOfMemory,
               "out of memory while extracting the surface (the grid needs more than this machine "
               "has), use a coarser grid"};
     }
@@ -426,9 +426,9 @@ class Extraction final : public SurfaceExtractor {
     } while (!backend_.everything_fitted(totals_view_, totals));
     const Offsets sizes = totals[kMaxLevels];
     if (sizes.first >= std::numeric_limits<std::uint32_t>::max()) {
-      throw ExtractFailure{{ExtractCode::kBadInput,
-                            "the surface would have " + std::to_string(sizes.first) +
-                                " vertices (more than 32-bit indices reach), use a coarser grid"}};
+      throw EngineFailure{{EngineCode::kBadInput,
+                           "the surface would have " + std::to_string(sizes.first) +
+                               " vertices (more than 32-bit indices reach), use a coarser grid"}};
     }
     if (!settings.download) return;
     backend_.download(mesh.positions, positions, sizes.first);

@@ -1,6 +1,6 @@
-// Marching cubes on a metaball field, on the CPU or with CUDA: the host interface of the kernels
-// (SurfaceExtractor). The passes themselves are in extract.h, once for both backends; what only a
-// device can fail at comes back as a status, not an exception.
+// Engine: marching cubes on metaball fields and distance fields, on the CPU or with CUDA. This is
+// the host interface of the kernels; the passes themselves are in backend_engine.h, once for both
+// backends. What only a device can fail at comes back as a status, not an exception.
 #pragma once
 
 #include <cstddef>
@@ -38,7 +38,7 @@ struct ExtractSettings {
   bool download = true;
 };
 
-enum class ExtractCode : std::uint8_t {
+enum class EngineCode : std::uint8_t {
   kOk,
   kBuiltWithout,
   kNoDevice,
@@ -47,8 +47,8 @@ enum class ExtractCode : std::uint8_t {
   kBadInput
 };
 
-struct ExtractStatus {
-  ExtractCode code = ExtractCode::kOk;
+struct EngineStatus {
+  EngineCode code = EngineCode::kOk;
   std::string message;  ///< what failed, why, and what to do; empty when ok
 };
 
@@ -59,9 +59,9 @@ struct PassTime {
 };
 
 /// Work buffers of one backend, kept between frames. Not shared between threads.
-class SurfaceExtractor {
+class Engine {
  public:
-  virtual ~SurfaceExtractor() = default;
+  virtual ~Engine() = default;
 
   /// Extracts the surface `field = iso` of the balls on `grid` into `mesh` (replaced).
   /// The mesh is closed, manifold and consistently oriented for any input; beyond the grid's border
@@ -72,23 +72,23 @@ class SurfaceExtractor {
   /// <= 0 or a shape that is not positive definite (but for kInverseSquare), settings out of range,
   /// or a grid with fewer than 2 or more than 2^20 points along an axis, or further from the origin
   /// than half a million cells (float cannot tell its points apart).
-  virtual ExtractStatus extract(const std::vector<Ball>& balls, const Grid& grid,
-                                const ExtractSettings& settings, Mesh& mesh) = 0;
+  virtual EngineStatus extract(const std::vector<Ball>& balls, const Grid& grid,
+                               const ExtractSettings& settings, Mesh& mesh) = 0;
 
   /// Field values at arbitrary points (no culling for kInverseSquare, `cutoff` culling for
   /// kGaussian): bit for bit what extract() compares with iso at a grid point, or, for
   /// kInverseSquare, on the same side of iso as that. `values` is resized to points.size().
-  virtual ExtractStatus sample(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
-                               const ExtractSettings& settings, std::vector<float>& values) = 0;
+  virtual EngineStatus sample(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
+                              const ExtractSettings& settings, std::vector<float>& values) = 0;
 
   /// Moves the balls to a moment of their paths: `balls` gets them (as many as paths), and they
   /// stay where the surface is made, so that the next extract(), sample() or
   /// interpolate_attributes() of the same balls need not bring them there. So do the paths: call
   /// with the same object frame by frame. `eased_times`: each ball's eased time, or empty where
   /// they share the moment's. kBadInput: `eased_times` of another size, a part that is not there.
-  virtual ExtractStatus move_balls(const std::shared_ptr<const BallPaths>& paths,
-                                   const MotionState& moment, const std::vector<float>& eased_times,
-                                   std::vector<Ball>& balls) = 0;
+  virtual EngineStatus move_balls(const std::shared_ptr<const BallPaths>& paths,
+                                  const MotionState& moment, const std::vector<float>& eased_times,
+                                  std::vector<Ball>& balls) = 0;
 
   /// What the balls carry to arbitrary points: the mean of their values there, weighted by each
   /// ball's share of the field (docs/method.md, Colour); balls with less than 1e-4 of the
@@ -96,24 +96,24 @@ class SurfaceExtractor {
   /// `carried`: one or two for each ball, ball by ball; `values` is resized to as many for each
   /// point. Fastest where neighbours stand together in `points`, as a mesh's vertices do. Of the
   /// settings only `field` matters. kBadInput as extract(), and where `carried` is of another size.
-  virtual ExtractStatus interpolate_attributes(const std::vector<Ball>& balls,
-                                               const std::vector<BallAttribute>& carried,
-                                               const std::vector<Vec3>& points,
-                                               const ExtractSettings& settings,
-                                               std::vector<AttributeValues>& values) = 0;
+  virtual EngineStatus interpolate_attributes(const std::vector<Ball>& balls,
+                                              const std::vector<BallAttribute>& carried,
+                                              const std::vector<Vec3>& points,
+                                              const ExtractSettings& settings,
+                                              std::vector<AttributeValues>& values) = 0;
 
   /// The surface between two objects, where their mixed distance is its share of the level;
   /// otherwise as extract(). Of the settings `field`, `iso`, `cutoff` and `influence` do not
   /// matter. Call with the same objects frame by frame: what is known of them stays where the
   /// surface is made. The regression's lattice must reach a node beyond the grid on every side.
-  virtual ExtractStatus extract_between(const MorphSurface& between, const Grid& grid,
-                                        const ExtractSettings& settings, Mesh& mesh) = 0;
+  virtual EngineStatus extract_between(const MorphSurface& between, const Grid& grid,
+                                       const ExtractSettings& settings, Mesh& mesh) = 0;
 
   /// The regression's values at points within its lattice: `maps` for each point. kBadInput: no
   /// samples, values of another size, a lattice of less than 4 nodes a side.
-  virtual ExtractStatus regress(const std::shared_ptr<const Regression>& regression,
-                                const std::vector<Vec3>& points,
-                                std::vector<AttributeValues>& values) = 0;
+  virtual EngineStatus regress(const std::shared_ptr<const Regression>& regression,
+                               const std::vector<Vec3>& points,
+                               std::vector<AttributeValues>& values) = 0;
 
   /// Bytes that work buffers and mesh may take from now on, of the machine (CPU) or of the device;
   /// 0 = no limit. A call that needs more ends with kOutOfMemory.
@@ -125,26 +125,10 @@ class SurfaceExtractor {
 };
 
 /// CPU backend; runs in the caller's TBB arena.
-std::unique_ptr<SurfaceExtractor> make_cpu_extractor();
+std::unique_ptr<Engine> make_cpu_engine();
 
 /// CUDA backend on device `index`. Null, with `status` saying why, when polymorph was built without
 /// CUDA or no such device answers.
-std::unique_ptr<SurfaceExtractor> make_cuda_extractor(int index, ExtractStatus& status);
-
-struct DeviceInfo {
-  int index = 0;
-  std::string name;
-  std::size_t memory_bytes = 0;
-  std::string capability;  ///< "9.0"
-};
-
-/// What `polymorph devices` lists. `built_with_cuda` false: no CUDA code in this program.
-struct DeviceList {
-  bool built_with_cuda = false;
-  std::string runtime;  ///< "CUDA 13.0", empty when built without
-  std::string driver;   ///< "580.65" or why there is none
-  std::vector<DeviceInfo> devices;
-};
-DeviceList list_cuda_devices();
+std::unique_ptr<Engine> make_cuda_engine(int index, EngineStatus& status);
 
 }  // namespace polymorph

@@ -1,10 +1,11 @@
-// The symbols of extract_cuda.cu in a build without CUDA.
-#include "extract_surface.h"
+// The symbols of engine_cuda.cu in a build without CUDA.
+#include "devices.h"
+#include "engine.h"
 
 namespace polymorph {
 
-std::unique_ptr<SurfaceExtractor> make_cuda_extractor(int, ExtractStatus& status) {
-  status = {ExtractCode::kBuiltWithout,
+std::unique_ptr<Engine> make_cuda_engine(int, EngineStatus& status) {
+  status = {EngineCode::kBuiltWithout,
             "this polymorph was built without CUDA (no nvcc was found or POLYMORPH_CUDA=OFF)"};
   return nullptr;
 }

@@ -1,0 +1,26 @@
+// CUDA devices of this machine.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace polymorph {
+
+struct DeviceInfo {
+  int index = 0;
+  std::string name;
+  std::size_t memory_bytes = 0;
+  std::string capability;  ///< "9.0"
+};
+
+/// What `polymorph devices` lists. `built_with_cuda` false: no CUDA code in this program.
+struct DeviceList {
+  bool built_with_cuda = false;
+  std::string runtime;  ///< "CUDA 13.0", empty when built without
+  std::string driver;   ///< "580.65" or why there is none
+  std::vector<DeviceInfo> devices;
+};
+DeviceList list_cuda_devices();
+
+}  // namespace polymorph
