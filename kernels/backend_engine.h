@@ -16,7 +16,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <memory>
 #include <new>
@@ -76,15 +75,15 @@ class BackendEngine final : public Engine {
  public:
   explicit BackendEngine(B backend = B()) : backend_(std::move(backend)) {}
 
-  EngineStatus extract(const std::vector<Ball>& balls, const Grid& grid,
-                       const ExtractSettings& settings, Mesh& mesh) override {
+  EngineStatus extract(const BallSet& set, const Grid& grid, const ExtractSettings& settings,
+                       Mesh& mesh) override {
+    const std::vector<Ball>& balls = set.balls();
     EngineStatus status = check_input(balls, settings);
     if (status.code == EngineCode::kOk) status = check_grid(grid);
     if (status.code == EngineCode::kOk && !balls.empty()) {
       status = guarded([&] {
-        with_field(balls, settings.field, [&](auto field) {
-          extract_field<decltype(field)>(balls, grid, settings, mesh);
-        });
+        with_field(balls, settings.field,
+                   [&](auto field) { extract_field<decltype(field)>(set, grid, settings, mesh); });
       });
       if (status.code == EngineCode::kOk) return status;
     }
@@ -94,22 +93,21 @@ class BackendEngine final : public Engine {
     return status;
   }
 
-  EngineStatus sample(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
+  EngineStatus sample(const BallSet& set, const std::vector<Vec3>& points,
                       const ExtractSettings& settings, std::vector<float>& values) override {
+    const std::vector<Ball>& balls = set.balls();
     values.assign(points.size(), 0.0f);
     EngineStatus status = check_input(balls, settings);
     if (status.code != EngineCode::kOk || balls.empty() || points.empty()) return status;
     return guarded([&] {
-      with_field(balls, settings.field, [&](auto field) {
-        sample_field<decltype(field)>(balls, points, settings, values);
-      });
+      with_field(balls, settings.field,
+                 [&](auto field) { sample_field<decltype(field)>(set, points, settings, values); });
     });
   }
 
   EngineStatus move_balls(const std::shared_ptr<const BallPaths>& paths, const MotionState& moment,
-                          const std::vector<float>& eased_times,
-                          std::vector<Ball>& balls) override {
-    balls.clear();
+                          const std::vector<float>& eased_times, BallSet& balls) override {
+    balls = {};
     const std::size_t count = paths->balls.size(), parts = paths->parts.size();
     if (!eased_times.empty() && eased_times.size() != count) {
       return bad_input(std::to_string(eased_times.size()) + " eased times for " +
@@ -126,11 +124,10 @@ class BackendEngine final : public Engine {
     return guarded([&] { compute_moved_balls(paths, moment, eased_times, balls); });
   }
 
-  EngineStatus interpolate_attributes(const std::vector<Ball>& balls,
-                                      const std::vector<BallAttribute>& carried,
-                                      const std::vector<Vec3>& points,
-                                      const ExtractSettings& settings,
-                                      std::vector<AttributeValues>& values) override {
+  EngineStatus interpolate(const BallSet& set, const std::vector<BallAttribute>& carried,
+                           const std::vector<Vec3>& points, const ExtractSettings& settings,
+                           std::vector<AttributeValues>& values) override {
+    const std::vector<Ball>& balls = set.balls();
     values.clear();
     EngineStatus status = check_input(balls, settings);
     const std::size_t maps = balls.empty() ? 0 : carried.size() / balls.size();
@@ -145,15 +142,15 @@ class BackendEngine final : public Engine {
       values.resize(maps * points.size());
       with_field(balls, settings.field, [&](auto field) {
         if (maps == 1)
-          interpolate_field<decltype(field), 1>(balls, carried, points, settings, values);
+          interpolate_field<decltype(field), 1>(set, carried, points, settings, values);
         if (maps == 2)
-          interpolate_field<decltype(field), 2>(balls, carried, points, settings, values);
+          interpolate_field<decltype(field), 2>(set, carried, points, settings, values);
       });
     });
   }
 
-  EngineStatus extract_between(const MorphSurface& between, const Grid& grid,
-                               const ExtractSettings& settings, Mesh& mesh) override {
+  EngineStatus extract(const MorphSurface& between, const Grid& grid,
+                       const ExtractSettings& settings, Mesh& mesh) override {
     EngineStatus status = check_between(between, settings);
     if (status.code == EngineCode::kOk) status = check_grid(grid);
     if (status.code == EngineCode::kOk) {
@@ -251,7 +248,7 @@ class BackendEngine final : public Engine {
   }
 
   void compute_moved_balls(const std::shared_ptr<const BallPaths>& paths, const MotionState& moment,
-                           const std::vector<float>& eased_times, std::vector<Ball>& balls) {
+                           const std::vector<float>& eased_times, BallSet& balls) {
     const auto sized = [&](auto& buffer, const auto& from) {
       return buffer.resize(backend_, static_cast<std::int64_t>(from.size()));
     };
@@ -268,32 +265,31 @@ class BackendEngine final : public Engine {
     backend_.upload(placed, places.data());
     const View<float> eased = sized(eased_, eased_times);
     if (!eased_times.empty()) backend_.upload(eased, eased_times.data());
-    uploaded_balls_.clear();
+    uploaded_balls_ = {};
     const View<Ball> moved = raw_balls_.resize(backend_, ways.size);
     backend_.for_each(ways.size, MoveBalls{ways, parts, placed, eased, moment, moved}, "step");
-    balls.resize(paths->balls.size());
-    backend_.download(balls.data(), moved);
-    uploaded_balls_ = balls;
+    std::vector<Ball> downloaded(paths->balls.size());
+    backend_.download(downloaded.data(), moved);
+    balls = uploaded_balls_ = BallSet(std::move(downloaded));
   }
 
   /// The balls in backend memory, where they may be already.
-  View<Ball> upload_if_changed(const std::vector<Ball>& balls) {
-    const View<Ball> raw = raw_balls_.resize(backend_, static_cast<std::int64_t>(balls.size()));
-    if (uploaded_balls_.size() != balls.size() ||
-        std::memcmp(uploaded_balls_.data(), balls.data(), balls.size() * sizeof(Ball)) != 0) {
-      uploaded_balls_.clear();
-      backend_.upload(raw, balls.data());
-      uploaded_balls_ = balls;
+  View<Ball> upload(const BallSet& set) {
+    const View<Ball> raw = raw_balls_.resize(backend_, static_cast<std::int64_t>(set.size()));
+    if (!uploaded_balls_.is(set)) {
+      uploaded_balls_ = {};
+      backend_.upload(raw, set.balls().data());
+      uploaded_balls_ = set;
     }
     return raw;
   }
 
   /// Prepares the balls, and the roots of a tree where it has levels.
   template <class F>
-  BallViews<F> prepare(const std::vector<Ball>& balls, const ExtractSettings& settings,
+  BallViews<F> prepare(const BallSet& balls, const ExtractSettings& settings,
                        const TreeShape& shape = {}) {
     const auto n = static_cast<std::int64_t>(balls.size());
-    const View<Ball> raw = upload_if_changed(balls);
+    const View<Ball> raw = upload(balls);
     BallViews<F> out;
     out.balls = prepared<F>(n);
     out.all_balls = all_balls_.resize(backend_, n);
@@ -309,7 +305,7 @@ class BackendEngine final : public Engine {
       count = {&totals_view_[static_cast<std::int64_t>(levels)], 1};
     }
     if constexpr (!F::kCompactSupport) {
-      scale.length = length_of(balls);
+      scale.length = length_of(balls.balls());
       if (roots > 0) out.far = far_[levels % 2].resize(backend_, roots);
       out.length = scale.length;
     }
@@ -321,7 +317,7 @@ class BackendEngine final : public Engine {
   }
 
   template <class F>
-  void sample_field(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
+  void sample_field(const BallSet& balls, const std::vector<Vec3>& points,
                     const ExtractSettings& settings, std::vector<float>& values) {
     const BallViews<F> in = prepare<F>(balls, settings);
     const auto n = static_cast<std::int64_t>(points.size());
@@ -335,7 +331,7 @@ class BackendEngine final : public Engine {
   }
 
   template <class F, int kMaps>
-  void interpolate_field(const std::vector<Ball>& balls, const std::vector<BallAttribute>& carried,
+  void interpolate_field(const BallSet& balls, const std::vector<BallAttribute>& carried,
                          const std::vector<Vec3>& points, const ExtractSettings& settings,
                          std::vector<AttributeValues>& values) {
     using Blend = InterpolateAttributes<F, V, kMaps>;
@@ -356,8 +352,8 @@ class BackendEngine final : public Engine {
   }
 
   template <class F>
-  void extract_field(const std::vector<Ball>& balls, const Grid& grid,
-                     const ExtractSettings& settings, Mesh& mesh) {
+  void extract_field(const BallSet& balls, const Grid& grid, const ExtractSettings& settings,
+                     Mesh& mesh) {
     const TreeShape shape = tree_shape(grid, B::kManyRoots && F::kCompactSupport);
     extract_bricks(grid, settings, mesh, [&](View<BrickTable> table) {
       const BallViews<F> in = prepare<F>(balls, settings, shape);
@@ -762,7 +758,7 @@ class BackendEngine final : public Engine {
   Buffer<float> eased_;
   std::shared_ptr<const BallPaths> uploaded_paths_;  ///< what paths_ and parts_ hold
   Buffer<Ball> raw_balls_;
-  std::vector<Ball> uploaded_balls_;  ///< what raw_balls_ holds; empty: nothing known
+  BallSet uploaded_balls_;  ///< what raw_balls_ holds; empty: nothing known
   Buffer<RoundBall> round_balls_;
   Buffer<EllipsoidBall> ellipsoids_;
   Buffer<std::uint32_t> all_balls_;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "ball_set.h"
 #include "mesh.h"
 #include "morph_surface.h"
 #include "motion.h"
@@ -72,23 +73,29 @@ class Engine {
   /// <= 0 or a shape that is not positive definite (but for kInverseSquare), settings out of range,
   /// or a grid with fewer than 2 or more than 2^20 points along an axis, or further from the origin
   /// than half a million cells (float cannot tell its points apart).
-  virtual EngineStatus extract(const std::vector<Ball>& balls, const Grid& grid,
+  virtual EngineStatus extract(const BallSet& balls, const Grid& grid,
+                               const ExtractSettings& settings, Mesh& mesh) = 0;
+
+  /// Extracts the surface between two objects, where their mixed distance is its share of the
+  /// level; otherwise as for balls. Of the settings `field`, `iso`, `cutoff` and `influence` do not
+  /// matter. Call with the same objects frame by frame: what is known of them stays where the
+  /// surface is made. The regression's lattice must reach a node beyond the grid on every side.
+  virtual EngineStatus extract(const MorphSurface& between, const Grid& grid,
                                const ExtractSettings& settings, Mesh& mesh) = 0;
 
   /// Field values at arbitrary points (no culling for kInverseSquare, `cutoff` culling for
   /// kGaussian): bit for bit what extract() compares with iso at a grid point, or, for
   /// kInverseSquare, on the same side of iso as that. `values` is resized to points.size().
-  virtual EngineStatus sample(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
+  virtual EngineStatus sample(const BallSet& balls, const std::vector<Vec3>& points,
                               const ExtractSettings& settings, std::vector<float>& values) = 0;
 
   /// Moves the balls to a moment of their paths: `balls` gets them (as many as paths), and they
-  /// stay where the surface is made, so that the next extract(), sample() or
-  /// interpolate_attributes() of the same balls need not bring them there. So do the paths: call
-  /// with the same object frame by frame. `eased_times`: each ball's eased time, or empty where
-  /// they share the moment's. kBadInput: `eased_times` of another size, a part that is not there.
+  /// stay where the surface is made. So do the paths: call with the same object frame by frame.
+  /// `eased_times`: each ball's eased time, or empty where they share the moment's. kBadInput:
+  /// `eased_times` of another size, a part that is not there.
   virtual EngineStatus move_balls(const std::shared_ptr<const BallPaths>& paths,
                                   const MotionState& moment, const std::vector<float>& eased_times,
-                                  std::vector<Ball>& balls) = 0;
+                                  BallSet& balls) = 0;
 
   /// What the balls carry to arbitrary points: the mean of their values there, weighted by each
   /// ball's share of the field (docs/method.md, Colour); balls with less than 1e-4 of the
@@ -96,18 +103,9 @@ class Engine {
   /// `carried`: one or two for each ball, ball by ball; `values` is resized to as many for each
   /// point. Fastest where neighbours stand together in `points`, as a mesh's vertices do. Of the
   /// settings only `field` matters. kBadInput as extract(), and where `carried` is of another size.
-  virtual EngineStatus interpolate_attributes(const std::vector<Ball>& balls,
-                                              const std::vector<BallAttribute>& carried,
-                                              const std::vector<Vec3>& points,
-                                              const ExtractSettings& settings,
-                                              std::vector<AttributeValues>& values) = 0;
-
-  /// The surface between two objects, where their mixed distance is its share of the level;
-  /// otherwise as extract(). Of the settings `field`, `iso`, `cutoff` and `influence` do not
-  /// matter. Call with the same objects frame by frame: what is known of them stays where the
-  /// surface is made. The regression's lattice must reach a node beyond the grid on every side.
-  virtual EngineStatus extract_between(const MorphSurface& between, const Grid& grid,
-                                       const ExtractSettings& settings, Mesh& mesh) = 0;
+  virtual EngineStatus interpolate(const BallSet& balls, const std::vector<BallAttribute>& carried,
+                                   const std::vector<Vec3>& points, const ExtractSettings& settings,
+                                   std::vector<AttributeValues>& values) = 0;
 
   /// The regression's values at points within its lattice: `maps` for each point. kBadInput: no
   /// samples, values of another size, a lattice of less than 4 nodes a side.

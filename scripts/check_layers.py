@@ -12,7 +12,7 @@ SUBFOLDERS = {"model": ["mesh", "query", "repair", "load"],
               "render": ["math", "rays", "lights", "materials", "path", "film"],
               "sequence": ["geometry", "golden"]}
 KERNEL_TYPES = {"kernels/types.h", "kernels/field_kinds.h", "kernels/host_device.h", "kernels/math.h", "kernels/linear.h", "kernels/motion.h", "kernels/mesh.h",
-                "kernels/devices.h", "kernels/engine.h", "kernels/morph_surface.h", "kernels/fork_join.h", "kernels/mc_tables.h",
+                "kernels/ball_set.h", "kernels/devices.h", "kernels/engine.h", "kernels/morph_surface.h", "kernels/fork_join.h", "kernels/mc_tables.h",
                 "kernels/floating_point.h", "kernels/morph_field.h", "kernels/distance_field.h"}
 ONLY_IN = {"embree3/": "src/render", "OpenImageIO/": "src/image/oiio", "CLI/": "src/cli", "meshoptimizer.h": "src/interchange", "assimp/": "src/model/assimp"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.M)

@@ -16,7 +16,7 @@ Mat3 inverse(const Mat3& a) {
 
 }  // namespace
 
-Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::vector<Ball>& balls,
+Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const BallSet& balls,
                      const std::vector<Vec3>& points, Engine& engine) {
   PM_CHECK(balls.size() == plan.pairs.size());
   const std::vector<float> progress = pair_progress(plan, time);

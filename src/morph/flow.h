@@ -21,7 +21,7 @@ struct Flow {
 /// level does to keep the volume. `balls` are those of balls_at(plan, time); any two times in
 /// [0, 1]; where `next` is `time` nothing moves. Errors: the engine's (surface/grid.h:
 /// to_status).
-Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::vector<Ball>& balls,
+Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const BallSet& balls,
                      const std::vector<Vec3>& points, Engine& engine);
 
 /// From what was carried to points: displacement and progress.

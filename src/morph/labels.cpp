@@ -69,7 +69,7 @@ LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
 }
 
 Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float time,
-                                                const std::vector<Ball>& balls,
+                                                const BallSet& balls,
                                                 const std::vector<Vec3>& points,
                                                 std::span<const std::uint32_t> from_names,
                                                 std::span<const std::uint32_t> to_names,

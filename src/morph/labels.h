@@ -40,7 +40,7 @@ LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
 /// belong together count as one, and the larger of them gives the name. `balls` are those of
 /// balls_at(plan, time). Errors: the engine's (surface/grid.h: to_status).
 Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float time,
-                                                const std::vector<Ball>& balls,
+                                                const BallSet& balls,
                                                 const std::vector<Vec3>& points,
                                                 std::span<const std::uint32_t> from_names,
                                                 std::span<const std::uint32_t> to_names,

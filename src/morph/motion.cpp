@@ -301,12 +301,14 @@ std::vector<Ball> balls_at(const MorphPlan& plan, float time) {
   return balls;
 }
 
-Result<std::vector<Ball>> balls_at(const MorphPlan& plan, float time, Engine& engine) {
-  std::vector<Ball> balls;
+Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine) {
+  BallSet balls;
   PM_TRY_STATUS(to_status(
       engine.move_balls(plan.paths, motion_state_of(plan, time), own_times(plan, time), balls)));
-  finish(plan, time, balls);
-  return balls;
+  if (!plan.graph) return balls;
+  std::vector<Ball> finished = balls.balls();
+  finish(plan, time, finished);
+  return BallSet(std::move(finished));
 }
 
 void carry_on(MorphPlan& plan, const MorphPlan& before, float until, double pace) {

@@ -29,7 +29,7 @@ std::vector<Ball> balls_at(const MorphPlan& plan, float time);
 
 /// The same balls, moved by the engine, where they stay for the surface. Errors: the engine's
 /// (surface/grid.h: to_status).
-Result<std::vector<Ball>> balls_at(const MorphPlan& plan, float time, Engine& engine);
+Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine);
 
 /// Makes a plan whose source is the balls of `before` at `until` go on with their velocity, which
 /// fades: its balls' centres leave with the velocity at which they came, whatever its easing, and

@@ -16,7 +16,7 @@ BallAttribute affine(Vec3 center, const Mat3& turn) {
 
 }  // namespace
 
-Result<PullBack> pull_back(const MorphPlan& plan, float time, const std::vector<Ball>& balls,
+Result<PullBack> pull_back(const MorphPlan& plan, float time, const BallSet& balls,
                            const std::vector<Vec3>& points, Engine& engine) {
   PM_CHECK(balls.size() == plan.pairs.size());
   const std::vector<PairFrame> frames = pair_frames(plan, time);

@@ -22,7 +22,7 @@ struct PullBack {
 /// those of balls_at(plan, time). At time 0 (1) X is the point itself, on the source (target)
 /// (docs/method.md, Colour).
 /// Errors: the engine's (surface/grid.h: to_status).
-Result<PullBack> pull_back(const MorphPlan& plan, float time, const std::vector<Ball>& balls,
+Result<PullBack> pull_back(const MorphPlan& plan, float time, const BallSet& balls,
                            const std::vector<Vec3>& points, Engine& engine);
 
 /// From what was carried to points, two quadruples each: the source's and the target's.

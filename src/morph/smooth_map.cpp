@@ -101,10 +101,10 @@ Grid lattice_over(const Box& box, float size) {
   return lattice;
 }
 
-Box box_around(const std::vector<Ball>& balls, float size) {
+Box box_around(const BallSet& balls, float size) {
   ExtractSettings settings;
   settings.cutoff = 0.1f;
-  const Box box = surface_bounds(balls, settings);
+  const Box box = surface_bounds(balls.balls(), settings);
   const float margin = kMargin * size;
   return {box.low - Vec3{margin, margin, margin}, box.high + Vec3{margin, margin, margin}};
 }
@@ -119,7 +119,7 @@ float mixing_progress(float u, float lead) {
 }
 
 std::vector<RegressionSample> samples_of(const MorphPlan& plan, const std::vector<float>& eased,
-                                         const std::vector<Ball>& balls, float size) {
+                                         const BallSet& balls, float size) {
   std::vector<RegressionSample> samples;
   for (std::size_t e = 0; e < balls.size(); ++e)
     samples.push_back({balls[e].center, std::max(static_cast<float>(plan.pairs[e].mass), 1e-6f),
@@ -141,7 +141,7 @@ void set_value(BallAttribute& carried, Vec3d value) {
 
 }  // namespace
 
-FrameMap frame_map(const MorphPlan& plan, float time, const std::vector<Ball>& balls, float size) {
+FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, float size) {
   PM_CHECK(balls.size() == plan.pairs.size() && size > 0);
   const std::vector<float> eased = eased_times(plan, time);
   FrameMap map;
@@ -183,7 +183,7 @@ FrameMap frame_map(const MorphPlan& plan, float time, const std::vector<Ball>& b
 
 Result<std::shared_ptr<const Regression>> with_shortfalls(const FrameMap& map,
                                                           const MorphPlan& plan,
-                                                          const std::vector<Ball>& balls,
+                                                          const BallSet& balls,
                                                           const DistanceGrid& from,
                                                           const DistanceGrid& to, Engine& engine) {
   // The regression takes peaks off.
@@ -228,10 +228,10 @@ Result<PullBack> pull_back(const FrameMap& map, const std::vector<Vec3>& points,
   return pull_back_of(values);
 }
 
-Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::vector<Ball>& balls,
+Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const BallSet& balls,
                      float size, const std::vector<Vec3>& points, Engine& engine) {
   const std::vector<float> eased = eased_times(plan, time), then = eased_times(plan, next);
-  const std::vector<Ball> later = next != time ? balls_at(plan, next) : balls;
+  const BallSet later = next != time ? BallSet(balls_at(plan, next)) : balls;
   auto regression = std::make_shared<Regression>();
   regression->samples = samples_of(plan, eased, balls, size);
   regression->lattice = lattice_over(box_around(balls, size), size);

@@ -29,7 +29,7 @@ struct FrameMap {
 /// (x
 /// - x_e)) / sum_e k_e, with p_e the ball that x_e comes from and F_e the turn and growth since
 /// then, undone; X_B likewise. At time 0 (1) X_A (X_B) is the identity exactly.
-FrameMap frame_map(const MorphPlan& plan, float time, const std::vector<Ball>& balls, float size);
+FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, float size);
 
 /// The map's regression with other level weights, for a level of -1: how far the field of both
 /// objects' distances would fall short, at each ball, of what the ball has around it at its ends.
@@ -37,7 +37,7 @@ FrameMap frame_map(const MorphPlan& plan, float time, const std::vector<Ball>& b
 /// instead of being torn. Errors: the engine's.
 Result<std::shared_ptr<const Regression>> with_shortfalls(const FrameMap& map,
                                                           const MorphPlan& plan,
-                                                          const std::vector<Ball>& balls,
+                                                          const BallSet& balls,
                                                           const DistanceGrid& from,
                                                           const DistanceGrid& to, Engine& engine);
 
@@ -50,7 +50,7 @@ std::vector<float> pair_leads(const MorphPlan& plan);
 Result<PullBack> pull_back(const FrameMap& map, const std::vector<Vec3>& points, Engine& engine);
 
 /// flow_at() by the map's kernels instead of the balls' shares. Errors: the engine's.
-Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const std::vector<Ball>& balls,
+Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const BallSet& balls,
                      float size, const std::vector<Vec3>& points, Engine& engine);
 
 }  // namespace polymorph

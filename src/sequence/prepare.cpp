@@ -189,7 +189,7 @@ Result<PreparedObject> object_in_flight(const PreparedScene& prepared, const Pre
   PreparedObject object;
   object.name = fmt::format("{} -> {} at {:.3g}", from.name, to.name, leg.until);
   object.meta = true;
-  object.balls = rescaled(moment.balls, leg.plan.kind, moment.iso);
+  object.balls = rescaled(moment.balls.balls(), leg.plan.kind, moment.iso);
   Mesh mesh = moment.surface;
   if (!leg.distance) {
     PM_TRY(mesh, extract_surface(engine, object.balls, actor.cell, prepared.extract));

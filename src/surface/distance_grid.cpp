@@ -61,7 +61,7 @@ class Builder {
     measure_near();
     if (thinnest_ > 0) smooth_thin_parts();
     close_border(out_);
-    bound_slopes();
+    bound_slopes(out_);
     return std::move(out_);
   }
   SmoothDistances smooth() { return {coarse_, std::move(smooth_)}; }
@@ -378,35 +378,6 @@ class Builder {
     pass(static_cast<std::size_t>(n.y), row_, n.z, layer_, row_);
   }
 
-  /// The largest gradient of the trilinear function: along each axis, within a cell, it lies
-  /// between those of the cell's edges.
-  void bound_slopes() {
-    const Int3 n = out_.grid.points;
-    std::vector<float> of_layer(static_cast<std::size_t>(n.z - 1), 0.0f);
-    parallel_for(n.z - 1, [&](std::int64_t layer) {
-      const auto z = static_cast<int>(layer);
-      float largest = 0;
-      for (int y = 0; y + 1 < n.y; ++y)
-        for (int x = 0; x + 1 < n.x; ++x) {
-          float c[8];
-          for (int i = 0; i < 8; ++i)
-            c[i] = out_.values[fine_index(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2))];
-          float square = 0;
-          for (int axis = 0; axis < 3; ++axis) {
-            float steepest = 0;
-            for (int i = 0; i < 8; ++i)
-              if (!(i >> axis & 1))
-                steepest = std::max(steepest, std::fabs(c[i | 1 << axis] - c[i]));
-            square += steepest * steepest;
-          }
-          largest = std::max(largest, square);
-        }
-      of_layer[static_cast<std::size_t>(layer)] = largest;
-    });
-    const float square = *std::max_element(of_layer.begin(), of_layer.end());
-    out_.lipschitz = std::max(1.0f, std::sqrt(square) / cell_);
-  }
-
   const Model& model_;
   const InsideTest& inside_;
   const ClosestPointQuery& closest_;
@@ -482,6 +453,35 @@ void close_border(DistanceGrid& distances) {
             x == 0 || y == 0 || z == 0 || x == n.x - 1 || y == n.y - 1 || z == n.z - 1;
         if (border) distances.values[i] = std::min(distances.values[i], -distances.grid.cell);
       }
+}
+
+void bound_slopes(DistanceGrid& distances) {
+  const Int3 n = distances.grid.points;
+  const auto row = static_cast<std::size_t>(n.x), layer_size = row * static_cast<std::size_t>(n.y);
+  std::vector<float> of_layer(static_cast<std::size_t>(n.z - 1), 0.0f);
+  parallel_for(n.z - 1, [&](std::int64_t z) {
+    float largest = 0;
+    for (int y = 0; y + 1 < n.y; ++y)
+      for (int x = 0; x + 1 < n.x; ++x) {
+        const float* low = distances.values.data() + static_cast<std::size_t>(x) +
+                           static_cast<std::size_t>(y) * row +
+                           static_cast<std::size_t>(z) * layer_size;
+        float c[8];
+        for (std::size_t i = 0; i < 8; ++i)
+          c[i] = low[(i & 1) + (i >> 1 & 1) * row + (i >> 2) * layer_size];
+        float square = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+          float steepest = 0;
+          for (int i = 0; i < 8; ++i)
+            if (!(i >> axis & 1)) steepest = std::max(steepest, std::fabs(c[i | 1 << axis] - c[i]));
+          square += steepest * steepest;
+        }
+        largest = std::max(largest, square);
+      }
+    of_layer[static_cast<std::size_t>(z)] = largest;
+  });
+  const float square = *std::max_element(of_layer.begin(), of_layer.end());
+  distances.lipschitz = std::max(1.0f, std::sqrt(square) / distances.grid.cell);
 }
 
 DistanceGrid signed_distances(const Model& model, const InsideTest& inside,

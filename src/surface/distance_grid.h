@@ -22,6 +22,9 @@ struct SmoothDistances {
 std::vector<float> spline_values(const SmoothDistances& smooth, const Grid& fine);
 /// Makes the points on the border outside, by a cell at least.
 void close_border(DistanceGrid& distances);
+/// Sets the Lipschitz constant: the largest gradient of the trilinear function, which along each
+/// axis, within a cell, lies between those of the cell's edges.
+void bound_slopes(DistanceGrid& distances);
 
 /// The radius of the thinnest part of a model that all cells of its surface see, in cells: what
 /// signed_distances() is given as `thinnest`.

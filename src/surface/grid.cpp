@@ -75,45 +75,52 @@ Result<Grid> fit_grid(const Box& box, float cell) {
               {static_cast<int>(nx), static_cast<int>(ny), static_cast<int>(nz)}};
 }
 
-Result<Mesh> extract_surface(Engine& engine, const std::vector<Ball>& balls, float cell,
+Box box_of(const Grid& grid) {
+  return {grid.origin, grid_point(grid, {grid.points.x - 1, grid.points.y - 1, grid.points.z - 1})};
+}
+
+Result<Mesh> extract_surface(Engine& engine, const BallSet& balls, float cell,
                              const ExtractSettings& settings) {
   Mesh mesh;
-  const Box box = surface_bounds(balls, settings);
+  const Box box = surface_bounds(balls.balls(), settings);
   if (box.empty()) return mesh;
   PM_TRY(const Grid grid, fit_grid(box, cell));
   PM_TRY_STATUS(to_status(engine.extract(balls, grid, settings, mesh)));
   return mesh;
 }
 
-Result<Mesh> extract_between(Engine& engine, const MorphSurface& between, const Box& box,
+Result<Mesh> extract_surface(Engine& engine, const MorphSurface& between, const Box& box,
                              float cell, const ExtractSettings& settings) {
   Mesh mesh;
   PM_TRY(const Grid grid, fit_grid(box, cell));
-  PM_TRY_STATUS(to_status(engine.extract_between(between, grid, settings, mesh)));
+  PM_TRY_STATUS(to_status(engine.extract(between, grid, settings, mesh)));
   return mesh;
 }
 
-Result<Mesh> extract_distances(Engine& engine, const std::shared_ptr<const DistanceGrid>& object,
-                               float cell, const ExtractSettings& settings) {
-  // Between the object and itself, along the identity.
-  const Grid& grid = object->grid;
-  const Box box{grid.origin,
-                grid_point(grid, {grid.points.x - 1, grid.points.y - 1, grid.points.z - 1})};
+std::shared_ptr<const Regression> still_map(const Box& box, float progress) {
   auto map = std::make_shared<Regression>();
   map->maps = 2;
   map->samples = {{box.center(), 1, box.diagonal()}};
   map->values.resize(2);
+  map->values[0].value[3] = progress;
   map->lattice = {box.low - box.size(), box.diagonal(), {6, 6, 6}};
-  return extract_between(engine, {map, object, object, 1, 1, 0}, box, cell, settings);
+  return map;
+}
+
+Result<Mesh> extract_distances(Engine& engine, const std::shared_ptr<const DistanceGrid>& object,
+                               float cell, const ExtractSettings& settings) {
+  // Between the object and itself.
+  const Box box = box_of(object->grid);
+  return extract_surface(engine, {still_map(box, 0), object, object, 1, 1, 0}, box, cell, settings);
 }
 
 Result<std::vector<AttributeValues>> interpolate_attributes(
-    Engine& engine, const std::vector<Ball>& balls, FieldKind kind,
-    const std::vector<BallAttribute>& carried, const std::vector<Vec3>& points) {
+    Engine& engine, const BallSet& balls, FieldKind kind, const std::vector<BallAttribute>& carried,
+    const std::vector<Vec3>& points) {
   ExtractSettings settings;
   settings.field = kind;
   std::vector<AttributeValues> values;
-  PM_TRY_STATUS(to_status(engine.interpolate_attributes(balls, carried, points, settings, values)));
+  PM_TRY_STATUS(to_status(engine.interpolate(balls, carried, points, settings, values)));
   return values;
 }
 

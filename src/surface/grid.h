@@ -22,23 +22,27 @@ Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settin
 /// (kResource): more than 2^40 points.
 Result<Grid> fit_grid(const Box& box, float cell);
 
+Box box_of(const Grid& grid);
+
 /// The surface field = iso of the balls, on cells of edge `cell`. No balls or none visible: an
 /// empty mesh. Errors: kResource (device or memory), kInput (NaN in the balls).
-Result<Mesh> extract_surface(Engine& engine, const std::vector<Ball>& balls, float cell,
+Result<Mesh> extract_surface(Engine& engine, const BallSet& balls, float cell,
                              const ExtractSettings& settings);
 
-/// The surface between two objects, within `box`. Errors: as
-/// extract_surface().
-Result<Mesh> extract_between(Engine& engine, const MorphSurface& between, const Box& box,
+/// The surface between two objects, within `box`, on cells of edge `cell`. Errors: likewise.
+Result<Mesh> extract_surface(Engine& engine, const MorphSurface& between, const Box& box,
                              float cell, const ExtractSettings& settings);
+
+/// The map of a MorphSurface whose objects stand still in `box` and are mixed alike everywhere.
+std::shared_ptr<const Regression> still_map(const Box& box, float progress);
 
 /// The surface of one object's distances. Errors: as extract_surface().
 Result<Mesh> extract_distances(Engine& engine, const std::shared_ptr<const DistanceGrid>& object,
                                float cell, const ExtractSettings& settings);
 
-/// What the balls carry to points (Engine::blend). Errors: as extract_surface().
+/// What the balls carry to points (Engine::interpolate). Errors: as extract_surface().
 Result<std::vector<AttributeValues>> interpolate_attributes(
-    Engine& engine, const std::vector<Ball>& balls, FieldKind kind,
-    const std::vector<BallAttribute>& carried, const std::vector<Vec3>& points);
+    Engine& engine, const BallSet& balls, FieldKind kind, const std::vector<BallAttribute>& carried,
+    const std::vector<Vec3>& points);
 
 }  // namespace polymorph

@@ -13,7 +13,7 @@
 namespace polymorph {
 namespace {
 
-Result<std::vector<float>> field_at_centers(Engine& engine, const std::vector<Ball>& balls,
+Result<std::vector<float>> field_at_centers(Engine& engine, const BallSet& balls,
                                             const ExtractSettings& settings) {
   std::vector<Vec3> centers;
   for (const Ball& ball : balls) centers.push_back(ball.center);
@@ -24,7 +24,7 @@ Result<std::vector<float>> field_at_centers(Engine& engine, const std::vector<Ba
 
 }  // namespace
 
-Result<float> iso_for_volume(Engine& engine, const std::vector<Ball>& balls, float cell,
+Result<float> iso_for_volume(Engine& engine, const BallSet& balls, float cell,
                              const ExtractSettings& settings, double volume, float start) {
   PM_CHECK(volume > 0 && start > 0);
   // Volume falls as ln iso rises. Steps that double find a bracket; then false position with
@@ -78,7 +78,7 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, con
   LevelSurface nearest;
   const auto extract = [&](double at, float edge) {
     between.level = static_cast<float>(at);
-    return extract_between(engine, between, box, edge, settings);
+    return extract_surface(engine, between, box, edge, settings);
   };
   /// The level at which cells of this edge show the wanted volume, from `level` on.
   const auto search = [&](float edge) -> Status {
@@ -141,8 +141,7 @@ std::vector<Ball> grown(std::vector<Ball> balls, FieldKind kind, float growth, f
   return balls;
 }
 
-Result<float> field_maximum(Engine& engine, const std::vector<Ball>& balls,
-                            const ExtractSettings& settings) {
+Result<float> field_maximum(Engine& engine, const BallSet& balls, const ExtractSettings& settings) {
   PM_TRY(const std::vector<float> values, field_at_centers(engine, balls, settings));
   return values.empty() ? 0.0f : *std::max_element(values.begin(), values.end());
 }

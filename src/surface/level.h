@@ -12,7 +12,7 @@ namespace polymorph {
 /// The iso at which the surface encloses `volume`, found on meshes of cells of edge `cell`, to 0.2
 /// % of the volume; where cells are too coarse for that, the level that came nearest. `start` is
 /// tried first. Errors as extract_surface().
-Result<float> iso_for_volume(Engine& engine, const std::vector<Ball>& balls, float cell,
+Result<float> iso_for_volume(Engine& engine, const BallSet& balls, float cell,
                              const ExtractSettings& settings, double volume, float start = 1);
 
 /// A surface between two objects, and the level at which it lies.
@@ -35,8 +35,7 @@ std::vector<Ball> rescaled(std::vector<Ball> balls, FieldKind kind, float iso);
 std::vector<Ball> grown(std::vector<Ball> balls, FieldKind kind, float growth, float field_maximum);
 
 /// The largest field value at the balls' own centres.
-Result<float> field_maximum(Engine& engine, const std::vector<Ball>& balls,
-                            const ExtractSettings& settings);
+Result<float> field_maximum(Engine& engine, const BallSet& balls, const ExtractSettings& settings);
 
 /// Gaussian balls with strengths chosen so that the field is nearly the same at every centre: the
 /// middle of a handle then stands as firm as the middle of the body, and smooth (small) blobbiness

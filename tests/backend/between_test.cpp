@@ -16,7 +16,7 @@ class BetweenTest : public SurfaceTest {
   Mesh between(const MorphSurface& surface, const Grid& grid,
                const ExtractSettings& settings = {}) {
     Mesh mesh;
-    const EngineStatus status = engine_->extract_between(surface, grid, settings, mesh);
+    const EngineStatus status = engine_->extract(surface, grid, settings, mesh);
     EXPECT_EQ(status.code, EngineCode::kOk) << status.message;
     return mesh;
   }
@@ -182,7 +182,7 @@ TEST_P(BetweenTest, RefusesWhatItCannotMakeASurfaceOf) {
   const Grid grid = cube_grid(21, 1.5f);
   Mesh mesh;
   const auto code = [&](const MorphSurface& surface) {
-    return engine_->extract_between(surface, grid, {}, mesh).code;
+    return engine_->extract(surface, grid, {}, mesh).code;
   };
   const auto object = sphere_distances(1);
   EXPECT_EQ(code({nullptr, object, object, 1, 1, 0}), EngineCode::kBadInput);

@@ -64,8 +64,7 @@ class SharesTest : public SurfaceTest {
     ExtractSettings settings;
     settings.field = field;
     std::vector<AttributeValues> values;
-    const EngineStatus status =
-        engine_->interpolate_attributes(balls, carried, points, settings, values);
+    const EngineStatus status = engine_->interpolate(balls, carried, points, settings, values);
     EXPECT_EQ(status.code, EngineCode::kOk) << status.message;
     return values;
   }
@@ -150,21 +149,18 @@ TEST_P(SharesTest, refuses_what_does_not_fit_the_balls) {
   const std::vector<Ball> balls = random_balls(3, FieldKind::kGaussian, 1);
   std::vector<AttributeValues> values(5);
   for (const std::size_t count : {0u, 2u, 4u, 9u}) {
-    const EngineStatus status = engine_->interpolate_attributes(
-        balls, std::vector<BallAttribute>(count), {Vec3{}}, {}, values);
+    const EngineStatus status =
+        engine_->interpolate(balls, std::vector<BallAttribute>(count), {Vec3{}}, {}, values);
     EXPECT_EQ(status.code, EngineCode::kBadInput) << count;
     EXPECT_NE(status.message.find("3 balls"), std::string::npos) << status.message;
     EXPECT_TRUE(values.empty());
   }
-  EXPECT_EQ(
-      engine_->interpolate_attributes(balls, std::vector<BallAttribute>(3), {}, {}, values).code,
-      EngineCode::kOk);
+  EXPECT_EQ(engine_->interpolate(balls, std::vector<BallAttribute>(3), {}, {}, values).code,
+            EngineCode::kOk);
   std::vector<Ball> bad = balls;
   bad[1].w = NAN;
-  EXPECT_EQ(
-      engine_->interpolate_attributes(bad, std::vector<BallAttribute>(3), {Vec3{}}, {}, values)
-          .code,
-      EngineCode::kBadInput);
+  EXPECT_EQ(engine_->interpolate(bad, std::vector<BallAttribute>(3), {Vec3{}}, {}, values).code,
+            EngineCode::kBadInput);
 }
 
 PM_EVERY_BACKEND(SharesTest);

@@ -102,15 +102,16 @@ std::vector<MotionState> some_moments() {
   return moments;
 }
 
-bool same_balls(const std::vector<Ball>& a, const std::vector<Ball>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Ball)) == 0;
+bool same_balls(const BallSet& a, const BallSet& b) {
+  return a.size() == b.size() &&
+         std::memcmp(a.balls().data(), b.balls().data(), a.size() * sizeof(Ball)) == 0;
 }
 
 class MotionTest : public SurfaceTest {
  protected:
-  std::vector<Ball> step(const std::shared_ptr<const BallPaths>& paths, const MotionState& moment,
-                         const std::vector<float>& own = {}) {
-    std::vector<Ball> balls;
+  BallSet step(const std::shared_ptr<const BallPaths>& paths, const MotionState& moment,
+               const std::vector<float>& own = {}) {
+    BallSet balls;
     const EngineStatus status = engine_->move_balls(paths, moment, own, balls);
     EXPECT_EQ(status.code, EngineCode::kOk) << status.message;
     return balls;
@@ -147,11 +148,11 @@ TEST_P(MotionTest, ends_are_the_balls_themselves_and_sizes_go_between) {
   auto paths = std::make_shared<BallPaths>(*some_paths(50));
   for (BallPath& path : paths->balls) path.drift = {};
   MotionState moment;
-  const std::vector<Ball> first = step(paths, moment);
+  const BallSet first = step(paths, moment);
   moment.time = moment.eased = 1;
-  const std::vector<Ball> last = step(paths, moment);
+  const BallSet last = step(paths, moment);
   moment.time = moment.eased = 0.5f;
-  const std::vector<Ball> middle = step(paths, moment);
+  const BallSet middle = step(paths, moment);
   for (std::size_t e = 0; e < 50; ++e) {
     const BallPath& path = paths->balls[e];
     EXPECT_TRUE(same_balls({first[e]}, {path.start}));
@@ -168,7 +169,7 @@ TEST_P(MotionTest, a_surface_is_that_of_the_balls_given) {
   const auto paths = some_paths(60);
   const auto fresh = make_cpu_engine();
   const Grid grid = cube_grid(60, 4);
-  const auto expect_own_surface = [&](const std::vector<Ball>& balls) {
+  const auto expect_own_surface = [&](const BallSet& balls) {
     Mesh wanted;
     ASSERT_EQ(fresh->extract(balls, grid, {}, wanted).code, EngineCode::kOk);
     ASSERT_FALSE(wanted.triangles.empty());
@@ -176,15 +177,18 @@ TEST_P(MotionTest, a_surface_is_that_of_the_balls_given) {
   };
   MotionState moment;
   moment.time = moment.eased = 0.3f;
-  std::vector<Ball> balls = step(paths, moment);
+  const BallSet balls = step(paths, moment);
   expect_own_surface(balls);
-  balls[7].center.x += 0.25f;
+  std::vector<Ball> changed = balls.balls();
+  changed[7].center.x += 0.25f;
+  const BallSet others_of_that_size = changed;
+  expect_own_surface(others_of_that_size);
   expect_own_surface(balls);
-  const std::vector<Ball> moved = step(paths, moment);
-  expect_own_surface(balls);
+  const BallSet moved = step(paths, moment);
+  expect_own_surface(others_of_that_size);
   expect_own_surface(moved);
-  balls.resize(50);
-  expect_own_surface(balls);
+  changed.resize(50);
+  expect_own_surface(changed);
   const auto others = some_paths(30);
   EXPECT_EQ(step(others, moment).size(), 30u);
   EXPECT_TRUE(same_balls(step(paths, moment), moved));
@@ -192,7 +196,7 @@ TEST_P(MotionTest, a_surface_is_that_of_the_balls_given) {
 
 TEST_P(MotionTest, refuses_what_does_not_fit_the_paths) {
   const auto paths = some_paths(5);
-  std::vector<Ball> balls;
+  BallSet balls;
   EXPECT_EQ(engine_->move_balls(paths, {}, {0.5f, 0.5f}, balls).code, EngineCode::kBadInput);
   BallPaths wrong = *paths;
   wrong.balls[3].part = 3;

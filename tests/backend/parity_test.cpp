@@ -49,8 +49,7 @@ std::vector<AttributeValues> blended(Engine& engine, const std::vector<Ball>& ba
   ExtractSettings settings;
   settings.field = field;
   std::vector<AttributeValues> values;
-  const EngineStatus status =
-      engine.interpolate_attributes(balls, carried, points, settings, values);
+  const EngineStatus status = engine.interpolate(balls, carried, points, settings, values);
   EXPECT_EQ(status.code, EngineCode::kOk) << status.message;
   EXPECT_EQ(values.size(), 2 * points.size());
   return values;
@@ -109,8 +108,8 @@ void expect_same_between(Engine& a, Engine& b) {
     ExtractSettings settings;
     settings.refine_steps = 2;
     Mesh one, other;
-    ASSERT_EQ(a.extract_between(at.surface, at.grid, settings, one).code, EngineCode::kOk);
-    ASSERT_EQ(b.extract_between(at.surface, at.grid, settings, other).code, EngineCode::kOk);
+    ASSERT_EQ(a.extract(at.surface, at.grid, settings, one).code, EngineCode::kOk);
+    ASSERT_EQ(b.extract(at.surface, at.grid, settings, other).code, EngineCode::kOk);
     ASSERT_FALSE(one.triangles.empty());
     expect_same_mesh(one, other);
     std::vector<AttributeValues> values, others;

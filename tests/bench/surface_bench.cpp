@@ -108,7 +108,7 @@ void extract_between(benchmark::State& state, Backend backend, int samples, int 
   Mesh mesh;
   for (auto _ : state) {
     surface.map = std::make_shared<const Regression>(map);  // a frame's own
-    status = engine->extract_between(surface, grid, {}, mesh);
+    status = engine->extract(surface, grid, {}, mesh);
     if (status.code != EngineCode::kOk) {
       state.SkipWithError(status.message.c_str());
       return;

@@ -43,15 +43,14 @@ class SurfaceTest : public testing::TestWithParam<Backend> {
     PM_SKIP_WITHOUT(engine_, status);
   }
 
-  Mesh extract(const std::vector<Ball>& balls, const Grid& grid,
-               const ExtractSettings& settings = {}) {
+  Mesh extract(const BallSet& balls, const Grid& grid, const ExtractSettings& settings = {}) {
     Mesh mesh;
     const EngineStatus status = engine_->extract(balls, grid, settings, mesh);
     EXPECT_EQ(status.code, EngineCode::kOk) << status.message;
     return mesh;
   }
 
-  std::vector<float> sample(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
+  std::vector<float> sample(const BallSet& balls, const std::vector<Vec3>& points,
                             const ExtractSettings& settings = {}) {
     std::vector<float> values;
     const EngineStatus status = engine_->sample(balls, points, settings, values);

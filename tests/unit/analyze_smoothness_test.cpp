@@ -17,7 +17,7 @@ namespace {
 
 Mesh sphere(float radius) {
   const auto engine = make_cpu_engine();
-  return extract_surface(*engine, {ball_at({}, radius)}, 0.1f, {}).value();
+  return extract_surface(*engine, BallSet{ball_at({}, radius)}, 0.1f, {}).value();
 }
 
 /// With a square plate of no thickness that sticks out of it.

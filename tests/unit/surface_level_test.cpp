@@ -100,30 +100,30 @@ TEST(IsoForVolume, TakesFewSurfacesEvenNextToAVanishingOne) {
   struct Counting : Engine {
     std::unique_ptr<Engine> inner = make_cpu_engine();
     int calls = 0;
-    EngineStatus extract(const std::vector<Ball>& balls, const Grid& grid,
+    EngineStatus extract(const BallSet& balls, const Grid& grid,
                          const ExtractSettings& settings, Mesh& mesh) override {
       ++calls;
       return inner->extract(balls, grid, settings, mesh);
     }
-    EngineStatus sample(const std::vector<Ball>& balls, const std::vector<Vec3>& points,
+    EngineStatus sample(const BallSet& balls, const std::vector<Vec3>& points,
                         const ExtractSettings& settings, std::vector<float>& values) override {
       return inner->sample(balls, points, settings, values);
     }
     EngineStatus move_balls(const std::shared_ptr<const BallPaths>& paths,
                             const MotionState& moment, const std::vector<float>& own,
-                            std::vector<Ball>& balls) override {
+                            BallSet& balls) override {
       return inner->move_balls(paths, moment, own, balls);
     }
-    EngineStatus interpolate_attributes(const std::vector<Ball>& balls,
+    EngineStatus interpolate(const BallSet& balls,
                                         const std::vector<BallAttribute>& carried,
                                         const std::vector<Vec3>& points,
                                         const ExtractSettings& settings,
                                         std::vector<AttributeValues>& values) override {
-      return inner->interpolate_attributes(balls, carried, points, settings, values);
+      return inner->interpolate(balls, carried, points, settings, values);
     }
-    EngineStatus extract_between(const MorphSurface& between, const Grid& grid,
+    EngineStatus extract(const MorphSurface& between, const Grid& grid,
                                  const ExtractSettings& settings, Mesh& mesh) override {
-      return inner->extract_between(between, grid, settings, mesh);
+      return inner->extract(between, grid, settings, mesh);
     }
     EngineStatus regress(const std::shared_ptr<const Regression>& regression,
                          const std::vector<Vec3>& points,

@@ -108,21 +108,20 @@ Result<BallFile> bench_balls(const BenchOptions& options) {
   return BallFile{kind, torus_balls(options.balls, kind)};
 }
 
-Status extract_once(Engine& engine, const std::vector<Ball>& balls, const Grid& grid,
+Status extract_once(Engine& engine, const BallSet& balls, const Grid& grid,
                     const ExtractSettings& settings, Mesh& mesh) {
   return to_status(engine.extract(balls, grid, settings, mesh));
 }
 
 /// What a frame's colours need: eight values of each ball, carried to the surface's vertices.
-Status bench_carry(const BenchOptions& options, const std::string& name,
-                   const std::vector<Ball>& balls, const ExtractSettings& settings, Engine& engine,
-                   const Mesh& mesh, nlohmann::ordered_json& rows) {
+Status bench_carry(const BenchOptions& options, const std::string& name, const BallSet& balls,
+                   const ExtractSettings& settings, Engine& engine, const Mesh& mesh,
+                   nlohmann::ordered_json& rows) {
   std::vector<BallAttribute> carried(2 * balls.size());
   for (std::size_t i = 0; i < carried.size(); ++i) carried[i].value[0] = static_cast<float>(i);
   std::vector<AttributeValues> values;
   PM_TRY(const Timing timing, time_it(options.repeats, [&] {
-           return to_status(
-               engine.interpolate_attributes(balls, carried, mesh.positions, settings, values));
+           return to_status(engine.interpolate(balls, carried, mesh.positions, settings, values));
          }));
   const double bytes = static_cast<double>(mesh.positions.size()) * (12 + 32);
   auto row = report_row(options, name + ", carry", timing,
@@ -141,14 +140,14 @@ Status bench_carry(const BenchOptions& options, const std::string& name,
 Status bench_surface(const BenchOptions& options, const std::string& device, Engine& engine,
                      Mesh& mesh, nlohmann::ordered_json& rows) {
   PM_TRY(const BallFile file, bench_balls(options));
-  const std::vector<Ball>& balls = file.balls;
+  const BallSet balls = file.balls;
   ExtractSettings settings;
   settings.field = file.kind;
   Box box;
   for (const Ball& ball : balls) box = extend(box, ball.center);
   Grid grid = bench_grid(options.grid);
   if (!options.ball_file.empty()) {
-    box = surface_bounds(balls, settings);
+    box = surface_bounds(balls.balls(), settings);
     const Vec3 size = box.high - box.low;
     PM_TRY(grid, fit_grid(box, std::max({size.x, size.y, size.z}) /
                                    static_cast<float>(options.grid - 1)));
@@ -200,7 +199,7 @@ Status bench_surface(const BenchOptions& options, const std::string& device, Eng
 /// influence in whole cells; and what the interpolation costs in accuracy.
 Status bench_table(const BenchOptions& options, Engine& engine, nlohmann::ordered_json& rows) {
   PM_TRY(const BallFile file, bench_balls(options));
-  const std::vector<Ball>& balls = file.balls;
+  const BallSet balls = file.balls;
   ExtractSettings settings;
   settings.field = file.kind;
   if (!options.json.wanted)
@@ -235,7 +234,7 @@ Status bench_table(const BenchOptions& options, Engine& engine, nlohmann::ordere
 /// The report's Graph 6.1: the same surfaces on the CPU and on the GPU, where there is one.
 Status bench_graph(const BenchOptions& options, nlohmann::ordered_json& rows) {
   PM_TRY(const BallFile file, bench_balls(options));
-  const std::vector<Ball>& balls = file.balls;
+  const BallSet balls = file.balls;
   ExtractSettings settings;
   settings.field = file.kind;
   EngineStatus status;

@@ -58,7 +58,7 @@ Status write_balls(const PreparedScene& prepared, const FrameGeometry& geometry,
   const FieldKind kind = prepared.scene.field.kind;
   std::vector<Ball> balls;
   for (const ActorGeometry& actor : geometry.actors) {
-    const std::vector<Ball> own = rescaled(actor.balls, kind, actor.iso);
+    const std::vector<Ball> own = rescaled(actor.balls.balls(), kind, actor.iso);
     balls.insert(balls.end(), own.begin(), own.end());
   }
   if (balls.empty()) log_info("frame {}: only the model shows, no balls", geometry.frame);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "kernels/ball_set.h"
 #include "kernels/mesh.h"
 #include "kernels/types.h"
 #include "model/query/transfer.h"
@@ -24,7 +25,7 @@ struct ObjectLayer {
 /// One actor at one moment.
 struct ActorGeometry {
   MorphState moment;
-  std::vector<Ball> balls;  ///< empty while only a model shows
+  BallSet balls;  ///< empty while only a model shows
   float iso = 1;
   FrameMap map;          ///< of the balls, where the leg is made of distances; else no regression
   MorphSurface between;  ///< the field of such a leg's surface, its level included

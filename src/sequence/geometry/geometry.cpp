@@ -47,10 +47,12 @@ Result<ActorGeometry> model_at(const PreparedScene& prepared, const PreparedActo
     return geometry;
   }
   switch (object.boundary) {
-    case BoundaryMethod::kBlend:
-      geometry.surface = blend_surface(object.blend, object.model, *object.closest, way);
+    case BoundaryMethod::kBlend: {
+      PM_TRY(geometry.surface, blend_surface(object.blend, object.model, *object.closest, way,
+                                             prepared.extract, engine));
       add_own_layer();
       return geometry;
+    }
     case BoundaryMethod::kProject: {
       MovingMesh mesh = projected_mesh(object.model, object.projection, way);
       geometry.points = std::move(mesh.points);
@@ -64,9 +66,9 @@ Result<ActorGeometry> model_at(const PreparedScene& prepared, const PreparedActo
   }
   if (moment.boundary > 0)
     geometry.points = shrunk_points(object.model, object.shrink_targets, moment.boundary);
-  PM_TRY(std::vector<Ball> balls, balls_at(leg_of(actor, moment.leg).plan, moment.time, engine));
+  PM_TRY(const BallSet balls, balls_at(leg_of(actor, moment.leg).plan, moment.time, engine));
   geometry.balls =
-      grown(std::move(balls), prepared.scene.field.kind, moment.growth, object.field_maximum);
+      grown(balls.balls(), prepared.scene.field.kind, moment.growth, object.field_maximum);
   PM_TRY(geometry.surface, extract_surface(engine, geometry.balls, actor.cell, prepared.extract));
   add_own_layer();
   return geometry;

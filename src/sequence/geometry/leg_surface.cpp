@@ -50,11 +50,11 @@ Result<ActorGeometry> balls_on_way(const PreparedScene& prepared, const Prepared
 }
 
 FrameMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
-                const std::vector<Ball>& balls) {
+                const BallSet& balls) {
   return frame_map(leg.plan, time, balls, size_at(actor, leg, progress_at(leg.plan, time)));
 }
 
-Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const std::vector<Ball>& balls,
+Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const BallSet& balls,
                              const FrameMap& map, const std::vector<Vec3>& points, Engine& engine) {
   if (leg.distance) return pull_back(map, points, engine);
   return pull_back(leg.plan, time, balls, points, engine);
@@ -88,7 +88,7 @@ Result<SurfaceBetween> surface_between(const PreparedActor& actor, const Prepare
                                       *to.distances.grid, engine));
     field.level = -1;
   }
-  PM_TRY(surface.mesh, extract_between(engine, field, map.box, cell, extract));
+  PM_TRY(surface.mesh, extract_surface(engine, field, map.box, cell, extract));
   return surface;
 }
 

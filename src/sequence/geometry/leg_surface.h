@@ -30,11 +30,11 @@ double min_component_share_of(const PreparedActor& actor, const PreparedLeg& leg
 
 /// The map of a leg that is made of distances, when its balls are `balls`.
 FrameMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
-                const std::vector<Ball>& balls);
+                const BallSet& balls);
 
 /// Where points of a leg's moving surface come from and go to; `map` is the map_at() of a leg that
 /// is made of distances, and not looked at for others. Errors: the engine's.
-Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const std::vector<Ball>& balls,
+Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const BallSet& balls,
                              const FrameMap& map, const std::vector<Vec3>& points, Engine& engine);
 
 /// The surface of a leg that is made of distances, and the field whose zero it is.

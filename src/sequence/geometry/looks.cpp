@@ -96,16 +96,16 @@ Status blend_end_normals(const PreparedActor& actor, const PreparedLeg& leg, Eng
   return Ok{};
 }
 
-Status transfer_looks(const PreparedActor& actor, std::size_t leg, float time,
-                      const std::vector<Ball>& balls, const FrameMap& map,
-                      const std::vector<Vec3>& points, Engine& engine, ActorGeometry& geometry) {
+Status transfer_looks(const PreparedActor& actor, std::size_t leg, float time, const BallSet& balls,
+                      const FrameMap& map, const std::vector<Vec3>& points, Engine& engine,
+                      ActorGeometry& geometry) {
   const PreparedLeg& way = actor.legs[leg];
   PM_TRY(const PullBack pulled, pulled_back(way, time, balls, map, points, engine));
   // Balls in flight had the look that the leg before them had made of its objects by then.
   const bool was_in_flight = leg > 0 && actor.legs[leg - 1].until < 1;
   if (was_in_flight) {
     const PreparedLeg& before = actor.legs[leg - 1];
-    const std::vector<Ball> then = balls_at(before.plan, before.until);
+    const BallSet then = balls_at(before.plan, before.until);
     const FrameMap map_then =
         before.distance ? map_at(actor, before, before.until, then) : FrameMap{};
     PM_TRY_STATUS(transfer_looks(actor, leg - 1, before.until, then, map_then, pulled.source,

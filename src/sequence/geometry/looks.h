@@ -32,8 +32,8 @@ Status blend_end_normals(const PreparedActor& actor, const PreparedLeg& leg, Eng
 
 /// Adds the layers and colours of a leg's moving surface to `geometry`: what the points `points`
 /// come from, as it was there, and over it what they go to. Errors: the engine's.
-Status transfer_looks(const PreparedActor& actor, std::size_t leg, float time,
-                      const std::vector<Ball>& balls, const FrameMap& map,
-                      const std::vector<Vec3>& points, Engine& engine, ActorGeometry& geometry);
+Status transfer_looks(const PreparedActor& actor, std::size_t leg, float time, const BallSet& balls,
+                      const FrameMap& map, const std::vector<Vec3>& points, Engine& engine,
+                      ActorGeometry& geometry);
 
 }  // namespace polymorph

@@ -49,7 +49,7 @@ std::vector<float> key_times(const PreparedActor& actor, int leg) {
 /// Where each ball's surroundings come from and go to, as a regression that is read by the balls'
 /// shares.
 std::shared_ptr<const Regression> ball_map(const MorphPlan& plan, float time,
-                                           const std::vector<Ball>& balls) {
+                                           const BallSet& balls) {
   auto map = std::make_shared<Regression>();
   map->maps = 2;
   map->sloped = true;
@@ -77,7 +77,7 @@ Result<PlayKey> key_at(const PreparedScene& prepared, const PreparedActor& actor
   PlayKey key;
   key.time = time;
   key.progress = std::clamp(progress_at(leg.plan, time), 0.0f, 1.0f);
-  key.balls = rescaled(geometry.balls, leg.plan.kind, geometry.iso);
+  key.balls = rescaled(geometry.balls.balls(), leg.plan.kind, geometry.iso);
   if (leg.distance) {
     key.between = std::move(geometry.between);
     key.box = geometry.map.box;
