@@ -63,8 +63,9 @@ async frames => {
 }"""
 
 
-def browse(page, script, argument, dark=False):
-    """What `script`, an async function in JavaScript, returns in the page; and the paths that were asked for."""
+def browse(page, script, argument, dark=False, window="640,560", on_mark=None):
+    """What `script`, an async function in JavaScript, returns in the page; and the paths that were asked for. What it posts to
+    /mark calls `on_mark` with the browser's process id."""
     runner = f"""<script>(async () => {{
   let result;
   try {{
@@ -89,10 +90,15 @@ def browse(page, script, argument, dark=False):
                 self.wfile.write((page + runner).encode())
 
         def do_POST(self):
-            answers.append(json.loads(self.rfile.read(int(self.headers["Content-Length"]))))
+            body = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+            if self.path == "/mark":
+                on_mark(browser.pid)
+            else:
+                answers.append(body)
             self.send_response(200)
             self.end_headers()
-            done.set()
+            if self.path == "/done":
+                done.set()
 
         def log_message(self, *_):
             pass
@@ -100,7 +106,7 @@ def browse(page, script, argument, dark=False):
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-        options = ["--headless=new", "--no-sandbox", "--no-first-run", "--disable-background-networking", "--window-size=640,560",
+        options = ["--headless=new", "--no-sandbox", "--no-first-run", "--disable-background-networking", f"--window-size={window}",
                    f"--user-data-dir={profile}", *SOFTWARE_GL, *(["--force-dark-mode", "--blink-settings=preferredColorScheme=0"] if dark else [])]
         browser = subprocess.Popen([CHROMIUM, *options, f"http://127.0.0.1:{server.server_port}/"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         came = done.wait(600)
