@@ -121,8 +121,16 @@ class Interop(unittest.TestCase):
             counts = mesh.GetFaceVertexCountsAttr().Get(frame)
             self.assertTrue(UsdGeom.Mesh.ValidateTopology(indices, counts, len(points))[0])
             corners = len(indices)
-            smooth = mesh.GetNormalsInterpolation() == "vertex"
-            self.assertEqual(len(mesh.GetNormalsAttr().Get(frame)), len(points) if smooth else corners)
+            normals = primvars.GetPrimvar("normals")  # where a frame's corners have their own
+            if normals.HasValue():
+                self.assertEqual(normals.GetInterpolation(), "faceVarying")
+                flat = np.array(normals.ComputeFlattened(frame))
+                self.assertEqual(len(flat), corners)
+            else:
+                self.assertEqual(mesh.GetNormalsInterpolation(), "vertex")
+                flat = np.array(mesh.GetNormalsAttr().Get(frame))
+                self.assertEqual(len(flat), len(points))
+            self.assertLess(np.abs(np.linalg.norm(flat, axis=1) - 1).max(), 1e-4)
             self.assertEqual(len(mesh.GetVelocitiesAttr().Get(frame)), len(points))
             self.assertEqual(len(primvars.GetPrimvar("displayColor").Get(frame)), len(points))
             self.assertEqual(len(primvars.GetPrimvar("label").Get(frame)), len(points))

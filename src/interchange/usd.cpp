@@ -143,8 +143,8 @@ std::string quoted(const std::vector<std::string>& texts) {
 /// A Mesh in the making.
 struct ActorSamples {
   std::string name;
-  TimeSamples extent, counts, indices, points, normals, velocities, colors, uvs, uv_indices, labels,
-      roughness, metallic;
+  TimeSamples extent, counts, indices, points, normals, normal_indices, velocities, colors, uvs,
+      uv_indices, labels, roughness, metallic;
   std::vector<TimeSamples> subsets;  ///< faces of each material of the catalogue
 };
 
@@ -203,27 +203,19 @@ class UsdWriter : public SurfaceWriter {
   std::vector<std::unique_ptr<std::string>> texts_;  ///< that sources refer to
 };
 
-std::vector<Vec3> normals_of(const SurfaceFrame& surface, bool at_corners) {
-  if (!at_corners) return surface.normals;
-  if (!surface.corner_normals.empty() || surface.normals.empty()) return surface.corner_normals;
-  std::vector<Vec3> normals;
-  for (const Triangle& t : surface.triangles)
-    for (const std::uint32_t v : t.v) normals.push_back(surface.normals[v]);
-  return normals;
-}
-
 /// The distinct ones among the corners of each point, and each corner's index into them.
-void index_uvs(const SurfaceFrame& surface, std::vector<Vec2>& values,
-               std::vector<std::uint32_t>& indices) {
+template <class T>
+void index_corners(const SurfaceFrame& surface, const std::vector<T>& corners,
+                   std::vector<T>& values, std::vector<std::uint32_t>& indices) {
   constexpr std::uint32_t kNone = 0xffffffffu;
   std::vector<std::uint32_t> first(surface.positions.size(), kNone), next;
-  for (std::size_t c = 0; c < surface.corner_uvs.size(); ++c) {
+  for (std::size_t c = 0; c < corners.size(); ++c) {
     const std::uint32_t point = surface.triangles[c / 3].v[c % 3];
     std::uint32_t at = first[point];
-    while (at != kNone && !(values[at] == surface.corner_uvs[c])) at = next[at];
+    while (at != kNone && !(values[at] == corners[c])) at = next[at];
     if (at == kNone) {
       at = static_cast<std::uint32_t>(values.size());
-      values.push_back(surface.corner_uvs[c]);
+      values.push_back(corners[c]);
       next.push_back(first[point]);
       first[point] = at;
     }
@@ -245,16 +237,27 @@ Status UsdWriter::add_actor(int frame, const SurfaceFrame& surface, ActorSamples
   const std::vector<int> counts(surface.triangles.size(), 3);
   PM_TRY_STATUS(actor.extent.add(frame, exact(std::vector<Vec3>{low, high}), spool_));
   PM_TRY_STATUS(actor.counts.add(frame, exact(counts), spool_));
-  PM_TRY_STATUS(actor.indices.add(frame, exact(indices), spool_));
+  const std::string points_of_corners = exact(indices);
+  PM_TRY_STATUS(actor.indices.add(frame, points_of_corners, spool_));
   PM_TRY_STATUS(actor.points.add(frame, exact(surface.positions), spool_));
-  PM_TRY_STATUS(
-      actor.normals.add(frame, rounded(normals_of(surface, sequence_.has_corner_normals)), spool_));
+  if (surface.corner_normals.empty()) {
+    PM_TRY_STATUS(actor.normals.add(frame, rounded(surface.normals), spool_));
+    if (sequence_.has_corner_normals)
+      PM_TRY_STATUS(actor.normal_indices.add(
+          frame, surface.normals.empty() ? "[]" : points_of_corners, spool_));
+  } else {
+    std::vector<Vec3> normals;
+    std::vector<std::uint32_t> normal_indices;
+    index_corners(surface, surface.corner_normals, normals, normal_indices);
+    PM_TRY_STATUS(actor.normals.add(frame, rounded(normals), spool_));
+    PM_TRY_STATUS(actor.normal_indices.add(frame, exact(normal_indices), spool_));
+  }
   PM_TRY_STATUS(actor.velocities.add(frame, rounded(velocities), spool_));
   PM_TRY_STATUS(actor.colors.add(frame, rounded(surface.colors), spool_));
   PM_TRY_STATUS(actor.labels.add(frame, exact(surface.labels), spool_));
   std::vector<Vec2> uvs;
   std::vector<std::uint32_t> uv_indices;
-  index_uvs(surface, uvs, uv_indices);
+  index_corners(surface, surface.corner_uvs, uvs, uv_indices);
   // What has none gets one, for a primvar must fit its faces at all times.
   if (uvs.empty()) {
     uvs.emplace_back();
@@ -409,8 +412,13 @@ void UsdWriter::add_mesh(std::size_t index, std::vector<ByteSource>& parts) {
   put("int[]", "faceVertexCounts", "", actor.counts);
   put("int[]", "faceVertexIndices", "", actor.indices);
   put("point3f[]", "points", "", actor.points);
-  put("normal3f[]", "normals", sequence_.has_corner_normals ? "faceVarying" : "vertex",
-      actor.normals);
+  // Corners name their normals: most frames are smooth, and have one a point.
+  if (sequence_.has_corner_normals) {
+    put("normal3f[]", "primvars:normals", "faceVarying", actor.normals);
+    put("int[]", "primvars:normals:indices", "", actor.normal_indices);
+  } else {
+    put("normal3f[]", "normals", "vertex", actor.normals);
+  }
   put("vector3f[]", "velocities", "", actor.velocities);
   put("color3f[]", "primvars:displayColor", "vertex", actor.colors);
   put("texCoord2f[]", "primvars:st", "faceVarying", actor.uvs);
@@ -435,8 +443,8 @@ void UsdWriter::add_mesh(std::size_t index, std::vector<ByteSource>& parts) {
 Status UsdWriter::end_runs() {
   for (ActorSamples& a : actors_) {
     for (TimeSamples* samples :
-         {&a.extent, &a.counts, &a.indices, &a.points, &a.normals, &a.velocities, &a.colors, &a.uvs,
-          &a.uv_indices, &a.labels, &a.roughness, &a.metallic})
+         {&a.extent, &a.counts, &a.indices, &a.points, &a.normals, &a.normal_indices, &a.velocities,
+          &a.colors, &a.uvs, &a.uv_indices, &a.labels, &a.roughness, &a.metallic})
       PM_TRY_STATUS(samples->end_run(spool_));
     for (TimeSamples& samples : a.subsets) PM_TRY_STATUS(samples.end_run(spool_));
   }
