@@ -56,7 +56,7 @@ async frames => {
   key('End'); result.end = frame();
   const before = P.orbit.azimuth; key('ArrowLeft', {shiftKey: true}); result.turned = P.orbit.azimuth - before;
   key('Home'); key(' ');
-  for (let i = 0; i < 300 && !(frame() > 1); ++i) await new Promise(r => setTimeout(r, 100));  // however slow it is
+  for (let i = 0; i < 3000 && !(frame() > 1); ++i) await new Promise(r => setTimeout(r, 100));  // however slow it is
   result.played = frame(); key(' ');
   result.missing = P.surfaces.all - P.surfaces.meshes.size;
   return result;
@@ -106,12 +106,16 @@ def browse(page, script, argument, dark=False, window="640,560", on_mark=None):
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-        options = ["--headless=new", "--no-sandbox", "--no-first-run", "--disable-background-networking", f"--window-size={window}",
+        options = ["--headless=new", "--no-sandbox", "--no-first-run", "--disable-background-networking", "--disable-gpu-watchdog", f"--window-size={window}",
                    f"--user-data-dir={profile}", *SOFTWARE_GL, *(["--force-dark-mode", "--blink-settings=preferredColorScheme=0"] if dark else [])]
         browser = subprocess.Popen([CHROMIUM, *options, f"http://127.0.0.1:{server.server_port}/"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         came = done.wait(600)
         browser.terminate()
-        browser.wait()
+        try:
+            browser.wait(60)
+        except subprocess.TimeoutExpired:
+            browser.kill()
+            browser.wait()
     server.shutdown()
     server.server_close()
     if not came:

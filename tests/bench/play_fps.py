@@ -17,9 +17,9 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 import play_test  # noqa: E402
 
-# Runs in the page. Frames are those that the browser asks for. What a frame takes is the time between two of them; of that, `script`
-# is this page's own, `raster` is the wait until the GPU has drawn (a pixel read back, in frames of their own after playing), and
-# the rest is the browser's: it composes the window. `first` is the same while surfaces are still being made.
+# Runs in the page. Frames are those that the page drew; it draws each moment once, however often the browser asks (`asked`). `script` is
+# what the page itself takes for a frame and `raster` the wait until it is drawn (a pixel read back, in frames of their own after
+# playing); what is left of the processor time is the browser's: it composes the window.
 MEASURE = """
 async seconds => {
   const P = polymorph, gl = document.getElementById('view').getContext('webgl2'), sleep = ms => new Promise(r => setTimeout(r, ms));
@@ -27,13 +27,12 @@ async seconds => {
   const begun = performance.now();
   /// Plays so long, or until `until` says so.
   const play = (ms, until) => new Promise(done => {
-    const shown = new Set(), start = performance.now(); let last, frames = 0, gaps = [];
+    const start = performance.now(), {drawn, played} = P.stats; let last, gaps = [];
     const tick = now => {
-      shown.add(document.getElementById('frame').textContent);
-      if (last !== undefined) { gaps.push(now - last); ++frames; }
+      if (last !== undefined) gaps.push(now - last);
       last = now;
       if (now - start < ms && !(until && until())) requestAnimationFrame(tick);
-      else done({fps: gaps.length ? 1000 * frames / gaps.reduce((a, b) => a + b) : 0, gap: median(gaps), frames, moments: shown.size});
+      else done({fps: (P.stats.drawn - drawn) / (P.stats.played - played), asked: 1000 * gaps.length / (now - start), frames: P.stats.drawn - drawn});
     };
     requestAnimationFrame(tick);
   });
@@ -60,7 +59,7 @@ async seconds => {
     const c = performance.now();
     script.push(b - a); raster.push(c - b);
   }
-  return {first: first.fps, ready, fps: steady.fps, frames: steady.frames, moments: steady.moments, gap: steady.gap, script: median(script), raster: median(raster),
+  return {first: first.fps, ready, fps: steady.fps, frames: steady.frames, asked: steady.asked, moments: P.surfaces.per_frame * P.morph.data.fps, script: median(script), raster: median(raster),
     scale, width: size[0], height: size[1], surfaces: P.surfaces.all};
 }"""
 
@@ -107,12 +106,10 @@ def main():
     print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
     for page, rounds in results.items():
         r = {key: statistics.median(one[key] for one in rounds) for key in rounds[0]}
-        rest = max(0.0, r["gap"] - r["script"] - r["raster"])
-        print(f"{page.name}: {r['fps']:.1f} frames a second ({min(one['fps'] for one in rounds):.1f} to {max(one['fps'] for one in rounds):.1f}), "
-              f"{r['first']:.1f} while {r['surfaces']:.0f} surfaces are made, in {r['ready']:.1f} s")
-        print(f"  {r['width']:.0f} x {r['height']:.0f} pixels (scale {r['scale']:.2f}); a frame takes {r['gap']:.1f} ms: script and upload {r['script']:.1f}, "
-              f"drawing {r['raster']:.1f}, the browser {rest:.1f}")
-        print(f"  processor time of a frame: {r['all_ms']:.1f} ms, of which the page's process {r['page_ms']:.1f}, the drawing process {r['gpu_ms']:.1f}")
+        print(f"{page.name}: {r['fps']:.1f} frames a second ({min(one['fps'] for one in rounds):.1f} to {max(one['fps'] for one in rounds):.1f}) of {r['moments']:.0f}, "
+              f"asked for {r['asked']:.1f}; {r['first']:.1f} while {r['surfaces']:.0f} surfaces are made, in {r['ready']:.1f} s")
+        print(f"  {r['width']:.0f} x {r['height']:.0f} pixels (scale {r['scale']:.2f}); one frame alone: script {r['script']:.1f} ms, drawing {r['raster']:.1f} ms")
+        print(f"  processor time of a frame in play: {r['all_ms']:.1f} ms: the page's process {r['page_ms']:.1f}, the drawing process {r['gpu_ms']:.1f}")
 
 
 if __name__ == "__main__":
