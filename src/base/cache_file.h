@@ -25,7 +25,9 @@ struct CacheKind {
 inline constexpr CacheKind kSphereFiles = {"spheres", ".spheres", "polymorph spheres\n", 2};
 inline constexpr CacheKind kDistanceFiles = {"distances", ".distances", "polymorph distances\n", 1};
 inline constexpr CacheKind kPacingFiles = {"paces", ".pacing", "polymorph pacing\n", 1};
-inline constexpr const CacheKind* kCacheKinds[] = {&kSphereFiles, &kDistanceFiles, &kPacingFiles};
+inline constexpr CacheKind kPlanFiles = {"plans", ".plan", "polymorph plan\n", 1};
+inline constexpr const CacheKind* kCacheKinds[] = {&kSphereFiles, &kDistanceFiles, &kPacingFiles,
+                                                   &kPlanFiles};
 
 std::filesystem::path cache_path(const std::filesystem::path& folder, const std::string& key,
                                  const CacheKind& kind);

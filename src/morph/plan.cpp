@@ -15,6 +15,7 @@
 #include "morph/cost.h"
 #include "morph/mass.h"
 #include "morph/motion.h"
+#include "morph/plan_cache.h"
 #include "morph/transport.h"
 
 namespace polymorph {
@@ -303,10 +304,30 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
   return turns ? fit_rotation(unturned, sides.b, flows_of(plan.pairs), found.axis) : rotation;
 }
 
+/// Masses, pairs and turn, found or from the cache.
+Mat3 correspond(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
+                const PlanSettings& settings, const std::filesystem::path& cache) {
+  const std::string key =
+      cache.empty() ? std::string{} : correspondence_key(from, to, plan.kind, settings);
+  if (!cache.empty())
+    if (auto kept = load_correspondence(cache, key, from, to)) {
+      plan.from_masses = std::move(kept->from_masses);
+      plan.to_masses = std::move(kept->to_masses);
+      plan.pairs = std::move(kept->pairs);
+      return kept->rotation;
+    }
+  plan.from_masses = ball_masses(plan.from, plan.kind);
+  plan.to_masses = ball_masses(plan.to, plan.kind);
+  const Mat3 rotation = find_pairs(plan, from, to, settings);
+  if (!cache.empty())
+    store_correspondence(cache, key, {plan.from_masses, plan.to_masses, plan.pairs, rotation});
+  return rotation;
+}
+
 }  // namespace
 
 MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSettings& settings,
-                     const MotionSettings& motion) {
+                     const MotionSettings& motion, const std::filesystem::path& cache) {
   PM_CHECK(!from.balls.empty() && !to.balls.empty());
   PM_CHECK(from.landmarks.size() == to.landmarks.size());
   const bool swap = is_less(to, from);
@@ -317,9 +338,7 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
   plan.to = to.balls;
   plan.from_labels = from.labels;
   plan.to_labels = to.labels;
-  plan.from_masses = ball_masses(plan.from, plan.kind);
-  plan.to_masses = ball_masses(plan.to, plan.kind);
-  const Mat3 rotation = find_pairs(plan, from, to, settings);
+  const Mat3 rotation = correspond(plan, from, to, settings, cache);
   std::sort(plan.pairs.begin(), plan.pairs.end(), [](const Pair& a, const Pair& b) {
     return std::pair(a.from, a.to) < std::pair(b.from, b.to);
   });

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <vector>
 
@@ -74,8 +75,9 @@ struct MorphPlan {
 };
 
 /// Both ball lists must not be empty. Deterministic; `index` also depends on the seed. The plan
-/// from `to` to `from` is this one's mirror image.
+/// from `to` to `from` is this one's mirror image. Pairs and turn are kept in the folder `cache`
+/// (morph/plan_cache.h); empty: they are not.
 MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSettings& settings,
-                     const MotionSettings& motion = {});
+                     const MotionSettings& motion = {}, const std::filesystem::path& cache = {});
 
 }  // namespace polymorph

@@ -254,7 +254,7 @@ Status make_legs(PreparedActor& actor, const ActorSettings& settings, const Prep
     const Activity activity("planning " + actor.objects[source].name + " -> " +
                             actor.objects[i + 1].name);
     MorphPlan plan = plan_morph(std::move(from), std::move(to), prepared.scene.field.kind,
-                                settings.plan, leg.motion);
+                                settings.plan, leg.motion, cache);
     if (leg.distance) plan.leads = pair_leads(plan);
     log_rotation_of(plan, actor.objects[source].name, actor.objects[i + 1].name);
     actor.legs.push_back({source, i + 1, std::move(plan), leg.distance, leg.until});

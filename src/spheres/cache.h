@@ -38,9 +38,9 @@ struct CacheEntry {
   std::string problem;      ///< verify_cache() only; empty = sound
 };
 
-/// The files of this program in `folder`, in order of name: regular files *.spheres, *.distances
-/// and *.pacing that begin with our magic (links are not followed, nothing else is touched). No
-/// folder: none. A folder that cannot be read is one warning.
+/// The files of this program in `folder`, in order of name: regular files *.spheres,
+/// *.distances, *.pacing and *.plan that begin with our magic (links are not followed, nothing else
+/// is touched). No folder: none. A folder that cannot be read is one warning.
 std::vector<CacheEntry> list_cache(const std::filesystem::path& folder);
 
 /// list_cache(), with every file read and checked.

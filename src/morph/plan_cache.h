@@ -1,0 +1,32 @@
+// Correspondences in the disk cache: what takes a plan's time.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "morph/plan.h"
+
+namespace polymorph {
+
+/// What of a plan depends on its sides and settings alone, and is slow to find.
+struct Correspondence {
+  std::vector<double> from_masses, to_masses;  ///< of the balls, as in MorphPlan
+  std::vector<Pair> pairs;
+  Mat3 rotation;  ///< that `from` is turned by
+};
+
+/// Everything that a correspondence depends on.
+std::string correspondence_key(const PlanSide& from, const PlanSide& to, FieldKind kind,
+                               const PlanSettings& settings);
+
+/// The one of these sides that is kept in `folder` under this key, to the bit; nothing where none
+/// is, or one that does not fit its sides.
+std::optional<Correspondence> load_correspondence(const std::filesystem::path& folder,
+                                                  const std::string& key, const PlanSide& from,
+                                                  const PlanSide& to);
+void store_correspondence(const std::filesystem::path& folder, const std::string& key,
+                          const Correspondence& found);
+
+}  // namespace polymorph
