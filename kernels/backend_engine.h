@@ -211,7 +211,7 @@ class BackendEngine final : public Engine {
   struct BrickViews {
     Tree tree;
     const std::int64_t* count = nullptr;
-    std::int64_t capacity = 0;  ///< bricks that every view below has room for
+    std::int64_t capacity = 0;  ///< bricks that every view below can hold
     View<Node> nodes;
     View<std::uint32_t> entries;
     View<FarField> far;
@@ -494,7 +494,7 @@ class BackendEngine final : public Engine {
       const View<std::uint32_t> child_entries =
           child_entries_.fit(backend_, count, kChildren, guess / 4 + 1);
       const View<Offsets> first = first_.fit(backend_, count, 1, guess / 4 + 1);
-      // One pass may have more room than the next; none goes beyond what all have.
+      // The buffers of the passes differ in capacity; none is used beyond the smallest.
       std::int64_t capacity =
           std::min({parents.size, sums.size, child_entries.size / kChildren, first.size});
       if constexpr (!F::kCompactSupport) capacity = std::min(capacity, far.size);
@@ -533,7 +533,7 @@ class BackendEngine final : public Engine {
     return out;
   }
 
-  /// Makes room for what is known of each brick.
+  /// Allocates what is known of each brick.
   void fit_bricks(const Grid& grid, BrickViews& bricks) {
     const std::int64_t guess = brick_guess(grid);
     bricks.values = values_.fit(backend_, bricks.count, kBrickValues, guess);
@@ -652,7 +652,7 @@ class BackendEngine final : public Engine {
     return out;
   }
 
-  /// The largest factor by which a map stretches: all of them are turns and growths.
+  /// The largest factor by which a map stretches: all of them are rotations and scalings.
   static float norm_of(const AffineMap& map) {
     float largest = 0;
     for (const Vec3 row : map.rows) largest = std::max(largest, length(row));

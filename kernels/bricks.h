@@ -386,7 +386,7 @@ struct SampleBricks : CountBricks {
 
   /// How far the value of a point can be from iso with the exact value, rounded as well, on the
   /// other side: the polynomial's error, and rounding of both sums. These have all balls / 4 terms
-  /// or less, whose absolute values add up to iso there and twice what is against it.
+  /// or less, whose absolute values add up to iso there and twice the size of the negative ones.
   PM_HD float error_bound(const FarField& field) const {
     const float rounding = 0x1p-24f * (40.0f + 0.5f * static_cast<float>(all_balls.count));
     return 1.001f * fma(rounding, iso + 2 * (field.negative_weight_bound + field.size),

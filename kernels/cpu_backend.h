@@ -89,7 +89,7 @@ class BasicCpuBackend {
       }
       return {data_.get(), n};
     }
-    /// Room for `each` elements for each of *count, which is known by now.
+    /// Capacity for `each` elements for each of *count, which is known by now.
     View<T> fit(BasicCpuBackend& backend, const std::int64_t* count, std::int64_t each,
                 std::int64_t /*guess*/) {
       return resize(backend, *count * each);
@@ -199,7 +199,7 @@ class BasicCpuBackend {
     results_ += bytes;
   }
 
-  /// Runs f(begin, end) over parts of [0, n) of about `most` items, fewer where n is small.
+  /// Runs f(begin, end) over parts of [0, n) of `most` items, or fewer where n is small.
   template <class F>
   static void ranges(std::int64_t n, std::int64_t most, const F& f) {
     if (n <= 0) return;

@@ -231,7 +231,7 @@ class CudaBackend {
       if (n > capacity_) grow(backend, n);
       return {data_, n};
     }
-    /// Room for `each` elements for each of *count, as far as there is room: as many as before, or
+    /// Capacity for `each` elements for each of *count, as far as it is known: as many as before, or
     /// for `guess`.
     View<T> fit(CudaBackend& backend, const std::int64_t* count, std::int64_t each,
                 std::int64_t guess) {
@@ -448,7 +448,7 @@ class CudaBackend {
     return memory;
   }
 
-  /// A buffer whose room *count may exceed.
+  /// A buffer whose capacity *count may exceed.
   struct Fit {
     const std::int64_t* count;
     std::int64_t each, capacity;

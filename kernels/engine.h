@@ -108,7 +108,7 @@ class Engine {
                                    std::vector<AttributeValues>& values) = 0;
 
   /// The regression's values at points within its lattice: `maps` for each point. kBadInput: no
-  /// samples, values of another size, a lattice of less than 4 nodes a side.
+  /// samples, values of another size, a lattice of less than 4 nodes per side.
   virtual EngineStatus regress(const std::shared_ptr<const Regression>& regression,
                                const std::vector<Vec3>& points,
                                std::vector<AttributeValues>& values) = 0;

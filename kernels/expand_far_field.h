@@ -29,8 +29,8 @@ struct ExpandFarField {
     std::uint32_t place[kChunk + 1];
     alignas(32) float x[kFarPoints], y[kFarPoints], z[kFarPoints];  ///< as of a FarBall
     alignas(32) float value[kFarPoints];
-    /// What the entries so far add to error, bend, size and against; each in its own place, so that
-    /// the sums have one order on every backend.
+    /// What the entries so far add to error, second_derivative_bound, size and
+    /// negative_weight_bound; each in its own place, so that the sums have one order everywhere.
     alignas(32) float terms[4][kChunk];
     float sum[4];
   };
@@ -68,7 +68,7 @@ struct ExpandFarField {
                                 ball.scale * (ball.y - box.middle.y),
                                 ball.scale * (ball.z - box.middle.z), ball.w};
         }
-        // Fours are filled up with balls that add nothing.
+        // Batches are filled up with balls that add nothing.
         if (i >= count && i / kBatch == (count - 1) / kBatch) scratch.far[i] = {};
       });
       team.sync();

@@ -161,7 +161,7 @@ PM_HD inline bool factor(const Sym3& s, double by, double (&m)[6]) {
 }
 
 /// Whether a ball of infinite support is too near a box for a polynomial (far_field.h): near^3 <=
-/// reach |w|. So is one held at the largest distance, which makes a kink that no polynomial
+/// reach |w|. So is one clamped to the largest distance, which makes a kink that no polynomial
 /// follows.
 template <class V>
 PM_HD inline auto is_near(V w, QRange<V> q, float reach) {

@@ -32,7 +32,7 @@
 
 namespace polymorph {
 
-/// Squared distances in FieldScale::length that fields of infinite support are held between: the
+/// Squared distances in FieldScale::length that fields of infinite support are clamped to: the
 /// first is added, so that a ball's centre has a finite, large value; products of four then stay
 /// within the normal floats, and four balls share a division.
 constexpr float kMinDistance2 = 1e-9f, kMaxDistance2 = 1e9f;

@@ -212,7 +212,7 @@ template <class V>
 PM_HD inline V exp2(V e) {
   const V shifted = e + kRoundToInteger;
   const V f = e - (shifted - kRoundToInteger);
-  // 2^f on [-1/2, 1/2]: relative error 5e-9 (Chebyshev nodes) with the constant term held at 1.
+  // 2^f on [-1/2, 1/2]: relative error 5e-9 (Chebyshev nodes) with the constant term fixed at 1.
   V p = broadcast<V>(0x1.44138ap-13f);
   p = fma(p, f, broadcast<V>(0x1.5f0890p-10f));
   p = fma(p, f, broadcast<V>(0x1.3b2a54p-7f));

@@ -226,7 +226,7 @@ struct PrepareMorph {
 };
 
 /// The field between two objects at each brick's points, and what CountBricks makes of it. One team
-/// a brick.
+/// per brick.
 struct SampleMorph : CountBricks {
   static constexpr int kThreads = 128;
   MorphField field;

@@ -13,7 +13,7 @@
 
 namespace polymorph {
 
-/// What a part of the balls turns and grows with, from its source to its target.
+/// The rotation and scaling of a part of the balls, from its source to its target.
 struct PathPart {
   Vec3d from_center, to_center;
   Vec3d turn;            ///< axis times angle
@@ -43,8 +43,8 @@ struct BallPath {
   Ball start, end;  ///< the balls at the ends themselves
   Vec3d from, to;   ///< about the part's centres, both in the source's orientation
   Vec3d bow;        ///< which way the path bows out; zero: straight
-  Vec3d launch;     ///< thrown out of either end: scene units a motion
-  Vec3d drift;      ///< what is left of an earlier motion: scene units a motion
+  Vec3d launch;     ///< thrown out of either end: scene units per motion
+  Vec3d drift;      ///< what is left of an earlier motion: scene units per motion
   double from_volume = 1, to_volume = 1;  ///< a^-3/2
   Sym3d from_log, to_log;  ///< of the shapes, in the source's orientation; unused when round
   std::uint32_t part = 0;
@@ -62,7 +62,7 @@ struct MotionState {
   double softness = 0;  ///< balls that part melt into each other by this (docs/method.md, Time)
   double drifted = 0;   ///< how much of a ball's drift shows
   bool thrown = false;  ///< from both ends, and from one flight to the other half way
-  double gravity = 0;   ///< scene units a motion squared
+  double gravity = 0;   ///< scene units per motion squared
   double floor = 0;     ///< height where they land
 };
 
@@ -142,7 +142,7 @@ struct MoveBalls {
     const BallPath& path = paths[e];
     const float u = eased_times.size > 0 ? eased_times[e] : moment.eased;
     Ball ball;
-    // The ends' own numbers, not what powers and turns make of them in the last bits.
+    // The ends' own numbers, not what powers and rotations make of them in the last bits.
     if (moment.time <= 0 || u == 0) {
       ball = path.start;
     } else if (moment.time >= 1 || u == 1) {

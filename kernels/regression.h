@@ -28,7 +28,7 @@ struct KernelSample {
   float mass = 0, second = 0, third = 0;  ///< mass times each Gaussian's height
 };
 
-/// The coefficients at the lattice's nodes. Eight nodes a team, whose samples are shared out in
+/// The coefficients at the lattice's nodes. Eight nodes per team, whose samples are shared out in
 /// kChunks runs, each with a sum of its own; these are added in order.
 struct RegressNodes {
   static constexpr int kThreads = 128;
@@ -242,7 +242,7 @@ struct SmoothMap {
 };
 
 /// How far the maps' derivatives are from their affine maps' at most, around each node and along
-/// each axis: the spline's derivatives lie between differences of neighbouring nodes. One item a
+/// each axis: the spline's derivatives lie between differences of neighbouring nodes. One item per
 /// node.
 struct BoundStrain {
   Grid lattice;

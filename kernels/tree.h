@@ -65,7 +65,7 @@ struct Node {
   Int3 at;                        ///< among the nodes of its level
 };
 
-/// Two counts that are summed together.
+/// Two counts that are summed together: of nodes and their entries, or of vertices and triangles.
 struct Counts {
   std::uint32_t first = 0, second = 0;
 };
@@ -94,7 +94,7 @@ struct NodeBox {
 };
 
 /// Of a node of a level, and `margin` cells around it: the points that its values come from. At
-/// least one cell wide, so that a polynomial has room.
+/// least one cell wide, so that a polynomial is defined.
 PM_HD inline NodeBox node_box(const Grid& grid, int cells, int margin, Int3 p) {
   const Int3 first = {p.x * cells - 1, p.y * cells - 1, p.z * cells - 1};
   const Int3 last = {first.x + cells, first.y + cells, first.z + cells};
@@ -259,7 +259,7 @@ struct ClassifyChildren {
     const Node parent = parents[p];
     V lower = broadcast<V>(0.0f), upper = lower, magnitude = lower, count = lower;
     GradientBounds<V> gradient_bounds(boxes);
-    PM_UNROLL  // balls are on their way while others are looked at
+    PM_UNROLL  // loads balls ahead of their use
         for (std::uint32_t j = team.group_rank(); j < parent.count; j += team.kGroup) {
       const typename F::Ball ball = balls[entries[parent.begin + j]];
       const QRange<V> q = boxes.range_of(ball);
@@ -292,7 +292,7 @@ struct ClassifyChildren {
 template <class F>
 struct FillChildren {
   static constexpr int kThreads = 512;
-  static constexpr std::uint32_t kAhead = 4;  ///< balls on their way while others are looked at
+  static constexpr std::uint32_t kAhead = 4;  ///< balls loaded ahead of their use
   struct Scratch {
     std::uint32_t begin[kChildren + 1];  ///< of each child's list, from the node's first
   };
@@ -318,7 +318,7 @@ struct FillChildren {
     team.each(kChildren, [&](int c) {
       scratch.begin[c] = parent.children >> c & 1u ? child_entries[p * kChildren + c] - 1 : 0;
     });
-    team.each(1, [&](int) {  // the other parts do not look at it
+    team.each(1, [&](int) {  // the other parts do not read it
       if (from == 0) parents[p].first_child = static_cast<std::uint32_t>(start.first);
     });
     team.sync();
@@ -333,7 +333,7 @@ struct FillChildren {
       node.parent = static_cast<std::uint32_t>(p);
       node.begin = start.second + scratch.begin[c];
       node.count = scratch.begin[c + 1] - scratch.begin[c];
-      // No room: the pass runs again with more.
+      // Beyond the capacity: the pass runs again with more memory.
       if (node.begin + node.count > node_entries.size) node.count = 0;
       nodes[slot] = node;
       if (slot < sums.size) sums[slot] = {};

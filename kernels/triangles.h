@@ -27,7 +27,7 @@ struct EmitTriangles {
   View<const std::uint32_t> rows;
   View<const Counts> counts;
   View<const Offsets> first;  ///< vertex and triangle of each brick
-  std::int64_t capacity = 0;  ///< bricks that the views above have room for
+  std::int64_t capacity = 0;  ///< bricks that the views above can hold
   View<Triangle> triangles;
 
   template <class Team>

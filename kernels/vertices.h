@@ -120,7 +120,7 @@ template <class F>
 struct BallVertices {
   Grid grid;
   float iso = 1;
-  float floor = 0;  ///< field values are held above this before the logarithm
+  float floor = 0;  ///< field values are clamped to at least this before the logarithm
   int margin = 0;   ///< of the bricks' level; above 0, the surface is not the exact field's anyway
   bool midpoint = false;
   View<const std::uint32_t> entries;

@@ -21,8 +21,8 @@ namespace {
 constexpr double kDegrees = 57.29577951308232;
 constexpr double kPi = 3.141592653589793;
 
-/// The source on its way to the target, when that is the source moved: a turn and a growth about
-/// the middle, which goes straight.
+/// The source on its way to the target, when that is the source moved: a rotation and a scaling
+/// about the middle, which goes straight.
 Mesh on_the_way(const Mesh& source, const Similarity& truth,
                 const std::optional<Similarity>& recovered, double u) {
   Vec3d middle;
@@ -236,7 +236,7 @@ class Analyzer {
     const double ends = std::max(rows().front().bending, rows().back().bending);
     add("bending", "5 smoothness", ends > 0 ? std::optional(largest / ends) : std::nullopt, "<= 1",
         "largest bending energy over the larger one of the ends");
-    // Where time nearly stands still the rate is a quotient of two nothings.
+    // Where time nearly stands still the rate is a quotient of two numbers near 0.
     constexpr double kSlow = 0.1;
     double fastest = 0;
     for (std::size_t k = 0; k + 1 < rows().size(); ++k)

@@ -15,7 +15,7 @@
 
 namespace polymorph {
 
-/// A turn, a growth and a shift: q = shift + scale rotation p.
+/// A rotation, a scaling and a shift: q = shift + scale rotation p.
 struct Similarity {
   Mat3 rotation;
   double scale = 1;

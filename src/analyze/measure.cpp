@@ -31,7 +31,7 @@ struct OneWay {
 
 double bending_energy(const Mesh& mesh) {
   // The divergence of the normal is twice the mean curvature. Averaged at the vertices, so that
-  // marching cubes' slivers, whose own divergence is noise, count by their area.
+  // marching cubes' thin triangles, whose own divergence is noise, count by their area.
   const std::size_t n = mesh.positions.size();
   const std::vector<Vec3> own = mesh.normals.size() == n
                                     ? std::vector<Vec3>()

@@ -23,7 +23,7 @@ std::string checksum_of(std::string_view bytes) {
   return Hasher().add_bytes(bytes.data(), bytes.size()).hex();
 }
 
-/// Says once a folder that nothing can be kept there.
+/// Says once per folder that nothing can be kept there.
 void warn_unwritable(const fs::path& folder, const Error& error) {
   static std::mutex mutex;
   static std::set<fs::path> told;

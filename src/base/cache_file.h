@@ -14,7 +14,7 @@ namespace polymorph {
 /// Length of a key: the hex digits of a Hasher.
 inline constexpr std::size_t kCacheKeySize = 32;
 
-/// One sort of cache files. All strings are literals.
+/// One kind of cache file. All strings are literals.
 struct CacheKind {
   std::string_view name;       ///< what is in it, for messages: "spheres"
   std::string_view extension;  ///< ".spheres"
@@ -38,13 +38,13 @@ std::optional<std::string_view> cached_content(std::string_view bytes, const std
 
 /// What is kept in `folder` under this key, if anything is: the whole file, of which
 /// cached_content() shows the part that was stored. A file that is damaged, foreign, of another
-/// version or under another's name is one warning and nothing.
+/// version or under another's name gives one warning and no content.
 std::optional<std::string> load_cached(const std::filesystem::path& folder, const std::string& key,
                                        const CacheKind& kind);
 
 /// Keeps it: a temporary name, then a rename, so that readers see all or nothing, and of several
 /// writers the last wins (all write the same). Where nothing can be written, a warning is given
-/// once a folder, and that is all.
+/// once per folder.
 void store_cached(const std::filesystem::path& folder, const std::string& key,
                   const CacheKind& kind, std::string_view content);
 

@@ -50,8 +50,8 @@ Status check_writable(const std::filesystem::path& path);
 Status check_output(const std::filesystem::path& path, bool overwrite);
 
 /// Remembers a file that this run reads. While an InputGuard lives, nothing in this header writes
-/// over it from then on, by whatever name and with whatever leave: files are told apart by device
-/// and inode. Names of no regular file are ignored.
+/// over it from then on, under whatever name and whether or not `overwrite` is given: files are
+/// told apart by device and inode. Names of no regular file are ignored.
 void remember_input(const std::filesystem::path& path);
 
 /// The length of a run, of which a process has one at a time; without it remember_input() does

@@ -7,7 +7,8 @@
 namespace polymorph {
 namespace {
 
-/// The first 32 bits of the fractions of the cube roots of the first 64 primes, by whole numbers.
+/// The first 32 bits of the fractions of the cube roots of the first 64 primes, in integer
+/// arithmetic.
 constexpr std::array<std::uint32_t, 64> round_constants() {
   std::array<std::uint32_t, 64> k{};
   std::size_t count = 0;

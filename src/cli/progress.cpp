@@ -62,7 +62,7 @@ void print_json(std::size_t done, std::size_t of, const FrameRecord& record) {
                               {"seconds", std::round(record.seconds * 1e3) / 1e3},
                               {"file", first_file(record)}};
   if (!record.error.empty()) json["error"] = record.error;
-  // One write a line: a whole line or none, also beside other writers of the same log.
+  // One write per line: a whole line or none, also beside other writers of the same log.
   const std::string line = dump_json(json, -1);
   std::fwrite(line.data(), 1, line.size(), stderr);
 }

@@ -23,7 +23,7 @@ double heat_range(double max);
 Image limits_picture(const Image& reference, const std::vector<PixelState>& states);
 
 /// reference | actual | heat, each with its caption below, enlarged by whole numbers up to some 320
-/// pixels a picture. For images that cannot be compared, difference_triptych().
+/// pixels per picture. For images that cannot be compared, difference_triptych().
 Result<Image> failure_picture(const Image& actual, const Image& reference,
                               const Comparison& comparison, const PixelMaps& maps);
 

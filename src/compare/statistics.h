@@ -19,7 +19,7 @@ struct StatisticsSettings {
   /// ... and of the tiles, for the same reason: at most 1 of 300 failed.
   double tiles_percent = 99;
   int tile = 8;         ///< side of the tiles whose means are tested, too, pixels
-  float brightest = 2;  ///< values above count as this: sparks are not normal at all
+  float brightest = 2;  ///< values above count as this: fireflies are not normal at all
   /// Differences this small (absolute, and as a share of the value) are no matter, however sure.
   double min_error = 5e-4;
 };
@@ -34,7 +34,7 @@ struct StatisticsResult {
 };
 
 /// `runs` (at least 4) are renderings of `run_samples` samples under different seeds; the reference
-/// is one of `reference_samples`. Each pixel's R, G, B, and each tile's, are held against the runs
+/// is one of `reference_samples`. Each pixel's R, G, B, and each tile's, are compared with the runs
 /// by a t-test (variances over the runs; that of the reference by its samples) at the significance,
 /// corrected after Sidak for their number. `tiles_percent` of the tiles and `pixels_percent` of the
 /// pixels must pass. Errors: kInput when sizes differ or R, G, B are missing; a value that is not

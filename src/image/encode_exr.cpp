@@ -82,7 +82,7 @@ Status add_attributes(const Image& image, Imf::Header& header) {
   return Ok{};
 }
 
-/// One plane a channel: OpenEXR copies planes faster than it picks samples out of interleaved
+/// One plane per channel: OpenEXR copies planes faster than it picks samples out of interleaved
 /// pixels.
 struct Planes {
   std::vector<std::vector<half>> halves;

@@ -11,7 +11,7 @@ namespace polymorph {
 
 using Rgb8 = std::array<std::uint8_t, 3>;
 
-/// How often colours occur, in cells of 4 codes a side.
+/// How often colours occur, in cells of 4 codes per side.
 class ColorHistogram {
  public:
   ColorHistogram();
@@ -42,7 +42,7 @@ class PaletteMap {
  private:
   std::uint8_t nearest(std::array<int, 3> color) const;
   const std::vector<Rgb8>& palette_;
-  std::vector<std::uint8_t> table_;  ///< nearest entry of each cell of 4 codes a side
+  std::vector<std::uint8_t> table_;  ///< nearest entry of each cell of 4 codes per side
 };
 
 }  // namespace polymorph

@@ -23,7 +23,7 @@ std::vector<Span> box_filter(int from, int to) {
     Span span{static_cast<std::size_t>(first), {}};
     for (int s = first; s < from && s < end; ++s) {
       const double covered = std::min<double>(end, s + 1) - std::max<double>(begin, s);
-      // Slivers left by rounding would read a neighbour that is not covered at all.
+      // Tiny weights left by rounding would read a neighbour that is not covered at all.
       if (covered > 1e-9 * step || span.weights.empty())
         span.weights.push_back(static_cast<float>(covered / step));
     }

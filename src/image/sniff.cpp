@@ -89,7 +89,7 @@ Status check_jpeg(std::string_view bytes) {
 }
 
 /// The attributes of all headers (OpenEXR file layout: name, type, size, value; an empty name ends
-/// a header). OpenEXR makes room for what a size says before it reads: damaged files of 660 bytes
+/// a header). OpenEXR allocates what a size says before it reads: damaged files of 660 bytes
 /// took up to 2.9 s to be refused.
 Status check_exr(std::string_view bytes) {
   const Error truncated =

@@ -8,8 +8,8 @@
 
 namespace polymorph {
 
-/// OpenImageIO's name of the reader for these bytes; no reader that is not named here is ever let
-/// near a file. The content decides. Targa files need not say what they are: a name that ends in
+/// OpenImageIO's name of the reader for these bytes; no other reader is ever given
+/// a file. The content decides. Targa files need not say what they are: a name that ends in
 /// .tga is believed, and what has no known beginning is tried as one, if its header makes sense.
 /// Checks as well what the readers let pass, print about or stumble over: PNG chunk lengths and
 /// checksums, the sizes in EXR headers, the ends of JPEG, TIFF, BMP and Targa, and the size that

@@ -14,7 +14,7 @@ double decode(double encoded) {
   return encoded <= 0.04045 ? encoded / 12.92 : exact::pow((encoded + 0.055) / 1.055, 2.4);
 }
 
-// Codes change at most once a bucket: a bucket is 1/512 of its value wide, a code 1/110 at the
+// Codes change at most once per bucket: a bucket is 1/512 of its value wide, a code 1/110 at the
 // least.
 constexpr std::uint32_t kShift = 14;
 constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(0x1p-13f) >> kShift;

@@ -11,7 +11,7 @@ namespace polymorph {
 float srgb_to_linear(float encoded);
 float linear_to_srgb(float linear);
 
-/// round(255 linear_to_srgb(v)) without a pow a pixel: a table over the leading bits of `v` gives
+/// round(255 linear_to_srgb(v)) without a pow per pixel: a table over the leading bits of `v` gives
 /// the code or the one below it, a comparison decides. NaN and negative values give 0, values above
 /// 1 give 255.
 class SrgbQuantizer {

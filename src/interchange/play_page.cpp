@@ -252,7 +252,7 @@ Json actor_json(const PlayActor& actor, Packer& packer) {
   return json;
 }
 
-/// Triangles of each case of marching cubes, an edge a digit.
+/// Triangles of each case of marching cubes, one digit per edge.
 Json cases_json() {
   constexpr const char* kDigits = "0123456789ab";
   const McTable& table = mc_table();

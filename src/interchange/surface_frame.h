@@ -39,7 +39,7 @@ struct SurfaceFrame {
   std::vector<std::uint32_t> triangle_materials;  ///< one per triangle: index into materials
   /// Texture coordinates and materials are those of the object that the surface is more of.
   std::vector<SurfaceMaterial> materials;
-  /// Whether only `colors` say what it looks like: it wears several objects' materials mixed.
+  /// Whether only `colors` say what it looks like: several objects' materials are mixed.
   bool is_mixed = false;
   SurfaceMaterial mixture;  ///< for that case: white, with the means of all but the colour
 };

@@ -52,7 +52,7 @@ class TimeSamples {
   bool repeats_ = false;
 };
 
-// Numbers as text. `to` has room for them.
+// Numbers as text. `to` is large enough for them.
 char* put(char* to, std::uint32_t v) { return std::to_chars(to, to + 12, v).ptr; }
 char* put(char* to, int v) { return std::to_chars(to, to + 12, v).ptr; }
 /// Reads back to the same float.
@@ -103,11 +103,11 @@ char* put(char* to, Vec3 v) { return put_tuple(to, {v.x, v.y, v.z}); }
 /// "[a, b, c]" of what `made_of` makes of each item.
 template <class T, class F>
 std::string list_of(const std::vector<T>& items, const F& made_of) {
-  constexpr std::size_t kRoom = 96;  // of one item
-  std::string text(2 + kRoom, '[');
+  constexpr std::size_t kMaxItem = 96;  // of one item
+  std::string text(2 + kMaxItem, '[');
   std::size_t size = 1;
   for (const T& item : items) {
-    if (text.size() < size + kRoom) text.resize(2 * text.size());
+    if (text.size() < size + kMaxItem) text.resize(2 * text.size());
     char* to = text.data() + size;
     if (size > 1) *to++ = ',', *to++ = ' ';
     size = static_cast<std::size_t>(put(to, made_of(item)) - text.data());
@@ -268,7 +268,7 @@ Status UsdWriter::add_actor(int frame, const SurfaceFrame& surface, ActorSamples
   return add_subsets(frame, surface, actor);
 }
 
-/// Which faces wear which material. Those of a mixture are in no subset and wear the actor's own
+/// Which faces have which material. Those of a mixture are in no subset and have the actor's own
 /// material, which shows the points' colours.
 Status UsdWriter::add_subsets(int frame, const SurfaceFrame& surface, ActorSamples& actor) {
   const std::size_t before = actor.subsets.size();

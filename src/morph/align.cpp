@@ -15,7 +15,7 @@ constexpr std::size_t kRepresentatives = 80;
 /// A rotation that tips an object over costs at most this share of the best upright one.
 constexpr double kTipShare = 0.6;
 
-/// The turns of a cube: signed permutations of the axes, without reflections.
+/// The rotations of a cube: signed permutations of the axes, without reflections.
 std::vector<Mat3> cube_turns() {
   std::vector<Mat3> turns;
   std::array<int, 3> order{0, 1, 2};

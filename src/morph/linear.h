@@ -10,7 +10,7 @@ namespace polymorph {
 
 Mat3 from_columns(Vec3d x, Vec3d y, Vec3d z);
 
-/// The turn nearest to `a` (the U V^T of its singular values, without reflection): the rotation R
+/// The rotation nearest to `a` (the U V^T of its singular values, without reflection): the R
 /// that makes sum w (R p) . q largest when a = sum w q p^T. The identity where `a` is 0.
 Mat3 nearest_rotation(const Mat3& a);
 

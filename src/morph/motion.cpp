@@ -18,7 +18,7 @@
 namespace polymorph {
 namespace {
 
-/// What all balls turn and grow with.
+/// The rotation and scaling of all balls.
 Alignment path_alignment(const MorphPlan& plan) {
   if (plan.motion.path == Path::kRigid) return plan.alignment;
   Alignment straight;

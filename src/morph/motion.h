@@ -18,7 +18,7 @@ void set_paths(MorphPlan& plan);
 ///   straight, bezier: (1-u) p + u q, or a curve through both;
 ///   rigid: c(u) + s^u exp(u log R) [(1-u) p' + u q'] with the plan's alignment: exact at both
 ///   ends, and a similarity all the way where one object is a turned and scaled copy of the other.
-///   parts: the same, each part (morph/parts.h) with its own turn, growth and shift, and then an
+///   parts: the same, each part (morph/parts.h) with its own rotation, scaling and shift; then an
 ///   as-rigid-as-possible solve over neighbouring balls.
 ///   explode: thrown out of p, falling onto the floor, and backwards into q; one fades to the
 ///   other.
@@ -41,7 +41,7 @@ void carry_on(MorphPlan& plan, const MorphPlan& before, float until, double pace
 struct PairFrame {
   Mat3 to_source, to_target;
 };
-/// One a pair, for the balls of balls_at(plan, time).
+/// One per pair, for the balls of balls_at(plan, time).
 std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time);
 
 /// How far along each pair is at `time`, eased, in [0, 1].
@@ -53,7 +53,7 @@ bool move_together(const MorphPlan& plan);
 std::vector<float> eased_times(const MorphPlan& plan, float time);
 /// Their mean by mass.
 float mean_progress(const MorphPlan& plan, const std::vector<float>& eased);
-/// What all balls turn and grow with, or where each part has a motion of its own the mean of these
+/// The rotation and scaling of all balls, or where each part has a motion of its own their mean
 /// by mass, about the objects' centres.
 PathPart whole_of(const MorphPlan& plan);
 

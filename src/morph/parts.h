@@ -21,8 +21,8 @@ struct RigidParts {
 /// A part per label where the labels that keep to themselves hold most of the mass; what leaves its
 /// label moves with the whole. Else at most eight clusters of pairs that are neighbours in both
 /// objects, if neighbours then keep their distances better than with the whole as one part. Each
-/// with its own turn, growth and shift; a turn the way round that is nearer to the whole's.
-/// Deterministic.
+/// with its own rotation, scaling and shift; it rotates the way round that is nearer to the
+/// whole's. Deterministic.
 RigidParts rigid_parts(const MorphPlan& plan);
 
 /// The graph of neighbouring balls, each edge as long as it should be at every time, and the solve

@@ -59,7 +59,7 @@ struct MorphPlan {
   std::vector<Pair> pairs;
   Alignment alignment;
   MotionSettings motion;
-  /// What balls turn and grow with: one for all, or (path `parts`) one each.
+  /// The rotations and scalings of balls: one for all, or (path `parts`) one each.
   std::vector<Alignment> parts;
   std::shared_ptr<const BallGraph> graph;  ///< path `parts`: what holds them together
   /// What moves the balls, one per pair; a new object whenever it changes.

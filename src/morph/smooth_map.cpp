@@ -36,7 +36,7 @@ AffineMap affine(const Mat3& turn, Vec3d offset) {
   return {{row_of(turn, 0), row_of(turn, 1), row_of(turn, 2)}, to_float(offset)};
 }
 
-/// A part's turn and growth up to u, undone: back to the source, and on to the target.
+/// A part's rotation and scaling up to u, undone: back to the source, and on to the target.
 struct Undone {
   Mat3 to_source, to_target;
   Vec3d center;
@@ -150,7 +150,7 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
   regression->maps = 2;
   regression->lattice = lattice_over(map.box, size);
   regression->samples = samples_of(plan, eased, balls, size);
-  // What all have in common is exact: the turn and growth of the whole.
+  // What all have in common is exact: the rotation and scaling of the whole.
   const auto mean = static_cast<double>(mean_progress(plan, eased));
   const PathPart whole = whole_of(plan);
   const Undone common = undone(whole, mean);

@@ -57,9 +57,9 @@ Result<JsonDocument> parse_json(std::string name, std::string text);
 /// or, failing that, a plain string. Missing objects on the way are made. Errors: kUsage.
 Status set_json_value(JsonDocument& document, std::string_view path, std::string_view value);
 
-/// JSON as it is written everywhere: `indent` spaces a level (-1: one line), a newline at the end,
-/// bytes that are not UTF-8 (paths may be anything) replaced, and what a terminal would act upon
-/// escaped.
+/// JSON as it is written everywhere: `indent` spaces per level (-1: one line), a newline at the
+/// end, bytes that are not UTF-8 (paths may be anything) replaced, and what a terminal would act
+/// upon escaped.
 std::string dump_json(const nlohmann::ordered_json& json, int indent = 2);
 
 /// "boolean", "number", ... for messages.

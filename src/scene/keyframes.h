@@ -52,7 +52,7 @@ struct FilmTime {
 /// by the weighted harmonic mean, 0 at both ends), so that values stay between those of the keys.
 Vec3 value_at(const KeyframeTrack& track, const FilmTime& time);
 
-/// The scene with every keyed setting at its value of this moment, held to the setting's range;
+/// The scene with every keyed setting at its value of this moment, clamped to the setting's range;
 /// `tracks` is empty then, and camera.orbit the angle of this moment.
 Scene scene_at(const Scene& scene, const FilmTime& time);
 

@@ -66,7 +66,7 @@ struct MotionSettings {
   Interpolation interpolate = Interpolation::kDistance;
   Path path = Path::kRigid;
   float bend = 0.25f;   ///< bezier: how far a path bows out, as a share of its length
-  float burst = 4;      ///< explode: speed, in the objects' sizes a motion
+  float burst = 4;      ///< explode: speed, in the objects' sizes per motion
   float gravity = 1;    ///< explode: 1 = what brings a ball down within the motion
   float soften = 0.5f;  ///< Gaussian: how much softer balls are half way between unlike objects
   Easing easing = Easing::kQuintic;
@@ -282,7 +282,7 @@ struct LookSettings {
 struct ImageSettings {
   int width = 640;
   int height = 480;
-  int samples = 16;   ///< a pixel; with `noise` the most that one may take
+  int samples = 16;   ///< per pixel; with `noise` the maximum per pixel
   float noise = 0;    ///< above 0: pixels are sampled until their error is below this
   int max_depth = 4;  ///< path vertices
   std::uint64_t seed = 0;

@@ -40,9 +40,9 @@ struct SequenceSettings {
 /// How many frames of this size should be traced at once, so that all threads have enough tiles.
 int jobs_for(int width, int height, std::size_t frames);
 
-/// Called after each frame: how many are finished of how many, and the last one.
+/// Called after each frame: how many are finished, of how many in all, and the last one.
 using ProgressCallback =
-    std::function<void(std::size_t done, std::size_t of, const FrameRecord& last)>;
+    std::function<void(std::size_t done, std::size_t total, const FrameRecord& last)>;
 
 /// Renders the frames. Frames one after the other that show the same to the bit (image.steady, and
 /// nothing moves) are traced once. Errors: the first failing frame's, unless keep_going.

@@ -123,7 +123,7 @@ std::optional<Approximation> decode(std::string_view bytes, const std::string& k
   return approximation;
 }
 
-/// The sort of cache file that `file` is by its extension and first bytes, if any.
+/// The kind of cache file that `file` is by its extension and first bytes, if any.
 const CacheKind* kind_of(const fs::path& file) {
   for (const CacheKind* kind : kCacheKinds) {
     if (file.extension() != kind->extension) continue;

@@ -17,13 +17,13 @@ namespace polymorph {
 inline constexpr std::uint32_t kSpheresVersion = 8;
 
 /// What is kept in `folder` under this key, if anything is. A file that is damaged, foreign, of
-/// another version or under another's name is one warning and nothing.
+/// another version or under another's name gives one warning and no approximation.
 std::optional<Approximation> load_approximation(const std::filesystem::path& folder,
                                                 const std::string& key);
 
 /// Keeps it: a temporary name, then a rename, so that readers see all or nothing, and of several
 /// writers the last wins (all write the same). Where nothing can be written, a warning is given
-/// once a folder, and that is all.
+/// once per folder.
 void store_approximation(const std::filesystem::path& folder, const std::string& key,
                          const Approximation& approximation);
 

@@ -89,7 +89,7 @@ Result<SphereTree> cell_spheres(const Model& model, const InsideTest& test,
                   model.name, settings.resolution, r);
   }
   if (tree.nodes.empty()) return nothing_inside(model, test, root, settings);
-  // Without a fit, a million balls are no hardship.
+  // Without a fit, a million balls are fast enough.
   if (settings.fit == FitKind::kNone || tree.leaves().size() <= kMaxFitted) return tree;
   int coarser = settings.resolution;
   while (coarser > 1 && tree.leaves().size() > kMaxFitted)

@@ -23,7 +23,7 @@ struct RootCube {
 inline constexpr double kMinRootMargin = 1e-4;  // share of the side
 RootCube root_cube(const Model& model, double margin = 0);
 
-/// A cell of level l: the root cube cut into 2^l an axis.
+/// A cell of level l: the root cube cut into 2^l per axis.
 struct Cell {
   int level = 0;
   std::int32_t x = 0, y = 0, z = 0;

@@ -159,8 +159,8 @@ std::vector<FitPoint> free_points(const std::vector<BoundarySample>& samples,
   return points;
 }
 
-/// Takes up the free points that the fit has on the wrong side. Most never are, and cost one look a
-/// round instead of one per step; those once taken up stay.
+/// Takes up the free points that the fit has on the wrong side. Most never are, and are tested once
+/// per round instead of once per step; those once taken up stay.
 void add_wrong(Fit& fit) {
   const std::vector<double> psi = psi_at(fit.balls, fit.free);
   std::vector<FitPoint> right;

@@ -30,9 +30,9 @@ struct FitResult {
 /// samples, at samples offset along the normal (target = the offset), and, where their sign is
 /// wrong, at points spread through the box, under Huber's loss. Levenberg-Marquardt over weight,
 /// centre and the six numbers of each ball's ellipsoid (docs/method.md, Fit). Starts from one ball
-/// a sphere: the part of the solid that it stands for, as an ellipsoid. At last the surface itself
-/// is looked at, and what of it lies far from the model is pushed away. Deterministic for any
-/// number of threads. Errors: as extract_surface().
+/// per sphere: the part of the solid that it stands for, as an ellipsoid. At last the surface
+/// itself is looked at, and what of it lies far from the model is pushed away. Deterministic for
+/// any number of threads. Errors: as extract_surface().
 Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
                             const std::vector<BoundarySample>& samples,
                             const std::vector<Sphere>& spheres, const FitSettings& settings);

@@ -17,7 +17,7 @@ struct HubbardSettings {
   std::uint64_t seed = 0;  ///< of the samples: sample_surface(model, samples, seed)
 };
 
-/// 4000, or 16 a sphere if that is more, up to 40000.
+/// 4000, or 16 per sphere if that is more, up to 40000.
 int hubbard_samples(int spheres);
 
 /// Samples the surface; vertices of the samples' Voronoi diagram that lie inside the model are

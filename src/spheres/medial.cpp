@@ -19,7 +19,7 @@ std::vector<BoundarySample> every_nth(const std::vector<BoundarySample>& samples
   return some;
 }
 
-/// Which samples each candidate ball holds, one bit a sample.
+/// Which samples each candidate ball holds, one bit per sample.
 struct Holds {
   std::size_t words = 0;
   std::vector<std::uint64_t> bits;

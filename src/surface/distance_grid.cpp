@@ -227,8 +227,8 @@ class Builder {
   }
 
   /// Where distances rise from both sides towards a point and are less than `radius` there: the
-  /// ridge of a thin part (sign 1) or of a narrow gap (-1), as positions in cells, a list a layer
-  /// of points.
+  /// ridge of a thin part (sign 1) or of a narrow gap (-1), as positions in cells, a list per
+  /// layer of points.
   std::vector<std::vector<Vec3>> thin_ridge(float radius, float sign) const {
     // Distances rise along the ridge between two faces by the sine of half the angle between them:
     // faces at up to 97 degrees.
@@ -259,7 +259,7 @@ class Builder {
   }
 
   /// Middles of the walls that are thinner than a diameter of `radius` and not hidden, as positions
-  /// in cells, a list a layer of points. Rays find what no point of the grid lies in.
+  /// in cells, a list per layer of points. Rays find what no point of the grid lies in.
   std::vector<std::vector<Vec3>> thin_walls(float radius) const {
     constexpr double kSpacing = 0.7;    // in cells: neighbours' balls overlap
     constexpr double kMinCosine = 0.9;  // of 26 degrees: edges that are no sharper stay sharp
@@ -268,7 +268,8 @@ class Builder {
         std::max(kSpacing * static_cast<double>(cell_), std::sqrt(area_of(model_) / kMaxSamples));
     const TriangleBvh bvh = build_split_bvh(model_.points, model_.triangles);
     std::vector<std::vector<Vec3>> layers(static_cast<std::size_t>(out_.grid.points.z));
-    std::unordered_set<std::uint64_t> taken;  // half cells; slivers crowd around their common point
+    std::unordered_set<std::uint64_t>
+        taken;  // half cells; thin triangles crowd around their common point
     for (const Vec3 p :
          thin_wall_middles(model_, bvh, spacing, 2 * static_cast<double>(radius), kMinCosine)) {
       const Vec3 at = (p - out_.grid.origin) / cell_;
@@ -309,7 +310,7 @@ class Builder {
     });
   }
 
-  /// Takes out what cells of the surface's size would show as shreds: near thin parts and narrow
+  /// Removes what cells of the surface's size would show as fragments: near thin parts and narrow
   /// gaps the distances pass a Gaussian, after thin parts have been made as thick as what that
   /// leaves. Elsewhere edges stay as they are.
   void smooth_thin_parts() {

@@ -11,7 +11,7 @@
 
 namespace polymorph {
 
-/// What the kernels say, as a Result: kInput for bad balls, kResource for devices and memory.
+/// The engine's status as a Result: kInput for bad balls, kResource for devices and memory.
 Status to_status(const EngineStatus& status);
 
 /// A box that the surface field = iso of these balls cannot leave (it may be far from tight).

@@ -38,9 +38,9 @@ std::vector<Ball> torus_balls(int count, FieldKind field) {
   return balls;
 }
 
-/// Null, and the benchmark skipped, where the backend does not answer.
 enum class Backend { kCpu, kCuda };
 
+/// Null, and the benchmark skipped, where the backend does not answer.
 std::unique_ptr<Engine> engine_for(benchmark::State& state, Backend backend) {
   EngineStatus status;
   auto engine = backend == Backend::kCpu ? make_cpu_engine() : make_cuda_engine(0, status);

@@ -5,7 +5,7 @@
 namespace polymorph {
 namespace {
 
-/// One pixel a frame.
+/// One pixel per frame.
 Film film_of(const std::vector<float>& values) {
   Film film;
   for (const float value : values) {

@@ -36,7 +36,7 @@ float share_above_horizon(const Bsdf& bsdf) {
   return static_cast<float>(above) / 4096;
 }
 
-/// Albedo by even samples of the hemisphere, and what the density adds up to.
+/// Albedo by even samples of the hemisphere, and the integral of the pdf.
 struct Integral {
   float albedo, pdf;
 };

@@ -46,7 +46,7 @@ std::string accept_command(const GoldenOptions& options, const std::string& suit
   return fmt::format("polymorph golden update {}{} --reason \"...\"", shell_quoted(suite), root);
 }
 
-/// Tiers A and C: nothing is held against a golden's limits, and nothing can be accepted.
+/// Tiers A and C: nothing is compared with a golden's limits, and nothing can be accepted.
 Status test_tier(const GoldenSuite& suite, const GoldenSettings& settings,
                  const GoldenOptions& options, Report& report) {
   PM_TRY(std::vector<ReportCase> cases,

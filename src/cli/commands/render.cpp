@@ -58,7 +58,7 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
   return settings;
 }
 
-/// What a dry run found: the frames as data, what they will cost as talk.
+/// What a dry run found: the frames on standard output, what they will cost on standard error.
 void print_plan(const RunReport& report, const SequenceSettings& settings) {
   for (const FrameRecord& record : report.frames) {
     std::string files;

@@ -39,7 +39,7 @@ std::optional<float> fps_of(const Attribute& attribute) {
   if (const float* value = std::get_if<float>(&attribute.value)) return *value;
   const std::string* text = std::get_if<std::string>(&attribute.value);
   const auto number = text ? parse_number(*text) : std::nullopt;
-  // Another program's text may say anything; --fps has the same limits.
+  // Another program's text may say anything; frames.fps has the same limits.
   if (!number || *number < 0.1 || *number > 1000) return std::nullopt;
   return static_cast<float>(*number);
 }

@@ -81,7 +81,7 @@ Result<Costs> measure_costs(const CommandLine& line, const SubmitOptions& option
   return costs;
 }
 
-/// With room: three times the time, half as much memory again.
+/// With a margin: three times the time, half as much memory again.
 void size_job(SlurmJob& job, const SubmitOptions& options, const Costs& costs) {
   constexpr double kMebibyte = 1024.0 * 1024.0;
   constexpr int kMinMinutes = 10, kMinMemory = 1024, kMemoryStep = 256;

@@ -305,7 +305,7 @@ int main(int argc, char** argv) {
   try {
     Assimp::Importer importer;
     importer.SetIOHandler(new FolderIO(path));
-    // One mesh a node, not one chain of joints.
+    // One mesh per node, not one chain of joints.
     importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
     const aiScene* scene = importer.ReadFile(argv[1], aiProcess_ValidateDataStructure);
     if (!scene || !scene->mRootNode || scene->mNumMeshes == 0) {

@@ -119,7 +119,7 @@ void Scanner::scan_reals(std::string_view rest, std::vector<float>& values, int 
     const ParsedReal real = parse_real(word);
     if (real.problem) {
       fail(fmt::format("{} number {} \"{}\" {}", what, found + 1, printable(word), real.problem));
-      found = min_count;  // one error a line is enough
+      found = min_count;  // one error per line is enough
       break;
     }
     if (found < wanted) values.push_back(real.value);

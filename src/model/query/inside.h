@@ -33,7 +33,7 @@ class InsideTest {
   /// al. 2018, two terms): 1 inside a closed model, 0 outside. Within 0.08 of the exact sum on all
   /// models measured.
   double winding_number(Vec3 point) const;
-  /// One byte a point (1 = inside), in parallel.
+  /// One byte per point (1 = inside), in parallel.
   std::vector<std::uint8_t> inside(std::span<const Vec3> points) const;
 
  private:

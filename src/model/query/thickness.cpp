@@ -107,8 +107,8 @@ std::vector<Hit> hits_inward(const Model& model, const TriangleBvh& bvh,
   return hits;
 }
 
-/// No more than kMaxSamples of them and one per face: a fan of long slivers would get each of them
-/// as many times as its edge is long.
+/// No more than kMaxSamples of them and one per face: each triangle of a fan of long thin ones
+/// would get as many samples as its edge is long.
 double spacing_within_bounds(const Model& model, double spacing) {
   constexpr double kMaxSamples = 1 << 20;
   for (;; spacing *= 2) {

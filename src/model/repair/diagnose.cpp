@@ -25,8 +25,8 @@ constexpr std::uint32_t kNone = 0xffffffffu;
 /// 512 show nine tenths of a cup that would take 54 000.
 constexpr double kStretch = 100;
 
-/// Parts without thickness are worth a line from this share of the area on, up to that.
-constexpr double kFewSheets = 0.01, kMostlySheets = 0.5;
+/// Parts without thickness are reported from the first share of the area on, up to the second.
+constexpr double kMinSheetShare = 0.01, kMaxSheetShare = 0.5;
 
 /// To two digits.
 double rounded(double value) {
@@ -235,7 +235,7 @@ std::vector<std::string> describe_problems(const Diagnosis& d) {
         "\"solidify\" to fill it",
         d.thickness->median, rounded(d.thickness->balls), rounded(d.thickness->balls / kStretch)));
   // Of one that is open as a whole, that is said already.
-  if (d.sheet_share && *d.sheet_share > kFewSheets && *d.sheet_share < kMostlySheets)
+  if (d.sheet_share && *d.sheet_share > kMinSheetShare && *d.sheet_share < kMaxSheetShare)
     lines.push_back(fmt::format(
         "{:.2g} % of its area has no thickness: distances show it (motion.interpolate "
         "\"distance\"), balls leave it out until the model itself is shown - give it thickness in "

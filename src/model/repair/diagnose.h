@@ -45,7 +45,7 @@ Diagnosis diagnose(const Model& model);
 /// With wall thickness and faces that cross, which take rays and a search.
 Diagnosis diagnose_fully(const Model& model);
 
-/// One line a finding, in plain words with what to do, worst first; empty for a closed, outward
+/// One line per finding, in plain words with what to do, worst first; empty for a closed, outward
 /// oriented model.
 std::vector<std::string> describe_problems(const Diagnosis& diagnosis);
 /// A line on faces that cross, or nothing: a problem with the parity rule, none with the winding

@@ -18,10 +18,10 @@ struct SolidifySettings {
 /// What a ball of the gap's diameter cannot reach from outside, as a surface: closed, consistently
 /// oriented and manifold, cavities filled, one shell per body (components below a thousandth of the
 /// largest are dropped). Vertices within two cells of the model lie on it; caps over openings are
-/// taut skins. Materials, labels and texture coordinates are those of the nearest faces. Walls
-/// thinner than two cells that close nothing vanish. A function of its arguments alone. Memory:
-/// about 12 bytes per cell of the model's box grown by half the gap on all sides. Errors (kInput):
-/// no faces; resolution or gap out of range; nothing solid is left - says what to do.
+/// minimal surfaces. Materials, labels and texture coordinates are those of the nearest faces.
+/// Walls thinner than two cells that close nothing vanish. A function of its arguments alone.
+/// Memory: about 12 bytes per cell of the model's box grown by half the gap on all sides. Errors
+/// (kInput): no faces; resolution or gap out of range; nothing solid is left - says what to do.
 Result<Model> solidify(const Model& model, const SolidifySettings& settings = {});
 
 }  // namespace polymorph

@@ -50,7 +50,7 @@ struct VoxelSurface {
   std::vector<Triangle> triangles;
 };
 
-/// Surface nets (Gibson 1998): a vertex a mixed cell, four-sided faces across mixed edges, cut in
+/// Surface nets (Gibson 1998): a vertex per mixed cell, four-sided faces across mixed edges, cut in
 /// two. Closed and outward if the border is empty; manifold after make_manifold().
 VoxelSurface surface_nets(const Voxels& voxels);
 

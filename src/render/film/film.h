@@ -1,5 +1,5 @@
 // Film and pixel reconstruction filter. The filter is sampled, not splatted: each pixel draws its
-// own samples with the filter's density, so that one task owns each pixel and sums in a fixed
+// own samples with the filter's pdf, so that one task owns each pixel and sums in a fixed
 // order.
 #pragma once
 

@@ -29,7 +29,7 @@ struct LampSampleOf {
   T3 direction{};
   ComponentOf<T3> distance{};
   ComponentOf<T3> pdf{};  ///< per solid angle; 0 = a point, or nothing to see from here
-  T3 power{};             ///< radiance / density, or intensity / distance^2; black = nothing
+  T3 power{};             ///< radiance / pdf, or intensity / distance^2; black = nothing
 };
 using LampSample = LampSampleOf<Vec3>;
 LampSample sample_lamp(const Lamp& lamp, Vec3 from, float u, float v);
@@ -38,7 +38,7 @@ LampSampleOf<Pack3> sample_lamp(const Lamp& lamp, const Pack3& from, Pack u, Pac
 /// Distance at which a ray hits the glowing side, or infinity. Points are never hit.
 float intersect_lamp(const Lamp& lamp, const Ray& ray);
 Pack intersect_lamp(const Lamp& lamp, const RayOf<Pack3>& ray);
-/// Density of sample_lamp() for a ray from its origin that hits the lamp at `distance`.
+/// The pdf of sample_lamp() for a ray from its origin that hits the lamp at `distance`.
 float lamp_pdf(const Lamp& lamp, const Ray& ray, float distance);
 Pack lamp_pdf(const Lamp& lamp, const RayOf<Pack3>& ray, Pack distance);
 

@@ -19,7 +19,7 @@ struct KeyLight {
   float pdf = 0;      ///< 1 / solid angle; 0 = a point
   Vec3 irradiance;    ///< on a surface that faces it
   Vec3 radiance;      ///< of the disc; 0 for a point
-  Vec3 sample_power;  ///< radiance / density, or irradiance for a point: what one sample carries
+  Vec3 sample_power;  ///< radiance / pdf, or irradiance for a point: what one sample carries
 };
 
 /// Key light of the settings; its irradiance is key_intensity * key_color.

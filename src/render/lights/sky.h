@@ -17,7 +17,7 @@ enum class SkyPart : unsigned char {
   kAboveHorizon,  ///< below lies the ground; it is met by following rays, not by sampling
 };
 
-/// Density over directions, constant in each cell of a lat-long grid.
+/// A pdf over directions, constant in each cell of a lat-long grid.
 struct SkyDistribution {
   int width = 0, height = 0;
   std::vector<float> row_cdf;     ///< height + 1

@@ -32,7 +32,7 @@ std::size_t point_count(const Grid& grid) {
          static_cast<std::size_t>(grid.points.z);
 }
 
-/// The cell around a point, held within the grid, and the weights of its eight corners.
+/// The cell around a point, clamped to the grid, and the weights of its eight corners.
 struct Corners {
   std::size_t index[8];
   float weight[8];

@@ -8,7 +8,7 @@ namespace polymorph {
 
 inline constexpr float kMinAlpha = 1e-3f;  // a mirror, as far as float arithmetic can tell
 
-/// Density of microfacet normals.
+/// Normal distribution function D (Trowbridge-Reitz).
 template <class T3>
 inline ComponentOf<T3> ggx_normal_density(T3 half, ComponentOf<T3> alpha) {
   // (h.x^2 + h.y^2) / a^2 + h.z^2 keeps its digits for sharp lobes, where h.z^2 (a^2 - 1) + 1 does
@@ -33,7 +33,7 @@ template <class V>
 inline V ggx_visibility(V a, V b, V alpha) {
   return 0.5f / (a * ggx_root(b, alpha) + b * ggx_root(a, alpha));
 }
-/// Density, per solid angle, of the direction mirrored at a visible normal.
+/// The pdf, per solid angle, of the direction mirrored at a visible normal.
 template <class T3>
 inline ComponentOf<T3> ggx_direction_pdf(T3 view, T3 half, ComponentOf<T3> alpha) {
   return ggx_normal_density(half, alpha) / (2.0f * (view.z + ggx_root(view.z, alpha)));

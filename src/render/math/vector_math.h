@@ -134,7 +134,7 @@ inline Vec2Of<V> concentric_disc(V u, V v) {
   return cos_sin_turns<V>(select(wide, 0.125f * share, 0.25f - 0.125f * share)) * radius;
 }
 
-/// Direction about +z with density cos / pi.
+/// Direction about +z with pdf cos / pi.
 template <class V>
 inline Vec3Of<V> cosine_direction(V u, V v) {
   const Vec2Of<V> d = concentric_disc(u, v);

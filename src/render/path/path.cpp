@@ -16,7 +16,7 @@ T3 limited(T3 light, float limit) {
   return select(max_light > limit, light * (limit / max_light), light);
 }
 
-/// Light of a sun or lamp that the ray hits, where `met`; its own sampling has this density.
+/// Light of a sun or lamp that the ray hits, where `hit`; `pdf` is that of sampling the light.
 void add_hit_light(const World& world, Paths& path, Vec3 radiance, Pack pdf, PackMask met) {
   const Pack weight = balance_heuristic(path.pdf, pdf);
   path.radiance = path.radiance + zero_unless(met, limited(path.throughput * radiance * weight,

@@ -9,7 +9,7 @@ namespace {
 
 // Lobes sharper than this count as mirrors: paths remember nothing of passing one.
 constexpr float kMirrorAlpha = 0.1f;
-// The density of a direction that a smooth mirror or glass leaves no choice of.
+// The pdf of the only direction of a smooth mirror or glass.
 constexpr float kDeltaPdf = 1e30f;
 
 /// Asks for the light that comes straight from a light. Where `unlit`, what it would be with
@@ -21,7 +21,7 @@ void add_direct(const World& world, Vertices& at, const Pack3& direction, Pack d
                  clamp_indirect(world, at.path, light), at.rows, wanted);
 }
 
-/// Light from one sun. `scatter(direction)` gives bsdf times cosine and density.
+/// Light from one sun. `scatter(direction)` gives bsdf times cosine and the pdf.
 template <class Scatter>
 void add_sun(const World& world, Vertices& at, const KeyLight& sun, Pack u, Pack v,
              const Scatter& scatter, PackMask wanted, PackMask unlit) {
@@ -80,10 +80,10 @@ void add_more_lights(const World& world, Vertices& at, const VertexRandom& rando
   if (world.sky->has_bright) add_bright_sky(world, at, random.sky(), scatter, unlit);
 }
 
-/// How much of the calm sky's light on the floor to foresee: the share that a ball of 0.6 of the
-/// objects' radius would leave (Howell, catalog of radiation configuration factors, B-38). Any
-/// share is right on average; where most of the sky is hidden, foreseeing all of it would only add
-/// noise. Measured on a knot and a cow, against 1 everywhere: 25 to 29 % less variance.
+/// How much of the calm sky's light on the floor is the control variate: the share that a ball of
+/// 0.6 of the objects' radius would leave (Howell, catalog of radiation configuration factors,
+/// B-38). Any share is right on average; where most of the sky is hidden, taking all of it would
+/// only add noise. Measured on a knot and a cow, against 1 everywhere: 25 to 29 % less variance.
 Pack control_variate_share(const World& world, const Pack3& point) {
   if (!(world.radius > 0)) return broadcast<Pack>(1);  // nothing there
   const Pack3 to_center = world.center - point;
@@ -152,7 +152,7 @@ PackMask scatter_on_floor(const World& world, Vertices& at, const FloorPointOf<P
   set(path, kScattered, mask_of<PackMask>(true));
   const PackMask up = at.live & (direction.y > 0.0f);
   if (world.sky->has_bright) return up;
-  // Past everything: the calm sky is as foreseen.
+  // Past everything: the control variate was exact.
   const PackMask past = up & (share == 1.0f) & world.geometry->misses_bounds(path.ray);
   stats.rays += static_cast<std::uint64_t>(popcount(Lanes<Pack>::bits(past)));
   return up & !past;
@@ -191,8 +191,8 @@ PackMask scatter_on_mesh(const World& world, Vertices& at, const SurfacePointOf<
       (!bsdf.has_diffuse) & (bsdf.sharpest_alpha < kMirrorAlpha) & (path.mirrors > 0.0f);
   path.mirrors = path.mirrors - zero_unless(mirror, broadcast<Pack>(1));
   path.depth_left = path.depth_left - zero_unless(!mirror, broadcast<Pack>(1));
-  // Above the shading normal's horizon, below the triangle's: no light, and what was foreseen is
-  // taken back.
+  // Above the shading normal's horizon, below the triangle's: no light, and the control variate
+  // is taken back.
   const PackMask above = dot(direction, point.normal) > 0.0f;
   const PackMask lost = scattered & !above;
   if (any(lost)) add_sky(world, path, Pack{}, lost);

@@ -187,7 +187,7 @@ bool attach_mesh(RTCDevice device, RTCScene scene, MeshToTrace& traced, unsigned
   if (traced.moves()) rtcSetGeometryTimeStepCount(geometry, 2);
   bool whole = true;
   for (unsigned step = 0; step < corners.size() && whole; ++step) {
-    // Embree reads 16 bytes at the last vertex; its own buffer has that room, a vector has not.
+    // Embree reads 16 bytes at the last vertex; its own buffers are padded, a vector is not.
     void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, step,
                                              RTC_FORMAT_FLOAT3, sizeof(Vec3), corners[step].size());
     whole = vertices != nullptr;

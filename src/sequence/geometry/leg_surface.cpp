@@ -9,10 +9,11 @@
 #include "surface/level.h"
 
 namespace polymorph {
-// What comes off between two
-/// objects, a limb's tip perhaps, is left out unless it is as large as a part that one of them has.
+
 double min_component_share_of(const PreparedActor& actor, const PreparedLeg& leg,
                               float min_component_share) {
+  // What comes off between two objects, a limb's tip perhaps, is left out unless it is as large as
+  // a part that one of them has.
   constexpr double kFragment = 0.015;
   const auto min_share = static_cast<double>(min_component_share);
   if (!leg.distance || min_share <= 0) return min_share;

@@ -14,7 +14,7 @@ namespace polymorph {
 void ask_for_attributes(Scene& scene, bool velocities, bool labels);
 
 /// Of each actor its surface or, where it has none, its model. Colours are what the renderer would
-/// show at each point: materials and textures of all objects that it wears, mixed, and the common
+/// show at each point: materials and textures of all its objects, mixed, and the common
 /// look. Velocities and labels are there where geometry_at() gave them; with `next`,
 /// the geometry of that frame, they end on the surface that is shown then: the motion of the balls
 /// and the map leaves out what the level does to keep the volume.

@@ -116,7 +116,7 @@ Result<RenderedFrame> SuiteRenderer::render(int frame) {
     rendered.context.cell = std::max(rendered.context.cell, state.prepared.actors[i].cell);
   }
   rendered.pixels = pixel_sha256(image);
-  // A golden went through half floats; so must what is held against it.
+  // A golden went through half floats; so must what is compared with it.
   PM_TRY(rendered.bytes, encode_exr(image));
   PM_TRY(rendered.image, decode_image(rendered.bytes, fmt::format("frame {}", frame)));
   return rendered;
