@@ -1,4 +1,4 @@
-"""A finished model, and the common road from distances to files."""
+"""A finished model, and the steps from a distance field to its files."""
 import os
 import numpy as np
 from . import charts, files, polygonise, topology
@@ -12,7 +12,7 @@ class Model:
         self.groups, self.materials = [], []
         self.genus = 0          # of every shell; write() insists on it
 
-    def settle(self, scale=None, size=None):
+    def place_on_ground(self, scale=None, size=None):
         """Stand on y = 0, centred in x and z; size scales the longest side."""
         v = self.v
         if size is not None:
@@ -60,7 +60,7 @@ def majority(label, nb, rounds=3):
     return label
 
 
-def whole(label, nb):
+def keep_largest_pieces(label, nb):
     """Keep of every part its largest piece; stray pieces join the part that
     surrounds them."""
     for _ in range(4):
@@ -68,9 +68,9 @@ def whole(label, nb):
         sizes = np.bincount(comp)
         biggest = {}
         for c in range(len(sizes)):
-            l = label[comp == c][0]
-            if l not in biggest or sizes[c] > sizes[biggest[l]]:
-                biggest[l] = c
+            part = label[comp == c][0]
+            if part not in biggest or sizes[c] > sizes[biggest[part]]:
+                biggest[part] = c
         stray = [c for c in range(len(sizes)) if c not in biggest.values()]
         if not stray:
             return label
@@ -92,12 +92,12 @@ def organic(model, field, parts, paint, lo, hi, h, triangles, weight=None, densi
     rows = parts(mid)
     names = [n for n, _ in rows]
     label = np.argmin(np.stack([d for _, d in rows]), axis=0)
-    label = whole(majority(label, nb), nb)
+    label = keep_largest_pieces(majority(label, nb), nb)
     dens = [(density or {}).get(n, 1.0) for n in names]
     model.uv, model.uv_of, corner = charts.unwrap(v, faces, normals, label, texture, dens)
     model.image = charts.bake(v, faces, corner, texture, paint)
     model.v, model.faces = v, faces
-    model.settle()
+    model.place_on_ground()
     model.normals = np.round(normals, 4) + 0.0
     model.normal_of = faces
     model.groups = [(n, model.name, np.nonzero(label == i)[0]) for i, n in enumerate(names)]

@@ -46,7 +46,7 @@ def sphere(level=4):
     m = Model("sphere", "ball of radius 1", "icosahedron, its faces halved four times")
     m.v, m.faces = np.array(v), np.array(f)
     m.normals, m.normal_of = np.round(m.v, 4) + 0.0, m.faces
-    m.settle()
+    m.place_on_ground()
     return finish(m, "sphere", (0.80, 0.34, 0.26))
 
 
@@ -63,7 +63,7 @@ def torus(R=0.9, r=0.36, nu=76, nv=32):
     m.faces = np.array(grid_faces(ids))
     m.normals, m.normal_of = np.round(n.reshape(-1, 3), 4) + 0.0, m.faces
     m.genus = 1
-    m.settle()
+    m.place_on_ground()
     return finish(m, "torus", (0.86, 0.60, 0.20))
 
 
@@ -87,7 +87,7 @@ def cube(n=16, size=1.6):
             faces += grid_faces(ids if side else ids.T)
     m = Model("cube", "cube with sharp edges", "six grids of 16 x 16 cells")
     m.v, m.faces = np.array(v) * (size / n), np.array(faces)
-    m.settle()
+    m.place_on_ground()
     m.hard_normals(30)
     return finish(m, "cube", (0.24, 0.52, 0.62), 0.25, 40)
 
@@ -135,7 +135,7 @@ def puddle(radius=1.0, height=0.16, rings=16, rim=8):
     faces.append(grid_faces(np.concatenate([ids, ids[:, :1]], 1)))
     m = Model("puddle", "flat drop with a rounded rim", "two discs joined by half a torus")
     m.v, m.faces = np.concatenate(v), np.concatenate([np.array(f) for f in faces])
-    m.settle()
+    m.place_on_ground()
     m.hard_normals(60)
     return finish(m, "puddle", (0.22, 0.45, 0.78), 0.6, 120)
 

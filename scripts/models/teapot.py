@@ -144,7 +144,7 @@ def build():
     v = np.concatenate(vs)
     m.v = np.stack([v[:, 0], v[:, 2], -v[:, 1]], 1)      # z up -> y up
     m.faces = np.concatenate(fs)
-    m.settle(size=2.4)
+    m.place_on_ground(size=2.4)
     m.hard_normals(44)
     m.materials = [("glaze", material((0.87, 0.80, 0.68), 0.55, 140))]
     return [m]

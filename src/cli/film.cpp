@@ -77,7 +77,7 @@ void expose(Image& image, float stops) {
   }
 }
 
-Image slim(const Image& image, int width) {
+Image resized_colors(const Image& image, int width) {
   std::vector<std::string> names;
   for (const char* name : {"R", "G", "B", "A"})
     if (image.find_channel(name) >= 0) names.emplace_back(name);
@@ -119,7 +119,7 @@ Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> 
     PM_TRY(Image image, std::move(traced.image));
     const int traced_number = numbers[film.images.size()];
     expose(image, scene_at(scene, static_cast<double>(traced_number)).image.exposure);
-    const Image shown = slim(image, width);
+    const Image shown = resized_colors(image, width);
     for (; showing > 0; --showing) {
       FrameRecord record;
       record.frame = numbers[film.images.size()];

@@ -40,7 +40,7 @@ void expose(Image& image, float stops);
 
 /// R, G, B and A alone, scaled to `width` (0 = as they are): what a long sequence may hold in
 /// memory.
-Image slim(const Image& image, int width);
+Image resized_colors(const Image& image, int width);
 
 /// Renders these frames of the scene, each `width` pixels wide (0 = as the scene says), with
 /// progress. The surface of a frame is made while the one before is traced, and frames that show

@@ -26,12 +26,12 @@ struct Pair {
 /// What lays one object on the other: q = to_center + scale rotation (p - from_center).
 struct Alignment {
   Mat3 rotation;
-  Vec3d turn;  ///< its axis times its angle: half a turn goes either way, and the way back is the
-               ///< same
+  /// Its axis times its angle: half a turn goes either way, and the way back is the same.
+  Vec3d turn;
   double scale = 1;
   Vec3d from_center, to_center;
   /// RMS distance of the pairs' ends that it leaves, over the RMS size: 0 where one object is a
-  /// turned and scaled copy of the other, about 1 where they have nothing to do with each other.
+  /// rotated and scaled copy of the other, about 1 where they have nothing to do with each other.
   double strain = 0;
 };
 

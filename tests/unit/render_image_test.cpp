@@ -15,11 +15,11 @@ using namespace testing;
 constexpr float kPi = std::numbers::pi_v<float>;
 
 /// A floor, an occluder and two objects under the studio's light: all code paths at once.
-struct Stage {
+struct StudioScene {
   TestMesh ball = make_ball(48, 24, 0.7f);
   TestMesh square = make_square({0.9f, 0.2f, -0.4f}, {0, 0, -1}, {0, 1, 0}, 0.6f);
   RenderScene scene;
-  Stage() {
+  StudioScene() {
     RenderMesh a = view_of(ball, 2), b = view_of(square, 3);
     a.look = 0.5f;
     scene.meshes = {a, b};
@@ -239,12 +239,12 @@ TEST(Render, AovsHoldTheFirstHit) {
 }
 
 TEST(Render, SameImageForAnyThreadCountOrderAndCompany) {
-  const Stage stage;
+  const StudioScene studio;
   RenderSettings settings = small_settings();
   settings.frame = 5;
   const auto in_arena = [&](int threads, Renderer& renderer) {
     tbb::task_arena arena(threads);
-    return arena.execute([&] { return *renderer.render(stage.scene, settings); });
+    return arena.execute([&] { return *renderer.render(studio.scene, settings); });
   };
   const tbb::global_control more_than_cores(tbb::global_control::max_allowed_parallelism, 5);
   Renderer first = *Renderer::create();
@@ -252,16 +252,16 @@ TEST(Render, SameImageForAnyThreadCountOrderAndCompany) {
   EXPECT_EQ(in_arena(2, first).pixels, alone.pixels);
   EXPECT_EQ(in_arena(5, first).pixels, alone.pixels);
 
-  // Another frame, another stage and another light before it leave no trace.
+  // Another frame, another scene and another light before it leave no trace.
   Renderer second = *Renderer::create();
-  RenderScene other = stage.scene;
+  RenderScene other = studio.scene;
   other.meshes.pop_back();
   other.lights.key_azimuth = 70;
   RenderSettings other_settings = settings;
   other_settings.frame = 4;
   other_settings.image.samples = 3;
   ASSERT_TRUE(second.render(other, other_settings));
-  EXPECT_EQ(second.render(stage.scene, settings)->pixels, alone.pixels);
+  EXPECT_EQ(second.render(studio.scene, settings)->pixels, alone.pixels);
 
   settings.frame = 6;
   EXPECT_NE(in_arena(2, first).pixels, alone.pixels);  // noise differs from frame to frame
@@ -272,9 +272,9 @@ TEST(Render, PinnedInstructionSetIsUsedAndRecorded) {
   ASSERT_TRUE(renderer) << renderer.error().message;
   EXPECT_EQ(renderer->isa(), "sse2");
   EXPECT_FALSE(Renderer::create()->isa().empty());
-  const Stage stage;
-  const double pinned = mean_green(*renderer->render(stage.scene, small_settings()));
-  EXPECT_NEAR(pinned, mean_green(render_or_fail(stage.scene, small_settings())), 1e-3);
+  const StudioScene studio;
+  const double pinned = mean_green(*renderer->render(studio.scene, small_settings()));
+  EXPECT_NEAR(pinned, mean_green(render_or_fail(studio.scene, small_settings())), 1e-3);
 }
 
 TEST(Render, UnknownInstructionSetIsAnError) {
@@ -285,7 +285,7 @@ TEST(Render, UnknownInstructionSetIsAnError) {
   EXPECT_NE(renderer.error().message.find("avx2"), std::string::npos);
 }
 
-TEST(Render, AnEmptyStageShowsACalmBackdrop) {
+TEST(Render, AnEmptyStudioShowsACalmBackdrop) {
   for (const bool ground : {false, true}) {
     RenderScene scene;
     scene.ground.enabled = ground;
@@ -316,10 +316,10 @@ TEST(Render, BadGeometryLeavesNoBadPixels) {
   ball.triangles.push_back({{70, 70, 70}});
   ball.materials[0].roughness = nan;
   ball.materials[0].color.y = nan;
-  Stage stage;
-  stage.scene.meshes[0] = view_of(ball);
-  stage.scene.meshes[0].look = 0.5f;
-  const Image image = render_or_fail(stage.scene, small_settings());
+  StudioScene studio;
+  studio.scene.meshes[0] = view_of(ball);
+  studio.scene.meshes[0].look = 0.5f;
+  const Image image = render_or_fail(studio.scene, small_settings());
   for (float value : image.pixels) ASSERT_TRUE(std::isfinite(value));
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) EXPECT_GE(image.at(x, y, 1), 0.0f);
@@ -335,21 +335,21 @@ TEST(Render, AnIndexBeyondThePositionsIsABug) {
 }
 
 TEST(Render, DenormalsAreBackAfterwards) {
-  const Stage stage;
-  render_or_fail(stage.scene, small_settings(1));
+  const StudioScene studio;
+  render_or_fail(studio.scene, small_settings(1));
   volatile float small = std::numeric_limits<float>::min();
   small = small / 4;
   EXPECT_GT(small, 0.0f);
 }
 
 TEST(Render, StatsCountRaysAndTime) {
-  const Stage stage;
+  const StudioScene studio;
   Renderer renderer = *Renderer::create();
-  ASSERT_TRUE(renderer.render(stage.scene, small_settings()));
+  ASSERT_TRUE(renderer.render(studio.scene, small_settings()));
   const Renderer::Stats once = renderer.stats();
   EXPECT_GT(once.rays, 48u * 36 * 16);
   EXPECT_GT(once.trace_seconds, 0);
-  ASSERT_TRUE(renderer.render(stage.scene, small_settings()));
+  ASSERT_TRUE(renderer.render(studio.scene, small_settings()));
   EXPECT_EQ(renderer.stats().rays, once.rays);
 }
 

@@ -81,7 +81,7 @@ Result<Film> from_images(const StripOptions& options) {
       if (value && attribute.name == "polymorph/exposure") exposure = *value;
     }
     expose(image, exposure);
-    film.images.push_back(slim(image, options.width));
+    film.images.push_back(resized_colors(image, options.width));
   }
   return film;
 }
