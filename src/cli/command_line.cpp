@@ -51,13 +51,13 @@ void add_common(Command command, CommonOptions& common) {
           .type_name("DEVICE"));
   add(command
           .add_option("--max-memory", common.max_memory,
-                      "most memory for making surfaces: bytes, or with K, M or G; 0 = no limit")
+                      "maximum memory for making surfaces: bytes, or with K, M or G; 0 = no limit")
           .environment("POLYMORPH_MAX_MEMORY")
           .bytes()
           .type_name("SIZE"));
   add(command
           .add_option("--cache-dir", common.cache_dir,
-                      "where sphere approximations are kept (env POLYMORPH_CACHE_DIR)")
+                      "folder of the cache (env POLYMORPH_CACHE_DIR)")
           .environment("POLYMORPH_CACHE_DIR")
           .type_name("DIR"));
   add(command.add_flag("--no-cache", common.no_cache, "neither read nor write the cache"));

@@ -6,6 +6,7 @@
 
 #include "base/file.h"
 #include "base/text.h"
+#include "model/load/load_model.h"
 #include "scene/scene.h"
 
 namespace polymorph {
@@ -50,18 +51,18 @@ const NamedFile* find_named(const std::vector<NamedFile>& files, const std::stri
   return found == files.end() ? nullptr : &*found;
 }
 
-/// A demo model, else a shape, else an OBJ file; null if it is none of them.
+/// A demo model, else a shape, else a model file; null if it is none of them.
 Json object_named(const std::vector<NamedFile>& models, const std::string& name) {
   if (const NamedFile* model = find_named(models, name)) return model->file.string();
   if (std::find(kShapeNames.begin(), kShapeNames.end(), name) != kShapeNames.end()) return name;
   std::error_code error;
-  if (fs::path(name).extension() == ".obj" && fs::is_regular_file(name, error))
+  if (is_model_file(name) && fs::is_regular_file(name, error))
     return fs::absolute(name).lexically_normal().string();
   return nullptr;
 }
 
 Error unknown_name(const char* what, const std::string& name, std::vector<std::string> names) {
-  return make_error(ErrorCode::kUsage, "{} \"{}\" is not known{} - known: {}; or name an OBJ file",
+  return make_error(ErrorCode::kUsage, "{} \"{}\" is not known{} - known: {}; or name a model file",
                     what, name, did_you_mean(name, names), join_quoted(names));
 }
 

@@ -24,7 +24,7 @@ std::vector<NamedFile> demo_models(const std::filesystem::path& data);
 /// read.
 Result<std::vector<NamedFile>> demo_effects(const std::filesystem::path& data);
 
-/// A scene from `from` to `to`, each a demo model, a built-in shape or an OBJ file, small enough
+/// A scene from `from` to `to`, each a demo model, a built-in shape or a model file, small enough
 /// for seconds. `through`: an effect, whose settings and objects on the way are taken over, with
 /// ends that are shapes as objects on the way too; or an object, which is formed on the way; or
 /// empty. Paths are absolute. Errors (kUsage): an unknown name; the message has the nearest.

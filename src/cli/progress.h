@@ -13,8 +13,8 @@ namespace polymorph {
 
 ProgressCallback make_progress(ProgressMode mode);
 
-/// Signs of life for logs that are watched by machines: while no frame is finished, a line every so
-/// many seconds says how far the run is.
+/// A regular line for logs that are watched by machines: while no frame is finished, a line every
+/// so many seconds says how far the run is.
 class Heartbeat {
  public:
   /// `seconds` 0, or a mode in which no lines are logged: never.

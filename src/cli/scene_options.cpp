@@ -26,7 +26,9 @@ void add_scene_options(Command command, SceneOptions& options) {
       .range(1, 65536)
       .type_name("N")
       .group("Scene");
-  command.add_option("--noise", options.noise, "sample until this clean: 0.01; --spp is the most")
+  command
+      .add_option("--noise", options.noise,
+                  "sample until the error is below this, as 0.01; at most --spp")
       .range(0.0, 1.0)
       .type_name("E")
       .group("Scene");

@@ -42,7 +42,7 @@ class ContradictionFinder {
     for (const char* key : {"source", "target"})
       if (!value.find(key))
         report(fmt::format("{}/{}", pointer, key), &value,
-               "is missing - name an OBJ file or a shape");
+               "is missing - name a model file or a shape");
     const std::size_t legs = actor.intermediate.size() + 1;
     const auto legs_text = fmt::format("{} leg{}", legs, legs == 1 ? "" : "s");
     const bool own = !actor.per_leg.empty();

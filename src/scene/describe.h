@@ -438,7 +438,7 @@ void describe(V& v, OutputSettings& s) {
 template <class V>
 void describe_chain(V& v, ActorSettings& s) {
   v.object("source", s.source,
-           "where the morph starts: an object, or just its OBJ file or shape as a string");
+           "where the morph starts: an object, or just its model file or shape as a string");
   v.objects("intermediate", s.intermediate, "objects on the way, in order");
   v.object("target", s.target, "where the morph ends");
 }

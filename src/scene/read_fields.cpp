@@ -320,7 +320,7 @@ void ReadFields::read_name(const JsonValue& value, const std::string& pointer,
 void ReadFields::check_object(const ObjectSettings& object, const JsonValue& value) {
   if (object.model.empty() == object.shape.empty())
     report_at(value.offset, pointer_,
-              "needs either \"model\" (an OBJ file) or \"shape\", not both or neither");
+              "needs either \"model\" (a file) or \"shape\", not both or neither");
   if (!object.shape.empty() &&
       std::find(kShapeNames.begin(), kShapeNames.end(), object.shape) == kShapeNames.end())
     report(*object_.find("shape"), "shape",

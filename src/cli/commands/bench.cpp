@@ -374,12 +374,12 @@ void add_bench(CommandLine& line) {
       .range(8, 2048)
       .type_name("N")
       .group("Main");
-  command.add_option("--field", options->field, "gaussian, wyvill or inverse_square")
-      .choices([] {
-        std::vector<std::string> names;
-        for (const FieldKind kind : kFieldKinds) names.emplace_back(field_name(kind));
-        return names;
-      }())
+  std::vector<std::string> fields;
+  for (const FieldKind kind : kFieldKinds) fields.emplace_back(field_name(kind));
+  command
+      .add_option("--field", options->field,
+                  fmt::format("of the balls: {} (gaussian)", fmt::join(fields, ", ")))
+      .choices(fields)
       .type_name("FIELD")
       .group("Main");
   command.add_option("--spp", options->samples, "samples per pixel (16)")

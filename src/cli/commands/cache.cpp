@@ -85,9 +85,10 @@ Result<int> clean(const fs::path& folder, const CacheOptions& options) {
   } else {
     double bytes = INFINITY, age = INFINITY;
     if (!options.max_size.empty()) {
-      PM_TRY(bytes, parse_amount("--max-size", options.max_size,
-                                 {{'b', 1}, {'k', 1e3}, {'m', 1e6}, {'g', 1e9}, {'t', 1e12}},
-                                 "500M or 1G"));
+      std::string size = options.max_size;
+      if (const std::string problem = read_size(size); !problem.empty())
+        return make_error(ErrorCode::kUsage, "--max-size {}", problem);
+      bytes = *parse_number(size);
     }
     if (!options.max_age.empty()) {
       PM_TRY(age, parse_amount("--max-age", options.max_age,
@@ -97,7 +98,7 @@ Result<int> clean(const fs::path& folder, const CacheOptions& options) {
     cleaning = gc_cache(folder, bytes < 1e19 ? static_cast<std::uint64_t>(bytes) : kMax, age);
   }
   for (const std::string& failure : cleaning.failures)
-    log_message(LogLevel::kError, "sphere cache: " + failure);
+    log_message(LogLevel::kError, "cache: " + failure);
   if (options.json.wanted) {
     const nlohmann::ordered_json json{{"folder", folder.string()},
                                       {"removed", cleaning.removed},
@@ -142,7 +143,9 @@ void add_cache(CommandLine& line) {
       .choices({"ls", "verify", "gc", "clear"})
       .type_name("VERB")
       .group("Main");
-  command.add_option("--max-size", options->max_size, "gc: keep at most this much, e.g. 1G")
+  command
+      .add_option("--max-size", options->max_size,
+                  "gc: keep at most this much: bytes, or with K, M, G or T (1024 each)")
       .type_name("SIZE")
       .group("Main");
   command.add_option("--max-age", options->max_age, "gc: keep nothing older, e.g. 30d")

@@ -146,7 +146,7 @@ void add_limits(Command command, Tolerance& t) {
   add("--relative", t.relative, kMax, "X",
       fmt::format("... plus this share of the reference ({})", t.relative));
   add("--failpercent", t.fail_percent, 100, "P",
-      fmt::format("so many % of pixels may fail ({})", t.fail_percent));
+      fmt::format("maximum share of failing pixels, % ({})", t.fail_percent));
   add("--hardfail", t.hard_fail, kMax, "X", "no pixel may differ by more (off)");
   add("--depth", t.depth, kMax, "X", fmt::format("relative limit for Z ({})", t.depth));
   add("--normal", t.normal, kMax, "X", fmt::format("limit for N.* ({})", t.normal));
@@ -154,7 +154,7 @@ void add_limits(Command command, Tolerance& t) {
   add("--flip-p99", t.flip_p99, 1, "X", "... and of what 99 % of the pixels stay below (off)");
   add("--warn", t.warn, kMax, "X", "say so when a pixel differs by more; no failure (off)");
   add("--warnpercent", t.warn_percent, 100, "P",
-      fmt::format("so many % may, silently ({})", t.warn_percent));
+      fmt::format("... when more than this share does, % ({})", t.warn_percent));
 }
 
 }  // namespace

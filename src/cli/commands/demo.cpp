@@ -97,9 +97,9 @@ void add_demo(CommandLine& line) {
       add_command(line, "demo", "Morph any two of the models that come with polymorph, in seconds.",
                   "  polymorph demo\n  polymorph demo monkey spider\n"
                   "  polymorph demo teapot penguin --through puddle\n  polymorph demo --list",
-                  "  0 made   2 usage, unknown name   3 bad OBJ file   4 cannot write, exists\n"
+                  "  0 made   2 usage, unknown name   3 bad model   4 cannot write, exists\n"
                   "  5 device or memory, no models   130, 143 stopped by a signal");
-  command.add_option("from", options->from, "a model by name, a shape or an OBJ file (teapot)")
+  command.add_option("from", options->from, "a model by name, a shape or a model file (teapot)")
       .type_name("FROM")
       .group("Main");
   command.add_option("to", options->to, "likewise (penguin)").type_name("TO").group("Main");

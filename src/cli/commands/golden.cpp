@@ -325,7 +325,7 @@ void add_golden(CommandLine& line) {
   command
       .add_option("--tier", options->tier,
                   "test: A the build agrees with itself to the bit; B frames against goldens "
-                  "(default); C noise against goldens, for nights")
+                  "(default); C noise against goldens, for nightly runs")
       .choices_in_any_case({"A", "B", "C"})
       .type_name("TIER")
       .group("Main");

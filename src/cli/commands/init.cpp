@@ -4,6 +4,7 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
+#include "model/load/load_model.h"
 #include "scene/commented_scene.h"
 
 namespace polymorph {
@@ -35,11 +36,10 @@ const std::vector<std::pair<const char*, std::vector<const char*>>> kKeys{
 Result<std::string> model_name(const std::string& file, const fs::path& folder) {
   std::error_code error;
   if (!fs::is_regular_file(file, error))
-    return make_error(ErrorCode::kInput, "{}: no such file - name the OBJ files of your models",
-                      file);
-  if (fs::path(file).extension() != ".obj")
-    return make_error(ErrorCode::kInput, "{}: is no OBJ file - export the model as Wavefront OBJ",
-                      file);
+    return make_error(ErrorCode::kInput, "{}: no such file - name the files of your models", file);
+  if (!is_model_file(file))
+    return make_error(ErrorCode::kInput,
+                      "{}: is no model file - use OBJ, glTF, FBX, PLY, STL, DAE, OFF or 3DS", file);
   const std::string name = fs::absolute(file).lexically_normal().lexically_proximate(folder);
   // Bytes that are not UTF-8 are left out by dump(), and another name would be read.
   if (Json::parse(Json(name).dump(-1, ' ', false, Json::error_handler_t::ignore)) != Json(name))
@@ -108,7 +108,7 @@ void add_init(CommandLine& line) {
                   "  0 written   2 usage   3 a model is missing   4 cannot write, exists");
   command
       .add_option("models", options->models,
-                  "OBJ files: the source, any objects on the way, the target")
+                  "model files: the source, any objects on the way, the target")
       .required()
       .count(2, 100)
       .type_name("MODEL MODEL...")

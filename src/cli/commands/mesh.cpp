@@ -343,7 +343,7 @@ void add_mesh(CommandLine& line) {
       .group("Main");
   command
       .add_option("--error", options->error,
-                  "simplify: so far off may it be, a share of the diagonal, as 0.02%")
+                  "simplify: maximum Hausdorff distance, a share of the diagonal, as 0.02%")
       .type_name("E")
       .group("Main");
   command

@@ -238,9 +238,7 @@ void add_render(CommandLine& line) {
                   "  4 cannot write   5 device or memory   6 some frames failed (--keep-going)\n"
                   "  75 stopped early by SIGUSR1, 130, 143 stopped by another signal: finished\n"
                   "  frames are whole, run again with --skip-existing to go on");
-  command
-      .add_option("scene", options->scene,
-                  "the scene file; with --turntable a model's OBJ file, too")
+  command.add_option("scene", options->scene, "the scene file; with --turntable a model file, too")
       .required()
       .type_name("SCENE")
       .group("Main");
@@ -265,7 +263,7 @@ void add_render(CommandLine& line) {
       .group("Main");
   command
       .add_flag("--turntable", options->turntable,
-                "the camera goes once round: round a model's OBJ file, round the one frame that "
+                "the camera goes once round: round a model, round the one frame that "
                 "-f names (72 frames), or while the film runs")
       .group("Main");
   command.add_flag("--strict", options->strict, "warnings about models and textures are errors")
@@ -288,7 +286,7 @@ void add_render(CommandLine& line) {
       .group("Farm");
   command
       .add_option("--heartbeat", options->heartbeat,
-                  "seconds between signs of life in a log without a bar (60); 0: none")
+                  "seconds between lines of the log while no frame is finished (60); 0: none")
       .environment("POLYMORPH_HEARTBEAT")
       .range(0.0, 86400.0)
       .type_name("S")

@@ -232,7 +232,7 @@ void add_spheres(CommandLine& line) {
                   "  polymorph spheres teapot.obj --method octree --resolution 5 --no-fit --json",
                   "  0 done   2 usage   3 bad model, or nothing of it is inside\n"
                   "  4 cannot write   5 memory");
-  command.add_option("model", options->model, "an OBJ file, or sphere, cube, torus, puddle, drops")
+  command.add_option("model", options->model, "a model file, or sphere, cube, torus, puddle, drops")
       .required()
       .type_name("MODEL")
       .group("Main");

@@ -201,7 +201,8 @@ void add_farm_options(Command command, SubmitOptions& options) {
           .range(1, 1000000)
           .type_name("M"));
   add(command.add_option("--partition", options.partition, "where the jobs go").type_name("NAME"));
-  add(command.add_option("--account", options.account, "who pays").type_name("NAME"));
+  add(command.add_option("--account", options.account, "account that is charged")
+          .type_name("NAME"));
   add(command
           .add_option("--sbatch", options.directives,
                       "one more option of sbatch: --sbatch=--qos=night")

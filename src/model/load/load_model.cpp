@@ -163,6 +163,13 @@ Error broken(const std::string& file, const ReaderRun& run) {
   return make_error(ErrorCode::kInput, "{}: {} - export it anew, or as OBJ or glTF", file, why);
 }
 
+std::string lower_suffix(const fs::path& path) {
+  std::string suffix = path.extension().string();
+  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  return suffix;
+}
+
 constexpr const char* kForeign[] = {".glb", ".gltf", ".ply", ".stl",
                                     ".fbx", ".dae",  ".off", ".3ds"};
 
@@ -210,11 +217,13 @@ Result<LoadedModel> load_foreign(const fs::path& path, const LoadObjSettings& se
 
 }  // namespace
 
+bool is_model_file(const fs::path& path) {
+  return lower_suffix(path) == ".obj" || is_foreign_model(path);
+}
+
 bool is_foreign_model(const fs::path& path) {
-  std::string suffix = path.extension().string();
-  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
-  return std::find(std::begin(kForeign), std::end(kForeign), suffix) != std::end(kForeign);
+  return std::find(std::begin(kForeign), std::end(kForeign), lower_suffix(path)) !=
+         std::end(kForeign);
 }
 
 Result<LoadedModel> load_model(const fs::path& path, const LoadObjSettings& settings) {

@@ -20,6 +20,9 @@ namespace polymorph {
 Result<LoadedModel> load_model(const std::filesystem::path& path,
                                const LoadObjSettings& settings = {});
 
+/// Whether the name's suffix is that of a model: .obj or one that Assimp reads.
+bool is_model_file(const std::filesystem::path& path);
+
 /// Whether load_model() would start the reader.
 bool is_foreign_model(const std::filesystem::path& path);
 
