@@ -46,7 +46,7 @@ struct RunReport {
   std::optional<FrameEstimate> estimate;  ///< of a dry run: what its planned frames will cost
   std::size_t count(FrameRecord::State state) const;
 };
-/// The report as JSON: what `render --report` writes.
+/// The report as JSON: what `render --json` writes.
 nlohmann::ordered_json to_json(const RunReport& report);
 
 }  // namespace polymorph
