@@ -2,7 +2,7 @@
 //
 // A backend gives: Team (how the threads that share one item work together: V, kParts, each,
 // each_group, group_sum, group_max, sync, scan, append, add); kManyRoots; for_each and for_teams;
-// scan; Buffer<T> with resize and fit; upload, download, output, deliver; start_frame,
+// scan; Buffer<T> with resize and fit; upload, download, output; start_frame,
 // everything_fitted, finish_frame. What it cannot do
 // (memory, a failing device) it throws as EngineFailure or std::bad_alloc; both end here and leave
 // as a status.

@@ -339,7 +339,7 @@ class CudaBackend {
       std::memcpy(target + part * kHalf, staging_ + part % 2 * kHalf, here);
     }
   }
-  /// Where a pass writes *count elements of a result: device memory, for deliver() to bring over.
+  /// Where a pass writes *count elements of a result: device memory, for download() to copy.
   template <class T>
   View<T> output(std::vector<T>&, Buffer<T>& buffer, const std::int64_t* count,
                  std::int64_t guess) {

@@ -220,7 +220,8 @@ Sphere rounded_sphere(const Cluster& cluster, double min_radius) {
 
 /// A sample is kept by the leaf in which it lies deepest; each leaf shrinks to what it keeps. A few
 /// rounds; every one leaves all samples covered. Gives the leaf that keeps each sample.
-std::vector<std::uint32_t> tighten(std::vector<Sphere>& leaves, std::span<const Vec3d> points) {
+std::vector<std::uint32_t> shrink_to_samples(std::vector<Sphere>& leaves,
+                                             std::span<const Vec3d> points) {
   constexpr int kRounds = 4;
   std::vector<std::uint32_t> owner(points.size());
   std::vector<double> distance(points.size());
@@ -345,7 +346,7 @@ Result<SphereTree> hubbard_spheres(const Model& model, const InsideTest& test,
       leaf_clusters.push_back(i);
       spheres.push_back(rounded_sphere(merger.clusters()[i], min_radius));
     }
-  const std::vector<std::uint32_t> owner = tighten(spheres, points);
+  const std::vector<std::uint32_t> owner = shrink_to_samples(spheres, points);
   for (Sphere& s : spheres) s.radius = std::max(s.radius, static_cast<float>(min_radius));
   merger.merge_down_to(1);
   return tree_of(merger, leaf_clusters, spheres, owner, min_radius);

@@ -11,7 +11,7 @@
 namespace polymorph {
 namespace {
 
-TEST(Math, power_of_two_is_within_1_5e_7) {
+TEST(Math, exp2_is_within_1_5e_7) {
   double worst = 0;
   for (int i = 0; i <= 2250000; ++i) {
     const float e = kMinExponent + static_cast<float>(i) * 1e-4f;
@@ -22,13 +22,13 @@ TEST(Math, power_of_two_is_within_1_5e_7) {
   RecordProperty("worst", std::to_string(worst));
 }
 
-TEST(Math, power_of_two_is_exact_for_whole_exponents) {
+TEST(Math, exp2_is_exact_for_whole_exponents) {
   for (int e = -125; e <= 100; ++e) {
     EXPECT_EQ(exp2(static_cast<float>(e)), std::ldexp(1.0f, e)) << e;
   }
 }
 
-TEST(Math, log_of_two_is_within_2e_7) {
+TEST(Math, log2_is_within_2e_7) {
   double worst = 0;
   for (int i = 0; i < 2000000; ++i) {
     const float a = std::ldexp(1.0f + static_cast<float>(i % 8191) / 8191.0f, i % 240 - 120);
@@ -147,7 +147,7 @@ TEST(FieldKinds, a_ball_of_a_sphere_is_at_its_radius_and_all_forms_agree) {
   }
 }
 
-TEST(Falloff, fall_is_the_slope_of_value) {
+TEST(Falloff, negated_derivative_is_the_slope_of_value) {
   const auto check = [](auto field, const Ball& ball) {
     using F = decltype(field);
     const auto p = prepare_ball<F>(ball, FieldScale{std::log2(1e-4f), 1});

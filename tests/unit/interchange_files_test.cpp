@@ -23,7 +23,7 @@ SurfaceFrame tetrahedron() {
   return frame;
 }
 
-SurfaceFrame dressed() {
+SurfaceFrame textured_surface() {
   SurfaceFrame frame = tetrahedron();
   frame.colors = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.2158605f, 0.2158605f, 0.2158605f}};
   frame.velocities = {{1, 2, 3}, {0, 0, 0}, {0, 0, 0}, {4, 5, 6}};
@@ -69,7 +69,7 @@ TEST(MeshFiles, FlatMeshesHaveNoNormals) {
 }
 
 TEST(MeshFiles, PlyHasWhatPointsCarry) {
-  const SurfaceFrame frame = dressed();
+  const SurfaceFrame frame = textured_surface();
   SurfaceSequence sequence;
   sequence.actors = {"it"};
   sequence.label_names = {{"head", "foot"}};
@@ -88,7 +88,7 @@ TEST(MeshFiles, PlyHasWhatPointsCarry) {
 }
 
 TEST(MeshFiles, ObjNamesMaterialsOnce) {
-  const SurfaceFrame frame = dressed();
+  const SurfaceFrame frame = textured_surface();
   MaterialCatalog catalog;
   const std::string obj = encode_obj({&frame, 1}, {}, "it.mtl", catalog);
   EXPECT_NE(obj.find("mtllib it.mtl\n"), std::string::npos);

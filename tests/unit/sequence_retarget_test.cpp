@@ -119,15 +119,15 @@ TEST_F(RetargetTest, ItsColoursAreThoseOfAllThatItWasBetween) {
   const auto before = geometry_at(prepared, *engine, change - 1),
              after = geometry_at(prepared, *engine, change);
   ASSERT_TRUE(before.ok() && after.ok());
-  const auto& old_clothes = before->actors[0].layers;
+  const auto& old_layers = before->actors[0].layers;
   const auto& layers = after->actors[0].layers;
-  ASSERT_EQ(old_clothes.size(), 2u);
+  ASSERT_EQ(old_layers.size(), 2u);
   ASSERT_EQ(layers.size(), 3u);
   EXPECT_EQ(layers[0].object, 0u);
   EXPECT_EQ(layers[1].object, 1u);
   EXPECT_EQ(layers[2].object, 2u);
   EXPECT_EQ(layers[2].share, 0);
-  EXPECT_NEAR(layers[1].share, old_clothes[1].share, 0.1f);
+  EXPECT_NEAR(layers[1].share, old_layers[1].share, 0.1f);
   const float left = progress_at(prepared.actors[0].legs[0].plan, 0.45f);
   EXPECT_GT(layers[1].share, 0.0f);
   EXPECT_LT(layers[1].share, left);  // colours change later than the shape, until half way
