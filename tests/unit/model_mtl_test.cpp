@@ -250,8 +250,8 @@ TEST(FindAsset, FollowsPathsBelowTheCurrentFolderToo) {
   folder.write("x.png", "x");
   const std::filesystem::path before = std::filesystem::current_path();
   std::filesystem::current_path(folder.path());
-  const auto here = find_asset("", "", "X.png");
-  const auto above = find_asset("", "", "../x.jpg");
+  const auto here = AssetFinder("").find("", "X.png");
+  const auto above = AssetFinder("").find("", "../x.jpg");
   std::filesystem::current_path(before);
   ASSERT_TRUE(here);
   EXPECT_EQ(here->path.filename(), "x.png");

@@ -90,8 +90,4 @@ Result<AssetPath> AssetFinder::find(const fs::path& folder, std::string_view nam
   return AssetPath{};
 }
 
-Result<AssetPath> find_asset(const fs::path& root, const fs::path& folder, std::string_view name) {
-  return AssetFinder(root).find(folder, name);
-}
-
 }  // namespace polymorph
