@@ -132,9 +132,9 @@ Result<Approximation> medial_to_error(Solid& solid, const SphereSettings& settin
 /// A closed model around a shell's faces, as thick as the surface of its distances at the default
 /// resolution is.
 Result<Model> thickened(const Model& model, const InsideTest& inside) {
-  constexpr float kCells = 128;  // the default of surface.resolution
+  const auto cells = static_cast<float>(SurfaceSettings{}.resolution);
   const Vec3 size = model.box().size();
-  const float cell = std::max({size.x, size.y, size.z}) / kCells;
+  const float cell = std::max({size.x, size.y, size.z}) / cells;
   if (!(cell > 0)) return make_error(ErrorCode::kInput, "model \"{}\" has no extent", model.name);
   const std::vector<FaceSide> sheets(model.triangles.size(), FaceSide::kSheet);
   const auto distances = std::make_shared<const DistanceGrid>(signed_distances(
