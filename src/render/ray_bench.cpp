@@ -160,10 +160,10 @@ Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, i
   // As the renderer makes them.
   const std::vector<RayOf<Pack3>> packed[] = {packed_rays(camera), packed_rays(scattered)};
   std::vector<float> distances(camera.size());
-  std::vector<IntersectionOf<Pack>> met(packed[0].size());
+  std::vector<IntersectionOf<Pack>> intersections(packed[0].size());
   const auto run = [&](std::size_t loop) {
-    const bool alike = loop < 3;
-    const std::vector<Ray>& rays = alike ? camera : scattered;
+    const bool coherent = loop < 3;
+    const std::vector<Ray>& rays = coherent ? camera : scattered;
     over(rays, [&](std::size_t begin, std::size_t n) {
       RayStats stats;
       for (std::size_t k = begin; k < begin + n; ++k) {
@@ -171,8 +171,8 @@ Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, i
         const int count = static_cast<int>(std::min<std::size_t>(kPacket, begin + n - k));
         if (loop == 1 && count == kPacket && packet) bare.shoot16(&rays[k], &distances[k]);
         if ((loop == 2 || loop == 4) && packet)
-          intersect_closest(world, &packed[alike ? 0 : 1][k / kLanes], &met[k / kLanes], count,
-                            alike, stats);
+          intersect_closest(world, &packed[coherent ? 0 : 1][k / kLanes],
+                            &intersections[k / kLanes], count, coherent, stats);
         if (loop == 0 || loop == 3) distances[k] = bare.shoot(rays[k]).ray.tfar;
       }
     });

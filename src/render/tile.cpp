@@ -234,13 +234,13 @@ class Tile {
                        lane(intersections[i / kLanes], i % kLanes));
     }
   }
-  void look_at_sample(int pixel, const Ray& ray, const Intersection& met) {
+  void look_at_sample(int pixel, const Ray& ray, const Intersection& intersection) {
     if (!mattes_.empty())
       job_.mattes->add_sample(
-          job_.world, ray, met,
+          job_.world, ray, intersection,
           &mattes_[static_cast<std::size_t>(pixel) * job_.mattes->layer_count()]);
     if (!job_.image.denoise) return;
-    const Guide guide = guide_of(job_.world, ray, met, stats_);
+    const Guide guide = guide_of(job_.world, ray, intersection, stats_);
     sums_[pixel].albedo = sums_[pixel].albedo + guide.albedo;
     sums_[pixel].normal = sums_[pixel].normal + guide.normal;
   }

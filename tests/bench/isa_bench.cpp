@@ -99,11 +99,11 @@ Ray ray_of(const Model& model, const TracedScene& base, std::uint64_t n) {
 
 struct Answer {
   MeshHit hit;
-  std::uint32_t blocked = 0;
+  std::uint32_t occluded = 0;
 };
 
 struct Differences {
-  std::atomic<std::int64_t> triangle{0}, numbers{0}, blocked{0};
+  std::atomic<std::int64_t> triangle{0}, numbers{0}, occluded{0};
 };
 
 bool same_bits(float a, float b) { return float_bits(a) == float_bits(b); }
@@ -168,12 +168,12 @@ Result<int> run(const std::vector<std::string>& models, std::int64_t rays, bool 
               }
               MeshHitOf<Pack> met[2];
               scenes[d].closest(packs, met, n, false);
-              const std::uint32_t blocked = scenes[d].blocked(packs, n);
+              const std::uint32_t occluded = scenes[d].occluded(packs, n);
               for (int i = 0; i < n; ++i) {
                 const MeshHitOf<Pack>& m = met[i / kLanes];
                 const int l = i % kLanes;
                 answers[d][begin + i] = {{m.mesh[l], m.triangle[l], m.distance[l], m.u[l], m.v[l]},
-                                         (blocked >> i) & 1};
+                                         (occluded >> i) & 1};
                 if (m.mesh[l] == kNoMesh) answers[d][begin + i].hit = {};
               }
             },
@@ -187,7 +187,7 @@ Result<int> run(const std::vector<std::string>& models, std::int64_t rays, bool 
           differences[d].triangle += a.hit.mesh != b.hit.mesh || a.hit.triangle != b.hit.triangle;
           differences[d].numbers += !same_bits(a.hit.distance, b.hit.distance) ||
                                     !same_bits(a.hit.u, b.hit.u) || !same_bits(a.hit.v, b.hit.v);
-          differences[d].blocked += a.blocked != b.blocked;
+          differences[d].occluded += a.occluded != b.occluded;
         }
         if (d == 0) hits += met;
       }
@@ -199,8 +199,8 @@ Result<int> run(const std::vector<std::string>& models, std::int64_t rays, bool 
       const Differences& other = differences[d];
       fmt::print("  {:7} {:7.2f} s, differ from {}: mesh or triangle {}, t, u or v {}, shadow {}\n",
                  devices[d].isa, seconds[d], devices[0].isa, other.triangle.load(),
-                 other.numbers.load(), other.blocked.load());
-      if (other.triangle + other.numbers + other.blocked > 0) code = 1;
+                 other.numbers.load(), other.occluded.load());
+      if (other.triangle + other.numbers + other.occluded > 0) code = 1;
     }
     std::fflush(stdout);
   }

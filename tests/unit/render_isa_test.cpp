@@ -92,13 +92,13 @@ MeshHit one_by_one(const TracedScene& scene, std::uint32_t meshes, const Ray& ra
   double nearest = static_cast<double>(ray.far);
   for (std::uint32_t m = 0; m < meshes; ++m)
     for (std::uint32_t i = 0; i < scene.mesh(m).triangles.size(); ++i) {
-      TriangleIntersection met;
-      if (!intersects_triangle(scene.traced(m), i, ray, met) || !(met.distance > 0) ||
-          met.distance >= nearest)
+      TriangleIntersection intersection;
+      if (!intersects_triangle(scene.traced(m), i, ray, intersection) ||
+          !(intersection.distance > 0) || intersection.distance >= nearest)
         continue;
-      nearest = met.distance;
-      best = {m, i, static_cast<float>(met.distance), static_cast<float>(met.u),
-              static_cast<float>(met.v)};
+      nearest = intersection.distance;
+      best = {m, i, static_cast<float>(intersection.distance), static_cast<float>(intersection.u),
+              static_cast<float>(intersection.v)};
     }
   return best;
 }
@@ -142,7 +142,7 @@ TEST(Isa, PacketsAndShadowsAreTheSameUnderEveryInstructionSet) {
     for (std::size_t d = 0; d < scenes.size(); ++d) {
       MeshHitOf<Pack> hits[2];
       scenes[d].closest(rays, hits, count, first % 2 == 0);
-      const std::uint32_t blocked = scenes[d].blocked(rays, count);
+      const std::uint32_t occluded = scenes[d].occluded(rays, count);
       for (int i = 0; i < count; ++i) {
         const MeshHitOf<Pack>& h = hits[i / kLanes];
         const int l = i % kLanes;
@@ -151,7 +151,7 @@ TEST(Isa, PacketsAndShadowsAreTheSameUnderEveryInstructionSet) {
         const MeshHit alone = scenes[0].closest(ray);
         const std::string what = devices[d].isa + ", ray " + std::to_string(first + i);
         expect_equal(alone, {h.mesh[l], h.triangle[l], h.distance[l], h.u[l], h.v[l]}, what);
-        EXPECT_EQ((blocked >> i) & 1, alone.mesh != kNoMesh ? 1u : 0u) << what;
+        EXPECT_EQ((occluded >> i) & 1, alone.mesh != kNoMesh ? 1u : 0u) << what;
       }
     }
   }

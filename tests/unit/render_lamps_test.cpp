@@ -63,10 +63,10 @@ TEST(Lamps, SamplesPointAtTheLampAndKnowTheirDensity) {
       const LampSample s = sample_lamp(lamp, {0.1f, 0, 0}, u, v);
       ASSERT_GT(s.pdf, 0);
       const Ray ray{{0.1f, 0, 0}, s.direction};
-      const float met = intersect_lamp(lamp, ray);
-      if (settings.kind == LampKind::kLamp && !(met < 100)) continue;  // on the very rim
-      EXPECT_NEAR(met, s.distance, 1e-3f);
-      EXPECT_NEAR(lamp_pdf(lamp, ray, met) / s.pdf, 1, 1e-3f);
+      const float hit = intersect_lamp(lamp, ray);
+      if (settings.kind == LampKind::kLamp && !(hit < 100)) continue;  // on the very rim
+      EXPECT_NEAR(hit, s.distance, 1e-3f);
+      EXPECT_NEAR(lamp_pdf(lamp, ray, hit) / s.pdf, 1, 1e-3f);
     }
     EXPECT_FALSE(intersect_lamp(lamp, {{0.1f, 0, 0}, {0, -1, 0}}) < 100);
   }

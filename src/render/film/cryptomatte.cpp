@@ -165,25 +165,25 @@ float Mattes::label_of(const RenderMesh& mesh, const MeshIds& ids, const MeshHit
   return ids.labels[mesh.vertex_labels[mesh.triangles[hit.triangle].v[nearest]]];
 }
 
-void Mattes::add_sample(const World& world, const Ray& ray, const Intersection& met,
+void Mattes::add_sample(const World& world, const Ray& ray, const Intersection& intersection,
                         MattePixel* pixel) const {
   const float backdrop = world.transparent ? 0.0f : 1.0f;
-  if (met.mesh.mesh == kNoMesh) {
+  if (intersection.mesh.mesh == kNoMesh) {
     float floor = 0;
-    if (met.floor < std::numeric_limits<float>::infinity() && !world.shadow_only)
-      floor = 1 - floor_point(world.floor, ray, met.floor).fade;
+    if (intersection.floor < std::numeric_limits<float>::infinity() && !world.shadow_only)
+      floor = 1 - floor_point(world.floor, ray, intersection.floor).fade;
     for (std::size_t i = 0; i < kinds_.size(); ++i) {
       pixel[i].add(ground_[i], floor);
       pixel[i].add(backdrop_[i], (1 - floor) * backdrop);
     }
     return;
   }
-  const RenderMesh& mesh = world.geometry->mesh(met.mesh.mesh);
-  const MeshIds& ids = meshes_[met.mesh.mesh];
+  const RenderMesh& mesh = world.geometry->mesh(intersection.mesh.mesh);
+  const MeshIds& ids = meshes_[intersection.mesh.mesh];
   for (std::size_t i = 0; i < kinds_.size(); ++i) {
     if (kinds_[i] == Kind::kObject) pixel[i].add(ids.object, 1);
-    if (kinds_[i] == Kind::kMaterial) add_material(mesh, ids, met.mesh.triangle, pixel[i]);
-    if (kinds_[i] == Kind::kLabel) pixel[i].add(label_of(mesh, ids, met.mesh), 1);
+    if (kinds_[i] == Kind::kMaterial) add_material(mesh, ids, intersection.mesh.triangle, pixel[i]);
+    if (kinds_[i] == Kind::kLabel) pixel[i].add(label_of(mesh, ids, intersection.mesh), 1);
   }
 }
 

@@ -56,7 +56,7 @@ class Mattes {
   /// Adds what one camera ray met first to the pixel's layers (one per layer). Glass counts as
   /// itself; where nothing but the backdrop is seen that is a matte of its own, so that coverages
   /// sum to 1, but with a transparent backdrop to alpha.
-  void add_sample(const World& world, const Ray& ray, const Intersection& met,
+  void add_sample(const World& world, const Ray& ray, const Intersection& intersection,
                   MattePixel* pixel) const;
 
  private:

@@ -77,16 +77,16 @@ Result<Library> load_library() {
 
 }  // namespace
 
-Guide guide_of(const World& world, Ray ray, Intersection met, RayStats& stats) {
+Guide guide_of(const World& world, Ray ray, Intersection intersection, RayStats& stats) {
   Vec3 tint{1, 1, 1};
   for (int bounce = 0;; ++bounce) {
-    if (met.mesh.mesh == kNoMesh) {
-      if (met.floor == std::numeric_limits<float>::infinity()) break;
-      const FloorPointOf<Vec3> point = floor_point(world.floor, ray, met.floor);
+    if (intersection.mesh.mesh == kNoMesh) {
+      if (intersection.floor == std::numeric_limits<float>::infinity()) break;
+      const FloorPointOf<Vec3> point = floor_point(world.floor, ray, intersection.floor);
       return {tint * min(world.floor.color * point.tone, {1, 1, 1}), {0, 1, 0}};
     }
-    const SurfacePoint point = world.geometry->surface_point(ray, met.mesh);
-    const Shading shading = mixed_shading(world, met.mesh);
+    const SurfacePoint point = world.geometry->surface_point(ray, intersection.mesh);
+    const Shading shading = mixed_shading(world, intersection.mesh);
     const bool glass = shading.transmission > 0.5f;
     const bool mirror = shading.metallic > 0.5f && shading.roughness < kMirrorRoughness;
     if (bounce == kMaxGuideBounces || (!glass && !mirror))
@@ -103,9 +103,9 @@ Guide guide_of(const World& world, Ray ray, Intersection met, RayStats& stats) {
                             : normalized(ray.direction + point.shading * (2 * cosine));
     ray.far = std::numeric_limits<float>::infinity();
     ++stats.rays;
-    met.floor = intersect_floor(world.floor, ray);
-    ray.far = met.floor;
-    met.mesh = world.geometry->closest(ray);
+    intersection.floor = intersect_floor(world.floor, ray);
+    ray.far = intersection.floor;
+    intersection.mesh = world.geometry->closest(ray);
   }
   // Mirrors and glass show the sky as it is; the studio's paper has no features of its own.
   if (tint == Vec3{1, 1, 1} && !world.backdrop.sky) return {{1, 1, 1}, {}};

@@ -16,8 +16,8 @@ struct Guide {
   Vec3 albedo;  ///< [0, 1]
   Vec3 normal;  ///< world; 0 where nothing is
 };
-/// `met`: what the ray hits first.
-Guide guide_of(const World& world, Ray ray, Intersection met, RayStats& stats);
+/// `intersection`: the first one of the ray.
+Guide guide_of(const World& world, Ray ray, Intersection intersection, RayStats& stats);
 
 /// The channels of a film that is to be denoised, behind all others; denoise() takes them away.
 std::vector<std::string> guide_channels();

@@ -36,9 +36,9 @@ inline ComponentOf<T3> intersect_floor(const Floor& floor, const RayOf<T3>& ray)
   const V distance = (floor.height - ray.origin.y) / ray.direction.y;
   const V x = ray.origin.x + ray.direction.x * distance - floor.center.x;
   const V z = ray.origin.z + ray.direction.z * distance - floor.center.z;
-  const MaskOf<T3> met = (ray.direction.y < 0.0f) & (ray.origin.y > floor.height) &
+  const MaskOf<T3> hit = (ray.direction.y < 0.0f) & (ray.origin.y > floor.height) &
                          (distance < ray.far) & (x * x + z * z < floor.fade_end * floor.fade_end);
-  return select(met, distance, never);
+  return select(hit, distance, never);
 }
 
 /// The floor where a ray hits it.

@@ -25,10 +25,10 @@ ComponentOf<T3> intersect(const Lamp& lamp, const RayOf<T3>& ray) {
     const V facing = -dot(ray.direction, lamp.frame.z);
     const V distance = -dot(way, lamp.frame.z) / facing;
     const T3 there = ray.direction * distance - way;
-    const MaskOf<T3> met = (facing > 1e-6f) & (distance > 0.0f) & (distance < ray.far) &
+    const MaskOf<T3> hit = (facing > 1e-6f) & (distance > 0.0f) & (distance < ray.far) &
                            (abs(dot(there, lamp.frame.x)) <= lamp.half_width) &
                            (abs(dot(there, lamp.frame.y)) <= lamp.half_height);
-    return select(met, distance, never);
+    return select(hit, distance, never);
   }
   if (!(lamp.radius > 0)) return never;
   const V along = dot(way, ray.direction);
@@ -78,8 +78,8 @@ LampSampleOf<T3> sample(const Lamp& lamp, T3 from, ComponentOf<T3> u, ComponentO
   }
   const V height = cap_height(lamp.radius, distance2);
   sample.direction = normalized(to_world(make_frame(axis), cone_direction(height, u, v)));
-  const V met = intersect(lamp, RayOf<T3>{from, sample.direction});
-  sample.distance = select(met < kNever, met, sample.distance);
+  const V hit = intersect(lamp, RayOf<T3>{from, sample.direction});
+  sample.distance = select(hit < kNever, hit, sample.distance);
   sample.pdf = zero_unless(outside, 1.0f / (2 * kPi * height));
   sample.power = zero_unless(outside, lamp.radiance * (1.0f / sample.pdf));
   return sample;

@@ -160,9 +160,12 @@ class Tracer {
       intersect_closest(world_, rays, intersections, count, set_ == 1, stats_);
       for (int i = 0; i < count; ++i) {
         const std::uint32_t row = asking.items[first + i];
-        const Intersection met = lane(intersections[i / kLanes], i % kLanes);
-        intersections_[row].intersection = met;
-        (met.mesh.mesh != kNoMesh ? meshes_ : met.floor < kInfinity ? floors_ : escaped_).add(row);
+        const Intersection intersection = lane(intersections[i / kLanes], i % kLanes);
+        intersections_[row].intersection = intersection;
+        (intersection.mesh.mesh != kNoMesh ? meshes_
+         : intersection.floor < kInfinity  ? floors_
+                                           : escaped_)
+            .add(row);
       }
     }
   }
@@ -232,9 +235,9 @@ class Tracer {
     } else {
       const int count = popcount(Lanes<Pack>::bits(live));
       stats_.rays += static_cast<std::uint64_t>(count);
-      const std::uint32_t blocked = world_.geometry->blocked(&path.ray, count);
+      const std::uint32_t occluded = world_.geometry->occluded(&path.ray, count);
       for (int l = 0; l < count; ++l)
-        if ((blocked >> l) & 1) set_lane(share, l, {});
+        if ((occluded >> l) & 1) set_lane(share, l, {});
     }
     const PackMask hidden = live & is_black(share);
     if (any(hidden))

@@ -17,9 +17,9 @@ T3 limited(T3 light, float limit) {
 }
 
 /// Light of a sun or lamp that the ray hits, where `hit`; `pdf` is that of sampling the light.
-void add_hit_light(const World& world, Paths& path, Vec3 radiance, Pack pdf, PackMask met) {
+void add_hit_light(const World& world, Paths& path, Vec3 radiance, Pack pdf, PackMask hit) {
   const Pack weight = balance_heuristic(path.pdf, pdf);
-  path.radiance = path.radiance + zero_unless(met, limited(path.throughput * radiance * weight,
+  path.radiance = path.radiance + zero_unless(hit, limited(path.throughput * radiance * weight,
                                                            kDiscLimit * world.white));
 }
 
@@ -67,8 +67,8 @@ void add_hit_lamps(const World& world, Paths& path, Pack distance, PackMask wher
   RayOf<Pack3> way = path.ray;
   way.far = distance;
   for (const Lamp& lamp : world.lamps) {
-    const Pack met = intersect_lamp(lamp, way);
-    add_hit_light(world, path, lamp.radiance, lamp_pdf(lamp, way, met), where & (met < distance));
+    const Pack hit = intersect_lamp(lamp, way);
+    add_hit_light(world, path, lamp.radiance, lamp_pdf(lamp, way, hit), where & (hit < distance));
   }
 }
 

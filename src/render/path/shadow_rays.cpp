@@ -77,10 +77,10 @@ void ShadowRays::look(int first, int count) {
     std::memcpy(&rays[k / kLanes], columns, sizeof columns);
   }
   stats_.rays += static_cast<std::uint64_t>(count);
-  const std::uint32_t blocked = world_.geometry->blocked(rays, count);
+  const std::uint32_t occluded = world_.geometry->occluded(rays, count);
   for (int i = 0; i < count; ++i) {
     const Row& row = rows_[first + i];
-    if (!((blocked >> i) & 1)) direct_[row.path] = direct_[row.path] + row.light;
+    if (!((occluded >> i) & 1)) direct_[row.path] = direct_[row.path] + row.light;
   }
 }
 

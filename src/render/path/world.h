@@ -52,10 +52,10 @@ inline Intersection lane(const IntersectionOf<Pack>& m, int l) {
           m.floor[l]};
 }
 
-/// For up to kPacket rays, the first `count` lanes of one or two packs; `alike` where they go about
-/// the same way.
+/// For up to kPacket rays, the first `count` lanes of one or two packs; `coherent` where they go
+/// about the same way.
 inline void intersect_closest(const World& world, const RayOf<Pack3>* rays,
-                              IntersectionOf<Pack>* intersections, int count, bool alike,
+                              IntersectionOf<Pack>* intersections, int count, bool coherent,
                               RayStats& stats) {
   RayOf<Pack3> shortened[2];
   MeshHitOf<Pack> hits[2];
@@ -66,7 +66,7 @@ inline void intersect_closest(const World& world, const RayOf<Pack3>* rays,
     shortened[i].far = min(intersections[i].floor, rays[i].far);
   }
   stats.rays += static_cast<std::uint64_t>(count);
-  world.geometry->closest(shortened, hits, count, alike);
+  world.geometry->closest(shortened, hits, count, coherent);
   for (int i = 0; i < packs; ++i) intersections[i].mesh = hits[i];
 }
 

@@ -98,9 +98,9 @@ struct MeshToTrace {
 /// the other side, too. So a mesh ends about a millionth of the stage within its outline, where
 /// Embree finds it under any instruction set; there are no gaps between its triangles.
 bool intersects_triangle(const MeshToTrace& traced, std::uint32_t triangle, const Ray& ray,
-                         TriangleIntersection& met);
+                         TriangleIntersection& intersection);
 
-/// Lets closest() and blocked() decide about every triangle of the geometry that Embree finds.
+/// Lets closest() and occluded() decide about every triangle of the geometry that Embree finds.
 void set_filters(RTCGeometry geometry);
 
 /// One frame's meshes.
@@ -122,10 +122,10 @@ class TracedScene {
   /// The nearest mesh in (0, ray.far).
   MeshHit closest(const Ray& ray) const;
   /// The same for up to kPacket rays, the first `count` lanes of one or two packs. Several times
-  /// faster for rays that go about the same way, `alike`.
-  void closest(const RayOf<Pack3>* rays, MeshHitOf<Pack>* hits, int count, bool alike) const;
+  /// faster for rays that go about the same way, `coherent`.
+  void closest(const RayOf<Pack3>* rays, MeshHitOf<Pack>* hits, int count, bool coherent) const;
   /// Is there any mesh in (0, ray.far)? Bit i for the i-th of `count` rays.
-  std::uint32_t blocked(const RayOf<Pack3>* rays, int count) const;
+  std::uint32_t occluded(const RayOf<Pack3>* rays, int count) const;
   SurfacePoint surface_point(const Ray& ray, const MeshHit& hit) const;
   /// Every lane must have met something.
   SurfacePointOf<Pack3> surface_point(const RayOf<Pack3>& ray, const MeshHitOf<Pack>& hit) const;

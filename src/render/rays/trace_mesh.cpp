@@ -9,7 +9,7 @@
 namespace polymorph {
 namespace {
 
-/// The rays of one call and what they have met so far. Embree's callbacks get it as their context,
+/// The rays of one call and what they have hit so far. Embree's callbacks get it as their context,
 /// and the number of a ray in its `id`.
 struct Query {
   RTCIntersectContext context;  // first: Embree knows only this
@@ -38,15 +38,15 @@ int corner_of(const Triangle& t, std::uint32_t v) {
   return -1;
 }
 
-/// What may be decided exactly about a ray near edges and corners.
-class Surroundings {
+/// The triangles around edges and corners of a mesh, for exact decisions about rays near them.
+class EdgeNeighborhood {
  public:
-  Surroundings(const MeshToTrace& traced, const Ray& ray)
+  EdgeNeighborhood(const MeshToTrace& traced, const Ray& ray)
       : traced_(traced), ray_(ray), d_(ray.direction) {}
 
   /// f(triangle) for those around the corners of edges of `triangle` that the ray passes closely.
   template <class F>
-  void for_around(std::uint32_t triangle, const EdgeSides& sides, const F& f) const {
+  void for_each_near(std::uint32_t triangle, const EdgeSides& sides, const F& f) const {
     const Triangle& t = traced_.mesh->triangles[triangle];
     for (int k = 0; k < 3; ++k)
       if (sides.near((k + 1) % 3, traced_.margin2) || sides.near((k + 2) % 3, traced_.margin2))
@@ -104,7 +104,7 @@ class Surroundings {
 };
 
 /// Bit i for the i-th of n lanes that Embree asks about.
-std::uint32_t asked(const int* valid, unsigned n) {
+std::uint32_t active_lanes(const int* valid, unsigned n) {
   std::uint32_t bits = 0;
   if (n % kLanes == 0) {
     for (unsigned first = 0; first < n; first += kLanes) {
@@ -125,7 +125,7 @@ void for_intersected(const RTCFilterFunctionNArguments* args, const F& f) {
   const auto& traced = *static_cast<const MeshToTrace*>(args->geometryUserPtr);
   const auto& query = *reinterpret_cast<const Query*>(args->context);
   const unsigned n = args->N;
-  for (std::uint32_t bits = asked(args->valid, n); bits != 0; bits &= bits - 1) {
+  for (std::uint32_t bits = active_lanes(args->valid, n); bits != 0; bits &= bits - 1) {
     const auto lane = static_cast<unsigned>(countr_zero(bits));
     const unsigned i = RTCRayN_id(args->ray, n, lane), l = i % kLanes;
     const RayOf<Pack3>& pack = query.rays[i / kLanes];
@@ -134,47 +134,49 @@ void for_intersected(const RTCFilterFunctionNArguments* args, const F& f) {
                   pack.time[l],
                   pack.far[l]};
     const Vec3d d(ray.direction);
-    const auto taken = [&](std::uint32_t triangle, const TriangleIntersection& met) {
-      return met.distance > 0 && met.distance < static_cast<double>(ray.far) &&
-             f(lane, i, triangle, met);
+    const auto accepted = [&](std::uint32_t triangle, const TriangleIntersection& intersection) {
+      return intersection.distance > 0 && intersection.distance < static_cast<double>(ray.far) &&
+             f(lane, i, triangle, intersection);
     };
     const std::uint32_t triangle = RTCHitN_primID(args->hit, n, lane);
     const EdgeSides sides = sides_of(traced, traced.mesh->triangles[triangle], ray, d);
     bool any = false;
     if (sides.closest() > traced.clear || !sides.near_any(traced.margin2)) {
-      any = sides.inside() && taken(triangle, intersection_of(sides, d));
+      any = sides.inside() && accepted(triangle, intersection_of(sides, d));
     } else {
       // Embree may have found only one of several.
-      Surroundings(traced, ray).for_around(triangle, sides, [&](std::uint32_t other) {
-        TriangleIntersection met;
-        if (intersects_triangle(traced, other, ray, met)) any = taken(other, met) || any;
+      EdgeNeighborhood(traced, ray).for_each_near(triangle, sides, [&](std::uint32_t other) {
+        TriangleIntersection intersection;
+        if (intersects_triangle(traced, other, ray, intersection))
+          any = accepted(other, intersection) || any;
       });
     }
     if (!any) args->valid[lane] = 0;
   }
 }
 
-void take_nearest(const RTCFilterFunctionNArguments* args) {
+void accept_nearest(const RTCFilterFunctionNArguments* args) {
   auto& query = *reinterpret_cast<Query*>(args->context);
   for_intersected(args, [&](unsigned lane, unsigned i, std::uint32_t triangle,
-                            const TriangleIntersection& met) {
+                            const TriangleIntersection& intersection) {
     const std::uint32_t mesh = RTCHitN_geomID(args->hit, args->N, lane);
-    if (met.distance > query.distance[i]) return false;
-    if (met.distance == query.distance[i] &&
+    if (intersection.distance > query.distance[i]) return false;
+    if (intersection.distance == query.distance[i] &&
         (mesh > query.mesh[i] || (mesh == query.mesh[i] && triangle >= query.triangle[i])))
       return false;
-    query.distance[i] = met.distance;
-    query.u[i] = static_cast<float>(met.u);
-    query.v[i] = static_cast<float>(met.v);
+    query.distance[i] = intersection.distance;
+    query.u[i] = static_cast<float>(intersection.u);
+    query.v[i] = static_cast<float>(intersection.v);
     query.mesh[i] = mesh;
     query.triangle[i] = triangle;
     // Embree's own distances are not exact: it is to go on to what might still be nearer.
-    RTCRayN_tfar(args->ray, args->N, lane) = static_cast<float>(met.distance) + query.slack;
+    RTCRayN_tfar(args->ray, args->N, lane) =
+        static_cast<float>(intersection.distance) + query.slack;
     return true;
   });
 }
 
-void take_any(const RTCFilterFunctionNArguments* args) {
+void accept_any(const RTCFilterFunctionNArguments* args) {
   for_intersected(
       args, [](unsigned, unsigned, std::uint32_t, const TriangleIntersection&) { return true; });
 }
@@ -212,20 +214,20 @@ bool fill(const TracedScene& scene, const RayOf<Pack3>* rays, int count, RTCRay1
 }  // namespace
 
 bool intersects_triangle(const MeshToTrace& traced, std::uint32_t triangle, const Ray& ray,
-                         TriangleIntersection& met) {
+                         TriangleIntersection& intersection) {
   const Vec3d d(ray.direction);
   const EdgeSides sides = sides_of(traced, traced.mesh->triangles[triangle], ray, d);
   if (!sides.inside()) return false;
   if (sides.closest() <= traced.clear && sides.near_any(traced.margin2) &&
-      !Surroundings(traced, ray).covered(triangle, sides))
+      !EdgeNeighborhood(traced, ray).covered(triangle, sides))
     return false;
-  met = intersection_of(sides, d);
+  intersection = intersection_of(sides, d);
   return true;
 }
 
 void set_filters(RTCGeometry geometry) {
-  rtcSetGeometryIntersectFilterFunction(geometry, take_nearest);
-  rtcSetGeometryOccludedFilterFunction(geometry, take_any);
+  rtcSetGeometryIntersectFilterFunction(geometry, accept_nearest);
+  rtcSetGeometryOccludedFilterFunction(geometry, accept_any);
 }
 
 MeshHit TracedScene::closest(const Ray& ray) const {
@@ -257,7 +259,7 @@ MeshHit TracedScene::closest(const Ray& ray) const {
 }
 
 void TracedScene::closest(const RayOf<Pack3>* rays, MeshHitOf<Pack>* hits, int count,
-                          bool alike) const {
+                          bool coherent) const {
   alignas(64) int valid[kPacket];
   alignas(64) RTCRayHit16 packet;
   Query query(*this, rays);
@@ -268,7 +270,7 @@ void TracedScene::closest(const RayOf<Pack3>* rays, MeshHitOf<Pack>* hits, int c
   std::memset(packet.hit.geomID, 0xff, sizeof packet.hit.geomID);
   std::memset(packet.hit.instID, 0xff, sizeof packet.hit.instID);
   if (fill(*this, rays, count, packet.ray, valid)) {
-    if (alike) query.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    if (coherent) query.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     rtcIntersect16(valid, scene_.get(), &query.context, &packet);
   }
   for (int first = 0; first < count; first += kLanes) {
@@ -282,7 +284,7 @@ void TracedScene::closest(const RayOf<Pack3>* rays, MeshHitOf<Pack>* hits, int c
   }
 }
 
-std::uint32_t TracedScene::blocked(const RayOf<Pack3>* rays, int count) const {
+std::uint32_t TracedScene::occluded(const RayOf<Pack3>* rays, int count) const {
   alignas(64) int valid[kPacket];
   alignas(64) RTCRay16 packet;
   Query query(*this, rays);
