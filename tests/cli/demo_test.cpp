@@ -131,6 +131,12 @@ TEST_F(Init, WritesACommentedSceneThatIsGood) {
   EXPECT_EQ(json["actors"][0]["intermediate"][0]["shape"], "puddle");
 }
 
+TEST_F(Init, TakesModelsOfOtherFormats) {
+  const std::string glb = (source_dir() / "tests/data/models/box.glb").string();
+  run(0, {"init", "models/b.obj", glb});
+  run(0, {"check", "scene.json"});
+}
+
 TEST_F(Init, TakesObjectsOnTheWayAndReplacesNothing) {
   run(0, {"init", "models/a b.obj", "models/b.obj", "models/c.obj"});
   const auto json = parse(run(0, {"info", "scene.json", "--json"}).out);
@@ -139,6 +145,9 @@ TEST_F(Init, TakesObjectsOnTheWayAndReplacesNothing) {
   EXPECT_TRUE(contains(run(4, {"init", "models/b.obj", "models/c.obj"}).err, "exists"));
   EXPECT_TRUE(contains(run(3, {"init", "models/b.obj", "models/d.obj", "-o", "x.json"}).err,
                        "models/d.obj: no such file"));
+  write("models/notes.txt", "not a model");
+  EXPECT_TRUE(contains(run(3, {"init", "models/b.obj", "models/notes.txt", "-o", "x.json"}).err,
+                       "models/notes.txt: is no model file - use OBJ, glTF"));
   EXPECT_TRUE(contains(run(2, {"init", "models/b.obj"}).err, "models"));
   EXPECT_FALSE(exists("x.json"));
 }
