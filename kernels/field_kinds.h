@@ -3,12 +3,13 @@
 //
 // A ball's coordinate is q = a d^T S d, d the offset from its centre and S its shape (q = d^2 where
 // there is no support to scale). The kernels have it prepared (falloff.h): multiplied by a
-// constant, with `base` added. A kind has
+// constant, with `base` added. A kind has kKind, kName, kEllipsoids, kCompactSupport, kExponential;
+// and
 //   for the kernels (V is float or a pack):
 //     prepare(ball, scale, out): sets out's base, limit and w; the factor of the coordinate
-//     value(ball, q), negated_derivative(ball, q): the contribution, and minus its derivative up to
-//     a
-//       positive factor common to all balls; both 0 beyond ball.limit
+//     value(ball, q): the contribution; 0 beyond ball.limit
+//     negated_derivative(ball, q): minus its derivative, up to a positive factor common to all
+//       balls; 0 beyond ball.limit
 //     share(ball, q): what counts where shares of the field are meant; >= 0, also beyond the cutoff
 //   for the rest, with the plain coordinate:
 //     coordinate(ball, d), coordinate_gradient(ball, d)
@@ -19,7 +20,7 @@
 //     of_sphere(center, radius, constants): a ball for a sphere
 //     rescale(ball, level): what was at `level` is at 1 then
 //     share_of_weight(w, share): the weight with which a ball has that share of its value
-// A new kind is a struct here, an enumerator in types.h and a name in visit().
+// A new kind is a struct here, an enumerator in types.h and its name in visit() and kFieldKinds.
 #pragma once
 
 #include <algorithm>
