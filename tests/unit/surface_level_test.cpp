@@ -100,8 +100,8 @@ TEST(IsoForVolume, TakesFewSurfacesEvenNextToAVanishingOne) {
   struct Counting : Engine {
     std::unique_ptr<Engine> inner = make_cpu_engine();
     int calls = 0;
-    EngineStatus extract(const BallSet& balls, const Grid& grid,
-                         const ExtractSettings& settings, Mesh& mesh) override {
+    EngineStatus extract(const BallSet& balls, const Grid& grid, const ExtractSettings& settings,
+                         Mesh& mesh) override {
       ++calls;
       return inner->extract(balls, grid, settings, mesh);
     }
@@ -114,15 +114,13 @@ TEST(IsoForVolume, TakesFewSurfacesEvenNextToAVanishingOne) {
                             BallSet& balls) override {
       return inner->move_balls(paths, moment, own, balls);
     }
-    EngineStatus interpolate(const BallSet& balls,
-                                        const std::vector<BallAttribute>& carried,
-                                        const std::vector<Vec3>& points,
-                                        const ExtractSettings& settings,
-                                        std::vector<AttributeValues>& values) override {
+    EngineStatus interpolate(const BallSet& balls, const std::vector<BallAttribute>& carried,
+                             const std::vector<Vec3>& points, const ExtractSettings& settings,
+                             std::vector<AttributeValues>& values) override {
       return inner->interpolate(balls, carried, points, settings, values);
     }
     EngineStatus extract(const MorphSurface& between, const Grid& grid,
-                                 const ExtractSettings& settings, Mesh& mesh) override {
+                         const ExtractSettings& settings, Mesh& mesh) override {
       return inner->extract(between, grid, settings, mesh);
     }
     EngineStatus regress(const std::shared_ptr<const Regression>& regression,
