@@ -73,8 +73,17 @@ class ColumnGeneration {
 
   TransportPlan run(double gap) {
     constexpr int kMaxRounds = 60;
+    // Alignment solves hundreds of small problems: looking for arcs would take longer than they do.
+    constexpr std::uint32_t kSmall = 128;
+    if (n_ + m_ <= kSmall) {
+      arcs_ = all_arcs();
+      solve();
+      PM_CHECK(hub_flow_ == 0);
+      const double cost = cost_ / kTotal / scale_;
+      return {std::move(flows_), cost, cost};
+    }
     guess_potentials();
-    add(cheapest_arcs(first_arcs(), true));
+    add(cheapest_arcs(kFirstArcs, true));
     for (int round = 0;; ++round) {
       solve();
       const std::vector<Arc> missing = cheapest_arcs(kMoreArcs, false);
@@ -91,8 +100,7 @@ class ColumnGeneration {
   }
 
  private:
-  static constexpr std::size_t kMoreArcs = 6;
-  std::size_t first_arcs() const { return n_ + m_ <= 128 ? m_ : 12; }
+  static constexpr std::size_t kFirstArcs = 12, kMoreArcs = 6;
 
   std::int64_t pairs() const { return std::int64_t{n_} * m_; }
   std::int64_t to_integer(float cost) const {
@@ -111,6 +119,16 @@ class ColumnGeneration {
     const float max_cost = *std::max_element(largest.begin(), largest.end());
     PM_CHECK(std::isfinite(max_cost));
     scale_ = max_cost > 0 ? kCostSteps / static_cast<double>(max_cost) : 1;
+  }
+
+  std::vector<Arc> all_arcs() const {
+    std::vector<Arc> arcs;
+    std::vector<float> row(m_);
+    for (std::uint32_t i = 0; i < n_; ++i) {
+      rows_(i, row);
+      for (std::uint32_t j = 0; j < m_; ++j) arcs.push_back({i, j, to_integer(row[j])});
+    }
+    return arcs;
   }
 
   /// The arcs of lowest reduced cost, `count` a source, and `count` a target where both ends are
