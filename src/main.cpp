@@ -1,3 +1,5 @@
+#include <malloc.h>
+
 #include <cstdio>
 
 #include "base/result.h"
@@ -13,6 +15,11 @@ int main(int argc, char** argv) {
         stderr);
     return static_cast<int>(polymorph::ErrorCode::kResource);
   }
+#endif
+#ifdef M_ARENA_MAX  // glibc
+  // Every frame is traced and written by threads that end with it. With glibc's eight pools a core
+  // what one frees stays in its pool, and a long film holds ever more of them.
+  mallopt(M_ARENA_MAX, 1);
 #endif
   return polymorph::run_program(argc, argv);
 }
