@@ -1,5 +1,5 @@
 """Disks that fill, limits, signals and two at once: what is there afterwards is whole, and what was
-there before is kept. Usage: faults_test.py PROGRAM [C_COMPILER]
+there before is kept. Usage: faults_test.py PROGRAM [TEST...]; the C compiler is $CC, or cc.
 """
 
 import json
@@ -7,6 +7,7 @@ import os
 import pathlib
 import random
 import resource
+import shlex
 import shutil
 import signal
 import subprocess
@@ -15,7 +16,7 @@ import tempfile
 import time
 import unittest
 
-COMPILER = sys.argv.pop(2) if len(sys.argv) > 2 else "cc"
+COMPILER = os.environ.get("CC", "cc")
 PROGRAM = os.path.abspath(sys.argv.pop(1))
 KILLS = int(os.environ.get("POLYMORPH_TEST_KILLS", "12"))
 
@@ -86,7 +87,7 @@ class Faults(unittest.TestCase):
     def shim(self):
         source, library = self.root / "shim.c", self.root / "shim.so"
         source.write_text(SHIM)
-        if subprocess.run([COMPILER, "-shared", "-fPIC", "-O1", str(source), "-o", str(library), "-ldl"],
+        if subprocess.run([*shlex.split(COMPILER), "-shared", "-fPIC", "-O1", str(source), "-o", str(library), "-ldl"],
                           capture_output=True).returncode != 0:
             self.skipTest("no C compiler")
         return str(library)
