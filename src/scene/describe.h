@@ -43,7 +43,7 @@ void describe(V& v, KeyMoment& s) {
 
 template <class V>
 void describe(V& v, SphereSettings& s) {
-  auto& [method, balls, error, resolution, root_margin, fit, inside, solidify] = s;
+  auto& [method, balls, error, resolution, root_margin, fit, inside, solidify, coarse] = s;
   v.choice("method", method,
            {{"medial", SphereMethod::kMedial},
             {"hubbard", SphereMethod::kHubbard},
@@ -75,6 +75,8 @@ void describe(V& v, SphereSettings& s) {
   v.boolean("solidify", solidify,
             "first fill the cavities and close the holes of the model: for thin shells and open "
             "meshes");
+  v.boolean("coarse", coarse,
+            "fit to fewer samples in fewer steps, in a quarter of the time; `--preview` sets it");
 }
 
 template <class V>

@@ -43,6 +43,7 @@ struct SphereSettings {
   FitKind fit = FitKind::kEllipsoid;
   InsideMethod inside = InsideMethod::kWinding;
   bool solidify = false;  ///< fill cavities and close holes first
+  bool coarse = false;    ///< fit to few samples in few steps, as previews do
 };
 
 enum class Easing : std::uint8_t { kLinear, kSmoothstep, kQuintic, kBezier, kSpring };

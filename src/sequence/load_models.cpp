@@ -104,6 +104,7 @@ std::vector<std::string> find_problems(const Scene& scene, const std::filesystem
     SphereSettings unfitted = object.spheres;
     unfitted.fit = FitKind::kNone;
     unfitted.error = 0;
+    unfitted.coarse = true;
     if (!model) {
       problems.push_back(model.error().message);
     } else if (const auto spheres = approximate_cached(loaded.models.back(), unfitted, cache);

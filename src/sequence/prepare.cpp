@@ -108,6 +108,14 @@ std::string stage_of_fit(const std::string& name, const SphereSettings& spheres)
                  : "fitting balls to " + name;
 }
 
+bool is_fitted_coarsely(const Scene& scene) {
+  if (scene.field.kind != FieldKind::kGaussian) return false;
+  for (const ActorSettings& actor : scene.actors)
+    for (const ObjectSettings* object : chain_objects(actor))
+      if (object->spheres.coarse && object->spheres.fit != FitKind::kNone) return true;
+  return false;
+}
+
 /// Balls of one object, their surface's volume, and what the boundary stages need.
 Status make_balls(PreparedObject& object, const ObjectSettings& settings, const Scene& scene,
                   float cell, ObjectLegs legs, const ExtractSettings& extract, Engine& engine,
@@ -348,6 +356,8 @@ Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
   prepared.warnings = std::move(loaded.warnings);
   prepared.extract.field = scene.field.kind;
   prepared.extract.sample_stride = scene.surface.influence;
+  if (is_fitted_coarsely(scene))
+    log_info("the balls are coarse, as previews have them: a full render fits finer ones");
   std::span<Model> models(loaded.models);
   for (const ActorSettings& settings : scene.actors) {
     const std::size_t count = chain_objects(settings).size();

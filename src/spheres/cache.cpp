@@ -28,7 +28,8 @@ std::string key_of(const Model& model, const SphereSettings& settings) {
   // model only the geometry matters.
   const auto& [name, points, triangles, corner_normals, corner_uvs, labels, label_names,
                triangle_materials, materials, textures] = model;
-  const auto& [method, balls, error, resolution, root_margin, fit, inside, solidify] = settings;
+  const auto& [method, balls, error, resolution, root_margin, fit, inside, solidify, coarse] =
+      settings;
   Hasher hasher;
   hasher.add("spheres").add(kSpheresVersion);
   hasher.add(std::span<const Vec3>(points)).add(std::span<const Triangle>(triangles));
@@ -39,6 +40,7 @@ std::string key_of(const Model& model, const SphereSettings& settings) {
       .add(root_margin);
   hasher.add(static_cast<std::uint8_t>(fit)).add(static_cast<std::uint8_t>(inside));
   hasher.add(static_cast<std::uint8_t>(solidify ? 1 : 0));
+  if (coarse) hasher.add("coarse");
   return hasher.hex();
 }
 

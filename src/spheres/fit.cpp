@@ -353,7 +353,40 @@ Result<std::size_t> add_outlier_constraints(Fit& fit, const ClosestPointQuery& b
   return outliers.size();
 }
 
+/// Half the extent along each axis of where w - (x - c)^T A (x - c) is not negative.
+Vector3d half_extent(const Ball& ball, double w) {
+  const auto& s = ball.shape;
+  Matrix3d a;
+  a << s.xx, s.xy, s.xz, s.xy, s.yy, s.yz, s.xz, s.yz, s.zz;
+  a *= static_cast<double>(ball.a);
+  return (std::max(w, 0.0) * a.inverse().diagonal()).cwiseMax(0).cwiseSqrt();
+}
+
 }  // namespace
+
+std::vector<Ball> within_box(std::vector<Ball> balls, const Box& box) {
+  constexpr double kAstray = 0.05, kMargin = 0.01;  // of the diagonal
+  constexpr double kTogether = 1.4;  // ln 4: neighbours add to a ball what makes it larger
+  const Vector3d low = to_eigen(box.low), high = to_eigen(box.high);
+  const auto diagonal = static_cast<double>(box.diagonal());
+  const auto is_astray = [&](const Ball& ball) {
+    if (!(ball.w > 0)) return false;  // alone it has no surface
+    const Vector3d center = to_eigen(ball.center),
+                   half = half_extent(ball, static_cast<double>(ball.w));
+    return (low - center + half).maxCoeff() > kAstray * diagonal ||
+           (center + half - high).maxCoeff() > kAstray * diagonal;
+  };
+  if (std::none_of(balls.begin(), balls.end(), is_astray)) return balls;
+  for (Ball& ball : balls) {
+    ball.center = min(max(ball.center, box.low), box.high);
+    const Vector3d center = to_eigen(ball.center),
+                   half = half_extent(ball, static_cast<double>(ball.w) + kTogether);
+    const Vector3d room = (center - low).cwiseMin(high - center).array() + kMargin * diagonal;
+    const double shrink = half.cwiseQuotient(room).maxCoeff();
+    if (shrink > 1) ball.a *= static_cast<float>(shrink * shrink);
+  }
+  return balls;
+}
 
 Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
                             const std::vector<BoundarySample>& samples,
@@ -402,7 +435,7 @@ Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
     evaluate(fit);
   }
   const ClosestPointQuery boundary(model);
-  for (int pass = 0; pass < 3; ++pass) {
+  for (int pass = 0; pass < settings.passes; ++pass) {
     PM_TRY(const std::size_t outliers, add_outlier_constraints(fit, boundary, inside));
     if (outliers == 0) break;
     evaluate(fit);

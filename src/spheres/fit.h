@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "base/box.h"
 #include "base/result.h"
 #include "model/model.h"
 #include "model/query/inside.h"
@@ -17,6 +18,7 @@ struct FitSettings {
   bool ellipsoids = true;  ///< let balls stretch; false: round ones only
   int iterations = 30;     ///< Levenberg-Marquardt steps in all
   int rounds = 6;          ///< times that the least useful balls move to the worst places
+  int passes = 3;          ///< looks at the whole surface for what lies far from the model
 };
 
 struct FitResult {
@@ -36,5 +38,10 @@ struct FitResult {
 Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
                             const std::vector<BoundarySample>& samples,
                             const std::vector<Sphere>& spheres, const FitSettings& settings);
+
+/// The balls as they are, unless one of them alone reaches further than a 20th of the diagonal
+/// beyond the box: then all that reach beyond it are moved and shrunk into it. A fit goes astray so
+/// where faces disagree about what is inside; of a sound model none comes near.
+std::vector<Ball> within_box(std::vector<Ball> balls, const Box& box);
 
 }  // namespace polymorph

@@ -44,13 +44,14 @@ Error no_boundary(const Model& model) {
                     model.name, reasons);
 }
 
-/// Enough samples that every number of a ball is well determined, and thin parts get some.
-std::size_t samples_for(std::size_t balls) {
-  return std::min<std::size_t>(3000 + 40 * balls, 60000);
+/// Enough samples that every number of a ball is well determined, and thin parts get some; of a
+/// coarse fit hardly so.
+std::size_t samples_for(std::size_t balls, bool coarse) {
+  return coarse ? 1000 + 20 * balls : std::min<std::size_t>(3000 + 40 * balls, 60000);
 }
 
-Status sample(Solid& solid, std::size_t balls) {
-  solid.samples = sample_boundary(solid.model, solid.inside, samples_for(balls));
+Status sample(Solid& solid, std::size_t balls, bool coarse) {
+  solid.samples = sample_boundary(solid.model, solid.inside, samples_for(balls, coarse));
   if (solid.samples.empty()) return no_boundary(solid.model);
   return Ok{};
 }
@@ -80,8 +81,10 @@ Result<std::vector<Ball>> fitted(const Solid& solid, const std::vector<Sphere>& 
                                  const SphereSettings& settings) {
   FitSettings fit;
   fit.ellipsoids = settings.fit == FitKind::kEllipsoid;
+  if (settings.coarse) fit.iterations = 10, fit.rounds = 2, fit.passes = 1;
   PM_TRY(FitResult result, fit_balls(solid.model, solid.inside, solid.samples, spheres, fit));
-  return with_volume(solid, std::move(result.balls));
+  PM_TRY(std::vector<Ball> balls, with_volume(solid, std::move(result.balls)));
+  return within_box(std::move(balls), solid.model.box());
 }
 
 Result<Approximation> medial_approximation(const Solid& solid, const SphereSettings& settings,
@@ -103,7 +106,7 @@ Result<Approximation> medial_to_error(Solid& solid, const SphereSettings& settin
     Approximation result;
   };
   const auto attempt = [&](std::size_t count) -> Result<Try> {
-    PM_TRY_STATUS(sample(solid, count));
+    PM_TRY_STATUS(sample(solid, count, settings.coarse));
     PM_TRY(Approximation result, medial_approximation(solid, settings, count));
     PM_TRY(const double error, hausdorff_distance(solid.model, solid.samples, result));
     return Try{count, error, std::move(result)};
@@ -130,9 +133,10 @@ Result<Approximation> medial_to_error(Solid& solid, const SphereSettings& settin
 }
 
 /// A closed model around a shell's faces, as thick as the surface of its distances at the default
-/// resolution is.
-Result<Model> thickened(const Model& model, const InsideTest& inside) {
-  const auto cells = static_cast<float>(SurfaceSettings{}.resolution);
+/// resolution is, or at that of previews.
+Result<Model> thickened(const Model& model, const InsideTest& inside, bool coarse) {
+  const int resolution = SurfaceSettings{}.resolution;
+  const auto cells = static_cast<float>(coarse ? resolution / 2 : resolution);
   const Vec3 size = model.box().size();
   const float cell = std::max({size.x, size.y, size.z}) / cells;
   if (!(cell > 0)) return make_error(ErrorCode::kInput, "model \"{}\" has no extent", model.name);
@@ -168,7 +172,7 @@ Result<std::optional<Model>> solid_stand_in(const Model& model, const SphereSett
   const InsideTest inside(model);
   if (undecided_share(model, inside) < kShellShare) return std::optional<Model>{};
   const std::optional<Gathered> few = gathered_if_long(model);
-  PM_TRY(Model shell, thickened(few ? few->model : model, inside));
+  PM_TRY(Model shell, thickened(few ? few->model : model, inside, settings.coarse));
   return std::optional<Model>(std::move(shell));
 }
 
@@ -197,7 +201,7 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
   if (settings.method == SphereMethod::kMedial && settings.error > 0)
     return medial_to_error(solid, settings);
   if (settings.method == SphereMethod::kMedial) {
-    PM_TRY_STATUS(sample(solid, count));
+    PM_TRY_STATUS(sample(solid, count, settings.coarse));
     return medial_approximation(solid, settings, count);
   }
   Approximation result;
@@ -210,7 +214,7 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
   }
   if (fit) {
     const std::vector<Sphere> spheres = result.tree.leaves();
-    PM_TRY_STATUS(sample(solid, spheres.size()));
+    PM_TRY_STATUS(sample(solid, spheres.size(), settings.coarse));
     PM_TRY(result.balls, fitted(solid, spheres, settings));
   }
   return result;

@@ -298,6 +298,47 @@ TEST(Fit, OpenModelsAreFittedWhereTheyEncloseSomething) {
   EXPECT_GT(figures_of(sphere, *result).iou, 0.95);
 }
 
+TEST(Fit, CoarseOnesAreRoughlyTheModel) {
+  for (const char* name : {"torus", "cube", "puddle"}) {
+    const Model model = *make_shape(name);
+    SphereSettings settings = medial(64);
+    const auto full = approximate(model, settings);
+    settings.coarse = true;
+    const auto coarse = approximate(model, settings);
+    ASSERT_TRUE(full && coarse) << name;
+    EXPECT_EQ(coarse->balls.size(), 64u);
+    const ApproximationQuality figures = figures_of(model, *coarse);
+    EXPECT_GT(figures.iou, 0.93) << name;
+    EXPECT_NEAR(figures.volume_ratio, 1, 0.006) << name;
+    EXPECT_LT(figures.hausdorff_to_surface, 0.06) << name;
+    EXPECT_GT(figures_of(model, *full).iou, figures.iou) << name;
+  }
+}
+
+/// Where faces disagree inside is guesswork; the balls' surface is within the model's box all the
+/// same.
+TEST(Fit, StaysWithinTheBoxOfModelsWhoseFacesDisagree) {
+  for (const char* name : {"torus", "cube", "puddle"})
+    for (const std::size_t every : {11u, 4u}) {
+      Model model = *make_shape(name);
+      for (std::size_t t = 0; t < model.triangles.size(); t += every)
+        std::swap(model.triangles[t].v[1], model.triangles[t].v[2]);
+      const auto result = approximate(model, medial(48));
+      ASSERT_TRUE(result) << name;
+      const Box box = model.box();
+      const auto mesh =
+          extract_surface(*make_cpu_engine(), result->balls, box.diagonal() / 150, {});
+      ASSERT_TRUE(mesh) << name;
+      ASSERT_FALSE(mesh->positions.empty()) << name;
+      const float beyond = 0.1f * box.diagonal();
+      const Box found = box_of(mesh->positions);
+      for (const float excess :
+           {box.low.x - found.low.x, box.low.y - found.low.y, box.low.z - found.low.z,
+            found.high.x - box.high.x, found.high.y - box.high.y, found.high.z - box.high.z})
+        EXPECT_LT(excess, beyond) << name << " " << every;
+    }
+}
+
 TEST(Fit, IsTheSameForAnyNumberOfThreads) {
   const Model torus = *make_shape("torus");
   set_thread_count(1);
