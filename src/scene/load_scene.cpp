@@ -36,7 +36,6 @@ void name_objects(Scene& scene) {
 
 /// So that no output of this run is put over them, even before they are read.
 void remember_inputs(const Scene& scene) {
-  remember_input(scene.path);
   for (const ActorSettings& actor : scene.actors)
     for (const ObjectSettings* object : chain_objects(actor)) remember_input(object->model);
   remember_input(scene.lights.environment);
@@ -65,6 +64,7 @@ Result<SceneReading> read_scene(const std::filesystem::path& path,
                       "{0} OTHER; to see this one alone: polymorph render {0} --turntable",
                       name);
   PM_TRY(std::string text, read_file(path, 64u << 20));
+  remember_input(path);
   return read_scene_text(path, std::move(text), overrides);
 }
 
@@ -119,6 +119,12 @@ Result<Scene> load_scene(const std::filesystem::path& path, std::span<const Over
   return scene_without_findings(std::move(reading), path);
 }
 
+Result<Scene> load_scene_text(const std::filesystem::path& path, std::string text,
+                              std::span<const Override> overrides) {
+  PM_TRY(SceneReading reading, read_scene_text(path, std::move(text), overrides));
+  return scene_without_findings(std::move(reading), path);
+}
+
 Result<Scene> turntable_of_model(const std::filesystem::path& model,
                                  std::span<const Override> overrides) {
   std::error_code error;
@@ -130,8 +136,7 @@ Result<Scene> turntable_of_model(const std::filesystem::path& model,
       {"source", {{"model", object}}},        {"target", {{"model", object}}},
       {"frames", {{"turntable", 72}}},        {"spheres", {{"balls", 16}, {"fit", "none"}}},
       {"motion", {{"interpolate", "balls"}}}, {"boundary", {{"method", "cut"}}}};
-  PM_TRY(SceneReading reading, read_scene_text(model, json.dump(), overrides));
-  return scene_without_findings(std::move(reading), model);
+  return load_scene_text(model, json.dump(), overrides);
 }
 
 std::vector<const ObjectSettings*> chain_objects(const ActorSettings& actor) {

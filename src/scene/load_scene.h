@@ -44,6 +44,10 @@ Result<SceneReading> read_scene_text(const std::filesystem::path& path, std::str
 Result<Scene> load_scene(const std::filesystem::path& path,
                          std::span<const Override> overrides = {});
 
+/// The same for a scene that is in no file, as read_scene_text() has it.
+Result<Scene> load_scene_text(const std::filesystem::path& path, std::string text,
+                              std::span<const Override> overrides = {});
+
 /// A model by itself, on a turntable of 72 frames (frames.turntable). Errors (kInput): no such
 /// file.
 Result<Scene> turntable_of_model(const std::filesystem::path& model,

@@ -26,15 +26,19 @@ class Pairs : public ProgramTest {
     ADD_FAILURE() << "a1 has no partner";
     return "b1";
   }
+  /// The two that are left when a1 and this one are gone.
+  static std::string others(const std::string& place) {
+    std::string both;
+    for (const char* other : {"b1", "a2", "b2"})
+      if (place != other) both += std::string(both.empty() ? "" : " ") + other;
+    return both;
+  }
 };
 
 TEST_F(Pairs, PlaysAndRendersTheSameEveryTime) {
   write_game();
   const std::string place = partner();
-  std::string others;
-  for (const char* other : {"b1", "a2", "b2"})
-    if (place != other) others += std::string(others.empty() ? "" : " ") + other;
-  write_game("\"moves\": [\"a1 " + place + "\", \"" + others + "\"],");
+  write_game("\"moves\": [\"a1 " + place + "\", \"" + others(place) + "\"],");
   const Ran text = run(0, {"pairs", "game.json"});
   EXPECT_EQ(lines_of(text.out).back().find("score 3"), 0u) << text.out;
   EXPECT_TRUE(contains(text.out, "2 of 2 pairs, won")) << text.out;
@@ -49,6 +53,20 @@ TEST_F(Pairs, PlaysAndRendersTheSameEveryTime) {
   EXPECT_TRUE(exists("play/frame.0013.png"));
   EXPECT_FALSE(exists("play/frame.0014.png"));
   EXPECT_TRUE(contains(run(4, {"pairs", "game.json", "-o", "play"}).err, "exists"));
+}
+
+TEST_F(Pairs, EveryMoveMadeByHandIsRendered) {
+  write_game();
+  const std::string place = partner(), first = "a1 " + place + "\n", second = others(place) + "\n";
+  write("moves.txt", first + second);
+  const Ran file = run(0, {"pairs", "game.json", "--moves", "moves.txt", "-o", "file"});
+  in_file = write("hand.txt", first + "help\n" + second);
+  const Ran hand = run(0, {"pairs", "game.json", "--moves", "-", "-o", "hand"});
+  EXPECT_TRUE(contains(hand.out, "2 of 2 pairs, won")) << hand.out;
+  EXPECT_TRUE(contains(hand.err, "\"help\" is no move")) << hand.err;
+  EXPECT_EQ(hand.out, file.out);
+  EXPECT_EQ(read_text(folder / "hand/level-1.json"), read_text(folder / "file/level-1.json"));
+  EXPECT_TRUE(exists("hand/frame.0013.png") && exists("hand/play.gif"));
 }
 
 TEST_F(Pairs, SaysWhatIsWrongWithAGame) {

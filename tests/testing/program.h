@@ -92,7 +92,8 @@ class ProgramTest : public ::testing::Test {
     started.err = root_ / (number + ".err");
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+    const Path in = in_file.empty() ? Path("/dev/null") : in_file;
+    posix_spawn_file_actions_addopen(&actions, 0, in.c_str(), O_RDONLY, 0);
     const int flags = O_WRONLY | O_CREAT | O_TRUNC;
     posix_spawn_file_actions_addopen(&actions, 1, started.out.c_str(), flags, 0600);
     posix_spawn_file_actions_addopen(&actions, 2, started.err.c_str(), flags, 0600);
@@ -142,6 +143,7 @@ class ProgramTest : public ::testing::Test {
   }
 
   Path folder;                                                 ///< the program starts here
+  Path in_file;                                                ///< standard input; else empty
   Path out_file;                                               ///< standard output goes here
   std::vector<std::pair<std::string, std::string>> variables;  ///< added to the environment
 

@@ -96,9 +96,11 @@ class Session {
     const int frames = level_frames(play_, level, fps);
     if (frames <= shown_frames_) return Ok{};
     const fs::path scene_file = fs::path(options_.output) / fmt::format("level-{}.json", level + 1);
-    PM_TRY_STATUS(write_file(scene_file, dump_json(board_scene(file_, play_, level))));
+    const std::string text = dump_json(board_scene(file_, play_, level));
+    PM_TRY_STATUS(write_file(scene_file, text));
     PM_TRY(const std::vector<Override> overrides, parse_overrides(options_.sets));
-    PM_TRY(Scene scene, load_scene(scene_file, overrides));
+    // Not load_scene(): a file that this run reads is not written again, and the next move does.
+    PM_TRY(Scene scene, load_scene_text(scene_file, text, overrides));
     std::vector<int> numbers;
     for (int frame = shown_frames_ + 1; frame <= frames; ++frame) numbers.push_back(frame);
     PM_TRY(Film film, render_film(line_, std::move(scene), numbers, 0));
