@@ -57,6 +57,8 @@ TEST_F(Farm, SignsOfLifeWhileAFrameTakesLong) {
 }
 
 TEST_F(Farm, StatusTellsWholeMissingAndStaleFrames) {
+  EXPECT_EQ(run(1, {"status", "out", "scene.json"}).out,
+            "whole           0  \nmissing         6  1-6\n");
   run(0, {"render", "scene.json", "-o", "out/frame.####.exr", "-f", "1-4"});
   run(0,
       {"render", "scene.json", "-o", "out/frame.####.exr", "-f", "2", "--spp", "2", "--overwrite"});

@@ -43,9 +43,11 @@ nlohmann::ordered_json to_json(const std::vector<int>& frames, const std::vector
 
 Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
   PM_TRY(const Scene scene, load_scene_with(options.scene, options.scene_options));
-  // A folder holds the scene's own names.
+  // A folder holds the scene's own names. One that is not there yet holds no frame.
   std::error_code error;
-  const bool folder = fs::is_directory(options.where, error);
+  const bool folder =
+      fs::is_directory(options.where, error) ||
+      (!fs::exists(options.where, error) && !fs::path(options.where).has_extension());
   const std::string output =
       folder ? (fs::path(options.where) / fs::path(scene.output.file).filename()).string()
              : options.where;
@@ -90,7 +92,8 @@ void add_status(CommandLine& line) {
       "  0 all frames are whole   1 some are not   2 usage   3 bad scene or model");
   command
       .add_option("frames", options->where,
-                  "where they are: a folder, or the pattern that render was given")
+                  "where they are: the pattern that render was given, or its folder where the "
+                  "names are the scene's own (frame.####.exr)")
       .required()
       .type_name("DIR|FRAMES")
       .group("Main");
