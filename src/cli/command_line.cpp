@@ -325,6 +325,8 @@ int run_program(int argc, char** argv) {
   if (const Status parsed = parse_arguments(*line.app, argc, argv); !parsed) {
     const std::string name = named_command(*line.app, argc, argv);
     log_message(LogLevel::kError, parsed.error().message);
+    if (!name.empty() && argv[1][0] == '-')
+      log_info("options come after the command: polymorph {} {}", name, argv[1]);
     log_info("try: polymorph {}--help", name.empty() ? "" : name + " ");
     return static_cast<int>(ErrorCode::kUsage);
   }

@@ -31,6 +31,8 @@ TEST_F(Usage, UnknownFlag) {
   expect_usage({"render", "scene.json", "--framez"}, "--framez");
   expect_usage({"render", "scene.json", "--framez"}, "try: polymorph render --help");
   expect_usage({"schema", "extra"}, "extra");
+  expect_usage({"--threads", "2", "check", "scene.json"},
+               "options come after the command: polymorph check --threads");
 }
 
 TEST_F(Usage, MissingArgument) {
