@@ -304,7 +304,8 @@ class SequenceRun {
       std::error_code error;
       if (!fs::exists(file, error)) return false;
       if (file_state(file, hash, record.frame) == FileState::kWhole) continue;
-      log_info("{}: is of another scene or settings - rendering it again", file.string());
+      log_info("{}: is of another scene or settings - {}", file.string(),
+               settings_.dry_run ? "it would be rendered again" : "rendering it again");
       return false;
     }
     return true;
