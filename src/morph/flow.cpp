@@ -44,7 +44,7 @@ Flow flow_of(const std::vector<AttributeValues>& values) {
   Flow flow;
   for (const AttributeValues& at : values) {
     flow.displacement.push_back({at.v[0], at.v[1], at.v[2]});
-    flow.blend.push_back(at.v[3]);
+    flow.progress.push_back(at.v[3]);
   }
   return flow;
 }

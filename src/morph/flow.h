@@ -13,7 +13,7 @@ namespace polymorph {
 /// One per point.
 struct Flow {
   std::vector<Vec3> displacement;  ///< from `time` to `next`, scene units
-  std::vector<float> blend;        ///< [0, 1]: eased progress of the balls there, by their shares
+  std::vector<float> progress;     ///< [0, 1]: eased progress of the balls there, by their shares
 };
 
 /// d(x) = sum_e q_e (x_e(next) + G_e (x - x_e) - x), with q_e the share of ball x_e in the field at

@@ -15,14 +15,14 @@ struct FirstHit {
   float depth = 1e10f;  ///< distance along the view axis
   Vec3 normal;          ///< shading normal, world space
   float id = 0;
-  Vec3 position;    ///< world space
-  Vec3 next;        ///< where it is in the next frame
-  Vec3 albedo;      ///< of the base colour under all lights, with its texture
-  Vec2 uv;          ///< of the texture
-  Vec2 motion;      ///< pixels to the next frame, x to the right, y down; 0 on the last
-  float blend = 0;  ///< share of what the leg goes to
-  float t = 0;      ///< the sequence's moment
-  float label = 0;  ///< what the nearest vertex belongs to, from 1
+  Vec3 position;       ///< world space
+  Vec3 next;           ///< where it is in the next frame
+  Vec3 albedo;         ///< of the base colour under all lights, with its texture
+  Vec2 uv;             ///< of the texture
+  Vec2 motion;         ///< pixels to the next frame, x to the right, y down; 0 on the last
+  float progress = 0;  ///< share of what the leg goes to
+  float t = 0;         ///< the sequence's moment
+  float label = 0;     ///< what the nearest vertex belongs to, from 1
 };
 
 struct Aov {
@@ -44,7 +44,7 @@ inline constexpr Aov kAovs[] = {
     {"albedo", "albedo.B", [](const FirstHit& hit) { return hit.albedo.z; }},
     {"id", "id", [](const FirstHit& hit) { return hit.id; }},
     {"label", "label", [](const FirstHit& hit) { return hit.label; }},
-    {"morph", "morph.blend", [](const FirstHit& hit) { return hit.blend; }},
+    {"morph", "morph.blend", [](const FirstHit& hit) { return hit.progress; }},
     {"morph", "morph.t", [](const FirstHit& hit) { return hit.t; }},
     {"motion", "motion.X", [](const FirstHit& hit) { return hit.motion.x; }},
     {"motion", "motion.Y", [](const FirstHit& hit) { return hit.motion.y; }},

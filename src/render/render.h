@@ -43,12 +43,13 @@ struct RenderMesh : MaterialLayer {
   float vertex_color_share = 0;  ///< [0, 1]
   float look = 0;  ///< 0 = own materials, 1 = the common look; between: the two BSDFs mixed
   float id = 0;    ///< written to the id AOV; > 0 (ground 1 is reserved; 0 = nothing hit)
-  std::span<const Vec3> displacement;   ///< from this frame to the next, one per position, or empty
-  std::span<const float> vertex_blend;  ///< of the morph AOV, one per position, or empty = `blend`
+  std::span<const Vec3> displacement;  ///< from this frame to the next, one per position, or empty
+  /// Of the morph AOV, one per position, or empty = `progress`.
+  std::span<const float> vertex_progress;
   std::span<const std::uint32_t> vertex_labels;  ///< of the label AOV, one per position, or empty
   std::uint32_t first_label = 1;                 ///< what label 0 is written as
-  float blend = 0;    ///< [0, 1]: 0 = wholly what the leg comes from, 1 = what it goes to
-  bool moves = true;  ///< it is another in the frames before and after: its noise is new
+  float progress = 0;  ///< [0, 1]: 0 = wholly what the leg comes from, 1 = what it goes to
+  bool moves = true;   ///< it is another in the frames before and after: its noise is new
   /// Of the crypto_object matte, and of crypto_label: what vertex_labels count from 0.
   std::string name;
   std::vector<std::string> label_names;

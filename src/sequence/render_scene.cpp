@@ -33,8 +33,8 @@ void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float
     mesh.vertex_labels = geometry.surface_labels;
     mesh.first_label = first_label;
     mesh.displacement = geometry.flow.displacement;
-    mesh.vertex_blend = geometry.flow.blend;
-    mesh.blend = geometry.moment.time;  // 0 and 1 on the ways out of and into a model
+    mesh.vertex_progress = geometry.flow.progress;
+    mesh.progress = geometry.moment.time;  // 0 and 1 on the ways out of and into a model
     mesh.moves = geometry.moves;
     mesh.name = actor.name;
     mesh.label_names = label_names;
@@ -56,7 +56,7 @@ void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float
     mesh.vertex_labels = geometry.point_labels;
     mesh.first_label = first_label;
     mesh.displacement = geometry.displacement;
-    mesh.blend = geometry.moment.time;
+    mesh.progress = geometry.moment.time;
     mesh.moves = geometry.moves;
     mesh.name = actor.name;
     mesh.label_names = label_names;

@@ -146,7 +146,7 @@ TEST(Flow, FollowsATurningBodyAndKnowsItsShare) {
     const Vec3d now = Vec3d(points[i]) - Vec3d(points[0]);
     const Vec3d then = now + Vec3d(flow.displacement[i]) - Vec3d(flow.displacement[0]);
     EXPECT_LT(length(then - part * now * growth), 0.01) << i;
-    EXPECT_NEAR(flow.blend[i], time, 1e-5f);
+    EXPECT_NEAR(flow.progress[i], time, 1e-5f);
   }
   EXPECT_GT(length(flow.displacement[0]), 0.03f);
   const Flow still = flow_at(plan, time, time, balls_at(plan, time), points, *engine).value();

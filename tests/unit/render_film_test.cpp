@@ -139,7 +139,7 @@ TEST(Alpha, ATransparentPictureKeepsObjectAndShadow) {
 
 TEST(Layers, AreThoseThatWereAskedFor) {
   Target target(1, 0);
-  target.scene.meshes[0].blend = 0.25f;
+  target.scene.meshes[0].progress = 0.25f;
   target.scene.moment = 0.5f;
   target.mesh.materials[0].color = {0.5f, 0.25f, 0.125f};
   RenderSettings settings = small_settings(1);

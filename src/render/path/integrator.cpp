@@ -293,7 +293,7 @@ FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first
       const Vec2* uv = &mesh.corner_uvs[std::size_t{hit.triangle} * 3];
       shown.uv = uv[0] * (1 - hit.u - hit.v) + uv[1] * hit.u + uv[2] * hit.v;
     }
-    shown.blend = mesh.vertex_blend.empty() ? mesh.blend : at(mesh.vertex_blend);
+    shown.progress = mesh.vertex_progress.empty() ? mesh.progress : at(mesh.vertex_progress);
     shown.t = world.moment;
     if (!mesh.vertex_labels.empty()) {
       const float rest = 1 - hit.u - hit.v;
