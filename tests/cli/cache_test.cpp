@@ -56,14 +56,14 @@ TEST_F(CacheCommand, VerifyAnswersNoToADamagedFile) {
 
 TEST_F(CacheCommand, GcKeepsWhatFitsAndClearKeepsStrangers) {
   write("kept/mine.spheres", "not the program's");
-  EXPECT_TRUE(
-      contains(cache(0, {"gc", "--max-size", "1G", "--max-age", "30d"}).out,
-               "removed 0 files, 0 B; kept 5 files"));  // balls and distances of two, and a pace
+  EXPECT_TRUE(contains(
+      cache(0, {"gc", "--max-size", "1G", "--max-age", "30d"}).out,
+      "removed 0 files, 0 B; kept 6 files"));  // balls and distances of two, a plan and a pace
   const auto json = parse(cache(0, {"gc", "--max-size", "0", "--json"}).out);
-  EXPECT_EQ(json["removed"], 5);
+  EXPECT_EQ(json["removed"], 6);
   EXPECT_EQ(json["kept"], 0);
   run(0, {"mesh", "scene.json", "-f", "2", "-o", "again.obj", "--cache-dir", "kept"});
-  EXPECT_TRUE(contains(cache(0, {"clear"}).out, "removed 5 files"));
+  EXPECT_TRUE(contains(cache(0, {"clear"}).out, "removed 6 files"));
   EXPECT_TRUE(exists("kept/mine.spheres"));
   EXPECT_EQ(count_files(".spheres"), 1u);
 }
