@@ -20,9 +20,9 @@ class CacheCommand : public ProgramTest {
 
 TEST_F(CacheCommand, ListsWhatRenderingLeftThere) {
   const Ran ran = cache(0, {"ls"});
-  EXPECT_TRUE(contains(ran.out, "kept: 5 files, ")) << ran.out;
+  EXPECT_TRUE(contains(ran.out, "kept: 6 files, ")) << ran.out;
   const auto json = parse(cache(0, {"ls", "--json"}).out);
-  ASSERT_EQ(json["entries"].size(), 5u) << "spheres and distances of two, and a pace";
+  ASSERT_EQ(json["entries"].size(), 6u) << "spheres and distances of two, a plan and a pace";
   EXPECT_EQ(json["entries"][0]["key"].get<std::string>().size(), 32u);
   int sum = 0;
   for (const auto& entry : json["entries"]) sum += entry["bytes"].get<int>();

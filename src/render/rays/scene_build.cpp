@@ -124,7 +124,7 @@ void check_mesh(const RenderMesh& mesh) {
   PM_CHECK(mesh.vertex_colors.empty() || mesh.vertex_colors.size() == mesh.positions.size());
   PM_CHECK(mesh.displacement.empty() || mesh.displacement.size() == mesh.positions.size());
   PM_CHECK(mesh.vertex_labels.empty() || mesh.vertex_labels.size() == mesh.positions.size());
-  PM_CHECK(mesh.vertex_blend.empty() || mesh.vertex_blend.size() == mesh.positions.size());
+  PM_CHECK(mesh.vertex_progress.empty() || mesh.vertex_progress.size() == mesh.positions.size());
 }
 
 /// Corners and shading normals of a triangle at a time of the shutter.
