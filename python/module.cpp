@@ -131,8 +131,8 @@ class PythonScene {
     const bool is_file = text.empty();
     SceneReading reading = take(is_file ? read_scene(path, set) : read_scene_text(path, text, set));
     const Scene scene = good_scene(std::move(reading), path, is_file);
-    extractor_ = take(make_extractor(device, device_));
-    prepared_ = take(prepare_scene(scene, *extractor_, cache));
+    engine_ = take(make_engine(device, device_));
+    prepared_ = take(prepare_scene(scene, *engine_, cache));
   }
 
   int frame_count() const { return prepared_.frame_count; }
@@ -179,11 +179,11 @@ class PythonScene {
     if (frame < 1 || frame > prepared_.frame_count)
       throw PythonError{make_error(ErrorCode::kUsage, "frame {}: there are frames 1 to {}", frame,
                                    prepared_.frame_count)};
-    return take(geometry_at(prepared_, *extractor_, frame));
+    return take(geometry_at(prepared_, *engine_, frame));
   }
 
   std::string device_;
-  std::unique_ptr<SurfaceExtractor> extractor_;
+  std::unique_ptr<Engine> engine_;
   PreparedScene prepared_;
   std::unique_ptr<Renderer> renderer_;
 };

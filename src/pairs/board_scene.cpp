@@ -60,7 +60,9 @@ Json actor_of(const PairsFile& file, const PairsPlay& play, int level, int piece
     chain.push_back(outcome(file, board[static_cast<std::size_t>(piece)], event.kind));
   }
   if (per_leg.empty()) {
-    chain.push_back(sphere(file));
+    // What it hides, after the last frame: the camera frames a level by all that may show in it, so
+    // the view stays as it is when a later move reveals it.
+    chain.push_back(outcome(file, board[static_cast<std::size_t>(piece)], Kind::kReveal));
     per_leg.push_back(kBeyond);
   }
   actor["start"] = first;

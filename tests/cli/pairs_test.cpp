@@ -67,6 +67,9 @@ TEST_F(Pairs, EveryMoveMadeByHandIsRendered) {
   EXPECT_EQ(hand.out, file.out);
   EXPECT_EQ(read_text(folder / "hand/level-1.json"), read_text(folder / "file/level-1.json"));
   EXPECT_TRUE(exists("hand/frame.0013.png") && exists("hand/play.gif"));
+  // What a later move reveals is framed from the first frame on.
+  for (const char* frame : {"frame.0001.png", "frame.0003.png", "frame.0009.png"})
+    EXPECT_EQ(read_text(folder / "hand" / frame), read_text(folder / "file" / frame)) << frame;
 }
 
 TEST_F(Pairs, SaysWhatIsWrongWithAGame) {
