@@ -1,5 +1,5 @@
-// The CUDA backend of the extraction passes (backend_engine.h lists what a backend offers). One stream per
-// backend; every call and every launch is checked with its own return value.
+// The CUDA backend of the extraction passes (backend_engine.h lists what a backend offers). One
+// stream per backend; every call and every launch is checked with its own return value.
 #pragma once
 
 #include <cuda_runtime.h>
@@ -31,7 +31,7 @@ inline EngineStatus cuda_status(cudaError_t error, const char* doing) {
                 ", use a coarser grid or the cpu backend"};
   }
   return {EngineCode::kDeviceError, std::string("the cuda device failed while doing '") + doing +
-                                         "': " + text + ", try again or use the cpu backend"};
+                                        "': " + text + ", try again or use the cpu backend"};
 }
 
 inline void check_cuda(cudaError_t error, const char* doing) {
@@ -231,8 +231,8 @@ class CudaBackend {
       if (n > capacity_) grow(backend, n);
       return {data_, n};
     }
-    /// Capacity for `each` elements for each of *count, as far as it is known: as many as before, or
-    /// for `guess`.
+    /// Capacity for `each` elements for each of *count, as far as it is known: as many as before,
+    /// or for `guess`.
     View<T> fit(CudaBackend& backend, const std::int64_t* count, std::int64_t each,
                 std::int64_t guess) {
       if (capacity_ == 0) grow(backend, guess * each);
