@@ -1,7 +1,6 @@
 #include "morph/plan_cache.h"
 
 #include <algorithm>
-#include <cstring>
 #include <span>
 #include <type_traits>
 
@@ -18,18 +17,6 @@ constexpr std::uint32_t kPlanVersion = 1;
 static_assert(sizeof(Ball) == 11 * sizeof(float) && sizeof(Vec3) == 3 * sizeof(float) &&
               sizeof(Pair) == 4 * sizeof(float) + sizeof(double) &&
               sizeof(Mat3) == 9 * sizeof(double) && std::is_trivially_copyable_v<Mat3>);
-
-template <class T>
-void put_all(std::string& bytes, const std::vector<T>& values) {
-  bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
-}
-template <class T>
-std::vector<T> take_all(std::string_view& bytes, std::size_t count) {
-  std::vector<T> values(count);
-  std::memcpy(values.data(), bytes.data(), count * sizeof(T));
-  bytes.remove_prefix(count * sizeof(T));
-  return values;
-}
 
 }  // namespace
 

@@ -1,7 +1,7 @@
 #include "sequence/pacing.h"
 
 #include <algorithm>
-#include <cstring>
+#include <string_view>
 
 #include "base/cache_file.h"
 #include "base/hash.h"
@@ -72,9 +72,9 @@ Result<std::vector<float>> even_pacing(const PreparedScene& prepared, const Prep
   if (!cache.empty())
     if (const auto bytes = load_cached(cache, key, kPacingFiles)) {
       const char* problem = nullptr;
-      const auto content = cached_content(*bytes, key, kPacingFiles, problem);
-      std::vector<float> pacing(content ? content->size() / sizeof(float) : 0);
-      if (content) std::memcpy(pacing.data(), content->data(), pacing.size() * sizeof(float));
+      std::string_view content =
+          cached_content(*bytes, key, kPacingFiles, problem).value_or(std::string_view());
+      const auto pacing = take_all<float>(content, content.size() / sizeof(float));
       if (pacing.empty() || pacing.size() == kSteps + 1) return pacing;
     }
   // A part of the pace is left to the eased time itself: where nothing changes it goes on.
@@ -114,9 +114,11 @@ Result<std::vector<float>> even_pacing(const PreparedScene& prepared, const Prep
     }
     pacing.push_back(1);
   }
-  if (!cache.empty())
-    store_cached(cache, key, kPacingFiles,
-                 {reinterpret_cast<const char*>(pacing.data()), pacing.size() * sizeof(float)});
+  if (!cache.empty()) {
+    std::string bytes;
+    put_all(bytes, pacing);
+    store_cached(cache, key, kPacingFiles, bytes);
+  }
   return pacing;
 }
 

@@ -65,19 +65,18 @@ Grid take_grid(std::string_view& bytes) {
 }
 constexpr std::size_t kGridSize = sizeof(Vec3) + sizeof(float) + sizeof(Int3);
 
+/// After their number.
 template <class T>
-void put_all(std::string& bytes, const std::vector<T>& values) {
+void put_counted(std::string& bytes, const std::vector<T>& values) {
   put(bytes, static_cast<std::uint64_t>(values.size()));
-  bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+  put_all(bytes, values);
 }
 template <class T>
-bool take_all(std::string_view& bytes, std::vector<T>& values) {
+bool take_counted(std::string_view& bytes, std::vector<T>& values) {
   if (bytes.size() < 8) return false;
   const auto count = take<std::uint64_t>(bytes);
   if (count > bytes.size() / sizeof(T)) return false;
-  values.resize(static_cast<std::size_t>(count));
-  std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
-  bytes.remove_prefix(values.size() * sizeof(T));
+  values = take_all<T>(bytes, static_cast<std::size_t>(count));
   return true;
 }
 
@@ -90,14 +89,14 @@ DistanceGrid smooth_alone(const SmoothDistances& smooth, const Grid& grid) {
 
 std::string encode(const ObjectDistances& object, const SmoothDistances& smooth) {
   std::string bytes;
-  put_all(bytes, object.sides);
+  put_counted(bytes, object.sides);
   put(bytes, object.undecided);
   put(bytes, object.volume);
   put(bytes, object.smallest_component_share);
   put_grid(bytes, object.grid->grid);
   put(bytes, object.grid->lipschitz);
   put_grid(bytes, smooth.grid);
-  put_all(bytes, smooth.values);
+  put_counted(bytes, smooth.values);
   const Grid& grid = object.grid->grid;
   const std::vector<float>& values = object.grid->values;
   const std::vector<float> far = smooth_alone(smooth, grid).values;
@@ -113,8 +112,8 @@ std::string encode(const ObjectDistances& object, const SmoothDistances& smooth)
     float* to = near.data() + near.size() - kBlockPoints;
     for_block(grid, b, [&](std::size_t i, std::size_t k) { to[k] = values[i]; });
   }
-  put_all(bytes, numbers);
-  put_all(bytes, near);
+  put_counted(bytes, numbers);
+  put_counted(bytes, near);
   return bytes;
 }
 
@@ -125,7 +124,7 @@ bool is_sound(const Grid& grid) {
 }
 
 bool decode(std::string_view bytes, std::size_t triangles, ObjectDistances& object) {
-  if (!take_all(bytes, object.sides) || object.sides.size() != triangles) return false;
+  if (!take_counted(bytes, object.sides) || object.sides.size() != triangles) return false;
   if (bytes.size() < 3 * sizeof(double) + 2 * kGridSize + sizeof(float)) return false;
   object.undecided = take<double>(bytes);
   object.volume = take<double>(bytes);
@@ -136,8 +135,8 @@ bool decode(std::string_view bytes, std::size_t triangles, ObjectDistances& obje
   smooth.grid = take_grid(bytes);
   std::vector<std::uint32_t> numbers;
   std::vector<float> near;
-  if (!is_sound(grid) || !is_sound(smooth.grid) || !take_all(bytes, smooth.values) ||
-      !take_all(bytes, numbers) || !take_all(bytes, near) || !bytes.empty())
+  if (!is_sound(grid) || !is_sound(smooth.grid) || !take_counted(bytes, smooth.values) ||
+      !take_counted(bytes, numbers) || !take_counted(bytes, near) || !bytes.empty())
     return false;
   const Int3 blocks = blocks_of(grid), nodes = smooth.grid.points;
   const std::int64_t count = std::int64_t{blocks.x} * blocks.y * blocks.z;
