@@ -4,10 +4,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 #include <vector>
 
 #include "analyze/occupancy.h"
+#include "base/disjoint_sets.h"
 #include "base/parallel.h"
 #include "kernels/linear.h"
 
@@ -94,20 +94,15 @@ std::vector<Curvatures> curvatures_of(const CellValues& field, const IsoSurface&
 /// Connected sets of the chosen vertices whose area is larger than `min_area`.
 int count_patches(const IsoSurface& surface, const std::vector<bool>& chosen,
                   const std::vector<double>& areas, double min_area) {
-  std::vector<std::uint32_t> parent(chosen.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto find = [&](std::uint32_t x) {
-    while (parent[x] != x) x = parent[x] = parent[parent[x]];
-    return x;
-  };
+  DisjointSets patches(chosen.size());
   for (const Triangle& t : surface.triangles)
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t a = t.v[k], b = t.v[(k + 1) % 3];
-      if (chosen[a] && chosen[b]) parent[std::max(find(a), find(b))] = std::min(find(a), find(b));
+      if (chosen[a] && chosen[b]) patches.join(a, b);
     }
   std::vector<double> area(chosen.size(), 0);
   for (std::uint32_t v = 0; v < chosen.size(); ++v)
-    if (chosen[v]) area[find(v)] += areas[v];
+    if (chosen[v]) area[patches.find(v)] += areas[v];
   return static_cast<int>(
       std::count_if(area.begin(), area.end(), [&](double a) { return a > min_area; }));
 }
