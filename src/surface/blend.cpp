@@ -147,11 +147,10 @@ Result<BlendField> make_blend_field(const Model& model, const InsideTest& inside
                                     Mesh surface, float cell, const ExtractSettings& settings,
                                     Engine& engine) {
   PM_CHECK(!surface.triangles.empty());
-  constexpr float kMaxCells = 256;
   const Box box = unite(model.box(), box_of(surface.positions));
   const Vec3 size = box.size();
   PM_TRY(const Grid grid,
-         fit_grid(box, std::max(cell, std::max({size.x, size.y, size.z}) / kMaxCells)));
+         fit_grid(box, std::max(cell, std::max({size.x, size.y, size.z}) / kMaxDistanceCells)));
   const auto count =
       static_cast<std::size_t>(std::int64_t{grid.points.x} * grid.points.y * grid.points.z);
   auto of_model = std::make_shared<DistanceGrid>(), of_balls = std::make_shared<DistanceGrid>();

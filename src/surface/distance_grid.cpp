@@ -19,8 +19,7 @@
 namespace polymorph {
 namespace {
 
-constexpr int kCoarse = 4;      ///< fine cells per coarse cell, along an axis
-constexpr int kMaxCells = 256;  ///< fine, along the longest side of the model
+constexpr int kCoarse = 4;  ///< fine cells per coarse cell, along an axis
 /// Radius that thin parts are brought to, over the thinnest that shows: the filter takes the rest.
 constexpr float kThickened = 1.35f;
 constexpr float kExact = 2, kFar = 4;  ///< in fine cells: exact up to here, smooth from there on
@@ -33,7 +32,7 @@ class Builder {
     const Box box = model.box();
     const Vec3 size = box.size();
     const float longest = std::max({size.x, size.y, size.z});
-    cell_ = std::max(cell, longest / kMaxCells);
+    cell_ = std::max(cell, longest / kMaxDistanceCells);
     const float margin = std::max(0.06f * box.diagonal(), (kFar + 2 * kCoarse) * cell_);
     const auto blocks = [&](float extent) {
       return static_cast<int>(std::ceil((extent + 2 * margin) / (kCoarse * cell_)));

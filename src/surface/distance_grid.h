@@ -26,6 +26,9 @@ void close_border(DistanceGrid& distances);
 /// axis, within a cell, lies between those of the cell's edges.
 void bound_slopes(DistanceGrid& distances);
 
+/// Cells along the longest side of a model, at most.
+inline constexpr int kMaxDistanceCells = 256;
+
 /// The radius of the thinnest part of a model that all cells of its surface see, in cells: what
 /// signed_distances() is given as `thinnest`.
 inline constexpr float kThinnestPart = 0.9f;
