@@ -3,14 +3,15 @@
 #include <algorithm>
 
 #include "morph/timeline.h"
+#include "scene/load_scene.h"
 
 namespace polymorph {
 namespace {
 
-/// Fits that take a tenth of the time. What is to have no fit stays as it is.
-void make_coarse(SphereSettings& spheres) {
+/// A fit that takes a tenth of the time. What is to have no fit stays as it is.
+void make_coarse(const Scene& scene, SphereSettings& spheres) {
   constexpr int kBalls = 64;
-  if (spheres.fit == FitKind::kNone) return;
+  if (!is_fitted(scene, spheres)) return;
   spheres.coarse = true;
   spheres.balls = std::min(spheres.balls, kBalls);
   spheres.error = 0;
@@ -19,12 +20,11 @@ void make_coarse(SphereSettings& spheres) {
 
 /// Half size, coarser surface and balls, direct light and a ray for what hides the sky.
 void make_preview(Scene& scene) {
-  if (scene.field.kind == FieldKind::kGaussian)  // others have no fit
-    for (ActorSettings& actor : scene.actors) {
-      make_coarse(actor.source.spheres);
-      for (ObjectSettings& object : actor.intermediate) make_coarse(object.spheres);
-      make_coarse(actor.target.spheres);
-    }
+  for (ActorSettings& actor : scene.actors) {
+    make_coarse(scene, actor.source.spheres);
+    for (ObjectSettings& object : actor.intermediate) make_coarse(scene, object.spheres);
+    make_coarse(scene, actor.target.spheres);
+  }
   scene.image.width = std::max(1, scene.image.width / 2);
   scene.image.height = std::max(1, scene.image.height / 2);
   scene.image.samples = std::min(scene.image.samples, 2);

@@ -146,4 +146,8 @@ std::vector<const ObjectSettings*> chain_objects(const ActorSettings& actor) {
   return objects;
 }
 
+bool is_fitted(const Scene& scene, const SphereSettings& spheres) {
+  return scene.field.kind == FieldKind::kGaussian && spheres.fit != FitKind::kNone;
+}
+
 }  // namespace polymorph

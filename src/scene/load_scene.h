@@ -63,4 +63,7 @@ std::string scene_to_json(const Scene& scene, const std::filesystem::path& folde
 /// Every object of an actor in chain order: source, intermediate..., target.
 std::vector<const ObjectSettings*> chain_objects(const ActorSettings& actor);
 
+/// Are balls fitted to an object of these settings? Fits are Gaussian.
+bool is_fitted(const Scene& scene, const SphereSettings& spheres);
+
 }  // namespace polymorph

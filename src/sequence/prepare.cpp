@@ -109,10 +109,9 @@ std::string stage_of_fit(const std::string& name, const SphereSettings& spheres)
 }
 
 bool is_fitted_coarsely(const Scene& scene) {
-  if (scene.field.kind != FieldKind::kGaussian) return false;
   for (const ActorSettings& actor : scene.actors)
     for (const ObjectSettings* object : chain_objects(actor))
-      if (object->spheres.coarse && object->spheres.fit != FitKind::kNone) return true;
+      if (object->spheres.coarse && is_fitted(scene, object->spheres)) return true;
   return false;
 }
 
@@ -121,7 +120,7 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
                   float cell, ObjectLegs legs, const ExtractSettings& extract, Engine& engine,
                   const std::filesystem::path& cache) {
   SphereSettings spheres = settings.spheres;
-  if (scene.field.kind != FieldKind::kGaussian) spheres.fit = FitKind::kNone;  // fits are Gaussian
+  if (!is_fitted(scene, spheres)) spheres.fit = FitKind::kNone;
   auto approximation = [&] {
     const Activity activity(stage_of_fit(object.name, spheres));
     return approximate_cached(object.model, spheres, cache);
@@ -163,9 +162,7 @@ ObjectSettings without_fit(const ObjectSettings& settings, const Scene& scene,
                            const std::filesystem::path& cache, PreparedObject& prepared) {
   ObjectSettings plain = settings;
   SphereSettings& spheres = plain.spheres;
-  if (spheres.fit == FitKind::kNone || scene.field.kind != FieldKind::kGaussian ||
-      is_cached(prepared.model, spheres, cache))
-    return plain;
+  if (!is_fitted(scene, spheres) || is_cached(prepared.model, spheres, cache)) return plain;
   prepared.missing_balls = std::max(spheres.balls, 1);
   spheres.fit = FitKind::kNone;
   spheres.error = 0;
