@@ -82,7 +82,7 @@ void describe(V& v, SphereSettings& s) {
 template <class V>
 void describe(V& v, ObjectSettings& s) {
   auto& [name, model, shape, up, meta, arrange, translate, rotate, scale, color, roughness,
-         metallic, glass, spheres, motion, hold, retarget] = s;
+         metallic, glass, crease, spheres, motion, hold, retarget] = s;
   v.text("name", name, "name in messages and reports; default: the file's stem or the shape");
   v.model_path("model", model,
                "an OBJ, glTF, FBX, PLY, STL, DAE, OFF or 3DS file, relative to the scene file");
@@ -99,6 +99,9 @@ void describe(V& v, ObjectSettings& s) {
   v.number("roughness", roughness, 0, 1, "of all its materials, 0 is a mirror");
   v.number("metallic", metallic, 0, 1, "of all its materials, 1 is metal");
   v.number("glass", glass, 0, 1, "of all its materials: the share of light that goes through");
+  v.number("crease", crease, 0, 180,
+           "degrees: edges whose faces meet at more are shown sharp, others smooth, whatever "
+           "normals the file has; default: the file's normals, and 50 where it has none");
   v.object("spheres", spheres, "sphere settings of this object; default: the scene's");
   v.object("motion", motion, "of the balls on their way to this object; default: the scene's");
   v.integer("hold", hold, 0, 10000,

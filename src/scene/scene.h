@@ -96,6 +96,9 @@ struct ObjectSettings {
   Vec3 scale{1, 1, 1};
   std::optional<Vec3> color;  ///< overrides the model's colours (no texture then)
   std::optional<float> roughness, metallic, glass;  ///< override those of all its materials
+  /// Faces that meet at more than this angle, in degrees, show a sharp edge. Given: instead of the
+  /// file's normals; else those, and kCreaseDegrees where it has none.
+  std::optional<float> crease;
   SphereSettings spheres;
   MotionSettings motion;  ///< of the leg that ends at this object
   int hold = 0;           ///< frames that it stands still between its two legs
@@ -317,7 +320,7 @@ struct OutputSettings {
   std::string file = "frame.####.exr";  ///< used when the command line names none
   bool png = false;                     ///< a PNG beside each EXR
   int png_bits = 8;                     ///< 8 or 16
-  bool dither = false;                  ///< PNG: random rounding against banding
+  bool dither = true;                   ///< PNG: random rounding against banding
 };
 
 /// One chain of objects, its place in the scene and the frame at which it starts.

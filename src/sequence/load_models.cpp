@@ -60,6 +60,7 @@ Result<Model> load_arranged(const Scene& scene, const ActorSettings& actor,
                             const ObjectSettings& object, bool textures, float& size,
                             std::vector<std::string>& warnings) {
   PM_TRY(Model model, load_object(object, textures, warnings));
+  if (object.crease) model.corner_normals = creased_normals(model, *object.crease);
   if (object.color) paint(model, *object.color);
   for (Material& material : model.materials) {
     material.roughness = object.roughness.value_or(material.roughness);
