@@ -86,7 +86,52 @@ std::string with_choices(const std::string& message, const std::string& command)
                      did_you_mean(value, words), fmt::join(words, ", "));
 }
 
-std::string usage_problem(const CLI::App& program, int argc, char** argv, const char* message) {
+/// "polymorph compare ACTUAL REFERENCE".
+std::string positional_usage(const CLI::App& command) {
+  std::string usage = "polymorph " + command.get_name();
+  for (const CLI::Option* option : command.get_options()) {
+    if (!option->get_positional()) continue;
+    const OptionRow row = row_of(*option);
+    usage += row.required ? " " + row.value : " [" + row.value + "]";
+  }
+  return usage;
+}
+
+/// CLI11's "reference is required", "--output: 1 required FILE missing", "The following argument
+/// was not expected: x" and choices as sentences of ours; other messages as they are.
+std::string in_our_words(const CLI::ParseError& error, const CLI::App& command) {
+  const std::string message = error.what();
+  const auto before = [&](const char* part) { return message.substr(0, message.find(part)); };
+  if (message.ends_with(" is required")) {
+    const CLI::Option* option = command.get_option_no_throw(before(" is required"));
+    if (!option || !option->get_positional()) return message;
+    const OptionRow row = row_of(*option);
+    return fmt::format(
+        "{} is missing{} - write {}", row.value,
+        row.choices.empty() ? "" : fmt::format(" ({})", fmt::join(row.choices, ", ")),
+        positional_usage(command));
+  }
+  if (message.find(" required ") != std::string::npos && message.ends_with(" missing")) {
+    const CLI::Option* option = command.get_option_no_throw(before(":"));
+    if (!option) return message;
+    return fmt::format("{} needs a value - write {} {}", before(":"), before(":"),
+                       row_of(*option).value);
+  }
+  if (message.find(" excludes ") != std::string::npos)
+    return fmt::format("{} and {} do not go together", before(" excludes "),
+                       message.substr(message.find(" excludes ") + 10));
+  if (message.find(" not expected: ") != std::string::npos) {
+    // CLI11 gives what is left in the order of its stack, the last one first.
+    const auto words = split(message.substr(message.find(" not expected: ") + 15), ' ');
+    const std::string& word = words.back();
+    if (word.size() > 1 && word.starts_with("-")) return fmt::format("unknown option \"{}\"", word);
+    return fmt::format("\"{}\" is one word too many - write {}", word, positional_usage(command));
+  }
+  return with_choices(message, command.get_name());
+}
+
+std::string usage_problem(const CLI::App& program, int argc, char** argv,
+                          const CLI::ParseError& error) {
   if (argc > 1 && argv[1][0] != '-') {
     const auto names = command_names(program);
     if (std::find(names.begin(), names.end(), argv[1]) == names.end())
@@ -95,7 +140,7 @@ std::string usage_problem(const CLI::App& program, int argc, char** argv, const 
   const std::string name = named_command(program, argc, argv);
   const CLI::App* command = name.empty() ? &program : program.get_subcommand(name);
   const std::string unknown = unknown_option(*command, argc, argv);
-  return unknown.empty() ? with_choices(message, command->get_name()) : unknown;
+  return unknown.empty() ? in_our_words(error, *command) : unknown;
 }
 
 const CLI::Option* chosen_option(const CLI::App& program, const char* name) {
@@ -226,7 +271,7 @@ Status parse_arguments(CLI::App& program, int argc, char** argv) {
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return Error{ErrorCode::kUsage, usage_problem(program, argc, argv, error.what())};
+    return Error{ErrorCode::kUsage, usage_problem(program, argc, argv, error)};
   }
   return Ok{};
 }

@@ -36,7 +36,7 @@ TEST_F(Compare, DifferentImages) {
   EXPECT_TRUE(exists("d.png"));
   run(0, {"compare", "a.exr", "b.exr", "--fail", "0.3"});
   run(0, {"compare", "a.exr", "b.exr", "--failpercent", "5"});
-  const auto json = parse(run(1, {"compare", "a.exr", "b.exr", "--json"}).out);
+  const auto json = parse(run(1, {"compare", "a.exr", "b.exr", "--json"}).out)["cases"];
   EXPECT_EQ(json[0]["passed"], false);
   EXPECT_EQ(json[0]["failing_pixels"], 1);
   write_image_file("wide.exr", 0.5f, 9);
@@ -56,7 +56,7 @@ TEST_F(Compare, NanFailsEvenAgainstItself) {
     const Ran ran = run(1, {"compare", name, name, "--fail", "1000", "--failpercent", "100"});
     EXPECT_TRUE(contains(ran.out, "NaN")) << ran.out;
   }
-  EXPECT_EQ(parse(run(1, {"compare", "nan.exr", "nan.exr", "--json"}).out)[0]["verdict"],
+  EXPECT_EQ(parse(run(1, {"compare", "nan.exr", "nan.exr", "--json"}).out)["cases"][0]["verdict"],
             "not-finite");
 }
 
@@ -101,6 +101,9 @@ TEST_F(Golden, AFolderWithoutASuiteIsAnError) {
   const Ran ran = run(3, {"golden", "test", "--root", "empty", "--junit", "junit.xml"});
   EXPECT_TRUE(contains(ran.err, "error: empty: no golden suite in it")) << ran.err;
   EXPECT_TRUE(contains(read_text(folder / "junit.xml"), "errors=\"1\""));
+  // Nothing and 0 would be what a comparison of two machines' hashes passes.
+  for (const char* verb : {"hash", "list"})
+    EXPECT_TRUE(contains(run(3, {"golden", verb, "--root", "empty"}).err, "no golden suite in it"));
 }
 
 TEST_F(Golden, UpdateNeedsASuiteAndAReason) {

@@ -195,7 +195,8 @@ TEST_F(GoldenTest, FlickerIsWhatChangesWhereNothingMoves) {
     write_picture("ref.000" + std::to_string(frame) + ".png", 0.4f);
     write_picture("new.000" + std::to_string(frame) + ".png", frame == 2 ? 0.8f : 0.4f);
   }
-  const auto json = parse(run(1, {"compare", "new.####.png", "ref.####.png", "--json"}).out);
+  const auto json =
+      parse(run(1, {"compare", "new.####.png", "ref.####.png", "--json"}).out)["cases"];
   EXPECT_GT(json[0]["flicker"].get<double>(), 0);
   EXPECT_EQ(json[0]["reference_flicker"].get<double>(), 0);
   EXPECT_EQ(json[0]["flicker"], json[1]["flicker"]);

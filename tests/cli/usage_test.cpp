@@ -30,21 +30,27 @@ TEST_F(Usage, UnknownCommandNamesTheNearest) {
 TEST_F(Usage, UnknownFlag) {
   expect_usage({"render", "scene.json", "--framez"}, "--framez");
   expect_usage({"render", "scene.json", "--framez"}, "try: polymorph render --help");
-  expect_usage({"schema", "extra"}, "extra");
+  expect_usage({"schema", "extra"}, "\"extra\" is one word too many - write polymorph schema");
+  expect_usage({"cache", "ls", "x", "y"}, "\"x\" is one word too many");
+  expect_usage({"render", "scene.json", "-z"}, "unknown option \"-z\"");
+  expect_usage({"render", "scene.json", "--overwrite", "--skip-existing"}, "do not go together");
   expect_usage({"--threads", "2", "check", "scene.json"},
                "options come after the command: polymorph check --threads");
 }
 
 TEST_F(Usage, MissingArgument) {
-  for (const char* command : {"render", "check", "mesh"})
-    expect_usage({command}, "scene is required");
-  expect_usage({"info"}, "input is required");
-  expect_usage({"compare", "a.exr"}, "reference is required");
+  for (const std::string command : {"render", "check", "mesh"})
+    expect_usage({command}, "SCENE is missing - write polymorph " + command + " SCENE\n");
+  expect_usage({"info"}, "FILE is missing");
+  expect_usage({"compare", "a.exr"},
+               "REFERENCE is missing - write polymorph compare ACTUAL REFERENCE");
   expect_usage({"mesh", "scene.json"}, "give -o morph.usda");
-  expect_usage({"render", "scene.json", "-o"}, "--output");
+  expect_usage({"render", "scene.json", "-o"}, "--output needs a value - write --output FILE");
   expect_usage({"strip", "scene.json"}, "nothing to make - give -o strip.png");
-  expect_usage({"golden"}, "verb is required");
-  expect_usage({"cache"}, "verb is required");
+  expect_usage({"golden"},
+               "VERB is missing (test, update, accept, merge, list, hash) - write "
+               "polymorph golden VERB [SUITE]");
+  expect_usage({"cache"}, "VERB is missing (ls, verify, gc, clear)");
   expect_usage({"cache", "gc"}, "cache gc needs a limit");
   expect_usage({"cache", "gc", "--max-size", "big"}, "--max-size big: not an amount");
   expect_usage({"cache", "gc", "--max-age", "-3d"}, "--max-age");
@@ -122,10 +128,22 @@ TEST_F(Usage, AbsentDeviceIsAResource) {
 }
 
 TEST_F(Usage, AFrameThatNeedsMoreMemoryThanAllowedSaysSo) {
-  const Ran ran = run(
-      5, {"render", "scene.json", "-o", "a.####.exr", "--device", "cpu", "--max-memory", "10K"});
-  EXPECT_TRUE(contains(ran.err, "the surface needs ")) << ran.err;
-  EXPECT_TRUE(contains(ran.err, "a coarser grid or a higher limit")) << ran.err;
+  const std::vector<std::string> render{"render",   "scene.json", "-o",          "a.####.exr",
+                                        "--device", "cpu",        "--max-memory"};
+  const auto refused = [&](const char* limit, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = render;
+    arguments.push_back(limit);
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run(5, arguments).err;
+  };
+  const std::string surface = refused("4M", {"--set", "surface.resolution=256"});
+  EXPECT_TRUE(contains(surface, "the surface needs ")) << surface;
+  EXPECT_TRUE(contains(surface, "surface.resolution, --max-memory")) << surface;
+  // Told before anything is loaded or taken: this one would be 77 GB.
+  const std::string picture =
+      refused("8G", {"--set", "image.width=32768", "--set", "image.height=32768", "-j", "1"});
+  EXPECT_TRUE(contains(picture, "2 pictures at once of 32768 x 32768 need 77.3 GB")) << picture;
+  EXPECT_TRUE(contains(picture, "the limit is 8.6 GB - lower image.width")) << picture;
   EXPECT_EQ(count_files(".exr"), 0u);
 }
 
@@ -146,7 +164,7 @@ TEST_F(Usage, BadValues) {
   expect_usage({"render", "scene.json", "-t", "x"}, "--threads");
   expect_usage({"render", "scene.json", "--shard", "3/2"}, "write i/N with 1 <= i <= N");
   expect_usage({"render", "scene.json", "--shard", "auto"}, "neither a Slurm array");
-  expect_usage({"render", "scene.json", "--overwrite", "--skip-existing"}, "excludes");
+  expect_usage({"render", "scene.json", "--overwrite", "--skip-existing"}, "do not go together");
   expect_usage({"render", "scene.json", "--progress", "loud"}, "--progress");
   expect_usage({"golden", "shine"},
                "golden \"shine\" - use test, update, accept, merge, list, hash");
@@ -314,6 +332,8 @@ TEST_F(Usage, AModelIsNoScene) {
   const Ran ran = run(3, {"render", "m.obj", "-o", "x.png"});
   EXPECT_TRUE(contains(ran.err, "m.obj: is a model, not a scene - ")) << ran.err;
   EXPECT_TRUE(contains(ran.err, "polymorph init m.obj OTHER")) << ran.err;
+  const Ran strip = run(3, {"strip", "m.obj", "-o", "s.png"});
+  EXPECT_TRUE(contains(strip.err, "m.obj: is a model, not a scene - ")) << strip.err;
 }
 
 TEST_F(Usage, StatsAreSaidThoughTheRestIsQuiet) {

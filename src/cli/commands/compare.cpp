@@ -125,8 +125,8 @@ Result<int> run_compare(const CompareOptions& options, bool overwrite) {
     report.cases.push_back(std::move(one));
   }
   if (options.json.wanted) {
-    auto json = nlohmann::ordered_json::array();
-    for (const ReportCase& one : report.cases) json.push_back(case_json(one));
+    nlohmann::ordered_json json{{"cases", nlohmann::ordered_json::array()}};
+    for (const ReportCase& one : report.cases) json["cases"].push_back(case_json(one));
     PM_TRY_STATUS(write_json(options.json, json));
   }
   if (pairs.size() > 1 && !options.json.wanted)

@@ -46,6 +46,17 @@ std::string accept_command(const GoldenOptions& options, const std::string& suit
   return fmt::format("polymorph golden update {}{} --reason \"...\"", shell_quoted(suite), root);
 }
 
+/// The names of all suites. None is no answer: green would hide that the folder is another than was
+/// meant.
+Result<std::vector<std::string>> all_suites(const std::string& root) {
+  PM_TRY(std::vector<std::string> names, list_golden_suites(root));
+  if (names.empty())
+    return make_error(
+        ErrorCode::kInput,
+        "{}: no golden suite in it (a suite is a folder with a suite.json) - check --root", root);
+  return names;
+}
+
 /// Tiers A and C: nothing is compared with a golden's limits, and nothing can be accepted.
 Status test_tier(const GoldenSuite& suite, const GoldenSettings& settings,
                  const GoldenOptions& options, Report& report) {
@@ -154,13 +165,7 @@ Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
   int code = 0;  // of the first thing that could not be tested
   std::vector<std::string> names = options.suites;
   if (names.empty()) {
-    auto all = list_golden_suites(options.root);
-    // No suite is no answer: green would hide that the folder is another than was meant.
-    if (all && all->empty())
-      all = make_error(ErrorCode::kInput,
-                       "{}: no golden suite in it (a suite is a folder with a suite.json) - check "
-                       "--root",
-                       options.root);
+    auto all = all_suites(options.root);
     if (all) names = std::move(*all);
     if (!all) {
       code = static_cast<int>(all.error().code);
@@ -186,7 +191,7 @@ Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
 Result<int> print_hashes(const GoldenOptions& options, const GoldenSettings& settings) {
   std::vector<std::string> names = options.suites;
   if (names.empty()) {
-    PM_TRY(names, list_golden_suites(options.root));
+    PM_TRY(names, all_suites(options.root));
   }
   for (const std::string& name : names) {
     GoldenSuite suite;
@@ -244,7 +249,7 @@ Result<int> run_golden(const CommandLine& line, GoldenOptions& options) {
     if (options.verb == "update")
       return make_error(ErrorCode::kUsage,
                         "golden update needs the suite's name - polymorph golden list shows them");
-    PM_TRY(names, list_golden_suites(options.root));
+    PM_TRY(names, all_suites(options.root));
   }
   for (const std::string& name : names) {
     PM_TRY(const GoldenSuite suite, load_golden_suite(options.root, name));

@@ -9,6 +9,7 @@
 #include "cli/scene_options.h"
 #include "image/image_io.h"
 #include "image/movie.h"
+#include "model/load/load_model.h"
 #include "morph/timeline.h"
 #include "sequence/frames.h"
 
@@ -111,7 +112,9 @@ Status check_outputs(const StripOptions& options, bool overwrite) {
 
 Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
   PM_TRY_STATUS(check_outputs(options, line.common.overwrite));
-  const bool is_scene = std::filesystem::path(options.input).extension() == ".json";
+  // A model is no scene either, but is told what to do with it.
+  const bool is_scene =
+      std::filesystem::path(options.input).extension() == ".json" || is_model_file(options.input);
   if (!options.html.empty()) {
     if (!is_scene)
       return make_error(ErrorCode::kUsage, "--html needs a scene, not frames: {}", options.input);
