@@ -202,9 +202,10 @@ Status write_all(int fd, std::string_view bytes, const fs::path& path) {
   while (!bytes.empty()) {
     const ssize_t n = ::write(fd, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0 && errno == EAGAIN) {  // a pipe whose reader takes its time
+    if (n < 0 && errno == EAGAIN) {       // a pipe whose reader takes its time
+      constexpr int kMilliseconds = 100;  // a signal may have come to another thread
       pollfd wait{fd, POLLOUT, 0};
-      if (::poll(&wait, 1, -1) >= 0) continue;
+      if (::poll(&wait, 1, kMilliseconds) >= 0 && !stop_waiting_for_readers) continue;
       return make_error(ErrorCode::kOutput, "{}: stopped by a signal while its reader waited",
                         path.string());
     }
@@ -292,6 +293,30 @@ struct Replacement {
 };
 
 }  // namespace
+
+std::atomic<bool> stop_waiting_for_readers{false};
+
+void remove_old_temporaries(const fs::path& folder) {
+  constexpr std::string_view kEnd = ".part";
+  constexpr std::size_t kTag = 13;  // '.' and twelve digits
+  const auto is_temporary = [&](std::string_view name) {
+    if (!name.starts_with('.') || !name.ends_with(kEnd)) return false;
+    name.remove_suffix(kEnd.size());
+    if (name.size() <= kTag + 1) return false;
+    const std::string_view tag = name.substr(name.size() - kTag);
+    return tag[0] == '.' && tag.find_first_not_of("0123456789abcdef", 1) == std::string_view::npos;
+  };
+  const auto yesterday = fs::file_time_type::clock::now() - std::chrono::hours(24);
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    std::error_code ignored;
+    if (!is_temporary(entry->path().filename().string())) continue;
+    if (!fs::is_regular_file(entry->symlink_status(ignored))) continue;
+    if (const auto time = entry->last_write_time(ignored); !ignored && time < yesterday)
+      fs::remove(entry->path(), ignored);
+  }
+}
 
 Result<std::string> read_file(const fs::path& path, std::uint64_t limit) {
   // O_NONBLOCK: opening a FIFO must not wait for a writer.

@@ -1,6 +1,7 @@
 // File input and atomic file output: whole files are read, and written completely or not at all.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -23,6 +24,10 @@ Result<std::string> read_file(const std::filesystem::path& path, std::uint64_t l
 /// the reason.
 Status write_file(const std::filesystem::path& path, std::string_view bytes);
 
+/// Set, by a signal handler for instance, it ends every wait for the reader of a pipe; what is
+/// written to the pipe fails (kOutput).
+extern std::atomic<bool> stop_waiting_for_readers;
+
 /// Gives the next bytes of a file, nothing at its end. What it gives lives until the next call.
 using ByteSource = std::function<Result<std::string_view>()>;
 /// The bytes at once; they must outlive it.
@@ -30,6 +35,10 @@ ByteSource source_of(std::string_view bytes);
 /// The same for a file that is larger than memory should be. An error of `next` leaves the path as
 /// it was.
 Status write_file(const std::filesystem::path& path, const ByteSource& next);
+
+/// Removes from `folder` what runs that were killed left of write_file(): temporaries older than a
+/// day, ".NAME.0123456789ab.part". What cannot be removed stays.
+void remove_old_temporaries(const std::filesystem::path& folder);
 
 struct NewFile {
   std::filesystem::path path;

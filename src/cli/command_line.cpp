@@ -14,6 +14,7 @@
 #include "base/activity.h"
 #include "base/file.h"
 #include "base/log.h"
+#include "base/memory.h"
 #include "base/parallel.h"
 #include "base/text.h"
 #include "cli/config.h"
@@ -29,6 +30,7 @@ volatile std::sig_atomic_t stop_signal = 0;
 void on_stop(int number) {
   stop_signal = number;
   stop = true;
+  stop_waiting_for_readers = true;
   std::signal(number, SIG_DFL);  // a second one ends the process
 }
 
@@ -51,7 +53,8 @@ void add_common(Command command, CommonOptions& common) {
           .type_name("DEVICE"));
   add(command
           .add_option("--max-memory", common.max_memory,
-                      "maximum memory for making surfaces: bytes, or with K, M or G; 0 = no limit")
+                      "maximum memory for surfaces and for pictures: bytes, or with K, M or G; 0 = "
+                      "no limit; default: what the machine, the cgroup or Slurm gives")
           .environment("POLYMORPH_MAX_MEMORY")
           .bytes()
           .type_name("SIZE"));
@@ -104,13 +107,6 @@ Status check_side_outputs(const CLI::App& program, bool overwrite) {
     PM_TRY_STATUS(check_output(file, overwrite || (resumes && is_run_report(file))));
   }
   return Ok{};
-}
-
-/// What Slurm gives this job on its machine, in bytes; 0: this is no job, or it has it all.
-std::uint64_t slurm_memory() {
-  const char* mebibytes = std::getenv("SLURM_MEM_PER_NODE");
-  const auto value = mebibytes ? parse_integer(mebibytes) : std::nullopt;
-  return value && *value > 0 ? static_cast<std::uint64_t>(*value) << 20 : 0;
 }
 
 Status start_up(const CommonOptions& common) {
@@ -169,7 +165,7 @@ int run_action(CommandLine& line) {
       line.common.config.empty() ? Status(Ok{}) : apply_config(line.common.config, *line.app);
   if (status) status = check_side_outputs(*line.app, line.common.overwrite);
   if (status) status = check_threads();
-  if (line.common.max_memory == 0) line.common.max_memory = slurm_memory();
+  if (!is_given(*line.app, "--max-memory")) line.common.max_memory = memory_limit();
   if (status) status = start_up(line.common);
   if (!status) {
     log_message(LogLevel::kError, status.error().message);

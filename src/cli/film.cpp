@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <future>
 #include <utility>
 
 #include "base/exact_math.h"
 #include "base/file.h"
 #include "base/log.h"
-#include "base/parallel.h"
 #include "base/stopwatch.h"
+#include "base/worker.h"
 #include "cli/progress.h"
 #include "image/image_io.h"
 #include "image/strip.h"
@@ -98,20 +97,20 @@ Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> 
   film.last = frame_count(scene);
   film.fps = scene.frames.fps;
   scene.image.aovs = "none";  // pictures have no layers
+  // As it is traced, and its colours alone.
+  PM_TRY_STATUS(check_picture_memory(scene.image, 2, line.common.max_memory));
   std::string device;
   PM_TRY(const auto engine, make_engine(line.common.device, device, line.common.max_memory));
   PM_TRY(const PreparedScene prepared, prepare_scene(scene, *engine, cache_folder(line.common)));
   for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
   PM_TRY(Renderer renderer, Renderer::create(isa));
   const ProgressCallback progress = make_progress(progress_mode(line.common));
-  const auto policy = thread_count() > 1 ? std::launch::async : std::launch::deferred;
   struct Traced {
     Result<Image> image;
     double seconds = 0;
   };
   std::string picture;  // picture_key() of the frame that is traced
   int showing = 0;      // frames that show it
-  // Its task borrows what stands above, so it is the first to go.
   std::future<Traced> tracing;
   const auto finish = [&]() -> Status {
     if (!tracing.valid()) return Ok{};
@@ -130,6 +129,7 @@ Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> 
     }
     return Ok{};
   };
+  Worker worker;  // its task borrows what stands above, so it is the first to go
   for (const int number : numbers) {
     if (stop_requested()) return make_error(stop_code(), "stopped - nothing was written");
     std::string key = picture_key(prepared, number);
@@ -143,7 +143,7 @@ Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> 
     PM_TRY_STATUS(finish());
     picture = std::move(key);
     showing = 1;
-    tracing = std::async(policy, [&, surface_seconds, geometry = std::move(geometry)]() -> Traced {
+    tracing = worker.run([&, surface_seconds, geometry = std::move(geometry)]() -> Traced {
       const Stopwatch tracing_time;
       auto image = render_frame(prepared, geometry, renderer, device, line.text);
       return {std::move(image), surface_seconds + tracing_time.seconds()};

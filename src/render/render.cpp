@@ -189,6 +189,14 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   return film;
 }
 
+std::uint64_t picture_bytes(const ImageSettings& image) {
+  std::size_t channels = film_channels(chosen_aovs(image.aovs)).size();
+  channels += Mattes(image.aovs, RenderScene{}).channels().size();
+  if (image.denoise) channels += guide_channels().size();
+  return sizeof(float) * channels * static_cast<std::uint64_t>(image.width) *
+         static_cast<std::uint64_t>(image.height);
+}
+
 Status check_denoiser() {
   const auto denoiser = Denoiser::open();
   if (!denoiser) return denoiser.error();

@@ -116,6 +116,9 @@ struct RenderSettings {
   int frame = 0;
 };
 
+/// Bytes of a picture as render() makes it, with all its channels.
+std::uint64_t picture_bytes(const ImageSettings& image);
+
 /// Is the library there that image.denoise needs? Errors (kResource): how to get it.
 Status check_denoiser();
 

@@ -117,6 +117,18 @@ std::string picture_key(const PreparedScene& prepared, int frame) {
   return view_of(prepared, frame).camera_motion ? "" : key.hex();
 }
 
+Status check_picture_memory(const ImageSettings& image, std::size_t pictures, std::uint64_t limit) {
+  const std::uint64_t bytes = pictures * picture_bytes(image);
+  if (limit == 0 || bytes <= limit) return Ok{};
+  return make_error(ErrorCode::kResource,
+                    "{} of {} x {} need{} {}, and the limit is {} - lower image.width and "
+                    "image.height, image.aovs or --jobs, or raise --max-memory",
+                    pictures == 1 ? "a picture" : fmt::format("{} pictures at once", pictures),
+                    image.width, image.height, pictures == 1 ? "s" : "",
+                    format_bytes(static_cast<double>(bytes)),
+                    format_bytes(static_cast<double>(limit)));
+}
+
 void put_header(Image& image, const PreparedScene& prepared, int frame, const std::string& isa,
                 const std::string& device, const std::string& command) {
   std::vector<Attribute> header = header_of(prepared, frame, isa, device, command);

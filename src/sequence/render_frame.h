@@ -1,6 +1,8 @@
 // Rendering of one frame in memory, with the attributes of its image header.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <string>
 
 #include "base/result.h"
@@ -19,6 +21,10 @@ inline constexpr const char* kFrameAttribute = "polymorph/frame";
 
 /// Equal for frames that show the same to the bit; empty: the frame is like no other.
 std::string picture_key(const PreparedScene& prepared, int frame);
+
+/// Is there room for so many pictures at once in `limit` bytes (0: no limit)? Asked before any
+/// work. Errors: kResource, with what they need.
+Status check_picture_memory(const ImageSettings& image, std::size_t pictures, std::uint64_t limit);
 
 /// One frame in memory: `geometry` as geometry_at() gave it.
 Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <atomic>
 #include <deque>
-#include <future>
 #include <utility>
 
 #include "base/file.h"
@@ -14,6 +13,7 @@
 #include "base/parallel.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
+#include "base/worker.h"
 #include "compare/explain.h"
 #include "image/image_io.h"
 #include "morph/timeline.h"
@@ -69,8 +69,11 @@ Status check_outputs(const SequenceSettings& settings) {
                       "{}: exists{} - add --overwrite to replace, or --skip-existing to resume",
                       first.string(),
                       existing > 1 ? fmt::format(", and {} more", existing - 1) : "");
-  for (const fs::path& file : files_of(settings, settings.frames.front()))
+  for (const fs::path& file : files_of(settings, settings.frames.front())) {
     PM_TRY_STATUS(check_writable(file));
+    const fs::path folder = file.parent_path();
+    if (!settings.dry_run) remove_old_temporaries(folder.empty() ? fs::path(".") : folder);
+  }
   return Ok{};
 }
 
@@ -94,9 +97,13 @@ class SequenceRun {
       : settings_(settings), progress_(progress) {}
 
   Result<RunReport> run(const Scene& scene) {
+    PM_CHECK(settings_.jobs >= 1);
     const Stopwatch stopwatch;
     report_.threads = thread_count();
     PM_TRY_STATUS(check_outputs(settings_));
+    const std::size_t at_once = 2 * static_cast<std::size_t>(settings_.jobs);  // traced, written
+    PM_TRY_STATUS(check_picture_memory(scene.image, std::min(settings_.frames.size(), at_once),
+                                       settings_.max_memory));
     if (scene.image.denoise) PM_TRY_STATUS(check_denoiser());
     PM_TRY(engine_, make_engine(settings_.device, report_.device, settings_.max_memory));
     PM_TRY(prepared_, prepare_scene(scene, *engine_, settings_.cache_folder,
@@ -112,12 +119,13 @@ class SequenceRun {
       for (const int frame : settings_.frames)
         for (const fs::path& file : files_of(settings_, frame)) PM_TRY_STATUS(check_writable(file));
     report_.prepare_seconds = stopwatch.seconds();
-    PM_CHECK(settings_.jobs >= 1);
     for (int i = 0; i < settings_.jobs; ++i) {
       PM_TRY(Renderer renderer, Renderer::create(settings_.isa));
-      idle_.push_back(std::make_unique<Renderer>(std::move(renderer)));
+      tracers_.push_back(std::make_unique<Tracer>(std::move(renderer)));
+      idle_.push_back(tracers_.back().get());
+      writers_.push_back(std::make_unique<Worker>());
     }
-    report_.isa = idle_.front()->isa();
+    report_.isa = tracers_.front()->renderer.isa();
     report_.scene_hash = prepared_.hashes.scene;
     if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // PNG has no layers
     report_.frames.resize(settings_.frames.size());
@@ -141,15 +149,20 @@ class SequenceRun {
   }
 
  private:
+  struct Tracer {
+    explicit Tracer(Renderer&& r) : renderer(std::move(r)) {}
+    Renderer renderer;
+    Worker worker;
+  };
   /// A picture on its way, and the seconds it took so far.
   struct Traced {
     Result<Image> image;
     double seconds = 0;
-    std::unique_ptr<Renderer> renderer;
   };
   struct Tracing {
     std::vector<std::size_t> indices;  ///< the frame that is traced, and those that show the same
     std::string picture;               ///< picture_key()
+    Tracer* tracer;
     std::future<Traced> result;
   };
   struct Written {
@@ -204,20 +217,16 @@ class SequenceRun {
     return before;
   }
 
-  /// On one thread everything happens in its turn, when it is asked for.
-  static std::launch policy() {
-    return thread_count() > 1 ? std::launch::async : std::launch::deferred;
-  }
-
   void begin_tracing(std::size_t index, std::string picture, FrameGeometry geometry) {
-    auto task = [this, geometry = std::move(geometry),
-                 renderer = std::exchange(idle_.back(), nullptr)]() mutable -> Traced {
-      const Stopwatch stopwatch;
-      auto image = render_frame(prepared_, geometry, *renderer, report_.device, settings_.command);
-      return {std::move(image), stopwatch.seconds(), std::move(renderer)};
-    };
+    Tracer* tracer = idle_.back();
     idle_.pop_back();
-    tracing_.push_back({{index}, std::move(picture), std::async(policy(), std::move(task))});
+    auto task = [this, tracer, geometry = std::move(geometry)]() -> Traced {
+      const Stopwatch stopwatch;
+      auto image =
+          render_frame(prepared_, geometry, tracer->renderer, report_.device, settings_.command);
+      return {std::move(image), stopwatch.seconds()};
+    };
+    tracing_.push_back({{index}, std::move(picture), tracer, tracer->worker.run(std::move(task))});
   }
 
   /// Waits for the oldest frame that is traced, and hands it on, and those that show the same.
@@ -225,7 +234,7 @@ class SequenceRun {
     Tracing tracing = std::move(tracing_.front());
     Traced traced = tracing.result.get();
     tracing_.pop_front();
-    idle_.push_back(std::move(traced.renderer));
+    idle_.push_back(tracing.tracer);
     if (!traced.image) {
       Status first = Ok{};
       for (const std::size_t index : tracing.indices) {
@@ -273,7 +282,9 @@ class SequenceRun {
       Status status = write_frame(copy, settings_, prepared_.scene, frame);
       return {std::move(status), stopwatch.seconds()};
     };
-    writing_.emplace_back(index, std::async(policy(), std::move(task)));
+    // As many at once as there are writers, the oldest finished first: the next one is free.
+    std::rotate(writers_.begin(), writers_.begin() + 1, writers_.end());
+    writing_.emplace_back(index, writers_.back()->run(std::move(task)));
     return before;
   }
 
@@ -334,9 +345,12 @@ class SequenceRun {
   std::size_t finished_ = 0;
   /// At most settings_.jobs frames each are traced and written while the next one's surface is
   /// made.
-  std::vector<std::unique_ptr<Renderer>> idle_;
+  std::vector<Tracer*> idle_;
   std::deque<Tracing> tracing_;
   std::deque<std::pair<std::size_t, std::future<Written>>> writing_;
+  // Their tasks borrow what stands above, so they are the first to go.
+  std::vector<std::unique_ptr<Tracer>> tracers_;
+  std::vector<std::unique_ptr<Worker>> writers_;
 };
 
 }  // namespace

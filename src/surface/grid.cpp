@@ -22,6 +22,8 @@ Status to_status(const EngineStatus& status) {
       return Ok{};
     case EngineCode::kBadInput:
       return Error{ErrorCode::kInput, status.message};
+    case EngineCode::kOutOfMemory:
+      return Error{ErrorCode::kResource, status.message + " (surface.resolution, --max-memory)"};
     default:
       return Error{ErrorCode::kResource, status.message};
   }

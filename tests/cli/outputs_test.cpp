@@ -1,4 +1,5 @@
 // Files that are there already: replaced only when told so, and never when they are read.
+#include <sys/ioctl.h>
 #include <sys/stat.h>
 
 #include "image/image_io.h"
@@ -151,6 +152,27 @@ TEST_F(Outputs, APipeThatNobodyReadsIsAnError) {
   ::close(reader);
   EXPECT_EQ(finish_within(cubes, 5).code, 0);
   EXPECT_EQ(got, run(0, {"cubes", "--json"}).out);
+}
+
+TEST_F(Outputs, ASignalEndsTheWaitForAReaderThatDoesNotRead) {
+  ASSERT_EQ(::mkfifo((folder / "pipe.exr").c_str(), 0600), 0);
+  const int reader = ::open((folder / "pipe.exr").c_str(), O_RDONLY | O_NONBLOCK);
+  ASSERT_GE(reader, 0);
+  const Started render =
+      start({"render", "scene.json", "-o", "pipe.exr", "-f", "1", "--overwrite", "--spp", "1",
+             "--set", "image.width=640", "--set", "image.height=480"});
+  int waiting = 0;  // until the pipe is full
+  for (int before = -1, tenth = 0; tenth < 300 && (waiting == 0 || waiting != before); ++tenth) {
+    before = waiting;
+    ::usleep(100000);
+    ::ioctl(reader, FIONREAD, &waiting);
+  }
+  EXPECT_GT(waiting, 0);
+  ::kill(render.id, SIGTERM);
+  const Ran ran = finish_within(render, 10);
+  ::close(reader);
+  EXPECT_EQ(ran.code, 4) << ran.err;
+  EXPECT_TRUE(contains(ran.err, "stopped by a signal while its reader waited")) << ran.err;
 }
 
 TEST_F(Outputs, APipeInTheCacheIsNotWaitedFor) {

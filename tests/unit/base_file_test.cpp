@@ -49,6 +49,23 @@ TEST_F(FileTest, ReplacingLeavesNoTemporary) {
   EXPECT_EQ(entries(), 1u);
 }
 
+TEST_F(FileTest, WhatKilledRunsLeftIsRemovedAfterADay) {
+  const auto now = fs::file_time_type::clock::now();
+  const auto make = [&](const char* name, int hours) {
+    std::ofstream(folder / name) << "half";
+    fs::last_write_time(folder / name, now - std::chrono::hours(hours));
+  };
+  make(".f.0001.exr.0123456789ab.part", 25);
+  make(".f.0002.exr.0123456789ab.part", 23);  // its run may be under way
+  for (const char* kept : {"f.0001.exr", "f.part", ".f.part", ".0123456789ab.part",
+                           ".f.exr.0123456789xy.part", "f.exr.0123456789ab.part"})
+    make(kept, 1000);
+  remove_old_temporaries(folder);
+  EXPECT_FALSE(fs::exists(folder / ".f.0001.exr.0123456789ab.part"));
+  EXPECT_EQ(entries(), 7u);
+  remove_old_temporaries(folder / "gone");
+}
+
 TEST_F(FileTest, ADirectoryIsRefusedBothWays) {
   const auto read = read_file(folder);
   ASSERT_FALSE(read.ok());

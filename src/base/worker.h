@@ -1,0 +1,71 @@
+// A worker thread: runs tasks one after another, and stays for the next.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <future>
+#include <mutex>
+#include <thread>
+#include <type_traits>
+#include <utility>
+
+#include "base/parallel.h"
+
+namespace polymorph {
+
+/// Instead of a thread for each task: oneTBB's allocator and Embree keep some kilobytes for every
+/// thread that ever used them, which makes a long film grow. Where all work is limited to one
+/// thread there is none, and a task runs when its result is asked for. The destructor waits for the
+/// tasks. Throws std::system_error where no thread can be started.
+class Worker {
+ public:
+  Worker() = default;
+  Worker(const Worker&) = delete;
+  Worker& operator=(const Worker&) = delete;
+  ~Worker() {
+    if (!thread_.joinable()) return;
+    add({});
+    thread_.join();
+  }
+
+  template <class F>
+  std::future<std::invoke_result_t<F&>> run(F task) {
+    if (thread_count() == 1) return std::async(std::launch::deferred, std::move(task));
+    if (!thread_.joinable()) thread_ = std::thread([this] { work(); });
+    std::packaged_task<std::invoke_result_t<F&>()> packaged(std::move(task));
+    auto result = packaged.get_future();
+    add(Task([packaged = std::move(packaged)]() mutable { packaged(); }));
+    return result;
+  }
+
+ private:
+  using Task = std::packaged_task<void()>;  // unlike std::function takes what only moves
+
+  void add(Task task) {
+    {
+      const std::lock_guard lock(mutex_);
+      tasks_.push_back(std::move(task));
+    }
+    ready_.notify_one();
+  }
+
+  /// Until a task comes that is none.
+  void work() {
+    for (;;) {
+      std::unique_lock lock(mutex_);
+      ready_.wait(lock, [this] { return !tasks_.empty(); });
+      Task task = std::move(tasks_.front());
+      tasks_.pop_front();
+      lock.unlock();
+      if (!task.valid()) return;
+      task();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable ready_;
+  std::deque<Task> tasks_;
+  std::thread thread_;
+};
+
+}  // namespace polymorph

@@ -1,0 +1,63 @@
+#include "base/memory.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Memory : public ::testing::Test {
+ protected:
+  Memory() : root_(fs::temp_directory_path() / ("polymorph_memory_" + std::to_string(getpid()))) {}
+  ~Memory() override { fs::remove_all(root_); }
+  void write(const fs::path& name, const char* text) {
+    fs::create_directories((root_ / name).parent_path());
+    std::ofstream(root_ / name) << text;
+  }
+  fs::path root_;
+};
+
+TEST_F(Memory, OfACgroupIsTheLeastOfItsOwnAndThoseAboveIt) {
+  EXPECT_EQ(cgroup_memory_limit("0::/job/step\n", root_), std::nullopt);
+  write("job/step/memory.max", "max\n");
+  EXPECT_EQ(cgroup_memory_limit("0::/job/step\n", root_), std::nullopt);
+  write("job/memory.max", "3000000000\n");
+  EXPECT_EQ(cgroup_memory_limit("0::/job/step\n", root_), 3000000000u);
+  write("job/step/memory.max", "4000000000\n");
+  EXPECT_EQ(cgroup_memory_limit("0::/job/step\n", root_), 3000000000u);
+  write("job/step/memory.max", "2000000000\n");
+  EXPECT_EQ(cgroup_memory_limit("0::/job/step\n", root_), 2000000000u);
+  // A sibling's is none of ours; in a container the own cgroup may be the root.
+  EXPECT_EQ(cgroup_memory_limit("0::/job/other\n", root_), 3000000000u);
+  write("memory.max", "1000000000\n");
+  EXPECT_EQ(cgroup_memory_limit("0::/../elsewhere\n", root_), 1000000000u);
+}
+
+TEST_F(Memory, OfVersionOneCgroupsIsReadToo) {
+  const char* both = "12:cpuset:/\n4:hugetlb,memory:/job\n0::/\n";
+  write("memory/memory.limit_in_bytes", "9223372036854771712\n");
+  write("memory/job/memory.limit_in_bytes", "5000000000\n");
+  EXPECT_EQ(cgroup_memory_limit(both, root_), 5000000000u);
+  write("unified/memory.max", "4000000000\n");
+  EXPECT_EQ(cgroup_memory_limit(both, root_), 4000000000u);
+  EXPECT_EQ(cgroup_memory_limit("no cgroups\n", root_), std::nullopt);
+}
+
+TEST_F(Memory, OfTheProcessIsNoMoreThanSlurmAndUlimitGive) {
+  const std::uint64_t machine = memory_limit();
+  EXPECT_GT(machine, 100u << 20);
+  setenv("SLURM_MEM_PER_NODE", "64", 1);
+  EXPECT_EQ(memory_limit(), 64u << 20);
+  setenv("SLURM_MEM_PER_NODE", "0", 1);
+  EXPECT_EQ(memory_limit(), machine);
+  unsetenv("SLURM_MEM_PER_NODE");
+}
+
+}  // namespace
+}  // namespace polymorph
