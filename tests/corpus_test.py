@@ -105,6 +105,47 @@ class Corpus(unittest.TestCase):
                 self.assertIn(part, err)
                 self.assertLess(len(err), 100_000)
 
+    def test_what_is_no_file(self):
+        """Nothing waits for a pipe or reads a device without end, and what is too large is not read at all."""
+        os.mkfifo(self.folder / "pipe.obj")
+        os.mkfifo(self.folder / "pipe.mtl")
+        os.mkfifo(self.folder / "pipe.png")
+        (self.folder / "folder.obj").mkdir()
+        (self.folder / "zero.obj").symlink_to("/dev/zero")
+        with open(self.folder / "large.obj", "wb") as large:
+            large.truncate(3 << 30)
+        (self.folder / "cube.mtl").write_text("newmtl a\nmap_Kd pipe.png\n")
+        for library in ("pipe.mtl", "cube.mtl"):
+            (self.folder / f"{library}.obj").write_text(f"mtllib {library}\n{TETRAHEDRON}usemtl a\n{FACES}")
+        for file, code, part in [("pipe.obj", 3, "is not a regular file"), ("zero.obj", 3, "is not a regular file"),
+                                 ("folder.obj", 3, "is a directory"), ("large.obj", 3, "is too large"),
+                                 ("pipe.mtl.obj", 0, 'mtllib "pipe.mtl"'), ("cube.mtl.obj", 0, "pipe.png")]:
+            with self.subTest(file):
+                got, _, err = self.run_program("info", file)
+                self.assertEqual(got, code, err)
+                self.assertIn(part, err)
+
+    def test_names(self):
+        """Any name that a file system takes is one for frames; in a pattern the last run of # is the number."""
+        scene = {"source": {"model": "my cube%d#1.obj"}, "target": {"shape": "sphere"}, "frames": {"count": 2},
+                 "spheres": {"balls": 4, "fit": "none"}, "surface": {"resolution": 16},
+                 "image": {"width": 16, "height": 12, "samples": 1}}
+        (self.folder / "my cube%d#1.obj").write_text(TETRAHEDRON + FACES)
+        (self.folder / "my scene.json").write_text(json.dumps(scene))
+        names = {"with blanks ####.png": b"with blanks 0001.png", "per%%cent####.png": b"per%cent0001.png",
+                 "quote'\"####.png": b"quote'\"0001.png", "-dash####.png": b"-dash0001.png",
+                 "umlaut\u00e4####.png": "umlaut\u00e40001.png".encode(),
+                 b"latin\xe4####.png".decode("utf-8", "surrogateescape"): b"latin\xe40001.png",
+                 "line\nbreak####.png": b"line\nbreak0001.png", "a folder/####.png": b"a folder/0001.png"}
+        for name, file in names.items():
+            with self.subTest(name):
+                got, _, err = self.run_program("render", "my scene.json", "-f", "1", f"--output={name}", "--device", "cpu")
+                self.assertEqual(got, 0, err)
+                self.assertTrue((self.folder / os.fsdecode(file)).is_file())
+        for name in ("##/####.png", "per%cent####.png", "##.####.png"):
+            got, _, err = self.run_program("render", "my scene.json", "-o", name)
+            self.assertEqual(got, 2, err)
+
 
 if __name__ == "__main__":
     unittest.main()
