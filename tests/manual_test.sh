@@ -6,7 +6,7 @@ command -v mkdocs >/dev/null || { echo "SKIPPED: no mkdocs (apt-get install mkdo
 "$1/scripts/play_pages" "$1/build/play" "$2" "$1/scenes/effects/puddle.json"
 index=$("$1/scripts/manual" --check)
 site=$(dirname "$index")
-for page in index tutorial cookbook gallery scene commands python method performance reliability architecture; do
+for page in index tutorial looks_wrong cookbook gallery scene commands python method performance reliability architecture; do
   [[ -s $site/$page.html ]] || { echo "no page $page"; exit 1; }
 done
 # Every picture and file that a page shows is there.
