@@ -59,7 +59,7 @@ TEST_F(Config, EveryVariableOfTheEnvironmentCounts) {
   EXPECT_EQ(parse(with("POLYMORPH_THREADS", "1", 0, render).out)["threads"], 1);
   EXPECT_EQ(parse(with("POLYMORPH_ISA", "sse2", 0, render).out)["isa"], "sse2");
   EXPECT_TRUE(contains(with("POLYMORPH_DEVICE", "abacus", 2, render).err, "abacus"));
-  EXPECT_TRUE(contains(with("POLYMORPH_MAX_MEMORY", "1K", 5, render).err, "the surface needs "));
+  EXPECT_TRUE(contains(with("POLYMORPH_MAX_MEMORY", "1K", 5, render).err, "--max-memory"));
   EXPECT_TRUE(contains(with("POLYMORPH_HEARTBEAT", "often", 2, render).err, "often"));
   EXPECT_TRUE(contains(with("POLYMORPH_PROGRESS", "json", 0, render).err, "{\"frame\""));
   EXPECT_TRUE(contains(with("POLYMORPH_COLOR", "always", 1, {"check", "no.json"}).err, "\x1b["));

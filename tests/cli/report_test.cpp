@@ -55,7 +55,7 @@ TEST_F(Reports, LimitsOfFlipAndWarnings) {
     more.insert(more.begin(), lax.begin(), lax.end());
     return more;
   };
-  const auto json = parse(run(0, with({"--json"})).out);
+  const auto json = parse(run(0, with({"--json"})).out)["cases"];
   const double mean = json[0]["flip"]["mean"];
   EXPECT_GT(mean, 0);
   run(1, with({"--flip", std::to_string(mean / 2)}));
