@@ -153,6 +153,10 @@ TEST(Isa, PacketsAndShadowsAreTheSameUnderEveryInstructionSet) {
         expect_equal(alone, {h.mesh[l], h.triangle[l], h.distance[l], h.u[l], h.v[l]}, what);
         EXPECT_EQ((occluded >> i) & 1, alone.mesh != kNoMesh ? 1u : 0u) << what;
       }
+      for (int i = count; i < kPacket; ++i)
+        EXPECT_EQ(hits[1].mesh[i % kLanes], kNoMesh)
+            << devices[d].isa << ": lane " << i << " is off";
+      EXPECT_EQ(occluded >> count, 0u) << devices[d].isa << ": lanes beyond " << count;
     }
   }
 }

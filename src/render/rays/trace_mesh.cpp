@@ -184,7 +184,8 @@ void accept_any(const RTCFilterFunctionNArguments* args) {
 /// Fills the packet and says which rays to follow: those that do not pass by everything.
 bool fill(const TracedScene& scene, const RayOf<Pack3>* rays, int count, RTCRay16& packet,
           int* valid) {
-  // Debian's Embree asserts that lanes which are switched off hold numbers, too.
+  // Debian's Embree asserts that lanes which are switched off hold numbers, too. Without AVX-512 it
+  // does not look at `valid` for packets of 16, but at what is empty between tnear and tfar.
   if (count <= kLanes) std::memset(&packet, 0, sizeof packet);
   std::memset(valid, 0, kPacket * sizeof(int));
   bool some = false;
@@ -196,12 +197,14 @@ bool fill(const TracedScene& scene, const RayOf<Pack3>* rays, int count, RTCRay1
     Lanes<Pack>::store(packet.org_x + first, ray.origin.x);
     Lanes<Pack>::store(packet.org_y + first, ray.origin.y);
     Lanes<Pack>::store(packet.org_z + first, ray.origin.z);
-    Lanes<Pack>::store(packet.tnear + first, broadcast<Pack>(0));
+    Lanes<Pack>::store(packet.tnear + first,
+                       select(follow, broadcast<Pack>(0), broadcast<Pack>(kInfinity)));
     Lanes<Pack>::store(packet.dir_x + first, ray.direction.x);
     Lanes<Pack>::store(packet.dir_y + first, ray.direction.y);
     Lanes<Pack>::store(packet.dir_z + first, ray.direction.z);
     Lanes<Pack>::store(packet.time + first, ray.time);
-    Lanes<Pack>::store(packet.tfar + first, ray.far + scene.slack());
+    Lanes<Pack>::store(packet.tfar + first,
+                       select(follow, ray.far + scene.slack(), broadcast<Pack>(0)));
     const PackBits all = PackBits{} + 0xffffffffu, none{};
     std::memcpy(packet.mask + first, &all, sizeof all);
     std::memcpy(packet.flags + first, &none, sizeof none);
