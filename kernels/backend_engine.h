@@ -366,9 +366,13 @@ class BackendEngine final : public Engine {
   void extract_morph(const MorphSurface& between, const Grid& grid, const ExtractSettings& settings,
                      Mesh& mesh) {
     const TreeShape shape = tree_shape(grid, B::kManyRoots);
-    const MorphField field = {smooth_map(between.map),    distance_field(between.from),
-                              distance_field(between.to), between.from_scale,
-                              between.to_scale,           between.level};
+    const MorphField field = {smooth_map(between.map),
+                              distance_field(between.from),
+                              distance_field(between.to),
+                              between.from_scale,
+                              between.to_scale,
+                              between.level,
+                              between.saturation > 0 ? 1 / between.saturation : 0};
     ExtractSettings at = settings;
     at.iso = 0;
     ClassifyMorph classify;

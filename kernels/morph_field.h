@@ -2,9 +2,10 @@
 // smooth map and mixed (docs/method.md, Surface between; Cohen-Or, Solomovici and Levin 1998).
 //
 // A point x comes from X_A(x) on the source and goes to X_B(x) on the target; the field there is
-// (1 - b) D_A(X_A) + b D_B(X_B) - c w, b = t^2 (3 - 2 t), t the progress of what is there, c the
-// level and w its weight there. X_A, X_B, t and w are one regression over the moving balls
-// (regression.h). The surface is where the field is 0.
+// (1 - b) S(D_A(X_A)) + b S(D_B(X_B)) - c w, b = t^2 (3 - 2 t), t the progress of what is there, c
+// the level and w its weight there; S(d) = d / (1 - d / s) outside, d < 0, and d inside. X_A, X_B,
+// t and w are one regression over the moving balls (regression.h). The surface is where the field
+// is 0.
 #pragma once
 
 #include <cstdint>
@@ -25,6 +26,20 @@ struct MorphField {
   DistanceField from, to;
   float from_scale = 1, to_scale = 1;  ///< scene units per unit of each object's distances
   float level = 0;
+  float per_saturation = 0;  ///< 1 / s; 0: S(d) = d
+
+  /// S(d). What is thin holds small distances: where the other object is far away it would show
+  /// only when next to nothing is left of that one, all at once.
+  template <class V>
+  PM_HD V saturated(V distance) const {
+    return distance / compression(distance);
+  }
+  /// d / S(d), at least 1.
+  template <class V>
+  PM_HD V compression(V distance) const {
+    return fma(max(-distance, broadcast<V>(0.0f)), broadcast<V>(per_saturation),
+               broadcast<V>(1.0f));
+  }
 
   /// The mixture and its derivative by the progress.
   template <class V>
@@ -40,8 +55,8 @@ struct MorphField {
   /// From columns of the map's eight values at p.
   template <class V>
   PM_HD V value(const Points<V>& p, const V (&m)[kRegressionValues]) const {
-    const V a = from_scale * from.at(map.mapped(0, p, Points<V>{m[0], m[1], m[2]}));
-    const V b = to_scale * to.at(map.mapped(1, p, Points<V>{m[4], m[5], m[6]}));
+    const V a = saturated(from_scale * from.at(map.mapped(0, p, Points<V>{m[0], m[1], m[2]})));
+    const V b = saturated(to_scale * to.at(map.mapped(1, p, Points<V>{m[4], m[5], m[6]})));
     return fma(broadcast<V>(-level), m[7], fma(mixture(m[3]), b - a, a));
   }
   /// At any points.
@@ -87,7 +102,14 @@ struct MorphField {
     alignas(32) float by_progress[kLanes];
     Lanes<V>::store(by_progress, value_of(3));
     for (int l = 0; l < kLanes; ++l) by_progress[l] = mixture_slope(by_progress[l]);
-    const V change = Lanes<V>::load(by_progress) * (to_scale * to.at(b) - from_scale * from.at(a));
+    const V from_distance = from_scale * from.at(a), to_distance = to_scale * to.at(b);
+    const V change =
+        Lanes<V>::load(by_progress) * (saturated(to_distance) - saturated(from_distance));
+    // S'(d) = (S(d) / d)^2.
+    const V from_share = 1.0f / compression(from_distance),
+            to_share = 1.0f / compression(to_distance);
+    const V from_by = from_scale * (from_share * from_share);
+    const V to_by = to_scale * (to_share * to_share);
     const V mixed = mixture(value_of(3));
     const auto along = [&](int axis) {
       const auto slope_of = [&](int i) { return Lanes<V>::load(of[axis][i]); };
@@ -98,8 +120,8 @@ struct MorphField {
         };
         return fma(slope.x, of_row(0), fma(slope.y, of_row(1), slope.z * of_row(2)));
       };
-      const V from_slope = from_scale * by(map.affine[0], 0, slope_a);
-      const V to_slope = to_scale * by(map.affine[1], 4, slope_b);
+      const V from_slope = from_by * by(map.affine[0], 0, slope_a);
+      const V to_slope = to_by * by(map.affine[1], 4, slope_b);
       const V of_maps = fma(mixed, to_slope - from_slope, fma(change, slope_of(3), from_slope));
       return fma(broadcast<V>(level), slope_of(7), -of_maps);
     };

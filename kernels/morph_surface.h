@@ -61,6 +61,8 @@ struct MorphSurface {
   std::shared_ptr<const DistanceGrid> from, to;
   float from_scale = 1, to_scale = 1;  ///< scene units per unit of each object's distances
   float level = 0;                     ///< scene units; the surface lies that much further inside
+  /// Scene units; what distances outside tend to far from an object. 0: they are as they are.
+  float saturation = 0;
 };
 
 }  // namespace polymorph

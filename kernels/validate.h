@@ -81,8 +81,10 @@ inline EngineStatus check_between(const MorphSurface& between, const ExtractSett
                        std::to_string(n.z) + " points, look at the model that it was made of");
     }
   }
-  if (!std::isfinite(between.level) || settings.refine_steps < 0 || settings.refine_steps > 4) {
-    return bad_input("the level or refine_steps of a surface between two objects is out of range");
+  if (!std::isfinite(between.level) || !(between.saturation >= 0) || settings.refine_steps < 0 ||
+      settings.refine_steps > 4) {
+    return bad_input(
+        "the level, saturation or refine_steps of a surface between two objects is out of range");
   }
   return check_regression(*between.map);
 }

@@ -69,21 +69,21 @@ double thickness(const Ball& ball) {
                    (static_cast<double>(ball.a) * (is_round(ball) ? 1.0 : steepest)));
 }
 
-/// By how much of the level each pair's part is moved: by all of it where that is as thick as the
-/// objects are in the mean, by less where it is thinner. Else limbs would go for the volume's sake.
-std::vector<float> level_weights(const MorphPlan& plan, const std::vector<float>& eased) {
-  std::vector<double> radii;
-  double sum = 0, mass = 0;
-  for (std::size_t e = 0; e < plan.pairs.size(); ++e) {
-    const Pair& pair = plan.pairs[e];
-    const double u = std::clamp(static_cast<double>(eased[e]), 0.0, 1.0);
-    radii.push_back((1 - u) * thickness(plan.from[pair.from]) + u * thickness(plan.to[pair.to]));
-    sum += pair.mass * radii.back(), mass += pair.mass;
+/// By how much of the level each pair's part is moved: by all of it where that is as thick as its
+/// object is in the mean at either end, by less where it is thinner at one. Else limbs would go for
+/// the volume's sake.
+std::vector<float> level_weights(const MorphPlan& plan) {
+  double from_sum = 0, to_sum = 0, mass = 0;
+  for (const Pair& pair : plan.pairs) {
+    from_sum += pair.mass * thickness(plan.from[pair.from]);
+    to_sum += pair.mass * thickness(plan.to[pair.to]);
+    mass += pair.mass;
   }
   std::vector<float> weights;
-  for (const double radius : radii) {
-    const double share = std::min(radius * mass / sum, 1.0);
-    weights.push_back(static_cast<float>(share * share));
+  for (const Pair& pair : plan.pairs) {
+    const double from = std::min(thickness(plan.from[pair.from]) * mass / from_sum, 1.0),
+                 to = std::min(thickness(plan.to[pair.to]) * mass / to_sum, 1.0);
+    weights.push_back(static_cast<float>(from * from * to * to));
   }
   return weights;
 }
@@ -158,7 +158,7 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
               to_offset = whole.to_center - common.to_target * common.center;
   regression->affine[0] = affine(common.to_source, from_offset);
   regression->affine[1] = affine(common.to_target, to_offset);
-  const std::vector<float> weights = level_weights(plan, eased);
+  const std::vector<float> weights = level_weights(plan);
   for (std::size_t e = 0; e < balls.size(); ++e) {
     const BallPath& path = plan.paths->balls[e];
     const Vec3d x(balls[e].center), p(path.start.center), q(path.end.center);

@@ -63,6 +63,24 @@ TEST_P(BetweenTest, MixesDistancesBySmoothstepOfTheProgress) {
   }
 }
 
+TEST_P(BetweenTest, DistancesOutsideTendToTheSaturation) {
+  const float saturation = 0.1f;
+  const MorphSurface surface = {
+      identity_map(0.5f), sphere_distances(1), sphere_distances(0.4f), 1, 1, 0, saturation};
+  // Half way between both: where 1 - r = -S(0.4 - r).
+  double low = 0.4, high = 1;
+  while (high - low > 1e-9) {
+    const double r = (low + high) / 2, outside = r - 0.4;
+    (1 - r > outside / (1 + outside / 0.1) ? low : high) = r;
+  }
+  ASSERT_GT(low, 0.85);  // 0.7 without
+  const Mesh mesh = between(surface, cube_grid(61, 1.5f));
+  EXPECT_LT(furthest_from_sphere(mesh, low), 0.003);
+  expect_sound(mesh);
+  for (std::size_t i = 0; i < mesh.positions.size(); i += 7)
+    EXPECT_GT(dot(normalized(mesh.positions[i]), mesh.normals[i]), 0.999f);
+}
+
 TEST_P(BetweenTest, LevelMovesTheSurfaceInwardByItsWeight) {
   auto map = std::make_shared<Regression>(*identity_map(0));
   map->values[1].value[3] = 0.5f;
@@ -87,7 +105,8 @@ TEST_P(BetweenTest, IsClosedAndManifoldWhereMapsAreWild) {
                                     sphere_distances(0.6f, {0.3f, 0, 0}),
                                     1,
                                     1,
-                                    0.05f};
+                                    0.05f,
+                                    sloped ? 0.05f : 0.0f};
       const Mesh mesh = between(surface, cube_grid(70, 1.7f));
       ASSERT_FALSE(mesh.triangles.empty());
       expect_sound(mesh);
@@ -188,6 +207,7 @@ TEST_P(BetweenTest, RefusesWhatItCannotMakeASurfaceOf) {
   EXPECT_EQ(code({nullptr, object, object, 1, 1, 0}), EngineCode::kBadInput);
   EXPECT_EQ(code({identity_map(0), object, nullptr, 1, 1, 0}), EngineCode::kBadInput);
   EXPECT_EQ(code({identity_map(0), object, object, 1, 1, NAN}), EngineCode::kBadInput);
+  EXPECT_EQ(code({identity_map(0), object, object, 1, 1, 0, -1}), EngineCode::kBadInput);
   auto broken = std::make_shared<DistanceGrid>(*object);
   broken->values.pop_back();
   EXPECT_EQ(code({identity_map(0), broken, object, 1, 1, 0}), EngineCode::kBadInput);

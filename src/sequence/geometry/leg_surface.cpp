@@ -64,8 +64,9 @@ Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const BallSet& 
 Result<SurfaceBetween> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
                                        const ActorGeometry& geometry, float cell,
                                        const ExtractSettings& extract, Engine& engine) {
-  // No further than this share of the objects' size may the level go for the volume's sake.
-  constexpr float kFurthest = 0.08f;
+  // Shares of the objects' size: no further may the level go for the volume's sake, and what
+  // distances outside tend to.
+  constexpr float kFurthest = 0.08f, kSaturation = 0.035f;
   const MorphState& moment = geometry.moment;
   const PreparedObject &from = actor.objects[leg.from], &to = actor.objects[leg.to];
   const FrameMap& map = geometry.map;
@@ -74,6 +75,8 @@ Result<SurfaceBetween> surface_between(const PreparedActor& actor, const Prepare
   field = {map.regression, from.distances.grid, to.distances.grid, map.from_scale, map.to_scale, 0};
   const bool at_an_end = moment.time <= 0 || moment.time >= 1;
   const bool has_shell = is_shell(from.distances) || is_shell(to.distances);
+  // Walls would swell where both are saturated.
+  if (!has_shell) field.saturation = kSaturation * size_at(actor, leg, moment.u);
   if (!at_an_end && !has_shell && leg.plan.motion.keep_volume) {
     const auto u = static_cast<double>(moment.u);
     const double volume = (1 - u) * from.distances.volume + u * to.distances.volume;
