@@ -79,7 +79,8 @@ class GlbWriter : public SurfaceWriter {
   Status finish() override;
 
  private:
-  static std::string digest_of(const SurfaceFrame& frame);
+  std::string digest_of(const SurfaceFrame& frame);
+  std::vector<std::size_t> materials_of(const SurfaceFrame& frame);
   Status add_mesh(const SurfaceFrame& frame, const std::string& name, Shown& shown);
   Result<std::size_t> add_view(const std::string& bytes, int target, std::size_t stride = 0);
   Result<std::size_t> add_accessor(const std::string& bytes, int target, int component,
@@ -110,8 +111,16 @@ void hash_all(Hasher& hasher, const std::vector<T>& values) {
   hasher.add(std::span<const T>(values));
 }
 
+/// Indices into the catalogue; of a mixture, one.
+std::vector<std::size_t> GlbWriter::materials_of(const SurfaceFrame& frame) {
+  if (frame.is_mixed) return {catalog_.add(frame.mixture)};
+  return catalog_.add(frame.materials);
+}
+
 std::string GlbWriter::digest_of(const SurfaceFrame& frame) {
   Hasher hasher;
+  hash_all(hasher, materials_of(frame));
+  hash_all(hasher, frame.triangle_materials);
   hash_all(hasher, frame.positions);
   hash_all(hasher, frame.triangles);
   hash_all(hasher, frame.normals);
@@ -272,11 +281,7 @@ Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, S
   json attributes = json::object();
   PM_TRY_STATUS(settings_.quantize ? add_quantized(frame, split, attributes, shown)
                                    : add_vertices(frame, split, attributes, shown));
-  std::vector<std::size_t> materials;
-  if (frame.is_mixed)
-    materials = {catalog_.add(frame.mixture)};
-  else
-    materials = catalog_.add(frame.materials);
+  const std::vector<std::size_t> materials = materials_of(frame);
   std::vector<std::size_t> wanted = materials;
   std::sort(wanted.begin(), wanted.end());
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());

@@ -1,0 +1,57 @@
+#include "base/archive.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+
+#include "base/file.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Archive : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder = fs::temp_directory_path() / ("pm_archive_test_" + std::to_string(::getpid()));
+    fs::create_directories(folder / "tree/deep");
+    ASSERT_TRUE(write_file(folder / "tree/a.exr", "first").ok());
+    ASSERT_TRUE(write_file(folder / "tree/deep/b.exr", std::string(100000, 'b')).ok());
+    ASSERT_TRUE(write_file(folder / "tree/notes.txt", "not wanted").ok());
+    fs::create_symlink("a.exr", folder / "tree/link.exr");
+    ASSERT_EQ(std::system(("tar -czf '" + (folder / "tree.tgz").string() + "' -C '" +
+                           (folder / "tree").string() + "' .")
+                              .c_str()),
+              0);
+  }
+  void TearDown() override { fs::remove_all(folder); }
+  static bool is_exr(const std::string& name) { return name.ends_with(".exr"); }
+  fs::path folder;
+};
+
+TEST_F(Archive, FoldersAndArchivesHaveTheSameFiles) {
+  const std::map<std::string, std::string> wanted{{"a.exr", "first"},
+                                                  {"deep/b.exr", std::string(100000, 'b')}};
+  for (const char* name : {"tree", "tree.tgz"}) {
+    const auto files = read_tree(folder / name, is_exr);
+    ASSERT_TRUE(files.ok()) << files.error().message;
+    EXPECT_EQ(*files, wanted) << name;
+  }
+}
+
+TEST_F(Archive, WhatIsTooLargeOrBrokenIsRefused) {
+  for (const char* name : {"tree", "tree.tgz"}) {
+    EXPECT_TRUE(read_tree(folder / name, is_exr, 100005).ok()) << name;
+    EXPECT_EQ(read_tree(folder / name, is_exr, 100004).error().code, ErrorCode::kInput) << name;
+  }
+  EXPECT_EQ(read_tree(folder / "gone.zip", is_exr).error().code, ErrorCode::kInput);
+  EXPECT_EQ(read_tree(folder / "tree/notes.txt", is_exr).error().code, ErrorCode::kInput);
+  const std::string whole = *read_file(folder / "tree.tgz");
+  ASSERT_TRUE(write_file(folder / "cut.tgz", whole.substr(0, whole.size() / 2)).ok());
+  EXPECT_EQ(read_tree(folder / "cut.tgz", is_exr).error().code, ErrorCode::kInput);
+}
+
+}  // namespace
+}  // namespace polymorph
