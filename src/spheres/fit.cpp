@@ -15,6 +15,7 @@
 #include "spheres/fit_field.h"
 #include "spheres/fit_step.h"
 #include "surface/grid.h"
+#include "surface/near_balls.h"
 
 namespace polymorph {
 namespace {
@@ -353,24 +354,59 @@ Result<std::size_t> add_outlier_constraints(Fit& fit, const ClosestPointQuery& b
   return outliers.size();
 }
 
+/// Half the extent along each axis of where w - (x - c)^T A (x - c) is not negative.
+Vector3d half_extent(const Ball& ball, double w) {
+  const auto& s = ball.shape;
+  Matrix3d a;
+  a << s.xx, s.xy, s.xz, s.xy, s.yy, s.yz, s.xz, s.yz, s.zz;
+  a *= static_cast<double>(ball.a);
+  return (std::max(w, 0.0) * a.inverse().diagonal()).cwiseMax(0).cwiseSqrt();
+}
+
+/// Does the balls' surface cross the sides of the box, each pushed out by 0.08 of the diagonal,
+/// or lie beyond them?
+bool reaches_beyond(const std::vector<Ball>& balls, const Box& box) {
+  constexpr int kSteps = 24;
+  const float margin = 0.08f * box.diagonal();
+  const Box wide = {box.low - Vec3{margin, margin, margin},
+                    box.high + Vec3{margin, margin, margin}};
+  const Vec3 size = wide.size();
+  const auto is_outside = [&](Vec3 p) { return !(min(max(p, wide.low), wide.high) == p); };
+  const auto is_inside_surface = [&](Vec3 p) {
+    double field = 0;
+    for (const Ball& ball : balls)
+      field += exact::exp(
+          static_cast<double>(log_strength(ball, FieldKind::kGaussian, p - ball.center)));
+    return field > 1;
+  };
+  for (const Ball& ball : balls)
+    if (ball.w > 0 && is_outside(ball.center)) return true;
+  for (int i = 0; i <= kSteps; ++i)
+    for (int k = 0; k <= kSteps; ++k) {
+      const float s = static_cast<float>(i) / kSteps, t = static_cast<float>(k) / kSteps;
+      for (const float side : {0.0f, 1.0f})
+        for (const Vec3 at : {Vec3{side, s, t}, Vec3{s, side, t}, Vec3{s, t, side}})
+          if (is_inside_surface(wide.low + Vec3{at.x * size.x, at.y * size.y, at.z * size.z}))
+            return true;
+    }
+  return false;
+}
+
 }  // namespace
 
-Result<std::vector<Ball>> within_box(std::vector<Ball> balls, const Box& box) {
-  constexpr float kAstray = 0.09f, kMargin = 0.01f;  // of the diagonal
-  constexpr float kTogether = 1.4f;  // ln 4: neighbours add to a ball what makes it larger
-  const float diagonal = box.diagonal();
-  PM_TRY(const Mesh mesh, extract_surface(*make_cpu_engine(), balls, diagonal / 64, {}));
-  const Box found = box_of(mesh.positions);
-  const auto largest = [](Vec3 v) { return std::max({v.x, v.y, v.z}); };
-  if (std::max(largest(box.low - found.low), largest(found.high - box.high)) <= kAstray * diagonal)
-    return balls;
+std::vector<Ball> within_box(std::vector<Ball> balls, const Box& box) {
+  constexpr double kMargin = 0.01;   // of the diagonal
+  constexpr double kTogether = 1.4;  // ln 4: neighbours add to a ball what makes it larger
+  if (!reaches_beyond(balls, box)) return balls;
+  const Vector3d low = to_eigen(box.low), high = to_eigen(box.high);
+  const auto diagonal = static_cast<double>(box.diagonal());
   for (Ball& ball : balls) {
     ball.center = min(max(ball.center, box.low), box.high);
-    const Vec3 half = half_extent(ball, std::max(ball.w + kTogether, 0.0f));
-    const Vec3 free =
-        min(ball.center - box.low, box.high - ball.center) + Vec3{1, 1, 1} * (kMargin * diagonal);
-    const float shrink = largest({half.x / free.x, half.y / free.y, half.z / free.z});
-    if (shrink > 1) ball.a *= shrink * shrink;
+    const Vector3d center = to_eigen(ball.center),
+                   half = half_extent(ball, static_cast<double>(ball.w) + kTogether);
+    const Vector3d room = (center - low).cwiseMin(high - center).array() + kMargin * diagonal;
+    const double shrink = half.cwiseQuotient(room).maxCoeff();
+    if (shrink > 1) ball.a *= static_cast<float>(shrink * shrink);
   }
   return balls;
 }

@@ -39,10 +39,9 @@ Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
                             const std::vector<BoundarySample>& samples,
                             const std::vector<Sphere>& spheres, const FitSettings& settings);
 
-/// The balls as they are, unless their surface reaches further than 0.09 of the diagonal beyond
+/// The balls as they are, unless their surface reaches further than 0.08 of the diagonal beyond
 /// the box: then all that reach beyond it are moved and shrunk into it. A fit goes astray so where
-/// faces disagree about what is inside; of a sound model none comes near. Errors: the
-/// engine's.
-Result<std::vector<Ball>> within_box(std::vector<Ball> balls, const Box& box);
+/// faces disagree about what is inside; of a sound model none comes near.
+std::vector<Ball> within_box(std::vector<Ball> balls, const Box& box);
 
 }  // namespace polymorph

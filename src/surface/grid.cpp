@@ -29,15 +29,6 @@ Status to_status(const EngineStatus& status) {
   }
 }
 
-Vec3 half_extent(const Ball& ball, float reach) {
-  // Roots of the diagonal of the inverse.
-  const Sym3& s = ball.shape;
-  const Vec3 square =
-      Vec3{s.yy * s.zz - s.yz * s.yz, s.xx * s.zz - s.xz * s.xz, s.xx * s.yy - s.xy * s.xy} *
-      (reach / (ball.a * determinant(s)));
-  return {std::sqrt(square.x), std::sqrt(square.y), std::sqrt(square.z)};
-}
-
 Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settings) {
   Box box;
   const bool compact =
@@ -57,7 +48,12 @@ Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settin
       return field.end(ball, settings.cutoff * settings.iso);
     });
     if (reach <= 0) continue;
-    const Vec3 half = half_extent(ball, reach);
+    // The half sides of an ellipsoid's box: roots of the diagonal of the inverse.
+    const Sym3& s = ball.shape;
+    const Vec3 square =
+        Vec3{s.yy * s.zz - s.yz * s.yz, s.xx * s.zz - s.xz * s.xz, s.xx * s.yy - s.xy * s.xy} *
+        (reach / (ball.a * determinant(s)));
+    const Vec3 half{std::sqrt(square.x), std::sqrt(square.y), std::sqrt(square.z)};
     box = unite(box, {ball.center - half, ball.center + half});
   }
   return box;

@@ -17,9 +17,6 @@ Status to_status(const EngineStatus& status);
 /// A box that the surface field = iso of these balls cannot leave (it may be far from tight).
 Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settings);
 
-/// Half the box around a d^T shape d <= `reach`, d from the ball's centre.
-Vec3 half_extent(const Ball& ball, float reach);
-
 /// The grid of cubic cells over `box`, one free cell around it, anchored at multiples of `cell` in
 /// world coordinates: a shape that stands still is sampled alike in every frame. Errors
 /// (kResource): more than 2^40 points.
