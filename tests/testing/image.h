@@ -1,40 +1,18 @@
-// Helpers of the tests of image/: folders, pictures, hand-made PNG files.
+// Helpers of the tests of image/: pictures, hand-made PNG files.
 #pragma once
 
-#include <gtest/gtest.h>
-#include <stdlib.h>
 #include <zlib.h>
 
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
 #include "base/random.h"
 #include "image/image.h"
 #include "testing/paths.h"
+#include "testing/temporary_folder.h"
 
 namespace polymorph {
-
-/// A folder that goes away with the test.
-struct TemporaryFolder {
-  std::filesystem::path path;
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "polymorph_XXXXXX").string();
-    path = mkdtemp(name.data());
-  }
-  ~TemporaryFolder() {
-    std::error_code error;
-    std::filesystem::remove_all(path, error);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  std::filesystem::path put(const std::string& name, const std::string& bytes) const {
-    std::ofstream(path / name, std::ios::binary) << bytes;
-    return path / name;
-  }
-};
 
 inline std::filesystem::path data_file(const std::string& name) {
   return source_dir() / "tests/data/image" / name;

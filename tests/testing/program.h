@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "testing/paths.h"
+#include "testing/temporary_folder.h"
 
 extern char** environ;
 
@@ -55,21 +56,12 @@ class ProgramTest : public ::testing::Test {
   using Path = std::filesystem::path;
 
   void SetUp() override {
-    std::string name = (std::filesystem::temp_directory_path() / "polymorph-cli-XXXXXX").string();
-    ASSERT_NE(::mkdtemp(name.data()), nullptr);
-    root_ = name;
-    folder = root_ / "work";
+    folder = root_.path() / "work";
     std::filesystem::create_directories(folder);
-  }
-  void TearDown() override {
-    std::error_code ignored;
-    std::filesystem::remove_all(root_, ignored);
   }
 
   Path write(const Path& name, const std::string& text) const {
-    std::filesystem::create_directories((folder / name).parent_path());
-    std::ofstream(folder / name, std::ios::binary) << text;
-    return folder / name;
+    return root_.write("work" / name, text);
   }
   bool exists(const Path& name) const { return std::filesystem::exists(folder / name); }
   /// Names in a folder, leftovers included.
@@ -88,8 +80,8 @@ class ProgramTest : public ::testing::Test {
   Started start(const std::vector<std::string>& arguments) {
     Started started;
     const std::string number = std::to_string(++runs_);
-    started.out = out_file.empty() ? root_ / (number + ".out") : out_file;
-    started.err = root_ / (number + ".err");
+    started.out = out_file.empty() ? root_.path() / (number + ".out") : out_file;
+    started.err = root_.path() / (number + ".err");
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     const Path in = in_file.empty() ? Path("/dev/null") : in_file;
@@ -171,7 +163,7 @@ class ProgramTest : public ::testing::Test {
     return all;
   }
 
-  Path root_;
+  TemporaryFolder root_;
   int runs_ = 0;
 };
 

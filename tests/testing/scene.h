@@ -2,9 +2,7 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -12,16 +10,14 @@
 #include "scene/load_scene.h"
 #include "sequence/prepare.h"
 #include "testing/paths.h"
+#include "testing/temporary_folder.h"
 
 namespace polymorph {
 
 /// A folder of its own for each test. `common` stands behind every scene's own keys.
-class SceneTest : public ::testing::Test {
+class SceneTest : public FolderTest {
  protected:
-  explicit SceneTest(std::string common) : common_(std::move(common)) {
-    std::filesystem::create_directories(folder);
-  }
-  ~SceneTest() override { std::filesystem::remove_all(folder); }
+  explicit SceneTest(std::string common) : common_(std::move(common)) {}
 
   Scene scene_of(const std::string& chain) {
     EXPECT_TRUE(write_file(folder / "scene.json", "{" + chain + ", " + common_ + "}").ok());
@@ -35,8 +31,6 @@ class SceneTest : public ::testing::Test {
     return prepared.ok() ? std::move(*prepared) : PreparedScene{};
   }
 
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / ("pm_scene_test_" + std::to_string(::getpid()));
   const std::unique_ptr<Engine> engine = make_cpu_engine();
 
  private:

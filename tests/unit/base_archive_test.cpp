@@ -6,16 +6,16 @@
 #include <cstdlib>
 
 #include "base/file.h"
+#include "testing/temporary_folder.h"
 
 namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
 
-class Archive : public ::testing::Test {
+class Archive : public FolderTest {
  protected:
   void SetUp() override {
-    folder = fs::temp_directory_path() / ("pm_archive_test_" + std::to_string(::getpid()));
     fs::create_directories(folder / "tree/deep");
     ASSERT_TRUE(write_file(folder / "tree/a.exr", "first").ok());
     ASSERT_TRUE(write_file(folder / "tree/deep/b.exr", std::string(100000, 'b')).ok());
@@ -26,9 +26,7 @@ class Archive : public ::testing::Test {
                               .c_str()),
               0);
   }
-  void TearDown() override { fs::remove_all(folder); }
   static bool is_exr(const std::string& name) { return name.ends_with(".exr"); }
-  fs::path folder;
 };
 
 TEST_F(Archive, FoldersAndArchivesHaveTheSameFiles) {

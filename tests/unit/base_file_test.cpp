@@ -13,25 +13,19 @@
 #include "base/hash.h"
 #include "base/random.h"
 #include "base/spool.h"
+#include "testing/temporary_folder.h"
 
 namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
 
-class FileTest : public ::testing::Test {
+class FileTest : public FolderTest {
  protected:
-  void SetUp() override {
-    folder = fs::temp_directory_path() / ("pm_file_test_" + std::to_string(::getpid()));
-    fs::remove_all(folder);
-    fs::create_directories(folder);
-  }
-  void TearDown() override { fs::remove_all(folder); }
   std::size_t entries() const {
     return static_cast<std::size_t>(
         std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
   }
-  fs::path folder;
 };
 
 TEST_F(FileTest, WritesWholeFilesAndReadsThemBack) {

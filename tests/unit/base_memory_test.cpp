@@ -1,4 +1,5 @@
 #include "base/memory.h"
+#include "testing/temporary_folder.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -12,41 +13,38 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class Memory : public ::testing::Test {
+class Memory : public FolderTest {
  protected:
-  Memory() : root_(fs::temp_directory_path() / ("polymorph_memory_" + std::to_string(getpid()))) {}
-  ~Memory() override { fs::remove_all(root_); }
   void write(const fs::path& name, const char* text) {
-    fs::create_directories((root_ / name).parent_path());
-    std::ofstream(root_ / name) << text;
+    fs::create_directories((folder / name).parent_path());
+    std::ofstream(folder / name) << text;
   }
-  fs::path root_;
 };
 
 TEST_F(Memory, OfACgroupIsTheLeastOfItsOwnAndThoseAboveIt) {
-  EXPECT_EQ(cgroup_memory_limit("0::/job/step\n", root_), std::nullopt);
+  EXPECT_EQ(cgroup_memory_limit("0::/job/step\n", folder), std::nullopt);
   write("job/step/memory.max", "max\n");
-  EXPECT_EQ(cgroup_memory_limit("0::/job/step\n", root_), std::nullopt);
+  EXPECT_EQ(cgroup_memory_limit("0::/job/step\n", folder), std::nullopt);
   write("job/memory.max", "3000000000\n");
-  EXPECT_EQ(cgroup_memory_limit("0::/job/step\n", root_), 3000000000u);
+  EXPECT_EQ(cgroup_memory_limit("0::/job/step\n", folder), 3000000000u);
   write("job/step/memory.max", "4000000000\n");
-  EXPECT_EQ(cgroup_memory_limit("0::/job/step\n", root_), 3000000000u);
+  EXPECT_EQ(cgroup_memory_limit("0::/job/step\n", folder), 3000000000u);
   write("job/step/memory.max", "2000000000\n");
-  EXPECT_EQ(cgroup_memory_limit("0::/job/step\n", root_), 2000000000u);
+  EXPECT_EQ(cgroup_memory_limit("0::/job/step\n", folder), 2000000000u);
   // A sibling's is none of ours; in a container the own cgroup may be the root.
-  EXPECT_EQ(cgroup_memory_limit("0::/job/other\n", root_), 3000000000u);
+  EXPECT_EQ(cgroup_memory_limit("0::/job/other\n", folder), 3000000000u);
   write("memory.max", "1000000000\n");
-  EXPECT_EQ(cgroup_memory_limit("0::/../elsewhere\n", root_), 1000000000u);
+  EXPECT_EQ(cgroup_memory_limit("0::/../elsewhere\n", folder), 1000000000u);
 }
 
 TEST_F(Memory, OfVersionOneCgroupsIsReadToo) {
   const char* both = "12:cpuset:/\n4:hugetlb,memory:/job\n0::/\n";
   write("memory/memory.limit_in_bytes", "9223372036854771712\n");
   write("memory/job/memory.limit_in_bytes", "5000000000\n");
-  EXPECT_EQ(cgroup_memory_limit(both, root_), 5000000000u);
+  EXPECT_EQ(cgroup_memory_limit(both, folder), 5000000000u);
   write("unified/memory.max", "4000000000\n");
-  EXPECT_EQ(cgroup_memory_limit(both, root_), 4000000000u);
-  EXPECT_EQ(cgroup_memory_limit("no cgroups\n", root_), std::nullopt);
+  EXPECT_EQ(cgroup_memory_limit(both, folder), 4000000000u);
+  EXPECT_EQ(cgroup_memory_limit("no cgroups\n", folder), std::nullopt);
 }
 
 TEST_F(Memory, OfTheProcessIsNoMoreThanSlurmAndUlimitGive) {

@@ -6,27 +6,22 @@
 
 #include "base/file.h"
 #include "compare/golden.h"
+#include "testing/temporary_folder.h"
 
 namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
 
-class Golden : public testing::Test {
+class Golden : public FolderTest {
  protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "polymorph_golden_XXXXXX").string();
-    root_ = mkdtemp(name.data());
-  }
-  void TearDown() override { fs::remove_all(root_); }
-
   void put(const std::string& file, const std::string& text) const {
-    fs::create_directories((root_ / file).parent_path());
-    std::ofstream(root_ / file) << text;
+    fs::create_directories((folder / file).parent_path());
+    std::ofstream(folder / file) << text;
   }
   /// The error of loading suite "a"; it must be bad input.
   std::string failure() const {
-    const auto suite = load_golden_suite(root_, "a");
+    const auto suite = load_golden_suite(folder, "a");
     EXPECT_FALSE(suite);
     if (suite) return "";
     EXPECT_EQ(suite.error().code, ErrorCode::kInput);
@@ -36,39 +31,37 @@ class Golden : public testing::Test {
     put("a/suite.json", suite);
     const std::string message = failure();
     EXPECT_NE(message.find(part), std::string::npos) << message;
-    EXPECT_EQ(message.find((root_ / "a/suite.json").string()), 0u) << message;
+    EXPECT_EQ(message.find((folder / "a/suite.json").string()), 0u) << message;
   }
   void expect_limit_failure(const std::string& limits, const std::string& part) const {
     put("a/suite.json", R"({"scene": "s.json", "frames": [1]})");
     put("a/tolerance.json", limits);
     const std::string message = failure();
     EXPECT_NE(message.find(part), std::string::npos) << message;
-    EXPECT_EQ(message.find((root_ / "a/tolerance.json").string()), 0u) << message;
+    EXPECT_EQ(message.find((folder / "a/tolerance.json").string()), 0u) << message;
   }
-
-  fs::path root_;
 };
 
 TEST_F(Golden, ReadsASuiteAndItsLimits) {
   put("golden/a/suite.json", R"({"scene": "../../scenes/x/scene.json", "frames": [1, 12, 24]})");
   put("golden/a/tolerance.json",
       R"({"fail": {"value": 0.01, "why": "isa"}, "hard_fail": {"value": 0.25, "why": "fireflies"}})");
-  const auto suite = load_golden_suite(root_ / "golden", "a");
+  const auto suite = load_golden_suite(folder / "golden", "a");
   ASSERT_TRUE(suite) << suite.error().message;
   EXPECT_EQ(suite->name, "a");
-  EXPECT_EQ(suite->scene, root_ / "scenes/x/scene.json");
+  EXPECT_EQ(suite->scene, folder / "scenes/x/scene.json");
   EXPECT_EQ(suite->frames, (std::vector<int>{1, 12, 24}));
   EXPECT_EQ(suite->tolerance.fail, 0.01f);
   EXPECT_EQ(suite->tolerance.hard_fail, 0.25f);
   EXPECT_EQ(suite->tolerance.relative, 0) << "nothing of our own frames may differ";
   EXPECT_EQ(suite->tolerance.why, "fail: isa; hard_fail: fireflies");
-  EXPECT_EQ(golden_image_path(*suite, 12), root_ / "golden/a/frame.0012.exr");
+  EXPECT_EQ(golden_image_path(*suite, 12), folder / "golden/a/frame.0012.exr");
 }
 
 TEST_F(Golden, ReadsLimitsInsideTheSuiteFile) {
   put("a/suite.json",
       R"({"scene": "s.json", "frames": [3], "tolerance": {"depth": 0.5, "why": "because"}})");
-  const auto suite = load_golden_suite(root_, "a");
+  const auto suite = load_golden_suite(folder, "a");
   ASSERT_TRUE(suite) << suite.error().message;
   EXPECT_EQ(suite->tolerance.depth, 0.5f);
   EXPECT_EQ(suite->tolerance.why, "because");
@@ -107,21 +100,21 @@ TEST_F(Golden, ListsSuitesInOrderAndNamesTheNearest) {
   for (const char* name : {"torus-teapot", "puddle", "monkey-torus"})
     put(std::string(name) + "/suite.json", "{}");
   put("not-a-suite/notes.txt", "");
-  const auto names = list_golden_suites(root_);
+  const auto names = list_golden_suites(folder);
   ASSERT_TRUE(names);
   EXPECT_EQ(*names, (std::vector<std::string>{"monkey-torus", "puddle", "torus-teapot"}));
-  const auto suite = load_golden_suite(root_, "pudle");
+  const auto suite = load_golden_suite(folder, "pudle");
   ASSERT_FALSE(suite);
   EXPECT_NE(suite.error().message.find("did you mean 'puddle'?"), std::string::npos)
       << suite.error().message;
   for (const char* name : {"", "..", "../x", "puddle/../puddle", "not-a-suite"})
-    EXPECT_FALSE(load_golden_suite(root_, name)) << name;
-  EXPECT_FALSE(list_golden_suites(root_ / "nowhere"));
+    EXPECT_FALSE(load_golden_suite(folder, name)) << name;
+  EXPECT_FALSE(list_golden_suites(folder / "nowhere"));
 }
 
 TEST_F(Golden, SurfaceRecordsSurviveWritingAndReading) {
   const std::vector<SurfaceRecord> records{{1, 1000, 1996, "00ff"}, {12, 5000000000, 3, "abc"}};
-  const fs::path csv = root_ / "surface.csv";
+  const fs::path csv = folder / "surface.csv";
   ASSERT_TRUE(write_file(csv, surface_records_text(records)));
   const auto back = read_surface_records(csv);
   ASSERT_TRUE(back) << back.error().message;
@@ -131,17 +124,17 @@ TEST_F(Golden, SurfaceRecordsSurviveWritingAndReading) {
   EXPECT_EQ((*back)[1].triangles, 3u);
   EXPECT_EQ((*back)[1].digest, "abc");
   put("crlf.csv", "frame,vertices,triangles,digest\r\n7,1,2,aa\r\n");
-  EXPECT_EQ(read_surface_records(root_ / "crlf.csv")->size(), 1u);
+  EXPECT_EQ(read_surface_records(folder / "crlf.csv")->size(), 1u);
 }
 
 TEST_F(Golden, NamesTheLineOfABadRecord) {
   const std::string header = "frame,vertices,triangles,digest\n";
   const auto expect = [&](const std::string& text, const std::string& part) {
     put("s.csv", text);
-    const auto records = read_surface_records(root_ / "s.csv");
+    const auto records = read_surface_records(folder / "s.csv");
     ASSERT_FALSE(records) << text;
     EXPECT_EQ(records.error().code, ErrorCode::kInput);
-    EXPECT_NE(records.error().message.find((root_ / "s.csv").string() + part), std::string::npos)
+    EXPECT_NE(records.error().message.find((folder / "s.csv").string() + part), std::string::npos)
         << records.error().message;
   };
   expect("", ":1:");
@@ -151,7 +144,7 @@ TEST_F(Golden, NamesTheLineOfABadRecord) {
   expect(header + "1,2,3,ab\n1,2,3,ab\n", ":3:");
   expect(header + "1,2,3,ab\n\n2,2,3,ab\n", ":3:");
   expect(header + "1,2,3,XY\n", ":2:");
-  EXPECT_FALSE(read_surface_records(root_ / "missing.csv"));
+  EXPECT_FALSE(read_surface_records(folder / "missing.csv"));
 }
 
 }  // namespace

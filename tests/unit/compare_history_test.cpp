@@ -45,7 +45,7 @@ TEST(History, MetricsRiseEachForItself) {
 
 TEST(History, ReadsWhatItWrites) {
   const TemporaryFolder folder;
-  const auto file = folder.path / "history.csv";
+  const auto file = folder.path() / "history.csv";
   EXPECT_TRUE(read_history(file)->empty()) << "no file yet";
   const std::vector<HistoryRow> rows = {
       {"a1", "flip_mean", 0.25, 0.5, 0.125},
@@ -61,7 +61,7 @@ TEST(History, ReadsWhatItWrites) {
 
 TEST(History, NamesTheLineThatIsWrong) {
   const TemporaryFolder folder;
-  const auto file = folder.path / "history.csv";
+  const auto file = folder.path() / "history.csv";
   for (const char* line : {"a,flip_mean,-1,2,3", "a,flip_mean,x,2,3", "a,flip_mean,1,2", "nan"}) {
     ASSERT_TRUE(write_file(file, std::string("commit,metric,mean,worst,share\n") + line + "\n"));
     const auto rows = read_history(file);

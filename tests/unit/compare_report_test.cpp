@@ -10,6 +10,7 @@
 #include "compare/pictures.h"
 #include "compare/report.h"
 #include "image/image_io.h"
+#include "testing/temporary_folder.h"
 
 namespace polymorph {
 namespace {
@@ -203,8 +204,8 @@ TEST(Report, LongSequencesKeepThumbnailsOnly) {
 }
 
 TEST(Report, FolderHoldsPageFilesAndAPictureAFailure) {
-  std::string name = (std::filesystem::temp_directory_path() / "polymorph_report_XXXXXX").string();
-  const std::filesystem::path folder = std::filesystem::path(mkdtemp(name.data())) / "new/report";
+  const TemporaryFolder temporary;
+  const std::filesystem::path folder = temporary.path() / "new/report";
   const auto page = write_report_folder(small_report(), folder);
   ASSERT_TRUE(page) << page.error().message;
   EXPECT_EQ(*page, folder / "index.html");
@@ -217,7 +218,6 @@ TEST(Report, FolderHoldsPageFilesAndAPictureAFailure) {
   const auto triptych = read_image(folder / "suite.frame.2.png");
   ASSERT_TRUE(triptych);
   EXPECT_EQ(triptych->width, 4 * 6 + 3 * 320) << "three pictures, eight times as large";
-  std::filesystem::remove_all(folder.parent_path().parent_path());
 }
 
 TEST(Pictures, HeatRisesInLightness) {
@@ -238,8 +238,8 @@ TEST(Pictures, HeatRisesInLightness) {
 }
 
 TEST(Report, AnEarlierReportGoesAndForeignFilesStay) {
-  std::string name = (std::filesystem::temp_directory_path() / "polymorph_report_XXXXXX").string();
-  const std::filesystem::path folder = mkdtemp(name.data());
+  const TemporaryFolder temporary;
+  const std::filesystem::path& folder = temporary.path();
   const auto exists = [&](const char* file) { return std::filesystem::exists(folder / file); };
   ASSERT_TRUE(write_file(folder / "suite.frame.9.png", "somebody's"));
   ASSERT_TRUE(write_file(folder / "notes.txt", "somebody's"));
@@ -268,7 +268,6 @@ TEST(Report, AnEarlierReportGoesAndForeignFilesStay) {
   ASSERT_TRUE(remove_report(folder / "inner"));
   EXPECT_TRUE(exists("notes.txt"));
   ASSERT_TRUE(remove_report(folder / "not there"));
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace {
 
 Image read_back(const std::string& bytes) {
   const TemporaryFolder folder;
-  auto image = read_image(folder.put("a.exr", bytes));
+  auto image = read_image(folder.write("a.exr", bytes));
   EXPECT_TRUE(image) << image.error().message;
   return image ? *std::move(image) : Image{};
 }
@@ -113,7 +113,7 @@ TEST(EncodeExr, RefusesWhatItCannotStore) {
 
 TEST(ReadImage, KeepsTheNumbersOfUintChannels) {
   const TemporaryFolder folder;
-  const std::string path = (folder.path / "ids.exr").string();
+  const std::string path = (folder.path() / "ids.exr").string();
   std::vector<unsigned> ids{7, 4000000, 0, 1};
   std::vector<float> reds{0.25f, 0.5f, 0.75f, 1.0f};
   {

@@ -12,7 +12,7 @@ namespace {
 
 Image read_back(const std::string& bytes, const ReadImageSettings& settings = {}) {
   const TemporaryFolder folder;
-  auto image = read_image(folder.put("a.png", bytes), settings);
+  auto image = read_image(folder.write("a.png", bytes), settings);
   EXPECT_TRUE(image) << image.error().message;
   return image ? *std::move(image) : Image{};
 }

@@ -34,7 +34,7 @@ std::string bytes_of(const std::filesystem::path& path) {
 TEST(ReadImage, GreyPngBecomesColours) {
   const TemporaryFolder folder;
   const auto image =
-      read_image(folder.put("g.png", make_png(2, 1, 8, 0, {std::string("\x00\xbc", 2)})));
+      read_image(folder.write("g.png", make_png(2, 1, 8, 0, {std::string("\x00\xbc", 2)})));
   ASSERT_TRUE(image) << image.error().message;
   EXPECT_EQ(image->channels, (Names{"R", "G", "B"}));
   EXPECT_EQ(image->at(0, 0, 0), 0.0f);
@@ -44,7 +44,7 @@ TEST(ReadImage, GreyPngBecomesColours) {
 TEST(ReadImage, GreyAlphaSixteenBitPng) {
   const TemporaryFolder folder;
   const auto path =
-      folder.put("ga.png", make_png(1, 1, 16, 4, {std::string("\x80\x00\x40\x00", 4)}));
+      folder.write("ga.png", make_png(1, 1, 16, 4, {std::string("\x80\x00\x40\x00", 4)}));
   const auto image = read_image(path);
   ASSERT_TRUE(image) << image.error().message;
   EXPECT_EQ(image->channels, (Names{"R", "G", "B", "A"}));
@@ -60,21 +60,21 @@ TEST(ReadImage, RadianceIsLinearLight) {
   const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n";
   std::string pixels;
   for (int i = 0; i < 8; ++i) pixels += std::string("\x80\x40\x20\x82", 4);
-  const auto image = read_image(folder.put("sky.hdr", head + pixels));
+  const auto image = read_image(folder.write("sky.hdr", head + pixels));
   ASSERT_TRUE(image) << image.error().message;
   EXPECT_EQ(image->width, 4);
   EXPECT_EQ(image->height, 2);
   EXPECT_NEAR(image->at(3, 1, 0), 2.0f, 1e-5f);
   EXPECT_NEAR(image->at(3, 1, 2), 0.5f, 1e-5f);
-  EXPECT_FALSE(read_image(folder.put("cut.hdr", head + pixels.substr(0, 9))));
-  EXPECT_FALSE(read_image(folder.put("bare.hdr", "#?RADIANCE\n")));
+  EXPECT_FALSE(read_image(folder.write("cut.hdr", head + pixels.substr(0, 9))));
+  EXPECT_FALSE(read_image(folder.write("bare.hdr", "#?RADIANCE\n")));
 }
 
 TEST(ReadImage, PalettePng) {
   const TemporaryFolder folder;
   const std::string palette("\xff\x00\x00\x00\xff\x80", 6);
   const auto image =
-      read_image(folder.put("p.png", make_png(2, 1, 8, 3, {std::string("\x01\x00", 2)}, palette)),
+      read_image(folder.write("p.png", make_png(2, 1, 8, 3, {std::string("\x01\x00", 2)}, palette)),
                  {.integer_curve = TransferCurve::kLinear});
   ASSERT_TRUE(image) << image.error().message;
   EXPECT_EQ(image->channels, (Names{"R", "G", "B"}));
@@ -86,7 +86,7 @@ TEST(ReadImage, PngOfFewBitsAndWithTransparentColours) {
   const ReadImageSettings linear{.integer_curve = TransferCurve::kLinear};
   // Grey of 2 bits: 0, 1, 2, 3 in a byte, then 3 and filling.
   const auto grey =
-      read_image(folder.put("2.png", make_png(5, 1, 2, 0, {std::string("\x1b\xc0", 2)})), linear);
+      read_image(folder.write("2.png", make_png(5, 1, 2, 0, {std::string("\x1b\xc0", 2)})), linear);
   ASSERT_TRUE(grey) << grey.error().message;
   EXPECT_EQ(grey->channels, (Names{"R", "G", "B"}));
   for (int x = 0; x < 5; ++x)
@@ -96,7 +96,7 @@ TEST(ReadImage, PngOfFewBitsAndWithTransparentColours) {
       make_png(2, 1, 1, 3, {std::string("\x40", 1)}, std::string("\xff\0\0\0\xff\0", 6));
   png.insert(png.find("IDAT") - 4, png_chunk("tRNS", "\x80"));
   const auto palette =
-      read_image(folder.put("t.png", png), {TransferCurve::kLinear, AlphaMode::kStraight});
+      read_image(folder.write("t.png", png), {TransferCurve::kLinear, AlphaMode::kStraight});
   ASSERT_TRUE(palette) << palette.error().message;
   EXPECT_EQ(palette->channels, (Names{"R", "G", "B", "A"}));
   EXPECT_EQ(palette->pixels, (std::vector<float>{1, 0, 0, 128 / 255.0f, 0, 1, 0, 1}));
@@ -115,7 +115,8 @@ TEST(ReadImage, TextsOfPngsAreAttributes) {
 
 TEST(ReadImage, TransparentPixelsOfPngKeepTheirColourWhenStraight) {
   const TemporaryFolder folder;
-  const auto path = folder.put("t.png", make_png(1, 1, 8, 6, {std::string("\xff\x80\x00\x00", 4)}));
+  const auto path =
+      folder.write("t.png", make_png(1, 1, 8, 6, {std::string("\xff\x80\x00\x00", 4)}));
   EXPECT_EQ(read_image(path)->pixels, (std::vector<float>{0, 0, 0, 0}));
   const auto straight = read_image(path, {.alpha = AlphaMode::kStraight});
   EXPECT_EQ(straight->at(0, 0, 0), 1.0f);
@@ -179,7 +180,7 @@ TEST(ReadImage, TiffAlphaOfBothKinds) {
 
 TEST(ReadImage, ContentWinsOverTheName) {
   const TemporaryFolder folder;
-  const auto image = read_image(folder.put("a.exr", make_png(1, 1, 8, 2, {"\xff\xff\xff"})));
+  const auto image = read_image(folder.write("a.exr", make_png(1, 1, 8, 2, {"\xff\xff\xff"})));
   ASSERT_TRUE(image) << image.error().message;
   EXPECT_EQ(image->pixels, (std::vector<float>{1, 1, 1}));
 }
@@ -218,7 +219,7 @@ TEST(ReadImage, ReadsWhatTexturesComeAs) {
       {"a.webp", webp},
       {"a.ppm", "P6\n2 1\n255\n" + std::string("\xff\0\0\0\xff\0", 6)}};
   for (const auto& [name, bytes] : files) {
-    const auto image = read_image(folder.put(name, bytes), {.alpha = AlphaMode::kStraight});
+    const auto image = read_image(folder.write(name, bytes), {.alpha = AlphaMode::kStraight});
     ASSERT_TRUE(image) << image.error().message;
     ASSERT_EQ(image->width, 2) << name;
     ASSERT_EQ(image->height, 1) << name;
@@ -230,32 +231,32 @@ TEST(ReadImage, ReadsWhatTexturesComeAs) {
 TEST(ReadImage, RefusesBrokenTextures) {
   const TemporaryFolder folder;
   const std::string red_green("\0\0\xff\0\xff\0", 6);
-  expect_mentions(failure_of(folder.put("a.tga", targa(2, red_green.substr(1)))), "truncated");
-  failure_of(folder.put("runs.tga", targa(10, "\x81")));
+  expect_mentions(failure_of(folder.write("a.tga", targa(2, red_green.substr(1)))), "truncated");
+  failure_of(folder.write("runs.tga", targa(10, "\x81")));
   // A map of two colours, and a third that a pixel names: OpenImageIO would read beyond the map.
   std::string mapped = targa(1, std::string(6, 0) + "\1\2");
   mapped[1] = 1, mapped[5] = 2, mapped[7] = 24, mapped[16] = 8;
-  expect_mentions(failure_of(folder.put("map.tga", mapped)), "colour map");
+  expect_mentions(failure_of(folder.write("map.tga", mapped)), "colour map");
   mapped.back() = 0;
-  EXPECT_TRUE(read_image(folder.put("map.tga", mapped)));
-  expect_mentions(failure_of(folder.put("b.tga", "hello, this is text")), "header is damaged");
+  EXPECT_TRUE(read_image(folder.write("map.tga", mapped)));
+  expect_mentions(failure_of(folder.write("b.tga", "hello, this is text")), "header is damaged");
   const std::string vast = std::string("GIF89a\xff\xff\xff\xff\0\0\0", 13);
-  expect_mentions(failure_of(folder.put("vast.gif", vast)), "more than the limit");
+  expect_mentions(failure_of(folder.write("vast.gif", vast)), "more than the limit");
   std::string bmp = "BM" + std::string(60, 0);
   bmp[14] = 40, bmp[18] = 2, bmp[22] = 1, bmp[28] = 8, bmp[30] = 1;
-  expect_mentions(failure_of(folder.put("rle.bmp", bmp)), "run-length encoded BMPs are not read");
+  expect_mentions(failure_of(folder.write("rle.bmp", bmp)), "run-length encoded BMPs are not read");
   bmp[30] = 0, bmp[22] = 120;
-  expect_mentions(failure_of(folder.put("cut.bmp", bmp)), "the BMP is truncated");
+  expect_mentions(failure_of(folder.write("cut.bmp", bmp)), "the BMP is truncated");
 }
 
 TEST(ReadImage, TellsWhatIsNotAnImage) {
   const TemporaryFolder folder;
-  expect_mentions(failure_of(folder.put("t.png", "hello, this is text\n")), "not an image");
-  expect_mentions(failure_of(folder.put("e.png", "")), "empty");
-  expect_mentions(failure_of(folder.put("g.png", "GIF89a.....")), "GIF is truncated");
-  expect_mentions(failure_of(folder.put("b.png", std::string("\x01\x02\x00\x03", 4))), "binary");
-  expect_mentions(failure_of(folder.path), "directory");
-  failure_of(folder.path / "missing.png");
+  expect_mentions(failure_of(folder.write("t.png", "hello, this is text\n")), "not an image");
+  expect_mentions(failure_of(folder.write("e.png", "")), "empty");
+  expect_mentions(failure_of(folder.write("g.png", "GIF89a.....")), "GIF is truncated");
+  expect_mentions(failure_of(folder.write("b.png", std::string("\x01\x02\x00\x03", 4))), "binary");
+  expect_mentions(failure_of(folder.path()), "directory");
+  failure_of(folder.path() / "missing.png");
 }
 
 TEST(ReadImage, RefusesEveryTruncationOfEveryFormat) {
@@ -265,9 +266,9 @@ TEST(ReadImage, RefusesEveryTruncationOfEveryFormat) {
                                bytes_of(data_file("rgb.jpg")), bytes_of(data_file("rgb8.tif")),
                                bytes_of(data_file("float.tif"))};
   for (const std::string& bytes : whole) {
-    ASSERT_TRUE(read_image(folder.put("whole", bytes)));
+    ASSERT_TRUE(read_image(folder.write("whole", bytes)));
     for (const double share : {0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.98})
-      failure_of(folder.put(
+      failure_of(folder.write(
           "part",
           bytes.substr(0, static_cast<std::size_t>(share * static_cast<double>(bytes.size())))));
   }
@@ -277,7 +278,7 @@ TEST(ReadImage, DamagedPngNamesTheChecksum) {
   const TemporaryFolder folder;
   std::string bytes = *encode_png(random_image(20, 20, {"R", "G", "B"}));
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
-  expect_mentions(failure_of(folder.put("d.png", bytes)), "checksum");
+  expect_mentions(failure_of(folder.write("d.png", bytes)), "checksum");
 }
 
 TEST(ReadImage, SurvivesRandomDamage) {
@@ -292,7 +293,7 @@ TEST(ReadImage, SurvivesRandomDamage) {
       for (std::uint64_t k = 0; k < 3; ++k)
         bytes[random_below(static_cast<std::uint32_t>(bytes.size()), 7, round, 2 * k)] =
             static_cast<char>(random_u64(7, round, 2 * k + 1));
-      const auto image = read_image(folder.put("damaged", bytes), {.max_bytes = 1 << 24});
+      const auto image = read_image(folder.write("damaged", bytes), {.max_bytes = 1 << 24});
       if (image) continue;
       ++refused;
       EXPECT_EQ(image.error().code, ErrorCode::kInput) << image.error().message;
@@ -309,17 +310,17 @@ TEST(ReadImage, AnExrAttributeLargerThanTheFileIsNotAllocated) {
   const std::string start = std::string("polymorph/note") + '\0' + "string" + '\0';
   const std::size_t size_at = bytes.find(start) + start.size();
   bytes.replace(size_at, 4, std::string("\x00\x00\x00\x7f", 4));  // 2 GB
-  expect_mentions(failure_of(folder.put("a.exr", bytes)), "header is damaged");
+  expect_mentions(failure_of(folder.write("a.exr", bytes)), "header is damaged");
 }
 
 TEST(ReadImage, ChecksTheSizeBeforeReadingPixels) {
   const TemporaryFolder folder;
   // A header of 100000 x 100000 over a few bytes of pixels.
-  const auto bomb = folder.put("bomb.png", make_png(100000, 100000, 8, 6, {"\x01"}));
+  const auto bomb = folder.write("bomb.png", make_png(100000, 100000, 8, 6, {"\x01"}));
   const std::string message = failure_of(bomb);
   expect_mentions(message, "100000 x 100000");
   expect_mentions(message, "160.0 GB");
-  const auto small = folder.put("small.png", *encode_png(random_image(20, 20, {"R", "G", "B"})));
+  const auto small = folder.write("small.png", *encode_png(random_image(20, 20, {"R", "G", "B"})));
   expect_mentions(failure_of(small, {.max_bytes = 4799}), "20 x 20");
   EXPECT_TRUE(read_image(small, {.max_bytes = 4800}));
 }
@@ -328,8 +329,8 @@ TEST(ReadImage, NamesThePathsWhereTheModuleWasLookedFor) {
   // The module may be open already: "threadsafe" asks in a fresh process.
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const TemporaryFolder folder;
-  const auto path = folder.put("a.exr", *encode_exr(random_image(2, 2, {"R", "G", "B"})));
-  const auto png = folder.put("a.png", make_png(1, 1, 8, 2, {"\xff\xff\xff"}));
+  const auto path = folder.write("a.exr", *encode_exr(random_image(2, 2, {"R", "G", "B"})));
+  const auto png = folder.write("a.png", make_png(1, 1, 8, 2, {"\xff\xff\xff"}));
   EXPECT_EXIT(
       {
         setenv("POLYMORPH_OIIO_MODULE", "/nowhere/polymorph_oiio.so", 1);
@@ -357,44 +358,44 @@ TEST(OiioModule, IsTheOnlyOneThatKnowsOpenImageIo) {
 TEST(WriteImage, ChoosesTheFormatByExtension) {
   const TemporaryFolder folder;
   const Image image = random_image(8, 8, {"R", "G", "B"});
-  ASSERT_TRUE(write_image(folder.path / "a.exr", image));
-  ASSERT_TRUE(write_image(folder.path / "b.PNG", image));
-  EXPECT_EQ(read_image(folder.path / "a.exr")->pixels, image.pixels);
-  EXPECT_TRUE(read_image(folder.path / "b.PNG"));
-  const auto other = write_image(folder.path / "c.jpg", image);
+  ASSERT_TRUE(write_image(folder.path() / "a.exr", image));
+  ASSERT_TRUE(write_image(folder.path() / "b.PNG", image));
+  EXPECT_EQ(read_image(folder.path() / "a.exr")->pixels, image.pixels);
+  EXPECT_TRUE(read_image(folder.path() / "b.PNG"));
+  const auto other = write_image(folder.path() / "c.jpg", image);
   ASSERT_FALSE(other);
   EXPECT_EQ(other.error().code, ErrorCode::kUsage);
-  EXPECT_FALSE(std::filesystem::exists(folder.path / "c.jpg"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "c.jpg"));
 }
 
 TEST(WriteImage, LeavesNothingBehindWhereItCannotWrite) {
   const TemporaryFolder folder;
-  folder.put("file", "x");
+  folder.write("file", "x");
   const Image image = random_image(8, 8, {"R", "G", "B"});
-  const auto below_a_file = write_image(folder.path / "file" / "a.png", image);
+  const auto below_a_file = write_image(folder.path() / "file" / "a.png", image);
   ASSERT_FALSE(below_a_file);
   EXPECT_EQ(below_a_file.error().code, ErrorCode::kOutput);
-  std::filesystem::create_directory(folder.path / "b.png");
-  const auto over_a_folder = write_image(folder.path / "b.png", image);
+  std::filesystem::create_directory(folder.path() / "b.png");
+  const auto over_a_folder = write_image(folder.path() / "b.png", image);
   ASSERT_FALSE(over_a_folder);
   EXPECT_EQ(over_a_folder.error().code, ErrorCode::kOutput);
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path), {}), 2);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 2);
   if (geteuid() == 0) return;  // root may write anywhere
   std::filesystem::permissions(
-      folder.path, std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
-  EXPECT_FALSE(write_image(folder.path / "c.png", image));
-  std::filesystem::permissions(folder.path, std::filesystem::perms::owner_all);
+      folder.path(), std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+  EXPECT_FALSE(write_image(folder.path() / "c.png", image));
+  std::filesystem::permissions(folder.path(), std::filesystem::perms::owner_all);
 }
 
 TEST(WriteImage, ReportsAFullDisk) {
   const TemporaryFolder folder;
-  if (mount("tmpfs", folder.path.c_str(), "tmpfs", 0, "size=65536") != 0)
+  if (mount("tmpfs", folder.path().c_str(), "tmpfs", 0, "size=65536") != 0)
     GTEST_SKIP() << "no right to mount a small tmpfs here";
   const Image image = random_image(256, 256, {"R", "G", "B"});
-  const auto png = write_image(folder.path / "a.png", image),
-             exr = write_image(folder.path / "a.exr", image);
-  const auto left = std::distance(std::filesystem::directory_iterator(folder.path), {});
-  umount(folder.path.c_str());
+  const auto png = write_image(folder.path() / "a.png", image),
+             exr = write_image(folder.path() / "a.exr", image);
+  const auto left = std::distance(std::filesystem::directory_iterator(folder.path()), {});
+  umount(folder.path().c_str());
   ASSERT_FALSE(png);
   ASSERT_FALSE(exr);
   EXPECT_EQ(png.error().code, ErrorCode::kOutput);

@@ -1,12 +1,12 @@
 // Files of whole sequences, glTF and OpenUSD, as what reads them finds them.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "base/file.h"
 #include "interchange/surface_writer.h"
+#include "testing/temporary_folder.h"
 
 namespace polymorph {
 namespace {
@@ -46,14 +46,8 @@ SurfaceSequence sequence_of(int frames) {
   return sequence;
 }
 
-class Sequences : public ::testing::Test {
+class Sequences : public FolderTest {
  protected:
-  void SetUp() override {
-    folder = fs::temp_directory_path() / ("pm_sequences_test_" + std::to_string(::getpid()));
-    fs::create_directories(folder);
-  }
-  void TearDown() override { fs::remove_all(folder); }
-
   /// What is in the file of these frames, which are numbered from 1.
   std::string written(Result<std::unique_ptr<SurfaceWriter>> writer, const std::string& name,
                       const std::vector<SurfaceFrame>& frames) const {
@@ -95,8 +89,6 @@ class Sequences : public ::testing::Test {
         make_usd_writer(folder / "m.usda", sequence_of(static_cast<int>(frames.size())), true),
         "m.usda", frames);
   }
-
-  fs::path folder;
 };
 
 TEST_F(Sequences, GlbHasPointsMaterialsAndTextures) {

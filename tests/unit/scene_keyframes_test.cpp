@@ -1,10 +1,10 @@
 #include "scene/keyframes.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "base/file.h"
 #include "scene/load_scene.h"
+#include "testing/temporary_folder.h"
 
 namespace polymorph {
 namespace {
@@ -69,13 +69,8 @@ TEST(Keyframes, UnitsAreTheMomentsOwn) {
   EXPECT_FLOAT_EQ(value_at(track, time).x, 0);
 }
 
-class KeyframesInScenes : public ::testing::Test {
+class KeyframesInScenes : public FolderTest {
  protected:
-  void SetUp() override {
-    folder = fs::temp_directory_path() / ("pm_keyframes_test_" + std::to_string(::getpid()));
-    fs::create_directories(folder);
-  }
-  void TearDown() override { fs::remove_all(folder); }
   Result<Scene> load(const std::string& keys, std::vector<Override> overrides = {}) {
     const fs::path file = folder / "scene.json";
     EXPECT_TRUE(
@@ -87,7 +82,6 @@ class KeyframesInScenes : public ::testing::Test {
     EXPECT_FALSE(scene.ok()) << keys;
     return scene.ok() ? "" : scene.error().message;
   }
-  fs::path folder;
 };
 
 TEST_F(KeyframesInScenes, EveryKindOfSettingTakesThem) {

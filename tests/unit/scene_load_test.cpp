@@ -5,21 +5,19 @@
 
 #include "base/file.h"
 #include "testing/paths.h"
+#include "testing/temporary_folder.h"
 
 namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
 
-class SceneTest : public ::testing::Test {
+class SceneTest : public FolderTest {
  protected:
   void SetUp() override {
-    folder = fs::temp_directory_path() / ("pm_scene_test_" + std::to_string(::getpid()));
-    fs::create_directories(folder);
     ASSERT_TRUE(write_file(folder / "a.obj", "v 0 0 0\n").ok());
     ASSERT_TRUE(write_file(folder / "b.obj", "v 0 0 0\n").ok());
   }
-  void TearDown() override { fs::remove_all(folder); }
   fs::path scene_file(const std::string& text) {
     const fs::path path = folder / "scene.json";
     EXPECT_TRUE(write_file(path, text).ok());
@@ -33,7 +31,6 @@ class SceneTest : public ::testing::Test {
     EXPECT_FALSE(scene.ok()) << text;
     return scene.ok() ? "" : scene.error().message;
   }
-  fs::path folder;
 };
 
 TEST_F(SceneTest, OldNamesOfKeysAreUnderstood) {

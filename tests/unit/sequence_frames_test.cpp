@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include "base/file.h"
+#include "testing/temporary_folder.h"
 
 namespace polymorph {
 namespace {
@@ -61,13 +62,12 @@ TEST(ParsePattern, RefusesAmbiguousNames) {
 }
 
 TEST(ExistingFrames, FindsOnlyNamesOfThePattern) {
-  const auto folder =
-      std::filesystem::temp_directory_path() / ("pm_frames_test_" + std::to_string(::getpid()));
+  const TemporaryFolder temporary;
+  const auto& folder = temporary.path();
   for (const char* name : {"f.0001.exr", "f.0012.exr", "f.7.exr", "f.0003.png", "g.0001.exr",
                            "f.x.exr", "f.10000.exr"})
     ASSERT_TRUE(write_file(folder / name, "x").ok());
   const auto found = existing_frames(*parse_pattern((folder / "f.####.exr").string()));
-  std::filesystem::remove_all(folder);
   ASSERT_TRUE(found.ok());
   EXPECT_EQ(*found, (std::vector<int>{1, 12, 10000}));
 }

@@ -1,7 +1,6 @@
 // The step from an object's own mesh to its balls' surface and back, as polymorph analyze measures
 // it, on the report's four tests.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "scene/load_scene.h"
 #include "sequence/analyze_sequence.h"

@@ -2,7 +2,6 @@
 #include "sequence/prepare.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <fstream>
 
@@ -16,6 +15,7 @@
 #include "spheres/quality.h"
 #include "surface/mesh_check.h"
 #include "testing/paths.h"
+#include "testing/temporary_folder.h"
 
 namespace polymorph {
 namespace {
@@ -23,11 +23,9 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A small scene of built-in shapes; fast, and with every stage in it.
-class SequenceTest : public ::testing::Test {
+class SequenceTest : public FolderTest {
  protected:
   void SetUp() override {
-    folder = fs::temp_directory_path() / ("pm_sequence_test_" + std::to_string(::getpid()));
-    fs::remove_all(folder);
     ASSERT_TRUE(
         write_file(folder / "scene.json",
                    R"({"source": {"shape": "cube", "spheres": {"balls": 12}}, "target": "torus",
@@ -39,10 +37,7 @@ class SequenceTest : public ::testing::Test {
     ASSERT_TRUE(loaded.ok()) << loaded.error().message;
     scene = *loaded;
   }
-  void TearDown() override {
-    set_thread_count(0);
-    fs::remove_all(folder);
-  }
+  void TearDown() override { set_thread_count(0); }
   SequenceSettings settings(std::vector<int> frames, const std::string& pattern) {
     SequenceSettings s;
     s.frames = std::move(frames);
@@ -56,7 +51,6 @@ class SequenceTest : public ::testing::Test {
     EXPECT_TRUE(image.ok()) << (image.ok() ? "" : image.error().message);
     return image.ok() ? pixel_digest(*image) : "";
   }
-  fs::path folder;
   Scene scene;
 };
 

@@ -2,7 +2,6 @@
 // sanitizer: pixels, fields and boundaries, the handover, limbs. The tests of the same things in
 // sequence_prepare_test.cpp and sequence_handover_test.cpp are larger and ask for more.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "base/file.h"
 #include "base/parallel.h"
@@ -13,33 +12,28 @@
 #include "sequence/render_sequence.h"
 #include "surface/mesh_check.h"
 #include "testing/paths.h"
+#include "testing/temporary_folder.h"
 
 namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
 
-class SmallSequence : public ::testing::Test {
+class SmallSequence : public FolderTest {
  protected:
   void SetUp() override {
-    folder = fs::temp_directory_path() / ("pm_small_sequence_" + std::to_string(::getpid()));
-    fs::remove_all(folder);
     ASSERT_TRUE(write_file(folder / "scene.json",
                            R"({"source": "sphere", "target": "torus", "frames": {"count": 8},
       "spheres": {"balls": 8, "coarse": true}, "surface": {"resolution": 16},
       "image": {"width": 16, "height": 12, "samples": 1}})")
                     .ok());
   }
-  void TearDown() override {
-    set_thread_count(0);
-    fs::remove_all(folder);
-  }
+  void TearDown() override { set_thread_count(0); }
   Scene scene(const std::vector<Override>& overrides = {}) {
     const auto loaded = load_scene(folder / "scene.json", overrides);
     EXPECT_TRUE(loaded.ok()) << (loaded.ok() ? "" : loaded.error().message);
     return loaded.ok() ? *loaded : Scene{};
   }
-  fs::path folder;
 };
 
 TEST_F(SmallSequence, PixelsAreTheSameOnOneThreadAndOnFour) {

@@ -11,6 +11,7 @@
 #include "surface/grid.h"
 #include "surface/mesh_check.h"
 #include "testing/surface.h"
+#include "testing/temporary_folder.h"
 
 namespace polymorph {
 namespace {
@@ -126,7 +127,8 @@ TEST(MeshFiles, BallsSayTheirVisibleRadius) {
 TEST(MeshFiles, BallsAreReadAsTheyWereWritten) {
   Ball oval{{1, -2, 3}, 1, 0.5f};
   oval.shape = {0.25f, 2, 1, 0.125f, 0, -0.5f};
-  const auto file = std::filesystem::temp_directory_path() / "polymorph_balls_test.json";
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "balls.json";
   const auto read = [&](const std::string& text) {
     EXPECT_TRUE(write_file(file, text));
     return read_balls(file);
@@ -144,7 +146,6 @@ TEST(MeshFiles, BallsAreReadAsTheyWereWritten) {
     ASSERT_FALSE(wrong) << bad;
     EXPECT_EQ(wrong.error().code, ErrorCode::kInput);
   }
-  std::filesystem::remove(file);
 }
 
 TEST(SurfaceBounds, HoldEveryBallOfFieldsThatEnd) {
