@@ -55,19 +55,21 @@ OptionRow row_of(const CLI::Option& option) {
   return row;
 }
 
-/// What is wrong with the first argument that looks like an option and is none; empty if there is
-/// no such.
-std::string unknown_option(const CLI::App& command, int argc, char** argv) {
+std::string unknown_option(const CLI::App& command, const std::string& word) {
   std::vector<std::string> known;
   for (const CLI::Option* option : command.get_options())
     for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  return fmt::format("unknown option \"{}\"{}", word, did_you_mean(word, known));
+}
+
+/// The first argument that looks like an option and is none; empty if there is no such. CLI11
+/// complains of others before it.
+std::string first_unknown_option(const CLI::App& command, int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string argument =
         std::string(argv[i]).substr(0, std::string_view(argv[i]).find('='));
-    if (!argument.starts_with("--") || argument.size() < 3 ||
-        std::find(known.begin(), known.end(), argument) != known.end())
-      continue;
-    return fmt::format("unknown option \"{}\"{}", argument, did_you_mean(argument, known));
+    if (argument.starts_with("--") && argument.size() > 2 && !command.get_option_no_throw(argument))
+      return argument;
   }
   return "";
 }
@@ -124,7 +126,7 @@ std::string in_our_words(const CLI::ParseError& error, const CLI::App& command) 
     // CLI11 gives what is left in the order of its stack, the last one first.
     const auto words = split(message.substr(message.find(" not expected: ") + 15), ' ');
     const std::string& word = words.back();
-    if (word.size() > 1 && word.starts_with("-")) return fmt::format("unknown option \"{}\"", word);
+    if (word.size() > 1 && word.starts_with("-")) return unknown_option(command, word);
     return fmt::format("\"{}\" is one word too many - write {}", word, positional_usage(command));
   }
   return with_choices(message, command.get_name());
@@ -139,8 +141,8 @@ std::string usage_problem(const CLI::App& program, int argc, char** argv,
   }
   const std::string name = named_command(program, argc, argv);
   const CLI::App* command = name.empty() ? &program : program.get_subcommand(name);
-  const std::string unknown = unknown_option(*command, argc, argv);
-  return unknown.empty() ? in_our_words(error, *command) : unknown;
+  const std::string unknown = first_unknown_option(*command, argc, argv);
+  return unknown.empty() ? in_our_words(error, *command) : unknown_option(*command, unknown);
 }
 
 const CLI::Option* chosen_option(const CLI::App& program, const char* name) {
