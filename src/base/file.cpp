@@ -104,6 +104,10 @@ const char* remedy_of(int number) {
   }
 }
 
+// A temporary is called ".NAME.0123456789ab.part".
+constexpr std::size_t kTagDigits = 12;
+constexpr std::string_view kTemporaryEnd = ".part";
+
 // Containers with equal host names and process ids share folders, so the name has a random part.
 fs::path temporary_name(const fs::path& path) {
   static std::uint64_t counter = 0;
@@ -111,8 +115,16 @@ fs::path temporary_name(const fs::path& path) {
   const std::uint64_t tag =
       random_u64(static_cast<std::uint64_t>(now), static_cast<std::uint64_t>(::getpid()),
                  __atomic_fetch_add(&counter, 1, __ATOMIC_RELAXED));
-  return path.parent_path() /
-         fmt::format(".{}.{:012x}.part", path.filename().string(), tag & 0xffffffffffffull);
+  return path.parent_path() / fmt::format(".{}.{:0{}x}{}", path.filename().string(),
+                                          tag >> (64 - 4 * kTagDigits), kTagDigits, kTemporaryEnd);
+}
+
+bool is_temporary_name(std::string_view name) {
+  if (!name.starts_with('.') || !name.ends_with(kTemporaryEnd)) return false;
+  name.remove_suffix(kTemporaryEnd.size());
+  if (name.size() <= kTagDigits + 2) return false;  // both dots and at least a letter
+  const std::string_view tag = name.substr(name.size() - kTagDigits - 1);
+  return tag[0] == '.' && tag.find_first_not_of("0123456789abcdef", 1) == std::string_view::npos;
 }
 
 /// What a name stands for, links followed, whoever else has that name.
@@ -297,21 +309,12 @@ struct Replacement {
 std::atomic<bool> stop_waiting_for_readers{false};
 
 void remove_old_temporaries(const fs::path& folder) {
-  constexpr std::string_view kEnd = ".part";
-  constexpr std::size_t kTag = 13;  // '.' and twelve digits
-  const auto is_temporary = [&](std::string_view name) {
-    if (!name.starts_with('.') || !name.ends_with(kEnd)) return false;
-    name.remove_suffix(kEnd.size());
-    if (name.size() <= kTag + 1) return false;
-    const std::string_view tag = name.substr(name.size() - kTag);
-    return tag[0] == '.' && tag.find_first_not_of("0123456789abcdef", 1) == std::string_view::npos;
-  };
   const auto yesterday = fs::file_time_type::clock::now() - std::chrono::hours(24);
   std::error_code error;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
     std::error_code ignored;
-    if (!is_temporary(entry->path().filename().string())) continue;
+    if (!is_temporary_name(entry->path().filename().string())) continue;
     if (!fs::is_regular_file(entry->symlink_status(ignored))) continue;
     if (const auto time = entry->last_write_time(ignored); !ignored && time < yesterday)
       fs::remove(entry->path(), ignored);
