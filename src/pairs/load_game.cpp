@@ -146,6 +146,8 @@ std::string read_object(const Json& json, const fs::path& folder, const std::str
 }
 
 std::string read_game(const Json& json, const fs::path& folder, PairsFile& file) {
+  if (!json.is_object())
+    return "must be an object {...} - a game begins like {\"objects\": [...], \"levels\": [...]}";
   Members members(json, "");
   std::string ignored, board;
   members.text("description", ignored);

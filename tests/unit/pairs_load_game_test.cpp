@@ -1,23 +1,18 @@
 #include "pairs/load_game.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "base/file.h"
 #include "testing/paths.h"
+#include "testing/temporary_folder.h"
 
 namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
 
-class LoadGame : public ::testing::Test {
+class LoadGame : public FolderTest {
  protected:
-  void SetUp() override {
-    folder = fs::temp_directory_path() / ("pm_load_game_test_" + std::to_string(::getpid()));
-    fs::create_directories(folder);
-  }
-  void TearDown() override { fs::remove_all(folder); }
   Result<PairsFile> load(const std::string& json) const {
     EXPECT_TRUE(write_file(folder / "game.json", json).ok());
     return load_pairs_game(folder / "game.json");
@@ -26,7 +21,6 @@ class LoadGame : public ::testing::Test {
   static std::string game_with(const std::string& more) {
     return R"({"objects": ["cube", "torus"], "levels": [{"columns": 2, "rows": 2}])" + more + "}";
   }
-  fs::path folder;
 };
 
 TEST_F(LoadGame, HasAllThatTheFileSays) {
@@ -68,6 +62,7 @@ TEST_F(LoadGame, HasAllThatTheFileSays) {
 
 TEST_F(LoadGame, WhatIsWrongIsNamedWithItsKey) {
   const std::vector<std::pair<std::string, std::string>> wrong{
+      {"[]", "game.json: must be an object {...} - a game begins like"},
       {"{\"levels\": [{}]}", "/objects: must be a list"},
       {R"({"objects": [{"name": "x"}], "levels": [{}]})",
        "/objects/0: needs either \"model\" or \"shape\""},
