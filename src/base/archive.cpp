@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "base/file.h"
+#include "base/odd_names.h"
 
 namespace polymorph {
 namespace {
@@ -35,6 +36,7 @@ Result<Files> read_folder(const fs::path& folder,
     PM_TRY(std::string bytes, read_file(entry->path(), max_bytes));
     total += bytes.size();
     if (total > max_bytes || files.size() >= kMaxFiles) return too_large(folder, max_bytes);
+    remember_name(name);
     files[name] = std::move(bytes);
   }
   if (error)

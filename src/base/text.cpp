@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "base/odd_names.h"
+
 namespace polymorph {
 namespace {
 
@@ -73,7 +75,10 @@ bool is_control(std::uint32_t code) {
 
 }  // namespace
 
-std::string printable(std::string_view text, Lines lines) {
+std::string printable(std::string_view given, Lines lines) {
+  const std::string whole =
+      lines == Lines::kKeep ? without_breaks_of_names(given) : std::string(given);
+  const std::string_view text = whole;
   std::string result;
   result.reserve(text.size());
   for (std::size_t i = 0; i < text.size();) {

@@ -15,6 +15,7 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "base/memory.h"
+#include "base/odd_names.h"
 #include "base/parallel.h"
 #include "base/text.h"
 #include "cli/config.h"
@@ -178,6 +179,19 @@ int run_action(CommandLine& line) {
   return static_cast<int>(result.error().code);
 }
 
+/// What people name files by: words of the command line, variables, the working folder.
+void remember_names(int argc, char** argv) {
+  for (int i = 1; i < argc; ++i) remember_name(argv[i]);
+  for (char** variable = environ; *variable; ++variable) {
+    const std::string_view text = *variable;
+    if (text.starts_with("POLYMORPH_") || text.starts_with("XDG_CACHE_HOME=") ||
+        text.starts_with("HOME="))
+      remember_name(text);
+  }
+  std::error_code ignored;
+  remember_name(std::filesystem::current_path(ignored).string());
+}
+
 }  // namespace
 
 Command add_command(CommandLine& line, const std::string& name, const std::string& purpose,
@@ -267,7 +281,7 @@ ErrorCode stop_code() {
 }
 
 void print_error(const Error& error) {
-  for (const std::string& text : split(error.message, '\n')) {
+  for (const std::string& text : split(printable(error.message, Lines::kKeep), '\n')) {
     // Each finding of a list is an error of its own; excerpt lines are not.
     const bool excerpt = text.starts_with("  ");
     log_message(excerpt ? LogLevel::kInfo : LogLevel::kError, text);
@@ -277,6 +291,7 @@ void print_error(const Error& error) {
 int run_program(int argc, char** argv) {
   set_signals();
   const InputGuard inputs_are_kept;
+  remember_names(argc, argv);
   CommandLine line;
   for (int i = 1; i < argc; ++i) line.text += (i > 1 ? " " : "") + std::string(argv[i]);
   if (argc > 0 && std::string_view(argv[0]).find('/') != std::string_view::npos)

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "base/file.h"
+#include "base/odd_names.h"
 #include "base/text.h"
 
 namespace polymorph {
@@ -84,7 +85,10 @@ Status apply_config(const std::string& file, CLI::App& program) {
     try {
       const std::vector<std::string> values = values_for(item, *option);
       if (values.empty()) continue;
-      for (const std::string& value : values) option->add_result(value);
+      for (const std::string& value : values) {
+        remember_name(value);
+        option->add_result(value);
+      }
       option->run_callback();
     } catch (const CLI::Error& error) {
       return bad(file, item, error.what());

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "base/file.h"
+#include "base/odd_names.h"
 #include "base/text.h"
 
 namespace polymorph {
@@ -245,7 +246,7 @@ Result<std::vector<std::string>> list_golden_suites(const fs::path& root) {
        entry.increment(error)) {
     std::error_code missing;
     if (fs::exists(entry->path() / "suite.json", missing))
-      names.push_back(entry->path().filename().string());
+      remember_name(names.emplace_back(entry->path().filename().string()));
   }
   if (error)
     return make_error(ErrorCode::kInput, "{}: cannot list the golden suites: {}", root.string(),

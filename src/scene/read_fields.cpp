@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/log.h"
+#include "base/odd_names.h"
 #include "image/srgb.h"
 
 namespace polymorph {
@@ -362,6 +363,7 @@ bool ReadFields::read_hex(const std::string& text, Vec3& out) {
 }
 
 std::filesystem::path ReadFields::resolve(const std::string& file) const {
+  remember_name(file);
   return (folder_ / file).lexically_normal();
 }
 

@@ -52,6 +52,65 @@ TEST_F(UntrustedText, NeverReachesTheTerminal) {
   }
 }
 
+TEST_F(UntrustedText, MakesNoLinesInMessages) {
+  const std::string evil = "a\nFORGED\tb";
+  const std::string evil_json = "a\\nFORGED\\tb";
+  write(evil + ".obj", "v 0 0 0\nf 1 2 3\n");
+  write(evil + ".json", "{\"source\": 3}");
+  write(evil + ".png", "no picture");
+  write("missing.json", "{\"source\": \"" + evil_json + "x.obj\", \"target\": \"cube\"}");
+  write("bad.json", "{\"source\": \"" + evil_json + ".obj\", \"target\": \"cube\"}");
+  write(evil + "/frame.0001.exr", "no picture");
+  write("suites/" + evil + "/suite.json", "{}");
+  write(evil + ".zip", "no archive");
+  write("cache/" + evil + ".spheres", "polymorph spheres\n");
+  write("scene.json", tiny_scene());
+  const std::vector<std::vector<std::string>> commands{
+      {evil},
+      {"info", evil + ".obj"},
+      {"info", evil + ".png"},
+      {"info", "nowhere/" + evil},
+      {"info", "scene.json", "--" + evil},
+      {"check", evil + ".json"},
+      {"check", "missing.json"},
+      {"check", "bad.json"},
+      {"check", "bad.json", "--log-format", "json"},
+      {"check", "scene.json", "--set", evil + "=3"},
+      {"check", "scene.json", "--json", "scene.json/" + evil},
+      {"render", "bad.json", "-o", "f.exr", "--progress", "json"},
+      {"render", "scene.json", "-o", evil + "/frame.####.exr"},
+      {"render", "scene.json", "-o", evil + "/frame.%04d.exr", "--skip-existing", "--dry-run"},
+      {"render", "scene.json", "-o", "f.exr", "--log-file", "scene.json/" + evil},
+      {"strip", evil + "/frame.####.exr", "-o", "s.png"},
+      {"compare", evil + "/frame.####.exr", evil + "/frame.####.exr"},
+      {"compare", evil + ".png", evil + ".png"},
+      {"golden", "list", "--root", "suites"},
+      {"golden", "test", "--root", "suites"},
+      {"golden", "test", evil, "--root", "suites"},
+      {"golden", "merge", evil + ".zip", "-o", "r"},
+      {"spheres", evil + ".obj"},
+      {"cache", "ls", "--cache-dir", "cache"},
+      {"cache", "verify", "--cache-dir", "cache"},
+      {"mesh", "scene.json", "-o", evil},
+      {"pairs", evil + ".json"},
+      {"submit", evil + ".json"},
+      {"status", evil + ".json"},
+      {"demo", evil, "cube"},
+      {"init", evil + ".obj", evil + ".obj", "-o", "scene.json/" + evil},
+      {"analyze", evil + ".json"}};
+  bool named = false;
+  for (const auto& command : commands) {
+    const Ran ran = run(command);
+    EXPECT_NE(ran.code, 70);
+    for (const std::string& text : {ran.out, ran.err}) {
+      EXPECT_FALSE(contains(text, "\nFORGED") || contains(text, "FORGED\t"))
+          << command[0] << ": " << text;
+      named = named || contains(text, "a?FORGED?b");
+    }
+  }
+  EXPECT_TRUE(named);
+}
+
 TEST_F(UntrustedText, MakesNoLinesInHeaders) {
   write("scene.json",
         R"({"actors": [{"name": "a\nv 9 9 9", "source": {"shape": "cube", "spheres": {"balls": 8}},
