@@ -1,12 +1,14 @@
 #include "base/cache_file.h"
 
 #include <bit>
+#include <fstream>
 #include <mutex>
 #include <set>
 
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/log.h"
+#include "base/text.h"
 
 namespace polymorph {
 namespace {
@@ -15,12 +17,24 @@ namespace fs = std::filesystem;
 
 static_assert(std::endian::native == std::endian::little, "cache files are little-endian");
 
-// File: magic, version, key, content, checksum of all before.
+// File: magic, version, key, length of the origin in one byte, origin, content, checksum of all
+// before.
 constexpr std::size_t kHashSize = kCacheKeySize;
+constexpr std::size_t kMaxOrigin = 255;
 constexpr std::uint64_t kMaxBytes = 4ull << 30;
 
 std::string checksum_of(std::string_view bytes) {
   return Hasher().add_bytes(bytes.data(), bytes.size()).hex();
+}
+
+/// A directory, a pipe or a device under a cache file's name is left alone: what is written to a
+/// pipe waits for its reader.
+bool is_taken(const fs::path& file) {
+  std::error_code ignored;
+  const fs::file_type type = fs::status(file, ignored).type();
+  return type == fs::file_type::directory || type == fs::file_type::fifo ||
+         type == fs::file_type::socket || type == fs::file_type::character ||
+         type == fs::file_type::block;
 }
 
 /// Says once per folder that nothing can be kept there.
@@ -39,7 +53,7 @@ fs::path cache_path(const fs::path& folder, const std::string& key, const CacheK
 
 std::optional<std::string_view> cached_content(std::string_view bytes, const std::string& key,
                                                const CacheKind& kind, const char*& problem) {
-  const std::size_t header = kind.magic.size() + 4 + kHashSize;
+  const std::size_t header = kind.magic.size() + 4 + kHashSize + 1;
   problem = "is no cache file of this program";
   if (!bytes.starts_with(kind.magic) || bytes.size() < header + kHashSize) {
     if (kind.magic.starts_with(bytes.substr(0, kind.magic.size()))) problem = "is cut short";
@@ -53,7 +67,11 @@ std::optional<std::string_view> cached_content(std::string_view bytes, const std
   if (checksum_of(body) != bytes.substr(body.size())) return std::nullopt;
   problem = "belongs to another model";
   if (rest.substr(0, kHashSize) != key) return std::nullopt;
-  return rest.substr(kHashSize);
+  rest.remove_prefix(kHashSize);
+  const auto origin = take<std::uint8_t>(rest);
+  problem = "is cut short";
+  if (rest.size() < origin) return std::nullopt;
+  return rest.substr(origin);
 }
 
 void warn_unusable(const fs::path& folder, const std::string& key, const CacheKind& kind,
@@ -67,6 +85,10 @@ std::optional<std::string> load_cached(const fs::path& folder, const std::string
   const fs::path file = cache_path(folder, key, kind);
   std::error_code error;
   if (!fs::exists(file, error)) return std::nullopt;
+  if (is_taken(file)) {
+    warn_unusable(folder, key, kind, "is a folder, a pipe or a device - remove it");
+    return std::nullopt;
+  }
   auto bytes = read_file(file, kMaxBytes);
   if (!bytes) {
     log_warning("cache: {} - the {} are computed anew", bytes.error().message, kind.name);
@@ -81,15 +103,38 @@ std::optional<std::string> load_cached(const fs::path& folder, const std::string
 }
 
 void store_cached(const fs::path& folder, const std::string& key, const CacheKind& kind,
-                  std::string_view content) {
+                  std::string_view origin, std::string_view content) {
   PM_CHECK(key.size() == kHashSize);
+  const fs::path file = cache_path(folder, key, kind);
+  if (is_taken(file)) return;  // said when it was looked for
+  const std::string label = printable(origin.substr(0, kMaxOrigin));
   std::string bytes(kind.magic);
   put(bytes, kind.version);
   bytes += key;
+  put(bytes, static_cast<std::uint8_t>(label.size()));
+  bytes += label;
   bytes += content;
   bytes += checksum_of(bytes);
-  const Status written = write_file(cache_path(folder, key, kind), bytes);
+  const Status written = write_file(file, bytes);
   if (!written) warn_unwritable(folder, written.error());
+}
+
+CacheLabel cache_label(const fs::path& file) {
+  for (const CacheKind* kind : kCacheKinds) {
+    if (file.extension() != kind->extension) continue;
+    const std::size_t fixed = kind->magic.size() + 4 + kHashSize + 1;
+    std::string start(fixed + kMaxOrigin, 0);
+    std::ifstream in(file, std::ios::binary);
+    in.read(start.data(), static_cast<std::streamsize>(start.size()));
+    start.resize(static_cast<std::size_t>(in.gcount()));
+    if (!start.starts_with(kind->magic)) return {};
+    std::string_view rest = std::string_view(start).substr(kind->magic.size());
+    if (start.size() < fixed || take<std::uint32_t>(rest) != kind->version) return {kind, ""};
+    rest.remove_prefix(kHashSize);
+    const auto size = take<std::uint8_t>(rest);
+    return {kind, printable(rest.substr(0, size))};
+  }
+  return {};
 }
 
 }  // namespace polymorph

@@ -23,10 +23,10 @@ struct CacheKind {
   std::uint32_t version;       ///< of the file's layout
 };
 
-inline constexpr CacheKind kSphereFiles = {"spheres", ".spheres", "polymorph spheres\n", 2};
-inline constexpr CacheKind kDistanceFiles = {"distances", ".distances", "polymorph distances\n", 1};
-inline constexpr CacheKind kPacingFiles = {"paces", ".pacing", "polymorph pacing\n", 1};
-inline constexpr CacheKind kPlanFiles = {"plans", ".plan", "polymorph plan\n", 1};
+inline constexpr CacheKind kSphereFiles = {"spheres", ".spheres", "polymorph spheres\n", 3};
+inline constexpr CacheKind kDistanceFiles = {"distances", ".distances", "polymorph distances\n", 2};
+inline constexpr CacheKind kPacingFiles = {"paces", ".pacing", "polymorph pacing\n", 2};
+inline constexpr CacheKind kPlanFiles = {"plans", ".plan", "polymorph plan\n", 2};
 inline constexpr const CacheKind* kCacheKinds[] = {&kSphereFiles, &kDistanceFiles, &kPacingFiles,
                                                    &kPlanFiles};
 
@@ -45,9 +45,18 @@ std::optional<std::string> load_cached(const std::filesystem::path& folder, cons
 
 /// Keeps it: a temporary name, then a rename, so that readers see all or nothing, and of several
 /// writers the last wins (all write the same). Where nothing can be written, a warning is given
-/// once per folder.
+/// once per folder. `origin`: the models that it was made from, for people who list the cache;
+/// nothing is found by it.
 void store_cached(const std::filesystem::path& folder, const std::string& key,
-                  const CacheKind& kind, std::string_view content);
+                  const CacheKind& kind, std::string_view origin, std::string_view content);
+
+/// The kind of cache file that a regular file is by its extension and first bytes (null: none), and
+/// the origin that it was stored with, without reading the rest; empty where it has none.
+struct CacheLabel {
+  const CacheKind* kind = nullptr;
+  std::string origin;
+};
+CacheLabel cache_label(const std::filesystem::path& file);
 
 /// Says that a file is not used, and why.
 void warn_unusable(const std::filesystem::path& folder, const std::string& key,

@@ -64,13 +64,13 @@ std::optional<Correspondence> load_correspondence(const std::filesystem::path& f
 }
 
 void store_correspondence(const std::filesystem::path& folder, const std::string& key,
-                          const Correspondence& found) {
+                          std::string_view origin, const Correspondence& found) {
   std::string bytes;
   put(bytes, found.rotation);
   put_all(bytes, found.from_masses);
   put_all(bytes, found.to_masses);
   put_all(bytes, found.pairs);
-  store_cached(folder, key, kPlanFiles, bytes);
+  store_cached(folder, key, kPlanFiles, origin, bytes);
 }
 
 }  // namespace polymorph

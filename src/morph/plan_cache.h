@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "morph/plan.h"
@@ -26,7 +27,8 @@ std::string correspondence_key(const PlanSide& from, const PlanSide& to, FieldKi
 std::optional<Correspondence> load_correspondence(const std::filesystem::path& folder,
                                                   const std::string& key, const PlanSide& from,
                                                   const PlanSide& to);
+/// `origin`: the names of its sides (base/cache_file.h).
 void store_correspondence(const std::filesystem::path& folder, const std::string& key,
-                          const Correspondence& found);
+                          std::string_view origin, const Correspondence& found);
 
 }  // namespace polymorph

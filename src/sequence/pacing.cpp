@@ -117,7 +117,8 @@ Result<std::vector<float>> even_pacing(const PreparedScene& prepared, const Prep
   if (!cache.empty()) {
     std::string bytes;
     put_all(bytes, pacing);
-    store_cached(cache, key, kPacingFiles, bytes);
+    store_cached(cache, key, kPacingFiles,
+                 actor.objects[leg.from].name + ", " + actor.objects[leg.to].name, bytes);
   }
   return pacing;
 }

@@ -171,6 +171,7 @@ ObjectSettings without_fit(const ObjectSettings& settings, const Scene& scene,
 
 PlanSide plan_side(const PreparedObject& object, const std::vector<std::int32_t>& classes) {
   PlanSide side;
+  side.name = object.name;
   side.balls = object.balls;
   for (const std::uint32_t label : object.ball_labels) side.labels.push_back(classes[label]);
   return side;

@@ -4,13 +4,13 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <limits>
 #include <optional>
 
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/log.h"
+#include "base/odd_names.h"
 #include "spheres/cells.h"
 
 namespace polymorph {
@@ -125,19 +125,6 @@ std::optional<Approximation> decode(std::string_view bytes, const std::string& k
   return approximation;
 }
 
-/// The kind of cache file that `file` is by its extension and first bytes, if any.
-const CacheKind* kind_of(const fs::path& file) {
-  for (const CacheKind* kind : kCacheKinds) {
-    if (file.extension() != kind->extension) continue;
-    std::string start(kind->magic.size(), 0);
-    std::ifstream in(file, std::ios::binary);
-    const bool same =
-        in.read(start.data(), static_cast<std::streamsize>(start.size())) && start == kind->magic;
-    return same ? kind : nullptr;
-  }
-  return nullptr;
-}
-
 /// Removes the entries that `goes` names, and counts.
 template <class F>
 CacheCleaning remove_entries(const std::vector<CacheEntry>& entries, const F& goes) {
@@ -170,9 +157,9 @@ std::optional<Approximation> load_approximation(const fs::path& folder, const st
   return approximation;
 }
 
-void store_approximation(const fs::path& folder, const std::string& key,
+void store_approximation(const fs::path& folder, const std::string& key, std::string_view origin,
                          const Approximation& approximation) {
-  store_cached(folder, key, kSphereFiles, encode(approximation));
+  store_cached(folder, key, kSphereFiles, origin, encode(approximation));
 }
 
 std::vector<CacheEntry> list_cache(const fs::path& folder) {
@@ -185,9 +172,14 @@ std::vector<CacheEntry> list_cache(const fs::path& folder) {
     const fs::path& file = files->path();
     std::error_code ignored;
     if (!fs::is_regular_file(files->symlink_status(ignored))) continue;
-    const CacheKind* kind = kind_of(file);
-    if (!kind) continue;
-    CacheEntry entry{file, file.stem().string(), kind, 0, 0, 0, 0, {}};
+    CacheLabel label = cache_label(file);
+    if (!label.kind) continue;
+    CacheEntry entry;
+    entry.file = file;
+    entry.key = file.stem().string();
+    remember_name(entry.key);
+    entry.kind = label.kind;
+    entry.origin = std::move(label.origin);
     entry.bytes = fs::file_size(file, ignored);
     if (ignored) continue;  // just removed by another process
     const auto written = fs::last_write_time(file, ignored);
@@ -249,7 +241,7 @@ Result<Approximation> approximate_cached(const Model& model, const SphereSetting
   const std::string key = key_of(model, settings);
   if (auto cached = load_approximation(cache_folder, key)) return std::move(*cached);
   PM_TRY(Approximation approximation, approximate(model, settings));
-  store_approximation(cache_folder, key, approximation);
+  store_approximation(cache_folder, key, model.name, approximation);
   return approximation;
 }
 

@@ -23,14 +23,15 @@ std::optional<Approximation> load_approximation(const std::filesystem::path& fol
 
 /// Keeps it: a temporary name, then a rename, so that readers see all or nothing, and of several
 /// writers the last wins (all write the same). Where nothing can be written, a warning is given
-/// once per folder.
+/// once per folder. `origin`: the model's name, for people (base/cache_file.h).
 void store_approximation(const std::filesystem::path& folder, const std::string& key,
-                         const Approximation& approximation);
+                         std::string_view origin, const Approximation& approximation);
 
 struct CacheEntry {
   std::filesystem::path file;
   std::string key;  ///< as its name says
   const CacheKind* kind = nullptr;
+  std::string origin;       ///< the models that it was made from; empty in damaged and old files
   std::uint64_t bytes = 0;  ///< its size
   double age = 0;           ///< seconds since it was written
   std::size_t spheres = 0;  ///< leaves; verify_cache() only, of spheres

@@ -200,7 +200,8 @@ Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQ
   remove_small_components(mesh, min_part);
   object.volume = volume_of(mesh);
   object.smallest_component_share = smallest_component_share(mesh);
-  if (!folder.empty()) store_cached(folder, object.key, kDistanceFiles, encode(object, smooth));
+  if (!folder.empty())
+    store_cached(folder, object.key, kDistanceFiles, model.name, encode(object, smooth));
   return object;
 }
 

@@ -35,7 +35,7 @@ void plan(benchmark::State& state) {
   const auto from = torus_balls(state.range(0), 1, 1), to = torus_balls(state.range(0), 2, 2);
   std::size_t pairs = 0;
   for (auto _ : state)
-    pairs = plan_morph({from, {}, {}}, {to, {}, {}}, FieldKind::kGaussian, {}).pairs.size();
+    pairs = plan_morph({from, {}, {}, {}}, {to, {}, {}, {}}, FieldKind::kGaussian, {}).pairs.size();
   state.counters["pairs"] = static_cast<double>(pairs);
 }
 BENCHMARK(plan)->Arg(256)->Arg(1024)->Arg(4096)->Unit(benchmark::kMillisecond);
@@ -68,7 +68,7 @@ std::vector<Ball> squeezed(std::vector<Ball> balls) {
 void frame(benchmark::State& state) {
   const auto side = [&](std::uint64_t seed, float height) {
     std::vector<Ball> balls = torus_balls(state.range(0), seed, height);
-    return PlanSide{state.range(1) ? squeezed(std::move(balls)) : std::move(balls), {}, {}};
+    return PlanSide{state.range(1) ? squeezed(std::move(balls)) : std::move(balls), {}, {}, {}};
   };
   const MorphPlan plan = plan_morph(side(1, 1), side(2, 2), FieldKind::kGaussian, {});
   for (auto _ : state) benchmark::DoNotOptimize(balls_at(plan, 0.4f));

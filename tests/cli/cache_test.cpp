@@ -1,4 +1,9 @@
 // The cache subcommand.
+#include <fcntl.h>
+#include <sys/stat.h>
+
+#include <set>
+
 #include "testing/program.h"
 
 namespace polymorph {
@@ -27,6 +32,46 @@ TEST_F(CacheCommand, ListsWhatRenderingLeftThere) {
   int sum = 0;
   for (const auto& entry : json["entries"]) sum += entry["bytes"].get<int>();
   EXPECT_EQ(json["bytes"], sum);
+}
+
+TEST_F(CacheCommand, SaysWhatEachFileWasMadeFrom) {
+  std::multiset<std::string> made;
+  const auto json = parse(cache(0, {"ls", "--json"}).out);
+  for (const auto& entry : json["entries"])
+    made.insert(entry["kind"].get<std::string>() + " of " + entry["origin"].get<std::string>());
+  EXPECT_EQ(made, (std::multiset<std::string>{"distances of cube", "distances of sphere",
+                                              "paces of cube, sphere", "plans of cube, sphere",
+                                              "spheres of cube", "spheres of sphere"}));
+  for (const std::string& line : lines_of(cache(0, {"ls"}).out))
+    EXPECT_TRUE(contains(line, "cube") || contains(line, "sphere") || contains(line, "6 files"))
+        << line;
+}
+
+TEST_F(CacheCommand, WhatIsNoFileIsLeftAloneAndHoldsNothingUp) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "kept"))
+    names.push_back(entry.path().filename().string());
+  ASSERT_EQ(names.size(), 6u);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const Path file = folder / "kept" / names[i];
+    std::filesystem::remove(file);
+    if (i % 3 == 0) ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
+    if (i % 3 == 1) std::filesystem::create_directory(file);
+    if (i % 3 == 2) std::filesystem::create_symlink("/dev/full", file);
+  }
+  // Somebody reads the first pipe and never comes to its end.
+  const int reader = ::open((folder / "kept" / names[0]).c_str(), O_RDONLY | O_NONBLOCK);
+  const Ran ran = finish_within(
+      start({"mesh", "scene.json", "-f", "2", "-o", "n.obj", "--cache-dir", "kept"}), 60);
+  ::close(reader);
+  EXPECT_EQ(ran.code, 0) << ran.err;
+  EXPECT_EQ(read_text(folder / "m.obj"), read_text(folder / "n.obj"));
+  for (const std::string& name : names)
+    EXPECT_TRUE(contains(ran.err, name + " is a folder, a pipe or a device - remove it")) << name;
+  for (const char* verb : {"ls", "verify", "clear"})
+    EXPECT_TRUE(contains(cache(0, {verb}).out, "0 files")) << verb;
+  for (const std::string& name : names)
+    EXPECT_TRUE(std::filesystem::exists(std::filesystem::symlink_status(folder / "kept" / name)));
 }
 
 TEST_F(CacheCommand, AnAbsentFolderIsEmpty) {

@@ -44,7 +44,7 @@ void expect_same(const MorphPlan& a, const MorphPlan& b) {
 
 TEST(PlanCache, GivesTheSamePlanToTheBit) {
   const TemporaryFolder folder;
-  const PlanSide from{line_of(40, 0.8f), {}, {}}, to{line_of(55, -0.5f), {}, {}};
+  const PlanSide from{line_of(40, 0.8f), {}, {}, {}}, to{line_of(55, -0.5f), {}, {}, {}};
   for (const PlanMethod method : {PlanMethod::kTransport, PlanMethod::kNearest}) {
     PlanSettings settings;
     settings.method = method;
@@ -62,7 +62,7 @@ TEST(PlanCache, GivesTheSamePlanToTheBit) {
 }
 
 TEST(PlanCache, AnythingElseIsAnotherPlan) {
-  const PlanSide from{line_of(12, 1), {}, {}}, to{line_of(9, 0), {}, {}};
+  const PlanSide from{line_of(12, 1), {}, {}, {}}, to{line_of(9, 0), {}, {}, {}};
   const auto key = [&](const PlanSettings& settings) {
     return correspondence_key(from, to, FieldKind::kGaussian, settings);
   };
@@ -79,17 +79,17 @@ TEST(PlanCache, AnythingElseIsAnotherPlan) {
 
 TEST(PlanCache, WhatDoesNotFitIsMadeAnew) {
   const TemporaryFolder folder;
-  const PlanSide from{line_of(12, 1), {}, {}}, to{line_of(9, 0), {}, {}};
+  const PlanSide from{line_of(12, 1), {}, {}, {}}, to{line_of(9, 0), {}, {}, {}};
   const std::string key = correspondence_key(from, to, FieldKind::kGaussian, {});
   EXPECT_FALSE(load_correspondence(folder.path(), key, from, to));
   Correspondence found;
   found.from_masses.assign(12, 1.0 / 12);
   found.to_masses.assign(9, 1.0 / 9);
   found.pairs = {{11, 8, 1, 1, 1}};
-  store_correspondence(folder.path(), key, found);
+  store_correspondence(folder.path(), key, "", found);
   EXPECT_TRUE(load_correspondence(folder.path(), key, from, to));
   found.pairs = {{12, 8, 1, 1, 1}};  // there is no such ball
-  store_correspondence(folder.path(), key, found);
+  store_correspondence(folder.path(), key, "", found);
   EXPECT_FALSE(load_correspondence(folder.path(), key, from, to));
   std::ofstream(cache_path(folder.path(), key, kPlanFiles)) << "damaged";
   EXPECT_FALSE(load_correspondence(folder.path(), key, from, to));

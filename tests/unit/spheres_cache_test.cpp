@@ -199,7 +199,7 @@ TEST_F(Cache, KeepsFittedBallsInEveryBit) {
     kept.balls.push_back(ball);
   }
   EXPECT_FALSE(load_approximation(cache_, key));
-  store_approximation(cache_, key, kept);
+  store_approximation(cache_, key, "box", kept);
   const auto loaded = load_approximation(cache_, key);
   ASSERT_TRUE(loaded);
   EXPECT_EQ(bits(loaded->tree), bits(kept.tree));
@@ -212,7 +212,7 @@ TEST_F(Cache, KeepsFittedBallsInEveryBit) {
     EXPECT_EQ(loaded->balls[i].shape, kept.balls[i].shape);
   }
   kept.balls[2].a = -1;
-  store_approximation(cache_, key, kept);
+  store_approximation(cache_, key, "box", kept);
   EXPECT_NE(said([&] { EXPECT_FALSE(load_approximation(cache_, key)); }).find("no sound"),
             std::string::npos);
 }
@@ -234,7 +234,7 @@ TEST_F(Cache, ManyWritersOfOneEntryLeaveItWhole) {
   for (int i = 0; i < 4; ++i)
     writers.emplace_back([&] {
       for (int k = 0; k < 5; ++k) {
-        store_approximation(cache_, key, kept);
+        store_approximation(cache_, key, "box", kept);
         const auto loaded = load_approximation(cache_, key);
         if (!loaded || bits(loaded->tree) != bits(kept.tree)) ++bad;
       }
@@ -248,7 +248,7 @@ TEST_F(Cache, ListsAndCleansOnlyItsOwnFiles) {
   EXPECT_TRUE(list_cache(cache_).empty()) << "no folder yet";
   const Approximation kept{approximate(model_, settings_)->tree, {}};
   for (const char name : {'a', 'b', 'c'})
-    store_approximation(cache_, std::string(kCacheKeySize, name), kept);
+    store_approximation(cache_, std::string(kCacheKeySize, name), "box", kept);
   const std::vector<std::string> strangers{"notes.txt", "other.spheres", "empty.spheres"};
   folder_.write("deep/cache/notes.txt", "polymorph spheres\n, but by another name");
   folder_.write("deep/cache/other.spheres", "somebody else's, of the same extension");
@@ -276,7 +276,7 @@ TEST_F(Cache, ListsAndCleansOnlyItsOwnFiles) {
 TEST_F(Cache, VerifyNamesWhatIsWrong) {
   const Approximation kept{approximate(model_, settings_)->tree, {}};
   for (const char name : {'a', 'b', 'c'})
-    store_approximation(cache_, std::string(kCacheKeySize, name), kept);
+    store_approximation(cache_, std::string(kCacheKeySize, name), "box", kept);
   const auto file = [&](char name) { return std::string(kCacheKeySize, name) + ".spheres"; };
   std::string bytes = *read_file(cache_ / file('b'));
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
@@ -296,7 +296,7 @@ TEST_F(Cache, GcRemovesWhatIsOldAndThenTheOldest) {
   const auto fill = [&] {
     for (int i = 0; i < 5; ++i) {  // a: 5 days old ... e: 1 day
       const std::string key(kCacheKeySize, static_cast<char>('a' + i));
-      store_approximation(cache_, key, kept);
+      store_approximation(cache_, key, "box", kept);
       fs::last_write_time(cache_ / (key + ".spheres"), now - std::chrono::hours(24 * (5 - i)));
     }
   };

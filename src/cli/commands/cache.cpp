@@ -44,6 +44,7 @@ Result<int> list(const fs::path& folder, const CacheOptions& options) {
     bad += entry.problem.empty() ? 0 : 1;
     nlohmann::ordered_json one{{"key", entry.key},
                                {"kind", entry.kind->name},
+                               {"origin", entry.origin},
                                {"bytes", entry.bytes},
                                {"age_seconds", entry.age}};
     if (verify) {
@@ -64,8 +65,9 @@ Result<int> list(const fs::path& folder, const CacheOptions& options) {
     else if (verify)
       print_data("{}: ok\n", entry.file.filename().string());
     else
-      print_data("{}  {:<9}  {:>9}  {:>8}\n", entry.key, entry.kind->name,
-                 format_bytes(static_cast<double>(entry.bytes)), format_age(entry.age));
+      print_data("{}  {:<9}  {:>9}  {:>8}  {}\n", entry.key, entry.kind->name,
+                 format_bytes(static_cast<double>(entry.bytes)), format_age(entry.age),
+                 entry.origin);
   }
   json["bytes"] = bytes;
   if (options.json.wanted) {
