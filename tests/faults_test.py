@@ -20,11 +20,13 @@ COMPILER = os.environ.get("CC", "cc")
 PROGRAM = os.path.abspath(sys.argv.pop(1))
 KILLS = int(os.environ.get("POLYMORPH_TEST_KILLS", "12"))
 
-# Fails the COUNTth write() of a frame's bytes, or every rename(), with the errno FAULT_ERRNO.
+# Fails every write(), fsync() or rename() with the errno FAULT_ERRNO, cuts writes short, or fails to start more threads
+# than FAULT_ERRNO.
 SHIM = r"""
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -43,6 +45,12 @@ int fsync(int fd) {
   if (!real) real = (int (*)(int))dlsym(RTLD_NEXT, "fsync");
   if (is("fsync")) { errno = number(); return -1; }
   return real(fd);
+}
+int pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*start)(void *), void *argument) {
+  static int started, (*real)(pthread_t *, const pthread_attr_t *, void *(*)(void *), void *);
+  if (!real) real = dlsym(RTLD_NEXT, "pthread_create");
+  if (is("threads") && __atomic_fetch_add(&started, 1, __ATOMIC_SEQ_CST) >= number()) return EAGAIN;
+  return real(thread, attributes, start, argument);
 }
 int rename(const char *from, const char *to) {
   static int (*real)(const char *, const char *);
@@ -123,6 +131,18 @@ class Faults(unittest.TestCase):
         self.assertRegex(ran.stderr, "No space left|needs? ")
         for name in ran.stdout.split():
             self.assertTrue(name.endswith(".exr"), name)
+
+    def test_no_more_threads(self):
+        library = self.shim()
+        codes = []
+        for threads in range(0, 20):
+            settings = dict(self.settings, LD_PRELOAD=library, FAULT="threads", FAULT_ERRNO=str(threads))
+            got, err = self.render("t.####.exr", "-f", "2-3", "-t", "4", "--overwrite", settings=settings)
+            codes.append(got)
+            if got == 5:
+                self.assertIn("error: no thread can be started (", err)
+            self.assertIn(got, (0, 5), f"{threads} threads: {err}")
+        self.assertEqual((codes[0], codes[-1]), (5, 0))
 
     def test_file_size_limit(self):
         limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))

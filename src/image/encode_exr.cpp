@@ -13,7 +13,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <new>
 #include <set>
+#include <system_error>
 
 #include "base/parallel.h"
 #include "image/image_io.h"
@@ -160,6 +162,10 @@ Result<std::string> encode_exr(const Image& image, const ExrSettings& settings) 
       file.writePixels(image.height);
     }
     return stream.take();
+  } catch (const std::bad_alloc&) {
+    throw;  // of memory main() knows more
+  } catch (const std::system_error& e) {
+    return thread_error(e.what());  // of OpenEXR's pool
   } catch (const std::exception& e) {
     return make_error(ErrorCode::kOutput, "cannot encode the EXR: {}", e.what());
   }
