@@ -274,8 +274,8 @@ std::vector<std::string> describe_problems(const Diagnosis& d) {
 std::string describe_crossings(const Diagnosis& d) {
   if (!d.crossings) return {};
   if (d.crossings->pairs == 0 && d.crossings->crowded)
-    return "so many of its triangles lie upon each other that not all pairs were tried for "
-           "crossings - remove double faces";
+    return "so many of its triangles lie upon each other, or meet at a point, that not all pairs "
+           "were tried for crossings - remove double faces";
   if (d.crossings->pairs == 0) return {};
   return fmt::format(
       "{}{} pairs of its triangles cross, first {} and {} - the winding number takes crossing "
