@@ -320,7 +320,8 @@ Mat3 correspond(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
   plan.to_masses = ball_masses(plan.to, plan.kind);
   const Mat3 rotation = find_pairs(plan, from, to, settings);
   if (!cache.empty())
-    store_correspondence(cache, key, from.name + ", " + to.name,
+    store_correspondence(cache, key,
+                         std::min(from.name, to.name) + ", " + std::max(from.name, to.name),
                          {plan.from_masses, plan.to_masses, plan.pairs, rotation});
   return rotation;
 }
