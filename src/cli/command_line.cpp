@@ -53,9 +53,10 @@ void add_common(Command command, CommonOptions& common) {
           .environment("POLYMORPH_DEVICE")
           .type_name("DEVICE"));
   add(command
-          .add_option("--max-memory", common.max_memory,
-                      "maximum memory for surfaces and for pictures: bytes, or with K, M or G; 0 = "
-                      "no limit; default: what the machine, the cgroup or Slurm gives")
+          .add_option(
+              "--max-memory", common.max_memory,
+              "maximum memory, estimated before it is taken: bytes, or with K, M or G; 0 = no "
+              "limit; default: what the machine, the cgroup or Slurm gives")
           .environment("POLYMORPH_MAX_MEMORY")
           .bytes()
           .type_name("SIZE"));

@@ -101,7 +101,8 @@ Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> 
   PM_TRY_STATUS(check_picture_memory(scene.image, 2, line.common.max_memory));
   std::string device;
   PM_TRY(const auto engine, make_engine(line.common.device, device, line.common.max_memory));
-  PM_TRY(const PreparedScene prepared, prepare_scene(scene, *engine, cache_folder(line.common)));
+  PM_TRY(const PreparedScene prepared,
+         prepare_scene(scene, *engine, cache_folder(line.common), {line.common.max_memory, 2}));
   for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
   PM_TRY(Renderer renderer, Renderer::create(isa));
   const ProgressCallback progress = make_progress(progress_mode(line.common));

@@ -21,7 +21,8 @@ Status write_play_page(const CommandLine& line, Scene scene, const std::filesyst
   scene.surface.resolution = std::min(scene.surface.resolution, kPlayResolution);
   std::string device;
   PM_TRY(const auto engine, make_engine(line.common.device, device, line.common.max_memory));
-  PM_TRY(const PreparedScene prepared, prepare_scene(scene, *engine, cache_folder(line.common)));
+  PM_TRY(const PreparedScene prepared,
+         prepare_scene(scene, *engine, cache_folder(line.common), {line.common.max_memory}));
   for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
   // Once more: only now is it known which files the models and their materials name.
   PM_TRY_STATUS(check_play_page(line, path));

@@ -46,6 +46,7 @@ void add_fits(const PreparedScene& prepared, FrameEstimate& estimate) {
 Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& engine,
                                       const std::string& isa, std::span<const int> frames) {
   FrameEstimate estimate;
+  estimate.memory = prepared.memory.total();
   add_fits(prepared, estimate);
   if (frames.empty()) return estimate;
   const Activity activity("rendering some frames to estimate the others");

@@ -336,7 +336,9 @@ void place_camera(PreparedScene& prepared) {
 }  // namespace
 
 Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
-                                    const std::filesystem::path& cache, Fits fits) {
+                                    const std::filesystem::path& cache, const MemoryLimit& limit,
+                                    Fits fits) {
+  PM_TRY_STATUS(check_model_files(scene, limit.bytes));
   PM_TRY(LoadedScene loaded, load_models(scene, true));
   if (const auto problems = plan_problems(scene, loaded.models); !problems.empty())
     return make_error(ErrorCode::kInput, "{}", fmt::join(problems, "\n"));
@@ -344,6 +346,8 @@ Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
     return make_error(ErrorCode::kInput, "{}: {}", scene.path.string(), problem);
   PreparedScene prepared;
   prepared.scene = scene;
+  prepared.memory = estimate_memory(scene, loaded.models, limit.pictures);
+  PM_TRY_STATUS(check_memory(prepared.memory, limit.bytes));
   prepared.fits = fits;
   prepared.frame_count = frame_count(scene);
   if (!scene.lights.environment.empty()) {

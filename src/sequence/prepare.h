@@ -18,6 +18,7 @@
 #include "render/materials/color_volume.h"
 #include "render/render.h"
 #include "scene/scene.h"
+#include "sequence/memory_estimate.h"
 #include "spheres/spheres.h"
 #include "surface/blend.h"
 #include "surface/distance_cache.h"
@@ -94,12 +95,14 @@ struct PreparedScene {
   std::optional<Framing> framing;  ///< where the camera moves
   std::shared_ptr<const Image> environment;
   std::vector<std::string> warnings;
+  MemoryEstimate memory;
 };
 
 /// `cache_folder` empty: no sphere cache. With Fits::kCached what comes out is good for estimates
-/// alone. Errors: kInput (models), kResource.
+/// alone. Errors: kInput (models), kResource, among it that the scene needs more than `limit`,
+/// which is told once the models are read.
 Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
                                     const std::filesystem::path& cache_folder,
-                                    Fits fits = Fits::kMake);
+                                    const MemoryLimit& limit = {}, Fits fits = Fits::kMake);
 
 }  // namespace polymorph

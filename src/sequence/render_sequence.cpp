@@ -1,10 +1,10 @@
 #include "sequence/render_sequence.h"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <atomic>
 #include <deque>
+#include <fstream>
+#include <string>
 #include <utility>
 
 #include "base/file.h"
@@ -31,10 +31,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// VmHWM; getrusage() would give the parent's where that was larger when it started this process.
 std::uint64_t peak_memory_bytes() {
-  struct rusage usage {};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts kB
+  std::ifstream status("/proc/self/status");
+  std::uint64_t kilobytes = 0;
+  for (std::string word; status >> word;)
+    if (word == "VmHWM:") status >> kilobytes;
+  return kilobytes * 1024;
 }
 
 std::vector<fs::path> files_of(const SequenceSettings& settings, int frame) {
@@ -101,13 +104,14 @@ class SequenceRun {
     const Stopwatch stopwatch;
     report_.threads = thread_count();
     PM_TRY_STATUS(check_outputs(settings_));
-    const std::size_t at_once = 2 * static_cast<std::size_t>(settings_.jobs);  // traced, written
-    PM_TRY_STATUS(check_picture_memory(scene.image, std::min(settings_.frames.size(), at_once),
-                                       settings_.max_memory));
+    const std::size_t at_once =  // traced, written
+        std::min(settings_.frames.size(), 2 * static_cast<std::size_t>(settings_.jobs));
+    PM_TRY_STATUS(check_picture_memory(scene.image, at_once, settings_.max_memory));
     if (scene.image.denoise) PM_TRY_STATUS(check_denoiser());
     PM_TRY(engine_, make_engine(settings_.device, report_.device, settings_.max_memory));
-    PM_TRY(prepared_, prepare_scene(scene, *engine_, settings_.cache_folder,
-                                    settings_.dry_run ? Fits::kCached : Fits::kMake));
+    PM_TRY(prepared_,
+           prepare_scene(scene, *engine_, settings_.cache_folder, {settings_.max_memory, at_once},
+                         settings_.dry_run ? Fits::kCached : Fits::kMake));
     for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
     if (settings_.strict && !prepared_.warnings.empty())
       return make_error(ErrorCode::kInput,

@@ -29,9 +29,9 @@ struct SequenceSettings {
   bool dry_run = false;     ///< only say what would be done
   int jobs = 1;  ///< frames traced at once, and as many written; one more has its surface made
   std::string device = "auto";
-  std::size_t max_memory = 0;  ///< bytes for a surface's buffers and mesh, and for the pictures
-                               ///< that are traced or written at once; 0 = no limit
-  std::string isa;             ///< of Embree; "" = the best
+  std::size_t max_memory = 0;          ///< bytes, of the scene as a whole; 0 = no limit
+                                       ///< that are traced or written at once; 0 = no limit
+  std::string isa;                     ///< of Embree; "" = the best
   std::filesystem::path cache_folder;  ///< empty: none
   std::string command;                 ///< for the image headers
   /// Set from outside (a signal handler) to stop after what is in progress.

@@ -65,7 +65,8 @@ nlohmann::ordered_json to_json(const RunReport& report) {
                         {"frame_exr_bytes", report.estimate->exr_bytes},
                         {"frame_png_bytes", report.estimate->png_bytes},
                         {"unfitted", report.estimate->unfitted},
-                        {"fit_seconds", report.estimate->fit_seconds}};
+                        {"fit_seconds", report.estimate->fit_seconds},
+                        {"memory_bytes", report.estimate->memory}};
   return json;
 }
 

@@ -33,6 +33,7 @@ struct FrameEstimate {
   /// other figures are then those of unfitted balls.
   std::vector<std::string> unfitted;
   double fit_seconds = 0;
+  std::uint64_t memory = 0;  ///< bytes at the worst moment (sequence/memory_estimate.h)
 };
 
 struct RunReport {

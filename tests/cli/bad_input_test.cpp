@@ -193,7 +193,7 @@ TEST_F(BadScene, GoodSceneIsDescribed) {
   const Ran ran = run(0, {"check", "scene.json", "--progress", "none"});
   EXPECT_EQ(ran.err, "");
   EXPECT_TRUE(contains(ran.out, "closed, genus 0"));
-  EXPECT_TRUE(contains(ran.out, "scene.json: ok, 2 objects, 4 frames\n"));
+  EXPECT_TRUE(contains(ran.out, "scene.json: ok, 2 objects, 4 frames, about ")) << ran.out;
 }
 
 class BadOutput : public ProgramTest {

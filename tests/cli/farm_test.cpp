@@ -108,7 +108,7 @@ TEST_F(Farm, DryRunSaysFramesTimeAndDisk) {
   const Ran ran = run(0, {"render", "scene.json", "-o", "f.####.exr", "-n", "--skip-existing"});
   EXPECT_TRUE(contains(ran.out, " f.0001.exr (kept)\n")) << ran.out;
   const std::regex said(
-      R"(5 frames to render, 1 kept: about .* on \d+ threads? \(.* a frame, .* to prepare\), .* on disk)");
+      R"(5 frames to render, 1 kept: about .* on \d+ threads? \(.* a frame, .* to prepare\), .* on disk, .* of memory)");
   EXPECT_TRUE(std::regex_search(ran.err, said)) << ran.err;
   EXPECT_EQ(count_files(".exr"), 1u);
   // What it says of the disk is what the frames take.

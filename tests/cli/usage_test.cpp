@@ -136,15 +136,53 @@ TEST_F(Usage, AFrameThatNeedsMoreMemoryThanAllowedSaysSo) {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run(5, arguments).err;
   };
-  const std::string surface = refused("4M", {"--set", "surface.resolution=256"});
-  EXPECT_TRUE(contains(surface, "the surface needs ")) << surface;
-  EXPECT_TRUE(contains(surface, "surface.resolution, --max-memory")) << surface;
+  const std::string scene = refused("300M", {"--set", "surface.resolution=256"});
+  EXPECT_TRUE(contains(scene, "the scene needs about ")) << scene;
+  EXPECT_TRUE(contains(scene,
+                       " of it for surfaces, and the limit is 314.6 MB - use a lower "
+                       "surface.resolution, or raise --max-memory"))
+      << scene;
   // Told before anything is loaded or taken: this one would be 77 GB.
   const std::string picture =
       refused("8G", {"--set", "image.width=32768", "--set", "image.height=32768", "-j", "1"});
   EXPECT_TRUE(contains(picture, "2 pictures at once of 32768 x 32768 need 77.3 GB")) << picture;
   EXPECT_TRUE(contains(picture, "the limit is 8.6 GB - lower image.width")) << picture;
   EXPECT_EQ(count_files(".exr"), 0u);
+}
+
+TEST_F(Usage, TheEstimateOfMemoryIsNearWhatIsTaken) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers take memory of their own";
+#endif
+  for (const char* resolution : {"16", "128"}) {
+    const std::vector<std::string> scene{"scene.json", "--set",
+                                         std::string("surface.resolution=") + resolution};
+    std::vector<std::string> check{"check", "--json"},
+        render{"render", "-o", "m.####.exr", "-f",          "2-3",   "--device",
+               "cpu",    "-j", "1",          "--overwrite", "--json"};
+    check.insert(check.begin() + 1, scene.begin(), scene.end());
+    render.insert(render.begin() + 1, scene.begin(), scene.end());
+    const auto said = parse(run(0, check).out)["memory_bytes"].get<double>();
+    const auto taken = parse(run(0, render).out)["peak_memory_bytes"].get<double>();
+    EXPECT_GT(said, 0.6 * taken) << resolution;
+    EXPECT_LT(said, 1.6 * taken) << resolution;
+    render.insert(render.end(), {"--dry-run"});
+    EXPECT_NEAR(parse(run(0, render).out)["estimate"]["memory_bytes"].get<double>(), said,
+                0.01 * said);
+  }
+}
+
+TEST_F(Usage, AModelsFileThatIsLargerThanMemoryIsNotRead) {
+  write("scene.json", R"({"source": "large.obj", "target": "cube"})");
+  write("large.obj", "");
+  std::filesystem::resize_file(folder / "large.obj", 1u << 30);  // of nothing
+  const Ran ran = run(5, {"render", "scene.json", "-o", "f.exr", "--max-memory", "500M"});
+  EXPECT_TRUE(contains(ran.err,
+                       "large.obj: reading it takes at least 1.1 GB of memory, and the "
+                       "limit is 524.3 MB"))
+      << ran.err;
+  const Ran check = run(1, {"check", "scene.json", "--max-memory", "500M"});
+  EXPECT_TRUE(contains(check.err, "large.obj: reading it takes at least 1.1 GB")) << check.err;
 }
 
 TEST_F(Usage, BadSet) {

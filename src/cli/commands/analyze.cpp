@@ -41,7 +41,8 @@ Result<std::vector<Analysis>> analyzed(const CommandLine& line, const AnalyzeOpt
   PM_TRY(const Scene scene, load_scene(options.input, overrides));
   std::string device;
   PM_TRY(const auto engine, make_engine(line.common.device, device, line.common.max_memory));
-  PM_TRY(const PreparedScene prepared, prepare_scene(scene, *engine, cache_folder(line.common)));
+  PM_TRY(const PreparedScene prepared,
+         prepare_scene(scene, *engine, cache_folder(line.common), {line.common.max_memory}));
   for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
   return analyze_scene(prepared, *engine, options.frames, progress);
 }

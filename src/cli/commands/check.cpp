@@ -3,10 +3,12 @@
 
 #include "base/activity.h"
 #include "base/log.h"
+#include "base/text.h"
 #include "cli/command_line.h"
 #include "model/repair/diagnose.h"
 #include "morph/timeline.h"
 #include "sequence/load_models.h"
+#include "sequence/memory_estimate.h"
 #include "spheres/quality.h"
 #include "spheres/spheres.h"
 
@@ -26,6 +28,7 @@ struct CheckResult {
   std::vector<std::string> warnings;
   std::vector<std::pair<std::string, Diagnosis>> objects;
   int frames = 0;
+  MemoryEstimate memory;
 };
 
 std::string describe_object(const std::string& name, const Diagnosis& d) {
@@ -54,16 +57,25 @@ Result<std::string> bad_fit(const Model& model, const ObjectSettings& object,
   return describe_bad_fit(quality);
 }
 
-Result<CheckResult> check_scene(const CheckOptions& options, const std::filesystem::path& cache) {
+Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions& common) {
+  const std::filesystem::path cache = cache_folder(common);
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(const SceneReading reading, read_scene(options.scene, overrides));
   CheckResult result;
   result.findings = reading.findings;
   if (!result.findings.empty()) return result;
   result.frames = frame_count(reading.scene);
+  if (const Status fits = check_model_files(reading.scene, common.max_memory); !fits) {
+    result.errors.push_back(fits.error().message);
+    return result;
+  }
   LoadedScene loaded;
   result.errors = find_problems(reading.scene, cache, loaded);
   result.warnings = loaded.warnings;
+  const auto pictures = static_cast<std::size_t>(std::min(result.frames, 2));  // traced, written
+  result.memory = estimate_memory(reading.scene, loaded.models, pictures);
+  if (const Status fits = check_memory(result.memory, common.max_memory); !fits)
+    result.errors.push_back(fits.error().message);
   std::vector<const ObjectSettings*> objects;
   for (const ActorSettings& actor : reading.scene.actors)
     for (const ObjectSettings* object : chain_objects(actor)) objects.push_back(object);
@@ -86,7 +98,7 @@ Result<CheckResult> check_scene(const CheckOptions& options, const std::filesyst
 
 nlohmann::ordered_json to_json(const CheckResult& result, bool good) {
   using Json = nlohmann::ordered_json;
-  Json json{{"ok", good}, {"frames", result.frames}};
+  Json json{{"ok", good}, {"frames", result.frames}, {"memory_bytes", result.memory.total()}};
   json["findings"] = Json::array();
   for (const SceneFinding& f : result.findings)
     json["findings"].push_back(
@@ -112,10 +124,10 @@ nlohmann::ordered_json to_json(const CheckResult& result, bool good) {
 }
 
 Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
-  auto checked = check_scene(options, cache_folder(line.common));
+  auto checked = check_scene(options, line.common);
   // A scene that cannot even be read or parsed is an answer, too: "no".
   if (!checked && checked.error().code == ErrorCode::kInput) {
-    checked = CheckResult{{}, {checked.error().message}, {}, {}, 0};
+    checked = CheckResult{{}, {checked.error().message}, {}, {}, 0, {}};
   }
   if (!checked) return checked.error();
   const CheckResult& result = *checked;
@@ -130,8 +142,9 @@ Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
     for (const auto& [name, diagnosis] : result.objects)
       print_data("{}\n", describe_object(name, diagnosis));
     if (good)
-      print_data("{}: ok, {} objects, {} frames\n", options.scene, result.objects.size(),
-                 result.frames);
+      print_data("{}: ok, {} objects, {} frames, about {} of memory\n", options.scene,
+                 result.objects.size(), result.frames,
+                 format_bytes(static_cast<double>(result.memory.total())));
     else
       print_data("{}: {} error{}, {} warning{}\n", options.scene,
                  result.findings.size() + result.errors.size(),

@@ -266,7 +266,8 @@ Result<int> MeshRun::run() {
   PM_TRY(engine_, make_engine(line_.common.device, device, line_.common.max_memory));
   ask_for_attributes(scene, has_velocities(),
                      format_ == MeshFormat::kPly || format_ == MeshFormat::kUsd);
-  PM_TRY(prepared_, prepare_scene(scene, *engine_, cache_folder(line_.common)));
+  PM_TRY(prepared_,
+         prepare_scene(scene, *engine_, cache_folder(line_.common), {line_.common.max_memory}));
   for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
   // Once more: only now is it known which files the models and their materials name.
   PM_TRY_STATUS(check_outputs());

@@ -75,11 +75,12 @@ void print_plan(const RunReport& report, const SequenceSettings& settings) {
                        (writes(settings.png) ? estimate.png_bytes : 0);
   const double prepare = report.prepare_seconds + estimate.fit_seconds;
   log_info(
-      "{} frame{} to render{}: about {} on {} thread{} ({} a frame, {} to prepare), {} on disk",
+      "{} frame{} to render{}: about {} on {} thread{} ({} a frame, {} to prepare), {} on disk, {} "
+      "of memory",
       planned, planned == 1 ? "" : "s", kept ? fmt::format(", {} kept", kept) : "",
       format_seconds(prepare + frames * estimate.seconds), report.threads,
       report.threads == 1 ? "" : "s", format_seconds(estimate.seconds), format_seconds(prepare),
-      format_bytes(frames * bytes));
+      format_bytes(frames * bytes), format_bytes(static_cast<double>(estimate.memory)));
   if (!estimate.unfitted.empty())
     log_info(
         "this is an estimate: the balls of {} are not in the cache, and fitting them takes about "

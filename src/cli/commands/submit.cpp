@@ -77,7 +77,7 @@ Result<Costs> measure_costs(const CommandLine& line, const SubmitOptions& option
   costs.frames = report.count(FrameRecord::State::kPlanned);
   costs.frame_seconds = report.estimate->seconds * fewer;
   costs.prepare_seconds = (report.prepare_seconds + report.estimate->fit_seconds) * fewer;
-  costs.memory = report.peak_memory;
+  costs.memory = std::max(report.peak_memory, report.estimate->memory);
   return costs;
 }
 

@@ -1,0 +1,139 @@
+#include "sequence/memory_estimate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iterator>
+#include <set>
+
+#include "base/text.h"
+#include "morph/timeline.h"
+#include "render/render.h"
+#include "scene/load_scene.h"
+#include "surface/distance_grid.h"
+
+namespace polymorph {
+namespace {
+
+// Measured: VmHWM of runs that differ in one of these (docs/reliability.md).
+constexpr double kProgram = 25e6;
+constexpr double kTreesPerTriangle = 270;
+constexpr double kBytesPerFittedBall = 250e3;
+constexpr double kTrianglesPerSquare = 8;  ///< of a surface, per square of the resolution
+constexpr double kBytesPerSurfaceTriangle = 450;
+constexpr double kBytesPerTracedTriangle = 165;  ///< of each surface more that is traced
+
+template <class T>
+double bytes_of(const std::vector<T>& values) {
+  return static_cast<double>(values.size() * sizeof(T));
+}
+
+double bytes_of(const Model& model) {
+  return bytes_of(model.points) + bytes_of(model.triangles) + bytes_of(model.corner_normals) +
+         bytes_of(model.corner_uvs) + bytes_of(model.labels) + bytes_of(model.triangle_materials);
+}
+
+/// Points of the grid of distances to a model (surface/distance_grid.h).
+double distance_points(const Box& box, double cell) {
+  const Vec3 size = box.size();
+  const double longest = std::max({size.x, size.y, size.z});
+  const double step = std::max(cell, longest / kMaxDistanceCells);
+  const double margin = std::max(0.06 * static_cast<double>(box.diagonal()), 12 * step);
+  const auto points = [&](float extent) { return (extent + 2 * margin) / step + 2; };
+  return points(size.x) * points(size.y) * points(size.z);
+}
+
+}  // namespace
+
+MemoryEstimate estimate_memory(const Scene& scene, std::span<const Model> models,
+                               std::size_t pictures) {
+  double held = 0, trees = 0, fits = 0, distances = 0, surfaces = 0;
+  std::set<const Image*> textures;
+  for (const Model& model : models) {
+    held += bytes_of(model);
+    trees += kTreesPerTriangle * static_cast<double>(model.triangles.size());
+    for (const auto& texture : model.textures)
+      if (texture && textures.insert(texture.get()).second) held += bytes_of(texture->pixels);
+  }
+  std::size_t first = 0;
+  for (const ActorSettings& actor : scene.actors) {
+    const auto objects = chain_objects(actor);
+    const std::size_t count = objects.size();
+    for (const ObjectSettings* object : objects)
+      if (is_fitted(scene, object->spheres))
+        fits = std::max(fits, kBytesPerFittedBall * object->spheres.balls);
+    if (first + count > models.size()) break;
+    const std::span<const Model> own = models.subspan(first, count);
+    first += count;
+    Box box;
+    for (const Model& model : own) box = unite(box, model.box());
+    const Vec3 size = box.size();
+    const double cell = static_cast<double>(std::max({size.x, size.y, size.z})) /
+                        static_cast<double>(scene.surface.resolution);
+    if (!(cell > 0)) continue;
+    surfaces += kTrianglesPerSquare * static_cast<double>(scene.surface.resolution) *
+                scene.surface.resolution;
+    const Timeline timeline = make_timeline(scene, actor);
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool asked = (i > 0 && timeline.legs[i - 1].distance) ||
+                         (i < timeline.legs.size() && timeline.legs[i].distance);
+      if (!asked || own[i].triangles.empty()) continue;
+      distances += sizeof(float) * distance_points(own[i].box(), 0.5 * cell);
+    }
+  }
+  // Half of the pictures are traced, the others written.
+  const auto more = static_cast<double>((std::max<std::size_t>(pictures, 1) - 1) / 2);
+  const auto whole = [](double bytes) { return static_cast<std::uint64_t>(bytes); };
+  MemoryEstimate estimate;
+  estimate.program = whole(kProgram);
+  estimate.models = whole(held);
+  estimate.trees = whole(trees);
+  estimate.fits = whole(fits);
+  estimate.distances = whole(distances);
+  estimate.surfaces = whole((kBytesPerSurfaceTriangle + more * kBytesPerTracedTriangle) * surfaces);
+  estimate.pictures = pictures * picture_bytes(scene.image);
+  return estimate;
+}
+
+Status check_model_files(const Scene& scene, std::uint64_t limit) {
+  for (const ActorSettings& actor : scene.actors)
+    for (const ObjectSettings* object : chain_objects(actor)) {
+      std::error_code error;
+      const auto bytes = std::filesystem::file_size(object->model, error);
+      if (limit > 0 && !error && bytes > limit)
+        return make_error(ErrorCode::kResource,
+                          "{}: reading it takes at least {} of memory, and the limit is {} - use a "
+                          "smaller model or raise --max-memory",
+                          object->model.string(), format_bytes(static_cast<double>(bytes)),
+                          format_bytes(static_cast<double>(limit)));
+    }
+  return Ok{};
+}
+
+Status check_memory(const MemoryEstimate& estimate, std::uint64_t limit) {
+  if (limit == 0 || estimate.total() <= limit) return Ok{};
+  struct Part {
+    std::uint64_t bytes;
+    const char *what, *remedy;
+  };
+  const Part parts[] = {
+      {estimate.program, "the program itself", ""},
+      {estimate.models, "models and textures", "smaller models or textures, "},
+      {estimate.trees, "search trees over the models' faces", "models of fewer faces, "},
+      {estimate.fits, "fitting balls", "fewer spheres.balls, "},
+      {estimate.distances, "distances to the models", "a lower surface.resolution, "},
+      {estimate.surfaces, "surfaces", "a lower surface.resolution, "},
+      {estimate.pictures, "pictures", "smaller pictures, fewer image.aovs, "}};
+  const Part& most =
+      *std::max_element(std::begin(parts), std::end(parts),
+                        [](const Part& a, const Part& b) { return a.bytes < b.bytes; });
+  return make_error(
+      ErrorCode::kResource,
+      "the scene needs about {} of memory, {} of it for {}, and the limit is {} - use "
+      "{}or raise --max-memory",
+      format_bytes(static_cast<double>(estimate.total())),
+      format_bytes(static_cast<double>(most.bytes)), most.what,
+      format_bytes(static_cast<double>(limit)), most.remedy);
+}
+
+}  // namespace polymorph

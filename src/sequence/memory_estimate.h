@@ -1,0 +1,46 @@
+// How much memory a scene takes, told from its models before search trees, distances, surfaces and
+// pictures are made.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "base/result.h"
+#include "model/model.h"
+#include "scene/scene.h"
+
+namespace polymorph {
+
+/// Bytes, at the worst moment. How near this comes to what is taken: docs/reliability.md.
+struct MemoryEstimate {
+  std::uint64_t program = 0;    ///< itself, its libraries and what they keep
+  std::uint64_t models = 0;     ///< points, faces and pictures, as they are
+  std::uint64_t trees = 0;      ///< hierarchies (BVH) for closest points, inside tests and rays
+  std::uint64_t fits = 0;       ///< the largest of them, whether or not it is in the cache
+  std::uint64_t distances = 0;  ///< grids of distances to models
+  std::uint64_t surfaces = 0;   ///< between the models, with their hierarchies for rays
+  std::uint64_t pictures = 0;   ///< traced or written at once
+  std::uint64_t total() const {
+    return program + models + trees + fits + distances + surfaces + pictures;
+  }
+};
+
+/// What preparing and showing the scene takes. `models`: of all actors in chain order, as loaded,
+/// some perhaps empty. `pictures`: held at once, none of them if 0.
+MemoryEstimate estimate_memory(const Scene& scene, std::span<const Model> models,
+                               std::size_t pictures);
+
+/// What a run may take, in bytes (0: no limit), and how many pictures it holds at once.
+struct MemoryLimit {
+  std::uint64_t bytes = 0;
+  std::size_t pictures = 0;
+};
+
+/// Errors (kResource): a model's file alone, which is read whole, is above the limit.
+Status check_model_files(const Scene& scene, std::uint64_t limit);
+
+/// Errors (kResource): the estimate is above `limit`, with both numbers and the largest part; 0 is
+/// no limit.
+Status check_memory(const MemoryEstimate& estimate, std::uint64_t limit);
+
+}  // namespace polymorph
