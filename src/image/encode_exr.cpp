@@ -148,6 +148,9 @@ Result<std::string> encode_exr(const Image& image, const ExrSettings& settings) 
   try {
     Imf::Header header(image.width, image.height);
     header.compression() = compression_of(settings.compression);
+    // zlib's first level takes less than half the time of the library's fourth, and rendered noise
+    // is 5 % larger by it.
+    header.zipCompressionLevel() = 1;
     Imf::addChromaticities(header, Imf::Chromaticities());  // its defaults are Rec. 709 and D65
     for (const std::string& name : image.channels)
       header.channels().insert(name, Imf::Channel(is_half(name) ? Imf::HALF : Imf::FLOAT));
