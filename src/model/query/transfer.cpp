@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "base/disjoint_sets.h"
 #include "base/parallel.h"
@@ -99,10 +100,18 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
                                         std::span<const Triangle> triangles) {
   PM_CHECK(charts.size() == model.triangles.size());
   constexpr float kFarApart = 0.1f;  // of the texture: nothing that one small triangle shows
-  const std::vector<ClosestPoint> hits = closest.closest(at);
   TransferredMaterials out;
   out.triangle_materials.resize(triangles.size());
   const bool textured = !model.corner_uvs.empty();
+  const std::vector<std::uint32_t>& materials = model.triangle_materials;
+  if (!textured && std::adjacent_find(materials.begin(), materials.end(), std::not_equal_to<>()) ==
+                       materials.end()) {
+    // One material everywhere: nobody need ask where.
+    if (!materials.empty())
+      std::fill(out.triangle_materials.begin(), out.triangle_materials.end(), materials.front());
+    return out;
+  }
+  const std::vector<ClosestPoint> hits = closest.closest(at);
   if (textured) out.corner_uvs.resize(triangles.size() * 3);
   parallel_for(
       static_cast<std::int64_t>(triangles.size()),
@@ -128,8 +137,7 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
           source = middle.triangle;
           if (textured) continue_chart(model, middle, corners, uv);
         }
-        out.triangle_materials[t] =
-            model.triangle_materials.empty() ? 0 : model.triangle_materials[source];
+        out.triangle_materials[t] = materials.empty() ? 0 : materials[source];
         if (textured)
           for (std::size_t c = 0; c < 3; ++c) out.corner_uvs[3 * t + c] = uv[c];
       },
