@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/activity.h"
+#include "base/parallel.h"
 #include "image/image_io.h"
 #include "model/load/load_model.h"
 #include "model/mesh/normals.h"
@@ -55,11 +56,10 @@ Model arranged(const Model& model, const ObjectSettings& object, bool stand, flo
   return transformed(turned, compose(stage, compose(by_user, to_origin)));
 }
 
-/// One object of the scene in its place; `size` is the first source's, or 0 for that one itself.
-Result<Model> load_arranged(const Scene& scene, const ActorSettings& actor,
-                            const ObjectSettings& object, bool textures, float& size,
-                            std::vector<std::string>& warnings) {
-  PM_TRY(Model model, load_object(object, textures, warnings));
+/// One object of the scene, as it was read, in its place; `size` is the first source's, or 0 for
+/// that one itself.
+Model placed(const Scene& scene, const ActorSettings& actor, const ObjectSettings& object,
+             Model model, float& size) {
   if (object.crease) model.corner_normals = creased_normals(model, *object.crease);
   if (object.color) paint(model, *object.color);
   for (Material& material : model.materials) {
@@ -83,13 +83,29 @@ std::string turntable_problem(const Scene& scene) {
 }
 
 Result<LoadedScene> load_models(const Scene& scene, bool textures) {
+  struct Read {
+    const ActorSettings* actor;
+    const ObjectSettings* object;
+    std::vector<std::string> warnings;
+    Result<Model> model = Model{};
+  };
+  std::vector<Read> reads;
+  for (const ActorSettings& actor : scene.actors)
+    for (const ObjectSettings* object : chain_objects(actor)) reads.push_back({&actor, object, {}});
+  parallel_for(
+      static_cast<std::int64_t>(reads.size()),
+      [&](std::int64_t i) {
+        Read& read = reads[static_cast<std::size_t>(i)];
+        read.model = load_object(*read.object, textures, read.warnings);
+      },
+      1);
   LoadedScene loaded;
   float size = 0;
-  for (const ActorSettings& actor : scene.actors)
-    for (const ObjectSettings* object : chain_objects(actor)) {
-      PM_TRY(Model model, load_arranged(scene, actor, *object, textures, size, loaded.warnings));
-      loaded.models.push_back(std::move(model));
-    }
+  for (Read& read : reads) {
+    PM_TRY(Model model, std::move(read.model));
+    loaded.warnings.insert(loaded.warnings.end(), read.warnings.begin(), read.warnings.end());
+    loaded.models.push_back(placed(scene, *read.actor, *read.object, std::move(model), size));
+  }
   return loaded;
 }
 
@@ -98,7 +114,8 @@ std::vector<std::string> find_problems(const Scene& scene, const std::filesystem
   std::vector<std::string> problems;
   float size = 0;
   const auto look_at = [&](const ActorSettings& actor, const ObjectSettings& object) {
-    auto model = load_arranged(scene, actor, object, true, size, loaded.warnings);
+    auto model = load_object(object, true, loaded.warnings);
+    if (model) model = placed(scene, actor, object, std::move(*model), size);
     loaded.models.push_back(model ? std::move(*model) : Model{});
     // A fit takes seconds and fails at nothing that its spheres do not fail at.
     const Activity activity("looking at " + object.name);
