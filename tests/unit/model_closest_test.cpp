@@ -153,6 +153,32 @@ TEST(ClosestPoint, GivesUpBeyondTheDistanceAskedFor) {
   EXPECT_EQ(nothing.distance, std::numeric_limits<float>::infinity());
 }
 
+TEST(ClosestPoint, OfManyPointsIsThatOfEachAlone) {
+  const Model torus = *make_shape("torus");
+  const ClosestPointQuery query(torus);
+  const Box box = torus.box();
+  Random random;
+  std::vector<Vec3> points;  // along a path with jumps, on the surface and off it, some twice
+  for (int i = 0; i < 4000; ++i) {
+    const Vec3 step = random.point(-0.02f, 0.02f);
+    const bool jumps = i % 97 == 0;
+    points.push_back(jumps        ? box.center() + random.point(-3, 3)
+                     : i % 5 == 0 ? points.back()
+                                  : points.back() + step);
+    if (i % 11 == 0)
+      points.push_back(torus.points[static_cast<std::size_t>(i) % torus.points.size()]);
+  }
+  for (const float beyond : {0.1f, 1.0f, INFINITY}) {
+    const std::vector<ClosestPoint> together = query.closest(points, beyond);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const ClosestPoint alone = query.closest(points[i], beyond);
+      ASSERT_EQ(together[i].triangle, alone.triangle) << i;
+      ASSERT_EQ(together[i].distance, alone.distance) << i;
+      ASSERT_EQ(together[i].point, alone.point) << i;
+    }
+  }
+}
+
 TEST(ClosestPoint, DoesNotDependOnThreadsAndWorksFarFromTheOrigin) {
   Random random;
   Model torus = make_shape("torus").value();
