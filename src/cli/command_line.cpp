@@ -354,7 +354,9 @@ int run_program(int argc, char** argv) {
                          std::string_view(error.what()).starts_with("pthread_create");  // TBB's
     if (threads) {
       print_error(thread_error(error.what()));
-      return static_cast<int>(ErrorCode::kResource);
+      // Libraries that wanted the thread may have pools that cannot be taken down any more.
+      std::fflush(nullptr);
+      std::_Exit(static_cast<int>(ErrorCode::kResource));
     }
     report_bug(error.what());
     return static_cast<int>(ErrorCode::kInternal);
