@@ -73,16 +73,20 @@ double thickness(const Ball& ball) {
 /// object is in the mean at either end, by less where it is thinner at one. Else limbs would go for
 /// the volume's sake.
 std::vector<float> level_weights(const MorphPlan& plan) {
+  struct Radii {
+    double from, to;
+  };
+  std::vector<Radii> radii;
   double from_sum = 0, to_sum = 0, mass = 0;
   for (const Pair& pair : plan.pairs) {
-    from_sum += pair.mass * thickness(plan.from[pair.from]);
-    to_sum += pair.mass * thickness(plan.to[pair.to]);
-    mass += pair.mass;
+    const Radii r = {thickness(plan.from[pair.from]), thickness(plan.to[pair.to])};
+    radii.push_back(r);
+    from_sum += pair.mass * r.from, to_sum += pair.mass * r.to, mass += pair.mass;
   }
   std::vector<float> weights;
-  for (const Pair& pair : plan.pairs) {
-    const double from = std::min(thickness(plan.from[pair.from]) * mass / from_sum, 1.0),
-                 to = std::min(thickness(plan.to[pair.to]) * mass / to_sum, 1.0);
+  for (const Radii& r : radii) {
+    const double from = std::min(r.from * mass / from_sum, 1.0),
+                 to = std::min(r.to * mass / to_sum, 1.0);
     weights.push_back(static_cast<float>(from * from * to * to));
   }
   return weights;
