@@ -697,6 +697,13 @@ class BackendEngine final : public Engine {
           &number[0].first, runs.first,
           RegressNodes{regression->lattice, from, carried, regression->sloped, coefficients},
           "regress");
+      if (regression->thinness[0]) {
+        WeighLevel weigh;
+        weigh.map = SmoothMap(*regression, coefficients.data);
+        for (int m = 0; m < 2; ++m) weigh.thinness[m] = distance_field(regression->thinness[m]);
+        weigh.nodes = coefficients;
+        backend_.for_each(nodes, weigh, "regress");
+      }
       uploaded_regression_ = regression;
     }
     return SmoothMap(*regression, coefficients.data);
@@ -728,13 +735,13 @@ class BackendEngine final : public Engine {
     return grid.cell * length(size);
   }
 
-  /// The object's distances where the passes run; those of the last few objects stay there.
+  /// A grid where the passes run; the last few stay there.
   DistanceField distance_field(const std::shared_ptr<const DistanceGrid>& object) {
     if constexpr (B::kHostMemory) return DistanceField(object->grid, object->values.data());
     for (auto& uploaded : uploaded_distances_) {
       if (uploaded->object == object) return DistanceField(object->grid, uploaded->values.data);
     }
-    if (uploaded_distances_.size() >= kMaxObjects)
+    if (uploaded_distances_.size() >= kMaxGrids)
       uploaded_distances_.erase(uploaded_distances_.begin());
     auto uploaded = std::make_unique<UploadedDistances>();
     uploaded->object = object;
@@ -774,8 +781,8 @@ class BackendEngine final : public Engine {
   Buffer<Vec3> strain_;
   Buffer<Offsets> regress_count_;
   std::shared_ptr<const Regression> uploaded_regression_;  ///< what lattice_nodes_ holds
-  /// Objects whose distances stay on a device: several actors take turns.
-  static constexpr std::size_t kMaxObjects = 8;
+  /// Grids that stay on a device, two of each object: several actors take turns.
+  static constexpr std::size_t kMaxGrids = 16;
   struct UploadedDistances {
     std::shared_ptr<const DistanceGrid> object;
     Buffer<float> buffer;

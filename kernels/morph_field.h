@@ -341,6 +341,33 @@ struct MorphVertices {
   PM_HD MorphVertexField field_of(const Node&, std::int64_t) const { return field; }
 };
 
+/// By how much of the level what is around each node is moved: by less where one of the objects is
+/// thin, else limbs would go for the volume's sake. From there it grows over some distance, so that
+/// a limb's root is spared with the limb. One item per node.
+struct WeighLevel {
+  SmoothMap map;
+  DistanceField thinness[2];
+  View<float> nodes;  ///< the map's
+
+  PM_HD void operator()(std::int64_t n) const {
+    const Int3 points = map.lattice.points;
+    const std::int64_t row = n / points.x;
+    const Vec3 p =
+        grid_point(map.lattice, {static_cast<int>(n % points.x), static_cast<int>(row % points.y),
+                                 static_cast<int>(row / points.y)});
+    float* node = nodes.data + kRegressionValues * n;
+    float weight = 1;
+    for (int m = 0; m < 2; ++m) {
+      const float* v = node + 4 * m;
+      const Points<float> at =
+          map.mapped(m, Points<float>{p.x, p.y, p.z}, Points<float>{v[0], v[1], v[2]});
+      // Distances are negative beyond their grid.
+      weight *= 1.0f - min(max(thinness[m].at(at), 0.0f), 1.0f);
+    }
+    node[kRegressionValues - 1] = weight;
+  }
+};
+
 /// What a regression says at points; one item per point.
 struct SampleMap {
   SmoothMap map;

@@ -51,6 +51,9 @@ struct Regression {
   /// Added to the first three values of each map.
   AffineMap affine[2];
   Grid lattice;  ///< nodes; the spline is defined from node 1 to the last but one
+  /// How thin both objects are, in [0, 1], 0 beyond the grids. Where given, the second map's fourth
+  /// value is no regression but, at each node, the product of 1 less what is there on either.
+  std::shared_ptr<const DistanceGrid> thinness[2];
 };
 
 /// What a surface between two objects is made of (morph_field.h).

@@ -43,6 +43,17 @@ inline void check_memory(std::size_t bytes, std::size_t most) {
                                                      "), use a coarser grid or a higher limit"}};
 }
 
+inline EngineStatus check_distances(const DistanceGrid& distances) {
+  const Int3 n = distances.grid.points;
+  if (n.x >= 2 && n.y >= 2 && n.z >= 2 &&
+      static_cast<std::int64_t>(distances.values.size()) == std::int64_t{n.x} * n.y * n.z) {
+    return {};
+  }
+  return bad_input("a distance field has " + std::to_string(distances.values.size()) +
+                   " values for " + std::to_string(n.x) + " x " + std::to_string(n.y) + " x " +
+                   std::to_string(n.z) + " points, look at the model that it was made of");
+}
+
 inline EngineStatus check_regression(const Regression& regression) {
   const Int3 n = regression.lattice.points;
   if (n.x < 4 || n.y < 4 || n.z < 4 || !(regression.lattice.cell > 0)) {
@@ -64,7 +75,13 @@ inline EngineStatus check_regression(const Regression& regression) {
           "plan that made it");
     }
   }
-  return {};
+  const auto& [from, to] = regression.thinness;
+  if (!from && !to) return {};
+  if (!from || !to || regression.maps != 2) {
+    return bad_input("the level's weights need two maps and how thin both objects are");
+  }
+  const EngineStatus status = check_distances(*from);
+  return status.code == EngineCode::kOk ? check_distances(*to) : status;
 }
 
 /// But for the grid.
@@ -73,13 +90,8 @@ inline EngineStatus check_between(const MorphSurface& between, const ExtractSett
     return bad_input("a surface between two objects needs a map and both distance fields");
   }
   for (const DistanceGrid* object : {between.from.get(), between.to.get()}) {
-    const Int3 n = object->grid.points;
-    if (n.x < 2 || n.y < 2 || n.z < 2 ||
-        static_cast<std::int64_t>(object->values.size()) != std::int64_t{n.x} * n.y * n.z) {
-      return bad_input("a distance field has " + std::to_string(object->values.size()) +
-                       " values for " + std::to_string(n.x) + " x " + std::to_string(n.y) + " x " +
-                       std::to_string(n.z) + " points, look at the model that it was made of");
-    }
+    EngineStatus status = check_distances(*object);
+    if (status.code != EngineCode::kOk) return status;
   }
   if (!std::isfinite(between.level) || !(between.saturation >= 0) || settings.refine_steps < 0 ||
       settings.refine_steps > 4) {

@@ -26,6 +26,7 @@ using Json = nlohmann::ordered_json;
 
 /// Steps of distances, in cells of the surface: they are right to half of that.
 constexpr float kDistanceStep = 1.0f / 40;
+constexpr float kThinnessStep = 1.0f / 256;
 /// Steps over the range of what moves: of legs made of distances, of those made of balls, whose
 /// field is steep, and of what is only shown, the balls of the former.
 constexpr float kMotionSteps = 16383, kBallSteps = 65000, kShownSteps = 511;
@@ -146,6 +147,12 @@ Json object_json(const PlayObject& object, float cell, Packer& packer) {
     json["distances"]["values"] =
         packer.add(d.values, shape_of(d.grid.points), kDistanceStep * cell);
   }
+  if (object.thinness) {
+    const DistanceGrid& thinness = *object.thinness;
+    json["thinness"] = grid_json(thinness.grid);
+    json["thinness"]["values"] =
+        packer.add(thinness.values, shape_of(thinness.grid.points), kThinnessStep);
+  }
   if (!object.colors.empty()) {
     json["colors"] = grid_json(object.color_grid);
     for (float Vec3::*c : {&Vec3::x, &Vec3::y, &Vec3::z}) {
@@ -237,9 +244,15 @@ Json leg_json(const PlayLeg& leg, Packer& packer) {
     const float steps = shown ? kShownSteps : leg.distance ? kMotionSteps : kBallSteps;
     channels.push_back(packer.add(values, shape, range_step(values, steps)));
   }
-  return {{"from", leg.from},         {"to", leg.to},        {"distance", leg.distance},
-          {"min_part", leg.min_part}, {"times", times},      {"common", common},
-          {"pairs", pairs},           {"channels", channels}};
+  return {{"from", leg.from},
+          {"to", leg.to},
+          {"distance", leg.distance},
+          {"min_part", leg.min_part},
+          {"weighed", leg.keys.front().between.map->thinness[0] != nullptr},
+          {"times", times},
+          {"common", common},
+          {"pairs", pairs},
+          {"channels", channels}};
 }
 
 Json actor_json(const PlayActor& actor, Packer& packer) {

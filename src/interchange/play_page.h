@@ -17,6 +17,7 @@ namespace polymorph {
 struct PlayObject {
   std::string name;
   std::shared_ptr<const DistanceGrid> distances;  ///< null where its legs are made of balls
+  std::shared_ptr<const DistanceGrid> thinness;   ///< of a solid with distances
   Vec3 color{1, 1, 1};                            ///< scene-linear; where there is no volume
   Grid color_grid;
   std::vector<Vec3> colors;  ///< scene-linear, at the grid's points, x fastest; or empty

@@ -58,40 +58,6 @@ float kernel_deviation(const MorphPlan& plan, const Pair& pair, double u, float 
   return static_cast<float>(std::sqrt(share * share + radius * radius));
 }
 
-/// The radius of what a ball stands for, across its thinnest side.
-double thickness(const Ball& ball) {
-  const auto square = [](float v) { return static_cast<double>(v) * static_cast<double>(v); };
-  const Sym3& s = ball.shape;
-  // The Frobenius norm is at least the largest eigenvalue, and near it where one axis is short.
-  const double steepest = std::sqrt(square(s.xx) + square(s.yy) + square(s.zz) +
-                                    2 * (square(s.xy) + square(s.xz) + square(s.yz)));
-  return std::sqrt(std::max(static_cast<double>(ball.w), 0.1) /
-                   (static_cast<double>(ball.a) * (is_round(ball) ? 1.0 : steepest)));
-}
-
-/// By how much of the level each pair's part is moved: by all of it where that is as thick as its
-/// object is in the mean at either end, by less where it is thinner at one. Else limbs would go for
-/// the volume's sake.
-std::vector<float> level_weights(const MorphPlan& plan) {
-  struct Radii {
-    double from, to;
-  };
-  std::vector<Radii> radii;
-  double from_sum = 0, to_sum = 0, mass = 0;
-  for (const Pair& pair : plan.pairs) {
-    const Radii r = {thickness(plan.from[pair.from]), thickness(plan.to[pair.to])};
-    radii.push_back(r);
-    from_sum += pair.mass * r.from, to_sum += pair.mass * r.to, mass += pair.mass;
-  }
-  std::vector<float> weights;
-  for (const Radii& r : radii) {
-    const double from = std::min(r.from * mass / from_sum, 1.0),
-                 to = std::min(r.to * mass / to_sum, 1.0);
-    weights.push_back(static_cast<float>(from * from * to * to));
-  }
-  return weights;
-}
-
 Grid lattice_over(const Box& box, float size) {
   Grid lattice;
   lattice.cell = kSpacing * size;
@@ -145,7 +111,9 @@ void set_value(BallAttribute& carried, Vec3d value) {
 
 }  // namespace
 
-FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, float size) {
+FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, float size,
+                   const std::shared_ptr<const DistanceGrid>& from_thinness,
+                   const std::shared_ptr<const DistanceGrid>& to_thinness) {
   PM_CHECK(balls.size() == plan.pairs.size() && size > 0);
   const std::vector<float> eased = eased_times(plan, time);
   FrameMap map;
@@ -162,7 +130,10 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
               to_offset = whole.to_center - common.to_target * common.center;
   regression->affine[0] = affine(common.to_source, from_offset);
   regression->affine[1] = affine(common.to_target, to_offset);
-  const std::vector<float> weights = level_weights(plan);
+  if (from_thinness && to_thinness) {
+    regression->thinness[0] = from_thinness;
+    regression->thinness[1] = to_thinness;
+  }
   for (std::size_t e = 0; e < balls.size(); ++e) {
     const BallPath& path = plan.paths->balls[e];
     const Vec3d x(balls[e].center), p(path.start.center), q(path.end.center);
@@ -173,7 +144,6 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
     set_value(back, p - common.to_source * x - from_offset);
     set_value(on, q - common.to_target * x - to_offset);
     back.value[3] = mixing_progress(eased[e], plan.leads.empty() ? 0 : plan.leads[e]);
-    on.value[3] = weights[e];
     set_slope(back, minus(own.to_source, common.to_source), *regression);
     set_slope(on, minus(own.to_target, common.to_target), *regression);
     regression->values.push_back(back);

@@ -10,6 +10,7 @@
 #include "surface/components.h"
 #include "surface/grid.h"
 #include "surface/mesh_check.h"
+#include "surface/thinness.h"
 
 namespace polymorph {
 namespace {
@@ -159,6 +160,12 @@ bool decode(std::string_view bytes, std::size_t triangles, ObjectDistances& obje
   return true;
 }
 
+void add_thinness(const Model& model, ObjectDistances& object) {
+  if (!is_shell(object))
+    object.thinness =
+        std::make_shared<const DistanceGrid>(thinness(*object.grid, model.box().diagonal()));
+}
+
 }  // namespace
 
 Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQuery& closest,
@@ -173,7 +180,10 @@ Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQ
     if (const auto bytes = load_cached(folder, object.key, kDistanceFiles)) {
       const char* problem = nullptr;
       const auto content = cached_content(*bytes, object.key, kDistanceFiles, problem);
-      if (content && decode(*content, model.triangles.size(), object)) return object;
+      if (content && decode(*content, model.triangles.size(), object)) {
+        add_thinness(model, object);
+        return object;
+      }
       warn_unusable(folder, object.key, kDistanceFiles, "holds no sound distances");
     }
   }
@@ -200,6 +210,7 @@ Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQ
   remove_small_components(mesh, min_part);
   object.volume = volume_of(mesh);
   object.smallest_component_share = smallest_component_share(mesh);
+  add_thinness(model, object);
   if (!folder.empty())
     store_cached(folder, object.key, kDistanceFiles, model.name, encode(object, smooth));
   return object;

@@ -21,6 +21,7 @@ struct ObjectDistances {
   std::vector<FaceSide> sides;  ///< one per triangle of the model
   double undecided = 0;         ///< undecided_share(); from kShellShare on it is taken for a shell
   std::shared_ptr<const DistanceGrid> grid;
+  std::shared_ptr<const DistanceGrid> thinness;  ///< of a solid (surface/thinness.h)
   double volume = 0;  ///< enclosed by the surface that cells of the asked size show
   double smallest_component_share = 1;  ///< share of that in its smallest part
   std::string key;                      ///< a hash of everything that the distances depend on

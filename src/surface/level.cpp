@@ -73,7 +73,13 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, con
   // from two tries on the chord. Most of them on larger cells, which cost a sixteenth.
   constexpr double kTolerance = 0.002;
   constexpr int kMaxTries = 8;
+  // Where distances outside tend to the saturation, a level beyond that would fill all space.
+  constexpr double kNearSaturation = 0.8;
   const double bound = static_cast<double>(limit);
+  const double lowest =
+      between.saturation > 0
+          ? -std::min(bound, kNearSaturation * static_cast<double>(between.saturation))
+          : -bound;
   double level = 0, area = 0;
   LevelSurface nearest;
   const auto extract = [&](double at, float edge) {
@@ -83,6 +89,7 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, con
   /// The level at which cells of this edge show the wanted volume, from `level` on.
   const auto search = [&](float edge) -> Status {
     double last = 0, last_excess = 0, best = level, best_excess = 0;
+    double least = lowest, most = bound;  // the level lies between
     for (int i = 0; i < kMaxTries; ++i) {
       PM_TRY(Mesh mesh, extract(level, edge));
       const double excess = volume_of(mesh) - volume;
@@ -99,7 +106,9 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, con
       }
       if (!(slope < 0)) slope = -cube_root(volume * volume);
       last = level, last_excess = excess;
-      level = std::clamp(level - excess / slope, -bound, bound);
+      (excess > 0 ? least : most) = level;
+      level -= excess / slope;
+      if (level <= least || level >= most) level = (least + most) / 2;
       if (level == last) break;
     }
     level = best;
@@ -113,7 +122,7 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, con
   PM_TRY(const Mesh two, extract(level, 2 * cell));
   const double on_two = volume_of(two), gain = (on_two - on_four) / 4;
   if (std::abs(gain) < 0.02 * volume && area_of(two) > 0)
-    level = std::clamp(level + (on_two + gain - volume) / area_of(two), -bound, bound);
+    level = std::clamp(level + (on_two + gain - volume) / area_of(two), lowest, bound);
   else  // thin parts that only smaller cells see
     PM_TRY_STATUS(search(2 * cell));
   PM_TRY_STATUS(search(cell));

@@ -88,6 +88,33 @@ TEST_P(BetweenTest, LevelMovesTheSurfaceInwardByItsWeight) {
   EXPECT_LT(furthest_from_sphere(between(surface, cube_grid(61, 1.5f)), 0.9), 0.003);
 }
 
+/// One object is thin where x > 0.3, the other where y > 0.3, with a slope between.
+TEST_P(BetweenTest, LevelSparesWhatIsThin) {
+  const auto thin_beyond = [](float Vec3::*axis) {
+    return distances_of(33,
+                        [axis](Vec3 p) { return std::clamp(4 * (p.*axis - 0.3f), 0.0f, 1.0f); });
+  };
+  auto map = std::make_shared<Regression>(*identity_map(0));
+  map->thinness[0] = thin_beyond(&Vec3::x);
+  map->thinness[1] = thin_beyond(&Vec3::y);
+  const MorphSurface surface = {map, sphere_distances(1), sphere_distances(1), 1, 1, 0.2f};
+  const Mesh mesh = between(surface, cube_grid(61, 1.5f));
+  expect_sound(mesh);
+  int spared = 0, moved = 0;
+  for (const Vec3 p : mesh.positions) {
+    // Nodes are 0.25 apart, and the spline reaches over one and a half.
+    if (p.x > 0.9f || p.y > 0.9f) {
+      ++spared;
+      EXPECT_NEAR(length(p), 1, 0.005f);
+    } else if (p.x < -0.1f && p.y < -0.1f) {
+      ++moved;
+      EXPECT_NEAR(length(p), 0.8f, 0.005f);
+    }
+  }
+  EXPECT_GT(spared, 50);
+  EXPECT_GT(moved, 50);
+}
+
 TEST_P(BetweenTest, ScalesEitherObjectsDistances) {
   // Both maps shrink space by two: a sphere of radius 0.5 is one of radius 1 here.
   auto map = std::make_shared<Regression>(*identity_map(0.5f));
@@ -216,6 +243,11 @@ TEST_P(BetweenTest, RefusesWhatItCannotMakeASurfaceOf) {
   EXPECT_EQ(code({map, object, object, 1, 1, 0}), EngineCode::kBadInput);
   map->values.resize(2);
   map->samples[0].mass = 0;
+  EXPECT_EQ(code({map, object, object, 1, 1, 0}), EngineCode::kBadInput);
+  map = std::make_shared<Regression>(*identity_map(0));
+  map->thinness[0] = object;
+  EXPECT_EQ(code({map, object, object, 1, 1, 0}), EngineCode::kBadInput);
+  map->thinness[1] = broken;
   EXPECT_EQ(code({map, object, object, 1, 1, 0}), EngineCode::kBadInput);
 }
 

@@ -92,12 +92,16 @@ struct BetweenCase {
 };
 std::vector<BetweenCase> between_cases() {
   std::vector<BetweenCase> cases;
+  const auto torus = torus_distances(1, 0.3f), sphere = sphere_distances(0.8f, {0.2f, 0, 0});
   for (const bool sloped : {false, true})
     for (const int samples : {7, 300})
-      cases.push_back(
-          {{random_map(samples, 0.3f, static_cast<unsigned>(samples), sloped),
-            torus_distances(1, 0.3f), sphere_distances(0.8f, {0.2f, 0, 0}), 1.1f, 0.9f, 0.03f},
-           cube_grid(sloped ? 91 : 127, 1.7f)});
+      for (const bool thin : {false, true}) {
+        auto map = std::make_shared<Regression>(
+            *random_map(samples, 0.3f, static_cast<unsigned>(samples), sloped));
+        if (thin) map->thinness[0] = sphere, map->thinness[1] = torus;
+        cases.push_back(
+            {{map, torus, sphere, 1.1f, 0.9f, 0.03f}, cube_grid(sloped ? 91 : 127, 1.7f)});
+      }
   return cases;
 }
 void expect_same_between(Engine& a, Engine& b) {

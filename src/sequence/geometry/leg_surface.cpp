@@ -52,7 +52,10 @@ Result<ActorGeometry> balls_on_way(const PreparedScene& prepared, const Prepared
 
 FrameMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
                 const BallSet& balls) {
-  return frame_map(leg.plan, time, balls, size_at(actor, leg, progress_at(leg.plan, time)));
+  const ObjectDistances &from = actor.objects[leg.from].distances,
+                        &to = actor.objects[leg.to].distances;
+  return frame_map(leg.plan, time, balls, size_at(actor, leg, progress_at(leg.plan, time)),
+                   from.thinness, to.thinness);
 }
 
 Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const BallSet& balls,

@@ -162,6 +162,7 @@ Result<std::vector<PlayObject>> make_objects(const PreparedScene& prepared,
     PlayObject& object = objects[i];
     object.name = from.name;
     object.distances = from.distances.grid;
+    object.thinness = from.distances.thinness;
     if (!from.model.materials.empty()) object.color = from.model.materials.front().color;
     if (!from.colors) continue;
     object.color_grid = from.colors->grid;
