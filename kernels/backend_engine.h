@@ -381,7 +381,7 @@ class BackendEngine final : public Engine {
     classify.affine_norm = std::max(between.from_scale * norm_of(between.map->affine[0]),
                                     between.to_scale * norm_of(between.map->affine[1]));
     classify.lipschitz = std::max(between.from->lipschitz, between.to->lipschitz);
-    classify.strain = bound_strain(between, classify.lipschitz);
+    classify.strain = bound_strain(between);
     extract_bricks(grid, at, mesh, [&](View<BrickTable> table) {
       BrickViews bricks = find_morph_bricks(shape, classify);
       fit_bricks(grid, bricks);
@@ -709,30 +709,18 @@ class BackendEngine final : public Engine {
     return SmoothMap(*regression, coefficients.data);
   }
 
-  View<Vec3> bound_strain(const MorphSurface& between, float lipschitz) {
+  View<Strain> bound_strain(const MorphSurface& between) {
     const Regression& map = *between.map;
-    const View<Vec3> strain = strain_.resize(
+    const View<Strain> strain = strain_.resize(
         backend_, std::int64_t{map.lattice.points.x} * map.lattice.points.y * map.lattice.points.z);
     BoundStrain bound;
     bound.lattice = map.lattice;
     bound.nodes = {lattice_nodes_.resize(backend_, kRegressionValues * strain.size).data,
                    kRegressionValues * strain.size};
     bound.scale[0] = between.from_scale, bound.scale[1] = between.to_scale;
-    // Where progress differs from place to place, so does the mixture: its slope is 3 / 2 at most,
-    // and the distances differ by less than both grids' diagonals.
-    bound.fourth[0] = 1.5f *
-                      (between.from_scale * diagonal_of(between.from->grid) +
-                       between.to_scale * diagonal_of(between.to->grid)) /
-                      lipschitz;
-    bound.fourth[1] = std::fabs(between.level) / lipschitz;
     bound.strain = strain;
     backend_.for_each(strain.size, bound, "regress");
     return strain;
-  }
-  static float diagonal_of(const Grid& grid) {
-    const Vec3 size = {static_cast<float>(grid.points.x), static_cast<float>(grid.points.y),
-                       static_cast<float>(grid.points.z)};
-    return grid.cell * length(size);
   }
 
   /// A grid where the passes run; the last few stay there.
@@ -778,7 +766,7 @@ class BackendEngine final : public Engine {
   Buffer<BallAttribute> carried_;
   Buffer<KernelSample> kernel_samples_;
   Buffer<float> lattice_nodes_;
-  Buffer<Vec3> strain_;
+  Buffer<Strain> strain_;
   Buffer<Offsets> regress_count_;
   std::shared_ptr<const Regression> uploaded_regression_;  ///< what lattice_nodes_ holds
   /// Grids that stay on a device, two of each object: several actors take turns.

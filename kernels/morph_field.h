@@ -59,6 +59,14 @@ struct MorphField {
     const V b = saturated(to_scale * to.at(map.mapped(1, p, Points<V>{m[4], m[5], m[6]})));
     return fma(broadcast<V>(-level), m[7], fma(mixture(m[3]), b - a, a));
   }
+  /// Both objects' distances at any points, before they are saturated and mixed, and the columns
+  /// there.
+  template <class V>
+  PM_HD void distances(const Points<V>& p, V (&m)[kRegressionValues], V& a, V& b) const {
+    map_columns(p, m);
+    a = from_scale * from.at(map.mapped(0, p, Points<V>{m[0], m[1], m[2]}));
+    b = to_scale * to.at(map.mapped(1, p, Points<V>{m[4], m[5], m[6]}));
+  }
   /// At any points.
   template <class V>
   PM_HD V value(const Points<V>& p) const {
@@ -129,15 +137,15 @@ struct MorphField {
   }
 };
 
-/// Which children of a node the surface can cross: by the field in their middles and its Lipschitz
-/// constant around them. Teams share a node as in ClassifyChildren.
+/// Which children of a node the surface can cross: by distances, progress and weight in their
+/// middles, and how far these can change from there. Teams share a node as in ClassifyChildren.
 struct ClassifyMorph {
   static constexpr int kThreads = 512;
   struct Scratch {};
   Grid grid;
   Level level;  ///< of the children
   MorphField field;
-  View<const Vec3> strain;
+  View<const Strain> strain;
   float affine_norm = 1;  ///< the affine maps' norm times their object's scale, the larger one
   float lipschitz = 1;    ///< of the distances, the larger one
   View<Node> parents;
@@ -164,17 +172,62 @@ struct ClassifyMorph {
   PM_HD bool can_cross(const Team& team, Int3 at) const {
     const NodeBox box = node_box(grid, level.cells, 0, at);
     const Vec3 half = 0.5f * (box.high - box.low), middle = box.low + half;
-    const float value = field.value(Points<float>{middle.x, middle.y, middle.z});
-    const float radius = sqrt(dot(half, half));
-    const float slope = lipschitz * (affine_norm + max_strain(team, box));
+    const Strain most = max_strain(team, box);
+    if (!crossed(Points<float>{middle.x, middle.y, middle.z}, half, most, box.has_rim))
+      return false;
+    return level.cells > kBrickCells || can_cross_parts<typename Team::V>(team, box, most);
+  }
+
+  /// Whether the surface can cross any of a brick's 4^3 parts: what is known to be far from it
+  /// need not be sampled.
+  template <class V, class Team>
+  PM_HD bool can_cross_parts(const Team& team, const NodeBox& box, const Strain& most) const {
+    constexpr int kSide = 4, kParts = kSide * kSide * kSide, kLanes = Lanes<V>::kCount;
+    const Vec3 size = (1.0f / kSide) * (box.high - box.low);
+    float any = 0;
+    for (int i = static_cast<int>(team.group_rank()); i < kParts / kLanes && any == 0;
+         i += static_cast<int>(team.kGroup)) {
+      alignas(32) float x[kLanes], y[kLanes], z[kLanes];
+      for (int l = 0; l < kLanes; ++l) {
+        const int part = kLanes * i + l;
+        x[l] = box.low.x + size.x * (0.5f + static_cast<float>(part % kSide));
+        y[l] = box.low.y + size.y * (0.5f + static_cast<float>(part / kSide % kSide));
+        z[l] = box.low.z + size.z * (0.5f + static_cast<float>(part / (kSide * kSide)));
+      }
+      const Points<V> middles = {Lanes<V>::load(x), Lanes<V>::load(y), Lanes<V>::load(z)};
+      if (crossed(middles, 0.5f * size, most, box.has_rim) != 0) any = 1;
+    }
+    return team.group_max(any) > 0;
+  }
+
+  /// Bit l: the surface can cross the box around point l that reaches `half` to each side, in which
+  /// `most` holds.
+  template <class V>
+  PM_HD std::uint32_t crossed(const Points<V>& middle, Vec3 half, const Strain& most,
+                              bool has_rim) const {
+    V a, b, columns[kRegressionValues];
+    field.distances(middle, columns, a, b);
+    const auto norm = [](Vec3 v) { return sqrt(dot(v, v)); };
     // Rounding, generously.
-    const float reach = 1.001f * radius * slope + 1e-4f * grid.cell;
-    if (value + reach <= 0) return false;
-    return box.has_rim || value - reach <= 0;
+    const float rounding = 1e-4f * grid.cell, radius = 1.001f * norm(half);
+    const float reach = radius * lipschitz * (affine_norm + norm(most.maps)) + rounding;
+    const float later = radius * norm(most.fourth[0]) + 1e-5f;
+    const float level_size = field.level < 0 ? -field.level : field.level;
+    const float raised = level_size * (radius * norm(most.fourth[1]) + 1e-5f) + rounding;
+    const V first = MorphField::mixture(columns[3] - later),
+            last = MorphField::mixture(columns[3] + later);
+    const V shift = -field.level * columns[7];
+    const V high_a = field.saturated(a + reach), high_b = field.saturated(b + reach) - high_a;
+    const V high = max(fma(first, high_b, high_a), fma(last, high_b, high_a)) + shift + raised;
+    const std::uint32_t inside = Lanes<V>::bits(high > 0.0f);
+    if (has_rim || inside == 0) return inside;
+    const V low_a = field.saturated(a - reach), low_b = field.saturated(b - reach) - low_a;
+    const V low = min(fma(first, low_b, low_a), fma(last, low_b, low_a)) + shift - raised;
+    return inside & Lanes<V>::bits(low <= 0.0f);
   }
 
   template <class Team>
-  PM_HD float max_strain(const Team& team, const NodeBox& box) const {
+  PM_HD Strain max_strain(const Team& team, const NodeBox& box) const {
     const Grid& lattice = field.map.lattice;
     const float origin[3] = {lattice.origin.x, lattice.origin.y, lattice.origin.z};
     const float low[3] = {box.low.x, box.low.y, box.low.z};
@@ -190,15 +243,18 @@ struct ClassifyMorph {
       count[axis] = end - first[axis];
     }
     const int all = count[0] * count[1] * count[2];
-    Vec3 largest = {0, 0, 0};
+    Strain largest;
     for (int i = static_cast<int>(team.group_rank()); i < all; i += static_cast<int>(team.kGroup)) {
       const std::int64_t x = first[0] + i % count[0], y = first[1] + i / count[0] % count[1],
                          z = first[2] + i / count[0] / count[1];
-      largest = max(largest, strain[x + points[0] * (y + points[1] * z)]);
+      const Strain& here = strain[x + points[0] * (y + points[1] * z)];
+      largest.maps = max(largest.maps, here.maps);
+      for (int k = 0; k < 2; ++k) largest.fourth[k] = max(largest.fourth[k], here.fourth[k]);
     }
-    const Vec3 bound = {team.group_max(largest.x), team.group_max(largest.y),
-                        team.group_max(largest.z)};
-    return sqrt(dot(bound, bound));
+    const auto of_group = [&](Vec3 v) {
+      return Vec3{team.group_max(v.x), team.group_max(v.y), team.group_max(v.z)};
+    };
+    return {of_group(largest.maps), {of_group(largest.fourth[0]), of_group(largest.fourth[1])}};
   }
 };
 

@@ -241,35 +241,44 @@ struct SmoothMap {
   }
 };
 
+/// Bounds of the derivatives around a node along each axis, per scene unit.
+struct Strain {
+  Vec3 maps;       ///< of the places mapped to, beside the affine maps
+  Vec3 fourth[2];  ///< of each map's fourth value
+};
+
 /// How far the maps' derivatives are from their affine maps' at most, around each node and along
 /// each axis: the spline's derivatives lie between differences of neighbouring nodes. One item per
 /// node.
 struct BoundStrain {
   Grid lattice;
   View<const float> nodes;
-  float scale[2] = {1, 1};   ///< of each map's first three values
-  float fourth[2] = {0, 0};  ///< of each map's fourth value
-  View<Vec3> strain;         ///< per scene unit
+  float scale[2] = {1, 1};  ///< of each map's first three values
+  View<Strain> strain;
 
   PM_HD void operator()(std::int64_t n) const {
     if (n >= strain.size) return;
     const std::int64_t row = lattice.points.x, layer = row * lattice.points.y;
-    const Vec3 bounds = {bound(n, 1, n % row + 1 < row),
-                         bound(n, row, n / row % lattice.points.y + 1 < lattice.points.y),
-                         bound(n, layer, n / layer + 1 < lattice.points.z)};
-    strain[n] = bounds / lattice.cell;
-  }
-
-  PM_HD float bound(std::int64_t n, std::int64_t step, bool exists) const {
-    if (!exists) return 0;
-    const float *a = nodes.data + n * kRegressionValues, *b = a + step * kRegressionValues;
-    const auto distance = [&](int i) {
-      const Vec3 d = {b[i] - a[i], b[i + 1] - a[i + 1], b[i + 2] - a[i + 2]};
+    const float* at = nodes.data + n * kRegressionValues;
+    // Of the last node the differences from itself.
+    const float* next[3] = {
+        at + kRegressionValues * (n % row + 1 < row ? 1 : 0),
+        at + kRegressionValues * (n / row % lattice.points.y + 1 < lattice.points.y ? row : 0),
+        at + kRegressionValues * (n / layer + 1 < lattice.points.z ? layer : 0)};
+    const auto along_axes = [&](const auto& change) {
+      return Vec3{change(next[0]), change(next[1]), change(next[2])} / lattice.cell;
+    };
+    const auto distance = [&](const float* b, int i) {
+      const Vec3 d = {b[i] - at[i], b[i + 1] - at[i + 1], b[i + 2] - at[i + 2]};
       return sqrt(dot(d, d));
     };
-    const auto change = [&](int i) { return max(b[i] - a[i], a[i] - b[i]); };
-    return fma(fourth[0], change(3),
-               fma(fourth[1], change(7), max(scale[0] * distance(0), scale[1] * distance(4))));
+    const auto fourth = [&](int i) {
+      return along_axes([&](const float* b) { return max(b[i] - at[i], at[i] - b[i]); });
+    };
+    strain[n] = {along_axes([&](const float* b) {
+                   return max(scale[0] * distance(b, 0), scale[1] * distance(b, 4));
+                 }),
+                 {fourth(3), fourth(7)}};
   }
 };
 
