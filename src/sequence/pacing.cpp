@@ -27,7 +27,7 @@ double mean_distance(const Mesh& from, const ClosestPointQuery& to) {
 }
 
 /// Raise it when the same maps and objects give other surfaces or another pacing.
-constexpr std::uint32_t kPacingVersion = 7;
+constexpr std::uint32_t kPacingVersion = 10;
 
 /// Everything that the surfaces at these moments depend on: the maps themselves and both objects.
 std::string key_of(const PreparedActor& actor, const PreparedLeg& leg, float cell,
@@ -57,14 +57,16 @@ static_assert(sizeof(BallAttribute) == 16 * sizeof(float) &&
 
 }  // namespace
 
-Result<std::vector<float>> even_pacing(const PreparedScene& prepared, const PreparedActor& actor,
-                                       const PreparedLeg& leg, Engine& engine,
-                                       const std::filesystem::path& cache) {
+Result<Pacing> even_pacing(const PreparedScene& prepared, const PreparedActor& actor,
+                           const PreparedLeg& leg, Engine& engine,
+                           const std::filesystem::path& cache) {
   PreparedLeg linear = leg;
   linear.plan.motion.easing = Easing::kLinear;
   linear.plan.pacing.clear();
   const auto time_of = [](int k) { return static_cast<float>(k) / kSteps; };
   const float cell = 3 * actor.cell;
+  // A fourth of what frames are content with, so that most of them are at their first try.
+  constexpr double kLevelTolerance = 0.0005;
   std::vector<FrameMap> maps;
   for (int k = 0; k <= kSteps; ++k)
     maps.push_back(map_at(actor, linear, time_of(k), balls_at(linear.plan, time_of(k))));
@@ -74,18 +76,28 @@ Result<std::vector<float>> even_pacing(const PreparedScene& prepared, const Prep
       const char* problem = nullptr;
       std::string_view content =
           cached_content(*bytes, key, kPacingFiles, problem).value_or(std::string_view());
-      const auto pacing = take_all<float>(content, content.size() / sizeof(float));
-      if (pacing.empty() || pacing.size() == kSteps + 1) return pacing;
+      constexpr std::size_t kEach = kSteps + 1;
+      if (content.empty()) return Pacing{};
+      if (content.size() == 2 * kEach * sizeof(float)) {
+        Pacing pacing;
+        pacing.times = take_all<float>(content, kEach);
+        pacing.levels = take_all<float>(content, kEach);
+        return pacing;
+      }
     }
   // A part of the pace is left to the eased time itself: where nothing changes it goes on.
   constexpr double kOwnShare = 0.4;
   std::vector<double> done{0};
+  const auto geometry_at = [&](const PreparedLeg& on, int k) {
+    ActorGeometry geometry;
+    geometry.moment.time = geometry.moment.u = time_of(k);
+    geometry.balls = balls_at(on.plan, time_of(k));
+    return geometry;
+  };
   Mesh before;
   bool empty = false;
   for (int k = 0; k <= kSteps && !empty; ++k) {
-    ActorGeometry geometry;
-    geometry.moment.time = geometry.moment.u = time_of(k);
-    geometry.balls = balls_at(linear.plan, time_of(k));
+    ActorGeometry geometry = geometry_at(linear, k);
     geometry.map = maps[static_cast<std::size_t>(k)];
     PM_TRY(SurfaceBetween surface,
            surface_between(actor, linear, geometry, cell, prepared.extract, engine));
@@ -97,26 +109,36 @@ Result<std::vector<float>> even_pacing(const PreparedScene& prepared, const Prep
                      mean_distance(mesh, ClosestPointQuery(before.positions, before.triangles)));
     before = std::move(mesh);
   }
-  std::vector<float> pacing;
+  Pacing pacing;
   if (!empty && done.back() > 0) {
     const double whole = done.back();
     for (int k = 0; k <= kSteps; ++k) {
       double& share = done[static_cast<std::size_t>(k)];
       share = (1 - kOwnShare) * share / whole + kOwnShare * k / kSteps;
     }
-    pacing.push_back(0);
+    pacing.times.push_back(0);
     for (int i = 1; i < kSteps; ++i) {
       const double wanted = static_cast<double>(i) / kSteps;
       const auto next = static_cast<std::size_t>(
           std::upper_bound(done.begin(), done.end(), wanted) - done.begin());
       const double within = (wanted - done[next - 1]) / (done[next] - done[next - 1]);
-      pacing.push_back(static_cast<float>((static_cast<double>(next) - 1 + within) / kSteps));
+      pacing.times.push_back(static_cast<float>((static_cast<double>(next) - 1 + within) / kSteps));
     }
-    pacing.push_back(1);
+    pacing.times.push_back(1);
+    linear.plan.pacing = pacing.times;
+    for (int k = 0; k <= kSteps; ++k) {
+      ActorGeometry geometry = geometry_at(linear, k);
+      geometry.map = map_at(actor, linear, time_of(k), geometry.balls);
+      PM_TRY(const SurfaceBetween surface,
+             surface_between(actor, linear, geometry, 2 * actor.cell, prepared.extract, engine,
+                             kLevelTolerance));
+      pacing.levels.push_back(surface.field.level);
+    }
   }
   if (!cache.empty()) {
     std::string bytes;
-    put_all(bytes, pacing);
+    put_all(bytes, pacing.times);
+    put_all(bytes, pacing.levels);
     store_cached(cache, key, kPacingFiles,
                  actor.objects[leg.from].name + ", " + actor.objects[leg.to].name, bytes);
   }

@@ -1,4 +1,5 @@
-// Arc-length pacing of a leg made of distance fields: time by the amount that its surface changes.
+// Arc-length pacing of a leg made of distance fields: time by the amount that its surface changes,
+// and the levels that keep its volume.
 #pragma once
 
 #include <vector>
@@ -9,11 +10,19 @@
 
 namespace polymorph {
 
-/// Eased times at which 0, 1/n, 2/n, ... 1 of the surface's whole change is done
-/// (MorphPlan::pacing), from the mean distances between its surfaces at even eased times, on cells
-/// three times as large. The leg's balls must share one eased time. Errors: the engine's.
-Result<std::vector<float>> even_pacing(const PreparedScene& prepared, const PreparedActor& actor,
-                                       const PreparedLeg& leg, Engine& engine,
-                                       const std::filesystem::path& cache);
+struct Pacing {
+  /// Eased times at which 0, 1/n, 2/n, ... 1 of the surface's whole change is done
+  /// (MorphPlan::pacing); empty where nothing changes.
+  std::vector<float> times;
+  /// Levels that keep the volume at eased times 0, 1/n, 2/n, ... 1, nearly (PreparedLeg::levels).
+  std::vector<float> levels;
+};
+
+/// A leg's pacing from the mean distances between its surfaces at even eased times, on cells three
+/// times as large, and its levels at that pace, on cells twice as large. The leg's balls must share
+/// one eased time. Errors: the engine's.
+Result<Pacing> even_pacing(const PreparedScene& prepared, const PreparedActor& actor,
+                           const PreparedLeg& leg, Engine& engine,
+                           const std::filesystem::path& cache);
 
 }  // namespace polymorph

@@ -263,10 +263,12 @@ Status make_legs(PreparedActor& actor, const ActorSettings& settings, const Prep
                                 settings.plan, leg.motion, cache);
     if (leg.distance) plan.leads = pair_leads(plan);
     log_rotation_of(plan, actor.objects[source].name, actor.objects[i + 1].name);
-    actor.legs.push_back({source, i + 1, std::move(plan), leg.distance, leg.until});
+    actor.legs.push_back({source, i + 1, std::move(plan), leg.distance, leg.until, {}});
     PreparedLeg& made = actor.legs.back();
     if (leg.distance && move_together(made.plan)) {
-      PM_TRY(made.plan.pacing, even_pacing(prepared, actor, made, engine, cache));
+      PM_TRY(Pacing pacing, even_pacing(prepared, actor, made, engine, cache));
+      made.plan.pacing = std::move(pacing.times);
+      made.levels = std::move(pacing.levels);
     }
     if (source != i) {
       const Leg& before = actor.timeline.legs[i - 1];

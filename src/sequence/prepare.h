@@ -57,6 +57,8 @@ struct PreparedLeg {
   MorphPlan plan;
   bool distance = false;  ///< made of both objects' distances
   float until = 1;        ///< of the motion's time: then the balls are left to the next leg
+  /// Levels that keep the volume at even eased times, nearly; empty: not known.
+  std::vector<float> levels;
 };
 
 /// One chain, in its place in the world.

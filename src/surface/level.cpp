@@ -66,45 +66,44 @@ Result<float> iso_for_volume(Engine& engine, const BallSet& balls, float cell,
 }
 
 Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, const Box& box,
-                                       float cell, const ExtractSettings& settings, double volume,
-                                       float limit) {
-  PM_CHECK(volume > 0 && limit >= 0);
-  // In a field of distances the volume changes by the area times the level: Newton's steps, and
-  // from two tries on the chord. Most of them on larger cells, which cost a sixteenth.
-  constexpr double kTolerance = 0.002;
+                                       float cell, const ExtractSettings& settings,
+                                       const VolumeGoal& goal) {
+  PM_CHECK(goal.volume > 0 && goal.cell > 0 && goal.limit >= 0);
   constexpr int kMaxTries = 8;
   // Where distances outside tend to the saturation, a level beyond that would fill all space.
   constexpr double kNearSaturation = 0.8;
-  const double bound = static_cast<double>(limit);
+  const double bound = static_cast<double>(goal.limit);
   const double lowest =
       between.saturation > 0
           ? -std::min(bound, kNearSaturation * static_cast<double>(between.saturation))
           : -bound;
-  double level = 0, area = 0;
+  double level = std::clamp(static_cast<double>(goal.near.value_or(0.0f)), lowest, bound);
   LevelSurface nearest;
-  const auto extract = [&](double at, float edge) {
-    between.level = static_cast<float>(at);
-    return extract_surface(engine, between, box, edge, settings);
-  };
-  /// The level at which cells of this edge show the wanted volume, from `level` on.
-  const auto search = [&](float edge) -> Status {
+  /// From `level` on to the level at which, as far as cells of this edge can tell, the goal's cells
+  /// show its volume. In a field of distances the volume changes by the area times the level:
+  /// Newton's steps, and from two tries on the chord.
+  const auto search = [&](float edge, double tolerance) -> Status {
+    // What facets lose goes with the square of the edge.
+    const double share = 1 - static_cast<double>(goal.cell * goal.cell / (edge * edge));
     double last = 0, last_excess = 0, best = level, best_excess = 0;
     double least = lowest, most = bound;  // the level lies between
     for (int i = 0; i < kMaxTries; ++i) {
-      PM_TRY(Mesh mesh, extract(level, edge));
-      const double excess = volume_of(mesh) - volume;
+      between.level = static_cast<float>(level);
+      PM_TRY(Mesh mesh, extract_surface(engine, between, box, edge, settings));
+      const double lost = share == 0 ? 0 : share * faceting_loss(mesh);
+      const double excess = volume_of(mesh) + lost - goal.volume;
+      double slope = -area_of(mesh);
       if (i == 0 || std::abs(excess) < std::abs(best_excess)) {
-        best = level, best_excess = excess, area = area_of(mesh);
+        best = level, best_excess = excess;
         nearest = {std::move(mesh), static_cast<float>(level)};
       }
-      if (std::abs(excess) <= kTolerance * volume) break;
-      double slope = -area;
+      if (std::abs(excess) <= tolerance * goal.volume) break;
       if (i > 0) {
         // Where parts come and go the volume is no smooth function of the level.
         const double chord = (excess - last_excess) / (level - last);
         if (chord < slope / 5 && chord > 5 * slope) slope = chord;
       }
-      if (!(slope < 0)) slope = -cube_root(volume * volume);
+      if (!(slope < 0)) slope = -cube_root(goal.volume * goal.volume);
       last = level, last_excess = excess;
       (excess > 0 ? least : most) = level;
       level -= excess / slope;
@@ -114,18 +113,12 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, con
     level = best;
     return Ok{};
   };
-  // Marching cubes lose a volume that goes with the square of the edge (Richardson): what cells of
-  // four and of two edges lose tells what those of one do, so that the first try there is mostly
-  // the last.
-  PM_TRY_STATUS(search(4 * cell));
-  const double on_four = volume_of(nearest.mesh);
-  PM_TRY(const Mesh two, extract(level, 2 * cell));
-  const double on_two = volume_of(two), gain = (on_two - on_four) / 4;
-  if (std::abs(gain) < 0.02 * volume && area_of(two) > 0)
-    level = std::clamp(level + (on_two + gain - volume) / area_of(two), lowest, bound);
-  else  // thin parts that only smaller cells see
-    PM_TRY_STATUS(search(2 * cell));
-  PM_TRY_STATUS(search(cell));
+  if (!goal.near) {
+    // Most tries on larger cells, which cost a sixteenth and a fourth.
+    PM_TRY_STATUS(search(4 * cell, 5 * goal.tolerance));
+    PM_TRY_STATUS(search(2 * cell, goal.tolerance / 2));
+  }
+  PM_TRY_STATUS(search(cell, goal.tolerance));
   return nearest;
 }
 

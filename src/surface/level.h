@@ -1,6 +1,7 @@
 // Iso level and ball strength: the level at which the surface encloses a given volume.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "base/box.h"
@@ -20,12 +21,22 @@ struct LevelSurface {
   Mesh mesh;
   float level = 0;  ///< scene units
 };
-/// The surface between two objects moved to the level at which it encloses `volume`, to 0.2 % of
-/// it: on cells of edge `cell` over `box`. Where the volume cannot be had by a level within `limit`
-/// of 0, the surface at that limit. Errors as extract_surface().
+/// Which volume a surface between two objects is to enclose.
+struct VolumeGoal {
+  double volume = 0;
+  float cell = 0;   ///< edge of the cells whose surface is to enclose it
+  float limit = 0;  ///< no level is further from 0
+  /// The level, nearly, where it is known; else it is searched for on larger cells first.
+  std::optional<float> near;
+  double tolerance = 0.002;  ///< share of the volume
+};
+/// The surface between two objects moved to the level at which it encloses the goal's volume, on
+/// cells of edge `cell` over `box`. Cells larger than the goal's add what their facets lose. Where
+/// the volume cannot be had by a level within the limit, the surface at that limit. Errors as
+/// extract_surface().
 Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, const Box& box,
-                                       float cell, const ExtractSettings& settings, double volume,
-                                       float limit);
+                                       float cell, const ExtractSettings& settings,
+                                       const VolumeGoal& goal);
 
 /// Balls whose surface at iso = 1 is that of `balls` at `iso`.
 std::vector<Ball> rescaled(std::vector<Ball> balls, FieldKind kind, float iso);

@@ -27,6 +27,9 @@ MeshReport check_mesh(const Mesh& mesh);
 
 double volume_of(const Mesh& mesh);
 double area_of(const Mesh& mesh);
+/// The volume between the facets and the smooth surface through their vertices that has the mesh's
+/// normals there: what `volume_of` lacks, positive where the surface is convex. 0 without normals.
+double faceting_loss(const Mesh& mesh);
 std::string mesh_digest(const Mesh& mesh);
 
 }  // namespace polymorph

@@ -4,11 +4,52 @@
 
 #include <algorithm>
 
+#include "sequence/geometry/leg_surface.h"
 #include "spheres/cache.h"
+#include "surface/mesh_check.h"
 #include "testing/scene.h"
 
 namespace polymorph {
 namespace {
+
+/// Counts the surfaces between objects that another engine is asked for.
+class CountingEngine : public Engine {
+ public:
+  explicit CountingEngine(Engine& engine) : engine_(engine) {}
+  int surfaces = 0;
+
+  EngineStatus extract(const BallSet& balls, const Grid& grid, const ExtractSettings& settings,
+                       Mesh& mesh) override {
+    return engine_.extract(balls, grid, settings, mesh);
+  }
+  EngineStatus extract(const MorphSurface& between, const Grid& grid,
+                       const ExtractSettings& settings, Mesh& mesh) override {
+    ++surfaces;
+    return engine_.extract(between, grid, settings, mesh);
+  }
+  EngineStatus sample(const BallSet& balls, const std::vector<Vec3>& points,
+                      const ExtractSettings& settings, std::vector<float>& values) override {
+    return engine_.sample(balls, points, settings, values);
+  }
+  EngineStatus move_balls(const std::shared_ptr<const BallPaths>& paths, const MotionState& moment,
+                          const std::vector<float>& eased_times, BallSet& balls) override {
+    return engine_.move_balls(paths, moment, eased_times, balls);
+  }
+  EngineStatus interpolate(const BallSet& balls, const std::vector<BallAttribute>& carried,
+                           const std::vector<Vec3>& points, const ExtractSettings& settings,
+                           std::vector<AttributeValues>& values) override {
+    return engine_.interpolate(balls, carried, points, settings, values);
+  }
+  EngineStatus regress(const std::shared_ptr<const Regression>& regression,
+                       const std::vector<Vec3>& points,
+                       std::vector<AttributeValues>& values) override {
+    return engine_.regress(regression, points, values);
+  }
+  std::vector<PassTime> pass_times() const override { return engine_.pass_times(); }
+
+ private:
+  Engine& engine_;
+};
 
 class PacingTest : public SceneTest {
  protected:
@@ -25,10 +66,43 @@ TEST_F(PacingTest, RisesFromNothingToAll) {
   for (std::size_t i = 1; i < pacing.size(); ++i) EXPECT_GT(pacing[i], pacing[i - 1]);
 }
 
+TEST_F(PacingTest, AVolumeIsKeptByTwoSurfacesMoreThanTheOneThatShows) {
+  PreparedScene prepared =
+      prepared_of(R"("source": "cube", "target": "torus", "frames": {"count": 12})");
+  prepared.scene.surface.min_component_share = 0;
+  const PreparedActor& actor = prepared.actors[0];
+  const PreparedLeg& leg = actor.legs[0];
+  ASSERT_EQ(leg.levels.size(), leg.plan.pacing.size());
+  const double from = actor.objects[leg.from].distances.volume,
+               to = actor.objects[leg.to].distances.volume;
+  int all = 0;
+  constexpr int kMoments = 23;
+  for (int i = 1; i <= kMoments; ++i) {
+    CountingEngine counting(*engine);
+    const auto at = volume_at(prepared, actor, counting, 0, static_cast<float>(i) / (kMoments + 1));
+    ASSERT_TRUE(at.ok()) << at.error().message;
+    const auto u = static_cast<double>(at->moment.u);
+    EXPECT_NEAR(volume_of(at->surface) / ((1 - u) * from + u * to), 1, 0.002) << i;
+    EXPECT_LE(counting.surfaces, 3) << i;
+    all += counting.surfaces;
+  }
+  EXPECT_LT(all, 2 * kMoments);
+  // Nor is the level lost where nothing is known of it.
+  prepared.actors[0].legs[0].levels.clear();
+  const auto searched = volume_at(prepared, actor, *engine, 0, 0.4f);
+  ASSERT_TRUE(searched.ok());
+  const auto u = static_cast<double>(searched->moment.u);
+  EXPECT_NEAR(volume_of(searched->surface) / ((1 - u) * from + u * to), 1, 0.002);
+}
+
 TEST_F(PacingTest, IsTheSameFromTheCache) {
   const Scene scene = scene_of(R"("source": "cube", "target": "torus", "frames": {"count": 12})");
   const auto pacing_of = [&](const std::filesystem::path& cache) {
-    return prepare_scene(scene, *engine, cache)->actors[0].legs[0].plan.pacing;
+    const auto prepared = prepare_scene(scene, *engine, cache);
+    const PreparedLeg& leg = prepared->actors[0].legs[0];
+    std::vector<float> all = leg.plan.pacing;
+    all.insert(all.end(), leg.levels.begin(), leg.levels.end());
+    return all;
   };
   const std::filesystem::path cache = folder / "paces";
   const std::vector<float> fresh = pacing_of({}), stored = pacing_of(cache);

@@ -167,6 +167,22 @@ TEST(Grown, AnInverseSquareBallsVisibleRadiusGrowsLinearly) {
   EXPECT_FLOAT_EQ(std::sqrt(half[0].w), 0.25f);
 }
 
+TEST(FacetingLoss, IsWhatCoarseCellsLackOfASphere) {
+  const auto engine = make_cpu_engine();
+  const std::vector<Ball> balls{gaussian_ball({0, 0, 0}, 0.5f)};
+  const double sphere = volume_of(*extract_surface(*engine, balls, 0.005f, {}));
+  for (const float cell : {0.05f, 0.1f, 0.15f}) {
+    const auto mesh = extract_surface(*engine, balls, cell, {});
+    ASSERT_TRUE(mesh.ok());
+    const double lacks = sphere - volume_of(*mesh);
+    EXPECT_GT(lacks, 0.003 * sphere) << cell;
+    EXPECT_NEAR(faceting_loss(*mesh) / lacks, 1, 0.12) << cell;
+  }
+  Mesh flat = *extract_surface(*engine, balls, 0.1f, {});
+  flat.normals.clear();
+  EXPECT_EQ(faceting_loss(flat), 0);
+}
+
 TEST(Evened, AThinPartStandsAsFirmAsABody) {
   const auto engine = make_cpu_engine();
   const std::vector<Ball> balls = rod_and_block();

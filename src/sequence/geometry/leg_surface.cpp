@@ -50,6 +50,23 @@ Result<ActorGeometry> balls_on_way(const PreparedScene& prepared, const Prepared
   return geometry;
 }
 
+std::optional<float> level_at(const PreparedLeg& leg, float u) {
+  const std::vector<float>& at = leg.levels;
+  if (at.size() < 3) return std::nullopt;
+  const auto last = at.size() - 1;
+  const float x = std::clamp(u, 0.0f, 1.0f) * static_cast<float>(last);
+  const std::size_t k = std::min(static_cast<std::size_t>(x), last - 1);
+  const float t = x - static_cast<float>(k), t2 = t * t, t3 = t2 * t;
+  // At an end that of the parabola through three.
+  const auto slope = [&](std::size_t i) {
+    if (i == 0) return 2 * at[1] - 1.5f * at[0] - 0.5f * at[2];
+    if (i == last) return 1.5f * at[last] + 0.5f * at[last - 2] - 2 * at[last - 1];
+    return 0.5f * (at[i + 1] - at[i - 1]);
+  };
+  return at[k] * (2 * t3 - 3 * t2 + 1) + at[k + 1] * (3 * t2 - 2 * t3) +
+         slope(k) * (t3 - 2 * t2 + t) + slope(k + 1) * (t3 - t2);
+}
+
 FrameMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
                 const BallSet& balls) {
   const ObjectDistances &from = actor.objects[leg.from].distances,
@@ -66,7 +83,8 @@ Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const BallSet& 
 
 Result<SurfaceBetween> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
                                        const ActorGeometry& geometry, float cell,
-                                       const ExtractSettings& extract, Engine& engine) {
+                                       const ExtractSettings& extract, Engine& engine,
+                                       double volume_tolerance) {
   // Shares of the objects' size: no further may the level go for the volume's sake, and what
   // distances outside tend to.
   constexpr float kFurthest = 0.08f, kSaturation = 0.035f;
@@ -83,8 +101,9 @@ Result<SurfaceBetween> surface_between(const PreparedActor& actor, const Prepare
   if (!at_an_end && !has_shell && leg.plan.motion.keep_volume) {
     const auto u = static_cast<double>(moment.u);
     const double volume = (1 - u) * from.distances.volume + u * to.distances.volume;
-    PM_TRY(LevelSurface found, surface_of_volume(engine, field, map.box, cell, extract, volume,
-                                                 kFurthest * size_at(actor, leg, moment.u)));
+    const VolumeGoal goal = {volume, actor.cell, kFurthest * size_at(actor, leg, moment.u),
+                             level_at(leg, moment.u), volume_tolerance};
+    PM_TRY(LevelSurface found, surface_of_volume(engine, field, map.box, cell, extract, goal));
     surface.mesh = std::move(found.mesh);
     field.level = found.level;
     return surface;

@@ -1,6 +1,7 @@
 // Surface of a leg between two objects at a time of its motion.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "base/result.h"
@@ -28,6 +29,10 @@ Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedAct
 double min_component_share_of(const PreparedActor& actor, const PreparedLeg& leg,
                               float min_component_share);
 
+/// The level that keeps the volume at an eased time, nearly: cubics through the leg's levels
+/// (Catmull-Rom). None where the leg has no levels.
+std::optional<float> level_at(const PreparedLeg& leg, float u);
+
 /// The map of a leg that is made of distances, when its balls are `balls`.
 FrameMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
                 const BallSet& balls);
@@ -42,10 +47,12 @@ struct SurfaceBetween {
   Mesh mesh;
   MorphSurface field;
 };
-/// On cells of edge `cell`: of `geometry` its map and of its moment time and u count. Errors:
+/// On cells of edge `cell`: of `geometry` its map and of its moment time and u count. A volume that
+/// is kept is kept to `volume_tolerance`, a share of it, as the actor's own cells show it. Errors:
 /// kResource.
 Result<SurfaceBetween> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
                                        const ActorGeometry& geometry, float cell,
-                                       const ExtractSettings& extract, Engine& engine);
+                                       const ExtractSettings& extract, Engine& engine,
+                                       double volume_tolerance = 0.002);
 
 }  // namespace polymorph
