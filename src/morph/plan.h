@@ -41,7 +41,7 @@ struct PlanSide {
   /// One per ball, equal numbers belong together (morph/labels.h); empty: no labels.
   std::vector<std::int32_t> labels;
   std::vector<Vec3> landmarks;  ///< those of the other side in the same order
-  std::string name;             ///< for people who list the cache; the plan does not depend on it
+  std::string name = {};        ///< for people who list the cache; the plan does not depend on it
 };
 
 /// When a pair starts, and how heavy it is.
