@@ -95,6 +95,9 @@ class Interop(unittest.TestCase):
         for output in (["m.usda"], ["m.glb"], ["q.glb", "--quantize"], ["m.ply"], ["o.obj"]):
             command = [PROGRAM, "mesh", "scene.json", "-q", "-o", *output]
             subprocess.run(command, cwd=cls.folder, check=True, stdout=subprocess.DEVNULL)
+        for output in ("c.usda", "c.glb", "c.obj"):
+            command = [PROGRAM, "mesh", "scene.json", "-q", "--topology", "constant", "-o", output]
+            subprocess.run(command, cwd=cls.folder, check=True, stdout=subprocess.DEVNULL)
         cls.stage = Usd.Stage.Open(str(cls.folder / "m.usda"))
         cls.mesh = UsdGeom.Mesh(cls.stage.GetPrimAtPath("/morph/penguin"))
 
@@ -204,6 +207,54 @@ class Interop(unittest.TestCase):
             view = glb.file.bufferViews[image.bufferView]
             self.assertEqual(glb.bytes[view.byteOffset : view.byteOffset + 4], b"\x89PNG")
         self.assertEqual(len(trimesh.load(self.folder / "m.glb", process=False).geometry), len(glb.file.meshes))
+
+    def carried(self, frame):
+        """Points and faces of a frame of the OBJ sequence of constant topology."""
+        text = (self.folder / f"c.{frame:04}.obj").read_text().splitlines()
+        points = np.array([line.split()[1:4] for line in text if line.startswith("v ")]).astype(np.float32)
+        faces = np.array([[corner.split("/")[0] for corner in line.split()[1:]] for line in text if line.startswith("f ")])
+        return points, faces.astype(int) - 1
+
+    def test_morph_targets_are_the_frames(self):
+        glb = Glb(self.folder / "c.glb")
+        self.assertEqual(len(glb.file.meshes), 1)
+        (primitive,) = glb.file.meshes[0].primitives
+        self.assertEqual(len(primitive.targets), FRAMES - 1)
+        base, indices = glb.read(primitive.attributes.POSITION), glb.read(primitive.indices)[:, 0]
+        normals = glb.read(primitive.attributes.NORMAL)
+        _, faces = self.carried(1)
+        for frame in range(1, FRAMES + 1):
+            points, same = self.carried(frame)
+            self.assertTrue(np.array_equal(same, faces))
+            target = primitive.targets[frame - 2] if frame > 1 else None
+            moved = base + glb.read(target["POSITION"]) if target else base
+            self.assertLess(np.abs(moved[indices] - points[faces.ravel()]).max(), 1e-5)
+            turned = normals + glb.read(target["NORMAL"]) if target else normals
+            self.assertLess(np.abs(np.linalg.norm(turned, axis=1) - 1).max(), 1e-4)
+        animation = glb.file.animations[0]
+        (channel,) = animation.channels
+        self.assertEqual(channel.target.path, "weights")
+        sampler = animation.samplers[channel.sampler]
+        self.assertTrue(np.allclose(glb.read(sampler.input)[:, 0], np.arange(FRAMES) / 12))
+        weights = glb.read(sampler.output).reshape(FRAMES, FRAMES - 1)
+        self.assertTrue(np.array_equal(weights, np.eye(FRAMES)[:, 1:]))
+        self.assertEqual(len(trimesh.load(self.folder / "c.glb", process=False).geometry), 1)
+
+    def test_usd_of_constant_topology_has_static_indices(self):
+        mesh = UsdGeom.Mesh(Usd.Stage.Open(str(self.folder / "c.usda")).GetPrimAtPath("/morph/penguin"))
+        primvars = UsdGeom.PrimvarsAPI(mesh)
+        constant = (mesh.GetFaceVertexIndicesAttr(), mesh.GetFaceVertexCountsAttr(), primvars.GetPrimvar("st").GetAttr())
+        self.assertEqual([a.GetNumTimeSamples() for a in constant], [0, 0, 0])
+        self.assertEqual(mesh.GetPointsAttr().GetNumTimeSamples(), FRAMES)
+        for frame in range(1, FRAMES + 1):
+            points, faces = self.carried(frame)
+            self.assertTrue(np.array_equal(np.array(mesh.GetPointsAttr().Get(frame), np.float32), points))
+            self.assertTrue(np.array_equal(np.array(mesh.GetFaceVertexIndicesAttr().Get(frame)), faces.ravel()))
+            self.assertEqual(len(primvars.GetPrimvar("label").Get(frame)), len(points))
+            # Velocities lead to the next frame's points.
+            if frame < FRAMES:
+                ends = points + np.array(mesh.GetVelocitiesAttr().Get(frame)) / 12
+                self.assertLess(np.abs(ends - self.carried(frame + 1)[0]).max(), 1e-4)
 
     def test_quantized_glb_is_near(self):
         exact, rough = Glb(self.folder / "m.glb"), Glb(self.folder / "q.glb")

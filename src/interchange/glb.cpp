@@ -56,6 +56,7 @@ class GlbWriter : public SurfaceWriter {
         current_(sequence_.actors.size()) {}
 
   Status add(int frame, std::span<const SurfaceFrame> frames) override {
+    if (sequence_.constant_topology) return add_targets(frame, frames);
     for (std::size_t a = 0; a < frames.size(); ++a) {
       const std::string digest = frames[a].triangles.empty() ? "" : digest_of(frames[a]);
       std::optional<std::size_t>& current = current_[a];
@@ -90,6 +91,8 @@ class GlbWriter : public SurfaceWriter {
                       Shown& shown);
   Status add_quantized(const SurfaceFrame& frame, const SplitSurface& split, json& attributes,
                        Shown& shown);
+  Status add_targets(int frame, std::span<const SurfaceFrame> frames);
+  Status add_weights();
   json material_json(const SurfaceMaterial& material);
   Status add_images();
   void add_nodes();
@@ -104,6 +107,9 @@ class GlbWriter : public SurfaceWriter {
        nodes_ = json::array(), animation_, images_ = json::array();
   std::vector<Shown> shown_;
   std::vector<std::optional<std::size_t>> current_;  ///< of each actor, what it shows
+  /// With a constant topology: of each actor its first frame, and the frames so far.
+  std::vector<SurfaceFrame> base_;
+  std::vector<int> frames_;
 };
 
 template <class T>
@@ -197,7 +203,7 @@ Status GlbWriter::add_vertices(const SurfaceFrame& frame, const SplitSurface& sp
                       per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
                         append(bytes, frame.colors[p]);
                       })));
-  if (!frame.is_mixed && !frame.corner_uvs.empty())
+  if ((!frame.is_mixed || sequence_.constant_topology) && !frame.corner_uvs.empty())
     PM_TRY_STATUS(put("TEXCOORD_0", "VEC2",
                       per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
                         append(bytes, uv_at(frame, split, v));
@@ -276,7 +282,7 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
 
 Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, Shown& shown) {
   SplitSettings corners;
-  corners.uvs = !frame.is_mixed;
+  corners.uvs = !frame.is_mixed || sequence_.constant_topology;
   const SplitSurface split = split_corners(frame, corners);
   json attributes = json::object();
   PM_TRY_STATUS(settings_.quantize ? add_quantized(frame, split, attributes, shown)
@@ -311,6 +317,79 @@ Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, S
   return Ok{};
 }
 
+/// The first frame is the mesh, each further one a morph target: what is added to places, normals
+/// and colours.
+Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
+  frames_.push_back(frame);
+  if (base_.empty()) {
+    base_.assign(frames.begin(), frames.end());
+    for (std::size_t a = 0; a < frames.size(); ++a) {
+      Shown shown;
+      shown.actor = a;
+      shown.first = frame;
+      shown.end = sequence_.last_frame + 1;
+      // A velocity changes with the frames, and a target cannot change it.
+      base_[a].velocities.clear();
+      PM_TRY_STATUS(add_mesh(base_[a], sequence_.actors[a], shown));
+      shown_.push_back(std::move(shown));
+    }
+    return Ok{};
+  }
+  for (std::size_t a = 0; a < frames.size(); ++a) {
+    const SurfaceFrame &base = base_[a], &now = frames[a];
+    SplitSettings corners;
+    const SplitSurface split = split_corners(base, corners);
+    json target = json::object();
+    const auto put = [&](const char* name, const std::vector<Vec3>& from,
+                         const std::vector<Vec3>& to) -> Status {
+      if (from.empty() || from.size() != to.size()) return Ok{};
+      Vec3 low = to[0] - from[0], high = low;
+      const std::string bytes =
+          per_vertex(split, [&](std::string& all, std::size_t, std::uint32_t p) {
+            const Vec3 by = to[p] - from[p];
+            low = min(low, by);
+            high = max(high, by);
+            append(all, by);
+          });
+      PM_TRY(target[name],
+             add_accessor(bytes, kVertexBuffer, kFloat, "VEC3", split.position_of.size()));
+      accessors_.back()["min"] = array_of(low);
+      accessors_.back()["max"] = array_of(high);
+      return Ok{};
+    };
+    PM_TRY_STATUS(put("POSITION", base.positions, now.positions));
+    PM_TRY_STATUS(put("NORMAL", base.normals, now.normals));
+    PM_TRY_STATUS(put("COLOR_0", base.colors, now.colors));
+    for (json& primitive : meshes_[a]["primitives"]) primitive["targets"].push_back(target);
+  }
+  return Ok{};
+}
+
+/// Each frame's target counts fully at its moment, and its neighbours' in between.
+Status GlbWriter::add_weights() {
+  const std::size_t targets = frames_.size() - 1;
+  json samplers = json::array(), channels = json::array();
+  std::string times, weights;
+  for (std::size_t k = 0; k < frames_.size(); ++k) {
+    append(times, static_cast<float>(frames_[k] - sequence_.first_frame) / sequence_.fps);
+    for (std::size_t target = 0; target < targets; ++target)
+      append(weights, target + 1 == k ? 1.0f : 0.0f);
+  }
+  PM_TRY(const std::size_t input, add_accessor(times, 0, kFloat, "SCALAR", frames_.size()));
+  accessors_.back()["min"] = {0.0f};
+  accessors_.back()["max"] = {static_cast<float>(frames_.back() - sequence_.first_frame) /
+                              sequence_.fps};
+  PM_TRY(const std::size_t output,
+         add_accessor(weights, 0, kFloat, "SCALAR", frames_.size() * targets));
+  samplers.push_back({{"input", input}, {"output", output}, {"interpolation", "LINEAR"}});
+  for (std::size_t n = 0; n < shown_.size(); ++n) {
+    meshes_[n]["weights"] = std::vector<float>(targets, 0.0f);
+    channels.push_back({{"sampler", 0}, {"target", {{"node", n}, {"path", "weights"}}}});
+  }
+  animation_ = {{"name", "morph"}, {"samplers", samplers}, {"channels", channels}};
+  return Ok{};
+}
+
 json GlbWriter::material_json(const SurfaceMaterial& m) {
   json pbr = {{"baseColorFactor",
                {std::clamp(m.color.x, 0.0f, 1.0f), std::clamp(m.color.y, 0.0f, 1.0f),
@@ -340,10 +419,10 @@ Status GlbWriter::add_images() {
 void GlbWriter::add_nodes() {
   std::vector<json> children(sequence_.actors.size(), json::array());
   for (const Shown& shown : shown_) {
-    json node = {{"name", meshes_[shown.mesh]["name"]},
-                 {"mesh", shown.mesh},
-                 {"extensions",
-                  {{"KHR_node_visibility", {{"visible", shown.first == sequence_.first_frame}}}}}};
+    json node = {{"name", meshes_[shown.mesh]["name"]}, {"mesh", shown.mesh}};
+    if (!sequence_.constant_topology)
+      node["extensions"]["KHR_node_visibility"] = {
+          {"visible", shown.first == sequence_.first_frame}};
     if (settings_.quantize) node["translation"] = array_of(shown.origin);
     // What a viewer shows that plays nothing: the first frame.
     const float scale = shown.first == sequence_.first_frame ? shown.scale : 0.0f;
@@ -414,11 +493,17 @@ Status GlbWriter::add_animation() {
 
 Status GlbWriter::finish() {
   PM_TRY_STATUS(add_images());
-  PM_TRY_STATUS(add_animation());
+  const bool has_targets = frames_.size() > 1;
+  if (has_targets) {
+    PM_TRY_STATUS(add_weights());
+  } else if (!sequence_.constant_topology) {
+    PM_TRY_STATUS(add_animation());
+  }
   add_nodes();
   json roots = json::array();
   for (std::size_t n = shown_.size(); n < nodes_.size(); ++n) roots.push_back(n);
-  json used = {"KHR_node_visibility", "KHR_animation_pointer"};
+  json used = json::array();
+  if (!sequence_.constant_topology) used = {"KHR_node_visibility", "KHR_animation_pointer"};
   json file = {{"asset", {{"version", "2.0"}, {"generator", "polymorph " PM_VERSION}}},
                {"scene", 0},
                {"scenes", {{{"nodes", roots}}}},
@@ -434,13 +519,15 @@ Status GlbWriter::finish() {
     file["meshes"] = meshes_;
     file["accessors"] = accessors_;
     file["bufferViews"] = views_;
-    file["animations"] = {animation_};
+    if (!animation_.is_null()) file["animations"] = {animation_};
     file["buffers"] = {{{"byteLength", spool_.size()}}};
   }
   json materials = json::array();
+  bool transmits = false;
   for (const SurfaceMaterial& m : catalog_.materials) {
     materials.push_back(material_json(m));
-    if (m.transmission > 0 && used.size() == 2) {
+    if (m.transmission > 0 && !transmits) {
+      transmits = true;
       used.push_back("KHR_materials_transmission");
       used.push_back("KHR_materials_ior");
     }
@@ -458,7 +545,7 @@ Status GlbWriter::finish() {
     used.push_back("KHR_mesh_quantization");
     file["extensionsRequired"] = {"KHR_mesh_quantization"};
   }
-  file["extensionsUsed"] = used;
+  if (!used.empty()) file["extensionsUsed"] = used;
   std::string text = file.dump(-1, ' ', false, json::error_handler_t::replace);
   text.resize((text.size() + 3) / 4 * 4, ' ');
   const std::uint64_t total = 12 + 8 + text.size() + 8 + spool_.size();

@@ -60,6 +60,8 @@ struct SurfaceSequence {
   int first_frame = 1, last_frame = 1;
   FrameCamera camera;
   bool has_corner_normals = false;  ///< whether any frame has them
+  /// All frames of an actor have the same triangles and texture coordinates.
+  bool constant_topology = false;
 };
 
 }  // namespace polymorph

@@ -34,7 +34,8 @@ class TimeSamples {
     repeats_ = false;
     return write(spool);
   }
-  bool empty() const { return ranges_.empty(); }
+  /// The value at the last frame.
+  const std::string& last() const { return value_; }
   const std::vector<Spool::Range>& ranges() const { return ranges_; }
 
  private:
@@ -408,9 +409,22 @@ void UsdWriter::add_mesh(std::size_t index, std::vector<ByteSource>& parts) {
     parts.push_back(spool_.source(samples.ranges()));
     parts.push_back(text("        }\n"));
   };
+  /// What says how points hang together: one value where that is the same in all frames.
+  const auto put_topology = [&](const char* type, const char* name, const char* interpolation,
+                                const TimeSamples& samples) {
+    if (!sequence_.constant_topology) {
+      put(type, name, interpolation, samples);
+      return;
+    }
+    const std::string how =
+        *interpolation
+            ? fmt::format(" (\n            interpolation = \"{}\"\n        )", interpolation)
+            : "";
+    parts.push_back(text(fmt::format("        {} {} = {}{}\n", type, name, samples.last(), how)));
+  };
   put("float3[]", "extent", "", actor.extent);
-  put("int[]", "faceVertexCounts", "", actor.counts);
-  put("int[]", "faceVertexIndices", "", actor.indices);
+  put_topology("int[]", "faceVertexCounts", "", actor.counts);
+  put_topology("int[]", "faceVertexIndices", "", actor.indices);
   put("point3f[]", "points", "", actor.points);
   // Corners name their normals: most frames are smooth, and have one a point.
   if (sequence_.has_corner_normals) {
@@ -421,8 +435,8 @@ void UsdWriter::add_mesh(std::size_t index, std::vector<ByteSource>& parts) {
   }
   put("vector3f[]", "velocities", "", actor.velocities);
   put("color3f[]", "primvars:displayColor", "vertex", actor.colors);
-  put("texCoord2f[]", "primvars:st", "faceVarying", actor.uvs);
-  put("int[]", "primvars:st:indices", "", actor.uv_indices);
+  put_topology("texCoord2f[]", "primvars:st", "faceVarying", actor.uvs);
+  put_topology("int[]", "primvars:st:indices", "", actor.uv_indices);
   put("int[]", "primvars:label", "vertex", actor.labels);
   for (std::size_t m = 0; m < actor.subsets.size(); ++m) {
     const std::string& name = catalog_.materials[m].name;

@@ -92,5 +92,52 @@ TEST_F(Interchange, AnObjHasItsMaterialsAndTexturesBesideIt) {
                        "m.mtl: exists - add --overwrite"));
 }
 
+TEST_F(Interchange, OneMeshIsCarriedThroughALeg) {
+  write("scene.json", tiny_scene(4));
+  run(0, {"mesh", "scene.json", "--topology", "constant", "-o", "m.glb"});
+  const auto json = glb_json(read_text(folder / "m.glb"));
+  ASSERT_EQ(json["meshes"].size(), 1u);
+  const auto& mesh = json["meshes"][0];
+  EXPECT_EQ(mesh["weights"].size(), 3u);
+  for (const auto& primitive : mesh["primitives"]) {
+    ASSERT_EQ(primitive["targets"].size(), 3u);
+    for (const auto& target : primitive["targets"])
+      EXPECT_TRUE(target.contains("POSITION") && target.contains("NORMAL"));
+  }
+  const auto& animation = json["animations"][0];
+  EXPECT_EQ(animation["channels"][0]["target"]["path"], "weights");
+  EXPECT_EQ(animation["samplers"][0]["interpolation"], "LINEAR");
+
+  run(0, {"mesh", "scene.json", "--topology", "constant", "-o", "m.usda"});
+  const std::string usd = read_text(folder / "m.usda");
+  EXPECT_TRUE(contains(usd, "int[] faceVertexIndices = ["));
+  EXPECT_TRUE(contains(usd, "int[] faceVertexCounts = ["));
+  EXPECT_TRUE(contains(usd, "point3f[] points.timeSamples"));
+
+  run(0, {"mesh", "scene.json", "--topology", "constant", "-o", "m.####.obj"});
+  const auto faces = [&](const char* name) {
+    const std::string text = read_text(folder / name);
+    return text.substr(text.find("\nf "));
+  };
+  EXPECT_EQ(faces("m.0001.obj"), faces("m.0004.obj"));
+
+  for (const std::vector<std::string>& wrong :
+       {std::vector<std::string>{"x.glb", "--quantize"}, {"x.glb", "--error", "1%"}, {"x.json"}}) {
+    std::vector<std::string> arguments = {"mesh", "scene.json", "--topology", "constant", "-o"};
+    arguments.insert(arguments.end(), wrong.begin(), wrong.end());
+    EXPECT_TRUE(contains(run(2, arguments).err, "leave out --error and --quantize"));
+  }
+}
+
+TEST_F(Interchange, AChangingTopologyIsRefusedByFrameAndPlace) {
+  write("scene.json", tiny_scene(6, "\"torus\""));
+  const std::string said =
+      run(3, {"mesh", "scene.json", "--topology", "constant", "-o", "m.glb"}).err;
+  EXPECT_TRUE(contains(said, "the topology changes: frame ")) << said;
+  EXPECT_TRUE(contains(said, "they differ most at (")) << said;
+  EXPECT_TRUE(contains(said, "leave out --topology for a mesh of its own in each frame")) << said;
+  EXPECT_FALSE(exists("m.glb"));
+}
+
 }  // namespace
 }  // namespace polymorph

@@ -12,6 +12,7 @@
 #include "interchange/surface_writer.h"
 #include "sequence/device.h"
 #include "sequence/frames.h"
+#include "sequence/geometry/carried_frames.h"
 #include "sequence/geometry/geometry.h"
 #include "sequence/geometry/surface_frames.h"
 #include "sequence/render_sequence.h"
@@ -26,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct MeshOptions {
-  std::string scene, output, html, frames, error;
+  std::string scene, output, html, frames, error, topology = "changing";
   bool quantize = false;
   std::vector<std::string> sets;
 };
@@ -106,6 +107,7 @@ class MeshRun {
 
  private:
   Status check_outputs();
+  bool is_carried() const { return options_.topology == "constant"; }
   bool has_velocities() const {
     return format_ == MeshFormat::kPly || format_ == MeshFormat::kUsd ||
            (format_ == MeshFormat::kGlb && !options_.quantize);
@@ -113,6 +115,9 @@ class MeshRun {
   Result<FrameGeometry> geometry_of(int frame);
   Result<std::vector<SurfaceFrame>> surfaces_of_frame(const FrameGeometry& geometry);
   Status write_frame(int frame);
+  Status write_frames();
+  Status write_carried();
+  Status write_surfaces(int frame, const std::string& stage, std::span<const SurfaceFrame> frames);
   Status write_library();
   fs::path path_of(int frame) const {
     return is_sequence(format_) ? fs::path(options_.output) : frame_path(pattern_, frame);
@@ -215,6 +220,50 @@ Status MeshRun::write_frame(int frame) {
   const fs::path path = path_of(frame);
   if (format_ == MeshFormat::kBalls) return write_balls(prepared_, geometry, path);
   PM_TRY(const std::vector<SurfaceFrame> frames, surfaces_of_frame(geometry));
+  return write_surfaces(frame, geometry.stage, frames);
+}
+
+/// One mesh for each actor through all frames.
+Status MeshRun::write_carried() {
+  const auto stopped = [&]() -> Status {
+    if (stop_requested()) return Error{stop_code(), "stopped - nothing is written"};
+    return Ok{};
+  };
+  std::vector<CarriedActor> actors;
+  for (const PreparedActor& actor : prepared_.actors) {
+    PM_TRY(CarriedActor carried, carry_actor(prepared_, actor, frames_, *engine_, stopped));
+    const auto worst = static_cast<std::size_t>(
+        std::max_element(carried.errors.begin(), carried.errors.end()) - carried.errors.begin());
+    log_info("{}: {} triangles through {} frames, at most {:.2f} % of the diagonal off the surface",
+             actor.name, carried.mesh.triangles.size(), frames_.size(),
+             100 * static_cast<double>(carried.errors[worst]));
+    actors.push_back(std::move(carried));
+  }
+  for (std::size_t k = 0; k < frames_.size(); ++k) {
+    std::vector<SurfaceFrame> frames;
+    for (std::size_t a = 0; a < actors.size(); ++a) {
+      PM_TRY(SurfaceFrame frame,
+             carried_frame(prepared_, prepared_.actors[a], actors[a], frames_, k, *engine_));
+      frames.push_back(std::move(frame));
+    }
+    PM_TRY_STATUS(write_surfaces(frames_[k], stage_names(prepared_, frames_[k]), frames));
+  }
+  return Ok{};
+}
+
+Status MeshRun::write_frames() {
+  for (const int frame : frames_) {
+    if (stop_requested())
+      return Error{stop_code(), writer_ ? "stopped - nothing is written"
+                                        : "stopped - the files named so far are whole"};
+    PM_TRY_STATUS(write_frame(frame));
+  }
+  return Ok{};
+}
+
+Status MeshRun::write_surfaces(int frame, const std::string& stage,
+                               std::span<const SurfaceFrame> frames) {
+  const fs::path path = path_of(frame);
   if (std::all_of(frames.begin(), frames.end(),
                   [](const SurfaceFrame& f) { return f.triangles.empty(); }))
     log_warning("frame {}: the balls have no surface at this level", frame);
@@ -231,7 +280,7 @@ Status MeshRun::write_frame(int frame) {
   } else {
     PM_TRY_STATUS(write_file(path, encode_ply(frames, sequence_)));
   }
-  tell(path, geometry.stage, frames);
+  tell(path, stage, frames);
   return Ok{};
 }
 
@@ -255,9 +304,15 @@ Result<int> MeshRun::run() {
   }
   if (options_.quantize && format_ != MeshFormat::kGlb)
     return make_error(ErrorCode::kUsage, "--quantize is for .glb files");
-  if (is_sequence(format_)) {
+  if (is_carried() && (error_ > 0 || options_.quantize || format_ == MeshFormat::kBalls))
+    return make_error(
+        ErrorCode::kUsage,
+        "--topology constant: a carried mesh is neither simplified nor quantized, and has no "
+        "balls - leave out --error and --quantize, and write .glb, .usda, .obj or .ply");
+  if (is_sequence(format_) || is_carried()) {
     std::sort(frames_.begin(), frames_.end());
-  } else {
+  }
+  if (!is_sequence(format_)) {
     PM_TRY(pattern_, parse_pattern(options_.output));
     if (frames_.size() > 1) pattern_ = numbered(pattern_);
   }
@@ -272,16 +327,16 @@ Result<int> MeshRun::run() {
   // Once more: only now is it known which files the models and their materials name.
   PM_TRY_STATUS(check_outputs());
   sequence_ = surface_sequence(prepared_, frames_.front(), frames_.back());
+  if (is_carried()) sequence_.constant_topology = true, sequence_.has_corner_normals = false;
   if (format_ == MeshFormat::kUsd) {
     PM_TRY(writer_, make_usd_writer(options_.output, sequence_, line_.common.overwrite));
   } else if (format_ == MeshFormat::kGlb) {
     PM_TRY(writer_, make_glb_writer(options_.output, sequence_, {options_.quantize}));
   }
-  for (const int frame : frames_) {
-    if (stop_requested())
-      return Error{stop_code(), writer_ ? "stopped - nothing is written"
-                                        : "stopped - the files named so far are whole"};
-    PM_TRY_STATUS(write_frame(frame));
+  if (is_carried()) {
+    PM_TRY_STATUS(write_carried());
+  } else {
+    PM_TRY_STATUS(write_frames());
   }
   if (writer_) {
     PM_TRY_STATUS(writer_->finish());
@@ -293,10 +348,11 @@ Result<int> MeshRun::run() {
 }
 
 Result<int> write_page(const CommandLine& line, const MeshOptions& options) {
-  if (!options.frames.empty() || !options.error.empty() || options.quantize)
+  if (!options.frames.empty() || !options.error.empty() || options.quantize ||
+      options.topology == "constant")
     return make_error(ErrorCode::kUsage,
                       "--html: a page has all frames and makes its own surfaces - leave out "
-                      "--frames, --error and --quantize");
+                      "--frames, --error, --quantize and --topology");
   PM_TRY_STATUS(check_play_page(line, options.html));
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(Scene scene, load_scene(options.scene, overrides));
@@ -322,6 +378,7 @@ void add_mesh(CommandLine& line) {
       "  polymorph mesh scene.json -o morph.usda\n"
       "  polymorph mesh scene.json -o morph.glb --quantize --error 0.02%\n"
       "  polymorph mesh scene.json -o 'surface.####.ply'\n"
+      "  polymorph mesh scene.json --topology constant -o targets.glb\n"
       "  polymorph mesh scene.json -f 12 -o half.obj\n"
       "  polymorph mesh scene.json --html play.html\n"
       "  polymorph mesh scene.json -f 12 -o balls.json",
@@ -338,6 +395,12 @@ void add_mesh(CommandLine& line) {
       .group("Main");
   command.add_option("--html", options->html, "instead: a page that plays the morph in a browser")
       .type_name("FILE")
+      .group("Main");
+  command
+      .add_option("--topology", options->topology,
+                  "constant: one mesh carried through a leg, for morph targets; default: changing")
+      .choices({"changing", "constant"})
+      .type_name("WHAT")
       .group("Main");
   command.add_option("-f,--frames", options->frames, "1-48, 1-48x2, 5-1, 1,5,10-20; default: all")
       .type_name("LIST")

@@ -117,6 +117,18 @@ Result<ActorGeometry> boundary_at(const PreparedScene& prepared, const PreparedA
   return model_at(prepared, actor, engine, moment);
 }
 
+Result<ActorGeometry> leg_geometry(const PreparedScene& prepared, const PreparedActor& actor,
+                                   Engine& engine, const MorphState& moment) {
+  PM_TRY(ActorGeometry one, volume_at(prepared, actor, engine, moment.leg, moment.time));
+  one.moment = moment;
+  if (leg_of(actor, moment.leg).distance)
+    PM_TRY_STATUS(blend_end_normals(actor, leg_of(actor, moment.leg), engine, one));
+  if (prepared.scene.look.kind == LookKind::kOwn && !one.surface.triangles.empty())
+    PM_TRY_STATUS(transfer_looks(actor, static_cast<std::size_t>(moment.leg), moment.time,
+                                 one.balls, one.map, one.surface.positions, engine, one));
+  return one;
+}
+
 Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry) {
   Mesh mesh = geometry.surface;
   if (!geometry.points.empty()) append(mesh, model_mesh(actor, geometry));
@@ -140,13 +152,7 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, Engine& engine,
       geometry.actors.push_back(std::move(one));
       continue;
     }
-    PM_TRY(ActorGeometry one, volume_at(prepared, actor, engine, moment.leg, moment.time));
-    one.moment = moment;
-    if (leg_of(actor, moment.leg).distance)
-      PM_TRY_STATUS(blend_end_normals(actor, leg_of(actor, moment.leg), engine, one));
-    if (prepared.scene.look.kind == LookKind::kOwn && !one.surface.triangles.empty())
-      PM_TRY_STATUS(transfer_looks(actor, static_cast<std::size_t>(moment.leg), moment.time,
-                                   one.balls, one.map, one.surface.positions, engine, one));
+    PM_TRY(ActorGeometry one, leg_geometry(prepared, actor, engine, moment));
     if (flows) PM_TRY_STATUS(add_flow(actor, engine, last, one));
     geometry.actors.push_back(std::move(one));
   }

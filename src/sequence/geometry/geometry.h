@@ -24,6 +24,11 @@ struct FrameGeometry {
 Result<ActorGeometry> boundary_at(const PreparedScene& prepared, const PreparedActor& actor,
                                   Engine& engine, int leg, bool leaving, float way);
 
+/// The surface of a leg at a moment of its motion, with its look, whatever `moment.object` says.
+/// Errors: kResource.
+Result<ActorGeometry> leg_geometry(const PreparedScene& prepared, const PreparedActor& actor,
+                                   Engine& engine, const MorphState& moment);
+
 /// What is seen of an actor: its surface, its model where that shows, or both.
 Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry);
 

@@ -156,6 +156,19 @@ SurfaceFrame model_frame(const PreparedScene& prepared, const PreparedActor& act
   return frame;
 }
 
+/// Displacements end on the surface of the next frame.
+void end_on(const Mesh& next, SurfaceFrame& frame) {
+  if (next.triangles.empty()) return;
+  std::vector<Vec3> ends(frame.positions.size());
+  for (std::size_t i = 0; i < ends.size(); ++i) ends[i] = frame.positions[i] + frame.velocities[i];
+  const std::vector<ClosestPoint> hits =
+      ClosestPointQuery(next.positions, next.triangles).closest(ends);
+  for (std::size_t i = 0; i < ends.size(); ++i)
+    frame.velocities[i] = hits[i].point - frame.positions[i];
+}
+
+}  // namespace
+
 SurfaceFrame extracted_frame(const PreparedScene& prepared, const PreparedActor& actor,
                              const ActorGeometry& geometry) {
   SurfaceFrame frame;
@@ -181,19 +194,6 @@ SurfaceFrame extracted_frame(const PreparedScene& prepared, const PreparedActor&
   }
   return frame;
 }
-
-/// Displacements end on the surface of the next frame.
-void end_on(const Mesh& next, SurfaceFrame& frame) {
-  if (next.triangles.empty()) return;
-  std::vector<Vec3> ends(frame.positions.size());
-  for (std::size_t i = 0; i < ends.size(); ++i) ends[i] = frame.positions[i] + frame.velocities[i];
-  const std::vector<ClosestPoint> hits =
-      ClosestPointQuery(next.positions, next.triangles).closest(ends);
-  for (std::size_t i = 0; i < ends.size(); ++i)
-    frame.velocities[i] = hits[i].point - frame.positions[i];
-}
-
-}  // namespace
 
 void ask_for_attributes(Scene& scene, bool velocities, bool labels) {
   scene.camera.shutter = 0;

@@ -1,0 +1,58 @@
+// Carried mesh: one connectivity that follows a moving surface from moment to moment.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "kernels/mesh.h"
+#include "model/query/closest.h"
+
+namespace polymorph {
+
+/// A surface at one moment, and what is asked of it again and again.
+struct CarryTarget {
+  Mesh surface;                                      ///< closed, with normals
+  std::shared_ptr<const ClosestPointQuery> closest;  ///< of it
+};
+CarryTarget make_carry_target(Mesh surface);
+
+/// What a moving surface can be asked for. Moments are whatever rises along the way.
+struct MovingSurface {
+  std::function<Result<CarryTarget>(float moment)> at;
+  /// Where points near the surface go from one moment to another.
+  std::function<Result<std::vector<Vec3>>(std::span<const Vec3> points, float from, float to)> flow;
+};
+
+/// How well a mesh stands for a surface.
+struct CarryFault {
+  float distance = 0;        ///< Hausdorff distance, both ways, between corners and middles
+  Vec3 place;                ///< where it is reached
+  std::size_t inverted = 0;  ///< triangles that show their back where the surface shows its front
+  Vec3 inverted_place;
+};
+
+struct CarriedMesh {
+  std::vector<Triangle> triangles;
+  std::vector<std::vector<Vec3>> points;  ///< of each moment
+  std::vector<CarryFault> faults;         ///< of each moment
+};
+
+struct CarrySettings {
+  float limit = 0;  ///< Hausdorff distance that is wanted, scene units
+  float cell = 0;   ///< edge of the surface's own cells
+  std::size_t max_triangles = 1000000;
+};
+
+CarryFault carry_fault(std::span<const Vec3> points, std::span<const Triangle> triangles,
+                       const CarryTarget& target);
+
+/// The surface of the moment `start` (a number of `moments`) goes to its neighbours by the flow,
+/// and so on to both ends. Errors: those of `surface`.
+Result<CarriedMesh> carry(const MovingSurface& surface, std::span<const float> moments,
+                          std::size_t start, const CarrySettings& settings);
+
+}  // namespace polymorph

@@ -1,0 +1,140 @@
+// Constant topology: one mesh through the frames of a leg.
+#include "sequence/geometry/carried_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "model/query/closest.h"
+#include "morph/timeline.h"
+#include "sequence/geometry/leg_surface.h"
+#include "sequence/geometry/surface_frames.h"
+#include "testing/scene.h"
+
+namespace polymorph {
+namespace {
+
+class CarriedFramesTest : public SceneTest {
+ protected:
+  CarriedFramesTest()
+      : SceneTest(R"("spheres": {"balls": 48}, "surface": {"resolution": 48},
+                     "frames": {"count": 6, "fps": 10})") {}
+  static Status go_on() { return Ok{}; }
+  static std::string chain(const std::string& source, const std::string& target) {
+    const auto model = [](const std::string& name) {
+      return "\"" + (source_dir() / "scenes/models" / (name + ".obj")).string() + "\"";
+    };
+    return "\"source\": " + model(source) + ", \"target\": " + model(target);
+  }
+};
+
+Vec3 normal_of(const std::vector<Vec3>& points, const Triangle& t) {
+  return cross(points[t.v[1]] - points[t.v[0]], points[t.v[2]] - points[t.v[0]]);
+}
+
+/// Corners, and ten points within each triangle.
+std::vector<Vec3> dense(const std::vector<Vec3>& points, const std::vector<Triangle>& triangles) {
+  std::vector<Vec3> all = points;
+  for (const Triangle& t : triangles)
+    for (int i = 0; i <= 3; ++i)
+      for (int j = 0; i + j <= 3; ++j)
+        all.push_back((points[t.v[0]] * static_cast<float>(i) +
+                       points[t.v[1]] * static_cast<float>(j) +
+                       points[t.v[2]] * static_cast<float>(3 - i - j)) /
+                      3);
+  return all;
+}
+
+float furthest(const std::vector<Vec3>& from, const ClosestPointQuery& to) {
+  float most = 0;
+  for (const ClosestPoint& hit : to.closest(from)) most = std::max(most, hit.distance);
+  return most;
+}
+
+TEST_F(CarriedFramesTest, StaysOnTheSurfaceAndShowsItsFront) {
+  const std::vector<int> frames = {1, 2, 3, 4, 5, 6};
+  for (const auto& [source, target] :
+       {std::pair("penguin", "monkey"), {"sphere", "cube"}, {"cube", "penguin"}}) {
+    SCOPED_TRACE(fmt::format("{} to {}", source, target));
+    const PreparedScene prepared = prepared_of(chain(source, target));
+    const PreparedActor& actor = prepared.actors[0];
+    const auto carried = carry_actor(prepared, actor, frames, *engine, go_on);
+    ASSERT_TRUE(carried.ok()) << carried.error().message;
+    const float size = std::min(size_at(actor, actor.legs[0], 0), size_at(actor, actor.legs[0], 1));
+    const std::vector<Triangle>& triangles = carried->mesh.triangles;
+    for (std::size_t k = 0; k < frames.size(); ++k) {
+      const MorphState moment = morph_state_at(actor.timeline, frames[k]);
+      const auto truth = volume_at(prepared, actor, *engine, 0, moment.time);
+      ASSERT_TRUE(truth.ok());
+      const Mesh& surface = truth->surface;
+      const std::vector<Vec3>& points = carried->mesh.points[carried->moment_of[k]];
+      const ClosestPointQuery to_surface(surface.positions, surface.triangles),
+          to_mesh(points, triangles);
+      EXPECT_LE(furthest(dense(points, triangles), to_surface), 0.003f * size) << frames[k];
+      EXPECT_LE(furthest(dense(surface.positions, surface.triangles), to_mesh), 0.003f * size)
+          << frames[k];
+      std::size_t inverted = 0;
+      for (const Triangle& t : triangles) {
+        const Vec3 middle = (points[t.v[0]] + points[t.v[1]] + points[t.v[2]]) / 3;
+        const ClosestPoint hit = to_surface.closest(middle);
+        inverted += !(dot(normal_of(points, t),
+                          normal_of(surface.positions, surface.triangles[hit.triangle])) > 0);
+      }
+      EXPECT_EQ(inverted, 0u) << frames[k];
+    }
+  }
+}
+
+TEST_F(CarriedFramesTest, FramesAreAlikeInAllButPlaces) {
+  PreparedScene prepared = prepared_of(chain("penguin", "monkey"));
+  ask_for_attributes(prepared.scene, true, true);
+  const PreparedActor& actor = prepared.actors[0];
+  const std::vector<int> frames = {1, 2, 4};
+  const auto carried = carry_actor(prepared, actor, frames, *engine, go_on);
+  ASSERT_TRUE(carried.ok()) << carried.error().message;
+  std::vector<SurfaceFrame> made;
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    auto frame = carried_frame(prepared, actor, *carried, frames, k, *engine);
+    ASSERT_TRUE(frame.ok());
+    made.push_back(std::move(*frame));
+  }
+  for (const SurfaceFrame& frame : made) {
+    EXPECT_EQ(frame.triangles.size(), made[0].triangles.size());
+    EXPECT_EQ(frame.corner_uvs.size(), 3 * frame.triangles.size());
+    EXPECT_EQ(frame.normals.size(), frame.positions.size());
+    EXPECT_EQ(frame.colors.size(), frame.positions.size());
+    EXPECT_EQ(frame.labels.size(), frame.positions.size());
+    for (const std::uint32_t label : frame.labels) ASSERT_LT(label, actor.label_names.size());
+  }
+  // Two frames lie between the second and the third.
+  for (std::size_t i = 0; i < made[1].positions.size(); ++i)
+    ASSERT_LT(length(made[1].positions[i] + made[1].velocities[i] * 0.2f - made[2].positions[i]),
+              1e-4f);
+}
+
+TEST_F(CarriedFramesTest, ARefusalNamesFrameAndPlace) {
+  const std::vector<int> frames = {1, 2, 3, 4, 5, 6};
+  const PreparedScene changing = prepared_of(chain("sphere", "torus"));
+  const auto torn = carry_actor(changing, changing.actors[0], frames, *engine, go_on);
+  ASSERT_FALSE(torn.ok());
+  const std::string& text = torn.error().message;
+  EXPECT_NE(text.find("the topology changes: frame "), std::string::npos) << text;
+  EXPECT_NE(text.find("1 part of genus 0, and frame "), std::string::npos) << text;
+  EXPECT_NE(text.find("they differ most at ("), std::string::npos) << text;
+  EXPECT_NE(text.find("leave out --topology"), std::string::npos) << text;
+
+  const PreparedScene two =
+      prepared_of(R"("source": "sphere", "intermediate": ["cube"], "target": "torus")");
+  const auto legs = carry_actor(two, two.actors[0], frames, *engine, go_on);
+  ASSERT_FALSE(legs.ok());
+  EXPECT_NE(legs.error().message.find("belong to different legs"), std::string::npos);
+
+  const PreparedScene balls =
+      prepared_of(R"("source": "sphere", "target": "cube", "motion": {"interpolate": "balls"})");
+  const auto models = carry_actor(balls, balls.actors[0], frames, *engine, go_on);
+  ASSERT_FALSE(models.ok());
+  EXPECT_NE(models.error().message.find("frame 1 shows a model"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace polymorph
