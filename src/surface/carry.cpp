@@ -422,6 +422,8 @@ class Carrier {
   Status advance(std::vector<Vec3>& points, float from, float to, const CarryTarget& target,
                  int depth);
   Measured place(std::vector<Vec3>& points, const CarryTarget& target, int steps);
+  void lay(std::vector<Vec3>& points, const CarryTarget& target, Measured& m);
+  CarryFault mend(std::vector<Vec3>& points, const CarryTarget& target);
   void finish(std::size_t k, const CarryTarget& target);
   void divide(const std::vector<std::uint32_t>& chosen, const std::vector<Vec3> by);
 
@@ -545,6 +547,55 @@ Measured Carrier::place(std::vector<Vec3>& points, const CarryTarget& target, in
   return m;
 }
 
+/// Lays the patches around what is inverted or too far off, where that is better.
+void Carrier::lay(std::vector<Vec3>& points, const CarryTarget& target, Measured& m) {
+  for (const int rings : {7, 12}) {
+    std::vector<std::uint32_t> seeds = m.inverted;
+    for (std::uint32_t f = 0; f < triangles_.size(); ++f)
+      if (m.of_triangle[f] > settings_.limit) seeds.push_back(f);
+    if (seeds.empty()) return;
+    std::vector<Vec3> laid = points;
+    if (lay_patches(laid, triangles_, seeds, rings, target.surface, *target.closest, m.nearest) ==
+        0)
+      continue;
+    repair(laid, triangles_, fans_, target, 0.7f * settings_.limit, seeds);
+    Measured after = measure(laid, triangles_, target, 0.4f * settings_.limit);
+    if (is_better(after.fault, m.fault)) m = std::move(after), points = std::move(laid);
+    if (m.fault.inverted == 0) return;
+  }
+}
+
+/// Mends, without dividing any more, what the divisions of other moments brought up.
+CarryFault Carrier::mend(std::vector<Vec3>& points, const CarryTarget& target) {
+  constexpr int kTries = 6;
+  const auto is_good = [&](const CarryFault& fault) {
+    return fault.inverted == 0 && fault.distance <= settings_.limit;
+  };
+  const float miss = 0.4f * settings_.limit;
+  // Points that other moments asked for lie on their edges still.
+  Measured best = measure(points, triangles_, target, miss);
+  std::vector<Vec3> tried = points;
+  sweep(tried, triangles_, fans_, target, 0);
+  Measured m = measure(tried, triangles_, target, miss);
+  for (int k = 0;; ++k) {
+    if (is_good(m.fault) || is_better(m.fault, best.fault)) best = m, points = tried;
+    if (is_good(best.fault) || k == kTries) return best.fault;
+    tried = points;
+    m = best;
+    if (k % 2 == 0) {
+      // Around single triangles a few moves mostly do.
+      repair(tried, triangles_, fans_, target, 0.7f * settings_.limit, m.inverted);
+      m = measure(tried, triangles_, target, miss);
+      if (m.fault.distance > settings_.limit) {
+        reach(tried, triangles_, fans_, target, m.misses);
+        m = measure(tried, triangles_, target, miss);
+      }
+    } else {
+      lay(tried, target, m);
+    }
+  }
+}
+
 void Carrier::finish(std::size_t k, const CarryTarget& target) {
   constexpr int kRounds = 30;
   std::vector<std::uint32_t> coarse;
@@ -556,20 +607,7 @@ void Carrier::finish(std::size_t k, const CarryTarget& target) {
     const std::vector<Vec3> base = points;  // as good as the round before left it
     if (round > 0) repair(points, triangles_, fans_, target, enough, coarse);
     Measured m = place(points, target, round == 0 ? 3 : 2);
-    for (const int rings : {7, 12}) {
-      std::vector<std::uint32_t> seeds = m.inverted;
-      for (std::uint32_t f = 0; f < triangles_.size(); ++f)
-        if (m.of_triangle[f] > settings_.limit) seeds.push_back(f);
-      if (seeds.empty()) break;
-      std::vector<Vec3> laid = points;
-      if (lay_patches(laid, triangles_, seeds, rings, target.surface, *target.closest, m.nearest) ==
-          0)
-        continue;
-      repair(laid, triangles_, fans_, target, enough, seeds);
-      Measured after = measure(laid, triangles_, target, miss);
-      if (is_better(after.fault, m.fault)) m = std::move(after), points = std::move(laid);
-      if (m.fault.inverted == 0) break;
-    }
+    lay(points, target, m);
     if (round > 0 && is_better(best, m.fault)) {
       // Neither relaxing nor laying helped here; reaching alone may.
       std::vector<Vec3> reached = base;
@@ -639,14 +677,7 @@ Result<CarriedMesh> Carrier::result() {
   fans_ = Fans(points_.front().size(), triangles_);
   for (std::vector<Vec3>& points : points_) {
     PM_TRY(const CarryTarget target, surface_.at(moments_[carried.faults.size()]));
-    // Points that other moments asked for lie on their edges still.
-    const CarryFault before = carry_fault(points, triangles_, target);
-    std::vector<Vec3> placed = points;
-    sweep(placed, triangles_, fans_, target, 0);
-    const CarryFault after = carry_fault(placed, triangles_, target);
-    const bool is_good = after.inverted == 0 && after.distance <= settings_.limit;
-    if (is_good || is_better(after, before)) points = std::move(placed);
-    carried.faults.push_back(is_good || is_better(after, before) ? after : before);
+    carried.faults.push_back(mend(points, target));
   }
   carried.points = std::move(points_);
   carried.triangles = std::move(triangles_);
