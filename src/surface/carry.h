@@ -3,22 +3,13 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <span>
 #include <vector>
 
 #include "base/result.h"
-#include "kernels/mesh.h"
-#include "model/query/closest.h"
+#include "surface/carry_target.h"
 
 namespace polymorph {
-
-/// A surface at one moment, and what is asked of it again and again.
-struct CarryTarget {
-  Mesh surface;                                      ///< closed, with normals
-  std::shared_ptr<const ClosestPointQuery> closest;  ///< of it
-};
-CarryTarget make_carry_target(Mesh surface);
 
 /// What a moving surface can be asked for. Moments are whatever rises along the way.
 struct MovingSurface {
@@ -29,7 +20,7 @@ struct MovingSurface {
 
 /// How well a mesh stands for a surface.
 struct CarryFault {
-  float distance = 0;        ///< Hausdorff distance, both ways, between corners and middles
+  float distance = 0;        ///< Hausdorff distance: the true one is not larger (deviation.h)
   Vec3 place;                ///< where it is reached
   std::size_t inverted = 0;  ///< triangles that show their back where the surface shows its front
   Vec3 inverted_place;
@@ -46,9 +37,6 @@ struct CarrySettings {
   float cell = 0;   ///< edge of the surface's own cells
   std::size_t max_triangles = 1000000;
 };
-
-CarryFault carry_fault(std::span<const Vec3> points, std::span<const Triangle> triangles,
-                       const CarryTarget& target);
 
 /// The surface of the moment `start` (a number of `moments`) goes to its neighbours by the flow,
 /// and so on to both ends. Errors: those of `surface`.

@@ -263,8 +263,9 @@ std::vector<Triangle> neighbours_of(std::span<const Triangle> triangles) {
 }
 
 std::size_t lay_patches(std::vector<Vec3>& points, std::span<const Triangle> triangles,
-                        std::span<const std::uint32_t> seeds, int rings, const Mesh& surface,
-                        const ClosestPointQuery& closest, std::span<const std::uint32_t> nearest) {
+                        std::span<const std::uint32_t> seeds, int rings, const CarryTarget& target,
+                        std::span<const std::uint32_t> mesh_near) {
+  const Mesh& surface = target.surface;
   const std::vector<Triangle> beside = neighbours_of(triangles),
                               ground_beside = neighbours_of(surface.triangles);
   Flags near(triangles.size(), 0);
@@ -280,7 +281,8 @@ std::size_t lay_patches(std::vector<Vec3>& points, std::span<const Triangle> tri
     for (const std::uint32_t f : patch->faces) in[f] = 1;
     grow(triangles, points.size(), 4, in);
     Flags under(surface.triangles.size(), 0);
-    for (std::size_t f = 0; f < under.size(); ++f) under[f] = in[nearest[f]];
+    for (std::size_t f = 0; f < under.size(); ++f)
+      under[f] = in[mesh_near[surface.triangles[f].v[0]]];
     const Parts grounds = parts_of(ground_beside, under, 1);
     if (grounds.size.size() < 2) continue;
     const std::uint32_t keep = largest(grounds);
@@ -288,7 +290,7 @@ std::size_t lay_patches(std::vector<Vec3>& points, std::span<const Triangle> tri
     const std::optional<Disk> ground =
         disk_of(surface.triangles, ground_beside, surface.positions.size(), under);
     if (!ground) continue;
-    done += lay(points, triangles, *patch, surface, *ground, closest);
+    done += lay(points, triangles, *patch, surface, *ground, *target.tree);
   }
   return done;
 }

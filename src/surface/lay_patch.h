@@ -5,8 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "kernels/mesh.h"
-#include "model/query/closest.h"
+#include "surface/carry_target.h"
 
 namespace polymorph {
 
@@ -16,11 +15,11 @@ std::vector<Triangle> neighbours_of(std::span<const Triangle> triangles);
 /// Lays the triangles around `seeds` (within `rings` of them) onto the part of `surface` that is
 /// theirs: both are flattened by Tutte's embedding (1963; the surface with mean value weights,
 /// Floater 2003), the mesh within the feet of its patch's border. What folds cannot be left
-/// then, whatever the surface looks like there. `nearest`: of each triangle of the surface, the
-/// triangle of the mesh nearest to its middle. Patches that are no disks stay as they are.
+/// then, whatever the surface looks like there. `mesh_near`: of each point of the surface, the
+/// triangle of the mesh nearest to it. Patches that are no disks stay as they are.
 /// How many were laid.
 std::size_t lay_patches(std::vector<Vec3>& points, std::span<const Triangle> triangles,
-                        std::span<const std::uint32_t> seeds, int rings, const Mesh& surface,
-                        const ClosestPointQuery& closest, std::span<const std::uint32_t> nearest);
+                        std::span<const std::uint32_t> seeds, int rings, const CarryTarget& target,
+                        std::span<const std::uint32_t> mesh_near);
 
 }  // namespace polymorph

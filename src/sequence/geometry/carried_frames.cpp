@@ -66,7 +66,7 @@ Result<std::size_t> check_moments(const PreparedActor& actor, std::span<const in
     // The place: what is furthest from the surface before it.
     PM_TRY(const CarryTarget before, surface.at(carried.moments[k - 1].time));
     const auto furthest = [](const CarryTarget& from, const CarryTarget& to) {
-      const std::vector<ClosestPoint> hits = to.closest->closest(from.surface.positions);
+      const std::vector<ClosestPoint> hits = to.tree->closest(from.surface.positions);
       const auto most = std::max_element(
           hits.begin(), hits.end(),
           [](const ClosestPoint& a, const ClosestPoint& b) { return a.distance < b.distance; });
