@@ -50,10 +50,13 @@ import numpy as np  # noqa: E402
 import pygltflib  # noqa: E402
 import trimesh  # noqa: E402
 from pxr import Gf, Usd, UsdGeom, UsdShade  # noqa: E402
+from scipy.spatial import cKDTree  # noqa: E402
 
 PROGRAM = str(pathlib.Path(sys.argv.pop()).absolute())
 sys.argv.remove("--inside")
 FRAMES, MIDDLE = 6, 3
+FIRST, LAST = 4, 6  # of the frames that one mesh is carried through
+CARRIED = f"{FIRST}-{LAST}"
 SCENE = {
     "source": str(ROOT / "scenes/models/penguin.obj"),
     "target": str(ROOT / "scenes/models/monkey.obj"),
@@ -95,8 +98,10 @@ class Interop(unittest.TestCase):
         for output in (["m.usda"], ["m.glb"], ["q.glb", "--quantize"], ["m.ply"], ["o.obj"]):
             command = [PROGRAM, "mesh", "scene.json", "-q", "-o", *output]
             subprocess.run(command, cwd=cls.folder, check=True, stdout=subprocess.DEVNULL)
+        smooth = SCENE | {"target": {"shape": "sphere", "spheres": {"balls": 8}}, "surface": {"resolution": 48}}
+        (cls.folder / "smooth.json").write_text(json.dumps(smooth))
         for output in ("c.usda", "c.glb", "c.obj"):
-            command = [PROGRAM, "mesh", "scene.json", "-q", "--topology", "constant", "-o", output]
+            command = [PROGRAM, "mesh", "smooth.json", "-q", "--topology", "constant", "-f", CARRIED, "-o", output]
             subprocess.run(command, cwd=cls.folder, check=True, stdout=subprocess.DEVNULL)
         cls.stage = Usd.Stage.Open(str(cls.folder / "m.usda"))
         cls.mesh = UsdGeom.Mesh(cls.stage.GetPrimAtPath("/morph/penguin"))
@@ -219,14 +224,14 @@ class Interop(unittest.TestCase):
         glb = Glb(self.folder / "c.glb")
         self.assertEqual(len(glb.file.meshes), 1)
         (primitive,) = glb.file.meshes[0].primitives
-        self.assertEqual(len(primitive.targets), FRAMES - 1)
+        self.assertEqual(len(primitive.targets), LAST - FIRST)
         base, indices = glb.read(primitive.attributes.POSITION), glb.read(primitive.indices)[:, 0]
         normals = glb.read(primitive.attributes.NORMAL)
-        _, faces = self.carried(1)
-        for frame in range(1, FRAMES + 1):
+        _, faces = self.carried(FIRST)
+        for frame in range(FIRST, LAST + 1):
             points, same = self.carried(frame)
             self.assertTrue(np.array_equal(same, faces))
-            target = primitive.targets[frame - 2] if frame > 1 else None
+            target = primitive.targets[frame - FIRST - 1] if frame > FIRST else None
             moved = base + glb.read(target["POSITION"]) if target else base
             self.assertLess(np.abs(moved[indices] - points[faces.ravel()]).max(), 1e-5)
             turned = normals + glb.read(target["NORMAL"]) if target else normals
@@ -235,24 +240,27 @@ class Interop(unittest.TestCase):
         (channel,) = animation.channels
         self.assertEqual(channel.target.path, "weights")
         sampler = animation.samplers[channel.sampler]
-        self.assertTrue(np.allclose(glb.read(sampler.input)[:, 0], np.arange(FRAMES) / 12))
-        weights = glb.read(sampler.output).reshape(FRAMES, FRAMES - 1)
-        self.assertTrue(np.array_equal(weights, np.eye(FRAMES)[:, 1:]))
+        count = LAST - FIRST + 1
+        self.assertTrue(np.allclose(glb.read(sampler.input)[:, 0], np.arange(count) / 12))
+        weights = glb.read(sampler.output).reshape(count, count - 1)
+        self.assertTrue(np.array_equal(weights, np.eye(count)[:, 1:]))
         self.assertEqual(len(trimesh.load(self.folder / "c.glb", process=False).geometry), 1)
 
     def test_usd_of_constant_topology_has_static_indices(self):
-        mesh = UsdGeom.Mesh(Usd.Stage.Open(str(self.folder / "c.usda")).GetPrimAtPath("/morph/penguin"))
+        stage = Usd.Stage.Open(str(self.folder / "c.usda"))  # a mesh does not keep its stage
+        mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/morph/penguin"))
         primvars = UsdGeom.PrimvarsAPI(mesh)
         constant = (mesh.GetFaceVertexIndicesAttr(), mesh.GetFaceVertexCountsAttr(), primvars.GetPrimvar("st").GetAttr())
         self.assertEqual([a.GetNumTimeSamples() for a in constant], [0, 0, 0])
-        self.assertEqual(mesh.GetPointsAttr().GetNumTimeSamples(), FRAMES)
-        for frame in range(1, FRAMES + 1):
+        self.assertEqual(mesh.GetPointsAttr().GetNumTimeSamples(), LAST - FIRST + 1)
+        for frame in range(FIRST, LAST + 1):
             points, faces = self.carried(frame)
             self.assertTrue(np.array_equal(np.array(mesh.GetPointsAttr().Get(frame), np.float32), points))
-            self.assertTrue(np.array_equal(np.array(mesh.GetFaceVertexIndicesAttr().Get(frame)), faces.ravel()))
+            self.assertTrue(np.array_equal(np.array(mesh.GetFaceVertexIndicesAttr().Get()), faces.ravel()))
+            self.assertEqual(len(mesh.GetFaceVertexCountsAttr().Get()), len(faces))
             self.assertEqual(len(primvars.GetPrimvar("label").Get(frame)), len(points))
             # Velocities lead to the next frame's points.
-            if frame < FRAMES:
+            if frame < LAST:
                 ends = points + np.array(mesh.GetVelocitiesAttr().Get(frame)) / 12
                 self.assertLess(np.abs(ends - self.carried(frame + 1)[0]).max(), 1e-4)
 
@@ -303,6 +311,16 @@ class Interop(unittest.TestCase):
         # Blender's z is up: (x, y, z) becomes (x, -z, y).
         upright = np.array(points(glb))
         self.assertTrue(np.array_equal(sorted_points(np.stack([upright[:, 0], upright[:, 2], -upright[:, 1]], 1)), wanted))
+        # Morph targets are shape keys, the first of them the first frame.
+        imported(bpy.ops.import_scene.gltf, "c.glb")
+        (carried,) = [o for o in bpy.data.objects if o.type == "MESH"]
+        keys = carried.data.shape_keys.key_blocks
+        self.assertEqual(len(keys), LAST - FIRST + 1)
+        for frame, key in zip(range(FIRST, LAST + 1), keys):
+            at = np.array([(p.co.x, p.co.z, -p.co.y) for p in key.data], np.float32)
+            points_then, _ = self.carried(frame)
+            self.assertLess(cKDTree(points_then).query(at)[0].max(), 1e-5)
+            self.assertLess(cKDTree(at).query(points_then)[0].max(), 1e-5)
 
 
 if __name__ == "__main__":

@@ -45,7 +45,7 @@ class Carrier {
   CarryMeasure place(Points& points, const CarryTarget& target, int steps);
   void lay(Points& points, const CarryTarget& target, CarryMeasure& m);
   CarryMeasure improve(Points& points, const CarryTarget& target,
-                       const std::vector<std::uint32_t>& fresh, const CarryFault& last);
+                       const std::vector<std::uint32_t>& fresh, const CarryMeasure& last);
   CarryFault finish(std::size_t k, const CarryTarget& target);
   void divide(std::size_t k, std::vector<std::uint32_t> chosen);
   CarryFault mend(Points& points, const CarryTarget& target);
@@ -82,7 +82,7 @@ Status Carrier::advance(Points& points, float from, float to, const CarryTarget&
   points = std::move(there);
   for (int k = std::min(depth, kSweeps - 1); k < kSweeps; ++k)
     sweep(moved(points), target, kRelax, near);
-  repair(moved(points), target, 0.3f * settings_.cell);
+  repair(moved(points), target, 0.3f * settings_.cell, near);
   const std::vector<ClosestPoint> rest = target.query().closest(points, near);
   for (std::size_t i = 0; i < rest.size(); ++i) residual_[i] = rest[i].distance;
   return Ok{};
@@ -99,7 +99,7 @@ CarryMeasure Carrier::place(Points& points, const CarryTarget& target, int steps
     reach(moved(points), target, m.misses, m.near);
     near = std::move(m.near);
   }
-  if (repair(moved(points), target, kEnough * settings_.limit) > 0 || m.fault.inverted > 0)
+  if (repair(moved(points), target, kEnough * settings_.limit, m.near) > 0 || m.fault.inverted > 0)
     m = measure(points);
   return m;
 }
@@ -113,7 +113,7 @@ void Carrier::lay(Points& points, const CarryTarget& target, CarryMeasure& m) {
     if (seeds.empty()) return;
     Points laid = points;
     if (lay_patches(laid, triangles_, seeds, rings, target, m.mesh_near) == 0) continue;
-    repair(moved(laid), target, kEnough * settings_.limit, seeds);
+    repair(moved(laid), target, kEnough * settings_.limit, m.near, seeds);
     CarryMeasure after = measure(laid);
     if (is_better(after.fault, m.fault)) m = std::move(after), points = std::move(laid);
     if (m.fault.inverted == 0) return;
@@ -123,13 +123,13 @@ void Carrier::lay(Points& points, const CarryTarget& target, CarryMeasure& m) {
 /// One round of moves at a moment. `fresh`: triangles that the division before made; `last`: what
 /// it found.
 CarryMeasure Carrier::improve(Points& points, const CarryTarget& target,
-                              const std::vector<std::uint32_t>& fresh, const CarryFault& last) {
+                              const std::vector<std::uint32_t>& fresh, const CarryMeasure& last) {
   const bool is_first = fresh.empty();
   Points before = points;
-  if (!is_first) repair(moved(points), target, kEnough * settings_.limit, fresh);
+  if (!is_first) repair(moved(points), target, kEnough * settings_.limit, last.near, fresh);
   CarryMeasure m = place(points, target, is_first ? 3 : 2);
   lay(points, target, m);
-  if (!is_first && is_better(last, m.fault)) {
+  if (!is_first && is_better(last.fault, m.fault)) {
     // Neither relaxing nor laying helped here; reaching alone may.
     CarryMeasure after = place(before, target, 2);
     if (is_better(after.fault, m.fault)) m = std::move(after), points = std::move(before);
@@ -160,26 +160,32 @@ void Carrier::divide(std::size_t k, std::vector<std::uint32_t> chosen) {
 
 /// Improves the mesh at a moment, dividing what is too large, until it is near enough.
 CarryFault Carrier::finish(std::size_t k, const CarryTarget& target) {
-  constexpr int kRounds = 30;
+  constexpr int kRounds = 30, kMovesAlone = 2;
+  constexpr float kSmallest = 0.1f;
   meter_.emplace(target, settings_.limit);
   std::vector<std::uint32_t> fresh;
-  CarryFault last;
+  CarryMeasure last;
   for (int round = 0;; ++round) {
     Points& points = points_[k];
-    const CarryMeasure m = improve(points, target, fresh, last);
-    last = m.fault;
+    last = improve(points, target, fresh, last);
+    const CarryMeasure& m = last;
     std::vector<std::uint32_t> coarse;
     for (std::uint32_t f = 0; f < triangles_.size(); ++f)
       if (m.of_triangle[f] > kEnough * settings_.limit &&
           longest_edge(points, triangles_[f]) > 1.5f * m.of_triangle[f])
         coarse.push_back(f);
+    // What moves alone do not turn over may be too large for the rim or the groove that it is at.
+    if (round >= kMovesAlone)
+      for (const std::uint32_t f : m.inverted)
+        if (longest_edge(points, triangles_[f]) > kSmallest * settings_.limit) coarse.push_back(f);
     log_debug(
         "moment {}, round {}: {} triangles, {:.2f} of the limit at ({:.3f}, {:.3f}, {:.3f}), "
         "{} inverted, {} to divide",
         k, round, triangles_.size(), m.fault.distance / settings_.limit, m.fault.place.x,
         m.fault.place.y, m.fault.place.z, m.fault.inverted, coarse.size());
     const bool is_done = m.fault.distance < kGood * settings_.limit && m.fault.inverted == 0;
-    if (is_done || round == kRounds ||
+    const bool is_stuck = round > kMovesAlone && coarse.empty();
+    if (is_done || is_stuck || round == kRounds ||
         triangles_.size() + 2 * coarse.size() > settings_.max_triangles)
       return m.fault;
     const std::size_t old = points.size();
@@ -208,7 +214,7 @@ CarryFault Carrier::mend(Points& points, const CarryTarget& target) {
     m = best;
     if (k % 2 == 0) {
       // Around single triangles a few moves mostly do.
-      repair(moved(tried), target, kEnough * settings_.limit, m.inverted);
+      repair(moved(tried), target, kEnough * settings_.limit, m.near, m.inverted);
       m = measure(tried);
       if (m.fault.distance > settings_.limit) {
         reach(moved(tried), target, m.misses, m.near);

@@ -17,19 +17,19 @@ void raise(CarryFault& fault, const Deviation& deviation) {
 
 std::vector<std::uint32_t> find_inverted(std::span<const Vec3> points,
                                          std::span<const Triangle> triangles,
-                                         const MeshQuery& surface,
+                                         const CarryTarget& target,
                                          std::span<const std::uint32_t> near) {
   std::vector<Vec3> middles(triangles.size());
-  std::vector<std::uint32_t> below(triangles.size()), inverted;
+  std::vector<std::uint32_t> hints(triangles.size()), inverted;
   for (std::size_t f = 0; f < triangles.size(); ++f) {
     const Triangle& t = triangles[f];
     middles[f] = (points[t.v[0]] + points[t.v[1]] + points[t.v[2]]) / 3;
-    below[f] = near[t.v[0]];
+    hints[f] = near[t.v[0]];
   }
-  surface.closest(middles, below);
+  const std::vector<ClosestPoint> below = target.query().closest(middles, hints);
   for (std::uint32_t f = 0; f < triangles.size(); ++f) {
-    const Vec3 n = area_normal(surface.points, surface.triangles[below[f]]);
-    if (!(dot(area_normal(points, triangles[f]), n) > 0)) inverted.push_back(f);
+    const Vec3 own = area_normal(points, triangles[f]);
+    if (!(dot(own, face_normal_at(target, middles[f], below[f], own)) > 0)) inverted.push_back(f);
   }
   return inverted;
 }
@@ -95,7 +95,7 @@ CarryMeasure CarryMeter::measure(std::span<const Vec3> points,
     }
   m.near = out_->nearest;
   m.mesh_near = in_->nearest;
-  m.inverted = find_inverted(points, triangles, surface, m.near);
+  m.inverted = find_inverted(points, triangles, target_, m.near);
   m.fault.inverted = m.inverted.size();
   if (!m.inverted.empty()) m.fault.inverted_place = points[triangles[m.inverted.front()].v[0]];
   return m;

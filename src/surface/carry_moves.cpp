@@ -22,16 +22,15 @@ Vec3 normal_at(const Mesh& surface, const ClosestPoint& hit) {
 
 /// How a triangle lies to the surface, at what is nearest to its middle.
 struct Judgement {
-  Vec3 normal;  ///< of the surface: the smooth one or that of the face, which is further off
+  Vec3 normal;  ///< of the surface: the smooth one or that of a face, which is further off
   float distance = 0;
   std::uint32_t nearest = ClosestPoint::kNoTriangle;
 };
 Judgement judge(Vec3 a, Vec3 b, Vec3 c, const CarryTarget& target, std::uint32_t hint) {
-  const ClosestPoint hit = target.query().closest((a + b + c) / 3, hint);
+  const Vec3 middle = (a + b + c) / 3, own = cross(b - a, c - a);
+  const ClosestPoint hit = target.query().closest(middle, hint);
   const Vec3 smooth = normal_at(target.surface, hit),
-             flat = normalized(
-                 area_normal(target.surface.positions, target.surface.triangles[hit.triangle]));
-  const Vec3 own = cross(b - a, c - a);
+             flat = face_normal_at(target, middle, hit, own);
   return {dot(own, flat) < dot(own, smooth) ? flat : smooth, hit.distance, hit.triangle};
 }
 
@@ -218,24 +217,28 @@ void sweep(const MovedMesh& mesh, const CarryTarget& target, float relax,
 }
 
 std::size_t repair(const MovedMesh& mesh, const CarryTarget& target, float far,
-                   std::span<const std::uint32_t> seeds) {
+                   std::span<const std::uint32_t> near, std::span<const std::uint32_t> seeds) {
   constexpr int kTries = 30, kSeeded = 6, kInner = 5, kRings = 3;
   constexpr float kBad = 0.05f;
   std::vector<Judgement> judgements(mesh.triangles.size());
   std::vector<std::uint32_t> faces(mesh.triangles.size()), active;
   std::iota(faces.begin(), faces.end(), 0u);
+  for (const std::uint32_t f : faces)
+    if (const std::uint32_t v = mesh.triangles[f].v[0]; v < near.size())
+      judgements[f].nearest = near[v];
   for (int k = 0;; ++k) {
     judge(mesh, faces, target, judgements);
-    std::vector<std::uint32_t> ring;
+    std::vector<std::uint32_t> stuck;
     std::size_t inverted = 0;
     for (const std::uint32_t f : faces) {
       const Triangle& t = mesh.triangles[f];
       const float shape = shape_of(mesh.points[t.v[0]], mesh.points[t.v[1]], mesh.points[t.v[2]],
                                    judgements[f].normal);
       inverted += !(shape > 0);
-      if (shape < kBad || judgements[f].distance > far) ring.insert(ring.end(), t.v, t.v + 3);
+      if (shape < kBad || judgements[f].distance > far) stuck.insert(stuck.end(), t.v, t.v + 3);
     }
-    if ((ring.empty() && (seeds.empty() || k >= kSeeded)) || k == kTries) return inverted;
+    if ((stuck.empty() && (seeds.empty() || k >= kSeeded)) || k == kTries) return inverted;
+    std::vector<std::uint32_t> ring = stuck;
     if (k == 0)
       for (const std::uint32_t f : seeds)
         ring.insert(ring.end(), mesh.triangles[f].v, mesh.triangles[f].v + 3);
@@ -247,19 +250,20 @@ std::size_t repair(const MovedMesh& mesh, const CarryTarget& target, float far,
       judge(mesh, faces, target, judgements);
     }
     std::vector<Vec3> places, normals(mesh.triangles.size());
-    std::vector<std::uint32_t> near;
+    std::vector<std::uint32_t> hints;
     for (const std::uint32_t v : active) {
       places.push_back(mesh.points[v]);
-      near.push_back(judgements[mesh.fans.of(v).front()].nearest);
+      hints.push_back(judgements[mesh.fans.of(v).front()].nearest);
     }
-    const Footprint foot = footprint(places, target, near);
+    const Footprint foot = footprint(places, target, hints);
     for (const std::uint32_t f : faces) normals[f] = judgements[f].normal;
     Mover mover{mesh, normals};
     for (int inner = 0; inner < kInner; ++inner)
       for (std::size_t i = 0; i < active.size(); ++i)
         mover.move(active[i],
                    wanted_place(mesh, active[i], foot.points[i], foot.normals[i], kRelax));
-    for (const std::uint32_t v : active) free_point(mesh, target, judgements, v, far, kBad);
+    widen(stuck, mesh, 0);
+    for (const std::uint32_t v : stuck) free_point(mesh, target, judgements, v, far, kBad);
   }
 }
 

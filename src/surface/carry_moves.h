@@ -22,7 +22,7 @@ struct MovedMesh {
 struct Footprint {
   std::vector<Vec3> points, normals;
 };
-/// `near`: see MeshQuery.
+/// `near`, here and below: of each point a triangle of the surface that may be near, or none.
 Footprint footprint(std::span<const Vec3> points, const CarryTarget& target,
                     std::vector<std::uint32_t>& near);
 
@@ -41,7 +41,7 @@ void sweep(const MovedMesh& mesh, const CarryTarget& target, float relax,
 /// Moves points around `seeds` (triangles), and around triangles that are inverted, nearly so or
 /// further than `far` from the surface, until none is. How many are still inverted.
 std::size_t repair(const MovedMesh& mesh, const CarryTarget& target, float far,
-                   std::span<const std::uint32_t> seeds = {});
+                   std::span<const std::uint32_t> near, std::span<const std::uint32_t> seeds = {});
 
 /// Draws points towards what the mesh misses: corners and ridges, to which no projection leads.
 void reach(const MovedMesh& mesh, const CarryTarget& target, std::vector<Deviation::Listed> misses,

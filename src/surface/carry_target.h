@@ -3,21 +3,22 @@
 
 #include <memory>
 
+#include "surface/fans.h"
 #include "surface/mesh_query.h"
 
 namespace polymorph {
 
-/// A surface, closed and with normals, and its hierarchy.
+/// A surface, closed and with normals, and what is asked of it again and again.
 struct CarryTarget {
   Mesh surface;
+  Fans fans;
   std::shared_ptr<const ClosestPointQuery> tree;
   MeshQuery query() const { return {surface.positions, surface.triangles, *tree}; }
 };
-inline CarryTarget make_carry_target(Mesh surface) {
-  CarryTarget target{std::move(surface), nullptr};
-  target.tree =
-      std::make_shared<const ClosestPointQuery>(target.surface.positions, target.surface.triangles);
-  return target;
-}
+CarryTarget make_carry_target(Mesh surface);
+
+/// The unit normal of the face that `hit` (nearest to `from`) lies on; on an edge or at a corner,
+/// where several faces are as near, of the one that `facing` is most averse to.
+Vec3 face_normal_at(const CarryTarget& target, Vec3 from, const ClosestPoint& hit, Vec3 facing);
 
 }  // namespace polymorph

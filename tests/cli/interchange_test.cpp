@@ -93,8 +93,9 @@ TEST_F(Interchange, AnObjHasItsMaterialsAndTexturesBesideIt) {
 }
 
 TEST_F(Interchange, OneMeshIsCarriedThroughALeg) {
-  write("scene.json", tiny_scene(3));
-  run(0, {"mesh", "scene.json", "--set", "surface.resolution=32", "--topology", "constant", "-o",
+  write("scene.json",
+        tiny_scene(3, R"({"shape": "sphere", "scale": 0.8, "spheres": {"balls": 6}})"));
+  run(0, {"mesh", "scene.json", "--set", "surface.resolution=24", "--topology", "constant", "-o",
           "m.glb"});
   const auto json = glb_json(read_text(folder / "m.glb"));
   ASSERT_EQ(json["meshes"].size(), 1u);
@@ -109,14 +110,14 @@ TEST_F(Interchange, OneMeshIsCarriedThroughALeg) {
   EXPECT_EQ(animation["channels"][0]["target"]["path"], "weights");
   EXPECT_EQ(animation["samplers"][0]["interpolation"], "LINEAR");
 
-  run(0, {"mesh", "scene.json", "--set", "surface.resolution=32", "--topology", "constant", "-o",
+  run(0, {"mesh", "scene.json", "--set", "surface.resolution=24", "--topology", "constant", "-o",
           "m.usda"});
   const std::string usd = read_text(folder / "m.usda");
   EXPECT_TRUE(contains(usd, "int[] faceVertexIndices = ["));
   EXPECT_TRUE(contains(usd, "int[] faceVertexCounts = ["));
   EXPECT_TRUE(contains(usd, "point3f[] points.timeSamples"));
 
-  run(0, {"mesh", "scene.json", "--set", "surface.resolution=32", "--topology", "constant", "-o",
+  run(0, {"mesh", "scene.json", "--set", "surface.resolution=24", "--topology", "constant", "-o",
           "m.####.obj"});
   const auto faces = [&](const char* name) {
     const std::string text = read_text(folder / name);
@@ -127,7 +128,7 @@ TEST_F(Interchange, OneMeshIsCarriedThroughALeg) {
   for (const std::vector<std::string>& wrong :
        {std::vector<std::string>{"x.glb", "--quantize"}, {"x.glb", "--error", "1%"}, {"x.json"}}) {
     std::vector<std::string> arguments = {
-        "mesh", "scene.json", "--set", "surface.resolution=32", "--topology", "constant", "-o"};
+        "mesh", "scene.json", "--set", "surface.resolution=24", "--topology", "constant", "-o"};
     arguments.insert(arguments.end(), wrong.begin(), wrong.end());
     EXPECT_TRUE(contains(run(2, arguments).err, "leave out --error and --quantize"));
   }
