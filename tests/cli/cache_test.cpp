@@ -55,7 +55,9 @@ TEST_F(CacheCommand, WhatIsNoFileIsLeftAloneAndHoldsNothingUp) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     const Path file = folder / "kept" / names[i];
     std::filesystem::remove(file);
-    if (i % 3 == 0) ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
+    if (i % 3 == 0) {
+      ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
+    }
     if (i % 3 == 1) std::filesystem::create_directory(file);
     if (i % 3 == 2) std::filesystem::create_symlink("/dev/full", file);
   }
