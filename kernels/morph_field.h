@@ -3,9 +3,10 @@
 //
 // A point x comes from X_A(x) on the source and goes to X_B(x) on the target; the field there is
 // (1 - b) S(D_A(X_A)) + b S(D_B(X_B)) - c w, b = t^2 (3 - 2 t), t the progress of what is there, c
-// the level and w its weight there; S(d) = d / (1 - d / s) outside, d < 0, and d inside. X_A, X_B,
-// t and w are one regression over the moving balls (regression.h). The surface is where the field
-// is 0.
+// the level and w its weight there; S(d) = d / (1 - d / s) outside, d < 0, and d inside. X_A, X_B
+// and t are one regression over the moving balls (regression.h). So is w where an object is a
+// shell; elsewhere it is made, at the lattice's nodes, of how thin both objects are (WeighLevel).
+// The surface is where the field is 0.
 #pragma once
 
 #include <cstdint>
@@ -397,9 +398,9 @@ struct MorphVertices {
   PM_HD MorphVertexField field_of(const Node&, std::int64_t) const { return field; }
 };
 
-/// By how much of the level what is around each node is moved: by less where one of the objects is
-/// thin, else limbs would go for the volume's sake. From there it grows over some distance, so that
-/// a limb's root is spared with the limb. One item per node.
+/// The level's weight at each node: smaller where an object is thin, because limbs would otherwise
+/// vanish to keep the volume. It rises again over some distance, so that a limb's root is kept with
+/// the limb. One item per node.
 struct WeighLevel {
   SmoothMap map;
   DistanceField thinness[2];

@@ -33,6 +33,7 @@ void remember_name(std::string_view name) {
     const std::string part(name.substr(0, name.find_first_of(kSeparators)));
     name.remove_prefix(std::min(part.size() + 1, name.size()));
     if (part.find_first_of(kBreaks) != std::string::npos &&
+        part.find_first_not_of(kBreaks) != std::string::npos &&
         std::find(odd.parts.begin(), odd.parts.end(), part) == odd.parts.end())
       odd.parts.push_back(part);
   }

@@ -27,7 +27,7 @@ double mean_distance(const Mesh& from, const ClosestPointQuery& to) {
 }
 
 /// Raise it when the same maps and objects give other surfaces or another pacing.
-constexpr std::uint32_t kPacingVersion = 10;
+constexpr std::uint32_t kPacingVersion = 11;
 
 /// Everything that the surfaces at these moments depend on: the maps themselves and both objects.
 std::string key_of(const PreparedActor& actor, const PreparedLeg& leg, float cell,
@@ -74,30 +74,30 @@ Result<Pacing> even_pacing(const PreparedScene& prepared, const PreparedActor& a
   if (!cache.empty())
     if (const auto bytes = load_cached(cache, key, kPacingFiles)) {
       const char* problem = nullptr;
-      std::string_view content =
-          cached_content(*bytes, key, kPacingFiles, problem).value_or(std::string_view());
-      constexpr std::size_t kEach = kSteps + 1;
-      if (content.empty()) return Pacing{};
-      if (content.size() == 2 * kEach * sizeof(float)) {
-        Pacing pacing;
-        pacing.times = take_all<float>(content, kEach);
-        pacing.levels = take_all<float>(content, kEach);
-        return pacing;
+      if (const auto content = cached_content(*bytes, key, kPacingFiles, problem)) {
+        std::string_view rest = *content;
+        constexpr std::size_t kEach = (kSteps + 1) * sizeof(float);
+        if (rest.size() % kEach == 0 && rest.size() <= 2 * kEach) {
+          Pacing pacing;
+          if (!rest.empty()) pacing.times = take_all<float>(rest, kSteps + 1);
+          if (!rest.empty()) pacing.levels = take_all<float>(rest, kSteps + 1);
+          return pacing;
+        }
       }
     }
   // A part of the pace is left to the eased time itself: where nothing changes it goes on.
   constexpr double kOwnShare = 0.4;
   std::vector<double> done{0};
-  const auto geometry_at = [&](const PreparedLeg& on, int k) {
+  const auto geometry_at = [&](int k) {
     ActorGeometry geometry;
     geometry.moment.time = geometry.moment.u = time_of(k);
-    geometry.balls = balls_at(on.plan, time_of(k));
+    geometry.balls = balls_at(linear.plan, time_of(k));
     return geometry;
   };
   Mesh before;
   bool empty = false;
   for (int k = 0; k <= kSteps && !empty; ++k) {
-    ActorGeometry geometry = geometry_at(linear, k);
+    ActorGeometry geometry = geometry_at(k);
     geometry.map = maps[static_cast<std::size_t>(k)];
     PM_TRY(SurfaceBetween surface,
            surface_between(actor, linear, geometry, cell, prepared.extract, engine));
@@ -126,8 +126,11 @@ Result<Pacing> even_pacing(const PreparedScene& prepared, const PreparedActor& a
     }
     pacing.times.push_back(1);
     linear.plan.pacing = pacing.times;
-    for (int k = 0; k <= kSteps; ++k) {
-      ActorGeometry geometry = geometry_at(linear, k);
+    const bool has_levels = leg.plan.motion.keep_volume &&
+                            !is_shell(actor.objects[leg.from].distances) &&
+                            !is_shell(actor.objects[leg.to].distances);
+    for (int k = 0; has_levels && k <= kSteps; ++k) {
+      ActorGeometry geometry = geometry_at(k);
       geometry.map = map_at(actor, linear, time_of(k), geometry.balls);
       PM_TRY(const SurfaceBetween surface,
              surface_between(actor, linear, geometry, 2 * actor.cell, prepared.extract, engine,

@@ -29,8 +29,7 @@ struct SequenceSettings {
   bool dry_run = false;     ///< only say what would be done
   int jobs = 1;  ///< frames traced at once, and as many written; one more has its surface made
   std::string device = "auto";
-  std::size_t max_memory = 0;          ///< bytes, of the scene as a whole; 0 = no limit
-                                       ///< that are traced or written at once; 0 = no limit
+  std::size_t max_memory = 0;          ///< bytes that the whole run may take; 0 = no limit
   std::string isa;                     ///< of Embree; "" = the best
   std::filesystem::path cache_folder;  ///< empty: none
   std::string command;                 ///< for the image headers

@@ -7,7 +7,7 @@
 #include "surface/carry_measure.h"
 #include "surface/carry_moves.h"
 #include "surface/divide.h"
-#include "surface/lay_patch.h"
+#include "surface/patch_map.h"
 
 namespace polymorph {
 namespace {
@@ -43,7 +43,7 @@ class Carrier {
   Status step(std::size_t from, std::size_t to);
   Status advance(Points& points, float from, float to, const CarryTarget& target, int depth);
   CarryMeasure place(Points& points, const CarryTarget& target, int steps);
-  void lay(Points& points, const CarryTarget& target, CarryMeasure& m);
+  void map_patches(Points& points, const CarryTarget& target, CarryMeasure& m);
   CarryMeasure improve(Points& points, const CarryTarget& target,
                        const std::vector<std::uint32_t>& fresh, const CarryMeasure& last);
   CarryFault finish(std::size_t k, const CarryTarget& target);
@@ -99,23 +99,25 @@ CarryMeasure Carrier::place(Points& points, const CarryTarget& target, int steps
     reach(moved(points), target, m.misses, m.near);
     near = std::move(m.near);
   }
-  if (repair(moved(points), target, kEnough * settings_.limit, m.near) > 0 || m.fault.inverted > 0)
-    m = measure(points);
-  return m;
+  // repair() moves points although it leaves nothing inverted.
+  const Points before = points;
+  repair(moved(points), target, kEnough * settings_.limit, m.near);
+  return points == before ? m : measure(points);
 }
 
-/// Lays the patches around what is inverted or too far off, where that is better.
-void Carrier::lay(Points& points, const CarryTarget& target, CarryMeasure& m) {
+/// Maps the patches around what is inverted or too far off, where that is better.
+void Carrier::map_patches(Points& points, const CarryTarget& target, CarryMeasure& m) {
   for (const int rings : {7, 12}) {
     std::vector<std::uint32_t> seeds = m.inverted;
     for (std::uint32_t f = 0; f < triangles_.size(); ++f)
       if (m.of_triangle[f] > settings_.limit) seeds.push_back(f);
     if (seeds.empty()) return;
-    Points laid = points;
-    if (lay_patches(laid, triangles_, seeds, rings, target, m.mesh_near) == 0) continue;
-    repair(moved(laid), target, kEnough * settings_.limit, m.near, seeds);
-    CarryMeasure after = measure(laid);
-    if (is_better(after.fault, m.fault)) m = std::move(after), points = std::move(laid);
+    Points mapped = points;
+    if (polymorph::map_patches(mapped, triangles_, seeds, rings, target, m.mesh_near) == 0)
+      continue;
+    repair(moved(mapped), target, kEnough * settings_.limit, m.near, seeds);
+    CarryMeasure after = measure(mapped);
+    if (is_better(after.fault, m.fault)) m = std::move(after), points = std::move(mapped);
     if (m.fault.inverted == 0) return;
   }
 }
@@ -128,9 +130,9 @@ CarryMeasure Carrier::improve(Points& points, const CarryTarget& target,
   Points before = points;
   if (!is_first) repair(moved(points), target, kEnough * settings_.limit, last.near, fresh);
   CarryMeasure m = place(points, target, is_first ? 3 : 2);
-  lay(points, target, m);
+  map_patches(points, target, m);
   if (!is_first && is_better(last.fault, m.fault)) {
-    // Neither relaxing nor laying helped here; reaching alone may.
+    // Neither relaxing nor mapping helped here; reaching alone may.
     CarryMeasure after = place(before, target, 2);
     if (is_better(after.fault, m.fault)) m = std::move(after), points = std::move(before);
   }
@@ -140,7 +142,9 @@ CarryMeasure Carrier::improve(Points& points, const CarryTarget& target,
 /// Halves triangles at all moments, by their edges at the moment `k`, and what is long of them.
 void Carrier::divide(std::size_t k, std::vector<std::uint32_t> chosen) {
   constexpr int kTimes = 3;
-  for (int time = 0; time < kTimes && !chosen.empty(); ++time) {
+  for (int time = 0; time < kTimes && !chosen.empty() &&
+                     triangles_.size() + 2 * chosen.size() <= settings_.max_triangles;
+       ++time) {
     const std::size_t old = points_[k].size();
     Division division = halve_triangles(points_[k], triangles_, chosen);
     triangles_ = std::move(division.triangles);
@@ -221,7 +225,7 @@ CarryFault Carrier::mend(Points& points, const CarryTarget& target) {
         m = measure(tried);
       }
     } else {
-      lay(tried, target, m);
+      map_patches(tried, target, m);
     }
   }
 }

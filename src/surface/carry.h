@@ -11,14 +11,15 @@
 
 namespace polymorph {
 
-/// What a moving surface can be asked for. Moments are whatever rises along the way.
+/// What a moving surface can be asked for. A moment is a time of the leg's motion; moments
+/// increase.
 struct MovingSurface {
   std::function<Result<CarryTarget>(float moment)> at;
   /// Where points near the surface go from one moment to another.
   std::function<Result<std::vector<Vec3>>(std::span<const Vec3> points, float from, float to)> flow;
 };
 
-/// How well a mesh stands for a surface.
+/// How far a mesh is from a surface.
 struct CarryFault {
   float distance = 0;        ///< Hausdorff distance: the true one is not larger (deviation.h)
   Vec3 place;                ///< where it is reached
@@ -33,9 +34,9 @@ struct CarriedMesh {
 };
 
 struct CarrySettings {
-  float limit = 0;  ///< Hausdorff distance that is wanted, scene units
-  float cell = 0;   ///< edge of the surface's own cells
-  std::size_t max_triangles = 1000000;
+  float limit = 0;                      ///< Hausdorff distance that is wanted, scene units
+  float cell = 0;                       ///< edge of the surface's own cells
+  std::size_t max_triangles = 1000000;  ///< about: no division is begun that would exceed it
 };
 
 /// The surface of the moment `start` (a number of `moments`) goes to its neighbours by the flow,

@@ -216,8 +216,8 @@ void sweep(const MovedMesh& mesh, const CarryTarget& target, float relax,
       mover.move(i, wanted_place(mesh, i, foot.points[i], foot.normals[i], relax));
 }
 
-std::size_t repair(const MovedMesh& mesh, const CarryTarget& target, float far,
-                   std::span<const std::uint32_t> near, std::span<const std::uint32_t> seeds) {
+void repair(const MovedMesh& mesh, const CarryTarget& target, float far,
+            std::span<const std::uint32_t> near, std::span<const std::uint32_t> seeds) {
   constexpr int kTries = 30, kSeeded = 6, kInner = 5, kRings = 3;
   constexpr float kBad = 0.05f;
   std::vector<Judgement> judgements(mesh.triangles.size());
@@ -229,15 +229,13 @@ std::size_t repair(const MovedMesh& mesh, const CarryTarget& target, float far,
   for (int k = 0;; ++k) {
     judge(mesh, faces, target, judgements);
     std::vector<std::uint32_t> stuck;
-    std::size_t inverted = 0;
     for (const std::uint32_t f : faces) {
       const Triangle& t = mesh.triangles[f];
       const float shape = shape_of(mesh.points[t.v[0]], mesh.points[t.v[1]], mesh.points[t.v[2]],
                                    judgements[f].normal);
-      inverted += !(shape > 0);
       if (shape < kBad || judgements[f].distance > far) stuck.insert(stuck.end(), t.v, t.v + 3);
     }
-    if ((stuck.empty() && (seeds.empty() || k >= kSeeded)) || k == kTries) return inverted;
+    if ((stuck.empty() && (seeds.empty() || k >= kSeeded)) || k == kTries) return;
     std::vector<std::uint32_t> ring = stuck;
     if (k == 0)
       for (const std::uint32_t f : seeds)

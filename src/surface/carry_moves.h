@@ -39,9 +39,9 @@ void sweep(const MovedMesh& mesh, const CarryTarget& target, float relax,
            std::vector<std::uint32_t>& near);
 
 /// Moves points around `seeds` (triangles), and around triangles that are inverted, nearly so or
-/// further than `far` from the surface, until none is. How many are still inverted.
-std::size_t repair(const MovedMesh& mesh, const CarryTarget& target, float far,
-                   std::span<const std::uint32_t> near, std::span<const std::uint32_t> seeds = {});
+/// further than `far` from the surface, until none is.
+void repair(const MovedMesh& mesh, const CarryTarget& target, float far,
+            std::span<const std::uint32_t> near, std::span<const std::uint32_t> seeds = {});
 
 /// Draws points towards what the mesh misses: corners and ridges, to which no projection leads.
 void reach(const MovedMesh& mesh, const CarryTarget& target, std::vector<Deviation::Listed> misses,

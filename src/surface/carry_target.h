@@ -18,7 +18,8 @@ struct CarryTarget {
 CarryTarget make_carry_target(Mesh surface);
 
 /// The unit normal of the face that `hit` (nearest to `from`) lies on; on an edge or at a corner,
-/// where several faces are as near, of the one that `facing` is most averse to.
+/// where several faces are as near, of the one whose normal has the smallest dot product with
+/// `facing`.
 Vec3 face_normal_at(const CarryTarget& target, Vec3 from, const ClosestPoint& hit, Vec3 facing);
 
 }  // namespace polymorph

@@ -86,7 +86,8 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, con
     // What facets lose goes with the square of the edge.
     const double share = 1 - static_cast<double>(goal.cell * goal.cell / (edge * edge));
     double last = 0, last_excess = 0, best = level, best_excess = 0;
-    double least = lowest, most = bound;  // the level lies between
+    // Levels that were tried, with too much volume and with too little.
+    double least = -std::numeric_limits<double>::infinity(), most = -least;
     for (int i = 0; i < kMaxTries; ++i) {
       between.level = static_cast<float>(level);
       PM_TRY(Mesh mesh, extract_surface(engine, between, box, edge, settings));
@@ -106,8 +107,9 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, con
       if (!(slope < 0)) slope = -cube_root(goal.volume * goal.volume);
       last = level, last_excess = excess;
       (excess > 0 ? least : most) = level;
-      level -= excess / slope;
-      if (level <= least || level >= most) level = (least + most) / 2;
+      level = std::clamp(level - excess / slope, lowest, bound);
+      if (level <= least || level >= most)
+        level = (std::max(least, lowest) + std::min(most, bound)) / 2;
       if (level == last) break;
     }
     level = best;

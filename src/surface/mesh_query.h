@@ -17,7 +17,7 @@ struct MeshQuery {
 
   float distance_to(Vec3 from, std::uint32_t triangle) const;
   /// tree.closest(). `hint`: a triangle that may be near, or kNoTriangle; it changes the time
-  /// alone.
+  /// alone, except where tree.closest() may give any of several nearly closest triangles.
   ClosestPoint closest(Vec3 from, std::uint32_t hint) const;
   /// closest() of each, in parallel; `hints` become the triangles found.
   std::vector<ClosestPoint> closest(std::span<const Vec3> from,

@@ -40,7 +40,7 @@ void mark_middles(const DistanceGrid& fine, float thick, int per, int margin, Di
   const auto at = [&](int x, int y, int z) { return fine.values[index_in(fine.grid, x, y, z)]; };
   const auto nearest = [&](int i) { return margin + (i + per / 2) / per; };
   // The layers that share a coarse layer go to one thread.
-  parallel_for(n.z / per + 1, [&](std::int64_t layer) {
+  parallel_for((n.z + per / 2) / per + 1, [&](std::int64_t layer) {
     const int middle = static_cast<int>(layer) * per;
     const int first = std::max(middle - per / 2, 1),
               end = std::min(middle - per / 2 + per, n.z - 1);
@@ -123,8 +123,8 @@ DistanceGrid thinness(const DistanceGrid& distances, float size) {
   mark_middles(distances, kThick * size, per, margin, out);
   spread(cell / reach, out);
   // Something must be left for the level to move: what is thin everywhere has no thin parts.
-  const float most = std::min(2 * bulk_of(distances, per, margin, out), 1.0f);
-  for (float& v : out.values) v *= most;
+  const float factor = std::min(2 * bulk_of(distances, per, margin, out), 1.0f);
+  for (float& v : out.values) v *= factor;
   return out;
 }
 

@@ -156,7 +156,7 @@ TEST_F(Farm, MemoryOfTheJobIsALimit) {
   variables = {{"SLURM_MEM_PER_NODE", "1"}};
   const Ran ran = run(5, {"render", "scene.json", "-o", "f.####.exr", "--device", "cpu", "--set",
                           "surface.resolution=256"});
-  EXPECT_TRUE(contains(ran.err, "the surface needs ")) << ran.err;
+  EXPECT_TRUE(contains(ran.err, "the scene needs ")) << ran.err;
 }
 
 TEST_F(Farm, PrintsJobScripts) {

@@ -116,6 +116,7 @@ class MeshRun {
   Result<std::vector<SurfaceFrame>> surfaces_of_frame(const FrameGeometry& geometry);
   Status write_frame(int frame);
   Status write_frames();
+  Status going_on() const;
   Status write_carried();
   Status write_surfaces(int frame, const std::string& stage, std::span<const SurfaceFrame> frames);
   Status write_library();
@@ -223,6 +224,13 @@ Status MeshRun::write_frame(int frame) {
   return write_surfaces(frame, geometry.stage, frames);
 }
 
+/// An error once the run was asked to stop.
+Status MeshRun::going_on() const {
+  if (!stop_requested()) return Ok{};
+  return Error{stop_code(), writer_ ? "stopped - nothing is written"
+                                    : "stopped - the files named so far are whole"};
+}
+
 /// One mesh for each actor through all frames.
 Status MeshRun::write_carried() {
   const auto stopped = [&]() -> Status {
@@ -240,6 +248,7 @@ Status MeshRun::write_carried() {
     actors.push_back(std::move(carried));
   }
   for (std::size_t k = 0; k < frames_.size(); ++k) {
+    PM_TRY_STATUS(going_on());
     std::vector<SurfaceFrame> frames;
     for (std::size_t a = 0; a < actors.size(); ++a) {
       PM_TRY(SurfaceFrame frame,
@@ -253,9 +262,7 @@ Status MeshRun::write_carried() {
 
 Status MeshRun::write_frames() {
   for (const int frame : frames_) {
-    if (stop_requested())
-      return Error{stop_code(), writer_ ? "stopped - nothing is written"
-                                        : "stopped - the files named so far are whole"};
+    PM_TRY_STATUS(going_on());
     PM_TRY_STATUS(write_frame(frame));
   }
   return Ok{};

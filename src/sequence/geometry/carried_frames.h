@@ -28,10 +28,10 @@ struct CarriedActor {
 };
 
 /// Carries the surface of an actor through frames (rising) of one leg (surface/carry.h). Frames
-/// that show a model show the surface that the cells make of it. `stopped` is asked now and then,
-/// and ends the work with its error. Errors: kInput where the frames belong to several legs or show
-/// boundary stages, where the topology changes, a triangle would be inverted, or the error would
-/// exceed kCarriedError, each with frame and place; kResource.
+/// that show a model show the surface that the cells make of it. `stopped` is asked before each
+/// surface that is made, and ends the work with its error. Errors: kInput where the frames belong
+/// to several legs or show boundary stages, where the topology changes, a triangle would be
+/// inverted, or the error would exceed kCarriedError, each with frame and place; kResource.
 Result<CarriedActor> carry_actor(const PreparedScene& prepared, const PreparedActor& actor,
                                  std::span<const int> frames, Engine& engine,
                                  const std::function<Status()>& stopped);

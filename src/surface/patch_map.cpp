@@ -1,4 +1,4 @@
-#include "surface/lay_patch.h"
+#include "surface/patch_map.h"
 
 #include <Eigen/Sparse>
 #include <algorithm>
@@ -188,8 +188,8 @@ Where locate(const Disk& disk, std::span<const Triangle> triangles, const std::v
   return best;
 }
 
-bool lay(std::vector<Vec3>& points, std::span<const Triangle> triangles, const Disk& patch,
-         const Mesh& surface, const Disk& ground, const ClosestPointQuery& closest) {
+bool map_patch(std::vector<Vec3>& points, std::span<const Triangle> triangles, const Disk& patch,
+               const Mesh& surface, const Disk& ground, const ClosestPointQuery& closest) {
   // The ground on a circle.
   std::vector<Vec2d> flat(ground.points.size());
   double around = 0;
@@ -219,21 +219,21 @@ bool lay(std::vector<Vec3>& points, std::span<const Triangle> triangles, const D
   if (!is_flat) return false;
   Flags is_ground(surface.triangles.size(), 0);
   for (const std::uint32_t f : ground.faces) is_ground[f] = 1;
-  std::vector<Vec2d> laid(patch.points.size());
+  std::vector<Vec2d> mapped(patch.points.size());
   for (std::size_t i = 0; i < patch.border.size(); ++i) {
     const ClosestPoint hit = closest.closest(points[patch.border[i]]);
     if (!is_ground[hit.triangle]) return false;
     const Triangle& t = surface.triangles[hit.triangle];
     const TriangleWeights w = closest_on_triangle(
         hit.point, surface.positions[t.v[0]], surface.positions[t.v[1]], surface.positions[t.v[2]]);
-    laid[i] = flat[ground.number.at(t.v[0])] * w.a + flat[ground.number.at(t.v[1])] * w.b +
-              flat[ground.number.at(t.v[2])] * w.c;
+    mapped[i] = flat[ground.number.at(t.v[0])] * w.a + flat[ground.number.at(t.v[1])] * w.b +
+                flat[ground.number.at(t.v[2])] * w.c;
   }
-  if (!embed(patch, triangles, laid,
+  if (!embed(patch, triangles, mapped,
              [](std::uint32_t, std::uint32_t, std::uint32_t) { return 1.0; }))
     return false;
-  for (std::size_t i = patch.border.size(); i < laid.size(); ++i) {
-    const Where at = locate(ground, surface.triangles, flat, laid[i]);
+  for (std::size_t i = patch.border.size(); i < mapped.size(); ++i) {
+    const Where at = locate(ground, surface.triangles, flat, mapped[i]);
     const Triangle& t = surface.triangles[at.face];
     Vec3 p;
     for (int k = 0; k < 3; ++k)
@@ -262,7 +262,7 @@ std::vector<Triangle> neighbours_of(std::span<const Triangle> triangles) {
   return beside;
 }
 
-std::size_t lay_patches(std::vector<Vec3>& points, std::span<const Triangle> triangles,
+std::size_t map_patches(std::vector<Vec3>& points, std::span<const Triangle> triangles,
                         std::span<const std::uint32_t> seeds, int rings, const CarryTarget& target,
                         std::span<const std::uint32_t> mesh_near) {
   const Mesh& surface = target.surface;
@@ -290,7 +290,7 @@ std::size_t lay_patches(std::vector<Vec3>& points, std::span<const Triangle> tri
     const std::optional<Disk> ground =
         disk_of(surface.triangles, ground_beside, surface.positions.size(), under);
     if (!ground) continue;
-    done += lay(points, triangles, *patch, surface, *ground, *target.tree);
+    done += map_patch(points, triangles, *patch, surface, *ground, *target.tree);
   }
   return done;
 }
