@@ -128,7 +128,6 @@ class BackendEngine final : public Engine {
                            const std::vector<Vec3>& points, const ExtractSettings& settings,
                            std::vector<AttributeValues>& values) override {
     const std::vector<Ball>& balls = set.balls();
-    values.clear();
     EngineStatus status = check_input(balls, settings);
     const std::size_t maps = balls.empty() ? 0 : carried.size() / balls.size();
     if (status.code == EngineCode::kOk && !points.empty() &&
@@ -137,7 +136,10 @@ class BackendEngine final : public Engine {
           bad_input(std::to_string(carried.size()) + " values for " + std::to_string(balls.size()) +
                     " balls to carry (must be one or two for each), give each ball its own");
     }
-    if (status.code != EngineCode::kOk || points.empty()) return status;
+    if (status.code != EngineCode::kOk || points.empty()) {
+      values.clear();
+      return status;
+    }
     return guarded([&] {
       values.resize(maps * points.size());
       with_field(balls, settings.field, [&](auto field) {

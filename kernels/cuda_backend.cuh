@@ -6,6 +6,7 @@
 #include <nvtx3/nvToolsExt.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstring>
 #include <cub/block/block_exchange.cuh>
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "engine.h"
+#include "parallel_copy.h"
 #include "tree.h"
 #include "validate.h"
 #include "view.h"
@@ -190,12 +192,15 @@ class CudaBackend {
     check_cuda(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device_),
                "ask for the multiprocessors");
     check_cuda(cudaMallocHost(&staging_, 2 * kStagingBytes), "allocate pinned memory");
+    for (cudaEvent_t& event : arrived_)
+      check_cuda(cudaEventCreateWithFlags(&event, cudaEventDisableTiming), "create an event");
   }
   CudaBackend(CudaBackend&& other) noexcept
       : device_(other.device_),
         processors_(other.processors_),
         stream_(std::exchange(other.stream_, nullptr)),
         staging_(std::exchange(other.staging_, nullptr)),
+        arrived_(std::exchange(other.arrived_, {})),
         marks_(std::move(other.marks_)),
         used_marks_(std::exchange(other.used_marks_, 0)) {}
   CudaBackend(const CudaBackend&) = delete;
@@ -205,6 +210,8 @@ class CudaBackend {
     // Nothing can be done about a failing release; a dead device also reports its first error here
     // again.
     for (const Mark& mark : marks_) (void)cudaEventDestroy(mark.event);
+    for (cudaEvent_t event : arrived_)
+      if (event != nullptr) (void)cudaEventDestroy(event);
     if (staging_ != nullptr) (void)cudaFreeHost(staging_);
     if (stream_ != nullptr) (void)cudaStreamDestroy(stream_);
   }
@@ -298,45 +305,48 @@ class CudaBackend {
     check_cuda(cudaGetLastError(), name);
   }
 
-  /// Through pinned memory, without waiting, as long as that lasts for this frame.
+  /// Through pinned memory in parts: while one goes up, all threads copy the next one in. Waits for
+  /// the passes only where a frame uploads more than that memory holds.
   template <class T>
   void upload(View<T> to, const T* from) {
     const auto bytes = static_cast<std::size_t>(to.size) * sizeof(T);
-    if (uploaded_ + bytes <= kStagingBytes) {
+    const auto* source = reinterpret_cast<const char*>(from);
+    auto* target = reinterpret_cast<char*>(to.data);
+    for (std::size_t done = 0; done < bytes;) {
+      if (uploaded_ == kStagingBytes) {
+        check_cuda(cudaStreamSynchronize(stream_), "upload");
+        uploaded_ = 0;
+      }
+      const std::size_t size = std::min({bytes - done, kPart, kStagingBytes - uploaded_});
       char* pinned = staging_ + kStagingBytes + uploaded_;
-      uploaded_ += (bytes + 63) / 64 * 64;
-      std::memcpy(pinned, from, bytes);
-      check_cuda(cudaMemcpyAsync(to.data, pinned, bytes, cudaMemcpyHostToDevice, stream_),
+      parallel_copy(pinned, source + done, size);
+      check_cuda(cudaMemcpyAsync(target + done, pinned, size, cudaMemcpyHostToDevice, stream_),
                  "upload");
-      return;
+      uploaded_ += (size + 63) / 64 * 64;
+      done += size;
     }
-    check_cuda(cudaMemcpyAsync(to.data, from, bytes, cudaMemcpyHostToDevice, stream_), "upload");
-    // The caller's memory may go away as soon as this returns.
-    check_cuda(cudaStreamSynchronize(stream_), "upload");
   }
-  /// Through pinned memory in two halves: one is copied out while the other is filled.
+  /// Through pinned memory in parts: while some arrive, all threads copy out those that are there.
   template <class T>
   void download(T* to, View<T> from) {
     const Scope scope(*this, "download");
     const auto bytes = static_cast<std::size_t>(from.size) * sizeof(T);
     const auto* source = reinterpret_cast<const char*>(from.data);
     auto* target = reinterpret_cast<char*>(to);
-    constexpr std::size_t kHalf = kStagingBytes / 2;
+    const std::size_t parts = (bytes + kPart - 1) / kPart;
+    const auto size = [&](std::size_t part) { return std::min(kPart, bytes - part * kPart); };
     const auto fetch = [&](std::size_t part) {
-      const std::size_t size = std::min(kHalf, bytes - part * kHalf);
-      check_cuda(cudaMemcpyAsync(staging_ + part % 2 * kHalf, source + part * kHalf, size,
-                                 cudaMemcpyDeviceToHost, stream_),
+      if (part >= parts) return;
+      check_cuda(cudaMemcpyAsync(staging_ + part % kParts * kPart, source + part * kPart,
+                                 size(part), cudaMemcpyDeviceToHost, stream_),
                  "download");
-      return size;
+      check_cuda(cudaEventRecord(arrived_[part % kParts], stream_), "download");
     };
-    if (bytes == 0) return;
-    const std::size_t parts = (bytes + kHalf - 1) / kHalf;
-    std::size_t size = fetch(0);
+    for (std::size_t part = 0; part < kParts; ++part) fetch(part);
     for (std::size_t part = 0; part < parts; ++part) {
-      check_cuda(cudaStreamSynchronize(stream_), "download");
-      const std::size_t here = size;
-      if (part + 1 < parts) size = fetch(part + 1);
-      std::memcpy(target + part * kHalf, staging_ + part % 2 * kHalf, here);
+      check_cuda(cudaEventSynchronize(arrived_[part % kParts]), "download");
+      parallel_copy(target + part * kPart, staging_ + part % kParts * kPart, size(part));
+      fetch(part + kParts);
     }
   }
   /// Where a pass writes *count elements of a result: device memory, for download() to copy.
@@ -457,10 +467,12 @@ class CudaBackend {
   static constexpr const char* kNoPass = "";
   /// Of pinned memory for downloads, and as much again for uploads.
   static constexpr std::size_t kStagingBytes = std::size_t{16} << 20;
+  static constexpr std::size_t kParts = 8, kPart = kStagingBytes / kParts;
 
   int device_ = 0, processors_ = 1;
   cudaStream_t stream_ = nullptr;
   char* staging_ = nullptr;
+  std::array<cudaEvent_t, kParts> arrived_ = {};  ///< of each part of the downloads' memory
   std::vector<Fit> fits_;
   std::size_t used_ = 0, max_memory_ = 0, uploaded_ = 0;
   std::vector<Mark> marks_;
