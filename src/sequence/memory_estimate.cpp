@@ -33,14 +33,8 @@ double bytes_of(const Model& model) {
          bytes_of(model.corner_uvs) + bytes_of(model.labels) + bytes_of(model.triangle_materials);
 }
 
-/// Points of the grid of distances to a model (surface/distance_grid.h).
-double distance_points(const Box& box, double cell) {
-  const Vec3 size = box.size();
-  const double longest = std::max({size.x, size.y, size.z});
-  const double step = std::max(cell, longest / kMaxDistanceCells);
-  const double margin = std::max(0.06 * static_cast<double>(box.diagonal()), 12 * step);
-  const auto points = [&](float extent) { return (extent + 2 * margin) / step + 2; };
-  return points(size.x) * points(size.y) * points(size.z);
+double point_count(const Grid& grid) {
+  return static_cast<double>(grid.points.x) * grid.points.y * grid.points.z;
 }
 
 }  // namespace
@@ -78,7 +72,8 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const Model> models
       const bool asked = (i > 0 && timeline.legs[i - 1].distance) ||
                          (i < timeline.legs.size() && timeline.legs[i].distance);
       if (!asked || own[i].triangles.empty()) continue;
-      distances += sizeof(float) * distance_points(own[i].box(), 0.5 * cell);
+      distances +=
+          sizeof(float) * point_count(distance_grid(own[i].box(), 0.5f * static_cast<float>(cell)));
     }
   }
   // Half of the pictures are traced, the others written.

@@ -126,10 +126,7 @@ Result<Pacing> even_pacing(const PreparedScene& prepared, const PreparedActor& a
     }
     pacing.times.push_back(1);
     linear.plan.pacing = pacing.times;
-    const bool has_levels = leg.plan.motion.keep_volume &&
-                            !is_shell(actor.objects[leg.from].distances) &&
-                            !is_shell(actor.objects[leg.to].distances);
-    for (int k = 0; has_levels && k <= kSteps; ++k) {
+    for (int k = 0; keeps_volume(actor, leg) && k <= kSteps; ++k) {
       ActorGeometry geometry = geometry_at(k);
       geometry.map = map_at(actor, linear, time_of(k), geometry.balls);
       PM_TRY(const SurfaceBetween surface,

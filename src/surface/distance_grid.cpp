@@ -24,30 +24,30 @@ constexpr int kCoarse = 4;  ///< fine cells per coarse cell, along an axis
 constexpr float kThickened = 1.35f;
 constexpr float kExact = 2, kFar = 4;  ///< in fine cells: exact up to here, smooth from there on
 
+/// Every fourth point of distance_grid().
+Grid coarse_grid(const Box& box, float cell) {
+  const Vec3 size = box.size();
+  const float longest = std::max({size.x, size.y, size.z});
+  const float fine = std::max(cell, longest / kMaxDistanceCells);
+  const float margin = std::max(0.06f * box.diagonal(), (kFar + 2 * kCoarse) * fine);
+  const auto points = [&](float extent) {
+    return static_cast<int>(std::ceil((extent + 2 * margin) / (kCoarse * fine))) + 1;
+  };
+  Grid coarse{{}, kCoarse * fine, {points(size.x), points(size.y), points(size.z)}};
+  const auto middle = [&](int along) { return 0.5f * static_cast<float>(along - 1) * coarse.cell; };
+  coarse.origin = box.center() -
+                  Vec3{middle(coarse.points.x), middle(coarse.points.y), middle(coarse.points.z)};
+  return coarse;
+}
+
 class Builder {
  public:
   Builder(const Model& model, const InsideTest& inside, const ClosestPointQuery& closest,
           std::span<const FaceSide> sides, float cell, float thinnest)
       : model_(model), inside_(inside), closest_(closest), thinnest_(thinnest), sides_(sides) {
-    const Box box = model.box();
-    const Vec3 size = box.size();
-    const float longest = std::max({size.x, size.y, size.z});
-    cell_ = std::max(cell, longest / kMaxDistanceCells);
-    const float margin = std::max(0.06f * box.diagonal(), (kFar + 2 * kCoarse) * cell_);
-    const auto blocks = [&](float extent) {
-      return static_cast<int>(std::ceil((extent + 2 * margin) / (kCoarse * cell_)));
-    };
-    coarse_.points = {blocks(size.x) + 1, blocks(size.y) + 1, blocks(size.z) + 1};
-    coarse_.cell = kCoarse * cell_;
-    const auto middle = [&](int points) {
-      return 0.5f * static_cast<float>(points - 1) * coarse_.cell;
-    };
-    coarse_.origin = box.center() - Vec3{middle(coarse_.points.x), middle(coarse_.points.y),
-                                         middle(coarse_.points.z)};
-    out_.grid = {coarse_.origin,
-                 cell_,
-                 {kCoarse * (coarse_.points.x - 1) + 1, kCoarse * (coarse_.points.y - 1) + 1,
-                  kCoarse * (coarse_.points.z - 1) + 1}};
+    coarse_ = coarse_grid(model.box(), cell);
+    out_.grid = distance_grid(model.box(), cell);
+    cell_ = out_.grid.cell;
   }
 
   DistanceGrid run() {
@@ -392,6 +392,14 @@ class Builder {
 };
 
 }  // namespace
+
+Grid distance_grid(const Box& box, float cell) {
+  const Grid coarse = coarse_grid(box, cell);
+  const Int3 n = coarse.points;
+  return {coarse.origin,
+          coarse.cell / kCoarse,
+          {kCoarse * (n.x - 1) + 1, kCoarse * (n.y - 1) + 1, kCoarse * (n.z - 1) + 1}};
+}
 
 std::vector<float> spline_values(const SmoothDistances& smooth, const Grid& fine) {
   const Int3 n = fine.points, nodes = smooth.grid.points;

@@ -33,8 +33,11 @@ inline constexpr int kMaxDistanceCells = 256;
 /// signed_distances() is given as `thinnest`.
 inline constexpr float kThinnestPart = 0.9f;
 
-/// Signed distances to the model on cells of edge `cell` or the smallest of which 256 go along the
-/// longest side, whichever is larger. Exact within two cells of the surface; from there on they
+/// The grid of signed distances to a model in `box`: cells of edge `cell` or the smallest of which
+/// 256 go along the longest side, whichever is larger, and a margin around.
+Grid distance_grid(const Box& box, float cell);
+
+/// Signed distances to the model on the grid that distance_grid() gives. Exact within two cells of the surface; from there on they
 /// fade, over two cells more, into a smooth field (a quadratic B-spline over every fourth point),
 /// so that ridges half way between faces are rounded. Faces that the solid hides (inside on both
 /// sides) do not count. Parts thinner than 2 `thinnest` are as thick as that, sheets without an

@@ -4,6 +4,8 @@
 #include <optional>
 #include <unordered_map>
 
+#include "model/mesh/edges.h"
+
 namespace polymorph {
 namespace {
 
@@ -30,13 +32,7 @@ int longest_side(std::span<const Vec3> points, const Triangle& t) {
 Division halve_triangles(std::span<const Vec3> points, std::span<const Triangle> triangles,
                          std::span<const std::uint32_t> chosen) {
   Division division;
-  std::unordered_map<std::uint64_t, std::array<std::uint32_t, 2>> beside;
-  for (std::uint32_t f = 0; f < triangles.size(); ++f)
-    for (int k = 0; k < 3; ++k) {
-      const auto key = edge_key(triangles[f].v[k], triangles[f].v[(k + 1) % 3]);
-      const auto [at, is_new] = beside.try_emplace(key, std::array<std::uint32_t, 2>{f, f});
-      if (!is_new) at->second[1] = f;
-    }
+  const std::vector<Triangle> beside = neighbours_of(triangles);
   std::unordered_map<std::uint64_t, std::uint32_t> middles;
   std::vector<std::uint32_t> queue(chosen.begin(), chosen.end());
   for (std::size_t q = 0; q < queue.size(); ++q) {
@@ -46,7 +42,7 @@ Division halve_triangles(std::span<const Vec3> points, std::span<const Triangle>
     const auto number = static_cast<std::uint32_t>(points.size() + division.halved.size());
     if (!middles.try_emplace(edge_key(a, b), number).second) continue;
     division.halved.push_back({a, b});
-    for (const std::uint32_t g : beside.at(edge_key(a, b))) queue.push_back(g);
+    queue.push_back(beside[queue[q]].v[k]);
   }
   const auto middle = [&](std::uint32_t a, std::uint32_t b) -> std::optional<std::uint32_t> {
     const auto found = middles.find(edge_key(a, b));

@@ -10,6 +10,7 @@
 #include <unordered_map>
 
 #include "base/exact_math.h"
+#include "model/mesh/edges.h"
 
 namespace polymorph {
 namespace {
@@ -244,23 +245,6 @@ bool map_patch(std::vector<Vec3>& points, std::span<const Triangle> triangles, c
 }
 
 }  // namespace
-
-std::vector<Triangle> neighbours_of(std::span<const Triangle> triangles) {
-  std::vector<std::array<std::uint32_t, 4>> edges;  // low point, high point, triangle, side
-  edges.reserve(3 * triangles.size());
-  for (std::uint32_t f = 0; f < triangles.size(); ++f)
-    for (std::uint32_t k = 0; k < 3; ++k) {
-      const std::uint32_t a = triangles[f].v[k], b = triangles[f].v[(k + 1) % 3];
-      edges.push_back({std::min(a, b), std::max(a, b), f, k});
-    }
-  std::sort(edges.begin(), edges.end());
-  std::vector<Triangle> beside(triangles.size());
-  for (std::size_t i = 0; i + 1 < edges.size(); i += 2) {
-    beside[edges[i][2]].v[edges[i][3]] = edges[i + 1][2];
-    beside[edges[i + 1][2]].v[edges[i + 1][3]] = edges[i][2];
-  }
-  return beside;
-}
 
 std::size_t map_patches(std::vector<Vec3>& points, std::span<const Triangle> triangles,
                         std::span<const std::uint32_t> seeds, int rings, const CarryTarget& target,

@@ -9,9 +9,6 @@
 
 namespace polymorph {
 
-/// The triangles beside each triangle of a closed mesh, across its edges.
-std::vector<Triangle> neighbours_of(std::span<const Triangle> triangles);
-
 /// Maps the triangles within `rings` of `seeds` onto the part of the target's surface that is
 /// nearest to them. The surface's part is flattened onto a disk by mean value coordinates (Floater
 /// 2003), the mesh's by Tutte's embedding (1963) within the closest points of its border. That

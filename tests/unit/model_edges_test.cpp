@@ -9,7 +9,7 @@ namespace {
 
 TEST(Edges, EveryEdgeOfAClosedModelHasTwoUsesInOppositeDirections) {
   const Model box = box_model({0, 0, 0}, {1, 1, 1});
-  const std::vector<EdgeUse> uses = sorted_edge_uses(box);
+  const std::vector<EdgeUse> uses = sorted_edge_uses(box.triangles);
   EXPECT_EQ(uses.size(), 3 * box.triangles.size());
   std::size_t edges = 0;
   for_each_edge(uses, [&](std::size_t first, std::size_t last) {
@@ -27,7 +27,7 @@ TEST(Edges, AUseKnowsTheCornersAtItsEnds) {
   const auto point_of = [&](std::uint32_t corner) {
     return box.triangles[corner / 3].v[corner % 3];
   };
-  for (const EdgeUse& use : sorted_edge_uses(box)) {
+  for (const EdgeUse& use : sorted_edge_uses(box.triangles)) {
     EXPECT_EQ(point_of(low_corner(use)), use.low);
     EXPECT_EQ(point_of(high_corner(use)), use.high);
     EXPECT_EQ(low_corner(use) / 3, use.corner / 3);
@@ -38,7 +38,17 @@ TEST(Edges, SidesOfNoLengthAreLeftOut) {
   Model model;
   model.points = {{0, 0, 0}, {1, 0, 0}};
   model.triangles = {{{0, 1, 1}}};
-  EXPECT_EQ(sorted_edge_uses(model).size(), 2u);
+  EXPECT_EQ(sorted_edge_uses(model.triangles).size(), 2u);
+}
+
+TEST(Edges, NeighboursLieAcrossTheSidesAndATriangleIsItsOwnWhereThereIsNone) {
+  const std::vector<Triangle> pair = {{{0, 1, 2}}, {{2, 1, 3}}};
+  const std::vector<Triangle> beside = neighbours_of(pair);
+  EXPECT_EQ(beside[0].v[0], 0u);
+  EXPECT_EQ(beside[0].v[1], 1u);  // from 1 to 2
+  EXPECT_EQ(beside[0].v[2], 0u);
+  EXPECT_EQ(beside[1].v[0], 0u);  // from 2 to 1
+  EXPECT_EQ(beside[1].v[1], 1u);
 }
 
 }  // namespace

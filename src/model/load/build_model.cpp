@@ -351,7 +351,7 @@ void Builder::add_seams() {
     }
   for (bool changed = !lines.empty(); changed;) {
     std::vector<std::uint8_t> drop(model_.triangles.size() - first, 0);
-    const std::vector<EdgeUse> uses = sorted_edge_uses(model_);
+    const std::vector<EdgeUse> uses = sorted_edge_uses(model_.triangles);
     for_each_edge(uses, [&](std::size_t begin, std::size_t end) {
       const bool paired = end - begin == 2 && uses[begin].forward != uses[begin + 1].forward;
       for (std::size_t i = begin; i < end && !paired; ++i)

@@ -2,9 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
-#include "model/model.h"
+#include "kernels/types.h"
 
 namespace polymorph {
 
@@ -17,7 +18,7 @@ struct EdgeUse {
 
 /// The sides of all triangles, those of one edge together, in order of (low, high, corner). Sides
 /// of length 0 (a repeated point) are left out.
-std::vector<EdgeUse> sorted_edge_uses(const Model& model);
+std::vector<EdgeUse> sorted_edge_uses(std::span<const Triangle> triangles);
 
 /// Calls f(first, last) for each run of uses of one edge.
 template <class F>
@@ -31,6 +32,10 @@ void for_each_edge(const std::vector<EdgeUse>& uses, const F& f) {
     first = last;
   }
 }
+
+/// The triangles across the sides of each triangle, side k being from corner k to corner k + 1: the
+/// triangle itself where an edge does not have two.
+std::vector<Triangle> neighbours_of(std::span<const Triangle> triangles);
 
 /// The corner of a use at the edge's `low` end, and at its `high` end.
 inline std::uint32_t corner_after(std::uint32_t corner) {

@@ -144,7 +144,7 @@ std::vector<Vec3> creased_normals(const Model& model, float crease_degrees) {
   const double min_cosine =
       exact::cos(static_cast<double>(crease_degrees) * std::numbers::pi / 180);
   DisjointSets smooth(model.triangles.size() * 3);
-  const std::vector<EdgeUse> uses = sorted_edge_uses(model);
+  const std::vector<EdgeUse> uses = sorted_edge_uses(model.triangles);
   for_each_edge(uses, [&](std::size_t first, std::size_t last) {
     if (last - first != 2 || uses[first].forward == uses[first + 1].forward) return;
     const EdgeUse &a = uses[first], &b = uses[first + 1];

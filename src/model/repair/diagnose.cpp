@@ -178,7 +178,7 @@ Diagnosis diagnose(const Model& model) {
   const std::vector<Vec3> normals = face_normals(model);
   d.degenerate_triangles =
       static_cast<std::size_t>(std::count(normals.begin(), normals.end(), Vec3{}));
-  const std::vector<EdgeUse> uses = sorted_edge_uses(model);
+  const std::vector<EdgeUse> uses = sorted_edge_uses(model.triangles);
   std::size_t edges = 0;
   count_edges(uses, model, d, edges);
   std::vector<std::uint8_t> used(model.points.size(), 0);

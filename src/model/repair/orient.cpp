@@ -50,7 +50,7 @@ Vec3d area_vector(const Model& model, std::uint32_t t) {
 constexpr std::uint32_t kFlipped = 0x80000000u;
 std::vector<std::uint32_t> sides_across(const Model& model) {
   std::vector<std::uint32_t> across(3 * model.triangles.size(), kNone);
-  const std::vector<EdgeUse> uses = sorted_edge_uses(model);
+  const std::vector<EdgeUse> uses = sorted_edge_uses(model.triangles);
   for_each_edge(uses, [&](std::size_t first, std::size_t last) {
     if (last - first != 2) return;
     const EdgeUse &a = uses[first], &b = uses[first + 1];

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "model/query/transfer.h"
-#include "morph/motion.h"
 #include "sequence/geometry/frame_labels.h"
 #include "sequence/geometry/geometry.h"
 #include "sequence/geometry/leg_surface.h"
@@ -129,13 +128,7 @@ Result<CarriedActor> carry_actor(const PreparedScene& prepared, const PreparedAc
                      float next) -> Result<std::vector<Vec3>> {
     std::vector<Vec3> points(from.begin(), from.end());
     PM_TRY(const BallSet balls, balls_at(leg.plan, time, engine));
-    Flow flow;
-    if (leg.distance) {
-      const float size = size_at(actor, leg, progress_at(leg.plan, time));
-      PM_TRY(flow, flow_at(leg.plan, time, next, balls, size, points, engine));
-    } else {
-      PM_TRY(flow, flow_at(leg.plan, time, next, balls, points, engine));
-    }
+    PM_TRY(const Flow flow, flow_on_leg(actor, leg, time, next, balls, points, engine));
     for (std::size_t i = 0; i < points.size(); ++i) points[i] = points[i] + flow.displacement[i];
     return points;
   };

@@ -83,13 +83,8 @@ Status add_flow(const PreparedActor& actor, Engine& engine, bool last, ActorGeom
     const PreparedLeg& leg = leg_of(actor, now.leg);
     const bool goes_on = next.leg == now.leg && next.object < 0;
     const float then = goes_on ? next.time : leg.until;
-    const std::vector<Vec3>& points = geometry.surface.positions;
-    if (leg.distance) {
-      PM_TRY(geometry.flow, flow_at(leg.plan, now.time, then, geometry.balls,
-                                    size_at(actor, leg, now.u), points, engine));
-    } else {
-      PM_TRY(geometry.flow, flow_at(leg.plan, now.time, then, geometry.balls, points, engine));
-    }
+    PM_TRY(geometry.flow, flow_on_leg(actor, leg, now.time, then, geometry.balls,
+                                      geometry.surface.positions, engine));
     return Ok{};
   }
   const PreparedObject& object = object_of(actor, now.object);

@@ -50,6 +50,11 @@ Result<ActorGeometry> balls_on_way(const PreparedScene& prepared, const Prepared
   return geometry;
 }
 
+bool keeps_volume(const PreparedActor& actor, const PreparedLeg& leg) {
+  return leg.plan.motion.keep_volume && !is_shell(actor.objects[leg.from].distances) &&
+         !is_shell(actor.objects[leg.to].distances);
+}
+
 std::optional<float> level_at(const PreparedLeg& leg, float u) {
   const std::vector<float>& at = leg.levels;
   if (at.size() < 3) return std::nullopt;
@@ -81,6 +86,13 @@ Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const BallSet& 
   return pull_back(leg.plan, time, balls, points, engine);
 }
 
+Result<Flow> flow_on_leg(const PreparedActor& actor, const PreparedLeg& leg, float time, float next,
+                         const BallSet& balls, const std::vector<Vec3>& points, Engine& engine) {
+  if (!leg.distance) return flow_at(leg.plan, time, next, balls, points, engine);
+  const float size = size_at(actor, leg, progress_at(leg.plan, time));
+  return flow_at(leg.plan, time, next, balls, size, points, engine);
+}
+
 Result<SurfaceBetween> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
                                        const ActorGeometry& geometry, float cell,
                                        const ExtractSettings& extract, Engine& engine,
@@ -98,7 +110,7 @@ Result<SurfaceBetween> surface_between(const PreparedActor& actor, const Prepare
   const bool has_shell = is_shell(from.distances) || is_shell(to.distances);
   // Walls would swell where both are saturated.
   if (!has_shell) field.saturation = kSaturation * size_at(actor, leg, moment.u);
-  if (!at_an_end && !has_shell && leg.plan.motion.keep_volume) {
+  if (!at_an_end && keeps_volume(actor, leg)) {
     const auto u = static_cast<double>(moment.u);
     const double volume = (1 - u) * from.distances.volume + u * to.distances.volume;
     const VolumeGoal goal = {volume, actor.cell, kFurthest * size_at(actor, leg, moment.u),

@@ -6,6 +6,7 @@
 
 #include "base/result.h"
 #include "kernels/engine.h"
+#include "morph/motion.h"
 #include "morph/pull_back.h"
 #include "sequence/geometry/actor_geometry.h"
 
@@ -29,6 +30,10 @@ Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedAct
 double min_component_share_of(const PreparedActor& actor, const PreparedLeg& leg,
                               float min_component_share);
 
+/// Does a leg that is made of distances have a level that keeps the volume? Walls have none: their
+/// volume means little.
+bool keeps_volume(const PreparedActor& actor, const PreparedLeg& leg);
+
 /// The level that keeps the volume at an eased time, nearly: cubics through the leg's levels
 /// (Catmull-Rom). None where the leg has no levels.
 std::optional<float> level_at(const PreparedLeg& leg, float u);
@@ -41,6 +46,11 @@ FrameMap map_at(const PreparedActor& actor, const PreparedLeg& leg, float time,
 /// is made of distances, and not looked at for others. Errors: the engine's.
 Result<PullBack> pulled_back(const PreparedLeg& leg, float time, const BallSet& balls,
                              const FrameMap& map, const std::vector<Vec3>& points, Engine& engine);
+
+/// How the points of a leg's surface go from `time` to `next`; `balls`: those at `time`. Errors:
+/// the engine's.
+Result<Flow> flow_on_leg(const PreparedActor& actor, const PreparedLeg& leg, float time, float next,
+                         const BallSet& balls, const std::vector<Vec3>& points, Engine& engine);
 
 /// The surface of a leg that is made of distances, and the field whose zero it is.
 struct SurfaceBetween {
