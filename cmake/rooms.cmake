@@ -65,6 +65,7 @@ function(pm_kernels)
     target_compile_options(pm_kernels PRIVATE $<$<COMPILE_LANGUAGE:CUDA>:--fmad=false -Xcompiler=-ffp-contract=off>)
     target_link_libraries(pm_kernels PRIVATE CUDA::cudart_static)
   endif()
+  pm_add_avx512(pm_kernels)
 endfunction()
 
 # base/program_identity.h, looked at in every build.

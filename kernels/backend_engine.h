@@ -213,7 +213,8 @@ class BackendEngine final : public Engine {
   struct BrickViews {
     Tree tree;
     const std::int64_t* count = nullptr;
-    std::int64_t capacity = 0;  ///< bricks that every view below can hold
+    /// Bricks that every view below can hold, but for values where they are kept block by block.
+    std::int64_t capacity = std::numeric_limits<std::int64_t>::max();
     View<Node> nodes;
     View<std::uint32_t> entries;
     View<FarField> far;
@@ -222,6 +223,23 @@ class BackendEngine final : public Engine {
     View<std::uint32_t> rows;
     View<Counts> counts;
     View<Offsets> first;
+  };
+
+  /// Bricks, how to sample them, and the field as vertices need it.
+  template <class Sample, class Source>
+  struct Found {
+    BrickViews bricks;
+    Sample sample;
+    Source source;
+  };
+  template <class Sample, class Source>
+  static Found<Sample, Source> found(const BrickViews& bricks, const Sample& sample,
+                                     const Source& source) {
+    return {bricks, sample, source};
+  }
+  struct MeshViews {
+    View<Vec3> positions, normals;
+    View<Triangle> triangles;
   };
 
   template <class Passes>
@@ -360,8 +378,16 @@ class BackendEngine final : public Engine {
     extract_bricks(grid, settings, mesh, [&](View<BrickTable> table) {
       const BallViews<F> in = prepare<F>(balls, settings, shape);
       BrickViews bricks = find_bricks<F>(in, shape, grid, settings);
-      count_bricks<F>(in, grid, settings, table, bricks);
-      return std::make_pair(bricks, ball_vertices<F>(in, grid, settings, bricks));
+      fit_bricks(grid, bricks);
+      if constexpr (!F::kCompactSupport)
+        bricks.capacity = std::min(bricks.capacity, bricks.far.size);
+      const SampleBricks<F> sample = {counting(grid, settings, table, bricks, 0),
+                                      settings.sample_stride,
+                                      bricks.entries,
+                                      in.balls,
+                                      bricks.far,
+                                      in.all()};
+      return found(bricks, sample, ball_vertices<F>(in, grid, settings, bricks));
     });
   }
 
@@ -387,42 +413,37 @@ class BackendEngine final : public Engine {
     extract_bricks(grid, at, mesh, [&](View<BrickTable> table) {
       BrickViews bricks = find_morph_bricks(shape, classify);
       fit_bricks(grid, bricks);
-      backend_.for_teams(bricks.count, bricks.capacity,
-                         SampleMorph{counting(grid, at, table, bricks, -grid.cell), field},
-                         "sample");
-      return std::make_pair(bricks, MorphVertices{{field, 1 / grid.cell}});
+      return found(bricks, SampleMorph{counting(grid, at, table, bricks, -grid.cell), field},
+                   MorphVertices{{field, 1 / grid.cell}});
     });
   }
 
-  /// From a field to a mesh: `find` finds the bricks, counts them and says what vertices need to
-  /// know of the field.
+  /// From a field to a mesh: `find` finds the bricks, and says how to sample them and what vertices
+  /// need to know of the field.
   template <class Find>
   void extract_bricks(const Grid& grid, const ExtractSettings& settings, Mesh& mesh,
                       const Find& find) {
     const View<BrickTable> table = table_view();
     totals_view_ = totals_.resize(backend_, kMaxLevels + 1);
+    const Offsets* total = &totals_view_[kMaxLevels];
+    const std::int64_t guess = brick_guess(grid) * 100;
     Offsets totals[kMaxLevels + 1];
-    View<Vec3> positions, normals;
-    View<Triangle> triangles;
+    MeshViews out;
     do {
-      const auto found = find(table);
-      const BrickViews& bricks = found.first;
-      const Offsets* total = &totals_view_[kMaxLevels];
-      backend_.scan({bricks.counts.data, bricks.capacity}, bricks.count, bricks.first,
-                    &totals_view_[kMaxLevels], "number");
-      const std::int64_t guess = brick_guess(grid) * 100;
-      positions = backend_.output(mesh.positions, positions_, &total->first, guess);
-      normals = backend_.output(mesh.normals, normals_, &total->first, guess);
-      triangles = backend_.output(mesh.triangles, triangles_, &total->second, 2 * guess);
+      const auto at = find(table);
+      const BrickViews& bricks = at.bricks;
+      place_bricks(at.sample, at.source, grid, settings, bricks, mesh, out);
+      out.triangles = backend_.output(mesh.triangles, triangles_, &total->second, 2 * guess);
       if (settings.method == SurfaceMethod::kMatrix) {
-        const EmitCubes emit = {grid,        bricks.nodes,  bricks.inside,
-                                bricks.rows, bricks.counts, bricks.first,
-                                positions,   normals,       triangles};
+        out.positions = backend_.output(mesh.positions, positions_, &total->first, guess);
+        out.normals = backend_.output(mesh.normals, normals_, &total->first, guess);
+        const EmitCubes emit = {grid,          bricks.nodes,  bricks.inside,
+                                bricks.rows,   bricks.counts, bricks.first,
+                                out.positions, out.normals,   out.triangles};
         backend_.for_teams(bricks.count, bricks.capacity, emit, "triangles");
       } else {
-        place_vertices(found.second, grid, settings, bricks, positions, normals);
         const EmitTriangles emit = {table,         bricks.tree,  bricks.inside,   bricks.rows,
-                                    bricks.counts, bricks.first, bricks.capacity, triangles};
+                                    bricks.counts, bricks.first, bricks.capacity, out.triangles};
         backend_.for_teams(bricks.count, bricks.capacity, emit, "triangles");
       }
     } while (!backend_.everything_fitted(totals_view_, totals));
@@ -433,13 +454,57 @@ class BackendEngine final : public Engine {
                                " vertices (more than 32-bit indices reach), use a coarser grid"}};
     }
     if (!settings.download) return;
-    backend_.download(mesh.positions, positions, sizes.first);
+    backend_.download(mesh.positions, out.positions, sizes.first);
     if (settings.flat) {
       mesh.normals.clear();
     } else {
-      backend_.download(mesh.normals, normals, sizes.first);
+      backend_.download(mesh.normals, out.normals, sizes.first);
     }
-    backend_.download(mesh.triangles, triangles, sizes.second);
+    backend_.download(mesh.triangles, out.triangles, sizes.second);
+  }
+
+  /// Samples the bricks, numbers what they have, and places the vertices of marching cubes.
+  ///
+  /// Where the host knows the counts, block by block: values go from one pass to the next in the
+  /// caches, and take no more memory for a finer grid. By themselves they would be the most that
+  /// memory has to move.
+  template <class Sample, class Source>
+  void place_bricks(Sample sample, const Source& source, const Grid& grid,
+                    const ExtractSettings& settings, const BrickViews& bricks, Mesh& mesh,
+                    MeshViews& out) {
+    Offsets* total = &totals_view_[kMaxLevels];
+    const bool places = settings.method == SurfaceMethod::kMarchingCubes;
+    if constexpr (B::kHostMemory) {
+      *total = {};
+      for (std::int64_t begin = 0; begin < *bricks.count; begin += brick_block()) {
+        const std::int64_t n = std::min(brick_block(), *bricks.count - begin);
+        sample.begin = begin;
+        backend_.for_teams(&n, n, sample, "sample");
+        const Offsets before = *total;
+        backend_.scan({bricks.counts.data + begin, n}, &n, {bricks.first.data + begin, n}, total,
+                      "number", before);
+        if (!places) continue;
+        const double share = static_cast<double>(begin + n) / static_cast<double>(*bricks.count);
+        out.positions = backend_.grow(mesh.positions, before.first, total->first, share);
+        out.normals = backend_.grow(mesh.normals, before.first, total->first, share);
+        backend_.for_teams(
+            &n, n, placing(source, grid, settings, bricks, begin, out.positions, out.normals),
+            "vertices");
+      }
+      mesh.positions.resize(static_cast<std::size_t>(total->first));
+      mesh.normals.resize(static_cast<std::size_t>(total->first));
+    } else {
+      backend_.for_teams(bricks.count, bricks.capacity, sample, "sample");
+      backend_.scan({bricks.counts.data, bricks.capacity}, bricks.count, bricks.first, total,
+                    "number");
+      if (!places) return;
+      const std::int64_t guess = brick_guess(grid) * 100;
+      out.positions = backend_.output(mesh.positions, positions_, &total->first, guess);
+      out.normals = backend_.output(mesh.normals, normals_, &total->first, guess);
+      backend_.for_teams(bricks.count, bricks.capacity,
+                         placing(source, grid, settings, bricks, 0, out.positions, out.normals),
+                         "vertices");
+    }
   }
 
   static Int3 divided(Int3 a, int by) {
@@ -539,17 +604,25 @@ class BackendEngine final : public Engine {
     return out;
   }
 
+  /// Bricks of a block: 0.5 MB of values for each thread, half of its cache's second level.
+  std::int64_t brick_block() const { return 256 * backend_.threads(); }
+
   /// Allocates what is known of each brick.
   void fit_bricks(const Grid& grid, BrickViews& bricks) {
     const std::int64_t guess = brick_guess(grid);
-    bricks.values = values_.fit(backend_, bricks.count, kBrickValues, guess);
+    if constexpr (B::kHostMemory) {
+      bricks.values =
+          values_.resize(backend_, kBrickValues * std::min(brick_block(), *bricks.count));
+    } else {
+      bricks.values = values_.fit(backend_, bricks.count, kBrickValues, guess);
+      bricks.capacity = bricks.values.size / kBrickValues;
+    }
     bricks.inside = inside_.fit(backend_, bricks.count, kLines, guess);
     bricks.rows = rows_.fit(backend_, bricks.count, kRows, guess);
     bricks.counts = brick_counts_.fit(backend_, bricks.count, 1, guess);
     bricks.first = brick_first_.fit(backend_, bricks.count, 1, guess);
-    bricks.capacity =
-        std::min({bricks.nodes.size, bricks.values.size / kBrickValues, bricks.inside.size / kLines,
-                  bricks.rows.size / kRows, bricks.counts.size, bricks.first.size});
+    bricks.capacity = std::min({bricks.capacity, bricks.nodes.size, bricks.inside.size / kLines,
+                                bricks.rows.size / kRows, bricks.counts.size, bricks.first.size});
   }
 
   static CountBricks counting(const Grid& grid, const ExtractSettings& settings,
@@ -569,18 +642,6 @@ class BackendEngine final : public Engine {
   }
 
   template <class F>
-  void count_bricks(const BallViews<F>& in, const Grid& grid, const ExtractSettings& settings,
-                    View<BrickTable> table, BrickViews& bricks) {
-    fit_bricks(grid, bricks);
-    if constexpr (!F::kCompactSupport) bricks.capacity = std::min(bricks.capacity, bricks.far.size);
-    backend_.for_teams(
-        bricks.count, bricks.capacity,
-        SampleBricks<F>{counting(grid, settings, table, bricks, 0), settings.sample_stride,
-                        bricks.entries, in.balls, bricks.far, in.all()},
-        "sample");
-  }
-
-  template <class F>
   static BallVertices<F> ball_vertices(const BallViews<F>& in, const Grid& grid,
                                        const ExtractSettings& settings, const BrickViews& bricks) {
     BallVertices<F> source;
@@ -597,14 +658,17 @@ class BackendEngine final : public Engine {
   }
 
   template <class Source>
-  void place_vertices(const Source& source, const Grid& grid, const ExtractSettings& settings,
-                      const BrickViews& bricks, View<Vec3> positions, View<Vec3> normals) {
+  static PlaceVertices<Source> placing(const Source& source, const Grid& grid,
+                                       const ExtractSettings& settings, const BrickViews& bricks,
+                                       std::int64_t begin, View<Vec3> positions,
+                                       View<Vec3> normals) {
     PlaceVertices<Source> place;
     place.grid = grid;
     place.iso = settings.iso;
     place.refine_steps = settings.sample_stride > 1 ? 0 : settings.refine_steps;
     place.midpoint = settings.placement == Placement::kMidpoint;
     place.source = source;
+    place.begin = begin;
     place.bricks = bricks.nodes;
     place.values = bricks.values;
     place.rows = bricks.rows;
@@ -612,7 +676,7 @@ class BackendEngine final : public Engine {
     place.first = bricks.first;
     place.positions = positions;
     place.normals = normals;
-    backend_.for_teams(bricks.count, bricks.capacity, place, "vertices");
+    return place;
   }
 
   /// Walks the tree from its roots to the bricks, as find_bricks() does.

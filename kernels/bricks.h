@@ -8,6 +8,8 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
+#include <type_traits>
 
 #include "field.h"
 #include "host_device.h"
@@ -37,53 +39,72 @@ PM_HD constexpr int line_of_row(int r) {
 }
 
 /// Bit x of a to bit 3 x, for x < 8.
-PM_HD constexpr std::uint32_t spread_by_three(std::uint32_t a) {
+PM_HD inline std::uint32_t spread_by_three(std::uint32_t a) {
+#if defined(__BMI2__) && !defined(__CUDACC__)
+  return _pdep_u32(a, 0x00249249u);
+#endif
   a = (a | a << 8) & 0x0000f00fu;
   a = (a | a << 4) & 0x000c30c3u;
   return (a | a << 2) & 0x00249249u;
 }
 
 /// Crossed edges of a row from the inside flags (bit x) of its lines: itself, y + 1 and z + 1.
-PM_HD constexpr std::uint32_t crossed_edges(std::uint32_t here, std::uint32_t up_y,
-                                            std::uint32_t up_z) {
+PM_HD inline std::uint32_t crossed_edges(std::uint32_t here, std::uint32_t up_y,
+                                         std::uint32_t up_z) {
   constexpr std::uint32_t kCells = (1u << kBrickCells) - 1;
   return spread_by_three((here ^ here >> 1) & kCells) |
          spread_by_three((here ^ up_y) & kCells) << 1 |
          spread_by_three((here ^ up_z) & kCells) << 2;
 }
 
-/// The four lines of points around the cells of a row.
-struct RowFlags {
-  std::uint32_t line[4];  ///< inside bits at (y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1)
+/// The inside flags around the cells of a row, or of the rows that share z: where one thread has
+/// a brick to itself, it takes a plane's cells as one word. Bit x + 8 y is the cell at (x, y).
+template <bool kPlane>
+struct CellFlags {
+  using Word = std::conditional_t<kPlane, std::uint64_t, std::uint32_t>;
+  static constexpr int kItems = kPlane ? kBrickCells : kRows;  ///< of a brick
+  static constexpr Word kCells = static_cast<Word>(kPlane ? 0x007f7f7f7f7f7f7full : 0x7full);
+  Word line[4] = {};  ///< inside bits at (y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1)
 
-  PM_HD RowFlags(const std::uint8_t* inside, int row) {
-    const int at = line_of_row(row);
-    line[0] = inside[at], line[1] = inside[at + 1];
-    line[2] = inside[at + kBrickPoints], line[3] = inside[at + kBrickPoints + 1];
+  PM_HD CellFlags(const std::uint8_t* inside, int item) {
+    const int at = first_line(item);
+    if constexpr (kPlane) {
+      std::memcpy(line, inside + at, sizeof(Word));
+      std::memcpy(line + 2, inside + at + kBrickPoints, sizeof(Word));
+      line[1] = line[0] >> kBrickPoints, line[3] = line[2] >> kBrickPoints;
+    } else {
+      line[0] = inside[at], line[1] = inside[at + 1];
+      line[2] = inside[at + kBrickPoints], line[3] = inside[at + kBrickPoints + 1];
+    }
   }
-  /// Bit x: the cell at x has corners on both sides.
-  PM_HD std::uint32_t mixed() const {
-    const std::uint32_t any = line[0] | line[1] | line[2] | line[3];
-    const std::uint32_t all = line[0] & line[1] & line[2] & line[3];
-    return (any | any >> 1) & ~(all & all >> 1) & ((1u << kBrickCells) - 1);
+  /// The line of points at the lower corner of the item's first row.
+  PM_HD static int first_line(int item) { return kPlane ? kBrickPoints * item : line_of_row(item); }
+  /// The cells with corners on both sides.
+  PM_HD Word mixed() const {
+    const Word any = line[0] | line[1] | line[2] | line[3];
+    const Word all = line[0] & line[1] & line[2] & line[3];
+    return (any | any >> 1) & ~(all & all >> 1) & kCells;
   }
-  /// The corners of the cell at x, corner i in bit i.
-  PM_HD int corners(int x) const {
-    return static_cast<int>((line[0] >> x & 3u) | (line[1] >> x & 3u) << 2 |
-                            (line[2] >> x & 3u) << 4 | (line[3] >> x & 3u) << 6);
+  /// The corners of a cell, corner i in bit i.
+  PM_HD int corners(int cell) const {
+    return static_cast<int>((line[0] >> cell & 3u) | (line[1] >> cell & 3u) << 2 |
+                            (line[2] >> cell & 3u) << 4 | (line[3] >> cell & 3u) << 6);
   }
-  PM_HD int triangles(const BrickTable& table) const {
-    int count = 0;
-    for (std::uint32_t cells = mixed(); cells != 0; cells &= cells - 1) {
+  PM_HD std::uint32_t triangles(const BrickTable& table) const {
+    std::uint32_t count = 0;
+    for (Word cells = mixed(); cells != 0; cells &= cells - 1) {
       count += table.count[corners(countr_zero(cells))];
     }
     return count;
   }
 };
+/// As a team takes them.
+template <class Team>
+using TeamCells = CellFlags<Team::kGroup == 1>;
 
 /// A ball's shares along each axis at the eight coordinates of a brick's points (plus_product).
 struct AxisTables {
-  alignas(32) float u[3][kBrickPoints], factor[3][kBrickPoints];
+  alignas(64) float u[3][kBrickPoints], factor[3][kBrickPoints];
   float base, limit;
 
   template <class V>
@@ -99,9 +120,15 @@ struct AxisTables {
     if (axis == 0 && at == 0) base = ball.base, limit = ball.limit;
   }
 };
+/// The same where lanes run over lines: what all points of a line share.
+struct LineTables {
+  float u[kBrickPoints], factor[kBrickPoints];  ///< along x
+  float limit;
+  alignas(64) float q[kLines], product[kLines];
+};
 constexpr int kTables = 32;  ///< of balls handled together
 /// Points every second cell around a brick, at most 6^3, in whole packs.
-constexpr int kMaxCoarse = 216;
+constexpr int kMaxCoarse = 224;
 /// Of a square across a crossed edge (cubes.h).
 constexpr int kFaceVertices = 4, kFaceTriangles = 2;
 
@@ -109,17 +136,18 @@ constexpr int kFaceVertices = 4, kFaceTriangles = 2;
 /// and counts.
 struct CountBricks {
   struct Scratch {
-    alignas(32) float values[kBrickValues];
+    alignas(64) float values[kBrickValues];
     std::uint8_t inside[kLines];
     std::uint32_t vertices[kRows + 1], triangles[kRows + 1], edges[kRows];
   };
   Grid grid;
   float iso = 1;
-  float outside = 0;   ///< the value of points beyond the grid
-  bool faces = false;  ///< count squares across the crossed edges instead
+  float outside = 0;       ///< the value of points beyond the grid
+  bool faces = false;      ///< count squares across the crossed edges instead
+  std::int64_t begin = 0;  ///< the brick of item 0
   View<const BrickTable> table;
   View<const Node> bricks;
-  View<float> values;
+  View<float> values;         ///< of each item
   View<std::uint8_t> inside;  ///< bit x of each line
   View<std::uint32_t> rows;   ///< packed_row() of each row
   View<Counts> counts;        ///< of each brick: vertices, triangles
@@ -132,23 +160,26 @@ struct CountBricks {
 
   /// Goes on from the values that stand in scratch.
   template <class Team>
-  PM_HD void count(const Team& team, Scratch& scratch, std::int64_t b, Int3 first) const {
+  PM_HD void count(const Team& team, Scratch& scratch, std::int64_t item, Int3 first) const {
     using V = typename Team::V;
+    const std::int64_t b = begin + item;
     fill_beyond_grid(team, first, scratch.values);
     team.each(kLines, [&](int line) {
-      scratch.inside[line] =
-          static_cast<std::uint8_t>(inside_bits<V>(scratch.values + kBrickPoints * line));
+      scratch.inside[line] = static_cast<std::uint8_t>(
+          inside_bits<typename Lanes<V>::Half>(scratch.values + kBrickPoints * line));
     });
     team.sync();
     team.each(kRows, [&](int r) {
-      const RowFlags flags(scratch.inside, r);
-      scratch.edges[r] = crossed_edges(flags.line[0], flags.line[1], flags.line[2]);
+      const std::uint8_t* line = scratch.inside + line_of_row(r);
+      scratch.edges[r] = crossed_edges(line[0], line[1], line[kBrickPoints]);
       scratch.vertices[r] = static_cast<std::uint32_t>(popcount(scratch.edges[r]));
-      scratch.triangles[r] = static_cast<std::uint32_t>(flags.triangles(table[0]));
     });
+    using Cells = TeamCells<Team>;
+    team.each(Cells::kItems,
+              [&](int i) { scratch.triangles[i] = Cells(scratch.inside, i).triangles(table[0]); });
     team.sync();
     const std::uint32_t vertex_count = team.scan(scratch.vertices, kRows);
-    const std::uint32_t triangle_count = team.scan(scratch.triangles, kRows);
+    const std::uint32_t triangle_count = team.scan(scratch.triangles, Cells::kItems);
     team.each(1, [&](int) {
       counts[b] = faces ? Counts{kFaceVertices * vertex_count, kFaceTriangles * vertex_count}
                         : Counts{vertex_count, triangle_count};
@@ -160,7 +191,7 @@ struct CountBricks {
     team.each(kLines, [&](int line) { inside[b * kLines + line] = scratch.inside[line]; });
     team.each(kBrickValues / Lanes<V>::kCount, [&](int i) {
       const int at = i * Lanes<V>::kCount;
-      Lanes<V>::store(values.data + b * kBrickValues + at, Lanes<V>::load(scratch.values + at));
+      Lanes<V>::store(values.data + item * kBrickValues + at, Lanes<V>::load(scratch.values + at));
     });
   }
 
@@ -200,7 +231,7 @@ struct SampleBricks : CountBricks {
   static constexpr int kRowsPerItem = 4;  ///< lines that share a walk over the balls
   struct Scratch : CountBricks::Scratch {
     union {
-      alignas(32) AxisTables tables[F::kSeparable ? kTables : 1];
+      alignas(64) AxisTables tables[F::kSeparable ? kTables : 1];
       float coarse[kMaxCoarse];
     };
     std::uint32_t uncertain[F::kCompactSupport ? 1 : kLines + 1];
@@ -214,7 +245,8 @@ struct SampleBricks : CountBricks {
   BallList all_balls;
 
   template <class Team>
-  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t b) const {
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t item) const {
+    const std::int64_t b = this->begin + item;
     const Node brick = bricks[b];
     const Int3 first = first_point(brick);
     if (sample_stride > 1) {
@@ -224,7 +256,7 @@ struct SampleBricks : CountBricks {
       if constexpr (!F::kCompactSupport)
         resample_uncertain_points(team, scratch, error_bound(far[b]), first);
     }
-    count(team, scratch, b, first);
+    count(team, scratch, item, first);
   }
 
   /// The field at every `influence`-th grid point around the brick, and between them the mean of
@@ -240,7 +272,7 @@ struct SampleBricks : CountBricks {
                     coarse(first.z + kBrickCells) + 2 - low.z};
     const int size = n.x * n.y * n.z;
     team.each((size + kLanes - 1) / kLanes, [&](int item) {
-      alignas(32) float x[kLanes], y[kLanes], z[kLanes];
+      alignas(64) float x[kLanes], y[kLanes], z[kLanes];
       for (int l = 0; l < kLanes; ++l) {
         const int i = item * kLanes + l;
         const Vec3 p = grid_point(
@@ -280,9 +312,12 @@ struct SampleBricks : CountBricks {
   template <class Team>
   PM_HD void sample_all(const Team& team, Scratch& scratch, std::int64_t b, Int3 first) const {
     using V = typename Team::V;
+    using Half = typename Lanes<V>::Half;
     const Node brick = bricks[b];
-    constexpr int kItems = kBrickValues / kRowsPerItem / Lanes<V>::kCount;
-    if constexpr (F::kSeparable) {
+    constexpr int kItems = kBrickValues / kRowsPerItem / Lanes<Half>::kCount;
+    if constexpr (F::kSeparable && Lanes<V>::kCount > kBrickPoints) {
+      sample_columns<V>(scratch, brick, first);
+    } else if constexpr (F::kSeparable) {
       team.each(kItems, [&](int item) {
         for (int r = 0; r < kRowsPerItem; ++r) {
           Lanes<V>::store(scratch.values + place_of<V>(item, r), broadcast<V>(0.0f));
@@ -306,9 +341,66 @@ struct SampleBricks : CountBricks {
     } else {
       const BrickField<F> field(grid, 0, brick, balls.data, entries.data,
                                 F::kCompactSupport ? nullptr : &far[b]);
-      team.each(kItems, [&](int item) { sample<V>(field, first, item, scratch.values); });
+      team.each(kItems, [&](int item) { sample<Half>(field, first, item, scratch.values); });
       team.sync();
     }
+  }
+
+  /// The sums of products by a thread alone with lanes for two lines or more: lanes run over lines,
+  /// so that what depends on y and z is worked out once for each ball, and a point takes two
+  /// multiply-adds and a comparison.
+  template <class V>
+  PM_HD void sample_columns(Scratch& scratch, const Node& brick, Int3 first) const {
+    alignas(64) float columns[kBrickValues] = {};  // [x][line]
+    LineTables tables[kTables];
+    for (std::uint32_t j = 0; j < brick.count; j += kTables) {
+      const auto left = static_cast<int>(brick.count - j);
+      const int n = left < kTables ? left : kTables;
+      for (int of = 0; of < n; ++of) {
+        const std::int64_t at = brick.begin + j + of;
+        fill_lines<V>(balls[entries[at]], first, tables[of]);
+      }
+      for (int line = 0; line < kLines; line += Lanes<V>::kCount) {
+        add_columns<V>(tables, n, line, columns + line);
+      }
+    }
+    transpose_columns(columns, scratch.values);
+  }
+  template <class V>
+  PM_HD void fill_lines(const RoundBall& ball, Int3 first, LineTables& out) const {
+    using Half = typename Lanes<V>::Half;
+    AxisTables t;
+    for (int axis = 0; axis < 3; ++axis) t.template fill<Half>(ball, grid, first, axis, 0);
+    Lanes<Half>::store(out.u, Lanes<Half>::load(t.u[0]));
+    Lanes<Half>::store(out.factor, Lanes<Half>::load(t.factor[0]));
+    out.limit = t.limit;
+    const Half uy = Lanes<Half>::load(t.u[1]), factor_y = Lanes<Half>::load(t.factor[1]);
+    const V uy2 = joined(uy, uy), factor_y2 = joined(factor_y, factor_y);
+    for (int z = 0; z < kBrickPoints; z += 2) {
+      const auto at_z = [&](const float* of) {
+        return joined(broadcast<Half>(of[z]), broadcast<Half>(of[z + 1]));
+      };
+      const V uz = at_z(t.u[2]);
+      const V q0 = fma(uz, uz, broadcast<V>(t.base));
+      Lanes<V>::store(out.q + kBrickPoints * z, fma(uy2, uy2, q0));
+      Lanes<V>::store(out.product + kBrickPoints * z, factor_y2 * at_z(t.factor[2]));
+    }
+  }
+  /// Adds n balls' products at the points of as many lines as V has lanes.
+  template <class V>
+  PM_HD static void add_columns(const LineTables* tables, int n, int line, float* to) {
+    V sum[kBrickPoints];
+    for (int x = 0; x < kBrickPoints; ++x) sum[x] = Lanes<V>::load(to + kLines * x);
+    for (int j = 0; j < n; ++j) {
+      const LineTables& t = tables[j];
+      const V line_q = Lanes<V>::load(t.q + line), product = Lanes<V>::load(t.product + line);
+      for (int x = 0; x < kBrickPoints; ++x) {
+        const V u = broadcast<V>(t.u[x]);
+        sum[x] =
+            fma_where(fma(u, u, line_q) <= t.limit, broadcast<V>(t.factor[x]), product, sum[x]);
+      }
+    }
+    for (int x = 0; x < kBrickPoints; ++x) Lanes<V>::store(to + kLines * x, sum[x]);
   }
 
   /// Where the points of an item lie: in line r of its kRowsPerItem lines, as many along x as V has
@@ -419,7 +511,7 @@ struct SampleBricks : CountBricks {
     });
     team.sync();
     team.each((count + kLanes - 1) / kLanes, [&](int item) {
-      alignas(32) float x[kLanes], y[kLanes], z[kLanes], value[kLanes];
+      alignas(64) float x[kLanes], y[kLanes], z[kLanes], value[kLanes];
       const auto point = [&](int l) {
         const int i = item * kLanes + l;
         return static_cast<int>(scratch.uncertain_points[i < count ? i : count - 1]);

@@ -126,11 +126,12 @@ class BasicCpuBackend {
     });
   }
 
-  /// offsets[i] = counts[0] + ... + counts[i - 1] for i < *n, and the sum of all.
+  /// offsets[i] = start + counts[0] + ... + counts[i - 1] for i < *n, and start with the sum of
+  /// all.
   void scan(View<const Counts> counts, const std::int64_t* n, View<Offsets> offsets, Offsets* total,
-            const char* name) {
+            const char* name, Offsets start = {}) {
     const PassTimer timer(*this, name);
-    Offsets sum;
+    Offsets sum = start;
     const std::int64_t size = *n;
     for (std::int64_t i = 0; i < size; ++i) {
       offsets[i] = sum;
@@ -155,8 +156,22 @@ class BasicCpuBackend {
     result.resize(static_cast<std::size_t>(*count));
     return {result.data(), *count};
   }
+  /// The same for a result that grows from `before` elements to `n`, which are `share` of all: room
+  /// is made for those to come as well, so that little is ever copied.
+  template <class T>
+  View<T> grow(std::vector<T>& result, std::int64_t before, std::int64_t n, double share) {
+    claim_result(static_cast<std::size_t>(n - before) * sizeof(T));
+    const auto size = static_cast<std::size_t>(n);
+    if (size > result.capacity()) {
+      result.reserve(static_cast<std::size_t>(1.25 * static_cast<double>(n) / share));
+    }
+    if (size > result.size()) result.resize(size);
+    return {result.data(), n};
+  }
   template <class T>
   void download(std::vector<T>&, View<T>, std::int64_t) {}
+
+  static std::int64_t threads() { return tbb::this_task_arena::max_concurrency(); }
 
   void start_frame(std::size_t max_memory) {
     times_.clear();
@@ -203,8 +218,7 @@ class BasicCpuBackend {
   template <class F>
   static void ranges(std::int64_t n, std::int64_t most, const F& f) {
     if (n <= 0) return;
-    const std::int64_t threads = tbb::this_task_arena::max_concurrency();
-    const std::int64_t grain = std::max<std::int64_t>(1, std::min(most, n / (8 * threads)));
+    const std::int64_t grain = std::max<std::int64_t>(1, std::min(most, n / (8 * threads())));
     ForkJoin loop;
     tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, n, grain),
                       [&](const tbb::blocked_range<std::int64_t>& r) {

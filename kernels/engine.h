@@ -122,8 +122,16 @@ class Engine {
   virtual std::size_t memory_used() const { return 0; }
 };
 
-/// CPU backend; runs in the caller's TBB arena.
-std::unique_ptr<Engine> make_cpu_engine();
+/// Instructions of the CPU backend; surfaces are the same bits with all of them.
+enum class CpuIsa : std::uint8_t {
+  kBest,      ///< the best that build and processor have
+  kBaseline,  ///< those that the program is compiled for
+  kAvx512,
+};
+
+/// CPU backend; runs in the caller's TBB arena. Null where `isa` is kAvx512 and build or processor
+/// is without it.
+std::unique_ptr<Engine> make_cpu_engine(CpuIsa isa = CpuIsa::kBest);
 
 /// CUDA backend on device `index`. Null, with `status` saying why, when polymorph was built without
 /// CUDA or no such device answers.

@@ -1,9 +1,36 @@
-// The CPU backend's engine.
+// The CPU backend's engines: one for the instructions that the program is compiled for, and where
+// the build has it (PM_AVX512) one for AVX-512, chosen by what the processor offers.
 #include "backend_engine.h"
 #include "cpu_backend.h"
 
-namespace polymorph {
+#if defined(PM_AVX512)
+extern "C" polymorph::Engine* pm_make_avx512_engine();
+#endif
 
-std::unique_ptr<Engine> make_cpu_engine() { return std::make_unique<BackendEngine<CpuBackend>>(); }
+namespace polymorph {
+namespace {
+
+std::unique_ptr<Engine> make_avx512_engine() {
+#if defined(PM_AVX512)
+  // x86-64-v4, for which engine_avx512.cpp is compiled.
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+      __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
+      __builtin_cpu_supports("avx512vl")) {
+    return std::unique_ptr<Engine>(pm_make_avx512_engine());
+  }
+#endif
+  return nullptr;
+}
+
+}  // namespace
+
+std::unique_ptr<Engine> make_cpu_engine(CpuIsa isa) {
+  std::unique_ptr<Engine> engine;
+  if (isa != CpuIsa::kBaseline) engine = make_avx512_engine();
+  if (engine == nullptr && isa != CpuIsa::kAvx512) {
+    engine = std::make_unique<BackendEngine<CpuBackend>>();
+  }
+  return engine;
+}
 
 }  // namespace polymorph

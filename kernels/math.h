@@ -1,7 +1,7 @@
-// Portable SIMD arithmetic (float or 8 lanes of AVX2) with bit-identical results on the CPU and on
-// the GPU: only + - * / sqrt, explicit fma and integer operations, each of which IEEE 754 defines
-// exactly. No libm: its exp differs between the two sides. Results do not depend on contraction,
-// which is off in both compilers; fma is used where it is named.
+// Portable SIMD arithmetic (float, or 8 or 16 lanes of AVX2 or AVX-512) with bit-identical results
+// on the CPU and on the GPU: only + - * / sqrt, explicit fma and integer operations, each of which
+// IEEE 754 defines exactly. No libm: its exp differs between the two sides. Results do not depend
+// on contraction, which is off in both compilers; fma is used where it is named.
 #pragma once
 
 #include <cmath>
@@ -84,6 +84,13 @@ PM_HD inline int countr_zero(std::uint32_t a) {
   return __builtin_ctz(a);
 #endif
 }
+PM_HD inline int countr_zero(std::uint64_t a) {
+#if defined(__CUDA_ARCH__)
+  return __ffsll(static_cast<long long>(a)) - 1;
+#else
+  return __builtin_ctzll(a);
+#endif
+}
 
 /// `a` where `keep`, else +0, whatever `a` is; without a branch.
 PM_HD inline float zero_unless(bool keep, float a) {
@@ -100,9 +107,11 @@ PM_HD inline float max(float a, float b) { return a > b ? a : b; }
 template <class V>
 struct Lanes {
   static constexpr int kCount = 1;
+  using Half = V;  ///< eight lanes where V has 16, else V
   PM_HD static V broadcast(float a) { return a; }
   PM_HD static V load(const float* from) { return *from; }
   PM_HD static void store(float* to, V a) { *to = a; }
+  PM_HD static std::uint32_t load_bits(const std::uint32_t* from) { return *from; }
   /// bit l: whether the comparison holds in lane l
   PM_HD static std::uint32_t bits(bool holds) { return holds ? 1u : 0u; }
   PM_HD static V iota() { return 0; }  ///< 0, 1, 2, ...
@@ -122,6 +131,7 @@ typedef std::uint32_t PackBits __attribute__((vector_size(32)));
 template <>
 struct Lanes<Pack> {
   static constexpr int kCount = 8;
+  using Half = Pack;
   static Pack broadcast(float a) { return Pack{a, a, a, a, a, a, a, a}; }
   static Pack load(const float* from) {
     Pack a;
@@ -129,6 +139,11 @@ struct Lanes<Pack> {
     return a;
   }
   static void store(float* to, Pack a) { std::memcpy(to, &a, sizeof a); }
+  static PackBits load_bits(const std::uint32_t* from) {
+    PackBits a;
+    std::memcpy(&a, from, sizeof a);
+    return a;
+  }
   static std::uint32_t bits(PackMask holds) {
 #if defined(__AVX2__)
     return static_cast<std::uint32_t>(_mm256_movemask_ps(reinterpret_cast<__m256>(holds)));
@@ -168,6 +183,77 @@ inline Pack signed_to_float(PackBits a) {
   return __builtin_convertvector(reinterpret_cast<PackMask>(a), Pack);
 }
 #endif
+
+#if defined(PM_PACKS) && defined(__AVX512F__) && defined(__AVX512DQ__)
+#define PM_WIDE_PACKS
+/// Sixteen floats: one vector of AVX-512.
+typedef float WidePack __attribute__((vector_size(64)));
+typedef std::int32_t WidePackMask __attribute__((vector_size(64)));
+typedef std::uint32_t WidePackBits __attribute__((vector_size(64)));
+
+template <>
+struct Lanes<WidePack> {
+  static constexpr int kCount = 16;
+  using Half = Pack;
+  static WidePack broadcast(float a) { return _mm512_set1_ps(a); }
+  static WidePack load(const float* from) { return _mm512_loadu_ps(from); }
+  static void store(float* to, WidePack a) { _mm512_storeu_ps(to, a); }
+  static WidePackBits load_bits(const std::uint32_t* from) {
+    return reinterpret_cast<WidePackBits>(_mm512_loadu_si512(from));
+  }
+  static std::uint32_t bits(WidePackMask holds) {
+    return _mm512_movepi32_mask(reinterpret_cast<__m512i>(holds));
+  }
+  static WidePack iota() { return WidePack{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15}; }
+};
+inline WidePack fma(WidePack a, WidePack b, WidePack c) { return _mm512_fmadd_ps(a, b, c); }
+inline WidePack sqrt(WidePack a) { return _mm512_sqrt_ps(a); }
+inline WidePackBits float_bits(WidePack a) { return reinterpret_cast<WidePackBits>(a); }
+inline WidePack float_from_bits(WidePackBits a) { return reinterpret_cast<WidePack>(a); }
+inline WidePack zero_unless(WidePackMask keep, WidePack a) { return keep ? a : WidePack{}; }
+inline WidePack select(WidePackMask first, WidePack a, WidePack b) { return first ? a : b; }
+inline WidePack min(WidePack a, WidePack b) { return _mm512_min_ps(a, b); }
+inline WidePack max(WidePack a, WidePack b) { return _mm512_max_ps(a, b); }
+inline WidePack signed_to_float(WidePackBits a) {
+  return _mm512_cvtepi32_ps(reinterpret_cast<__m512i>(a));
+}
+/// a * b + c where `where`, else c.
+inline WidePack fma_where(WidePackMask where, WidePack a, WidePack b, WidePack c) {
+  return _mm512_mask3_fmadd_ps(a, b, c, _mm512_movepi32_mask(reinterpret_cast<__m512i>(where)));
+}
+inline WidePack joined(Pack low, Pack high) {
+  return _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
+}
+/// Transposes 8 rows of 64 floats.
+inline void transpose_columns(const float* from, float* to) {
+  for (int i = 0; i < 64; i += 16) {
+    __m512 row[8], quad[4][2];  // quad[c][q]: columns 4 k + c in part k, rows 4 q to 4 q + 3
+    for (int r = 0; r < 8; ++r) row[r] = _mm512_loadu_ps(from + 64 * r + i);
+    for (int q = 0; q < 2; ++q) {
+      const __m512* r = row + 4 * q;
+      const __m512d low[2] = {_mm512_castps_pd(_mm512_unpacklo_ps(r[0], r[1])),
+                              _mm512_castps_pd(_mm512_unpacklo_ps(r[2], r[3]))};
+      const __m512d high[2] = {_mm512_castps_pd(_mm512_unpackhi_ps(r[0], r[1])),
+                               _mm512_castps_pd(_mm512_unpackhi_ps(r[2], r[3]))};
+      quad[0][q] = _mm512_castpd_ps(_mm512_unpacklo_pd(low[0], low[1]));
+      quad[1][q] = _mm512_castpd_ps(_mm512_unpackhi_pd(low[0], low[1]));
+      quad[2][q] = _mm512_castpd_ps(_mm512_unpacklo_pd(high[0], high[1]));
+      quad[3][q] = _mm512_castpd_ps(_mm512_unpackhi_pd(high[0], high[1]));
+    }
+    for (int c = 0; c < 4; c += 2) {
+      const __m512 a = _mm512_shuffle_f32x4(quad[c][0], quad[c][1], 0x44),
+                   b = _mm512_shuffle_f32x4(quad[c + 1][0], quad[c + 1][1], 0x44),
+                   d = _mm512_shuffle_f32x4(quad[c][0], quad[c][1], 0xee),
+                   e = _mm512_shuffle_f32x4(quad[c + 1][0], quad[c + 1][1], 0xee);
+      float* at = to + 8 * (i + c);
+      _mm512_storeu_ps(at, _mm512_shuffle_f32x4(a, b, 0x88));
+      _mm512_storeu_ps(at + 32, _mm512_shuffle_f32x4(a, b, 0xdd));
+      _mm512_storeu_ps(at + 64, _mm512_shuffle_f32x4(d, e, 0x88));
+      _mm512_storeu_ps(at + 96, _mm512_shuffle_f32x4(d, e, 0xdd));
+    }
+  }
+}
+#endif
 PM_HD inline float signed_to_float(std::uint32_t a) {
   return static_cast<float>(static_cast<std::int32_t>(a));
 }
@@ -197,6 +283,89 @@ inline Pack gather(const float* base, PackBits index) {
   for (int l = 0; l < 8; ++l) out[l] = base[index[l]];
   return out;
 #endif
+}
+#endif
+#if defined(PM_WIDE_PACKS)
+inline WidePackBits to_index(WidePack a) { return float_bits(a + kRoundToInteger) - 0x4b400000u; }
+inline WidePack gather(const float* base, WidePackBits index) {
+  return _mm512_i32gather_ps(reinterpret_cast<__m512i>(index), base, 4);
+}
+#endif
+
+/// Writes x, y and z of the first `count` lanes, one point after the other.
+template <class V>
+PM_HD inline void store_points(float* to, V x, V y, V z, int count) {
+  constexpr int kCount = Lanes<V>::kCount;
+  alignas(64) float p[3][kCount];
+  Lanes<V>::store(p[0], x), Lanes<V>::store(p[1], y), Lanes<V>::store(p[2], z);
+  for (int l = 0; l < kCount && l < count; ++l) {
+    to[3 * l] = p[0][l], to[3 * l + 1] = p[1][l], to[3 * l + 2] = p[2][l];
+  }
+}
+/// Writes `base` plus the number of each set bit of 24, lowest first; up to 24 elements are written
+/// whatever `bits` are. The number of set bits.
+template <class V>
+PM_HD inline int write_set_bits(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
+  int n = 0;
+  for (; bits != 0; bits &= bits - 1)
+    to[n++] = base + static_cast<std::uint32_t>(countr_zero(bits));
+  return n;
+}
+/// Writes at the number of each set bit of 24 how many are set below it, plus `base`; what is
+/// written at the others means nothing.
+template <class V>
+PM_HD inline void number_set_bits(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
+  for (; bits != 0; bits &= bits - 1) to[countr_zero(bits)] = base++;
+}
+#if defined(PM_WIDE_PACKS)
+template <>
+inline void store_points(float* to, WidePack x, WidePack y, WidePack z, int count) {
+  // Lane l of part k is float 16 k + l: coordinate (16 k + l) % 3 of point (16 k + l) / 3.
+  for (int k = 0; k < 3; ++k) {
+    alignas(64) static constexpr std::int32_t kXy[3][16] = {
+        {0, 16, 0, 1, 17, 0, 2, 18, 0, 3, 19, 0, 4, 20, 0, 5},
+        {21, 0, 6, 22, 0, 7, 23, 0, 8, 24, 0, 9, 25, 0, 10, 26},
+        {0, 11, 27, 0, 12, 28, 0, 13, 29, 0, 14, 30, 0, 15, 31, 0}};
+    alignas(64) static constexpr std::int32_t kZ[3][16] = {
+        {0, 0, 0, 0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0, 4, 0},
+        {0, 5, 0, 0, 6, 0, 0, 7, 0, 0, 8, 0, 0, 9, 0, 0},
+        {10, 0, 0, 11, 0, 0, 12, 0, 0, 13, 0, 0, 14, 0, 0, 15}};
+    constexpr __mmask16 kIsZ[3] = {0x4924, 0x2492, 0x9249};
+    const __m512 xy = _mm512_permutex2var_ps(x, _mm512_load_si512(kXy[k]), y);
+    const __m512 all = _mm512_mask_permutexvar_ps(xy, kIsZ[k], _mm512_load_si512(kZ[k]), z);
+    const int left = 3 * count - 16 * k;
+    if (left >= 16) {
+      _mm512_storeu_ps(to + 16 * k, all);
+    } else if (left > 0) {
+      _mm512_mask_storeu_ps(to + 16 * k, static_cast<__mmask16>((1u << left) - 1), all);
+    }
+  }
+}
+template <>
+inline int write_set_bits<WidePack>(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
+  const __m512i numbers =
+      _mm512_add_epi32(_mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15),
+                       _mm512_set1_epi32(static_cast<int>(base)));
+  const auto low = static_cast<__mmask16>(bits);
+  const auto high = static_cast<__mmask8>(bits >> 16);
+  const int n = popcount(bits & 0xffffu);
+  _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(low, numbers));
+  _mm256_storeu_si256(
+      reinterpret_cast<__m256i*>(to + n),
+      _mm256_maskz_compress_epi32(
+          high, _mm256_add_epi32(_mm512_castsi512_si256(numbers), _mm256_set1_epi32(16))));
+  return n + popcount(bits >> 16);
+}
+template <>
+inline void number_set_bits<WidePack>(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
+  const __m512i numbers =
+      _mm512_add_epi32(_mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15),
+                       _mm512_set1_epi32(static_cast<int>(base)));
+  const __m256i more = _mm256_add_epi32(_mm512_castsi512_si256(numbers),
+                                        _mm256_set1_epi32(popcount(bits & 0xffffu)));
+  _mm512_storeu_si512(to, _mm512_maskz_expand_epi32(static_cast<__mmask16>(bits), numbers));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to + 16),
+                      _mm256_maskz_expand_epi32(static_cast<__mmask8>(bits >> 16), more));
 }
 #endif
 

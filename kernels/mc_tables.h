@@ -290,6 +290,9 @@ constexpr int kLineSlots = 24;
 /// stand in the order y, z of a brick's 8 x 8 lines.
 struct BrickTable {
   std::uint8_t slots[256][16] = {};
+  /// The same as one number of 5 bits: which of the cell's four lines, and the slot from its lowest
+  /// there, which is below 8.
+  std::uint8_t lanes[256][16] = {};
   std::uint8_t count[256] = {};  ///< triangles
 };
 
@@ -303,8 +306,9 @@ inline const BrickTable& brick_table() {
       for (int i = 0; i < 3 * out.count[corners]; ++i) {
         const int e = mc_table().edges[key][i], c = edge_low_corner(e);
         const int line = (c >> 1 & 1) + 8 * (c >> 2);
-        out.slots[corners][i] =
-            static_cast<std::uint8_t>(kLineSlots * line + 3 * (c & 1) + edge_axis(e));
+        const int slot = 3 * (c & 1) + edge_axis(e);
+        out.slots[corners][i] = static_cast<std::uint8_t>(kLineSlots * line + slot);
+        out.lanes[corners][i] = static_cast<std::uint8_t>(8 * (c >> 1) + slot);
       }
     }
     return out;

@@ -311,18 +311,18 @@ struct SampleMorph : CountBricks {
   MorphField field;
 
   template <class Team>
-  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t b) const {
-    using V = typename Team::V;
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t item) const {
+    using V = typename Lanes<typename Team::V>::Half;
     constexpr int kPacks = kBrickPoints / Lanes<V>::kCount;
-    const Int3 first = first_point(bricks[b]);
-    team.each(kPacks * kLines, [&](int item) {
-      const int line = item / kPacks, at = item % kPacks * Lanes<V>::kCount;
+    const Int3 first = first_point(bricks[begin + item]);
+    team.each(kPacks * kLines, [&](int pack) {
+      const int line = pack / kPacks, at = pack % kPacks * Lanes<V>::kCount;
       const Int3 start = {first.x + at, first.y + line % kBrickPoints,
                           first.z + line / kBrickPoints};
       Lanes<V>::store(scratch.values + kBrickPoints * line + at, line_values<V>(start));
     });
     team.sync();
-    count(team, scratch, b, first);
+    count(team, scratch, item, first);
   }
 
   /// As MorphField::value(), but what the points of a line share along y and z is worked out once.
@@ -330,15 +330,15 @@ struct SampleMorph : CountBricks {
   PM_HD V line_values(Int3 start) const {
     constexpr int kLanes = Lanes<V>::kCount;
     const V numbers = Lanes<V>::iota() + static_cast<float>(start.x);
-    const Vec3 begin = grid_point(grid, start);
-    const Points<V> p = {grid.origin.x + grid.cell * numbers, broadcast<V>(begin.y),
-                         broadcast<V>(begin.z)};
+    const Vec3 corner = grid_point(grid, start);
+    const Points<V> p = {grid.origin.x + grid.cell * numbers, broadcast<V>(corner.y),
+                         broadcast<V>(corner.z)};
     if constexpr (kLanes == 1) {
       return field.value(p);
     } else {
       const SmoothMap& map = field.map;
-      const SplineAxis y(begin.y, map.lattice.origin.y, map.per_node, map.lattice.points.y);
-      const SplineAxis z(begin.z, map.lattice.origin.z, map.per_node, map.lattice.points.z);
+      const SplineAxis y(corner.y, map.lattice.origin.y, map.per_node, map.lattice.points.y);
+      const SplineAxis z(corner.z, map.lattice.origin.z, map.per_node, map.lattice.points.z);
       // A coarse surface's line reaches over many nodes: a ring of columns that are known.
       typename SmoothMap::Values column[4];
       int known[4] = {-1, -1, -1, -1};

@@ -44,7 +44,7 @@ struct RegressNodes {
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t run) const {
-    using V = typename Team::V;
+    using V = typename Lanes<typename Team::V>::Half;
     constexpr int kLanes = Lanes<V>::kCount, kPacks = kNodes / kLanes;
     const std::int64_t count = nodes.size / kRegressionValues;
     team.each(kPacks * kChunks, [&](int item) {

@@ -382,8 +382,27 @@ struct Tree {
         root.z >= roots.z) {
       return -1;
     }
-    std::int64_t number = root.x + roots.x * (root.y + roots.y * root.z);
-    for (int l = levels; l > 0; --l) {
+    return find_below(p, levels, root.x + roots.x * (root.y + roots.y * root.z));
+  }
+
+  /// Number of the brick beside brick b, or -1 where none is kept: up to the first node that holds
+  /// both, and down.
+  PM_HD std::int64_t find_near(std::int64_t b, Int3 offset) const {
+    const Int3 at = nodes[0][b].at, p = {at.x + offset.x, at.y + offset.y, at.z + offset.z};
+    std::int64_t number = b;
+    for (int l = 1; l <= levels; ++l) {
+      number = nodes[l - 1][number].parent;
+      const Int3 here = nodes[l][number].at;
+      if (p.x >> 2 * l == here.x && p.y >> 2 * l == here.y && p.z >> 2 * l == here.z)
+        return find_below(p, l, number);
+    }
+    return find(p);
+  }
+
+ private:
+  /// Number of the brick at `p` below a node of level `from`.
+  PM_HD std::int64_t find_below(Int3 p, int from, std::int64_t number) const {
+    for (int l = from; l > 0; --l) {
       const int shift = 2 * (l - 1);
       const Int3 at = {p.x >> shift, p.y >> shift, p.z >> shift};
       const Node& node = nodes[l][number];

@@ -12,14 +12,45 @@
 
 namespace polymorph {
 
+/// Writes the vertices that a case's slots ask for; `count` = 3 times its triangles.
+template <class V>
+PM_HD inline void write_selected(const std::uint32_t* vertex, const BrickTable& table, int corners,
+                                 int count, std::uint32_t* to) {
+  const std::uint8_t* slots = table.slots[corners];
+  for (int i = 0; i < count; ++i) to[i] = vertex[slots[i]];
+}
+#if defined(PM_WIDE_PACKS)
+/// A cell's edges are in four lines of slots, which fit into two vectors: a permutation of these
+/// takes the place of up to 15 loads, and of a branch that is hard to foretell.
+template <>
+inline void write_selected<WidePack>(const std::uint32_t* vertex, const BrickTable& table,
+                                     int corners, int count, std::uint32_t* to) {
+  const auto two_lines = [&](int line) {
+    const auto* at = reinterpret_cast<const __m256i*>(vertex + kLineSlots * line);
+    const auto* next = reinterpret_cast<const __m256i*>(vertex + kLineSlots * (line + 1));
+    return _mm512_inserti64x4(_mm512_castsi256_si512(_mm256_loadu_si256(at)),
+                              _mm256_loadu_si256(next), 1);
+  };
+  const __m512i lanes =
+      _mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(table.lanes[corners])));
+  _mm512_mask_storeu_epi32(to, static_cast<__mmask16>((1u << count) - 1),
+                           _mm512_permutex2var_epi32(two_lines(0), lanes, two_lines(kBrickPoints)));
+}
+#endif
+
 /// Writes the triangles of each brick. One team per brick.
 struct EmitTriangles {
   static constexpr int kThreads = 128;
   struct Scratch {
-    std::uint32_t vertex[kLines * kLineSlots];  ///< number of the vertex on each crossed edge
-    std::uint32_t before[kRows + 1];            ///< triangles of lower rows
+    /// Number of the vertex on each crossed edge; slots are read beyond the last, for nothing.
+    std::uint32_t vertex[kLines * kLineSlots + 8];
+    std::uint32_t before[kRows + 1];  ///< triangles of the items before
     std::uint8_t inside[kLines];
-    std::int64_t next[8];  ///< this brick and the next ones: bit 0 along x, 1 along y, 2 along z
+    /// This brick's rows and first vertex, and those of the next bricks: bit 0 along x, 1 along y,
+    /// 2 along z. Without rows where there is no brick or the surface does not cross it: nothing
+    /// asks for its vertices.
+    const std::uint32_t* rows[8];
+    std::uint32_t first_vertex[8];
   };
   View<const BrickTable> table;
   Tree tree;
@@ -34,56 +65,57 @@ struct EmitTriangles {
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t b) const {
     const std::int64_t out = first[b].second;
     if (counts[b].second == 0 || out + counts[b].second > triangles.size) return;
-    const Int3 at = tree.nodes[0][b].at;
+    using V = typename Team::V;
+    using Cells = TeamCells<Team>;
     team.each(8, [&](int n) {
-      scratch.next[n] =
-          n == 0 ? b : tree.find({at.x + (n & 1), at.y + (n >> 1 & 1), at.z + (n >> 2)});
+      const std::int64_t next = n == 0 ? b : tree.find_near(b, {n & 1, n >> 1 & 1, n >> 2});
+      const bool crossed = next >= 0 && next < capacity && counts[next].first != 0;
+      scratch.rows[n] = crossed ? rows.data + next * kRows : nullptr;
+      scratch.first_vertex[n] = crossed ? static_cast<std::uint32_t>(first[next].first) : 0;
     });
     team.each(kLines, [&](int line) { scratch.inside[line] = inside[b * kLines + line]; });
     team.sync();
-    team.each(kLines, [&](int line) { number_line(scratch, line); });
-    team.each(kRows, [&](int r) {
-      const RowFlags flags(scratch.inside, r);
-      scratch.before[r] = static_cast<std::uint32_t>(flags.triangles(table[0]));
+    team.each(kLines, [&](int line) { number_line<V>(scratch, line); });
+    team.each(Cells::kItems, [&](int item) {
+      scratch.before[item] = Cells(scratch.inside, item).triangles(table[0]);
     });
     team.sync();
-    team.scan(scratch.before, kRows);
-    team.each(kRows,
-              [&](int r) { emit_row(scratch, r, triangles.data + out + scratch.before[r]); });
+    team.scan(scratch.before, Cells::kItems);
+    team.each(Cells::kItems, [&](int item) {
+      emit<V, Cells>(scratch, item, triangles.data + out + scratch.before[item]);
+    });
   }
 
   /// The vertices on the edges from the points of a line: those of its first seven points in this
   /// brick or the next along y and z, that of the eighth beyond along x.
+  template <class V>
   PM_HD void number_line(Scratch& scratch, int line) const {
     const int y = line % kBrickPoints, z = line / kBrickPoints;
     const int beyond = (y == kBrickCells ? 2 : 0) + (z == kBrickCells ? 4 : 0);
     const int r = y % kBrickCells + kBrickCells * (z % kBrickCells);
     std::uint32_t* to = scratch.vertex + line * kLineSlots;
-    number_edges(scratch.next[beyond], r, (1u << kRowEdges) - 1, to);
-    number_edges(scratch.next[beyond + 1], r, 7u, to + kRowEdges);
-  }
-
-  PM_HD void number_edges(std::int64_t brick, int r, std::uint32_t wanted,
-                          std::uint32_t* to) const {
-    // Where there is no brick, or the surface does not cross it, nothing asks for these vertices.
-    if (brick < 0 || brick >= capacity || counts[brick].first == 0) return;
-    const std::uint32_t row = rows[brick * kRows + r];
-    auto number = static_cast<std::uint32_t>(first[brick].first) + row_before(row);
-    for (std::uint32_t edges = row_edges(row) & wanted; edges != 0; edges &= edges - 1) {
-      to[countr_zero(edges)] = number++;
+    if (scratch.rows[beyond] != nullptr) {
+      const std::uint32_t row = scratch.rows[beyond][r];
+      number_set_bits<V>(row_edges(row), scratch.first_vertex[beyond] + row_before(row), to);
+    }
+    if (scratch.rows[beyond + 1] != nullptr) {
+      const std::uint32_t row = scratch.rows[beyond + 1][r];
+      const std::uint32_t vertex = scratch.first_vertex[beyond + 1] + row_before(row);
+      to += kRowEdges;
+      to[0] = vertex, to[1] = vertex + (row & 1u), to[2] = to[1] + (row >> 1 & 1u);
     }
   }
 
-  PM_HD void emit_row(const Scratch& scratch, int r, Triangle* to) const {
-    const RowFlags flags(scratch.inside, r);
-    const std::uint32_t* line = scratch.vertex + line_of_row(r) * kLineSlots;
-    for (std::uint32_t cells = flags.mixed(); cells != 0; cells &= cells - 1) {
-      const int x = countr_zero(cells), corners = flags.corners(x);
-      const std::uint8_t* slots = table[0].slots[corners];
-      const std::uint32_t* vertex = line + 3 * x;
-      for (int t = table[0].count[corners]; t > 0; --t, slots += 3, ++to) {
-        *to = {{vertex[slots[0]], vertex[slots[1]], vertex[slots[2]]}};
-      }
+  template <class V, class Cells>
+  PM_HD void emit(const Scratch& scratch, int item, Triangle* to) const {
+    const Cells flags(scratch.inside, item);
+    const std::uint32_t* vertex = scratch.vertex + Cells::first_line(item) * kLineSlots;
+    for (auto cells = flags.mixed(); cells != 0; cells &= cells - 1) {
+      const int cell = countr_zero(cells), corners = flags.corners(cell);
+      const int count = table[0].count[corners];
+      const int slot = cell / kBrickPoints * kLineSlots + 3 * (cell % kBrickPoints);
+      write_selected<V>(vertex + slot, table[0], corners, 3 * count, to->v);
+      to += count;
     }
   }
 };

@@ -9,6 +9,7 @@
 // an end of the bracket stuck.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "bricks.h"
@@ -59,15 +60,16 @@ struct Bracket {
   }
 };
 
-/// Edges of one brick, one per lane, as columns.
-template <int kLanes>
-struct EdgeColumns {
-  alignas(32) float x[kLanes], y[kLanes], z[kLanes];  ///< lower end
-  float step_x[kLanes], step_y[kLanes], step_z[kLanes];
-  float low[kLanes], high[kLanes];       ///< where the vertex may lie, as a fraction
-  float value0[kLanes], value1[kLanes];  ///< field at the ends
-  int axis[kLanes];
-  bool cut[kLanes];  ///< the border of the grid cuts this edge
+/// Edges of one brick, one per lane.
+template <class V>
+struct Edges {
+  using Bits = decltype(float_bits(V{}));
+  using Mask = decltype(V{} < V{});
+  Points<V> from, step;  ///< lower end, and from there to the upper one
+  V low, high;           ///< where the vertex may lie, as a fraction
+  V value0, value1;      ///< field at the ends
+  Bits axis;
+  Mask cut;  ///< the border of the grid cuts this edge
 };
 
 /// The field of balls in a brick, as vertices need it.
@@ -94,20 +96,17 @@ struct BallVertexField {
   }
   /// Bit l: the field is flat along the edge of lane l, where the negated gradient is `down`.
   template <class V>
-  PM_HD std::uint32_t flat_lanes(const EdgeColumns<Lanes<V>::kCount>& edges,
-                                 const Points<V>& down) const {
+  PM_HD std::uint32_t flat_lanes(const Edges<V>& edges, const Points<V>& down) const {
     if constexpr (F::kCompactSupport) return 0;
     if (!exact) return 0;
-    using L = Lanes<V>;
-    const V half = fma(down.x, L::load(edges.step_x),
-                       fma(down.y, L::load(edges.step_y), down.z * L::load(edges.step_z)));
-    return L::bits(max(half, -half) < broadcast<V>(0.5f * kFlat * field.far->error));
+    const V half = fma(down.x, edges.step.x, fma(down.y, edges.step.y, down.z * edges.step.z));
+    return Lanes<V>::bits(max(half, -half) < broadcast<V>(0.5f * kFlat * field.far->error));
   }
   /// The sum over all balls in the lanes with a bit, `value` in the others.
   template <class V>
   PM_HD V exact_where(std::uint32_t lanes, V value, const Points<V>& at) const {
     if (F::kCompactSupport || lanes == 0) return value;
-    alignas(32) float exact_sum[Lanes<V>::kCount], all[Lanes<V>::kCount];
+    alignas(64) float exact_sum[Lanes<V>::kCount], all[Lanes<V>::kCount];
     Lanes<V>::store(exact_sum, field_at<F>(at, field.balls, all_balls));
     Lanes<V>::store(all, value);
     for (int l = 0; l < Lanes<V>::kCount; ++l) all[l] = lanes >> l & 1u ? exact_sum[l] : all[l];
@@ -141,15 +140,18 @@ template <class Source>
 struct PlaceVertices {
   static constexpr int kThreads = 128;
   struct Scratch {
-    std::uint16_t edges[kMaxVertices];  ///< kRowEdges row + bit, of each vertex
+    /// Of each vertex: bit of the row's edges, and above that the line of the row. Sets of bits are
+    /// written, and lanes read, beyond the last.
+    std::uint32_t edges[kMaxVertices + kLineSlots];
   };
   Grid grid;
   float iso = 1;
   int refine_steps = 1;
   bool midpoint = false;
   Source source;
+  std::int64_t begin = 0;  ///< the brick of item 0
   View<const Node> bricks;
-  View<const float> values;
+  View<const float> values;  ///< of each item
   View<const std::uint32_t> rows;
   View<const Counts> counts;
   View<const Offsets> first;
@@ -157,70 +159,77 @@ struct PlaceVertices {
   View<Vec3> normals;
 
   template <class Team>
-  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t b) const {
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t brick_item) const {
     using V = typename Team::V;
     constexpr int kLanes = Lanes<V>::kCount;
+    const std::int64_t b = begin + brick_item;
     const auto count = static_cast<int>(counts[b].first);
     const std::int64_t out = first[b].first;
     if (count == 0 || out + count > positions.size) return;
     team.each(kRows, [&](int r) {
       const std::uint32_t row = rows[b * kRows + r];
-      std::uint32_t to = row_before(row);
-      for (std::uint32_t edges = row_edges(row); edges != 0; edges &= edges - 1) {
-        scratch.edges[to++] = static_cast<std::uint16_t>(r * kRowEdges + countr_zero(edges));
-      }
+      write_set_bits<V>(row_edges(row), static_cast<std::uint32_t>(line_of_row(r)) << kLineShift,
+                        scratch.edges + row_before(row));
     });
+    // The last item's lanes without a vertex: where a pack has more than one, a team is one thread.
+    if constexpr (kLanes > 1) std::fill_n(scratch.edges + count, kLanes - 1, 0u);
     team.sync();
     const Node brick = bricks[b];
     const auto field = source.field_of(brick, b);
     team.each((count + kLanes - 1) / kLanes, [&](int item) {
-      EdgeColumns<kLanes> edges;
-      for (int l = 0; l < kLanes; ++l) {
-        // The last item repeats its last edge.
-        const int i = item * kLanes + l < count ? item * kLanes + l : count - 1;
-        read_edge(brick.at, values.data + b * kBrickValues, scratch.edges[i], edges, l);
-      }
+      const Edges<V> edges = edges_at<V>(brick.at, values.data + brick_item * kBrickValues,
+                                         Lanes<V>::load_bits(scratch.edges + item * kLanes));
       place<V>(edges, field, out + item * kLanes, count - item * kLanes);
     });
   }
+  static constexpr int kLineShift = 5;
 
-  template <int kLanes>
-  PM_HD void read_edge(Int3 brick, const float* value, int edge, EdgeColumns<kLanes>& out,
-                       int l) const {
-    const int row = edge / kRowEdges, axis = edge % 3;
-    const int x = edge % kRowEdges / 3, y = row % kBrickCells, z = row / kBrickCells;
-    const Int3 a = {brick.x * kBrickCells + x - 1, brick.y * kBrickCells + y - 1,
-                    brick.z * kBrickCells + z - 1};
-    const Vec3 from = grid_point(grid, a), to = grid_point(grid, {a.x + 1, a.y + 1, a.z + 1});
-    out.x[l] = from.x, out.y[l] = from.y, out.z[l] = from.z;
-    out.step_x[l] = axis == 0 ? to.x - from.x : 0.0f;
-    out.step_y[l] = axis == 1 ? to.y - from.y : 0.0f;
-    out.step_z[l] = axis == 2 ? to.z - from.z : 0.0f;
-    out.axis[l] = axis;
-    const int low = axis == 0 ? a.x : axis == 1 ? a.y : a.z;
-    const int last = (axis == 0 ? grid.points.x : axis == 1 ? grid.points.y : grid.points.z) - 1;
-    out.cut[l] = low < 0 || low == last;
-    out.low[l] = low < 0 ? 1 - kEdgeMargin : kEdgeMargin;
-    out.high[l] = low == last ? kEdgeMargin : 1 - kEdgeMargin;
-    const int point = x + kBrickPoints * (y + kBrickPoints * z);
-    out.value0[l] = value[point];
-    out.value1[l] = value[point + (axis == 0   ? 1
-                                   : axis == 1 ? kBrickPoints
-                                               : kBrickPoints * kBrickPoints)];
+  template <class V>
+  PM_HD Edges<V> edges_at(Int3 brick, const float* value, typename Edges<V>::Bits number) const {
+    using Bits = typename Edges<V>::Bits;
+    const Bits bit = number & ((1u << kLineShift) - 1), line = number >> kLineShift;
+    const Bits x = bit * 43u >> 7;  // bit / 3
+    Edges<V> out;
+    out.axis = bit - 3u * x;
+    const auto along_x = out.axis == 0u, along_y = out.axis == 1u, along_z = out.axis == 2u;
+    const auto corner = [](int at) { return static_cast<float>(at * kBrickCells - 1); };
+    const Points<V> a = {signed_to_float(x) + corner(brick.x),
+                         signed_to_float(line % kBrickPoints) + corner(brick.y),
+                         signed_to_float(line / kBrickPoints) + corner(brick.z)};
+    // As grid_point() has it.
+    out.from = {grid.origin.x + grid.cell * a.x, grid.origin.y + grid.cell * a.y,
+                grid.origin.z + grid.cell * a.z};
+    const Points<V> to = {grid.origin.x + grid.cell * (a.x + 1.0f),
+                          grid.origin.y + grid.cell * (a.y + 1.0f),
+                          grid.origin.z + grid.cell * (a.z + 1.0f)};
+    out.step = {zero_unless(along_x, to.x - out.from.x), zero_unless(along_y, to.y - out.from.y),
+                zero_unless(along_z, to.z - out.from.z)};
+    const auto of_axis = [&](V of_x, V of_y, V of_z) {
+      return select(along_x, of_x, select(along_y, of_y, of_z));
+    };
+    const auto last = [](int points) { return broadcast<V>(static_cast<float>(points - 1)); };
+    const V low = of_axis(a.x, a.y, a.z);
+    const auto below = low < 0.0f;
+    const auto above =
+        low == of_axis(last(grid.points.x), last(grid.points.y), last(grid.points.z));
+    const V margin = broadcast<V>(kEdgeMargin), rest = broadcast<V>(1 - kEdgeMargin);
+    out.cut = below | above;
+    out.low = select(below, rest, margin);
+    out.high = select(above, margin, rest);
+    const Bits point = x + static_cast<std::uint32_t>(kBrickPoints) * line;
+    out.value0 = gather(value, point);
+    out.value1 = gather(value, point + ((Bits{} + 1u) << (3u * out.axis)));
+    return out;
   }
 
   template <class V>
-  PM_HD static Points<V> along(const EdgeColumns<Lanes<V>::kCount>& edges, V t) {
-    using L = Lanes<V>;
-    return {fma(t, L::load(edges.step_x), L::load(edges.x)),
-            fma(t, L::load(edges.step_y), L::load(edges.y)),
-            fma(t, L::load(edges.step_z), L::load(edges.z))};
+  PM_HD static Points<V> along(const Edges<V>& edges, V t) {
+    return {fma(t, edges.step.x, edges.from.x), fma(t, edges.step.y, edges.from.y),
+            fma(t, edges.step.z, edges.from.z)};
   }
 
   template <class V, class Field>
-  PM_HD void place(const EdgeColumns<Lanes<V>::kCount>& edges, const Field& field, std::int64_t to,
-                   int count) const {
-    constexpr int kLanes = Lanes<V>::kCount;
+  PM_HD void place(const Edges<V>& edges, const Field& field, std::int64_t to, int count) const {
     V t = midpoint ? broadcast<V>(0.5f) : find_root<V>(edges, field, 0);
     Points<V> at = along(edges, t), down = field.negated_gradient(at);
     const std::uint32_t flat = field.template flat_lanes<V>(edges, down);
@@ -230,32 +239,23 @@ struct PlaceVertices {
     }
     const V length2 = fma(down.z, down.z, fma(down.y, down.y, down.x * down.x));
     const V length = sqrt(length2);
-    alignas(32) float p[3][kLanes], n[3][kLanes];
-    alignas(32) float square[kLanes];
-    Lanes<V>::store(p[0], at.x), Lanes<V>::store(p[1], at.y), Lanes<V>::store(p[2], at.z);
-    Lanes<V>::store(n[0], down.x / length), Lanes<V>::store(n[1], down.y / length);
-    Lanes<V>::store(n[2], down.z / length), Lanes<V>::store(square, length2);
-    for (int l = 0; l < kLanes && l < count; ++l) {
-      positions[to + l] = {p[0][l], p[1][l], p[2][l]};
-      Vec3 normal = {n[0][l], n[1][l], n[2][l]};
-      // The cut at the border is flat; and where the field has no slope, the edge itself leads
-      // outward.
-      if (edges.cut[l] || !(square[l] > 1e-30f) || !(square[l] < 1e30f)) {
-        const float sign = edges.value0[l] > iso ? 1.0f : -1.0f;
-        const int axis = edges.axis[l];
-        normal = {axis == 0 ? sign : 0.0f, axis == 1 ? sign : 0.0f, axis == 2 ? sign : 0.0f};
-      }
-      normals[to + l] = normal;
-    }
+    // The cut at the border is flat; and where the field has no slope, the edge itself leads
+    // outward.
+    const auto sloped = (length2 > 1e-30f) & (length2 < 1e30f);
+    const V one = broadcast<V>(1.0f), sign = select(edges.value0 > iso, one, -one);
+    const auto normal = [&](V of_field, std::uint32_t axis) {
+      const V of_edge = zero_unless(edges.axis == axis, sign);
+      return select(edges.cut, of_edge, select(sloped, of_field / length, of_edge));
+    };
+    store_points<V>(&positions[to].x, at.x, at.y, at.z, count);
+    store_points<V>(&normals[to].x, normal(down.x, 0), normal(down.y, 1), normal(down.z, 2), count);
   }
 
   /// Where along each edge the field is iso, as a fraction; by exact sums in flat lanes.
   template <class V, class Field>
-  PM_HD V find_root(const EdgeColumns<Lanes<V>::kCount>& edges, const Field& field,
-                    std::uint32_t flat) const {
-    using L = Lanes<V>;
-    V value0 = L::load(edges.value0), value1 = L::load(edges.value1);
-    const V low = L::load(edges.low), high = L::load(edges.high);
+  PM_HD V find_root(const Edges<V>& edges, const Field& field, std::uint32_t flat) const {
+    V value0 = edges.value0, value1 = edges.value1;
+    const V low = edges.low, high = edges.high;
     const V zero = broadcast<V>(0.0f), one = broadcast<V>(1.0f);
     value0 = field.exact_where(flat, value0, along(edges, zero));
     value1 = field.exact_where(flat, value1, along(edges, one));

@@ -129,24 +129,52 @@ struct ScalarBackend : BasicCpuBackend<float> {
   static constexpr bool kManyRoots = true;
 };
 
-TEST(Determinism, one_point_at_a_time_gives_the_bits_of_eight) {
+class InstructionsTest : public testing::TestWithParam<CpuIsa> {};
+
+TEST_P(InstructionsTest, one_point_at_a_time_gives_the_bits_of_packs) {
   BackendEngine<ScalarBackend> scalar;
-  const auto lanes = make_cpu_engine();
+  const auto lanes = make_cpu_engine(GetParam());
+  if (lanes == nullptr) GTEST_SKIP() << "not these instructions";
   expect_same_between(scalar, *lanes);
   for (const FieldKind field : kFieldKinds) {
     ExtractSettings settings;
     settings.field = field;
     settings.refine_steps = 2;
     for (const std::vector<Ball>& balls : ball_sets(150, field, 31)) {
-      Mesh one, eight;
+      Mesh one, packs;
       ASSERT_EQ(scalar.extract(balls, cube_grid(83, 1.6f), settings, one).code, EngineCode::kOk);
-      ASSERT_EQ(lanes->extract(balls, cube_grid(83, 1.6f), settings, eight).code, EngineCode::kOk);
+      ASSERT_EQ(lanes->extract(balls, cube_grid(83, 1.6f), settings, packs).code, EngineCode::kOk);
       ASSERT_FALSE(one.triangles.empty());
-      expect_same_mesh(one, eight);
+      expect_same_mesh(one, packs);
       expect_same_values(blended(scalar, balls, field), blended(*lanes, balls, field));
     }
   }
 }
+
+TEST_P(InstructionsTest, every_way_to_draw_the_samples_has_the_same_bits) {
+  BackendEngine<ScalarBackend> scalar;
+  const auto lanes = make_cpu_engine(GetParam());
+  if (lanes == nullptr) GTEST_SKIP() << "not these instructions";
+  const std::vector<Ball> balls = random_balls(150, FieldKind::kGaussian, 32);
+  // The border cuts the balls on every side; the last grid has bricks that end beyond it.
+  const Grid grid = {{-0.9f, -0.8f, -0.7f}, 0.017f, {100, 94, 83}};
+  ExtractSettings matrix, midpoint, coarse;
+  matrix.method = SurfaceMethod::kMatrix;
+  midpoint.placement = Placement::kMidpoint;
+  coarse.sample_stride = 3;
+  for (const ExtractSettings& settings : {ExtractSettings{}, matrix, midpoint, coarse}) {
+    Mesh one, packs;
+    ASSERT_EQ(scalar.extract(balls, grid, settings, one).code, EngineCode::kOk);
+    ASSERT_EQ(lanes->extract(balls, grid, settings, packs).code, EngineCode::kOk);
+    ASSERT_FALSE(one.triangles.empty());
+    expect_same_mesh(one, packs);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Determinism, InstructionsTest,
+                         testing::Values(CpuIsa::kBaseline, CpuIsa::kAvx512), [](const auto& isa) {
+                           return isa.param == CpuIsa::kAvx512 ? "avx512" : "baseline";
+                         });
 
 #if defined(__SSE__)
 TEST(Determinism, flush_to_zero_left_by_a_renderer_changes_nothing) {

@@ -1,0 +1,9 @@
+// The CPU backend's engine for AVX-512, 16 points at a time. Compiled for x86-64-v4; its other
+// symbols are made local (cmake/avx512.cmake), so that no inline function compiled here takes the
+// place of one that older processors run.
+#include "backend_engine.h"
+#include "cpu_backend.h"
+
+extern "C" polymorph::Engine* pm_make_avx512_engine() {
+  return new polymorph::BackendEngine<polymorph::BasicCpuBackend<polymorph::WidePack>>();
+}
