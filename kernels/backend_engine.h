@@ -433,26 +433,20 @@ class BackendEngine final : public Engine {
       const auto at = find(table);
       const BrickViews& bricks = at.bricks;
       place_bricks(at.sample, at.source, grid, settings, bricks, mesh, out);
-      out.triangles = backend_.output(mesh.triangles, triangles_, &total->second, 2 * guess);
       if (settings.method == SurfaceMethod::kMatrix) {
         out.positions = backend_.output(mesh.positions, positions_, &total->first, guess);
         out.normals = backend_.output(mesh.normals, normals_, &total->first, guess);
+        out.triangles = backend_.output(mesh.triangles, triangles_, &total->second, 2 * guess);
         const EmitCubes emit = {grid,          bricks.nodes,  bricks.inside,
                                 bricks.rows,   bricks.counts, bricks.first,
                                 out.positions, out.normals,   out.triangles};
         backend_.for_teams(bricks.count, bricks.capacity, emit, "triangles");
       } else {
-        const EmitTriangles emit = {table,         bricks.tree,  bricks.inside,   bricks.rows,
-                                    bricks.counts, bricks.first, bricks.capacity, out.triangles};
-        backend_.for_teams(bricks.count, bricks.capacity, emit, "triangles");
+        emit_triangles(table, grid, bricks, mesh, out);
       }
     } while (!backend_.everything_fitted(totals_view_, totals));
     const Offsets sizes = totals[kMaxLevels];
-    if (sizes.first >= std::numeric_limits<std::uint32_t>::max()) {
-      throw EngineFailure{{EngineCode::kBadInput,
-                           "the surface would have " + std::to_string(sizes.first) +
-                               " vertices (more than 32-bit indices reach), use a coarser grid"}};
-    }
+    check_vertex_count(sizes.first);
     if (!settings.download) return;
     backend_.download(mesh.positions, out.positions, sizes.first);
     if (settings.flat) {
@@ -483,6 +477,7 @@ class BackendEngine final : public Engine {
         const Offsets before = *total;
         backend_.scan({bricks.counts.data + begin, n}, &n, {bricks.first.data + begin, n}, total,
                       "number", before);
+        check_vertex_count(total->first);
         if (!places) continue;
         const double share = static_cast<double>(begin + n) / static_cast<double>(*bricks.count);
         out.positions = backend_.grow(mesh.positions, before.first, total->first, share);
@@ -504,6 +499,37 @@ class BackendEngine final : public Engine {
       backend_.for_teams(bricks.count, bricks.capacity,
                          placing(source, grid, settings, bricks, 0, out.positions, out.normals),
                          "vertices");
+    }
+  }
+
+  /// Block by block as well where the result is the caller's own memory: what is new in it is
+  /// cleared when it grows, and still in the caches when triangles are written.
+  void emit_triangles(View<BrickTable> table, const Grid& grid, const BrickViews& bricks,
+                      Mesh& mesh, MeshViews& out) {
+    const Offsets* total = &totals_view_[kMaxLevels];
+    EmitTriangles emit = {0,           table,         bricks.tree,  bricks.inside,
+                          bricks.rows, bricks.counts, bricks.first, bricks.capacity,
+                          {}};
+    if constexpr (B::kHostMemory) {
+      const std::int64_t count = *bricks.count, block = 8 * brick_block();
+      mesh.triangles.resize(
+          std::min(mesh.triangles.size(), static_cast<std::size_t>(total->second)));
+      std::int64_t before = 0;
+      for (std::int64_t begin = 0; begin < count; begin += block) {
+        const std::int64_t n = std::min(block, count - begin);
+        const std::int64_t end = begin + n < count ? bricks.first[begin + n].second : total->second;
+        const double share = static_cast<double>(end) / static_cast<double>(total->second);
+        out.triangles = backend_.grow(mesh.triangles, before, end, share);
+        before = end;
+        emit.begin = begin;
+        emit.triangles = out.triangles;
+        backend_.for_teams(&n, n, emit, "triangles");
+      }
+    } else {
+      out.triangles =
+          backend_.output(mesh.triangles, triangles_, &total->second, brick_guess(grid) * 200);
+      emit.triangles = out.triangles;
+      backend_.for_teams(bricks.count, bricks.capacity, emit, "triangles");
     }
   }
 

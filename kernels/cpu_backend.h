@@ -6,10 +6,15 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <new>
 #include <type_traits>
 #include <vector>
 
@@ -22,6 +27,21 @@
 #include "view.h"
 
 namespace polymorph {
+
+/// Asks for large pages for memory that nobody has touched: a page is made where it is first
+/// touched, and small ones of a large mesh take as long as its arithmetic. Below kLarge bytes this
+/// does nothing.
+inline void advise_large_pages(void* memory, std::size_t bytes) {
+#if defined(__linux__)
+  constexpr std::size_t kLarge = std::size_t{8} << 20, kPage = 4096;
+  if (bytes < kLarge) return;
+  const std::size_t skip = (kPage - reinterpret_cast<std::uintptr_t>(memory) % kPage) % kPage;
+  // Where there are none, everything works as before.
+  (void)madvise(static_cast<char*>(memory) + skip, bytes - skip, MADV_HUGEPAGE);
+#else
+  (void)memory, (void)bytes;
+#endif
+}
 
 /// A team of one thread that handles as many points at once as VectorOf has lanes.
 template <class VectorOf>
@@ -83,8 +103,10 @@ class BasicCpuBackend {
         data_.reset();
         capacity_ = 0;
         const std::int64_t wanted = n + n / 4;
-        backend.claim(static_cast<std::size_t>(wanted) * sizeof(T));
-        data_.reset(new T[static_cast<std::size_t>(wanted)]);
+        const std::size_t bytes = static_cast<std::size_t>(wanted) * sizeof(T);
+        backend.claim(bytes);
+        data_.reset(static_cast<T*>(::operator new(bytes, kAlignment)));
+        advise_large_pages(data_.get(), bytes);
         capacity_ = wanted;
       }
       return {data_.get(), n};
@@ -96,7 +118,12 @@ class BasicCpuBackend {
     }
 
    private:
-    std::unique_ptr<T[]> data_;
+    static_assert(std::is_trivially_copyable_v<T>, "elements are never constructed");
+    static constexpr std::align_val_t kAlignment{64};
+    struct Free {
+      void operator()(T* data) const { ::operator delete(data, kAlignment); }
+    };
+    std::unique_ptr<T, Free> data_;
     std::int64_t capacity_ = 0;
   };
 
@@ -163,7 +190,10 @@ class BasicCpuBackend {
     claim_result(static_cast<std::size_t>(n - before) * sizeof(T));
     const auto size = static_cast<std::size_t>(n);
     if (size > result.capacity()) {
-      result.reserve(static_cast<std::size_t>(1.25 * static_cast<double>(n) / share));
+      const double all = static_cast<double>(n) / share;
+      result.reserve(static_cast<std::size_t>(share < 1 ? 1.25 * all : all));
+      advise_large_pages(result.data() + result.size(),
+                         (result.capacity() - result.size()) * sizeof(T));
     }
     if (size > result.size()) result.resize(size);
     return {result.data(), n};

@@ -71,8 +71,9 @@ class Engine {
   /// row (bricks.h), the same on every backend and for any number of threads.
   /// No balls, or none that reaches iso: an empty mesh and kOk. kBadInput: NaN or infinite balls, a
   /// <= 0 or a shape that is not positive definite (but for kInverseSquare), settings out of range,
-  /// or a grid with fewer than 2 or more than 2^20 points along an axis, or further from the origin
-  /// than half a million cells (float cannot tell its points apart).
+  /// more than 2^20 balls, a surface of 2^32 - 1 vertices or more, or a grid with fewer than 2 or
+  /// more than 2^20 points along an axis, or further from the origin than half a million cells
+  /// (float cannot tell its points apart).
   virtual EngineStatus extract(const BallSet& balls, const Grid& grid,
                                const ExtractSettings& settings, Mesh& mesh) = 0;
 

@@ -52,6 +52,7 @@ struct EmitTriangles {
     const std::uint32_t* rows[8];
     std::uint32_t first_vertex[8];
   };
+  std::int64_t begin = 0;  ///< the brick of item 0
   View<const BrickTable> table;
   Tree tree;
   View<const std::uint8_t> inside;
@@ -62,8 +63,8 @@ struct EmitTriangles {
   View<Triangle> triangles;
 
   template <class Team>
-  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t b) const {
-    const std::int64_t out = first[b].second;
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t brick_item) const {
+    const std::int64_t b = begin + brick_item, out = first[b].second;
     if (counts[b].second == 0 || out + counts[b].second > triangles.size) return;
     using V = typename Team::V;
     using Cells = TeamCells<Team>;

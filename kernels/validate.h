@@ -119,6 +119,12 @@ inline EngineStatus check_input(const std::vector<Ball>& balls, const ExtractSet
     return bad_input("influence is " + std::to_string(settings.sample_stride) +
                      " (must lie in 1..16), use 1");
   }
+  // A node's balls are counted in floats, which hold whole numbers up to 2^24.
+  constexpr std::size_t kMaxBalls = std::size_t{1} << 20;
+  if (balls.size() > kMaxBalls) {
+    return bad_input("there are " + std::to_string(balls.size()) +
+                     " balls (the maximum is 2^20), use fewer");
+  }
   const bool ends =
       visit(settings.field, [](auto field) { return decltype(field)::kCompactSupport; });
   for (std::size_t i = 0; i < balls.size(); ++i) {
@@ -142,6 +148,15 @@ inline EngineStatus check_input(const std::vector<Ball>& balls, const ExtractSet
     }
   }
   return {};
+}
+
+/// Vertices are numbered in 32 bits; the last number is never used.
+inline void check_vertex_count(std::int64_t count) {
+  if (count < std::int64_t{0xffffffff}) return;
+  throw EngineFailure{{EngineCode::kBadInput,
+                       "the surface would have " + std::to_string(count) +
+                           " vertices or more (32-bit indices do not reach so far), use a coarser "
+                           "grid"}};
 }
 
 inline EngineStatus check_grid(const Grid& grid) {

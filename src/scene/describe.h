@@ -282,7 +282,7 @@ void describe(V& v, BoundarySettings& s) {
 template <class V>
 void describe(V& v, SurfaceSettings& s) {
   auto& [resolution, method, placement, flat, influence, min_component_share] = s;
-  v.integer("resolution", resolution, 8, 1024,
+  v.integer("resolution", resolution, 8, 4096,
             "cells of the marching cubes along the longest side of an actor's box");
   v.choice("method", method,
            {{"marching_cubes", SurfaceMethod::kMarchingCubes}, {"matrix", SurfaceMethod::kMatrix}},

@@ -129,6 +129,41 @@ struct ScalarBackend : BasicCpuBackend<float> {
   static constexpr bool kManyRoots = true;
 };
 
+/// Grids of 4096 points along one axis, thin along the others, and 65 536 balls along them: what
+/// counts and indices have to hold.
+struct LongCase {
+  std::vector<Ball> balls;
+  Grid grid;
+};
+std::vector<LongCase> long_cases() {
+  std::vector<LongCase> cases;
+  constexpr float kCell = 0.01f, kHalf = 20.475f;
+  for (int axis = 0; axis < 3; ++axis) {
+    LongCase at = {random_balls(65536, FieldKind::kGaussian, 90 + static_cast<unsigned>(axis)), {}};
+    const Vec3 size = axis == 0   ? Vec3{kHalf, 0.06f, 0.045f}
+                      : axis == 1 ? Vec3{0.045f, kHalf, 0.06f}
+                                  : Vec3{0.06f, 0.045f, kHalf};
+    for (Ball& ball : at.balls) {
+      // Some are off the grid; they are small enough to leave holes.
+      ball.center = 1.1f * (ball.center * size);
+      ball.a = 4 / (0.014f * 0.014f), ball.w = 1;
+    }
+    at.grid = {-size, kCell, {13, 13, 13}};
+    (axis == 0 ? at.grid.points.x : axis == 1 ? at.grid.points.y : at.grid.points.z) = 4096;
+    cases.push_back(at);
+  }
+  return cases;
+}
+void expect_same_long_surfaces(Engine& a, Engine& b) {
+  for (const LongCase& at : long_cases()) {
+    Mesh one, other;
+    ASSERT_EQ(a.extract(at.balls, at.grid, {}, one).code, EngineCode::kOk);
+    ASSERT_EQ(b.extract(at.balls, at.grid, {}, other).code, EngineCode::kOk);
+    EXPECT_GT(one.triangles.size(), std::size_t{100000});
+    expect_same_mesh(one, other);
+  }
+}
+
 class InstructionsTest : public testing::TestWithParam<CpuIsa> {};
 
 TEST_P(InstructionsTest, one_point_at_a_time_gives_the_bits_of_packs) {
@@ -169,6 +204,13 @@ TEST_P(InstructionsTest, every_way_to_draw_the_samples_has_the_same_bits) {
     ASSERT_FALSE(one.triangles.empty());
     expect_same_mesh(one, packs);
   }
+}
+
+TEST_P(InstructionsTest, long_grids_of_many_balls_have_the_same_bits) {
+  BackendEngine<ScalarBackend> scalar;
+  const auto lanes = make_cpu_engine(GetParam());
+  if (lanes == nullptr) GTEST_SKIP() << "not these instructions";
+  expect_same_long_surfaces(scalar, *lanes);
 }
 
 INSTANTIATE_TEST_SUITE_P(Determinism, InstructionsTest,
@@ -253,6 +295,13 @@ TEST(CudaParityBetween, cuda_gives_the_bits_of_the_cpu) {
   const auto cuda = make_cuda_engine(0, status);
   PM_SKIP_WITHOUT(cuda, status);
   expect_same_between(*cuda, *make_cpu_engine());
+}
+
+TEST(CudaParityLong, cuda_gives_the_bits_of_the_cpu) {
+  EngineStatus status;
+  const auto cuda = make_cuda_engine(0, status);
+  PM_SKIP_WITHOUT(cuda, status);
+  expect_same_long_surfaces(*cuda, *make_cpu_engine());
 }
 
 TEST(Devices, the_list_agrees_with_what_can_be_made) {

@@ -260,6 +260,7 @@ TEST_P(SurfaceTest, bad_input_is_refused_with_a_reason) {
   };
   refused({good, {{nan, 0, 0}, 1, 1}}, grid, {}, "ball 1");
   refused({{{0, inf, 0}, 1, 1}}, grid, {}, "ball 0");
+  refused(std::vector<Ball>((1 << 20) + 1, good), grid, {}, "maximum is 2^20");
   refused({{{0, 0, 0}, nan, 1}}, grid, {}, "ball 0");
   refused({{{0, 0, 0}, 1, -inf}}, grid, {}, "ball 0");
   refused({{{0, 0, 0}, 0, 1}}, grid, {}, "a > 0");

@@ -38,12 +38,14 @@ std::vector<Ball> torus_balls(int count, FieldKind field) {
   return balls;
 }
 
-enum class Backend { kCpu, kCuda };
+enum class Backend { kCpu, kBaseline, kCuda };
 
 /// Null, and the benchmark skipped, where the backend does not answer.
 std::unique_ptr<Engine> engine_for(benchmark::State& state, Backend backend) {
   EngineStatus status;
-  auto engine = backend == Backend::kCpu ? make_cpu_engine() : make_cuda_engine(0, status);
+  auto engine = backend == Backend::kCuda  ? make_cuda_engine(0, status)
+                : backend == Backend::kCpu ? make_cpu_engine()
+                                           : make_cpu_engine(CpuIsa::kBaseline);
   if (engine == nullptr) state.SkipWithError(status.message.c_str());
   return engine;
 }
@@ -143,6 +145,9 @@ int main(int argc, char** argv) {
   using polymorph::FieldKind;
   polymorph::add("cpu/gaussian/128", Backend::kCpu, FieldKind::kGaussian, 128);
   polymorph::add("cpu/gaussian/256", Backend::kCpu, FieldKind::kGaussian, 256);
+  polymorph::add("cpu/gaussian/1024", Backend::kCpu, FieldKind::kGaussian, 1024);
+  polymorph::add("baseline/gaussian/256", Backend::kBaseline, FieldKind::kGaussian, 256);
+  polymorph::add("baseline/gaussian/1024", Backend::kBaseline, FieldKind::kGaussian, 1024);
   polymorph::add("cpu/inverse_square/96", Backend::kCpu, FieldKind::kInverseSquare, 96);
   polymorph::add("cuda/gaussian/128", Backend::kCuda, FieldKind::kGaussian, 128);
   polymorph::add("cuda/gaussian/256", Backend::kCuda, FieldKind::kGaussian, 256);

@@ -371,7 +371,7 @@ void add_bench(CommandLine& line) {
       .type_name("FILE")
       .group("Main");
   command.add_option("--grid", options->grid, "grid points along an axis (128)")
-      .range(8, 2048)
+      .range(8, 4096)
       .type_name("N")
       .group("Main");
   std::vector<std::string> fields;

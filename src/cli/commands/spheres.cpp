@@ -277,7 +277,7 @@ void add_spheres(CommandLine& line) {
   command.add_flag("--solidify", options->solidify, "fill cavities and close holes first")
       .group("Main");
   command.add_option("--grid", options->grid, "cells along the longest side, for the surface (192)")
-      .range(8, 2048)
+      .range(8, 4096)
       .type_name("N")
       .group("Main");
   command.add_option("-o,--output", options->output, "picture: model | spheres | surface")
