@@ -9,6 +9,7 @@
 #include "model/repair/solidify.h"
 #include "surface/components.h"
 #include "surface/grid.h"
+#include "surface/handles.h"
 #include "surface/mesh_check.h"
 #include "surface/thinness.h"
 
@@ -94,6 +95,7 @@ std::string encode(const ObjectDistances& object, const SmoothDistances& smooth)
   put(bytes, object.undecided);
   put(bytes, object.volume);
   put(bytes, object.smallest_component_share);
+  put(bytes, object.genus);
   put_grid(bytes, object.grid->grid);
   put(bytes, object.grid->lipschitz);
   put_grid(bytes, smooth.grid);
@@ -126,10 +128,12 @@ bool is_sound(const Grid& grid) {
 
 bool decode(std::string_view bytes, std::size_t triangles, ObjectDistances& object) {
   if (!take_counted(bytes, object.sides) || object.sides.size() != triangles) return false;
-  if (bytes.size() < 3 * sizeof(double) + 2 * kGridSize + sizeof(float)) return false;
+  if (bytes.size() < 3 * sizeof(double) + sizeof(std::int64_t) + 2 * kGridSize + sizeof(float))
+    return false;
   object.undecided = take<double>(bytes);
   object.volume = take<double>(bytes);
   object.smallest_component_share = take<double>(bytes);
+  object.genus = take<std::int64_t>(bytes);
   const Grid grid = take_grid(bytes);
   const auto lipschitz = take<float>(bytes);
   SmoothDistances smooth;
@@ -210,6 +214,7 @@ Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQ
   remove_small_components(mesh, min_part);
   object.volume = volume_of(mesh);
   object.smallest_component_share = smallest_component_share(mesh);
+  object.genus = genus_of(mesh);
   add_thinness(model, object);
   if (!folder.empty())
     store_cached(folder, object.key, kDistanceFiles, model.name, encode(object, smooth));

@@ -15,7 +15,7 @@ namespace polymorph {
 
 /// Raise it when signed_distances(), classify_faces() or the measures give other numbers: files of
 /// the cache made before are then not used. A test pins the digests.
-inline constexpr std::uint32_t kDistancesVersion = 4;
+inline constexpr std::uint32_t kDistancesVersion = 5;
 
 struct ObjectDistances {
   std::vector<FaceSide> sides;  ///< one per triangle of the model
@@ -24,15 +24,16 @@ struct ObjectDistances {
   std::shared_ptr<const DistanceGrid> thinness;  ///< of a solid (surface/thinness.h)
   double volume = 0;  ///< enclosed by the surface that cells of the asked size show
   double smallest_component_share = 1;  ///< share of that in its smallest part
+  std::int64_t genus = 0;               ///< of that surface: how many handles it has
   std::string key;                      ///< a hash of everything that the distances depend on
 };
 
 inline bool is_shell(const ObjectDistances& object) { return object.undecided >= kShellShare; }
 
-/// signed_distances() on half of `cell`, and of their surface on cells of that size the volume and
-/// the smallest part, when parts below the share `min_part` are left out. From `folder` where it is
-/// kept there; empty: no cache. `solidified`: of solidify(model). Only what lies near the surface
-/// is stored, about 10 MB for a grid of 256^3. Errors: the engine's.
+/// signed_distances() on half of `cell`, and of their surface on cells of that size the volume,
+/// the smallest part and the genus, when parts below the share `min_part` are left out. From
+/// `folder` where it is kept there; empty: no cache. `solidified`: of solidify(model). Only what
+/// lies near the surface is stored, about 10 MB for a grid of 256^3. Errors: the engine's.
 Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQuery& closest,
                                          float cell, float thinnest, double min_part,
                                          bool solidified, Engine& engine,

@@ -5,10 +5,25 @@
 #include "kernels/morph_surface.h"
 #include "morph/motion.h"
 #include "surface/components.h"
+#include "surface/fairing.h"
 #include "surface/grid.h"
+#include "surface/handles.h"
 #include "surface/level.h"
 
 namespace polymorph {
+namespace {
+
+/// Between objects a surface has no more handles than the one that has more: what else there is,
+/// where two parts touch or a thin one tears, is cut, as long as it is thin.
+void cut_superfluous_handles(const PreparedActor& actor, const PreparedLeg& leg, float u,
+                             Mesh& surface) {
+  constexpr float kLongest = 0.15f;  // way around a handle, as a share of the objects' size
+  const std::int64_t genus =
+      std::max(actor.objects[leg.from].distances.genus, actor.objects[leg.to].distances.genus);
+  cut_handles(surface, genus, kLongest * size_at(actor, leg, u));
+}
+
+}  // namespace
 
 double min_component_share_of(const PreparedActor& actor, const PreparedLeg& leg,
                               float min_component_share) {
@@ -148,10 +163,14 @@ Result<ActorGeometry> volume_at(const PreparedScene& prepared, const PreparedAct
     PM_TRY(geometry.surface, extract_surface(engine, geometry.balls, actor.cell, extract));
   }
   // The cubes of a matrix are parts of their own.
-  if (extract.method == SurfaceMethod::kMarchingCubes)
-    remove_small_components(geometry.surface,
-                            min_component_share_of(actor, leg_of(actor, leg),
-                                                   prepared.scene.surface.min_component_share));
+  if (extract.method != SurfaceMethod::kMarchingCubes) return geometry;
+  remove_small_components(geometry.surface,
+                          min_component_share_of(actor, leg_of(actor, leg),
+                                                 prepared.scene.surface.min_component_share));
+  if (leg_of(actor, leg).distance) {
+    mend_normals(geometry.surface);
+    cut_superfluous_handles(actor, leg_of(actor, leg), geometry.moment.u, geometry.surface);
+  }
   return geometry;
 }
 
