@@ -312,9 +312,8 @@ struct SampleBricks : CountBricks {
   template <class Team>
   PM_HD void sample_all(const Team& team, Scratch& scratch, std::int64_t b, Int3 first) const {
     using V = typename Team::V;
-    using Half = typename Lanes<V>::Half;
     const Node brick = bricks[b];
-    constexpr int kItems = kBrickValues / kRowsPerItem / Lanes<Half>::kCount;
+    constexpr int kItems = kBrickValues / kRowsPerItem / Lanes<V>::kCount;
     if constexpr (F::kSeparable && Lanes<V>::kCount > kBrickPoints) {
       sample_columns<V>(scratch, brick, first);
     } else if constexpr (F::kSeparable) {
@@ -341,7 +340,7 @@ struct SampleBricks : CountBricks {
     } else {
       const BrickField<F> field(grid, 0, brick, balls.data, entries.data,
                                 F::kCompactSupport ? nullptr : &far[b]);
-      team.each(kItems, [&](int item) { sample<Half>(field, first, item, scratch.values); });
+      team.each(kItems, [&](int item) { sample<V>(field, first, item, scratch.values); });
       team.sync();
     }
   }
@@ -404,12 +403,16 @@ struct SampleBricks : CountBricks {
   }
 
   /// Where the points of an item lie: in line r of its kRowsPerItem lines, as many along x as V has
-  /// lanes.
+  /// lanes; or in as many lines as fill V.
   template <class V>
   PM_HD static int place_of(int item, int r) {
-    constexpr int kPacks = kBrickPoints / Lanes<V>::kCount;
-    return item % kPacks * Lanes<V>::kCount + kBrickPoints * (item / kPacks * kRowsPerItem + r);
+    constexpr int kPacks = (kBrickPoints * kLinesOfPack<V>) / Lanes<V>::kCount;
+    return item % kPacks * Lanes<V>::kCount +
+           kBrickPoints * kLinesOfPack<V> * (item / kPacks * kRowsPerItem + r);
   }
+  template <class V>
+  static constexpr int kLinesOfPack =
+      Lanes<V>::kCount > kBrickPoints ? Lanes<V>::kCount / kBrickPoints : 1;
 
   /// Adds n balls' products to the points of an item.
   template <class V>
@@ -435,15 +438,22 @@ struct SampleBricks : CountBricks {
     }
   }
 
-  /// The field at kRowsPerItem lines that share z, as many points of each as V has lanes.
+  /// The field at kRowsPerItem packs of points that share z: each part of a line, or whole lines.
   template <class V>
   PM_HD void sample(const BrickField<F>& field, Int3 first, int item, float* to) const {
+    constexpr int kLanes = Lanes<V>::kCount;
+    using Y = std::conditional_t<(kLinesOfPack<V> > 1), V, float>;
     const int x = place_of<V>(item, 0) % kBrickPoints, line = place_of<V>(item, 0) / kBrickPoints;
-    const V numbers = Lanes<V>::iota() + static_cast<float>(first.x + x);
-    const V px = grid.origin.x + grid.cell * numbers;
-    float py[kRowsPerItem];
+    alignas(64) float numbers[kLanes], lines[kLanes];
+    for (int l = 0; l < kLanes; ++l) {
+      numbers[l] = static_cast<float>(first.x + x + l % kBrickPoints);
+      lines[l] = static_cast<float>(l / kBrickPoints);
+    }
+    const V px = grid.origin.x + grid.cell * Lanes<V>::load(numbers);
+    Y py[kRowsPerItem];
     for (int r = 0; r < kRowsPerItem; ++r) {
-      py[r] = grid.origin.y + grid.cell * static_cast<float>(first.y + (line + r) % kBrickPoints);
+      const int y = first.y + (line + kLinesOfPack<V> * r) % kBrickPoints;
+      py[r] = grid.origin.y + grid.cell * (Lanes<Y>::load(lines) + static_cast<float>(y));
     }
     const float pz = grid.origin.z + grid.cell * static_cast<float>(first.z + line / kBrickPoints);
     V sum[kRowsPerItem], q[kRowsPerItem];
@@ -471,9 +481,7 @@ struct SampleBricks : CountBricks {
       far_rows(field.far->value, field.box, px, py, pz, q);
       for (int r = 0; r < kRowsPerItem; ++r) sum[r] = sum[r] + q[r];
     }
-    for (int r = 0; r < kRowsPerItem; ++r) {
-      Lanes<V>::store(to + kBrickPoints * (line + r) + x, sum[r]);
-    }
+    for (int r = 0; r < kRowsPerItem; ++r) Lanes<V>::store(to + place_of<V>(item, r), sum[r]);
   }
 
   /// How far the value of a point can be from iso with the exact value, rounded as well, on the

@@ -64,14 +64,15 @@ struct alignas(32) RoundBall {
     const V ux = scale * (px - x), uy = scale * (py - y), uz = scale * (pz - z);
     return fma(ux, ux, fma(uy, uy, fma(uz, uz, broadcast<V>(base))));
   }
-  /// q of N rows of points that share x and z: what a row shares is computed once.
-  template <class V, int N>
-  PM_HD void q_rows(V px, const float (&py)[N], float pz, V (&out)[N]) const {
+  /// q of N rows of points that share x and z: what a row shares is computed once. Y is float where
+  /// a row has one y, V where lanes have their own.
+  template <class V, class Y, int N>
+  PM_HD void q_rows(V px, const Y (&py)[N], float pz, V (&out)[N]) const {
     const V ux = scale * (px - x);
     const float uz = scale * (pz - z), q0 = fma(uz, uz, base);
     for (int r = 0; r < N; ++r) {
-      const float uy = scale * (py[r] - y);
-      out[r] = fma(ux, ux, broadcast<V>(fma(uy, uy, q0)));
+      const Y uy = scale * (py[r] - y);
+      out[r] = fma(ux, ux, spread<V>(fma(uy, uy, broadcast<Y>(q0))));
     }
   }
   /// Half the gradient of q.
@@ -99,14 +100,15 @@ struct alignas(16) EllipsoidBall {
     const V ux = along_x(dx, dy, dz), uy = along_y(dy, dz), uz = zz * dz;
     return fma(ux, ux, fma(uy, uy, fma(uz, uz, broadcast<V>(base))));
   }
-  template <class V, int N>
-  PM_HD void q_rows(V px, const float (&py)[N], float pz, V (&out)[N]) const {
+  template <class V, class Y, int N>
+  PM_HD void q_rows(V px, const Y (&py)[N], float pz, V (&out)[N]) const {
     const V dx = px - x;
     const float dz = pz - z, uz = zz * dz, q0 = fma(uz, uz, base);
     for (int r = 0; r < N; ++r) {
-      const float dy = py[r] - y, uy = fma(yy, dy, yz * dz);
-      const V ux = fma(broadcast<V>(xx), dx, broadcast<V>(fma(xy, dy, xz * dz)));
-      out[r] = fma(ux, ux, broadcast<V>(fma(uy, uy, q0)));
+      const Y dy = py[r] - y, uy = fma(broadcast<Y>(yy), dy, broadcast<Y>(yz * dz));
+      const Y ux_of_row = fma(broadcast<Y>(xy), dy, broadcast<Y>(xz * dz));
+      const V ux = fma(broadcast<V>(xx), dx, spread<V>(ux_of_row));
+      out[r] = fma(ux, ux, spread<V>(fma(uy, uy, broadcast<Y>(q0))));
     }
   }
   template <class V>

@@ -116,10 +116,10 @@ PM_HD inline V far_value(const float (&value)[kFarPoints], V x, V y, V z) {
   return sum;
 }
 
-/// At N rows of points that share x and z: what they share is computed once.
-template <class V, int N>
+/// At N rows of points that share x and z: what they share is computed once. Y as of q_rows().
+template <class V, class Y, int N>
 PM_HD inline void far_rows(const float (&value)[kFarPoints], const FarBox& box, V x,
-                           const float (&y)[N], float z, V (&out)[N]) {
+                           const Y (&y)[N], float z, V (&out)[N]) {
   constexpr int kPlane = kFarAlong * kFarAlong;
   const FarWeights<float> wz(box.inverse.z * (z - box.middle.z));
   const FarWeights<V> wx(box.inverse.x * (x - box.middle.x));
@@ -131,9 +131,9 @@ PM_HD inline void far_rows(const float (&value)[kFarPoints], const FarBox& box, 
   V line[kFarAlong];
   for (int j = 0; j < kFarAlong; ++j) line[j] = far_sum(wx.at, plane + kFarAlong * j);
   for (int r = 0; r < N; ++r) {
-    const FarWeights<float> wy(box.inverse.y * (y[r] - box.middle.y));
+    const FarWeights<Y> wy(box.inverse.y * (y[r] - box.middle.y));
     out[r] = broadcast<V>(0.0f);
-    for (int j = 0; j < kFarAlong; ++j) out[r] = fma(broadcast<V>(wy.at[j]), line[j], out[r]);
+    for (int j = 0; j < kFarAlong; ++j) out[r] = fma(spread<V>(wy.at[j]), line[j], out[r]);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <type_traits>
 
 #if defined(__AVX2__) && !defined(__CUDACC__)
 #include <immintrin.h>
@@ -119,6 +120,16 @@ struct Lanes {
 template <class V>
 PM_HD inline V broadcast(float a) {
   return Lanes<V>::broadcast(a);
+}
+
+/// A V from one: of what is known for all lanes, or for each.
+template <class V, class T>
+PM_HD inline V spread(T a) {
+  if constexpr (std::is_same_v<T, V>) {
+    return a;
+  } else {
+    return broadcast<V>(a);
+  }
 }
 
 #if defined(__GNUC__) && !defined(__CUDACC__)
