@@ -236,11 +236,12 @@ CacheCleaning clear_cache(const fs::path& folder) {
 }
 
 Result<Approximation> approximate_cached(const Model& model, const SphereSettings& settings,
-                                         const fs::path& cache_folder) {
-  if (cache_folder.empty()) return approximate(model, settings);
+                                         const fs::path& cache_folder,
+                                         const std::optional<Model>* stand_in) {
+  if (cache_folder.empty()) return approximate(model, settings, stand_in);
   const std::string key = key_of(model, settings);
   if (auto cached = load_approximation(cache_folder, key)) return std::move(*cached);
-  PM_TRY(Approximation approximation, approximate(model, settings));
+  PM_TRY(Approximation approximation, approximate(model, settings, stand_in));
   store_approximation(cache_folder, key, model.name, approximation);
   return approximation;
 }

@@ -14,7 +14,7 @@ namespace polymorph {
 
 /// Part of the cache key. Raise it whenever approximate() may answer differently for the same model
 /// and settings; the test Cache.DigestsArePinned says when.
-inline constexpr std::uint32_t kSpheresVersion = 9;
+inline constexpr std::uint32_t kSpheresVersion = 10;
 
 /// What is kept in `folder` under this key, if anything is. A file that is damaged, foreign, of
 /// another version or under another's name gives one warning and no approximation.

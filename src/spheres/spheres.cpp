@@ -172,22 +172,29 @@ Result<std::optional<Model>> solid_stand_in(const Model& model, const SphereSett
   const InsideTest inside(model);
   if (undecided_share(model, inside) < kShellShare) return std::optional<Model>{};
   const std::optional<Gathered> few = gathered_if_long(model);
-  PM_TRY(Model shell, thickened(few ? few->model : model, inside, settings.coarse));
+  // Where most of the faces are left out, it says little where exactly the others are.
+  const bool coarse = settings.coarse || (few && few->thinned);
+  PM_TRY(Model shell, thickened(few ? few->model : model, inside, coarse));
   return std::optional<Model>(std::move(shell));
 }
 
-Result<Approximation> approximate(const Model& model, const SphereSettings& settings) {
+Result<Approximation> approximate(const Model& model, const SphereSettings& settings,
+                                  const std::optional<Model>* stand_in) {
   if (settings.resolution < 0 || settings.resolution > kFinestResolution)
     return make_error(ErrorCode::kInput,
                       "spheres.resolution {} is out of range - use 1 to {}, or 0 for automatic",
                       settings.resolution, kFinestResolution);
   if (model.triangles.empty())
     return make_error(ErrorCode::kInput, "model \"{}\" has no faces", model.name);
-  PM_TRY(const std::optional<Model> stand_in, solid_stand_in(model, settings));
-  if (stand_in) {
+  std::optional<Model> made;
+  if (!stand_in) {
+    PM_TRY(made, solid_stand_in(model, settings));
+    stand_in = &made;
+  }
+  if (*stand_in) {
     SphereSettings plain = settings;
     plain.solidify = false;
-    return approximate(*stand_in, plain);
+    return approximate(**stand_in, plain);
   }
   // Spheres and balls stand for the shape alone.
   const std::optional<Gathered> few = gathered_if_long(model);

@@ -52,7 +52,9 @@ struct Approximation {
 /// volume. `hubbard`, `medial`: settings.balls spheres; `medial` with an error > 0: as few as keep
 /// it. Fitted balls enclose the model's volume to 0.2 %. Errors (kInput): nothing of the model is
 /// inside, or too little for the method - says what to do.
-Result<Approximation> approximate(const Model& model, const SphereSettings& settings);
+/// `stand_in`, where given, is solid_stand_in() of the same.
+Result<Approximation> approximate(const Model& model, const SphereSettings& settings,
+                                  const std::optional<Model>* stand_in = nullptr);
 
 /// What approximate() stands balls for instead of the model itself: solidify(model) where that is
 /// asked for, a solid as thick as cells show around the faces of a shell (model/repair/shell.h),
@@ -63,7 +65,8 @@ Result<std::optional<Model>> solid_stand_in(const Model& model, const SphereSett
 /// the points, triangles, settings and algorithm version; damaged or foreign files are one warning
 /// and a rebuild.
 Result<Approximation> approximate_cached(const Model& model, const SphereSettings& settings,
-                                         const std::filesystem::path& cache_folder);
+                                         const std::filesystem::path& cache_folder,
+                                         const std::optional<Model>* stand_in = nullptr);
 
 /// Does approximate_cached() have its answer in the folder?
 bool is_cached(const Model& model, const SphereSettings& settings,

@@ -225,31 +225,65 @@ class Builder {
     return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
   }
 
-  /// Where distances rise from both sides towards a point and are less than `radius` there: the
-  /// ridge of a thin part (sign 1) or of a narrow gap (-1), as positions in cells, a list per
-  /// layer of points.
-  std::vector<std::vector<Vec3>> thin_ridge(float radius, float sign) const {
+  /// Where distances rise from both sides towards a point and are less than `radius` there, on
+  /// either side of the surface: the ridge of a thin part or of a narrow gap.
+  bool is_on_ridge(int x, int y, int z, float radius) const {
     // Distances rise along the ridge between two faces by the sine of half the angle between them:
     // faces at up to 97 degrees.
     constexpr float kSteepest = 0.75f;
+    const std::size_t i = fine_index(x, y, z);
+    const float v = std::fabs(out_.values[i]);
+    if (!(v > 0) || v >= radius) return false;
+    const auto slope = [&](std::size_t step) {
+      return out_.values[i + step] - out_.values[i - step];
+    };
+    const Vec3 gradient{slope(1), slope(row_), slope(layer_)};
+    return length(gradient) < 2 * cell_ * kSteepest;
+  }
+
+  /// Of each point the square of how far it is from the nearest ridge, in cells; more than the
+  /// square of `cells` where that is further. One axis after the other (a distance transform), as
+  /// ridges may be everywhere.
+  std::vector<std::uint16_t> squares_to_ridges(float radius, int cells) const {
+    constexpr std::uint16_t kNone = 0x3fff;
+    PM_CHECK(2 * cells * cells < kNone);
     const Int3 n = out_.grid.points;
-    std::vector<std::vector<Vec3>> ridge(static_cast<std::size_t>(n.z));
+    std::vector<std::uint16_t> squares(out_.values.size(), kNone);
+    const auto each_near = [&](int at, int points, const auto& f) {
+      for (int k = std::max(at - cells, 0); k <= std::min(at + cells, points - 1); ++k)
+        f(k, static_cast<std::uint16_t>((k - at) * (k - at)));
+    };
     parallel_for(n.z - 2, [&](std::int64_t layer) {
       const int z = static_cast<int>(layer) + 1;
       for (int y = 1; y + 1 < n.y; ++y)
-        for (int x = 1; x + 1 < n.x; ++x) {
-          const std::size_t i = fine_index(x, y, z);
-          const float v = sign * out_.values[i];
-          if (!(v > 0) || v >= radius) continue;
-          const auto slope = [&](std::size_t step) {
-            return out_.values[i + step] - out_.values[i - step];
-          };
-          const Vec3 gradient{slope(1), slope(row_), slope(layer_)};
-          if (length(gradient) < 2 * cell_ * kSteepest)
-            ridge[static_cast<std::size_t>(z)].push_back(position(x, y, z));
-        }
+        for (int x = 1; x + 1 < n.x; ++x)
+          if (is_on_ridge(x, y, z, radius))
+            each_near(x, n.x, [&](int k, std::uint16_t square) {
+              std::uint16_t& v = squares[fine_index(k, y, z)];
+              v = std::min(v, square);
+            });
     });
-    return ridge;
+    // Rows of x side by side: `count` of them, `step` apart, in each of `planes`.
+    const auto pass = [&](int planes, std::size_t apart, int count, std::size_t step) {
+      parallel_for(planes, [&](std::int64_t plane) {
+        std::uint16_t* rows = squares.data() + static_cast<std::size_t>(plane) * apart;
+        std::vector<std::uint16_t> copy(row_ * static_cast<std::size_t>(count));
+        for (int i = 0; i < count; ++i)
+          std::copy_n(rows + static_cast<std::size_t>(i) * step, row_,
+                      copy.data() + static_cast<std::size_t>(i) * row_);
+        for (int i = 0; i < count; ++i) {
+          std::uint16_t* to = rows + static_cast<std::size_t>(i) * step;
+          each_near(i, count, [&](int k, std::uint16_t square) {
+            const std::uint16_t* from = copy.data() + static_cast<std::size_t>(k) * row_;
+            for (std::size_t x = 0; x < row_; ++x)
+              to[x] = std::min(to[x], static_cast<std::uint16_t>(from[x] + square));
+          });
+        }
+      });
+    };
+    pass(n.z, layer_, n.y, row_);
+    pass(n.y, row_, n.z, layer_);
+    return squares;
   }
 
   static std::uint64_t half_cell(Vec3 at) {
@@ -282,10 +316,9 @@ class Builder {
     return layers;
   }
 
-  /// At all points within `reach` of a ridge, the largest of f(distance) and what stood there.
+  /// At all points within `reach` of the middles, the largest of f(distance) and what stood there.
   template <class F>
-  void raise_around(const std::vector<std::vector<Vec3>>& ridge, float reach, const F& f,
-                    std::vector<float>& values) const {
+  void raise_around(const std::vector<std::vector<Vec3>>& middles, float reach, const F& f) {
     const Int3 n = out_.grid.points;
     const int cells = static_cast<int>(std::floor(reach / cell_)) + 1;
     const auto range = [&](int at, int points) {
@@ -295,14 +328,14 @@ class Builder {
       const int z = static_cast<int>(layer);
       const auto [first_z, last_z] = range(z, n.z);
       for (int k = first_z; k <= last_z; ++k)
-        for (const Vec3 at : ridge[static_cast<std::size_t>(k)]) {
+        for (const Vec3 at : middles[static_cast<std::size_t>(k)]) {
           const auto [first_y, last_y] = range(static_cast<int>(at.y), n.y);
           const auto [first_x, last_x] = range(static_cast<int>(at.x), n.x);
           for (int y = first_y; y <= last_y; ++y)
             for (int x = first_x; x <= last_x; ++x) {
               const float distance = cell_ * length(position(x, y, z) - at);
               if (distance > reach) continue;
-              float& v = values[fine_index(x, y, z)];
+              float& v = out_.values[fine_index(x, y, z)];
               v = std::max(v, f(distance));
             }
         }
@@ -319,23 +352,22 @@ class Builder {
     const auto ball = [&](float distance) {
       return distance < radius ? radius - distance : 2 * (radius - distance);
     };
-    raise_around(thin, 2 * radius, ball, out_.values);
-    const auto parts = thin_ridge(radius, 1), gaps = thin_ridge(radius, -1);
-    std::vector<float> mask(out_.values.size(), 0.0f);
+    raise_around(thin, 2 * radius, ball);
     const float near = 1.5f * radius, far = 2.5f * radius;
+    const std::vector<std::uint16_t> squares =
+        squares_to_ridges(radius, static_cast<int>(std::floor(far / cell_)) + 1);
     const auto falling = [&](float distance) {
       const float t = std::clamp((far - distance) / (far - near), 0.0f, 1.0f);
       return t * t * (3 - 2 * t);
     };
-    raise_around(parts, far, falling, mask);
-    raise_around(gaps, far, falling, mask);
     std::vector<float> smooth = out_.values;
     low_pass(smooth, sigma / cell_);
     parallel_for(
-        static_cast<std::int64_t>(mask.size()),
+        static_cast<std::int64_t>(squares.size()),
         [&](std::int64_t i) {
           const auto at = static_cast<std::size_t>(i);
-          out_.values[at] += mask[at] * (smooth[at] - out_.values[at]);
+          const float share = falling(cell_ * std::sqrt(static_cast<float>(squares[at])));
+          out_.values[at] += share * (smooth[at] - out_.values[at]);
         },
         4096);
   }

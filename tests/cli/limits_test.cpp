@@ -61,6 +61,21 @@ TEST_F(Limits, APointOfManyEdges) {
   expect_answer(0, {"check", "scene.json"}, "fan: 50000 triangles");
 }
 
+TEST_F(Limits, APointOfManyEdgesAllAround) {
+  constexpr int kEdges = 20000;
+  std::string text = "v 0 0 0\n";
+  for (int i = 0; i < kEdges; ++i) {  // neighbours lie anywhere on a sphere
+    const double z = 2 * std::fmod(i * 0.618034, 1.0) - 1, flat = std::sqrt(1 - z * z),
+                 turn = 1.7 * i * i;
+    text += "v " + std::to_string(flat * std::cos(turn)) + " " +
+            std::to_string(flat * std::sin(turn)) + " " + std::to_string(z) + "\n";
+  }
+  for (int i = 0; i < kEdges; ++i)
+    text += "f 1 " + std::to_string(2 + i) + " " + std::to_string(2 + (i + 1) % kEdges) + "\n";
+  write("heart.obj", text);
+  expect_answer(0, {"spheres", "heart.obj", "--balls", "8", "--grid", "16"}, "overlap");
+}
+
 TEST_F(Limits, FacesOfManyCorners) {
   std::string text, face = "f";
   for (int i = 0; i < 4096; ++i) {  // a star that crosses itself everywhere

@@ -441,21 +441,38 @@ TEST(Inside, ShellsThatBecomeOneCountAsOftenAsTheyAre) {
     EXPECT_NEAR(inside.winding_number(p), 0, 2e-4 * kShells) << p.x;
 }
 
-TEST(Gathered, StrewnTrianglesAreFewOfThemSeveralTimes) {
+/// Long triangles at random.
+Model strewn_triangles(std::uint32_t count) {
   Model strewn;
-  for (std::uint32_t i = 0; i < 20000; ++i) {
+  for (std::uint32_t i = 0; i < count; ++i) {
     for (std::uint64_t k = 0; k < 3; ++k)
       strewn.points.push_back({random_float(1, 3 * k, i), random_float(1, 3 * k + 1, i),
                                random_float(1, 3 * k + 2, i)});
     strewn.triangles.push_back({{3 * i, 3 * i + 1, 3 * i + 2}});
   }
+  return strewn;
+}
+
+TEST(Gathered, StrewnTrianglesAreFewOfThemSeveralTimes) {
+  const Model strewn = strewn_triangles(20000);
   const auto few = gathered_if_long(strewn);
   ASSERT_TRUE(few);
+  EXPECT_TRUE(few->thinned);
   EXPECT_LT(few->model.triangles.size(), 3000u);
   const int all = std::accumulate(few->times.begin(), few->times.end(), 0);
   EXPECT_NEAR(all, 20000, 400);
   EXPECT_TRUE(has_many_long_triangles(diagnose(strewn).long_triangles));
   EXPECT_FALSE(gathered_if_long(box_model({0, 0, 0}, {1, 1, 1})));
+}
+
+TEST(SplitBvh, FewLongTrianglesAreCutWhereTheirBoxesOverlap) {
+  const Model strewn = strewn_triangles(2000), few = strewn_triangles(1000);
+  EXPECT_TRUE(build_split_bvh(strewn.points, strewn.triangles).is_split);
+  EXPECT_FALSE(build_split_bvh(few.points, few.triangles).is_split);
+  for (const char* shape : {"puddle", "torus", "cube"}) {  // side by side
+    const Model model = *make_shape(shape);
+    EXPECT_FALSE(build_split_bvh(model.points, model.triangles).is_split) << shape;
+  }
 }
 
 TEST(SplitBvh, PiecesAnswerForTheirTriangles) {

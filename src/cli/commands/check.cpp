@@ -48,10 +48,11 @@ std::string describe_object(const std::string& name, const Diagnosis& d) {
 Result<std::string> bad_fit(const Model& model, const ObjectSettings& object,
                             const std::filesystem::path& cache) {
   const Activity activity("fitting balls to " + object.name);
-  const auto made = approximate_cached(model, object.spheres, cache);
-  if (!made || made->balls.empty()) return std::string();  // said already
-  PM_TRY(const std::optional<Model> stand_in, solid_stand_in(model, object.spheres));
-  const Model& solid = stand_in ? *stand_in : model;
+  const auto stand_in = solid_stand_in(model, object.spheres);
+  if (!stand_in) return std::string();  // said already
+  const auto made = approximate_cached(model, object.spheres, cache, &*stand_in);
+  if (!made || made->balls.empty()) return std::string();
+  const Model& solid = *stand_in ? **stand_in : model;
   PM_TRY(const ApproximationQuality quality,
          measure_quality(solid, InsideTest(solid), made->balls, FieldKind::kGaussian, 96, 5e4));
   return describe_bad_fit(quality);

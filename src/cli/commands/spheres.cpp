@@ -171,11 +171,12 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
   }
   const Stopwatch stopwatch;
   activity.emplace("making spheres and balls of " + model.name);
-  PM_TRY(made.approximation, approximate_cached(model, settings, cache_folder(line.common)));
+  PM_TRY(const std::optional<Model> stand_in, solid_stand_in(model, settings));
+  PM_TRY(made.approximation,
+         approximate_cached(model, settings, cache_folder(line.common), &stand_in));
   made.seconds = stopwatch.seconds();
   activity.emplace("measuring how well they fit");
   // Balls of a shell or of a solidified model are judged by what they stand for.
-  PM_TRY(const std::optional<Model> stand_in, solid_stand_in(model, settings));
   const std::optional<Gathered> few = gathered_if_long(model);
   const Model& solid = stand_in ? *stand_in : few ? few->model : model;
   if (stand_in && !settings.solidify)

@@ -82,6 +82,7 @@ void thin_out(Gathered& gathered, std::size_t count, double diagonal) {
   }
   gathered.model.triangles = std::move(kept.model.triangles);
   gathered.times = std::move(kept.times);
+  gathered.thinned = true;
 }
 
 }  // namespace
@@ -99,7 +100,8 @@ std::optional<Gathered> gathered_if_long(const Model& model) {
   for (double cells = kFineCells;; cells /= 2) {
     Gathered result = gathered(model, diagonal / cells);
     if (result.model.triangles.empty())
-      result = {model, std::vector<int>(model.triangles.size(), 1)};  // walls thinner than a cell
+      result = {model, std::vector<int>(model.triangles.size(), 1),
+                false};  // walls thinner than a cell
     const std::size_t count = count_long(result.model, diagonal);
     // Of shells within each other, how many there are says more than where exactly each is.
     const long long times = std::accumulate(result.times.begin(), result.times.end(), 0LL);

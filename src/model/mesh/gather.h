@@ -14,6 +14,7 @@ namespace polymorph {
 struct Gathered {
   Model model;
   std::vector<int> times;  ///< per triangle, 1 or more
+  bool thinned = false;    ///< most of the long triangles are left out
 };
 
 /// How many triangles are longer than a 64th of the box's diagonal. Where they are more than

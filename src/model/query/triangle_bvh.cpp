@@ -139,15 +139,21 @@ void split(const Polygon& polygon, std::uint32_t triangle, double longest, float
   split(clipped(polygon, axis, middle, true), triangle, longest, slack, pieces);
 }
 
-/// Nothing where few triangles are long.
+/// Nothing where few triangles are long, or some of which few lie around any one place.
 std::vector<Piece> pieces_of(std::span<const Vec3> points, std::span<const Triangle> triangles) {
   constexpr double kLong = 1.0 / 16, kPiece = 1.0 / 64;
-  constexpr std::size_t kManyLong = 4096;
+  constexpr std::size_t kSomeLong = 1024, kManyLong = 4096;
+  constexpr double kCrowded = 16;         // boxes of long triangles around a place, on average
   constexpr double kMaxPieces = 1 << 19;  // beyond one a triangle
-  if (triangles.size() <= kManyLong) return {};
+  if (triangles.size() <= kSomeLong) return {};
   Box box;
   for (const Vec3 p : points) box = extend(box, p);
   const auto diagonal = static_cast<double>(box.diagonal());
+  const auto volume = [&](const Box& of) {  // flat ones have some, too
+    const Vec3d size = Vec3d(of.size()) + Vec3d(1, 1, 1) * (kPiece * diagonal);
+    return size.x * size.y * size.z;
+  };
+  double volumes = 0;
   struct Size {
     double length, height;
   };
@@ -155,10 +161,14 @@ std::vector<Piece> pieces_of(std::span<const Vec3> points, std::span<const Trian
   for (const Triangle& t : triangles) {
     const Vec3d a(points[t.v[0]]), b(points[t.v[1]]), c(points[t.v[2]]);
     const double longest = std::max({length(b - a), length(c - b), length(a - c)});
-    if (longest > kLong * diagonal)
-      sizes.push_back({longest, length(cross(b - a, c - a)) / longest});
+    if (!(longest > kLong * diagonal)) continue;
+    sizes.push_back({longest, length(cross(b - a, c - a)) / longest});
+    Box around;
+    for (const std::uint32_t v : t.v) around = extend(around, points[v]);
+    volumes += volume(around);
   }
-  if (sizes.size() <= kManyLong) return {};
+  const bool crowded = sizes.size() > kSomeLong && volumes > kCrowded * volume(box);
+  if (sizes.size() <= kManyLong && !crowded) return {};
   const auto count = [&](double piece) {
     double sum = 0;
     for (const Size s : sizes) sum += (s.length / piece + 1) * (s.height / piece + 1) - 1;

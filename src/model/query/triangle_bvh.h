@@ -41,9 +41,10 @@ struct TriangleBvh {
 /// A function of its arguments alone. Each triangle has one slot.
 TriangleBvh build_triangle_bvh(std::span<const Vec3> points, std::span<const Triangle> triangles);
 
-/// The same, but where more than 4096 triangles are longer than a 16th of the box's diagonal they
-/// get a slot for each of their pieces, in boxes around the piece alone: thin triangles around a
-/// point have boxes that all overlap, and every ray would meet most of them.
+/// The same, but where more than 4096 triangles are longer than a 16th of the box's diagonal, or
+/// more than 1024 whose boxes lie 16 deep on average, they get a slot for each of their pieces, in
+/// boxes around the piece alone: thin triangles around a point have boxes that all overlap, and
+/// every ray would meet most of them.
 TriangleBvh build_split_bvh(std::span<const Vec3> points, std::span<const Triangle> triangles);
 
 /// Which children of a node the box touches, as bits.
