@@ -49,8 +49,14 @@ Mat3 to_ellipsoid(const Ball& ball) {
   return to_mat3(exp_symmetric(to_sym3d(log_symmetric(to_mat3(ball.shape))) * -0.5));
 }
 
-double inside_volume(const std::vector<Ball>& balls, std::size_t index,
-                     const std::vector<float>& widest, const std::vector<Vec3>& points) {
+/// A ball's part of what lies inside the surface: its volume, and the integral of the squared
+/// distance from a point.
+struct Part {
+  double volume = 0, squares = 0;
+};
+
+Part part_inside(const std::vector<Ball>& balls, std::size_t index,
+                 const std::vector<float>& widest, const std::vector<Vec3>& points, Vec3d center) {
   const Ball& ball = balls[index];
   const float radius = std::sqrt(exponent_reach(ball, kTail) / ball.a);
   std::vector<std::uint32_t> near;
@@ -70,39 +76,61 @@ double inside_volume(const std::vector<Ball>& balls, std::size_t index,
   std::vector<Ball> others;
   for (const std::uint32_t j : near) others.push_back(balls[j]);
   std::vector<float> values(others.size());
-  double sum = 0;
+  Part sum;
   for (const Vec3& point : points) {
     const Vec3 x = ball.center + to_float(map * (Vec3d(point) * static_cast<double>(radius)));
     for (std::size_t j = 0; j < others.size(); ++j) values[j] = value(others[j], x);
     const float field = std::accumulate(values.begin(), values.end(), 0.0f);
-    if (field > 1) sum += static_cast<double>(value(ball, x) / field);
+    if (!(field > 1)) continue;
+    const auto share = static_cast<double>(value(ball, x) / field);
+    const Vec3d away = Vec3d(x) - center;
+    sum.volume += share;
+    sum.squares += share * dot(away, away);
   }
   constexpr double kUnitBall = 4.18879020478639;
   const auto r = static_cast<double>(radius);
-  return kUnitBall * r * r * r * sum / static_cast<double>(points.size());
+  const double count = static_cast<double>(points.size());
+  return {kUnitBall * r * r * r * sum.volume / count, kUnitBall * r * r * r * sum.squares / count};
+}
+
+/// Of balls whose field has them melt into each other.
+std::vector<Part> parts_inside(const std::vector<Ball>& balls, Vec3d center) {
+  // Some 65 000 points in all: thousands of balls differ little from their neighbours.
+  const std::vector<Vec3> points =
+      points_in_ball(std::clamp<std::size_t>(65536 / balls.size(), 8, 1024));
+  std::vector<float> widest(balls.size());
+  for (std::size_t i = 0; i < balls.size(); ++i) widest[i] = widest_axis(balls[i]);
+  std::vector<Part> parts(balls.size());
+  parallel_for(static_cast<std::int64_t>(balls.size()), [&](std::int64_t i) {
+    const auto at = static_cast<std::size_t>(i);
+    parts[at] = part_inside(balls, at, widest, points, center);
+  });
+  return parts;
+}
+
+/// Of balls that are told apart: each as large as it is alone.
+std::vector<Part> lone_parts(const std::vector<Ball>& balls, FieldKind kind, Vec3d center) {
+  std::vector<Part> parts;
+  for (const Ball& ball : balls) {
+    const auto r = static_cast<double>(visit(kind, [&](auto field) { return field.radius(ball); }));
+    const Vec3d away = Vec3d(ball.center) - center;
+    const double volume = r * r * r;  // in units of the unit ball's
+    parts.push_back({volume, volume * (dot(away, away) + 0.6 * r * r)});
+  }
+  return parts;
+}
+
+std::vector<Part> parts_of(const std::vector<Ball>& balls, FieldKind kind, Vec3d center) {
+  return visit(kind, [](auto field) { return decltype(field)::kExponential; })
+             ? parts_inside(balls, center)
+             : lone_parts(balls, kind, center);
 }
 
 }  // namespace
 
 std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind) {
-  std::vector<double> masses(balls.size());
-  if (!visit(kind, [](auto field) { return decltype(field)::kExponential; })) {
-    for (std::size_t i = 0; i < balls.size(); ++i) {
-      const auto radius =
-          static_cast<double>(visit(kind, [&](auto field) { return field.radius(balls[i]); }));
-      masses[i] = radius * radius * radius;
-    }
-  } else {
-    // Some 65 000 points in all: thousands of balls differ little from their neighbours.
-    const std::vector<Vec3> points =
-        points_in_ball(std::clamp<std::size_t>(65536 / balls.size(), 8, 1024));
-    std::vector<float> widest(balls.size());
-    for (std::size_t i = 0; i < balls.size(); ++i) widest[i] = widest_axis(balls[i]);
-    parallel_for(static_cast<std::int64_t>(balls.size()), [&](std::int64_t i) {
-      const auto at = static_cast<std::size_t>(i);
-      masses[at] = inside_volume(balls, at, widest, points);
-    });
-  }
+  std::vector<double> masses;
+  for (const Part& part : parts_of(balls, kind, {})) masses.push_back(part.volume);
   const double sum = std::accumulate(masses.begin(), masses.end(), 0.0);
   const auto count = static_cast<double>(balls.size());
   if (!(sum > 0)) return std::vector<double>(balls.size(), 1 / count);
@@ -110,6 +138,15 @@ std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind) 
   const double floored = std::accumulate(masses.begin(), masses.end(), 0.0);
   for (double& mass : masses) mass /= floored;
   return masses;
+}
+
+double radius_of_gyration(const std::vector<Ball>& balls, FieldKind kind, Vec3d center) {
+  Part sum;
+  for (const Part& part : parts_of(balls, kind, center)) {
+    sum.volume += part.volume;
+    sum.squares += part.squares;
+  }
+  return sum.squares > 0 ? std::sqrt(sum.squares / sum.volume) : 1;
 }
 
 }  // namespace polymorph

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "kernels/linear.h"
 #include "kernels/types.h"
 
 namespace polymorph {
@@ -12,5 +13,9 @@ namespace polymorph {
 /// Sums to 1; a ball that has next to nothing inside still gets 1e-4 of the mean. Parallel,
 /// deterministic.
 std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind);
+
+/// The root of the mean squared distance from `center` of what lies inside the surface, estimated
+/// at the same points; > 0. Parallel, deterministic.
+double radius_of_gyration(const std::vector<Ball>& balls, FieldKind kind, Vec3d center);
 
 }  // namespace polymorph

@@ -19,6 +19,8 @@ namespace {
 constexpr double kProgram = 25e6;
 constexpr double kTreesPerTriangle = 270;
 constexpr double kBytesPerFittedBall = 250e3;
+constexpr double kLeastFit = 40e6;         ///< the surface that is looked at, however few the balls
+constexpr double kBytesPerPointMade = 7;   ///< a smoothed copy, and squares of distances to ridges
 constexpr double kTrianglesPerSquare = 8;  ///< of a surface, per square of the resolution
 constexpr double kBytesPerSurfaceTriangle = 450;
 constexpr double kBytesPerTracedTriangle = 165;  ///< of each surface more that is traced
@@ -41,7 +43,7 @@ double point_count(const Grid& grid) {
 
 MemoryEstimate estimate_memory(const Scene& scene, std::span<const Model> models,
                                std::size_t pictures) {
-  double held = 0, trees = 0, fits = 0, distances = 0, surfaces = 0;
+  double held = 0, trees = 0, fits = 0, distances = 0, making = 0, surfaces = 0;
   std::set<const Image*> textures;
   for (const Model& model : models) {
     held += bytes_of(model);
@@ -55,7 +57,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const Model> models
     const std::size_t count = objects.size();
     for (const ObjectSettings* object : objects)
       if (is_fitted(scene, object->spheres))
-        fits = std::max(fits, kBytesPerFittedBall * object->spheres.balls);
+        fits = std::max({fits, kLeastFit, kBytesPerFittedBall * object->spheres.balls});
     if (first + count > models.size()) break;
     const std::span<const Model> own = models.subspan(first, count);
     first += count;
@@ -72,8 +74,10 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const Model> models
       const bool asked = (i > 0 && timeline.legs[i - 1].distance) ||
                          (i < timeline.legs.size() && timeline.legs[i].distance);
       if (!asked || own[i].triangles.empty()) continue;
-      distances +=
-          sizeof(float) * point_count(distance_grid(own[i].box(), 0.5f * static_cast<float>(cell)));
+      const double points =
+          point_count(distance_grid(own[i].box(), 0.5f * static_cast<float>(cell)));
+      distances += sizeof(float) * points;
+      making = std::max(making, kBytesPerPointMade * points);
     }
   }
   // Half of the pictures are traced, the others written.
@@ -85,6 +89,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const Model> models
   estimate.trees = whole(trees);
   estimate.fits = whole(fits);
   estimate.distances = whole(distances);
+  estimate.making = whole(making);
   estimate.surfaces = whole((kBytesPerSurfaceTriangle + more * kBytesPerTracedTriangle) * surfaces);
   estimate.pictures = pictures * picture_bytes(scene.image);
   return estimate;
@@ -116,7 +121,8 @@ Status check_memory(const MemoryEstimate& estimate, std::uint64_t limit) {
       {estimate.models, "models and textures", "smaller models or textures, "},
       {estimate.trees, "search trees over the models' faces", "models of fewer faces, "},
       {estimate.fits, "fitting balls", "fewer spheres.balls, "},
-      {estimate.distances, "distances to the models", "a lower surface.resolution, "},
+      {estimate.distances + estimate.making, "distances to the models",
+       "a lower surface.resolution, "},
       {estimate.surfaces, "surfaces", "a lower surface.resolution, "},
       {estimate.pictures, "pictures", "smaller pictures, fewer image.aovs, "}};
   const Part& most =

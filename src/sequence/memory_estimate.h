@@ -2,6 +2,7 @@
 // pictures are made.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 
@@ -18,10 +19,12 @@ struct MemoryEstimate {
   std::uint64_t trees = 0;      ///< hierarchies (BVH) for closest points, inside tests and rays
   std::uint64_t fits = 0;       ///< the largest of them, whether or not it is in the cache
   std::uint64_t distances = 0;  ///< grids of distances to models
+  std::uint64_t making = 0;     ///< beside the grid while the largest of them is made
   std::uint64_t surfaces = 0;   ///< between the models, with their hierarchies for rays
   std::uint64_t pictures = 0;   ///< traced or written at once
+  /// Distances are made before there are surfaces.
   std::uint64_t total() const {
-    return program + models + trees + fits + distances + surfaces + pictures;
+    return program + models + trees + fits + distances + std::max(making, surfaces + pictures);
   }
 };
 

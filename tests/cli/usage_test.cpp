@@ -138,9 +138,10 @@ TEST_F(Usage, AFrameThatNeedsMoreMemoryThanAllowedSaysSo) {
   };
   const std::string scene = refused("300M", {"--set", "surface.resolution=256"});
   EXPECT_TRUE(contains(scene, "the scene needs about ")) << scene;
-  EXPECT_TRUE(contains(scene,
-                       " of it for surfaces, and the limit is 314.6 MB - use a lower "
-                       "surface.resolution, or raise --max-memory"))
+  EXPECT_TRUE(
+      contains(scene,
+               " of it for distances to the models, and the limit is 314.6 MB - use a lower "
+               "surface.resolution, or raise --max-memory"))
       << scene;
   // Told before anything is loaded or taken: this one would be 77 GB.
   const std::string picture =
@@ -158,15 +159,13 @@ TEST_F(Usage, TheEstimateOfMemoryIsNearWhatIsTaken) {
     const std::vector<std::string> scene{"scene.json", "--set",
                                          std::string("surface.resolution=") + resolution};
     std::vector<std::string> check{"check", "--json"},
-        render{"render", "-o", "m.####.exr", "-f",          "2-3",   "--device",
-               "cpu",    "-j", "1",          "--overwrite", "--json"};
+        render{"render", "-o", "m.####.exr", "-f",          "2-3",    "--device",
+               "cpu",    "-j", "1",          "--overwrite", "--json", "--no-cache"};
     check.insert(check.begin() + 1, scene.begin(), scene.end());
     render.insert(render.begin() + 1, scene.begin(), scene.end());
     const auto said = parse(run(0, check).out)["memory_bytes"].get<double>();
-    // Once more, with the balls in the cache: fits of a few balls take more than is said.
-    run(0, render);
     const auto taken = parse(run(0, render).out)["peak_memory_bytes"].get<double>();
-    EXPECT_GT(said, 0.6 * taken) << resolution;
+    EXPECT_GT(said, 0.8 * taken) << resolution;
     EXPECT_LT(said, 1.6 * taken) << resolution;
     render.insert(render.end(), {"--dry-run"});
     EXPECT_NEAR(parse(run(0, render).out)["estimate"]["memory_bytes"].get<double>(), said,

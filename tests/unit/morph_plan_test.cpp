@@ -205,6 +205,20 @@ TEST(TransportPlan, FindsASimilarityUnderNoise) {
   EXPECT_NEAR(plan.alignment.scale, 1.7, 0.017);
 }
 
+/// Three balls near one another are as large as three that lie apart.
+TEST(TransportPlan, TheCentresOfFewBallsDoNotScale) {
+  std::vector<Ball> near, apart;
+  for (const Vec3 p : {Vec3{1, 0, 0}, Vec3{0, 0.7f, 0}, Vec3{0, 0, 0.4f}}) {
+    near.push_back(ball_at(p * 0.05f, 1));
+    apart.push_back(ball_at(p * 0.5f, 0.75f));
+  }
+  const double bodies = radius_of_gyration(apart, FieldKind::kGaussian, {0.15, 0.1, 0.05}) /
+                        radius_of_gyration(near, FieldKind::kGaussian, {0.015, 0.01, 0.005});
+  EXPECT_NEAR(bodies, 1, 0.2);
+  EXPECT_NEAR(plan_of(near, apart, {}).alignment.scale, 1, 0.2);
+  EXPECT_NEAR(plan_of(apart, near, {}).alignment.scale, 1, 0.2);
+}
+
 TEST(TransportPlan, AnObjectAndItselfStayUnturned) {
   const MorphPlan plan = plan_of(bar(), bar(), {});
   EXPECT_EQ(angle_of(plan.alignment.rotation), 0);
@@ -294,6 +308,19 @@ TEST(BallMasses, AreWhatEachBallEncloses) {
   crowd.push_back(hidden);
   EXPECT_LT(ball_masses(crowd, FieldKind::kGaussian)[11], 1e-4);
   EXPECT_GT(ball_masses(crowd, FieldKind::kGaussian)[11], 0);
+}
+
+TEST(RadiusOfGyration, IsThatOfTheBodyHoweverManyBallsMakeIt) {
+  const std::vector<Ball> one{ball_at({1, 0, 0}, 2)};
+  const double solid = std::sqrt(0.6) * 2;
+  EXPECT_NEAR(radius_of_gyration({{{1, 0, 0}, 1, 4}}, FieldKind::kInverseSquare, {1, 0, 0}), solid,
+              1e-6);
+  EXPECT_NEAR(radius_of_gyration(one, FieldKind::kGaussian, {1, 0, 0}), solid, 0.01);
+  EXPECT_NEAR(radius_of_gyration(one, FieldKind::kGaussian, {4, 0, 0}),
+              std::sqrt(9 + solid * solid), 0.01);
+  std::vector<Ball> ten(10, one[0]);
+  for (Ball& ball : ten) ball.w -= std::log(10.0f);
+  EXPECT_NEAR(radius_of_gyration(ten, FieldKind::kGaussian, {1, 0, 0}), solid, 0.01);
 }
 
 /// The points of a surface belong to what their balls are more of.
