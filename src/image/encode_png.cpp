@@ -67,11 +67,11 @@ struct Encoder {
 
   unsigned color(float value, std::uint64_t key) const {
     if (settings.bits == 8 && !settings.dither) return quantizer(value);
-    const float scale = settings.bits == 16 ? 65535.0f : 255.0f;
     // Random rounding, keyed by the sample: the same for each run and any number of threads.
     const float offset = settings.dither ? random_float(settings.seed, 0, key) : 0.5f;
+    if (settings.bits == 8) return quantizer(value, offset);
     const float clamped = value > 0 ? std::min(value, 1.0f) : 0.0f;
-    return static_cast<unsigned>(std::min(linear_to_srgb(clamped) * scale + offset, scale));
+    return static_cast<unsigned>(std::min(linear_to_srgb(clamped) * 65535.0f + offset, 65535.0f));
   }
 
   void row(std::int64_t y, std::uint8_t* out) const {

@@ -1,5 +1,6 @@
 #include "image/srgb.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstddef>
@@ -19,6 +20,12 @@ double decode(double encoded) {
 constexpr std::uint32_t kShift = 14;
 constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(0x1p-13f) >> kShift;
 constexpr std::uint32_t kLast = std::bit_cast<std::uint32_t>(1.0f) >> kShift;
+
+// Between buckets 1/128 of their value wide the curve is a line to 5e-4 of a code.
+constexpr std::uint32_t kCurveShift = 16;
+constexpr float kCurveFirst = 0x1p-8f, kCurveError = 1e-3f;
+constexpr std::uint32_t kCurveStart = std::bit_cast<std::uint32_t>(kCurveFirst) >> kCurveShift;
+constexpr std::uint32_t kCurveEnd = std::bit_cast<std::uint32_t>(1.0f) >> kCurveShift;
 
 }  // namespace
 
@@ -44,6 +51,8 @@ SrgbQuantizer::SrgbQuantizer() : start_(kLast - kFirst + 1) {
     while (value >= lowest_[code + std::size_t{1}]) ++code;
     start_[i] = code;
   }
+  for (std::uint32_t i = kCurveStart; i <= kCurveEnd; ++i)
+    curve_.push_back(255 * linear_to_srgb(std::bit_cast<float>(i << kCurveShift)));
 }
 
 const SrgbQuantizer& SrgbQuantizer::instance() {
@@ -56,6 +65,21 @@ std::uint8_t SrgbQuantizer::operator()(float linear) const {
   if (linear >= 1.0f) return 255;
   const std::uint8_t code = start_[(std::bit_cast<std::uint32_t>(linear) >> kShift) - kFirst];
   return static_cast<std::uint8_t>(code + (linear >= lowest_[code + std::size_t{1}]));
+}
+
+std::uint8_t SrgbQuantizer::operator()(float linear, float offset) const {
+  const float value = linear > 0 ? std::min(linear, 1.0f) : 0.0f;
+  if (value >= kCurveFirst && value < 1) {
+    const auto bits = std::bit_cast<std::uint32_t>(value);
+    const std::uint32_t bucket = (bits >> kCurveShift) - kCurveStart;
+    constexpr std::uint32_t kRest = (1u << kCurveShift) - 1;
+    const float part = static_cast<float>(bits & kRest) / static_cast<float>(kRest + 1);
+    const float code = curve_[bucket] + (curve_[bucket + 1] - curve_[bucket]) * part + offset;
+    const float below = std::floor(code);
+    if (code - below > kCurveError && code - below < 1 - kCurveError)
+      return static_cast<std::uint8_t>(std::min(below, 255.0f));
+  }
+  return static_cast<std::uint8_t>(std::min(linear_to_srgb(value) * 255.0f + offset, 255.0f));
 }
 
 const std::vector<float>& srgb_decode_table() {

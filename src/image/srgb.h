@@ -18,12 +18,16 @@ class SrgbQuantizer {
  public:
   static const SrgbQuantizer& instance();
   std::uint8_t operator()(float linear) const;
+  /// floor(min(255 linear_to_srgb(v) + offset, 255)), `v` clamped to [0, 1], for an `offset` in
+  /// [0, 1): random rounding. Nearly always without a pow, either.
+  std::uint8_t operator()(float linear, float offset) const;
 
  private:
   SrgbQuantizer();
   std::array<float, 257>
       lowest_;  ///< the least linear value that rounds to a code; infinity after 255
   std::vector<std::uint8_t> start_;
+  std::vector<float> curve_;  ///< 255 linear_to_srgb() at the leading bits of a value
 };
 
 /// srgb_to_linear(i / 65535); 8-bit code k is entry 257 k.

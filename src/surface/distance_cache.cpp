@@ -117,6 +117,10 @@ std::string encode(const ObjectDistances& object, const SmoothDistances& smooth)
   }
   put_counted(bytes, numbers);
   put_counted(bytes, near);
+  if (!object.thinness) return bytes;
+  put_grid(bytes, object.thinness->grid);
+  put(bytes, object.thinness->lipschitz);
+  put_counted(bytes, object.thinness->values);
   return bytes;
 }
 
@@ -124,6 +128,22 @@ bool is_sound(const Grid& grid) {
   const auto within = [](int points) { return points >= 2 && points <= 4096; };
   return within(grid.points.x) && within(grid.points.y) && within(grid.points.z) && grid.cell > 0 &&
          std::isfinite(grid.cell);
+}
+
+std::size_t point_count(const Grid& grid) {
+  return static_cast<std::size_t>(std::int64_t{grid.points.x} * grid.points.y * grid.points.z);
+}
+
+bool take_thinness(std::string_view& bytes, ObjectDistances& object) {
+  if (bytes.size() < kGridSize + sizeof(float)) return false;
+  DistanceGrid thinness;
+  thinness.grid = take_grid(bytes);
+  thinness.lipschitz = take<float>(bytes);
+  if (!is_sound(thinness.grid) || !take_counted(bytes, thinness.values) ||
+      thinness.values.size() != point_count(thinness.grid))
+    return false;
+  object.thinness = std::make_shared<const DistanceGrid>(std::move(thinness));
+  return true;
 }
 
 bool decode(std::string_view bytes, std::size_t triangles, ObjectDistances& object) {
@@ -141,11 +161,12 @@ bool decode(std::string_view bytes, std::size_t triangles, ObjectDistances& obje
   std::vector<std::uint32_t> numbers;
   std::vector<float> near;
   if (!is_sound(grid) || !is_sound(smooth.grid) || !take_counted(bytes, smooth.values) ||
-      !take_counted(bytes, numbers) || !take_counted(bytes, near) || !bytes.empty())
+      !take_counted(bytes, numbers) || !take_counted(bytes, near) ||
+      (!is_shell(object) && !take_thinness(bytes, object)) || !bytes.empty())
     return false;
-  const Int3 blocks = blocks_of(grid), nodes = smooth.grid.points;
+  const Int3 blocks = blocks_of(grid);
   const std::int64_t count = std::int64_t{blocks.x} * blocks.y * blocks.z;
-  if (smooth.values.size() != static_cast<std::size_t>(std::int64_t{nodes.x} * nodes.y * nodes.z) ||
+  if (smooth.values.size() != point_count(smooth.grid) ||
       near.size() != kBlockPoints * numbers.size() ||
       std::any_of(numbers.begin(), numbers.end(), [&](std::uint32_t b) { return b >= count; }))
     return false;
@@ -164,12 +185,6 @@ bool decode(std::string_view bytes, std::size_t triangles, ObjectDistances& obje
   return true;
 }
 
-void add_thinness(const Model& model, ObjectDistances& object) {
-  if (!is_shell(object))
-    object.thinness =
-        std::make_shared<const DistanceGrid>(thinness(*object.grid, model.box().diagonal()));
-}
-
 }  // namespace
 
 Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQuery& closest,
@@ -184,10 +199,8 @@ Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQ
     if (const auto bytes = load_cached(folder, object.key, kDistanceFiles)) {
       const char* problem = nullptr;
       const auto content = cached_content(*bytes, object.key, kDistanceFiles, problem);
-      if (content && decode(*content, model.triangles.size(), object)) {
-        add_thinness(model, object);
-        return object;
-      }
+      ObjectDistances kept = object;
+      if (content && decode(*content, model.triangles.size(), kept)) return kept;
       warn_unusable(folder, object.key, kDistanceFiles, "holds no sound distances");
     }
   }
@@ -215,7 +228,9 @@ Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQ
   object.volume = volume_of(mesh);
   object.smallest_component_share = smallest_component_share(mesh);
   object.genus = genus_of(mesh);
-  add_thinness(model, object);
+  if (!is_shell(object))
+    object.thinness =
+        std::make_shared<const DistanceGrid>(thinness(*object.grid, model.box().diagonal()));
   if (!folder.empty())
     store_cached(folder, object.key, kDistanceFiles, model.name, encode(object, smooth));
   return object;

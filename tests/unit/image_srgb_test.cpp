@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -28,6 +29,18 @@ TEST(Srgb, CodesAreRoundedFromTheExactCurve) {
   }
   for (int code = 0; code < 256; ++code)
     EXPECT_EQ(code_of(srgb_decode_table()[static_cast<std::size_t>(257 * code)]), code);
+}
+
+TEST(Srgb, RandomRoundingIsThatOfTheExactCurve) {
+  const SrgbQuantizer& code_of = SrgbQuantizer::instance();
+  const float offsets[] = {0, 0.0004f, 0.25f, 0.5f, 0.731f, 0.9999f};
+  for (int i = -10; i <= 100100; ++i) {
+    const float linear = static_cast<float>(i) / 100000;
+    const float exact = linear_to_srgb(std::clamp(linear, 0.0f, 1.0f)) * 255.0f;
+    for (const float offset : offsets)
+      ASSERT_EQ(code_of(linear, offset), static_cast<int>(std::min(exact + offset, 255.0f)))
+          << linear << ' ' << offset;
+  }
 }
 
 TEST(Srgb, WhatIsNoColourIsClamped) {
