@@ -229,25 +229,29 @@ ClosestPoint ClosestPointQuery::closest(Vec3 from, float beyond) const {
           static_cast<float>(std::sqrt(best.distance2)), best.triangle};
 }
 
+ClosestPoint ClosestPointQuery::closest(Vec3 from, Vec3 other, const ClosestPoint& beside,
+                                        float beyond) const {
+  // No further from the surface than the other point and the way from there. Not among pieces of
+  // triangles, where one of several equals is enough.
+  constexpr float kRounding = 1.0001f;
+  if (tree_->bvh.is_split || beside.triangle == ClosestPoint::kNoTriangle)
+    return closest(from, beyond);
+  ClosestPoint answer =
+      closest(from, min(beyond, kRounding * (beside.distance + length(from - other))));
+  if (answer.triangle == ClosestPoint::kNoTriangle) answer.distance = beyond;
+  return answer;
+}
+
 std::vector<ClosestPoint> ClosestPointQuery::closest(std::span<const Vec3> from,
                                                      float beyond) const {
   std::vector<ClosestPoint> answers(from.size());
-  // Neighbours mostly follow each other: none is further from the surface than the one before it
-  // and the way from there. Not among pieces of triangles, where one of several equals is enough.
-  constexpr float kRounding = 1.0001f;
-  const bool hinted = !tree_->bvh.is_split;
+  // Neighbours mostly follow each other.
   parallel_ranges(
       static_cast<std::int64_t>(from.size()), 256, [&](std::int64_t begin, std::int64_t end) {
-        for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k) {
-          float limit = beyond;
-          if (hinted && k > static_cast<std::size_t>(begin) &&
-              answers[k - 1].triangle != ClosestPoint::kNoTriangle) {
-            const Vec3 way = from[k] - from[k - 1];
-            limit = min(beyond, kRounding * (answers[k - 1].distance + std::sqrt(dot(way, way))));
-          }
-          answers[k] = closest(from[k], limit);
-          if (answers[k].triangle == ClosestPoint::kNoTriangle) answers[k].distance = beyond;
-        }
+        for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k)
+          answers[k] = k > static_cast<std::size_t>(begin)
+                           ? closest(from[k], from[k - 1], answers[k - 1], beyond)
+                           : closest(from[k], beyond);
       });
   return answers;
 }

@@ -37,6 +37,9 @@ class ClosestPointQuery {
   /// from, distance = beyond, triangle = kNoTriangle. A small `beyond` is much faster where most
   /// points are far off.
   ClosestPoint closest(Vec3 from, float beyond = std::numeric_limits<float>::infinity()) const;
+  /// closest(), faster where `beside` is the closest point of `other`, a point near `from`.
+  ClosestPoint closest(Vec3 from, Vec3 other, const ClosestPoint& beside,
+                       float beyond = std::numeric_limits<float>::infinity()) const;
   /// closest() of each, in parallel.
   std::vector<ClosestPoint> closest(std::span<const Vec3> from,
                                     float beyond = std::numeric_limits<float>::infinity()) const;

@@ -133,7 +133,7 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
         if (!one_chart || (textured && spread(uv) > kFarApart)) {
           const Vec3 corners[3] = {at[v[0]], at[v[1]], at[v[2]]};
           const ClosestPoint middle =
-              closest.closest((corners[0] + corners[1] + corners[2]) / 3.0f);
+              closest.closest((corners[0] + corners[1] + corners[2]) / 3.0f, corners[0], *hit[0]);
           source = middle.triangle;
           if (textured) continue_chart(model, middle, corners, uv);
         }

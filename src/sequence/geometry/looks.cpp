@@ -47,26 +47,23 @@ void fade_colors(const PreparedActor& actor, const PreparedLeg& leg, const PullB
   if (std::all_of(actor.objects.begin(), actor.objects.end(),
                   [](const PreparedObject& object) { return !object.colors; }))
     return;
-  if (geometry.colors.empty()) {
-    geometry.colors.resize(pulled.source.size());
-    parallel_for(
-        static_cast<std::int64_t>(pulled.source.size()),
-        [&](std::int64_t i) {
-          const auto at = static_cast<std::size_t>(i);
-          geometry.colors[at] = plain_color(from, pulled.source[at]);
-        },
-        4096);
-  }
-  parallel_for(
-      static_cast<std::int64_t>(pulled.target.size()),
-      [&](std::int64_t i) {
-        const auto at = static_cast<std::size_t>(i);
-        geometry.colors[at] =
-            lerp(geometry.colors[at], plain_color(to, pulled.target[at]), fade.color);
-      },
-      4096);
   const float detail = (1 - geometry.color_share) * fade.source + fade.target;
   geometry.color_share = 1 - detail;
+  if (detail >= 1) {  // nobody would see them
+    geometry.colors.clear();
+    return;
+  }
+  const bool starts_here = geometry.colors.empty();
+  geometry.colors.resize(pulled.source.size());
+  parallel_for(
+      static_cast<std::int64_t>(pulled.source.size()),
+      [&](std::int64_t i) {
+        const auto at = static_cast<std::size_t>(i);
+        Vec3& color = geometry.colors[at];
+        if (starts_here && fade.color < 1) color = plain_color(from, pulled.source[at]);
+        if (fade.color > 0) color = lerp(color, plain_color(to, pulled.target[at]), fade.color);
+      },
+      4096);
 }
 
 }  // namespace
@@ -103,19 +100,21 @@ Status transfer_looks(const PreparedActor& actor, std::size_t leg, float time, c
   PM_TRY(const PullBack pulled, pulled_back(way, time, balls, map, points, engine));
   // Balls in flight had the look that the leg before them had made of its objects by then.
   const bool was_in_flight = leg > 0 && actor.legs[leg - 1].until < 1;
-  if (was_in_flight) {
+  const ColorFade fade = color_fade(std::clamp(progress_at(way.plan, time), 0.0f, 1.0f));
+  // What has no share is not asked for.
+  if (was_in_flight && fade.color < 1) {
     const PreparedLeg& before = actor.legs[leg - 1];
     const BallSet then = balls_at(before.plan, before.until);
     const FrameMap map_then =
         before.distance ? map_at(actor, before, before.until, then) : FrameMap{};
     PM_TRY_STATUS(transfer_looks(actor, leg - 1, before.until, then, map_then, pulled.source,
                                  engine, geometry));
-  } else {
+  } else if (fade.color < 1) {
     geometry.layers.push_back(object_layer(actor, way.from, geometry.surface, pulled.source));
   }
-  const ColorFade fade = color_fade(std::clamp(progress_at(way.plan, time), 0.0f, 1.0f));
-  geometry.layers.push_back(
-      object_layer(actor, way.to, geometry.surface, pulled.target, fade.color));
+  if (fade.color > 0)
+    geometry.layers.push_back(
+        object_layer(actor, way.to, geometry.surface, pulled.target, fade.color));
   fade_colors(actor, way, pulled, fade, geometry);
   return Ok{};
 }
