@@ -57,7 +57,7 @@ CONFIGURATION
   for _ in $(seq 300); do grep -q UP < <(scontrol ping 2>/dev/null) && break; sleep 0.1; done
   slurmd -D -N "$H" >"$D/log/slurmd.out" 2>&1 & SLURMD=$!
   for _ in $(seq 300); do grep -q '^idle$' < <(sinfo -h -o %t 2>/dev/null) && return 0; sleep 0.1; done
-  echo "slurm did not come up; see $D/log" >&2; return 1
+  echo "slurm did not come up:" >&2; tail -n 5 "$D"/log/*.out >&2; return 1
 }
 stop() {
   for p in ${SLURMD:-} ${CTLD:-} ${MUNGED:-}; do

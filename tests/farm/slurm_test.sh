@@ -13,6 +13,8 @@ if [[ ${1:-} != --inside ]]; then
     apt-get -q install -y --no-install-recommends slurm-wlm munge >/dev/null 2>&1 || {
       echo "slurm-wlm and munge cannot be installed"; exit 77; }
   done
+  # slurmd of Debian 12 does not start without it, though nothing here asks for cgroups.
+  [[ -n $(ls -A /sys/fs/cgroup 2>/dev/null) ]] || { echo "no cgroup filesystem is mounted in /sys/fs/cgroup"; exit 77; }
   work=$(mktemp -d); trap 'rm -rf "$work"' EXIT
   # The test may itself run in a job; the Slurm that is started here is another.
   for name in $(compgen -e | grep '^SLURM_' || true); do unset "$name"; done
