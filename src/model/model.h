@@ -37,7 +37,7 @@ struct Model {
   std::vector<std::uint32_t> labels;  ///< one per triangle: index into label_names
   std::vector<std::string> label_names;                ///< OBJ groups/objects; at least one
   std::vector<std::uint32_t> triangle_materials;       ///< one per triangle: index into materials
-  std::vector<Material> materials;                     ///< at least one
+  std::vector<Material> materials;                     ///< at least one, but for balls in flight
   std::vector<std::shared_ptr<const Image>> textures;  ///< scene-linear RGB(A)
 
   Box box() const { return box_of(points); }

@@ -16,8 +16,9 @@
 namespace polymorph {
 namespace {
 
-// Content: face sides, undecided share, volume, smallest part, grid, Lipschitz constant, spline,
-// and of each block of points where the spline does not hold its number and values.
+// Content: face sides, undecided share, volume, smallest part, genus, grid, Lipschitz constant,
+// spline, of each block of points where the spline does not hold its number and values, and of a
+// solid its thinness.
 constexpr int kEdge = 4;  ///< points along a block's edge
 constexpr std::size_t kBlockPoints = kEdge * kEdge * kEdge;
 

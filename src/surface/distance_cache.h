@@ -13,8 +13,8 @@
 
 namespace polymorph {
 
-/// Raise it when signed_distances(), classify_faces() or the measures give other numbers: files of
-/// the cache made before are then not used. A test pins the digests.
+/// Raise it when signed_distances(), classify_faces(), thinness() or the measures give other
+/// numbers: files of the cache made before are then not used. A test pins the digests.
 inline constexpr std::uint32_t kDistancesVersion = 6;
 
 struct ObjectDistances {
@@ -32,8 +32,9 @@ inline bool is_shell(const ObjectDistances& object) { return object.undecided >=
 
 /// signed_distances() on half of `cell`, and of their surface on cells of that size the volume,
 /// the smallest part and the genus, when parts below the share `min_part` are left out. From
-/// `folder` where it is kept there; empty: no cache. `solidified`: of solidify(model). Only what
-/// lies near the surface is stored, about 10 MB for a grid of 256^3. Errors: the engine's.
+/// `folder` where it is kept there; empty: no cache. `solidified`: of solidify(model). Of the
+/// distances only what lies near the surface is stored, about 10 MB for a grid of 256^3. Errors:
+/// the engine's.
 Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQuery& closest,
                                          float cell, float thinnest, double min_part,
                                          bool solidified, Engine& engine,

@@ -37,12 +37,13 @@ inline constexpr float kThinnestPart = 0.9f;
 /// 256 go along the longest side, whichever is larger, and a margin around.
 Grid distance_grid(const Box& box, float cell);
 
-/// Signed distances to the model on the grid that distance_grid() gives. Exact within two cells of the surface; from there on they
-/// fade, over two cells more, into a smooth field (a quadratic B-spline over every fourth point),
-/// so that ridges half way between faces are rounded. Faces that the solid hides (inside on both
-/// sides) do not count. Parts thinner than 2 `thinnest` are as thick as that, sheets without an
-/// inside among them, so that cells of about that size show them whole; thin parts, narrow gaps and
-/// sharp edges are smoothed over about `thinnest`. 0 leaves all as it is.
+/// Signed distances to the model on the grid that distance_grid() gives. Exact
+/// within two cells of the surface; from there on they fade, over two cells more, into a smooth
+/// field (a quadratic B-spline over every fourth point), so that ridges half way between faces are
+/// rounded. Faces that the solid hides (inside on both sides) do not count. Parts thinner than 2
+/// `thinnest` are as thick as that, sheets without an inside among them, so that cells of about
+/// that size show them whole; thin parts, narrow gaps and sharp edges are smoothed over about
+/// `thinnest`. 0 leaves all as it is.
 ///
 /// A model of sheets alone has no inside.
 ///

@@ -1,12 +1,14 @@
 #include "surface/handles.h"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <queue>
 #include <utility>
 #include <vector>
 
 #include "base/disjoint_sets.h"
+#include "base/result.h"
 #include "model/mesh/edges.h"
 #include "surface/fairing.h"
 #include "surface/fans.h"
@@ -28,7 +30,9 @@ class Homology {
         mate_(3 * mesh.triangles.size()),
         bits_(3 * mesh.triangles.size(), 0) {
     const std::vector<EdgeUse> uses = sorted_edge_uses(mesh.triangles);
+    PM_CHECK(uses.size() == mate_.size());
     for (std::size_t i = 0; i + 1 < uses.size(); i += 2) {
+      PM_CHECK(uses[i].low == uses[i + 1].low && uses[i].high == uses[i + 1].high);
       mate_[uses[i].corner] = uses[i + 1].corner;
       mate_[uses[i + 1].corner] = uses[i].corner;
     }
@@ -120,20 +124,24 @@ class Homology {
 /// Sides one after the other, the last back to the first.
 using Loop = std::vector<std::uint32_t>;
 
-/// The shortest loop below `longest` that bounds no part of the surface; empty: there is none.
+/// The shortest loop below `longest` that bounds no part of the surface; empty: there is none, or
+/// `steps` were not enough. Takes from `steps`, one for each vertex reached.
 class LoopSearch {
  public:
-  LoopSearch(const Homology& homology, std::size_t vertices, float longest)
-      : homology_(homology), labels_(vertices), best_(longest) {}
+  LoopSearch(const Homology& homology, std::size_t vertices, float longest, std::int64_t& steps)
+      : homology_(homology),
+        labels_(vertices),
+        tried_(vertices, 0),
+        best_(longest),
+        steps_(steps) {}
 
   Loop run(std::size_t sides) {
     // Such a loop passes along a side with bits.
-    std::vector<std::uint8_t> tried(labels_.size(), 0);
-    for (std::uint32_t side = 0; side < sides; ++side) {
+    for (std::uint32_t side = 0; side < sides && steps_ > 0; ++side) {
       const std::uint32_t seed = homology_.from(side);
-      if (homology_.bits(side) == 0 || tried[seed]) continue;
-      tried[seed] = 1;
+      if (homology_.bits(side) == 0 || tried_[seed]) continue;
       search_from(seed);
+      tried_[seed] = 1;  // no shorter loop passes through it
     }
     return std::move(loop_);
   }
@@ -159,6 +167,7 @@ class LoopSearch {
       if (distance > labels_[u].distance) continue;
       homology_.for_sides(u, [&](std::uint32_t side) {
         const std::uint32_t w = homology_.to(side);
+        if (tried_[w]) return;
         Label& label = labels_[w];
         const float way = distance + homology_.length(side);
         const std::uint64_t bits = labels_[u].bits ^ homology_.bits(side);
@@ -170,6 +179,7 @@ class LoopSearch {
         if (label.side == kNone && w != seed) touched_.push_back(w);
         label = {way, bits, side};
         queue.emplace(way, w);
+        --steps_;
       });
     }
     for (const std::uint32_t v : touched_) labels_[v] = {};
@@ -195,8 +205,10 @@ class LoopSearch {
 
   const Homology& homology_;
   std::vector<Label> labels_;
+  std::vector<std::uint8_t> tried_;
   std::vector<std::uint32_t> touched_;
   float best_;
+  std::int64_t& steps_;
   Loop loop_;
 };
 
@@ -207,7 +219,7 @@ void cut(Mesh& mesh, const Homology& homology, const Loop& loop) {
   Vec3 center;
   for (std::size_t i = 0; i < loop.size(); ++i) {
     const std::uint32_t v = homology.from(loop[i]);
-    const std::uint32_t before = homology.from(loop[(i + loop.size() - 1) % loop.size()]);
+    const std::uint32_t before = loop[(i + loop.size() - 1) % loop.size()];
     right.push_back(v);
     left.push_back(static_cast<std::uint32_t>(mesh.positions.size()));
     center = center + mesh.positions[v] * (1 / static_cast<float>(loop.size()));
@@ -215,8 +227,9 @@ void cut(Mesh& mesh, const Homology& homology, const Loop& loop) {
     for (std::uint32_t side = loop[i];;) {
       renamed.emplace_back(side, left.back());
       const std::uint32_t last = corner_after(corner_after(side));  // from the third vertex to v
-      if (homology.from(last) == before) break;
+      if (last == before) break;
       side = homology.mate(last);
+      PM_CHECK(side != loop[i]);
     }
     mesh.positions.push_back(mesh.positions[v]);
     if (!mesh.normals.empty()) mesh.normals.push_back(mesh.normals[v]);
@@ -254,11 +267,16 @@ std::int64_t genus_of(const Mesh& mesh) {
 }
 
 std::size_t cut_handles(Mesh& mesh, std::int64_t genus, float longest) {
+  constexpr std::int64_t kSteps = 5'000'000;
+  std::int64_t steps = kSteps;
   std::size_t done = 0;
   for (std::int64_t surplus = genus_of(mesh) - genus; surplus > 0; --surplus, ++done) {
     const Homology homology(mesh);
-    const Loop loop =
-        LoopSearch(homology, mesh.positions.size(), longest).run(3 * mesh.triangles.size());
+    Loop loop;
+    // Short loops are found within small disks, and mostly there are some.
+    for (float limit = longest / 8; loop.empty() && limit <= longest; limit *= 2)
+      loop =
+          LoopSearch(homology, mesh.positions.size(), limit, steps).run(3 * mesh.triangles.size());
     if (loop.empty()) break;
     cut(mesh, homology, loop);
   }

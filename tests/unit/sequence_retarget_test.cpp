@@ -1,7 +1,9 @@
 // A change of target on the way: the balls as they then are go on to another object.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <fstream>
 
 #include "analyze/measure.h"
 #include "morph/motion.h"
@@ -140,6 +142,34 @@ TEST_F(RetargetTest, ItsColoursAreThoseOfAllThatItWasBetween) {
   const float left = progress_at(prepared.actors[0].legs[0].plan, 0.45f);
   EXPECT_GT(layers[1].share, 0.0f);
   EXPECT_LT(layers[1].share, left);  // colours change later than the shape, until half way
+}
+
+TEST_F(RetargetTest, ItHasColoursWhereverItWasLeft) {
+  std::ofstream(folder / "two.mtl") << "newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\n";
+  std::ofstream(folder / "two.obj")
+      << "mtllib two.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl red\nf 1 3 2\nf 1 2 4\n"
+         "usemtl blue\nf 1 4 3\nf 2 3 4\n";
+  // Near an end of its leg nothing but detail shows, and the next leg asks for colours all the
+  // same.
+  for (const char* left : {"0.05", "0.95"}) {
+    const PreparedScene prepared =
+        prepared_of(R"("source": {"model": ")" + (folder / "two.obj").string() +
+                    R"("}, "intermediate": [{"shape": "torus", "retarget": )" + left +
+                    R"(}], "target": "sphere", "frames": {"count": 40})");
+    const PreparedActor& actor = prepared.actors[0];
+    int frame = 1;
+    const auto moment = [&] { return morph_state_at(actor.timeline, frame); };
+    while (moment().leg == 0 || progress_at(actor.legs[1].plan, moment().time) < 0.3f) ++frame;
+    const auto geometry = geometry_at(prepared, *engine, frame);
+    ASSERT_TRUE(geometry.ok()) << geometry.error().message;
+    const ActorGeometry& one = geometry->actors[0];
+    ASSERT_EQ(one.colors.size(), one.surface.positions.size());
+    for (const Vec3 color : one.colors) {
+      EXPECT_GE(std::min({color.x, color.y, color.z}), 0.0f);
+      EXPECT_LE(std::max({color.x, color.y, color.z}), 1.0f);
+      EXPECT_GT(std::max({color.x, color.y, color.z}), 0.05f);
+    }
+  }
 }
 
 TEST_F(RetargetTest, AnalysesKnowWhereALegIsLeft) {

@@ -77,7 +77,9 @@ TEST_F(DistanceCacheTest, TheVersionBelongsToTheseDistances) {
     const ObjectDistances object = made(model, false);
     Hasher hasher;
     hasher.add(std::span<const float>(object.grid->values)).add(object.volume);
-    hasher.add(std::span<const FaceSide>(object.sides)).add(object.smallest_component_share).add(object.genus);
+    hasher.add(std::span<const FaceSide>(object.sides))
+        .add(object.smallest_component_share)
+        .add(object.genus);
     return hasher.hex();
   };
   EXPECT_EQ(kDistancesVersion, 6u);

@@ -40,7 +40,8 @@ struct ActorGeometry {
   /// The surface's own look: what it comes from, and over it what it becomes. Three and more where
   /// it did not reach an object that it set out for. Empty: the common look.
   std::vector<ObjectLayer> layers;
-  /// Of each vertex of the surface, without detail, mixed over those. Empty where nothing has any.
+  /// Of each vertex of the surface, without detail, mixed over those. Empty where nothing has any
+  /// or they have no share.
   std::vector<Vec3> colors;
   float color_share = 0;
   bool moves = true;  ///< it is another in the frames before and after

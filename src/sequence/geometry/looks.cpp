@@ -40,16 +40,17 @@ Vec3 plain_color(const PreparedObject& object, Vec3 at) {
   return object.colors ? object.colors->at(at) : object.model.materials.front().color;
 }
 
-/// The surface's colours without detail after a leg, on what they were before it.
+/// The surface's colours without detail after a leg, on what they were before it. `is_last`: no
+/// other leg's go on top of them.
 void fade_colors(const PreparedActor& actor, const PreparedLeg& leg, const PullBack& pulled,
-                 const ColorFade& fade, ActorGeometry& geometry) {
+                 const ColorFade& fade, bool is_last, ActorGeometry& geometry) {
   const PreparedObject &from = actor.objects[leg.from], &to = actor.objects[leg.to];
   if (std::all_of(actor.objects.begin(), actor.objects.end(),
                   [](const PreparedObject& object) { return !object.colors; }))
     return;
   const float detail = (1 - geometry.color_share) * fade.source + fade.target;
   geometry.color_share = 1 - detail;
-  if (detail >= 1) {  // nobody would see them
+  if (is_last && detail >= 1) {  // nobody would see them
     geometry.colors.clear();
     return;
   }
@@ -64,6 +65,40 @@ void fade_colors(const PreparedActor& actor, const PreparedLeg& leg, const PullB
         if (fade.color > 0) color = lerp(color, plain_color(to, pulled.target[at]), fade.color);
       },
       4096);
+}
+
+/// What goes through all legs that a surface is made of.
+struct LooksOf {
+  const PreparedActor& actor;
+  Engine& engine;
+  ActorGeometry& geometry;
+};
+
+/// Adds the looks of a leg, on those of the leg before it where that was left in flight.
+Status add_looks(const LooksOf& of, std::size_t leg, float time, const BallSet& balls,
+                 const FrameMap& map, const std::vector<Vec3>& points, bool is_last) {
+  const PreparedActor& actor = of.actor;
+  ActorGeometry& geometry = of.geometry;
+  const PreparedLeg& way = actor.legs[leg];
+  PM_TRY(const PullBack pulled, pulled_back(way, time, balls, map, points, of.engine));
+  // Balls in flight had the look that the leg before them had made of its objects by then.
+  const bool was_in_flight = leg > 0 && actor.legs[leg - 1].until < 1;
+  const ColorFade fade = color_fade(std::clamp(progress_at(way.plan, time), 0.0f, 1.0f));
+  // What has no share is not asked for.
+  if (was_in_flight && fade.color < 1) {
+    const PreparedLeg& before = actor.legs[leg - 1];
+    const BallSet then = balls_at(before.plan, before.until);
+    const FrameMap map_then =
+        before.distance ? map_at(actor, before, before.until, then) : FrameMap{};
+    PM_TRY_STATUS(add_looks(of, leg - 1, before.until, then, map_then, pulled.source, false));
+  } else if (fade.color < 1) {
+    geometry.layers.push_back(object_layer(actor, way.from, geometry.surface, pulled.source));
+  }
+  if (fade.color > 0)
+    geometry.layers.push_back(
+        object_layer(actor, way.to, geometry.surface, pulled.target, fade.color));
+  fade_colors(actor, way, pulled, fade, is_last, geometry);
+  return Ok{};
 }
 
 }  // namespace
@@ -96,27 +131,7 @@ Status blend_end_normals(const PreparedActor& actor, const PreparedLeg& leg, Eng
 Status transfer_looks(const PreparedActor& actor, std::size_t leg, float time, const BallSet& balls,
                       const FrameMap& map, const std::vector<Vec3>& points, Engine& engine,
                       ActorGeometry& geometry) {
-  const PreparedLeg& way = actor.legs[leg];
-  PM_TRY(const PullBack pulled, pulled_back(way, time, balls, map, points, engine));
-  // Balls in flight had the look that the leg before them had made of its objects by then.
-  const bool was_in_flight = leg > 0 && actor.legs[leg - 1].until < 1;
-  const ColorFade fade = color_fade(std::clamp(progress_at(way.plan, time), 0.0f, 1.0f));
-  // What has no share is not asked for.
-  if (was_in_flight && fade.color < 1) {
-    const PreparedLeg& before = actor.legs[leg - 1];
-    const BallSet then = balls_at(before.plan, before.until);
-    const FrameMap map_then =
-        before.distance ? map_at(actor, before, before.until, then) : FrameMap{};
-    PM_TRY_STATUS(transfer_looks(actor, leg - 1, before.until, then, map_then, pulled.source,
-                                 engine, geometry));
-  } else if (fade.color < 1) {
-    geometry.layers.push_back(object_layer(actor, way.from, geometry.surface, pulled.source));
-  }
-  if (fade.color > 0)
-    geometry.layers.push_back(
-        object_layer(actor, way.to, geometry.surface, pulled.target, fade.color));
-  fade_colors(actor, way, pulled, fade, geometry);
-  return Ok{};
+  return add_looks({actor, engine, geometry}, leg, time, balls, map, points, true);
 }
 
 }  // namespace polymorph
