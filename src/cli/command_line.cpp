@@ -177,7 +177,9 @@ int run_action(CommandLine& line) {
   set_status_line("");
   if (result) return *result;
   print_error(result.error());
-  return static_cast<int>(result.error().code);
+  // What could not be written because of the signal is no fault of the output.
+  const bool was_stopped = stop && result.error().code == ErrorCode::kOutput;
+  return static_cast<int>(was_stopped ? stop_code() : result.error().code);
 }
 
 /// What people name files by: words of the command line, variables, the working folder.
