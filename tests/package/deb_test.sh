@@ -19,7 +19,9 @@ grep -q 'Depends: .*libembree3' <<<"$control" || { echo "$control"; echo "no dep
 cache=${XDG_CACHE_HOME:-$HOME/.cache}/polymorph-test-root; base=$cache/debian12.tar
 if [[ ! -f $base ]]; then
   mkdir -p "$cache"
-  mirror=$(awk '/^URIs:/{print $2; exit} /^deb /{print $2; exit}' /etc/apt/sources.list.d/debian.sources /etc/apt/sources.list 2>/dev/null)
+  # One of the two is mostly missing.
+  mirror=$(cat /etc/apt/sources.list.d/debian.sources /etc/apt/sources.list 2>/dev/null |
+    awk '/^URIs:/ || /^deb /{for (i = 2; i <= NF; ++i) if ($i ~ /^http/) {print $i; exit}}') || true
   debootstrap --variant=minbase bookworm "$work/root" "${mirror:-http://deb.debian.org/debian}" >"$work/debootstrap.log" 2>&1 || {
     tail "$work/debootstrap.log"; echo "no mirror answers"; exit 77; }
   cp /etc/apt/apt.conf.d/99* "$work/root/etc/apt/apt.conf.d/" 2>/dev/null || true
