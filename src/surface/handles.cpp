@@ -161,7 +161,8 @@ class LoopSearch {
     touched_.push_back(seed);
     queue.emplace(0.0f, seed);
     while (!queue.empty()) {
-      const auto [distance, u] = queue.top();
+      const float distance = queue.top().first;
+      const std::uint32_t u = queue.top().second;
       queue.pop();
       if (2 * distance >= best_) break;
       if (distance > labels_[u].distance) continue;
