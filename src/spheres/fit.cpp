@@ -35,6 +35,7 @@ struct Fit {
   int numbers = kEllipsoidNumbers;
   double damping = 1e-2;
   FitRows rows;
+  FitRows tried;  ///< of the balls of a step that may be taken; kept for its memory
 };
 
 FitBall ball_of(const Sphere& sphere) {
@@ -163,10 +164,10 @@ std::vector<FitPoint> free_points(const std::vector<BoundarySample>& samples,
 /// Takes up the free points that the fit has on the wrong side. Most never are, and are tested once
 /// per round instead of once per step; those once taken up stay.
 void add_wrong(Fit& fit) {
-  const std::vector<double> psi = psi_at(fit.balls, fit.free);
+  const std::vector<std::uint8_t> inside = inside_field(fit.balls, fit.free);
   std::vector<FitPoint> right;
   for (std::size_t i = 0; i < fit.free.size(); ++i) {
-    const bool wrong = (psi[i] > 0) != (fit.free[i].rule == FitPoint::Rule::kInside);
+    const bool wrong = (inside[i] != 0) != (fit.free[i].rule == FitPoint::Rule::kInside);
     (wrong ? fit.points : right).push_back(fit.free[i]);
   }
   fit.free = std::move(right);
@@ -204,7 +205,16 @@ void limit_axes(FitBall& ball, double length) {
   ball.root = limited.asDiagonal() * svd.matrixV().transpose();
 }
 
-void evaluate(Fit& fit) { fit.rows = fit_rows(fit.balls, fit.points, fit.length, fit.numbers); }
+/// Of all points, after the balls were changed.
+void evaluate(const std::vector<FitBall>& balls, const Fit& fit, FitRows& rows) {
+  rows.clear();
+  add_fit_rows(balls, fit.points, fit.length, fit.numbers, rows);
+}
+
+/// Of the points that were added since, with the same balls.
+void evaluate_added(Fit& fit) {
+  add_fit_rows(fit.balls, fit.points, fit.length, fit.numbers, fit.rows);
+}
 
 /// One Levenberg-Marquardt step; false when no damping makes the cost fall.
 bool improve(Fit& fit) {
@@ -217,10 +227,10 @@ bool improve(Fit& fit) {
                       fit.numbers, fit.length);
       limit_axes(next[i], fit.length);
     }
-    FitRows rows = fit_rows(next, fit.points, fit.length, fit.numbers);
-    if (rows.cost < fit.rows.cost) {
+    evaluate(next, fit, fit.tried);
+    if (fit.tried.cost < fit.rows.cost) {
       fit.balls = std::move(next);
-      fit.rows = std::move(rows);
+      std::swap(fit.rows, fit.tried);
       fit.damping = std::max(fit.damping / 2, 1e-5);
       return true;
     }
@@ -428,7 +438,7 @@ Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
   add_samples(fit, samples);
   fit.free = free_points(samples, inside, box);
   add_wrong(fit);
-  evaluate(fit);
+  evaluate(fit.balls, fit, fit.rows);
 
   FitResult result;
   std::vector<FitBall> best;  // of the rounds so far: a round may do more harm than good
@@ -437,17 +447,17 @@ Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
     for (int i = 1; result.iterations < end && improve(fit); ++i, ++result.iterations) {
       if (i % 4 == 0) {
         add_wrong(fit);
-        evaluate(fit);
+        evaluate_added(fit);
       }
     }
     result.iterations = end;
     add_wrong(fit);
-    evaluate(fit);
+    evaluate_added(fit);
     if (!best.empty()) {
-      FitRows before = fit_rows(best, fit.points, fit.length, fit.numbers);
-      if (before.cost < fit.rows.cost) {
+      evaluate(best, fit, fit.tried);
+      if (fit.tried.cost < fit.rows.cost) {
         fit.balls = best;
-        fit.rows = std::move(before);
+        std::swap(fit.rows, fit.tried);
       }
     }
     best = fit.balls;
@@ -455,13 +465,13 @@ Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
     move_balls(fit, samples, 0.08);
     add_wrong(fit);
     fit.damping = 1e-2;
-    evaluate(fit);
+    evaluate(fit.balls, fit, fit.rows);
   }
   const ClosestPointQuery boundary(model);
   for (int pass = 0; pass < settings.passes; ++pass) {
     PM_TRY(const std::size_t outliers, add_outlier_constraints(fit, boundary, inside));
     if (outliers == 0) break;
-    evaluate(fit);
+    evaluate_added(fit);
     fit.damping = 1e-2;
     for (int i = 0; i < 4 && improve(fit); ++i) ++result.iterations;
   }

@@ -1,6 +1,8 @@
 #include "spheres/fit_step.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "base/parallel.h"
 
@@ -9,24 +11,27 @@ namespace {
 
 using Vector = std::vector<double>;
 
-/// J by balls: for each ball its entries, in the order of the points.
+/// J by balls, copied: for each ball its entries, in the order of the points. What J^T times a
+/// vector reads lies side by side then, and each step reads it some twenty times.
+template <int kNumbers>
 struct ByBall {
-  std::vector<std::uint32_t> begins, entries, points;
+  std::vector<std::uint32_t> begins, points;
+  std::vector<float> derivatives;
 
-  ByBall(const FitRows& rows, std::size_t ball_count) {
-    begins.assign(ball_count + 1, 0);
+  ByBall(const FitRows& rows, std::size_t ball_count)
+      : begins(ball_count + 1, 0), points(rows.balls.size()), derivatives(rows.derivatives.size()) {
     for (const std::uint32_t ball : rows.balls) ++begins[ball + 1];
     for (std::size_t i = 0; i < ball_count; ++i) begins[i + 1] += begins[i];
-    entries.resize(rows.balls.size());
-    points.resize(rows.balls.size());
     std::vector<std::uint32_t> next(begins.begin(), begins.end() - 1);
     for (std::size_t p = 0; p + 1 < rows.begins.size(); ++p)
       for (std::uint32_t e = rows.begins[p]; e < rows.begins[p + 1]; ++e) {
-        const std::uint32_t slot = next[rows.balls[e]]++;
-        entries[slot] = e;
+        const std::size_t slot = next[rows.balls[e]]++;
         points[slot] = static_cast<std::uint32_t>(p);
+        std::memcpy(derivatives.data() + slot * kNumbers,
+                    rows.derivatives.data() + std::size_t{e} * kNumbers, sizeof(float) * kNumbers);
       }
   }
+  const float* at(std::size_t entry) const { return derivatives.data() + entry * kNumbers; }
 };
 
 /// The products with J and J^T that conjugate gradients need. kNumbers is known to the compiler, so
@@ -45,8 +50,11 @@ class Solver {
     each_ball([&](std::size_t b) {
       Block block = Block::Zero();
       for (std::uint32_t i = by_ball_.begins[b]; i < by_ball_.begins[b + 1]; ++i) {
-        const Column d = derivatives(by_ball_.entries[i]).template cast<double>();
-        block.noalias() += d * d.transpose();
+        double d[kNumbers];
+        for (int k = 0; k < kNumbers; ++k) d[k] = static_cast<double>(by_ball_.at(i)[k]);
+        for (int column = 0; column < kNumbers; ++column)
+          for (int row = 0; row < kNumbers; ++row)
+            block.data()[column * kNumbers + row] += d[row] * d[column];
       }
       // The floor keeps numbers that nothing depends on where they are.
       const Column damped = damping * (block.diagonal().array() + 1e-9 * block.trace() + 1e-12);
@@ -116,10 +124,13 @@ class Solver {
   Vector transposed_times(const Vector& r) const {
     Vector image(ball_count_ * kNumbers);
     each_ball([&](std::size_t b) {
-      Column sum = Column::Zero();
-      for (std::uint32_t i = by_ball_.begins[b]; i < by_ball_.begins[b + 1]; ++i)
-        sum += r[by_ball_.points[i]] * derivatives(by_ball_.entries[i]).template cast<double>();
-      Eigen::Map<Column>(image.data() + b * kNumbers) = sum;
+      double sum[kNumbers] = {};
+      for (std::uint32_t i = by_ball_.begins[b]; i < by_ball_.begins[b + 1]; ++i) {
+        const double by = r[by_ball_.points[i]];
+        const float* d = by_ball_.at(i);
+        for (int k = 0; k < kNumbers; ++k) sum[k] += by * static_cast<double>(d[k]);
+      }
+      std::copy_n(sum, kNumbers, image.begin() + static_cast<std::ptrdiff_t>(b * kNumbers));
     });
     return image;
   }
@@ -133,7 +144,7 @@ class Solver {
   }
 
   const FitRows& rows_;
-  ByBall by_ball_;
+  ByBall<kNumbers> by_ball_;
   std::size_t ball_count_;
   Vector diagonal_;  // what damping adds
   std::vector<Block> blocks_;

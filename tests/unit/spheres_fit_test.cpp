@@ -171,6 +171,38 @@ TEST(FitField, DerivativesAreThoseOfTheResiduals) {
   }
 }
 
+TEST(FitField, PointsThatAreAddedGetTheRowsOfAllAtOnce) {
+  std::vector<FitBall> balls(5);
+  std::vector<FitPoint> points;
+  for (std::size_t i = 0; i < balls.size(); ++i) {
+    const auto k = static_cast<double>(i);
+    balls[i].center = {0.4 * k, 0.1 * k * k, -0.2 * k};
+    balls[i].root *= 1.5 + 0.2 * k;
+    balls[i].w = 2;
+  }
+  for (int i = 0; i < 110; ++i)
+    points.push_back({{std::sin(0.7 * i), std::cos(1.1 * i), 2 * std::sin(2.3 * i)}, 0, 1, {}});
+  const FitRows all = fit_rows(balls, points, 10, kEllipsoidNumbers);
+  const std::vector<FitPoint> some(points.begin(), points.begin() + 45);  // not whole groups
+  FitRows rows = fit_rows(balls, some, 10, kEllipsoidNumbers);
+  EXPECT_LT(rows.cost, all.cost);
+  add_fit_rows(balls, points, 10, kEllipsoidNumbers, rows);
+  EXPECT_EQ(rows.residuals, all.residuals);
+  EXPECT_EQ(rows.psi, all.psi);
+  EXPECT_EQ(rows.begins, all.begins);
+  EXPECT_EQ(rows.balls, all.balls);
+  EXPECT_EQ(rows.derivatives, all.derivatives);
+  EXPECT_EQ(rows.cost, all.cost);
+  const std::vector<std::uint8_t> inside = inside_field(balls, points);
+  std::size_t count = 0;
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    EXPECT_EQ(inside[p] != 0, all.psi[p] > 0) << p;
+    count += inside[p];
+  }
+  EXPECT_GT(count, 5u);
+  EXPECT_LT(count, 105u);
+}
+
 TEST(FitStep, SolvesTheDampedNormalEquations) {
   // One ball, round: five unknowns, many points; against a dense solution.
   std::vector<FitBall> balls(1);

@@ -33,7 +33,8 @@ struct Node {
   Vec3d low, high;   ///< box
   std::uint32_t first = 0, count = 0;  ///< triangles, if count > 0
   std::uint32_t leaf = 0;              ///< their corners for the winding number, if count > 0
-  std::uint32_t digits = 0;            ///< binary ones of their times: as many leaves
+  std::uint32_t mask = 0;              ///< the first of their masks, where triangles have times
+  std::uint32_t digits = 0;            ///< binary digits of their times: as many masks
   std::uint32_t skip = 0;              ///< the next node when this one is done
 };
 
@@ -50,6 +51,9 @@ struct InsideTest::Tree {
   std::vector<Node> nodes;                   ///< depth first
   std::vector<AngleSums::Triangles> leaves;  ///< in model coordinates: angles know no scale
   std::vector<std::uint32_t> times;          ///< of the model's triangles; empty: once each
+  /// For each leaf and binary digit, from the lowest, the triangles whose number of times has it.
+  std::vector<std::uint8_t> masks;
+  std::uint32_t digits = 1;  ///< of all times
 
   Vec3d to_frame(Vec3 p) const {
     const Vec3d q = (Vec3d(p) - origin) * scale;
@@ -149,29 +153,32 @@ void InsideTest::Tree::build_node(std::span<std::uint32_t> order, std::uint32_t 
 
 void InsideTest::Tree::add_leaf(Node& node, std::span<const std::uint32_t> order,
                                 const Model& model) {
-  // The leaf of each binary digit holds the triangles whose number of times has it.
+  AngleSums::Triangles& leaf = leaves.emplace_back();
+  for (std::size_t k = 0; k < AngleSums::kLanes; ++k)
+    for (std::size_t i = 0; i < 3; ++i) {
+      // A place without a triangle repeats the first one's first point.
+      const Vec3 p = model.points[k < order.size() ? model.triangles[order[k]].v[i]
+                                                   : model.triangles[order[0]].v[0]];
+      leaf.corner[3 * i][k] = p.x;
+      leaf.corner[3 * i + 1][k] = p.y;
+      leaf.corner[3 * i + 2][k] = p.z;
+    }
+  if (times.empty()) return;
   std::uint32_t all = 0;
   for (const std::uint32_t t : order) all |= times_of(t);
+  node.mask = static_cast<std::uint32_t>(masks.size());
   node.digits = static_cast<std::uint32_t>(std::bit_width(all));
+  digits = std::max(digits, node.digits);
   for (std::uint32_t digit = 0; digit < node.digits; ++digit) {
-    AngleSums::Triangles& leaf = leaves.emplace_back();
-    for (std::size_t k = 0; k < AngleSums::kLanes; ++k) {
-      const bool taken = k < order.size() && (times_of(order[k]) >> digit & 1);
-      for (std::size_t i = 0; i < 3; ++i) {
-        // A place without a triangle repeats the first one's first point.
-        const Vec3 p =
-            model.points[taken ? model.triangles[order[k]].v[i] : model.triangles[order[0]].v[0]];
-        leaf.corner[3 * i][k] = p.x;
-        leaf.corner[3 * i + 1][k] = p.y;
-        leaf.corner[3 * i + 2][k] = p.z;
-      }
-    }
+    unsigned mask = 0;
+    for (std::size_t k = 0; k < order.size(); ++k) mask |= (times_of(order[k]) >> digit & 1u) << k;
+    masks.push_back(static_cast<std::uint8_t>(mask));
   }
 }
 
 double InsideTest::Tree::winding(Vec3 point) const {
   const Vec3d q = to_frame(point), eye(point);
-  AngleSums near;
+  AngleSums near;  // of all triangles, or of those whose times have the lowest digit
   double far = 0;
   std::optional<std::array<AngleSums, kMaxDigits>> several;
   if (!times.empty()) several.emplace();
@@ -190,15 +197,19 @@ double InsideTest::Tree::winding(Vec3 point) const {
       i = node.skip;
       continue;
     }
-    if (node.count > 0) near.add(leaves[node.leaf], eye);
-    for (std::uint32_t digit = 1; digit < node.digits; ++digit)
-      (*several)[digit].add(leaves[node.leaf + digit], eye);
+    if (node.count > 0 && several) {
+      const AngleSums::Angles angles = AngleSums::angles(leaves[node.leaf], eye);
+      for (std::uint32_t digit = 0; digit < node.digits; ++digit)
+        if (const unsigned mask = masks[node.mask + digit])
+          (digit == 0 ? near : (*several)[digit]).add(angles, mask);
+    } else if (node.count > 0) {
+      near.add(leaves[node.leaf], eye);
+    }
     ++i;
   }
   double sum = near.sum();
-  if (several)
-    for (std::uint32_t digit = 1; digit < kMaxDigits; ++digit)
-      sum += std::ldexp((*several)[digit].sum(), static_cast<int>(digit));
+  for (std::uint32_t digit = 1; digit < digits; ++digit)
+    sum += std::ldexp((*several)[digit].sum(), static_cast<int>(digit));
   return sum / (2 * std::numbers::pi) + far / (4 * std::numbers::pi);
 }
 
