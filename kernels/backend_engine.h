@@ -400,7 +400,7 @@ class BackendEngine final : public Engine {
                               between.from_scale,
                               between.to_scale,
                               between.level,
-                              between.saturation > 0 ? 1 / between.saturation : 0};
+                              between.linear_range > 0 ? 1 / between.linear_range : 0};
     ExtractSettings at = settings;
     at.iso = 0;
     ClassifyMorph classify;

@@ -3,10 +3,10 @@
 //
 // A point x comes from X_A(x) on the source and goes to X_B(x) on the target; the field there is
 // (1 - b) S(D_A(X_A)) + b S(D_B(X_B)) - c w, b = t^2 (3 - 2 t), t the progress of what is there, c
-// the level and w its weight there; S(d) = d / (1 - d / s) outside, d < 0, and d inside. X_A, X_B
-// and t are one regression over the moving balls (regression.h). So is w where an object is a
-// shell; elsewhere it is made, at the lattice's nodes, of how thin both objects are (WeighLevel).
-// The surface is where the field is 0.
+// the level and w its weight there; S(d) has the sign of d and the size s (sqrt(1 + 2 |d| / s) -
+// 1). X_A, X_B and t are one regression over the moving balls (regression.h). So is w where an
+// object is a shell; elsewhere it is made, at the lattice's nodes, of how thin both objects are
+// (WeighLevel). The surface is where the field is 0.
 #pragma once
 
 #include <cstdint>
@@ -27,19 +27,19 @@ struct MorphField {
   DistanceField from, to;
   float from_scale = 1, to_scale = 1;  ///< scene units per unit of each object's distances
   float level = 0;
-  float per_saturation = 0;  ///< 1 / s; 0: S(d) = d
+  float per_range = 0;  ///< 1 / s; 0: S(d) = d
 
-  /// S(d). What is thin holds small distances: where the other object is far away it would show
-  /// only when next to nothing is left of that one, all at once.
+  /// S(d). What is thin holds small distances: beside the large ones of another object far away it
+  /// would show only when next to nothing is left of that one. The same inside and outside, so that
+  /// neither object takes more than its share.
   template <class V>
-  PM_HD V saturated(V distance) const {
-    return distance / compression(distance);
+  PM_HD V compressed(V distance) const {
+    return distance / fma(per_slope(distance), broadcast<V>(0.5f), broadcast<V>(0.5f));
   }
-  /// d / S(d), at least 1.
+  /// 1 / S'(d) = sqrt(1 + 2 |d| / s).
   template <class V>
-  PM_HD V compression(V distance) const {
-    return fma(max(-distance, broadcast<V>(0.0f)), broadcast<V>(per_saturation),
-               broadcast<V>(1.0f));
+  PM_HD V per_slope(V distance) const {
+    return sqrt(fma(max(distance, -distance), broadcast<V>(2.0f * per_range), broadcast<V>(1.0f)));
   }
 
   /// The mixture and its derivative by the progress.
@@ -56,11 +56,11 @@ struct MorphField {
   /// From columns of the map's eight values at p.
   template <class V>
   PM_HD V value(const Points<V>& p, const V (&m)[kRegressionValues]) const {
-    const V a = saturated(from_scale * from.at(map.mapped(0, p, Points<V>{m[0], m[1], m[2]})));
-    const V b = saturated(to_scale * to.at(map.mapped(1, p, Points<V>{m[4], m[5], m[6]})));
+    const V a = compressed(from_scale * from.at(map.mapped(0, p, Points<V>{m[0], m[1], m[2]})));
+    const V b = compressed(to_scale * to.at(map.mapped(1, p, Points<V>{m[4], m[5], m[6]})));
     return fma(broadcast<V>(-level), m[7], fma(mixture(m[3]), b - a, a));
   }
-  /// Both objects' distances at any points, before they are saturated and mixed, and the columns
+  /// Both objects' distances at any points, before they are compressed and mixed, and the columns
   /// there.
   template <class V>
   PM_HD void distances(const Points<V>& p, V (&m)[kRegressionValues], V& a, V& b) const {
@@ -113,12 +113,9 @@ struct MorphField {
     for (int l = 0; l < kLanes; ++l) by_progress[l] = mixture_slope(by_progress[l]);
     const V from_distance = from_scale * from.at(a), to_distance = to_scale * to.at(b);
     const V change =
-        Lanes<V>::load(by_progress) * (saturated(to_distance) - saturated(from_distance));
-    // S'(d) = (S(d) / d)^2.
-    const V from_share = 1.0f / compression(from_distance),
-            to_share = 1.0f / compression(to_distance);
-    const V from_by = from_scale * (from_share * from_share);
-    const V to_by = to_scale * (to_share * to_share);
+        Lanes<V>::load(by_progress) * (compressed(to_distance) - compressed(from_distance));
+    const V from_by = from_scale / per_slope(from_distance);
+    const V to_by = to_scale / per_slope(to_distance);
     const V mixed = mixture(value_of(3));
     const auto along = [&](int axis) {
       const auto slope_of = [&](int i) { return Lanes<V>::load(of[axis][i]); };
@@ -218,11 +215,11 @@ struct ClassifyMorph {
     const V first = MorphField::mixture(columns[3] - later),
             last = MorphField::mixture(columns[3] + later);
     const V shift = -field.level * columns[7];
-    const V high_a = field.saturated(a + reach), high_b = field.saturated(b + reach) - high_a;
+    const V high_a = field.compressed(a + reach), high_b = field.compressed(b + reach) - high_a;
     const V high = max(fma(first, high_b, high_a), fma(last, high_b, high_a)) + shift + raised;
     const std::uint32_t inside = Lanes<V>::bits(high > 0.0f);
     if (has_rim || inside == 0) return inside;
-    const V low_a = field.saturated(a - reach), low_b = field.saturated(b - reach) - low_a;
+    const V low_a = field.compressed(a - reach), low_b = field.compressed(b - reach) - low_a;
     const V low = min(fma(first, low_b, low_a), fma(last, low_b, low_a)) + shift - raised;
     return inside & Lanes<V>::bits(low <= 0.0f);
   }
@@ -399,8 +396,8 @@ struct MorphVertices {
 };
 
 /// The level's weight at each node: smaller where an object is thin, because limbs would otherwise
-/// vanish to keep the volume. It rises again over some distance, so that a limb's root is kept with
-/// the limb. One item per node.
+/// vanish to keep the volume. It rises again over some distance, as a square, so that a limb's root
+/// and a rim are kept with the limb and the wall. One item per node.
 struct WeighLevel {
   SmoothMap map;
   DistanceField thinness[2];
@@ -421,7 +418,7 @@ struct WeighLevel {
       // Distances are negative beyond their grid.
       weight *= 1.0f - min(max(thinness[m].at(at), 0.0f), 1.0f);
     }
-    node[kRegressionValues - 1] = weight;
+    node[kRegressionValues - 1] = weight * weight;
   }
 };
 

@@ -52,7 +52,8 @@ struct Regression {
   AffineMap affine[2];
   Grid lattice;  ///< nodes; the spline is defined from node 1 to the last but one
   /// How thin both objects are, in [0, 1], 0 beyond the grids. Where given, the second map's fourth
-  /// value is no regression but, at each node, the product of 1 less what is there on either.
+  /// value is no regression but, at each node, the square of the product of 1 less what is there on
+  /// either.
   std::shared_ptr<const DistanceGrid> thinness[2];
 };
 
@@ -64,8 +65,9 @@ struct MorphSurface {
   std::shared_ptr<const DistanceGrid> from, to;
   float from_scale = 1, to_scale = 1;  ///< scene units per unit of each object's distances
   float level = 0;                     ///< scene units; the surface lies that much further inside
-  /// Scene units; what distances outside tend to far from an object. 0: they are as they are.
-  float saturation = 0;
+  /// Scene units; distances much longer than that count as the square root of 2 linear_range times
+  /// their length. 0: all count as they are.
+  float linear_range = 0;
 };
 
 }  // namespace polymorph

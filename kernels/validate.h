@@ -93,10 +93,10 @@ inline EngineStatus check_between(const MorphSurface& between, const ExtractSett
     EngineStatus status = check_distances(*object);
     if (status.code != EngineCode::kOk) return status;
   }
-  if (!std::isfinite(between.level) || !(between.saturation >= 0) || settings.refine_steps < 0 ||
+  if (!std::isfinite(between.level) || !(between.linear_range >= 0) || settings.refine_steps < 0 ||
       settings.refine_steps > 4) {
     return bad_input(
-        "the level, saturation or refine_steps of a surface between two objects is out of range");
+        "the level, linear_range or refine_steps of a surface between two objects is out of range");
   }
   return check_regression(*between.map);
 }

@@ -219,7 +219,7 @@ Json common_json(const PlayKey& key) {
   add(key.box.low);
   add(key.box.high);
   for (const float f : {key.between.map->lattice.cell, key.between.from_scale, key.between.to_scale,
-                        key.between.level, key.progress, key.between.saturation})
+                        key.between.level, key.progress, key.between.linear_range})
     numbers.push_back(f);
   return numbers;
 }

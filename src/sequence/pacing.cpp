@@ -27,7 +27,7 @@ double mean_distance(const Mesh& from, const ClosestPointQuery& to) {
 }
 
 /// Raise it when the same maps and objects give other surfaces or another pacing.
-constexpr std::uint32_t kPacingVersion = 11;
+constexpr std::uint32_t kPacingVersion = 12;
 
 /// Everything that the surfaces at these moments depend on: the maps themselves and both objects.
 std::string key_of(const PreparedActor& actor, const PreparedLeg& leg, float cell,

@@ -15,7 +15,7 @@ namespace polymorph {
 
 /// Raise it when signed_distances(), classify_faces(), thinness() or the measures give other
 /// numbers: files of the cache made before are then not used. A test pins the digests.
-inline constexpr std::uint32_t kDistancesVersion = 6;
+inline constexpr std::uint32_t kDistancesVersion = 7;
 
 struct ObjectDistances {
   std::vector<FaceSide> sides;  ///< one per triangle of the model

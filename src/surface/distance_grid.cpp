@@ -352,7 +352,17 @@ class Builder {
     const auto ball = [&](float distance) {
       return distance < radius ? radius - distance : 2 * (radius - distance);
     };
+    const double before = count_inside();
     raise_around(thin, 2 * radius, ball);
+    // On their way such parts are thinner still, and cells would show them as rows of beads. Steep
+    // to their middles they come and go at once; but not where they are much of the whole, as a
+    // spider's legs are.
+    constexpr double kSteepest = 3, kMuch = 0.03;
+    const double grown = before > 0 ? count_inside() / before - 1 : 1;
+    const double rare = std::clamp(1 - grown / kMuch, 0.0, 1.0);
+    const auto steepness = static_cast<float>(1 + (kSteepest - 1) * rare);
+    if (steepness > 1)
+      raise_around(thin, radius, [&](float distance) { return steepness * (radius - distance); });
     const float near = 1.5f * radius, far = 2.5f * radius;
     const std::vector<std::uint16_t> squares =
         squares_to_ridges(radius, static_cast<int>(std::floor(far / cell_)) + 1);
@@ -370,6 +380,11 @@ class Builder {
           out_.values[at] += share * (smooth[at] - out_.values[at]);
         },
         4096);
+  }
+
+  double count_inside() const {
+    return static_cast<double>(
+        std::count_if(out_.values.begin(), out_.values.end(), [](float v) { return v > 0; }));
   }
 
   /// A Gaussian along each axis in turn; sigma in cells.

@@ -70,14 +70,8 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, con
                                        const VolumeGoal& goal) {
   PM_CHECK(goal.volume > 0 && goal.cell > 0 && goal.limit >= 0);
   constexpr int kMaxTries = 8;
-  // Where distances outside tend to the saturation, a level beyond that would fill all space.
-  constexpr double kNearSaturation = 0.8;
   const double bound = static_cast<double>(goal.limit);
-  const double lowest =
-      between.saturation > 0
-          ? -std::min(bound, kNearSaturation * static_cast<double>(between.saturation))
-          : -bound;
-  double level = std::clamp(static_cast<double>(goal.near.value_or(0.0f)), lowest, bound);
+  double level = std::clamp(static_cast<double>(goal.near.value_or(0.0f)), -bound, bound);
   LevelSurface nearest;
   /// From `level` on to the level at which, as far as cells of this edge can tell, the goal's cells
   /// show its volume. In a field of distances the volume changes by the area times the level:
@@ -107,9 +101,9 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, con
       if (!(slope < 0)) slope = -cube_root(goal.volume * goal.volume);
       last = level, last_excess = excess;
       (excess > 0 ? least : most) = level;
-      level = std::clamp(level - excess / slope, lowest, bound);
+      level = std::clamp(level - excess / slope, -bound, bound);
       if (level <= least || level >= most)
-        level = (std::max(least, lowest) + std::min(most, bound)) / 2;
+        level = (std::max(least, -bound) + std::min(most, bound)) / 2;
       if (level == last) break;
     }
     level = best;

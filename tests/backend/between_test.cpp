@@ -63,22 +63,29 @@ TEST_P(BetweenTest, MixesDistancesBySmoothstepOfTheProgress) {
   }
 }
 
-TEST_P(BetweenTest, DistancesOutsideTendToTheSaturation) {
-  const float saturation = 0.1f;
+TEST_P(BetweenTest, LongDistancesCountAsTheirRoots) {
+  const float range = 0.1f;
   const MorphSurface surface = {
-      identity_map(0.5f), sphere_distances(1), sphere_distances(0.4f), 1, 1, 0, saturation};
-  // Half way between both: where 1 - r = -S(0.4 - r).
+      identity_map(0.25f), sphere_distances(1), sphere_distances(0.4f), 1, 1, 0, range};
+  const auto compressed = [](double d) { return 0.1 * (std::sqrt(1 + 20 * d) - 1); };
   double low = 0.4, high = 1;
   while (high - low > 1e-9) {
-    const double r = (low + high) / 2, outside = r - 0.4;
-    (1 - r > outside / (1 + outside / 0.1) ? low : high) = r;
+    const double r = (low + high) / 2, mixed = 0.15625;
+    ((1 - mixed) * compressed(1 - r) > mixed * compressed(r - 0.4) ? low : high) = r;
   }
-  ASSERT_GT(low, 0.85);  // 0.7 without
+  ASSERT_GT(low, 0.94);  // 0.906 without
   const Mesh mesh = between(surface, cube_grid(61, 1.5f));
   EXPECT_LT(furthest_from_sphere(mesh, low), 0.003);
   expect_sound(mesh);
   for (std::size_t i = 0; i < mesh.positions.size(); i += 7)
     EXPECT_GT(dot(normalized(mesh.positions[i]), mesh.normals[i]), 0.999f);
+}
+
+/// Neither object takes more than its share: half way the surface is in the middle.
+TEST_P(BetweenTest, CompressionIsTheSameInsideAndOutside) {
+  const MorphSurface surface = {
+      identity_map(0.5f), sphere_distances(1), sphere_distances(0.4f), 1, 1, 0, 0.05f};
+  EXPECT_LT(furthest_from_sphere(between(surface, cube_grid(61, 1.5f)), 0.7), 0.003);
 }
 
 TEST_P(BetweenTest, LevelMovesTheSurfaceInwardByItsWeight) {

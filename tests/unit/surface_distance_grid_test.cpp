@@ -101,6 +101,18 @@ TEST(DistanceGrid, AWireThinnerThanACellIsWhole) {
   EXPECT_NEAR(box.high.x, 1, cell);
 }
 
+/// A fin of a large body rises to more than its radius in its middle, so that on its way it comes
+/// at once; a fin that is much of the whole does not.
+TEST(DistanceGrid, AThinPartIsSteepWhereItIsLittleOfTheWhole) {
+  const auto middle_of_fin = [](float body) {
+    const Model model = joined(box_model({-1, -body, -1}, {1, 0, 1}),
+                               box_model({-1, -0.02f, -0.01f}, {1, 0.6f, 0.01f}));
+    return value_near(distances_of(model, 0.05f, 0.09f), {0.1f, 0.3f, 0}).first;
+  };
+  EXPECT_GT(middle_of_fin(2), 2 * middle_of_fin(0.1f));
+  EXPECT_LT(middle_of_fin(0.1f), 0.09f * 1.35f);
+}
+
 TEST(DistanceGrid, NoTwoValuesDifferByMoreThanTheLipschitzConstantAllows) {
   const Model both =
       joined(box_model({-1, -1, -1}, {0.2f, 1, 1}), box_model({0, 0, 0}, {1.3f, 0.05f, 1}));

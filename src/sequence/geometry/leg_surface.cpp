@@ -112,9 +112,9 @@ Result<SurfaceBetween> surface_between(const PreparedActor& actor, const Prepare
                                        const ActorGeometry& geometry, float cell,
                                        const ExtractSettings& extract, Engine& engine,
                                        double volume_tolerance) {
-  // Shares of the objects' size: no further may the level go for the volume's sake, and what
-  // distances outside tend to.
-  constexpr float kFurthest = 0.08f, kSaturation = 0.035f;
+  // Shares of the objects' size: no further may the level go for the volume's sake, and up to where
+  // distances count nearly as they are.
+  constexpr float kFurthest = 0.08f, kLinearRange = 0.06f;
   const MorphState& moment = geometry.moment;
   const PreparedObject &from = actor.objects[leg.from], &to = actor.objects[leg.to];
   const FrameMap& map = geometry.map;
@@ -123,8 +123,8 @@ Result<SurfaceBetween> surface_between(const PreparedActor& actor, const Prepare
   field = {map.regression, from.distances.grid, to.distances.grid, map.from_scale, map.to_scale, 0};
   const bool at_an_end = moment.time <= 0 || moment.time >= 1;
   const bool has_shell = is_shell(from.distances) || is_shell(to.distances);
-  // Walls would swell where both are saturated.
-  if (!has_shell) field.saturation = kSaturation * size_at(actor, leg, moment.u);
+  // Walls would swell where both are compressed.
+  if (!has_shell) field.linear_range = kLinearRange * size_at(actor, leg, moment.u);
   if (!at_an_end && keeps_volume(actor, leg)) {
     const auto u = static_cast<double>(moment.u);
     const double volume = (1 - u) * from.distances.volume + u * to.distances.volume;
