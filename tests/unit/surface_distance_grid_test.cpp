@@ -104,13 +104,14 @@ TEST(DistanceGrid, AWireThinnerThanACellIsWhole) {
 /// A fin of a large body rises to more than its radius in its middle, so that on its way it comes
 /// at once; a fin that is much of the whole does not.
 TEST(DistanceGrid, AThinPartIsSteepWhereItIsLittleOfTheWhole) {
-  const auto middle_of_fin = [](float body) {
-    const Model model = joined(box_model({-1, -body, -1}, {1, 0, 1}),
-                               box_model({-1, -0.02f, -0.01f}, {1, 0.6f, 0.01f}));
+  const auto middle_of_fin = [](float half_body) {
+    const Model model =
+        joined(box_model({-half_body, -half_body, -half_body}, {half_body, 0, half_body}),
+               box_model({-1, -0.02f, -0.01f}, {1, 0.6f, 0.01f}));
     return value_near(distances_of(model, 0.05f, 0.09f), {0.1f, 0.3f, 0}).first;
   };
-  EXPECT_GT(middle_of_fin(2), 2 * middle_of_fin(0.1f));
-  EXPECT_LT(middle_of_fin(0.1f), 0.09f * 1.35f);
+  EXPECT_GT(middle_of_fin(3), 2 * middle_of_fin(1));
+  EXPECT_LT(middle_of_fin(1), 0.09f * 1.35f);
 }
 
 TEST(DistanceGrid, NoTwoValuesDifferByMoreThanTheLipschitzConstantAllows) {
