@@ -27,7 +27,7 @@ std::string key_of(const Model& model, float cell, float thinnest, double min_pa
   Hasher hasher;
   hasher.add("distances").add(kDistancesVersion);
   hasher.add(std::span<const Vec3>(model.points)).add(std::span<const Triangle>(model.triangles));
-  hasher.add(cell).add(thinnest).add(min_part).add(std::string_view(getenv("PM_K") ? getenv("PM_K") : "")).add(std::string_view(getenv("PM_P") ? getenv("PM_P") : ""));
+  hasher.add(cell).add(thinnest).add(min_part);
   hasher.add(static_cast<std::uint8_t>(solidified ? 1 : 0));
   return hasher.hex();
 }

@@ -32,7 +32,8 @@ struct VolumeGoal {
 };
 /// The surface between two objects moved to the level at which it encloses the goal's volume, on
 /// cells of edge `cell` over `box`. Cells larger than the goal's add what their facets lose. Where
-/// the volume cannot be had by a level within the limit, the surface at that limit. Errors as extract_surface().
+/// the volume cannot be had by a level within the limit, the surface at that limit. Errors as
+/// extract_surface().
 Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, const Box& box,
                                        float cell, const ExtractSettings& settings,
                                        const VolumeGoal& goal);
