@@ -18,8 +18,8 @@ struct Pacing {
   std::vector<float> levels;
 };
 
-/// A leg's pacing from the mean distances between its surfaces at even eased times, on cells three
-/// times as large, and its levels at that pace, on cells twice as large. The leg's balls must share
+/// A leg's pacing from the mean distances between its surfaces at even eased times, closer where
+/// much changes, and its levels at that pace, on cells twice as large. The leg's balls must share
 /// one eased time. Errors: the engine's.
 Result<Pacing> even_pacing(const PreparedScene& prepared, const PreparedActor& actor,
                            const PreparedLeg& leg, Engine& engine,

@@ -111,7 +111,7 @@ Result<Flow> flow_on_leg(const PreparedActor& actor, const PreparedLeg& leg, flo
 Result<SurfaceBetween> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
                                        const ActorGeometry& geometry, float cell,
                                        const ExtractSettings& extract, Engine& engine,
-                                       double volume_tolerance) {
+                                       const LevelSearch& search) {
   // Shares of the objects' size: no further may the level go for the volume's sake, and up to where
   // distances count nearly as they are.
   constexpr float kFurthest = 0.08f, kLinearRange = 0.06f;
@@ -129,7 +129,7 @@ Result<SurfaceBetween> surface_between(const PreparedActor& actor, const Prepare
     const auto u = static_cast<double>(moment.u);
     const double volume = (1 - u) * from.distances.volume + u * to.distances.volume;
     const VolumeGoal goal = {volume, actor.cell, kFurthest * size_at(actor, leg, moment.u),
-                             level_at(leg, moment.u), volume_tolerance};
+                             search.near ? search.near : level_at(leg, moment.u), search.tolerance};
     PM_TRY(LevelSurface found, surface_of_volume(engine, field, map.box, cell, extract, goal));
     surface.mesh = std::move(found.mesh);
     field.level = found.level;

@@ -57,12 +57,16 @@ struct SurfaceBetween {
   Mesh mesh;
   MorphSurface field;
 };
-/// On cells of edge `cell`: of `geometry` its map and of its moment time and u count. A volume that
-/// is kept is kept to `volume_tolerance`, a share of it, as the actor's own cells show it. Errors:
+/// How the level that keeps a volume is searched for.
+struct LevelSearch {
+  std::optional<float> near;  ///< where to begin; none: at the leg's own levels
+  double tolerance = 0.002;   ///< share of the volume, as the actor's own cells show it
+};
+/// On cells of edge `cell`: of `geometry` its map and of its moment time and u count. Errors:
 /// kResource.
 Result<SurfaceBetween> surface_between(const PreparedActor& actor, const PreparedLeg& leg,
                                        const ActorGeometry& geometry, float cell,
                                        const ExtractSettings& extract, Engine& engine,
-                                       double volume_tolerance = 0.002);
+                                       const LevelSearch& search = {});
 
 }  // namespace polymorph
