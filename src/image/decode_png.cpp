@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cstring>
+#include <memory>
 #include <vector>
+
+#include "base/parallel.h"
 
 namespace polymorph {
 namespace {
@@ -15,7 +18,7 @@ struct PngImage : PmOiioImage {
   std::string error_text;
   std::vector<png_byte> codes;
   std::vector<png_bytep> rows;
-  std::vector<float> values;
+  std::unique_ptr<float[]> values;
   std::vector<std::string> texts;  ///< keyword and text by turns
   std::vector<PmOiioAttribute> entries;
 };
@@ -87,13 +90,19 @@ bool read_pixels(Handles& h, PngImage& image) {
 }
 
 template <class Code>
-void to_values(PngImage& image, float max_code) {
-  const std::size_t count = image.values.size();
-  for (std::size_t i = 0; i < count; ++i) {
-    Code code;
-    std::memcpy(&code, &image.codes[i * sizeof code], sizeof code);
-    image.values[i] = static_cast<float>(code) / max_code;
-  }
+void to_values(PngImage& image, std::size_t count, float max_code) {
+  constexpr std::int64_t kGrain = 1 << 16;
+  // Left unset, so that the threads touch its pages first.
+  image.values = std::make_unique_for_overwrite<float[]>(count);
+  parallel_for(
+      static_cast<std::int64_t>(count),
+      [&](std::int64_t i) {
+        const auto k = static_cast<std::size_t>(i);
+        Code code;
+        std::memcpy(&code, &image.codes[k * sizeof code], sizeof code);
+        image.values[k] = static_cast<float>(code) / max_code;
+      },
+      kGrain);
 }
 
 void decode(const std::string& bytes, std::uint64_t max_bytes, PngImage& image) {
@@ -122,8 +131,9 @@ void decode(const std::string& bytes, std::uint64_t max_bytes, PngImage& image) 
   for (std::size_t y = 0; y < height; ++y) image.rows.push_back(&image.codes[y * stride]);
   if (!read_pixels(h, image)) return;
   take_texts(h.png, h.info, image);
-  image.values.resize(width * height * channels);
-  bits == 16 ? to_values<std::uint16_t>(image, 65535.0f) : to_values<std::uint8_t>(image, 255.0f);
+  const std::size_t count = width * height * channels;
+  bits == 16 ? to_values<std::uint16_t>(image, count, 65535.0f)
+             : to_values<std::uint8_t>(image, count, 255.0f);
   image.failure = PM_OIIO_GOOD;
 }
 
@@ -137,7 +147,7 @@ DecodedImage decode_png(const std::string& bytes, std::uint64_t max_bytes) {
   decode(bytes, max_bytes, *image);
   image->error = image->error_text.c_str();
   image->channel_names = image->channels < 3 ? kGrey : kColors;
-  image->pixels = image->values.data();
+  image->pixels = image->values.get();
   image->integer_format = 1;
   image->straight_alpha = 1;
   for (std::size_t i = 0; i + 1 < image->texts.size(); i += 2)

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <numeric>
 
@@ -46,11 +45,14 @@ std::vector<Source> channel_sources(const PmOiioImage& decoded) {
 }
 
 /// Codes to values: by the sRGB curve for colours, as they are for alpha. All readers deliver k /
-/// 255 or k / 65535, so a table of 65536 is exact.
+/// 255 or k / 65535, so that tables are exact.
 float decode_sample(float sample, bool curved) {
   if (!curved) return sample;
-  const float index = std::clamp(sample, 0.0f, 1.0f) * 65535.0f;
-  return srgb_decode_table()[static_cast<std::size_t>(std::lround(index))];
+  const auto code = static_cast<std::uint32_t>(std::clamp(sample, 0.0f, 1.0f) * 65535.0f + 0.5f);
+  // 65535 / 255. The large table takes as long as a small picture and is made for those that need
+  // it.
+  constexpr std::uint32_t kStep = 257;
+  return code % kStep == 0 ? srgb_decode_table8()[code / kStep] : srgb_decode_table16()[code];
 }
 
 struct PixelRule {

@@ -82,13 +82,24 @@ std::uint8_t SrgbQuantizer::operator()(float linear, float offset) const {
   return static_cast<std::uint8_t>(std::min(linear_to_srgb(value) * 255.0f + offset, 255.0f));
 }
 
-const std::vector<float>& srgb_decode_table() {
-  static const std::vector<float> table = [] {
-    std::vector<float> values(65536);
-    for (std::size_t i = 0; i < values.size(); ++i)
-      values[i] = static_cast<float>(decode(static_cast<double>(i) / 65535));
-    return values;
-  }();
+namespace {
+
+std::vector<float> decode_table(std::size_t count) {
+  std::vector<float> values(count);
+  for (std::size_t i = 0; i < count; ++i)
+    values[i] = static_cast<float>(decode(static_cast<double>(i) / static_cast<double>(count - 1)));
+  return values;
+}
+
+}  // namespace
+
+const std::vector<float>& srgb_decode_table8() {
+  static const std::vector<float> table = decode_table(256);
+  return table;
+}
+
+const std::vector<float>& srgb_decode_table16() {
+  static const std::vector<float> table = decode_table(65536);
   return table;
 }
 

@@ -30,7 +30,8 @@ class SrgbQuantizer {
   std::vector<float> curve_;  ///< 255 linear_to_srgb() at the leading bits of a value
 };
 
-/// srgb_to_linear(i / 65535); 8-bit code k is entry 257 k.
-const std::vector<float>& srgb_decode_table();
+/// srgb_to_linear(i / 255) and srgb_to_linear(i / 65535).
+const std::vector<float>& srgb_decode_table8();
+const std::vector<float>& srgb_decode_table16();
 
 }  // namespace polymorph

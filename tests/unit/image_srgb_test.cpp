@@ -27,8 +27,11 @@ TEST(Srgb, CodesAreRoundedFromTheExactCurve) {
     if (std::fabs(fraction - 0.5) < 1e-4) continue;  // the float curve may fall on either side
     EXPECT_EQ(code_of(linear), std::lround(exact)) << linear;
   }
-  for (int code = 0; code < 256; ++code)
-    EXPECT_EQ(code_of(srgb_decode_table()[static_cast<std::size_t>(257 * code)]), code);
+  for (int code = 0; code < 256; ++code) {
+    const float linear = srgb_decode_table8()[static_cast<std::size_t>(code)];
+    EXPECT_EQ(code_of(linear), code);
+    EXPECT_EQ(srgb_decode_table16()[static_cast<std::size_t>(257 * code)], linear);
+  }
 }
 
 TEST(Srgb, RandomRoundingIsThatOfTheExactCurve) {

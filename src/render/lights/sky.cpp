@@ -5,6 +5,7 @@
 
 #include "base/parallel.h"
 #include "base/result.h"
+#include "kernels/math.h"
 #include "render/math/vector_math.h"
 
 namespace polymorph {
@@ -187,19 +188,29 @@ std::vector<Vec3> make_irradiance(const Sky& sky) {
   }
   constexpr int kNodes = kIrradianceCells + 1;
   std::vector<Vec3> nodes(kNodes * kNodes);
-  parallel_for(kNodes * kNodes, [&](std::int64_t i) {
-    const auto unit = [](std::int64_t k) {
-      return 2 * static_cast<float>(k) / kIrradianceCells - 1;
-    };
-    const Vec3 normal = octahedral_decode(unit(i % kNodes), unit(i / kNodes));
-    Vec3 sum;
-    float cosines = 0;
-    for (const Source& source : sources) {
-      const float cosine = std::max(0.0f, dot(normal, source.direction));
-      sum = sum + source.power * cosine;
-      cosines += cosine * source.solid_angle;
+  constexpr int kLanes = Lanes<Pack>::kCount, kCount = kNodes * kNodes;
+  parallel_for((kCount + kLanes - 1) / kLanes, [&](std::int64_t pack) {
+    const auto unit = [](int k) { return 2 * static_cast<float>(k) / kIrradianceCells - 1; };
+    alignas(32) float x[kLanes], y[kLanes], z[kLanes];
+    const int first = static_cast<int>(pack) * kLanes;
+    for (int l = 0; l < kLanes; ++l) {
+      const int i = std::min(first + l, kCount - 1);
+      const Vec3 normal = octahedral_decode(unit(i % kNodes), unit(i / kNodes));
+      x[l] = normal.x, y[l] = normal.y, z[l] = normal.z;
     }
-    nodes[i] = sum * (kPi / cosines);  // so that a constant sky is exact
+    const Pack nx = Lanes<Pack>::load(x), ny = Lanes<Pack>::load(y), nz = Lanes<Pack>::load(z);
+    Pack r{}, g{}, b{}, cosines{};
+    for (const Source& source : sources) {
+      const Vec3 d = source.direction;
+      const Pack cosine = max(nx * d.x + ny * d.y + nz * d.z, broadcast<Pack>(0.0f));
+      r = r + cosine * source.power.x;
+      g = g + cosine * source.power.y;
+      b = b + cosine * source.power.z;
+      cosines = cosines + cosine * source.solid_angle;
+    }
+    for (int l = 0; l < kLanes && first + l < kCount; ++l)
+      // So that a constant sky is exact.
+      nodes[static_cast<std::size_t>(first + l)] = Vec3{r[l], g[l], b[l]} * (kPi / cosines[l]);
   });
   return nodes;
 }
@@ -216,18 +227,26 @@ float mean_luminance(const Sky& sky) {
 }
 
 Vec3 integrate_upper(const Sky& sky) {
-  double r = 0, g = 0, b = 0, cosines = 0;
   constexpr int kWidth = 256, kHeight = 64;  // over the upper half only
+  const auto direction = [](std::int64_t x, std::int64_t y) {
+    return from_lat_long((static_cast<float>(x) + 0.5f) / kWidth,
+                         (static_cast<float>(y) + 0.5f) / (2 * kHeight));
+  };
+  std::vector<Vec3> radiance(std::size_t{kWidth} * kHeight);
+  parallel_for(kHeight, [&](std::int64_t y) {
+    for (int x = 0; x < kWidth; ++x)
+      radiance[static_cast<std::size_t>(y) * kWidth + x] =
+          split_radiance(sky, sky_radiance(sky, direction(x, y))).calm;
+  });
+  double r = 0, g = 0, b = 0, cosines = 0;
   for (int y = 0; y < kHeight; ++y) {
     const double area = cell_solid_angle(y, kWidth, 2 * kHeight);
     for (int x = 0; x < kWidth; ++x) {
-      const Vec3 d = from_lat_long((static_cast<float>(x) + 0.5f) / kWidth,
-                                   (static_cast<float>(y) + 0.5f) / (2 * kHeight));
-      const Vec3 radiance = split_radiance(sky, sky_radiance(sky, d)).calm;
-      const double weight = area * d.y;
-      r += weight * radiance.x;
-      g += weight * radiance.y;
-      b += weight * radiance.z;
+      const Vec3 from = radiance[static_cast<std::size_t>(y) * kWidth + x];
+      const double weight = area * direction(x, y).y;
+      r += weight * from.x;
+      g += weight * from.y;
+      b += weight * from.z;
       cosines += weight;
     }
   }

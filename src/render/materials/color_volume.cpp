@@ -77,14 +77,22 @@ Vec3 color_of(const Model& model, const SurfaceSample& sample) {
 
 std::vector<Weighted> splatted(const Model& model, std::span<const FaceSide> sides,
                                const Grid& grid) {
+  const std::vector<SurfaceSample> samples = sample_surface(model, kSamples);
+  std::vector<Vec3> colors(samples.size());
+  parallel_for(
+      static_cast<std::int64_t>(samples.size()),
+      [&](std::int64_t i) {
+        const auto k = static_cast<std::size_t>(i);
+        colors[k] = color_of(model, samples[k]);
+      },
+      1024);
   std::vector<Weighted> sums(point_count(grid));
-  for (const SurfaceSample& sample : sample_surface(model, kSamples)) {
-    if (sides[sample.triangle] == FaceSide::kHidden) continue;
-    const Vec3 color = color_of(model, sample);
-    const Corners corners(grid, sample.point);
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    if (sides[samples[k].triangle] == FaceSide::kHidden) continue;
+    const Corners corners(grid, samples[k].point);
     for (int i = 0; i < 8; ++i) {
       Weighted& sum = sums[corners.index[i]];
-      sum.color = sum.color + color * corners.weight[i];
+      sum.color = sum.color + colors[k] * corners.weight[i];
       sum.weight += corners.weight[i];
     }
   }
@@ -100,25 +108,36 @@ std::vector<Weighted> blurred(std::vector<Weighted> v, Int3 points, float deviat
     constexpr float kHalfLog2E = 0.72134752f;
     weights.push_back(exp2(-kHalfLog2E * t * t));
   }
-  const std::array<int, 3> n = {points.x, points.y, points.z};
-  const std::array<std::int64_t, 3> steps = {1, n[0], std::int64_t{n[0]} * n[1]};
-  std::vector<Weighted> out(v.size());
+  const std::array<std::int64_t, 3> n = {points.x, points.y, points.z};
+  const std::array<std::int64_t, 3> steps = {1, n[0], n[0] * n[1]};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    parallel_for(
-        static_cast<std::int64_t>(v.size()),
-        [&](std::int64_t i) {
-          const auto at = static_cast<int>(i / steps[axis] % n[axis]);
-          Weighted sum;
-          for (int k = std::max(-reach, -at); k <= std::min(reach, n[axis] - 1 - at); ++k) {
-            const Weighted& from = v[static_cast<std::size_t>(i + k * steps[axis])];
-            const float w = weights[static_cast<std::size_t>(std::abs(k))];
-            sum.color = sum.color + from.color * w;
-            sum.weight += from.weight * w;
+    const std::int64_t step = steps[axis];
+    const auto count = static_cast<int>(n[axis]);
+    parallel_ranges(
+        static_cast<std::int64_t>(v.size()) / count, 32, [&](std::int64_t begin, std::int64_t end) {
+          std::vector<Weighted> from(static_cast<std::size_t>(count));
+          for (std::int64_t line = begin; line < end; ++line) {
+            Weighted* const first =
+                &v[static_cast<std::size_t>(line / step * step * count + line % step)];
+            // Most of the box is empty: only what lies between a line's outermost samples counts.
+            int low = count, high = -1;
+            for (int i = 0; i < count; ++i) {
+              from[static_cast<std::size_t>(i)] = first[i * step];
+              if (!(first[i * step].weight > 0)) continue;
+              low = std::min(low, i);
+              high = i;
+            }
+            for (int i = 0; high >= 0 && i < count; ++i) {
+              Weighted sum;
+              for (int k = std::max(i - reach, low); k <= std::min(i + reach, high); ++k) {
+                const float w = weights[static_cast<std::size_t>(std::abs(k - i))];
+                sum.color = sum.color + from[static_cast<std::size_t>(k)].color * w;
+                sum.weight += from[static_cast<std::size_t>(k)].weight * w;
+              }
+              first[i * step] = sum;
+            }
           }
-          out[static_cast<std::size_t>(i)] = sum;
-        },
-        1024);
-    std::swap(v, out);
+        });
   }
   return v;
 }
