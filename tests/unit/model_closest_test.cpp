@@ -167,6 +167,12 @@ TEST(ClosestPoint, OfManyPointsIsThatOfEachAlone) {
                                   : points.back() + step);
     if (i % 11 == 0)
       points.push_back(torus.points[static_cast<std::size_t>(i) % torus.points.size()]);
+    if (i % 13 == 0) {  // as close to a face as rounding lets it, twice
+      const Triangle& t = torus.triangles[static_cast<std::size_t>(i) % torus.triangles.size()];
+      const Vec3 middle =
+          (torus.points[t.v[0]] + torus.points[t.v[1]] + torus.points[t.v[2]]) / 3.0f;
+      points.insert(points.end(), 2, middle);
+    }
   }
   for (const float beyond : {0.1f, 1.0f, INFINITY}) {
     const std::vector<ClosestPoint> together = query.closest(points, beyond);

@@ -63,6 +63,7 @@ struct Found {
   double distance2;
   std::uint32_t slot = TriangleBvh::kNone;      // in leaf order
   std::uint32_t triangle = TriangleBvh::kNone;  // its own index
+  TriangleWeights weights = {};                 // of its corners, at the closest point
 };
 
 struct Waiting {
@@ -156,7 +157,7 @@ struct ClosestPointQuery::Tree {
       const double distance2 = dot(r, r);
       const std::uint32_t triangle = bvh.triangles[slot];
       if (distance2 < best.distance2 || (distance2 == best.distance2 && triangle < best.triangle))
-        best = {distance2, slot, triangle};
+        best = {distance2, slot, triangle, w};
     }
   }
 };
@@ -212,9 +213,12 @@ ClosestPoint ClosestPointQuery::closest(Vec3 from, float beyond) const {
       const float z = max(max(node.low[2][k] - from.z, from.z - node.high[2][k]), 0);
       distance2[k] = x * x + y * y + z * z;
     }
+    unsigned bits = 0;
+    for (int k = 0; k < TriangleBvh::kWidth; ++k)
+      bits |= (distance2[k] <= limit && node.child[k] != TriangleBvh::kNone ? 1u : 0u) << k;
     const int first = waiting;
-    for (int k = 0; k < TriangleBvh::kWidth; ++k) {
-      if (!(distance2[k] <= limit) || node.child[k] == TriangleBvh::kNone) continue;
+    for (; bits != 0; bits &= bits - 1) {
+      const int k = std::countr_zero(bits);
       // The nearest on top.
       int at = waiting++;
       for (; at > first && stack[at - 1].distance2 < distance2[k]; --at) stack[at] = stack[at - 1];
@@ -224,20 +228,22 @@ ClosestPoint ClosestPointQuery::closest(Vec3 from, float beyond) const {
   if (best.slot == TriangleBvh::kNone) return {from, beyond, ClosestPoint::kNoTriangle};
   const TriangleBvh::Corners& corners = bvh.corners[best.slot];
   const Vec3d a(corners.p[0]), b(corners.p[1]), c(corners.p[2]);
-  const TriangleWeights w = closest_on_triangle(from, corners.p[0], corners.p[1], corners.p[2]);
+  const TriangleWeights& w = best.weights;
   return {to_float(a + (b - a) * w.b + (c - a) * w.c),
           static_cast<float>(std::sqrt(best.distance2)), best.triangle};
 }
 
 ClosestPoint ClosestPointQuery::closest(Vec3 from, Vec3 other, const ClosestPoint& beside,
                                         float beyond) const {
-  // No further from the surface than the other point and the way from there. Not among pieces of
-  // triangles, where one of several equals is enough.
+  // No further from the surface than the other point's closest one. Not among pieces of triangles,
+  // where one of several equals is enough.
   constexpr float kRounding = 1.0001f;
   if (tree_->bvh.is_split || beside.triangle == ClosestPoint::kNoTriangle)
     return closest(from, beyond);
-  ClosestPoint answer =
-      closest(from, min(beyond, kRounding * (beside.distance + length(from - other))));
+  ClosestPoint answer = closest(from, min(beyond, kRounding * length(from - beside.point)));
+  // That point is rounded: next to the surface it may be closer than the surface is.
+  if (answer.triangle == ClosestPoint::kNoTriangle)
+    answer = closest(from, min(beyond, kRounding * (beside.distance + length(from - other))));
   if (answer.triangle == ClosestPoint::kNoTriangle) answer.distance = beyond;
   return answer;
 }

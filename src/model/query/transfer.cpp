@@ -112,7 +112,23 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
     return out;
   }
   const std::vector<ClosestPoint> hits = closest.closest(at);
-  if (textured) out.corner_uvs.resize(triangles.size() * 3);
+  // A vertex has some six corners: what it has alone is worked out once.
+  std::vector<Vec2> uv_at(textured ? at.size() : 0);
+  if (textured) {
+    out.corner_uvs.resize(triangles.size() * 3);
+    parallel_for(
+        static_cast<std::int64_t>(at.size()),
+        [&](std::int64_t k) {
+          const ClosestPoint& hit = hits[static_cast<std::size_t>(k)];
+          if (hit.triangle == ClosestPoint::kNoTriangle) return;
+          const auto& m = model.triangles[hit.triangle].v;
+          uv_at[static_cast<std::size_t>(k)] =
+              mixed(model, hit.triangle,
+                    closest_on_triangle(hit.point, model.points[m[0]], model.points[m[1]],
+                                        model.points[m[2]]));
+        },
+        256);
+  }
   parallel_for(
       static_cast<std::int64_t>(triangles.size()),
       [&](std::int64_t k) {
@@ -123,12 +139,7 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
                                charts[hit[0]->triangle] == charts[hit[2]->triangle];
         Vec2 uv[3];
         if (textured && one_chart)
-          for (int c = 0; c < 3; ++c) {
-            const auto& m = model.triangles[hit[c]->triangle].v;
-            uv[c] = mixed(model, hit[c]->triangle,
-                          closest_on_triangle(hit[c]->point, model.points[m[0]], model.points[m[1]],
-                                              model.points[m[2]]));
-          }
+          for (int c = 0; c < 3; ++c) uv[c] = uv_at[v[c]];
         std::uint32_t source = hit[0]->triangle;
         if (!one_chart || (textured && spread(uv) > kFarApart)) {
           const Vec3 corners[3] = {at[v[0]], at[v[1]], at[v[2]]};
