@@ -15,8 +15,9 @@ function(pm_add_avx512 target)
   add_library(pm_avx512 OBJECT ${CMAKE_SOURCE_DIR}/kernels/engine_avx512.cpp)
   set_target_properties(pm_avx512 PROPERTIES CXX_STANDARD 17)
   target_link_libraries(pm_avx512 PRIVATE pm_flags TBB::tbb)
-  # A source's options stand last: instead of POLYMORPH_ARCH, and machine code where the rest waits for the linker. What is unique in a process cannot be made local; and
-  # GCC 12 takes the undefined lanes in its own header for a mistake.
+  # A source's own options stand last, so that they win over POLYMORPH_ARCH. Without link-time optimisation the object holds machine code
+  # whose names can be made local; symbols that are unique within a process (STB_GNU_UNIQUE) cannot. GCC 12 warns of undefined lanes in
+  # its own header.
   set_source_files_properties(${CMAKE_SOURCE_DIR}/kernels/engine_avx512.cpp PROPERTIES
     COMPILE_OPTIONS "-march=x86-64-v4;-fno-lto;$<$<CXX_COMPILER_ID:GNU>:-fno-gnu-unique;-Wno-uninitialized>")
   add_custom_command(OUTPUT ${local} DEPENDS pm_avx512 $<TARGET_OBJECTS:pm_avx512> VERBATIM COMMAND_EXPAND_LISTS

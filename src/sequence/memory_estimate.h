@@ -22,7 +22,7 @@ struct MemoryEstimate {
   std::uint64_t making = 0;     ///< beside the grid while the largest of them is made
   std::uint64_t surfaces = 0;   ///< between the models, with their hierarchies for rays
   std::uint64_t pictures = 0;   ///< traced or written at once
-  /// Distances are made before there are surfaces.
+  /// The grids are made before there are surfaces: of the two the larger counts.
   std::uint64_t total() const {
     return program + models + trees + fits + distances + std::max(making, surfaces + pictures);
   }

@@ -139,7 +139,8 @@ void split(const Polygon& polygon, std::uint32_t triangle, double longest, float
   split(clipped(polygon, axis, middle, true), triangle, longest, slack, pieces);
 }
 
-/// Nothing where few triangles are long, or some of which few lie around any one place.
+/// Pieces of the long triangles; none where few triangles are long, or where some are but few of
+/// them overlap anywhere.
 std::vector<Piece> pieces_of(std::span<const Vec3> points, std::span<const Triangle> triangles) {
   constexpr double kLong = 1.0 / 16, kPiece = 1.0 / 64;
   constexpr std::size_t kSomeLong = 1024, kManyLong = 4096;
