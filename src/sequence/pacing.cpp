@@ -111,7 +111,7 @@ constexpr std::uint32_t kPacingVersion = 13;
 std::string key_of(const PreparedActor& actor, const PreparedLeg& leg, float cell,
                    float min_component_share, const std::vector<FrameMap>& maps) {
   Hasher hasher;
-  hasher.add("pacing").add(kPacingVersion).add(cell).add(min_component_share);
+  hasher.add("pacing").add(kPacingVersion).add(cell).add(actor.cell).add(min_component_share);
   hasher.add(static_cast<std::uint8_t>(leg.plan.motion.keep_volume ? 1 : 0));
   for (const std::size_t object : {leg.from, leg.to}) {
     const PreparedObject& o = actor.objects[object];
@@ -144,6 +144,12 @@ Result<Pacing> even_pacing(const PreparedScene& prepared, const PreparedActor& a
   const auto time_of = [](int k, int steps) {
     return static_cast<float>(k) / static_cast<float>(steps);
   };
+  // The frames' own cells, but none smaller than at this resolution: a dozen surfaces and more are
+  // held at once.
+  constexpr float kResolution = 128;
+  const float cell =
+      actor.cell *
+      std::max(1.0f, static_cast<float>(prepared.scene.surface.resolution) / kResolution);
   // Five times what frames are content with; and a fourth, so that most are at their first try.
   constexpr double kPaceTolerance = 0.01, kLevelTolerance = 0.0005;
   std::vector<FrameMap> maps;
@@ -174,9 +180,8 @@ Result<Pacing> even_pacing(const PreparedScene& prepared, const PreparedActor& a
     geometry.moment.time = geometry.moment.u = time;
     geometry.balls = balls_at(linear.plan, time);
     geometry.map = map_at(actor, linear, time, geometry.balls);
-    PM_TRY(SurfaceBetween surface,
-           surface_between(actor, linear, geometry, actor.cell, prepared.extract, engine,
-                           {near, kPaceTolerance}));
+    PM_TRY(SurfaceBetween surface, surface_between(actor, linear, geometry, cell, prepared.extract,
+                                                   engine, {near, kPaceTolerance}));
     // What has come off counts when it is left out of the picture.
     remove_small_components(
         surface.mesh,
