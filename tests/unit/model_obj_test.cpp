@@ -199,6 +199,23 @@ TEST_F(LoadObj, ASeamTriangleWithoutAreaStaysWhereItClosesTheModel) {
   EXPECT_TRUE(warnings_.empty());
 }
 
+TEST_F(LoadObj, FacesWithoutAreaGoAsFarAsTheyLeaveEachOtherAlone) {
+  // A tube all on one line, open at both ends: each ring that goes leaves the next one alone. Only
+  // with work in proportion to the faces does this end.
+  constexpr int kRings = 20000;
+  std::string text = kTriangle;
+  for (int i = 0; i < 3 * (kRings + 1); ++i) text += fmt::format("v {} 0 0\n", i + 2);
+  for (int ring = 0; ring < kRings; ++ring)
+    for (int k = 0; k < 3; ++k) {
+      const int a = 4 + 3 * ring + k, b = 4 + 3 * ring + (k + 1) % 3;
+      text += fmt::format("f {} {} {}\nf {} {} {}\n", a, b, b + 3, a, b + 3, a + 3);
+    }
+  const Model model = good(text + "f 1 2 3\n");
+  EXPECT_EQ(model.triangles.size(), 1u);
+  EXPECT_EQ(model.points.size(), 3u);
+  EXPECT_TRUE(any_contains(warnings_, fmt::format("{} faces have no area", 6 * kRings)));
+}
+
 TEST_F(LoadObj, WeldsPointsByPosition) {
   // Three corners at (1, 0, 0), written differently.
   const Model model = good(

@@ -6,6 +6,7 @@
 #include <bit>
 #include <numeric>
 #include <sstream>
+#include <utility>
 
 #include "base/parallel.h"
 #include "base/text.h"
@@ -339,6 +340,34 @@ void Builder::drop_doubles() {
   remove_from(0, drop);
 }
 
+/// Which of the triangles from `first` on lack a partner: exactly one other triangle along each of
+/// their sides, which runs the other way and is not without partners itself.
+std::vector<std::uint8_t> without_partners(std::span<const Triangle> triangles, std::size_t first) {
+  std::vector<std::uint8_t> alone(triangles.size() - first, 0);
+  if (alone.empty()) return alone;
+  constexpr std::size_t kNoPartner = static_cast<std::size_t>(-1);
+  std::vector<std::size_t> partners(3 * alone.size(), kNoPartner), waiting;
+  const std::vector<EdgeUse> uses = sorted_edge_uses(triangles);
+  for_each_edge(uses, [&](std::size_t begin, std::size_t end) {
+    const bool paired = end - begin == 2 && uses[begin].forward != uses[begin + 1].forward;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (uses[i].corner < 3 * first) continue;
+      if (!paired)
+        waiting.push_back(uses[i].corner / 3 - first);
+      else if (const std::uint32_t other = uses[begin + end - 1 - i].corner; other >= 3 * first)
+        partners[uses[i].corner - 3 * first] = other / 3 - first;
+    }
+  });
+  while (!waiting.empty()) {
+    const std::size_t k = waiting.back();
+    waiting.pop_back();
+    if (std::exchange(alone[k], 1)) continue;
+    for (std::size_t side = 3 * k; side < 3 * k + 3; ++side)
+      if (partners[side] != kNoPartner) waiting.push_back(partners[side]);
+  }
+  return alone;
+}
+
 // A face without area is dropped, unless it is the seam of a T-shaped joint: with a partner along
 // each of its edges it keeps the model closed.
 void Builder::add_seams() {
@@ -349,24 +378,11 @@ void Builder::add_seams() {
       add_triangle(*flat.face, {flat.corners[0], flat.corners[k], flat.corners[k + 1]});
       lines.push_back(flat.face->line);
     }
-  for (bool changed = !lines.empty(); changed;) {
-    std::vector<std::uint8_t> drop(model_.triangles.size() - first, 0);
-    const std::vector<EdgeUse> uses = sorted_edge_uses(model_.triangles);
-    for_each_edge(uses, [&](std::size_t begin, std::size_t end) {
-      const bool paired = end - begin == 2 && uses[begin].forward != uses[begin + 1].forward;
-      for (std::size_t i = begin; i < end && !paired; ++i)
-        if (uses[i].corner / 3 >= first) drop[uses[i].corner / 3 - first] = 1;
-    });
-    std::vector<std::uint32_t> kept_lines;
-    for (std::size_t i = 0; i < drop.size(); ++i)
-      if (!drop[i])
-        kept_lines.push_back(lines[i]);
-      else if (i == 0 || !drop[i - 1] || lines[i] != lines[i - 1])
-        flat_.note(lines[i]);  // once per face
-    changed = kept_lines.size() < lines.size();
-    lines = std::move(kept_lines);
-    remove_from(first, drop);
-  }
+  const std::vector<std::uint8_t> drop = without_partners(model_.triangles, first);
+  for (std::size_t i = 0; i < drop.size(); ++i)
+    if (drop[i] && (i == 0 || !drop[i - 1] || lines[i] != lines[i - 1]))
+      flat_.note(lines[i]);  // once per face
+  remove_from(first, drop);
   keep_used_points();
 }
 
