@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <numeric>
 #include <set>
+#include <span>
+#include <unordered_map>
 
+#include "base/disjoint_sets.h"
 #include "base/text.h"
 #include "model/query/closest.h"
 #include "morph/cost.h"
@@ -13,10 +16,32 @@
 namespace polymorph {
 namespace {
 
-/// Does `name` ("object.label" or "label") mean this label of this object?
-bool means(const std::string& name, const std::string& object, const std::string& label) {
-  return name == label || name == object + "." + label;
-}
+/// An object's labels by their names.
+class LabelIndex {
+ public:
+  explicit LabelIndex(const LabelledObject& object) : prefix_(object.name + ".") {
+    for (std::size_t i = 0; i < object.labels.size(); ++i)
+      of_name_[object.labels[i]].push_back(static_cast<std::uint32_t>(i));
+  }
+  std::span<const std::uint32_t> named(const std::string& label) const {
+    const auto at = of_name_.find(label);
+    return at == of_name_.end() ? std::span<const std::uint32_t>() : at->second;
+  }
+  /// The labels that "object.label" or "label" means here.
+  std::vector<std::uint32_t> meant_by(const std::string& name) const {
+    const std::span<const std::uint32_t> plain = named(name);
+    std::vector<std::uint32_t> all(plain.begin(), plain.end());
+    if (name.starts_with(prefix_)) {
+      const std::span<const std::uint32_t> full = named(name.substr(prefix_.size()));
+      all.insert(all.end(), full.begin(), full.end());
+    }
+    return all;
+  }
+
+ private:
+  std::string prefix_;
+  std::unordered_map<std::string, std::vector<std::uint32_t>> of_name_;
+};
 
 }  // namespace
 
@@ -35,36 +60,37 @@ std::vector<std::uint32_t> face_labels(const Model& model, const std::vector<Bal
 LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
                         const std::map<std::string, std::string>& map) {
   const std::size_t n = from.labels.size(), m = to.labels.size();
-  const auto says = [&](const std::string& one, const std::string& other, std::size_t i,
-                        std::size_t j) {
-    return means(one, from.name, from.labels[i]) && means(other, to.name, to.labels[j]);
+  const LabelIndex of_from(from), of_to(to);
+  // Labels that share a partner are one: sets of both objects' labels, those of `to` from n on.
+  DisjointSets sets(n + m);
+  std::vector<std::uint8_t> named(n + m, 0);
+  const auto join = [&](std::span<const std::uint32_t> ours,
+                        std::span<const std::uint32_t> theirs) {
+    if (ours.empty() || theirs.empty()) return;
+    const auto add = [&](std::size_t k) {
+      sets.join(ours.front(), static_cast<std::uint32_t>(k));
+      named[k] = 1;
+    };
+    for (const std::uint32_t i : ours) add(i);
+    for (const std::uint32_t j : theirs) add(n + j);
   };
-  std::vector<std::pair<std::size_t, std::size_t>> links;
-  std::vector<char> named_from(n, 0), named_to(m, 0);
-  for (const auto& [key, value] : map)
-    for (std::size_t i = 0; i < n; ++i)
-      for (std::size_t j = 0; j < m; ++j)
-        if (says(key, value, i, j) || says(value, key, i, j)) {
-          links.emplace_back(i, j);
-          named_from[i] = named_to[j] = 1;
-        }
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = 0; j < m; ++j)
-      if (!named_from[i] && !named_to[j] && from.labels[i] == to.labels[j])
-        links.emplace_back(i, j);
-  // Labels that share a partner are one; a number is the first linked label of `from` among them.
-  LabelMatch match{std::vector<std::int32_t>(n, kNoLabel), std::vector<std::int32_t>(m, kNoLabel)};
-  for (const auto& [i, j] : links)
-    match.from[i] = match.from[i] == kNoLabel ? static_cast<std::int32_t>(i) : match.from[i];
-  for (bool changed = true; changed;) {
-    changed = false;
-    for (const auto& [i, j] : links) {
-      std::int32_t lowest = match.from[i];
-      if (match.to[j] != kNoLabel) lowest = std::min(lowest, match.to[j]);
-      changed |= match.from[i] != lowest || match.to[j] != lowest;
-      match.from[i] = match.to[j] = lowest;
-    }
+  for (const auto& [key, value] : map) {
+    join(of_from.meant_by(key), of_to.meant_by(value));
+    join(of_from.meant_by(value), of_to.meant_by(key));
   }
+  const std::vector<std::uint8_t> named_by_map = named;
+  for (std::size_t i = 0; i < n; ++i)
+    for (const std::uint32_t j : of_to.named(from.labels[i]))
+      if (!named_by_map[i] && !named_by_map[n + j]) {
+        sets.join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(n + j));
+        named[i] = named[n + j] = 1;
+      }
+  // A number is the first linked label of `from` among them: sets go by their least members.
+  LabelMatch match{std::vector<std::int32_t>(n, kNoLabel), std::vector<std::int32_t>(m, kNoLabel)};
+  for (std::size_t k = 0; k < n + m; ++k)
+    if (named[k])
+      (k < n ? match.from[k] : match.to[k - n]) =
+          static_cast<std::int32_t>(sets.find(static_cast<std::uint32_t>(k)));
   return match;
 }
 
@@ -76,9 +102,17 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
                                                 Engine& engine) {
   PM_CHECK(balls.size() == plan.pairs.size());
   PM_CHECK(from_names.size() == plan.from.size() && to_names.size() == plan.to.size());
-  std::uint32_t count = 1;
+  // The names that balls have, and 0, numbered anew: an object may have many more.
+  std::vector<std::uint32_t> used{0};
   for (const auto& names : {from_names, to_names})
-    for (const std::uint32_t name : names) count = std::max(count, name + 1);
+    used.insert(used.end(), names.begin(), names.end());
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  const auto count = static_cast<std::uint32_t>(used.size());
+  const auto number_of = [&](std::uint32_t name) {
+    return static_cast<std::uint32_t>(std::lower_bound(used.begin(), used.end(), name) -
+                                      used.begin());
+  };
   // Names that belong together are a family, called by the least of them.
   std::vector<std::uint32_t> family(count);
   std::iota(family.begin(), family.end(), 0u);
@@ -86,7 +120,8 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
     if (plan.from_labels.empty() || plan.from_labels[pair.from] == kNoLabel ||
         plan.from_labels[pair.from] != plan.to_labels[pair.to])
       continue;
-    const std::uint32_t a = family[from_names[pair.from]], b = family[to_names[pair.to]];
+    const std::uint32_t a = family[number_of(from_names[pair.from])],
+                        b = family[number_of(to_names[pair.to])];
     std::replace(family.begin(), family.end(), std::max(a, b), std::min(a, b));
   }
   // Each name is a value that the balls carry, eight at a time.
@@ -99,8 +134,8 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
       carried[2 * ball + (name - first) / 4].value[(name - first) % 4] += share;
     };
     for (std::size_t e = 0; e < balls.size(); ++e) {
-      add(e, from_names[plan.pairs[e].from], 1 - progress[e]);
-      add(e, to_names[plan.pairs[e].to], progress[e]);
+      add(e, number_of(from_names[plan.pairs[e].from]), 1 - progress[e]);
+      add(e, number_of(to_names[plan.pairs[e].to]), progress[e]);
     }
     PM_TRY(const std::vector<AttributeValues> values,
            interpolate_attributes(engine, balls, plan.kind, carried, points));
@@ -119,7 +154,7 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
     std::uint32_t winner = best;
     for (std::uint32_t name = 0; name < count; ++name)
       if (family[name] == best && of_name[name] > of_name[winner]) winner = name;
-    labels[i] = winner;
+    labels[i] = used[winner];
   }
   return labels;
 }

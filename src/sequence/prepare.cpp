@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
+#include <unordered_set>
 
 #include "base/activity.h"
 #include "base/log.h"
@@ -284,8 +286,10 @@ Status make_legs(PreparedActor& actor, const ActorSettings& settings, const Prep
       actor.objects.push_back(std::move(object));
     }
   }
+  std::unordered_set<std::string_view> known;
   for (const PreparedObject& object : actor.objects)
-    for (const std::string& name : object.model.label_names) to_index(actor.label_names, name);
+    for (const std::string& name : object.model.label_names)
+      if (known.insert(name).second) actor.label_names.push_back(name);
   return Ok{};
 }
 

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "base/parallel.h"
+#include "morph/cost.h"
 #include "morph/labels.h"
 #include "morph/mass.h"
 #include "morph/motion.h"
@@ -348,6 +349,35 @@ TEST(Labels, GoWithTheirBallsAndTakeTheTargetsNamesHalfWay) {
     }
     // Where a limb leaves the trunk, the trunk's wider balls weigh more.
     EXPECT_GE(static_cast<double>(right), 0.85 * static_cast<double>(points.size())) << time;
+  }
+}
+
+TEST(Labels, AreMatchedByTheMapFirstAndThenByTheirNames) {
+  const LabelledObject pot{"pot", {"lid", "spout", "body", "handle", "knob"}},
+      bird{"bird", {"beak", "body", "wing", "lid", "tail"}};
+  const LabelMatch match = match_labels(
+      pot, bird, {{"pot.spout", "bird.beak"}, {"wing", "handle"}, {"knob", "bird.wing"}});
+  // Two labels that share a partner are one, called by the first of them.
+  EXPECT_EQ(match.from, (std::vector<std::int32_t>{0, 1, 2, 3, 3}));
+  EXPECT_EQ(match.to, (std::vector<std::int32_t>{1, 2, 3, 0, kNoLabel}));
+  // A label that the map names has no partner of its own name.
+  const LabelMatch other = match_labels(pot, bird, {{"lid", "tail"}});
+  EXPECT_EQ(other.from, (std::vector<std::int32_t>{0, kNoLabel, 2, kNoLabel, kNoLabel}));
+  EXPECT_EQ(other.to, (std::vector<std::int32_t>{kNoLabel, 2, kNoLabel, kNoLabel, 0}));
+}
+
+TEST(Labels, OfManyNamesEachFindsItsOwn) {
+  // Every name beside every other one would be 10^10 comparisons.
+  constexpr std::int32_t kCount = 100000;
+  LabelledObject from{"one", {}}, to{"other", {}};
+  for (std::int32_t i = 0; i < kCount; ++i) {
+    from.labels.push_back(std::to_string(i));
+    to.labels.push_back(std::to_string(kCount - 1 - i));
+  }
+  const LabelMatch match = match_labels(from, to, {});
+  for (std::int32_t i = 0; i < kCount; ++i) {
+    ASSERT_EQ(match.from[static_cast<std::size_t>(i)], i);
+    ASSERT_EQ(match.to[static_cast<std::size_t>(i)], kCount - 1 - i);
   }
 }
 

@@ -101,19 +101,13 @@ Mattes::Mattes(const std::string& layers, const RenderScene& scene) {
       ids.labels.push_back(id_of(Kind::kLabel, label));
     meshes_.push_back(std::move(ids));
   }
-  for (MatteTable& table : tables_) std::sort(table.manifest.begin(), table.manifest.end());
 }
 
 float Mattes::id_of(Kind kind, std::string_view given) {
   const std::string name = given.empty() ? "unnamed" : printable(given);
   const float id = matte_id(name);
-  for (std::size_t i = 0; i < kinds_.size(); ++i) {
-    if (kinds_[i] != kind) continue;
-    auto& manifest = tables_[i].manifest;
-    if (std::none_of(manifest.begin(), manifest.end(),
-                     [&](const auto& entry) { return entry.first == name; }))
-      manifest.emplace_back(name, id);
-  }
+  for (std::size_t i = 0; i < kinds_.size(); ++i)
+    if (kinds_[i] == kind) tables_[i].manifest.emplace(name, id);
   return id;
 }
 
@@ -130,7 +124,7 @@ std::vector<Attribute> Mattes::attributes() const {
   std::vector<Attribute> attributes;
   for (const MatteTable& table : tables_) {
     const std::string prefix = "cryptomatte/" + key_of(table.layer) + "/";
-    nlohmann::ordered_json manifest = nlohmann::ordered_json::object();
+    nlohmann::json manifest = nlohmann::json::object();
     for (const auto& [name, id] : table.manifest)
       manifest[name] = fmt::format("{:08x}", std::bit_cast<std::uint32_t>(id));
     attributes.push_back({prefix + "name", table.layer});

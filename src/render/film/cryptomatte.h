@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -26,8 +27,8 @@ inline constexpr int kMatteRanks = 6;
 
 /// The names of one layer.
 struct MatteTable {
-  std::string layer;                                    ///< "crypto_object"
-  std::vector<std::pair<std::string, float>> manifest;  ///< names and ids, each once, sorted
+  std::string layer;                      ///< "crypto_object"
+  std::map<std::string, float> manifest;  ///< names and ids
 };
 
 /// What the samples of a pixel met in one layer, and how often.

@@ -1,6 +1,7 @@
 #include "sequence/geometry/frame_labels.h"
 
-#include <algorithm>
+#include <string_view>
+#include <unordered_map>
 
 #include "morph/labels.h"
 
@@ -9,11 +10,11 @@ namespace {
 
 /// The object's labels in the actor's numbering.
 std::vector<std::uint32_t> label_numbers(const PreparedActor& actor, const PreparedObject& object) {
+  std::unordered_map<std::string_view, std::uint32_t> number_of;
+  for (const std::string& name : actor.label_names)
+    number_of.emplace(name, static_cast<std::uint32_t>(number_of.size()));
   std::vector<std::uint32_t> numbers;
-  for (const std::string& name : object.model.label_names)
-    numbers.push_back(static_cast<std::uint32_t>(
-        std::find(actor.label_names.begin(), actor.label_names.end(), name) -
-        actor.label_names.begin()));
+  for (const std::string& name : object.model.label_names) numbers.push_back(number_of.at(name));
   return numbers;
 }
 
