@@ -42,7 +42,7 @@ inline std::vector<PartPlace> places_at(const std::vector<PathPart>& parts, floa
 struct BallPath {
   Ball start, end;  ///< the balls at the ends themselves
   Vec3d from, to;   ///< about the part's centres, both in the source's orientation
-  Vec3d bow;        ///< which way the path bows out; zero: straight
+  Vec3d bow;        ///< how far off a straight path half way is
   Vec3d launch;     ///< thrown out of either end: scene units per motion
   Vec3d drift;      ///< what is left of an earlier motion: scene units per motion
   double from_volume = 1, to_volume = 1;  ///< a^-3/2

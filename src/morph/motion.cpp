@@ -36,17 +36,16 @@ double volume_of_ball(const Ball& ball) {
   return 1 / (a * std::sqrt(a));
 }
 
-/// Which way a path bows: out, away from the middle of both objects.
-Vec3d bow_of(const MorphPlan& plan, Vec3d p, Vec3d q) {
-  const Vec3d way = q - p;
-  const double far = length(way);
-  if (!(far > 0)) return {};
-  const Vec3d along = way * (1 / far);
-  const Vec3d middle = (plan.alignment.from_center + plan.alignment.to_center) * 0.5;
-  const Vec3d out = (p + q) * 0.5 - middle;
-  const Vec3d side = out - along * dot(out, along);
-  // One that goes straight through the middle bows nowhere.
-  return normalized(side) * (far * static_cast<double>(plan.motion.bend));
+/// Where the paths bow to: all alike and up, so that the whole goes along an arc. Bows of their own
+/// would tear neighbours apart, whose ways differ.
+Vec3d bow_of(const MorphPlan& plan) {
+  double squares = 0, mass = 0;
+  for (const Pair& pair : plan.pairs) {
+    const Vec3d way = Vec3d(plan.to[pair.to].center) - Vec3d(plan.from[pair.from].center);
+    squares += pair.mass * dot(way, way);
+    mass += pair.mass;
+  }
+  return {0, static_cast<double>(plan.motion.bend) * std::sqrt(squares / mass), 0};
 }
 
 /// Which way and how fast a ball is thrown: out from the middle, up, and at random. Keyed by the
@@ -243,6 +242,7 @@ void set_paths(MorphPlan& plan) {
   plan.parts = std::move(parts.alignments);
   const std::vector<float> order = starting_order(plan);
   const auto count = static_cast<double>(plan.pairs.size());
+  const Vec3d bow = plan.motion.path == Path::kBezier ? bow_of(plan) : Vec3d{};
   BallPaths paths;
   for (const Alignment& part : plan.parts)
     paths.parts.push_back({part.from_center, part.to_center, part.turn, exact::log(part.scale)});
@@ -269,8 +269,7 @@ void set_paths(MorphPlan& plan) {
       path.from_log = to_sym3d(log_symmetric(to_mat3(p.shape)));
       path.to_log = to_sym3d(back * log_symmetric(to_mat3(q.shape)) * alignment.rotation);
     }
-    if (plan.motion.path == Path::kBezier)
-      path.bow = bow_of(plan, Vec3d(p.center), Vec3d(q.center));
+    path.bow = bow;
     if (plan.motion.path == Path::kExplode) path.launch = launch_of(plan, e, path.from, path.to);
     PairTiming& timing = plan.timing[e];
     if (plan.motion.stagger != Stagger::kNone) timing.delay = order[e] * plan.motion.stagger_share;

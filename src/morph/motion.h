@@ -15,7 +15,7 @@ void set_paths(MorphPlan& plan);
 
 /// The balls at `time` in [0, 1] of the motion (not eased), one per pair, in pair order. 0 and 1
 /// give the fields of `from` and `to` exactly. With u the ball's own eased time:
-///   straight, bezier: (1-u) p + u q, or a curve through both;
+///   straight: (1-u) p + u q; bezier: the same, all in an arc upwards;
 ///   rigid: c(u) + s^u exp(u log R) [(1-u) p' + u q'] with the plan's alignment: exact at both
 ///   ends, and a similarity all the way where one object is a turned and scaled copy of the other.
 ///   parts: the same, each part (morph/parts.h) with its own rotation, scaling and shift; then an

@@ -228,7 +228,8 @@ void describe(V& v, MotionSettings& s) {
            "the way of a ball: a line, an arc, the turn and growth that lays one object on the "
            "other, the same label by label with neighbours held together, or a throw out of the "
            "one and, backwards, into the other");
-  v.number("bend", bend, -2, 2, "bezier: how far a path bows out, as a share of its length");
+  v.number("bend", bend, -2, 2,
+           "bezier: how high an arc the paths go in, as a share of their length");
   v.number("burst", burst, 0, 100, "explode: speed, in the objects' sizes a motion");
   v.number("gravity", gravity, 0, 100, "explode: 1 brings balls down within the motion");
   v.number(

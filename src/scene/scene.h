@@ -66,7 +66,7 @@ struct SpringSettings {
 struct MotionSettings {
   Interpolation interpolate = Interpolation::kDistance;
   Path path = Path::kRigid;
-  float bend = 0.25f;   ///< bezier: how far a path bows out, as a share of its length
+  float bend = 0.25f;   ///< bezier: how high an arc the paths go in, as a share of their length
   float burst = 4;      ///< explode: speed, in the objects' sizes per motion
   float gravity = 1;    ///< explode: 1 = what brings a ball down within the motion
   float soften = 0.5f;  ///< Gaussian: how much softer balls are half way between unlike objects

@@ -153,15 +153,16 @@ TEST(Flow, FollowsATurningBodyAndKnowsItsShare) {
   for (const Vec3& d : still.displacement) EXPECT_EQ(length(d), 0);
 }
 
-TEST(BallsAt, ABezierPathBowsOutAndAStraightOneDoesNot) {
-  const std::vector<Ball> a{ball_at({-1, 1, 0}, 0.2f), ball_at({-1, -1, 0}, 0.2f)};
-  const std::vector<Ball> b{ball_at({1, 1, 0}, 0.2f), ball_at({1, -1, 0}, 0.2f)};
+TEST(BallsAt, BezierPathsGoInOneArcAndStraightOnesDoNot) {
+  // The ways are 3 and 1 long: sqrt(5) in the root mean square.
+  const std::vector<Ball> a{ball_at({-2, 1, 0}, 0.2f), ball_at({-1, -1, 0}, 0.2f)};
+  const std::vector<Ball> b{ball_at({1, 1, 0}, 0.2f), ball_at({0, -1, 0}, 0.2f)};
   const auto straight = balls_at(plan_of(a, b, linear(Path::kStraight)), 0.5f);
   const auto arc = balls_at(plan_of(a, b, linear(Path::kBezier)), 0.5f);
   for (std::size_t e = 0; e < 2; ++e) {
     EXPECT_NEAR(std::abs(straight[e].center.y), 1, 1e-5);
-    EXPECT_NEAR(std::abs(arc[e].center.y), 1.5, 1e-4);  // bend 0.25 of a way of 2
-    EXPECT_NEAR(arc[e].center.x, 0, 1e-5);
+    EXPECT_NEAR(arc[e].center.y - straight[e].center.y, 0.25f * std::sqrt(5.0f), 1e-5);
+    EXPECT_NEAR(arc[e].center.x, straight[e].center.x, 1e-5);
   }
 }
 
