@@ -13,9 +13,21 @@
 #include "image/image.h"
 #include "kernels/types.h"
 #include "model/model.h"
+#include "model/query/transfer.h"
 #include "scene/scene.h"
 
 namespace polymorph {
+
+/// Where a mesh that took its materials from a model crosses borders of the model's charts or
+/// materials. A hit there asks the model itself: else borders would be as jagged as the triangles.
+/// Borrowed.
+struct MaterialBorders {
+  const Model* model = nullptr;
+  const ClosestPointQuery* closest = nullptr;
+  std::span<const BorderTriangle> triangles;
+  /// Of each triangle of the mesh one of those, or TransferredMaterials::kNoBorder; empty: none.
+  std::span<const std::uint32_t> border_of;
+};
 
 /// What a mesh is made of. Spans are borrowed.
 struct MaterialLayer {
@@ -23,7 +35,12 @@ struct MaterialLayer {
   std::span<const std::uint32_t> triangle_materials;  ///< one per triangle, or empty = material 0
   std::span<const Material> materials;                ///< empty = wholly the common look
   std::span<const std::shared_ptr<const Image>> textures;
+  MaterialBorders borders = {};
 };
+
+/// The material and the place on its texture at a point of one of the mesh's triangles; `u` and `v`
+/// are the weights of its second and third corner.
+TexturePoint texture_point(const MaterialLayer& layer, std::uint32_t triangle, float u, float v);
 
 /// A layer over others: colours, gloss and roughness are mixed.
 struct MixedLayer : MaterialLayer {

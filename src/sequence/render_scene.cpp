@@ -8,9 +8,13 @@ namespace {
 constexpr float kFirstId = 2;  // 0 is nothing, 1 the ground
 
 MaterialLayer layer_of(const PreparedActor& actor, const ObjectLayer& layer) {
-  const Model& model = actor.objects[layer.object].model;
-  return {layer.materials.corner_uvs, layer.materials.triangle_materials, model.materials,
-          model.textures};
+  const PreparedObject& object = actor.objects[layer.object];
+  const TransferredMaterials& materials = layer.materials;
+  return {materials.corner_uvs,
+          materials.triangle_materials,
+          object.model.materials,
+          object.model.textures,
+          {&object.model, object.outer.get(), materials.borders, materials.border_of}};
 }
 
 /// The actor's meshes; `id` is its surface's, its objects' follow. `first_label`: of the layer.

@@ -95,6 +95,66 @@ TEST(Transfer, ASurfaceOnTheModelGetsTheModelsTexture) {
   }
 }
 
+TEST(Transfer, ATriangleAcrossABorderShowsItWhereTheModelHasIt) {
+  Model model = tube(96, 8);
+  // Dark where it begins, bright where it comes round, and no repetition hides the seam.
+  constexpr float kAround = 0.7f;
+  for (Vec2& uv : model.corner_uvs) uv.x *= kAround;
+  Image texture = make_image(64, 1, {"R", "G", "B"});
+  for (int x = 0; x < 64; ++x)
+    for (int c = 0; c < 3; ++c) texture.at(x, 0, c) = static_cast<float>(x) / 63;
+  model.textures = {std::make_shared<const Image>(texture)};
+  model.materials[0].texture = model.materials[1].texture = 0;
+  const auto on_tube = [](float turn, float y) {
+    return Vec3{std::cos(6.2831853f * turn), y, std::sin(6.2831853f * turn)};
+  };
+  // Across the materials' border at 4, across the seam at a turn of 0, and beside both.
+  const std::vector<Vec3> at = {on_tube(0.3f, 3.6f),   on_tube(0.3f, 4.4f),   on_tube(0.34f, 4.1f),
+                                on_tube(-0.02f, 1.0f), on_tube(0.02f, 1.02f), on_tube(0.01f, 1.5f),
+                                on_tube(0.6f, 6.0f),   on_tube(0.6f, 6.1f),   on_tube(0.61f, 6.0f)};
+  const std::vector<Triangle> triangles = {{{0, 1, 2}}, {{3, 4, 5}}, {{6, 7, 8}}};
+  const ClosestPointQuery closest(model);
+  const auto out = transfer_materials(model, closest, texture_charts(model), at, triangles);
+  ASSERT_EQ(out.border_of, (std::vector<std::uint32_t>{0, 1, TransferredMaterials::kNoBorder}));
+  ASSERT_EQ(out.borders.size(), 2u);
+  for (std::size_t t = 0; t < 2; ++t)
+    for (int i = 0; i <= 10; ++i)
+      for (int k = 0; k + i <= 10; ++k) {
+        const float u = static_cast<float>(i) / 10, v = static_cast<float>(k) / 10;
+        const Vec3 p = at[3 * t] * (1 - u - v) + at[3 * t + 1] * u + at[3 * t + 2] * v;
+        float turn = std::atan2(p.z, p.x) / 6.2831853f;
+        if (turn < 0) turn += 1;
+        const TexturePoint point = texture_point(model, closest, out.borders[t], u, v);
+        // On the border itself it is either.
+        if (std::abs(p.y - 4) > 1e-4f) {
+          EXPECT_EQ(point.material, p.y < 4 ? 0u : 1u) << p.y;
+        }
+        const float off = std::abs(point.uv.x / kAround - turn);
+        EXPECT_LT(std::min(off, 1 - off), 1e-3f) << turn;
+        EXPECT_NEAR(point.uv.y, p.y / 8, 1e-4f);
+      }
+}
+
+TEST(Transfer, ASeamThatNobodySeesIsNoBorder) {
+  Model model = tube(96, 8);
+  model.triangle_materials.assign(model.triangles.size(), 0);
+  for (Vec2& uv : model.corner_uvs) uv.x *= 0.7f;
+  const std::vector<Vec3> at = {{1, 1, -0.05f}, {1, 1, 0.05f}, {1, 1.1f, 0}};
+  const std::vector<Triangle> triangles = {{{0, 1, 2}}};
+  const auto borders = [&] {
+    return transfer_materials(model, ClosestPointQuery(model), texture_charts(model), at, triangles)
+        .borders.size();
+  };
+  Image texture = make_image(2, 1, {"R", "G", "B"});
+  std::fill(texture.pixels.begin(), texture.pixels.end(), 0.5f);
+  model.textures = {std::make_shared<const Image>(texture)};
+  model.materials[0].texture = 0;
+  EXPECT_EQ(borders(), 0u);
+  texture.at(1, 0, 1) = 0.9f;
+  model.textures = {std::make_shared<const Image>(texture)};
+  EXPECT_EQ(borders(), 1u);
+}
+
 TEST(Transfer, WithoutATextureOnlyMaterialsGoAlong) {
   Model model = tube(12, 4);
   model.corner_uvs.clear();
@@ -104,6 +164,7 @@ TEST(Transfer, WithoutATextureOnlyMaterialsGoAlong) {
       transfer_materials(model, ClosestPointQuery(model), texture_charts(model), at, triangles);
   EXPECT_TRUE(out.corner_uvs.empty());
   EXPECT_EQ(out.triangle_materials, std::vector<std::uint32_t>{1});
+  EXPECT_TRUE(out.border_of.empty());
 }
 
 }  // namespace

@@ -187,6 +187,37 @@ TEST(Render, TexturesHaveVUpAndMultiplyTheColor) {
   }
 }
 
+TEST(Render, BordersOfMaterialsAreTheModelsNotTheTriangles) {
+  // A square of two triangles takes over what a square of four had, whose left is red and whose
+  // right, from x = 0.3 on, is green.
+  Model model;
+  model.points = {{-1, -1, 0}, {0.3f, -1, 0}, {1, -1, 0}, {-1, 1, 0}, {0.3f, 1, 0}, {1, 1, 0}};
+  model.triangles = {{{0, 1, 4}}, {{0, 4, 3}}, {{1, 2, 5}}, {{1, 5, 4}}};
+  model.triangle_materials = {0, 0, 1, 1};
+  model.materials = {matte({0.5f, 0, 0}), matte({0, 0.5f, 0})};
+  const ClosestPointQuery closest(model);
+  TestMesh square = make_square({}, {1, 0, 0}, {0, 1, 0}, 1);
+  const TransferredMaterials taken =
+      transfer_materials(model, closest, texture_charts(model), square.positions, square.triangles);
+  RenderScene scene = furnace();
+  scene.meshes = {view_of(square)};
+  static_cast<MaterialLayer&>(scene.meshes[0]) = {
+      {},
+      taken.triangle_materials,
+      model.materials,
+      {},
+      {&model, &closest, taken.borders, taken.border_of}};
+  const Image image = render_or_fail(scene, small_settings());
+  const float unit = 18 / (5 * scene.camera.tan_half_fov_y);
+  for (const float y : {-0.7f, 0.1f, 0.8f})
+    for (const float x : {-0.8f, -0.2f, 0.1f, 0.5f, 0.8f}) {
+      const Vec3 seen =
+          color_at(image, static_cast<int>(24 + x * unit), static_cast<int>(18 - y * unit));
+      const Vec3 expected = x < 0.3f ? Vec3{0.5f, 0, 0} : Vec3{0, 0.5f, 0};
+      EXPECT_LT(length(seen - expected), 0.06f) << x << ", " << y;
+    }
+}
+
 TEST(Render, LookMixesOwnMaterialAndCommonLook) {
   const TestMesh ball = make_ball(48, 24);
   RenderScene scene = furnace();

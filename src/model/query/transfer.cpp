@@ -7,6 +7,7 @@
 #include "base/disjoint_sets.h"
 #include "base/parallel.h"
 #include "base/result.h"
+#include "image/texture.h"
 
 namespace polymorph {
 namespace {
@@ -30,7 +31,7 @@ TriangleWeights weights_in_plane(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
   return {1 - v - w, v, w};
 }
 
-float spread(const Vec2 (&uv)[3]) {
+float spread(const std::array<Vec2, 3>& uv) {
   float largest = 0;
   for (int i = 0; i < 3; ++i) {
     const Vec2 d = uv[i] + uv[(i + 1) % 3] * -1.0f;
@@ -39,12 +40,41 @@ float spread(const Vec2 (&uv)[3]) {
   return largest;
 }
 
+/// The texture there.
+Vec2 uv_of(const Model& model, const ClosestPoint& hit) {
+  const auto& v = model.triangles[hit.triangle].v;
+  return mixed(
+      model, hit.triangle,
+      closest_on_triangle(hit.point, model.points[v[0]], model.points[v[1]], model.points[v[2]]));
+}
+
+Vec3 mean(const std::array<Vec3, 3>& corners) {
+  return (corners[0] + corners[1] + corners[2]) / 3.0f;
+}
+
+/// White where the material has no texture.
+Vec3 texel(const Model& model, std::uint32_t material, Vec2 uv) {
+  const int index = model.materials[material].texture;
+  const auto texture = static_cast<std::size_t>(std::max(index, 0));
+  if (index < 0 || texture >= model.textures.size() || !model.textures[texture]) return {1, 1, 1};
+  return sample_texture(*model.textures[texture], uv);
+}
+
+/// Colours that nobody tells apart side by side: within five steps of 255, about.
+bool look_alike(Vec3 a, Vec3 b) {
+  constexpr float kStep = 0.02f;
+  const auto near = [](float x, float y) {
+    return std::abs(std::sqrt(std::max(x, 0.0f)) - std::sqrt(std::max(y, 0.0f))) < kStep;
+  };
+  return near(a.x, b.x) && near(a.y, b.y) && near(a.z, b.z);
+}
+
 /// The texture at the triangle's middle, continued to its corners.
-void continue_chart(const Model& model, const ClosestPoint& middle, const Vec3 (&corners)[3],
-                    Vec2 (&uv)[3]) {
+void continue_chart(const Model& model, const ClosestPoint& middle,
+                    const std::array<Vec3, 3>& corners, Vec2 (&uv)[3]) {
   const auto& v = model.triangles[middle.triangle].v;
   const Vec3 a = model.points[v[0]], b = model.points[v[1]], c = model.points[v[2]];
-  const Vec2 at_middle = mixed(model, middle.triangle, closest_on_triangle(middle.point, a, b, c));
+  const Vec2 at_middle = uv_of(model, middle);
   for (int k = 0; k < 3; ++k) {
     const TriangleWeights w = weights_in_plane(corners[k], a, b, c);
     // Far beyond a small triangle its plane says nothing any more.
@@ -121,39 +151,74 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
         [&](std::int64_t k) {
           const ClosestPoint& hit = hits[static_cast<std::size_t>(k)];
           if (hit.triangle == ClosestPoint::kNoTriangle) return;
-          const auto& m = model.triangles[hit.triangle].v;
-          uv_at[static_cast<std::size_t>(k)] =
-              mixed(model, hit.triangle,
-                    closest_on_triangle(hit.point, model.points[m[0]], model.points[m[1]],
-                                        model.points[m[2]]));
+          uv_at[static_cast<std::size_t>(k)] = uv_of(model, hit);
         },
         256);
   }
+  // Without a texture only materials have borders.
+  const std::span<const std::uint32_t> areas = textured ? charts : std::span(materials);
+  const auto crosses_border = [&](const Triangle& t) {
+    const auto& [a, b, c] = t.v;
+    const std::uint32_t area = areas[hits[a].triangle];
+    return area != areas[hits[b].triangle] || area != areas[hits[c].triangle] ||
+           (textured && spread({uv_at[a], uv_at[b], uv_at[c]}) > kFarApart);
+  };
+  std::vector<std::uint8_t> crosses(triangles.size());
   parallel_for(
       static_cast<std::int64_t>(triangles.size()),
       [&](std::int64_t k) {
         const auto t = static_cast<std::size_t>(k);
         const auto& v = triangles[t].v;
-        const ClosestPoint* hit[3] = {&hits[v[0]], &hits[v[1]], &hits[v[2]]};
-        const bool one_chart = charts[hit[0]->triangle] == charts[hit[1]->triangle] &&
-                               charts[hit[0]->triangle] == charts[hit[2]->triangle];
-        Vec2 uv[3];
-        if (textured && one_chart)
-          for (int c = 0; c < 3; ++c) uv[c] = uv_at[v[c]];
-        std::uint32_t source = hit[0]->triangle;
-        if (!one_chart || (textured && spread(uv) > kFarApart)) {
-          const Vec3 corners[3] = {at[v[0]], at[v[1]], at[v[2]]};
-          const ClosestPoint middle =
-              closest.closest((corners[0] + corners[1] + corners[2]) / 3.0f, corners[0], *hit[0]);
-          source = middle.triangle;
-          if (textured) continue_chart(model, middle, corners, uv);
+        crosses[t] = crosses_border(triangles[t]);
+        if (!materials.empty()) out.triangle_materials[t] = materials[hits[v[0]].triangle];
+        if (!textured) return;
+        for (std::size_t c = 0; c < 3; ++c) out.corner_uvs[3 * t + c] = uv_at[v[c]];
+      },
+      256);
+  std::vector<std::uint32_t> crossing;
+  for (std::uint32_t t = 0; t < triangles.size(); ++t)
+    if (crosses[t]) crossing.push_back(t);
+  std::vector<BorderTriangle> borders(crossing.size());
+  std::vector<std::uint8_t> shows(crossing.size());
+  parallel_for(
+      static_cast<std::int64_t>(crossing.size()),
+      [&](std::int64_t k) {
+        const std::size_t t = crossing[static_cast<std::size_t>(k)];
+        const auto& v = triangles[t].v;
+        BorderTriangle& border = borders[static_cast<std::size_t>(k)];
+        border.at = {at[v[0]], at[v[1]], at[v[2]]};
+        border.middle = closest.closest(mean(border.at), border.at[0], hits[v[0]]);
+        const std::uint32_t material = materials.empty() ? 0 : materials[border.middle.triangle];
+        out.triangle_materials[t] = material;
+        Vec2 uv[3] = {};
+        if (textured) {
+          continue_chart(model, border.middle, border.at, uv);
+          std::copy(uv, uv + 3, &out.corner_uvs[3 * t]);
         }
-        out.triangle_materials[t] = materials.empty() ? 0 : materials[source];
-        if (textured)
-          for (std::size_t c = 0; c < 3; ++c) out.corner_uvs[3 * t + c] = uv[c];
+        for (std::size_t c = 0; c < 3; ++c) {
+          const std::uint32_t own = materials.empty() ? 0 : materials[hits[v[c]].triangle];
+          if (own != material || (textured && !look_alike(texel(model, material, uv[c]),
+                                                          texel(model, own, uv_at[v[c]]))))
+            shows[static_cast<std::size_t>(k)] = 1;
+        }
       },
       64);
+  for (std::size_t k = 0; k < crossing.size(); ++k) {
+    if (!shows[k]) continue;
+    out.border_of.resize(triangles.size(), TransferredMaterials::kNoBorder);
+    out.border_of[crossing[k]] = static_cast<std::uint32_t>(out.borders.size());
+    out.borders.push_back(borders[k]);
+  }
   return out;
+}
+
+TexturePoint texture_point(const Model& model, const ClosestPointQuery& closest,
+                           const BorderTriangle& triangle, float u, float v) {
+  const auto& [a, b, c] = triangle.at;
+  const ClosestPoint hit =
+      closest.closest(a * (1 - u - v) + b * u + c * v, mean(triangle.at), triangle.middle);
+  return {model.triangle_materials.empty() ? 0 : model.triangle_materials[hit.triangle],
+          model.corner_uvs.empty() ? Vec2{} : uv_of(model, hit)};
 }
 
 }  // namespace polymorph

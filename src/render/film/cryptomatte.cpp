@@ -17,10 +17,6 @@ std::string key_of(std::string_view layer) {
   return fmt::format("{:08x}", murmur_hash(layer)).substr(0, 7);
 }
 
-std::uint32_t material_index(const MaterialLayer& layer, std::uint32_t triangle) {
-  return layer.triangle_materials.empty() ? 0 : layer.triangle_materials[triangle];
-}
-
 }  // namespace
 
 std::uint32_t murmur_hash(std::string_view text) {
@@ -135,8 +131,11 @@ std::vector<Attribute> Mattes::attributes() const {
   return attributes;
 }
 
-void Mattes::add_material(const RenderMesh& mesh, const MeshIds& ids, std::uint32_t triangle,
+void Mattes::add_material(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit,
                           MattePixel& pixel) const {
+  const auto id_in = [&](const MaterialLayer& layer, std::size_t index) {
+    return ids.materials[index][texture_point(layer, hit.triangle, hit.u, hit.v).material];
+  };
   float look = mesh.materials.empty() ? 1 : std::clamp(mesh.look, 0.0f, 1.0f);
   pixel.add(look_, look);
   // From the topmost layer down, each leaves the rest to those below.
@@ -145,10 +144,10 @@ void Mattes::add_material(const RenderMesh& mesh, const MeshIds& ids, std::uint3
     const MixedLayer& layer = mesh.over[i];
     if (layer.materials.empty()) continue;
     const float share = std::clamp(layer.share, 0.0f, 1.0f);
-    pixel.add(ids.materials[i + 1][material_index(layer, triangle)], rest * share);
+    pixel.add(id_in(layer, i + 1), rest * share);
     rest *= 1 - share;
   }
-  if (!mesh.materials.empty()) pixel.add(ids.materials[0][material_index(mesh, triangle)], rest);
+  if (!mesh.materials.empty()) pixel.add(id_in(mesh, 0), rest);
 }
 
 float Mattes::label_of(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit) const {
@@ -176,7 +175,7 @@ void Mattes::add_sample(const World& world, const Ray& ray, const Intersection& 
   const MeshIds& ids = meshes_[intersection.mesh.mesh];
   for (std::size_t i = 0; i < kinds_.size(); ++i) {
     if (kinds_[i] == Kind::kObject) pixel[i].add(ids.object, 1);
-    if (kinds_[i] == Kind::kMaterial) add_material(mesh, ids, intersection.mesh.triangle, pixel[i]);
+    if (kinds_[i] == Kind::kMaterial) add_material(mesh, ids, intersection.mesh, pixel[i]);
     if (kinds_[i] == Kind::kLabel) pixel[i].add(label_of(mesh, ids, intersection.mesh), 1);
   }
 }

@@ -68,7 +68,7 @@ class Mattes {
     std::vector<float> labels;
   };
   float id_of(Kind kind, std::string_view name);
-  void add_material(const RenderMesh& mesh, const MeshIds& ids, std::uint32_t triangle,
+  void add_material(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit,
                     MattePixel& pixel) const;
   float label_of(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit) const;
 

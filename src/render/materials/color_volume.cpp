@@ -8,9 +8,9 @@
 #include "base/box.h"
 #include "base/parallel.h"
 #include "base/result.h"
+#include "image/texture.h"
 #include "kernels/math.h"
 #include "model/query/sample_surface.h"
-#include "render/materials/texture.h"
 
 namespace polymorph {
 namespace {

@@ -289,10 +289,7 @@ FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first
     shown.next =
         mesh.displacement.empty() ? point.position : point.position + at(mesh.displacement);
     shown.albedo = mixed_shading(world, hit).color;
-    if (!mesh.corner_uvs.empty()) {
-      const Vec2* uv = &mesh.corner_uvs[std::size_t{hit.triangle} * 3];
-      shown.uv = uv[0] * (1 - hit.u - hit.v) + uv[1] * hit.u + uv[2] * hit.v;
-    }
+    shown.uv = texture_point(mesh, hit.triangle, hit.u, hit.v).uv;
     shown.progress = mesh.vertex_progress.empty() ? mesh.progress : at(mesh.vertex_progress);
     shown.t = world.moment;
     if (!mesh.vertex_labels.empty()) {

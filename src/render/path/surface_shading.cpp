@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "render/materials/texture.h"
+#include "image/texture.h"
 
 namespace polymorph {
 namespace {
@@ -26,16 +26,13 @@ bool is_uniform(const RenderMesh& mesh) {
 }
 
 Shading layer_shading(const MaterialLayer& layer, const MeshHit& hit) {
-  const std::size_t index =
-      layer.triangle_materials.empty() ? 0 : layer.triangle_materials[hit.triangle];
-  const Material& material = layer.materials[index];
+  const TexturePoint at = texture_point(layer, hit.triangle, hit.u, hit.v);
+  const Material& material = layer.materials[at.material];
   const auto texture = static_cast<std::size_t>(std::max(material.texture, 0));
   if (material.texture < 0 || layer.corner_uvs.empty() || texture >= layer.textures.size() ||
       !layer.textures[texture])
     return own_shading(material, {1, 1, 1});
-  const Vec2* uv = &layer.corner_uvs[std::size_t{hit.triangle} * 3];
-  const Vec2 at = uv[0] * (1 - hit.u - hit.v) + uv[1] * hit.u + uv[2] * hit.v;
-  return own_shading(material, sample_texture(*layer.textures[texture], at));
+  return own_shading(material, sample_texture(*layer.textures[texture], at.uv));
 }
 
 /// The mesh's own materials, mixed with what they turn into.
@@ -91,6 +88,22 @@ ShadingOf<Pack3> shading_of_lanes(const World& world, const MeshHitOf<Pack>& hit
 }
 
 }  // namespace
+
+TexturePoint texture_point(const MaterialLayer& layer, std::uint32_t triangle, float u, float v) {
+  const MaterialBorders& borders = layer.borders;
+  if (!borders.border_of.empty()) {
+    const std::uint32_t border = borders.border_of[triangle];
+    if (border != TransferredMaterials::kNoBorder)
+      return texture_point(*borders.model, *borders.closest, borders.triangles[border], u, v);
+  }
+  TexturePoint point;
+  if (!layer.triangle_materials.empty()) point.material = layer.triangle_materials[triangle];
+  if (!layer.corner_uvs.empty()) {
+    const Vec2* uv = &layer.corner_uvs[std::size_t{triangle} * 3];
+    point.uv = uv[0] * (1 - u - v) + uv[1] * u + uv[2] * v;
+  }
+  return point;
+}
 
 Vec3 glass_tint(const Shading& shading) {
   const Vec3 c = min(shading.color, {1, 1, 1});

@@ -4,10 +4,10 @@
 #include <numeric>
 
 #include "base/parallel.h"
+#include "image/texture.h"
 #include "model/mesh/normals.h"
 #include "model/query/closest.h"
 #include "render/materials/materials.h"
-#include "render/materials/texture.h"
 
 namespace polymorph {
 namespace {

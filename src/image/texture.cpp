@@ -1,8 +1,6 @@
-#include "render/materials/texture.h"
+#include "image/texture.h"
 
 #include <cmath>
-
-#include "render/math/vector_math.h"
 
 namespace polymorph {
 namespace {
