@@ -40,6 +40,10 @@ float spread(const std::array<Vec2, 3>& uv) {
   return largest;
 }
 
+std::uint32_t material_of(const Model& model, std::uint32_t triangle) {
+  return model.triangle_materials.empty() ? 0 : model.triangle_materials[triangle];
+}
+
 /// The texture there.
 Vec2 uv_of(const Model& model, const ClosestPoint& hit) {
   const auto& v = model.triangles[hit.triangle].v;
@@ -70,17 +74,53 @@ bool look_alike(Vec3 a, Vec3 b) {
 }
 
 /// The texture at the triangle's middle, continued to its corners.
-void continue_chart(const Model& model, const ClosestPoint& middle,
-                    const std::array<Vec3, 3>& corners, Vec2 (&uv)[3]) {
+std::array<Vec2, 3> continue_chart(const Model& model, const ClosestPoint& middle,
+                                   const std::array<Vec3, 3>& corners) {
   const auto& v = model.triangles[middle.triangle].v;
   const Vec3 a = model.points[v[0]], b = model.points[v[1]], c = model.points[v[2]];
-  const Vec2 at_middle = uv_of(model, middle);
-  for (int k = 0; k < 3; ++k) {
+  std::array<Vec2, 3> uv;
+  uv.fill(uv_of(model, middle));
+  for (std::size_t k = 0; k < 3; ++k) {
     const TriangleWeights w = weights_in_plane(corners[k], a, b, c);
     // Far beyond a small triangle its plane says nothing any more.
-    const bool near = std::max({std::abs(w.a), std::abs(w.b), std::abs(w.c)}) < 4;
-    uv[k] = near ? mixed(model, middle.triangle, w) : at_middle;
+    if (std::max({std::abs(w.a), std::abs(w.b), std::abs(w.c)}) < 4)
+      uv[k] = mixed(model, middle.triangle, w);
   }
+  return uv;
+}
+
+/// What the model has nearest to each vertex. A vertex has some six corners: what it has alone is
+/// worked out once.
+struct Nearest {
+  std::vector<ClosestPoint> hits;
+  std::vector<Vec2> uvs;  ///< empty where the model has no texture coordinates
+};
+Nearest nearest_of(const Model& model, const ClosestPointQuery& closest, std::span<const Vec3> at) {
+  Nearest nearest = {closest.closest(at), {}};
+  if (model.corner_uvs.empty()) return nearest;
+  nearest.uvs.resize(at.size());
+  parallel_for(
+      static_cast<std::int64_t>(at.size()),
+      [&](std::int64_t index) {
+        const auto k = static_cast<std::size_t>(index);
+        if (nearest.hits[k].triangle != ClosestPoint::kNoTriangle)
+          nearest.uvs[k] = uv_of(model, nearest.hits[k]);
+      },
+      256);
+  return nearest;
+}
+
+/// Do the triangle's corners fall into several areas (charts or materials), or so far apart in the
+/// texture that no small triangle shows it?
+bool crosses_border(const Nearest& nearest, std::span<const std::uint32_t> areas,
+                    const Triangle& triangle) {
+  constexpr float kFarApart = 0.1f;
+  const auto& [a, b, c] = triangle.v;
+  const std::uint32_t area = areas[nearest.hits[a].triangle];
+  if (area != areas[nearest.hits[b].triangle] || area != areas[nearest.hits[c].triangle])
+    return true;
+  const std::vector<Vec2>& uv = nearest.uvs;
+  return !uv.empty() && spread({uv[a], uv[b], uv[c]}) > kFarApart;
 }
 
 }  // namespace
@@ -129,7 +169,6 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
                                         std::span<const Vec3> at,
                                         std::span<const Triangle> triangles) {
   PM_CHECK(charts.size() == model.triangles.size());
-  constexpr float kFarApart = 0.1f;  // of the texture: nothing that one small triangle shows
   TransferredMaterials out;
   out.triangle_materials.resize(triangles.size());
   const bool textured = !model.corner_uvs.empty();
@@ -141,38 +180,20 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
       std::fill(out.triangle_materials.begin(), out.triangle_materials.end(), materials.front());
     return out;
   }
-  const std::vector<ClosestPoint> hits = closest.closest(at);
-  // A vertex has some six corners: what it has alone is worked out once.
-  std::vector<Vec2> uv_at(textured ? at.size() : 0);
-  if (textured) {
-    out.corner_uvs.resize(triangles.size() * 3);
-    parallel_for(
-        static_cast<std::int64_t>(at.size()),
-        [&](std::int64_t k) {
-          const ClosestPoint& hit = hits[static_cast<std::size_t>(k)];
-          if (hit.triangle == ClosestPoint::kNoTriangle) return;
-          uv_at[static_cast<std::size_t>(k)] = uv_of(model, hit);
-        },
-        256);
-  }
+  const Nearest nearest = nearest_of(model, closest, at);
+  if (textured) out.corner_uvs.resize(triangles.size() * 3);
   // Without a texture only materials have borders.
   const std::span<const std::uint32_t> areas = textured ? charts : std::span(materials);
-  const auto crosses_border = [&](const Triangle& t) {
-    const auto& [a, b, c] = t.v;
-    const std::uint32_t area = areas[hits[a].triangle];
-    return area != areas[hits[b].triangle] || area != areas[hits[c].triangle] ||
-           (textured && spread({uv_at[a], uv_at[b], uv_at[c]}) > kFarApart);
-  };
   std::vector<std::uint8_t> crosses(triangles.size());
   parallel_for(
       static_cast<std::int64_t>(triangles.size()),
       [&](std::int64_t k) {
         const auto t = static_cast<std::size_t>(k);
         const auto& v = triangles[t].v;
-        crosses[t] = crosses_border(triangles[t]);
-        if (!materials.empty()) out.triangle_materials[t] = materials[hits[v[0]].triangle];
+        crosses[t] = crosses_border(nearest, areas, triangles[t]);
+        out.triangle_materials[t] = material_of(model, nearest.hits[v[0]].triangle);
         if (!textured) return;
-        for (std::size_t c = 0; c < 3; ++c) out.corner_uvs[3 * t + c] = uv_at[v[c]];
+        for (std::size_t c = 0; c < 3; ++c) out.corner_uvs[3 * t + c] = nearest.uvs[v[c]];
       },
       256);
   std::vector<std::uint32_t> crossing;
@@ -182,24 +203,24 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
   std::vector<std::uint8_t> shows(crossing.size());
   parallel_for(
       static_cast<std::int64_t>(crossing.size()),
-      [&](std::int64_t k) {
-        const std::size_t t = crossing[static_cast<std::size_t>(k)];
+      [&](std::int64_t index) {
+        const auto k = static_cast<std::size_t>(index);
+        const std::size_t t = crossing[k];
         const auto& v = triangles[t].v;
-        BorderTriangle& border = borders[static_cast<std::size_t>(k)];
+        BorderTriangle& border = borders[k];
         border.at = {at[v[0]], at[v[1]], at[v[2]]};
-        border.middle = closest.closest(mean(border.at), border.at[0], hits[v[0]]);
-        const std::uint32_t material = materials.empty() ? 0 : materials[border.middle.triangle];
-        out.triangle_materials[t] = material;
-        Vec2 uv[3] = {};
+        border.middle = closest.closest(mean(border.at), border.at[0], nearest.hits[v[0]]);
+        out.triangle_materials[t] = material_of(model, border.middle.triangle);
+        std::array<Vec2, 3> uv{};
         if (textured) {
-          continue_chart(model, border.middle, border.at, uv);
-          std::copy(uv, uv + 3, &out.corner_uvs[3 * t]);
+          uv = continue_chart(model, border.middle, border.at);
+          std::copy(uv.begin(), uv.end(), &out.corner_uvs[3 * t]);
         }
         for (std::size_t c = 0; c < 3; ++c) {
-          const std::uint32_t own = materials.empty() ? 0 : materials[hits[v[c]].triangle];
-          if (own != material || (textured && !look_alike(texel(model, material, uv[c]),
-                                                          texel(model, own, uv_at[v[c]]))))
-            shows[static_cast<std::size_t>(k)] = 1;
+          const std::uint32_t own = material_of(model, nearest.hits[v[c]].triangle);
+          shows[k] |= own != out.triangle_materials[t] ||
+                      (textured &&
+                       !look_alike(texel(model, own, uv[c]), texel(model, own, nearest.uvs[v[c]])));
         }
       },
       64);
@@ -217,8 +238,7 @@ TexturePoint texture_point(const Model& model, const ClosestPointQuery& closest,
   const auto& [a, b, c] = triangle.at;
   const ClosestPoint hit =
       closest.closest(a * (1 - u - v) + b * u + c * v, mean(triangle.at), triangle.middle);
-  return {model.triangle_materials.empty() ? 0 : model.triangle_materials[hit.triangle],
-          model.corner_uvs.empty() ? Vec2{} : uv_of(model, hit)};
+  return {material_of(model, hit.triangle), model.corner_uvs.empty() ? Vec2{} : uv_of(model, hit)};
 }
 
 }  // namespace polymorph
