@@ -23,6 +23,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "ball_paths.h"
 #include "bricks.h"
 #include "cubes.h"
 #include "engine.h"
@@ -31,7 +32,6 @@
 #include "interpolate_attributes.h"
 #include "mc_tables.h"
 #include "morph_field.h"
-#include "motion.h"
 #include "regression.h"
 #include "tree.h"
 #include "triangles.h"

@@ -21,7 +21,7 @@
 #include "engine.h"
 #include "floating_point.h"
 #include "fork_join.h"
-#include "math.h"
+#include "simd_math.h"
 #include "tree.h"
 #include "validate.h"
 #include "view.h"

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "ball_paths.h"
 #include "ball_set.h"
 #include "mesh.h"
 #include "morph_surface.h"
-#include "motion.h"
 #include "types.h"
 
 namespace polymorph {

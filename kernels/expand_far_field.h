@@ -7,7 +7,7 @@
 #include "falloff.h"
 #include "far_field.h"
 #include "host_device.h"
-#include "math.h"
+#include "simd_math.h"
 #include "tree.h"
 #include "types.h"
 #include "view.h"

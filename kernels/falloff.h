@@ -10,7 +10,7 @@
 // coordinate of the point. Hence the corners of a box bound every q computed for a point of it,
 // rounding included: q is monotone after rounding, which makes culling exact (bricks.h).
 //
-// V is float, or a pack of floats (math.h): the same operations on several points at once.
+// V is float, or a pack of floats (simd_math.h): the same operations on several points at once.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@
 
 #include "field_kinds.h"
 #include "host_device.h"
-#include "math.h"
+#include "simd_math.h"
 #include "types.h"
 
 namespace polymorph {

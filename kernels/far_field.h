@@ -27,7 +27,7 @@
 #pragma once
 
 #include "host_device.h"
-#include "math.h"
+#include "simd_math.h"
 #include "types.h"
 
 namespace polymorph {

@@ -28,7 +28,7 @@
 #include <string_view>
 
 #include "host_device.h"
-#include "math.h"
+#include "simd_math.h"
 #include "types.h"
 
 namespace polymorph {

@@ -1,5 +1,5 @@
 // Vectors and 3 x 3 matrices in double precision, with the matrix exponential, logarithm and
-// rotations that the motion of balls needs; the same bits on the CPU and on the GPU (math.h).
+// rotations that the motion of balls needs; the same bits on the CPU and on the GPU (simd_math.h).
 #pragma once
 
 #include <cmath>

@@ -11,8 +11,8 @@
 
 #include "field.h"
 #include "host_device.h"
-#include "math.h"
 #include "morph_surface.h"
+#include "simd_math.h"
 #include "types.h"
 #include "view.h"
 

@@ -15,7 +15,7 @@
 #include "bricks.h"
 #include "field.h"
 #include "host_device.h"
-#include "math.h"
+#include "simd_math.h"
 #include "types.h"
 #include "view.h"
 

@@ -12,15 +12,15 @@
 #include "base/log.h"
 #include "base/parallel.h"
 #include "base/program_identity.h"
+#include "mesh/append.h"
 #include "model/load/load_model.h"
-#include "model/mesh/shapes.h"
+#include "model/shapes.h"
 #include "scene/load_scene.h"
 #include "sequence/device.h"
 #include "sequence/geometry/geometry.h"
 #include "sequence/prepare.h"
 #include "sequence/render_frame.h"
 #include "spheres/spheres.h"
-#include "surface/append.h"
 
 namespace nb = nanobind;
 

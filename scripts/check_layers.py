@@ -7,11 +7,11 @@ import pathlib
 import re
 import sys
 
-ROOMS = ["base", "image", "scene", "model", "surface", "spheres", "morph", "render", "compare", "interchange", "analyze", "sequence", "pairs", "cli"]
-SUBFOLDERS = {"model": ["mesh", "query", "repair", "load"],
+ROOMS = ["base", "image", "mesh", "scene", "model", "field", "spheres", "morph", "leg", "render", "compare", "interchange", "analyze", "sequence", "pairs", "cli"]
+SUBFOLDERS = {"model": ["repair", "load"],
               "render": ["math", "rays", "lights", "materials", "path", "film"],
               "sequence": ["geometry", "golden"]}
-KERNEL_TYPES = {"kernels/types.h", "kernels/field_kinds.h", "kernels/host_device.h", "kernels/math.h", "kernels/linear.h", "kernels/motion.h", "kernels/mesh.h",
+KERNEL_TYPES = {"kernels/types.h", "kernels/field_kinds.h", "kernels/host_device.h", "kernels/simd_math.h", "kernels/linear.h", "kernels/ball_paths.h", "kernels/mesh.h",
                 "kernels/ball_set.h", "kernels/devices.h", "kernels/engine.h", "kernels/morph_surface.h", "kernels/fork_join.h", "kernels/mc_tables.h",
                 "kernels/floating_point.h", "kernels/morph_field.h", "kernels/distance_field.h"}
 ONLY_IN = {"embree3/": "src/render", "OpenImageIO/": "src/image/oiio", "CLI/": "src/cli", "meshoptimizer.h": "src/interchange", "assimp/": "src/model/assimp"}

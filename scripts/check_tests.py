@@ -13,7 +13,7 @@ def own_tests(source: pathlib.Path) -> list[pathlib.Path]:
     room = source.parts[0]
     names = [TESTS / "unit" / f"{room}_{source.stem}_test.cpp"]
     if room == "cli":
-        names.append(TESTS / "cli" / f"{source.stem}_test.cpp")
+        names.append(TESTS / "cli" / f"{source.stem.removesuffix('_command')}_test.cpp")
     return [name for name in names if name.exists()]
 
 

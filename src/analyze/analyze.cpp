@@ -12,7 +12,7 @@
 #include "analyze/smoothness.h"
 #include "base/box.h"
 #include "base/result.h"
-#include "model/query/closest.h"
+#include "mesh/closest.h"
 #include "morph/features.h"
 
 namespace polymorph {

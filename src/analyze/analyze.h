@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "analyze/roughness.h"
+#include "base/matrix_decompositions.h"
 #include "kernels/linear.h"
 #include "kernels/mesh.h"
 #include "kernels/types.h"
-#include "morph/linear.h"
-#include "surface/mesh_check.h"
+#include "mesh/mesh_check.h"
 
 namespace polymorph {
 

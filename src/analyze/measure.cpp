@@ -6,10 +6,10 @@
 
 #include "base/parallel.h"
 #include "kernels/linear.h"
-#include "model/mesh/normals.h"
-#include "model/query/closest.h"
-#include "model/query/inside.h"
-#include "model/query/sample_surface.h"
+#include "mesh/closest.h"
+#include "mesh/inside.h"
+#include "mesh/normals.h"
+#include "mesh/sample_surface.h"
 
 namespace polymorph {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "cli/command_line.h"
-#include "compare/report.h"
+#include "compare/comparison_report.h"
 
 namespace polymorph {
 

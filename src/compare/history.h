@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "compare/report.h"
+#include "compare/comparison_report.h"
 
 namespace polymorph {
 

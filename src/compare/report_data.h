@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "compare/report.h"
+#include "compare/comparison_report.h"
 
 namespace polymorph {
 

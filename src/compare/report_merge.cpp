@@ -7,7 +7,7 @@
 #include "base/archive.h"
 #include "base/file.h"
 #include "base/text.h"
-#include "compare/report.h"
+#include "compare/comparison_report.h"
 #include "compare/report_data.h"
 #include "scene/json_text.h"
 

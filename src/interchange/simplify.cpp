@@ -6,7 +6,7 @@
 
 #include "base/box.h"
 #include "interchange/split_surface.h"
-#include "model/query/closest.h"
+#include "mesh/closest.h"
 
 namespace polymorph {
 namespace {

@@ -7,9 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "base/box.h"
 #include "image/image.h"
-#include "kernels/types.h"
+#include "mesh/mesh_view.h"
 
 namespace polymorph {
 
@@ -41,6 +40,7 @@ struct Model {
   std::vector<std::shared_ptr<const Image>> textures;  ///< scene-linear RGB(A)
 
   Box box() const { return box_of(points); }
+  operator MeshView() const { return {points, triangles}; }
 };
 
 }  // namespace polymorph

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <span>
 
+#include "base/matrix_decompositions.h"
 #include "morph/cost.h"
-#include "morph/linear.h"
 #include "morph/transport.h"
 
 namespace polymorph {

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "base/matrix_decompositions.h"
 #include "kernels/types.h"
-#include "morph/linear.h"
 #include "scene/scene.h"
 
 namespace polymorph {

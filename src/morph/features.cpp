@@ -7,8 +7,8 @@
 #include <queue>
 #include <utility>
 
+#include "base/matrix_decompositions.h"
 #include "base/parallel.h"
-#include "morph/linear.h"
 
 namespace polymorph {
 namespace {

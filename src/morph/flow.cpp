@@ -1,7 +1,7 @@
 #include "morph/flow.h"
 
+#include "field/extract_surface.h"
 #include "morph/motion.h"
-#include "surface/grid.h"
 
 namespace polymorph {
 namespace {

@@ -8,10 +8,10 @@
 
 #include "base/disjoint_sets.h"
 #include "base/text.h"
-#include "model/query/closest.h"
+#include "field/extract_surface.h"
+#include "mesh/closest.h"
 #include "morph/cost.h"
 #include "morph/motion.h"
-#include "surface/grid.h"
 
 namespace polymorph {
 namespace {

@@ -38,7 +38,7 @@ LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
 /// `from_names` and `to_names` (one per ball of either object, in one numbering). A pair's share of
 /// the field at the point goes to its source's label by 1 - u and to its target's by u; labels that
 /// belong together count as one, and the larger of them gives the name. `balls` are those of
-/// balls_at(plan, time). Errors: the engine's (surface/grid.h: to_status).
+/// balls_at(plan, time). Errors: the engine's (field/extract_surface.h: to_status).
 Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float time,
                                                 const BallSet& balls,
                                                 const std::vector<Vec3>& points,

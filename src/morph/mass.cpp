@@ -6,12 +6,12 @@
 #include <numeric>
 
 #include "base/exact_math.h"
+#include "base/matrix_decompositions.h"
 #include "base/parallel.h"
 #include "base/random.h"
 #include "kernels/field_kinds.h"
 #include "kernels/linear.h"
-#include "kernels/math.h"
-#include "morph/linear.h"
+#include "kernels/simd_math.h"
 
 namespace polymorph {
 namespace {

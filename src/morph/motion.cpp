@@ -10,10 +10,10 @@
 #include "base/parallel.h"
 #include "base/random.h"
 #include "base/result.h"
+#include "field/extract_surface.h"
 #include "kernels/field_kinds.h"
 #include "morph/easing.h"
 #include "morph/parts.h"
-#include "surface/grid.h"
 
 namespace polymorph {
 namespace {

@@ -28,7 +28,7 @@ void set_paths(MorphPlan& plan);
 std::vector<Ball> balls_at(const MorphPlan& plan, float time);
 
 /// The same balls, moved by the engine, where they stay for the surface. Errors: the engine's
-/// (surface/grid.h: to_status).
+/// (field/extract_surface.h: to_status).
 Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine);
 
 /// Makes a plan whose source is the balls of `before` at `until` go on with their velocity, which

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "morph/linear.h"
+#include "base/matrix_decompositions.h"
 #include "morph/plan.h"
 
 namespace polymorph {

@@ -7,9 +7,9 @@
 #include <memory>
 #include <vector>
 
-#include "kernels/motion.h"
+#include "base/matrix_decompositions.h"
+#include "kernels/ball_paths.h"
 #include "kernels/types.h"
-#include "morph/linear.h"
 #include "scene/scene.h"
 
 namespace polymorph {

@@ -21,7 +21,7 @@ struct PullBack {
 /// field at x, p_e the ball it comes from (goes to) and F_e its frame (pair_frames). `balls` are
 /// those of balls_at(plan, time). At time 0 (1) X is the point itself, on the source (target)
 /// (docs/method.md, Colour).
-/// Errors: the engine's (surface/grid.h: to_status).
+/// Errors: the engine's (field/extract_surface.h: to_status).
 Result<PullBack> pull_back(const MorphPlan& plan, float time, const BallSet& balls,
                            const std::vector<Vec3>& points, Engine& engine);
 

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "field/extract_surface.h"
 #include "kernels/distance_field.h"
 #include "kernels/morph_field.h"
 #include "morph/features.h"
 #include "morph/motion.h"
-#include "surface/grid.h"
 
 namespace polymorph {
 namespace {

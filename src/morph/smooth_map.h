@@ -48,7 +48,7 @@ Result<std::shared_ptr<const Regression>> with_shortfalls(const FrameMap& map,
 /// distance along the body to all of it (morph/features.h).
 std::vector<float> pair_leads(const MorphPlan& plan);
 
-/// Where points come from and go to by the map. Errors: the engine's (surface/grid.h:
+/// Where points come from and go to by the map. Errors: the engine's (field/extract_surface.h:
 /// to_status).
 Result<PullBack> pull_back(const FrameMap& map, const std::vector<Vec3>& points, Engine& engine);
 

@@ -13,7 +13,7 @@
 #include "image/image.h"
 #include "kernels/types.h"
 #include "model/model.h"
-#include "model/query/transfer.h"
+#include "model/transfer.h"
 #include "scene/scene.h"
 
 namespace polymorph {

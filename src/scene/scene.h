@@ -106,7 +106,7 @@ struct ObjectSettings {
   float retarget = 1;
 };
 
-/// The built-in shapes an object may name; model/mesh/shapes.h makes them.
+/// The built-in shapes an object may name; model/shapes.h makes them.
 inline const std::vector<std::string> kShapeNames{"sphere", "cube", "torus", "puddle", "drops"};
 
 enum class Arrange : std::uint8_t {

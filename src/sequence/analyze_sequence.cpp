@@ -3,8 +3,8 @@
 #include <cmath>
 #include <map>
 
+#include "mesh/normals.h"
 #include "model/load/load_model.h"
-#include "model/mesh/normals.h"
 #include "morph/cost.h"
 #include "morph/motion.h"
 #include "sequence/geometry/leg_surface.h"

@@ -7,10 +7,10 @@
 #include <set>
 
 #include "base/text.h"
+#include "field/distance_grid.h"
 #include "morph/timeline.h"
 #include "render/render.h"
 #include "scene/load_scene.h"
-#include "surface/distance_grid.h"
 
 namespace polymorph {
 namespace {

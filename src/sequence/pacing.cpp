@@ -5,10 +5,10 @@
 
 #include "base/cache_file.h"
 #include "base/hash.h"
-#include "model/query/closest.h"
+#include "mesh/closest.h"
+#include "mesh/components.h"
 #include "morph/motion.h"
 #include "sequence/geometry/leg_surface.h"
-#include "surface/components.h"
 
 namespace polymorph {
 namespace {

@@ -9,10 +9,13 @@
 
 #include "base/box.h"
 #include "base/result.h"
+#include "field/distance_cache.h"
 #include "kernels/engine.h"
+#include "leg/blend.h"
+#include "leg/project.h"
+#include "mesh/closest.h"
 #include "model/model.h"
-#include "model/query/closest.h"
-#include "model/query/transfer.h"
+#include "model/transfer.h"
 #include "morph/plan.h"
 #include "morph/timeline.h"
 #include "render/materials/color_volume.h"
@@ -20,9 +23,6 @@
 #include "scene/scene.h"
 #include "sequence/memory_estimate.h"
 #include "spheres/spheres.h"
-#include "surface/blend.h"
-#include "surface/distance_cache.h"
-#include "surface/project.h"
 
 namespace polymorph {
 

@@ -8,7 +8,7 @@
 #include "base/text.h"
 #include "compare/explain.h"
 #include "morph/timeline.h"
-#include "sequence/film.h"
+#include "sequence/film_settings.h"
 #include "sequence/render_scene.h"
 
 namespace polymorph {

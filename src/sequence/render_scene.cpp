@@ -1,6 +1,6 @@
 #include "sequence/render_scene.h"
 
-#include "sequence/film.h"
+#include "sequence/film_settings.h"
 
 namespace polymorph {
 namespace {

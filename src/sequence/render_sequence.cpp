@@ -16,15 +16,15 @@
 #include "base/worker.h"
 #include "compare/explain.h"
 #include "image/image_io.h"
+#include "mesh/mesh_check.h"
 #include "morph/timeline.h"
 #include "sequence/device.h"
 #include "sequence/estimate.h"
-#include "sequence/film.h"
+#include "sequence/film_settings.h"
 #include "sequence/geometry/geometry.h"
 #include "sequence/prepare.h"
 #include "sequence/render_frame.h"
 #include "sequence/status.h"
-#include "surface/mesh_check.h"
 
 namespace polymorph {
 namespace {

@@ -7,7 +7,7 @@
 #include "base/parallel.h"
 #include "image/image_io.h"
 #include "sequence/content_hash.h"
-#include "sequence/film.h"
+#include "sequence/film_settings.h"
 #include "sequence/load_models.h"
 #include "sequence/render_frame.h"
 

@@ -7,8 +7,8 @@
 
 #include "base/morton.h"
 #include "base/parallel.h"
-#include "model/query/closest.h"
-#include "model/query/sample_surface.h"
+#include "mesh/closest.h"
+#include "mesh/sample_surface.h"
 
 namespace polymorph {
 namespace {

@@ -7,8 +7,8 @@
 #include <functional>
 #include <vector>
 
+#include "mesh/inside.h"
 #include "model/model.h"
-#include "model/query/inside.h"
 #include "spheres/spheres.h"
 
 namespace polymorph {

@@ -10,12 +10,12 @@
 #include "base/parallel.h"
 #include "base/random.h"
 #include "base/result.h"
+#include "field/extract_surface.h"
+#include "field/near_balls.h"
 #include "kernels/linear.h"
-#include "model/query/closest.h"
+#include "mesh/closest.h"
 #include "spheres/fit_field.h"
 #include "spheres/fit_step.h"
-#include "surface/grid.h"
-#include "surface/near_balls.h"
 
 namespace polymorph {
 namespace {

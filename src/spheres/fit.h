@@ -7,8 +7,8 @@
 
 #include "base/box.h"
 #include "base/result.h"
+#include "mesh/inside.h"
 #include "model/model.h"
-#include "model/query/inside.h"
 #include "spheres/boundary.h"
 #include "spheres/spheres.h"
 

@@ -10,7 +10,7 @@
 
 #include "base/parallel.h"
 #include "base/random.h"
-#include "model/query/sample_surface.h"
+#include "mesh/sample_surface.h"
 #include "spheres/delaunay.h"
 
 namespace polymorph {

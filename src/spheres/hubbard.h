@@ -5,8 +5,8 @@
 #include <cstdint>
 
 #include "base/result.h"
+#include "mesh/inside.h"
 #include "model/model.h"
-#include "model/query/inside.h"
 #include "spheres/spheres.h"
 
 namespace polymorph {

@@ -6,11 +6,11 @@
 #include <cmath>
 
 #include "base/random.h"
+#include "field/extract_surface.h"
 #include "kernels/linear.h"
-#include "model/query/closest.h"
-#include "model/query/sample_surface.h"
+#include "mesh/closest.h"
+#include "mesh/sample_surface.h"
 #include "model/repair/diagnose.h"
-#include "surface/grid.h"
 
 namespace polymorph {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "base/result.h"
 #include "kernels/mesh.h"
+#include "mesh/inside.h"
 #include "model/model.h"
-#include "model/query/inside.h"
 #include "spheres/boundary.h"
 #include "spheres/spheres.h"
 

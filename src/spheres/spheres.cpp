@@ -5,9 +5,13 @@
 #include <memory>
 
 #include "base/log.h"
+#include "field/distance_grid.h"
+#include "field/extract_surface.h"
+#include "field/level.h"
 #include "kernels/engine.h"
 #include "kernels/field_kinds.h"
-#include "model/mesh/gather.h"
+#include "mesh/mesh_check.h"
+#include "model/clustered_model.h"
 #include "model/repair/diagnose.h"
 #include "model/repair/shell.h"
 #include "model/repair/solidify.h"
@@ -17,10 +21,6 @@
 #include "spheres/hubbard.h"
 #include "spheres/medial.h"
 #include "spheres/quality.h"
-#include "surface/distance_grid.h"
-#include "surface/grid.h"
-#include "surface/level.h"
-#include "surface/mesh_check.h"
 
 namespace polymorph {
 namespace {
@@ -171,7 +171,7 @@ Result<std::optional<Model>> solid_stand_in(const Model& model, const SphereSett
   if (diagnose(model).closed) return std::optional<Model>{};
   const InsideTest inside(model);
   if (undecided_share(model, inside) < kShellShare) return std::optional<Model>{};
-  const std::optional<Gathered> few = gathered_if_long(model);
+  const std::optional<ClusteredModel> few = cluster_long_triangles(model);
   // Where most of the faces are left out, it says little where exactly the others are.
   const bool coarse = settings.coarse || (few && few->thinned);
   PM_TRY(Model shell, thickened(few ? few->model : model, inside, coarse));
@@ -197,7 +197,7 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
     return approximate(**stand_in, plain);
   }
   // Spheres and balls stand for the shape alone.
-  const std::optional<Gathered> few = gathered_if_long(model);
+  const std::optional<ClusteredModel> few = cluster_long_triangles(model);
   const Model& shape = few ? few->model : model;
   Solid solid{shape,
               settings.inside == InsideMethod::kParity ? InsideTest(shape, InsideRule::kParity)

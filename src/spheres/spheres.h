@@ -11,8 +11,8 @@
 #include "base/result.h"
 #include "kernels/engine.h"
 #include "kernels/types.h"
+#include "mesh/inside.h"
 #include "model/model.h"
-#include "model/query/inside.h"
 #include "scene/scene.h"
 
 namespace polymorph {

@@ -5,8 +5,8 @@
 #include <random>
 #include <vector>
 
-#include "model/query/closest.h"
-#include "model/query/inside.h"
+#include "mesh/closest.h"
+#include "mesh/inside.h"
 
 namespace polymorph {
 namespace {

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "base/result.h"
-#include "surface/balls_io.h"
+#include "field/balls_io.h"
 
 using namespace polymorph;
 

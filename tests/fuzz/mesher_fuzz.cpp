@@ -11,7 +11,7 @@
 #include "base/result.h"
 #include "kernels/backend_engine.h"
 #include "kernels/cpu_backend.h"
-#include "surface/mesh_check.h"
+#include "mesh/mesh_check.h"
 
 using namespace polymorph;
 

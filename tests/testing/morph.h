@@ -4,9 +4,9 @@
 #include <cmath>
 #include <vector>
 
+#include "base/matrix_decompositions.h"
 #include "base/random.h"
 #include "kernels/types.h"
-#include "morph/linear.h"
 #include "morph/plan.h"
 
 namespace polymorph {

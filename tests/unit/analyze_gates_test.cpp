@@ -6,9 +6,9 @@
 
 #include "analyze/analyze.h"
 #include "analyze/measure.h"
+#include "field/extract_surface.h"
+#include "field/level.h"
 #include "morph/motion.h"
-#include "surface/grid.h"
-#include "surface/level.h"
 #include "testing/morph.h"
 
 namespace polymorph {

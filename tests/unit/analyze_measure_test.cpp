@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "analyze/analyze.h"
-#include "surface/grid.h"
+#include "field/extract_surface.h"
 #include "testing/morph.h"
 
 namespace polymorph {

@@ -8,9 +8,9 @@
 
 #include "analyze/occupancy.h"
 #include "base/parallel.h"
-#include "model/mesh/shapes.h"
-#include "surface/grid.h"
-#include "surface/mesh_check.h"
+#include "field/extract_surface.h"
+#include "mesh/mesh_check.h"
+#include "model/shapes.h"
 #include "testing/morph.h"
 
 namespace polymorph {

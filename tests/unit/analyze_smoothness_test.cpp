@@ -8,8 +8,8 @@
 #include <tuple>
 #include <vector>
 
-#include "analyze/report.h"
-#include "surface/grid.h"
+#include "analyze/analysis_report.h"
+#include "field/extract_surface.h"
 #include "testing/morph.h"
 
 namespace polymorph {

@@ -9,8 +9,8 @@
 #include "interchange/ply.h"
 #include "interchange/simplify.h"
 #include "interchange/split_surface.h"
-#include "model/mesh/shapes.h"
-#include "model/query/closest.h"
+#include "mesh/closest.h"
+#include "model/shapes.h"
 
 namespace polymorph {
 namespace {

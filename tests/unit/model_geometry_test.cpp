@@ -7,14 +7,15 @@
 
 #include "base/parallel.h"
 #include "base/random.h"
-#include "model/mesh/gather.h"
-#include "model/mesh/normals.h"
-#include "model/mesh/shapes.h"
-#include "model/query/closest.h"
-#include "model/query/inside.h"
-#include "model/query/solid_angle.h"
-#include "model/query/triangle_bvh.h"
+#include "mesh/closest.h"
+#include "mesh/inside.h"
+#include "mesh/normals.h"
+#include "mesh/solid_angle.h"
+#include "mesh/triangle_bvh.h"
+#include "mesh/vertex_clustering.h"
 #include "model/repair/diagnose.h"
+#include "model/shapes.h"
+#include "model/transform.h"
 #include "scene/scene.h"
 #include "testing/model.h"
 
@@ -426,10 +427,10 @@ Model nested_tetrahedra(std::uint32_t shells) {
 TEST(Inside, ShellsThatBecomeOneCountAsOftenAsTheyAre) {
   constexpr std::uint32_t kShells = 5000;
   const Model nest = nested_tetrahedra(kShells);
-  const auto few = gathered_if_long(nest);
+  const auto few = cluster_long_triangles(MeshView(nest));
   ASSERT_TRUE(few);
-  EXPECT_LT(few->model.triangles.size(), 5000u);
-  EXPECT_GT(*std::max_element(few->times.begin(), few->times.end()), 1);
+  EXPECT_LT(few->mesh.triangles.size(), 5000u);
+  EXPECT_GT(*std::max_element(few->multiplicity.begin(), few->multiplicity.end()), 1);
   const double turn = InsideTest(nested_tetrahedra(1)).winding_number({});  // 1 or -1
   const InsideTest inside(nest);
   EXPECT_NEAR(inside.winding_number({}), turn * kShells, 1);
@@ -453,16 +454,16 @@ Model strewn_triangles(std::uint32_t count) {
   return strewn;
 }
 
-TEST(Gathered, StrewnTrianglesAreFewOfThemSeveralTimes) {
+TEST(VertexClustering, StrewnTrianglesAreFewOfThemSeveralTimes) {
   const Model strewn = strewn_triangles(20000);
-  const auto few = gathered_if_long(strewn);
+  const auto few = cluster_long_triangles(MeshView(strewn));
   ASSERT_TRUE(few);
   EXPECT_TRUE(few->thinned);
-  EXPECT_LT(few->model.triangles.size(), 3000u);
-  const int all = std::accumulate(few->times.begin(), few->times.end(), 0);
+  EXPECT_LT(few->mesh.triangles.size(), 3000u);
+  const int all = std::accumulate(few->multiplicity.begin(), few->multiplicity.end(), 0);
   EXPECT_NEAR(all, 20000, 400);
   EXPECT_TRUE(has_many_long_triangles(diagnose(strewn).long_triangles));
-  EXPECT_FALSE(gathered_if_long(box_model({0, 0, 0}, {1, 1, 1})));
+  EXPECT_FALSE(cluster_long_triangles(MeshView(box_model({0, 0, 0}, {1, 1, 1}))));
 }
 
 TEST(SplitBvh, FewLongTrianglesAreCutWhereTheirBoxesOverlap) {

@@ -4,8 +4,8 @@
 #include <set>
 
 #include "base/file.h"
+#include "mesh/normals.h"
 #include "model/load/load_obj.h"
-#include "model/mesh/normals.h"
 #include "model/repair/diagnose.h"
 #include "testing/model.h"
 

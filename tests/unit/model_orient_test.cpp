@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "base/random.h"
-#include "model/mesh/normals.h"
-#include "model/mesh/shapes.h"
+#include "mesh/normals.h"
 #include "model/repair/diagnose.h"
+#include "model/shapes.h"
 #include "testing/model.h"
 
 namespace polymorph {

@@ -5,12 +5,12 @@
 #include <cmath>
 
 #include "base/parallel.h"
-#include "model/mesh/normals.h"
-#include "model/mesh/shapes.h"
-#include "model/query/closest.h"
-#include "model/query/inside.h"
+#include "mesh/closest.h"
+#include "mesh/inside.h"
+#include "mesh/normals.h"
 #include "model/repair/diagnose.h"
 #include "model/repair/voxels.h"
+#include "model/shapes.h"
 #include "testing/model.h"
 
 namespace polymorph {

@@ -1,11 +1,11 @@
-#include "model/query/transfer.h"
+#include "model/transfer.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "model/mesh/shapes.h"
+#include "model/shapes.h"
 
 namespace polymorph {
 namespace {

@@ -3,12 +3,12 @@
 
 #include <set>
 
+#include "mesh/mesh_check.h"
 #include "sequence/analyze_sequence.h"
 #include "sequence/geometry/geometry.h"
 #include "sequence/load_models.h"
 #include "sequence/render_scene.h"
 #include "sequence/render_sequence.h"
-#include "surface/mesh_check.h"
 #include "testing/scene.h"
 
 namespace polymorph {

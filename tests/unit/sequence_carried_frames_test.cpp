@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "model/query/closest.h"
+#include "mesh/closest.h"
 #include "morph/timeline.h"
 #include "sequence/geometry/leg_surface.h"
 #include "sequence/geometry/surface_frames.h"

@@ -6,12 +6,12 @@
 #include "compare/explain.h"
 #include "image/image_io.h"
 #include "image/srgb.h"
+#include "mesh/mesh_check.h"
 #include "sequence/device.h"
 #include "sequence/geometry/geometry.h"
 #include "sequence/render_frame.h"
 #include "sequence/render_scene.h"
 #include "sequence/render_sequence.h"
-#include "surface/mesh_check.h"
 #include "testing/scene.h"
 
 namespace polymorph {

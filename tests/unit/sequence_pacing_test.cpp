@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <numeric>
 
-#include "model/query/closest.h"
+#include "mesh/closest.h"
+#include "mesh/mesh_check.h"
 #include "sequence/geometry/leg_surface.h"
 #include "spheres/cache.h"
-#include "surface/mesh_check.h"
 #include "testing/scene.h"
 
 namespace polymorph {

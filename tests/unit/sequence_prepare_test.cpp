@@ -8,12 +8,12 @@
 #include "base/file.h"
 #include "base/parallel.h"
 #include "image/image_io.h"
+#include "mesh/mesh_check.h"
 #include "scene/load_scene.h"
 #include "sequence/device.h"
 #include "sequence/geometry/geometry.h"
 #include "sequence/render_sequence.h"
 #include "spheres/quality.h"
-#include "surface/mesh_check.h"
 #include "testing/paths.h"
 #include "testing/temporary_folder.h"
 

@@ -6,12 +6,12 @@
 #include <fstream>
 
 #include "analyze/measure.h"
+#include "mesh/mesh_check.h"
 #include "morph/motion.h"
 #include "sequence/analyze_sequence.h"
 #include "sequence/geometry/frame_labels.h"
 #include "sequence/geometry/geometry.h"
 #include "sequence/geometry/leg_surface.h"
-#include "surface/mesh_check.h"
 #include "testing/scene.h"
 
 namespace polymorph {

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
+#include "mesh/mesh_check.h"
 #include "sequence/geometry/leg_surface.h"
-#include "surface/mesh_check.h"
 #include "testing/scene.h"
 
 namespace polymorph {

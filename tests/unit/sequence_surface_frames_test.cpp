@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "model/query/closest.h"
+#include "mesh/closest.h"
 #include "sequence/geometry/surface_frames.h"
 #include "testing/scene.h"
 

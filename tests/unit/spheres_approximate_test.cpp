@@ -4,7 +4,7 @@
 
 #include "base/parallel.h"
 #include "model/load/load_obj.h"
-#include "model/mesh/shapes.h"
+#include "model/shapes.h"
 #include "spheres/cells.h"
 #include "spheres/spheres.h"
 #include "testing/model.h"

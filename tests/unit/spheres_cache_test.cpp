@@ -9,7 +9,7 @@
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/log.h"
-#include "model/mesh/shapes.h"
+#include "model/shapes.h"
 #include "spheres/cache.h"
 #include "spheres/spheres.h"
 #include "testing/model.h"

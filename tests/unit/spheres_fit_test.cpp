@@ -5,7 +5,9 @@
 #include <set>
 
 #include "base/parallel.h"
-#include "model/mesh/shapes.h"
+#include "field/extract_surface.h"
+#include "mesh/mesh_check.h"
+#include "model/shapes.h"
 #include "spheres/boundary.h"
 #include "spheres/fit.h"
 #include "spheres/fit_field.h"
@@ -13,8 +15,6 @@
 #include "spheres/medial.h"
 #include "spheres/quality.h"
 #include "spheres/spheres.h"
-#include "surface/grid.h"
-#include "surface/mesh_check.h"
 #include "testing/model.h"
 
 namespace polymorph {

@@ -7,8 +7,8 @@
 
 #include "base/parallel.h"
 #include "kernels/linear.h"
-#include "model/mesh/shapes.h"
-#include "model/query/sample_surface.h"
+#include "mesh/sample_surface.h"
+#include "model/shapes.h"
 #include "spheres/delaunay.h"
 #include "testing/model.h"
 

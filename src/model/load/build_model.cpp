@@ -11,11 +11,11 @@
 #include "base/parallel.h"
 #include "base/text.h"
 #include "kernels/linear.h"
+#include "mesh/edges.h"
+#include "mesh/normals.h"
+#include "mesh/polygon.h"
 #include "model/load/text_lines.h"
 #include "model/load/textures.h"
-#include "model/mesh/edges.h"
-#include "model/mesh/normals.h"
-#include "model/mesh/polygon.h"
 #include "model/repair/orient.h"
 
 namespace polymorph {

@@ -8,12 +8,12 @@
 
 #include "base/disjoint_sets.h"
 #include "base/exact_math.h"
-#include "model/mesh/edges.h"
-#include "model/mesh/gather.h"
-#include "model/mesh/normals.h"
-#include "model/query/inside.h"
-#include "model/query/sample_surface.h"
-#include "model/query/solid_angle.h"
+#include "mesh/edges.h"
+#include "mesh/inside.h"
+#include "mesh/normals.h"
+#include "mesh/sample_surface.h"
+#include "mesh/solid_angle.h"
+#include "model/clustered_model.h"
 
 namespace polymorph {
 namespace {
@@ -203,7 +203,7 @@ Diagnosis diagnose(const Model& model) {
 
 Diagnosis diagnose_fully(const Model& model) {
   Diagnosis d = diagnose(model);
-  const std::optional<Gathered> few = gathered_if_long(model);
+  const std::optional<ClusteredModel> few = cluster_long_triangles(model);
   const Model& shape = few ? few->model : model;
   d.thickness = measure_thickness(shape, build_split_bvh(shape.points, shape.triangles));
   d.sheet_share = sheet_share(shape);

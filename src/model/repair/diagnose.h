@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "mesh/self_intersections.h"
+#include "mesh/thickness.h"
 #include "model/model.h"
-#include "model/query/self_intersections.h"
-#include "model/query/thickness.h"
 
 namespace polymorph {
 

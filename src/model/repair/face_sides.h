@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "mesh/inside.h"
 #include "model/model.h"
-#include "model/query/inside.h"
 
 namespace polymorph {
 

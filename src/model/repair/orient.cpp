@@ -9,10 +9,10 @@
 #include "base/exact_math.h"
 #include "base/parallel.h"
 #include "kernels/linear.h"
-#include "model/mesh/edges.h"
-#include "model/mesh/normals.h"
-#include "model/query/inside.h"
-#include "model/query/solid_angle.h"
+#include "mesh/edges.h"
+#include "mesh/inside.h"
+#include "mesh/normals.h"
+#include "mesh/solid_angle.h"
 
 namespace polymorph {
 namespace {

@@ -1,8 +1,8 @@
 // Shell detection: models that bound no solid (open shells, loose sheets, faces turned at random).
 #pragma once
 
+#include "mesh/inside.h"
 #include "model/model.h"
-#include "model/query/inside.h"
 
 namespace polymorph {
 

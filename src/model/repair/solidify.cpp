@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "base/parallel.h"
-#include "model/mesh/normals.h"
-#include "model/query/closest.h"
+#include "mesh/closest.h"
+#include "mesh/normals.h"
 #include "model/repair/voxels.h"
 
 namespace polymorph {

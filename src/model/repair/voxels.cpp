@@ -1,4 +1,5 @@
 #include "model/repair/voxels.h"
+#include "model/transform.h"
 
 #include <algorithm>
 #include <array>

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "kernels/types.h"
+#include "mesh/closest.h"
 #include "model/model.h"
-#include "model/query/closest.h"
 
 namespace polymorph {
 

@@ -5,7 +5,7 @@
 
 #include "base/parallel.h"
 #include "base/result.h"
-#include "kernels/math.h"
+#include "kernels/simd_math.h"
 #include "render/math/vector_math.h"
 
 namespace polymorph {

@@ -9,8 +9,8 @@
 #include "base/parallel.h"
 #include "base/result.h"
 #include "image/texture.h"
-#include "kernels/math.h"
-#include "model/query/sample_surface.h"
+#include "kernels/simd_math.h"
+#include "mesh/sample_surface.h"
 
 namespace polymorph {
 namespace {

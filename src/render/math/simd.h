@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "kernels/math.h"
+#include "kernels/simd_math.h"
 #include "kernels/types.h"
 
 namespace polymorph {

@@ -7,7 +7,7 @@
 #include "kernels/ball_set.h"
 #include "kernels/mesh.h"
 #include "kernels/types.h"
-#include "model/query/transfer.h"
+#include "model/transfer.h"
 #include "morph/flow.h"
 #include "morph/smooth_map.h"
 #include "morph/timeline.h"

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
-#include "model/query/transfer.h"
+#include "mesh/mesh_check.h"
+#include "model/transfer.h"
 #include "sequence/geometry/frame_labels.h"
 #include "sequence/geometry/geometry.h"
 #include "sequence/geometry/leg_surface.h"
 #include "sequence/geometry/surface_frames.h"
-#include "surface/mesh_check.h"
 
 namespace polymorph {
 namespace {

@@ -9,8 +9,8 @@
 #include "base/result.h"
 #include "interchange/surface_frame.h"
 #include "kernels/engine.h"
+#include "mesh/carry/carry.h"
 #include "sequence/prepare.h"
-#include "surface/carry.h"
 
 namespace polymorph {
 
@@ -27,7 +27,7 @@ struct CarriedActor {
   std::vector<float> errors;           ///< at each moment: Hausdorff distance over the diagonal
 };
 
-/// Carries the surface of an actor through frames (rising) of one leg (surface/carry.h). Frames
+/// Carries the surface of an actor through frames (rising) of one leg (mesh/carry/carry.h). Frames
 /// that show a model show the surface that the cells make of it. `stopped` is asked before each
 /// surface that is made, and ends the work with its error. Errors: kInput where the frames belong
 /// to several legs or show boundary stages, where the topology changes, a triangle would be

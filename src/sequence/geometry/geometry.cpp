@@ -2,15 +2,15 @@
 
 #include <algorithm>
 
-#include "model/mesh/normals.h"
+#include "field/extract_surface.h"
+#include "field/level.h"
+#include "leg/crossfade.h"
+#include "mesh/append.h"
+#include "mesh/normals.h"
 #include "morph/motion.h"
 #include "sequence/geometry/frame_labels.h"
 #include "sequence/geometry/leg_surface.h"
 #include "sequence/geometry/looks.h"
-#include "surface/append.h"
-#include "surface/crossfade.h"
-#include "surface/grid.h"
-#include "surface/level.h"
 
 namespace polymorph {
 namespace {

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 
+#include "field/extract_surface.h"
+#include "field/level.h"
 #include "kernels/morph_surface.h"
+#include "mesh/components.h"
+#include "mesh/fairing.h"
+#include "mesh/handles.h"
 #include "morph/motion.h"
-#include "surface/components.h"
-#include "surface/fairing.h"
-#include "surface/grid.h"
-#include "surface/handles.h"
-#include "surface/level.h"
 
 namespace polymorph {
 namespace {

@@ -28,7 +28,7 @@ void add_shading(const PreparedObject& object, const AffineMap& map, const std::
       static_cast<std::int64_t>(at.size()),
       [&](std::int64_t index) {
         const auto i = static_cast<std::size_t>(index);
-        const Vec3 shading = turned(interpolated_normal(model, closest[i]));
+        const Vec3 shading = turned(interpolate_normal(model, model.corner_normals, closest[i]));
         // Not where the surface is another: beside edges, in gaps that it closes.
         if (dot(shading, normals[i]) > 0.8f)
           normals[i] = normalized(lerp(normals[i], shading, weight));

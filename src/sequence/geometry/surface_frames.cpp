@@ -5,8 +5,8 @@
 
 #include "base/parallel.h"
 #include "image/texture.h"
-#include "model/mesh/normals.h"
-#include "model/query/closest.h"
+#include "mesh/closest.h"
+#include "mesh/normals.h"
 #include "render/materials/materials.h"
 
 namespace polymorph {

@@ -14,6 +14,7 @@
 #include "base/shell_quote.h"
 #include "base/text.h"
 #include "image/image_io.h"
+#include "mesh/mesh_check.h"
 #include "scene/load_scene.h"
 #include "sequence/device.h"
 #include "sequence/geometry/geometry.h"
@@ -21,7 +22,6 @@
 #include "sequence/render_scene.h"
 #include "sequence/render_sequence.h"
 #include "sequence/status.h"
-#include "surface/mesh_check.h"
 
 namespace polymorph {
 namespace {

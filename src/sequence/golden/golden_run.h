@@ -8,8 +8,8 @@
 
 #include "base/result.h"
 #include "compare/compare.h"
+#include "compare/comparison_report.h"
 #include "compare/golden.h"
-#include "compare/report.h"
 
 namespace polymorph {
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "base/result.h"
+#include "compare/comparison_report.h"
 #include "compare/golden.h"
-#include "compare/report.h"
 #include "sequence/golden/golden_run.h"
 
 namespace polymorph {

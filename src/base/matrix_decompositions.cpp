@@ -1,0 +1,74 @@
+#include "base/matrix_decompositions.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/exact_math.h"
+
+namespace polymorph {
+namespace {
+
+using Matrix = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+Matrix to_eigen(const Mat3& a) { return Eigen::Map<const Matrix>(a.m); }
+Mat3 from_eigen(const Matrix& matrix) {
+  Mat3 a;
+  Eigen::Map<Matrix>(a.m) = matrix;
+  return a;
+}
+
+template <class F>
+Mat3 on_values(const Mat3& a, const F& f) {
+  const Eigen::SelfAdjointEigenSolver<Matrix> solver(to_eigen(a));
+  const Eigen::Vector3d values = solver.eigenvalues().unaryExpr(f);
+  return from_eigen(solver.eigenvectors() * values.asDiagonal() *
+                    solver.eigenvectors().transpose());
+}
+
+}  // namespace
+
+Mat3 from_columns(Vec3d x, Vec3d y, Vec3d z) {
+  return {{x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z}};
+}
+
+Mat3 nearest_rotation(const Mat3& a) {
+  const Matrix matrix = to_eigen(a);
+  if (!(matrix.norm() > 0)) return {};
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Matrix3d u = svd.matrixU();
+  // Umeyama 1991: a reflection is undone along the direction that matters least.
+  if ((u * svd.matrixV().transpose()).determinant() < 0) u.col(2) = -u.col(2);
+  return from_eigen(u * svd.matrixV().transpose());
+}
+
+Vec3d log_rotation(const Mat3& r) {
+  const Eigen::Quaterniond turn{Eigen::Matrix3d(to_eigen(r))};
+  const double sine = turn.vec().norm();  // of half the angle
+  if (sine == 0) return {};
+  const double angle = 2 * exact::atan2(sine, std::abs(turn.w()));
+  const Eigen::Vector3d v = turn.vec() * ((turn.w() < 0 ? -angle : angle) / sine);
+  return {v.x(), v.y(), v.z()};
+}
+
+double angle_of(const Mat3& r) {
+  const Vec3d v = log_rotation(r);
+  return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
+}
+
+Axes axes_of(const Mat3& symmetric) {
+  const Eigen::SelfAdjointEigenSolver<Matrix> solver(to_eigen(symmetric));  // ascending
+  Axes axes;
+  for (int k = 0; k < 3; ++k) {
+    axes.values[static_cast<std::size_t>(k)] = solver.eigenvalues()(2 - k);
+    for (int i = 0; i < 3; ++i) axes.directions.at(i, k) = solver.eigenvectors()(i, 2 - k);
+  }
+  return axes;
+}
+
+Mat3 log_symmetric(const Mat3& a) {
+  return on_values(a, [](double v) { return exact::log(std::max(v, 1e-12)); });
+}
+
+}  // namespace polymorph

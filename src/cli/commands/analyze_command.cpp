@@ -1,0 +1,122 @@
+#include "analyze/analysis_report.h"
+#include "base/file.h"
+#include "base/log.h"
+#include "cli/command_line.h"
+#include "sequence/analyze_sequence.h"
+#include "sequence/device.h"
+#include "sequence/render_sequence.h"
+
+namespace polymorph {
+namespace {
+
+struct AnalyzeOptions {
+  std::string input, html, csv, source, target;
+  int frames = 0;
+  std::vector<std::string> limits, sets;
+  JsonOutput json;
+};
+
+bool is_scene(const std::string& input) {
+  return std::filesystem::path(input).extension() == ".json";
+}
+
+Result<std::vector<Analysis>> analyzed(const CommandLine& line, const AnalyzeOptions& options) {
+  const AnalyzeProgress progress = [](int done, int count) {
+    log_debug("frame {} of {}", done + 1, count);
+    return !stop_requested();
+  };
+  if (!is_scene(options.input)) {
+    PM_TRY(const FramePattern pattern, parse_pattern(options.input));
+    if (!pattern.has_number() || !options.sets.empty())
+      return make_error(ErrorCode::kUsage,
+                        "{}: neither a scene (.json) nor meshes with a place for the frame number "
+                        "(seq.####.obj){}",
+                        options.input, options.sets.empty() ? "" : ", and --set is for scenes");
+    return analyze_meshes(pattern, options.source, options.target, progress);
+  }
+  if (!options.source.empty() || !options.target.empty())
+    return make_error(ErrorCode::kUsage,
+                      "--source and --target are for meshes - a scene names its own");
+  PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
+  PM_TRY(const Scene scene, load_scene(options.input, overrides));
+  std::string device;
+  PM_TRY(const auto engine, make_engine(line.common.device, device, line.common.max_memory));
+  PM_TRY(const PreparedScene prepared,
+         prepare_scene(scene, *engine, cache_folder(line.common), {line.common.max_memory}));
+  for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
+  return analyze_scene(prepared, *engine, options.frames, progress);
+}
+
+void print_analysis(const Analysis& morph) {
+  print_data("{}, {} frames\n", morph_name(morph), morph.frames.size());
+  for (const Metric& metric : morph.metrics)
+    print_data("  {:<24} {:<18} {:>10}  {:<8} {}{}\n", metric.principle, metric.name,
+               metric.value ? fmt::format("{:.4g}", *metric.value) : "-", metric.goal,
+               metric.value && !reaches(*metric.value, metric.goal) ? "MISSED: " : "", metric.what);
+}
+
+Result<int> run_analyze(const CommandLine& line, const AnalyzeOptions& options) {
+  std::vector<Limit> limits;
+  for (const std::string& text : options.limits) {
+    PM_TRY(Limit limit, parse_limit(text));
+    limits.push_back(std::move(limit));
+  }
+  auto morphs = analyzed(line, options);
+  if (!morphs && stop_requested()) return make_error(stop_code(), "stopped, nothing written");
+  if (!morphs) return std::move(morphs).error();
+  if (!options.html.empty())
+    PM_TRY_STATUS(write_file(options.html, analysis_html(*morphs, options.input)));
+  if (!options.csv.empty()) PM_TRY_STATUS(write_file(options.csv, analysis_csv(*morphs)));
+  if (options.json.wanted)
+    PM_TRY_STATUS(write_json(options.json, analysis_json(*morphs)));
+  else
+    for (const Analysis& morph : *morphs) print_analysis(morph);
+  const std::vector<std::string> broken = broken_limits(*morphs, limits);
+  for (const std::string& text : broken) log_warning("{}", text);
+  return broken.empty() ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
+}
+
+}  // namespace
+
+void add_analyze(CommandLine& line) {
+  auto options = std::make_shared<AnalyzeOptions>();
+  Command command = add_command(
+      line, "analyze", "Measure how good a morph is: a scene's, or any program's meshes.",
+      "  polymorph analyze scene.json --html report.html\n"
+      "  polymorph analyze scene.json --fail-on \"dip>=0.98\" --fail-on \"curvature<=1.05\"\n"
+      "  polymorph analyze \"seq.####.obj\" --source a.obj --target b.obj --json",
+      "  0 measured, every limit holds   1 a limit does not hold   2 usage\n"
+      "  3 bad scene, model or meshes   4 cannot write   5 device or memory\n"
+      "  130, 143 stopped by a signal");
+  command.add_option("input", options->input, "a scene .json, or meshes as seq.####.obj")
+      .required()
+      .type_name("SCENE|MESHES")
+      .group("Main");
+  command.add_option("--html", options->html, "a page with numbers and curves")
+      .type_name("FILE")
+      .group("Main");
+  command.add_option("--csv", options->csv, "a line per frame").type_name("FILE").group("Main");
+  command
+      .add_option("--fail-on", options->limits,
+                  "a limit that must hold in every morph, as \"pop<=2\"; else exit code 1")
+      .type_name("LIMIT")
+      .one_value_each()
+      .group("Main");
+  command
+      .add_option("-c,--count", options->frames,
+                  "frames of each morph of a scene, ends included; default: as it has")
+      .range(0, 10000)
+      .type_name("N")
+      .group("Main");
+  command.add_option("--source", options->source, "meshes: the object they start from (OBJ)")
+      .type_name("FILE")
+      .group("Main");
+  command.add_option("--target", options->target, "meshes: the object they arrive at (OBJ)")
+      .type_name("FILE")
+      .group("Main");
+  add_overrides(command, options->sets);
+  add_json(command, options->json);
+  set_action(line, command, [&line, options] { return run_analyze(line, *options); });
+}
+
+}  // namespace polymorph

@@ -1,0 +1,224 @@
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "base/file.h"
+#include "base/log.h"
+#include "cli/command_line.h"
+#include "cli/film_output.h"
+#include "image/image_io.h"
+#include "image/strip.h"
+#include "pairs/board_scene.h"
+#include "pairs/load_game.h"
+#include "scene/json_text.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct PairsOptions {
+  std::string game, moves, output;
+  std::vector<std::string> sets;
+};
+
+const char* event_word(PairsEvent::Kind kind) {
+  switch (kind) {
+    case PairsEvent::Kind::kReveal:
+      return "shows";
+    case PairsEvent::Kind::kHide:
+      return "hides";
+    case PairsEvent::Kind::kMelt:
+      return "melts";
+    case PairsEvent::Kind::kExplode:
+      return "explodes";
+    case PairsEvent::Kind::kLevelUp:
+      return "next level";
+    case PairsEvent::Kind::kWon:
+      return "won";
+    case PairsEvent::Kind::kTimeOut:
+      return "time is up";
+    case PairsEvent::Kind::kStuck:
+      return "lost: too few pairs are left";
+  }
+  return "";
+}
+
+/// Plays a game, and renders what is new of it into one folder.
+class Session {
+ public:
+  Session(const CommandLine& line, const PairsOptions& options, const PairsFile& file)
+      : line_(line), options_(options), file_(file), play_(file.game) {}
+
+  const PairsPlay& play() const { return play_; }
+
+  Status move(const std::string& text) {
+    PM_TRY_STATUS(apply_move(play_, text));
+    for (; told_ < play_.events().size(); ++told_) {
+      const PairsEvent& event = play_.events()[told_];
+      const PairsLevel& grid = file_.game.levels[static_cast<std::size_t>(event.level)];
+      std::string what = event_word(event.kind);
+      if (event.piece >= 0) {
+        const auto board = dealt_board(file_.game, event.level);
+        const int object = board[static_cast<std::size_t>(event.piece)].object;
+        what = fmt::format("{} {} {}", place_name(grid, event.piece), what,
+                           file_.game.objects[static_cast<std::size_t>(object)]);
+      }
+      print_data("{:>7.2f} s  level {}  score {:>5}  {}\n", event.start, event.level + 1,
+                 event.score, what);
+    }
+    return Ok{};
+  }
+
+  /// The frames since the last call: PNGs with the score and the clock in them.
+  Status render_news() {
+    while (shown_level_ < play_.level()) {
+      PM_TRY_STATUS(render_level(shown_level_));
+      ++shown_level_;
+      shown_frames_ = 0;
+    }
+    return render_level(shown_level_);
+  }
+
+  Status finish() {
+    const fs::path folder = options_.output;
+    SheetSettings sheet;
+    sheet.count = 16;
+    sheet.label = "none";
+    PM_TRY_STATUS(write_sheet(folder / "strip.png", film_, sheet));
+    PM_TRY_STATUS(write_gif(folder / "play.gif", film_));
+    log_info("{} frames, strip.png and play.gif: {}", film_.numbers.size(), folder.string());
+    return Ok{};
+  }
+
+ private:
+  Status render_level(int level) {
+    const double fps = frames_per_second(file_);
+    const int frames = level_frames(play_, level, fps);
+    if (frames <= shown_frames_) return Ok{};
+    const fs::path scene_file = fs::path(options_.output) / fmt::format("level-{}.json", level + 1);
+    const std::string text = dump_json(board_scene(file_, play_, level));
+    PM_TRY_STATUS(write_file(scene_file, text));
+    PM_TRY(const std::vector<Override> overrides, parse_overrides(options_.sets));
+    // Not load_scene(): a file that this run reads is not written again, and the next move does.
+    PM_TRY(Scene scene, load_scene_text(scene_file, text, overrides));
+    std::vector<int> numbers;
+    for (int frame = shown_frames_ + 1; frame <= frames; ++frame) numbers.push_back(frame);
+    PM_TRY(Film film, render_film(line_, std::move(scene), numbers, 0));
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      Image& image = film.images[i];
+      overlay(image, score_line(play_, level, numbers[i], fps));
+      film_.numbers.push_back(static_cast<int>(film_.numbers.size()) + 1);
+      const fs::path file =
+          fs::path(options_.output) / fmt::format("frame.{:04}.png", film_.numbers.back());
+      PM_TRY_STATUS(write_image(file, image));
+      film_.images.push_back(std::move(image));
+    }
+    film_.fps = static_cast<float>(fps);
+    film_.last = static_cast<int>(film_.numbers.size());
+    shown_frames_ = frames;
+    return Ok{};
+  }
+
+  /// A line of text on a dark band along the top.
+  static void overlay(Image& image, const std::string& text) {
+    const int scale = std::max(1, image.width / 480);
+    const int height = text_height(scale), border = height / 2;
+    constexpr float kShade = 0.25f, kWhite = 0.9f;
+    const std::size_t channels = image.channel_count();
+    const auto rows = static_cast<std::size_t>(std::min(height + 2 * border, image.height));
+    for (const char* name : {"R", "G", "B"}) {
+      const int channel = image.find_channel(name);
+      for (std::size_t i = 0; channel >= 0 && i < rows * static_cast<std::size_t>(image.width); ++i)
+        image.pixels[i * channels + static_cast<std::size_t>(channel)] *= kShade;
+    }
+    draw_text(image, border, border, text, kWhite, scale);
+  }
+
+  const CommandLine& line_;
+  const PairsOptions& options_;
+  const PairsFile& file_;
+  PairsPlay play_;
+  Film film_;
+  std::size_t told_ = 0;
+  int shown_level_ = 0, shown_frames_ = 0;
+};
+
+/// From standard input, as a person writes them: what is no move is said, and asked again.
+Status play_by_hand(Session& session, bool rendered) {
+  log_info("two places per line, as in \"a1 b2\"; an empty line ends the game");
+  for (std::string text; !session.play().over() && std::getline(std::cin, text) && !text.empty();) {
+    if (const Status status = session.move(text); !status) {
+      log_warning("{}", status.error().message);
+      continue;
+    }
+    std::fflush(stdout);  // an answer is read before the next move is made
+    if (rendered) PM_TRY_STATUS(session.render_news());
+  }
+  return Ok{};
+}
+
+Result<int> run_pairs(const CommandLine& line, const PairsOptions& options) {
+  PM_TRY(const PairsFile file, load_pairs_game(options.game));
+  const bool rendered = !options.output.empty();
+  if (rendered)
+    for (const char* name : {"level-1.json", "frame.0001.png", "strip.png", "play.gif"})
+      PM_TRY_STATUS(check_output(fs::path(options.output) / name, line.common.overwrite));
+  Session session(line, options, file);
+  if (options.moves == "-") {
+    PM_TRY_STATUS(play_by_hand(session, rendered));
+  } else {
+    std::vector<std::string> moves = file.moves;
+    if (!options.moves.empty()) {
+      PM_TRY(const std::string text, read_file(options.moves, 1u << 20));
+      moves = split(text, '\n');
+      std::erase_if(moves, [](const std::string& move) { return move.empty(); });
+    }
+    for (const std::string& move : moves) {
+      if (session.play().over()) break;
+      PM_TRY_STATUS(session.move(move));
+    }
+  }
+  if (rendered) {
+    PM_TRY_STATUS(session.render_news());
+    PM_TRY_STATUS(session.finish());
+  }
+  const PairsPlay& play = session.play();
+  print_data("score {}, level {}, {} of {} pairs, {}\n", play.score(), play.level() + 1,
+             play.pairs_found(), play.pairs_needed(),
+             play.won()    ? "won"
+             : play.over() ? "lost"
+                           : "not over");
+  return 0;
+}
+
+}  // namespace
+
+void add_pairs(CommandLine& line) {
+  auto options = std::make_shared<PairsOptions>();
+  Command command = add_command(
+      line, "pairs", "Play the game of Pairs with morphing pieces, and render the play.",
+      "  polymorph pairs scenes/pairs/small.json\n"
+      "  polymorph pairs scenes/pairs/board-4x4.json -o play\n"
+      "  polymorph pairs scenes/pairs/small.json --moves - -o play",
+      "  0 played   2 usage   3 bad game or move   4 cannot write, exists\n"
+      "  5 device or memory   130, 143 stopped by a signal");
+  command.add_option("game", options->game, "the game file")
+      .required()
+      .type_name("GAME")
+      .group("Main");
+  command
+      .add_option("--moves", options->moves,
+                  "moves instead of the game's, one per line: a1 b2; - reads them as they are made")
+      .type_name("FILE")
+      .group("Main");
+  command
+      .add_option("-o,--output", options->output,
+                  "folder for frames, strip.png, play.gif and the scenes; default: only play")
+      .type_name("DIR")
+      .group("Main");
+  add_overwrite(command, line.common).group("Main");
+  add_overrides(command, options->sets);
+  set_action(line, command, [&line, options] { return run_pairs(line, *options); });
+}
+
+}  // namespace polymorph

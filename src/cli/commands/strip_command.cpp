@@ -1,0 +1,206 @@
+#include <algorithm>
+
+#include "base/exact_math.h"
+#include "base/file.h"
+#include "base/log.h"
+#include "cli/command_line.h"
+#include "cli/film_output.h"
+#include "cli/scene_options.h"
+#include "cli/write_play_page.h"
+#include "image/image_io.h"
+#include "image/movie.h"
+#include "model/load/load_model.h"
+#include "morph/timeline.h"
+#include "sequence/frames.h"
+
+namespace polymorph {
+namespace {
+
+struct StripOptions {
+  std::string input, output, gif, mp4, html, label = "frame", frames;
+  int count = 8, columns = 4, width = 0;
+  bool moves() const { return !gif.empty() || !mp4.empty(); }
+  float fps = 0;
+  SceneOptions scene_options;
+};
+
+Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
+  PM_TRY(Scene scene, load_scene_with(options.input, options.scene_options));
+  const int count = frame_count(scene);
+  PM_TRY(
+      std::vector<int> numbers,
+      parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
+  if (!options.moves() && options.frames.empty()) numbers = spread(numbers, options.count);
+  return render_film(line, std::move(scene), std::move(numbers), options.width,
+                     options.scene_options.isa);
+}
+
+/// A header's rate, which EXR keeps as a number and PNG as text.
+std::optional<float> fps_of(const Attribute& attribute) {
+  if (const float* value = std::get_if<float>(&attribute.value)) return *value;
+  const std::string* text = std::get_if<std::string>(&attribute.value);
+  const auto number = text ? parse_number(*text) : std::nullopt;
+  // Another program's text may say anything; frames.fps has the same limits.
+  if (!number || *number < 0.1 || *number > 1000) return std::nullopt;
+  return static_cast<float>(*number);
+}
+
+Result<Film> from_images(const StripOptions& options) {
+  PM_TRY(const FramePattern pattern, parse_pattern(options.input));
+  if (!pattern.has_number())
+    return make_error(ErrorCode::kUsage, "{}: is one image - name a sequence with #### or a scene",
+                      options.input);
+  Film film;
+  PM_TRY(const std::vector<int> existing, existing_frames(pattern));
+  if (existing.empty()) return make_error(ErrorCode::kInput, "{}: no such frames", options.input);
+  film.first = existing.front();
+  film.last = existing.back();
+  PM_TRY(film.numbers,
+         parse_frames(
+             options.frames.empty() ? fmt::format("{}-{}", film.first, film.last) : options.frames,
+             film.first, film.last));
+  // A sheet or movie that silently leaves out a lost frame is worse than none.
+  std::vector<int> wanted = film.numbers;
+  if (options.frames.empty() || options.moves()) {
+    wanted.clear();
+    for (int frame = film.first; frame <= film.last; ++frame) wanted.push_back(frame);
+  }
+  for (const int frame : wanted)
+    if (!std::binary_search(existing.begin(), existing.end(), frame))
+      return make_error(ErrorCode::kInput,
+                        "{}: frame {} is missing (there are {} to {}) - render it first",
+                        options.input, frame, film.first, film.last);
+  if (!options.moves() && options.frames.empty())
+    film.numbers = spread(film.numbers, options.count);
+  for (const int number : film.numbers) {
+    remember_input(frame_path(pattern, number));
+    PM_TRY(Image image, read_image(frame_path(pattern, number)));
+    float exposure = 0;
+    for (const Attribute& attribute : image.attributes) {
+      const float* value = std::get_if<float>(&attribute.value);  // of an EXR; a PNG's are texts
+      if (attribute.name == "FramesPerSecond") film.fps = fps_of(attribute).value_or(film.fps);
+      if (value && attribute.name == "polymorph/exposure") exposure = *value;
+    }
+    expose(image, exposure);
+    film.images.push_back(resized_colors(image, options.width));
+  }
+  return film;
+}
+
+/// Before any work.
+Status check_outputs(const StripOptions& options, bool overwrite) {
+  if (options.output.empty() && !options.moves() && options.html.empty())
+    return make_error(ErrorCode::kUsage,
+                      "nothing to make - give -o strip.png, --gif morph.gif, --mp4 morph.mp4 or "
+                      "--html play.html");
+  const std::string extension = std::filesystem::path(options.output).extension().string();
+  if (!options.output.empty() && extension != ".png" && extension != ".exr")
+    return make_error(ErrorCode::kUsage, "{}: unknown image format \"{}\" - use .png or .exr",
+                      options.output, extension);
+  if (!options.mp4.empty() && find_ffmpeg().empty())
+    return make_error(ErrorCode::kResource,
+                      "--mp4 needs ffmpeg, which is not installed - install it, or render PNGs and "
+                      "run elsewhere: ffmpeg -framerate 24 -i frame.%04d.png -c:v libx264 -crf 18 "
+                      "-pix_fmt yuv420p {}",
+                      shell_quoted(options.mp4));
+  for (const std::string& file : {options.output, options.gif, options.mp4}) {
+    if (file.empty()) continue;
+    PM_TRY_STATUS(check_output(file, overwrite));
+  }
+  return Ok{};
+}
+
+Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
+  PM_TRY_STATUS(check_outputs(options, line.common.overwrite));
+  // A model is no scene either, but is told what to do with it.
+  const bool is_scene =
+      std::filesystem::path(options.input).extension() == ".json" || is_model_file(options.input);
+  if (!options.html.empty()) {
+    if (!is_scene)
+      return make_error(ErrorCode::kUsage, "--html needs a scene, not frames: {}", options.input);
+    PM_TRY_STATUS(check_play_page(line, options.html));
+    PM_TRY(Scene scene, load_scene_with(options.input, options.scene_options));
+    PM_TRY_STATUS(write_play_page(line, std::move(scene), options.html));
+    if (options.output.empty() && !options.moves()) return 0;
+  }
+  auto made = is_scene ? from_scene(line, options) : from_images(options);
+  if (!made) return std::move(made).error();
+  const Film& film = *made;
+  if (!options.output.empty()) {
+    SheetSettings sheet;
+    sheet.count = options.count;
+    sheet.all = !options.frames.empty();
+    sheet.columns = options.columns;
+    sheet.cell_width = options.width;
+    sheet.label = options.label;
+    PM_TRY_STATUS(write_sheet(options.output, film, sheet));
+    print_data("{}\n", options.output);
+  }
+  if (!options.gif.empty()) {
+    PM_TRY_STATUS(write_gif(options.gif, film, options.fps));
+    print_data("{}\n", options.gif);
+  }
+  if (!options.mp4.empty()) {
+    PM_TRY_STATUS(write_mp4(options.mp4, film.images, options.fps > 0 ? options.fps : film.fps));
+    print_data("{}\n", options.mp4);
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_strip(CommandLine& line) {
+  auto options = std::make_shared<StripOptions>();
+  Command command = add_command(
+      line, "strip", "Make a contact sheet, a GIF or a movie of a sequence.",
+      "  polymorph strip 'out/frame.####.exr' -c 8 -o strip.png\n"
+      "  polymorph strip scene.json -c 6 --columns 3 --label t -o strip.png\n"
+      "  polymorph strip 'out/frame.####.png' --gif morph.gif --mp4 morph.mp4",
+      "  0 made   2 usage   3 bad scene, unreadable or missing frames   4 cannot write\n"
+      "  5 device or memory   130, 143 stopped by a signal");
+  command.add_option("input", options->input, "a scene file, or existing frames with ####")
+      .required()
+      .type_name("SCENE|FRAMES")
+      .group("Main");
+  command.add_option("-o,--output", options->output, "the sheet: .png or .exr")
+      .type_name("FILE")
+      .group("Main");
+  command.add_option("-c,--count", options->count, "cells, evenly spread over the sequence (8)")
+      .range(1, 1000)
+      .type_name("N")
+      .group("Main");
+  command.add_option("-f,--frames", options->frames, "these frames instead")
+      .type_name("LIST")
+      .group("Main");
+  command.add_option("--columns", options->columns, "cells per row (4)")
+      .range(1, 1000)
+      .type_name("N")
+      .group("Main");
+  command
+      .add_option("--width", options->width, "width of a cell, GIF and movie; default: as rendered")
+      .range(16, 32768)
+      .type_name("PIXELS")
+      .group("Main");
+  command.add_option("--label", options->label, "frame, t or none")
+      .choices({"frame", "t", "none"})
+      .type_name("WHAT")
+      .group("Main");
+  command.add_option("--gif", options->gif, "an animated GIF of all frames")
+      .type_name("FILE")
+      .group("Main");
+  command.add_option("--mp4", options->mp4, "a movie of all frames, by ffmpeg")
+      .type_name("FILE")
+      .group("Main");
+  command.add_option("--html", options->html, "of a scene: a page that plays it in a browser")
+      .type_name("FILE")
+      .group("Main");
+  command.add_option("--fps", options->fps, "of GIF and movie; default: the scene's")
+      .range(0.1, 100.0)
+      .type_name("F")
+      .group("Main");
+  add_overwrite(command, line.common).group("Main");
+  add_scene_options(command, options->scene_options);
+  set_action(line, command, [&line, options] { return run_strip(line, *options); });
+}
+
+}  // namespace polymorph

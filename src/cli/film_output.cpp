@@ -1,0 +1,186 @@
+#include "cli/film_output.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/exact_math.h"
+#include "base/file.h"
+#include "base/log.h"
+#include "base/stopwatch.h"
+#include "base/worker.h"
+#include "cli/progress.h"
+#include "image/image_io.h"
+#include "image/strip.h"
+#include "morph/timeline.h"
+#include "sequence/device.h"
+#include "sequence/geometry/geometry.h"
+#include "sequence/render_frame.h"
+#include "sequence/render_sequence.h"
+
+namespace polymorph {
+namespace {
+
+std::string label_of(const std::string& kind, const Film& film, int number) {
+  if (kind == "none") return "";
+  if (kind == "frame") return fmt::format("frame {}", number);
+  const int span = std::max(1, film.last - film.first);
+  return fmt::format("t = {:.2f}", static_cast<double>(number - film.first) / span);
+}
+
+}  // namespace
+
+std::vector<int> spread(const std::vector<int>& numbers, int n) {
+  if (n >= static_cast<int>(numbers.size())) return numbers;
+  std::vector<int> chosen;
+  for (int i = 0; i < n; ++i) {
+    const double at =
+        n == 1 ? 0.5 * static_cast<double>(numbers.size() - 1)
+               : static_cast<double>(i) * static_cast<double>(numbers.size() - 1) / (n - 1);
+    chosen.push_back(numbers[static_cast<std::size_t>(std::lround(at))]);
+  }
+  return chosen;
+}
+
+std::vector<int> spread_by_change(const Film& film, int n) {
+  std::vector<double> way{0};  // how far the pictures have come since the first
+  for (std::size_t i = 1; i < film.images.size(); ++i) {
+    const std::vector<float>&a = film.images[i - 1].pixels, &b = film.images[i].pixels;
+    double change = 0;
+    for (std::size_t k = 0; k < std::min(a.size(), b.size()); ++k)
+      change += std::abs(static_cast<double>(b[k]) - static_cast<double>(a[k]));
+    way.push_back(way.back() + change);
+  }
+  if (n < 2 || way.back() == 0) return spread(film.numbers, n);
+  std::vector<int> chosen;
+  for (int i = 0; i < n; ++i) {
+    const double wanted = way.back() * i / (n - 1);  // rounding may take it beyond the last
+    auto nearest = std::lower_bound(way.begin(), way.end() - 1, wanted);
+    if (nearest != way.begin() && wanted - *(nearest - 1) < *nearest - wanted)
+      nearest = std::lower_bound(way.begin(), way.end(), *(nearest - 1));  // first of its likes
+    const int number = film.numbers[static_cast<std::size_t>(nearest - way.begin())];
+    if (chosen.empty() || number != chosen.back()) chosen.push_back(number);
+  }
+  chosen.back() = film.numbers.back();  // not the first of those that look like it
+  return chosen;
+}
+
+void expose(Image& image, float stops) {
+  if (stops == 0) return;
+  const float factor = static_cast<float>(exact::exp2(static_cast<double>(stops)));
+  for (const char* name : {"R", "G", "B"}) {
+    const int channel = image.find_channel(name);
+    for (std::size_t i = static_cast<std::size_t>(std::max(channel, 0));
+         channel >= 0 && i < image.pixels.size(); i += image.channel_count())
+      image.pixels[i] *= factor;
+  }
+}
+
+Image resized_colors(const Image& image, int width) {
+  std::vector<std::string> names;
+  for (const char* name : {"R", "G", "B", "A"})
+    if (image.find_channel(name) >= 0) names.emplace_back(name);
+  Image colors = make_image(image.width, image.height, names);
+  for (std::size_t c = 0; c < names.size(); ++c) {
+    const auto from = static_cast<std::size_t>(image.find_channel(names[c]));
+    for (std::size_t i = c, k = from; i < colors.pixels.size();
+         i += names.size(), k += image.channel_count())
+      colors.pixels[i] = image.pixels[k];
+  }
+  if (width == 0 || names.empty()) return colors;
+  return resize_image(colors, width, std::max(1, width * image.height / image.width));
+}
+
+Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> numbers, int width,
+                         const std::string& isa) {
+  Film film;
+  film.last = frame_count(scene);
+  film.fps = scene.frames.fps;
+  scene.image.aovs = "none";  // pictures have no layers
+  // As it is traced, and its colours alone.
+  PM_TRY_STATUS(check_picture_memory(scene.image, 2, line.common.max_memory));
+  std::string device;
+  PM_TRY(const auto engine, make_engine(line.common.device, device, line.common.max_memory));
+  PM_TRY(const PreparedScene prepared,
+         prepare_scene(scene, *engine, cache_folder(line.common), {line.common.max_memory, 2}));
+  for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
+  PM_TRY(Renderer renderer, Renderer::create(isa));
+  const ProgressCallback progress = make_progress(progress_mode(line.common));
+  struct Traced {
+    Result<Image> image;
+    double seconds = 0;
+  };
+  std::string picture;  // picture_key() of the frame that is traced
+  int showing = 0;      // frames that show it
+  std::future<Traced> tracing;
+  const auto finish = [&]() -> Status {
+    if (!tracing.valid()) return Ok{};
+    Traced traced = tracing.get();
+    PM_TRY(Image image, std::move(traced.image));
+    const int traced_number = numbers[film.images.size()];
+    expose(image, scene_at(scene, static_cast<double>(traced_number)).image.exposure);
+    const Image shown = resized_colors(image, width);
+    for (; showing > 0; --showing) {
+      FrameRecord record;
+      record.frame = numbers[film.images.size()];
+      record.state = FrameRecord::State::kDone;
+      record.seconds = record.frame == traced_number ? traced.seconds : 0;
+      film.images.push_back(shown);
+      progress(film.images.size(), numbers.size(), record);
+    }
+    return Ok{};
+  };
+  Worker worker;  // its task borrows what stands above, so it is the first to go
+  for (const int number : numbers) {
+    if (stop_requested()) return make_error(stop_code(), "stopped - nothing was written");
+    std::string key = picture_key(prepared, number);
+    if (!key.empty() && showing > 0 && key == picture) {
+      ++showing;
+      continue;
+    }
+    const Stopwatch stopwatch;
+    PM_TRY(FrameGeometry geometry, geometry_at(prepared, *engine, number));
+    const double surface_seconds = stopwatch.seconds();
+    PM_TRY_STATUS(finish());
+    picture = std::move(key);
+    showing = 1;
+    tracing = worker.run([&, surface_seconds, geometry = std::move(geometry)]() -> Traced {
+      const Stopwatch tracing_time;
+      auto image = render_frame(prepared, geometry, renderer, device, line.text);
+      return {std::move(image), surface_seconds + tracing_time.seconds()};
+    });
+  }
+  PM_TRY_STATUS(finish());
+  film.numbers = std::move(numbers);
+  return film;
+}
+
+Status write_sheet(const std::filesystem::path& path, const Film& film,
+                   const SheetSettings& settings) {
+  const std::vector<int> chosen = settings.all         ? film.numbers
+                                  : settings.by_change ? spread_by_change(film, settings.count)
+                                                       : spread(film.numbers, settings.count);
+  std::vector<Image> cells;
+  std::vector<std::string> labels;
+  for (const int number : chosen) {
+    const auto at =
+        std::find(film.numbers.begin(), film.numbers.end(), number) - film.numbers.begin();
+    cells.push_back(film.images[static_cast<std::size_t>(at)]);
+    labels.push_back(label_of(settings.label, film, number));
+  }
+  StripSettings strip;
+  strip.columns = settings.columns;
+  strip.cell_width = settings.cell_width;
+  strip.labels = settings.label != "none";
+  PM_TRY(const Image sheet, make_strip(cells, labels, strip));
+  PngSettings png;
+  png.effort = PngEffort::kSmall;  // sheets go into pages and papers
+  return write_image(path, sheet, png);
+}
+
+Status write_gif(const std::filesystem::path& path, const Film& film, float fps) {
+  PM_TRY(const std::string gif, encode_gif(film.images, fps > 0 ? fps : film.fps));
+  return write_file(path, gif);
+}
+
+}  // namespace polymorph

@@ -1,0 +1,38 @@
+#include "cli/write_play_page.h"
+
+#include <algorithm>
+
+#include "base/file.h"
+#include "base/log.h"
+#include "base/text.h"
+#include "sequence/device.h"
+#include "sequence/geometry/play_data.h"
+
+namespace polymorph {
+
+Status check_play_page(const CommandLine& line, const std::filesystem::path& path) {
+  if (path.extension() != ".html")
+    return make_error(ErrorCode::kUsage, "{}: unknown page format \"{}\" - use .html",
+                      path.string(), path.extension().string());
+  return check_output(path, line.common.overwrite);
+}
+
+Status write_play_page(const CommandLine& line, Scene scene, const std::filesystem::path& path) {
+  scene.surface.resolution = std::min(scene.surface.resolution, kPlayResolution);
+  std::string device;
+  PM_TRY(const auto engine, make_engine(line.common.device, device, line.common.max_memory));
+  PM_TRY(const PreparedScene prepared,
+         prepare_scene(scene, *engine, cache_folder(line.common), {line.common.max_memory}));
+  for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
+  // Once more: only now is it known which files the models and their materials name.
+  PM_TRY_STATUS(check_play_page(line, path));
+  PM_TRY(const PlayPage page, make_play_page(prepared, *engine));
+  const std::string html = encode_play_page(page);
+  PM_TRY_STATUS(write_file(path, html));
+  print_data("{} {} actor{}, {} frames, {}\n", path.string(), page.actors.size(),
+             page.actors.size() == 1 ? "" : "s", prepared.frame_count,
+             format_bytes(static_cast<double>(html.size())));
+  return Ok{};
+}
+
+}  // namespace polymorph

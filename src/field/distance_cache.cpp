@@ -1,0 +1,240 @@
+#include "field/distance_cache.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/cache_file.h"
+#include "base/hash.h"
+#include "base/parallel.h"
+#include "field/extract_surface.h"
+#include "field/thinness.h"
+#include "mesh/components.h"
+#include "mesh/handles.h"
+#include "mesh/mesh_check.h"
+#include "model/repair/solidify.h"
+
+namespace polymorph {
+namespace {
+
+// Content: face sides, undecided share, volume, smallest part, genus, grid, Lipschitz constant,
+// spline, of each block of points where the spline does not hold its number and values, and of a
+// solid its thinness.
+constexpr int kEdge = 4;  ///< points along a block's edge
+constexpr std::size_t kBlockPoints = kEdge * kEdge * kEdge;
+
+std::string key_of(const Model& model, float cell, float thinnest, double min_part,
+                   bool solidified) {
+  Hasher hasher;
+  hasher.add("distances").add(kDistancesVersion);
+  hasher.add(std::span<const Vec3>(model.points)).add(std::span<const Triangle>(model.triangles));
+  hasher.add(cell).add(thinnest).add(min_part);
+  hasher.add(static_cast<std::uint8_t>(solidified ? 1 : 0));
+  return hasher.hex();
+}
+
+Int3 blocks_of(const Grid& grid) {
+  const auto count = [](int points) { return (points + kEdge - 1) / kEdge; };
+  return {count(grid.points.x), count(grid.points.y), count(grid.points.z)};
+}
+
+/// f(index of a grid point, index within the block) for the points of block b.
+template <class F>
+void for_block(const Grid& grid, std::int64_t b, const F& f) {
+  const Int3 blocks = blocks_of(grid), n = grid.points;
+  const auto first_x = static_cast<int>(b % blocks.x) * kEdge,
+             first_y = static_cast<int>(b / blocks.x % blocks.y) * kEdge,
+             first_z = static_cast<int>(b / blocks.x / blocks.y) * kEdge;
+  for (int z = 0; z < std::min(kEdge, n.z - first_z); ++z)
+    for (int y = 0; y < std::min(kEdge, n.y - first_y); ++y)
+      for (int x = 0; x < std::min(kEdge, n.x - first_x); ++x)
+        f(static_cast<std::size_t>(first_x + x) +
+              static_cast<std::size_t>(n.x) *
+                  (static_cast<std::size_t>(first_y + y) +
+                   static_cast<std::size_t>(n.y) * static_cast<std::size_t>(first_z + z)),
+          static_cast<std::size_t>((z * kEdge + y) * kEdge + x));
+}
+
+void put_grid(std::string& bytes, const Grid& grid) {
+  put(bytes, grid.origin);
+  put(bytes, grid.cell);
+  put(bytes, grid.points);
+}
+Grid take_grid(std::string_view& bytes) {
+  Grid grid;
+  grid.origin = take<Vec3>(bytes);
+  grid.cell = take<float>(bytes);
+  grid.points = take<Int3>(bytes);
+  return grid;
+}
+constexpr std::size_t kGridSize = sizeof(Vec3) + sizeof(float) + sizeof(Int3);
+
+/// After their number.
+template <class T>
+void put_counted(std::string& bytes, const std::vector<T>& values) {
+  put(bytes, static_cast<std::uint64_t>(values.size()));
+  put_all(bytes, values);
+}
+template <class T>
+bool take_counted(std::string_view& bytes, std::vector<T>& values) {
+  if (bytes.size() < 8) return false;
+  const auto count = take<std::uint64_t>(bytes);
+  if (count > bytes.size() / sizeof(T)) return false;
+  values = take_all<T>(bytes, static_cast<std::size_t>(count));
+  return true;
+}
+
+/// What the grid is where only the spline counts.
+DistanceGrid smooth_alone(const SmoothDistances& smooth, const Grid& grid) {
+  DistanceGrid distances{grid, spline_values(smooth, grid), 1};
+  close_border(distances);
+  return distances;
+}
+
+std::string encode(const ObjectDistances& object, const SmoothDistances& smooth) {
+  std::string bytes;
+  put_counted(bytes, object.sides);
+  put(bytes, object.undecided);
+  put(bytes, object.volume);
+  put(bytes, object.smallest_component_share);
+  put(bytes, object.genus);
+  put_grid(bytes, object.grid->grid);
+  put(bytes, object.grid->lipschitz);
+  put_grid(bytes, smooth.grid);
+  put_counted(bytes, smooth.values);
+  const Grid& grid = object.grid->grid;
+  const std::vector<float>& values = object.grid->values;
+  const std::vector<float> far = smooth_alone(smooth, grid).values;
+  const Int3 blocks = blocks_of(grid);
+  std::vector<std::uint32_t> numbers;
+  std::vector<float> near;
+  for (std::int64_t b = 0; b < std::int64_t{blocks.x} * blocks.y * blocks.z; ++b) {
+    bool differs = false;
+    for_block(grid, b, [&](std::size_t i, std::size_t) { differs |= values[i] != far[i]; });
+    if (!differs) continue;
+    numbers.push_back(static_cast<std::uint32_t>(b));
+    near.resize(near.size() + kBlockPoints);
+    float* to = near.data() + near.size() - kBlockPoints;
+    for_block(grid, b, [&](std::size_t i, std::size_t k) { to[k] = values[i]; });
+  }
+  put_counted(bytes, numbers);
+  put_counted(bytes, near);
+  if (!object.thinness) return bytes;
+  put_grid(bytes, object.thinness->grid);
+  put(bytes, object.thinness->lipschitz);
+  put_counted(bytes, object.thinness->values);
+  return bytes;
+}
+
+bool is_sound(const Grid& grid) {
+  const auto within = [](int points) { return points >= 2 && points <= 4096; };
+  return within(grid.points.x) && within(grid.points.y) && within(grid.points.z) && grid.cell > 0 &&
+         std::isfinite(grid.cell);
+}
+
+std::size_t point_count(const Grid& grid) {
+  return static_cast<std::size_t>(std::int64_t{grid.points.x} * grid.points.y * grid.points.z);
+}
+
+bool take_thinness(std::string_view& bytes, ObjectDistances& object) {
+  if (bytes.size() < kGridSize + sizeof(float)) return false;
+  DistanceGrid thinness;
+  thinness.grid = take_grid(bytes);
+  thinness.lipschitz = take<float>(bytes);
+  if (!is_sound(thinness.grid) || !take_counted(bytes, thinness.values) ||
+      thinness.values.size() != point_count(thinness.grid))
+    return false;
+  object.thinness = std::make_shared<const DistanceGrid>(std::move(thinness));
+  return true;
+}
+
+bool decode(std::string_view bytes, std::size_t triangles, ObjectDistances& object) {
+  if (!take_counted(bytes, object.sides) || object.sides.size() != triangles) return false;
+  if (bytes.size() < 3 * sizeof(double) + sizeof(std::int64_t) + 2 * kGridSize + sizeof(float))
+    return false;
+  object.undecided = take<double>(bytes);
+  object.volume = take<double>(bytes);
+  object.smallest_component_share = take<double>(bytes);
+  object.genus = take<std::int64_t>(bytes);
+  const Grid grid = take_grid(bytes);
+  const auto lipschitz = take<float>(bytes);
+  SmoothDistances smooth;
+  smooth.grid = take_grid(bytes);
+  std::vector<std::uint32_t> numbers;
+  std::vector<float> near;
+  if (!is_sound(grid) || !is_sound(smooth.grid) || !take_counted(bytes, smooth.values) ||
+      !take_counted(bytes, numbers) || !take_counted(bytes, near) ||
+      (!is_shell(object) && !take_thinness(bytes, object)) || !bytes.empty())
+    return false;
+  const Int3 blocks = blocks_of(grid);
+  const std::int64_t count = std::int64_t{blocks.x} * blocks.y * blocks.z;
+  if (smooth.values.size() != point_count(smooth.grid) ||
+      near.size() != kBlockPoints * numbers.size() ||
+      std::any_of(numbers.begin(), numbers.end(), [&](std::uint32_t b) { return b >= count; }))
+    return false;
+  DistanceGrid distances = smooth_alone(smooth, grid);
+  distances.lipschitz = lipschitz;
+  parallel_for(
+      static_cast<std::int64_t>(numbers.size()),
+      [&](std::int64_t i) {
+        const auto at = static_cast<std::size_t>(i);
+        const float* from = near.data() + kBlockPoints * at;
+        for_block(grid, numbers[at],
+                  [&](std::size_t p, std::size_t k) { distances.values[p] = from[k]; });
+      },
+      256);
+  object.grid = std::make_shared<const DistanceGrid>(std::move(distances));
+  return true;
+}
+
+}  // namespace
+
+Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQuery& closest,
+                                         float cell, float thinnest, double min_part,
+                                         bool solidified, Engine& engine,
+                                         const std::filesystem::path& folder) {
+  /// How far from its faces a model is asked what lies there, in cells.
+  constexpr float kFaceStep = 0.01f;
+  ObjectDistances object;
+  object.key = key_of(model, cell, thinnest, min_part, solidified);
+  if (!folder.empty()) {
+    if (const auto bytes = load_cached(folder, object.key, kDistanceFiles)) {
+      const char* problem = nullptr;
+      const auto content = cached_content(*bytes, object.key, kDistanceFiles, problem);
+      ObjectDistances kept = object;
+      if (content && decode(*content, model.triangles.size(), kept)) return kept;
+      warn_unusable(folder, object.key, kDistanceFiles, "holds no sound distances");
+    }
+  }
+  SmoothDistances smooth;
+  const auto measure = [&](const Model& of, const ClosestPointQuery& query) {
+    const InsideTest inside(of);
+    const Mesh faces{of.points, {}, of.triangles};
+    const bool closed = check_mesh(faces).closed() && volume_of(faces) > 0;
+    object.undecided = closed ? 0 : undecided_share(of, inside);
+    object.sides = object.undecided < kShellShare
+                       ? classify_faces(of, inside, kFaceStep * cell)
+                       : std::vector<FaceSide>(of.triangles.size(), FaceSide::kSheet);
+    object.grid = std::make_shared<const DistanceGrid>(
+        signed_distances(of, inside, query, object.sides, 0.5f * cell, thinnest, &smooth));
+  };
+  if (solidified) {
+    PM_TRY(const Model solid, solidify(model));
+    measure(solid, ClosestPointQuery(solid));
+    object.sides.assign(model.triangles.size(), FaceSide::kBoundary);
+  } else {
+    measure(model, closest);
+  }
+  PM_TRY(Mesh mesh, extract_distances(engine, object.grid, cell, {}));
+  remove_small_components(mesh, min_part);
+  object.volume = volume_of(mesh);
+  object.smallest_component_share = smallest_component_share(mesh);
+  object.genus = genus_of(mesh);
+  if (!is_shell(object))
+    object.thinness =
+        std::make_shared<const DistanceGrid>(thinness(*object.grid, model.box().diagonal()));
+  if (!folder.empty())
+    store_cached(folder, object.key, kDistanceFiles, model.name, encode(object, smooth));
+  return object;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,129 @@
+#include "field/extract_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "kernels/field_kinds.h"
+#include "kernels/morph_surface.h"
+
+namespace polymorph {
+namespace {
+
+Box grown_box(const Box& box, float by) {
+  return {box.low - Vec3{by, by, by}, box.high + Vec3{by, by, by}};
+}
+
+}  // namespace
+
+Status to_status(const EngineStatus& status) {
+  switch (status.code) {
+    case EngineCode::kOk:
+      return Ok{};
+    case EngineCode::kBadInput:
+      return Error{ErrorCode::kInput, status.message};
+    case EngineCode::kOutOfMemory:
+      return Error{ErrorCode::kResource, status.message + " (surface.resolution, --max-memory)"};
+    default:
+      return Error{ErrorCode::kResource, status.message};
+  }
+}
+
+Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settings) {
+  Box box;
+  const bool compact =
+      visit(settings.field, [](auto field) { return decltype(field)::kCompactSupport; });
+  if (!compact) {
+    // Outside the centres' box at distance d the field is at most (sum w) / d^2.
+    double sum = 0;
+    for (const Ball& ball : balls) {
+      box = extend(box, ball.center);
+      sum += std::max(ball.w, 0.0f);
+    }
+    return balls.empty() ? box : grown_box(box, static_cast<float>(std::sqrt(sum / settings.iso)));
+  }
+  for (const Ball& ball : balls) {
+    // a d^T shape d at which the ball ends.
+    const float reach = visit(settings.field, [&](auto field) {
+      return field.end(ball, settings.cutoff * settings.iso);
+    });
+    if (reach <= 0) continue;
+    // The half sides of an ellipsoid's box: roots of the diagonal of the inverse.
+    const Sym3& s = ball.shape;
+    const Vec3 square =
+        Vec3{s.yy * s.zz - s.yz * s.yz, s.xx * s.zz - s.xz * s.xz, s.xx * s.yy - s.xy * s.xy} *
+        (reach / (ball.a * determinant(s)));
+    const Vec3 half{std::sqrt(square.x), std::sqrt(square.y), std::sqrt(square.z)};
+    box = unite(box, {ball.center - half, ball.center + half});
+  }
+  return box;
+}
+
+Result<Grid> fit_grid(const Box& box, float cell) {
+  PM_CHECK(!box.empty() && cell > 0);
+  const auto low = [&](float v) { return std::floor(static_cast<double>(v) / cell) - 1; };
+  const auto high = [&](float v) { return std::ceil(static_cast<double>(v) / cell) + 1; };
+  const double nx = high(box.high.x) - low(box.low.x) + 1;
+  const double ny = high(box.high.y) - low(box.low.y) + 1;
+  const double nz = high(box.high.z) - low(box.low.z) + 1;
+  if (!(nx * ny * nz < 1.1e12) || std::max({nx, ny, nz}) > 65536)
+    return make_error(
+        ErrorCode::kResource,
+        "the surface grid would need {:.3g} x {:.3g} x {:.3g} points - lower surface.resolution",
+        nx, ny, nz);
+  const auto at = [&](double index) { return static_cast<float>(index * cell); };
+  return Grid{{at(low(box.low.x)), at(low(box.low.y)), at(low(box.low.z))},
+              cell,
+              {static_cast<int>(nx), static_cast<int>(ny), static_cast<int>(nz)}};
+}
+
+Box box_of(const Grid& grid) {
+  return {grid.origin, grid_point(grid, {grid.points.x - 1, grid.points.y - 1, grid.points.z - 1})};
+}
+
+Result<Mesh> extract_surface(Engine& engine, const BallSet& balls, float cell,
+                             const ExtractSettings& settings) {
+  Mesh mesh;
+  const Box box = surface_bounds(balls.balls(), settings);
+  if (box.empty()) return mesh;
+  PM_TRY(const Grid grid, fit_grid(box, cell));
+  PM_TRY_STATUS(to_status(engine.extract(balls, grid, settings, mesh)));
+  return mesh;
+}
+
+Result<Mesh> extract_surface(Engine& engine, const MorphSurface& between, const Box& box,
+                             float cell, const ExtractSettings& settings) {
+  Mesh mesh;
+  PM_TRY(const Grid grid, fit_grid(box, cell));
+  PM_TRY_STATUS(to_status(engine.extract(between, grid, settings, mesh)));
+  return mesh;
+}
+
+std::shared_ptr<const Regression> still_map(const Box& box, float progress) {
+  auto map = std::make_shared<Regression>();
+  map->maps = 2;
+  map->samples = {{box.center(), 1, box.diagonal()}};
+  map->values.resize(2);
+  map->values[0].value[3] = progress;
+  map->lattice = {box.low - box.size(), box.diagonal(), {6, 6, 6}};
+  return map;
+}
+
+Result<Mesh> extract_distances(Engine& engine, const std::shared_ptr<const DistanceGrid>& object,
+                               float cell, const ExtractSettings& settings) {
+  // Between the object and itself.
+  const Box box = box_of(object->grid);
+  return extract_surface(engine, {still_map(box, 0), object, object, 1, 1, 0}, box, cell, settings);
+}
+
+Result<std::vector<AttributeValues>> interpolate_attributes(
+    Engine& engine, const BallSet& balls, FieldKind kind, const std::vector<BallAttribute>& carried,
+    const std::vector<Vec3>& points) {
+  ExtractSettings settings;
+  settings.field = kind;
+  std::vector<AttributeValues> values;
+  PM_TRY_STATUS(to_status(engine.interpolate(balls, carried, points, settings, values)));
+  return values;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,194 @@
+#include "leg/blend.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/parallel.h"
+#include "field/distance_grid.h"
+#include "field/extract_surface.h"
+
+namespace polymorph {
+namespace {
+
+/// Beyond this, in cells, distances are all alike: surfaces that lie further apart meet later.
+constexpr float kBand = 6;
+/// Points along an axis of the blocks that are looked at or left out whole.
+constexpr int kBlock = 8;
+
+struct BlendInputs {
+  const Model& model;
+  const InsideTest& inside;
+  const ClosestPointQuery &to_model, &to_surface;
+  const BallSet& balls;
+  const ExtractSettings& settings;
+  Engine& engine;
+};
+
+struct Distances {
+  std::vector<float> model, balls;
+};
+
+/// Signed distances to both, none further than `band`.
+Result<Distances> distances_at(const BlendInputs& in, const std::vector<Vec3>& points, float band) {
+  // Is a point inside? What is asked once must not depend on who asks.
+  std::vector<float> values;
+  PM_TRY_STATUS(to_status(in.engine.sample(in.balls, points, in.settings, values)));
+  const std::vector<std::uint8_t> in_model = in.inside.inside(points);
+  const std::vector<ClosestPoint> to_model = in.to_model.closest(points, band),
+                                  to_surface = in.to_surface.closest(points, band);
+  Distances out;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const float m = to_model[i].distance, b = to_surface[i].distance;
+    out.model.push_back(in_model[i] ? m : -m);
+    out.balls.push_back(values[i] > in.settings.iso ? b : -b);
+  }
+  return out;
+}
+
+/// Which blocks some blend's surface may pass through: those near either surface, and those that
+/// another side begins next to (an open model's inside may end far from any face).
+std::vector<bool> passable(const Distances& middles, Int3 blocks, float near) {
+  const auto index = [&](int x, int y, int z) {
+    return static_cast<std::size_t>((z * blocks.y + y) * blocks.x + x);
+  };
+  std::vector<bool> out(middles.model.size());
+  for (int z = 0; z < blocks.z; ++z)
+    for (int y = 0; y < blocks.y; ++y)
+      for (int x = 0; x < blocks.x; ++x) {
+        const std::size_t i = index(x, y, z);
+        const float m = middles.model[i], b = middles.balls[i];
+        if (std::min(std::fabs(m), std::fabs(b)) < near) out[i] = true;
+        const auto compare = [&](std::size_t k) {
+          if ((middles.model[k] > 0) == (m > 0) && (middles.balls[k] > 0) == (b > 0)) return;
+          out[i] = out[k] = true;
+        };
+        if (x > 0) compare(index(x - 1, y, z));
+        if (y > 0) compare(index(x, y - 1, z));
+        if (z > 0) compare(index(x, y, z - 1));
+      }
+  return out;
+}
+
+/// Fills both grids, whose points are the same.
+Status fill(const BlendInputs& in, DistanceGrid& model, DistanceGrid& balls) {
+  const Grid& grid = model.grid;
+  const Int3 n = grid.points;
+  const auto blocks_along = [](int points) { return (points + kBlock - 1) / kBlock; };
+  const Int3 blocks = {blocks_along(n.x), blocks_along(n.y), blocks_along(n.z)};
+  const float band = kBand * grid.cell;
+  constexpr float kHalf = 0.5f * (kBlock - 1);
+  const float reach = std::sqrt(3.0f) * kHalf * grid.cell * 1.001f;
+  std::vector<Int3> corners;
+  std::vector<Vec3> middles;
+  for (int z = 0; z < n.z; z += kBlock)
+    for (int y = 0; y < n.y; y += kBlock)
+      for (int x = 0; x < n.x; x += kBlock) {
+        corners.push_back({x, y, z});
+        middles.push_back(grid_point(grid, {x, y, z}) + Vec3{kHalf, kHalf, kHalf} * grid.cell);
+      }
+  PM_TRY(const Distances at_middle, distances_at(in, middles, band + reach));
+  const std::vector<bool> looked_at = passable(at_middle, blocks, band + reach);
+  // Many at a time, for the sake of memory.
+  constexpr std::size_t kBatch = 1 << 18;
+  std::vector<std::size_t> numbers;
+  std::vector<Vec3> points;
+  const auto look = [&]() -> Status {
+    PM_TRY(const Distances found, distances_at(in, points, band));
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      model.values[numbers[i]] = found.model[i];
+      balls.values[numbers[i]] = found.balls[i];
+    }
+    numbers.clear(), points.clear();
+    return Ok{};
+  };
+  for (std::size_t b = 0; b < corners.size(); ++b) {
+    const Int3 low = corners[b];
+    for (int z = low.z; z < std::min(low.z + kBlock, n.z); ++z)
+      for (int y = low.y; y < std::min(low.y + kBlock, n.y); ++y)
+        for (int x = low.x; x < std::min(low.x + kBlock, n.x); ++x) {
+          const auto i = static_cast<std::size_t>((std::int64_t{z} * n.y + y) * n.x + x);
+          if (looked_at[b]) {
+            numbers.push_back(i);
+            points.push_back(grid_point(grid, {x, y, z}));
+          } else {
+            model.values[i] = at_middle.model[b] > 0 ? band : -band;
+            balls.values[i] = at_middle.balls[b] > 0 ? band : -band;
+          }
+        }
+    if (points.size() >= kBatch) PM_TRY_STATUS(look());
+  }
+  return look();
+}
+
+Vec3 surface_normal(const Mesh& mesh, const ClosestPoint& at) {
+  const Triangle& t = mesh.triangles[at.triangle];
+  const TriangleWeights w = closest_on_triangle(at.point, mesh.positions[t.v[0]],
+                                                mesh.positions[t.v[1]], mesh.positions[t.v[2]]);
+  return normalized(mesh.normals[t.v[0]] * static_cast<float>(w.a) +
+                    mesh.normals[t.v[1]] * static_cast<float>(w.b) +
+                    mesh.normals[t.v[2]] * static_cast<float>(w.c));
+}
+
+/// The progress that MorphField::mixture() turns into `share`.
+float unmixed(float share) {
+  if (share <= 0 || share >= 1) return share;
+  double t = static_cast<double>(share);
+  for (int i = 0; i < 40; ++i) {  // Newton's steps, which both ends slow down
+    const double change = (t * t * (3 - 2 * t) - static_cast<double>(share)) / (6 * t * (1 - t));
+    t = std::clamp(t - change, 0.5 * t, 0.5 * (1 + t));
+  }
+  return static_cast<float>(t);
+}
+
+}  // namespace
+
+Result<BlendField> make_blend_field(const Model& model, const InsideTest& inside,
+                                    const ClosestPointQuery& to_model, const BallSet& balls,
+                                    Mesh surface, float cell, const ExtractSettings& settings,
+                                    Engine& engine) {
+  PM_CHECK(!surface.triangles.empty());
+  const Box box = unite(model.box(), box_of(surface.positions));
+  const Vec3 size = box.size();
+  PM_TRY(const Grid grid,
+         fit_grid(box, std::max(cell, std::max({size.x, size.y, size.z}) / kMaxDistanceCells)));
+  const auto count =
+      static_cast<std::size_t>(std::int64_t{grid.points.x} * grid.points.y * grid.points.z);
+  auto of_model = std::make_shared<DistanceGrid>(), of_balls = std::make_shared<DistanceGrid>();
+  of_model->grid = of_balls->grid = grid;
+  of_model->values.resize(count), of_balls->values.resize(count);
+  auto to_surface = std::make_shared<const ClosestPointQuery>(surface.positions, surface.triangles);
+  PM_TRY_STATUS(
+      fill({model, inside, to_model, *to_surface, balls, settings, engine}, *of_model, *of_balls));
+  for (DistanceGrid* distances : {of_model.get(), of_balls.get()}) {
+    close_border(*distances);
+    bound_slopes(*distances);
+  }
+  return BlendField{std::move(of_model), std::move(of_balls), std::move(surface),
+                    std::move(to_surface)};
+}
+
+Result<Mesh> blend_surface(const BlendField& field, const Model& model,
+                           const ClosestPointQuery& to_model, float progress,
+                           const ExtractSettings& settings, Engine& engine) {
+  const Grid& grid = field.model->grid;
+  const MorphSurface between = {still_map(box_of(grid), unmixed(progress)), field.model,
+                                field.balls};
+  Mesh mesh;
+  PM_TRY_STATUS(to_status(engine.extract(between, grid, settings, mesh)));
+  mesh.normals.resize(mesh.positions.size());
+  parallel_for(
+      static_cast<std::int64_t>(mesh.positions.size()),
+      [&](std::int64_t i) {
+        const auto k = static_cast<std::size_t>(i);
+        const Vec3 p = mesh.positions[k];
+        const Vec3 n =
+            normalized(interpolate_normal(model, model.corner_normals, to_model.closest(p))) *
+                (1 - progress) +
+            surface_normal(field.surface, field.to_surface->closest(p)) * progress;
+        mesh.normals[k] = dot(n, n) > 0 ? normalized(n) : Vec3{0, 1, 0};
+      },
+      256);
+  return mesh;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,164 @@
+#include "leg/project.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/morton.h"
+#include "base/parallel.h"
+#include "base/result.h"
+#include "field/near_balls.h"
+#include "mesh/normals.h"
+
+namespace polymorph {
+namespace {
+
+/// First-order distance to the surface, positive inside.
+float distance_in(const LogField& field) {
+  const float steep = length(field.gradient);
+  return steep > 0 ? static_cast<float>(field.value) / steep : 1e30f;
+}
+
+/// The root of the field along `direction` nearest to p within `reach`; false when there is none.
+bool root_along(const NearBalls& balls, std::span<const std::uint32_t> list, Vec3 p, Vec3 direction,
+                float reach, Vec3& root) {
+  const auto at = [&](float t) { return balls.log_field(p + direction * t, list).value; };
+  const bool inside = at(0) > 0;
+  // Outward from inside, inward from outside, then the other way: a bulge may hide the near root.
+  constexpr int kSteps = 12;
+  for (const float way : {inside ? 1.0f : -1.0f, inside ? -1.0f : 1.0f}) {
+    float near = 0;
+    for (int i = 1; i <= kSteps; ++i) {
+      const float far = way * reach * static_cast<float>(i) / kSteps;
+      if ((at(far) > 0) == inside) {
+        near = far;
+        continue;
+      }
+      float a = near, b = far;
+      for (int step = 0; step < 14; ++step) {
+        const float middle = (a + b) / 2;
+        ((at(middle) > 0) == inside ? a : b) = middle;
+      }
+      root = p + direction * ((a + b) / 2);
+      return true;
+    }
+  }
+  return false;
+}
+
+/// Down the gradient; ends wherever it is after some steps.
+Vec3 root_along_gradient(const NearBalls& balls, std::span<const std::uint32_t> list, Vec3 p,
+                         float reach) {
+  Vec3 x = p;
+  for (int step = 0; step < 20; ++step) {
+    const LogField field = balls.log_field(x, list);
+    const float steep = length(field.gradient), distance = distance_in(field);
+    if (!(steep > 0) || !std::isfinite(distance)) break;
+    const Vec3 next = x - field.gradient * (std::clamp(distance, -reach / 4, reach / 4) / steep);
+    if (length(next - p) > 2 * reach) break;
+    x = next;
+    if (std::abs(distance) < 1e-4f * reach) break;
+  }
+  return x;
+}
+
+/// Points in the solid's boundary; the others lie within, where parts overlap.
+std::vector<std::uint8_t> on_boundary(const Model& model, const std::vector<Vec3>& normals,
+                                      const InsideTest& inside, float step) {
+  std::vector<Vec3> probes;
+  for (std::size_t i = 0; i < model.points.size(); ++i) {
+    probes.push_back(model.points[i] + normals[i] * step);
+    probes.push_back(model.points[i] - normals[i] * step);
+  }
+  const std::vector<std::uint8_t> in = inside.inside(probes);
+  std::vector<std::uint8_t> boundary(model.points.size());
+  for (std::size_t i = 0; i < boundary.size(); ++i) boundary[i] = !(in[2 * i] && in[2 * i + 1]);
+  return boundary;
+}
+
+double arrived_share(const Model& model, const Projection& projection,
+                     const std::vector<std::uint8_t>& boundary, const NearBalls& balls,
+                     float near) {
+  std::vector<Vec3> middles(model.triangles.size());
+  for (std::size_t t = 0; t < middles.size(); ++t) {
+    const auto& v = model.triangles[t].v;
+    middles[t] =
+        (projection.points[v[0]] + projection.points[v[1]] + projection.points[v[2]]) / 3.0f;
+  }
+  std::vector<std::uint8_t> point_there(model.points.size()), middle_there(middles.size());
+  const auto look = [&](const std::vector<Vec3>& points, std::vector<std::uint8_t>& there) {
+    for_each_near(balls, points, near, [&](std::size_t begin, std::size_t end, auto list) {
+      for (std::size_t i = begin; i < end; ++i)
+        there[i] = std::abs(distance_in(balls.log_field(points[i], list))) <= near;
+    });
+  };
+  look(projection.points, point_there);
+  look(middles, middle_there);
+  double there = 0, all = 0;
+  for (std::size_t t = 0; t < middles.size(); ++t) {
+    const auto& v = model.triangles[t].v;
+    if (!boundary[v[0]] || !boundary[v[1]] || !boundary[v[2]]) continue;
+    const double area = static_cast<double>(length(
+        cross(model.points[v[1]] - model.points[v[0]], model.points[v[2]] - model.points[v[0]])));
+    all += area;
+    if (middle_there[t] && point_there[v[0]] && point_there[v[1]] && point_there[v[2]])
+      there += area;
+  }
+  return all > 0 ? there / all : 0;
+}
+
+}  // namespace
+
+Projection project_model(const Model& model, const InsideTest& inside, std::span<const Ball> given,
+                         FieldKind kind) {
+  const Box box = model.box();
+  const float size = box.diagonal(), reach = 0.05f * size, near = 0.005f * size;
+  const NearBalls balls(given, kind);
+  const std::vector<Vec3> normals = point_normals(model);
+  const std::vector<std::uint8_t> boundary = on_boundary(model, normals, inside, 2e-4f * size);
+  // In Morton order neighbours share their balls.
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> order(model.points.size());
+  for (std::size_t i = 0; i < order.size(); ++i)
+    order[i] = {morton_key(model.points[i], box), static_cast<std::uint32_t>(i)};
+  std::sort(order.begin(), order.end());
+  std::vector<Vec3> sorted(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) sorted[i] = model.points[order[i].second];
+
+  Projection projection;
+  projection.points = model.points;
+  projection.normals = normals;
+  for_each_near(balls, sorted, reach, [&](std::size_t begin, std::size_t end, auto list) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const std::size_t i = order[k].second;
+      if (!boundary[i]) continue;
+      Vec3 root;
+      if (!root_along(balls, list, model.points[i], normals[i], reach, root))
+        root = root_along_gradient(balls, list, model.points[i], reach);
+      projection.points[i] = root;
+      const Vec3 down = -normalized(balls.log_field(root, list).gradient);
+      // A normal that turns around belongs to the other side of a thin wall.
+      if (dot(down, normals[i]) > 0) projection.normals[i] = down;
+    }
+  });
+  projection.arrived = arrived_share(model, projection, boundary, balls, near);
+  return projection;
+}
+
+MovingMesh projected_mesh(const Model& model, const Projection& projection, float progress) {
+  PM_CHECK(projection.points.size() == model.points.size());
+  MovingMesh mesh;
+  mesh.points.resize(model.points.size());
+  for (std::size_t i = 0; i < mesh.points.size(); ++i)
+    mesh.points[i] = (1 - progress) * model.points[i] + progress * projection.points[i];
+  mesh.corner_normals.resize(model.triangles.size() * 3);
+  for (std::size_t t = 0; t < model.triangles.size(); ++t)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Vec3 from = model.corner_normals[3 * t + c];
+      const Vec3 to = projection.normals[model.triangles[t].v[c]];
+      const Vec3 n = normalized((1 - progress) * from + progress * to);
+      mesh.corner_normals[3 * t + c] = dot(n, n) > 0 ? n : from;
+    }
+  return mesh;
+}
+
+}  // namespace polymorph

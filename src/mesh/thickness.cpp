@@ -1,0 +1,200 @@
+#include "mesh/thickness.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "base/parallel.h"
+#include "kernels/linear.h"
+#include "mesh/normals.h"
+#include "mesh/sample_surface.h"
+
+namespace polymorph {
+namespace {
+
+constexpr double kManyBalls = 1500;
+constexpr std::size_t kMaxHits = 16384;  // by one ray, of faces that lie upon each other
+
+/// Distance along the ray at which it hits the triangle, or infinity (Moeller and Trumbore 1997,
+/// in double precision; edges count).
+double intersect(Vec3d origin, Vec3d direction, const TriangleBvh::Corners& c) {
+  const Vec3d a(c.p[0]), ab = Vec3d(c.p[1]) - a, ac = Vec3d(c.p[2]) - a;
+  const Vec3d p = cross(direction, ac);
+  const double determinant = dot(ab, p);
+  if (determinant == 0) return INFINITY;
+  const Vec3d s = origin - a, q = cross(s, ab);
+  const double u = dot(s, p) / determinant, v = dot(direction, q) / determinant;
+  if (u < 0 || v < 0 || u + v > 1) return INFINITY;
+  return dot(ac, q) / determinant;
+}
+
+/// The nearest hit beyond `from`, not on triangle `self`: its distance, and the cosine between the
+/// ray and the face's normal. The ray leaves where that is positive.
+struct Hit {
+  double distance = INFINITY;
+  double cosine = -1;
+};
+
+Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from,
+              std::uint32_t self) {
+  Hit hit;
+  std::size_t met = 0;
+  struct Entry {
+    double enter = 0;
+    std::uint32_t node = 0;
+  };
+  Entry stack[TriangleBvh::kStackSize];
+  int waiting = 0;
+  if (!bvh.nodes.empty()) stack[waiting++] = {from, 0};
+  const double o[3] = {origin.x, origin.y, origin.z},
+               d[3] = {direction.x, direction.y, direction.z};
+  while (waiting > 0 && met < kMaxHits) {
+    const Entry entry = stack[--waiting];
+    if (entry.enter > hit.distance * (1 + 1e-12)) continue;
+    const TriangleBvh::Node& node = bvh.nodes[entry.node];
+    const int below = waiting;
+    for (int k = 0; k < TriangleBvh::kWidth; ++k) {
+      if (node.child[k] == TriangleBvh::kNone) continue;
+      double enter = from, leave = hit.distance;
+      for (int axis = 0; axis < 3; ++axis) {
+        const double low = static_cast<double>(node.low[axis][k]) - o[axis],
+                     high = static_cast<double>(node.high[axis][k]) - o[axis];
+        if (d[axis] == 0) {
+          if (low > 0 || high < 0) leave = -1;
+          continue;
+        }
+        const double x = low / d[axis], y = high / d[axis];
+        enter = std::max(enter, std::min(x, y));
+        leave = std::min(leave, std::max(x, y));
+      }
+      if (enter > leave * (1 + 1e-12)) continue;
+      if (node.count[k] == 0) {
+        // Nearer children come first, so that most of the others are never opened.
+        int at = waiting++;
+        for (; at > below && stack[at - 1].enter < enter; --at) stack[at] = stack[at - 1];
+        stack[at] = {enter, node.child[k]};
+        continue;
+      }
+      met += node.count[k];
+      for (std::uint32_t slot = node.child[k]; slot < node.child[k] + node.count[k]; ++slot) {
+        if (bvh.triangles[slot] == self) continue;
+        const TriangleBvh::Corners& c = bvh.corners[slot];
+        const double t = intersect(origin, direction, c);
+        if (!(t > from) || !(t < hit.distance)) continue;
+        const Vec3d n = cross(Vec3d(c.p[1]) - Vec3d(c.p[0]), Vec3d(c.p[2]) - Vec3d(c.p[0]));
+        hit = {t, dot(n, direction) / std::max(std::sqrt(dot(n, n)), 1e-300)};
+      }
+    }
+  }
+  return met < kMaxHits ? hit : Hit{};
+}
+
+/// From each sample straight inward.
+std::vector<Hit> hits_inward(MeshView mesh, const TriangleBvh& bvh,
+                             const std::vector<SurfaceSample>& from) {
+  // Nearer than this is the next face around an edge, or a double of the same face.
+  const double nearest = 1e-6 * static_cast<double>(mesh.box().diagonal());
+  std::vector<Hit> hits(from.size());
+  parallel_for(
+      static_cast<std::int64_t>(from.size()),
+      [&](std::int64_t i) {
+        const auto k = static_cast<std::size_t>(i);
+        hits[k] = first_hit(bvh, Vec3d(from[k].point), Vec3d(from[k].normal) * -1, nearest,
+                            from[k].triangle);
+      },
+      64);
+  return hits;
+}
+
+/// No more than kMaxSamples of them and one per face: each triangle of a fan of long thin ones
+/// would get as many samples as its edge is long.
+double spacing_within_bounds(MeshView mesh, double spacing) {
+  constexpr double kMaxSamples = 1 << 20;
+  for (;; spacing *= 2) {
+    double samples = 0;  // a bound, beyond one per face
+    for (const Triangle& t : mesh.triangles) {
+      const Vec3d a(mesh.points[t.v[0]]), b(mesh.points[t.v[1]]), c(mesh.points[t.v[2]]);
+      const double longest = std::max({length(b - a), length(c - b), length(a - c)});
+      const double height = length(cross(b - a, c - a)) / std::max(longest, 1e-300);
+      samples += (longest / spacing + 1) * (height / spacing + 1) - 1;
+    }
+    if (!(samples > kMaxSamples)) return spacing;
+  }
+}
+
+/// In columns across each face's longest edge. By area alone a wire would get the fewer samples,
+/// the thinner it is.
+std::vector<SurfaceSample> even_samples(MeshView mesh, double wanted_spacing) {
+  const double spacing = spacing_within_bounds(mesh, wanted_spacing);
+  const auto pieces = [&](double extent) {
+    return std::max(static_cast<int>(std::ceil(extent / spacing)), 1);
+  };
+  std::vector<SurfaceSample> samples;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    Vec3d p[3];
+    for (int k = 0; k < 3; ++k) p[k] = Vec3d(mesh.points[mesh.triangles[t].v[k]]);
+    const Vec3d normal = cross(p[1] - p[0], p[2] - p[0]);
+    const double twice_area = std::sqrt(dot(normal, normal));
+    if (!(twice_area > 0)) continue;
+    const auto edge_square = [&](int k) {
+      const Vec3d edge = p[(k + 1) % 3] - p[k];
+      return dot(edge, edge);
+    };
+    int first = 0;
+    for (int k = 1; k < 3; ++k)
+      if (edge_square(k) > edge_square(first)) first = k;
+    const Vec3d a = p[first], along = p[(first + 1) % 3] - a, to_apex = p[(first + 2) % 3] - a;
+    const double apex = dot(to_apex, along) / dot(along, along);
+    const Vec3d height = to_apex - along * apex;
+    const int columns = pieces(std::sqrt(dot(along, along)));
+    for (int i = 0; i < columns; ++i) {
+      const double u = (i + 0.5) / columns;
+      const double reach = u < apex ? u / apex : (1 - u) / (1 - apex);
+      const int rows = pieces(reach * std::sqrt(dot(height, height)));
+      for (int j = 0; j < rows; ++j)
+        samples.push_back({to_float(a + along * u + height * (reach * (j + 0.5) / rows)),
+                           to_float(normal * (1 / twice_area)), t});
+    }
+  }
+  return samples;
+}
+
+}  // namespace
+
+Thickness measure_thickness(MeshView mesh, const TriangleBvh& bvh, std::size_t samples) {
+  const std::vector<SurfaceSample> from = sample_surface(mesh, samples);
+  std::vector<double> lengths;
+  for (const Hit& hit : hits_inward(mesh, bvh, from))
+    if (hit.cosine > 0 && !std::isinf(hit.distance)) lengths.push_back(hit.distance);
+  Thickness result;
+  result.rays = lengths.size();
+  if (!from.empty())
+    result.open = 1 - static_cast<double>(lengths.size()) / static_cast<double>(from.size());
+  if (lengths.empty()) return result;
+  std::sort(lengths.begin(), lengths.end());
+  const auto at = [&](double share) {
+    return lengths[static_cast<std::size_t>(share * static_cast<double>(lengths.size() - 1))];
+  };
+  result.low = at(0.05);
+  result.median = at(0.5);
+  result.high = at(0.95);
+  result.balls = area_of(mesh) / (result.median * result.median);
+  return result;
+}
+
+std::vector<Vec3> thin_wall_middles(MeshView mesh, const TriangleBvh& bvh, double spacing,
+                                    double max_thickness, double min_cosine) {
+  const std::vector<SurfaceSample> from = even_samples(mesh, spacing);
+  const std::vector<Hit> hits = hits_inward(mesh, bvh, from);
+  std::vector<Vec3> middles;
+  for (std::size_t k = 0; k < from.size(); ++k)
+    if (hits[k].distance < max_thickness && hits[k].cosine > min_cosine)
+      middles.push_back(from[k].point -
+                        from[k].normal * static_cast<float>(0.5 * hits[k].distance));
+  return middles;
+}
+
+bool is_thin(const Thickness& thickness) { return thickness.balls > kManyBalls; }
+
+}  // namespace polymorph

@@ -1,0 +1,215 @@
+#include "mesh/triangle_bvh.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+#include "kernels/linear.h"
+
+namespace polymorph {
+namespace {
+
+constexpr std::size_t kLeafTriangles = TriangleBvh::kLeafTriangles;
+
+struct Piece {
+  Box box;
+  std::uint32_t triangle = 0;
+};
+
+struct Builder {
+  std::span<const Vec3> points;
+  std::span<const Triangle> triangles;
+  std::vector<Vec3> centers;
+  /// Where triangles are split, the pieces stand for them: each has a box, and a triangle.
+  std::vector<Piece> pieces;
+  TriangleBvh bvh;
+
+  Box box_of_range(std::span<const std::uint32_t> range) const {
+    Box box;
+    for (const std::uint32_t t : range) {
+      if (!pieces.empty())
+        box = unite(box, pieces[t].box);
+      else
+        for (const std::uint32_t v : triangles[t].v) box = extend(box, points[v]);
+    }
+    return box;
+  }
+
+  /// Halves the range at the median of the axis along which its centres spread furthest.
+  std::size_t halve(std::span<std::uint32_t> range) const {
+    Box spread;
+    for (const std::uint32_t t : range) spread = extend(spread, centers[t]);
+    const Vec3 size = spread.size();
+    const auto along = [&](std::uint32_t t) {
+      const Vec3& c = centers[t];
+      return size.x >= size.y && size.x >= size.z ? c.x : size.y >= size.z ? c.y : c.z;
+    };
+    const std::size_t half = range.size() / 2;
+    std::nth_element(range.begin(), range.begin() + static_cast<std::ptrdiff_t>(half), range.end(),
+                     [&](std::uint32_t a, std::uint32_t b) {
+                       const float x = along(a), y = along(b);
+                       return x != y ? x < y : a < b;
+                     });
+    return half;
+  }
+
+  std::uint32_t add_leaf(std::span<const std::uint32_t> range) {
+    const auto first = static_cast<std::uint32_t>(bvh.triangles.size());
+    for (const std::uint32_t i : range) {
+      const std::uint32_t t = pieces.empty() ? i : pieces[i].triangle;
+      const auto& v = triangles[t].v;
+      bvh.corners.push_back({{points[v[0]], points[v[1]], points[v[2]]}});
+      bvh.triangles.push_back(t);
+    }
+    bvh.corners.resize(first + kLeafTriangles);
+    bvh.triangles.resize(first + kLeafTriangles, TriangleBvh::kNone);
+    return first;
+  }
+
+  std::uint32_t add_node(std::span<std::uint32_t> range) {
+    const std::size_t self = bvh.nodes.size();
+    bvh.nodes.emplace_back();
+    std::array<std::span<std::uint32_t>, TriangleBvh::kWidth> parts{range};
+    for (std::size_t count = 1; count < parts.size(); count *= 2)
+      for (std::size_t i = count; i-- > 0;) {
+        const std::span<std::uint32_t> part = parts[i];
+        const std::size_t half = part.size() > kLeafTriangles ? halve(part) : part.size();
+        parts[2 * i] = part.first(half);
+        parts[2 * i + 1] = part.subspan(half);
+      }
+    TriangleBvh::Node node;
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      const Box box = box_of_range(parts[k]);
+      const float low[3] = {box.low.x, box.low.y, box.low.z};
+      const float high[3] = {box.high.x, box.high.y, box.high.z};
+      for (int axis = 0; axis < 3; ++axis) {
+        node.low[axis][k] = low[axis];
+        node.high[axis][k] = high[axis];
+      }
+      const bool leaf = parts[k].size() <= kLeafTriangles;
+      node.count[k] = leaf ? static_cast<std::uint32_t>(parts[k].size()) : 0;
+      node.child[k] = parts[k].empty() ? TriangleBvh::kNone
+                      : leaf           ? add_leaf(parts[k])
+                                       : add_node(parts[k]);
+    }
+    bvh.nodes[self] = node;
+    return static_cast<std::uint32_t>(self);
+  }
+};
+
+using Polygon = std::vector<Vec3d>;
+
+double along(Vec3d p, int axis) { return axis == 0 ? p.x : axis == 1 ? p.y : p.z; }
+
+/// The part of a convex polygon on one side of a plane across an axis (Sutherland and Hodgman
+/// 1974).
+Polygon clipped(const Polygon& polygon, int axis, double at, bool above) {
+  const double sign = above ? 1 : -1;
+  Polygon kept;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vec3d a = polygon[i], b = polygon[(i + 1) % polygon.size()];
+    const double from = sign * (along(a, axis) - at), to = sign * (along(b, axis) - at);
+    if (from >= 0) kept.push_back(a);
+    if ((from > 0 && to < 0) || (from < 0 && to > 0))
+      kept.push_back(a + (b - a) * (from / (from - to)));
+  }
+  return kept;
+}
+
+/// Boxes around pieces no longer than `longest`; `slack` covers their rounding.
+void split(const Polygon& polygon, std::uint32_t triangle, double longest, float slack,
+           std::vector<Piece>& pieces) {
+  if (polygon.empty()) return;
+  Vec3d low = polygon[0], high = low;
+  for (const Vec3d p : polygon) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  const Vec3d size = high - low;
+  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  if (!(along(size, axis) > longest)) {
+    const Vec3 margin{slack, slack, slack};
+    pieces.push_back({{to_float(low) - margin, to_float(high) + margin}, triangle});
+    return;
+  }
+  const double middle = along(low + size * 0.5, axis);
+  split(clipped(polygon, axis, middle, false), triangle, longest, slack, pieces);
+  split(clipped(polygon, axis, middle, true), triangle, longest, slack, pieces);
+}
+
+/// Pieces of the long triangles; none where few triangles are long, or where some are but few of
+/// them overlap anywhere.
+std::vector<Piece> pieces_of(std::span<const Vec3> points, std::span<const Triangle> triangles) {
+  constexpr double kLong = 1.0 / 16, kPiece = 1.0 / 64;
+  constexpr std::size_t kSomeLong = 1024, kManyLong = 4096;
+  constexpr double kCrowded = 16;         // boxes of long triangles around a place, on average
+  constexpr double kMaxPieces = 1 << 19;  // beyond one a triangle
+  if (triangles.size() <= kSomeLong) return {};
+  Box box;
+  for (const Vec3 p : points) box = extend(box, p);
+  const auto diagonal = static_cast<double>(box.diagonal());
+  const auto volume = [&](const Box& of) {  // flat ones have some, too
+    const Vec3d size = Vec3d(of.size()) + Vec3d(1, 1, 1) * (kPiece * diagonal);
+    return size.x * size.y * size.z;
+  };
+  double volumes = 0;
+  struct Size {
+    double length, height;
+  };
+  std::vector<Size> sizes;
+  for (const Triangle& t : triangles) {
+    const Vec3d a(points[t.v[0]]), b(points[t.v[1]]), c(points[t.v[2]]);
+    const double longest = std::max({length(b - a), length(c - b), length(a - c)});
+    if (!(longest > kLong * diagonal)) continue;
+    sizes.push_back({longest, length(cross(b - a, c - a)) / longest});
+    Box around;
+    for (const std::uint32_t v : t.v) around = extend(around, points[v]);
+    volumes += volume(around);
+  }
+  const bool crowded = sizes.size() > kSomeLong && volumes > kCrowded * volume(box);
+  if (sizes.size() <= kManyLong && !crowded) return {};
+  const auto count = [&](double piece) {
+    double sum = 0;
+    for (const Size s : sizes) sum += (s.length / piece + 1) * (s.height / piece + 1) - 1;
+    return sum;
+  };
+  double piece = kPiece * diagonal;
+  while (count(piece) > kMaxPieces) piece *= 2;
+  std::vector<Piece> pieces;
+  const Vec3 far = max(box.high, -box.low);
+  const float slack = 1e-6f * (box.diagonal() + std::max({far.x, far.y, far.z, 0.0f}));
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    const auto& v = triangles[t].v;
+    split({Vec3d(points[v[0]]), Vec3d(points[v[1]]), Vec3d(points[v[2]])}, t, piece, slack, pieces);
+  }
+  return pieces;
+}
+
+}  // namespace
+
+TriangleBvh build_split_bvh(std::span<const Vec3> points, std::span<const Triangle> triangles) {
+  Builder builder{points, triangles, {}, pieces_of(points, triangles), {}};
+  if (builder.pieces.empty()) return build_triangle_bvh(points, triangles);
+  builder.bvh.is_split = true;
+  for (const Piece& piece : builder.pieces) builder.centers.push_back(piece.box.center());
+  std::vector<std::uint32_t> order(builder.pieces.size());
+  std::iota(order.begin(), order.end(), 0u);
+  builder.add_node(order);
+  return std::move(builder.bvh);
+}
+
+TriangleBvh build_triangle_bvh(std::span<const Vec3> points, std::span<const Triangle> triangles) {
+  Builder builder{points, triangles, {}, {}, {}};
+  if (triangles.empty()) return {};
+  builder.centers.reserve(triangles.size());
+  for (const Triangle& t : triangles)
+    builder.centers.push_back(points[t.v[0]] / 3 + points[t.v[1]] / 3 + points[t.v[2]] / 3);
+  std::vector<std::uint32_t> order(triangles.size());
+  std::iota(order.begin(), order.end(), 0u);
+  builder.add_node(order);
+  return std::move(builder.bvh);
+}
+
+}  // namespace polymorph

@@ -1,0 +1,93 @@
+#include "model/transform.h"
+
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "base/exact_math.h"
+#include "kernels/linear.h"
+
+namespace polymorph {
+namespace {
+
+double determinant(const Transform& t) {
+  const Vec3d x(t.m[0][0], t.m[0][1], t.m[0][2]), y(t.m[1][0], t.m[1][1], t.m[1][2]),
+      z(t.m[2][0], t.m[2][1], t.m[2][2]);
+  return dot(x, cross(y, z));
+}
+
+}  // namespace
+
+Vec3 apply(const Transform& t, Vec3 p) {
+  Vec3 q;
+  float* out[3] = {&q.x, &q.y, &q.z};
+  for (int i = 0; i < 3; ++i)
+    *out[i] = t.m[i][0] * p.x + t.m[i][1] * p.y + t.m[i][2] * p.z + t.m[i][3];
+  return q;
+}
+
+Transform compose(const Transform& second, const Transform& first) {
+  Transform out;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 4; ++j) {
+      double sum = j == 3 ? static_cast<double>(second.m[i][3]) : 0.0;
+      for (int k = 0; k < 3; ++k)
+        sum += static_cast<double>(second.m[i][k]) * static_cast<double>(first.m[k][j]);
+      out.m[i][j] = static_cast<float>(sum);
+    }
+  return out;
+}
+
+Transform make_transform(Vec3 translate, Vec3 degrees, Vec3 scale) {
+  // Exact at quarter turns, so that turned boxes stay axis-aligned.
+  const auto sine = [](double angle) {
+    const double turn = std::remainder(angle, 360.0);
+    if (turn == 0 || std::abs(turn) == 180) return 0.0;
+    if (std::abs(turn) == 90) return turn > 0 ? 1.0 : -1.0;
+    return exact::sin(turn * std::numbers::pi / 180);
+  };
+  const auto cosine = [&](double angle) { return sine(angle + 90); };
+  const double dx = degrees.x, dy = degrees.y, dz = degrees.z;
+  const double sx = sine(dx), cx = cosine(dx), sy = sine(dy), cy = cosine(dy), sz = sine(dz),
+               cz = cosine(dz);
+  // Rz Ry Rx
+  const double r[3][3] = {{cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx},
+                          {sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx},
+                          {-sy, cy * sx, cy * cx}};
+  const double s[3] = {scale.x, scale.y, scale.z};
+  const float move[3] = {translate.x, translate.y, translate.z};
+  Transform t;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) t.m[i][j] = static_cast<float>(r[i][j] * s[j]);
+    t.m[i][3] = move[i];
+  }
+  return t;
+}
+
+Model transformed(const Model& model, const Transform& t) {
+  Model out = model;
+  for (Vec3& p : out.points) p = apply(t, p);
+  // Cofactors are the inverse transpose times the determinant: no division, so flat scales survive
+  // too.
+  const Vec3d row[3] = {{t.m[0][0], t.m[0][1], t.m[0][2]},
+                        {t.m[1][0], t.m[1][1], t.m[1][2]},
+                        {t.m[2][0], t.m[2][1], t.m[2][2]}};
+  const Vec3d cofactor[3] = {cross(row[1], row[2]), cross(row[2], row[0]), cross(row[0], row[1])};
+  const bool mirrors = determinant(t) < 0;
+  const double sign = mirrors ? -1 : 1;
+  for (Vec3& n : out.corner_normals) {
+    const Vec3d m(n);
+    n = to_float(
+        normalized(Vec3d(dot(cofactor[0], m), dot(cofactor[1], m), dot(cofactor[2], m)) * sign));
+  }
+  if (!mirrors) return out;
+  for (std::size_t i = 0; i < out.triangles.size(); ++i) {
+    std::swap(out.triangles[i].v[1], out.triangles[i].v[2]);
+    if (!out.corner_normals.empty())
+      std::swap(out.corner_normals[3 * i + 1], out.corner_normals[3 * i + 2]);
+    if (!out.corner_uvs.empty()) std::swap(out.corner_uvs[3 * i + 1], out.corner_uvs[3 * i + 2]);
+  }
+  return out;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,123 @@
+// Parts of carried meshes: distances with a bound, division, what is measured again.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "mesh/carry/carry_measure.h"
+#include "mesh/carry/deviation.h"
+#include "mesh/carry/divide.h"
+#include "mesh/mesh_check.h"
+#include "model/shapes.h"
+
+namespace polymorph {
+namespace {
+
+Vec3 middle_of(const std::vector<Vec3>& points) {
+  Vec3 sum;
+  for (const Vec3 p : points) sum = sum + p;
+  return sum / static_cast<float>(points.size());
+}
+
+Mesh shape(const std::string& name) {
+  const Model model = *make_shape(name);
+  Mesh mesh;
+  mesh.positions = model.points;
+  mesh.triangles = model.triangles;
+  const Vec3 middle = middle_of(mesh.positions);
+  for (const Vec3 p : mesh.positions) mesh.normals.push_back(normalized(p - middle));
+  return mesh;
+}
+
+float largest(const Deviation& deviation) {
+  float most = 0;
+  for (const Deviation::OfTriangle& of : deviation.triangles) most = std::max(most, of.distance);
+  return most;
+}
+
+TEST(Deviation, FindsWhatCornersAndMiddlesMiss) {
+  // A square above a valley, whose ground is furthest from a line that meets no corner and no
+  // middle of the square's triangles.
+  const std::vector<Vec3> square = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  const std::vector<Triangle> halves = {{{0, 1, 2}}, {{0, 2, 3}}};
+  const float deepest = 0.3f;
+  const std::vector<Vec3> valley = {{-9, -9, 0}, {deepest, -9, -0.1f}, {9, -9, 0},
+                                    {-9, 9, 0},  {deepest, 9, -0.1f},  {9, 9, 0}};
+  const std::vector<Triangle> sides = {{{0, 1, 4}}, {{0, 4, 3}}, {{1, 2, 5}}, {{1, 5, 4}}};
+  const ClosestPointQuery tree(valley, sides);
+  const Deviation d = deviation(square, halves, {valley, sides, tree}, {0.001f, 0.0001f, 1});
+  // The distance of (0.3, y, 0) from the steeper side.
+  const float slope = 0.1f / (9 - deepest), truth = 0.1f / std::sqrt(1 + slope * slope);
+  EXPECT_GE(largest(d), truth * 0.999f);
+  EXPECT_LE(largest(d), truth + 0.0002f);
+}
+
+TEST(Deviation, BoundsEveryPoint) {
+  const Mesh ball = shape("sphere"), cube = shape("cube");
+  const ClosestPointQuery tree(cube.positions, cube.triangles);
+  const MeshQuery other{cube.positions, cube.triangles, tree};
+  const float precision = 0.005f;
+  const Deviation d = deviation(ball.positions, ball.triangles, other, {0.01f, precision, 1});
+  for (std::size_t f = 0; f < ball.triangles.size(); ++f) {
+    const Triangle& t = ball.triangles[f];
+    float most = 0;
+    for (int i = 0; i <= 8; ++i)
+      for (int j = 0; i + j <= 8; ++j) {
+        const Vec3 p = (ball.positions[t.v[0]] * static_cast<float>(i) +
+                        ball.positions[t.v[1]] * static_cast<float>(j) +
+                        ball.positions[t.v[2]] * static_cast<float>(8 - i - j)) /
+                       8;
+        most = std::max(most, tree.closest(p).distance);
+      }
+    ASSERT_GE(d.triangles[f].distance, most - 1e-6f);
+    ASSERT_LE(d.triangles[f].distance, std::max(0.01f, most + 2 * precision));
+  }
+}
+
+TEST(HalveTriangles, KeepsTheSurfaceAndItsClosedness) {
+  const Mesh cube = shape("cube");
+  const std::vector<std::uint32_t> chosen = {0, 5};
+  const Division division = halve_triangles(cube.positions, cube.triangles, chosen);
+  Mesh halved{cube.positions, {}, division.triangles};
+  for (const auto& [a, b] : division.halved)
+    halved.positions.push_back((cube.positions[a] + cube.positions[b]) * 0.5f);
+  const MeshReport before = check_mesh(cube), after = check_mesh(halved);
+  EXPECT_GE(after.triangles, before.triangles + 2 * chosen.size());
+  EXPECT_TRUE(after.manifold());
+  EXPECT_EQ(after.genus, before.genus);
+  EXPECT_NEAR(after.area, before.area, 1e-4);
+  EXPECT_NEAR(after.volume, before.volume, 1e-4);
+}
+
+TEST(CarryMeter, MeasuresAgainWhatHasMoved) {
+  const CarryTarget target = make_carry_target(shape("sphere"));
+  std::vector<Vec3> points = target.surface.positions;
+  const std::vector<Triangle>& triangles = target.surface.triangles;
+  const float limit = 0.02f;
+  CarryMeter meter(target, limit);
+  EXPECT_LE(meter.measure(points, triangles).fault.distance, 0.6f * limit);
+  const Vec3 place = points[7];
+  points[7] = place + target.surface.normals[7] * 0.1f;
+  const CarryMeasure out = meter.measure(points, triangles);
+  EXPECT_NEAR(out.fault.distance, 0.1f, 0.005f);
+  EXPECT_LT(length(out.fault.place - points[7]), 0.01f);
+  const CarryFault fresh = CarryMeter(target, limit).measure(points, triangles).fault;
+  EXPECT_NEAR(out.fault.distance, fresh.distance, 0.02f * limit);
+  EXPECT_EQ(out.fault.inverted, fresh.inverted);
+  points[7] = place;
+  EXPECT_LE(meter.measure(points, triangles).fault.distance, 0.6f * limit);
+}
+
+TEST(CarryMeter, CountsInvertedTriangles) {
+  const CarryTarget target = make_carry_target(shape("sphere"));
+  std::vector<Vec3> points = target.surface.positions;
+  CarryMeter meter(target, 0.02f);
+  EXPECT_EQ(meter.measure(points, target.surface.triangles).fault.inverted, 0u);
+  // A corner that is drawn across the opposite edge turns its triangle over.
+  const Triangle& t = target.surface.triangles[100];
+  points[t.v[0]] = points[t.v[1]] + points[t.v[2]] - points[t.v[0]];
+  EXPECT_GT(meter.measure(points, target.surface.triangles).fault.inverted, 0u);
+}
+
+}  // namespace
+}  // namespace polymorph
