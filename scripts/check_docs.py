@@ -68,7 +68,7 @@ def pattern(word: str) -> str:
 def wrong_paths(word: str):
     if PATH.match(word) and word != "scripts/" and not any(ROOT.glob(pattern(word))):
         yield f"`{word}`: no such file"
-    elif re.match(r"^[a-z_]+/[a-z_]+\.(h|cpp|cu|cuh)$", word) and not any((ROOT / folder / word).exists() for folder in FOLDERS):
+    elif re.match(r"^[a-z_]+(/[a-z_]+)+\.(h|cpp|cu|cuh)$", word) and not any((ROOT / folder / word).exists() for folder in FOLDERS):
         yield f"`{word}`: no such file"
 
 
@@ -90,6 +90,12 @@ for name in sorted(variables):
         found.append(f"docs/settings.md: says nothing of {name}")
     if f'"{name}"' not in tested:
         found.append(f"tests/cli: nothing tests {name}")
+rooms = re.findall(r'"(\w+)"', re.search(r"^ROOMS = \[(.*?)\]", (ROOT / "scripts/check_layers.py").read_text(encoding="utf-8"), re.M | re.S)[1])
+if ", ".join(rooms) not in " ".join((ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split()):
+    found.append("CONTRIBUTING.md: the list of rooms is not that of scripts/check_layers.py")
+for room in rooms:
+    if f"`{room}`" not in (ROOT / "docs/architecture.md").read_text(encoding="utf-8"):
+        found.append(f"docs/architecture.md: says nothing of the room {room}")
 if len(options) < 10 or len(variables) < 10:
     found.append("found too few subcommands or variables in src: the pattern of this script is out of date")
 print("\n".join(found) if found else f"docs: ok ({len(PAGES)} pages)")
