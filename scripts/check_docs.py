@@ -11,6 +11,10 @@ CODE = re.compile(r"```(?:sh|bash|console)?\n(.*?)```|`([^`\n]+)`", re.S)
 PATH = re.compile(r"^(?:src|kernels|tests|scripts|docs|scenes|golden_frames|cmake)/[\w./*#-]+$")
 FOLDERS = ["", "src/", "src/cli/commands/", "kernels/"]
 
+# What was tried, and when, is in the commits.
+LINES = {"docs/performance.md": 120, "docs/reliability.md": 90}
+WORDS = 30
+
 sources = {path.stem: path.read_text(encoding="utf-8") for path in (ROOT / "src/cli").glob("**/*.cpp")}
 shared = sources["command_line"] + sources["report_options"] + sources["scene_options"]
 options = {
@@ -60,6 +64,16 @@ def wrong_command(line: str):
             yield f"`{line}`: the script has no option {', '.join(sorted(unknown))}"
 
 
+def long_sentences(text: str):
+    """Sentences of prose with more than WORDS words; tables, headings and formulas are none."""
+    prose = re.sub(r"^```.*?^```|^(?:\||#| {4}).*?$", "", text, flags=re.M | re.S)
+    for block in re.split(r"\n\s*\n|\n- ", prose):
+        for sentence in re.split(r"(?<=[.?!])\)?\s+", " ".join(block.split())):
+            words = sentence.split()
+            if len(words) > WORDS:
+                yield len(words), " ".join(words[:8])
+
+
 def pattern(word: str) -> str:
     """Capitals and #### stand for any name."""
     return re.sub(r"#+|(?<![A-Za-z])[A-Z]{2,}(?![a-z])|N(?=[*.])", "*", word.rstrip("/")).replace("**", "*")
@@ -96,6 +110,10 @@ if ", ".join(rooms) not in " ".join((ROOT / "CONTRIBUTING.md").read_text(encodin
 for room in rooms:
     if f"`{room}`" not in (ROOT / "docs/architecture.md").read_text(encoding="utf-8"):
         found.append(f"docs/architecture.md: says nothing of the room {room}")
+for page, limit in LINES.items():
+    if (count := len((ROOT / page).read_text(encoding="utf-8").splitlines())) > limit:
+        found.append(f"{page}: {count} lines, more than {limit}")
+found += [f"docs/method.md: a sentence of {count} words: {start} ..." for count, start in long_sentences((ROOT / "docs/method.md").read_text(encoding="utf-8"))]
 if len(options) < 10 or len(variables) < 10:
     found.append("found too few subcommands or variables in src: the pattern of this script is out of date")
 print("\n".join(found) if found else f"docs: ok ({len(PAGES)} pages)")
