@@ -1,11 +1,17 @@
 #!/usr/bin/env python3
-"""scripts/figures on a copy of what a few cheap figures need: what comes out, and what is made again when.
+"""scripts/figures: on a copy of what a few cheap figures need, what is made again when; and every figure of the report, in parts.
 
-figures_test.py PROGRAM      PROGRAM: polymorph. Exit code 77: matplotlib is missing and setup could not install it.
+figures_test.py PROGRAM [PART]     PROGRAM: polymorph; PART: of PARTS, its figures alone, made and looked at
+Exit code 77: matplotlib or VTK is missing and setup could not install it.
 """
 
 import csv
+import html
+import json
+import math
+import os
 import pathlib
+import re
 import shutil
 import struct
 import subprocess
@@ -16,8 +22,16 @@ import xml.dom.minidom
 import zlib
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-PROGRAM = sys.argv.pop()
+PROGRAM = sys.argv[1]
+PART = sys.argv[2] if len(sys.argv) > 2 else ""
 CHEAP = ["graph3.1", "fig5.3", "fig5.6"]
+# Of about the same work. The analyses of the four morph tests are those of Table 6.4. The last part has all other figures.
+PARTS = {
+    "surfaces": ["table5.1", "table5.2", "fig5.8", "graph5.1", "fig5.10", "fig5.11", "fig5.13", "table6.1", "table6.2", "table6.3", "table6.5"],
+    "morph_tests": ["fig6.1", "fig6.2", "fig6.3", "fig6.4", "table6.4"],
+    "chains": ["fig6.5", "fig6.6", "fig6.7", "fig6.8"],
+    "others": None,
+}
 
 
 def png_size(path):
@@ -118,11 +132,134 @@ class Figures(unittest.TestCase):
         self.assertIn("fig6.1", done.stderr)
 
 
+def read_rows(path):
+    """The rows of a CSV below its head, numbers as numbers and empty cells as None."""
+    def value(cell):
+        try:
+            return float(cell) if cell else None
+        except ValueError:
+            return cell
+    head, *rows = csv.reader(path.read_text(encoding="utf-8").splitlines())
+    return head, [[value(cell) for cell in row] for row in rows]
+
+
+# What must hold of a figure's numbers, whatever the machine: of the rows of NAME.csv, or NAME-PART.csv.
+NUMBERS = {
+    "fig2.1": lambda r: r[0][1:] == [80, r[0][2]] and 15 < r[0][2] < 25 and r[1][2] == 0,
+    "fig2.2": lambda r: all(0.85 < row[2] < 1 for row in r[1:]),
+    "fig2.3": lambda r: [row[2] for row in r] == [0, 4],
+    "fig3.2": lambda r: abs(r[1][4]) < abs(r[0][4]) < 10,
+    "graph3.1": lambda r: all(a[2] >= b[2] for a, b in zip(r, r[1:])) and r[-1][2] == 0,
+    "fig5.2": lambda r: r[-1][1] > 10 * r[-1][2] and r[0][1:] == [0, 0],
+    "fig5.3": lambda r: abs(r[0][5] - r[0][6]) < 1e-9 < r[1][5] - r[1][6],
+    "fig5.4": lambda r: [row[1] for row in r] == [1, 8, 64] and r[2][2] <= 64,
+    "fig5.5": lambda r: r[-1][1] > r[-2][1] > r[-3][1] > 0,
+    "fig5.7": lambda r: sum(row[3] for row in r) == 256,
+    "fig5.8": lambda r: r[0][2] > 1 == r[3][2] and r[0][3] < r[1][3] < r[2][3] and abs(r[3][3] - 1) < 0.01,
+    # A surface crosses as many cells as the square of the resolution, far fewer than there are.
+    "graph5.1": lambda r: all(2.5 < b[2] / a[2] < 6 for a, b in zip(r, r[1:]) if b[0] == 2 * a[0]) and r[-1][2] < r[-1][1] / 50,
+    "fig5.10": lambda r: r[0][2] == 0 < r[1][2] < r[2][2] < r[3][2] and 1.5 < r[0][1] < 2.2,
+    "fig5.11": lambda r: all(0 < row[4] < row[3] <= 100 for row in r),
+    "table5.1": lambda r: r[0][2] < r[1][2] < r[2][2] and r[0][3] < r[1][3] < r[2][3] < r[3][3] and r[3][3] > 0.99,
+    "table5.2": lambda r: r[1][3] < r[0][3] < r[2][3] <= r[3][3],
+    "table6.1": lambda r: len(r) == 4 and all(row[2] > 4000 and row[5] > 0.5 for row in r),
+    "table6.2": lambda r: all(row[3] < row[5] and row[5] > 0.99 and row[7] < row[6] for row in r),
+    "table6.3": lambda r: all(500 < row[2] < 3500 and 500 < row[3] < 3500 for row in r),
+    "table6.5": lambda r: all(a[4] < b[4] and b[4] > 0.97 for a, b in zip(r[::2], r[1::2])),
+    "table6.4": lambda r: len(r) >= 12,
+    "table6.4-turned": lambda r: all(row[4] > 80 for row in r if row[1] != "ours") and all(row[4] < 2 for row in r[2:6:3]),
+    "graph6.1": lambda r: all(a[1] > 0 and a[2] > 0 for a in r) and r[0][2] > 3 * r[-1][2],
+    "fig6.7": lambda r: {row[0] for row in r} == {"report", "ours"} and len(r) == 14,
+}
+for name in ("fig6.1", "fig6.2", "fig6.3", "fig6.4", "fig6.5", "fig6.6", "fig6.8"):
+    # Of each morph by our method: nothing of the volume is lost on the way, ends are slow, and it is more rigid than by the other plan.
+    NUMBERS[name] = lambda r: len(r) % 3 == 0 and all(
+        row[1] == "ours" and row[6] > 0.97 and 0 < row[8] < 0.1 and 0 < row[9] < 0.1 and row[4] < plan[4]
+        for row, plan in zip(r[2 * len(r) // 3:], r[len(r) // 3:]))
+
+
+class EveryFigure(unittest.TestCase):
+    """The figures of a part, made from the repository as it is at draft quality."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory(prefix="polymorph-figures-test-")
+        cls.addClassCleanup(cls.temporary.cleanup)
+        cls.out = pathlib.Path(cls.temporary.name)
+        script = ROOT / "scripts/figures"
+        listed = subprocess.run([script, "--list"], capture_output=True, text=True, check=True).stdout
+        names = [line.split()[0] for line in listed.splitlines()]
+        elsewhere = [name for part in PARTS.values() if part for name in part]
+        assert set(elsewhere) <= set(names), "a figure of PARTS that is not there"
+        cls.names = PARTS[PART] or [name for name in names if name not in elsewhere]
+        # What tests keep for each other is removed before they run together, so that this is what a first run makes.
+        cache = {"POLYMORPH_CACHE_DIR": str(pathlib.Path(PROGRAM).resolve().parent / "test-cache/figures")}
+        command = [script, cls.out, "--program", PROGRAM, "--blender", "", *(x for name in cls.names for x in ("--only", name))]
+        done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, **cache})
+        cls.log = done.stdout + done.stderr
+        print(cls.log, flush=True)
+        assert done.returncode == 0, "scripts/figures failed"
+        cls.stamps = {name: json.loads((cls.out / "stamps" / f"{name}.json").read_text(encoding="utf-8")) for name in cls.names}
+
+    def test_each_hands_in_pictures_or_tables_and_words(self):
+        page = (self.out / "index.html").read_text(encoding="utf-8")
+        for name, stamp in self.stamps.items():
+            self.assertTrue(stamp["blocks"], "neither picture nor table")
+            self.assertGreater(len(stamp["ours"]), 40)
+            self.assertNotRegex(stamp["ours"] + stamp["why"], r"\b(nan|inf|None)\b")
+            self.assertIn(f'<section id="{name}">', page)
+            self.assertIn(html.escape(stamp["ours"].split("`")[0], quote=False), page)
+            for file in stamp["files"]:
+                self.assertGreater((self.out / file).stat().st_size, 20, file)
+
+    def test_pictures_show_something(self):
+        import matplotlib.image
+        for name, stamp in self.stamps.items():
+            for block in stamp["blocks"]:
+                if block["kind"] != "picture":
+                    continue
+                self.assertGreater(min(png_size(self.out / block["png"])), 150)
+                image = matplotlib.image.imread(self.out / block["png"])[:, :, :3]
+                ink = (image.min(axis=2) < 0.97).mean()
+                self.assertTrue(0.002 < ink < 0.98, f"{block['png']}: {100 * ink:.2f} % of it is not white")
+                for left, top, right, bottom in block.get("panels", []):
+                    panel = image[top:bottom, left:right]
+                    self.assertGreater(panel.std(axis=(0, 1)).max(), 0.02, f"{block['png']}: the picture at {left}, {top} is empty")
+                if "svg" in block:
+                    drawn = xml.dom.minidom.parse(str(self.out / block["svg"]))
+                    self.assertGreater(len(drawn.getElementsByTagName("path")) + len(drawn.getElementsByTagName("image")), 15)
+
+    def test_numbers_are_whole_and_plausible(self):
+        for name, stamp in self.stamps.items():
+            for file in (file for file in stamp["files"] if file.endswith(".csv")):
+                head, rows = read_rows(self.out / file)
+                self.assertTrue(rows, file)
+                self.assertEqual({len(row) for row in rows}, {len(head)}, file)
+                for cell in (cell for row in rows for cell in row if isinstance(cell, float)):
+                    self.assertTrue(math.isfinite(cell), f"{file}: {cell}")
+                for column, title in enumerate(head):
+                    if re.search(r"\bIoU\b", title):
+                        self.assertTrue(all(row[column] is None or 0.4 < row[column] < 1 for row in rows), f"{file}: {title}")
+                plausible = NUMBERS.get(file.removesuffix(".csv"))
+                if plausible:
+                    self.assertTrue(plausible(rows), f"{file}:\n{rows}")
+
+    def test_every_figure_with_a_table_of_its_own_is_looked_at(self):
+        known = set(NUMBERS)
+        # Weights, states and frames by their names; what a machine measures is checked to be finite alone.
+        known |= {"fig5.6", "fig5.13", "fig5.14", "table6.7"}
+        for name, stamp in self.stamps.items():
+            if any(file.endswith(".csv") for file in stamp["files"]):
+                self.assertIn(name, known)
+
+
 if __name__ == "__main__":
+    NEEDED = "import matplotlib, vtkmodules"
     looked = [sys.executable, "/usr/bin/python3"]  # scripts/figures looks in the same places
-    if all(subprocess.run([p, "-c", "import matplotlib"], capture_output=True).returncode for p in looked):
-        system = pathlib.Path("/etc/os-release").read_text() if pathlib.Path("/etc/os-release").exists() else ""
-        if "ID=debian" not in system:
-            print("matplotlib is missing, and scripts/setup installs it on Debian only: skipped")
-            sys.exit(77)
-    unittest.main()
+    able = [p for p in looked if os.path.exists(p) and not subprocess.run([p, "-c", NEEDED], capture_output=True).returncode]
+    if not able:
+        print("matplotlib or VTK is missing; scripts/setup installs both: skipped")
+        sys.exit(77)
+    if able[0] != sys.executable:
+        os.execv(able[0], [able[0], "-B", *sys.argv])
+    unittest.main(argv=sys.argv[:1], defaultTest="EveryFigure" if PART else "Figures")

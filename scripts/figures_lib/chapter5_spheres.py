@@ -160,7 +160,7 @@ def tree_of(w, model, method, resolution):
     models=("suzanne",),
 )
 def fig5_4(w):
-    points, triangles = geometry.read_obj(w.model("suzanne"))
+    points, triangles = geometry.read_mesh(w.model("suzanne"))
     nodes = tree_of(w, "suzanne", "octree", 3)
     look = draw.view(30, 22)
     fig, axes = draw.panels(4, width=1120, height=310)
@@ -233,7 +233,7 @@ def table5_1(w):
 def spheres_sheet(triples, heads):
     """The model, then each approximation: spheres above, their surface below."""
     model = triples[0][0]
-    rows = [[model, *(t[1] for t in triples)], [np.ones_like(model), *(t[2] for t in triples)]]
+    rows = [[model, *(t[1] for t in triples)], [None, *(t[2] for t in triples)]]
     return draw.sheet(rows, ["", ""], heads)
 
 
@@ -245,7 +245,7 @@ def spheres_sheet(triples, heads):
     models=("penguin",),
 )
 def fig5_5(w):
-    points, triangles = geometry.read_obj(w.model("penguin"))
+    points, triangles = geometry.read_mesh(w.model("penguin"))
     nodes = tree_of(w, "penguin", "active", 6)
     root = nodes[0]
     z = root["center"][2] + root["side"] / 17  # near the middle of a cell of level 3, on no plane of cells

@@ -255,7 +255,7 @@ def fig5_11(w):
         w.spheres(name, *options, "--write-spheres", tree, "--write-surface", surface)
         leaves = [s for s in json.loads(tree.read_text())["spheres"] if s["leaf"]]
         centers = np.array([s["center"] for s in leaves])
-        points, triangles = geometry.read_ply(surface)
+        points, triangles = geometry.read_mesh(surface)
         low, high = points.min(axis=0), points.max(axis=0)
         cell = (high - low).max() / n
         low, counts = low - cell, np.ceil((high - low) / cell).astype(int) + 3

@@ -274,7 +274,7 @@ def table6_5(w):
         points = w.json("info", w.model(model))["points"]
         for name, options in (("report", ["--method", "active", "--resolution", 6, "--no-fit"]), ("ours", [])):
             said, (shape, spheres, surface) = w.spheres(model, *options, "--grid", 160, picture=220)
-            pictures[name] += [shape, spheres] if name == "report" else [np_white(shape), spheres]
+            pictures[name] += [shape, spheres] if name == "report" else [None, spheres]
             surfaces[name].append(surface)
             kind = "active nodes, R = 6" if name == "report" else "ours"
             rows.append(
@@ -311,7 +311,3 @@ def table6_5(w):
 def fig6_8(w):
     rows = strip(w, ["humanoid", "spider"], 24)
     w.say(in_words(rows), WHY)
-
-
-def np_white(picture):
-    return picture * 0 + 1

@@ -108,26 +108,30 @@ def box(ax, low, side, look, **style):
 
 
 def sheet(rows, labels, heads=(), gap=6, scale=1):
-    """Renders in rows, pixel for pixel, a label above each row and heads above the columns: a figure to save."""
+    """Renders in rows, pixel for pixel, a label above each row and heads above the columns: a figure to save. None stands for an
+    empty place."""
     height, width = rows[0][0].shape[:2]
+    heights = [next(picture for picture in row if picture is not None).shape[0] for row in rows]
     columns = max(len(row) for row in rows)
     line, head = 26, 24 if heads else 4
     total_w = columns * (width + gap) - gap
-    total_h = head + sum((line if label else 0) + row[0].shape[0] + gap for row, label in zip(rows, labels))
+    total_h = head + sum((line if label else 0) + high + gap for high, label in zip(heights, labels))
     fig = plt.figure(figsize=(total_w / DPI, total_h / DPI), dpi=DPI)
     fig.pixel_exact = True
     for i, text in enumerate(heads):
         fig.text((i * (width + gap) + width / 2) / total_w, 1 - 16 / total_h, text, ha="center", va="center")
     top = head
-    for row, label in zip(rows, labels):
+    for row, high, label in zip(rows, heights, labels):
         if label:
             color = REPORT if label.startswith("The report's method") else OURS if label.startswith("Ours") else INK
             fig.text(2 / total_w, 1 - (top + 15) / total_h, label, va="center", weight="bold", color=color)
             top += line
         for i, picture in enumerate(row):
+            if picture is None:
+                continue
             h, w = picture.shape[:2]
             ax = fig.add_axes([i * (width + gap) / total_w, 1 - (top + h) / total_h, w / total_w, h / total_h])
             ax.imshow(picture, interpolation="nearest", aspect="auto")
             ax.axis("off")
-        top += row[0].shape[0] + gap
+        top += high + gap
     return fig

@@ -3,30 +3,26 @@
 import math
 
 import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkTriangleFilter
+from vtkmodules.vtkIOGeometry import vtkOBJReader
+from vtkmodules.vtkIOPLY import vtkPLYReader
 
 
-def read_obj(path):
-    """Points and triangles; polygons are cut into fans."""
-    points, triangles = [], []
-    for line in open(path, encoding="utf-8", errors="replace"):
-        if line.startswith("v "):
-            points.append([float(x) for x in line.split()[1:4]])
-        elif line.startswith("f "):
-            corners = [int(c.split("/")[0]) for c in line.split()[1:]]
-            corners = [c - 1 if c > 0 else len(points) + c for c in corners]
-            triangles += [(corners[0], corners[i], corners[i + 1]) for i in range(1, len(corners) - 1)]
-    return np.array(points), np.array(triangles)
-
-
-def read_ply(path):
-    """Points and triangles of the PLY files that polymorph writes."""
-    data = path.read_bytes()
-    head, _, body = data.partition(b"end_header\n")
-    count = {line.split()[1]: int(line.split()[2]) for line in head.splitlines() if line.startswith(b"element")}
-    floats = sum(line.startswith(b"property float") for line in head.splitlines())
-    vertices = np.frombuffer(body, "<f4", count[b"vertex"] * floats).reshape(-1, floats)
-    faces = np.frombuffer(body[vertices.nbytes :], np.dtype([("n", "u1"), ("v", "<u4", 3)]), count[b"face"])
-    return vertices[:, :3].astype(float), faces["v"].astype(int)
+def read_mesh(path):
+    """Points and triangles of an OBJ or PLY file; points at one place, as along the seams of textures, are one."""
+    reader = vtkOBJReader() if path.suffix == ".obj" else vtkPLYReader()
+    triangulated, merged = vtkTriangleFilter(), vtkCleanPolyData()
+    reader.SetFileName(str(path))
+    triangulated.SetInputConnection(reader.GetOutputPort())
+    merged.SetInputConnection(triangulated.GetOutputPort())
+    merged.SetTolerance(0)
+    merged.Update()
+    mesh = merged.GetOutput()
+    if mesh.GetNumberOfPolys() == 0:
+        raise ValueError(f"{path}: no triangles")
+    points = vtk_to_numpy(mesh.GetPoints().GetData()).astype(float)
+    return points, vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3).astype(int)
 
 
 def volume(points, triangles):

@@ -242,7 +242,7 @@ class Work:
 
         path = self.file(".ply")
         self.run("mesh", scene, "-f", frame, "-o", path, "-q")
-        return geometry.read_ply(path)
+        return geometry.read_mesh(path)
 
     def analyze(self, scene, frames=13):
         """The metrics of each morph of a scene: name -> value."""
@@ -275,6 +275,10 @@ class Work:
         exact = getattr(fig, "pixel_exact", False)
         block = {"kind": "picture", "png": f"{stem}.png", "caption": caption}
         block["width"] = round(fig.get_figwidth() * fig.dpi)
+        if exact:  # where its pictures are, in pixels from the upper left
+            high = round(fig.get_figheight() * fig.dpi)
+            boxes = [axes.get_window_extent() for axes in fig.axes]
+            block["panels"] = [[round(v) for v in (b.x0, high - b.y1, b.x1, high - b.y0)] for b in boxes]
         for format in ["png"] if exact else ["png", "svg"]:
             buffer = io.BytesIO()
             options = {"dpi": fig.dpi} if exact else {}
