@@ -1,0 +1,416 @@
+#!/usr/bin/env python3
+"""Every control of every page that polymorph writes, in headless Chromium, by mouse, touch and keys, in narrow and wide windows: the page
+that plays a morph, those of `compare` and `golden`, and that of `analyze`. The console stays empty.
+
+pages_test.py PROGRAM [FOLDER]    FOLDER gets pictures of the pages.
+Exit code 77: Chromium, its driver or Selenium is missing. POLYMORPH_CHROMIUM names a browser.
+"""
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+try:
+    from browser import CHROMEDRIVER, Browser
+    from selenium.webdriver.common.keys import Keys
+except ImportError as error:
+    # Another python3 may stand before Debian's on the PATH; python3-selenium is for Debian's.
+    if os.path.exists("/usr/bin/python3") and not os.environ.get("POLYMORPH_PAGES_PYTHON"):
+        os.environ["POLYMORPH_PAGES_PYTHON"] = "/usr/bin/python3"
+        os.execv("/usr/bin/python3", ["/usr/bin/python3", "-B", *sys.argv])
+    print(f"*** PAGES TESTS SKIPPED: no {error.name} (Debian's python3-selenium)", file=sys.stderr)
+    sys.exit(77)
+
+CHROMIUM = os.environ.get("POLYMORPH_CHROMIUM") or next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+PROGRAM = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "").absolute()
+PICTURES = pathlib.Path(sys.argv[2]).absolute() if len(sys.argv) > 2 else None
+# Width, height, and whether fingers are what it has.
+WINDOWS = [(390, 844, True), (600, 450, False), (1280, 800, False)]
+FRAMES = 9
+SCENE = {
+    "source": {"shape": "cube", "color": [0.7, 0.2, 0.1]}, "target": {"shape": "torus", "color": [0.1, 0.4, 0.7]}, "spheres": {"balls": 16},
+    "frames": {"count": FRAMES, "fps": 30}, "surface": {"resolution": 24}, "image": {"width": 96, "height": 72, "samples": 4},
+}
+# Runs in a page: controls that overlap, that stand outside the window (where it does not scroll) or that a finger cannot hit.
+LAYOUT = """
+const [scrolls, touch] = arguments, faults = [], seen = [...document.querySelectorAll('button, input, select')].filter(e => e.offsetParent && !e.closest('dialog'));
+const boxes = seen.map(e => ({name: e.id || e.textContent || e.className, b: e.getBoundingClientRect()}));
+if (document.documentElement.scrollWidth > innerWidth) faults.push(`wider than the window: ${document.documentElement.scrollWidth}`);
+for (const {name, b} of boxes) {
+  if (b.left < 0 || b.right > innerWidth + .5 || (!scrolls && (b.top < 0 || b.bottom > innerHeight))) faults.push(`${name} is outside: ${[b.left, b.top, b.right, b.bottom].map(Math.round)}`);
+  if (touch && b.height < 43.5) faults.push(`${name} is ${b.height} high`);
+}
+boxes.forEach(({name, b}, i) => boxes.slice(i + 1).forEach(o => {
+  const wide = Math.min(b.right, o.b.right) - Math.max(b.left, o.b.left), high = Math.min(b.bottom, o.b.bottom) - Math.max(b.top, o.b.top);
+  if (wide > 1 && high > 1) faults.push(`${name} lies over ${o.name}`);
+}));
+return faults;
+"""
+
+
+def polymorph(*arguments, code=0):
+    done = subprocess.run([PROGRAM, *map(str, arguments)], cwd=Pages.folder, capture_output=True, text=True, env={**os.environ, "POLYMORPH_CACHE_DIR": str(Pages.folder / "cache")})
+    assert done.returncode == code, f"{arguments}: {done.returncode}\n{done.stdout}{done.stderr}"
+    return done.stdout
+
+
+class Pages(unittest.TestCase):
+    """Opens a page in every window; what is common to all pages holds before and after."""
+
+    @classmethod
+    def setUpClass(cls):
+        temporary = tempfile.TemporaryDirectory(prefix="polymorph-pages-")
+        cls.addClassCleanup(temporary.cleanup)
+        Pages.folder = pathlib.Path(temporary.name)
+        (cls.folder / "scene.json").write_text(json.dumps(SCENE))
+        cls.browser = Browser(CHROMIUM)
+        cls.addClassCleanup(cls.browser.quit)
+        cls.make()
+
+    def in_windows(self, page, ready, scrolls, visit):
+        for width, height, touch in WINDOWS:
+            with self.subTest(window=f"{width} x {height}"):
+                self.browser.open(self.folder / page, width, height, touch)
+                self.browser.wait(ready)
+                self.assertEqual(self.browser.run(LAYOUT, scrolls, touch), [])
+                self.keep(f"{page.replace('/', '-')}-{width}")
+                visit(width, height, touch)
+                self.assertEqual(self.browser.run(LAYOUT, scrolls, touch), [])
+                self.assertEqual(self.browser.console(), [])
+                self.assertEqual(self.browser.requests(), [], "the page asks for nothing else")
+
+    def keep(self, name):
+        if PICTURES:
+            PICTURES.mkdir(parents=True, exist_ok=True)
+            (PICTURES / f"{name}.png").write_bytes(self.browser.picture())
+
+    def middle(self, selector):
+        x, y, width, height = self.browser.box(selector)
+        return x + width / 2, y + height / 2
+
+    def tap(self, selector, touch):
+        self.browser.run("document.querySelector(arguments[0]).scrollIntoView({block: 'nearest'})", selector)
+        self.browser.touch([self.middle(selector)]) if touch else self.browser.click(*self.middle(selector))
+
+    def slide(self, selector, touch, *shares):
+        """Taps a slider at a share of its way, or drags it over several."""
+        self.browser.run("document.querySelector(arguments[0]).scrollIntoView({block: 'nearest'})", selector)
+        x, y, width, height = self.browser.box(selector)
+        points = [(x + 8 + share * (width - 16), y + height / 2) for share in shares]
+        if touch:
+            self.browser.touch(*([p] for p in points))
+        elif len(points) == 1:
+            self.browser.click(*points[0])
+        else:
+            self.browser.drag(*points)
+
+
+class PlayPage(Pages):
+    @classmethod
+    def make(cls):
+        polymorph("mesh", "scene.json", "--html", "play.html", "-q")
+
+    def visits(self, visit):
+        self.in_windows("play.html", "return window.polymorph && polymorph.surfaces.done", False, visit)
+
+    def still(self):
+        """The picture, once it is at rest."""
+        self.browser.wait("return polymorph.resting()")
+        return self.browser.picture("#view")
+
+    def frame(self):
+        return float(self.browser.find("#frame").text.split("/")[0])
+
+    def playing(self):
+        return self.browser.find("#play").text == "Pause"
+
+    def orbit(self):
+        return self.browser.run("const {azimuth, elevation, distance} = polymorph.orbit; return [azimuth, elevation, distance].map(v => +v.toFixed(4));")
+
+    def at_frame(self, frame):
+        self.assertEqual(self.frame(), frame)
+        self.assertEqual(float(self.browser.find("#time").get_property("value")), frame)
+        self.assertFalse(self.playing())
+
+    def test_the_slider(self):
+        def visit(width, height, touch):
+            _, top, _, high = self.browser.box("#view")
+            self.assertLessEqual(top + high, self.browser.box("#bar")[1], "the bar covers the picture")
+            self.assertTrue(self.playing(), "a page begins to play")
+            for share, frame in ((0.25, 3), (0.75, 7), (0.5, 5), (1, FRAMES), (0, 1)):
+                self.slide("#time", touch, share)
+                self.at_frame(frame)
+            self.slide("#time", touch, 0, 0.1, 0.3, 0.6, 0.75)
+            self.at_frame(7)
+            by_slider = self.still()
+            self.slide("#time", touch, 0.75, 0.5, 0.25)
+            self.at_frame(3)
+            self.assertNotEqual(self.still(), by_slider)
+            # Keys, with the focus on the slider and without; the picture is that of the frame, however it was come by.
+            self.browser.run("document.getElementById('time').focus()")
+            for keys, frame in (((Keys.HOME,), 1), ((Keys.ARROW_RIGHT,) * 3, 4), ((Keys.ARROW_LEFT,), 3), ((Keys.END,), FRAMES), ((Keys.ARROW_LEFT,) * 2, 7)):
+                self.browser.press(*keys)
+                self.at_frame(frame)
+            self.browser.run("document.activeElement.blur()")
+            self.browser.press(Keys.ARROW_LEFT, Keys.ARROW_RIGHT)
+            self.at_frame(7)
+            self.assertEqual(self.still(), by_slider)
+            # While it plays, too.
+            self.tap("#play", touch)
+            self.assertTrue(self.playing())
+            self.slide("#time", touch, 0.25)
+            self.at_frame(3)
+        self.visits(visit)
+
+    def test_what_is_switched_on_and_off_leaves_the_picture_as_it_was(self):
+        def visit(width, height, touch):
+            self.slide("#time", touch, 0.5)
+            plain = self.still()
+            seen = {plain}
+            for name, key in (("plan", "l"), ("balls", "b"), ("colors", "c")):
+                self.tap(f"#{name}", touch)
+                switched = self.still()
+                self.keep(f"play-{name}-{width}")
+                self.assertNotIn(switched, seen, f"{name} shows something")
+                seen.add(switched)
+                self.tap(f"#{name}", touch)
+                self.assertEqual(self.still(), plain, f"{name} on and off again")
+                self.browser.press(key)
+                self.assertEqual(self.still(), switched, f"{name} by its key")
+                self.browser.press(key)
+                self.assertEqual(self.still(), plain, f"{name} by its key, on and off again")
+            # All of them, and while it plays.
+            for name in ("plan", "balls", "colors", "play", "play", "plan", "balls", "colors"):
+                self.tap(f"#{name}", touch)
+            self.slide("#time", touch, 0.5)
+            self.assertEqual(self.still(), plain)
+            self.assertEqual([self.browser.find(f"#{n}").get_attribute("aria-pressed") for n in ("plan", "balls", "colors")], ["false", "false", "true"])
+        self.visits(visit)
+
+    def test_play_and_pause(self):
+        def visit(width, height, touch):
+            self.tap("#play", touch)
+            self.assertFalse(self.playing())
+            self.slide("#time", touch, 0)
+            self.tap("#play", touch)
+            self.browser.wait("return parseFloat(document.getElementById('frame').textContent) > 1")
+            self.browser.run("document.activeElement.blur()")
+            self.browser.press(" ")
+            self.assertFalse(self.playing())
+            self.browser.press(Keys.END, " ")
+            self.assertTrue(self.playing())
+            self.browser.wait("return parseFloat(document.getElementById('frame').textContent) < 9")  # from the end it begins anew
+        self.visits(visit)
+
+    def test_turning_and_coming_nearer(self):
+        def visit(width, height, touch):
+            self.slide("#time", touch, 0.5)
+            home, x, y = self.orbit(), width / 2, height / 3
+            plain = self.still()
+            if touch:
+                self.browser.touch([(x, y)], [(x + 30, y + 10)], [(x + 60, y + 20)])
+            else:
+                self.browser.drag((x, y), (x + 30, y + 10), (x + 60, y + 20))
+            turned = self.orbit()
+            self.assertTrue(turned[0] < home[0] and turned[1] > home[1] and turned[2] == home[2], (home, turned))
+            self.assertNotEqual(self.still(), plain)
+            self.browser.press("r")
+            self.assertEqual(self.orbit(), home)
+            if touch:
+                self.browser.touch([(x - 20, y), (x + 20, y)], [(x - 40, y), (x + 40, y)])
+            else:
+                self.browser.mouse("mouseWheel", x, y, deltaX=0, deltaY=-100)
+            self.browser.wait("return polymorph.orbit.distance.toFixed(4) < arguments[0]", home[2])
+            self.assertEqual(self.orbit()[:2], home[:2])
+            self.browser.press("r", "-")
+            self.assertGreater(self.orbit()[2], home[2])
+            self.browser.press("r", "+")
+            self.assertLess(self.orbit()[2], home[2])
+            if not touch:
+                self.browser.click(x, y, count=2)
+            else:
+                self.browser.press("r")
+            self.assertEqual(self.orbit(), home)
+            self.browser.run("document.activeElement.blur()")  # keys give what has the focus a frame
+            self.browser.chord(Keys.SHIFT, Keys.ARROW_RIGHT)
+            self.browser.chord(Keys.SHIFT, Keys.ARROW_UP)
+            self.assertTrue(self.orbit()[0] < home[0] and self.orbit()[1] < home[1])
+            self.browser.chord(Keys.SHIFT, Keys.ARROW_LEFT)
+            self.browser.chord(Keys.SHIFT, Keys.ARROW_DOWN)
+            self.assertEqual(self.orbit(), home)
+            self.assertEqual(self.still(), plain)
+        self.visits(visit)
+
+    def test_help(self):
+        def visit(width, height, touch):
+            self.slide("#time", touch, 0.5)
+            is_open = "return document.getElementById('keys').open"
+            self.tap("#help", touch)
+            self.assertTrue(self.browser.run(is_open))
+            self.keep(f"play-help-{width}")
+            x, y, wide, high = self.browser.box("#keys")
+            self.assertTrue(x >= 0 and y >= 0 and x + wide <= width and y + high <= height, "it fits")
+            self.browser.press(Keys.ARROW_RIGHT)
+            self.assertEqual(self.frame(), 5, "keys of the page rest while help is open")
+            self.tap("#keys button", touch)
+            self.assertFalse(self.browser.run(is_open))
+            self.browser.press("?")
+            self.assertTrue(self.browser.run(is_open))
+            self.browser.press(Keys.ESCAPE)
+            self.assertFalse(self.browser.run(is_open))
+        self.visits(visit)
+
+
+class ReportPages(Pages):
+    """The page of compare and golden: three frames, of which one is other."""
+
+    @classmethod
+    def make(cls):
+        polymorph("render", "scene.json", "-o", "new/f.####.exr", "-f", "1-3", "-q")
+        polymorph("render", "scene.json", "-o", "ref/f.####.exr", "-f", "1-3", "-q")
+        other = ["--set", "lights.key_azimuth=80"]
+        polymorph("render", "scene.json", "-o", "ref/f.####.exr", "-f", "2", "-q", "--overwrite", *other)
+        polymorph("compare", "new/f.####.exr", "ref/f.####.exr", "--html", "compare.html", code=1)
+        suite = cls.folder / "goldens/suite"
+        suite.mkdir(parents=True)
+        (suite / "suite.json").write_text(json.dumps({"command": "cp ../../new/{name} {out}".replace("{name}", "f.0002.exr"), "frames": [1, 2, 3]}))
+        for frame in (1, 2, 3):
+            shutil.copy(cls.folder / f"ref/f.{frame:04}.exr", suite / f"frame.{frame:04}.exr")
+        polymorph("golden", "test", "--root", "goldens", "--report", "golden", code=1)
+
+    def mode(self):
+        return self.browser.run("return document.querySelector('[data-mode][aria-pressed=true]').dataset.mode")
+
+    def name(self):
+        return self.browser.find("#view h2").text
+
+    def bar(self):
+        return float(self.browser.run("return parseFloat(document.querySelector('.bar').style.left)"))
+
+    READY = "return document.querySelector('#view h2') && [...document.images].every(i => i.complete && i.naturalWidth)"
+
+    def visit_all(self, page):
+        def visit(width, height, touch):
+            b = self.browser
+            listed = b.run("return [...document.querySelectorAll('#list .name')].map(e => e.title)")
+            failing = self.name()
+            self.assertEqual(len(listed), 3)
+            # Frames, by the list and by keys.
+            for n, name in enumerate(listed, 1):
+                self.tap(f"#list li:nth-child({n}) button", touch)
+                self.assertEqual(self.name(), name)
+            b.press("k", "k", "k", "j")
+            self.assertEqual(self.name(), listed[1])
+            for n, text in enumerate([button.text for button in b.all("#filters button")], 1):
+                kind, count = text.split()
+                self.tap(f"#filters button:nth-child({n})", touch)
+                self.assertEqual(len(b.all("#list li")), int(count), kind)
+            self.tap("#filters button", touch)
+            self.tap(f"#list li:nth-child({listed.index(failing) + 1}) button", touch)
+            # Views, by their buttons and keys.
+            for n, mode in enumerate(("swipe", "flip", "side", "heat", "limits"), 1):
+                self.tap(f"[data-mode={mode}]", touch)
+                self.assertEqual(self.mode(), mode)
+                self.keep(f"{page.replace('/', '-')}-{mode}-{width}")
+                b.press(str(n % 5 + 1), str(n))
+                self.assertEqual(self.mode(), mode)
+            # The swipe, by its slider, by keys and in the picture.
+            b.press("1")
+            for share in (0.2, 0.8):
+                self.slide("#swipe", touch, share)
+                self.assertAlmostEqual(self.bar(), 100 * share, delta=8)
+            self.slide("#swipe", touch, 0.8, 0.5, 0.3)
+            self.assertAlmostEqual(self.bar(), 30, delta=8)
+            before = self.bar()
+            b.run("document.activeElement.blur()")
+            b.press("]")
+            self.assertAlmostEqual(self.bar(), before + 5, delta=0.1)
+            b.press("[", "[")
+            self.assertAlmostEqual(self.bar(), before - 5, delta=0.1)
+            b.run("document.querySelector('.frame').scrollIntoView({block: 'nearest'})")
+            x, y, wide, high = b.box(".frame")
+            points = [(x + share * wide, y + high / 2) for share in (0.3, 0.5, 0.7)]
+            if touch:
+                b.touch(*([p] for p in points))
+            else:
+                b.mouse("mouseMoved", *points[-1])
+            self.assertAlmostEqual(self.bar(), 70, delta=2)
+            if not touch:  # a finger hides what it points at
+                self.assertRegex(b.find("#readout").text, r"x \d+ +y \d+.*new \d+ \d+ \d+")
+                b.mouse("mouseMoved", 2, 2)
+            # Flip and blink.
+            top = "return getComputedStyle(document.getElementById('top')).visibility"
+            b.press("f")
+            self.assertEqual(self.mode(), "flip")
+            flipped = b.run(top)
+            b.press("f")
+            self.assertNotEqual(b.run(top), flipped)
+            b.press("b")
+            now = b.run(top)
+            b.wait("return getComputedStyle(document.getElementById('top')).visibility !== arguments[0]", now, seconds=10)
+            b.press("b")
+            # Sizes.
+            self.tap("[data-mode=side]", touch)
+            fit = b.box(".frame")[2]
+            self.tap("[aria-label=larger]", touch)
+            self.assertGreater(b.box(".frame")[2], fit)
+            self.tap("#zoom", touch)
+            self.assertEqual(b.box(".frame")[2], fit)
+            self.tap("[aria-label=smaller]", touch)
+            self.assertLess(b.box(".frame")[2], fit)
+            b.press("+", "0")
+            self.assertEqual(b.box(".frame")[2], fit)
+            # The worst pixel, dark and light, the command to accept, the keys.
+            self.tap("#worst", touch)
+            self.assertEqual(len(b.all(".ring")), 2)
+            b.press("w")
+            self.assertEqual(len(b.all(".ring")), 0)
+            back = "return getComputedStyle(document.body).backgroundColor"
+            light = b.run(back)
+            self.tap("#theme", touch)
+            self.assertNotEqual(b.run(back), light)
+            self.keep(f"{page.replace('/', '-')}-dark-{width}")
+            b.press("d")
+            self.assertEqual(b.run(back), light)
+            self.assertTrue(b.find("#accept").text)
+            self.tap("#copy", touch)
+            b.wait("return document.getElementById('copy').textContent === 'copied'", seconds=5)
+            b.press("c")
+            self.tap("#help", touch)
+            self.assertTrue(b.run("return document.getElementById('keys').open"))
+            self.tap("#keys button", touch)
+            b.press("?", Keys.ESCAPE)
+            self.assertFalse(b.run("return document.getElementById('keys').open"))
+        self.in_windows(page, self.READY, True, visit)
+
+    def test_the_page_of_compare(self):
+        self.visit_all("compare.html")
+
+    def test_the_page_of_golden(self):
+        self.visit_all("golden/index.html")
+
+
+class AnalyzePage(Pages):
+    @classmethod
+    def make(cls):
+        polymorph("analyze", "scene.json", "--html", "analyze.html", "-q")
+
+    def test_the_page_of_analyze(self):
+        def visit(width, height, touch):
+            self.assertGreater(len(self.browser.all("svg")), 10)
+            self.assertNotIn("nan", self.browser.find("body").text.lower().replace("nanometre", ""))
+            outside = self.browser.run("return [...document.querySelectorAll('svg')].filter(s => s.getBoundingClientRect().right > innerWidth + 1).length")
+            self.assertEqual(outside, 0)
+        self.in_windows("analyze.html", "return document.readyState === 'complete'", True, visit)
+
+
+if __name__ == "__main__":
+    if not CHROMIUM or not CHROMEDRIVER or subprocess.run([CHROMIUM, "--version"], capture_output=True).returncode:
+        print("*** PAGES TESTS SKIPPED: no Chromium or no driver (Debian's packages chromium and chromium-driver, or POLYMORPH_CHROMIUM)", file=sys.stderr)
+        sys.exit(77)
+    unittest.main(argv=sys.argv[:1])
