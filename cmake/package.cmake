@@ -1,4 +1,4 @@
-# What `cmake --install` puts in place, and a Debian package of it (cpack -G DEB).
+# What `cmake --install` puts in place, and a Debian package of it (scripts/package).
 include(GNUInstallDirs)
 install(TARGETS polymorph RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(TARGETS polymorph_oiio LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/polymorph)

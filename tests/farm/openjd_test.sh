@@ -15,11 +15,25 @@ cat >"$work/scene.json" <<'SCENE'
 SCENE
 export POLYMORPH_CACHE_DIR=$work/cache
 "$polymorph" render "$work/scene.json" -o "$work/one/f.####.exr" -q
+same_frames() {  # FOLDER: its frames are those of one process
+  for file in "$work"/one/f.*.exr; do
+    "$polymorph" compare "$work/$1/$(basename "$file")" "$file" --fail 0 --hardfail 0 --relative 0 >/dev/null
+  done
+}
+run() { openjd run "$template" "$@" -p Program="$polymorph" >"$work/log" 2>&1 || { cat "$work/log"; exit 1; }; }
 openjd check "$template"
-openjd run "$template" --step Finish --run-dependencies -p Program="$polymorph" -p Scene="$work/scene.json" \
-  -p Output="$work/farm/f.####.exr" -p Shards=3 -p Sheet="$work/farm/strip.png" >"$work/log" 2>&1 || {
-  cat "$work/log"; exit 1; }
-for file in "$work"/one/f.*.exr; do
-  "$polymorph" compare "$work/farm/$(basename "$file")" "$file" --fail 0 --hardfail 0 --relative 0 >/dev/null
-done
+# All of it, with every parameter.
+run --step Finish --run-dependencies -p Name=test -p Scene="$work/scene.json" -p Output="$work/farm/f.####.exr" -p Shards=3 -p Sheet="$work/farm/strip.png"
+same_frames farm
 [[ -s $work/farm/strip.png ]]
+# Each step alone, with every default.
+run --step Render -p Scene="$work/scene.json" -p Output="$work/alone/f.####.exr"
+same_frames alone
+run --step Finish -p Scene="$work/scene.json" -p Output="$work/alone/f.####.exr"
+# The example of the template's head, as it stands there.
+mkdir "$work/bin" "$work/example"
+ln -s "$polymorph" "$work/bin/polymorph"
+cp "$work/scene.json" "$template" "$work/example"
+example=$(sed -n 's/^#   \(openjd run .*\)/\1/p' "$template")
+(cd "$work/example" && PATH=$work/bin:$PATH && bash -ec "$example") >"$work/log" 2>&1 || { cat "$work/log"; exit 1; }
+[[ $(find "$work/example/out" -name "frame.*.exr" | wc -l) == 6 ]]

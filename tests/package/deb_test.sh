@@ -9,8 +9,8 @@ command -v debootstrap >/dev/null || apt-get -q install -y --no-install-recommen
 work=$(mktemp -d)
 cleanup() { umount "$work/root/proc" 2>/dev/null || true; rm -rf --one-file-system "$work"; }
 trap cleanup EXIT
-cpack --config "$build/CPackConfig.cmake" -G DEB -B "$work/deb" >"$work/cpack.log" 2>&1 || { cat "$work/cpack.log"; exit 1; }
-deb=$(echo "$work"/deb/polymorph_*.deb)
+rm -rf "$build/pages"  # as after scripts/demo, which builds the program alone
+deb=$("$(dirname "$0")/../../scripts/package" "$build")
 # Captured first: under pipefail a grep -q that ends early makes its writer fail.
 control=$(dpkg-deb --info "$deb")
 grep -q 'Depends: .*libembree3' <<<"$control" || { echo "$control"; echo "no dependencies"; exit 1; }
