@@ -1,4 +1,4 @@
-# CUDA where nvcc exists: engine_cuda.cu; without it engine_nocuda.cpp gives the same symbols.
+# CUDA where nvcc exists: kernels/*.cu; without it engine_nocuda.cpp gives the same symbols.
 set(PM_HAVE_CUDA OFF)
 if(NOT POLYMORPH_CUDA STREQUAL "OFF")
   include(CheckLanguage)

@@ -24,7 +24,7 @@ constexpr int kBrickValues = kBrickPoints * kBrickPoints * kBrickPoints;
 constexpr int kLines = kBrickPoints * kBrickPoints;  ///< lines of points along x
 constexpr int kRows = kBrickCells * kBrickCells;     ///< lines that have cells
 constexpr int kRowEdges = 3 * kBrickCells;           ///< bit 3 x + axis of a row's edges
-constexpr int kMaxVertices = kRows * kRowEdges;      ///< of a brick
+constexpr int kMaxVertices = kRows * kRowEdges;      ///< per brick
 
 /// Crossed edges of a row (21 bits), and above them how many vertices of the brick come before.
 PM_HD constexpr std::uint32_t packed_row(std::uint32_t edges, std::uint32_t before) {
@@ -38,7 +38,7 @@ PM_HD constexpr int line_of_row(int r) {
   return r % kBrickCells + kBrickPoints * (r / kBrickCells);
 }
 
-/// Bit x of a to bit 3 x, for x < 8.
+/// Moves bit x of a to bit 3 x, for x < 8.
 PM_HD inline std::uint32_t spread_by_three(std::uint32_t a) {
 #if defined(__BMI2__) && !defined(__CUDACC__)
   return _pdep_u32(a, 0x00249249u);
@@ -57,12 +57,12 @@ PM_HD inline std::uint32_t crossed_edges(std::uint32_t here, std::uint32_t up_y,
          spread_by_three((here ^ up_z) & kCells) << 2;
 }
 
-/// The inside flags around the cells of a row, or of the rows that share z: where one thread has
-/// a brick to itself, it takes a plane's cells as one word. Bit x + 8 y is the cell at (x, y).
+/// The inside flags around the cells of a row, or, with kPlane, of all rows that share z: a thread
+/// that has a brick to itself takes a plane's cells as one word. Bit x + 8 y is the cell at (x, y).
 template <bool kPlane>
 struct CellFlags {
   using Word = std::conditional_t<kPlane, std::uint64_t, std::uint32_t>;
-  static constexpr int kItems = kPlane ? kBrickCells : kRows;  ///< of a brick
+  static constexpr int kItems = kPlane ? kBrickCells : kRows;  ///< per brick
   static constexpr Word kCells = static_cast<Word>(kPlane ? 0x007f7f7f7f7f7f7full : 0x7full);
   Word line[4] = {};  ///< inside bits at (y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1)
 
@@ -80,7 +80,7 @@ struct CellFlags {
   /// The line of points at the lower corner of the item's first row.
   PM_HD static int first_line(int item) { return kPlane ? kBrickPoints * item : line_of_row(item); }
   /// The cells with corners on both sides.
-  PM_HD Word mixed() const {
+  PM_HD Word mixed_cells() const {
     const Word any = line[0] | line[1] | line[2] | line[3];
     const Word all = line[0] & line[1] & line[2] & line[3];
     return (any | any >> 1) & ~(all & all >> 1) & kCells;
@@ -92,48 +92,49 @@ struct CellFlags {
   }
   PM_HD std::uint32_t triangles(const BrickTable& table) const {
     std::uint32_t count = 0;
-    for (Word cells = mixed(); cells != 0; cells &= cells - 1) {
+    for (Word cells = mixed_cells(); cells != 0; cells &= cells - 1) {
       count += table.count[corners(countr_zero(cells))];
     }
     return count;
   }
 };
-/// As a team takes them.
+/// The form of CellFlags that suits a team.
 template <class Team>
 using TeamCells = CellFlags<Team::kGroup == 1>;
 
-/// A ball's shares along each axis at the eight coordinates of a brick's points (plus_product).
+/// A ball's factors along each axis at the eight coordinates of a brick's points (add_product).
 struct AxisTables {
   alignas(64) float u[3][kBrickPoints], factor[3][kBrickPoints];
   float base, limit;
 
   template <class V>
   PM_HD void fill(const RoundBall& ball, const Grid& grid, Int3 first, int axis, int at) {
-    const int number = axis == 0 ? first.x : axis == 1 ? first.y : first.z;
+    const int first_index = axis == 0 ? first.x : axis == 1 ? first.y : first.z;
     const float origin = axis == 0 ? grid.origin.x : axis == 1 ? grid.origin.y : grid.origin.z;
     const float center = axis == 0 ? ball.x : axis == 1 ? ball.y : ball.z;
-    const V p = origin + grid.cell * (Lanes<V>::iota() + static_cast<float>(number + at));
+    const V p = origin + grid.cell * (Lanes<V>::iota() + static_cast<float>(first_index + at));
     const V u_at = ball.scale * (p - center);
     Lanes<V>::store(u[axis] + at, u_at);
-    Lanes<V>::store(factor[axis] + at,
-                    factor_of(axis == 0 ? fma(u_at, u_at, broadcast<V>(ball.base)) : u_at * u_at));
+    Lanes<V>::store(
+        factor[axis] + at,
+        separable_factor(axis == 0 ? fma(u_at, u_at, broadcast<V>(ball.base)) : u_at * u_at));
     if (axis == 0 && at == 0) base = ball.base, limit = ball.limit;
   }
 };
-/// The same where lanes run over lines: what all points of a line share.
+/// AxisTables with one lane per line: all that the points of a line share.
 struct LineTables {
   float u[kBrickPoints], factor[kBrickPoints];  ///< along x
   float limit;
   alignas(64) float q[kLines], product[kLines];
 };
-constexpr int kTables = 32;  ///< of balls handled together
-/// Points every second cell around a brick, at most 6^3, in whole packs.
+constexpr int kBallsPerBatch = 32;  ///< balls handled together
+/// Number of coarse points around a brick (sample_stride), at most 6^3, in whole packs.
 constexpr int kMaxCoarse = 224;
-/// Of a square across a crossed edge (cubes.h).
+/// The square across a crossed edge (cubes.h).
 constexpr int kFaceVertices = 4, kFaceTriangles = 2;
 
-/// What is common to all fields: from the values at a brick's points to inside flags, crossed edges
-/// and counts.
+/// The part of sampling that all fields share: from the values at a brick's points to inside flags,
+/// crossed edges and counts.
 struct CountBricks {
   struct Scratch {
     alignas(64) float values[kBrickValues];
@@ -147,10 +148,10 @@ struct CountBricks {
   std::int64_t begin = 0;  ///< the brick of item 0
   View<const BrickTable> table;
   View<const Node> bricks;
-  View<float> values;         ///< of each item
-  View<std::uint8_t> inside;  ///< bit x of each line
+  View<float> values;         ///< per item
+  View<std::uint8_t> inside;  ///< per line: bit x is point x
   View<std::uint32_t> rows;   ///< packed_row() of each row
-  View<Counts> counts;        ///< of each brick: vertices, triangles
+  View<Counts> counts;        ///< per brick: vertices, triangles
 
   /// The first point of a brick.
   PM_HD static Int3 first_point(const Node& brick) {
@@ -158,7 +159,7 @@ struct CountBricks {
             brick.at.z * kBrickCells - 1};
   }
 
-  /// Goes on from the values that stand in scratch.
+  /// Counts from `scratch.values`.
   template <class Team>
   PM_HD void count(const Team& team, Scratch& scratch, std::int64_t item, Int3 first) const {
     using V = typename Team::V;
@@ -195,7 +196,7 @@ struct CountBricks {
     });
   }
 
-  /// Points of the rim, and beyond it, are outside.
+  /// Sets the points of the rim, and those beyond it, to `outside`.
   template <class Team>
   PM_HD void fill_beyond_grid(const Team& team, Int3 first, float* brick_values) const {
     const Int3 n = grid.points;
@@ -221,7 +222,8 @@ struct CountBricks {
   }
 };
 
-/// The field of balls at each brick's points, and what CountBricks makes of it. One team per brick.
+/// Samples the field of balls at each brick's points, and counts by CountBricks. One team per
+/// brick.
 ///
 /// Where support is infinite, values come from the brick's list and polynomial; where such a value
 /// is so near to iso that the exact one may lie beyond, the exact one takes its place.
@@ -231,7 +233,7 @@ struct SampleBricks : CountBricks {
   static constexpr int kRowsPerItem = 4;  ///< lines that share a walk over the balls
   struct Scratch : CountBricks::Scratch {
     union {
-      alignas(64) AxisTables tables[F::kSeparable ? kTables : 1];
+      alignas(64) AxisTables tables[F::kSeparable ? kBallsPerBatch : 1];
       float coarse[kMaxCoarse];
     };
     std::uint32_t uncertain[F::kCompactSupport ? 1 : kLines + 1];
@@ -240,8 +242,7 @@ struct SampleBricks : CountBricks {
   int sample_stride = 1;
   View<const std::uint32_t> entries;
   View<const typename F::Ball> balls;
-  // Where support is infinite:
-  View<const FarField> far;  ///< of each brick
+  View<const FarField> far;  ///< per brick, where support is infinite
   BallList all_balls;
 
   template <class Team>
@@ -259,8 +260,8 @@ struct SampleBricks : CountBricks {
     count(team, scratch, item, first);
   }
 
-  /// The field at every `influence`-th grid point around the brick, and between them the mean of
-  /// the eight around, weighted by nearness.
+  /// Samples the field at every `sample_stride`-th grid point around the brick, and the points
+  /// between them by trilinear interpolation.
   template <class Team>
   PM_HD void interpolate_all(const Team& team, Scratch& scratch, const Node& brick,
                              Int3 first) const {
@@ -301,12 +302,13 @@ struct SampleBricks : CountBricks {
     });
     team.sync();
   }
-  /// Bricks share these points, and what is interpolated between them has no bound to be sure by.
+  /// The balls for the coarse points. Bricks share these points, and interpolated values have no
+  /// error bound by which an approximation could be trusted: hence all balls.
   PM_HD BallList coarse_list(const Node& brick) const {
     if constexpr (!F::kCompactSupport) return all_balls;
     return {entries.data + brick.begin, brick.count};
   }
-  /// The point below or at grid point g of those that are `influence` apart.
+  /// Index of the coarse point at or below grid point g; coarse points are `sample_stride` apart.
   PM_HD int coarse(int g) const { return (g + sample_stride * 4) / sample_stride - 4; }
 
   template <class Team>
@@ -319,19 +321,19 @@ struct SampleBricks : CountBricks {
     } else if constexpr (F::kSeparable) {
       team.each(kItems, [&](int item) {
         for (int r = 0; r < kRowsPerItem; ++r) {
-          Lanes<V>::store(scratch.values + place_of<V>(item, r), broadcast<V>(0.0f));
+          Lanes<V>::store(scratch.values + point_offset<V>(item, r), broadcast<V>(0.0f));
         }
       });
       team.sync();
-      for (std::uint32_t j = 0; j < brick.count; j += kTables) {
+      for (std::uint32_t j = 0; j < brick.count; j += kBallsPerBatch) {
         const auto left = static_cast<int>(brick.count - j);
-        const int n = left < kTables ? left : kTables;
+        const int n = left < kBallsPerBatch ? left : kBallsPerBatch;
         const std::uint32_t* list = entries.data + brick.begin + j;
         constexpr int kPacks = kBrickPoints / Lanes<V>::kCount;
         team.each(3 * kPacks * n, [&](int i) {
-          const int of = i / (3 * kPacks), axis = i / kPacks % 3, at = i % kPacks;
-          scratch.tables[of].template fill<V>(balls[list[of]], grid, first, axis,
-                                              at * Lanes<V>::kCount);
+          const int ball_index = i / (3 * kPacks), axis = i / kPacks % 3, at = i % kPacks;
+          scratch.tables[ball_index].template fill<V>(balls[list[ball_index]], grid, first, axis,
+                                                      at * Lanes<V>::kCount);
         });
         team.sync();
         team.each(kItems, [&](int item) { add_products<V>(scratch, n, item); });
@@ -345,19 +347,19 @@ struct SampleBricks : CountBricks {
     }
   }
 
-  /// The sums of products by a thread alone with lanes for two lines or more: lanes run over lines,
-  /// so that what depends on y and z is worked out once for each ball, and a point takes two
-  /// multiply-adds and a comparison.
+  /// Samples by a lone thread whose packs hold two lines or more: lanes run over lines, so that
+  /// terms in y and z are computed once per ball, and a point takes two multiply-adds and a
+  /// comparison.
   template <class V>
   PM_HD void sample_columns(Scratch& scratch, const Node& brick, Int3 first) const {
     alignas(64) float columns[kBrickValues] = {};  // [x][line]
-    LineTables tables[kTables];
-    for (std::uint32_t j = 0; j < brick.count; j += kTables) {
+    LineTables tables[kBallsPerBatch];
+    for (std::uint32_t j = 0; j < brick.count; j += kBallsPerBatch) {
       const auto left = static_cast<int>(brick.count - j);
-      const int n = left < kTables ? left : kTables;
-      for (int of = 0; of < n; ++of) {
-        const std::int64_t at = brick.begin + j + of;
-        fill_lines<V>(balls[entries[at]], first, tables[of]);
+      const int n = left < kBallsPerBatch ? left : kBallsPerBatch;
+      for (int i = 0; i < n; ++i) {
+        const std::int64_t at = brick.begin + j + i;
+        fill_lines<V>(balls[entries[at]], first, tables[i]);
       }
       for (int line = 0; line < kLines; line += Lanes<V>::kCount) {
         add_columns<V>(tables, n, line, columns + line);
@@ -374,10 +376,10 @@ struct SampleBricks : CountBricks {
     Lanes<Half>::store(out.factor, Lanes<Half>::load(t.factor[0]));
     out.limit = t.limit;
     const Half uy = Lanes<Half>::load(t.u[1]), factor_y = Lanes<Half>::load(t.factor[1]);
-    const V uy2 = joined(uy, uy), factor_y2 = joined(factor_y, factor_y);
+    const V uy2 = join(uy, uy), factor_y2 = join(factor_y, factor_y);
     for (int z = 0; z < kBrickPoints; z += 2) {
-      const auto at_z = [&](const float* of) {
-        return joined(broadcast<Half>(of[z]), broadcast<Half>(of[z + 1]));
+      const auto at_z = [&](const float* values_z) {
+        return join(broadcast<Half>(values_z[z]), broadcast<Half>(values_z[z + 1]));
       };
       const V uz = at_z(t.u[2]);
       const V q0 = fma(uz, uz, broadcast<V>(t.base));
@@ -385,7 +387,7 @@ struct SampleBricks : CountBricks {
       Lanes<V>::store(out.product + kBrickPoints * z, factor_y2 * at_z(t.factor[2]));
     }
   }
-  /// Adds n balls' products at the points of as many lines as V has lanes.
+  /// Adds the products of n balls at the points of as many lines as V has lanes.
   template <class V>
   PM_HD static void add_columns(const LineTables* tables, int n, int line, float* to) {
     V sum[kBrickPoints];
@@ -402,10 +404,10 @@ struct SampleBricks : CountBricks {
     for (int x = 0; x < kBrickPoints; ++x) Lanes<V>::store(to + kLines * x, sum[x]);
   }
 
-  /// Where the points of an item lie: in line r of its kRowsPerItem lines, as many along x as V has
-  /// lanes; or in as many lines as fill V.
+  /// Index of the first point of an item in line r of its kRowsPerItem lines. An item has as many
+  /// points along x as V has lanes, or as many whole lines as fill V.
   template <class V>
-  PM_HD static int place_of(int item, int r) {
+  PM_HD static int point_offset(int item, int r) {
     constexpr int kPacks = (kBrickPoints * kLinesOfPack<V>) / Lanes<V>::kCount;
     return item % kPacks * Lanes<V>::kCount +
            kBrickPoints * kLinesOfPack<V> * (item / kPacks * kRowsPerItem + r);
@@ -414,10 +416,10 @@ struct SampleBricks : CountBricks {
   static constexpr int kLinesOfPack =
       Lanes<V>::kCount > kBrickPoints ? Lanes<V>::kCount / kBrickPoints : 1;
 
-  /// Adds n balls' products to the points of an item.
+  /// Adds the products of n balls to the points of an item.
   template <class V>
   PM_HD static void add_products(Scratch& scratch, int n, int item) {
-    const int start = place_of<V>(item, 0);
+    const int start = point_offset<V>(item, 0);
     const int x = start % kBrickPoints, y = start / kBrickPoints % kBrickPoints, z = start / kLines;
     V sum[kRowsPerItem];
     for (int r = 0; r < kRowsPerItem; ++r) {
@@ -438,18 +440,20 @@ struct SampleBricks : CountBricks {
     }
   }
 
-  /// The field at kRowsPerItem packs of points that share z: each part of a line, or whole lines.
+  /// Samples the field at kRowsPerItem packs of points that share z: each part of a line, or whole
+  /// lines.
   template <class V>
   PM_HD void sample(const BrickField<F>& field, Int3 first, int item, float* to) const {
     constexpr int kLanes = Lanes<V>::kCount;
     using Y = std::conditional_t<(kLinesOfPack<V> > 1), V, float>;
-    const int x = place_of<V>(item, 0) % kBrickPoints, line = place_of<V>(item, 0) / kBrickPoints;
-    alignas(64) float numbers[kLanes], lines[kLanes];
+    const int x = point_offset<V>(item, 0) % kBrickPoints,
+              line = point_offset<V>(item, 0) / kBrickPoints;
+    alignas(64) float xs[kLanes], lines[kLanes];
     for (int l = 0; l < kLanes; ++l) {
-      numbers[l] = static_cast<float>(first.x + x + l % kBrickPoints);
+      xs[l] = static_cast<float>(first.x + x + l % kBrickPoints);
       lines[l] = static_cast<float>(l / kBrickPoints);
     }
-    const V px = grid.origin.x + grid.cell * Lanes<V>::load(numbers);
+    const V px = grid.origin.x + grid.cell * Lanes<V>::load(xs);
     Y py[kRowsPerItem];
     for (int r = 0; r < kRowsPerItem; ++r) {
       const int y = first.y + (line + kLinesOfPack<V> * r) % kBrickPoints;
@@ -468,38 +472,40 @@ struct SampleBricks : CountBricks {
     } else {
       for (std::uint32_t j = 0; j < field.list.count; j += kBatch) {
         RoundBall batch[kBatch];
-        V of[kBatch][kRowsPerItem];
+        V batch_q[kBatch][kRowsPerItem];
         load_batch(field.balls, list + j, field.list.count - j, batch);
-        for (int i = 0; i < kBatch; ++i) batch[i].q_rows(px, py, pz, of[i]);
+        for (int i = 0; i < kBatch; ++i) batch[i].q_rows(px, py, pz, batch_q[i]);
         for (int r = 0; r < kRowsPerItem; ++r) {
           const V max_q = broadcast<V>(kMaxDistance2);
-          const V qs[kBatch] = {min(of[0][r], max_q), min(of[1][r], max_q), min(of[2][r], max_q),
-                                min(of[3][r], max_q)};
+          const V qs[kBatch] = {min(batch_q[0][r], max_q), min(batch_q[1][r], max_q),
+                                min(batch_q[2][r], max_q), min(batch_q[3][r], max_q)};
           sum[r] = sum[r] + sum_of_batch(batch, qs);
         }
       }
       far_rows(field.far->value, field.box, px, py, pz, q);
       for (int r = 0; r < kRowsPerItem; ++r) sum[r] = sum[r] + q[r];
     }
-    for (int r = 0; r < kRowsPerItem; ++r) Lanes<V>::store(to + place_of<V>(item, r), sum[r]);
+    for (int r = 0; r < kRowsPerItem; ++r) Lanes<V>::store(to + point_offset<V>(item, r), sum[r]);
   }
 
-  /// How far the value of a point can be from iso with the exact value, rounded as well, on the
-  /// other side: the polynomial's error, and rounding of both sums. These have all balls / 4 terms
-  /// or less, whose absolute values add up to iso there and twice the size of the negative ones.
+  /// The largest distance from iso of a value whose exact counterpart, itself rounded, can lie on
+  /// the other side: the polynomial's error, and rounding of both sums. These have at most
+  /// all_balls / 4 terms, whose absolute values add up to iso and twice the negative ones.
   PM_HD float error_bound(const FarField& field) const {
     const float rounding = 0x1p-24f * (40.0f + 0.5f * static_cast<float>(all_balls.count));
     return 1.001f * fma(rounding, iso + 2 * (field.negative_weight_bound + field.size),
                         field.error + field.rounding);
   }
 
-  /// Sums over all balls at the points whose values are not further than `within` from iso.
+  /// Sums over all balls at the points whose values are within `max_distance` of iso.
   template <class Team>
-  PM_HD void resample_uncertain_points(const Team& team, Scratch& scratch, float within,
+  PM_HD void resample_uncertain_points(const Team& team, Scratch& scratch, float max_distance,
                                        Int3 first) const {
     using V = typename Team::V;
     constexpr int kLanes = Lanes<V>::kCount;
-    const auto is_sure = [&](float value) { return value > iso + within || value < iso - within; };
+    const auto is_sure = [&](float value) {
+      return value > iso + max_distance || value < iso - max_distance;
+    };
     team.each(kLines, [&](int line) {
       std::uint32_t count = 0;
       for (int x = 0; x < kBrickPoints; ++x) {

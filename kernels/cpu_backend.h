@@ -36,7 +36,7 @@ inline void advise_large_pages(void* memory, std::size_t bytes) {
   constexpr std::size_t kLarge = std::size_t{8} << 20, kPage = 4096;
   if (bytes < kLarge) return;
   const std::size_t skip = (kPage - reinterpret_cast<std::uintptr_t>(memory) % kPage) % kPage;
-  // Where there are none, everything works as before.
+  // A system without them ignores the advice.
   (void)madvise(static_cast<char*>(memory) + skip, bytes - skip, MADV_HUGEPAGE);
 #else
   (void)memory, (void)bytes;
@@ -48,7 +48,7 @@ template <class VectorOf>
 struct CpuTeam {
   using V = VectorOf;
   static constexpr std::uint32_t kGroup = 1;
-  static constexpr int kParts = 1;  ///< teams that share a node of the tree
+  static constexpr int kParts = 1;  ///< number of teams that share a node of the tree
 
   template <class F>
   void each(int n, const F& f) const {
@@ -66,7 +66,7 @@ struct CpuTeam {
   T group_max(T a) const {
     return a;
   }
-  /// To what the groups of teams that share an item add up.
+  /// Adds to a sum that all teams of an item share.
   template <class T>
   void add(T& to, T value) const {
     to += value;
@@ -102,16 +102,16 @@ class BasicCpuBackend {
         backend.used_ -= static_cast<std::size_t>(capacity_) * sizeof(T);
         data_.reset();
         capacity_ = 0;
-        const std::int64_t wanted = n + n / 4;
-        const std::size_t bytes = static_cast<std::size_t>(wanted) * sizeof(T);
+        const std::int64_t capacity = n + n / 4;
+        const std::size_t bytes = static_cast<std::size_t>(capacity) * sizeof(T);
         backend.claim(bytes);
         data_.reset(static_cast<T*>(::operator new(bytes, kAlignment)));
         advise_large_pages(data_.get(), bytes);
-        capacity_ = wanted;
+        capacity_ = capacity;
       }
       return {data_.get(), n};
     }
-    /// Capacity for `each` elements for each of *count, which is known by now.
+    /// Makes room for `each` elements per item of *count, which is known by now.
     View<T> fit(BasicCpuBackend& backend, const std::int64_t* count, std::int64_t each,
                 std::int64_t /*guess*/) {
       return resize(backend, *count * each);
@@ -131,14 +131,13 @@ class BasicCpuBackend {
   template <class F>
   void for_each(std::int64_t n, const F& f, const char* name) {
     const PassTimer timer(*this, name);
-    ranges(n, 64, [&f](std::int64_t begin, std::int64_t end) {
+    for_ranges(n, 64, [&f](std::int64_t begin, std::int64_t end) {
       const F local = f;  // constants in registers, not reloaded after each store
       for (std::int64_t i = begin; i < end; ++i) local(i);
     });
   }
 
-  /// Do passes read the host's own memory?
-  static constexpr bool kHostMemory = true;
+  static constexpr bool kHostMemory = true;  ///< do passes read the host's own memory?
   static constexpr bool kManyRoots = false;  ///< does a tree begin with many nodes, not with one?
 
   /// Calls f(team, scratch, i) for i in [0, *count * parts), in any order.
@@ -146,15 +145,15 @@ class BasicCpuBackend {
   void for_teams(const std::int64_t* count, std::int64_t /*limit*/, const F& f, const char* name,
                  int parts = 1) {
     const PassTimer timer(*this, name);
-    ranges(*count * parts, 16, [&f](std::int64_t begin, std::int64_t end) {
+    for_ranges(*count * parts, 16, [&f](std::int64_t begin, std::int64_t end) {
       const F local = f;
       typename F::Scratch scratch;
       for (std::int64_t i = begin; i < end; ++i) local(Team{}, scratch, i);
     });
   }
 
-  /// offsets[i] = start + counts[0] + ... + counts[i - 1] for i < *n, and start with the sum of
-  /// all.
+  /// Sets offsets[i] = start + counts[0] + ... + counts[i - 1] for i < *n, and *total to start plus
+  /// the sum of all.
   void scan(View<const Counts> counts, const std::int64_t* n, View<Offsets> offsets, Offsets* total,
             const char* name, Offsets start = {}) {
     const PassTimer timer(*this, name);
@@ -176,15 +175,15 @@ class BasicCpuBackend {
     std::copy(from.data, from.data + from.size, to);
   }
 
-  /// Where a pass writes *count elements of a result: straight into it.
+  /// The memory into which a pass writes *count elements of a result: the result itself.
   template <class T>
   View<T> output(std::vector<T>& result, Buffer<T>&, const std::int64_t* count, std::int64_t) {
     claim_result(static_cast<std::size_t>(*count) * sizeof(T));
     result.resize(static_cast<std::size_t>(*count));
     return {result.data(), *count};
   }
-  /// The same for a result that grows from `before` elements to `n`, which are `share` of all: room
-  /// is made for those to come as well, so that little is ever copied.
+  /// Grows a result from `before` elements to `n`, which are the fraction `share` of all: reserves
+  /// room for those to come as well, so that little is ever copied.
   template <class T>
   View<T> grow(std::vector<T>& result, std::int64_t before, std::int64_t n, double share) {
     claim_result(static_cast<std::size_t>(n - before) * sizeof(T));
@@ -208,7 +207,7 @@ class BasicCpuBackend {
     results_ = 0;
     max_memory_ = max_memory;
   }
-  /// Memory is made as counts become known: nothing ever runs short.
+  /// Always true: memory is allocated as counts become known.
   bool everything_fitted(View<Offsets> totals, Offsets* known) const {
     std::copy(totals.data, totals.data + totals.size, known);
     return true;
@@ -244,15 +243,15 @@ class BasicCpuBackend {
     results_ += bytes;
   }
 
-  /// Runs f(begin, end) over parts of [0, n) of `most` items, or fewer where n is small.
+  /// Runs f(begin, end) over chunks of [0, n) of `max_grain` items, or fewer where n is small.
   template <class F>
-  static void ranges(std::int64_t n, std::int64_t most, const F& f) {
+  static void for_ranges(std::int64_t n, std::int64_t max_grain, const F& f) {
     if (n <= 0) return;
-    const std::int64_t grain = std::max<std::int64_t>(1, std::min(most, n / (8 * threads())));
+    const std::int64_t grain = std::max<std::int64_t>(1, std::min(max_grain, n / (8 * threads())));
     ForkJoin loop;
     tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, n, grain),
                       [&](const tbb::blocked_range<std::int64_t>& r) {
-                        // Whether a thread has rendered before must not change a vertex.
+                        // A thread that has rendered before must not change a vertex.
                         const KeepDenormals keep;
                         loop.part([&] { f(r.begin(), r.end()); });
                       });

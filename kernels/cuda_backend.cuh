@@ -54,7 +54,7 @@ __global__ void run_items(std::int64_t n, F f) {
 struct CudaTeam {
   using V = float;
   static constexpr std::uint32_t kGroup = 32;
-  static constexpr int kParts = 4;  ///< so that a group of ClassifyChildren has one child
+  static constexpr int kParts = 4;  ///< teams per node: a group of ClassifyChildren has one child
   static constexpr unsigned kAll = 0xffffffffu;
 
 #if defined(__CUDA_ARCH__)
@@ -89,7 +89,7 @@ struct CudaTeam {
     if (bits != 0) write(cursors[0] + __popc(writers & ((1u << group_rank()) - 1)));
     cursors[0] += __popc(writers);
   }
-  /// Exclusive sums of n <= 64 values, in place, and the total behind them.
+  /// Replaces n <= 64 values by their exclusive sums, with the total behind them.
   __device__ std::uint32_t scan(std::uint32_t* values, int n) const {
     if (threadIdx.x < kGroup) {
       const int at = 2 * static_cast<int>(threadIdx.x);
@@ -107,7 +107,7 @@ struct CudaTeam {
     return values[n];
   }
 #else
-  // What the host compiler sees of a functor that calls these; it never runs them.
+  // Stubs for the host compiler, which compiles functors that call these but never runs them.
   template <class F>
   PM_HD void each(int, const F&) const {}
   template <class F>
@@ -149,7 +149,7 @@ __global__ void __launch_bounds__(kThreads)
   using Word = unsigned long long;
   using Scan = cub::BlockScan<Word, kThreads, cub::BLOCK_SCAN_WARP_SCANS>;
   constexpr int kShift = 38;
-  // Memory is read and written by neighbours, sums are made of what stands together.
+  // Neighbouring threads read neighbouring words; a thread sums words that follow each other.
   using Exchange = cub::BlockExchange<Word, kThreads, kScanEach>;
   __shared__ union {
     typename Scan::TempStorage scan;
@@ -216,7 +216,7 @@ class CudaBackend {
     if (stream_ != nullptr) (void)cudaStreamDestroy(stream_);
   }
 
-  /// What everything_fitted() asks of a buffer.
+  /// A buffer that everything_fitted() can enlarge.
   class Growing {
    public:
     virtual void grow(CudaBackend& backend, std::int64_t n) = 0;
@@ -238,8 +238,8 @@ class CudaBackend {
       if (n > capacity_) grow(backend, n);
       return {data_, n};
     }
-    /// Capacity for `each` elements for each of *count, as far as it is known: as many as before,
-    /// or for `guess`.
+    /// Makes room for `each` elements per item of *count, as far as it is known: as much as before,
+    /// or for `guess` items.
     View<T> fit(CudaBackend& backend, const std::int64_t* count, std::int64_t each,
                 std::int64_t guess) {
       if (capacity_ == 0) grow(backend, guess * each);
@@ -253,9 +253,9 @@ class CudaBackend {
       check_cuda(cudaFree(std::exchange(data_, nullptr)), "free a buffer");
       backend.used_ -= static_cast<std::size_t>(capacity_) * sizeof(T);
       capacity_ = 0;
-      const std::int64_t wanted = n + n / 4;
-      data_ = static_cast<T*>(backend.allocate(static_cast<std::size_t>(wanted) * sizeof(T)));
-      capacity_ = wanted;
+      const std::int64_t capacity = n + n / 4;
+      data_ = static_cast<T*>(backend.allocate(static_cast<std::size_t>(capacity) * sizeof(T)));
+      capacity_ = capacity;
     }
 
    private:
@@ -270,15 +270,14 @@ class CudaBackend {
     if (n <= 0) return;
     const Scope scope(*this, name);
     constexpr std::int64_t kThreads = 128, kMaxBlocks = std::int64_t{1} << 20;
-    const std::int64_t wanted = (n + kThreads - 1) / kThreads;
-    const auto blocks = static_cast<unsigned>(wanted < kMaxBlocks ? wanted : kMaxBlocks);
+    const std::int64_t needed = (n + kThreads - 1) / kThreads;
+    const auto blocks = static_cast<unsigned>(needed < kMaxBlocks ? needed : kMaxBlocks);
     run_items<<<blocks, static_cast<unsigned>(kThreads), 0, stream_>>>(n, f);
     check_cuda(cudaGetLastError(), name);
   }
 
-  /// Do passes read the host's own memory?
-  static constexpr bool kHostMemory = false;
-  static constexpr bool kManyRoots = true;  ///< does a tree begin with many nodes, not with one?
+  static constexpr bool kHostMemory = false;  ///< do passes read the host's own memory?
+  static constexpr bool kManyRoots = true;    ///< does a tree begin with many nodes, not with one?
 
   /// Calls f(team, scratch, i) for i in [0, n * parts), n = *count but at most `limit`; *count is
   /// read on the device.
@@ -289,14 +288,15 @@ class CudaBackend {
                   "a kernel is copied to the device as bytes");
     if (limit <= 0) return;
     const Scope scope(*this, name);
-    // As many blocks as can be there at once, and twice that, so that long ones even out.
-    const std::int64_t most = std::int64_t{4096} / F::kThreads * processors_;
-    const auto blocks = static_cast<unsigned>(limit * parts < most ? limit * parts : most);
+    // Twice as many blocks as run at once, so that long ones even out.
+    const std::int64_t max_blocks = std::int64_t{4096} / F::kThreads * processors_;
+    const auto blocks =
+        static_cast<unsigned>(limit * parts < max_blocks ? limit * parts : max_blocks);
     run_teams<<<blocks, static_cast<unsigned>(F::kThreads), 0, stream_>>>(count, limit, parts, f);
     check_cuda(cudaGetLastError(), name);
   }
 
-  /// offsets[i] = counts[0] + ... + counts[i - 1] for i < *n, and the sum of all.
+  /// Sets offsets[i] = counts[0] + ... + counts[i - 1] for i < *n, and *total to the sum of all.
   void scan(View<const Counts> counts, const std::int64_t* n, View<Offsets> offsets, Offsets* total,
             const char* name) {
     const Scope scope(*this, name);
@@ -305,8 +305,8 @@ class CudaBackend {
     check_cuda(cudaGetLastError(), name);
   }
 
-  /// Through pinned memory in parts: while one goes up, all threads copy the next one in. Waits for
-  /// the passes only where a frame uploads more than that memory holds.
+  /// Uploads through pinned memory in parts: while one goes up, all threads copy the next one in.
+  /// Waits for the passes only where a frame uploads more than that memory holds.
   template <class T>
   void upload(View<T> to, const T* from) {
     const auto bytes = static_cast<std::size_t>(to.size) * sizeof(T);
@@ -326,7 +326,7 @@ class CudaBackend {
       done += size;
     }
   }
-  /// Through pinned memory in parts: while some arrive, all threads copy out those that are there.
+  /// Downloads through pinned memory in parts: while some arrive, all threads copy out the others.
   template <class T>
   void download(T* to, View<T> from) {
     const Scope scope(*this, "download");
@@ -349,7 +349,7 @@ class CudaBackend {
       fetch(part + kParts);
     }
   }
-  /// Where a pass writes *count elements of a result: device memory, for download() to copy.
+  /// The memory into which a pass writes *count elements of a result: the device's, for download().
   template <class T>
   View<T> output(std::vector<T>&, Buffer<T>& buffer, const std::int64_t* count,
                  std::int64_t guess) {
@@ -398,7 +398,7 @@ class CudaBackend {
     mark(kNoPass);
     check_cuda(cudaStreamSynchronize(stream_), "finish the frame");
   }
-  /// Of the last frame; read from the device here, because not every frame is asked for them.
+  /// The times of the last frame; read from the device only when asked for.
   std::vector<PassTime> pass_times() const {
     std::vector<PassTime> times;
     for (std::size_t i = 0; i + 1 < used_marks_; ++i) {
@@ -465,14 +465,14 @@ class CudaBackend {
     Growing* buffer;
   };
   static constexpr const char* kNoPass = "";
-  /// Of pinned memory for downloads, and as much again for uploads.
+  /// Bytes of pinned memory for downloads, and as many again for uploads.
   static constexpr std::size_t kStagingBytes = std::size_t{16} << 20;
   static constexpr std::size_t kParts = 8, kPart = kStagingBytes / kParts;
 
   int device_ = 0, processors_ = 1;
   cudaStream_t stream_ = nullptr;
   char* staging_ = nullptr;
-  std::array<cudaEvent_t, kParts> arrived_ = {};  ///< of each part of the downloads' memory
+  std::array<cudaEvent_t, kParts> arrived_ = {};  ///< per part of the downloads' memory
   std::vector<Fit> fits_;
   std::size_t used_ = 0, max_memory_ = 0, uploaded_ = 0;
   std::vector<Mark> marks_;

@@ -7,16 +7,17 @@
 #include "host_device.h"
 #include "morph_surface.h"
 #include "simd_math.h"
+#include "tree.h"
 #include "types.h"
 
 namespace polymorph {
 
-/// The distances as a function of space: trilinear between the grid's points, and beyond the grid
-/// the hypotenuse of the distance on its border and the distance from there, so that the Lipschitz
-/// constant holds everywhere.
+/// The distances as a function of space, a field of level_set.h: trilinear between the grid's
+/// points, and beyond the grid the hypotenuse of the distance on its border and the distance from
+/// there, so that the Lipschitz constant holds everywhere.
 struct DistanceField {
   Vec3 origin;
-  float cell = 1, per_cell = 1;
+  float cell = 1, inv_cell = 1;
   Vec3 last;  ///< points - 1 along each axis
   std::uint32_t row = 1, layer = 1;
   const float* values = nullptr;
@@ -25,7 +26,7 @@ struct DistanceField {
   DistanceField(const Grid& grid, const float* data)
       : origin(grid.origin),
         cell(grid.cell),
-        per_cell(1 / grid.cell),
+        inv_cell(1 / grid.cell),
         last{static_cast<float>(grid.points.x - 1), static_cast<float>(grid.points.y - 1),
              static_cast<float>(grid.points.z - 1)},
         row(static_cast<std::uint32_t>(grid.points.x)),
@@ -34,25 +35,31 @@ struct DistanceField {
         values(data) {}
 
   template <class V>
-  PM_HD V at(const Points<V>& p) const {
-    V beyond = broadcast<V>(0.0f);
+  PM_HD V value(const Points<V>& p) const {
+    V distance2 = broadcast<V>(0.0f);  // squared distance from the grid, in cells
     V tx, ty, tz;
-    const auto x = along(p.x, origin.x, last.x, tx, beyond);
-    const auto y = along(p.y, origin.y, last.y, ty, beyond);
-    const auto z = along(p.z, origin.z, last.z, tz, beyond);
+    const auto x = find_cell(p.x, origin.x, last.x, tx, distance2);
+    const auto y = find_cell(p.y, origin.y, last.y, ty, distance2);
+    const auto z = find_cell(p.z, origin.z, last.z, tz, distance2);
     const auto i = x + y * row + z * layer;
-    const auto pair = [&](std::uint32_t offset) {
+    const auto interpolate_x = [&](std::uint32_t offset) {
       const V a = gather(values + offset, i), b = gather(values + offset + 1, i);
       return fma(tx, b - a, a);
     };
-    const V near_low = pair(0), near_high = pair(row);
-    const V far_low = pair(layer), far_high = pair(layer + row);
+    const V near_low = interpolate_x(0), near_high = interpolate_x(row);
+    const V far_low = interpolate_x(layer), far_high = interpolate_x(layer + row);
     const V near = fma(ty, near_high - near_low, near_low);
     const V far = fma(ty, far_high - far_low, far_low);
     const V inside = fma(tz, far - near, near);
-    if (Lanes<V>::bits(beyond > 0.0f) == 0) return inside;
-    const V outside = -(cell * sqrt(beyond + square(inside * per_cell)));
-    return select(beyond > 0.0f, outside, inside);
+    if (Lanes<V>::bits(distance2 > 0.0f) == 0) return inside;
+    const V in_cells = inside * inv_cell;
+    const V outside = -(cell * sqrt(distance2 + in_cells * in_cells));
+    return select(distance2 > 0.0f, outside, inside);
+  }
+
+  template <class V>
+  PM_HD V line_values(const Grid& grid, Int3 start) const {
+    return value(line_points<V>(grid, start));
   }
 
   /// The gradient by central differences over two cells.
@@ -60,24 +67,25 @@ struct DistanceField {
   PM_HD Points<V> gradient(const Points<V>& p) const {
     const auto slope = [&](float dx, float dy, float dz) {
       const Points<V> high = {p.x + dx, p.y + dy, p.z + dz}, low = {p.x - dx, p.y - dy, p.z - dz};
-      return (at(high) - at(low)) * (0.5f * per_cell);
+      return (value(high) - value(low)) * (0.5f * inv_cell);
     };
     return {slope(cell, 0, 0), slope(0, cell, 0), slope(0, 0, cell)};
   }
+  template <class V>
+  PM_HD Points<V> negated_gradient(const Points<V>& p) const {
+    const Points<V> g = gradient(p);
+    return {0.0f - g.x, 0.0f - g.y, 0.0f - g.z};  // never -0
+  }
 
  private:
+  /// Finds the cell along an axis and the fraction t in it, and adds to the squared distance from
+  /// the grid.
   template <class V>
-  PM_HD static V square(V a) {
-    return a * a;
-  }
-  /// The cell along an axis, where in it (t), and what is added to the squared distance (in cells)
-  /// from the grid.
-  template <class V>
-  PM_HD auto along(V p, float from, float last_point, V& t, V& beyond) const {
-    const V u = (p - from) * per_cell;
+  PM_HD auto find_cell(V p, float first, float last_point, V& t, V& distance2) const {
+    const V u = (p - first) * inv_cell;
     const V clamped = min(max(u, broadcast<V>(0.0f)), broadcast<V>(last_point));
-    const V off = u - clamped;
-    beyond = fma(off, off, beyond);
+    const V beyond = u - clamped;
+    distance2 = fma(beyond, beyond, distance2);
     const V below = min(max(round_to_nearest(clamped - 0.5f), broadcast<V>(0.0f)),
                         broadcast<V>(last_point - 1));
     t = clamped - below;

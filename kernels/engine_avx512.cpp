@@ -2,7 +2,10 @@
 // symbols are made local (cmake/avx512.cmake), so that no inline function compiled here takes the
 // place of one that older processors run.
 #include "backend_engine.h"
+#include "ball_passes.h"
 #include "cpu_backend.h"
+#include "level_set_passes.h"
+#include "motion_passes.h"
 
 extern "C" polymorph::Engine* pm_make_avx512_engine() {
   return new polymorph::BackendEngine<polymorph::BasicCpuBackend<polymorph::WidePack>>();

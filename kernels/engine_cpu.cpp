@@ -1,7 +1,10 @@
 // The CPU backend's engines: one for the instructions that the program is compiled for, and where
 // the build has it (PM_AVX512) one for AVX-512, chosen by what the processor offers.
 #include "backend_engine.h"
+#include "ball_passes.h"
 #include "cpu_backend.h"
+#include "level_set_passes.h"
+#include "motion_passes.h"
 
 #if defined(PM_AVX512)
 extern "C" polymorph::Engine* pm_make_avx512_engine();

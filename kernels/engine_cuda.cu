@@ -1,4 +1,5 @@
-// The CUDA backend's engine, and what devices there are.
+// The CUDA backend's engine, and the list of devices. The passes are instantiated in cuda_*.cu,
+// which compile side by side.
 #include <cstdlib>
 #include <fstream>
 #include <utility>
@@ -6,6 +7,7 @@
 #include "backend_engine.h"
 #include "cuda_backend.cuh"
 #include "devices.h"
+#include "motion_passes.h"
 
 namespace polymorph {
 namespace {
@@ -38,8 +40,8 @@ std::string driver_text() {
 
 EngineStatus no_device(std::string why) { return {EngineCode::kNoDevice, std::move(why)}; }
 
-/// Why cudaGetDeviceCount() found nothing, as what is missing.
-std::string why_no_device(cudaError_t error) {
+/// Names what is missing where cudaGetDeviceCount() found nothing.
+std::string explain_no_device(cudaError_t error) {
   int driver = 0, runtime = 0;
   if (cudaDriverGetVersion(&driver) != cudaSuccess || driver == 0) {
     return "no NVIDIA driver answers (is it installed and loaded?)";
@@ -64,7 +66,7 @@ std::unique_ptr<Engine> make_cuda_engine(int index, EngineStatus& status) {
   int count = 0;
   cudaError_t error = cudaGetDeviceCount(&count);
   if (error != cudaSuccess || count == 0) {
-    status = no_device(why_no_device(error));
+    status = no_device(explain_no_device(error));
     return nullptr;
   }
   if (index < 0 || index >= count) {
@@ -76,7 +78,7 @@ std::unique_ptr<Engine> make_cuda_engine(int index, EngineStatus& status) {
     CudaBackend backend(index);
     // Fails where this program holds no code for the device's architecture.
     cudaFuncAttributes attributes;
-    error = cudaFuncGetAttributes(&attributes, run_teams<EmitTriangles>);
+    error = cudaFuncGetAttributes(&attributes, run_items<MoveBalls>);
     if (error != cudaSuccess) {
       status = no_device("cuda device " + std::to_string(index) + " cannot run this build (" +
                          cudaGetErrorString(error) + ")");

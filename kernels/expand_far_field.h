@@ -14,23 +14,24 @@
 
 namespace polymorph {
 
-/// A distant ball from the middle of the node, in FieldScale::length.
+/// A distant ball, relative to the middle of the node, in units of FieldScale::length.
 struct alignas(16) FarBall {
   float x, y, z, w;
 };
 
-/// The far field of each node of a level.
+/// Computes the far field of each node of a level.
 template <class F>
 struct ExpandFarField {
   static constexpr int kThreads = 64;
   static constexpr int kChunk = 64;  ///< entries of the parent's list handled together
   struct Scratch {
     FarBall far[kChunk];
-    std::uint32_t place[kChunk + 1];
-    alignas(32) float x[kFarPoints], y[kFarPoints], z[kFarPoints];  ///< as of a FarBall
+    std::uint32_t slot[kChunk + 1];  ///< per entry: its number among the distant ones
+    alignas(32) float x[kFarPoints], y[kFarPoints],
+        z[kFarPoints];  ///< coordinates in the units of a FarBall
     alignas(32) float value[kFarPoints];
-    /// What the entries so far add to error, second_derivative_bound, size and
-    /// negative_weight_bound; each in its own place, so that the sums have one order everywhere.
+    /// Sums over the entries so far for error, second_derivative_bound, size and
+    /// negative_weight_bound, one per position in a chunk: the order is the same everywhere.
     alignas(32) float terms[4][kChunk];
     float sum[4];
   };
@@ -38,9 +39,9 @@ struct ExpandFarField {
   Level level;
   View<const Node> parents;
   View<const Node> nodes;
-  View<const std::uint32_t> entries;  ///< of the parents
+  View<const std::uint32_t> entries;  ///< the parents' lists
   View<const typename F::Ball> balls;
-  View<const FarField> above;  ///< of each parent
+  View<const FarField> above;  ///< per parent
   View<FarField> out;
 
   template <class Team>
@@ -48,25 +49,25 @@ struct ExpandFarField {
     using V = typename Team::V;
     constexpr int kLanes = Lanes<V>::kCount;
     const Node node = nodes[n], parent = parents[node.parent];
-    const NodeBox reach = node_box(grid, level.cells, level.margin, node.at);
-    const FarBox box(reach.low, reach.high);
+    const NodeBox bounds = node_box(grid, level.cells, level.margin, node.at);
+    const FarBox box(bounds.low, bounds.high);
     begin(team, scratch, node, parent, box);
     const std::uint32_t* list = entries.data + parent.begin;
     for (std::uint32_t j = 0; j < parent.count; j += kChunk) {
       const auto left = static_cast<int>(parent.count - j);
       team.each(kChunk / kLanes, [&](int item) {
-        accumulate_weights<V>(scratch, reach, list + j, left, item * kLanes);
+        accumulate_weights<V>(scratch, bounds, list + j, left, item * kLanes);
       });
       team.sync();
-      const auto count = static_cast<int>(team.scan(scratch.place, kChunk));
+      const auto count = static_cast<int>(team.scan(scratch.slot, kChunk));
       if (count == 0) continue;
       team.each(kChunk, [&](int i) {
-        const auto place = static_cast<int>(scratch.place[i]);
-        if (static_cast<int>(scratch.place[i + 1]) > place) {
+        const auto slot = static_cast<int>(scratch.slot[i]);
+        if (static_cast<int>(scratch.slot[i + 1]) > slot) {
           const RoundBall ball = balls[list[j + static_cast<std::uint32_t>(i)]];
-          scratch.far[place] = {ball.scale * (ball.x - box.middle.x),
-                                ball.scale * (ball.y - box.middle.y),
-                                ball.scale * (ball.z - box.middle.z), ball.w};
+          scratch.far[slot] = {ball.scale * (ball.x - box.middle.x),
+                               ball.scale * (ball.y - box.middle.y),
+                               ball.scale * (ball.z - box.middle.z), ball.w};
         }
         // Batches are filled up with balls that add nothing.
         if (i >= count && i / kBatch == (count - 1) / kBatch) scratch.far[i] = {};
@@ -96,7 +97,7 @@ struct ExpandFarField {
     });
   }
 
-  /// The points, what the parent has there, and no terms.
+  /// Initialises points, values (the parent's polynomial there) and terms (none).
   template <class Team>
   PM_HD void begin(const Team& team, Scratch& scratch, const Node& node, const Node& parent,
                    const FarBox& box) const {
@@ -114,16 +115,17 @@ struct ExpandFarField {
     const FarField& far = above[node.parent];
     const Vec3 shift = box.middle - from.middle;
     team.each(kFarPoints / kLanes, [&](int item) {
-      const float back = 1.0f / scale;
-      const auto at = [&](const float* of) { return Lanes<V>::load(of + item * kLanes); };
-      const V value = far_value<V>(far.value, from.inverse.x * (shift.x + back * at(scratch.x)),
-                                   from.inverse.y * (shift.y + back * at(scratch.y)),
-                                   from.inverse.z * (shift.z + back * at(scratch.z)));
+      const float inv_scale = 1.0f / scale;
+      const auto load = [&](const float* array) { return Lanes<V>::load(array + item * kLanes); };
+      const V value =
+          far_value<V>(far.value, from.inverse.x * (shift.x + inv_scale * load(scratch.x)),
+                       from.inverse.y * (shift.y + inv_scale * load(scratch.y)),
+                       from.inverse.z * (shift.z + inv_scale * load(scratch.z)));
       Lanes<V>::store(scratch.value + item * kLanes, value);
     });
   }
 
-  /// Which of the entries from number `at` on are distant, and the bounds that they add.
+  /// Marks the distant ones among the entries from number `at` on, and adds their bounds.
   template <class V>
   PM_HD void accumulate_weights(Scratch& scratch, const NodeBox& box, const std::uint32_t* list,
                                 int left, int at) const {
@@ -137,9 +139,10 @@ struct ExpandFarField {
                 base = balls[0].base;
     const V cx = Lanes<V>::load(x), cy = Lanes<V>::load(y), cz = Lanes<V>::load(z);
     const V weight = Lanes<V>::load(w), zero = broadcast<V>(0.0f);
-    const QRange<V> q = q_range<V>(scale * (box.low.x - cx), scale * (box.high.x - cx),
-                                   scale * (box.low.y - cy), scale * (box.high.y - cy),
-                                   scale * (box.low.z - cz), scale * (box.high.z - cz), base);
+    const QRange<V> q =
+        q_range<V>({scale * (box.low.x - cx), scale * (box.high.x - cx), scale * (box.low.y - cy),
+                    scale * (box.high.y - cy), scale * (box.low.z - cz), scale * (box.high.z - cz)},
+                   base);
     const auto near = is_near(weight, q, level.reach);
     const V inverse = 1.0f / q.near, size = max(weight, -weight) * inverse;
     const V terms[4] = {select(near, zero, level.truncation * (size * (inverse * inverse))),
@@ -151,7 +154,7 @@ struct ExpandFarField {
     }
     const std::uint32_t far = ~Lanes<V>::bits(near);
     for (int l = 0; l < kLanes; ++l) {
-      scratch.place[at + l] = at + l < left ? far >> l & 1u : 0;
+      scratch.slot[at + l] = at + l < left ? far >> l & 1u : 0;
     }
   }
 

@@ -25,6 +25,11 @@ namespace polymorph {
 
 constexpr int kBatch = 4;
 
+template <class V>
+struct Points {
+  V x, y, z;
+};
+
 /// Bounds of q over a box: no q computed in it is below `near` or above `far`. Where coordinates
 /// overflow, `near` is `base` and `far` may be anything.
 template <class V>
@@ -32,7 +37,7 @@ struct QRange {
   V near, far;
 };
 
-/// The absolute value in [low, high] nearest to 0, and the one furthest from it.
+/// The smallest and the largest absolute value in [low, high].
 template <class V>
 PM_HD inline V nearest(V low, V high) {
   return max(max(low, -high), broadcast<V>(0.0f));
@@ -42,11 +47,18 @@ PM_HD inline V furthest(V low, V high) {
   return max(high, -low);
 }
 
+/// The range of u over a box, or of points.
 template <class V>
-PM_HD inline QRange<V> q_range(V low_x, V high_x, V low_y, V high_y, V low_z, V high_z,
-                               float base) {
-  const V nx = nearest(low_x, high_x), ny = nearest(low_y, high_y), nz = nearest(low_z, high_z);
-  const V fx = furthest(low_x, high_x), fy = furthest(low_y, high_y), fz = furthest(low_z, high_z);
+struct CoordinateRange {
+  V low_x, high_x, low_y, high_y, low_z, high_z;
+};
+
+template <class V>
+PM_HD inline QRange<V> q_range(const CoordinateRange<V>& u, float base) {
+  const V nx = nearest(u.low_x, u.high_x), ny = nearest(u.low_y, u.high_y),
+          nz = nearest(u.low_z, u.high_z);
+  const V fx = furthest(u.low_x, u.high_x), fy = furthest(u.low_y, u.high_y),
+          fz = furthest(u.low_z, u.high_z);
   const V b = broadcast<V>(base);
   return {fma(nx, nx, fma(ny, ny, fma(nz, nz, b))), fma(fx, fx, fma(fy, fy, fma(fz, fz, b)))};
 }
@@ -77,17 +89,19 @@ struct alignas(32) RoundBall {
   }
   /// Half the gradient of q.
   template <class V>
-  PM_HD void half_gradient_of_q(V px, V py, V pz, V& gx, V& gy, V& gz) const {
-    gx = scale_squared * (px - x), gy = scale_squared * (py - y), gz = scale_squared * (pz - z);
+  PM_HD Points<V> half_gradient_of_q(const Points<V>& p) const {
+    return {scale_squared * (p.x - x), scale_squared * (p.y - y), scale_squared * (p.z - z)};
   }
+  /// The range of q over the points of a box.
   template <class V>
-  PM_HD QRange<V> range(V lx, V hx, V ly, V hy, V lz, V hz) const {
-    return q_range<V>(scale * (lx - x), scale * (hx - x), scale * (ly - y), scale * (hy - y),
-                      scale * (lz - z), scale * (hz - z), base);
+  PM_HD QRange<V> range(const CoordinateRange<V>& p) const {
+    return q_range<V>({scale * (p.low_x - x), scale * (p.high_x - x), scale * (p.low_y - y),
+                       scale * (p.high_y - y), scale * (p.low_z - z), scale * (p.high_z - z)},
+                      base);
   }
 };
 
-/// An ellipsoid; round balls go this way too where one ball of the set is not.
+/// An ellipsoid; also each round ball of a set that has an ellipsoid.
 struct alignas(16) EllipsoidBall {
   float x = 0, y = 0, z = 0;
   float base = 0, limit = 0;
@@ -112,21 +126,22 @@ struct alignas(16) EllipsoidBall {
     }
   }
   template <class V>
-  PM_HD void half_gradient_of_q(V px, V py, V pz, V& gx, V& gy, V& gz) const {
-    const V dx = px - x, dy = py - y, dz = pz - z;
+  PM_HD Points<V> half_gradient_of_q(const Points<V>& p) const {
+    const V dx = p.x - x, dy = p.y - y, dz = p.z - z;
     const V ux = along_x(dx, dy, dz), uy = along_y(dy, dz), uz = zz * dz;
-    gx = xx * ux;
-    gy = fma(broadcast<V>(yy), uy, xy * ux);
-    gz = fma(broadcast<V>(zz), uz, fma(broadcast<V>(yz), uy, xz * ux));
+    return {xx * ux, fma(broadcast<V>(yy), uy, xy * ux),
+            fma(broadcast<V>(zz), uz, fma(broadcast<V>(yz), uy, xz * ux))};
   }
   template <class V>
-  PM_HD QRange<V> range(V lx, V hx, V ly, V hy, V lz, V hz) const {
-    const V ax = lx - x, bx = hx - x, ay = ly - y, by = hy - y, az = lz - z, bz = hz - z;
+  PM_HD QRange<V> range(const CoordinateRange<V>& p) const {
+    const V ax = p.low_x - x, bx = p.high_x - x, ay = p.low_y - y, by = p.high_y - y,
+            az = p.low_z - z, bz = p.high_z - z;
     // u_k is least at the corner that the signs of row k of M pick, and greatest at the other.
     const bool y1 = xy < 0, z1 = xz < 0, z2 = yz < 0;
-    return q_range<V>(along_x(ax, y1 ? by : ay, z1 ? bz : az),
-                      along_x(bx, y1 ? ay : by, z1 ? az : bz), along_y(ay, z2 ? bz : az),
-                      along_y(by, z2 ? az : bz), zz * az, zz * bz, base);
+    return q_range<V>(
+        {along_x(ax, y1 ? by : ay, z1 ? bz : az), along_x(bx, y1 ? ay : by, z1 ? az : bz),
+         along_y(ay, z2 ? bz : az), along_y(by, z2 ? az : bz), zz * az, zz * bz},
+        base);
   }
 
   template <class V>
@@ -143,37 +158,37 @@ struct alignas(16) EllipsoidBall {
 /// definite: some ten times the rounding of its entries. Axes may differ by a factor of 1000.
 constexpr double kMinPivot = 1e-6;
 
-/// M of a symmetric matrix: its Cholesky factor (upper; matrix = M^T M). False where the matrix is
-/// not positive definite.
-PM_HD inline bool factor(const Sym3& s, double by, double (&m)[6]) {
-  const double xx = by * static_cast<double>(s.xx), yy = by * static_cast<double>(s.yy),
-               zz = by * static_cast<double>(s.zz);
+/// Computes M of scale * s, its upper Cholesky factor (scale * s = M^T M). False where the matrix
+/// is not positive definite.
+PM_HD inline bool factor(const Sym3& s, double scale, double (&m)[6]) {
+  const double xx = scale * static_cast<double>(s.xx), yy = scale * static_cast<double>(s.yy),
+               zz = scale * static_cast<double>(s.zz);
   if (!(xx > 0 && yy > 0 && zz > 0)) return false;
   m[0] = sqrt(xx);
-  m[1] = by * static_cast<double>(s.xy) / m[0];
-  m[2] = by * static_cast<double>(s.xz) / m[0];
+  m[1] = scale * static_cast<double>(s.xy) / m[0];
+  m[2] = scale * static_cast<double>(s.xz) / m[0];
   const double y2 = yy - m[1] * m[1];
   if (!(y2 > kMinPivot * yy)) return false;
   m[3] = sqrt(y2);
-  m[4] = (by * static_cast<double>(s.yz) - m[1] * m[2]) / m[3];
+  m[4] = (scale * static_cast<double>(s.yz) - m[1] * m[2]) / m[3];
   const double z2 = zz - m[2] * m[2] - m[4] * m[4];
   if (!(z2 > kMinPivot * zz)) return false;
   m[5] = sqrt(z2);
   return true;
 }
 
-/// Whether a ball of infinite support is too near a box for a polynomial (far_field.h): near^3 <=
-/// reach |w|. So is one clamped to the largest distance, which makes a kink that no polynomial
+/// Is a ball of infinite support too near a box for a polynomial (far_field.h), near^3 <= reach
+/// |w|? A ball clamped to the largest distance is, too: the clamp makes a kink that no polynomial
 /// follows.
 template <class V>
 PM_HD inline auto is_near(V w, QRange<V> q, float reach) {
   return (q.near * (q.near * q.near) <= reach * max(w, -w)) | (q.far >= kMaxDistance2);
 }
 
-/// One axis' share of a ball's value where the field splits: u^2 along it, or its sum with base.
-/// Within the ball's reach u^2 <= kMaxFactor (prepare_ball); beyond, the share counts nowhere.
+/// One axis' factor of a ball's value in a separable field; u2 is u^2 along it, or its sum with
+/// base. Within the ball's reach u^2 <= kMaxFactor (prepare_ball); beyond, the factor is not used.
 template <class V>
-PM_HD inline V factor_of(V u2) {
+PM_HD inline V separable_factor(V u2) {
   return exp2(-min(u2, broadcast<V>(kMaxFactor)));
 }
 
@@ -188,7 +203,7 @@ struct Field {
   /// A contribution is a product of three numbers, one per axis: on a grid they are shared.
   static constexpr bool kSeparable = Kind::kExponential && std::is_same<Ball, RoundBall>::value;
 
-  /// Whether a ball belongs in the list of a node over whose box its coordinate has the range q.
+  /// Does a ball belong in the list of a node over whose box its coordinate has the range q?
   template <class V>
   PM_HD static auto reaches(const Ball& ball, QRange<V> q, float reach) {
     if constexpr (kCompactSupport) {
@@ -198,7 +213,7 @@ struct Field {
     }
   }
 
-  /// What a ball contributes where its coordinate is q.
+  /// The contribution of a ball at the coordinate q.
   template <class V>
   PM_HD static V value(const Ball& ball, V q) {
     return Kind::value(ball, q);
@@ -210,19 +225,19 @@ struct Field {
   }
 };
 
-PM_HD inline void set_matrix(RoundBall& ball, const Sym3&, double by) {
-  ball.scale = static_cast<float>(sqrt(by));
-  ball.scale_squared = static_cast<float>(by);
+PM_HD inline void set_matrix(RoundBall& ball, const Sym3&, double scale) {
+  ball.scale = static_cast<float>(sqrt(scale));
+  ball.scale_squared = static_cast<float>(scale);
 }
-PM_HD inline void set_matrix(EllipsoidBall& ball, const Sym3& shape, double by) {
+PM_HD inline void set_matrix(EllipsoidBall& ball, const Sym3& shape, double scale) {
   double m[6] = {1, 0, 0, 1, 0, 1};
-  factor(shape, by, m);
+  factor(shape, scale, m);
   ball.xx = static_cast<float>(m[0]), ball.xy = static_cast<float>(m[1]);
   ball.xz = static_cast<float>(m[2]), ball.yy = static_cast<float>(m[3]);
   ball.yz = static_cast<float>(m[4]), ball.zz = static_cast<float>(m[5]);
 }
 
-/// Four balls of a list from number j on; where it ends before, balls that add nothing.
+/// Loads four balls of a list; where only `left` < 4 are left, balls that add nothing follow.
 PM_HD inline void load_batch(const RoundBall* balls, const std::uint32_t* list, std::uint32_t left,
                              RoundBall (&out)[kBatch]) {
   for (std::uint32_t i = 0; i < kBatch; ++i) {
@@ -232,7 +247,7 @@ PM_HD inline void load_batch(const RoundBall* balls, const std::uint32_t* list, 
   }
 }
 
-/// w0 / q0 + w1 / q1 + w2 / q2 + w3 / q3 with one division.
+/// Returns w0 / q0 + w1 / q1 + w2 / q2 + w3 / q3 by one division.
 template <class BallType, class V>
 PM_HD inline V sum_of_batch(const BallType (&b)[kBatch], const V (&q)[kBatch]) {
   const V n01 = fma(broadcast<V>(b[0].w), q[1], b[1].w * q[0]), d01 = q[0] * q[1];
@@ -240,17 +255,17 @@ PM_HD inline V sum_of_batch(const BallType (&b)[kBatch], const V (&q)[kBatch]) {
   return fma(n01, d23, n23 * d01) / (d01 * d23);
 }
 
-/// The sum with what a ball of a field that splits adds at a point: the bits of the grid's points.
+/// Adds a ball's contribution in a separable field, with the bits that grid points have.
 template <class V>
-PM_HD inline V plus_product(V sum, const RoundBall& ball, V x, V y, V z) {
+PM_HD inline V add_product(V sum, const RoundBall& ball, V x, V y, V z) {
   const V ux = ball.scale * (x - ball.x), uy = ball.scale * (y - ball.y),
           uz = ball.scale * (z - ball.z);
-  const V along_x = factor_of(fma(ux, ux, broadcast<V>(ball.base)));
+  const V along_x = separable_factor(fma(ux, ux, broadcast<V>(ball.base)));
   return fma(zero_unless(ball.q(x, y, z) <= ball.limit, along_x),
-             factor_of(uy * uy) * factor_of(uz * uz), sum);
+             separable_factor(uy * uy) * separable_factor(uz * uz), sum);
 }
 
-/// A ball as the kernels read it.
+/// Returns a ball as the kernels read it.
 template <class F>
 PM_HD inline typename F::Ball prepare_ball(const Ball& ball, FieldScale scale) {
   typename F::Ball out;
@@ -258,8 +273,8 @@ PM_HD inline typename F::Ball prepare_ball(const Ball& ball, FieldScale scale) {
   out.y = ball.center.y;
   out.z = ball.center.z;
   out.w = ball.w;
-  const double by = F::Kind::prepare(ball, scale, out);
-  set_matrix(out, ball.shape, by);
+  const double matrix_scale = F::Kind::prepare(ball, scale, out);
+  set_matrix(out, ball.shape, matrix_scale);
   return out;
 }
 

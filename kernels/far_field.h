@@ -43,21 +43,21 @@ constexpr float kFarError = 3.93f;  ///< 5/8 (1 + L + L^2), and rounding
 /// 1.15 times as long.
 constexpr float kFarTolerance = 2e-4f;
 
-/// cos(pi / 8) and cos(3 pi / 8), where the points lie in halves of a side, and their squares.
+/// The points in half sides, cos(pi / 8) and cos(3 pi / 8), and their squares.
 constexpr float kFarOuter = 0.92387953f, kFarInner = 0.38268343f;
 constexpr float kFarOuter2 = 0.85355339f, kFarInner2 = 0.14644661f;
 PM_HD constexpr float far_point(int i) {
   return i == 0 ? -kFarOuter : i == 1 ? -kFarInner : i == 2 ? kFarInner : kFarOuter;
 }
 
-/// Of one node. No defaults: the CPU's buffers would write them all.
+/// The far field of one node. No defaults: the CPU's buffers would write them all.
 struct FarField {
-  float value[kFarPoints];  ///< at the points, x first
-  float error;              ///< bound of what the polynomial is off by anywhere in the box, and
-  float rounding;           ///< of its rounding, which is far from ever reaching that
+  float value[kFarPoints];        ///< values of the polynomial at the points, x first
+  float error;                    ///< bound of the polynomial's error anywhere in the box
+  float rounding;                 ///< bound of its rounding, far below `error`
   float second_derivative_bound;  ///< sum of 3 |w| / near^2: half a bound of second derivatives
   float size;                     ///< sum of |w| / near
-  float negative_weight_bound;    ///< the same of the balls with w < 0 in the node's list
+  float negative_weight_bound;    ///< sum of |w| / near over the node's list where w < 0
 };
 
 /// The box of a polynomial.
@@ -71,7 +71,8 @@ struct FarBox {
         inverse{1.0f / half.x, 1.0f / half.y, 1.0f / half.z} {}
 };
 
-/// What each of the 4 points adds at s in [-1, 1]: the polynomial that is 1 there, 0 at the others.
+/// Lagrange weights of the 4 points at s in [-1, 1]: polynomials that are 1 at one point and 0 at
+/// the others.
 template <class V>
 struct FarWeights {
   V at[kFarAlong];
@@ -84,7 +85,7 @@ struct FarWeights {
     at[0] = outer * (kFarOuter - s), at[1] = inner * (s - kFarInner);
     at[2] = inner * (-kFarInner - s), at[3] = outer * (kFarOuter + s);
   }
-  /// With the polynomials' derivatives.
+  /// Computes the weights and, in `slope`, their derivatives.
   PM_HD FarWeights(V s, V (&slope)[kFarAlong]) : FarWeights(s) {
     const V outer = s * s - kFarInner2, inner = s * s - kFarOuter2, twice = s + s;
     slope[0] = kByOuter * fma(twice, kFarOuter - s, -outer);
@@ -101,7 +102,7 @@ PM_HD inline V far_sum(const V (&weight)[kFarAlong], const float* value) {
   return sum;
 }
 
-/// The polynomial at a point, counted in halves of the sides from the middle.
+/// Evaluates the polynomial at a point, measured in half sides from the middle.
 template <class V>
 PM_HD inline V far_value(const float (&value)[kFarPoints], V x, V y, V z) {
   const FarWeights<V> wx(x), wy(y), wz(z);
@@ -116,7 +117,8 @@ PM_HD inline V far_value(const float (&value)[kFarPoints], V x, V y, V z) {
   return sum;
 }
 
-/// At N rows of points that share x and z: what they share is computed once. Y as of q_rows().
+/// Evaluates the polynomial at N rows of points that share x and z, whose common terms are computed
+/// once. Y as for q_rows().
 template <class V, class Y, int N>
 PM_HD inline void far_rows(const float (&value)[kFarPoints], const FarBox& box, V x,
                            const Y (&y)[N], float z, V (&out)[N]) {

@@ -28,10 +28,13 @@ struct BallList {
   std::uint32_t count = 0;
 };
 
+/// Returns as many points of a grid line as V has lanes, from grid point `start` on along x.
 template <class V>
-struct Points {
-  V x, y, z;
-};
+PM_HD inline Points<V> line_points(const Grid& grid, Int3 start) {
+  const V x = Lanes<V>::iota() + static_cast<float>(start.x);
+  const Vec3 corner = grid_point(grid, start);
+  return {grid.origin.x + grid.cell * x, broadcast<V>(corner.y), broadcast<V>(corner.z)};
+}
 
 template <class V>
 PM_HD inline void batch_q(const RoundBall (&batch)[kBatch], const Points<V>& p, V (&q)[kBatch]) {
@@ -60,13 +63,13 @@ PM_HD inline V field_at(const Points<V>& p, const typename F::Ball* balls, BallL
   return sum;
 }
 
-/// The same with the bits that the grid's points have (plus_product).
+/// The field at points of the grid: as field_at(), but with the bits of add_product().
 template <class F, class V>
 PM_HD inline V grid_field_at(const Points<V>& p, const typename F::Ball* balls, BallList list) {
   if constexpr (F::kSeparable) {
     V sum = broadcast<V>(0.0f);
     for (std::uint32_t j = 0; j < list.count; ++j) {
-      sum = plus_product(sum, balls[list.indices[j]], p.x, p.y, p.z);
+      sum = add_product(sum, balls[list.indices[j]], p.x, p.y, p.z);
     }
     return sum;
   } else {
@@ -74,7 +77,7 @@ PM_HD inline V grid_field_at(const Points<V>& p, const typename F::Ball* balls, 
   }
 }
 
-/// -grad of the field up to a positive factor: outward at the surface.
+/// Minus the field's gradient, up to a positive factor: outward at the surface.
 template <class F, class V>
 PM_HD inline Points<V> negated_gradient_at(const Points<V>& p, const typename F::Ball* balls,
                                            BallList list) {
@@ -90,20 +93,18 @@ PM_HD inline Points<V> negated_gradient_at(const Points<V>& p, const typename F:
       const V inverse[kBatch] = {q[1] * a, q[0] * a, q[3] * b, q[2] * b};
       for (int i = 0; i < kBatch; ++i) {
         const V negated_derivative = batch[i].w * (inverse[i] * inverse[i]);
-        V x, y, z;
-        batch[i].half_gradient_of_q(p.x, p.y, p.z, x, y, z);
-        sum.x = fma(negated_derivative, x, sum.x), sum.y = fma(negated_derivative, y, sum.y);
-        sum.z = fma(negated_derivative, z, sum.z);
+        const Points<V> g = batch[i].half_gradient_of_q(p);
+        sum.x = fma(negated_derivative, g.x, sum.x), sum.y = fma(negated_derivative, g.y, sum.y);
+        sum.z = fma(negated_derivative, g.z, sum.z);
       }
     }
   } else {
     for (std::uint32_t j = 0; j < list.count; ++j) {
       const typename F::Ball ball = balls[list.indices[j]];
       const V negated_derivative = F::negated_derivative(ball, ball.q(p.x, p.y, p.z));
-      V x, y, z;
-      ball.half_gradient_of_q(p.x, p.y, p.z, x, y, z);
-      sum.x = fma(negated_derivative, x, sum.x), sum.y = fma(negated_derivative, y, sum.y);
-      sum.z = fma(negated_derivative, z, sum.z);
+      const Points<V> g = ball.half_gradient_of_q(p);
+      sum.x = fma(negated_derivative, g.x, sum.x), sum.y = fma(negated_derivative, g.y, sum.y);
+      sum.z = fma(negated_derivative, g.z, sum.z);
     }
   }
   return sum;
@@ -117,10 +118,10 @@ struct BrickField {
   const FarField* far = nullptr;
   FarBox box = {};
 
-  /// `margin` as the bricks' level has it.
+  /// `margin`: Level::margin of the bricks.
   PM_HD BrickField(const Grid& grid, int margin, const Node& brick, const typename F::Ball* all,
-                   const std::uint32_t* entries, const FarField* far_of_brick)
-      : balls(all), list{entries + brick.begin, brick.count}, far(far_of_brick) {
+                   const std::uint32_t* entries, const FarField* brick_far)
+      : balls(all), list{entries + brick.begin, brick.count}, far(brick_far) {
     if constexpr (!F::kCompactSupport) box = far_box(grid, kBrickCells, margin, brick.at);
   }
 
@@ -135,7 +136,7 @@ struct BrickField {
                                  box.inverse.z * (p.z - box.middle.z));
     }
   }
-  /// -grad of the field up to a positive factor: outward at the surface.
+  /// Minus the gradient, up to a positive factor: outward at the surface.
   template <class V>
   PM_HD Points<V> negated_gradient(const Points<V>& p) const {
     Points<V> sum = negated_gradient_at<F>(p, balls, list);
@@ -161,7 +162,7 @@ struct PrepareBalls {
   View<Node> nodes;
   View<Counts> sums;
   View<Offsets> node_count;  ///< nodes and entries of the roots' level
-  View<FarField> far;        ///< of the roots, where support is infinite
+  View<FarField> far;        ///< per root, where support is infinite
 
   PM_HD void operator()(std::int64_t i) const {
     if (i < balls.size) {

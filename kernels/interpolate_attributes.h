@@ -20,7 +20,7 @@ namespace polymorph {
 constexpr float kMinShare = 1e-4f;
 
 /// Writes the values at kRun neighbouring points; kMaps quadruples per ball. One team per run. Each
-/// ball is looked at for as many boxes at once as V has lanes.
+/// ball is tested against as many boxes at once as V has lanes.
 template <class F, class V, int kMaps>
 struct InterpolateAttributes {
   static constexpr int kThreads = 128;
@@ -28,14 +28,14 @@ struct InterpolateAttributes {
   static constexpr int kRun = kBoxes * kInBox;
   static constexpr std::uint32_t kMaxNear = 2048;
   struct Scratch {
-    std::uint32_t near[kBoxes * kMaxNear];  ///< of each box
-    std::uint32_t count[kBoxes];            ///< more than kMaxNear: all balls may matter
+    std::uint32_t near[kBoxes * kMaxNear];  ///< kMaxNear per box
+    std::uint32_t count[kBoxes];            ///< per box; more than kMaxNear: all balls may matter
   };
   View<const Vec3> points;
   View<const typename F::Ball> balls;
   BallList all_balls;
-  View<const BallAttribute> carried;  ///< kMaps for each ball
-  View<AttributeValues> out;          ///< kMaps for each point
+  View<const BallAttribute> carried;  ///< kMaps per ball
+  View<AttributeValues> out;          ///< kMaps per point
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t run) const {
@@ -52,7 +52,7 @@ struct InterpolateAttributes {
     });
   }
 
-  /// The balls that matter in each box around n points from number `begin` on, ascending.
+  /// Lists the balls that matter in each box around n points from number `begin` on, ascending.
   template <class Team>
   PM_HD void list_near(const Team& team, Scratch& scratch, std::int64_t begin, int n) const {
     const std::uint32_t rank = team.group_rank();
@@ -70,17 +70,16 @@ struct InterpolateAttributes {
       bounds[2][box] = -team.group_max(-low.y), bounds[3][box] = team.group_max(high.y);
       bounds[4][box] = -team.group_max(-low.z), bounds[5][box] = team.group_max(high.z);
     }
-    V b[6];
-    for (int i = 0; i < 6; ++i) b[i] = Lanes<V>::load(bounds[i]);
-    const auto range = [&](std::uint32_t j) {
-      return balls[j].template range<V>(b[0], b[1], b[2], b[3], b[4], b[5]);
-    };
-    // At every point of a box the strongest ball adds at least this much.
+    const CoordinateRange<V> boxes = {Lanes<V>::load(bounds[0]), Lanes<V>::load(bounds[1]),
+                                      Lanes<V>::load(bounds[2]), Lanes<V>::load(bounds[3]),
+                                      Lanes<V>::load(bounds[4]), Lanes<V>::load(bounds[5])};
+    const auto range = [&](std::uint32_t j) { return balls[j].range(boxes); };
+    // A lower bound of the strongest ball's share at every point of a box.
     V strongest = broadcast<V>(0.0f);
     for (std::uint32_t j = rank; j < all_balls.count; j += Team::kGroup) {
       strongest = max(strongest, F::Kind::share(balls[j], range(j).far));
     }
-    // The polynomial of exp2() need not fall everywhere.
+    // The polynomial of exp2() is not monotone.
     const V min_near = 0.999f * kMinShare * team.group_max(strongest);
     std::int64_t cursor[kBoxes], end[kBoxes];
     for (int box = 0; box < kBoxes; ++box) {
@@ -95,7 +94,7 @@ struct InterpolateAttributes {
       const std::uint32_t matters =
           j < all_balls.count ? Lanes<V>::bits(F::Kind::share(balls[j], range(j).near) > min_near)
                               : 0;
-      team.append(matters & ~full, cursor, [&](std::int64_t place) { scratch.near[place] = j; });
+      team.append(matters & ~full, cursor, [&](std::int64_t slot) { scratch.near[slot] = j; });
     }
     if (!team.leads_group()) return;
     for (int box = 0; box < kBoxes; ++box) {
@@ -124,12 +123,12 @@ struct InterpolateAttributes {
     for (std::uint32_t j = 0; j < list.count; ++j) {
       const std::uint32_t e = list.indices[j];
       const typename F::Ball ball = balls[e];
-      const V adds = F::Kind::share(ball, ball.q(x.x, x.y, x.z));
-      const auto counts = adds > min_strength;
-      if (Lanes<V>::bits(counts) == 0) continue;
-      const V weight = zero_unless(counts, adds);
+      const V share = F::Kind::share(ball, ball.q(x.x, x.y, x.z));
+      const auto significant = share > min_strength;
+      if (Lanes<V>::bits(significant) == 0) continue;
+      const V weight = zero_unless(significant, share);
       sum = sum + weight;
-      add<V>(e, weight, x.x - ball.x, x.y - ball.y, x.z - ball.z, value);
+      add<V>(e, weight, {x.x - ball.x, x.y - ball.y, x.z - ball.z}, value);
     }
     const std::uint32_t reached = Lanes<V>::bits(sum > 0.0f);
     for (int k = 0; k < 4 * kMaps; ++k) {
@@ -142,30 +141,30 @@ struct InterpolateAttributes {
     }
   }
 
-  /// Adds what ball e carries to a point at the offset d.
+  /// Adds the attributes of ball e, times `weight`, at the offset d from its centre.
   template <class T>
-  PM_HD void add(std::uint32_t e, T weight, T dx, T dy, T dz, T (&value)[4 * kMaps]) const {
+  PM_HD void add(std::uint32_t e, T weight, const Points<T>& d, T (&value)[4 * kMaps]) const {
     for (int k = 0; k < 4 * kMaps; ++k) {
       const BallAttribute& c = carried[std::int64_t{e} * kMaps + k / 4];
       const Vec3 slope = c.slope[k % 4];
-      T here = fma(broadcast<T>(slope.z), dz, broadcast<T>(c.value[k % 4]));
-      here = fma(broadcast<T>(slope.x), dx, fma(broadcast<T>(slope.y), dy, here));
+      T here = fma(broadcast<T>(slope.z), d.z, broadcast<T>(c.value[k % 4]));
+      here = fma(broadcast<T>(slope.x), d.x, fma(broadcast<T>(slope.y), d.y, here));
       value[k] = fma(weight, here, value[k]);
     }
   }
 
-  /// Where nothing reaches: the values of the ball with the least coordinate.
+  /// Takes the values of the nearest ball, for a point that no ball reaches.
   PM_HD void take_nearest(std::int64_t at) const {
     const Vec3 p = points[at];
     std::uint32_t nearest = 0;
     float q = kInfinity;
     for (std::uint32_t j = 0; j < all_balls.count; ++j) {
-      const float of_ball = balls[j].q(p.x, p.y, p.z);
-      if (of_ball < q) q = of_ball, nearest = j;
+      const float ball_q = balls[j].q(p.x, p.y, p.z);
+      if (ball_q < q) q = ball_q, nearest = j;
     }
     const typename F::Ball ball = balls[nearest];
     float value[4 * kMaps] = {};
-    add<float>(nearest, 1.0f, p.x - ball.x, p.y - ball.y, p.z - ball.z, value);
+    add<float>(nearest, 1.0f, {p.x - ball.x, p.y - ball.y, p.z - ball.z}, value);
     for (int k = 0; k < 4 * kMaps; ++k) out[at * kMaps + k / 4].v[k % 4] = value[k];
   }
 };

@@ -183,7 +183,7 @@ inline Triangles case_triangles(int key, bool& ok) {
   return out;
 }
 
-/// Where each corner goes under rotation r of the 24: axes permuted and flipped, determinant +1.
+/// Maps each corner by rotation r of the 24: axes permuted and flipped, determinant +1.
 inline std::array<int, 8> rotation(int r) {
   constexpr int kAxes[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
   const int* axes = kAxes[r / 4];
@@ -240,7 +240,7 @@ inline int base_key(int base) {
   return key;
 }
 
-/// Which base case each key comes from, by rotation or complement.
+/// Index of each key's base case, from which it comes by rotation or complement.
 inline std::array<std::uint8_t, 256> base_cases() {
   std::array<std::uint8_t, 256> bases{};
   // Backwards, so that the first base case that reaches a key has it, as in build_table().
@@ -285,12 +285,12 @@ inline const McTable& mc_table() {
 /// Edges that start on a line of eight points: slot 3 x + axis.
 constexpr int kLineSlots = 24;
 
-/// The same table as the passes read it: keyed by the corners with corner i in bit i, and in place
+/// The table as the passes read it: keyed by the corners with corner i in bit i, and in place
 /// of an edge the distance of its slot from that of the cell's lowest corner, where lines of slots
 /// stand in the order y, z of a brick's 8 x 8 lines.
 struct BrickTable {
   std::uint8_t slots[256][16] = {};
-  /// The same as one number of 5 bits: which of the cell's four lines, and the slot from its lowest
+  /// The slots as numbers of 5 bits: which of the cell's four lines, and the slot from its lowest
   /// there, which is below 8.
   std::uint8_t lanes[256][16] = {};
   std::uint8_t count[256] = {};  ///< triangles

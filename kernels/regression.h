@@ -18,7 +18,7 @@
 
 namespace polymorph {
 
-constexpr int kRegressionValues = 8;  ///< of a node: two quadruples
+constexpr int kRegressionValues = 8;  ///< per node: two quadruples
 constexpr float kSecondHeight = 0.02f, kThirdHeight = 0.0005f;
 
 /// A sample as the kernels read it: 2^(-falloff d^2) is the widest Gaussian.
@@ -28,8 +28,8 @@ struct KernelSample {
   float mass = 0, second = 0, third = 0;  ///< mass times each Gaussian's height
 };
 
-/// The coefficients at the lattice's nodes. Eight nodes per team, whose samples are shared out in
-/// kChunks runs, each with a sum of its own; these are added in order.
+/// Computes the coefficients at the lattice's nodes. Eight nodes per team; their samples are split
+/// into kChunks runs, each with a sum of its own, and these are added in order.
 struct RegressNodes {
   static constexpr int kThreads = 128;
   static constexpr int kNodes = 8, kChunks = 16, kSums = kRegressionValues + 1;
@@ -38,7 +38,7 @@ struct RegressNodes {
   };
   Grid lattice;
   View<const KernelSample> samples;
-  View<const BallAttribute> values;  ///< two for each sample
+  View<const BallAttribute> values;  ///< two per sample
   bool sloped = false;
   View<float> nodes;  ///< kRegressionValues each
 
@@ -51,8 +51,8 @@ struct RegressNodes {
       alignas(32) float x[kLanes], y[kLanes], z[kLanes];
       const int first = item % kPacks * kLanes, chunk = item / kPacks;
       for (int l = 0; l < kLanes; ++l) {
-        const std::int64_t wanted = run * kNodes + first + l;
-        const std::int64_t n = wanted < count ? wanted : count - 1;
+        const std::int64_t node = run * kNodes + first + l;
+        const std::int64_t n = node < count ? node : count - 1;
         const std::int64_t row = n / lattice.points.x;
         const Vec3 p = grid_point(lattice, {static_cast<int>(n % lattice.points.x),
                                             static_cast<int>(row % lattice.points.y),
@@ -113,13 +113,13 @@ struct RegressNodes {
   }
 };
 
-/// Where a coordinate lies among the nodes: the three that count, and their weights.
+/// The three nodes along an axis that count at a coordinate, and their weights.
 struct SplineAxis {
   int first = 0;
-  float weight[3], slope[3];  ///< slope: per node
+  float weight[3], slope[3];  ///< slope: derivative of the weight, per spacing of nodes
 
-  PM_HD SplineAxis(float p, float origin, float per_node, int nodes) {
-    const float u = (p - origin) * per_node;
+  PM_HD SplineAxis(float p, float origin, float inv_spacing, int nodes) {
+    const float u = (p - origin) * inv_spacing;
     float middle = round_to_nearest(min(max(u, 1.0f), static_cast<float>(nodes - 2)));
     const float f = min(max(u - middle, -0.5f), 0.5f);
     first = static_cast<int>(to_index(middle)) - 1;
@@ -130,17 +130,17 @@ struct SplineAxis {
   }
 };
 
-/// The spline as the kernels read it, with the affine maps. Eight values at a point: quadruples of
-/// two maps.
+/// The spline as the kernels read it, with the affine maps. It has eight values at a point: a
+/// quadruple of each map.
 struct SmoothMap {
   Grid lattice;
-  float per_node = 1;
+  float inv_spacing = 1;
   const float* nodes = nullptr;
   AffineMap affine[2];
 
   SmoothMap() = default;
   SmoothMap(const Regression& regression, const float* data)
-      : lattice(regression.lattice), per_node(1 / regression.lattice.cell), nodes(data) {
+      : lattice(regression.lattice), inv_spacing(1 / regression.lattice.cell), nodes(data) {
     affine[0] = regression.affine[0], affine[1] = regression.affine[1];
   }
 
@@ -149,41 +149,41 @@ struct SmoothMap {
     return nodes + kRegressionValues * (x + lattice.points.x * row);
   }
 
-  /// The values at one point, but for the affine maps; where `slopes` is given, their derivatives
-  /// along x, y and z as well.
+  /// Evaluates the eight values at one point, without the affine maps; given `slopes`, also their
+  /// derivatives along x, y and z.
   PM_HD void spline(Vec3 p, float (&value)[kRegressionValues]) const {
-    const SplineAxis x(p.x, lattice.origin.x, per_node, lattice.points.x);
-    const SplineAxis y(p.y, lattice.origin.y, per_node, lattice.points.y);
-    const SplineAxis z(p.z, lattice.origin.z, per_node, lattice.points.z);
+    const SplineAxis x(p.x, lattice.origin.x, inv_spacing, lattice.points.x);
+    const SplineAxis y(p.y, lattice.origin.y, inv_spacing, lattice.points.y);
+    const SplineAxis z(p.z, lattice.origin.z, inv_spacing, lattice.points.z);
     Values column[3];
     for (int i = 0; i < 3; ++i)
-      column[i] = reduced(x.first + i, y.first, z.first, y.weight, z.weight);
-    blend_columns(column, x.weight, value);
+      column[i] = reduce_yz(x.first + i, y.first, z.first, y.weight, z.weight);
+    interpolate_x(column, x.weight, value);
   }
   PM_HD void spline(Vec3 p, float (&value)[kRegressionValues],
                     float (&slopes)[3][kRegressionValues]) const {
-    const SplineAxis x(p.x, lattice.origin.x, per_node, lattice.points.x);
-    const SplineAxis y(p.y, lattice.origin.y, per_node, lattice.points.y);
-    const SplineAxis z(p.z, lattice.origin.z, per_node, lattice.points.z);
+    const SplineAxis x(p.x, lattice.origin.x, inv_spacing, lattice.points.x);
+    const SplineAxis y(p.y, lattice.origin.y, inv_spacing, lattice.points.y);
+    const SplineAxis z(p.z, lattice.origin.z, inv_spacing, lattice.points.z);
     Values column[3];
     for (int i = 0; i < 3; ++i)
-      column[i] = reduced(x.first + i, y.first, z.first, y.weight, z.weight);
-    blend_columns(column, x.weight, value);
-    blend_columns(column, x.slope, slopes[0]);
+      column[i] = reduce_yz(x.first + i, y.first, z.first, y.weight, z.weight);
+    interpolate_x(column, x.weight, value);
+    interpolate_x(column, x.slope, slopes[0]);
     for (int i = 0; i < 3; ++i)
-      column[i] = reduced(x.first + i, y.first, z.first, y.slope, z.weight);
-    blend_columns(column, x.weight, slopes[1]);
+      column[i] = reduce_yz(x.first + i, y.first, z.first, y.slope, z.weight);
+    interpolate_x(column, x.weight, slopes[1]);
     for (int i = 0; i < 3; ++i)
-      column[i] = reduced(x.first + i, y.first, z.first, y.weight, z.slope);
-    blend_columns(column, x.weight, slopes[2]);
+      column[i] = reduce_yz(x.first + i, y.first, z.first, y.weight, z.slope);
+    interpolate_x(column, x.weight, slopes[2]);
     for (auto& axis : slopes) {
-      for (float& slope : axis) slope *= per_node;
+      for (float& slope : axis) slope *= inv_spacing;
     }
   }
 
 #if defined(PM_PACKS)
-  using Values = Pack;  ///< the eight of a node
-  static Pack reduced_from(const float* at, std::int64_t row, std::int64_t layer, const float* wy,
+  using Values = Pack;  ///< the eight values of a node
+  static Pack reduce_nodes(const float* at, std::int64_t row, std::int64_t layer, const float* wy,
                            const float* wz) {
     Pack sum = broadcast<Pack>(0.0f);
     for (int k = 0; k < 3; ++k) {
@@ -193,18 +193,18 @@ struct SmoothMap {
     }
     return sum;
   }
-  static Pack columns_at(const Pack* column, const float* wx) {
+  static Pack weigh_columns(const Pack* column, const float* wx) {
     return fma(broadcast<Pack>(wx[2]), column[2],
                fma(broadcast<Pack>(wx[1]), column[1], column[0] * wx[0]));
   }
-  static void blend_columns(const Pack (&column)[3], const float* wx, float* out) {
-    Lanes<Pack>::store(out, columns_at(column, wx));
+  static void interpolate_x(const Pack (&column)[3], const float* wx, float* out) {
+    Lanes<Pack>::store(out, weigh_columns(column, wx));
   }
 #else
   struct Values {
     float v[kRegressionValues];
   };
-  PM_HD static Values reduced_from(const float* at, std::int64_t row, std::int64_t layer,
+  PM_HD static Values reduce_nodes(const float* at, std::int64_t row, std::int64_t layer,
                                    const float* wy, const float* wz) {
     Values sum = {};
     for (int k = 0; k < 3; ++k) {
@@ -216,21 +216,21 @@ struct SmoothMap {
     }
     return sum;
   }
-  PM_HD static void blend_columns(const Values (&column)[3], const float* wx, float* out) {
+  PM_HD static void interpolate_x(const Values (&column)[3], const float* wx, float* out) {
     for (int i = 0; i < kRegressionValues; ++i) {
       out[i] = fma(wx[2], column[2].v[i], fma(wx[1], column[1].v[i], column[0].v[i] * wx[0]));
     }
   }
 #endif
-  /// What stands at nodes of one x, weighted along y and z.
-  PM_HD Values reduced(int x, int y, int z, const float* wy, const float* wz) const {
+  /// Sums the values of nodes of one x, weighted along y and z.
+  PM_HD Values reduce_yz(int x, int y, int z, const float* wy, const float* wz) const {
     const std::int64_t row = std::int64_t{kRegressionValues} * lattice.points.x;
-    return reduced_from(node(x, y, z), row, row * lattice.points.y, wy, wz);
+    return reduce_nodes(node(x, y, z), row, row * lattice.points.y, wy, wz);
   }
 
-  /// The first three values of a map (0 or 1) at p with its affine map.
+  /// Maps p: its image under the affine map (0 or 1) plus `value`, the map's first three values.
   template <class V>
-  PM_HD Points<V> mapped(int map, const Points<V>& p, const Points<V>& value) const {
+  PM_HD Points<V> apply(int map, const Points<V>& p, const Points<V>& value) const {
     const AffineMap& a = affine[map];
     const auto along = [&](Vec3 row, float offset, V v) {
       return fma(broadcast<V>(row.x), p.x,
@@ -243,24 +243,24 @@ struct SmoothMap {
 
 /// Bounds of the derivatives around a node along each axis, per scene unit.
 struct Strain {
-  Vec3 maps;       ///< of the places mapped to, beside the affine maps
-  Vec3 fourth[2];  ///< of each map's fourth value
+  Vec3 maps;       ///< derivatives of the maps' first three values, without the affine maps
+  Vec3 fourth[2];  ///< derivatives of each map's fourth value
 };
 
-/// How far the maps' derivatives are from their affine maps' at most, around each node and along
-/// each axis: the spline's derivatives lie between differences of neighbouring nodes. One item per
-/// node.
+/// Bounds the difference between the maps' derivatives and those of their affine maps, around each
+/// node and along each axis: the spline's derivatives lie between differences of neighbouring
+/// nodes. One item per node.
 struct BoundStrain {
   Grid lattice;
   View<const float> nodes;
-  float scale[2] = {1, 1};  ///< of each map's first three values
+  float scale[2] = {1, 1};  ///< factor of each map's first three values
   View<Strain> strain;
 
   PM_HD void operator()(std::int64_t n) const {
     if (n >= strain.size) return;
     const std::int64_t row = lattice.points.x, layer = row * lattice.points.y;
     const float* at = nodes.data + n * kRegressionValues;
-    // Of the last node the differences from itself.
+    // The last node has no next one: itself, whose difference is 0.
     const float* next[3] = {
         at + kRegressionValues * (n % row + 1 < row ? 1 : 0),
         at + kRegressionValues * (n / row % lattice.points.y + 1 < lattice.points.y ? row : 0),

@@ -104,7 +104,7 @@ PM_HD inline float select(bool first, float a, float b) { return first ? a : b; 
 PM_HD inline float min(float a, float b) { return a < b ? a : b; }
 PM_HD inline float max(float a, float b) { return a > b ? a : b; }
 
-/// How many values a V holds, and V's that hold one value everywhere, or values from memory.
+/// Number of values that a V holds, and V's that hold one value everywhere, or values from memory.
 template <class V>
 struct Lanes {
   static constexpr int kCount = 1;
@@ -232,7 +232,7 @@ inline WidePack signed_to_float(WidePackBits a) {
 inline WidePack fma_where(WidePackMask where, WidePack a, WidePack b, WidePack c) {
   return _mm512_mask3_fmadd_ps(a, b, c, _mm512_movepi32_mask(reinterpret_cast<__m512i>(where)));
 }
-inline WidePack joined(Pack low, Pack high) {
+inline WidePack join(Pack low, Pack high) {
   return _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
 }
 /// Transposes 8 rows of 64 floats.

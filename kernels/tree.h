@@ -42,13 +42,13 @@ struct Level {
   Int3 nodes;
   int cells = kBrickCells;
   int margin = 0;  ///< cells around a node from which its values come
-  /// Where support is infinite: near ones have near^3 <= reach |w|, distant ones an error of at
-  /// most truncation |w| / near^3 (far_field.h).
+  /// Constants for infinite support: near balls have near^3 <= reach |w|, distant ones an error of
+  /// at most truncation |w| / near^3 (far_field.h).
   float reach = 0, truncation = 0;
 };
 
-/// Which balls a level takes for distant: those whose polynomial is off by less than kFarTolerance
-/// iso for each cell that FieldScale::length has. `cell` is counted in that.
+/// Sets which balls a level takes for distant: those whose polynomial errs by less than
+/// kFarTolerance iso per cell that FieldScale::length has. `cell` is in units of that length.
 inline void set_reach(Level& level, float cell, float iso) {
   const float half = cell * static_cast<float>(level.cells + 2 * level.margin) / 2;
   // Beyond these, boxes reach to the largest distance, and all balls are near (is_near).
@@ -76,7 +76,7 @@ PM_HD constexpr Offsets operator+(Offsets a, Offsets b) {
   return {a.first + b.first, a.second + b.second};
 }
 
-/// Where child number `child` of a parent lies among the nodes of its own level.
+/// Position of child number `child` of a parent among the nodes of its own level.
 PM_HD inline Int3 child_position(Int3 parent, int child) {
   return {parent.x * kBranching + child % kBranching,
           parent.y * kBranching + child / kBranching % kBranching,
@@ -93,7 +93,7 @@ struct NodeBox {
   bool has_rim = false;
 };
 
-/// Of a node of a level, and `margin` cells around it: the points that its values come from. At
+/// The box of the points from which a node's values come: the node and `margin` cells around it, at
 /// least one cell wide, so that a polynomial is defined.
 PM_HD inline NodeBox node_box(const Grid& grid, int cells, int margin, Int3 p) {
   const Int3 first = {p.x * cells - 1, p.y * cells - 1, p.z * cells - 1};
@@ -119,7 +119,7 @@ PM_HD inline FarBox far_box(const Grid& grid, int cells, int margin, Int3 p) {
 /// The boxes of as many neighbouring children as V has lanes.
 template <class V>
 struct ChildBoxes {
-  V low_x, high_x, low_y, high_y, low_z, high_z;
+  CoordinateRange<V> range;
   std::uint32_t exist = 0;  ///< bit l: child `first + l` is in the lattice
   std::uint32_t rim = 0;    ///< bit l: it has rim points
 
@@ -135,26 +135,21 @@ struct ChildBoxes {
       exist |= (in ? 1u : 0u) << l;
       rim |= (box.has_rim ? 1u : 0u) << l;
     }
-    low_x = Lanes<V>::load(c[0]), high_x = Lanes<V>::load(c[1]);
-    low_y = Lanes<V>::load(c[2]), high_y = Lanes<V>::load(c[3]);
-    low_z = Lanes<V>::load(c[4]), high_z = Lanes<V>::load(c[5]);
-  }
-  template <class B>
-  PM_HD QRange<V> range_of(const B& ball) const {
-    return ball.range(low_x, high_x, low_y, high_y, low_z, high_z);
+    range = {Lanes<V>::load(c[0]), Lanes<V>::load(c[1]), Lanes<V>::load(c[2]),
+             Lanes<V>::load(c[3]), Lanes<V>::load(c[4]), Lanes<V>::load(c[5])};
   }
 };
 
-/// Bounds of a sum of w / q over boxes from its value and slope in their middles. By Taylor, with
-/// 6 |w| / q^2 the largest second derivative at distance^2 q: |f(x) - f(c) - f'(c) (x - c)| <=
-/// 3 |w| |x - c|^2 / near^2. A ball for which its nearest and furthest value say more goes by
-/// these.
+/// Bounds of a sum of w / q over boxes from its value and slope in their middles. Taylor's theorem,
+/// with 6 |w| / q^2 the largest second derivative at squared distance q: |f(x) - f(c) - f'(c) (x -
+/// c)| <= 3 |w| |x - c|^2 / near^2. For a ball whose nearest and furthest values bound it more
+/// tightly, these are used.
 template <class V>
 struct GradientBounds {
   V x, y, z, half_x, half_y, half_z;  ///< the middles, and half the sides
   V middle, gx, gy, gz, error;
 
-  PM_HD explicit GradientBounds(const ChildBoxes<V>& b)
+  PM_HD explicit GradientBounds(const CoordinateRange<V>& b)
       : x(0.5f * (b.low_x + b.high_x)),
         y(0.5f * (b.low_y + b.high_y)),
         z(0.5f * (b.low_z + b.high_z)),
@@ -183,7 +178,7 @@ struct GradientBounds {
     gz = gz + zero_unless(smooth, derivative * dz);
   }
 
-  /// Bounds by these, where they are tighter than those given; and with what distant balls add.
+  /// Tightens the bounds given, and adds the polynomial of the distant balls to them.
   template <class Team>
   PM_HD void refine_bounds(const Team& team, const FarField& far, const FarBox& box, V& lower,
                            V& upper) {
@@ -193,10 +188,10 @@ struct GradientBounds {
     const V reach2 = fma(half_x, half_x, fma(half_y, half_y, half_z * half_z));
     // The polynomial's slope is off by at most 8.2 error / half a side along each axis: Shadrin
     // 1995 for the slope of an interpolation, and the sum of all |slope|, which is 12.3.
-    const V off = fma(reach2, broadcast<V>(far.second_derivative_bound),
-                      broadcast<V>(26 * (far.error + far.rounding)));
-    const V swing_beyond = swing(beyond.x, beyond.y, beyond.z) + off;
-    const V swing_all = swing(gx + beyond.x, gy + beyond.y, gz + beyond.z) + (error + off);
+    const V slack = fma(reach2, broadcast<V>(far.second_derivative_bound),
+                        broadcast<V>(26 * (far.error + far.rounding)));
+    const V swing_beyond = swing(beyond.x, beyond.y, beyond.z) + slack;
+    const V swing_all = swing(gx + beyond.x, gy + beyond.y, gz + beyond.z) + (error + slack);
     lower = beyond.value + max(lower - swing_beyond, middle - swing_all);
     upper = beyond.value + min(upper + swing_beyond, middle + swing_all);
   }
@@ -205,21 +200,21 @@ struct GradientBounds {
   }
 };
 
-/// Which children of a node the surface can cross, and how many balls reach each. Team::kParts
-/// teams share a node: near the roots there are few nodes, and each walks a long list.
+/// Finds the children of a node that the surface can cross, and counts the balls that reach each.
+/// Team::kParts teams share a node: near the roots there are few nodes, and each has a long list.
 template <class F>
 struct ClassifyChildren {
   static constexpr int kThreads = 512;
   struct Scratch {};
   Grid grid;
   float iso = 1;
-  Level level;  ///< of the children
+  Level level;  ///< the children's
   View<Node> parents;
   View<const std::uint32_t> entries;
   View<const typename F::Ball> balls;
-  View<std::uint32_t> child_entries;  ///< of each child of each parent: 1 + its balls; 0 = dropped
-  View<Counts> sums;                  ///< of each parent: children kept, their balls; 0 before
-  View<const FarField> far;           ///< of each parent, where support is infinite
+  View<std::uint32_t> child_entries;  ///< per child of each parent: 1 + its balls; 0 = dropped
+  View<Counts> sums;                  ///< per parent: children kept, their balls; 0 before
+  View<const FarField> far;           ///< per parent, where support is infinite
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch&, std::int64_t item) const {
@@ -239,9 +234,9 @@ struct ClassifyChildren {
       Lanes<V>::store(count, reached);
       std::uint32_t sum = 0;
       for (int l = 0; l < Lanes<V>::kCount; ++l) {
-        const std::uint32_t of_child = keep >> l & 1u ? static_cast<std::uint32_t>(count[l]) : 0;
-        child_entries[p * kChildren + first + l] = of_child + (keep >> l & 1u);
-        sum += of_child;
+        const std::uint32_t balls_kept = keep >> l & 1u ? static_cast<std::uint32_t>(count[l]) : 0;
+        child_entries[p * kChildren + first + l] = balls_kept + (keep >> l & 1u);
+        sum += balls_kept;
       }
       if (keep == 0) return;
       team.add(parents[p].children, std::uint64_t{keep} << first);
@@ -258,11 +253,11 @@ struct ClassifyChildren {
                                V& reached) const {
     const Node parent = parents[p];
     V lower = broadcast<V>(0.0f), upper = lower, magnitude = lower, count = lower;
-    GradientBounds<V> gradient_bounds(boxes);
+    GradientBounds<V> gradient_bounds(boxes.range);
     PM_UNROLL  // loads balls ahead of their use
         for (std::uint32_t j = team.group_rank(); j < parent.count; j += team.kGroup) {
       const typename F::Ball ball = balls[entries[parent.begin + j]];
-      const QRange<V> q = boxes.range_of(ball);
+      const QRange<V> q = ball.range(boxes.range);
       const V at_near = F::value(ball, q.near), at_far = F::value(ball, q.far);
       lower = lower + min(at_near, at_far);
       upper = upper + max(at_near, at_far);
@@ -272,8 +267,7 @@ struct ClassifyChildren {
     }
     lower = team.group_sum(lower), upper = team.group_sum(upper);
     magnitude = team.group_sum(magnitude), reached = team.group_sum(count);
-    // How far a sum can differ from its bound: rounding of both, and twice the error of
-    // exp2().
+    // A sum can exceed its bound by the rounding of both, and twice the error of exp2().
     auto terms = static_cast<float>(parent.count);
     if constexpr (!F::kCompactSupport) {
       const FarBox box = far_box(grid, kBranching * level.cells, level.margin, parent.at);
@@ -288,23 +282,24 @@ struct ClassifyChildren {
   }
 };
 
-/// Writes the kept children of a node with their ball lists; teams share it as above.
+/// Writes the kept children of a node with their ball lists. Teams share a node as in
+/// ClassifyChildren.
 template <class F>
 struct FillChildren {
   static constexpr int kThreads = 512;
   static constexpr std::uint32_t kAhead = 4;  ///< balls loaded ahead of their use
   struct Scratch {
-    std::uint32_t begin[kChildren + 1];  ///< of each child's list, from the node's first
+    std::uint32_t begin[kChildren + 1];  ///< per child: begin of its list, from the node's first
   };
   Grid grid;
-  Level level;  ///< of the children
+  Level level;  ///< the children's
   View<Node> parents;
   View<const std::uint32_t> entries;
   View<const typename F::Ball> balls;
   View<const std::uint32_t> child_entries;
-  View<const Offsets> first;  ///< child and entry of each parent
+  View<const Offsets> first;  ///< per parent: its first child and entry
   View<Node> nodes;
-  View<Counts> sums;  ///< of each node, for ClassifyChildren to add to; none for bricks
+  View<Counts> sums;  ///< per node, for ClassifyChildren to add to; none for bricks
   View<std::uint32_t> node_entries;
 
   template <class Team>
@@ -358,10 +353,11 @@ struct FillChildren {
           const std::uint32_t j = j0 + k * team.kGroup + team.group_rank();
           const std::uint32_t reached =
               j < parent.count
-                  ? kept & Lanes<V>::bits(F::reaches(ball[k], boxes.range_of(ball[k]), level.reach))
+                  ? kept &
+                        Lanes<V>::bits(F::reaches(ball[k], ball[k].range(boxes.range), level.reach))
                   : 0;
-          team.append(reached, cursor, [&](std::int64_t place) {
-            if (place < node_entries.size) node_entries[place] = index[k];
+          team.append(reached, cursor, [&](std::int64_t slot) {
+            if (slot < node_entries.size) node_entries[slot] = index[k];
           });
         }
       }

@@ -111,7 +111,7 @@ struct EmitTriangles {
   PM_HD void emit(const Scratch& scratch, int item, Triangle* to) const {
     const Cells flags(scratch.inside, item);
     const std::uint32_t* vertex = scratch.vertex + Cells::first_line(item) * kLineSlots;
-    for (auto cells = flags.mixed(); cells != 0; cells &= cells - 1) {
+    for (auto cells = flags.mixed_cells(); cells != 0; cells &= cells - 1) {
       const int cell = countr_zero(cells), corners = flags.corners(cell);
       const int count = table[0].count[corners];
       const int slot = cell / kBrickPoints * kLineSlots + 3 * (cell % kBrickPoints);

@@ -35,11 +35,11 @@ inline EngineStatus bad_input(std::string message) {
 }
 
 /// Throws where `bytes` are more than the limit allows.
-inline void check_memory(std::size_t bytes, std::size_t most) {
-  if (most == 0 || bytes <= most) return;
+inline void check_memory(std::size_t bytes, std::size_t limit) {
+  if (limit == 0 || bytes <= limit) return;
   const auto mega = [](std::size_t b) { return std::to_string((b + 999999) / 1000000) + " MB"; };
   throw EngineFailure{{EngineCode::kOutOfMemory, "the surface needs " + mega(bytes) +
-                                                     " (the limit is " + mega(most) +
+                                                     " (the limit is " + mega(limit) +
                                                      "), use a coarser grid or a higher limit"}};
 }
 
@@ -84,7 +84,13 @@ inline EngineStatus check_regression(const Regression& regression) {
   return status.code == EngineCode::kOk ? check_distances(*to) : status;
 }
 
-/// But for the grid.
+inline EngineStatus check_refine_steps(const ExtractSettings& settings) {
+  if (settings.refine_steps >= 0 && settings.refine_steps <= 4) return {};
+  return bad_input("refine_steps is " + std::to_string(settings.refine_steps) +
+                   " (must lie in 0..4), use 1");
+}
+
+/// Checks the input of a surface between two objects, without the grid.
 inline EngineStatus check_between(const MorphSurface& between, const ExtractSettings& settings) {
   if (!between.map || !between.from || !between.to) {
     return bad_input("a surface between two objects needs a map and both distance fields");
@@ -93,12 +99,11 @@ inline EngineStatus check_between(const MorphSurface& between, const ExtractSett
     EngineStatus status = check_distances(*object);
     if (status.code != EngineCode::kOk) return status;
   }
-  if (!std::isfinite(between.level) || !(between.linear_range >= 0) || settings.refine_steps < 0 ||
-      settings.refine_steps > 4) {
-    return bad_input(
-        "the level, linear_range or refine_steps of a surface between two objects is out of range");
+  if (!std::isfinite(between.level) || !(between.linear_range >= 0)) {
+    return bad_input("the level or linear_range of a surface between two objects is out of range");
   }
-  return check_regression(*between.map);
+  EngineStatus status = check_refine_steps(settings);
+  return status.code == EngineCode::kOk ? check_regression(*between.map) : status;
 }
 
 inline EngineStatus check_input(const std::vector<Ball>& balls, const ExtractSettings& settings) {
@@ -111,9 +116,8 @@ inline EngineStatus check_input(const std::vector<Ball>& balls, const ExtractSet
     return bad_input("cutoff is " + std::to_string(settings.cutoff) +
                      " (must lie in 1e-12..0.1), use 1e-4");
   }
-  if (settings.refine_steps < 0 || settings.refine_steps > 4) {
-    return bad_input("refine_steps is " + std::to_string(settings.refine_steps) +
-                     " (must lie in 0..4), use 1");
+  if (EngineStatus status = check_refine_steps(settings); status.code != EngineCode::kOk) {
+    return status;
   }
   if (settings.sample_stride < 1 || settings.sample_stride > 16) {
     return bad_input("influence is " + std::to_string(settings.sample_stride) +
@@ -125,17 +129,17 @@ inline EngineStatus check_input(const std::vector<Ball>& balls, const ExtractSet
     return bad_input("there are " + std::to_string(balls.size()) +
                      " balls (the maximum is 2^20), use fewer");
   }
-  const bool ends =
+  const bool compact =
       visit(settings.field, [](auto field) { return decltype(field)::kCompactSupport; });
   for (std::size_t i = 0; i < balls.size(); ++i) {
     const Ball& ball = balls[i];
-    if (!is_finite(ball.center) || !std::isfinite(ball.w) || (ends && !std::isfinite(ball.a))) {
+    if (!is_finite(ball.center) || !std::isfinite(ball.w) || (compact && !std::isfinite(ball.a))) {
       return bad_input(
           "ball " + std::to_string(i) +
           " has a center, a or w that is not a finite number (an earlier step divided by "
           "zero or overflowed), look at the spheres of this frame");
     }
-    if (!ends) continue;
+    if (!compact) continue;
     if (!(ball.a >= 1e-30f)) {
       return bad_input("ball " + std::to_string(i) + " has a = " + std::to_string(ball.a) +
                        " (balls of this field need a > 0), give it a = blobbiness / radius^2");
@@ -178,16 +182,16 @@ inline EngineStatus check_grid(const Grid& grid) {
         "the balls is empty or too large), look at the placement of the models");
   }
   const Vec3 last = grid_point(grid, {n.x - 1, n.y - 1, n.z - 1});
-  float reach = 0;
+  float extent = 0;
   for (float a : {grid.origin.x, grid.origin.y, grid.origin.z, last.x, last.y, last.z}) {
-    reach = std::max(reach, std::fabs(a));
+    extent = std::max(extent, std::fabs(a));
   }
   // 2^-23: the spacing of floats at 1. With fewer than 16 floats to a cell the surface would be
   // steps.
-  if (!(reach * 0x1p-23f * 16 < grid.cell)) {
+  if (!(extent * 0x1p-23f * 16 < grid.cell)) {
     return bad_input(
         "the grid's cells of " + std::to_string(grid.cell) + " are too small at a distance of " +
-        std::to_string(reach) +
+        std::to_string(extent) +
         " from the origin (float coordinates cannot tell them apart), move the scene closer to "
         "the origin or use a coarser grid");
   }

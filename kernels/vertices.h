@@ -25,9 +25,9 @@ namespace polymorph {
 /// point stay apart, at most 0.2 % of a cell from where they belong.
 constexpr float kEdgeMargin = 1.0f / 512.0f;
 
-/// Where the field changes along a vertex' edge by less than this many times its polynomial's
-/// bound, exact sums place the vertex. Errors are a tenth of their bounds at most, so that the
-/// others move by some thousandths of a cell at most.
+/// Exact sums place a vertex if the field changes along its edge by less than this many times the
+/// polynomial's error bound. Errors are at most a tenth of their bounds, so that other vertices
+/// move by some thousandths of a cell at most.
 constexpr float kFlat = 32;
 
 /// |height| (log2(field / iso) of balls) at which a vertex needs no further step: some ten times
@@ -46,15 +46,16 @@ struct Bracket {
     return fma(t1 - t0, min(max(s, broadcast<V>(0.0f)), broadcast<V>(1.0f)), t0);
   }
 
-  /// The root inside the bracket of the parabola through the three points; where rounding leaves
-  /// none there, that of the line.
+  /// Muller's method: the root, inside the bracket, of the parabola through the three points; where
+  /// rounding leaves none there, the root of the line.
   PM_HD V parabola_root() const {
     const V h = t1 - t0, h2 = t2 - t0;
     const V slope = (g1 - g0) / h;
-    const V bend = ((g2 - g0) / h2 - slope) / (t2 - t1);
-    // bend s^2 + linear s + g0 = 0 with s = t - t0; at the root the slope has the sign of g1 - g0.
-    const V linear = fma(-bend, h, slope);
-    const V root = sqrt(max(fma(linear, linear, -4.0f * bend * g0), broadcast<V>(0.0f)));
+    const V curvature = ((g2 - g0) / h2 - slope) / (t2 - t1);
+    // curvature s^2 + linear s + g0 = 0 with s = t - t0; at the root the slope has the sign of
+    // g1 - g0.
+    const V linear = fma(-curvature, h, slope);
+    const V root = sqrt(max(fma(linear, linear, -4.0f * curvature * g0), broadcast<V>(0.0f)));
     const V s = -2.0f * g0 / (linear + select(slope < 0.0f, -root, root));
     return select((s >= 0.0f) & (s <= h), t0 + s, line_root());
   }
@@ -66,13 +67,13 @@ struct Edges {
   using Bits = decltype(float_bits(V{}));
   using Mask = decltype(V{} < V{});
   Points<V> from, step;  ///< lower end, and from there to the upper one
-  V low, high;           ///< where the vertex may lie, as a fraction
+  V low, high;           ///< range of the vertex, as a fraction of the edge
   V value0, value1;      ///< field at the ends
   Bits axis;
   Mask cut;  ///< the border of the grid cuts this edge
 };
 
-/// The field of balls in a brick, as vertices need it.
+/// The field of balls in a brick, as PlaceVertices needs it.
 template <class F>
 struct BallVertexField {
   BrickField<F> field;
@@ -84,10 +85,10 @@ struct BallVertexField {
   PM_HD V value(const Points<V>& p) const {
     return field.value(p);
   }
-  /// 0 at the level, and nearly linear along an edge.
+  /// log2(field / iso): 0 at the level, and nearly linear along an edge.
   template <class V>
-  PM_HD V height(V of) const {
-    return log2(max(of, broadcast<V>(floor))) - log2(broadcast<V>(iso));
+  PM_HD V height(V value) const {
+    return log2(max(value, broadcast<V>(floor))) - log2(broadcast<V>(iso));
   }
   /// -grad of the field up to a positive factor: outward at the surface.
   template <class V>
@@ -102,7 +103,7 @@ struct BallVertexField {
     const V half = fma(down.x, edges.step.x, fma(down.y, edges.step.y, down.z * edges.step.z));
     return Lanes<V>::bits(max(half, -half) < broadcast<V>(0.5f * kFlat * field.far->error));
   }
-  /// The sum over all balls in the lanes with a bit, `value` in the others.
+  /// Returns the sum over all balls in the lanes with a bit, `value` in the others.
   template <class V>
   PM_HD V exact_where(std::uint32_t lanes, V value, const Points<V>& at) const {
     if (F::kCompactSupport || lanes == 0) return value;
@@ -120,27 +121,27 @@ struct BallVertices {
   Grid grid;
   float iso = 1;
   float floor = 0;  ///< field values are clamped to at least this before the logarithm
-  int margin = 0;   ///< of the bricks' level; above 0, the surface is not the exact field's anyway
+  int margin = 0;   ///< Level::margin of the bricks; above 0, values are interpolated anyway
   bool midpoint = false;
   View<const std::uint32_t> entries;
   View<const typename F::Ball> balls;
-  // Where support is infinite:
-  View<const FarField> far;  ///< of each brick
+  View<const FarField> far;  ///< per brick, where support is infinite
   BallList all_balls;
 
-  PM_HD BallVertexField<F> field_of(const Node& brick, std::int64_t b) const {
+  PM_HD BallVertexField<F> brick_field(const Node& brick, std::int64_t b) const {
     return {BrickField<F>(grid, margin, brick, balls.data, entries.data,
                           F::kCompactSupport ? nullptr : &far[b]),
             all_balls, iso, floor, !midpoint && margin == 0};
   }
 };
 
-/// Writes position and normal of each vertex. One team per brick. Source: field_of(brick, number).
+/// Writes position and normal of each vertex. One team per brick. Source: brick_field(brick, index)
+/// gives the field in a brick.
 template <class Source>
 struct PlaceVertices {
   static constexpr int kThreads = 128;
   struct Scratch {
-    /// Of each vertex: bit of the row's edges, and above that the line of the row. Sets of bits are
+    /// Per vertex: its edge's bit in the row, and above that the row's line. Sets of bits are
     /// written, and lanes read, beyond the last.
     std::uint32_t edges[kMaxVertices + kLineSlots];
   };
@@ -151,7 +152,7 @@ struct PlaceVertices {
   Source source;
   std::int64_t begin = 0;  ///< the brick of item 0
   View<const Node> bricks;
-  View<const float> values;  ///< of each item
+  View<const float> values;  ///< per item
   View<const std::uint32_t> rows;
   View<const Counts> counts;
   View<const Offsets> first;
@@ -175,7 +176,7 @@ struct PlaceVertices {
     if constexpr (kLanes > 1) std::fill_n(scratch.edges + count, kLanes - 1, 0u);
     team.sync();
     const Node brick = bricks[b];
-    const auto field = source.field_of(brick, b);
+    const auto field = source.brick_field(brick, b);
     team.each((count + kLanes - 1) / kLanes, [&](int item) {
       const Edges<V> edges = edges_at<V>(brick.at, values.data + brick_item * kBrickValues,
                                          Lanes<V>::load_bits(scratch.edges + item * kLanes));
@@ -196,7 +197,7 @@ struct PlaceVertices {
     const Points<V> a = {signed_to_float(x) + corner(brick.x),
                          signed_to_float(line % kBrickPoints) + corner(brick.y),
                          signed_to_float(line / kBrickPoints) + corner(brick.z)};
-    // As grid_point() has it.
+    // The arithmetic of grid_point().
     out.from = {grid.origin.x + grid.cell * a.x, grid.origin.y + grid.cell * a.y,
                 grid.origin.z + grid.cell * a.z};
     const Points<V> to = {grid.origin.x + grid.cell * (a.x + 1.0f),
@@ -204,18 +205,18 @@ struct PlaceVertices {
                           grid.origin.z + grid.cell * (a.z + 1.0f)};
     out.step = {zero_unless(along_x, to.x - out.from.x), zero_unless(along_y, to.y - out.from.y),
                 zero_unless(along_z, to.z - out.from.z)};
-    const auto of_axis = [&](V of_x, V of_y, V of_z) {
-      return select(along_x, of_x, select(along_y, of_y, of_z));
+    const auto select_axis = [&](V x_value, V y_value, V z_value) {
+      return select(along_x, x_value, select(along_y, y_value, z_value));
     };
     const auto last = [](int points) { return broadcast<V>(static_cast<float>(points - 1)); };
-    const V low = of_axis(a.x, a.y, a.z);
+    const V low = select_axis(a.x, a.y, a.z);
     const auto below = low < 0.0f;
     const auto above =
-        low == of_axis(last(grid.points.x), last(grid.points.y), last(grid.points.z));
-    const V margin = broadcast<V>(kEdgeMargin), rest = broadcast<V>(1 - kEdgeMargin);
+        low == select_axis(last(grid.points.x), last(grid.points.y), last(grid.points.z));
+    const V margin = broadcast<V>(kEdgeMargin), far_margin = broadcast<V>(1 - kEdgeMargin);
     out.cut = below | above;
-    out.low = select(below, rest, margin);
-    out.high = select(above, margin, rest);
+    out.low = select(below, far_margin, margin);
+    out.high = select(above, margin, far_margin);
     const Bits point = x + static_cast<std::uint32_t>(kBrickPoints) * line;
     out.value0 = gather(value, point);
     out.value1 = gather(value, point + ((Bits{} + 1u) << (3u * out.axis)));
@@ -243,15 +244,15 @@ struct PlaceVertices {
     // outward.
     const auto sloped = (length2 > 1e-30f) & (length2 < 1e30f);
     const V one = broadcast<V>(1.0f), sign = select(edges.value0 > iso, one, -one);
-    const auto normal = [&](V of_field, std::uint32_t axis) {
-      const V of_edge = zero_unless(edges.axis == axis, sign);
-      return select(edges.cut, of_edge, select(sloped, of_field / length, of_edge));
+    const auto normal = [&](V component, std::uint32_t axis) {
+      const V edge_normal = zero_unless(edges.axis == axis, sign);
+      return select(edges.cut, edge_normal, select(sloped, component / length, edge_normal));
     };
     store_points<V>(&positions[to].x, at.x, at.y, at.z, count);
     store_points<V>(&normals[to].x, normal(down.x, 0), normal(down.y, 1), normal(down.z, 2), count);
   }
 
-  /// Where along each edge the field is iso, as a fraction; by exact sums in flat lanes.
+  /// Finds the fraction of each edge at which the field is iso; by exact sums in flat lanes.
   template <class V, class Field>
   PM_HD V find_root(const Edges<V>& edges, const Field& field, std::uint32_t flat) const {
     V value0 = edges.value0, value1 = edges.value1;
@@ -270,8 +271,8 @@ struct PlaceVertices {
       b = {select(lower, t, b.t0), select(lower, g, b.g0),    select(lower, b.t1, t),
            select(lower, b.g1, g), select(lower, b.t0, b.t1), select(lower, b.g0, b.g1)};
       // Closer than this, differences between the points would be rounding noise.
-      const auto there = (g < kCloseEnough) & (-g < kCloseEnough);
-      t = select(there, t, min(max(b.parabola_root(), low), high));
+      const auto converged = (g < kCloseEnough) & (-g < kCloseEnough);
+      t = select(converged, t, min(max(b.parabola_root(), low), high));
     }
     return t;
   }

@@ -169,7 +169,7 @@ Result<std::shared_ptr<const Regression>> with_shortfalls(const FrameMap& map,
   const DistanceField from_field(from.grid, from.values.data()),
       to_field(to.grid, to.values.data());
   const auto distance = [](const DistanceField& field, Vec3 p) {
-    return field.at(Points<float>{p.x, p.y, p.z});
+    return field.value(Points<float>{p.x, p.y, p.z});
   };
   auto raised = std::make_shared<Regression>(*map.regression);
   for (std::size_t e = 0; e < balls.size(); ++e) {

@@ -164,8 +164,8 @@ TEST_P(BetweenTest, BricksLeftOutHoldNoSurface) {
     for (std::size_t i = 0; i < points.size(); ++i) {
       const float *a = maps[2 * i].v, *b = maps[2 * i + 1].v;
       const float t = a[3], mix = t * t * (3 - 2 * t);
-      values.push_back((1 - mix) * from.at(Points<float>{a[0], a[1], a[2]}) +
-                       mix * to.at(Points<float>{b[0], b[1], b[2]}));
+      values.push_back((1 - mix) * from.value(Points<float>{a[0], a[1], a[2]}) +
+                       mix * to.value(Points<float>{b[0], b[1], b[2]}));
     }
     return values;
   };

@@ -12,8 +12,11 @@
 #endif
 
 #include "kernels/backend_engine.h"
+#include "kernels/ball_passes.h"
 #include "kernels/cpu_backend.h"
 #include "kernels/devices.h"
+#include "kernels/level_set_passes.h"
+#include "kernels/motion_passes.h"
 #include "testing/backend.h"
 #include "testing/between.h"
 #include "testing/mesh.h"

@@ -177,13 +177,12 @@ TEST(Falloff, an_ellipsoid_is_the_quadratic_form_of_its_shape) {
     const float expected = std::exp(2 - 3 * quadratic(ball.shape, d));
     EXPECT_NEAR(value_at<Ellipsoid>(p, at), expected > 1e-6f ? expected : 0, 2e-5f * expected);
     // The gradient of q is 2 a log2(e) shape d.
-    float gx, gy, gz;
-    p.half_gradient_of_q(at.x, at.y, at.z, gx, gy, gz);
+    const Points<float> g = p.half_gradient_of_q(Points<float>{at.x, at.y, at.z});
     const Sym3& s = ball.shape;
     const float k = 3 * 1.44269504f;
-    EXPECT_NEAR(gx, k * (s.xx * d.x + s.xy * d.y + s.xz * d.z), 1e-4f);
-    EXPECT_NEAR(gy, k * (s.xy * d.x + s.yy * d.y + s.yz * d.z), 1e-4f);
-    EXPECT_NEAR(gz, k * (s.xz * d.x + s.yz * d.y + s.zz * d.z), 1e-4f);
+    EXPECT_NEAR(g.x, k * (s.xx * d.x + s.xy * d.y + s.xz * d.z), 1e-4f);
+    EXPECT_NEAR(g.y, k * (s.xy * d.x + s.yy * d.y + s.yz * d.z), 1e-4f);
+    EXPECT_NEAR(g.z, k * (s.xz * d.x + s.yz * d.y + s.zz * d.z), 1e-4f);
   }
 }
 
@@ -195,8 +194,9 @@ TEST(Falloff, the_range_of_a_box_holds_every_coordinate_computed_in_it) {
     const auto f = static_cast<float>(b);
     const Vec3 low = {std::sin(f), std::sin(1.3f * f), std::sin(2.1f * f)};
     const Vec3 high = low + Vec3{0.3f, 0.01f, 0.1f} * (1 + std::cos(f));
-    const auto in_e = e.range(low.x, high.x, low.y, high.y, low.z, high.z);
-    const auto in_r = r.range(low.x, high.x, low.y, high.y, low.z, high.z);
+    const CoordinateRange<float> box = {low.x, high.x, low.y, high.y, low.z, high.z};
+    const auto in_e = e.range(box);
+    const auto in_r = r.range(box);
     for (int i = 0; i < 125; ++i) {
       const auto part = [](float a, float c, int k) {
         return k == 0 ? a : k == 4 ? c : a + (c - a) * 0.25f * static_cast<float>(k);

@@ -10,7 +10,10 @@
 
 #include "base/result.h"
 #include "kernels/backend_engine.h"
+#include "kernels/ball_passes.h"
 #include "kernels/cpu_backend.h"
+#include "kernels/level_set_passes.h"
+#include "kernels/motion_passes.h"
 #include "mesh/mesh_check.h"
 
 using namespace polymorph;

@@ -37,7 +37,7 @@ DistanceGrid cube_with_rod(float cell) {
 constexpr float kSize = 4;
 
 float at(const DistanceGrid& thin, Vec3 p) {
-  return DistanceField(thin.grid, thin.values.data()).at(Points<float>{p.x, p.y, p.z});
+  return DistanceField(thin.grid, thin.values.data()).value(Points<float>{p.x, p.y, p.z});
 }
 
 TEST(Thinness, IsOfTheRodAndNotOfTheCube) {

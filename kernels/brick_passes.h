@@ -1,0 +1,311 @@
+// Passes from a tree of bricks to a mesh: sample and count, number, place vertices, emit triangles.
+// They are the same for every field and every backend.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "bricks.h"
+#include "cubes.h"
+#include "engine.h"
+#include "mc_tables.h"
+#include "mesh.h"
+#include "tree.h"
+#include "triangles.h"
+#include "types.h"
+#include "validate.h"
+#include "vertices.h"
+#include "view.h"
+#include "workspace.h"
+
+namespace polymorph {
+
+/// The levels below the roots, bricks first, and the number of roots along each axis.
+struct TreeShape {
+  std::vector<Level> levels;
+  Int3 roots = {1, 1, 1};
+};
+
+inline Int3 ceil_divide(Int3 a, int divisor) {
+  return {(a.x + divisor - 1) / divisor, (a.y + divisor - 1) / divisor,
+          (a.z + divisor - 1) / divisor};
+}
+
+/// Lays out a tree down from one root, or from up to 4^3 of them: a GPU takes no longer for the
+/// children of all than for those of one.
+inline TreeShape tree_shape(const Grid& grid, bool many_roots) {
+  const Int3 cells = {grid.points.x + 1, grid.points.y + 1, grid.points.z + 1};
+  TreeShape out;
+  out.levels = {{ceil_divide(cells, kBrickCells), kBrickCells}};
+  for (Int3 n = out.levels[0].nodes; n.x > kBranching || n.y > kBranching || n.z > kBranching;
+       n = out.levels.back().nodes) {
+    out.levels.push_back({ceil_divide(n, kBranching), out.levels.back().cells * kBranching});
+  }
+  if (many_roots && out.levels.size() > 1) {
+    out.roots = out.levels.back().nodes;
+    out.levels.pop_back();
+  }
+  return out;
+}
+
+inline std::int64_t count_roots(const TreeShape& shape) {
+  return std::int64_t{shape.roots.x} * shape.roots.y * shape.roots.z;
+}
+
+/// Guesses how many bricks a surface has, where the number is not known yet.
+inline std::int64_t guess_bricks(const Grid& grid) {
+  const Int3 n =
+      ceil_divide({grid.points.x + 1, grid.points.y + 1, grid.points.z + 1}, kBrickCells);
+  const auto area = [](int a, int b) { return static_cast<std::int64_t>(a) * b; };
+  return area(n.x, n.y) + area(n.y, n.z) + area(n.z, n.x) + kChildren;
+}
+/// Guesses the number of nodes at the top level of a tree.
+inline std::int64_t guess_top_nodes(const Grid& grid, const TreeShape& shape) {
+  std::int64_t guess = guess_bricks(grid);
+  for (std::size_t l = 1; l < shape.levels.size(); ++l) guess = guess / 8 + kChildren;
+  return guess;
+}
+
+/// All that is known of the bricks, in backend memory.
+struct BrickViews {
+  Tree tree;
+  const std::int64_t* count = nullptr;
+  /// Bricks that every view below can hold; `values` holds fewer where bricks go block by block.
+  std::int64_t capacity = std::numeric_limits<std::int64_t>::max();
+  View<Node> nodes;
+  View<std::uint32_t> entries;
+  View<FarField> far;
+  View<float> values;
+  View<std::uint8_t> inside;
+  View<std::uint32_t> rows;
+  View<Counts> counts;
+  View<Offsets> first;
+};
+
+/// Number of bricks in a block: 0.5 MB of values per thread, half of its second-level cache.
+template <class B>
+std::int64_t brick_block(const B& backend) {
+  return 256 * backend.threads();
+}
+
+/// Allocates the buffers per brick.
+template <class B>
+void fit_bricks(Workspace<B>& work, const Grid& grid, BrickViews& bricks) {
+  const std::int64_t guess = guess_bricks(grid);
+  if constexpr (B::kHostMemory) {
+    const std::int64_t block = std::min(brick_block(work.backend), *bricks.count);
+    bricks.values = work.values.resize(work.backend, kBrickValues * block);
+  } else {
+    bricks.values = work.values.fit(work.backend, bricks.count, kBrickValues, guess);
+    bricks.capacity = bricks.values.size / kBrickValues;
+  }
+  bricks.inside = work.inside.fit(work.backend, bricks.count, kLines, guess);
+  bricks.rows = work.rows.fit(work.backend, bricks.count, kRows, guess);
+  bricks.counts = work.brick_counts.fit(work.backend, bricks.count, 1, guess);
+  bricks.first = work.brick_first.fit(work.backend, bricks.count, 1, guess);
+  bricks.capacity = std::min({bricks.capacity, bricks.nodes.size, bricks.inside.size / kLines,
+                              bricks.rows.size / kRows, bricks.counts.size, bricks.first.size});
+}
+
+/// Bricks, the pass that samples them, and the field as vertices need it.
+template <class Sample, class Source>
+struct SampledBricks {
+  BrickViews bricks;
+  Sample sample;
+  Source source;
+};
+
+template <class B>
+View<BrickTable> upload_table(Workspace<B>& work) {
+  const View<BrickTable> view = work.table.resize(work.backend, 1);
+  if (!work.has_table) work.backend.upload(view, &brick_table());
+  work.has_table = true;
+  return view;
+}
+
+/// Prepares the counting part of a pass that samples bricks. `outside`: the value of points beyond
+/// the grid.
+template <class B>
+CountBricks prepare_counting(Workspace<B>& work, const Grid& grid, const ExtractSettings& settings,
+                             const BrickViews& bricks, float outside) {
+  CountBricks count;
+  count.grid = grid;
+  count.iso = settings.iso;
+  count.outside = outside;
+  count.faces = settings.method == SurfaceMethod::kMatrix;
+  count.table = upload_table(work);
+  count.bricks = bricks.nodes;
+  count.values = bricks.values;
+  count.inside = bricks.inside;
+  count.rows = bricks.rows;
+  count.counts = bricks.counts;
+  return count;
+}
+
+/// Turns a tree of bricks into a mesh. One object per call of extract_bricks().
+template <class B>
+class MeshPasses {
+ public:
+  MeshPasses(Workspace<B>& work, const Grid& grid, const ExtractSettings& settings, Mesh& mesh)
+      : work_(work), backend_(work.backend), grid_(grid), settings_(settings), mesh_(mesh) {}
+
+  /// Samples the bricks, numbers their vertices and triangles, and places the vertices of marching
+  /// cubes.
+  ///
+  /// Where the host knows the counts, it does so block by block: values go from one pass to the
+  /// next in the caches, and take no more memory for a finer grid. By themselves they would be the
+  /// most that memory has to move.
+  template <class Sample, class Source>
+  void place_bricks(const SampledBricks<Sample, Source>& in) {
+    const BrickViews& bricks = in.bricks;
+    Sample sample = in.sample;
+    Offsets* total = &work_.totals[kMaxLevels];
+    const bool places = settings_.method == SurfaceMethod::kMarchingCubes;
+    if constexpr (B::kHostMemory) {
+      *total = {};
+      for (std::int64_t begin = 0; begin < *bricks.count; begin += brick_block(backend_)) {
+        const std::int64_t n = std::min(brick_block(backend_), *bricks.count - begin);
+        sample.begin = begin;
+        backend_.for_teams(&n, n, sample, "sample");
+        const Offsets before = *total;
+        backend_.scan({bricks.counts.data + begin, n}, &n, {bricks.first.data + begin, n}, total,
+                      "number", before);
+        check_vertex_count(total->first);
+        if (!places) continue;
+        const double share = static_cast<double>(begin + n) / static_cast<double>(*bricks.count);
+        positions_ = backend_.grow(mesh_.positions, before.first, total->first, share);
+        normals_ = backend_.grow(mesh_.normals, before.first, total->first, share);
+        backend_.for_teams(&n, n, place_vertices(in.source, bricks, begin), "vertices");
+      }
+      mesh_.positions.resize(static_cast<std::size_t>(total->first));
+      mesh_.normals.resize(static_cast<std::size_t>(total->first));
+    } else {
+      backend_.for_teams(bricks.count, bricks.capacity, sample, "sample");
+      backend_.scan({bricks.counts.data, bricks.capacity}, bricks.count, bricks.first, total,
+                    "number");
+      if (!places) return;
+      allocate_vertices();
+      backend_.for_teams(bricks.count, bricks.capacity, place_vertices(in.source, bricks, 0),
+                         "vertices");
+    }
+  }
+
+  void emit(const BrickViews& bricks) {
+    if (settings_.method == SurfaceMethod::kMatrix) {
+      emit_cubes(bricks);
+    } else {
+      emit_triangles(bricks);
+    }
+  }
+
+  /// Copies the mesh to the caller, if it is not there already.
+  void download(Offsets sizes) {
+    check_vertex_count(sizes.first);
+    if (!settings_.download) return;
+    backend_.download(mesh_.positions, positions_, sizes.first);
+    if (settings_.flat) {
+      mesh_.normals.clear();
+    } else {
+      backend_.download(mesh_.normals, normals_, sizes.first);
+    }
+    backend_.download(mesh_.triangles, triangles_, sizes.second);
+  }
+
+ private:
+  template <class Source>
+  PlaceVertices<Source> place_vertices(const Source& source, const BrickViews& bricks,
+                                       std::int64_t begin) const {
+    PlaceVertices<Source> place;
+    place.grid = grid_;
+    place.iso = settings_.iso;
+    place.refine_steps = settings_.sample_stride > 1 ? 0 : settings_.refine_steps;
+    place.midpoint = settings_.placement == Placement::kMidpoint;
+    place.source = source;
+    place.begin = begin;
+    place.bricks = bricks.nodes;
+    place.values = bricks.values;
+    place.rows = bricks.rows;
+    place.counts = bricks.counts;
+    place.first = bricks.first;
+    place.positions = positions_;
+    place.normals = normals_;
+    return place;
+  }
+
+  void allocate_vertices() {
+    const std::int64_t* count = &work_.totals[kMaxLevels].first;
+    const std::int64_t guess = guess_bricks(grid_) * 100;
+    positions_ = backend_.output(mesh_.positions, work_.positions, count, guess);
+    normals_ = backend_.output(mesh_.normals, work_.normals, count, guess);
+  }
+  void allocate_triangles() {
+    const std::int64_t* count = &work_.totals[kMaxLevels].second;
+    triangles_ =
+        backend_.output(mesh_.triangles, work_.triangles, count, guess_bricks(grid_) * 200);
+  }
+
+  void emit_cubes(const BrickViews& bricks) {
+    allocate_vertices();
+    allocate_triangles();
+    const EmitCubes emit = {grid_,        bricks.nodes, bricks.inside, bricks.rows, bricks.counts,
+                            bricks.first, positions_,   normals_,      triangles_};
+    backend_.for_teams(bricks.count, bricks.capacity, emit, "triangles");
+  }
+
+  /// Goes block by block as well where the result is the caller's own memory: new memory is cleared
+  /// when it is allocated, and still in the caches when triangles are written.
+  void emit_triangles(const BrickViews& bricks) {
+    const Offsets* total = &work_.totals[kMaxLevels];
+    EmitTriangles emit = {0,           upload_table(work_), bricks.tree,  bricks.inside,
+                          bricks.rows, bricks.counts,       bricks.first, bricks.capacity,
+                          {}};
+    if constexpr (B::kHostMemory) {
+      const std::int64_t count = *bricks.count, block = 8 * brick_block(backend_);
+      mesh_.triangles.resize(
+          std::min(mesh_.triangles.size(), static_cast<std::size_t>(total->second)));
+      std::int64_t before = 0;
+      for (std::int64_t begin = 0; begin < count; begin += block) {
+        const std::int64_t n = std::min(block, count - begin);
+        const std::int64_t end = begin + n < count ? bricks.first[begin + n].second : total->second;
+        const double share = static_cast<double>(end) / static_cast<double>(total->second);
+        triangles_ = backend_.grow(mesh_.triangles, before, end, share);
+        before = end;
+        emit.begin = begin;
+        emit.triangles = triangles_;
+        backend_.for_teams(&n, n, emit, "triangles");
+      }
+    } else {
+      allocate_triangles();
+      emit.triangles = triangles_;
+      backend_.for_teams(bricks.count, bricks.capacity, emit, "triangles");
+    }
+  }
+
+  Workspace<B>& work_;
+  B& backend_;
+  const Grid& grid_;
+  const ExtractSettings& settings_;
+  Mesh& mesh_;
+  View<Vec3> positions_, normals_;
+  View<Triangle> triangles_;
+};
+
+/// Extracts a mesh. `find` finds the bricks and returns them as SampledBricks; it is called again
+/// where a buffer was too small.
+template <class B, class Find>
+void extract_bricks(Workspace<B>& work, const Grid& grid, const ExtractSettings& settings,
+                    Mesh& mesh, const Find& find) {
+  work.totals = work.totals_buffer.resize(work.backend, kMaxLevels + 1);
+  Offsets totals[kMaxLevels + 1];
+  MeshPasses<B> passes(work, grid, settings, mesh);
+  do {
+    const auto in = find();
+    passes.place_bricks(in);
+    passes.emit(in.bricks);
+  } while (!work.backend.everything_fitted(work.totals, totals));
+  passes.download(totals[kMaxLevels]);
+}
+
+}  // namespace polymorph

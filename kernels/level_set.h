@@ -1,0 +1,190 @@
+// Level sets of fields that are functions of space (distances, morphs): the bricks that the surface
+// can cross, the field at their points, and the field as vertices need it. The surface is where the
+// field is 0; inside it is positive.
+//
+// A field has, for V = float or a pack of floats,
+//   value(p), negated_gradient(p): the field and minus its gradient at Points<V>
+//   line_values<V>(grid, start): value() at as many points of a grid line as V has lanes
+// and its bounds, which say where it can be 0,
+//   local(team, box): a Local, all that holds in the whole box of a node
+//   crossing_boxes(middles, half, local, has_rim): bit l: the surface can cross the box around
+//   middle l
+//     that reaches `half` to each side, or, with has_rim, some point of that box can be inside
+#pragma once
+
+#include <cstdint>
+
+#include "bricks.h"
+#include "field.h"
+#include "host_device.h"
+#include "tree.h"
+#include "types.h"
+#include "view.h"
+
+namespace polymorph {
+
+/// Keeps the children of a node that the surface can cross. Teams share a node as in
+/// ClassifyChildren.
+template <class Bounds>
+struct ClassifyNodes {
+  static constexpr int kThreads = 512;
+  struct Scratch {};
+  Grid grid;
+  Bounds bounds;
+  Level level;  ///< the children's
+  View<Node> parents;
+  View<Counts> sums;  ///< per parent: children kept; 0 before
+
+  template <class Team>
+  PM_HD void operator()(const Team& team, Scratch&, std::int64_t item) const {
+    constexpr int kEach = kChildren / Team::kParts;
+    const std::int64_t p = item / Team::kParts;
+    const int begin = static_cast<int>(item % Team::kParts) * kEach;
+    const Node parent = parents[p];
+    team.each_group(kEach, [&](int i) {
+      const int child = begin + i;
+      const Int3 at = child_position(parent.at, child);
+      const bool exists = at.x < level.nodes.x && at.y < level.nodes.y && at.z < level.nodes.z;
+      const bool keep = exists && can_cross(team, at);
+      if (!keep || !team.leads_group()) return;
+      team.add(parents[p].children, std::uint64_t{1} << child);
+      team.add(sums[p].first, 1u);
+    });
+  }
+
+ private:
+  template <class Team>
+  PM_HD bool can_cross(const Team& team, Int3 at) const {
+    const NodeBox box = node_box(grid, level.cells, 0, at);
+    const Vec3 half = 0.5f * (box.high - box.low), middle = box.low + half;
+    const typename Bounds::Local local = bounds.local(team, box);
+    if (!bounds.crossing_boxes(Points<float>{middle.x, middle.y, middle.z}, half, local,
+                               box.has_rim))
+      return false;
+    return level.cells > kBrickCells || can_cross_parts<typename Team::V>(team, box, local);
+  }
+
+  /// Can the surface cross any of a brick's 4^3 parts? A brick that is far from it need not be
+  /// sampled.
+  template <class V, class Team>
+  PM_HD bool can_cross_parts(const Team& team, const NodeBox& box,
+                             const typename Bounds::Local& local) const {
+    constexpr int kSide = 4, kParts = kSide * kSide * kSide, kLanes = Lanes<V>::kCount;
+    const Vec3 size = (1.0f / kSide) * (box.high - box.low);
+    float any = 0;
+    for (int i = static_cast<int>(team.group_rank()); i < kParts / kLanes && any == 0;
+         i += static_cast<int>(team.kGroup)) {
+      alignas(32) float x[kLanes], y[kLanes], z[kLanes];
+      for (int l = 0; l < kLanes; ++l) {
+        const int part = kLanes * i + l;
+        x[l] = box.low.x + size.x * (0.5f + static_cast<float>(part % kSide));
+        y[l] = box.low.y + size.y * (0.5f + static_cast<float>(part / kSide % kSide));
+        z[l] = box.low.z + size.z * (0.5f + static_cast<float>(part / (kSide * kSide)));
+      }
+      const Points<V> middles = {Lanes<V>::load(x), Lanes<V>::load(y), Lanes<V>::load(z)};
+      if (bounds.crossing_boxes(middles, 0.5f * size, local, box.has_rim) != 0) any = 1;
+    }
+    return team.group_max(any) > 0;
+  }
+};
+
+/// Writes the kept children of a node. One team per node.
+struct FillNodes {
+  static constexpr int kThreads = 64;
+  struct Scratch {};
+  View<Node> parents;
+  View<const Offsets> first;  ///< per parent: its first kept child
+  View<Node> nodes;
+  View<Counts> sums;  ///< per node, for ClassifyNodes to add to; none for bricks
+
+  template <class Team>
+  PM_HD void operator()(const Team& team, Scratch&, std::int64_t p) const {
+    const Node parent = parents[p];
+    const Offsets start = first[p];
+    team.each(1, [&](int) { parents[p].first_child = static_cast<std::uint32_t>(start.first); });
+    team.each(kChildren, [&](int c) {
+      if (!(parent.children >> c & 1u)) return;
+      const std::int64_t slot = start.first + popcount(parent.children & bits_below(c));
+      if (slot >= nodes.size) return;
+      Node node;
+      node.at = child_position(parent.at, c);
+      node.parent = static_cast<std::uint32_t>(p);
+      nodes[slot] = node;
+      if (slot < sums.size) sums[slot] = {};
+    });
+  }
+};
+
+/// Writes the roots of the tree; one item per root.
+struct PrepareNodes {
+  Int3 roots;
+  View<Node> nodes;
+  View<Counts> sums;
+  View<Offsets> node_count;
+
+  PM_HD void operator()(std::int64_t i) const {
+    if (i >= nodes.size) return;
+    const auto root = static_cast<int>(i);
+    Node node;
+    node.at = {root % roots.x, root / roots.x % roots.y, root / roots.x / roots.y};
+    nodes[i] = node;
+    sums[i] = {};
+    if (i == 0) node_count[0] = {nodes.size, 0};
+  }
+};
+
+/// Samples the field at each brick's points, and counts by CountBricks. One team per brick.
+template <class Field>
+struct SampleLevelSet : CountBricks {
+  static constexpr int kThreads = 128;
+  Field field;
+
+  template <class Team>
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t item) const {
+    using V = typename Lanes<typename Team::V>::Half;
+    constexpr int kPacks = kBrickPoints / Lanes<V>::kCount;
+    const Int3 first = first_point(bricks[begin + item]);
+    team.each(kPacks * kLines, [&](int pack) {
+      const int line = pack / kPacks, at = pack % kPacks * Lanes<V>::kCount;
+      const Int3 start = {first.x + at, first.y + line % kBrickPoints,
+                          first.z + line / kBrickPoints};
+      Lanes<V>::store(scratch.values + kBrickPoints * line + at,
+                      field.template line_values<V>(grid, start));
+    });
+    team.sync();
+    count(team, scratch, item, first);
+  }
+};
+
+/// The field as PlaceVertices needs it, the same for every brick.
+template <class Field>
+struct LevelSetVertices {
+  Field field;
+  float inv_cell = 1;
+
+  PM_HD const LevelSetVertices& brick_field(const Node&, std::int64_t) const { return *this; }
+
+  template <class V>
+  PM_HD V value(const Points<V>& p) const {
+    return field.value(p);
+  }
+  /// Near the surface the field is a length: in cells it is 0 at the level and nearly linear.
+  template <class V>
+  PM_HD V height(V value) const {
+    return value * inv_cell;
+  }
+  template <class V>
+  PM_HD Points<V> negated_gradient(const Points<V>& p) const {
+    return field.negated_gradient(p);
+  }
+  template <class V, class Edges>
+  PM_HD std::uint32_t flat_lanes(const Edges&, const Points<V>&) const {
+    return 0;
+  }
+  template <class V>
+  PM_HD V exact_where(std::uint32_t, V value, const Points<V>&) const {
+    return value;
+  }
+};
+
+}  // namespace polymorph

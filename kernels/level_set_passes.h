@@ -1,0 +1,217 @@
+// Passes for level sets (level_set.h), surfaces of distances and between two objects, and for the
+// regression that carries the latter.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "brick_passes.h"
+#include "distance_field.h"
+#include "engine.h"
+#include "level_set.h"
+#include "mesh.h"
+#include "morph_field.h"
+#include "morph_surface.h"
+#include "regression.h"
+#include "tree.h"
+#include "types.h"
+#include "view.h"
+#include "workspace.h"
+
+namespace polymorph {
+
+/// Walks the tree from its roots to the bricks.
+template <class B, class Bounds>
+BrickViews find_level_set_bricks(Workspace<B>& work, const TreeShape& shape, const Grid& grid,
+                                 const Bounds& bounds) {
+  const std::vector<Level>& levels = shape.levels;
+  BrickViews out;
+  out.tree.levels = static_cast<int>(levels.size());
+  out.tree.roots = shape.roots;
+  const std::int64_t roots = count_roots(shape);
+  View<Node> parents = work.nodes[levels.size()].resize(work.backend, roots);
+  View<Counts> sums = work.sums[levels.size() % 2].resize(work.backend, roots);
+  const View<Offsets> root_count = {&work.totals[static_cast<std::int64_t>(levels.size())], 1};
+  work.backend.for_each(roots, PrepareNodes{shape.roots, parents, sums, root_count}, "bricks");
+  std::int64_t guess = guess_top_nodes(grid, shape);
+  for (std::size_t l = levels.size(); l-- > 0; guess *= 8) {
+    const auto level = static_cast<std::int64_t>(l);
+    const std::int64_t* count = &work.totals[level + 1].first;
+    Offsets* total = &work.totals[level];
+    const View<Offsets> first = work.first.fit(work.backend, count, 1, guess / 4 + 1);
+    const std::int64_t capacity = std::min({parents.size, sums.size, first.size});
+    work.backend.for_teams(count, capacity,
+                           ClassifyNodes<Bounds>{grid, bounds, levels[l], parents, sums}, "bricks",
+                           B::Team::kParts);
+    work.backend.scan({sums.data, capacity}, count, first, total, "bricks");
+    const View<Node> nodes = work.nodes[l].fit(work.backend, &total->first, 1, guess);
+    View<Counts> node_sums;
+    if (l > 0) node_sums = work.sums[l % 2].fit(work.backend, &total->first, 1, guess);
+    work.backend.for_teams(count, capacity, FillNodes{parents, first, nodes, node_sums}, "bricks");
+    out.tree.nodes[l + 1] = parents;
+    parents = nodes;
+    sums = node_sums;
+  }
+  out.tree.nodes[0] = parents;
+  out.count = &work.totals[0].first;
+  out.nodes = parents;
+  return out;
+}
+
+template <class B, class Field, class Bounds>
+void extract_level_set(Workspace<B>& work, const Field& field, const Bounds& bounds,
+                       const Grid& grid, ExtractSettings settings, Mesh& mesh) {
+  settings.iso = 0;
+  const TreeShape shape = tree_shape(grid, B::kManyRoots);
+  extract_bricks(work, grid, settings, mesh, [&] {
+    using Sample = SampleLevelSet<Field>;
+    using Vertices = LevelSetVertices<Field>;
+    BrickViews bricks = find_level_set_bricks(work, shape, grid, bounds);
+    fit_bricks(work, grid, bricks);
+    return SampledBricks<Sample, Vertices>{
+        bricks, Sample{prepare_counting(work, grid, settings, bricks, -grid.cell), field},
+        Vertices{field, 1 / grid.cell}};
+  });
+}
+
+/// A generous bound of all rounding errors of distances on these cells.
+inline float distance_rounding(const Grid& grid) { return 1e-4f * grid.cell; }
+
+/// The distances in backend memory; the last few objects stay there.
+template <class B>
+DistanceField upload_distances(Workspace<B>& work,
+                               const std::shared_ptr<const DistanceGrid>& object) {
+  if constexpr (B::kHostMemory) {
+    return DistanceField(object->grid, object->values.data());
+  } else {
+    for (auto& known : work.uploaded_distances) {
+      if (known->object == object) return DistanceField(object->grid, known->values.data);
+    }
+    // Two grids per object, and several actors take turns.
+    constexpr std::size_t kMaxGrids = 16;
+    if (work.uploaded_distances.size() >= kMaxGrids)
+      work.uploaded_distances.erase(work.uploaded_distances.begin());
+    auto uploaded = std::make_unique<typename Workspace<B>::UploadedDistances>();
+    uploaded->object = object;
+    uploaded->values =
+        uploaded->buffer.resize(work.backend, static_cast<std::int64_t>(object->values.size()));
+    work.backend.upload(uploaded->values, object->values.data());
+    work.uploaded_distances.push_back(std::move(uploaded));
+    return DistanceField(object->grid, work.uploaded_distances.back()->values.data);
+  }
+}
+
+/// The samples as the kernels read them, and two quadruples of values for each.
+struct UploadedSamples {
+  View<KernelSample> samples;
+  View<BallAttribute> values;
+};
+template <class B>
+UploadedSamples upload_samples(Workspace<B>& work, const Regression& regression) {
+  const std::size_t count = regression.samples.size();
+  std::vector<KernelSample> samples(count);
+  std::vector<BallAttribute> values(2 * count);
+  for (std::size_t e = 0; e < count; ++e) {
+    const RegressionSample& sample = regression.samples[e];
+    const float widest = 4 * sample.deviation;
+    constexpr float kHalfLog2E = 0.72134752f;
+    samples[e] = {sample.center, kHalfLog2E / (widest * widest), sample.mass,
+                  kSecondHeight * sample.mass, kThirdHeight * sample.mass};
+    const auto maps = static_cast<std::size_t>(regression.maps);
+    for (std::size_t m = 0; m < maps; ++m) values[2 * e + m] = regression.values[e * maps + m];
+  }
+  const auto size = static_cast<std::int64_t>(count);
+  const UploadedSamples out = {work.kernel_samples.resize(work.backend, size),
+                               work.attributes.resize(work.backend, 2 * size)};
+  work.backend.upload(out.samples, samples.data());
+  work.backend.upload(out.values, values.data());
+  return out;
+}
+
+/// Computes the regression's nodes, where backend memory does not hold them yet.
+template <class B>
+SmoothMap compute_map(Workspace<B>& work, const std::shared_ptr<const Regression>& regression) {
+  const Int3 n = regression->lattice.points;
+  const std::int64_t nodes = std::int64_t{n.x} * n.y * n.z;
+  const View<float> coefficients =
+      work.lattice_nodes.resize(work.backend, kRegressionValues * nodes);
+  const SmoothMap map(*regression, coefficients.data);
+  if (regression == work.uploaded_regression) return map;
+  work.uploaded_regression.reset();
+  const UploadedSamples in = upload_samples(work, *regression);
+  const Offsets runs = {(nodes + RegressNodes::kNodes - 1) / RegressNodes::kNodes, 0};
+  const View<Offsets> count = work.regress_count.resize(work.backend, 1);
+  work.backend.upload(count, &runs);
+  work.backend.for_teams(
+      &count[0].first, runs.first,
+      RegressNodes{regression->lattice, in.samples, in.values, regression->sloped, coefficients},
+      "regress");
+  if (regression->thinness[0]) {
+    WeighLevel weigh;
+    weigh.map = map;
+    for (int m = 0; m < 2; ++m) weigh.thinness[m] = upload_distances(work, regression->thinness[m]);
+    weigh.nodes = coefficients;
+    work.backend.for_each(nodes, weigh, "regress");
+  }
+  work.uploaded_regression = regression;
+  return map;
+}
+
+template <class B>
+void sample_map(Workspace<B>& work, const std::shared_ptr<const Regression>& regression,
+                const std::vector<Vec3>& points, std::vector<AttributeValues>& values) {
+  const SmoothMap map = compute_map(work, regression);
+  const auto n = static_cast<std::int64_t>(points.size());
+  values.resize(points.size() * static_cast<std::size_t>(regression->maps));
+  const View<Vec3> at = work.points.resize(work.backend, n);
+  const View<AttributeValues> out =
+      work.attribute_values.resize(work.backend, static_cast<std::int64_t>(values.size()));
+  work.backend.upload(at, points.data());
+  work.backend.for_each(n, SampleMap{map, at, out, regression->maps}, "map");
+  work.backend.download(values.data(), out);
+}
+
+template <class B>
+View<Strain> bound_strain(Workspace<B>& work, const MorphSurface& between, const SmoothMap& map) {
+  const Int3 n = map.lattice.points;
+  const View<Strain> strain = work.strain.resize(work.backend, std::int64_t{n.x} * n.y * n.z);
+  BoundStrain bound;
+  bound.lattice = map.lattice;
+  bound.nodes = {map.nodes, kRegressionValues * strain.size};
+  bound.scale[0] = between.from_scale, bound.scale[1] = between.to_scale;
+  bound.strain = strain;
+  work.backend.for_each(strain.size, bound, "regress");
+  return strain;
+}
+
+/// Returns the largest factor by which a map stretches: all of them are rotations and scalings.
+inline float affine_norm(const AffineMap& map) {
+  float largest = 0;
+  for (const Vec3 row : map.rows) largest = std::max(largest, length(row));
+  return largest;
+}
+
+template <class B>
+void extract_morph(Workspace<B>& work, const MorphSurface& between, const Grid& grid,
+                   const ExtractSettings& settings, Mesh& mesh) {
+  const MorphField field = {compute_map(work, between.map),
+                            upload_distances(work, between.from),
+                            upload_distances(work, between.to),
+                            between.from_scale,
+                            between.to_scale,
+                            between.level,
+                            between.linear_range > 0 ? 1 / between.linear_range : 0};
+  MorphBounds bounds;
+  bounds.field = field;
+  bounds.strain = bound_strain(work, between, field.map);
+  bounds.affine_norm = std::max(between.from_scale * affine_norm(between.map->affine[0]),
+                                between.to_scale * affine_norm(between.map->affine[1]));
+  bounds.lipschitz = std::max(between.from->lipschitz, between.to->lipschitz);
+  bounds.rounding = distance_rounding(grid);
+  extract_level_set(work, field, bounds, grid, settings, mesh);
+}
+
+}  // namespace polymorph

@@ -1,0 +1,49 @@
+// Declarations of all passes that an engine calls. ball_passes.h and level_set_passes.h define
+// them; a backend that takes long to compile instantiates them in several source files.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "ball_paths.h"
+#include "ball_set.h"
+#include "engine.h"
+#include "mesh.h"
+#include "morph_surface.h"
+#include "types.h"
+
+namespace polymorph {
+
+template <class B>
+struct Workspace;
+
+template <class B, class F>
+void extract_balls(Workspace<B>& work, const BallSet& set, const Grid& grid,
+                   const ExtractSettings& settings, Mesh& mesh);
+
+/// `values`: as many as points.
+template <class B, class F>
+void sample_balls(Workspace<B>& work, const BallSet& set, const std::vector<Vec3>& points,
+                  const ExtractSettings& settings, std::vector<float>& values);
+
+/// `attributes`: one or two per ball; `values`: as many per point.
+template <class B, class F>
+void interpolate_balls(Workspace<B>& work, const BallSet& set,
+                       const std::vector<BallAttribute>& attributes,
+                       const std::vector<Vec3>& points, const ExtractSettings& settings,
+                       std::vector<AttributeValues>& values);
+
+/// Moves the balls along their paths and leaves them in backend memory.
+template <class B>
+BallSet move_balls(Workspace<B>& work, const std::shared_ptr<const BallPaths>& paths,
+                   const MotionState& moment, const std::vector<float>& eased_times);
+
+template <class B>
+void extract_morph(Workspace<B>& work, const MorphSurface& between, const Grid& grid,
+                   const ExtractSettings& settings, Mesh& mesh);
+
+template <class B>
+void sample_map(Workspace<B>& work, const std::shared_ptr<const Regression>& regression,
+                const std::vector<Vec3>& points, std::vector<AttributeValues>& values);
+
+}  // namespace polymorph

@@ -1,0 +1,97 @@
+// Work buffers of an engine and the backend that they belong to. They only grow, so that frames
+// after the first allocate nothing.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "ball_paths.h"
+#include "ball_set.h"
+#include "bricks.h"
+#include "engine.h"
+#include "falloff.h"
+#include "far_field.h"
+#include "morph_surface.h"
+#include "regression.h"
+#include "tree.h"
+#include "types.h"
+#include "view.h"
+
+namespace polymorph {
+
+/// The buffers of all passes. Passes of one call share them; results stay in them between calls
+/// only where a member says so.
+template <class B>
+struct Workspace {
+  template <class T>
+  using Buffer = typename B::template Buffer<T>;
+
+  explicit Workspace(B own_backend) : backend(std::move(own_backend)) {}
+
+  B backend;
+
+  // Moving balls (ball_paths.h).
+  Buffer<BallPath> paths;
+  Buffer<PathPart> parts;
+  Buffer<PartPlace> places;
+  Buffer<float> eased_times;
+  std::shared_ptr<const BallPaths> uploaded_paths;  ///< contents of `paths` and `parts`
+
+  // Balls as given and as the kernels read them.
+  Buffer<Ball> raw_balls;
+  BallSet uploaded_balls;  ///< contents of raw_balls; empty: unknown
+  Buffer<RoundBall> round_balls;
+  Buffer<EllipsoidBall> ellipsoids;
+  Buffer<std::uint32_t> all_balls;
+
+  // Points and attributes of the caller.
+  Buffer<Vec3> points;
+  Buffer<float> point_values;
+  Buffer<BallAttribute> attributes;
+  Buffer<AttributeValues> attribute_values;
+
+  // Regression (regression.h).
+  Buffer<KernelSample> kernel_samples;
+  Buffer<float> lattice_nodes;
+  std::shared_ptr<const Regression> uploaded_regression;  ///< contents of lattice_nodes
+  Buffer<Strain> strain;
+  Buffer<Offsets> regress_count;
+
+  /// A distance grid in backend memory.
+  struct UploadedDistances {
+    std::shared_ptr<const DistanceGrid> object;
+    Buffer<float> buffer;
+    View<float> values;
+  };
+  std::vector<std::unique_ptr<UploadedDistances>> uploaded_distances;
+
+  // The tree (tree.h), per level or for even and odd levels.
+  Buffer<Node> nodes[kMaxLevels];
+  Buffer<std::uint32_t> entries[2];
+  Buffer<FarField> far[2];
+  Buffer<Counts> sums[2];
+  Buffer<std::uint32_t> child_entries;
+  Buffer<Offsets> first;
+
+  /// [level]: nodes and entries; [kMaxLevels]: vertices and triangles.
+  Buffer<Offsets> totals_buffer;
+  View<Offsets> totals;
+
+  // Bricks (bricks.h).
+  Buffer<BrickTable> table;
+  bool has_table = false;  ///< does `table` hold brick_table()?
+  Buffer<float> values;
+  Buffer<std::uint8_t> inside;
+  Buffer<std::uint32_t> rows;
+  Buffer<Counts> brick_counts;
+  Buffer<Offsets> brick_first;
+
+  // The mesh, where the backend's memory is not the caller's.
+  Buffer<Vec3> positions, normals;
+  Buffer<Triangle> triangles;
+};
+
+}  // namespace polymorph
