@@ -71,7 +71,7 @@ def fig2_1(w):
         " triangle to the next, vertex normals by none.",
         "polymorph's extracted surfaces have a normal at each vertex, the gradient of the field there; a model without "
         "normals gets the weighted mean of its faces up to a crease of 50 degrees, so that edges stay edges. "
-        "`surface.flat` brings the report's face normals back.",
+        "`report.flat` brings the report's face normals back.",
     )
 
 

@@ -71,7 +71,7 @@ def fig3_2(w):
     w.say(
         f"The same {n - 1} x {n - 1} squares both ways. Midpoints miss the area by {rows[0][4]:+.1f} %, interpolated "
         f"vertices by {rows[1][4]:+.1f} %.",
-        "In space likewise: `surface.placement` `midpoint` is the report's, the default places each vertex on its edge"
+        "In space likewise: `report.placement` `midpoint` is the report's, the default places each vertex on its edge"
         " by a step of refinement on the field.",
     )
 
@@ -89,7 +89,7 @@ def graph3_1(w):
         ["cube", {"shape": "sphere"}],
         {"frames": {"count": frames}, "boundary": {"method": "cut"}, "motion": {"easing": "spring"}},
     )
-    spring = w.json("info", scene)["motion"]["spring"]
+    spring = w.json("info", scene)["motion"]["easing"]
     critical = 2 * (spring["stiffness"] * spring["mass"]) ** 0.5
     fig, [ax] = draw.panels(1, width=900, height=380)
     curves, rows = {}, []
@@ -101,7 +101,7 @@ def graph3_1(w):
         (2.5, draw.REPORT),
     ):
         damping = round(share * critical, 2)
-        said = w.json("info", scene, "--timeline", "--set", f"motion.spring.damping={damping}")["actors"][0]["frames"]
+        said = w.json("info", scene, "--timeline", "--set", f"motion.easing.damping={damping}")["actors"][0]["frames"]
         t, u = np.array([f["time"] for f in said]), np.array([f["u"] for f in said])
         kind = "under" if share < 1 else "critically " if share == 1 else "over"
         ax.plot(t, 1 - u, color=color, label=f"b = {damping:.1f} ({kind}damped)")

@@ -101,7 +101,7 @@ def fig5_2(w):
         f"The same test, beside the winding number. Without {rows[-1][0]:g} % of the faces, parity gets "
         f"{rows[-1][1]:.0f} % of the spheres wrong, the winding number {rows[-1][2]:.1f} %.",
         "A ray through a hole tells the whole line behind it wrongly; the winding number sums all faces and only fades"
-        " near the hole. The report's ray is `spheres.inside` `parity`.",
+        " near the hole. The report's ray is `report.inside` `parity`.",
     )
 
 

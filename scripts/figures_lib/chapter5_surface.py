@@ -117,7 +117,7 @@ def fig5_8(w):
     report["surface"] = {"resolution": 64}
     rows, images, heads = [], [], []
     for name, constant in (("low", 0.1), ("medium", 0.15), ("high", 0.4), ("ours", None)):
-        layers = [report, matte, {"field": {"blob_constant": constant}}] if constant else [matte]
+        layers = [report, matte, {"report": {"blob_constant": constant}}] if constant else [matte]
         path = scene(*layers)
         points, triangles = w.mesh(path, 1)
         parts = geometry.components(points, triangles)
@@ -153,7 +153,7 @@ def graph5_1(w):
     rows = []
     settings = w.report()
     for n in (8, 10, 15, 20, 25, 50, 100, 200):
-        layer = {"surface": {"resolution": n, "flat": False}, "frames": {"count": 2}}
+        layer = {"surface": {"resolution": n}, "report": {"flat": False}, "frames": {"count": 2}}
         path = w.scene([{"model": "torus", "meta": True}, {"model": "torus", "meta": True}], settings, layer)
         cells, _ = geometry.crossed_cells(*w.mesh(path, 1))
         rows.append([n, n**3, len(cells), 512 * len(bricks_of(cells))])
@@ -220,7 +220,7 @@ def fig5_10(w):
 
     rows, images, heads = [], [], []
     for influence in (1, 2, 4, 8):
-        layer = {"surface": {"influence": influence}, "frames": {"count": 2}, "camera": {"azimuth": 20, "elevation": 8}}
+        layer = {"report": {"influence": influence}, "frames": {"count": 2}, "camera": {"azimuth": 20, "elevation": 8}}
         layer["look"] = {"kind": "matte", "color": [0.62, 0.6, 0.56]}
         path = w.scene([{"model": "suzanne", "meta": True}, {"model": "suzanne", "meta": True}], layer)
         rows.append([influence, geometry.volume(*w.mesh(path, 1))])
@@ -232,7 +232,7 @@ def fig5_10(w):
     w.say(
         f"The steps again: the skin of the coarse samples is off by {flat_error:+.0f} % of area. On"
         f" {w.name_of('suzanne')}, samples {rows[-1][0]} cells apart are off by {rows[-1][2]:+.1f} % of volume.",
-        "`surface.influence` is the report's variant. It is not the default: with bricks and short lists of balls the"
+        "`report.influence` is the report's variant. It is not the default: with bricks and short lists of balls the"
         " field is cheap to compute at every point, and Table 6.7 shows what interpolation would buy.",
     )
 
@@ -331,7 +331,8 @@ def fig5_13(w):
     report = {
         **w.report(),
         "frames": {"count": 49},
-        "surface": {"resolution": 40, "placement": "midpoint", "flat": True},
+        "surface": {"resolution": 40},
+        "report": {"placement": "midpoint", "flat": True},
     }
     objects = ["penguin", "suzanne"]
     path = w.scene(objects, report)

@@ -86,7 +86,7 @@ def table6_2(w):
 def table6_3(w):
     quoted = dict(zip(STANDARD, (966, 1821, 1104, 961)))
     metal = {"look": {"kind": "metal"}}
-    midpoint = {"surface": {"resolution": 27, "placement": "midpoint", "flat": True}}
+    midpoint = {"surface": {"resolution": 27}, "report": {"placement": "midpoint", "flat": True}}
     rows, report_row, coarse_row, ours_row = [], [], [], []
     for model in STANDARD:
         report, coarse, ours = alone(w, model, w.report()), alone(w, model, midpoint, metal), alone(w, model, metal)

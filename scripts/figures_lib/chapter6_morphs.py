@@ -172,7 +172,7 @@ def table6_4(w):
         f" of {of['ours']}. The turns that ours finds: {'; '.join(turns)}.",
         "Linear time has no slow-in and slow-out (9), and straight lines squash what turns (7). Ours eases time, keeps"
         " the volume, and moves balls along with the turn that makes the plan much cheaper, where there is one: by"
-        " default a turn must halve its cost (`plan.align_gain`), so that unlike objects do not tumble. NA is a dash: a"
+        " default a turn must halve its cost, so that unlike objects do not tumble. NA is a dash: a"
         " torus has no label that another object has.",
     )
 

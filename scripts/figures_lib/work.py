@@ -221,7 +221,8 @@ class Work:
         """The settings of the report's own method, its 27 cells and angular surface included."""
         scene = self.scene_json(REPORT_SCENE)
         keep = {k: scene[k] for k in ("spheres", "field", "plan", "motion", "boundary", "look")}
-        return {**keep, "surface": {"resolution": 27, "placement": "midpoint", "flat": True, "min_component_share": 0}}
+        own = {**scene["report"], "placement": "midpoint", "flat": True}
+        return {**keep, "report": own, "surface": {"resolution": 27, "min_component_share": 0}}
 
     def render(self, scene, frames, width=200, height=150, samples=None):
         """Frames of a scene as arrays."""

@@ -54,8 +54,8 @@ CostSide cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<d
   const auto place = [&](std::size_t i) {
     return (Vec3d(balls[i].center) - normalization.center) * (1 / normalization.size);
   };
-  const auto size_weight = static_cast<double>(settings.size_weight);
-  const auto feature_weight = static_cast<double>(settings.feature_weight);
+  const auto size_weight = static_cast<double>(settings.weights.size);
+  const auto feature_weight = static_cast<double>(settings.weights.feature);
   axis(1, [&](std::size_t i) { return place(i).x; });
   axis(1, [&](std::size_t i) { return place(i).y; });
   axis(1, [&](std::size_t i) { return place(i).z; });
@@ -71,7 +71,7 @@ CostSide cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<d
   axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.linearity[i]); });
   axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.planarity[i]); });
   for (const Vec3& landmark : landmarks)
-    axis(static_cast<double>(settings.landmark_weight), [&](std::size_t i) {
+    axis(static_cast<double>(settings.weights.landmark), [&](std::size_t i) {
       return length(Vec3d(balls[i].center) - Vec3d(landmark)) / normalization.size;
     });
   side.mass = std::move(mass);

@@ -151,8 +151,9 @@ double softness(const MorphPlan& plan) {
   if (!visit(plan.kind, [](auto field) { return decltype(field)::kExponential; })) return 0;
   // Strain up to which they count as alike, and from which on as wholly unlike.
   constexpr double kAlike = 0.05, kUnlike = 0.25;
-  return static_cast<double>(plan.motion.soften) *
-         std::clamp((plan.alignment.strain - kAlike) / (kUnlike - kAlike), 0.0, 1.0);
+  // Share of the falloff that unlike balls lose half way.
+  constexpr double kSoften = 0.5;
+  return kSoften * std::clamp((plan.alignment.strain - kAlike) / (kUnlike - kAlike), 0.0, 1.0);
 }
 
 /// How much of a ball's drift shows: a unit velocity at time 0, nothing left of it at 1.

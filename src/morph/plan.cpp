@@ -285,7 +285,7 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
   sides.a = cost_side(plan.from, plan.kind, from_mass, from.labels, from.landmarks, from_places,
                       settings);
   sides.b = cost_side(plan.to, plan.kind, to_mass, to.labels, to.landmarks, to_places, settings);
-  sides.label_cost = soft ? settings.label_weight : 0;
+  sides.label_cost = soft ? settings.weights.label : 0;
   const auto pair_up = [&] {
     plan.pairs = settings.method == PlanMethod::kNearest
                      ? pair_nearest(sides)
@@ -297,8 +297,9 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
     // While the rotation is searched for, hard labels are soft ones with a high cost.
     constexpr float kHardCost = 100;
     const float label_cost = settings.label_mode == LabelMode::kHard ? kHardCost : sides.label_cost;
-    found = find_rotation(sides.a, sides.b, label_cost, static_cast<double>(settings.align_gain),
-                          static_cast<double>(settings.align_tip_residual));
+    found = find_rotation(sides.a, sides.b, label_cost,
+                          static_cast<double>(settings.weights.align_gain),
+                          static_cast<double>(settings.weights.align_tip_residual));
   }
   Mat3 rotation = found.rotation;
   const bool turns = angle_of(rotation) > 0;

@@ -23,8 +23,9 @@ static_assert(sizeof(Ball) == 11 * sizeof(float) && sizeof(Vec3) == 3 * sizeof(f
 std::string correspondence_key(const PlanSide& from, const PlanSide& to, FieldKind kind,
                                const PlanSettings& settings) {
   // By name, so that a new setting is not forgotten. Labels and landmarks are the sides' own.
-  const auto& [method, seed, align, align_gain, align_tip_residual, size_weight, feature_weight,
-               landmark_weight, label_weight, label_mode, labels, landmarks] = settings;
+  const auto& [method, seed, align, weights, label_mode, labels, landmarks] = settings;
+  const auto& [align_gain, align_tip_residual, size_weight, feature_weight, landmark_weight,
+               label_weight] = weights;
   Hasher hasher;
   hasher.add("plan").add(kPlanVersion).add(static_cast<std::uint8_t>(kind));
   hasher.add(static_cast<std::uint8_t>(method)).add(seed);

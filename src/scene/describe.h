@@ -4,8 +4,9 @@
 // function takes its struct apart, so that it does not compile while a member is missing.
 //
 // A visitor `v` offers integer, number, boolean, choice, text, text_map, path, vector, scale,
-// color, integers, numbers, object, objects, actors; and renamed, which stands before the setting
-// it speaks of. In a keyed_object every number, vector and colour may have keyframes
+// color, integers, numbers, object, objects, actors; and retired, a key of former versions, whose
+// use is an error that says the new one. An object whose keys have a kShort may be written as the
+// value of that key alone. In a keyed_object every number, vector and colour may have keyframes
 // (scene/keyframes.h), unless the number itself says otherwise.
 #pragma once
 
@@ -13,10 +14,10 @@
 
 namespace polymorph {
 
-/// Whether a number may have keyframes: as its object says, or whatever that says.
+/// Says whether a number may have keyframes: as its object does, or whatever that does.
 enum class Keyframes { kAsObject, kAllowed, kNone };
 
-/// Of a setting with keyframes, beside its list of "keys".
+/// The keys of a setting with keyframes, beside its list of "keys".
 template <class V>
 void describe(V& v, KeyframeTrack& s) {
   v.choice("easing", s.easing,
@@ -25,11 +26,11 @@ void describe(V& v, KeyframeTrack& s) {
             {"smoothstep", KeyEasing::kSmoothstep},
             {"quintic", KeyEasing::kQuintic},
             {"hold", KeyEasing::kHold}},
-           "how the value goes from key to key: along one smooth curve through all of them, in "
-           "straight lines, stopping gently at each (smoothstep, quintic), or in jumps");
+           "The value goes from key to key along one smooth curve through all of them, in straight "
+           "lines, with a gentle stop at each (smoothstep, quintic), or in jumps.");
 }
 
-/// When a key is: one of these stands beside its "value".
+/// The time of a key: one of these stands beside its "value".
 struct KeyMoment {
   std::optional<float> share, frame, leg;
 };
@@ -38,21 +39,22 @@ void describe(V& v, KeyMoment& s) {
   v.number("t", s.share, 0, 1, "share of the film: 0 is its first frame, 1 its last");
   v.number("frame", s.frame, 1, 1e5, "number of a frame");
   v.number("leg", s.leg, 1, 1e5,
-           "of the first actor: 1 is the start of its first leg, 1.5 the middle, 2 its end");
+           "leg of the first actor: 1 is the start of its first leg, 1.5 the middle, 2 its end");
 }
 
 template <class V>
 void describe(V& v, SphereSettings& s) {
-  auto& [method, balls, error, resolution, root_margin, fit, inside, solidify, coarse] = s;
+  [[maybe_unused]] auto& [method, balls, error, resolution, root_margin, fit, inside, solidify,
+                          coarse] = s;  // report, and what previews set
   v.choice("method", method,
            {{"medial", SphereMethod::kMedial},
             {"hubbard", SphereMethod::kHubbard},
             {"octree", SphereMethod::kOctree},
             {"active", SphereMethod::kActive}},
-           "how the model is filled: a cover by medial balls; merged Voronoi balls; the report's "
+           "filling of the model: a cover by medial balls; merged Voronoi balls; the report's "
            "octree (every finest cell); or its active nodes (the largest cells with more than 4 "
            "corners inside)");
-  v.integer("balls", balls, 1, 4096, "how many, for medial and hubbard");
+  v.integer("balls", balls, 1, 4096, "number of balls of medial and hubbard");
   v.number("error", error, 0, 0.5,
            "medial: the fewest balls whose surface keeps this Hausdorff distance, as a share of "
            "the model's diagonal, instead of `balls`; 0: off");
@@ -60,23 +62,17 @@ void describe(V& v, SphereSettings& s) {
       "resolution", resolution, 0, 9,
       "R of octree and active: 2^(R-1) cells along an axis at the finest level; 0: the finest "
       "with at most 8000 spheres, with a fit at most `balls`");
-  v.number(
-      "root_margin", root_margin, 0, 1,
-      "octree and active: by how much the root cube is longer than the model's longest side, as "
-      "a share of it; the report's counts of spheres come nearest with 0.092");
+  v.retired("root_margin", "report.root_margin");
   v.choice(
       "fit", fit,
       {{"ellipsoid", FitKind::kEllipsoid}, {"round", FitKind::kRound}, {"none", FitKind::kNone}},
       "Gaussian field: fit the balls so that their surface is the model, free to stretch or "
       "round; or take them from the spheres as the report does (then field.blobbiness counts)");
-  v.choice("inside", inside,
-           {{"winding", InsideMethod::kWinding}, {"parity", InsideMethod::kParity}},
-           "inside test: generalized winding number (takes open meshes), or the parity of one ray");
+  v.retired("inside", "report.inside");
   v.boolean("solidify", solidify,
             "first fill the cavities and close the holes of the model: for thin shells and open "
             "meshes");
-  v.boolean("coarse", coarse,
-            "fit to fewer samples in fewer steps, in a quarter of the time; `--preview` sets it");
+  v.retired("coarse", "the option --preview");
 }
 
 template <class V>
@@ -89,26 +85,27 @@ void describe(V& v, ObjectSettings& s) {
   v.text("shape", shape,
          "a built-in shape instead of a file: sphere, cube, torus, puddle or drops");
   v.choice("up", up, {{"y", UpAxis::kY}, {"z", UpAxis::kZ}, {"x", UpAxis::kX}},
-           "which axis of the model's file points up");
+           "axis of the model's file that points up");
   v.boolean("meta", meta, "pass through the object as balls only, never showing the model itself");
   v.boolean("arrange", arrange, "take part in the scene's \"arrange\"");
   v.vector("translate", translate, "shift, in scene units, after everything else");
   v.vector("rotate", rotate, "degrees about x, then y, then z");
   v.scale("scale", scale, "one factor, or one per axis");
   v.color("color", color, "paint the whole object in this colour instead of its materials");
-  v.number("roughness", roughness, 0, 1, "of all its materials, 0 is a mirror");
-  v.number("metallic", metallic, 0, 1, "of all its materials, 1 is metal");
-  v.number("glass", glass, 0, 1, "of all its materials: the share of light that goes through");
+  v.number("roughness", roughness, 0, 1, "roughness of all its materials, 0 is a mirror");
+  v.number("metallic", metallic, 0, 1, "metalness of all its materials, 1 is metal");
+  v.number("glass", glass, 0, 1, "share of the light that goes through, for all its materials");
   v.number("crease", crease, 0, 180,
            "degrees: edges whose faces meet at more are shown sharp, others smooth, whatever "
            "normals the file has; default: the file's normals, and 50 where it has none");
   v.object("spheres", spheres, "sphere settings of this object; default: the scene's");
-  v.object("motion", motion, "of the balls on their way to this object; default: the scene's");
+  v.object("motion", motion, "motion of the balls towards this object; default: the scene's");
   v.integer("hold", hold, 0, 10000,
             "frames that an object on the way stands still, the one that shows it not counted");
-  v.number("retarget", retarget, 0.01, 1,
-           "of an object on the way: the share of the motion's time after which the actor turns "
-           "to the next object, from where its balls are; 1: it is reached");
+  v.number(
+      "retarget", retarget, 0.01, 1,
+      "share of the motion's time after which the actor leaves for the next object, from where "
+      "its balls are, for an object on the way; 1: it is reached");
 }
 
 template <class V>
@@ -132,25 +129,22 @@ void describe(V& v, FrameSettings& s) {
 
 template <class V>
 void describe(V& v, FieldSettings& s) {
-  auto& [kind, blobbiness, even, blob_constant, magnitude, threshold, match_volume] = s;
+  [[maybe_unused]] auto& [kind, blobbiness, even, blob_constant, magnitude, threshold,
+                          match_volume] = s;  // report
   v.choice("kind", kind,
            {{"gaussian", FieldKind::kGaussian},
             {"wyvill", FieldKind::kWyvill},
             {"inverse_square", FieldKind::kInverseSquare},
             {"quartic", FieldKind::kQuartic}},
-           "what a ball adds to the field: Blinn's Gaussian, Wyvill's soft object, k r^2 / d^2, or "
+           "contribution of a ball to the field: Blinn's Gaussian, Wyvill's soft object, k r^2 / "
+           "d^2, or "
            "Murakami's (1 - d^2 / R^2)^2");
   v.number(
       "blobbiness", blobbiness, 0, 50,
       "gaussian without a fit: |B|; small melts balls together, large keeps them apart; 0: 0.12 "
       "for octree and active, 6 for hubbard and medial");
-  v.boolean("even", even,
-            "gaussian, octree and active without a fit: strengths such that the field is alike at "
-            "all centres, so that thin parts stay");
-  v.number("blob_constant", blob_constant, 1e-6, 1e6, "inverse_square: factor of every ball");
-  v.number("magnitude", magnitude, 1e-6, 1e6,
-           "inverse_square: strength of a ball, times its radius squared");
-  v.number("threshold", threshold, 1e-6, 1e6, "inverse_square: field value at the surface");
+  for (const char* key : {"even", "blob_constant", "magnitude", "threshold"})
+    v.retired(key, "report");
   v.boolean("match_volume", match_volume,
             "shift the level so that the surface encloses the model's volume at both ends");
 }
@@ -158,106 +152,133 @@ void describe(V& v, FieldSettings& s) {
 template <class V>
 void describe(V& v, LandmarkSettings& s) {
   auto& [leg, from, to] = s;
-  v.integer("leg", leg, 1, 100000, "which leg of the chain it is for; 1 leaves the source");
+  v.integer("leg", leg, 1, 100000, "leg of the chain that it is for; 1 leaves the source");
   v.vector("from", from, "a point of the leg's first object, in scene units");
   v.vector("to", to, "the point of its second object that belongs to it");
 }
 
 template <class V>
 void describe(V& v, PlanSettings& s) {
-  auto& [method, seed, align, align_gain, align_tip_residual, size_weight, feature_weight,
-         landmark_weight, label_weight, label_mode, labels, landmarks] = s;
+  [[maybe_unused]] auto& [method, seed, align, weights, label_mode, labels, landmarks] = s;
   v.choice("method", method,
            {{"index", PlanMethod::kIndex},
             {"nearest", PlanMethod::kNearest},
             {"transport", PlanMethod::kTransport}},
-           "which ball becomes which: in list order with surplus balls paired at random, every "
+           "assignment of balls: in list order with surplus balls paired at random, every "
            "ball with the cheapest one, or optimal transport of the volume");
-  v.integer("seed", seed, 0, 9007199254740991, "of everything random in the plan");
+  v.integer("seed", seed, 0, 9007199254740991, "seed of everything random in the plan");
   v.choice("align", align,
            {{"none", AlignMethod::kNone},
             {"translate", AlignMethod::kTranslate},
             {"rigid", AlignMethod::kRigid},
             {"similarity", AlignMethod::kSimilarity}},
-           "how the objects are laid upon each other before balls are paired");
-  v.number("align_gain", align_gain, 0, 1,
-           "a turn is kept only if it makes the plan this share cheaper");
-  v.number("align_tip_residual", align_tip_residual, 0, 100,
-           "a turn that tips the object over is kept only if it leaves at most this mean squared "
-           "distance between paired balls, over their mean squared radius; 0 = never");
-  v.number("size_weight", size_weight, 0, 1000, "of unlike ball sizes in the cost");
-  v.number("feature_weight", feature_weight, 0, 1000,
-           "of unlike features: distance along the body, linear or flat surroundings, which way "
-           "is out");
-  v.number("landmark_weight", landmark_weight, 0, 1000, "of unlike distances to the landmarks");
-  v.number("label_weight", label_weight, 0, 1000, "of a change of label, where labels are soft");
+           "transform that lays the objects upon each other before balls are paired");
+  for (const char* key : {"align_gain", "align_tip_residual", "size_weight", "feature_weight",
+                          "landmark_weight", "label_weight"})
+    v.retired(key, nullptr);
   v.choice("label_mode", label_mode,
            {{"off", LabelMode::kOff}, {"soft", LabelMode::kSoft}, {"hard", LabelMode::kHard}},
-           "what the models' face groups mean: nothing, a cost for leaving one's label, or no "
+           "meaning of the models' face groups: nothing, a cost for leaving one's label, or no "
            "ball leaves its label");
   v.text_map("labels", labels,
-             "which group becomes which, {\"teapot.spout\": \"penguin.beak\"}; groups of the "
+             "group that each group becomes, {\"teapot.spout\": \"penguin.beak\"}; groups of the "
              "same name belong together");
   v.objects("landmarks", landmarks, "pairs of points that belong together");
 }
 
+/// The path of the balls, and the parameters of each kind of path.
+struct PathKeys {
+  static constexpr const char* kShort = "kind";
+  Path& kind;
+  float &bend, &burst, &gravity;
+};
 template <class V>
-void describe(V& v, SpringSettings& s) {
-  auto& [mass, stiffness, damping, lag] = s;
-  v.number("mass", mass, 1e-3, 1e3, "of a ball of mean volume");
-  v.number("stiffness", stiffness, 1e-2, 1e5, "force per way; the motion lasts one unit of time");
-  v.number("damping", damping, 0, 1e4, "force per speed; critical at 2 sqrt(mass stiffness)");
-  v.number("lag", lag, 0, 1, "how much more mass big balls have than small ones");
-}
-
-template <class V>
-void describe(V& v, MotionSettings& s) {
-  auto& [interpolate, path, bend, burst, gravity, soften, easing, bezier, spring, stagger,
-         stagger_share, stagger_axis, seed, keep_volume] = s;
-  v.choice("interpolate", interpolate,
-           {{"distance", Interpolation::kDistance}, {"balls", Interpolation::kBalls}},
-           "what the surface between two objects is made of: their signed distances, carried along "
-           "a smooth map and mixed, or the field of the moving balls (always so on the path "
-           "explode, to and from the shape drops, and in fields that are not gaussian)");
-  v.choice("path", path,
+void describe(V& v, PathKeys& s) {
+  v.choice("kind", s.kind,
            {{"straight", Path::kStraight},
             {"bezier", Path::kBezier},
             {"rigid", Path::kRigid},
             {"parts", Path::kParts},
             {"explode", Path::kExplode}},
-           "the way of a ball: a line, an arc, the turn and growth that lays one object on the "
+           "path of a ball: a line, an arc, the rotation and growth that lays one object on the "
            "other, the same label by label with neighbours held together, or a throw out of the "
            "one and, backwards, into the other");
-  v.number("bend", bend, -2, 2,
-           "bezier: how high an arc the paths go in, as a share of their length");
-  v.number("burst", burst, 0, 100, "explode: speed, in the objects' sizes a motion");
-  v.number("gravity", gravity, 0, 100, "explode: 1 brings balls down within the motion");
-  v.number(
-      "soften", soften, 0, 0.9,
-      "gaussian: how much softer balls are half way between unlike objects, so that they do not "
-      "show singly");
-  v.choice("easing", easing,
+  v.number("bend", s.bend, -2, 2,
+           "bezier: height of the arc that the paths follow, as a share of their length");
+  v.number("burst", s.burst, 0, 100, "explode: speed, in the objects' sizes per motion");
+  v.number("gravity", s.gravity, 0, 100, "explode: 1 brings balls down within the motion");
+}
+
+/// The easing of a leg's motion, and the parameters of each kind of easing.
+struct EasingKeys {
+  static constexpr const char* kShort = "kind";
+  Easing& kind;
+  std::vector<float>& bezier;
+  SpringSettings& spring;
+};
+template <class V>
+void describe(V& v, EasingKeys& s) {
+  v.choice("kind", s.kind,
            {{"linear", Easing::kLinear},
             {"smoothstep", Easing::kSmoothstep},
             {"quintic", Easing::kQuintic},
             {"bezier", Easing::kBezier},
             {"spring", Easing::kSpring}},
-           "how time runs along a leg's motion");
-  v.numbers("bezier", bezier, {{0, 1}, {-2, 3}, {0, 1}, {-2, 3}},
-            "easing bezier: x1, y1, x2, y2 of the curve's inner points");
-  v.object("spring", spring, "easing spring");
-  v.choice("stagger", stagger,
+           "course of time along a leg's motion");
+  v.numbers("bezier", s.bezier, {{0, 1}, {-2, 3}, {0, 1}, {-2, 3}},
+            "bezier: x1, y1, x2, y2 of the curve's inner points");
+  auto& [mass, stiffness, damping, lag] = s.spring;
+  v.number("mass", mass, 1e-3, 1e3, "spring: mass of a ball of mean volume");
+  v.number("stiffness", stiffness, 1e-2, 1e5,
+           "spring: force per displacement; the motion lasts one unit of time");
+  v.number("damping", damping, 0, 1e4,
+           "spring: force per speed; critical at 2 sqrt(mass stiffness)");
+  v.number("lag", lag, 0, 1, "spring: exponent by which big balls have more mass than small ones");
+}
+
+/// The order in which balls start.
+struct StaggerKeys {
+  static constexpr const char* kShort = "kind";
+  Stagger& kind;
+  float& share;
+  Vec3& axis;
+};
+template <class V>
+void describe(V& v, StaggerKeys& s) {
+  v.choice("kind", s.kind,
            {{"none", Stagger::kNone},
             {"axis", Stagger::kAxis},
             {"radius", Stagger::kRadius},
             {"label", Stagger::kLabel},
             {"noise", Stagger::kNoise}},
-           "which balls start later: none, by place along stagger_axis, the bigger ones, label by "
+           "balls that start later: none, those further along `axis`, the bigger ones, label by "
            "label, or at random");
-  v.number("stagger_share", stagger_share, 0, 0.9,
-           "of the motion's time lies between the first start and the last");
-  v.vector("stagger_axis", stagger_axis, "stagger axis: the last balls lie this way");
-  v.integer("seed", seed, 0, 9007199254740991, "of everything random in the motion");
+  v.number("share", s.share, 0, 0.9,
+           "share of the motion's time between the first start and the last");
+  v.vector("axis", s.axis, "axis: direction in which the last balls lie");
+}
+
+template <class V>
+void describe(V& v, MotionSettings& s) {
+  auto& [interpolate, path, bend, burst, gravity, easing, bezier, spring, stagger, stagger_share,
+         stagger_axis, seed, keep_volume] = s;
+  PathKeys path_keys{path, bend, burst, gravity};
+  EasingKeys easing_keys{easing, bezier, spring};
+  StaggerKeys stagger_keys{stagger, stagger_share, stagger_axis};
+  v.choice("interpolate", interpolate,
+           {{"distance", Interpolation::kDistance}, {"balls", Interpolation::kBalls}},
+           "source of the surface between two objects: their signed distances, carried along "
+           "a smooth map and mixed, or the field of the moving balls (always so on the path "
+           "explode, to and from the shape drops, and in fields that are not gaussian)");
+  v.object("path", path_keys, "path of the balls; its kind alone may stand for it");
+  for (const char* key : {"bend", "burst", "gravity"}) v.retired(key, "motion.path");
+  v.retired("soften", nullptr);
+  v.object("easing", easing_keys, "course of time; its kind alone may stand for it");
+  for (const char* key : {"bezier", "spring"}) v.retired(key, "motion.easing");
+  v.object("stagger", stagger_keys, "order of starting; its kind alone may stand for it");
+  v.retired("stagger_share", "motion.stagger.share");
+  v.retired("stagger_axis", "motion.stagger.axis");
+  v.integer("seed", seed, 0, 9007199254740991, "seed of everything random in the motion");
   v.boolean("keep_volume", keep_volume,
             "shift the level of every frame so that the volume goes evenly from one object's to "
             "the next's");
@@ -275,28 +296,58 @@ void describe(V& v, BoundarySettings& s) {
       "model to balls: the model's own mesh moves onto their surface (or, where under 98 % of it "
       "arrives, blend), one solid between both, the report's crossfade, or a hard cut");
   v.number("look_share", look_share, 0, 0.4,
-           "of a leg's time at each full end: the model fades to the common look");
+           "share of a leg's time at each full end in which the model fades to the common look");
   v.number("boundary_share", boundary_share, 0, 0.4,
-           "of a leg's time at each full end: the model becomes balls");
+           "share of a leg's time at each full end in which the model becomes balls");
 }
 
 template <class V>
 void describe(V& v, SurfaceSettings& s) {
-  auto& [resolution, method, placement, flat, influence, min_component_share] = s;
+  [[maybe_unused]] auto& [resolution, method, placement, flat, influence, min_component_share] =
+      s;  // report
   v.integer("resolution", resolution, 8, 4096,
             "cells of the marching cubes along the longest side of an actor's box");
-  v.choice("method", method,
-           {{"marching_cubes", SurfaceMethod::kMarchingCubes}, {"matrix", SurfaceMethod::kMatrix}},
-           "what is drawn: the surface, or a cube at each grid point inside");
-  v.choice("placement", placement, {{"root", Placement::kRoot}, {"midpoint", Placement::kMidpoint}},
-           "where vertices lie on grid edges: where the field is at its level, or half way");
-  v.boolean("flat", flat, "every triangle has its own normal");
-  v.integer("influence", influence, 1, 16,
-            "cells between the points at which the field is computed; it is interpolated between");
-  v.renamed("crumbs", "min_component_share");
+  v.retired("method", "report.surface");
+  for (const char* key : {"placement", "flat", "influence"}) v.retired(key, "report");
+  v.retired("crumbs", "surface.min_component_share");
   v.number("min_component_share", min_component_share, 0, 0.1,
            "separate components below this share of the volume are left out of moving surfaces; 0 "
            "keeps all");
+}
+
+/// The choices of the report of 2010 that polymorph replaced, each with its own default.
+struct ReportKeys {
+  SphereSettings& spheres;
+  FieldSettings& field;
+  SurfaceSettings& surface;
+};
+template <class V>
+void describe(V& v, ReportKeys& s) {
+  v.number("root_margin", s.spheres.root_margin, 0, 1,
+           "spheres octree and active: excess of the root cube over the model's longest side, as "
+           "a share of it; the report's counts of spheres come nearest with 0.092");
+  v.choice("inside", s.spheres.inside,
+           {{"winding", InsideMethod::kWinding}, {"parity", InsideMethod::kParity}},
+           "inside test: generalized winding number (takes open meshes), or the parity of one ray");
+  v.boolean(
+      "even", s.field.even,
+      "field gaussian, spheres octree and active without a fit: strengths such that the field "
+      "is alike at all centres, so that thin parts stay");
+  v.number("blob_constant", s.field.blob_constant, 1e-6, 1e6,
+           "field inverse_square: factor of every ball");
+  v.number("magnitude", s.field.magnitude, 1e-6, 1e6,
+           "field inverse_square: strength of a ball, times its radius squared");
+  v.number("threshold", s.field.threshold, 1e-6, 1e6,
+           "field inverse_square: field value at the surface");
+  v.choice("surface", s.surface.method,
+           {{"marching_cubes", SurfaceMethod::kMarchingCubes}, {"matrix", SurfaceMethod::kMatrix}},
+           "drawing: the surface by marching cubes, or a cube at each grid point inside");
+  v.choice("placement", s.surface.placement,
+           {{"root", Placement::kRoot}, {"midpoint", Placement::kMidpoint}},
+           "position of vertices on grid edges: at the field's level, or half way");
+  v.boolean("flat", s.surface.flat, "every triangle has its own normal");
+  v.integer("influence", s.surface.influence, 1, 16,
+            "cells between the points at which the field is computed; it is interpolated between");
 }
 
 template <class V>
@@ -304,9 +355,9 @@ void describe(V& v, CameraSettings& s) {
   auto& [position, target, up, fov, azimuth, elevation, orbit, dolly, margin, aperture, focus,
          shutter] = s;
   v.vector("position", position,
-           "where the camera stands; default: placed by azimuth, elevation and framing");
-  v.vector("target", target, "what it looks at; default: the middle of all objects");
-  v.vector("up", up, "which way is up");
+           "place of the camera; default: placed by azimuth, elevation and framing");
+  v.vector("target", target, "point that it looks at; default: the middle of all objects");
+  v.vector("up", up, "direction that is up in the picture");
   v.number("fov", fov, 1, 150, "vertical field of view, degrees");
   v.number("azimuth", azimuth, -360, 360, "degrees from +z towards +x");
   v.number("elevation", elevation, -89, 89, "degrees above the horizon");
@@ -320,7 +371,7 @@ void describe(V& v, CameraSettings& s) {
   v.number("margin", margin, 0, 0.45,
            "free border on each side when framing automatically, as a share of the picture");
   v.number("aperture", aperture, 0, 1e6,
-           "diameter of the lens in scene units: what is out of focus blurs; 0: all sharp");
+           "diameter of the lens in scene units: things out of focus blur; 0: all is sharp");
   v.number("focus", focus, 1e-6, 1e6,
            "distance that is sharp, along the view axis; default: that of the middle of all "
            "objects, or of `target`");
@@ -337,19 +388,19 @@ void describe(V& v, LampSettings& s) {
       "kind", kind,
       {{"lamp", LampKind::kLamp}, {"panel", LampKind::kPanel}, {"sun", LampKind::kSun}},
       "a glowing ball or point, a rectangle that glows towards its target, or a disc far away");
-  v.vector("position", position, "lamp, panel: of its middle");
+  v.vector("position", position, "lamp, panel: place of its middle");
   v.vector("target", target,
            "lamp, panel: where `intensity` holds, and what a panel faces; default: the middle of "
            "all objects");
   v.number("radius", radius, 0, 1e6, "lamp: 0 is a point, with hard shadows");
-  v.number("width", width, 1e-6, 1e6, "panel");
-  v.number("height", height, 1e-6, 1e6, "panel");
+  v.number("width", width, 1e-6, 1e6, "panel: width in scene units");
+  v.number("height", height, 1e-6, 1e6, "panel: height in scene units");
   v.number("azimuth", azimuth, -360, 360, "sun: degrees from the camera's azimuth");
   v.number("elevation", elevation, -10, 90, "sun: degrees above the horizon");
   v.number("size", size, 0, 60, "sun: apparent diameter in degrees");
   v.number("intensity", intensity, 0, 1000,
            "irradiance it gives a surface at its target that faces it");
-  v.color("color", color, "of its light");
+  v.color("color", color, "colour of its light");
 }
 
 template <class V>
@@ -357,13 +408,13 @@ void describe(V& v, LightSettings& s) {
   auto& [key_azimuth, key_elevation, key_size, key_intensity, key_color, environment, sky,
          turbidity, sky_intensity, follow_camera, lamps] = s;
   v.number("key_azimuth", key_azimuth, -360, 360,
-           "of the key light, degrees from the camera's azimuth");
+           "bearing of the key light, degrees from the camera's azimuth");
   v.number("key_elevation", key_elevation, -10, 90, "degrees above the horizon");
   v.number("key_size", key_size, 0, 60,
            "apparent diameter in degrees; larger is softer, 0 is a hard shadow");
   v.number("key_intensity", key_intensity, 0, 1000,
            "irradiance the key light gives a surface facing it");
-  v.color("key_color", key_color, "of the key light");
+  v.color("key_color", key_color, "colour of the key light");
   v.path("environment", environment,
          "lat-long image (EXR, HDR, PNG, JPEG, TIFF); default: the built-in `sky`");
   v.choice("sky", sky, {{"studio", SkyKind::kStudio}, {"day", SkyKind::kDay}},
@@ -380,8 +431,8 @@ template <class V>
 void describe(V& v, GroundSettings& s) {
   auto& [enabled, height, color, shadow_only] = s;
   v.boolean("enabled", enabled, "a floor that catches shadows");
-  v.number("height", height, -1e6, 1e6, "of the floor; default: below everything");
-  v.color("color", color, "of the floor");
+  v.number("height", height, -1e6, 1e6, "height of the floor; default: below everything");
+  v.color("color", color, "colour of the floor");
   v.boolean("shadow_only", shadow_only,
             "keep only the shadows it catches, in alpha, for putting the picture on another");
 }
@@ -399,8 +450,8 @@ void describe(V& v, LookSettings& s) {
             {"matte", LookKind::kMatte},
             {"glass", LookKind::kGlass}},
            kLookHelp);
-  v.color("color", color, "of the common look");
-  v.number("roughness", roughness, 0, 1, "of the metal or the glass: 0 is a mirror");
+  v.color("color", color, "colour of the common look");
+  v.number("roughness", roughness, 0, 1, "roughness of the metal or the glass: 0 is a mirror");
   v.number("ior", ior, 1, 3, "refractive index of the glass");
 }
 
@@ -408,17 +459,18 @@ template <class V>
 void describe(V& v, ImageSettings& s) {
   auto& [width, height, samples, noise, max_depth, seed, steady, denoise, exposure, transparent,
          aovs] = s;
-  v.integer("width", width, 1, 32768, "pixels");
-  v.integer("height", height, 1, 32768, "pixels");
-  v.integer("samples", samples, 1, 65536, "per pixel; with `noise`, the maximum for one pixel");
+  v.integer("width", width, 1, 32768, "width in pixels");
+  v.integer("height", height, 1, 32768, "height in pixels");
+  v.integer("samples", samples, 1, 65536,
+            "samples per pixel; with `noise`, the maximum for one pixel");
   v.number("noise", noise, 0, 1,
            "sample until a pixel's estimated error, over the root of its brightness, is below this "
            "(0.01 is clean, 0.05 a draft); 0: the same number everywhere");
   v.integer("max_depth", max_depth, 1, 64, "longest light path, in bounces");
-  v.integer("seed", seed, 0, 9007199254740991, "of the sampling noise");
+  v.integer("seed", seed, 0, 9007199254740991, "seed of the sampling noise");
   v.boolean("steady", steady,
-            "what stands still under a camera that stands still keeps its noise from frame to "
-            "frame; what moves has new noise in each");
+            "things that stand still under a camera that stands still keep their noise from frame "
+            "to frame; those that move have new noise in each");
   v.boolean("denoise", denoise,
             "clean the colours with Open Image Denoise, where it is installed (docs/films.md)");
   v.number("exposure", exposure, -20, 20, "stops, for PNG, GIF and strips; EXR stays as it is",
@@ -431,22 +483,23 @@ void describe(V& v, ImageSettings& s) {
 
 template <class V>
 void describe(V& v, OutputSettings& s) {
-  auto& [file, png, png_bits, dither] = s;
+  auto& [file, png, png_bits] = s;
   v.text("file", file,
          "frame file names when -o is not given, from where the program runs; #### is the frame "
          "number");
   v.boolean("png", png, "write a PNG beside each EXR");
-  v.integer("png_bits", png_bits, 8, 16, "a channel of a PNG: 8 or 16");
-  v.boolean("dither", dither, "round randomly in PNGs, against bands in soft gradients");
+  v.integer("png_bits", png_bits, 8, 16,
+            "bits per channel of a PNG: 16, or 8 with dither against bands in soft gradients");
+  v.retired("dither", nullptr);
 }
 
-/// What an actor is made of; a scene with one may say it at the top.
+/// The chain of an actor; a scene with one actor may have it at the top.
 template <class V>
 void describe_chain(V& v, ActorSettings& s) {
   v.object("source", s.source,
-           "where the morph starts: an object, or just its model file or shape as a string");
+           "start of the morph: an object, or just its model file or shape as a string");
   v.objects("intermediate", s.intermediate, "objects on the way, in order");
-  v.object("target", s.target, "where the morph ends");
+  v.object("target", s.target, "end of the morph");
 }
 
 template <class V>
@@ -463,7 +516,7 @@ void describe(V& v, ActorSettings& s) {
   v.vector("translate", translate, "shift in the scene, in scene units, after everything else");
   v.vector("rotate", rotate, "degrees about x, then y, then z, about the scene's origin");
   v.scale("scale", scale, "one factor, or one per axis, about the scene's origin");
-  v.object("plan", plan, "which ball becomes which; default: the scene's");
+  v.object("plan", plan, "assignment of balls; default: the scene's");
 }
 
 template <class V>
@@ -472,9 +525,11 @@ void describe(V& v, Scene& s) {
          boundary, surface, camera, lights, ground, look, image, output, tracks] = s;
   v.integer("polymorph", version, 1, 1, "version of the scene format");
   v.text("description", description, "a line for people");
-  v.object("spheres", spheres, "how models are approximated");
-  v.object("motion", motion, "how balls move");
-  v.object("plan", plan, "which ball becomes which");
+  v.object("spheres", spheres, "approximation of the models by spheres and balls");
+  ReportKeys report{spheres, field, surface};
+  v.object("report", report, "the report's own choices, where polymorph has others");
+  v.object("motion", motion, "motion of the balls");
+  v.object("plan", plan, "assignment of balls to balls");
   v.before_actors(s);  // an actor's and an object's own settings start from the scene's
   v.actors("actors", actors,
            "several morphs in one scene, each with its own chain, place and time; instead of "
@@ -482,11 +537,11 @@ void describe(V& v, Scene& s) {
   v.choice("arrange", arrange, {{"stand", Arrange::kStand}, {"none", Arrange::kNone}},
            "stand: every object gets the first source's size, centred, standing on y = 0; none: "
            "as in the files");
-  v.object("frames", frames, "how many frames, and how fast");
+  v.object("frames", frames, "number and rate of the frames");
   v.object("field", field, "the metaball field");
   v.object("boundary", boundary, "the change between model and balls");
   v.object("surface", surface, "the extracted surface");
-  v.keyed_object("camera", camera, "where the camera stands, its lens and shutter");
+  v.keyed_object("camera", camera, "place of the camera, its lens and shutter");
   v.keyed_object("lights", lights, "key light, sky and lamps");
   v.keyed_object("ground", ground, "the floor below the objects");
   v.keyed_object("look", look, kLookHelp);

@@ -111,7 +111,7 @@ class ApplyKeyframes {
       describe(inner, values[i]);
     }
   }
-  void renamed(const char*, const char*) {}
+  void retired(const char*, const char*) {}
   void before_actors(Scene&) {}
   void actors(const char*, std::vector<ActorSettings>&, const char*) {}
 

@@ -261,22 +261,19 @@ void ReadFields::actors(const char* key, std::vector<ActorSettings>& out, const 
   out.push_back(actor_prototype_);  // what else is wrong can still be said
 }
 
-void ReadFields::renamed(const char* old, const char* key) {
-  const JsonValue* value = object_.find(old);
+void ReadFields::retired(const char* key, const char* now) {
+  const JsonValue* value = object_.find(key);
   if (!value) return;
-  seen(old);
-  if (object_.find(key)) {
-    report(*value, old,
-           fmt::format("is the old name of \"{}\", which is given too - keep one", key));
-  } else {
-    log_warning("scene: {}/{} is an old name - write \"{}\"", printable(pointer_), old, key);
-    old_names_[key] = old;
-  }
+  retired_.emplace_back(key);
+  report(*value, key,
+         now ? fmt::format("is a key no more - write {}", now)
+             : std::string("is a key no more: it is a constant of the method now"));
 }
 
 void ReadFields::finish() {
   for (const JsonMember& member : object_.members) {
     if (std::find(known_.begin(), known_.end(), member.key) != known_.end()) continue;
+    if (std::find(retired_.begin(), retired_.end(), member.key) != retired_.end()) continue;
     if (pointer_.empty() && member.key == "$schema") continue;
     std::string message = fmt::format("unknown key{}", did_you_mean(member.key, known_));
     if (message.back() != '?') message += fmt::format(" - known here: {}", join_quoted(known_));
@@ -285,13 +282,13 @@ void ReadFields::finish() {
 }
 
 void ReadFields::report(const JsonValue& value, const char* key, const std::string& message) {
-  report_at(value.offset, pointer_ + "/" + key, message);
+  report_at(value.offset, short_key_ ? pointer_ : pointer_ + "/" + key, message);
 }
 
 const JsonValue* ReadFields::find(const char* key) {
   seen(key);
-  const auto old = old_names_.find(key);
-  return object_.find(old == old_names_.end() ? key : old->second);
+  if (short_key_) return std::string_view(key) == short_key_ ? &object_ : nullptr;
+  return object_.find(key);
 }
 
 const JsonValue* ReadFields::expect(const char* key, JsonValue::Kind kind) {

@@ -111,8 +111,8 @@ class ReadFields {
   /// A list, or the one actor's chain in its stead.
   void actors(const char* key, std::vector<ActorSettings>& out, const char* doc);
 
-  /// `key` was called `old` before; that is still understood.
-  void renamed(const char* old, const char* key);
+  /// Reports a key of former versions, and the key that stands for it now (nullptr: none does).
+  void retired(const char* key, const char* now);
 
   /// Reports keys that describe() did not ask for.
   void finish();
@@ -129,13 +129,17 @@ class ReadFields {
     if constexpr (std::is_same_v<T, ObjectSettings>) {
       if (value.kind == JsonValue::Kind::kString) return read_name(value, pointer, out);
     }
-    if (value.kind != JsonValue::Kind::kObject) {
+    constexpr bool kMayBeShort = requires { T::kShort; };
+    if (value.kind != JsonValue::Kind::kObject &&
+        !(kMayBeShort && value.kind == JsonValue::Kind::kString)) {
       report_at(value.offset, pointer,
                 fmt::format("must be an object (is {})", kind_name(value.kind)));
       return;
     }
     ReadFields inner(document_, value, pointer, folder_, findings_, tracks_, keyed_);
     inner.actor_prototype_ = actor_prototype_;
+    if constexpr (kMayBeShort)
+      if (value.kind == JsonValue::Kind::kString) inner.short_key_ = T::kShort;
     describe(inner, out);
     if constexpr (std::is_same_v<T, ObjectSettings>) inner.check_object(out, value);
     inner.finish();
@@ -168,8 +172,10 @@ class ReadFields {
   std::vector<KeyframeTrack>& tracks_;
   bool keyed_;  ///< numbers, vectors and colours here may have keyframes
   std::vector<std::string> known_;
-  std::map<std::string, std::string> old_names_;  ///< by the new ones, of keys in this object
-  ActorSettings actor_prototype_;                 ///< its source is every object's
+  std::vector<std::string> retired_;  ///< those among the keys that were retired
+  /// The only key of an object that is written as the value of that key; else nullptr.
+  const char* short_key_ = nullptr;
+  ActorSettings actor_prototype_;  ///< its source is every object's
 };
 
 }  // namespace polymorph

@@ -43,7 +43,7 @@ struct SphereSettings {
   FitKind fit = FitKind::kEllipsoid;
   InsideMethod inside = InsideMethod::kWinding;
   bool solidify = false;  ///< fill cavities and close holes first
-  bool coarse = false;    ///< fit to few samples in few steps, as previews do
+  bool coarse = false;    ///< fit to few samples in few steps; no key, previews set it
 };
 
 enum class Easing : std::uint8_t { kLinear, kSmoothstep, kQuintic, kBezier, kSpring };
@@ -66,10 +66,9 @@ struct SpringSettings {
 struct MotionSettings {
   Interpolation interpolate = Interpolation::kDistance;
   Path path = Path::kRigid;
-  float bend = 0.25f;   ///< bezier: how high an arc the paths go in, as a share of their length
-  float burst = 4;      ///< explode: speed, in the objects' sizes per motion
-  float gravity = 1;    ///< explode: 1 = what brings a ball down within the motion
-  float soften = 0.5f;  ///< Gaussian: how much softer balls are half way between unlike objects
+  float bend = 0.25f;  ///< bezier: how high an arc the paths go in, as a share of their length
+  float burst = 4;     ///< explode: speed, in the objects' sizes per motion
+  float gravity = 1;   ///< explode: 1 = what brings a ball down within the motion
   Easing easing = Easing::kQuintic;
   std::vector<float> bezier{0.42f, 0.0f, 0.58f, 1.0f};  ///< x1, y1, x2, y2
   SpringSettings spring;
@@ -139,7 +138,7 @@ enum class AlignMethod : std::uint8_t {
 
 enum class LabelMode : std::uint8_t {
   kOff,   ///< the models' face groups say nothing
-  kSoft,  ///< going to another label costs label_weight
+  kSoft,  ///< going to another label costs PlanWeights::label
   kHard,  ///< no ball leaves its label
 };
 
@@ -149,19 +148,25 @@ struct LandmarkSettings {
   Vec3 from, to;
 };
 
+/// Constants of the plan's cost and alignment, calibrated together: no keys of a scene.
+struct PlanWeights {
+  float align_gain = 0.5f;  ///< a rotation is kept only if it makes the plan this share cheaper
+  /// A rotation that tips the object over is kept only if it leaves at most this mean squared
+  /// distance between paired balls, over their mean squared radius: copies are below 0.15. 0 =
+  /// never.
+  float align_tip_residual = 0.15f;
+  /// Weights of the cost's terms beside the squared distance in unit-RMS coordinates.
+  float size = 0.1f;      ///< (ln R / R')^2
+  float feature = 0.3f;   ///< squared difference of the features
+  float landmark = 1.0f;  ///< squared difference of the distances to each landmark
+  float label = 1.0f;     ///< another label, where labels are soft
+};
+
 struct PlanSettings {
   PlanMethod method = PlanMethod::kTransport;
   std::uint64_t seed = 0;
   AlignMethod align = AlignMethod::kSimilarity;
-  float align_gain = 0.5f;  ///< a turn is kept only if it makes the plan this share cheaper
-  /// A turn that tips the object over is kept only if it leaves at most this mean squared distance
-  /// between paired balls, over their mean squared radius: copies are below 0.15. 0 = never.
-  float align_tip_residual = 0.15f;
-  /// Weights of the cost's terms beside the squared distance in unit-RMS coordinates.
-  float size_weight = 0.1f;      ///< (ln R / R')^2
-  float feature_weight = 0.3f;   ///< squared difference of the features
-  float landmark_weight = 1.0f;  ///< squared difference of the distances to each landmark
-  float label_weight = 1.0f;     ///< another label, where labels are soft
+  PlanWeights weights;
   LabelMode label_mode = LabelMode::kSoft;
   /// "object.label" or "label" of one object -> of another; equal names belong together anyway.
   std::map<std::string, std::string> labels;
@@ -290,7 +295,7 @@ struct ImageSettings {
   float noise = 0;    ///< above 0: pixels are sampled until their error is below this
   int max_depth = 4;  ///< path vertices
   std::uint64_t seed = 0;
-  bool steady = true;        ///< what stands still has the same noise in every frame
+  bool steady = true;        ///< things that stand still have the same noise in every frame
   bool denoise = false;      ///< by Open Image Denoise, where it is found
   float exposure = 0;        ///< stops, PNG only (EXR stays linear)
   bool transparent = false;  ///< no backdrop: alpha 0 where the camera sees no object and no floor
@@ -319,8 +324,7 @@ inline bool aov_is_chosen(std::string_view aovs, std::string_view layer) {
 struct OutputSettings {
   std::string file = "frame.####.exr";  ///< used when the command line names none
   bool png = false;                     ///< a PNG beside each EXR
-  int png_bits = 8;                     ///< 8 or 16
-  bool dither = true;                   ///< PNG: random rounding against banding
+  int png_bits = 8;                     ///< 16, or 8 with dither
 };
 
 /// One chain of objects, its place in the scene and the frame at which it starts.

@@ -109,10 +109,7 @@ class SchemaFields {
     T value;
     add(key, doc, {{"type", "array"}, {"items", schema_of(value, keyed_)}});
   }
-  void renamed(const char* old, const char* key) {
-    properties[old] = {{"description", fmt::format("old name of \"{}\"", key)},
-                       {"deprecated", true}};
-  }
+  void retired(const char*, const char*) {}
   void before_actors(Scene&) {}
   /// Either a list, or the keys of one actor's chain beside it.
   void actors(const char* key, std::vector<ActorSettings>& values, const char* doc) {
@@ -129,6 +126,11 @@ class SchemaFields {
     static const Json kChainEnds{"source", "target"};
     Json object{
         {"type", "object"}, {"additionalProperties", false}, {"properties", inner.properties}};
+    if constexpr (requires { T::kShort; }) {
+      const Json& value = inner.properties[T::kShort];
+      return {{"oneOf", Json::array({Json{{"enum", value["enum"]}}, object})},
+              {"default", value["default"]}};
+    }
     if constexpr (std::is_same_v<T, ObjectSettings>)
       return {{"oneOf", Json::array({Json{{"type", "string"}}, object})}};
     if constexpr (std::is_same_v<T, ActorSettings>) object["required"] = kChainEnds;
@@ -263,7 +265,7 @@ class WriteFields {
     for (std::size_t i = 0; i < values.size(); ++i)
       json[key].push_back(written(values[i], fmt::format("{}/{}/{}", pointer_, key, i)));
   }
-  void renamed(const char*, const char*) {}
+  void retired(const char*, const char*) {}
   void before_actors(Scene&) {}
   void actors(const char* key, std::vector<ActorSettings>& values, const char* doc) {
     objects(key, values, doc);

@@ -35,7 +35,6 @@ Scene settings_of(const Scene& scene) {
   Scene settings = scene;
   settings.output = {};
   settings.output.png_bits = scene.output.png_bits;
-  settings.output.dither = scene.output.dither;
   settings.description.clear();
   settings.path.clear();
   settings.lights.environment.clear();

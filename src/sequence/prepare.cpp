@@ -142,7 +142,7 @@ Status make_balls(PreparedObject& object, const ObjectSettings& settings, const 
   object.ball_volume = volume_of(mesh);
   if (mesh.triangles.empty())
     return make_error(ErrorCode::kInput,
-                      "{}: its {} balls have no surface at this threshold - lower field.threshold "
+                      "{}: its {} balls have no surface at this threshold - lower report.threshold "
                       "or raise spheres.resolution",
                       object.name, object.balls.size());
   PM_TRY(object.field_maximum, field_maximum(engine, object.balls, extract));
@@ -234,8 +234,8 @@ void log_rotation_of(const MorphPlan& plan, const std::string& from, const std::
   if (vertical > 0.999 * angle)
     log_info("{} -> {}: turns by {:.0f} degrees about the vertical", from, to, angle);
   else
-    log_info("{} -> {}: turns by {:.0f} degrees about a tilted axis (see plan.align_tip_residual)",
-             from, to, angle);
+    log_info("{} -> {}: turns by {:.0f} degrees about a tilted axis (see plan.align)", from, to,
+             angle);
 }
 
 /// The correspondence of balls on each of the actor's legs.

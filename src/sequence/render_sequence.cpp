@@ -85,7 +85,7 @@ Status write_frame(const Image& image, const SequenceSettings& settings, const S
   PngSettings png;
   png.exposure = scene_at(scene, static_cast<double>(frame)).image.exposure;
   png.bits = scene.output.png_bits;
-  png.dither = scene.output.dither;
+  png.dither = png.bits == 8;
   // Where nothing else crawls, the dither must not.
   png.seed = scene.image.seed + (scene.image.steady ? 0 : static_cast<std::uint64_t>(frame));
   if (has_exr(settings)) PM_TRY_STATUS(write_image(frame_path(settings.exr, frame), image));

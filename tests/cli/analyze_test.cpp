@@ -70,7 +70,7 @@ TEST_F(Analyze, AFlatSurfaceIsMeasuredLikeAnyOther) {
         run(0, {"analyze", "scene.json", "-c", "4", "--set", flat, "--json", "--device", "cpu"});
     return nlohmann::json::parse(ran.out)["morphs"][0]["metrics"];
   };
-  const auto flat = metrics("surface.flat=true"), smooth = metrics("surface.flat=false");
+  const auto flat = metrics("report.flat=true"), smooth = metrics("report.flat=false");
   // The same points; only normals tell the two apart.
   EXPECT_EQ(flat["curvature"]["value"], smooth["curvature"]["value"]);
   EXPECT_NEAR(flat["bending"]["value"].get<double>(), smooth["bending"]["value"].get<double>(),

@@ -52,7 +52,7 @@ TEST_F(CheckModels, CrossingPartsAreAProblemForTheParityRuleOnly) {
   auto json = check(0, peg, R"({"resolution": 5})", {"--strict"});
   EXPECT_GT(json["objects"][0]["crossing_pairs"].get<int>(), 0);
   EXPECT_TRUE(json["warnings"].empty()) << json;
-  json = check(0, peg, R"({"resolution": 5, "inside": "parity"})");
+  json = check(0, peg, R"({"resolution": 5})", {"--set", "report.inside=parity"});
   EXPECT_TRUE(contains(json["warnings"].dump(), "triangles cross")) << json;
 }
 

@@ -123,7 +123,6 @@ TEST_F(Render, KeepsNoFrameThatWouldChange) {
   write("a.obj", none);
   rendered({}, "no groups");
   rendered({"--set", "output.png_bits=16"}, "16 bits");
-  rendered({"--set", "output.dither=false"}, "dither");
 }
 
 TEST_F(Render, DryRunWritesNothing) {

@@ -170,7 +170,7 @@ TEST(BallsAt, BackwardsIsTheSameMorphReversed) {
   std::vector<Ball> a = random_balls(25, 1), b = random_balls(35, 2, {1, 0, 0});
   a[2] = ellipsoid(a[2].center, 0.3f, {0.1, 0.2, 0.3});
   PlanSettings settings;
-  settings.align_gain = 0.01f;
+  settings.weights.align_gain = 0.01f;
   for (const Path path : {Path::kStraight, Path::kBezier, Path::kRigid, Path::kExplode}) {
     MotionSettings motion;
     motion.path = path;

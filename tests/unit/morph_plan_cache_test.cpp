@@ -67,7 +67,7 @@ TEST(PlanCache, AnythingElseIsAnotherPlan) {
     return correspondence_key(from, to, FieldKind::kGaussian, settings);
   };
   PlanSettings other;
-  other.size_weight *= 2;
+  other.weights.size *= 2;
   EXPECT_NE(key(other), key({}));
   PlanSide labelled = from;
   labelled.labels.assign(12, 1);

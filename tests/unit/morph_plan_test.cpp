@@ -90,7 +90,7 @@ TEST_P(PlanTest, IsTheSameEveryTime) {
 
 TEST_P(PlanTest, BackwardsIsTheMirrorImage) {
   PlanSettings settings = by(GetParam(), 4);
-  settings.align_gain = 0.02f;  // so that turns take part
+  settings.weights.align_gain = 0.02f;  // so that turns take part
   const auto a = random_balls(60, 1), b = random_balls(45, 2);
   const MorphPlan there = plan_of(a, b, settings), back = plan_of(b, a, settings);
   ASSERT_EQ(there.pairs.size(), back.pairs.size());
@@ -142,10 +142,10 @@ TEST(Alignment, OnlyACopyIsTippedOver) {
   const MorphPlan other = plan_of(bar(), post, {});
   EXPECT_LT(tilt(other), 1e-6);
   PlanSettings free;
-  free.align_tip_residual = 100;
+  free.weights.align_tip_residual = 100;
   EXPECT_GT(tilt(plan_of(bar(), post, free)), 1.0);
   PlanSettings never;
-  never.align_tip_residual = 0;
+  never.weights.align_tip_residual = 0;
   EXPECT_LT(tilt(plan_of(bar(), moved(bar(), tip, 1, {}), never)), 1e-6);
 }
 
@@ -170,7 +170,7 @@ TEST(TransportPlan, MovesMuchLessThanTheIndexPlanAndNoMoreThanTheNearest) {
   const auto a = random_balls(200, 1), b = random_balls(150, 2);
   PlanSettings plain = by(PlanMethod::kTransport);
   plain.align = AlignMethod::kNone;
-  plain.size_weight = plain.feature_weight = 0;
+  plain.weights.size = plain.weights.feature = 0;
   const auto cost = [&](PlanMethod method) {
     plain.method = method;
     double sum = 0;
@@ -285,7 +285,7 @@ TEST(TransportPlan, LandmarksOverruleNearness) {
   const std::vector<Ball> two{ball_at({-1, 0, 0}, 0.3f), ball_at({1, 0, 0}, 0.3f)};
   PlanSettings settings;
   settings.align = AlignMethod::kNone;
-  settings.landmark_weight = 10;
+  settings.weights.landmark = 10;
   const MorphPlan plan =
       plan_morph({two, {}, {{-1, 0, 0}}}, {two, {}, {{1, 0, 0}}}, FieldKind::kGaussian, settings);
   for (const Pair& pair : plan.pairs) EXPECT_NE(pair.from, pair.to);

@@ -169,8 +169,8 @@ TEST_F(KeyframesInScenes, WhatIsWrongIsNamedWithItsLineAndKey) {
         "/lights/key_color/keys/0/value: must be \"#rrggbb\"");
   fails(R"("camera": {"orbit": {"keys": [{"t": 0, "value": 4}]}})",
         "/camera/orbit: cannot change over the film");
-  fails(R"("motion": {"bend": {"keys": [{"t": 0, "value": 1}]}})",
-        "/motion/bend: cannot change over the film");
+  fails(R"("motion": {"path": {"bend": {"keys": [{"t": 0, "value": 1}]}}})",
+        "/motion/path/bend: cannot change over the film");
   fails(R"("image": {"noise": {"keys": [{"t": 0, "value": 1}]}})",
         "/image/noise: cannot change over the film");
 }

@@ -33,17 +33,52 @@ class SceneTest : public FolderTest {
   }
 };
 
-TEST_F(SceneTest, OldNamesOfKeysAreUnderstood) {
-  const auto scene = load(R"({"source": "a.obj", "target": "b.obj", "surface": {"crumbs": 0.05}})");
-  ASSERT_TRUE(scene.ok()) << scene.error().message;
-  EXPECT_EQ(scene->surface.min_component_share, 0.05f);
-  EXPECT_NE(error_of(R"({"source": "a.obj", "target": "b.obj",
-                         "surface": {"crumbs": 0.05, "min_component_share": 0.01}})")
-                .find("/surface/crumbs: is the old name of \"min_component_share\""),
-            std::string::npos);
-  EXPECT_NE(error_of(R"({"source": "a.obj", "target": "b.obj", "surface": {"crumbs": 5}})")
-                .find("must be 0 to 0.1"),
-            std::string::npos);
+TEST_F(SceneTest, KeysOfFormerVersionsAreErrorsThatSayTheNewOne) {
+  const auto error = [&](const std::string& settings) {
+    return error_of(R"({"source": "a.obj", "target": "b.obj", )" + settings + "}");
+  };
+  const auto has = [](const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+  };
+  EXPECT_TRUE(has(error(R"("surface": {"crumbs": 0.05})"),
+                  "/surface/crumbs: is a key no more - write surface.min_component_share"));
+  EXPECT_TRUE(has(error(R"("motion": {"path": "explode", "burst": 2})"),
+                  "/motion/burst: is a key no more - write motion.path"));
+  EXPECT_TRUE(has(error(R"("surface": {"flat": true})"), "write report"));
+  EXPECT_TRUE(has(error(R"("plan": {"size_weight": 2})"), "is a constant of the method now"));
+  // They are not offered where a word is misspelt.
+  EXPECT_FALSE(has(error(R"("surface": {"crumb": 0.1})"), "crumbs"));
+}
+
+TEST_F(SceneTest, PathEasingAndStaggerAreAWordOrAnObject) {
+  const auto motion = [&](const std::string& text) {
+    const auto scene = load(R"({"source": "a.obj", "target": "b.obj", "motion": )" + text + "}");
+    EXPECT_TRUE(scene.ok()) << scene.error().message;
+    return scene.ok() ? scene->motion : MotionSettings{};
+  };
+  const MotionSettings words =
+      motion(R"({"path": "explode", "easing": "spring", "stagger": "noise"})");
+  EXPECT_EQ(words.path, Path::kExplode);
+  EXPECT_EQ(words.burst, MotionSettings{}.burst);
+  EXPECT_EQ(words.easing, Easing::kSpring);
+  EXPECT_EQ(words.stagger, Stagger::kNoise);
+  const MotionSettings objects = motion(R"({"path": {"kind": "explode", "burst": 3, "gravity": 2},
+                 "easing": {"kind": "bezier", "bezier": [0.1, 0.2, 0.3, 0.4], "damping": 9},
+                 "stagger": {"kind": "axis", "axis": [1, 0, 0], "share": 0.2}})");
+  EXPECT_EQ(objects.path, Path::kExplode);
+  EXPECT_EQ(objects.burst, 3);
+  EXPECT_EQ(objects.gravity, 2);
+  EXPECT_EQ(objects.easing, Easing::kBezier);
+  EXPECT_EQ(objects.bezier[3], 0.4f);
+  EXPECT_EQ(objects.spring.damping, 9);
+  EXPECT_EQ(objects.stagger, Stagger::kAxis);
+  EXPECT_EQ(objects.stagger_axis.x, 1);
+  EXPECT_EQ(objects.stagger_share, 0.2f);
+  const auto error = [&](const std::string& text) {
+    return error_of(R"({"source": "a.obj", "target": "b.obj", "motion": )" + text + "}");
+  };
+  EXPECT_NE(error(R"({"path": "explodes"})").find("/motion/path: must be"), std::string::npos);
+  EXPECT_NE(error(R"({"path": 3})").find("/motion/path: must be an object"), std::string::npos);
 }
 
 TEST_F(SceneTest, ManyKeysAndEntriesAreAnsweredAtOnce) {
@@ -68,13 +103,14 @@ TEST_F(SceneTest, SourceAndTargetAreEnough) {
 
 TEST_F(SceneTest, EverySettingArrives) {
   const auto scene = load(R"({
-    "spheres": {"method": "active", "resolution": 5, "inside": "parity"},
+    "spheres": {"method": "active", "resolution": 5},
+    "report": {"inside": "parity", "blob_constant": 2, "magnitude": 3, "threshold": 4, "flat": true, "placement": "midpoint", "influence": 3},
     "source": {"model": "a.obj", "name": "first", "translate": [1, 2, 3], "rotate": [0, 90, 0], "scale": 2, "color": "#ff0000"},
     "intermediate": [{"shape": "puddle", "meta": true, "spheres": {"resolution": 4}}],
     "target": {"shape": "sphere", "scale": [1, 2, 1], "arrange": false},
     "arrange": "none",
     "frames": {"per_leg": [10, 20], "fps": 30, "hold_start": 2, "hold_end": 3},
-    "field": {"kind": "inverse_square", "blob_constant": 2, "magnitude": 3, "threshold": 4, "match_volume": false},
+    "field": {"kind": "inverse_square", "match_volume": false},
     "plan": {"method": "index", "seed": 7},
     "motion": {"easing": "linear", "keep_volume": false},
     "boundary": {"method": "cut", "look_share": 0.2, "boundary_share": 0.1},
@@ -99,6 +135,12 @@ TEST_F(SceneTest, EverySettingArrives) {
   EXPECT_EQ(scene->arrange, Arrange::kNone);
   EXPECT_EQ(scene->frames.per_leg, (std::vector<int>{10, 20}));
   EXPECT_EQ(scene->field.kind, FieldKind::kInverseSquare);
+  EXPECT_EQ(scene->field.blob_constant, 2);
+  EXPECT_EQ(scene->field.magnitude, 3);
+  EXPECT_EQ(scene->field.threshold, 4);
+  EXPECT_TRUE(scene->surface.flat);
+  EXPECT_EQ(scene->surface.placement, Placement::kMidpoint);
+  EXPECT_EQ(scene->surface.influence, 3);
   EXPECT_EQ(scene->plan.method, PlanMethod::kIndex);
   EXPECT_EQ(scene->plan.seed, 7u);
   EXPECT_EQ(scene->motion.easing, Easing::kLinear);
@@ -214,6 +256,12 @@ TEST_F(SceneTest, OverridesWinAndAreCheckedAlike) {
   ASSERT_TRUE(scene.ok()) << scene.error().message;
   EXPECT_EQ(scene->image.samples, 64);
   EXPECT_TRUE(scene->actors[0].intermediate[0].meta);
+  EXPECT_EQ(scene->field.blob_constant, 2);
+  EXPECT_EQ(scene->field.magnitude, 3);
+  EXPECT_EQ(scene->field.threshold, 4);
+  EXPECT_TRUE(scene->surface.flat);
+  EXPECT_EQ(scene->surface.placement, Placement::kMidpoint);
+  EXPECT_EQ(scene->surface.influence, 3);
   EXPECT_EQ(scene->plan.method, PlanMethod::kIndex);
   const auto bad = load(text, {{"image.samples", "0"}});
   ASSERT_FALSE(bad.ok());
