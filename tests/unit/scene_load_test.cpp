@@ -256,12 +256,6 @@ TEST_F(SceneTest, OverridesWinAndAreCheckedAlike) {
   ASSERT_TRUE(scene.ok()) << scene.error().message;
   EXPECT_EQ(scene->image.samples, 64);
   EXPECT_TRUE(scene->actors[0].intermediate[0].meta);
-  EXPECT_EQ(scene->field.blob_constant, 2);
-  EXPECT_EQ(scene->field.magnitude, 3);
-  EXPECT_EQ(scene->field.threshold, 4);
-  EXPECT_TRUE(scene->surface.flat);
-  EXPECT_EQ(scene->surface.placement, Placement::kMidpoint);
-  EXPECT_EQ(scene->surface.influence, 3);
   EXPECT_EQ(scene->plan.method, PlanMethod::kIndex);
   const auto bad = load(text, {{"image.samples", "0"}});
   ASSERT_FALSE(bad.ok());
