@@ -119,7 +119,7 @@ class ChangeField {
     objects(key, values, doc);
   }
   void before_actors(Scene&) {}
-  void renamed(const char*, const char*) {}
+  void retired(const char*, const char*) {}
 
  private:
   bool turn(const char* key) {
