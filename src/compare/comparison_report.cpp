@@ -8,7 +8,6 @@
 #include "base/file.h"
 #include "base/html_page.h"
 #include "base/text.h"
-#include "compare/history.h"
 #include "compare/pictures.h"
 #include "compare/report_data.h"
 #include "image/image_io.h"
@@ -86,28 +85,6 @@ nlohmann::ordered_json page_case(const ReportCase& one) {
   if (one.actual_png.empty() && !one.thumbnail_png.empty())
     json["pictures_note"] = "Left out, to keep the page small: compare the files named below.";
   return json;
-}
-
-/// Of each suite and metric the means over time, and the alarm where they rise.
-nlohmann::ordered_json histories_json(const Report& report) {
-  auto list = nlohmann::ordered_json::array();
-  for (const auto& [suite, rows] : report.histories) {
-    const std::vector<std::string> rising = rising_metrics(rows);
-    for (const char* metric : {"fail_percent", "flip_mean", "flip_p99"}) {
-      auto points = nlohmann::ordered_json::array();
-      for (const HistoryRow& row : rows)
-        if (row.metric == metric)
-          points.push_back(
-              {{"commit", row.commit},
-               {"mean", std::isfinite(row.mean) ? row.mean : 0},
-               {"share", row.share && std::isfinite(*row.share) ? nlohmann::ordered_json(*row.share)
-                                                                : nlohmann::ordered_json()}});
-      if (points.size() < 2) continue;
-      const bool alarm = std::find(rising.begin(), rising.end(), metric) != rising.end();
-      list.push_back({{"suite", suite}, {"metric", metric}, {"rising", alarm}, {"runs", points}});
-    }
-  }
-  return list;
 }
 
 /// What a report.json says its report consists of; nothing if it is not one of ours.
@@ -194,7 +171,6 @@ std::string page_of(const std::string& title, nlohmann::ordered_json data) {
 std::string report_html(const Report& report) {
   nlohmann::ordered_json data{{"title", report.title}, {"facts", report.facts}};
   data["notes"] = report.notes;
-  data["histories"] = histories_json(report);
   data["cases"] = nlohmann::ordered_json::array();
   for (const ReportCase& one : report.cases) data["cases"].push_back(page_case(one));
   return page_of(report.title, std::move(data));

@@ -15,14 +15,6 @@
 
 namespace polymorph {
 
-/// One figure of one run of a suite (compare/history.h).
-struct HistoryRow {
-  std::string commit;           ///< of what was tested
-  std::string metric;           ///< "fail_percent", "flip_mean", "flip_p99"
-  double mean = 0, worst = 0;   ///< over the suite's frames
-  std::optional<double> share;  ///< of the limit that the worst takes; none without a limit
-};
-
 /// One frame or pair of images.
 struct ReportCase {
   std::string group;  ///< suite; "" = none
@@ -56,8 +48,6 @@ struct Report {
   std::vector<std::pair<std::string, std::string>> facts;  ///< shown below the title
   std::vector<ReportCase> cases;
   std::vector<std::string> notes;  ///< orphans and the like
-  /// By suite, its history.csv.
-  std::vector<std::pair<std::string, std::vector<HistoryRow>>> histories = {};
   /// By suite, what decides its frames beside the program: for accepting them later.
   std::vector<std::pair<std::string, std::string>> suites = {};
   std::size_t failed() const;

@@ -11,7 +11,7 @@ namespace polymorph {
 /// All but the pictures. Infinite figures are null.
 nlohmann::ordered_json case_json(const ReportCase& one);
 
-/// The page that shows `data` (title, facts, notes, histories, cases with their pictures).
+/// The page that shows `data` (title, facts, notes, cases with their pictures).
 std::string page_of(const std::string& title, nlohmann::ordered_json data);
 
 }  // namespace polymorph

@@ -94,7 +94,6 @@ Status add(Merged& merged, fs::path path) {
   append(merged.report, report, "notes");
   append(merged.page, page, "cases");
   append(merged.page, page, "notes");
-  append(merged.page, page, "histories");
   if (report.contains("suites")) merged.report["suites"].update(report["suites"]);
   for (const auto& [name, bytes] : files)
     if (name != "report.json" && name != "index.html" && name != "junit.xml")

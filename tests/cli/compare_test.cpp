@@ -184,30 +184,14 @@ TEST_F(Golden, AnUpdateThatCannotBeFinishedChangesNothing) {
   }
 }
 
-TEST_F(Golden, TierASaysThatTheBuildAgreesWithItself) {
-  const Ran ran = run(0, {"golden", "test", "tiny", "--tier", "a", "--junit", "bits.xml"});
+TEST_F(Golden, BitsSaysThatTheBuildAgreesWithItself) {
+  const Ran ran = run(0, {"golden", "test", "tiny", "--bits", "--junit", "bits.xml"});
   EXPECT_TRUE(contains(ran.out, "tiny: 8 of 8 pass\n")) << ran.out;
   for (const char* way : {"again", "1 thread", "3 threads", "cold cache", "warm cache", "3 shards",
                           "resumed", "a frame alone"})
     EXPECT_TRUE(contains(ran.out, std::string("tiny, bits, ") + way + ": ok")) << way;
   EXPECT_TRUE(contains(read_text(folder / "bits.xml"), "tests=\"8\" failures=\"0\""));
   EXPECT_EQ(count_files(".exr"), 0u) << "nothing is left behind";
-}
-
-TEST_F(Golden, TierCTellsNoiseFromChange) {
-  EXPECT_TRUE(contains(run(1, {"golden", "test", "--tier", "C", "--runs", "4"}).out, "is missing"));
-  run(0, {"golden", "update", "tiny", "--reason", "first"});
-  EXPECT_TRUE(contains(run(0, {"golden", "test", "--tier", "C"}).out, "tiny: 2 of 2 pass\n"));
-  // More samples move every pixel: what tier B refuses is noise to tier C.
-  std::string text = read_text(folder / "scenes/tiny.json");
-  text.replace(text.find("\"samples\": 1"), 12, "\"samples\": 2");
-  write("scenes/tiny.json", text);
-  run(1, {"golden", "test"});
-  run(0, {"golden", "test", "--tier", "C"});
-  write("scenes/tiny.json", tiny_scene(4, R"({"shape": "cube", "spheres": {"balls": 12}})",
-                                       "  \"lights\": {\"key_intensity\": 40},\n"));
-  const Ran changed = run(1, {"golden", "test", "--tier", "C", "--json"});
-  EXPECT_EQ(parse(changed.out)["cases"][0]["verdict"], "differs") << changed.out;
 }
 
 TEST_F(Golden, BadSuites) {

@@ -1,5 +1,5 @@
-// What golden suites do beside testing: hashes, accepting a run, other programs' frames, masks,
-// history, merged reports.
+// Golden suites beside testing: hashes, accepting a run, other programs' frames, masks, merged
+// reports.
 #include "image/image_io.h"
 #include "testing/program.h"
 
@@ -149,23 +149,6 @@ TEST_F(GoldenTest, MaskedPixelsMayDiffer) {
   EXPECT_TRUE(contains(run(3, {"golden", "test"}).err, "the frames have 16 x 16"));
   write("golden_frames/other/suite.json", "{" + command + R"(, "masks": [{"file": "mask.png"}]})");
   EXPECT_TRUE(contains(run(3, {"golden", "test"}).err, "no reason"));
-}
-
-TEST_F(GoldenTest, DifferencesThatGrowBelowTheLimitAreAnAlarm) {
-  write("golden_frames/other/suite.json",
-        R"({"command": "cp picture.png {out}", "format": "png", "frames": [1],
-            "tolerance": {"fail_percent": 50, "flip_mean": 0.5, "why": "a test"}})");
-  write_picture("golden_frames/other/picture.png", 0.4f);
-  run(0, {"golden", "update", "other", "--reason", "first"});
-  for (int i = 0; i < 5; ++i) {
-    write_picture("golden_frames/other/picture.png", 0.42f + 0.05f * static_cast<float>(i));
-    const Ran ran = run(0, {"golden", "test", "--history", "--report", "out", "--overwrite"});
-    EXPECT_EQ(contains(ran.err, "rose in each of the last four runs"), i == 4) << ran.err;
-  }
-  const auto lines = lines_of(read_text(folder / "golden_frames/other/history.csv"));
-  EXPECT_EQ(lines.size(), 16u);
-  EXPECT_EQ(lines[0], "commit,metric,mean,worst,share");
-  EXPECT_TRUE(contains(read_text(folder / "out/index.html"), "\"rising\":true"));
 }
 
 TEST_F(GoldenTest, ReportsOfShardsBecomeOne) {

@@ -3,12 +3,11 @@
 #include "base/program_identity.h"
 #include "cli/command_line.h"
 #include "cli/report_options.h"
-#include "compare/history.h"
 #include "compare/report_merge.h"
 #include "sequence/golden/golden_accept.h"
+#include "sequence/golden/golden_bits.h"
 #include "sequence/golden/golden_frames.h"
 #include "sequence/golden/golden_run.h"
-#include "sequence/golden/golden_tiers.h"
 
 namespace polymorph {
 namespace {
@@ -18,9 +17,7 @@ struct GoldenOptions {
   std::vector<std::string> suites;
   std::string root = "golden_frames", failures, reason, only;
   std::string isa = GoldenSettings{}.isa;
-  std::string tier = "B";
-  int runs = 16;
-  bool overwrite = false, any_program = false, history = false;
+  bool overwrite = false, any_program = false, bits = false;
   std::string output;
   JsonOutput json;
   ReportOptions report;
@@ -57,12 +54,10 @@ Result<std::vector<std::string>> all_suites(const std::string& root) {
   return names;
 }
 
-/// Tiers A and C: nothing is compared with a golden's limits, and nothing can be accepted.
-Status test_tier(const GoldenSuite& suite, const GoldenSettings& settings,
+/// Compares the build with itself; the goldens take no part, and nothing can be accepted.
+Status test_bits(const GoldenSuite& suite, const GoldenSettings& settings,
                  const GoldenOptions& options, Report& report) {
-  PM_TRY(std::vector<ReportCase> cases,
-         options.tier == "A" ? test_golden_bits(suite, settings)
-                             : test_golden_statistics(suite, settings, options.runs));
+  PM_TRY(std::vector<ReportCase> cases, test_golden_bits(suite, settings));
   std::size_t passed = 0;
   for (ReportCase& one : cases) {
     passed += one.passed();
@@ -107,35 +102,16 @@ Status test(const GoldenSuite& suite, const GoldenSettings& settings, const Gold
   return Ok{};
 }
 
-/// Adds this run to history.csv where asked to, and says so when differences creep up.
-Status keep_history(const GoldenSuite& suite, const GoldenOptions& options, Report& report) {
-  const std::filesystem::path file = suite.folder / "history.csv";
-  PM_TRY(std::vector<HistoryRow> rows, read_history(file));
-  const std::vector<HistoryRow> now = history_rows(report.cases, suite.name, tested_commit());
-  rows.insert(rows.end(), now.begin(), now.end());
-  for (const std::string& metric : rising_metrics(rows)) {
-    report.notes.push_back(
-        fmt::format("{}: the mean of {} rose in each of the last four runs, within the limits",
-                    suite.name, metric));
-    log_warning("{}", report.notes.back());
-  }
-  if (options.history) PM_TRY_STATUS(write_file(file, history_text(rows)));
-  report.histories.emplace_back(suite.name, std::move(rows));
-  return Ok{};
-}
-
 Status test_suite(const std::string& name, const GoldenSettings& settings,
                   const GoldenOptions& options, Report& report) {
   PM_TRY(const GoldenSuite suite, load_golden_suite(options.root, name));
-  if (options.tier != "B" && !suite.command.empty())
+  if (options.bits && !suite.command.empty())
     return make_error(ErrorCode::kUsage,
-                      "{}: tiers A and C are for scenes, this suite's frames come from a command",
-                      name);
+                      "{}: --bits is for scenes, this suite's frames come from a command", name);
   PM_TRY(const std::string hash, suite_hash(suite));
   report.suites.emplace_back(name, hash);
-  if (options.tier != "B") return test_tier(suite, settings, options, report);
-  PM_TRY_STATUS(test(suite, settings, options, report));
-  return keep_history(suite, options, report);
+  return options.bits ? test_bits(suite, settings, options, report)
+                      : test(suite, settings, options, report);
 }
 
 /// Counts a suite that could not be tested as a failed case, so that CI does not pass it.
@@ -310,8 +286,6 @@ void add_golden(CommandLine& line) {
                   "accept: these frames, as in 4,9-15; default: all that failed")
       .type_name("FRAMES")
       .group("Main");
-  command.add_flag("--history", options->history, "test: add this run to each suite's history.csv")
-      .group("Main");
   command.add_option("-o,--output", options->output, "merge: the folder of the new report")
       .type_name("DIR")
       .group("Output");
@@ -328,15 +302,9 @@ void add_golden(CommandLine& line) {
       .type_name("ISA")
       .group("Main");
   command
-      .add_option("--tier", options->tier,
-                  "test: A the build agrees with itself to the bit; B frames against goldens "
-                  "(default); C noise against goldens, for nightly runs")
-      .choices_in_any_case({"A", "B", "C"})
-      .type_name("TIER")
-      .group("Main");
-  command.add_option("--runs", options->runs, "renderings per frame for tier C (16)")
-      .range(4, 1000)
-      .type_name("N")
+      .add_flag("--bits", options->bits,
+                "test: render in all ways that must not matter (threads, shards, caches, resumed) "
+                "and compare the bits with each other")
       .group("Main");
   add_report(command, options->report);
   add_json(command, options->json);

@@ -8,7 +8,6 @@
 #include "base/sha256.h"
 #include "base/shell_quote.h"
 #include "base/stopwatch.h"
-#include "compare/history.h"
 #include "compare/pictures.h"
 #include "image/image_io.h"
 #include "scene/load_scene.h"
@@ -238,7 +237,6 @@ Result<std::vector<fs::path>> update_golden(const GoldenSuite& suite,
   GoldenSettings quiet = settings;
   quiet.failures.clear();
   std::vector<NewGolden> frames;
-  std::vector<ReportCase> cases;
   for (const int frame : suite.frames) {
     PM_TRY(RenderedFrame rendered, renderer.render(frame));
     if (!all_finite(rendered.image))
@@ -247,15 +245,8 @@ Result<std::vector<fs::path>> update_golden(const GoldenSuite& suite,
                         frame, suite.name);
     PM_TRY(const GoldenFrame judged, judge(suite, quiet, old_records, rendered));
     frames.push_back({rendered.surface, judged.passed() ? "" : std::move(rendered.bytes)});
-    cases.push_back(judged.report);
   }
-  PM_TRY(std::vector<NewFile> files, golden_files(suite, frames, reason));
-  // How far it had come before it was made new.
-  const fs::path history = suite.folder / "history.csv";
-  PM_TRY(std::vector<HistoryRow> rows, read_history(history));
-  const std::vector<HistoryRow> now = history_rows(cases, suite.name, tested_commit());
-  rows.insert(rows.end(), now.begin(), now.end());
-  if (!files.empty() && !now.empty()) files.push_back({history, history_text(rows)});
+  PM_TRY(const std::vector<NewFile> files, golden_files(suite, frames, reason));
   std::vector<fs::path> written;
   for (const NewFile& file : files) written.push_back(file.path);
   PM_TRY_STATUS(write_files(files));

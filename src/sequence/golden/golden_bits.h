@@ -1,5 +1,4 @@
-// Golden tests without reference images: bit-identical results within one build, and noise that is
-// unbiased.
+// Bit test of a build: a golden suite's frames, rendered in every way that must not matter.
 #pragma once
 
 #include <vector>
@@ -17,11 +16,5 @@ namespace polymorph {
 /// goldens take no part. Errors: kInput, kResource, kOutput.
 Result<std::vector<ReportCase>> test_golden_bits(const GoldenSuite& suite,
                                                  const GoldenSettings& settings);
-
-/// Renders each frame `runs` (at least 4) times under other seeds and asks whether the golden could
-/// be one of them (compare/statistics.h): the test for changes of the sampler, or of the number of
-/// samples, which move every pixel. One case per frame.
-Result<std::vector<ReportCase>> test_golden_statistics(const GoldenSuite& suite,
-                                                       const GoldenSettings& settings, int runs);
 
 }  // namespace polymorph

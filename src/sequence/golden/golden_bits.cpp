@@ -1,0 +1,193 @@
+#include "sequence/golden/golden_bits.h"
+
+#include <stdlib.h>
+
+#include <algorithm>
+#include <atomic>
+
+#include "base/parallel.h"
+#include "base/stopwatch.h"
+#include "image/image_io.h"
+#include "scene/load_scene.h"
+#include "sequence/render_sequence.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A temporary folder, removed by the destructor.
+class WorkFolder {
+ public:
+  static Result<WorkFolder> create() {
+    std::string name = (fs::temp_directory_path() / "polymorph-golden-XXXXXX").string();
+    if (!::mkdtemp(name.data()))
+      return make_error(ErrorCode::kOutput, "{}: cannot make a folder to work in", name);
+    return WorkFolder(name);
+  }
+  WorkFolder(WorkFolder&& other) noexcept { path_.swap(other.path_); }
+  WorkFolder& operator=(WorkFolder&& other) = delete;
+  ~WorkFolder() {
+    std::error_code ignored;
+    if (!path_.empty()) fs::remove_all(path_, ignored);
+  }
+  const fs::path& path() const { return path_; }
+
+ private:
+  explicit WorkFolder(fs::path path) : path_(std::move(path)) {}
+  fs::path path_;
+};
+
+/// Sets the number of threads; the destructor sets it back.
+class ThreadCount {
+ public:
+  explicit ThreadCount(int count) : before_(thread_count()) {
+    if (count > 0) set_thread_count(count);
+  }
+  ~ThreadCount() { set_thread_count(before_); }
+  ThreadCount(const ThreadCount&) = delete;
+  ThreadCount& operator=(const ThreadCount&) = delete;
+
+ private:
+  int before_;
+};
+
+/// One way to render the suite's frames.
+struct Variant {
+  const char* name;
+  int threads = 0;           ///< 0: all there are
+  int shards = 1;            ///< number of runs, each with a part of the frames
+  bool interrupted = false;  ///< stopped after a frame, then resumed
+  bool cached = false;
+  bool last_alone = false;  ///< only the last frame
+};
+
+constexpr Variant kBase{.name = "base"};
+constexpr Variant kVariants[] = {{.name = "again"},
+                                 {.name = "1 thread", .threads = 1},
+                                 {.name = "3 threads", .threads = 3},
+                                 {.name = "cold cache", .cached = true},
+                                 {.name = "warm cache", .cached = true},
+                                 {.name = "3 shards", .shards = 3, .cached = true},
+                                 {.name = "resumed", .interrupted = true, .cached = true},
+                                 {.name = "a frame alone", .cached = true, .last_alone = true}};
+
+/// The suite, its scene and the folder to work in.
+struct BitTest {
+  const GoldenSuite& suite;
+  const GoldenSettings& settings;
+  const Scene& scene;
+  const fs::path& folder;
+};
+
+FramePattern frames_in(const fs::path& folder) {
+  FramePattern pattern;
+  pattern.before = (folder / "frame.").string();
+  pattern.after = ".exr";
+  pattern.digits = 4;
+  return pattern;
+}
+
+SequenceSettings sequence_settings(const BitTest& test, const Variant& variant) {
+  SequenceSettings settings;
+  settings.frames = test.suite.frames;
+  if (variant.last_alone) settings.frames = {test.suite.frames.back()};
+  settings.exr = frames_in(test.folder / variant.name);
+  settings.device = test.settings.device;
+  settings.isa = test.settings.isa;
+  if (variant.cached) settings.cache_folder = test.folder / "cache";
+  return settings;
+}
+
+/// Frame number and surface digest of all that was rendered, by frame.
+using Digests = std::vector<std::pair<int, std::string>>;
+
+Result<Digests> render(const BitTest& test, const Variant& variant) {
+  const ThreadCount threads(variant.threads);
+  Digests digests;
+  const auto run = [&](const SequenceSettings& settings,
+                       const ProgressCallback& progress) -> Status {
+    PM_TRY(const RunReport report, render_sequence(test.scene, settings, progress));
+    for (const FrameRecord& record : report.frames)
+      if (record.state == FrameRecord::State::kDone)
+        digests.emplace_back(record.frame, record.digest);
+    return Ok{};
+  };
+  SequenceSettings settings = sequence_settings(test, variant);
+  if (variant.interrupted) {
+    std::atomic<bool> stop = false;
+    settings.stop = &stop;
+    PM_TRY_STATUS(
+        run(settings, [&](std::size_t, std::size_t, const FrameRecord&) { stop = true; }));
+    settings.stop = nullptr;
+    settings.existing = Existing::kSkip;
+    PM_TRY_STATUS(run(settings, {}));
+  } else {
+    for (int shard = 1; shard <= variant.shards; ++shard) {
+      SequenceSettings part = settings;
+      part.frames = shard_of(settings.frames, {shard, variant.shards});
+      if (!part.frames.empty()) PM_TRY_STATUS(run(part, {}));
+    }
+  }
+  std::sort(digests.begin(), digests.end());
+  if (digests.size() != settings.frames.size())
+    return make_error(ErrorCode::kInternal, "{}, {}: {} of {} frames were rendered",
+                      test.suite.name, variant.name, digests.size(), settings.frames.size());
+  return digests;
+}
+
+Status add_difference(const BitTest& test, int frame, const Image& actual, const Image& base,
+                      bool surfaces_equal, ReportCase& result) {
+  result.tolerance = exact_tolerance();
+  result.tolerance.why = "the same build must give the same bits";
+  PixelMaps maps;
+  result.comparison = compare_images(actual, base, result.tolerance, &maps);
+  result.message = fmt::format("frame {}: {}{}", frame, result.comparison->reason,
+                               surfaces_equal ? "" : "; its surface differs");
+  if (!test.settings.pictures) return Ok{};
+  return add_pictures(result, actual, &base, maps, *test.settings.pictures);
+}
+
+/// Renders one variant and stops at the first frame that differs from the base.
+Result<ReportCase> test_variant(const BitTest& test, const Variant& variant, const Digests& base) {
+  const Stopwatch stopwatch;
+  ReportCase result;
+  result.group = test.suite.name + ", bits";
+  result.name = variant.name;
+  PM_TRY(const Digests digests, render(test, variant));
+  for (const auto& digest : digests) {
+    const int frame = digest.first;
+    PM_TRY(const Image actual,
+           read_image(frame_path(frames_in(test.folder / variant.name), frame)));
+    PM_TRY(const Image expected,
+           read_image(frame_path(frames_in(test.folder / kBase.name), frame)));
+    const bool surfaces_equal = std::find(base.begin(), base.end(), digest) != base.end();
+    if (surfaces_equal && pixel_digest(actual) == pixel_digest(expected)) continue;
+    PM_TRY_STATUS(add_difference(test, frame, actual, expected, surfaces_equal, result));
+    break;
+  }
+  result.verdict = result.passed() ? "same" : "differs";
+  result.detail = digests.size() == 1 ? "the same bits"
+                                      : fmt::format("{} frames, the same bits", digests.size());
+  result.seconds = stopwatch.seconds();
+  return result;
+}
+
+}  // namespace
+
+Result<std::vector<ReportCase>> test_golden_bits(const GoldenSuite& suite,
+                                                 const GoldenSettings& settings) {
+  PM_TRY(Scene scene, load_scene(suite.scene));
+  scene.image.denoise = false;
+  PM_TRY(const WorkFolder work, WorkFolder::create());
+  const BitTest test{suite, settings, scene, work.path()};
+  PM_TRY(const Digests base, render(test, kBase));
+  std::vector<ReportCase> cases;
+  for (const Variant& variant : kVariants) {
+    PM_TRY(ReportCase result, test_variant(test, variant, base));
+    cases.push_back(std::move(result));
+  }
+  return cases;
+}
+
+}  // namespace polymorph
