@@ -5,34 +5,26 @@
 #include <limits>
 
 #include "base/parallel.h"
+#include "compare/channel_rule.h"
+#include "compare/shown_mismatch.h"
 
 namespace polymorph {
 namespace {
 
 constexpr float kNothingHit = 1e9f;  // the renderer writes 1e10
 
-enum class Rule : std::uint8_t { kColor, kDepth, kNormal, kId, kOther };
-
-Rule rule_of(const std::string& name) {
-  if (name == "R" || name == "G" || name == "B" || name == "A") return Rule::kColor;
-  if (name == "Z") return Rule::kDepth;
-  if (name.starts_with("N.")) return Rule::kNormal;
-  if (name == "id" || name.starts_with("id.")) return Rule::kId;
-  return Rule::kOther;
-}
-
-/// By how much `a` may differ from `b`.
-float limit_of(Rule rule, float a, float b, const Tolerance& tolerance) {
+/// The largest difference allowed between `a` and `b`.
+float limit_of(ChannelRule rule, float a, float b, const Tolerance& tolerance) {
   switch (rule) {
-    case Rule::kDepth:
+    case ChannelRule::kDepth:
       if (a >= kNothingHit && b >= kNothingHit) return std::numeric_limits<float>::infinity();
       return a >= kNothingHit || b >= kNothingHit ? 0 : tolerance.depth * std::abs(b);
-    case Rule::kNormal:
+    case ChannelRule::kNormal:
       return tolerance.normal;
-    case Rule::kId:
+    case ChannelRule::kId:
       return 0;
-    case Rule::kColor:
-    case Rule::kOther:
+    case ChannelRule::kColor:
+    case ChannelRule::kOther:
       break;
   }
   return tolerance.fail + tolerance.relative * std::abs(b);
@@ -49,7 +41,7 @@ std::size_t histogram_bin(float share, bool over) {
 /// One channel of both images.
 struct Pair {
   std::size_t actual, reference;
-  Rule rule;
+  ChannelRule rule;
   bool visible;  ///< R, G or B: part of the PSNR
 };
 
@@ -116,9 +108,9 @@ class Comparer {
       share = std::max(share, difference / limit);
       sums.channels[c].failing += over;
       fails = fails || over;
-      hard = hard || (pair.rule == Rule::kColor && difference > tolerance_.hard_fail);
-      warns = warns ||
-              (pair.rule != Rule::kDepth && pair.rule != Rule::kId && difference > tolerance_.warn);
+      hard = hard || (pair.rule == ChannelRule::kColor && difference > tolerance_.hard_fail);
+      warns = warns || (pair.rule != ChannelRule::kDepth && pair.rule != ChannelRule::kId &&
+                        difference > tolerance_.warn);
     }
     hard = hard && !on_silhouette(x, y);
     sums.equal = sums.equal && equal;
@@ -138,7 +130,7 @@ class Comparer {
   static void add_difference(const Pair& pair, float u, float v, int x, Sums& sums,
                              double& clipped) {
     // Depths that mean nothing hit would drown all others.
-    if (pair.rule == Rule::kDepth && (u >= kNothingHit || v >= kNothingHit)) return;
+    if (pair.rule == ChannelRule::kDepth && (u >= kNothingHit || v >= kNothingHit)) return;
     const double difference = std::abs(static_cast<double>(u) - static_cast<double>(v));
     if (difference > sums.max) {
       sums.max = difference;
@@ -190,8 +182,8 @@ std::string describe_largest(const Comparison& result) {
   for (const ChannelDifference& channel : result.channels) {
     if (channel.max <= 0) continue;
     if (!worst || channel.failing > worst->failing ||
-        (channel.failing == 0 && worst->failing == 0 && rule_of(channel.channel) == Rule::kColor &&
-         channel.max > worst->max))
+        (channel.failing == 0 && worst->failing == 0 &&
+         channel_rule(channel.channel) == ChannelRule::kColor && channel.max > worst->max))
       worst = &channel;
   }
   if (!worst) return "";
@@ -211,7 +203,7 @@ std::string flip_text(const Comparison& result) {
                      result.flip->p99, result.flip->max);
 }
 
-void decide(const Tolerance& tolerance, bool equal, Comparison& result) {
+void decide(const Tolerance& tolerance, bool equal, const std::string& shown, Comparison& result) {
   const double percent = 100.0 * static_cast<double>(result.failing_pixels) /
                          std::max(1.0, static_cast<double>(result.pixels));
   const std::string largest = describe_largest(result);
@@ -221,6 +213,9 @@ void decide(const Tolerance& tolerance, bool equal, Comparison& result) {
   } else if (result.negative_alpha_pixels > 0) {
     result.verdict = Verdict::kDiffers;
     result.reason = fmt::format("{} pixels have a negative alpha", result.negative_alpha_pixels);
+  } else if (!shown.empty()) {
+    result.verdict = Verdict::kDiffers;
+    result.reason = fmt::format("the files are shown differently: {}{}", shown, largest);
   } else if (equal) {
     result.verdict = Verdict::kSame;
     result.reason = "all values are equal";
@@ -252,9 +247,9 @@ std::vector<Pair> pair_channels(const Image& actual, const Image& reference) {
   std::vector<Pair> pairs;
   for (std::size_t c = 0; c < reference.channel_count(); ++c) {
     const std::string& name = reference.channels[c];
-    const Rule rule = rule_of(name);
+    const ChannelRule rule = channel_rule(name);
     pairs.push_back({static_cast<std::size_t>(actual.find_channel(name)), c, rule,
-                     rule == Rule::kColor && name != "A"});
+                     rule == ChannelRule::kColor && name != "A"});
   }
   return pairs;
 }
@@ -354,7 +349,7 @@ Comparison compare_images(const Image& actual, const Image& reference, const Tol
       100.0 * static_cast<double>(result.warning_pixels) / static_cast<double>(result.pixels);
   result.warned =
       result.warning_pixels > 0 && percent > static_cast<double>(tolerance.warn_percent);
-  decide(tolerance, equal, result);
+  decide(tolerance, equal, shown_mismatch(actual, reference), result);
   return result;
 }
 

@@ -16,8 +16,8 @@ namespace polymorph {
 
 /// Limits as idiff users know them. A pixel fails when one of its channels does:
 ///   Z: |a - b| > depth * |b|, or only one of the two hit something (values from 1e9 on mean
-///   nothing hit); N.*: |a - b| > normal;  id, id.*: any difference; all others: |a - b| > fail +
-///   relative * |b|.
+///   nothing hit); N.*: |a - b| > normal;  ids (channel_rule.h): any difference; all others: |a -
+///   b| > fail + relative * |b|.
 struct Tolerance {
   float fail = 0.004f;
   float relative = 0.01f;
@@ -48,7 +48,8 @@ inline bool is_exact(const Tolerance& t) {
 enum class Verdict : std::uint8_t {
   kSame,     ///< all values are equal
   kWithin,   ///< differences within the limits
-  kDiffers,  ///< too many failing pixels, one beyond hard_fail, or a negative alpha
+  kDiffers,  ///< too many failing pixels, one beyond hard_fail, a negative alpha, or another pixel
+             ///< aspect ratio, orientation or gamma in the header
   kSizeMismatch,
   kChannelMismatch,  ///< the sets of names differ; their order does not matter
   kNotFinite,        ///< NaN or infinity in either image

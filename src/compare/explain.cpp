@@ -9,14 +9,12 @@
 
 #include "base/result.h"
 #include "base/text.h"
-#include "image/srgb.h"
+#include "compare/explain_colors.h"
 
 namespace polymorph {
 namespace {
 
 constexpr float kNothingHit = 1e9f;
-
-constexpr int kBlock = 8;  // pixels along a side of what noise is averaged over
 
 const std::variant<std::string, int, float>* attribute(const Image& image, const char* name) {
   for (const Attribute& a : image.attributes)
@@ -51,60 +49,6 @@ std::map<int, std::string> object_names(const Image& image) {
 
 double length_of(Vec3 a) { return static_cast<double>(length(a)); }
 
-/// Both images, channel by name.
-class Pair {
- public:
-  Pair(const Image& actual, const Image& reference) : a_(actual), b_(reference) {}
-
-  bool comparable() const {
-    if (a_.width != b_.width || a_.height != b_.height || a_.channel_count() != b_.channel_count())
-      return false;
-    for (const std::string& name : b_.channels)
-      if (a_.find_channel(name) < 0) return false;
-    const auto finite = [](const Image& image) {
-      return std::all_of(image.pixels.begin(), image.pixels.end(),
-                         [](float v) { return std::isfinite(v); });
-    };
-    return finite(a_) && finite(b_);
-  }
-  bool has(const char* channel) const { return b_.find_channel(channel) >= 0; }
-  int pixels() const { return b_.width * b_.height; }
-  int width() const { return b_.width; }
-  int height() const { return b_.height; }
-  float actual(int pixel, const char* channel) const { return value(a_, pixel, channel); }
-  float reference(int pixel, const char* channel) const { return value(b_, pixel, channel); }
-  bool equal(int pixel, const char* channel) const {
-    return !has(channel) || actual(pixel, channel) == reference(pixel, channel);
-  }
-  bool equal(int pixel, std::initializer_list<const char*> channels) const {
-    return std::all_of(channels.begin(), channels.end(),
-                       [&](const char* c) { return equal(pixel, c); });
-  }
-  bool equal(std::initializer_list<const char*> channels) const {
-    for (int i = 0; i < pixels(); ++i)
-      if (!equal(i, channels)) return false;
-    return true;
-  }
-  Vec3 color(bool of_actual, int pixel, const char* prefix) const {
-    const std::string p(prefix);
-    const Image& image = of_actual ? a_ : b_;
-    return {value(image, pixel, (p + "R").c_str()), value(image, pixel, (p + "G").c_str()),
-            value(image, pixel, (p + "B").c_str())};
-  }
-  const Image& a() const { return a_; }
-  const Image& b() const { return b_; }
-
- private:
-  static float value(const Image& image, int pixel, const char* channel) {
-    const int c = image.find_channel(channel);
-    return c < 0 ? 0
-                 : image.pixels[static_cast<std::size_t>(pixel) * image.channel_count() +
-                                static_cast<std::size_t>(c)];
-  }
-  const Image& a_;
-  const Image& b_;
-};
-
 /// Where the middle of a pixel is at depth z.
 Vec3 unprojected(const PinholeView& view, int width, int height, int pixel, float z) {
   const Vec3 right = cross(view.forward, view.up);
@@ -124,7 +68,8 @@ Vec2 projected(const PinholeView& view, int width, int height, Vec3 p) {
 }
 
 /// A camera elsewhere: by how many pixels what stands still seems to move.
-std::string explain_camera(const Pair& pair, const PinholeView& now, const PinholeView& before) {
+std::string explain_camera(const ImagePair& pair, const PinholeView& now,
+                           const PinholeView& before) {
   double sum = 0;
   int count = 0;
   for (int i = 0; i < pair.pixels(); ++i) {
@@ -140,7 +85,7 @@ std::string explain_camera(const Pair& pair, const PinholeView& now, const Pinho
 }
 
 /// What the layers say about moved surfaces: how much of them, and how far at most.
-std::string explain_surface(const Pair& pair, const std::optional<PinholeView>& view,
+std::string explain_surface(const ImagePair& pair, const std::optional<PinholeView>& view,
                             const ChangeContext& context) {
   int seen = 0, moved = 0, gone = 0;
   double worst = 0;
@@ -202,7 +147,7 @@ std::string explain_surface(const Pair& pair, const std::optional<PinholeView>& 
 }
 
 /// What changed of the albedo: of one object or more, evenly (a colour) or here and there.
-std::string explain_albedo(const Pair& pair) {
+std::string explain_albedo(const ImagePair& pair) {
   struct Object {
     int seen = 0, changed = 0;
     double sum = 0, squares = 0;  // of the changes' ratios
@@ -237,107 +182,15 @@ std::string explain_albedo(const Pair& pair) {
   return text;
 }
 
-/// Every colour by the same curve: brightness or gamma.
-std::string explain_curve(const Pair& pair) {
-  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
-  std::vector<std::pair<double, double>> points;
-  for (int i = 0; i < pair.pixels(); ++i)
-    for (const char* c : {"R", "G", "B"}) {
-      const double a = static_cast<double>(pair.actual(i, c)),
-                   b = static_cast<double>(pair.reference(i, c));
-      if (a < 0.01 || b < 0.01 || a >= 1 || b >= 1) continue;
-      const double x = std::log(b), y = std::log(a);
-      points.emplace_back(x, y);
-      n += 1;
-      sx += x;
-      sy += y;
-      sxx += x * x;
-      sxy += x * y;
-    }
-  const double det = n * sxx - sx * sx;
-  if (points.size() < 16 || !(det > 1e-9 * n * n)) return "";
-  const double slope = (n * sxy - sx * sy) / det, offset = (sy - slope * sx) / n;
-  // To 1 %, or to the step of 8 bits that a picture may be rounded to.
-  const auto code = [](double log_value) {
-    return 255 * static_cast<double>(linear_to_srgb(static_cast<float>(std::exp(log_value))));
-  };
-  for (const auto& [x, y] : points) {
-    const double wanted = slope * x + offset;
-    if (std::fabs(wanted - y) > 0.01 && std::fabs(code(wanted) - code(y)) > 1.5) return "";
-  }
-  if (std::fabs(slope - 1) > 0.003)
-    return fmt::format("all colours follow one curve: gamma, the old ones to the power {:.3g}",
-                       slope);
-  if (std::fabs(offset) > 0.003)
-    return fmt::format("all colours are {:.4g} times the old ones: brightness", std::exp(offset));
-  return "";
-}
-
-/// No code of 8 bits by more than one step.
-bool only_rounding(const Pair& pair) {
-  int changed = 0;
-  double sum = 0, size = 0;
-  for (int i = 0; i < pair.pixels(); ++i)
-    for (const char* c : {"R", "G", "B"}) {
-      const auto code = [](float v) {
-        return 255 * static_cast<double>(linear_to_srgb(std::clamp(v, 0.0f, 1.0f)));
-      };
-      const double difference = code(pair.actual(i, c)) - code(pair.reference(i, c));
-      if (std::fabs(difference) > 1.05) return false;
-      changed += std::fabs(difference) > 0.02;
-      sum += difference;
-      size += std::fabs(difference);
-    }
-  // Up as often as down.
-  return changed > 0 && std::fabs(sum) < 0.2 * size;
-}
-
-/// Differences that even out over blocks of pixels.
-bool only_noise(const Pair& pair) {
-  double blocks = 0, expected = 0;
-  int counted = 0;
-  for (int y = 0; y + kBlock <= pair.height(); y += kBlock)
-    for (int x = 0; x + kBlock <= pair.width(); x += kBlock) {
-      double sum = 0, squares = 0;
-      for (int v = 0; v < kBlock; ++v)
-        for (int u = 0; u < kBlock; ++u) {
-          const int i = (y + v) * pair.width() + x + u;
-          // As the eye has it, so that highlights do not decide.
-          const auto shown = [](Vec3 c) {
-            return std::sqrt(std::clamp(static_cast<double>(c.x + c.y + c.z) / 3, 0.0, 1.0));
-          };
-          const double d = shown(pair.color(true, i, "")) - shown(pair.color(false, i, ""));
-          sum += d;
-          squares += d * d;
-        }
-      if (squares == 0) continue;
-      blocks += sum * sum;
-      expected += squares;
-      ++counted;
-    }
-  // Independent errors: the square of a sum is the sum of the squares. Light that changes makes it
-  // up to 64 times as much.
-  return counted > 0 && blocks < 4 * expected;
-}
-
-/// Where all changed pixels lie within a small part of the picture.
-std::string explain_part(const Pair& pair) {
-  int left = pair.width(), top = pair.height(), right = -1, bottom = -1;
-  for (int i = 0; i < pair.pixels(); ++i) {
-    if (!(length_of(pair.color(true, i, "") - pair.color(false, i, "")) > 0)) continue;
-    const int x = i % pair.width(), y = i / pair.width();
-    left = std::min(left, x), right = std::max(right, x);
-    top = std::min(top, y), bottom = std::max(bottom, y);
-  }
-  const int width = right - left + 1, height = bottom - top + 1;
-  if (width <= 0 || 8.0 * width * height > pair.pixels()) return "";
-  return fmt::format("only {} x {} pixels from ({}, {}) on differ", width, height, left, top);
-}
-
 /// Light, or how one object sends it back.
-std::string explain_light(const Pair& pair) {
+std::string explain_light(const ImagePair& pair) {
   if (!pair.has("id"))
     if (const std::string part = explain_part(pair); !part.empty()) return part;
+  // Without layers nothing else says that the shapes are the same.
+  const bool has_geometry = pair.has("id") || pair.has("Z") || pair.has("N.X") || pair.has("P.X");
+  if (!has_geometry)
+    return edges_stay(pair) ? "the edges stay: light or colours differ"
+                            : "the edges moved: shapes, shadows or textures differ";
   // Light that changes shows on the floor and behind; what an object reflects only near it.
   std::map<int, double> changes;  // by id
   int around = 0, changed = 0;
@@ -414,7 +267,7 @@ bool parse_view(const std::string& text, PinholeView& view) {
 
 std::string explain_change(const Image& actual, const Image& reference,
                            const ChangeContext& context) {
-  const Pair pair(actual, reference);
+  const ImagePair pair(actual, reference);
   if (!pair.comparable() || actual.pixels == reference.pixels) {
     if (!pair.comparable() || !context.surfaces_known || context.surfaces_equal) return "";
   }

@@ -3,11 +3,14 @@
 #include <png.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "base/parallel.h"
+#include "image/image_io.h"
 
 namespace polymorph {
 namespace {
@@ -66,6 +69,45 @@ void take_texts(png_structp png, png_infop info, PngImage& image) {
     image.texts.emplace_back(texts[i].key);
     image.texts.emplace_back(texts[i].text ? texts[i].text : "");
   }
+}
+
+/// The orientation of a block of Exif, which is a TIFF file; 1 where it gives none.
+int exif_orientation(std::span<const png_byte> exif) {
+  if (exif.size() < 8) return 1;
+  const bool little = exif[0] == 'I';
+  const auto number = [&](std::size_t at, std::size_t bytes) {
+    std::size_t value = 0;
+    for (std::size_t i = 0; i < bytes; ++i)
+      value = value << 8 | (at + i < exif.size() ? exif[little ? at + bytes - 1 - i : at + i] : 0);
+    return value;
+  };
+  const std::size_t directory = number(4, 4), count = number(directory, 2);
+  for (std::size_t i = 0; i < count && directory + 12 * i + 14 <= exif.size(); ++i) {
+    constexpr std::size_t kOrientationTag = 0x0112;
+    const std::size_t entry = directory + 2 + 12 * i;
+    if (number(entry, 2) == kOrientationTag) return static_cast<int>(number(entry + 8, 2));
+  }
+  return 1;
+}
+
+/// Entries that show the pixels in another way than usual (image_io.h).
+void take_shown(png_structp png, png_infop info, PngImage& image) {
+  const auto add = [&](const char* name, PmOiioAttributeKind kind, int integer, float real) {
+    image.entries.push_back({name, kind, nullptr, integer, real});
+  };
+  double gamma = 0;
+  int intent = 0;
+  if (png_get_sRGB(png, info, &intent) == 0 && png_get_gAMA(png, info, &gamma) != 0 &&
+      std::abs(gamma - 1 / 2.2) > 1e-3)
+    add(kGammaAttribute, PM_OIIO_FLOAT, 0, static_cast<float>(gamma));
+  const float aspect = png_get_pixel_aspect_ratio(png, info);
+  if (aspect > 0 && std::abs(aspect - 1) > 0.01f)
+    add(kPixelAspectAttribute, PM_OIIO_FLOAT, 0, aspect);
+  png_bytep exif = nullptr;
+  png_uint_32 size = 0;
+  if (png_get_eXIf_1(png, info, &size, &exif) == 0 || !exif) return;
+  const int orientation = exif_orientation({exif, size});
+  if (orientation != 1) add(kOrientationAttribute, PM_OIIO_INT, orientation, 0);
 }
 
 /// Frees libpng's structures, however reading ends.
@@ -131,6 +173,7 @@ void decode(const std::string& bytes, std::uint64_t max_bytes, PngImage& image) 
   for (std::size_t y = 0; y < height; ++y) image.rows.push_back(&image.codes[y * stride]);
   if (!read_pixels(h, image)) return;
   take_texts(h.png, h.info, image);
+  take_shown(h.png, h.info, image);
   const std::size_t count = width * height * channels;
   bits == 16 ? to_values<std::uint16_t>(image, count, 65535.0f)
              : to_values<std::uint8_t>(image, count, 255.0f);

@@ -67,6 +67,11 @@ half to_half(float value) {
 
 Status add_attributes(const Image& image, Imf::Header& header) {
   for (const Attribute& attribute : image.attributes) {
+    if (const float* aspect = std::get_if<float>(&attribute.value);
+        aspect && attribute.name == kPixelAspectAttribute) {
+      header.pixelAspectRatio() = *aspect;
+      continue;
+    }
     const char* name = attribute.name.c_str();
     if (attribute.name.empty() || attribute.name.size() > 255 ||
         header.find(name) != header.end() || attribute.name == "channels")

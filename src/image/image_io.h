@@ -18,6 +18,12 @@ namespace polymorph {
 enum class TransferCurve { kLinear, kSrgb };
 enum class AlphaMode { kPremultiplied, kStraight };
 
+/// Header entries that decide how pixels are shown; nothing here applies them. An image that was
+/// read has them where they are not the usual ones: 1, 1 (Exif's numbers), and sRGB's or none.
+inline constexpr const char* kPixelAspectAttribute = "pixelAspectRatio";  ///< float
+inline constexpr const char* kOrientationAttribute = "Orientation";       ///< int
+inline constexpr const char* kGammaAttribute = "gamma";                   ///< float, a PNG's gAMA
+
 struct ReadImageSettings {
   /// Decode 8/16-bit formats with this curve (colour textures: kSrgb); float formats are taken as
   /// linear.
@@ -27,6 +33,8 @@ struct ReadImageSettings {
   AlphaMode alpha = AlphaMode::kPremultiplied;
   /// Decoded size limit, checked before reading pixels.
   std::size_t max_bytes = std::size_t{1} << 30;
+  /// A file of several parts, pages or pictures is an error; else the first of them is read.
+  bool single_picture = false;
 };
 
 /// Reads PNG, JPEG, TIFF, OpenEXR, Radiance, Targa, BMP, GIF (its first picture), WebP, PSD, DDS,

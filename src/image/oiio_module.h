@@ -6,7 +6,7 @@
 #include <cstdint>
 
 /// Raised whenever anything below changes; a module that answers another number is not used.
-#define PM_OIIO_INTERFACE 1
+#define PM_OIIO_INTERFACE 2
 
 extern "C" {
 
@@ -40,6 +40,7 @@ struct PmOiioImage {
   const float* pixels;               ///< interleaved, row 0 on top; integer formats as 0..1
   int integer_format;                ///< 1: pixels came from integers, so a transfer curve applies
   int straight_alpha;                ///< 1: colours are not premultiplied
+  int has_more;  ///< 1: the file has more parts, pages or pictures than this one
   int attribute_count;
   const PmOiioAttribute* attributes;
 };

@@ -147,6 +147,12 @@ Result<Image> decode_image(const std::string& bytes, const std::string& name,
                       name, decoded->width, decoded->height, decoded->channels,
                       format_bytes(4.0 * decoded->width * decoded->height * decoded->channels),
                       format_bytes(static_cast<double>(settings.max_bytes)));
+  if (settings.single_picture && decoded->has_more)
+    return make_error(
+        ErrorCode::kInput,
+        "{}: holds several parts, pages or pictures, of which only the first would be "
+        "looked at - give files of one each",
+        name);
   if (decoded->failure != PM_OIIO_GOOD)
     return make_error(ErrorCode::kInput,
                       "{}: cannot read this {} image ({}) - the file is damaged or of an "

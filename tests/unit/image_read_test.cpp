@@ -419,5 +419,55 @@ TEST(PixelDigest, DependsOnSizeNamesAndEveryValue) {
   EXPECT_EQ(pixel_digest(image), pixel_digest(other));
 }
 
+TEST(ReadImage, AFileOfSeveralPicturesIsRefusedWhereItMustBeOne) {
+  const ReadImageSettings single{.single_picture = true};
+  EXPECT_TRUE(read_image(data_file("parts.exr")));
+  expect_mentions(failure_of(data_file("parts.exr"), single), "several parts");
+  EXPECT_TRUE(read_image(data_file("part.exr"), single));
+  const TemporaryFolder folder;
+  const Image frames[] = {random_image(8, 8, {"R", "G", "B"}, 1),
+                          random_image(8, 8, {"R", "G", "B"}, 2)};
+  const auto gif = encode_gif(frames, 10);
+  ASSERT_TRUE(gif);
+  expect_mentions(failure_of(folder.write("a.gif", *gif), single), "several parts");
+}
+
+TEST(ReadImage, EntriesThatShowPixelsDifferentlyAreKept) {
+  const TemporaryFolder folder;
+  const auto entry = [&](const Result<Image>& image, const char* name) -> double {
+    EXPECT_TRUE(image);
+    for (const Attribute& a : image->attributes) {
+      if (a.name != name) continue;
+      const int* integer = std::get_if<int>(&a.value);
+      return integer ? *integer : static_cast<double>(std::get<float>(a.value));
+    }
+    return 0;
+  };
+  const auto exr = read_image(data_file("aspect.exr"));
+  EXPECT_EQ(entry(exr, kPixelAspectAttribute), 2);
+  EXPECT_EQ(entry(read_image(data_file("part.exr")), kPixelAspectAttribute), 0) << "the usual one";
+  // It survives being written.
+  const auto again = encode_exr(*exr);
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(entry(decode_image(*again, "again"), kPixelAspectAttribute), 2);
+
+  const std::string png = make_png(1, 1, 8, 0, {std::string("\x80", 1)});
+  const auto with_chunk = [&](const std::string& chunk) {
+    constexpr std::size_t kAfterHeader = 33;
+    return read_image(folder.write("x.png", std::string(png).insert(kAfterHeader, chunk)));
+  };
+  EXPECT_NEAR(entry(with_chunk(png_chunk("gAMA", big_endian(100000))), kGammaAttribute), 1, 1e-6);
+  EXPECT_EQ(entry(with_chunk(png_chunk("gAMA", big_endian(45455))), kGammaAttribute), 0)
+      << "sRGB's";
+  EXPECT_EQ(entry(with_chunk(png_chunk("gAMA", big_endian(100000)) + png_chunk("sRGB", {"\0", 1})),
+                  kGammaAttribute),
+            0)
+      << "sRGB overrides it";
+  const std::string exif("II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0\x06\0\0\0\0\0\0\0", 26);
+  EXPECT_EQ(entry(with_chunk(png_chunk("eXIf", exif)), kOrientationAttribute), 6);
+  const std::string size = big_endian(2000) + big_endian(1000) + std::string(1, '\0');
+  EXPECT_EQ(entry(with_chunk(png_chunk("pHYs", size)), kPixelAspectAttribute), 0.5);
+}
+
 }  // namespace
 }  // namespace polymorph

@@ -241,11 +241,30 @@ TEST(Explain, PicturesOfOtherProgramsHaveOnlyColours) {
   EXPECT_EQ(explain_change(now, before), "only noise differs (seed or samples)");
   now = before;
   for (std::size_t i = 0; i < now.pixels.size() / 2; ++i) now.pixels[i] *= 0.5f;
-  EXPECT_EQ(explain_change(now, before), "only light differs");
+  EXPECT_EQ(explain_change(now, before), "the edges stay: light or colours differ");
   now = before;
   for (int y = 20; y < 24; ++y)
     for (int x = 30; x < 35; ++x) now.at(x, y, 0) += 0.3f;
   EXPECT_EQ(explain_change(now, before), "only 5 x 4 pixels from (30, 20) on differ");
+}
+
+TEST(Explain, ASilhouetteThatMovedIsNotCalledLight) {
+  const auto disk = [](float center, float light) {
+    Image image = make_image(64, 64, {"R", "G", "B"});
+    for (int y = 0; y < 64; ++y)
+      for (int x = 0; x < 64; ++x)
+        for (int c = 0; c < 3; ++c) {
+          const float dx = static_cast<float>(x) - center, dy = static_cast<float>(y) - 32;
+          image.at(x, y, c) = dx * dx + dy * dy < 400 ? light - 0.005f * dx : 0.1f;
+        }
+    return image;
+  };
+  for (const float shift : {1.0f, 2.0f, 8.0f})
+    EXPECT_EQ(explain_change(disk(30 + shift, 0.6f), disk(30, 0.6f)),
+              "the edges moved: shapes, shadows or textures differ")
+        << shift;
+  EXPECT_EQ(explain_change(disk(30, 0.4f), disk(30, 0.6f)),
+            "the edges stay: light or colours differ");
 }
 
 }  // namespace

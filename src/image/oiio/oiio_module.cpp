@@ -53,7 +53,19 @@ bool is_structural(const std::string& name) {
   return false;
 }
 
+/// Entries that show the pixels in another way than usual (image_io.h); the others of their kind
+/// are left out.
+void take_shown(const OIIO::ImageSpec& spec, Decoded& image) {
+  const float aspect = spec.get_float_attribute("PixelAspectRatio", 1);
+  const int orientation = spec.get_int_attribute("Orientation", 1);
+  if (aspect != 1)
+    image.attribute_store.push_back({"pixelAspectRatio", PM_OIIO_FLOAT, nullptr, 0, aspect});
+  if (orientation != 1)
+    image.attribute_store.push_back({"Orientation", PM_OIIO_INT, nullptr, orientation, 0});
+}
+
 void take_attributes(const OIIO::ImageSpec& spec, Decoded& image) {
+  take_shown(spec, image);
   for (const OIIO::ParamValue& entry : spec.extra_attribs) {
     const std::string name = entry.name().string();
     if (is_structural(name) || entry.nvalues() != 1) continue;
@@ -174,6 +186,8 @@ void decode(const PmOiioRequest& request, Decoded& image) {
   image.integer_format = !exr && !spec.format.is_floating_point();
   image.straight_alpha = spec.get_int_attribute("oiio:UnassociatedAlpha") != 0;
   take_attributes(spec, image);
+  OIIO::ImageSpec next;
+  image.has_more = input->seek_subimage(1, 0, next);
 }
 
 }  // namespace

@@ -1,0 +1,21 @@
+// Comparison rules of image channels, told by their names.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace polymorph {
+
+enum class ChannelRule : std::uint8_t {
+  kColor,   ///< R, G, B, A
+  kDepth,   ///< Z
+  kNormal,  ///< N.X, N.Y, N.Z
+  kId,      ///< numbers that name something: any difference counts
+  kOther
+};
+
+/// Ids are `id`, `id.*`, `label` and Cryptomatte's: of a ranked layer, as in "crypto_object00" or
+/// "ViewLayer.CryptoMaterial01", the channels R and B (in any spelling); G and A are coverages.
+ChannelRule channel_rule(const std::string& name);
+
+}  // namespace polymorph

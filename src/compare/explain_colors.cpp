@@ -1,0 +1,150 @@
+#include "compare/explain_colors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "base/result.h"
+#include "image/srgb.h"
+
+namespace polymorph {
+namespace {
+
+constexpr int kBlock = 8;  // pixels along a side of what noise is averaged over
+
+/// Display lightness, 0 to 1.
+double lightness(const ImagePair& pair, bool of_actual, int pixel) {
+  const Vec3 c = pair.color(of_actual, pixel, "");
+  return std::sqrt(std::clamp(static_cast<double>(c.x + c.y + c.z) / 3, 0.0, 1.0));
+}
+
+/// Gradients of the lightness by central differences, over what 99 % of them stay below.
+std::vector<double> relative_gradients(const ImagePair& pair, bool of_actual) {
+  std::vector<double> light(static_cast<std::size_t>(pair.pixels())), gradients(light.size());
+  for (std::size_t i = 0; i < light.size(); ++i)
+    light[i] = lightness(pair, of_actual, static_cast<int>(i));
+  const auto at = [&](int x, int y) {
+    x = std::clamp(x, 0, pair.width() - 1);
+    y = std::clamp(y, 0, pair.height() - 1);
+    return light[static_cast<std::size_t>(y * pair.width() + x)];
+  };
+  for (int y = 0; y < pair.height(); ++y)
+    for (int x = 0; x < pair.width(); ++x)
+      gradients[static_cast<std::size_t>(y * pair.width() + x)] =
+          std::hypot(at(x + 1, y) - at(x - 1, y), at(x, y + 1) - at(x, y - 1));
+  std::vector<double> sorted = gradients;
+  const auto high = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() * 99 / 100);
+  std::nth_element(sorted.begin(), high, sorted.end());
+  const double scale = std::max(*high, 1e-6);
+  for (double& gradient : gradients) gradient /= scale;
+  return gradients;
+}
+
+}  // namespace
+
+std::string explain_curve(const ImagePair& pair) {
+  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+  std::vector<std::pair<double, double>> points;
+  for (int i = 0; i < pair.pixels(); ++i)
+    for (const char* c : {"R", "G", "B"}) {
+      const double a = static_cast<double>(pair.actual(i, c)),
+                   b = static_cast<double>(pair.reference(i, c));
+      if (a < 0.01 || b < 0.01 || a >= 1 || b >= 1) continue;
+      const double x = std::log(b), y = std::log(a);
+      points.emplace_back(x, y);
+      n += 1;
+      sx += x;
+      sy += y;
+      sxx += x * x;
+      sxy += x * y;
+    }
+  const double det = n * sxx - sx * sx;
+  if (points.size() < 16 || !(det > 1e-9 * n * n)) return "";
+  const double slope = (n * sxy - sx * sy) / det, offset = (sy - slope * sx) / n;
+  // To 1 %, or to the step of 8 bits that a picture may be rounded to.
+  const auto code = [](double log_value) {
+    return 255 * static_cast<double>(linear_to_srgb(static_cast<float>(std::exp(log_value))));
+  };
+  for (const auto& [x, y] : points) {
+    const double wanted = slope * x + offset;
+    if (std::fabs(wanted - y) > 0.01 && std::fabs(code(wanted) - code(y)) > 1.5) return "";
+  }
+  if (std::fabs(slope - 1) > 0.003)
+    return fmt::format("all colours follow one curve: gamma, the old ones to the power {:.3g}",
+                       slope);
+  if (std::fabs(offset) > 0.003)
+    return fmt::format("all colours are {:.4g} times the old ones: brightness", std::exp(offset));
+  return "";
+}
+
+bool only_rounding(const ImagePair& pair) {
+  int changed = 0;
+  double sum = 0, size = 0;
+  for (int i = 0; i < pair.pixels(); ++i)
+    for (const char* c : {"R", "G", "B"}) {
+      const auto code = [](float v) {
+        return 255 * static_cast<double>(linear_to_srgb(std::clamp(v, 0.0f, 1.0f)));
+      };
+      const double difference = code(pair.actual(i, c)) - code(pair.reference(i, c));
+      if (std::fabs(difference) > 1.05) return false;
+      changed += std::fabs(difference) > 0.02;
+      sum += difference;
+      size += std::fabs(difference);
+    }
+  // Up as often as down.
+  return changed > 0 && std::fabs(sum) < 0.2 * size;
+}
+
+bool only_noise(const ImagePair& pair) {
+  double blocks = 0, expected = 0;
+  int counted = 0;
+  for (int y = 0; y + kBlock <= pair.height(); y += kBlock)
+    for (int x = 0; x + kBlock <= pair.width(); x += kBlock) {
+      double sum = 0, squares = 0;
+      for (int v = 0; v < kBlock; ++v)
+        for (int u = 0; u < kBlock; ++u) {
+          const int i = (y + v) * pair.width() + x + u;
+          // As the eye sees it, so that highlights do not decide.
+          const double d = lightness(pair, true, i) - lightness(pair, false, i);
+          sum += d;
+          squares += d * d;
+        }
+      if (squares == 0) continue;
+      blocks += sum * sum;
+      expected += squares;
+      ++counted;
+    }
+  // Independent errors: the square of a sum is the sum of the squares. Light that changes makes it
+  // up to 64 times as much.
+  return counted > 0 && blocks < 4 * expected;
+}
+
+bool edges_stay(const ImagePair& pair) {
+  constexpr double kStrong = 0.25, kWeak = 0.08, kMaxGone = 0.03;
+  const std::vector<double> a = relative_gradients(pair, true), b = relative_gradients(pair, false);
+  for (const auto& [one, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {
+    std::size_t strong = 0, gone = 0;
+    for (std::size_t i = 0; i < one->size(); ++i) {
+      if ((*one)[i] < kStrong) continue;
+      ++strong;
+      gone += (*other)[i] < kWeak;
+    }
+    if (static_cast<double>(gone) > kMaxGone * static_cast<double>(strong)) return false;
+  }
+  return true;
+}
+
+std::string explain_part(const ImagePair& pair) {
+  int left = pair.width(), top = pair.height(), right = -1, bottom = -1;
+  for (int i = 0; i < pair.pixels(); ++i) {
+    if (!(length(pair.color(true, i, "") - pair.color(false, i, "")) > 0)) continue;
+    const int x = i % pair.width(), y = i / pair.width();
+    left = std::min(left, x), right = std::max(right, x);
+    top = std::min(top, y), bottom = std::max(bottom, y);
+  }
+  const int width = right - left + 1, height = bottom - top + 1;
+  if (width <= 0 || 8.0 * width * height > pair.pixels()) return "";
+  return fmt::format("only {} x {} pixels from ({}, {}) on differ", width, height, left, top);
+}
+
+}  // namespace polymorph

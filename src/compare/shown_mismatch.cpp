@@ -1,0 +1,44 @@
+#include "compare/shown_mismatch.h"
+
+#include "base/result.h"
+#include "image/image_io.h"
+
+namespace polymorph {
+namespace {
+
+/// A header entry that decides how equal pixels are shown, and its value where it is absent.
+struct ShownEntry {
+  const char* name;
+  const char* label;
+  double usual;
+};
+constexpr ShownEntry kShownEntries[] = {{kPixelAspectAttribute, "pixel aspect ratio", 1},
+                                        {kOrientationAttribute, "orientation", 1},
+                                        {kGammaAttribute, "gamma", 0}};
+
+double entry_value(const Image& image, const ShownEntry& entry) {
+  for (const Attribute& attribute : image.attributes) {
+    if (attribute.name != entry.name) continue;
+    if (const int* integer = std::get_if<int>(&attribute.value)) return *integer;
+    if (const float* real = std::get_if<float>(&attribute.value)) return static_cast<double>(*real);
+  }
+  return entry.usual;
+}
+
+}  // namespace
+
+std::string shown_mismatch(const Image& actual, const Image& reference) {
+  std::string text;
+  for (const ShownEntry& entry : kShownEntries) {
+    const double a = entry_value(actual, entry), b = entry_value(reference, entry);
+    const auto value = [&](double v) {
+      return v == 0 ? std::string("none") : fmt::format("{:.6g}", v);
+    };
+    if (a != b)
+      text += fmt::format("{}{} {} instead of {}", text.empty() ? "" : ", ", entry.label, value(a),
+                          value(b));
+  }
+  return text;
+}
+
+}  // namespace polymorph

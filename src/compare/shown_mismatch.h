@@ -1,0 +1,13 @@
+// Header entries by which equal pixels are shown differently.
+#pragma once
+
+#include <string>
+
+#include "image/image.h"
+
+namespace polymorph {
+
+/// Names the entries (pixel aspect ratio, orientation, gamma) that differ, or "".
+std::string shown_mismatch(const Image& actual, const Image& reference);
+
+}  // namespace polymorph
