@@ -97,6 +97,13 @@ bool is_run_report(const std::string& file) {
          text->find("\"scene_hash\":") != std::string::npos;
 }
 
+/// A JUnit file, which each run of a CI's job writes anew.
+bool is_junit(const std::string& file) {
+  const auto text = read_file(file, 1u << 30);
+  return text && text->starts_with("<?xml") &&
+         text->substr(0, 1024).find("<testsuites") != std::string::npos;
+}
+
 /// What a command writes besides what it is for. --log-file has its own rule (base/log.h), and what
 /// -o and --diff name depends on the frames.
 Status check_side_outputs(const CLI::App& program, bool overwrite) {
@@ -106,7 +113,9 @@ Status check_side_outputs(const CLI::App& program, bool overwrite) {
     const std::vector<std::string> files = option_values(program, name);
     if (files.empty() || files.front().empty() || files.front() == "-") continue;
     const std::string& file = files.front();
-    PM_TRY_STATUS(check_output(file, overwrite || (resumes && is_run_report(file))));
+    const bool is_own =
+        (resumes && is_run_report(file)) || (std::string_view(name) == "--junit" && is_junit(file));
+    PM_TRY_STATUS(check_output(file, overwrite || is_own));
   }
   return Ok{};
 }

@@ -14,7 +14,7 @@ namespace {
 constexpr float kNothingHit = 1e9f;  // the renderer writes 1e10
 
 /// The largest difference allowed between `a` and `b`.
-float limit_of(ChannelRule rule, float a, float b, const Tolerance& tolerance) {
+float allowed_difference(ChannelRule rule, float a, float b, const Tolerance& tolerance) {
   switch (rule) {
     case ChannelRule::kDepth:
       if (a >= kNothingHit && b >= kNothingHit) return std::numeric_limits<float>::infinity();
@@ -51,7 +51,7 @@ struct Sums {
   std::uint64_t failing = 0;
 };
 
-/// What one row adds; rows are added up in order, so that no sum depends on threads.
+/// The sums of one row; rows are added up in order, so that no sum depends on threads.
 struct RowSums {
   std::vector<Sums> channels;
   double clipped_squares = 0;
@@ -103,7 +103,8 @@ class Comparer {
       if (u == v) continue;
       equal = false;
       add_difference(pair, u, v, x, sums.channels[c], sums.clipped_squares);
-      const float limit = limit_of(pair.rule, u, v, tolerance_), difference = std::abs(u - v);
+      const float limit = allowed_difference(pair.rule, u, v, tolerance_),
+                  difference = std::abs(u - v);
       const bool over = difference > limit;
       share = std::max(share, difference / limit);
       sums.channels[c].failing += over;
@@ -196,7 +197,7 @@ bool over_flip(const Tolerance& tolerance, const FlipFigures& flip) {
          flip.p99 > static_cast<double>(tolerance.flip_p99);
 }
 
-/// How visible it is.
+/// FLIP in words, "" where nothing is visible.
 std::string flip_text(const Comparison& result) {
   if (!result.flip || !(result.flip->max > 0)) return "";
   return fmt::format("; FLIP mean {:.3g}, 99 % below {:.3g}, worst {:.3g}", result.flip->mean,

@@ -57,14 +57,14 @@ enum class Verdict : std::uint8_t {
 
 struct ChannelDifference {
   std::string channel;
-  double max = 0, mean = 0, rms = 0;  ///< of |actual - reference|, finite values only
+  double max = 0, mean = 0, rms = 0;  ///< |actual - reference| over finite values
   int max_x = 0, max_y = 0;           ///< the first pixel that differs by max
   std::uint64_t failing = 0;          ///< pixels that fail in this channel
 };
 
-/// How many pixels differ by what share of their limits: the worst channel's |a - b| over its
-/// limit, 0 in a bin of its own, then six bins a decade from 1/1000 to 1000. Bin kAtLimit is the
-/// first of pixels that fail.
+/// Histogram of pixels by the share of their limits that they differ by: the worst channel's |a -
+/// b| over its limit, 0 in a bin of its own, then six bins a decade from 1/1000 to 1000. Bin
+/// kAtLimit is the first of pixels that fail.
 struct LimitHistogram {
   static constexpr int kBins = 37, kAtLimit = 19;
   std::array<std::uint64_t, kBins> pixels{};
@@ -72,7 +72,7 @@ struct LimitHistogram {
 
 struct Comparison {
   Verdict verdict = Verdict::kSame;
-  std::vector<ChannelDifference> channels;  ///< in the reference's order; empty on a mismatch
+  std::vector<ChannelDifference> channels;  ///< ordered as in the reference; empty on a mismatch
   std::uint64_t pixels = 0, failing_pixels = 0, hard_failing_pixels = 0, not_finite_pixels = 0;
   std::uint64_t negative_alpha_pixels = 0, warning_pixels = 0;
   bool warned = false;              ///< more than warn_percent of the pixels beyond `warn`
@@ -85,7 +85,7 @@ struct Comparison {
 
 enum class PixelState : std::uint8_t { kEqual, kWithin, kOver, kHard, kNotFinite };
 
-/// What compare_images() found pixel by pixel; empty on a mismatch.
+/// Results of compare_images() per pixel; empty on a mismatch.
 struct PixelMaps {
   std::vector<PixelState> states;
   std::vector<float> flip;  ///< empty without R, G, B, or when the colours are equal

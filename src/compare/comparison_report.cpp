@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string_view>
 
 #include "base/file.h"
@@ -25,14 +26,14 @@ namespace fs = std::filesystem;
 constexpr int kThumbnailWidth = 168;  // twice what the list shows
 constexpr int kWidest = 2048;
 
-Image narrowed(const Image& image, int width) {
+Image shrink_to_width(const Image& image, int width) {
   if (image.width <= width) return image;
   const auto height = static_cast<int>(std::int64_t{image.height} * width / image.width);
   return resize_image(image, width, std::max(1, height));
 }
 
 Status encode_into(std::string& png, const Image& image, int width, PictureBudget& budget) {
-  PM_TRY(png, encode_png(narrowed(image, width)));
+  PM_TRY(png, encode_png(shrink_to_width(image, width)));
   budget.used += png.size();
   return Ok{};
 }
@@ -51,10 +52,11 @@ Image on_canvas(const Image& image, int width, int height) {
   return canvas;
 }
 
-std::string file_name(const ReportCase& one) {
-  // "new.0001.exr" and "frame 12" alike: the name, a place for what must not stand in one, ".png".
-  std::string name = std::filesystem::path(one.name).replace_extension().string();
-  if (!one.group.empty()) name = one.group + "." + name;
+/// The picture of a failure. "new.0001.exr" and "frame 12" alike: the name, with "." and "_" for
+/// what must not stand in one.
+std::string picture_name(const std::string& group, const std::string& case_name) {
+  std::string name = fs::path(case_name).replace_extension().string();
+  if (!group.empty()) name = group + "." + name;
   for (char& c : name)
     if (c == ' ')
       c = '.';
@@ -62,32 +64,37 @@ std::string file_name(const ReportCase& one) {
       c = '_';
   return name + ".png";
 }
+std::string picture_name(const ReportCase& result) {
+  return picture_name(result.group, result.name);
+}
 
-nlohmann::ordered_json page_case(const ReportCase& one) {
-  auto json = case_json(one);
-  json["width"] = one.width;
-  json["height"] = one.height;
-  json["shown_width"] = std::min(one.width, kWidest);
+nlohmann::ordered_json page_case(const ReportCase& result) {
+  auto json = case_json(result);
+  json["width"] = result.width;
+  json["height"] = result.height;
+  json["shown_width"] = std::min(result.width, kWidest);
   json["shown_height"] =
-      one.width > kWidest
-          ? std::max(1, static_cast<int>(std::int64_t{one.height} * kWidest / one.width))
-          : one.height;
-  if (one.comparison && one.comparison->flip)
-    json["heat_range"] = heat_range(one.comparison->flip->max);
+      result.width > kWidest
+          ? std::max(1, static_cast<int>(std::int64_t{result.height} * kWidest / result.width))
+          : result.height;
+  if (result.comparison && result.comparison->flip)
+    json["heat_range"] = heat_range(result.comparison->flip->max);
   json["pictures"] = nlohmann::ordered_json::object();
-  const std::pair<const char*, const std::string*> pictures[] = {{"reference", &one.reference_png},
-                                                                 {"actual", &one.actual_png},
-                                                                 {"heat", &one.heat_png},
-                                                                 {"limits", &one.limits_png},
-                                                                 {"thumbnail", &one.thumbnail_png}};
+  const std::pair<const char*, const std::string*> pictures[] = {
+      {"reference", &result.reference_png},
+      {"actual", &result.actual_png},
+      {"heat", &result.heat_png},
+      {"limits", &result.limits_png},
+      {"thumbnail", &result.thumbnail_png}};
   for (const auto& [name, png] : pictures)
     if (!png->empty()) json["pictures"][name] = base64(*png);
-  if (one.actual_png.empty() && !one.thumbnail_png.empty())
+  if (result.actual_png.empty() && !result.thumbnail_png.empty())
     json["pictures_note"] = "Left out, to keep the page small: compare the files named below.";
   return json;
 }
 
-/// What a report.json says its report consists of; nothing if it is not one of ours.
+/// Names of the files beside a report.json that its report consists of: those that it lists and
+/// that a report of its cases can have. None where it is not one of polymorph's.
 std::vector<std::string> listed_files(const fs::path& report_json) {
   const auto text = read_file(report_json, 256 << 20);
   if (!text) return {};
@@ -95,14 +102,19 @@ std::vector<std::string> listed_files(const fs::path& report_json) {
     return depth < 16;
   };
   const auto json = nlohmann::json::parse(*text, shallow, false);
-  if (!json.is_object() || !json.contains("polymorph_report")) return {};
-  std::vector<std::string> names;
-  for (const auto& entry : json["polymorph_report"]) {
-    if (!entry.is_string()) continue;
-    const auto name = entry.get<std::string>();
-    // A name in this folder, never a path out of it.
-    if (!name.empty() && name[0] != '.' && fs::path(name).filename() == name) names.push_back(name);
+  if (!json.is_object() || !json.contains("polymorph_report") || !json.contains("cases")) return {};
+  std::set<std::string> possible{"index.html", "junit.xml", "report.json"};
+  for (const auto& entry : json["cases"]) {
+    const auto text_of = [&](const char* key) {
+      const bool is_text = entry.is_object() && entry.contains(key) && entry[key].is_string();
+      return is_text ? entry[key].get<std::string>() : std::string();
+    };
+    possible.insert(picture_name(text_of("group"), text_of("name")));
   }
+  std::vector<std::string> names;
+  for (const auto& entry : json["polymorph_report"])
+    if (entry.is_string() && possible.contains(entry.get<std::string>()))
+      names.push_back(entry.get<std::string>());
   return names;
 }
 
@@ -118,44 +130,45 @@ std::size_t Report::errors() const {
       std::count_if(cases.begin(), cases.end(), [](const ReportCase& c) { return c.error; }));
 }
 
-Status add_pictures(ReportCase& one, const Image& actual, const Image* reference,
+Status add_pictures(ReportCase& result, const Image& actual, const Image* reference,
                     const PixelMaps& maps, PictureBudget& budget) {
-  one.width = std::max(actual.width, reference ? reference->width : 0);
-  one.height = std::max(actual.height, reference ? reference->height : 0);
-  if (one.width < 1 || one.height < 1) return Ok{};
-  Image shown = on_canvas(visible_colors(actual), one.width, one.height);
-  const bool whole = budget.used < (one.passed() ? budget.passing : budget.failing);
-  if (!whole || one.width > 2 * kThumbnailWidth)
-    PM_TRY_STATUS(encode_into(one.thumbnail_png, shown, kThumbnailWidth, budget));
-  if (!one.passed() && reference) {
-    PM_TRY(const Image triptych, one.comparison
-                                     ? failure_picture(actual, *reference, *one.comparison, maps)
+  result.width = std::max(actual.width, reference ? reference->width : 0);
+  result.height = std::max(actual.height, reference ? reference->height : 0);
+  if (result.width < 1 || result.height < 1) return Ok{};
+  Image shown = on_canvas(visible_colors(actual), result.width, result.height);
+  const bool has_room = budget.used < (result.passed() ? budget.passing : budget.failing);
+  if (!has_room || result.width > 2 * kThumbnailWidth)
+    PM_TRY_STATUS(encode_into(result.thumbnail_png, shown, kThumbnailWidth, budget));
+  if (!result.passed() && reference) {
+    PM_TRY(const Image triptych, result.comparison
+                                     ? failure_picture(actual, *reference, *result.comparison, maps)
                                      : Result<Image>(difference_triptych(actual, *reference)));
-    PM_TRY(one.triptych_png, encode_png(triptych, {.effort = PngEffort::kSmall}));
-  } else if (!one.passed()) {
-    PM_TRY(one.triptych_png, encode_png(shown, {.effort = PngEffort::kSmall}));
+    PM_TRY(result.triptych_png, encode_png(triptych, {.effort = PngEffort::kSmall}));
+  } else if (!result.passed()) {
+    PM_TRY(result.triptych_png, encode_png(shown, {.effort = PngEffort::kSmall}));
   }
-  if (!whole) return Ok{};
-  PM_TRY_STATUS(encode_into(one.actual_png, shown, kWidest, budget));
+  if (!has_room) return Ok{};
+  PM_TRY_STATUS(encode_into(result.actual_png, shown, kWidest, budget));
   if (!reference) return Ok{};
-  PM_TRY_STATUS(encode_into(one.reference_png,
-                            on_canvas(visible_colors(*reference), one.width, one.height), kWidest,
-                            budget));
+  PM_TRY_STATUS(encode_into(result.reference_png,
+                            on_canvas(visible_colors(*reference), result.width, result.height),
+                            kWidest, budget));
   if (!same_size(actual, *reference) || maps.states.empty()) return Ok{};
   if (!maps.flip.empty()) {
-    const double range = heat_range(one.comparison->flip->max);
-    PM_TRY_STATUS(encode_into(one.heat_png, heat_picture(maps.flip, one.width, one.height, range),
-                              kWidest, budget));
+    const double range = heat_range(result.comparison->flip->max);
+    PM_TRY_STATUS(encode_into(result.heat_png,
+                              heat_picture(maps.flip, result.width, result.height, range), kWidest,
+                              budget));
   }
   const bool over = std::any_of(maps.states.begin(), maps.states.end(),
                                 [](PixelState s) { return s >= PixelState::kOver; });
   if (over)
     PM_TRY_STATUS(
-        encode_into(one.limits_png, limits_picture(*reference, maps.states), kWidest, budget));
+        encode_into(result.limits_png, limits_picture(*reference, maps.states), kWidest, budget));
   return Ok{};
 }
 
-std::string page_of(const std::string& title, nlohmann::ordered_json data) {
+std::string make_page(const std::string& title, nlohmann::ordered_json data) {
   // What failed first, the worst first; then warnings, then what is good, in its order.
   const auto rank = [](const nlohmann::ordered_json& c) {
     if (c.value("passed", false)) return std::pair(c.value("warned", false) ? 1 : 2, 0.0);
@@ -172,38 +185,40 @@ std::string report_html(const Report& report) {
   nlohmann::ordered_json data{{"title", report.title}, {"facts", report.facts}};
   data["notes"] = report.notes;
   data["cases"] = nlohmann::ordered_json::array();
-  for (const ReportCase& one : report.cases) data["cases"].push_back(page_case(one));
-  return page_of(report.title, std::move(data));
+  for (const ReportCase& result : report.cases) data["cases"].push_back(page_case(result));
+  return make_page(report.title, std::move(data));
 }
 
 Status remove_report(const fs::path& folder) {
   const fs::path list = folder / "report.json";
   std::error_code error;
   if (!fs::is_regular_file(fs::symlink_status(list, error))) return Ok{};
-  for (const std::string& name : listed_files(list)) {
-    // The list goes last: who is stopped before that can go on from it.
-    if (name == "report.json" || !fs::is_regular_file(fs::symlink_status(folder / name, error)))
-      continue;
-    if (!fs::remove(folder / name, error) && error)
-      return make_error(ErrorCode::kOutput, "{}: cannot remove an earlier report's file: {}",
-                        (folder / name).string(), error.message());
-  }
-  if (!listed_files(list).empty() && !fs::remove(list, error) && error)
+  const std::vector<std::string> names = listed_files(list);
+  // An input of this run stays, and so does then all the rest.
+  for (const std::string& name : names) PM_TRY_STATUS(check_writable(folder / name));
+  const auto remove = [&](const fs::path& file) -> Status {
+    if (fs::remove(file, error) || !error) return Ok{};
     return make_error(ErrorCode::kOutput, "{}: cannot remove an earlier report's file: {}",
-                      list.string(), error.message());
-  return Ok{};
+                      file.string(), error.message());
+  };
+  for (const std::string& name : names) {
+    // The list goes last: who is stopped before that can go on from it.
+    if (name != "report.json" && fs::is_regular_file(fs::symlink_status(folder / name, error)))
+      PM_TRY_STATUS(remove(folder / name));
+  }
+  return names.empty() ? Status(Ok{}) : remove(list);
 }
 
 Result<fs::path> write_report_folder(const Report& report, const fs::path& folder) {
   PM_TRY_STATUS(remove_report(folder));
   std::vector<std::string> files{"index.html", "junit.xml", "report.json"};
-  for (const ReportCase& one : report.cases)
-    if (!one.triptych_png.empty()) files.push_back(file_name(one));
+  for (const ReportCase& result : report.cases)
+    if (!result.triptych_png.empty()) files.push_back(picture_name(result));
   // First what lists the others, last what people open.
   PM_TRY_STATUS(write_file(folder / "report.json", dump_json(report_json(report, files))));
-  for (const ReportCase& one : report.cases)
-    if (!one.triptych_png.empty())
-      PM_TRY_STATUS(write_file(folder / file_name(one), one.triptych_png));
+  for (const ReportCase& result : report.cases)
+    if (!result.triptych_png.empty())
+      PM_TRY_STATUS(write_file(folder / picture_name(result), result.triptych_png));
   PM_TRY_STATUS(write_file(folder / "junit.xml", report_junit(report)));
   PM_TRY_STATUS(write_file(folder / "index.html", report_html(report)));
   return folder / "index.html";

@@ -21,23 +21,25 @@ struct ReportCase {
   std::string name;   ///< "frame 12", "a.exr"
   std::filesystem::path actual, reference;
   std::string message;  ///< why it failed; "" = it passed
-  std::string cause;    ///< what seems to have changed, one sentence; "" = unknown
+  std::string cause;    ///< one sentence about the change (explain.h); "" = unknown
   bool error = false;   ///< it could not even be tested; the message says why
   std::string detail;   ///< worth knowing though it passed; used without a comparison
   std::string verdict;  ///< a word; "" = the comparison's, or "error" or "missing" without one
   std::optional<Comparison> comparison;  ///< absent when there is nothing to compare with
   Tolerance tolerance;
   double seconds = 0;
-  SurfaceRecord surface;          ///< of the new frame; frame 0: unknown
+  SurfaceRecord surface;          ///< surface of the new frame; frame 0: unknown
   std::string pixels;             ///< SHA-256 of the new frame's pixels; "" = unknown
-  std::string file_sha256;        ///< of the new frame's file, where it is kept
-  std::optional<double> flicker;  ///< to the next frame, where nothing should change (flicker.h)
+  std::string file_sha256;        ///< SHA-256 of the new frame's file, where it is kept
+  std::optional<double> flicker;  ///< change towards the next frame (flicker.h)
   std::optional<double> reference_flicker;
-  std::string accept;  ///< the command that makes the new picture the reference
+  std::optional<double> masked_percent;  ///< share of the pixels that are not compared
+  double max_masked_percent = 0;         ///< its limit
+  std::string accept;                    ///< the command that makes the new picture the reference
 
   /// PNG bytes for the page, "" = not shown; filled by add_pictures().
   std::string reference_png, actual_png, heat_png, limits_png, thumbnail_png;
-  std::string triptych_png;  ///< of failures: reference | new | heat
+  std::string triptych_png;  ///< reference | new | heat, only for failures
   int width = 0, height = 0;
   bool passed() const { return message.empty(); }
   bool warned() const { return passed() && comparison && comparison->warned; }
@@ -48,7 +50,7 @@ struct Report {
   std::vector<std::pair<std::string, std::string>> facts;  ///< shown below the title
   std::vector<ReportCase> cases;
   std::vector<std::string> notes;  ///< orphans and the like
-  /// By suite, what decides its frames beside the program: for accepting them later.
+  /// Name and hash of each suite (suite_hash()), for accepting its frames later.
   std::vector<std::pair<std::string, std::string>> suites = {};
   std::size_t failed() const;
   std::size_t errors() const;  ///< those of the failed that could not even be tested
@@ -61,10 +63,11 @@ struct CaseMetric {
   std::optional<double> limit;
   bool over() const { return limit && !(value <= *limit); }
 };
-/// In the order they are shown. Empty without a comparison, or when sizes or channels differ.
-std::vector<CaseMetric> metrics_of(const ReportCase& one);
+/// Lists a case's numbers in the order they are shown. Empty without a comparison, or when sizes or
+/// channels differ.
+std::vector<CaseMetric> case_metrics(const ReportCase& result);
 
-/// How many bytes of pictures a page already holds; keeps pages of long sequences readable. Cases
+/// Bytes of pictures that a page holds, limited to keep pages of long sequences readable. Cases
 /// that pass are shown whole while there is room for them, failing ones nearly always; all have a
 /// thumbnail.
 struct PictureBudget {
@@ -73,7 +76,7 @@ struct PictureBudget {
 };
 
 /// Makes the case's pictures. `reference` null: there is none. Errors: kOutput.
-Status add_pictures(ReportCase& one, const Image& actual, const Image* reference,
+Status add_pictures(ReportCase& result, const Image& actual, const Image* reference,
                     const PixelMaps& maps, PictureBudget& budget);
 
 /// One page that needs nothing but itself and opens from disk: failing cases first, swipe, flip,
@@ -89,8 +92,10 @@ std::string report_junit(const Report& report);
 nlohmann::ordered_json report_json(const Report& report,
                                    const std::vector<std::string>& files = {});
 
-/// Removes the files of an earlier report from `folder`: those that its report.json lists. Other
-/// files stay, and so does everything beside a report.json of another program. Errors: kOutput.
+/// Removes the files of an earlier report from `folder`: those that its report.json lists and that
+/// a report of its cases can have. Other files stay, and so does everything beside a report.json of
+/// another program. Errors: kOutput; also, and then nothing is removed, where one of them is an
+/// input of this run.
 Status remove_report(const std::filesystem::path& folder);
 
 /// index.html, junit.xml, report.json and a PNG per failure (reference | new | heat) in `folder`,

@@ -21,7 +21,7 @@ const std::variant<std::string, int, float>* attribute(const Image& image, const
     if (a.name == name) return &a.value;
   return nullptr;
 }
-/// Of both images, where both have it.
+/// The values of one header entry in both images, where both have it.
 template <class T>
 std::optional<std::pair<T, T>> attributes(const Image& actual, const Image& reference,
                                           const char* name) {
@@ -49,8 +49,8 @@ std::map<int, std::string> object_names(const Image& image) {
 
 double length_of(Vec3 a) { return static_cast<double>(length(a)); }
 
-/// Where the middle of a pixel is at depth z.
-Vec3 unprojected(const PinholeView& view, int width, int height, int pixel, float z) {
+/// The point at depth z behind the middle of a pixel.
+Vec3 unproject(const PinholeView& view, int width, int height, int pixel, float z) {
   const Vec3 right = cross(view.forward, view.up);
   const float scale = 2 * view.tan_half_fov_y / static_cast<float>(height);
   const float x =
@@ -59,12 +59,12 @@ Vec3 unprojected(const PinholeView& view, int width, int height, int pixel, floa
       (0.5f * static_cast<float>(height) - static_cast<float>(pixel / width) - 0.5f) * scale;
   return view.position + (view.forward + right * x + view.up * y) * z;
 }
-Vec2 projected(const PinholeView& view, int width, int height, Vec3 p) {
-  const Vec3 way = p - view.position, right = cross(view.forward, view.up);
-  const float depth = dot(way, view.forward);
+Vec2 project(const PinholeView& view, int width, int height, Vec3 p) {
+  const Vec3 offset = p - view.position, right = cross(view.forward, view.up);
+  const float depth = dot(offset, view.forward);
   const float scale = static_cast<float>(height) / (2 * view.tan_half_fov_y * depth);
-  return {0.5f * static_cast<float>(width) + dot(way, right) * scale,
-          0.5f * static_cast<float>(height) - dot(way, view.up) * scale};
+  return {0.5f * static_cast<float>(width) + dot(offset, right) * scale,
+          0.5f * static_cast<float>(height) - dot(offset, view.up) * scale};
 }
 
 /// A camera elsewhere: by how many pixels what stands still seems to move.
@@ -75,16 +75,16 @@ std::string explain_camera(const ImagePair& pair, const PinholeView& now,
   for (int i = 0; i < pair.pixels(); ++i) {
     const float z = pair.has("Z") ? pair.reference(i, "Z") : length(before.position);
     if (z >= kNothingHit) continue;
-    const Vec3 p = unprojected(before, pair.width(), pair.height(), i, z);
-    const Vec2 to = projected(now, pair.width(), pair.height(), p);
-    const Vec2 from = projected(before, pair.width(), pair.height(), p);
+    const Vec3 p = unproject(before, pair.width(), pair.height(), i, z);
+    const Vec2 to = project(now, pair.width(), pair.height(), p);
+    const Vec2 from = project(before, pair.width(), pair.height(), p);
     sum += std::hypot(static_cast<double>(to.x - from.x), static_cast<double>(to.y - from.y));
     ++count;
   }
   return fmt::format("camera moved by {:.2g} px", count > 0 ? sum / count : 0.0);
 }
 
-/// What the layers say about moved surfaces: how much of them, and how far at most.
+/// Describes moved surfaces by the layers: how much of them moved, and how far at most.
 std::string explain_surface(const ImagePair& pair, const std::optional<PinholeView>& view,
                             const ChangeContext& context) {
   int seen = 0, moved = 0, gone = 0;
@@ -110,15 +110,15 @@ std::string explain_surface(const ImagePair& pair, const std::optional<PinholeVi
     if (view && pair.has("N.X")) {
       const Vec3 normal{pair.reference(i, "N.X"), pair.reference(i, "N.Y"),
                         pair.reference(i, "N.Z")};
-      const Vec3 p = unprojected(*view, pair.width(), pair.height(), i, b);
-      const Vec3 way = normalized(p - view->position);
-      across = std::max(0.05, std::fabs(static_cast<double>(dot(normal, way))));
+      const Vec3 p = unproject(*view, pair.width(), pair.height(), i, b);
+      const Vec3 direction = normalized(p - view->position);
+      across = std::max(0.05, std::fabs(static_cast<double>(dot(normal, direction))));
     }
     const double far = std::fabs(static_cast<double>(a) - static_cast<double>(b)) * across;
     if (far <= worst) continue;
     worst = far;
     if (view) {
-      where = unprojected(*view, pair.width(), pair.height(), i, a);
+      where = unproject(*view, pair.width(), pair.height(), i, a);
       placed = true;
     }
   }
@@ -146,7 +146,8 @@ std::string explain_surface(const ImagePair& pair, const std::optional<PinholeVi
   return text;
 }
 
-/// What changed of the albedo: of one object or more, evenly (a colour) or here and there.
+/// Describes changed albedo per object: everywhere by one factor (a colour) or in places (a
+/// texture).
 std::string explain_albedo(const ImagePair& pair) {
   struct Object {
     int seen = 0, changed = 0;
@@ -197,13 +198,13 @@ std::string explain_light(const ImagePair& pair) {
   for (int i = 0; i < pair.pixels(); ++i) {
     const int id = static_cast<int>(pair.reference(i, "id"));
     const Vec3 before = pair.color(false, i, "");
-    const double by = length_of(pair.color(true, i, "") - before);
+    const double change = length_of(pair.color(true, i, "") - before);
     if (id > 1) {
-      changes[id] += by;
+      changes[id] += change;
       continue;
     }
     ++around;
-    changed += by > 0.01 * length_of(before);
+    changed += change > 0.01 * length_of(before);
   }
   if (changes.empty() || !pair.has("id") || changed * 25 > around) return "only light differs";
   const int object = std::max_element(changes.begin(), changes.end(), [](auto& a, auto& b) {

@@ -26,9 +26,9 @@ std::string view_text(const PinholeView& view);
 /// False where the text is not one of view_text().
 bool parse_view(const std::string& text, PinholeView& view);
 
-/// What is known beside the two images; none of it must be.
+/// Facts beside the two images; all may be unknown.
 struct ChangeContext {
-  bool surfaces_known = false, surfaces_equal = false;  ///< by their digests
+  bool surfaces_known = false, surfaces_equal = false;  ///< told by digests
   float cell = 0;           ///< edge of the surface's cells; 0 = unknown
   std::vector<Vec3> balls;  ///< centres, of the new frame
 };

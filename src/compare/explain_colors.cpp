@@ -66,8 +66,8 @@ std::string explain_curve(const ImagePair& pair) {
     return 255 * static_cast<double>(linear_to_srgb(static_cast<float>(std::exp(log_value))));
   };
   for (const auto& [x, y] : points) {
-    const double wanted = slope * x + offset;
-    if (std::fabs(wanted - y) > 0.01 && std::fabs(code(wanted) - code(y)) > 1.5) return "";
+    const double expected = slope * x + offset;
+    if (std::fabs(expected - y) > 0.01 && std::fabs(code(expected) - code(y)) > 1.5) return "";
   }
   if (std::fabs(slope - 1) > 0.003)
     return fmt::format("all colours follow one curve: gamma, the old ones to the power {:.3g}",

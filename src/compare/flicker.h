@@ -10,7 +10,7 @@ namespace polymorph {
 
 struct Flicker {
   double mean = 0;         ///< |difference| of R, G, B, as sRGB encodes them, over those pixels
-  std::size_t pixels = 0;  ///< that show the same object in both frames, and stand still
+  std::size_t pixels = 0;  ///< pixels that show the same object in both frames and stand still
 };
 
 /// Between neighbouring frames; pixels count whose id is the same and whose motion is 0, where the

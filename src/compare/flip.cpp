@@ -65,7 +65,7 @@ struct Kernel {
 };
 
 template <class F>
-Kernel sampled(int radius, const F& f) {
+Kernel sample(int radius, const F& f) {
   Kernel kernel{radius, {}};
   for (int i = -radius; i <= radius; ++i)
     kernel.weights.push_back(static_cast<float>(f(static_cast<double>(i))));
@@ -76,11 +76,11 @@ Kernel sampled(int radius, const F& f) {
 Kernel gaussian(int radius, double rate, double& sum) {
   sum = 0;
   for (int i = -radius; i <= radius; ++i) sum += std::exp(-rate * i * i);
-  return sampled(radius, [&](double x) { return std::exp(-rate * x * x) / sum; });
+  return sample(radius, [&](double x) { return std::exp(-rate * x * x) / sum; });
 }
 
-/// What is above 0 sums to 1, what is below to -1.
-Kernel balanced(Kernel kernel) {
+/// Scales the positive weights to the sum 1, the negative ones to -1.
+Kernel balance(Kernel kernel) {
   double above = 0, below = 0;
   for (const float w : kernel.weights) (w > 0 ? above : below) += static_cast<double>(w);
   for (float& w : kernel.weights) w /= static_cast<float>(w > 0 ? above : -below);
@@ -91,7 +91,7 @@ struct Filters {
   Kernel sharp[2];    ///< lightness and red-green: one Gaussian each
   Kernel blue[2];     ///< blue-yellow: a sum of two
   float share[2];     ///< ... with these weights
-  Kernel smooth;      ///< of the feature detectors
+  Kernel smooth;      ///< Gaussian of the feature detectors
   Kernel edge, spot;  ///< first and second derivative of `smooth`
 };
 
@@ -119,8 +119,8 @@ Filters make_filters(double pixels_per_degree) {
   const double sigma = 0.5 * 0.082 * pixels_per_degree, bend = 1 / (2 * sigma * sigma);
   const auto reach = static_cast<int>(std::ceil(3 * sigma));
   filters.smooth = gaussian(reach, bend, sum);
-  filters.edge = balanced(sampled(reach, [&](double x) { return -x * std::exp(-bend * x * x); }));
-  filters.spot = balanced(sampled(
+  filters.edge = balance(sample(reach, [&](double x) { return -x * std::exp(-bend * x * x); }));
+  filters.spot = balance(sample(
       reach, [&](double x) { return (x * x / (sigma * sigma) - 1) * std::exp(-bend * x * x); }));
   return filters;
 }
@@ -168,7 +168,7 @@ Plane along_columns(const Plane& in, Size size, const Kernel& kernel) {
   return out;
 }
 
-Plane filtered(const Plane& in, Size size, const Kernel& rows, const Kernel& columns) {
+Plane filter(const Plane& in, Size size, const Kernel& rows, const Kernel& columns) {
   return along_columns(along_rows(in, size, rows), size, columns);
 }
 
@@ -215,9 +215,9 @@ Plane length_of(const Plane& x, const Plane& y) {
 Seen look_at(const Picture& picture, Size size, const Filters& filters) {
   Plane blurred[3];
   for (int c = 0; c < 2; ++c)
-    blurred[c] = filtered(picture.opponent[c], size, filters.sharp[c], filters.sharp[c]);
-  blurred[2] = filtered(picture.opponent[2], size, filters.blue[0], filters.blue[0]);
-  const Plane wide = filtered(picture.opponent[2], size, filters.blue[1], filters.blue[1]);
+    blurred[c] = filter(picture.opponent[c], size, filters.sharp[c], filters.sharp[c]);
+  blurred[2] = filter(picture.opponent[2], size, filters.blue[0], filters.blue[0]);
+  const Plane wide = filter(picture.opponent[2], size, filters.blue[1], filters.blue[1]);
   Seen seen;
   seen.lab.resize(size.pixels());
   parallel_ranges(
@@ -232,10 +232,10 @@ Seen look_at(const Picture& picture, Size size, const Filters& filters) {
       });
   Plane light = picture.opponent[0];
   for (float& value : light) value = (value + 16) / 116;
-  seen.edges = length_of(filtered(light, size, filters.edge, filters.smooth),
-                         filtered(light, size, filters.smooth, filters.edge));
-  seen.spots = length_of(filtered(light, size, filters.spot, filters.smooth),
-                         filtered(light, size, filters.smooth, filters.spot));
+  seen.edges = length_of(filter(light, size, filters.edge, filters.smooth),
+                         filter(light, size, filters.smooth, filters.edge));
+  seen.spots = length_of(filter(light, size, filters.spot, filters.smooth),
+                         filter(light, size, filters.smooth, filters.spot));
   return seen;
 }
 

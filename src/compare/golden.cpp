@@ -54,17 +54,18 @@ void check_keys(const Json& object, const std::string& where,
 struct Limit {
   const char* name;
   float Tolerance::*value;
+  double end;  ///< values from here on are refused: nothing, or next to nothing, could exceed them
 };
-constexpr Limit kLimits[] = {{"fail", &Tolerance::fail},
-                             {"relative", &Tolerance::relative},
-                             {"fail_percent", &Tolerance::fail_percent},
-                             {"hard_fail", &Tolerance::hard_fail},
-                             {"depth", &Tolerance::depth},
-                             {"normal", &Tolerance::normal},
-                             {"flip_mean", &Tolerance::flip_mean},
-                             {"flip_p99", &Tolerance::flip_p99},
-                             {"warn", &Tolerance::warn},
-                             {"warn_percent", &Tolerance::warn_percent}};
+constexpr Limit kLimits[] = {{"fail", &Tolerance::fail, 1},
+                             {"relative", &Tolerance::relative, 1},
+                             {"fail_percent", &Tolerance::fail_percent, 100},
+                             {"hard_fail", &Tolerance::hard_fail, 1e30},
+                             {"depth", &Tolerance::depth, 1},
+                             {"normal", &Tolerance::normal, 2},
+                             {"flip_mean", &Tolerance::flip_mean, 1},
+                             {"flip_p99", &Tolerance::flip_p99, 1},
+                             {"warn", &Tolerance::warn, 1e30},
+                             {"warn_percent", &Tolerance::warn_percent, 100}};
 
 std::vector<std::string> limit_names(const char* more = nullptr) {
   std::vector<std::string> names;
@@ -73,17 +74,21 @@ std::vector<std::string> limit_names(const char* more = nullptr) {
   return names;
 }
 
-float limit_value(const Json& value, const std::string& where) {
+double limited_number(const Json& value, const std::string& where, double end) {
   if (!value.is_number()) fail("{} must be a number", where);
   const double number = value.get<double>();
-  if (!(number >= 0) || !std::isfinite(number))
-    fail("{} must be a finite number of at least 0", where);
-  return static_cast<float>(number);
+  if (!(number >= 0)) fail("{} must be a number of at least 0", where);
+  if (!(number < end)) fail("{} must be below {:g} - nothing would fail", where, end);
+  return number;
 }
 
-std::string reason_of(const Json& object, const std::string& where) {
+float limit_value(const Json& value, const std::string& where, const Limit& limit) {
+  return static_cast<float>(limited_number(value, where, limit.end));
+}
+
+std::string parse_reason(const Json& object, const std::string& where) {
   if (!object.contains("why") || !object["why"].is_string() ||
-      object["why"].get<std::string>().empty())
+      object["why"].get<std::string>().find_first_not_of(" \t\r\n") == std::string::npos)
     fail("{} gives no reason - add \"why\": \"...\"", where);
   return object["why"].get<std::string>();
 }
@@ -96,9 +101,9 @@ Tolerance parse_limits(const Json& object, Tolerance tolerance) {
     const std::string where = fmt::format("'{}'", limit.name);
     check_keys(object[limit.name], where, {"value", "why"});
     if (!object[limit.name].contains("value")) fail("{} has no 'value'", where);
-    tolerance.*limit.value = limit_value(object[limit.name]["value"], where + ": 'value'");
+    tolerance.*limit.value = limit_value(object[limit.name]["value"], where + ": 'value'", limit);
     tolerance.why += fmt::format("{}{}: {}", tolerance.why.empty() ? "" : "; ", limit.name,
-                                 reason_of(object[limit.name], where));
+                                 parse_reason(object[limit.name], where));
   }
   return tolerance;
 }
@@ -109,8 +114,8 @@ Tolerance parse_inline_limits(const Json& object, Tolerance tolerance) {
   for (const Limit& limit : kLimits)
     if (object.contains(limit.name))
       tolerance.*limit.value =
-          limit_value(object[limit.name], fmt::format("'tolerance': '{}'", limit.name));
-  tolerance.why = reason_of(object, "'tolerance'");
+          limit_value(object[limit.name], fmt::format("'tolerance': '{}'", limit.name), limit);
+  tolerance.why = parse_reason(object, "'tolerance'");
   return tolerance;
 }
 
@@ -127,7 +132,7 @@ std::vector<GoldenMask> parse_masks(const Json& list, const fs::path& folder) {
     if (entry.contains("file") == entry.contains("ids"))
       fail("an entry of 'masks' needs either 'file' or 'ids'");
     GoldenMask mask;
-    mask.why = reason_of(entry, "an entry of 'masks'");
+    mask.why = parse_reason(entry, "an entry of 'masks'");
     if (entry.contains("file")) {
       if (!entry["file"].is_string() || !is_own_file(entry["file"].get<std::string>()))
         fail("'masks': 'file' must be the name of a picture in this folder");
@@ -144,7 +149,20 @@ std::vector<GoldenMask> parse_masks(const Json& list, const fs::path& folder) {
   return masks;
 }
 
-/// What renders the frames: a scene, or a command of another program.
+/// The share of a frame that masks may cover, which a suite with masks must state.
+double parse_max_masked(const Json& json) {
+  if (!json.contains("masks")) {
+    if (json.contains("max_masked_percent"))
+      fail("'max_masked_percent' is for suites with 'masks'");
+    return 0;
+  }
+  if (!json.contains("max_masked_percent"))
+    fail(
+        "'max_masked_percent' is missing: the share of the pixels that 'masks' may cover, as in 5");
+  return limited_number(json["max_masked_percent"], "'max_masked_percent'", 100);
+}
+
+/// Reads the scene, or the command of another program, that renders the frames.
 void parse_source(const Json& json, GoldenSuite& suite) {
   if (json.contains("scene") && json.contains("command"))
     fail("'scene' and 'command' are both given - a suite has one of them");
@@ -202,8 +220,32 @@ Error unknown_suite(const fs::path& root, const std::string& name) {
   const std::string hint = near             ? fmt::format("did you mean '{}'?", *near)
                            : names->empty() ? "there are none yet"
                                             : "there are " + join_quoted(*names);
-  return make_error(ErrorCode::kInput, "{}: no golden suite '{}' (it has no suite.json) - {}",
-                    root.string(), name, hint);
+  return make_error(ErrorCode::kInput, "{}: no golden suite '{}' - {}", root.string(), name, hint);
+}
+
+/// Fails where the suite's folder or its suite.json is not there, saying what is there instead.
+Status check_suite_files(const fs::path& root, const std::string& name) {
+  const fs::path folder = root / name, file = folder / "suite.json";
+  std::error_code error, ignored;
+  // A name is one folder below the root, never a path.
+  const bool is_name =
+      !name.empty() && name != "." && name != ".." && fs::path(name).filename() == name;
+  if (!is_name || fs::symlink_status(folder, ignored).type() == fs::file_type::not_found)
+    return unknown_suite(root, name);
+  if (fs::status(file, error).type() == fs::file_type::regular) return Ok{};
+  const std::string rule =
+      fmt::format("each folder in {} is a suite: mend it, or move it away", root.string());
+  const auto broken_link = [&](const fs::path& path) {
+    return fs::is_symlink(fs::symlink_status(path, ignored)) && !fs::exists(path, ignored);
+  };
+  for (const fs::path& path : {folder, file})
+    if (broken_link(path))
+      return make_error(ErrorCode::kInput, "{}: a link that leads nowhere - {}", path.string(),
+                        rule);
+  if (error && error != std::errc::no_such_file_or_directory)
+    return make_error(ErrorCode::kInput, "{}: cannot be read: {} - {}", file.string(),
+                      error.message(), rule);
+  return make_error(ErrorCode::kInput, "{}: no suite.json in it - {}", folder.string(), rule);
 }
 
 }  // namespace
@@ -213,18 +255,20 @@ Result<GoldenSuite> load_golden_suite(const fs::path& root, const std::string& n
   suite.name = name;
   suite.folder = root / name;
   const fs::path file = suite.folder / "suite.json", limits = suite.folder / "tolerance.json";
-  std::error_code error;
-  // A name is one folder below the root, never a path.
-  if (name.empty() || fs::path(name).filename() != name || !fs::exists(file, error))
-    return unknown_suite(root, name);
-  const bool separate = fs::exists(limits, error);
+  PM_TRY_STATUS(check_suite_files(root, name));
+  std::error_code ignored;
+  // A link that leads nowhere is a file that cannot be read, not a suite without limits.
+  const bool separate = fs::symlink_status(limits, ignored).type() != fs::file_type::not_found;
   PM_TRY_STATUS(with_json(file, [&](const Json& json) {
-    check_keys(json, "the file", {"scene", "command", "format", "frames", "tolerance", "masks"});
+    check_keys(
+        json, "the file",
+        {"scene", "command", "format", "frames", "tolerance", "masks", "max_masked_percent"});
     parse_source(json, suite);
     if (!json.contains("frames"))
       fail("'frames' is missing: the list of frames that have a golden");
     suite.frames = parse_frames(json["frames"]);
     if (json.contains("masks")) suite.masks = parse_masks(json["masks"], suite.folder);
+    suite.max_masked_percent = parse_max_masked(json);
     if (json.contains("tolerance") && separate)
       fail("'tolerance' is given here and in tolerance.json - remove one");
     if (json.contains("tolerance"))
@@ -244,8 +288,12 @@ Result<std::vector<std::string>> list_golden_suites(const fs::path& root) {
   std::vector<std::string> names;
   for (fs::directory_iterator entry(root, error), end; !error && entry != end;
        entry.increment(error)) {
-    std::error_code missing;
-    if (fs::exists(entry->path() / "suite.json", missing))
+    std::error_code ignored;
+    const fs::file_type type = entry->status(ignored).type();
+    const bool is_folder = type == fs::file_type::directory;
+    const bool is_broken = type == fs::file_type::not_found || type == fs::file_type::none ||
+                           type == fs::file_type::unknown;
+    if (is_folder || is_broken)
       remember_name(names.emplace_back(entry->path().filename().string()));
   }
   if (error)
@@ -253,6 +301,15 @@ Result<std::vector<std::string>> list_golden_suites(const fs::path& root) {
                       error.message());
   std::sort(names.begin(), names.end());
   return names;
+}
+
+std::string suite_json_text(const GoldenSuite& suite) {
+  std::error_code error;
+  const fs::path scene = fs::absolute(suite.scene, error).lexically_normal();
+  const fs::path folder = fs::absolute(suite.folder, error).lexically_normal();
+  const nlohmann::ordered_json json{{"scene", scene.lexically_relative(folder).generic_string()},
+                                    {"frames", suite.frames}};
+  return json.dump() + "\n";
 }
 
 fs::path golden_image_path(const GoldenSuite& suite, int frame) {

@@ -36,7 +36,7 @@ std::size_t pixel_count(int width, int height) {
 }
 
 /// Each pixel as a square of `scale` pixels.
-Image enlarged(const Image& image, int scale) {
+Image enlarge(const Image& image, int scale) {
   Image large = make_image(image.width * scale, image.height * scale, image.channels);
   for (int y = 0; y < large.height; ++y)
     for (int x = 0; x < large.width; ++x)
@@ -104,8 +104,8 @@ Result<Image> failure_picture(const Image& actual, const Image& reference,
     caption = fmt::format("FLIP {:.4f}, shown 0 to {:g}", comparison.flip->mean, range);
   }
   const int scale = std::max(1, 320 / reference.width);
-  const Image frames[] = {enlarged(visible_colors(reference), scale),
-                          enlarged(visible_colors(actual), scale), enlarged(third, scale)};
+  const Image frames[] = {enlarge(visible_colors(reference), scale),
+                          enlarge(visible_colors(actual), scale), enlarge(third, scale)};
   const std::string captions[] = {"reference", "new", caption};
   return make_strip(frames, captions, {.columns = 3});
 }

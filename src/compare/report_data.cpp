@@ -35,20 +35,20 @@ std::string xml(const std::string& text) {
   return escape_markup(clean);
 }
 
-std::string verdict_of(const ReportCase& one) {
-  if (!one.verdict.empty()) return one.verdict;
-  if (one.comparison) return verdict_name(one.comparison->verdict);
-  return one.error ? "error" : "missing";
+std::string case_verdict(const ReportCase& result) {
+  if (!result.verdict.empty()) return result.verdict;
+  if (result.comparison) return verdict_name(result.comparison->verdict);
+  return result.error ? "error" : "missing";
 }
 
 std::string plain(double value) {
   return std::isfinite(value) ? fmt::format("{:.6g}", value) : "inf";
 }
 
-std::string junit_case(const ReportCase& one, const std::string& suite) {
+std::string junit_case(const ReportCase& result, const std::string& suite) {
   std::string text = fmt::format("    <testcase classname=\"{}\" name=\"{}\" time=\"{:.3f}\">\n",
-                                 xml(suite), xml(one.name), one.seconds);
-  const std::vector<CaseMetric> figures = metrics_of(one);
+                                 xml(suite), xml(result.name), result.seconds);
+  const std::vector<CaseMetric> figures = case_metrics(result);
   if (!figures.empty()) {
     text += "      <properties>\n";
     for (const CaseMetric& figure : figures)
@@ -56,32 +56,32 @@ std::string junit_case(const ReportCase& one, const std::string& suite) {
                           plain(figure.value));
     text += "      </properties>\n";
   }
-  if (!one.passed()) {
-    std::string details = one.message + "\n";
-    if (!one.cause.empty()) details += "seen: " + one.cause + "\n";
+  if (!result.passed()) {
+    std::string details = result.message + "\n";
+    if (!result.cause.empty()) details += "seen: " + result.cause + "\n";
     for (const CaseMetric& figure : figures)
       if (figure.limit)
         details += fmt::format("{}{}: {} (limit {})\n", figure.over() ? "OVER " : "", figure.label,
                                plain(figure.value), plain(*figure.limit));
-    if (!one.accept.empty()) details += "to accept: " + one.accept + "\n";
-    const char* const element = one.error ? "error" : "failure";
-    text += fmt::format("      <{0} message=\"{1}\">{2}</{0}>\n", element, xml(one.message),
+    if (!result.accept.empty()) details += "to accept: " + result.accept + "\n";
+    const char* const element = result.error ? "error" : "failure";
+    text += fmt::format("      <{0} message=\"{1}\">{2}</{0}>\n", element, xml(result.message),
                         xml(details));
-  } else if (one.warned()) {
-    text +=
-        fmt::format("      <system-out>warning: {} pixels differ by more than {}</system-out>\n",
-                    one.comparison->warning_pixels, plain(static_cast<double>(one.tolerance.warn)));
+  } else if (result.warned()) {
+    text += fmt::format(
+        "      <system-out>warning: {} pixels differ by more than {}</system-out>\n",
+        result.comparison->warning_pixels, plain(static_cast<double>(result.tolerance.warn)));
   }
   return text + "    </testcase>\n";
 }
 
 }  // namespace
 
-std::vector<CaseMetric> metrics_of(const ReportCase& one) {
+std::vector<CaseMetric> case_metrics(const ReportCase& result) {
   std::vector<CaseMetric> figures;
-  if (!one.comparison || one.comparison->channels.empty()) return figures;
-  const Comparison& c = *one.comparison;
-  const Tolerance& limits = one.tolerance;
+  if (!result.comparison || result.comparison->channels.empty()) return figures;
+  const Comparison& c = *result.comparison;
+  const Tolerance& limits = result.tolerance;
   const double all = std::max(1.0, static_cast<double>(c.pixels));
   const auto add = [&](const char* name, const char* label, double value,
                        std::optional<double> limit) {
@@ -95,53 +95,55 @@ std::vector<CaseMetric> metrics_of(const ReportCase& one) {
   add("not_finite_pixels", "NaN or infinite pixels", static_cast<double>(c.not_finite_pixels), 0);
   add("negative_alpha_pixels", "pixels of negative alpha",
       static_cast<double>(c.negative_alpha_pixels), 0);
+  if (result.masked_percent)
+    add("masked_percent", "masked pixels, %", *result.masked_percent, result.max_masked_percent);
   if (c.flip) {
     add("flip_mean", "FLIP, mean", c.flip->mean, limit_or_none(limits.flip_mean));
     add("flip_p99", "FLIP, 99 % below", c.flip->p99, limit_or_none(limits.flip_p99));
     add("flip_max", "FLIP, max", c.flip->max, std::nullopt);
     add("psnr", "PSNR, dB", c.psnr, std::nullopt);
-    if (one.flicker) add("flicker", "flicker to the next frame", *one.flicker, std::nullopt);
-    if (one.reference_flicker)
-      add("reference_flicker", "the reference's", *one.reference_flicker, std::nullopt);
+    if (result.flicker) add("flicker", "flicker to the next frame", *result.flicker, std::nullopt);
+    if (result.reference_flicker)
+      add("reference_flicker", "the reference's", *result.reference_flicker, std::nullopt);
   }
   return figures;
 }
 
-Json case_json(const ReportCase& one) {
-  Json json{{"group", one.group},
-            {"name", one.name},
-            {"actual", one.actual.string()},
-            {"reference", one.reference.string()},
-            {"passed", one.passed()},
-            {"warned", one.warned()},
-            {"verdict", verdict_of(one)},
-            {"reason", one.comparison ? one.comparison->reason
-                       : one.passed() ? one.detail
-                                      : one.message},
-            {"message", one.message},
-            {"cause", one.cause},
-            {"why", one.tolerance.why},
-            {"accept", one.accept}};
-  if (one.seconds > 0) json["seconds"] = one.seconds;
-  if (one.flicker) json["flicker"] = *one.flicker;
-  if (one.reference_flicker) json["reference_flicker"] = *one.reference_flicker;
-  if (!one.pixels.empty()) json["pixels_sha256"] = one.pixels;
-  if (!one.file_sha256.empty()) json["file_sha256"] = one.file_sha256;
-  if (one.surface.frame > 0) {
-    json["frame"] = one.surface.frame;
-    json["surface"] = {{"vertices", one.surface.vertices},
-                       {"triangles", one.surface.triangles},
-                       {"digest", one.surface.digest}};
+Json case_json(const ReportCase& result) {
+  Json json{{"group", result.group},
+            {"name", result.name},
+            {"actual", result.actual.string()},
+            {"reference", result.reference.string()},
+            {"passed", result.passed()},
+            {"warned", result.warned()},
+            {"verdict", case_verdict(result)},
+            {"reason", result.comparison ? result.comparison->reason
+                       : result.passed() ? result.detail
+                                         : result.message},
+            {"message", result.message},
+            {"cause", result.cause},
+            {"why", result.tolerance.why},
+            {"accept", result.accept}};
+  if (result.seconds > 0) json["seconds"] = result.seconds;
+  if (result.flicker) json["flicker"] = *result.flicker;
+  if (result.reference_flicker) json["reference_flicker"] = *result.reference_flicker;
+  if (!result.pixels.empty()) json["pixels_sha256"] = result.pixels;
+  if (!result.file_sha256.empty()) json["file_sha256"] = result.file_sha256;
+  if (result.surface.frame > 0) {
+    json["frame"] = result.surface.frame;
+    json["surface"] = {{"vertices", result.surface.vertices},
+                       {"triangles", result.surface.triangles},
+                       {"digest", result.surface.digest}};
   }
   json["figures"] = Json::array();
-  for (const CaseMetric& figure : metrics_of(one)) {
+  for (const CaseMetric& figure : case_metrics(result)) {
     Json entry{{"name", figure.name}, {"label", figure.label}, {"value", number(figure.value)}};
     if (figure.limit) entry["limit"] = *figure.limit;
     entry["over"] = figure.over();
     json["figures"].push_back(std::move(entry));
   }
-  if (!one.comparison) return json;
-  const Comparison& c = *one.comparison;
+  if (!result.comparison) return json;
+  const Comparison& c = *result.comparison;
   json["pixels"] = c.pixels;
   json["failing_pixels"] = c.failing_pixels;
   json["hard_failing_pixels"] = c.hard_failing_pixels;
@@ -180,15 +182,15 @@ Json report_json(const Report& report, const std::vector<std::string>& files) {
   json["errors"] = report.errors();
   json["notes"] = report.notes;
   json["cases"] = Json::array();
-  for (const ReportCase& one : report.cases) json["cases"].push_back(case_json(one));
+  for (const ReportCase& result : report.cases) json["cases"].push_back(case_json(result));
   return json;
 }
 
 std::string report_junit(const Report& report) {
   std::vector<std::string> groups;
-  for (const ReportCase& one : report.cases)
-    if (std::find(groups.begin(), groups.end(), one.group) == groups.end())
-      groups.push_back(one.group);
+  for (const ReportCase& result : report.cases)
+    if (std::find(groups.begin(), groups.end(), result.group) == groups.end())
+      groups.push_back(result.group);
   std::string text = fmt::format(
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"{}\" tests=\"{}\" "
       "failures=\"{}\" errors=\"{}\">\n",
@@ -198,13 +200,13 @@ std::string report_junit(const Report& report) {
     std::size_t count = 0, failed = 0, errors = 0;
     double seconds = 0;
     const std::string name = group.empty() ? "compare" : group;
-    for (const ReportCase& one : report.cases) {
-      if (one.group != group) continue;
+    for (const ReportCase& result : report.cases) {
+      if (result.group != group) continue;
       ++count;
-      failed += !one.passed() && !one.error;
-      errors += one.error;
-      seconds += one.seconds;
-      cases += junit_case(one, name);
+      failed += !result.passed() && !result.error;
+      errors += result.error;
+      seconds += result.seconds;
+      cases += junit_case(result, name);
     }
     text += fmt::format(
         "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"{}\" skipped=\"0\" "

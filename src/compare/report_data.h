@@ -9,9 +9,9 @@
 namespace polymorph {
 
 /// All but the pictures. Infinite figures are null.
-nlohmann::ordered_json case_json(const ReportCase& one);
+nlohmann::ordered_json case_json(const ReportCase& result);
 
 /// The page that shows `data` (title, facts, notes, cases with their pictures).
-std::string page_of(const std::string& title, nlohmann::ordered_json data);
+std::string make_page(const std::string& title, nlohmann::ordered_json data);
 
 }  // namespace polymorph

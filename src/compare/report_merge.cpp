@@ -2,6 +2,7 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 
 #include "base/archive.h"
@@ -19,17 +20,46 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kDataBegin = "<script type=\"application/json\" id=\"data\">";
 constexpr const char* kDataEnd = "</script>";
-constexpr int kDeepest = 16;
+constexpr int kMaxDepth = 16;
+
+/// One report, read and checked.
+struct Shard {
+  Json report, page;
+  std::string junit;                         ///< the <testsuite> elements
+  std::map<std::string, std::string> files;  ///< pictures and kept frames, by path in the report
+};
+
+struct CaseCounts {
+  std::size_t all = 0, failed = 0, errors = 0;
+  bool operator==(const CaseCounts&) const = default;
+};
+
+CaseCounts count_cases(const Json& cases) {
+  CaseCounts counts;
+  for (const Json& entry : cases) {
+    ++counts.all;
+    counts.failed += !entry.at("passed").get<bool>();
+    counts.errors += entry.at("verdict").get<std::string>() == "error";
+  }
+  return counts;
+}
+
+std::size_t count_text(const std::string& text, const std::string& part) {
+  std::size_t count = 0;
+  for (std::size_t at = 0; (at = text.find(part, at)) != std::string::npos; at += part.size())
+    ++count;
+  return count;
+}
 
 Result<Json> parse(const fs::path& file, const std::string& text) {
-  const auto shallow = [](int depth, Json::parse_event_t, Json&) { return depth < kDeepest; };
+  const auto shallow = [](int depth, Json::parse_event_t, Json&) { return depth < kMaxDepth; };
   Json json = Json::parse(text, shallow, false);
   if (!json.is_object() || !json.contains("cases") || !json["cases"].is_array())
     return make_error(ErrorCode::kInput, "{}: not a report of polymorph", file.string());
   return json;
 }
 
-/// The part of `text` between two marks, from `at` on.
+/// The part of `text` between two marks.
 Result<std::string> between(const fs::path& file, const std::string& text, const std::string& begin,
                             const std::string& end) {
   const auto from = text.find(begin);
@@ -39,103 +69,205 @@ Result<std::string> between(const fs::path& file, const std::string& text, const
   return text.substr(from + begin.size(), to - from - begin.size());
 }
 
-/// All of `one`'s entries of a list behind those of `all`.
-void append(Json& all, const Json& one, const char* key) {
-  if (!one.contains(key) || !one[key].is_array()) return;
-  for (const Json& entry : one[key]) all[key].push_back(entry);
+std::string case_name(const Json& entry) {
+  return entry.at("group").get<std::string>() + ", " + entry.at("name").get<std::string>();
 }
 
-struct Merged {
-  Json report, page;
-  std::string junit;  ///< the <testsuite> elements
-  std::set<std::string> cases;
-  std::map<std::string, std::string> files;  ///< pictures and frames
-};
+/// Why one case contradicts itself, or "". A case passes by its message; what did not pass in its
+/// images cannot have passed.
+std::string find_contradiction(const Json& entry) {
+  const auto verdict = entry.at("verdict").get<std::string>();
+  const bool passed = entry.at("passed").get<bool>();
+  if (passed != entry.at("message").get<std::string>().empty())
+    return passed ? "passed, with a message of failure" : "failed, without a message";
+  if (passed && verdict != "same" && verdict != "within")
+    return "passed, with the verdict " + verdict;
+  for (const Json& metric : entry.at("figures"))
+    if (passed && metric.at("over").get<bool>())
+      return "passed, with " + metric.at("name").get<std::string>() + " over its limit";
+  return "";
+}
 
-Status add(Merged& merged, fs::path path) {
-  std::error_code error;
-  if (!fs::is_directory(path, error)) path = path.parent_path();
-  PM_TRY(const auto files, read_tree(path, [](const std::string&) { return true; }));
-  const auto text = [&](const char* name) -> Result<std::string> {
-    const auto file = files.find(name);
-    if (file == files.end())
+/// Checks types, and that the report, its page and its JUnit say the same of each case. Throws
+/// nlohmann's exceptions. Errors: kInput.
+Status check_shard(const fs::path& path, const Shard& shard) {
+  const auto error = [&](const std::string& text) {
+    return make_error(ErrorCode::kInput, "{}: {} - give reports as they were written",
+                      path.string(), printable(text));
+  };
+  const Json& report = shard.report;
+  (void)report.at("title").get<std::string>();
+  for (const Json* json : {&shard.report, &shard.page})
+    for (const Json& note : json->at("notes")) (void)note.get<std::string>();
+  if (report.contains("suites")) (void)report["suites"].get<std::map<std::string, std::string>>();
+  std::map<std::string, bool> on_page;
+  for (const Json& entry : shard.page["cases"])
+    on_page[case_name(entry)] = entry.at("passed").get<bool>();
+  for (const Json& entry : report["cases"]) {
+    const std::string name = case_name(entry), contradiction = find_contradiction(entry);
+    if (!contradiction.empty()) return error(name + ": " + contradiction);
+    const auto shown = on_page.find(name);
+    if (shown == on_page.end() || shown->second != entry["passed"].get<bool>())
+      return error(name + ": its page says something else than report.json");
+  }
+  const CaseCounts counts = count_cases(report["cases"]);
+  if (counts.all == 0) return error("no case in it");
+  const CaseCounts stated{
+      report.at("passed").get<std::size_t>() + report.at("failed").get<std::size_t>(),
+      report["failed"].get<std::size_t>(), report.at("errors").get<std::size_t>()};
+  if (stated != counts || shard.page["cases"].size() != counts.all)
+    return error("report.json counts other cases than it has");
+  const CaseCounts junit{count_text(shard.junit, "<testcase "),
+                         count_text(shard.junit, "<failure ") + count_text(shard.junit, "<error "),
+                         count_text(shard.junit, "<error ")};
+  if (junit != counts) return error("junit.xml has other cases than report.json");
+  return Ok{};
+}
+
+/// Is it a failed frame that was kept, in a folder of its own?
+bool is_kept_frame(const std::string& name) {
+  for (const char* kept : {".actual.", ".reference.", ".difference."})
+    if (name.find('/') != std::string::npos && name.find(kept) != std::string::npos) return true;
+  return false;
+}
+
+bool is_report_file(const std::string& name) {
+  if (name.starts_with('/') || name.starts_with("../")) return false;
+  for (const char* end : {".png", "report.json", "index.html", "junit.xml"})
+    if (name.ends_with(end)) return true;
+  return is_kept_frame(name);
+}
+
+/// The files of the report that lies highest in `path`, by their paths in its folder.
+Result<std::map<std::string, std::string>> report_files(const fs::path& path) {
+  PM_TRY(const auto tree, read_tree(path, is_report_file));
+  std::optional<std::string> folder;
+  for (const auto& [name, bytes] : tree) {
+    if (fs::path(name).filename() != "report.json") continue;
+    const std::string own = name.substr(0, name.size() - std::string("report.json").size());
+    if (!folder || own.size() < folder->size()) folder = own;
+  }
+  std::map<std::string, std::string> files;
+  for (const auto& [name, bytes] : tree) {
+    if (!name.starts_with(folder.value_or(""))) continue;
+    const std::string inside = name.substr(folder.value_or("").size());
+    if (inside.find('/') == std::string::npos || is_kept_frame(inside)) files[inside] = bytes;
+  }
+  return files;
+}
+
+Result<Shard> read_shard(const fs::path& path) {
+  PM_TRY(auto files, report_files(path));
+  const auto take = [&](const char* name) -> Result<std::string> {
+    const auto file = files.extract(name);
+    if (file.empty())
       return make_error(ErrorCode::kInput, "{}: no {} in it - give the folder of --report",
                         path.string(), name);
-    return file->second;
+    remember_input(path / name);
+    return file.mapped();
   };
-  PM_TRY(const std::string report_text, text("report.json"));
-  PM_TRY(const Json report, parse(path / "report.json", report_text));
-  PM_TRY(const std::string page_text, text("index.html"));
-  PM_TRY(const std::string page_data,
-         between(path / "index.html", page_text, kDataBegin, kDataEnd));
-  PM_TRY(const Json page, parse(path / "index.html", page_data));
-  PM_TRY(const std::string junit_text, text("junit.xml"));
-  const auto first = junit_text.find("  <testsuite ");
-  const auto last = junit_text.rfind("</testsuites>");
+  Shard shard;
+  PM_TRY(const std::string report, take("report.json"));
+  PM_TRY(shard.report, parse(path / "report.json", report));
+  PM_TRY(const std::string page, take("index.html"));
+  PM_TRY(const std::string data, between(path / "index.html", page, kDataBegin, kDataEnd));
+  PM_TRY(shard.page, parse(path / "index.html", data));
+  PM_TRY(const std::string junit, take("junit.xml"));
+  const auto first = junit.find("  <testsuite "), last = junit.rfind("</testsuites>");
   if (last != std::string::npos && first != std::string::npos)
-    merged.junit += junit_text.substr(first, last - first);
+    shard.junit = junit.substr(first, last - first);
+  PM_TRY_STATUS(check_shard(path, shard));
+  shard.files = std::move(files);
+  return shard;
+}
+
+/// Adds the entries of a list to another report's.
+void append(Json& all, const Json& more, const char* key) {
+  for (const Json& entry : more.at(key)) all[key].push_back(entry);
+}
+
+Status add_shard(const fs::path& path, Shard shard, Shard& merged, std::set<std::string>& names) {
   if (merged.report.is_null()) {
-    merged.report = report;
-    merged.page = page;
-    for (Json* one : {&merged.report, &merged.page})
-      (*one)["cases"] = (*one)["notes"] = Json::array();
-  } else if (merged.report.value("facts", Json()) != report.value("facts", Json())) {
+    merged.report = shard.report;
+    merged.page = shard.page;
+    for (Json* json : {&merged.report, &merged.page})
+      (*json)["cases"] = (*json)["notes"] = Json::array();
+  } else if (merged.report.value("facts", Json()) != shard.report.value("facts", Json())) {
     return make_error(ErrorCode::kInput,
                       "{}: of another program, device or instruction set than the first report",
                       path.string());
   }
-  for (const Json& one : report["cases"]) {
-    const std::string name = one.value("group", "") + ", " + one.value("name", "");
-    if (!merged.cases.insert(name).second)
+  for (const Json& entry : shard.report["cases"])
+    if (!names.insert(case_name(entry)).second)
       return make_error(ErrorCode::kInput, "{}: {} stands in another report, too", path.string(),
-                        printable(name));
+                        printable(case_name(entry)));
+  for (const char* key : {"cases", "notes"}) {
+    append(merged.report, shard.report, key);
+    append(merged.page, shard.page, key);
   }
-  append(merged.report, report, "cases");
-  append(merged.report, report, "notes");
-  append(merged.page, page, "cases");
-  append(merged.page, page, "notes");
-  if (report.contains("suites")) merged.report["suites"].update(report["suites"]);
-  for (const auto& [name, bytes] : files)
-    if (name != "report.json" && name != "index.html" && name != "junit.xml")
-      merged.files[name] = bytes;
+  if (shard.report.contains("suites")) merged.report["suites"].update(shard.report["suites"]);
+  merged.junit += shard.junit;
+  merged.files.merge(shard.files);
   return Ok{};
 }
 
-std::size_t count(const Json& cases, const char* verdict) {
-  std::size_t sum = 0;
-  for (const Json& one : cases) {
-    const bool passed = one.value("passed", false), error = one.value("verdict", "") == "error";
-    sum += std::string_view(verdict) == "errors" ? error : !passed;
-  }
-  return sum;
+/// The folder of a report, where one is given by its report.json.
+fs::path report_folder(const fs::path& path) {
+  if (path.filename() != "report.json") return path;
+  return path.has_parent_path() ? path.parent_path() : fs::path(".");
 }
 
-}  // namespace
-
-Result<std::size_t> merge_reports(const std::vector<fs::path>& reports, const fs::path& folder) {
-  Merged merged;
-  for (const fs::path& report : reports) PM_TRY_STATUS(add(merged, report));
-  const std::size_t failed = count(merged.report["cases"], "failed");
-  const std::size_t errors = count(merged.report["cases"], "errors");
-  merged.report["failed"] = failed;
-  merged.report["errors"] = errors;
-  merged.report["passed"] = merged.report["cases"].size() - failed;
+Status write_merged(Shard& merged, const CaseCounts& counts, const fs::path& folder) {
+  merged.report["failed"] = counts.failed;
+  merged.report["errors"] = counts.errors;
+  merged.report["passed"] = counts.all - counts.failed;
   std::vector<std::string> names{"index.html", "junit.xml", "report.json"};
   for (const auto& [name, bytes] : merged.files)
     if (fs::path(name).filename() == name) names.push_back(name);
   merged.report["polymorph_report"] = names;
-  const std::string title = merged.report.value("title", "");
-  PM_TRY_STATUS(remove_report(folder));
+  const auto title = merged.report["title"].get<std::string>();
   PM_TRY_STATUS(write_file(folder / "report.json", dump_json(merged.report)));
   for (const auto& [name, bytes] : merged.files) PM_TRY_STATUS(write_file(folder / name, bytes));
   PM_TRY_STATUS(
       write_file(folder / "junit.xml",
                  fmt::format("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"{}\" "
                              "tests=\"{}\" failures=\"{}\" errors=\"{}\">\n{}</testsuites>\n",
-                             escape_markup(title), merged.report["cases"].size(), failed - errors,
-                             errors, merged.junit)));
-  PM_TRY_STATUS(write_file(folder / "index.html", page_of(title, merged.page)));
-  return failed;
+                             escape_markup(title), counts.all, counts.failed - counts.errors,
+                             counts.errors, merged.junit)));
+  return write_file(folder / "index.html", make_page(title, merged.page));
+}
+
+}  // namespace
+
+Status check_merge_output(const std::vector<fs::path>& reports, const fs::path& folder) {
+  for (const fs::path& report : reports) {
+    std::error_code ignored;
+    if (fs::equivalent(report_folder(report), folder, ignored))
+      return make_error(ErrorCode::kUsage,
+                        "{}: one of the reports to merge - give -o another folder",
+                        folder.string());
+  }
+  return Ok{};
+}
+
+Result<std::size_t> merge_reports(const std::vector<fs::path>& reports, const fs::path& folder) {
+  PM_TRY_STATUS(check_merge_output(reports, folder));
+  Shard merged;
+  std::set<std::string> names;
+  for (const fs::path& report : reports) {
+    const fs::path path = report_folder(report);
+    try {
+      PM_TRY(Shard shard, read_shard(path));
+      PM_TRY_STATUS(add_shard(path, std::move(shard), merged, names));
+    } catch (const nlohmann::json::exception& e) {
+      return make_error(ErrorCode::kInput, "{}: not a report of polymorph: {}", path.string(),
+                        e.what());
+    }
+  }
+  const CaseCounts counts = count_cases(merged.report["cases"]);
+  PM_TRY_STATUS(remove_report(folder));
+  PM_TRY_STATUS(write_merged(merged, counts, folder));
+  return counts.failed;
 }
 
 }  // namespace polymorph

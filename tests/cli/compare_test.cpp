@@ -97,13 +97,23 @@ TEST_F(Golden, List) {
 }
 
 TEST_F(Golden, AFolderWithoutASuiteIsAnError) {
-  std::filesystem::create_directories(folder / "empty/sub");
+  std::filesystem::create_directories(folder / "empty");
   const Ran ran = run(3, {"golden", "test", "--root", "empty", "--junit", "junit.xml"});
   EXPECT_TRUE(contains(ran.err, "error: empty: no golden suite in it")) << ran.err;
   EXPECT_TRUE(contains(read_text(folder / "junit.xml"), "errors=\"1\""));
   // Nothing and 0 would be what a comparison of two machines' hashes passes.
   for (const char* verb : {"hash", "list"})
     EXPECT_TRUE(contains(run(3, {"golden", verb, "--root", "empty"}).err, "no golden suite in it"));
+  // A folder without a suite.json may be a suite that lost it.
+  write("golden_frames/lost/frame.0001.exr", "");
+  run(0, {"golden", "update", "tiny", "--reason", "first"});
+  const Ran lost = run(3, {"golden", "test", "--report", "out"});
+  EXPECT_TRUE(contains(lost.out, "lost: could not be tested\n")) << lost.out;
+  EXPECT_TRUE(contains(lost.out, "tiny: 2 of 2 frames pass\n")) << lost.out;
+  EXPECT_TRUE(contains(lost.err, "golden_frames/lost: no suite.json in it")) << lost.err;
+  const Ran list = run(3, {"golden", "list"});
+  EXPECT_TRUE(contains(list.out, "tiny: 2 frames of ")) << list.out;
+  EXPECT_TRUE(contains(list.err, "golden_frames/lost: no suite.json in it")) << list.err;
 }
 
 TEST_F(Golden, UpdateNeedsASuiteAndAReason) {

@@ -1,5 +1,7 @@
 // Golden suites beside testing: hashes, accepting a run, other programs' frames, masks, merged
 // reports.
+#include <cmath>
+
 #include "image/image_io.h"
 #include "testing/program.h"
 
@@ -140,15 +142,107 @@ TEST_F(GoldenTest, MaskedPixelsMayDiffer) {
   ASSERT_TRUE(bytes);
   write("golden_frames/other/mask.png", *bytes);
   write("golden_frames/other/suite.json",
-        "{" + command + R"(, "masks": [{"file": "mask.png", "why": "a clock"}]})");
+        "{" + command +
+            R"(, "masks": [{"file": "mask.png", "why": "a clock"}], "max_masked_percent": 2})");
   const auto json = parse(run(0, {"golden", "test", "--json"}).out);
-  EXPECT_TRUE(contains(json["cases"][0]["reason"], "4 pixels are masked"))
-      << json["cases"][0]["reason"];
+  EXPECT_TRUE(contains(json["cases"][0]["reason"], "1.56 % masked")) << json["cases"][0]["reason"];
+  EXPECT_TRUE(contains(run(0, {"golden", "test"}).out, "other frame 1: ok, 1.56 % masked\n"));
   EXPECT_FALSE(contains(json["notes"].dump(), "mask.png")) << "a mask is no orphan";
   write_picture("golden_frames/other/mask.png", 1, 8);
   EXPECT_TRUE(contains(run(3, {"golden", "test"}).err, "the frames have 16 x 16"));
   write("golden_frames/other/suite.json", "{" + command + R"(, "masks": [{"file": "mask.png"}]})");
   EXPECT_TRUE(contains(run(3, {"golden", "test"}).err, "no reason"));
+}
+
+TEST_F(GoldenTest, MasksThatCoverEverythingFail) {
+  const std::string command =
+      R"("command": "cp picture.png {out}", "format": "png", "frames": [1])";
+  write("golden_frames/other/suite.json", "{" + command + "}");
+  write_picture("golden_frames/other/picture.png", 0.4f);
+  run(0, {"golden", "update", "other", "--reason", "first"});
+  write_picture("golden_frames/other/picture.png", 0.9f);
+  // A frame of the suite as its own mask: green counts as well as red.
+  Image mask = make_image(16, 16, {"R", "G", "B"});
+  for (std::size_t i = 1; i < mask.pixels.size(); i += 3) mask.pixels[i] = 1;
+  write("golden_frames/other/mask.png", *encode_png(mask));
+  write("golden_frames/other/suite.json",
+        "{" + command +
+            R"(, "masks": [{"file": "mask.png", "why": "all"}], "max_masked_percent": 99})");
+  const Ran ran = run(1, {"golden", "test"});
+  EXPECT_TRUE(contains(ran.out, "100 % of the pixels are masked, suite.json allows 99 %"))
+      << ran.out;
+}
+
+TEST_F(GoldenTest, NoMaskHidesNaN) {
+  const auto write_frame = [&](const std::string& name, float value, float alpha) {
+    Image image = make_image(8, 8, {"R", "G", "B", "A", "id"});
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = i % 5 == 4 ? 0 : 0.5f;
+    image.at(0, 0, 0) = value;
+    image.at(0, 0, 3) = alpha;
+    image.at(0, 0, 4) = 3;
+    const auto bytes = encode_exr(image);
+    ASSERT_TRUE(bytes);
+    write(name, *bytes);
+  };
+  Image mask = make_image(8, 8, {"R", "G", "B"});
+  mask.at(0, 0, 0) = 1;
+  write("golden_frames/other/mask.png", *encode_png(mask));
+  for (const char* masks : {R"({"file": "mask.png", "why": "x"})", R"({"ids": [3], "why": "x"})"}) {
+    write(
+        "golden_frames/other/suite.json",
+        R"({"command": "cp picture.exr {out}", "frames": [1], "max_masked_percent": 5, "masks": [)" +
+            std::string(masks) + "]}");
+    write_frame("golden_frames/other/picture.exr", 0.5f, 1);
+    run(0, {"golden", "update", "other", "--reason", "first"});
+    write_frame("golden_frames/other/picture.exr", 0.9f, 1);
+    run(0, {"golden", "test"});
+    write_frame("golden_frames/other/picture.exr", std::nanf(""), 1);
+    EXPECT_TRUE(contains(run(1, {"golden", "test"}).out, "1 pixels are NaN or infinite")) << masks;
+    run(3, {"golden", "update", "other", "--reason", "NaN"});
+    write_frame("golden_frames/other/picture.exr", 0.5f, -1);
+    EXPECT_TRUE(contains(run(1, {"golden", "test"}).out, "negative alpha")) << masks;
+  }
+}
+
+TEST_F(GoldenTest, OptionsOfOtherVerbsAreRefused) {
+  make_suite();
+  const Ran ran = run(2, {"golden", "test", "tiny", "--only", "99"});
+  EXPECT_TRUE(contains(ran.err, "golden test takes no --only - that is for golden accept"))
+      << ran.err;
+  run(2, {"golden", "test", "--reason", "x"});
+  run(2, {"golden", "update", "tiny", "--reason", "x", "--bits"});
+  run(2, {"golden", "list", "--junit", "j.xml"});
+  run(2, {"golden", "accept", "out", "--reason", "x", "-o", "y"});
+}
+
+TEST_F(GoldenTest, NewMakesASuite) {
+  write("scenes/tiny.json", tiny_scene());
+  EXPECT_TRUE(contains(run(2, {"golden", "new", "logo"}).err, "needs a name, a scene and frames"));
+  run(2, {"golden", "new", "../logo", "scenes/tiny.json", "-f", "1"});
+  run(3, {"golden", "new", "logo", "scenes/gone.json", "-f", "1"});
+  EXPECT_TRUE(contains(run(3, {"golden", "new", "logo", "scenes/tiny.json", "-f", "9"}).err,
+                       "outside the scene's 1-4"));
+  EXPECT_FALSE(exists("golden_frames/logo")) << "all or nothing";
+  const Ran made = run(0, {"golden", "new", "logo", "scenes/tiny.json", "-f", "3,1"});
+  for (const char* name : {"suite.json", "frame.0001.exr", "frame.0003.exr", "CHANGES.md"})
+    EXPECT_TRUE(contains(made.out, std::string("golden_frames/logo/") + name)) << made.out;
+  EXPECT_TRUE(contains(made.err, "polymorph golden test logo --report golden-report")) << made.err;
+  EXPECT_EQ(parse(read_text(folder / "golden_frames/logo/suite.json"))["scene"],
+            "../../scenes/tiny.json");
+  EXPECT_TRUE(contains(run(0, {"golden", "test"}).out, "logo: 2 of 2 frames pass\n"));
+  EXPECT_TRUE(contains(run(4, {"golden", "new", "logo", "scenes/tiny.json", "-f", "1"}).err,
+                       "exists - choose another name"));
+  variables = {{"CI", "true"}};
+  run(2, {"golden", "new", "other", "scenes/tiny.json", "-f", "1"});
+}
+
+TEST_F(GoldenTest, AJunitFileIsWrittenAgain) {
+  make_suite();
+  run(0, {"golden", "update", "tiny", "--reason", "first"});
+  run(0, {"golden", "test", "--junit", "j.xml"});
+  run(0, {"golden", "test", "--junit", "j.xml"});
+  write("j.xml", "<?xml version=\"1.0\"?><notes/>");
+  EXPECT_TRUE(contains(run(4, {"golden", "test", "--junit", "j.xml"}).err, "exists"));
 }
 
 TEST_F(GoldenTest, ReportsOfShardsBecomeOne) {
@@ -169,8 +263,73 @@ TEST_F(GoldenTest, ReportsOfShardsBecomeOne) {
   EXPECT_TRUE(exists("all/frames/two/frame.0001.actual.exr"));
   EXPECT_TRUE(contains(run(3, {"golden", "merge", "a", "a", "-o", "twice"}).err,
                        "stands in another report"));
+  // Archives as CIs keep them; never over its own input.
+  ASSERT_EQ(std::system(("cd '" + folder.string() + "' && tar czf b.tar.gz b").c_str()), 0);
+  run(1, {"golden", "merge", "a", "b.tar.gz", "-o", "packed"});
+  EXPECT_EQ(read_text(folder / "packed/junit.xml"), read_text(folder / "all/junit.xml"));
+  const std::string before = read_text(folder / "a/report.json");
+  EXPECT_TRUE(contains(run(2, {"golden", "merge", "a", "b", "-o", "./a"}).err,
+                       "one of the reports to merge"));
+  EXPECT_EQ(read_text(folder / "a/report.json"), before);
+  EXPECT_TRUE(exists("a/index.html"));
   run(0, {"golden", "accept", "all", "--reason", "first"});
   run(0, {"golden", "test", "one", "two"});
+}
+
+TEST_F(GoldenTest, AMergeDoesNotBelieveAReportThatContradictsItself) {
+  write("golden_frames/other/suite.json",
+        R"({"command": "cp p{frame}.png {out}", "format": "png", "frames": [1, 2]})");
+  write_picture("golden_frames/other/p1.png", 0.4f);
+  write_picture("golden_frames/other/p2.png", 0.4f);
+  run(0, {"golden", "update", "other", "--reason", "first"});
+  write("two/good/suite.json", R"({"command": "cp p.png {out}", "format": "png", "frames": [1]})");
+  write_picture("two/good/p.png", 0.4f);
+  run(0, {"golden", "update", "good", "--root", "two", "--reason", "first"});
+  run(0, {"golden", "test", "--root", "two", "--report", "good"});
+  write_picture("golden_frames/other/p2.png", 0.9f);
+  run(1, {"golden", "test", "--report", "bad"});
+  run(1, {"golden", "merge", "bad", "good", "-o", "all"});
+  const auto original = parse(read_text(folder / "bad/report.json"));
+  const auto refused = [&](const char* what, const auto& change) {
+    auto forged = original;
+    change(forged);
+    write("bad/report.json", forged.dump());
+    const Ran ran = run(3, {"golden", "merge", "bad", "good", "-o", "forged"});
+    EXPECT_FALSE(contains(ran.err, "this is a bug")) << what << ": " << ran.err;
+    EXPECT_FALSE(exists("forged/report.json")) << what;
+  };
+  using Json = nlohmann::json;
+  refused("no cases", [](Json& r) { r["cases"] = Json::array(); });
+  refused("no cases, counted", [](Json& r) {
+    r["cases"] = Json::array();
+    r["passed"] = r["failed"] = r["errors"] = 0;
+  });
+  refused("passed beside differs", [](Json& r) { r["cases"][1]["passed"] = true; });
+  refused("nothing failed", [](Json& r) {
+    r["cases"][1]["passed"] = true;
+    r["cases"][1]["message"] = "";
+  });
+  refused("all of it", [](Json& r) {
+    r["cases"][1]["passed"] = true;
+    r["cases"][1]["message"] = "";
+    r["cases"][1]["verdict"] = "same";
+    r["passed"] = 2;
+    r["failed"] = 0;
+  });
+  refused("a case less", [](Json& r) {
+    r["cases"].erase(1);
+    r["passed"] = 1;
+    r["failed"] = 0;
+  });
+  refused("numbers for cases", [](Json& r) { r["cases"] = {1, 2}; });
+  refused("a text for passed", [](Json& r) { r["cases"][0]["passed"] = "yes"; });
+  refused("a list of suites", [](Json& r) { r["suites"] = {1}; });
+  refused("a number for a name", [](Json& r) { r["cases"][0]["name"] = 1; });
+  refused("a number for the title", [](Json& r) { r["title"] = 1; });
+  write("bad/report.json", original.dump());
+  run(1, {"golden", "merge", "bad", "good", "-o", "forged"});
+  write("bad/junit.xml", "<testsuites></testsuites>");
+  run(3, {"golden", "merge", "bad", "good", "-o", "again"});
 }
 
 TEST_F(GoldenTest, FlickerIsWhatChangesWhereNothingMoves) {

@@ -73,7 +73,15 @@ TEST_F(Reports, OfGoldenSuites) {
   run(1, {"golden", "test", "--report", "missing"});
   const auto missing = parse(read_text(folder / "missing/report.json"));
   EXPECT_EQ(missing["cases"][0]["verdict"], "missing");
-  EXPECT_EQ(missing["cases"][0]["accept"], "polymorph golden update tiny --reason \"...\"");
+  const std::string accept = "polymorph golden accept missing tiny --reason \"...\"";
+  EXPECT_EQ(missing["cases"][0]["accept"], accept);
+  EXPECT_TRUE(contains(read_text(folder / "missing/index.html"), "golden accept missing tiny"));
+  EXPECT_TRUE(
+      contains(read_text(folder / "missing/junit.xml"), "to accept: polymorph golden accept"));
+  // Frames that are kept elsewhere cannot be taken from the report.
+  run(1, {"golden", "test", "--report", "elsewhere", "--failures", "kept"});
+  EXPECT_EQ(parse(read_text(folder / "elsewhere/report.json"))["cases"][0]["accept"],
+            "polymorph golden update tiny --reason \"...\"");
   EXPECT_TRUE(exists("missing/tiny.frame.3.png"));
 
   run(0, {"golden", "update", "tiny", "--reason", "first"});
@@ -357,6 +365,30 @@ TEST_F(ReportPage, AScreenshotShowsThePicture) {
   // slider and the tags.
   EXPECT_GT(grey, 36000u);
   EXPECT_LE(grey, 64u * (32 * 24 - 12 * 8));
+}
+
+TEST_F(Reports, InputsAndForeignFilesStay) {
+  write_sequences();
+  run(1, {"compare", "new/f.####.exr", "ref/f.####.exr", "--report", "out"});
+  write_picture("ref.exr", 4);
+  const std::string picture = read_text(folder / "out/f.0002.png");
+  // A picture of the report is compared, and a new report would replace it.
+  run(4, {"compare", "out/f.0002.png", "ref.exr", "--report", "out"});
+  EXPECT_EQ(read_text(folder / "out/f.0002.png"), picture);
+  EXPECT_TRUE(exists("out/index.html")) << "all or nothing";
+  run(4, {"compare", "out/f.####.png", "new/f.####.exr", "--report", "out"});
+  EXPECT_TRUE(exists("out/f.0002.png"));
+
+  write("foreign/report.json",
+        R"({"polymorph_report": ["precious.txt", "a.png", "index.html", "report.json"]})");
+  for (const char* name : {"precious.txt", "a.png", "index.html"})
+    write(Path("foreign") / name, "mine");
+  run(4, {"compare", "new/f.0002.exr", "ref/f.0002.exr", "--report", "foreign"});
+  write("foreign/report.json",
+        R"({"cases": [{"name": 1}, 2], "polymorph_report": ["precious.txt", "a.png"]})");
+  run(4, {"compare", "new/f.0002.exr", "ref/f.0002.exr", "--report", "foreign"});
+  for (const char* name : {"precious.txt", "a.png", "index.html"})
+    EXPECT_TRUE(exists(Path("foreign") / name)) << name;
 }
 
 }  // namespace

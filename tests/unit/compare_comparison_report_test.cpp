@@ -119,12 +119,12 @@ TEST(Report, PageNeedsNothingButItself) {
 
 TEST(Report, FiguresStandAgainstTheirLimits) {
   const Report report = small_report();
-  const auto figures = metrics_of(report.cases[1]);
+  const auto figures = case_metrics(report.cases[1]);
   ASSERT_FALSE(figures.empty());
   EXPECT_EQ(figures[0].name, "fail_percent");
   EXPECT_NEAR(figures[0].value, 100.0 * 2 / 1200, 1e-9);
   EXPECT_TRUE(figures[0].over());
-  for (const CaseMetric& figure : metrics_of(report.cases[0]))
+  for (const CaseMetric& figure : case_metrics(report.cases[0]))
     EXPECT_FALSE(figure.over()) << figure.name;
   EXPECT_TRUE((CaseMetric{"", "", std::numeric_limits<double>::quiet_NaN(), 1.0}.over()));
   EXPECT_FALSE((CaseMetric{"", "", 5, std::nullopt}.over()));

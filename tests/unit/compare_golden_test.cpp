@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -78,7 +79,9 @@ TEST_F(Golden, NamesWhatIsWrongWithASuite) {
   expect_failure(R"({"scene": "s", "frames": [-1]})", "whole numbers");
   expect_failure(R"({"scene": "s", "frame": [1]})", "did you mean 'frames'?");
   expect_failure(R"({"scene": "s", "scene": "t", "frames": [1]})", "'scene' occurs twice");
-  expect_failure(R"({"scene": "s", "frames": [1], "tolerance": {"fail": 1}})", "no reason");
+  expect_failure(R"({"scene": "s", "frames": [1], "tolerance": {"fail": 0.1}})", "no reason");
+  expect_failure(R"({"scene": "s", "frames": [1], "tolerance": {"fail": 0.1, "why": " "}})",
+                 "no reason");
   expect_failure(R"({"scene": [[[[[[[[[[[[1]]]]]]]]]]]]})", "nested");
 }
 
@@ -91,6 +94,32 @@ TEST_F(Golden, NamesWhatIsWrongWithLimits) {
   expect_limit_failure(R"({"fal": {"value": 1, "why": "x"}})", "did you mean 'fail'?");
 }
 
+TEST_F(Golden, LimitsThatNothingCouldExceedAreRefused) {
+  const auto expect_refused = [&](const std::string& name, const std::string& value) {
+    expect_failure(R"({"scene": "s", "frames": [1], "tolerance": {"why": "x", ")" + name +
+                       "\": " + value + "}}",
+                   "nothing would fail");
+  };
+  for (const char* value : {"100", "101", "1e300"}) expect_refused("fail_percent", value);
+  for (const char* value : {"1", "1e30", "1e300"}) expect_refused("fail", value);
+  for (const char* name : {"relative", "depth", "flip_mean", "flip_p99"}) expect_refused(name, "1");
+  expect_refused("normal", "2");
+  expect_limit_failure(R"({"fail_percent": {"value": 100, "why": "x"}})", "nothing would fail");
+}
+
+TEST_F(Golden, MasksStateTheShareThatTheyMayCover) {
+  const std::string mask = R"("masks": [{"file": "m.png", "why": "x"}])";
+  const auto suite_with = [&](const std::string& more) {
+    return R"({"scene": "s", "frames": [1], )" + more + "}";
+  };
+  expect_failure(suite_with(mask), "'max_masked_percent' is missing");
+  expect_failure(suite_with(mask + R"(, "max_masked_percent": 100)"), "below 100");
+  expect_failure(suite_with(mask + R"(, "max_masked_percent": "5")"), "must be a number");
+  expect_failure(suite_with(R"("max_masked_percent": 5)"), "for suites with 'masks'");
+  put("a/suite.json", suite_with(mask + R"(, "max_masked_percent": 12.5)"));
+  EXPECT_EQ(load_golden_suite(folder, "a")->max_masked_percent, 12.5);
+}
+
 TEST_F(Golden, LimitsAreGivenOnce) {
   put("a/tolerance.json", "{}");
   expect_failure(R"({"scene": "s", "frames": [1], "tolerance": {"why": "x"}})", "remove one");
@@ -99,7 +128,7 @@ TEST_F(Golden, LimitsAreGivenOnce) {
 TEST_F(Golden, ListsSuitesInOrderAndNamesTheNearest) {
   for (const char* name : {"torus-teapot", "puddle", "monkey-torus"})
     put(std::string(name) + "/suite.json", "{}");
-  put("not-a-suite/notes.txt", "");
+  put("notes.txt", "");
   const auto names = list_golden_suites(folder);
   ASSERT_TRUE(names);
   EXPECT_EQ(*names, (std::vector<std::string>{"monkey-torus", "puddle", "torus-teapot"}));
@@ -107,9 +136,53 @@ TEST_F(Golden, ListsSuitesInOrderAndNamesTheNearest) {
   ASSERT_FALSE(suite);
   EXPECT_NE(suite.error().message.find("did you mean 'puddle'?"), std::string::npos)
       << suite.error().message;
-  for (const char* name : {"", "..", "../x", "puddle/../puddle", "not-a-suite"})
+  for (const char* name : {"", ".", "..", "../x", "puddle/../puddle", "notes.txt"})
     EXPECT_FALSE(load_golden_suite(folder, name)) << name;
   EXPECT_FALSE(list_golden_suites(folder / "nowhere"));
+}
+
+TEST_F(Golden, NoFolderOrLinkVanishes) {
+  const std::string suite = R"({"scene": "s", "frames": [1]})";
+  put("good/suite.json", suite);
+  put("renamed/suite.jsn", suite);
+  put("renamed/frame.0001.exr", "");
+  for (const char* name : {"dangling", "looping", "unreadable"})
+    fs::create_directories(folder / name);
+  fs::create_symlink("/nowhere", folder / "dangling/suite.json");
+  fs::create_symlink("suite.json", folder / "looping/suite.json");
+  fs::create_symlink("/nowhere", folder / "link");
+  fs::create_symlink("loop", folder / "loop");
+  fs::create_directory_symlink(folder / "good", folder / "same");
+  put("unreadable/suite.json", suite);
+  fs::permissions(folder / "unreadable", fs::perms::none);
+  const auto names = list_golden_suites(folder);
+  ASSERT_TRUE(names) << names.error().message;
+  EXPECT_EQ(*names, (std::vector<std::string>{"dangling", "good", "link", "loop", "looping",
+                                              "renamed", "same", "unreadable"}));
+  for (const std::string& name : *names) {
+    const auto loaded = load_golden_suite(folder, name);
+    // root may read all
+    const bool good =
+        name == "good" || name == "same" || (name == "unreadable" && ::geteuid() == 0);
+    EXPECT_EQ(loaded.ok(), good) << name;
+    if (loaded.ok()) continue;
+    EXPECT_EQ(loaded.error().code, ErrorCode::kInput);
+    EXPECT_NE(loaded.error().message.find("mend it, or move it away"), std::string::npos)
+        << loaded.error().message;
+  }
+  fs::permissions(folder / "unreadable", fs::perms::owner_all);
+}
+
+TEST_F(Golden, AMadeSuiteCanBeRead) {
+  GoldenSuite suite;
+  suite.folder = folder / "golden/a b";
+  suite.scene = folder / "scenes/x \"y\".json";
+  suite.frames = {1, 12};
+  put("golden/a b/suite.json", suite_json_text(suite));
+  const auto back = load_golden_suite(folder / "golden", "a b");
+  ASSERT_TRUE(back) << back.error().message;
+  EXPECT_EQ(back->scene, suite.scene);
+  EXPECT_EQ(back->frames, suite.frames);
 }
 
 TEST_F(Golden, SurfaceRecordsSurviveWritingAndReading) {

@@ -20,16 +20,16 @@ struct CompareOptions {
   ReportOptions report;
 };
 
-struct ImagePair {
+struct FilePair {
   std::filesystem::path actual, reference;
 };
 
 /// Two files, or two patterns whose frames must be the same.
-Result<std::vector<ImagePair>> pairs_of(const CompareOptions& options) {
+Result<std::vector<FilePair>> find_pairs(const CompareOptions& options) {
   PM_TRY(const FramePattern a, parse_pattern(options.actual));
   PM_TRY(const FramePattern b, parse_pattern(options.reference));
   if (!a.has_number() && !b.has_number())
-    return std::vector<ImagePair>{{options.actual, options.reference}};
+    return std::vector<FilePair>{{options.actual, options.reference}};
   if (a.has_number() != b.has_number())
     return make_error(ErrorCode::kUsage,
                       "compare two images or two sequences (with #### in both names)");
@@ -38,7 +38,7 @@ Result<std::vector<ImagePair>> pairs_of(const CompareOptions& options) {
   if (frames_a.empty()) return make_error(ErrorCode::kInput, "{}: no such frames", options.actual);
   if (frames_b.empty())
     return make_error(ErrorCode::kInput, "{}: no such frames", options.reference);
-  std::vector<ImagePair> pairs;
+  std::vector<FilePair> pairs;
   for (const int frame : frames_b) pairs.push_back({frame_path(a, frame), frame_path(b, frame)});
   for (const int frame : frames_a)
     if (!std::binary_search(frames_b.begin(), frames_b.end(), frame))
@@ -46,7 +46,7 @@ Result<std::vector<ImagePair>> pairs_of(const CompareOptions& options) {
   return pairs;
 }
 
-std::string difference_path(const CompareOptions& options, const ImagePair& pair, bool many) {
+std::string difference_path(const CompareOptions& options, const FilePair& pair, bool many) {
   const std::filesystem::path path(options.difference);
   if (!many) return path.string();
   return path.parent_path() / (pair.actual.stem().string() + "." + path.filename().string());
@@ -55,7 +55,7 @@ std::string difference_path(const CompareOptions& options, const ImagePair& pair
 /// The pair before, for what a sequence does from frame to frame.
 struct Previous {
   Image actual, reference;
-  std::optional<double> flicker, reference_flicker;  ///< from it to the last one taken
+  std::optional<double> flicker, reference_flicker;  ///< change between it and the last one taken
 
   void take(Image next_actual, Image next_reference) {
     const auto mean = [](const std::optional<Flicker>& f) {
@@ -69,10 +69,11 @@ struct Previous {
 };
 
 /// One pair: its figures, and its pictures if they are wanted.
-Result<ReportCase> compare_pair(const CompareOptions& options, const ImagePair& pair, bool many,
+Result<ReportCase> compare_pair(const CompareOptions& options, const FilePair& pair, bool many,
                                 Previous& previous, PictureBudget& budget) {
-  PM_TRY(Image actual, read_image(pair.actual));
-  PM_TRY(Image reference, read_image(pair.reference));
+  const ReadImageSettings single{.single_picture = true};
+  PM_TRY(Image actual, read_image(pair.actual, single));
+  PM_TRY(Image reference, read_image(pair.reference, single));
   PixelMaps maps;
   ReportCase one;
   one.name = pair.actual.filename().string();
@@ -97,12 +98,15 @@ Result<ReportCase> compare_pair(const CompareOptions& options, const ImagePair& 
 }
 
 Result<int> run_compare(const CompareOptions& options, bool overwrite) {
-  PM_TRY_STATUS(begin_report(options.report, overwrite));
-  PM_TRY(const std::vector<ImagePair> pairs, pairs_of(options));
-  for (const ImagePair& pair : pairs)
+  const auto found = find_pairs(options);
+  const std::vector<FilePair> pairs = found ? *found : std::vector<FilePair>{};
+  for (const FilePair& pair : pairs)
     for (const auto& file : {pair.actual, pair.reference}) remember_input(file);
+  // Inputs are known by now; an earlier report goes, even where there is nothing to compare.
+  PM_TRY_STATUS(begin_report(options.report, overwrite));
+  if (!found) return found.error();
   if (!options.difference.empty())
-    for (const ImagePair& pair : pairs)
+    for (const FilePair& pair : pairs)
       PM_TRY_STATUS(check_output(difference_path(options, pair, pairs.size() > 1), overwrite));
   Report report{fmt::format("{} against {}", options.actual, options.reference),
                 {{"polymorph", PM_VERSION}},
@@ -110,7 +114,7 @@ Result<int> run_compare(const CompareOptions& options, bool overwrite) {
                 {}};
   PictureBudget budget;
   Previous previous;
-  for (const ImagePair& pair : pairs) {
+  for (const FilePair& pair : pairs) {
     PM_TRY(ReportCase one, compare_pair(options, pair, pairs.size() > 1, previous, budget));
     if (!report.cases.empty()) {
       report.cases.back().flicker = previous.flicker;
@@ -171,7 +175,7 @@ void add_compare(CommandLine& line) {
       .required()
       .type_name("ACTUAL")
       .group("Main");
-  command.add_option("reference", options->reference, "what it should be")
+  command.add_option("reference", options->reference, "the image or sequence to compare with")
       .required()
       .type_name("REFERENCE")
       .group("Main");

@@ -1,9 +1,14 @@
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
 #include "base/file.h"
 #include "base/log.h"
 #include "base/program_identity.h"
 #include "cli/command_line.h"
 #include "cli/report_options.h"
 #include "compare/report_merge.h"
+#include "sequence/frames.h"
 #include "sequence/golden/golden_accept.h"
 #include "sequence/golden/golden_bits.h"
 #include "sequence/golden/golden_frames.h"
@@ -15,7 +20,7 @@ namespace {
 struct GoldenOptions {
   std::string verb;
   std::vector<std::string> suites;
-  std::string root = "golden_frames", failures, reason, only;
+  std::string root = "golden_frames", failures, reason, only, frames;
   std::string isa = GoldenSettings{}.isa;
   bool overwrite = false, any_program = false, bits = false;
   std::string output;
@@ -37,10 +42,47 @@ GoldenSettings golden_settings(const CommandLine& line, const GoldenOptions& opt
   return settings;
 }
 
+std::string root_argument(const GoldenOptions& options) {
+  return options.root == "golden_frames" ? "" : " --root " + shell_quoted(options.root);
+}
+
+/// The command that makes the failed frames goldens: from the report, where it keeps them; else by
+/// rendering.
 std::string accept_command(const GoldenOptions& options, const std::string& suite) {
-  const std::string root =
-      options.root == "golden_frames" ? "" : " --root " + shell_quoted(options.root);
-  return fmt::format("polymorph golden update {}{} --reason \"...\"", shell_quoted(suite), root);
+  const bool kept = !options.report.folder.empty() && options.failures.empty();
+  const std::string what = kept ? "accept " + shell_quoted(options.report.folder) + " " : "update ";
+  return fmt::format("polymorph golden {}{}{} --reason \"...\"", what, shell_quoted(suite),
+                     root_argument(options));
+}
+
+/// An option of some verbs must not be given to another, where nobody would notice that it does
+/// nothing.
+Status check_options(const GoldenOptions& options) {
+  struct Rule {
+    const char* option;
+    bool given;
+    std::vector<std::string> verbs;
+  };
+  const ReportOptions& report = options.report;
+  const Rule rules[] = {
+      {"--reason", !options.reason.empty(), {"new", "update", "accept"}},
+      {"-f", !options.frames.empty(), {"new"}},
+      {"--only", !options.only.empty(), {"accept"}},
+      {"--any-program", options.any_program, {"accept"}},
+      {"--failures", !options.failures.empty(), {"test"}},
+      {"--bits", options.bits, {"test"}},
+      {"--report", !report.folder.empty(), {"test"}},
+      {"--html", !report.html.empty(), {"test"}},
+      {"--junit", !report.junit.empty(), {"test"}},
+      {"--json", options.json.wanted, {"test"}},
+      {"-o", !options.output.empty(), {"merge"}},
+  };
+  for (const Rule& rule : rules)
+    if (rule.given &&
+        std::find(rule.verbs.begin(), rule.verbs.end(), options.verb) == rule.verbs.end())
+      return make_error(ErrorCode::kUsage, "golden {} takes no {} - that is for golden {}",
+                        options.verb, rule.option, fmt::join(rule.verbs, ", "));
+  return Ok{};
 }
 
 /// The names of all suites. None is no answer: green would hide that the folder is another than was
@@ -48,9 +90,11 @@ std::string accept_command(const GoldenOptions& options, const std::string& suit
 Result<std::vector<std::string>> all_suites(const std::string& root) {
   PM_TRY(std::vector<std::string> names, list_golden_suites(root));
   if (names.empty())
-    return make_error(
-        ErrorCode::kInput,
-        "{}: no golden suite in it (a suite is a folder with a suite.json) - check --root", root);
+    return make_error(ErrorCode::kInput,
+                      "{}: no golden suite in it (a suite is a folder with a suite.json) - check "
+                      "--root, or make one: "
+                      "polymorph golden new NAME SCENE -f 1,12,24",
+                      root);
   return names;
 }
 
@@ -59,12 +103,12 @@ Status test_bits(const GoldenSuite& suite, const GoldenSettings& settings,
                  const GoldenOptions& options, Report& report) {
   PM_TRY(std::vector<ReportCase> cases, test_golden_bits(suite, settings));
   std::size_t passed = 0;
-  for (ReportCase& one : cases) {
-    passed += one.passed();
+  for (ReportCase& result : cases) {
+    passed += result.passed();
     if (!options.json.wanted)
-      print_data("{}, {}: {}\n", one.group, one.name,
-                 one.passed() ? "ok: " + one.detail : "FAILED: " + one.message);
-    report.cases.push_back(std::move(one));
+      print_data("{}, {}: {}\n", result.group, result.name,
+                 result.passed() ? "ok: " + result.detail : "FAILED: " + result.message);
+    report.cases.push_back(std::move(result));
   }
   if (!options.json.wanted) print_data("{}: {} of {} pass\n", suite.name, passed, cases.size());
   return Ok{};
@@ -77,9 +121,11 @@ Status test(const GoldenSuite& suite, const GoldenSettings& settings, const Gold
   const std::string accept = accept_command(options, suite.name);
   for (GoldenFrame& frame : result.frames) {
     if (!options.json.wanted)
-      print_data("{} frame {}: {}{}{}{}\n", suite.name, frame.frame,
-                 frame.passed() ? "ok" : "FAILED: ", frame.message,
-                 frame.report.cause.empty() ? "" : "; seen: ", frame.report.cause);
+      print_data(
+          "{} frame {}: {}{}{}{}{}\n", suite.name, frame.frame,
+          frame.passed() ? "ok" : "FAILED: ", frame.message,
+          frame.masked_percent > 0 ? fmt::format(", {:.3g} % masked", frame.masked_percent) : "",
+          frame.report.cause.empty() ? "" : "; seen: ", frame.report.cause);
     if (frame.passed() && frame.image && frame.image->verdict == Verdict::kWithin)
       log_debug("  {}", frame.image->reason);
     if (frame.report.warned())
@@ -119,12 +165,12 @@ void add_error(const std::string& group, const std::string& name, const Error& e
                const GoldenOptions& options, Report& report) {
   if (!options.json.wanted) print_data("{}: could not be tested\n", group);
   print_error(error);
-  ReportCase one;
-  one.group = group;
-  one.name = name;
-  one.message = error.message;
-  one.error = true;
-  report.cases.push_back(std::move(one));
+  ReportCase failed;
+  failed.group = group;
+  failed.name = name;
+  failed.message = error.message;
+  failed.error = true;
+  report.cases.push_back(std::move(failed));
 }
 
 Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
@@ -188,13 +234,57 @@ Result<int> merge(const GoldenOptions& options) {
   if (options.suites.size() < 2 || options.output.empty())
     return make_error(ErrorCode::kUsage,
                       "golden merge needs two reports and -o - polymorph golden merge a b -o all");
+  const std::vector<std::filesystem::path> reports(options.suites.begin(), options.suites.end());
   ReportOptions output;
   output.folder = options.output;
+  PM_TRY_STATUS(check_merge_output(reports, options.output));
   PM_TRY_STATUS(begin_report(output, options.overwrite));
-  const std::vector<std::filesystem::path> reports(options.suites.begin(), options.suites.end());
   PM_TRY(const std::size_t failed, merge_reports(reports, options.output));
-  print_data("{}: {} reports, {} frames failed\n", options.output, reports.size(), failed);
+  print_data("{}: {} reports, {} frame{} failed\n", options.output, reports.size(), failed,
+             failed == 1 ? "" : "s");
   return failed == 0 ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
+}
+
+/// Makes a suite of a scene and says what to do with it.
+Result<int> make_suite(const GoldenOptions& options, const GoldenSettings& settings) {
+  if (options.suites.size() != 2 || options.frames.empty())
+    return make_error(ErrorCode::kUsage,
+                      "golden new needs a name, a scene and frames - polymorph golden new logo "
+                      "scenes/logo.json -f 1,12,24");
+  GoldenSuite suite;
+  suite.name = options.suites[0];
+  suite.scene = options.suites[1];
+  suite.folder = std::filesystem::path(options.root) / suite.name;
+  if (suite.name.starts_with('.') || std::filesystem::path(suite.name).filename() != suite.name ||
+      suite.name.empty())
+    return make_error(ErrorCode::kUsage, "'{}': not a name for a folder in {}", suite.name,
+                      options.root);
+  PM_TRY(suite.frames, parse_frames(options.frames, 0, 9999999));
+  std::sort(suite.frames.begin(), suite.frames.end());
+  const std::string reason = options.reason.empty() ? "first frames" : options.reason;
+  PM_TRY(const auto written, create_golden_suite(suite, settings, reason));
+  for (const auto& path : written) print_data("{}\n", path.string());
+  log_info("look at the frames and commit {}; then test it:", suite.folder.string());
+  log_info("polymorph golden test {}{} --report golden-report", shell_quoted(suite.name),
+           root_argument(options));
+  return 0;
+}
+
+/// Lists all suites, also those that cannot be loaded.
+Result<int> list_suites(const GoldenOptions& options, const std::vector<std::string>& names) {
+  int code = 0;
+  for (const std::string& name : names) {
+    const auto suite = load_golden_suite(options.root, name);
+    if (suite) {
+      print_data("{}: {} frame{} of {}\n", suite->name, suite->frames.size(),
+                 suite->frames.size() == 1 ? "" : "s",
+                 suite->command.empty() ? suite->scene.string() : suite->command);
+      continue;
+    }
+    print_error(suite.error());
+    if (code == 0) code = static_cast<int>(suite.error().code);
+  }
+  return code;
 }
 
 Result<int> accept(const GoldenOptions& options) {
@@ -215,7 +305,9 @@ Result<int> accept(const GoldenOptions& options) {
 
 Result<int> run_golden(const CommandLine& line, GoldenOptions& options) {
   options.overwrite = line.common.overwrite;
+  PM_TRY_STATUS(check_options(options));
   const GoldenSettings settings = golden_settings(line, options);
+  if (options.verb == "new") return make_suite(options, settings);
   if (options.verb == "test") return test_all(options, settings);
   if (options.verb == "accept") return accept(options);
   if (options.verb == "merge") return merge(options);
@@ -227,13 +319,9 @@ Result<int> run_golden(const CommandLine& line, GoldenOptions& options) {
                         "golden update needs the suite's name - polymorph golden list shows them");
     PM_TRY(names, all_suites(options.root));
   }
+  if (options.verb == "list") return list_suites(options, names);
   for (const std::string& name : names) {
     PM_TRY(const GoldenSuite suite, load_golden_suite(options.root, name));
-    if (options.verb == "list") {
-      print_data("{}: {} frames of {}\n", suite.name, suite.frames.size(),
-                 suite.command.empty() ? suite.scene.string() : suite.command);
-      continue;
-    }
     PM_TRY(const auto written, update_golden(suite, settings, options.reason));
     for (const auto& path : written) print_data("{}\n", path.string());
     if (written.empty()) log_info("{}: nothing to update", suite.name);
@@ -246,7 +334,8 @@ Result<int> run_golden(const CommandLine& line, GoldenOptions& options) {
 void add_golden(CommandLine& line) {
   auto options = std::make_shared<GoldenOptions>();
   Command command =
-      add_command(line, "golden", "Test golden frames, update them or accept new ones.",
+      add_command(line, "golden", "Test golden frames, make, update or accept them.",
+                  "  polymorph golden new logo scenes/logo.json -f 1,12,24\n"
                   "  polymorph golden test\n"
                   "  polymorph golden test teapot-penguin --report golden-report\n"
                   "  polymorph golden update teapot-penguin --reason \"softer key light\"\n"
@@ -257,16 +346,17 @@ void add_golden(CommandLine& line) {
                   "  5 device or memory");
   command
       .add_option("verb", options->verb,
-                  "test; update: render goldens anew; accept REPORT: take a failed run's frames; "
-                  "merge REPORT...: one report of several; list; hash: SHA-256 of each frame's "
-                  "pixels, of suites or SCENE.json")
+                  "test; new NAME SCENE: make a suite; update: render goldens anew; accept REPORT: "
+                  "take a failed run's frames; merge REPORT...: make one report of several; list; "
+                  "hash: print the SHA-256 of each frame's pixels, of suites or SCENE.json")
       .required()
-      .choices({"test", "update", "accept", "merge", "list", "hash"})
+      .choices({"test", "new", "update", "accept", "merge", "list", "hash"})
       .type_name("VERB")
       .group("Main");
   command
       .add_option("suite", options->suites,
-                  "suites; default: all. accept: the report, then suites; hash: scenes, too")
+                  "suites; default: all. new: its name and scene; accept: the report, then suites; "
+                  "merge: reports; hash: also scenes")
       .type_name("SUITE")
       .group("Main");
   command.add_option("--root", options->root, "folder of the suites; default: golden_frames")
@@ -274,9 +364,12 @@ void add_golden(CommandLine& line) {
       .group("Main");
   command
       .add_option("--failures", options->failures,
-                  "where failing frames are kept; default: frames in the report, else "
+                  "folder for failing frames; default: frames in the report, else "
                   "golden-failures")
       .type_name("DIR")
+      .group("Main");
+  command.add_option("-f,--frames", options->frames, "new: its frames, as in 1,12,24")
+      .type_name("FRAMES")
       .group("Main");
   command.add_option("--reason", options->reason, "why goldens change; goes to CHANGES.md")
       .type_name("TEXT")

@@ -21,20 +21,20 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 using Files = std::map<std::string, std::string>;
 
-bool named(const std::string& path, const std::string& name) {
+bool ends_in_path(const std::string& path, const std::string& name) {
   return path == name || path.ends_with("/" + name);
 }
 
-/// What the report says about one failed frame.
+/// A failed frame in a report.
 struct Failed {
   SurfaceRecord surface;
-  std::string sha256;  ///< of its file
+  std::string sha256;  ///< hash of its file
 };
 
 struct ParsedReport {
   std::string program;
   std::map<std::string, std::string> suite_hashes;
-  std::map<std::string, std::vector<Failed>> failed;  ///< by suite
+  std::map<std::string, std::vector<Failed>> failed;  ///< keyed by suite
 };
 
 Result<ParsedReport> parse_report(const fs::path& report, const std::string& text) {
@@ -64,11 +64,11 @@ Result<ParsedReport> parse_report(const fs::path& report, const std::string& tex
 }
 
 /// The report that lies highest.
-Result<std::string> report_json_of(const fs::path& report, const Files& files) {
+Result<std::string> find_report_json(const fs::path& report, const Files& files) {
   const std::string* best = nullptr;
   std::size_t shortest = 0;
   for (const auto& [name, bytes] : files)
-    if (named(name, "report.json") && (!best || name.size() < shortest)) {
+    if (ends_in_path(name, "report.json") && (!best || name.size() < shortest)) {
       best = &bytes;
       shortest = name.size();
     }
@@ -80,17 +80,18 @@ Result<std::string> report_json_of(const fs::path& report, const Files& files) {
 }
 
 /// One frame of the report as a golden.
-Result<NewGolden> golden_of(const fs::path& report, const Files& files, const GoldenSuite& suite,
-                            const Failed& failed) {
-  const std::string wanted =
+Result<NewGolden> read_golden(const fs::path& report, const Files& files, const GoldenSuite& suite,
+                              const Failed& failed) {
+  const std::string path =
       fmt::format("{}/frame.{:04}.actual.{}", suite.name, failed.surface.frame, suite.format);
-  const auto file = std::find_if(files.begin(), files.end(),
-                                 [&](const auto& entry) { return named(entry.first, wanted); });
+  const auto file = std::find_if(files.begin(), files.end(), [&](const auto& entry) {
+    return ends_in_path(entry.first, path);
+  });
   if (file == files.end())
     return make_error(ErrorCode::kInput,
                       "{}: no {} in it - let the CI keep the folder of --failures inside the "
                       "report, as scripts/ci/golden does",
-                      report.string(), wanted);
+                      report.string(), path);
   const std::string& bytes = file->second;
   if (Sha256().add(bytes.data(), bytes.size()).hex() != failed.sha256)
     return make_error(ErrorCode::kInput, "{}: {} is not the file that the run wrote",
@@ -126,9 +127,9 @@ Result<std::vector<fs::path>> accept_report(const fs::path& report,
                                             const AcceptSettings& settings) {
   PM_TRY_STATUS(may_write_goldens("accept", settings.reason));
   PM_TRY(const Files files, read_tree(report, [](const std::string& name) {
-           return named(name, "report.json") || name.find(".actual.") != std::string::npos;
+           return ends_in_path(name, "report.json") || name.find(".actual.") != std::string::npos;
          }));
-  PM_TRY(const std::string text, report_json_of(report, files));
+  PM_TRY(const std::string text, find_report_json(report, files));
   PM_TRY(const ParsedReport parsed, parse_report(report, text));
   for (const std::string& name : settings.suites)
     if (!parsed.failed.contains(name))
@@ -154,7 +155,7 @@ Result<std::vector<fs::path>> accept_report(const fs::path& report,
       if (std::find(suite.frames.begin(), suite.frames.end(), frame) == suite.frames.end())
         return make_error(ErrorCode::kInput, "{}: {} has no frame {}",
                           (suite.folder / "suite.json").string(), suite.name, frame);
-      PM_TRY(NewGolden golden, golden_of(report, files, suite, failed));
+      PM_TRY(NewGolden golden, read_golden(report, files, suite, failed));
       goldens.push_back(std::move(golden));
     }
     chosen += goldens.size();

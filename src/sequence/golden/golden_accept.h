@@ -10,7 +10,7 @@
 namespace polymorph {
 
 struct AcceptSettings {
-  std::filesystem::path root;       ///< of the suites
+  std::filesystem::path root;       ///< folder of the suites
   std::vector<std::string> suites;  ///< only these; empty: all of the report
   std::string frames;               ///< only these, "4,9-15"; empty: all that failed
   std::string reason;               ///< goes to CHANGES.md

@@ -28,9 +28,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void replace_all(std::string& text, const std::string& what, const std::string& by) {
-  for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += by.size())
-    text.replace(at, what.size(), by);
+void replace_all(std::string& text, const std::string& from, const std::string& to) {
+  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+    text.replace(at, from.size(), to);
 }
 
 Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
@@ -60,7 +60,8 @@ Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
     return make_error(ErrorCode::kInput, "{}: frame {}: the command wrote no {}",
                       (suite.folder / "suite.json").string(), frame, out.filename().string());
   rendered.bytes = std::move(*bytes);
-  PM_TRY(rendered.image, decode_image(rendered.bytes, out.filename().string()));
+  PM_TRY(rendered.image,
+         decode_image(rendered.bytes, out.filename().string(), {.single_picture = true}));
   rendered.pixels = pixel_sha256(rendered.image);
   return rendered;
 }

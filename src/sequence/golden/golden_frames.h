@@ -14,7 +14,7 @@ namespace polymorph {
 /// A frame as rendered.
 struct RenderedFrame {
   SurfaceRecord surface;  ///< without a digest where another program renders
-  Image image;            ///< what is compared: as it comes back from its file
+  Image image;            ///< pixels as they come back from the file
   std::string bytes;      ///< the file: EXR, or what the other program wrote
   std::string pixels;     ///< SHA-256 of the pixels as rendered, before any file
   ChangeContext context;  ///< cell and balls
@@ -32,7 +32,7 @@ class SuiteRenderer {
   Result<RenderedFrame> render(int frame);
   /// RenderedFrame::pixels alone.
   Result<std::string> hash(int frame);
-  int frame_count() const;  ///< of the scene; 0 with a command
+  int frame_count() const;  ///< length of the scene; 0 with a command
 
  private:
   SuiteRenderer();
@@ -40,7 +40,7 @@ class SuiteRenderer {
   std::unique_ptr<State> state_;
 };
 
-/// What decides a suite's frames beside the program: its scene's settings and all its files, or its
+/// Hash of all that decides a suite's frames beside the program: its scene and all files, or its
 /// command. Loads the models, prepares nothing. Errors: kInput.
 Result<std::string> suite_hash(const GoldenSuite& suite);
 

@@ -12,6 +12,7 @@
 #include "image/image_io.h"
 #include "scene/load_scene.h"
 #include "sequence/golden/golden_frames.h"
+#include "sequence/golden/golden_masks.h"
 #include "sequence/golden/golden_write.h"
 #include "sequence/render_sequence.h"
 
@@ -51,7 +52,7 @@ fs::path actual_path(const GoldenSuite& suite, const GoldenSettings& settings, i
   return failure_path(suite, settings, frame, ("actual." + suite.format).c_str());
 }
 
-/// What an earlier run kept of the frame would show a failure that is gone.
+/// Removes what an earlier run kept of the frame: it would show a failure that is gone.
 void forget_failure(const GoldenSuite& suite, const GoldenSettings& settings, int frame) {
   if (settings.failures.empty()) return;
   std::error_code ignored;
@@ -89,10 +90,10 @@ std::vector<fs::path> find_orphans(const GoldenSuite& suite) {
   for (const auto& entry : fs::directory_iterator(suite.folder, error)) {
     if (entry.path().extension() != "." + suite.format) continue;
     if (is_mask(suite, entry.path())) continue;
-    const bool wanted = std::any_of(suite.frames.begin(), suite.frames.end(), [&](int frame) {
+    const bool is_golden = std::any_of(suite.frames.begin(), suite.frames.end(), [&](int frame) {
       return golden_image_path(suite, frame).filename() == entry.path().filename();
     });
-    if (!wanted) orphans.push_back(entry.path());
+    if (!is_golden) orphans.push_back(entry.path());
   }
   std::sort(orphans.begin(), orphans.end());
   return orphans;
@@ -118,37 +119,11 @@ Status fill_report(const GoldenSuite& suite, const GoldenSettings& settings,
   return add_pictures(report, actual, reference, maps, *settings.pictures);
 }
 
-/// Lets the new image have the golden's values where the suite's masks say so; how many pixels
-/// those are. Errors: kInput (a mask that cannot be read or has another size).
-Result<std::size_t> hide_masked(const GoldenSuite& suite, const Image& reference, Image& actual) {
-  if (suite.masks.empty() || actual.width != reference.width || actual.height != reference.height ||
-      actual.channels != reference.channels)
-    return std::size_t{0};
-  const std::size_t width = reference.channel_count();
-  std::vector<char> hidden(reference.pixels.size() / std::max<std::size_t>(1, width));
-  const int id = reference.find_channel("id");
-  for (const GoldenMask& mask : suite.masks) {
-    if (!mask.file.empty()) {
-      PM_TRY(const Image picture, read_image(mask.file));
-      if (picture.width != reference.width || picture.height != reference.height)
-        return make_error(ErrorCode::kInput, "{}: {} x {} pixels, the frames have {} x {}",
-                          mask.file.string(), picture.width, picture.height, reference.width,
-                          reference.height);
-      for (std::size_t i = 0; i < hidden.size(); ++i)
-        hidden[i] = hidden[i] || picture.pixels[i * picture.channel_count()] > 0;
-    } else if (id < 0) {
-      return make_error(ErrorCode::kInput, "{}: a mask by ids, but the frames have no layer 'id'",
-                        (suite.folder / "suite.json").string());
-    }
-    for (std::size_t i = 0; i < hidden.size(); ++i)
-      for (const Image* image : {&reference, static_cast<const Image*>(&actual)})
-        for (const int number : mask.ids)
-          hidden[i] = hidden[i] || image->pixels[i * width + static_cast<std::size_t>(id)] ==
-                                       static_cast<float>(number);
-  }
-  for (std::size_t i = 0; i < hidden.size(); ++i)
-    if (hidden[i]) std::copy_n(&reference.pixels[i * width], width, &actual.pixels[i * width]);
-  return static_cast<std::size_t>(std::count(hidden.begin(), hidden.end(), 1));
+/// Masks that cover more than the suite allows would let everything pass.
+std::string compare_masked_share(const GoldenSuite& suite, double percent) {
+  if (percent <= suite.max_masked_percent) return "";
+  return fmt::format("{:.3g} % of the pixels are masked, suite.json allows {:.3g} %", percent,
+                     suite.max_masked_percent);
 }
 
 /// Why the frame is another one, for the message.
@@ -180,7 +155,7 @@ Result<GoldenFrame> judge(const GoldenSuite& suite, const GoldenSettings& settin
     PM_TRY_STATUS(fill_report(suite, settings, rendered, rendered.image, nullptr, {}, result));
     return result;
   }
-  const auto reference = read_image(golden);
+  const auto reference = read_image(golden, {.single_picture = true});
   if (!reference) {
     result.unreadable = true;
     result.message = reference.error().message;
@@ -189,18 +164,53 @@ Result<GoldenFrame> judge(const GoldenSuite& suite, const GoldenSettings& settin
     return result;
   }
   Image actual = rendered.image;
-  PM_TRY(const std::size_t masked, hide_masked(suite, *reference, actual));
+  PM_TRY(result.masked_percent, hide_masked(suite, *reference, actual));
   PixelMaps maps;
   result.image = compare_images(actual, *reference, suite.tolerance, &maps);
-  if (masked > 0) result.image->reason += fmt::format("; {} pixels are masked", masked);
-  if (!result.image->passed())
-    result.message += (result.message.empty() ? "" : "; ") + result.image->reason;
+  if (result.masked_percent > 0)
+    result.image->reason += fmt::format("; {:.3g} % masked", result.masked_percent);
+  if (!suite.masks.empty()) result.report.masked_percent = result.masked_percent;
+  result.report.max_masked_percent = suite.max_masked_percent;
+  for (const std::string& reason : {result.image->passed() ? "" : result.image->reason,
+                                    compare_masked_share(suite, result.masked_percent)})
+    if (!reason.empty()) result.message += (result.message.empty() ? "" : "; ") + reason;
   if (!result.message.empty()) {
     result.report.cause = explanation(rendered, *reference, result);
     PM_TRY_STATUS(keep_failure(suite, settings, rendered, &*reference, *result.image, maps));
   }
   PM_TRY_STATUS(fill_report(suite, settings, rendered, actual, &*reference, maps, result));
   return result;
+}
+
+/// Renders all frames of a suite and returns the files that make them its goldens.
+Result<std::vector<NewFile>> render_goldens(const GoldenSuite& suite,
+                                            const GoldenSettings& settings,
+                                            const std::string& reason) {
+  PM_TRY(SuiteRenderer renderer, SuiteRenderer::create(suite, settings));
+  // Damaged ones are written anew.
+  const auto readable = read_records(suite);
+  const std::vector<SurfaceRecord> old_records =
+      readable ? *readable : std::vector<SurfaceRecord>{};
+  GoldenSettings quiet = settings;
+  quiet.failures.clear();
+  std::vector<NewGolden> frames;
+  for (const int frame : suite.frames) {
+    PM_TRY(RenderedFrame rendered, renderer.render(frame));
+    if (!all_finite(rendered.image))
+      return make_error(suite.command.empty() ? ErrorCode::kInternal : ErrorCode::kInput,
+                        "frame {} of {} has NaN or infinite pixels - it cannot become a golden",
+                        frame, suite.name);
+    PM_TRY(const GoldenFrame judged, judge(suite, quiet, old_records, rendered));
+    frames.push_back({rendered.surface, judged.passed() ? "" : std::move(rendered.bytes)});
+  }
+  return golden_files(suite, frames, reason);
+}
+
+Result<std::vector<fs::path>> write_and_list(const std::vector<NewFile>& files) {
+  PM_TRY_STATUS(write_files(files));
+  std::vector<fs::path> written;
+  for (const NewFile& file : files) written.push_back(file.path);
+  return written;
 }
 
 }  // namespace
@@ -229,28 +239,21 @@ Result<std::vector<fs::path>> update_golden(const GoldenSuite& suite,
                                             const GoldenSettings& settings,
                                             const std::string& reason) {
   PM_TRY_STATUS(may_write_goldens("update", reason));
-  PM_TRY(SuiteRenderer renderer, SuiteRenderer::create(suite, settings));
-  // Damaged ones are written anew.
-  const auto readable = read_records(suite);
-  const std::vector<SurfaceRecord> old_records =
-      readable ? *readable : std::vector<SurfaceRecord>{};
-  GoldenSettings quiet = settings;
-  quiet.failures.clear();
-  std::vector<NewGolden> frames;
-  for (const int frame : suite.frames) {
-    PM_TRY(RenderedFrame rendered, renderer.render(frame));
-    if (!all_finite(rendered.image))
-      return make_error(ErrorCode::kInternal,
-                        "frame {} of {} has NaN or infinite pixels - it cannot become a golden",
-                        frame, suite.name);
-    PM_TRY(const GoldenFrame judged, judge(suite, quiet, old_records, rendered));
-    frames.push_back({rendered.surface, judged.passed() ? "" : std::move(rendered.bytes)});
-  }
-  PM_TRY(const std::vector<NewFile> files, golden_files(suite, frames, reason));
-  std::vector<fs::path> written;
-  for (const NewFile& file : files) written.push_back(file.path);
-  PM_TRY_STATUS(write_files(files));
-  return written;
+  PM_TRY(const std::vector<NewFile> files, render_goldens(suite, settings, reason));
+  return write_and_list(files);
+}
+
+Result<std::vector<fs::path>> create_golden_suite(GoldenSuite suite, const GoldenSettings& settings,
+                                                  const std::string& reason) {
+  PM_TRY_STATUS(may_write_goldens("new", reason));
+  std::error_code ignored;
+  if (fs::symlink_status(suite.folder, ignored).type() != fs::file_type::not_found)
+    return make_error(ErrorCode::kOutput, "{}: exists - choose another name",
+                      suite.folder.string());
+  suite.tolerance = exact_tolerance();
+  PM_TRY(std::vector<NewFile> files, render_goldens(suite, settings, reason));
+  files.insert(files.begin(), {suite.folder / "suite.json", suite_json_text(suite)});
+  return write_and_list(files);
 }
 
 Result<std::vector<FrameHash>> hash_golden(GoldenSuite suite, const GoldenSettings& settings) {

@@ -15,10 +15,10 @@ namespace polymorph {
 
 struct GoldenSettings {
   std::string device = "cpu";
-  std::string isa;  ///< of Embree; "" = the best. All give the same bits.
+  std::string isa;  ///< Embree's instruction set; "" = the best. All give the same bits.
   std::filesystem::path cache_folder;
   std::filesystem::path failures;  ///< actual, reference and difference of failing frames go here
-  /// Where the pictures of a report count; null: none are made.
+  /// Budget of a report's pictures; null: none are made.
   PictureBudget* pictures = nullptr;
 };
 
@@ -28,6 +28,7 @@ struct GoldenFrame {
   bool unreadable = false;          ///< there is one, but damaged
   bool surface_passed = false;      ///< counts and digest are equal
   std::optional<Comparison> image;  ///< absent when the golden is missing
+  double masked_percent = 0;        ///< share of the pixels that masks cover
   std::string message;              ///< why it failed, empty when it passed
   ReportCase report;                ///< the same for a report; `accept` is left to the caller
   bool passed() const { return message.empty(); }
@@ -52,6 +53,13 @@ Result<GoldenResult> test_golden(const GoldenSuite& suite, const GoldenSettings&
 Result<std::vector<std::filesystem::path>> update_golden(const GoldenSuite& suite,
                                                          const GoldenSettings& settings,
                                                          const std::string& reason);
+
+/// Makes a suite of a scene: renders its frames and writes them with suite.json, all of it or
+/// nothing. `suite` needs name, folder, scene and frames. Returns what was written. Errors: those
+/// of update_golden(), and kOutput where the folder exists.
+Result<std::vector<std::filesystem::path>> create_golden_suite(GoldenSuite suite,
+                                                               const GoldenSettings& settings,
+                                                               const std::string& reason);
 
 /// A frame, and the SHA-256 of its pixels as rendered (size, channel names, floats).
 struct FrameHash {

@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// CHANGES.md as it is; one that cannot be read is not begun anew.
-Result<std::string> changes_of(const GoldenSuite& suite) {
+Result<std::string> read_changes(const GoldenSuite& suite) {
   const fs::path file = suite.folder / "CHANGES.md";
   std::error_code ignored;
   if (fs::exists(file, ignored)) return read_file(file);
@@ -87,7 +87,7 @@ Result<std::vector<NewFile>> golden_files(const GoldenSuite& suite,
       files.push_back({suite.folder / "surface.csv", text});
   }
   if (files.empty()) return files;
-  PM_TRY(std::string changes, changes_of(suite));
+  PM_TRY(std::string changes, read_changes(suite));
   files.push_back({suite.folder / "CHANGES.md", with_entry(std::move(changes), count, reason)});
   return files;
 }

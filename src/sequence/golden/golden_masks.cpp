@@ -1,0 +1,75 @@
+#include "sequence/golden/golden_masks.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "image/image_io.h"
+
+namespace polymorph {
+namespace {
+
+using Pixels = std::vector<char>;  ///< per pixel: is it masked?
+
+/// Adds the pixels where the mask's picture is not black.
+Status add_picture(const GoldenMask& mask, const Image& reference, Pixels& masked) {
+  PM_TRY(const Image picture, read_image(mask.file, {.single_picture = true}));
+  if (picture.width != reference.width || picture.height != reference.height)
+    return make_error(ErrorCode::kInput, "{}: {} x {} pixels, the frames have {} x {}",
+                      mask.file.string(), picture.width, picture.height, reference.width,
+                      reference.height);
+  for (std::size_t c = 0; c < picture.channel_count(); ++c) {
+    if (picture.channels[c] == "A") continue;
+    for (std::size_t i = 0; i < masked.size(); ++i)
+      masked[i] = masked[i] || picture.pixels[i * picture.channel_count() + c] > 0;
+  }
+  return Ok{};
+}
+
+/// Adds the pixels of `image` that show one of the mask's objects.
+void add_objects(const GoldenMask& mask, const Image& image, Pixels& masked) {
+  const auto id = static_cast<std::size_t>(image.find_channel("id"));
+  for (std::size_t i = 0; i < masked.size(); ++i) {
+    const float shown = image.pixels[i * image.channel_count() + id];
+    masked[i] = masked[i] || std::any_of(mask.ids.begin(), mask.ids.end(), [&](int number) {
+                  return shown == static_cast<float>(number);
+                });
+  }
+}
+
+/// Must a pixel of these values fail, whatever the limits are?
+bool is_invalid(const float* values, std::size_t count, int alpha) {
+  return (alpha >= 0 && values[alpha] < 0) ||
+         std::any_of(values, values + count, [](float v) { return !std::isfinite(v); });
+}
+
+}  // namespace
+
+Result<double> hide_masked(const GoldenSuite& suite, const Image& reference, Image& actual) {
+  if (suite.masks.empty() || actual.width != reference.width || actual.height != reference.height ||
+      actual.channels != reference.channels || reference.pixels.empty())
+    return 0.0;
+  const std::size_t width = reference.channel_count();
+  Pixels masked(reference.pixels.size() / width);
+  for (const GoldenMask& mask : suite.masks) {
+    if (!mask.file.empty()) {
+      PM_TRY_STATUS(add_picture(mask, reference, masked));
+      continue;
+    }
+    if (reference.find_channel("id") < 0)
+      return make_error(ErrorCode::kInput, "{}: a mask by ids, but the frames have no layer 'id'",
+                        (suite.folder / "suite.json").string());
+    add_objects(mask, reference, masked);
+    add_objects(mask, actual, masked);
+  }
+  const int alpha = actual.find_channel("A");
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < masked.size(); ++i) {
+    if (!masked[i]) continue;
+    ++count;
+    float* const values = &actual.pixels[i * width];
+    if (!is_invalid(values, width, alpha)) std::copy_n(&reference.pixels[i * width], width, values);
+  }
+  return 100.0 * static_cast<double>(count) / static_cast<double>(masked.size());
+}
+
+}  // namespace polymorph
