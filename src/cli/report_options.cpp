@@ -29,14 +29,14 @@ Status begin_report(const ReportOptions& options, bool overwrite) {
   return Ok{};
 }
 
-Status write_reports(const ReportOptions& options, const Report& report) {
+Status write_reports(const ReportOptions& options, const Report& report, bool overwrite) {
   if (!options.junit.empty()) PM_TRY_STATUS(write_file(options.junit, report_junit(report)));
   if (!options.html.empty()) {
     PM_TRY_STATUS(write_file(options.html, report_html(report)));
     log_info("report: {}", options.html);
   }
   if (!options.folder.empty()) {
-    PM_TRY(const auto page, write_report_folder(report, options.folder));
+    PM_TRY(const auto page, write_report_folder(report, options.folder, overwrite));
     log_info("report: {}", page.string());
   }
   return Ok{};

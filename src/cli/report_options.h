@@ -18,6 +18,6 @@ void add_report(Command command, ReportOptions& options);
 /// these names, and removes its earlier report, which else would stand for a run that ends without
 /// one.
 Status begin_report(const ReportOptions& options, bool overwrite);
-Status write_reports(const ReportOptions& options, const Report& report);
+Status write_reports(const ReportOptions& options, const Report& report, bool overwrite);
 
 }  // namespace polymorph

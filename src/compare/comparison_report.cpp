@@ -118,6 +118,18 @@ std::vector<std::string> listed_files(const fs::path& report_json) {
   return names;
 }
 
+/// Does the file begin as, or hold, what a report's file of this name does?
+bool is_written_by_report(const fs::path& file) {
+  const auto bytes = read_file(file, 256 << 20);
+  if (!bytes) return false;
+  const std::string name = file.filename().string();
+  if (name == "report.json") return true;  // it lists the others
+  if (name == "junit.xml") return bytes->find("<testsuites") != std::string::npos;
+  if (name == "index.html")
+    return bytes->find("type=\"application/json\" id=\"data\"") != std::string::npos;
+  return bytes->starts_with("\x89PNG");
+}
+
 }  // namespace
 
 std::size_t Report::failed() const {
@@ -203,17 +215,20 @@ Status remove_report(const fs::path& folder) {
   };
   for (const std::string& name : names) {
     // The list goes last: who is stopped before that can go on from it.
-    if (name != "report.json" && fs::is_regular_file(fs::symlink_status(folder / name, error)))
-      PM_TRY_STATUS(remove(folder / name));
+    const fs::path file = folder / name;
+    if (name != "report.json" && fs::is_regular_file(fs::symlink_status(file, error)) &&
+        is_written_by_report(file))
+      PM_TRY_STATUS(remove(file));
   }
   return names.empty() ? Status(Ok{}) : remove(list);
 }
 
-Result<fs::path> write_report_folder(const Report& report, const fs::path& folder) {
+Result<fs::path> write_report_folder(const Report& report, const fs::path& folder, bool overwrite) {
   PM_TRY_STATUS(remove_report(folder));
   std::vector<std::string> files{"index.html", "junit.xml", "report.json"};
   for (const ReportCase& result : report.cases)
     if (!result.triptych_png.empty()) files.push_back(picture_name(result));
+  for (const std::string& name : files) PM_TRY_STATUS(check_output(folder / name, overwrite));
   // First what lists the others, last what people open.
   PM_TRY_STATUS(write_file(folder / "report.json", dump_json(report_json(report, files))));
   for (const ReportCase& result : report.cases)

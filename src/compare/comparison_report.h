@@ -92,15 +92,18 @@ std::string report_junit(const Report& report);
 nlohmann::ordered_json report_json(const Report& report,
                                    const std::vector<std::string>& files = {});
 
-/// Removes the files of an earlier report from `folder`: those that its report.json lists and that
-/// a report of its cases can have. Other files stay, and so does everything beside a report.json of
-/// another program. Errors: kOutput; also, and then nothing is removed, where one of them is an
-/// input of this run.
+/// Removes the files of an earlier report from `folder`: those that its report.json lists, that a
+/// report of its cases can have, and whose contents are of that kind. Other files stay, and so does
+/// everything beside a report.json of another program. Errors: kOutput; also, and then nothing is
+/// removed, where one of them is an input of this run.
 Status remove_report(const std::filesystem::path& folder);
 
 /// index.html, junit.xml, report.json and a PNG per failure (reference | new | heat) in `folder`,
-/// in place of an earlier report there. Returns the page's path. Errors: kOutput.
+/// in place of an earlier report there; other files of these names are replaced only with
+/// `overwrite`. Returns the page's path. Errors: kOutput, before anything is written where a file
+/// is in the way.
 Result<std::filesystem::path> write_report_folder(const Report& report,
-                                                  const std::filesystem::path& folder);
+                                                  const std::filesystem::path& folder,
+                                                  bool overwrite);
 
 }  // namespace polymorph

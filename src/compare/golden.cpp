@@ -297,8 +297,10 @@ Result<std::vector<std::string>> list_golden_suites(const fs::path& root) {
       remember_name(names.emplace_back(entry->path().filename().string()));
   }
   if (error)
-    return make_error(ErrorCode::kInput, "{}: cannot list the golden suites: {}", root.string(),
-                      error.message());
+    return make_error(ErrorCode::kInput,
+                      "{}: cannot list the golden suites: {} - check --root, or make a suite: "
+                      "polymorph golden new NAME SCENE -f 1,12,24",
+                      root.string(), error.message());
   std::sort(names.begin(), names.end());
   return names;
 }

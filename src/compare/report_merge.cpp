@@ -217,13 +217,15 @@ fs::path report_folder(const fs::path& path) {
   return path.has_parent_path() ? path.parent_path() : fs::path(".");
 }
 
-Status write_merged(Shard& merged, const CaseCounts& counts, const fs::path& folder) {
+Status write_merged(Shard& merged, const CaseCounts& counts, const fs::path& folder,
+                    bool overwrite) {
   merged.report["failed"] = counts.failed;
   merged.report["errors"] = counts.errors;
   merged.report["passed"] = counts.all - counts.failed;
   std::vector<std::string> names{"index.html", "junit.xml", "report.json"};
   for (const auto& [name, bytes] : merged.files)
     if (fs::path(name).filename() == name) names.push_back(name);
+  for (const std::string& name : names) PM_TRY_STATUS(check_output(folder / name, overwrite));
   merged.report["polymorph_report"] = names;
   const auto title = merged.report["title"].get<std::string>();
   PM_TRY_STATUS(write_file(folder / "report.json", dump_json(merged.report)));
@@ -250,7 +252,8 @@ Status check_merge_output(const std::vector<fs::path>& reports, const fs::path& 
   return Ok{};
 }
 
-Result<std::size_t> merge_reports(const std::vector<fs::path>& reports, const fs::path& folder) {
+Result<std::size_t> merge_reports(const std::vector<fs::path>& reports, const fs::path& folder,
+                                  bool overwrite) {
   PM_TRY_STATUS(check_merge_output(reports, folder));
   Shard merged;
   std::set<std::string> names;
@@ -266,7 +269,7 @@ Result<std::size_t> merge_reports(const std::vector<fs::path>& reports, const fs
   }
   const CaseCounts counts = count_cases(merged.report["cases"]);
   PM_TRY_STATUS(remove_report(folder));
-  PM_TRY_STATUS(write_merged(merged, counts, folder));
+  PM_TRY_STATUS(write_merged(merged, counts, folder, overwrite));
   return counts.failed;
 }
 

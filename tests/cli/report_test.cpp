@@ -389,6 +389,17 @@ TEST_F(Reports, InputsAndForeignFilesStay) {
   run(4, {"compare", "new/f.0002.exr", "ref/f.0002.exr", "--report", "foreign"});
   for (const char* name : {"precious.txt", "a.png", "index.html"})
     EXPECT_TRUE(exists(Path("foreign") / name)) << name;
+  // Not even where the names are those of a report.
+  write("foreign/report.json",
+        R"({"cases": [{"name": "a"}], "polymorph_report": ["a.png", "index.html"]})");
+  run(4, {"compare", "new/f.0002.exr", "ref/f.0002.exr", "--report", "foreign"});
+  for (const char* name : {"a.png", "index.html"})
+    EXPECT_TRUE(exists(Path("foreign") / name)) << name;
+  // A preview beside the frames has the name of the failure's picture.
+  write("new/f.0002.png", "mine");
+  const Ran ran = run(4, {"compare", "new/f.0002.exr", "ref/f.0002.exr", "--report", "new"});
+  EXPECT_TRUE(contains(ran.err, "new/f.0002.png: exists - add --overwrite")) << ran.err;
+  EXPECT_EQ(read_text(folder / "new/f.0002.png"), "mine");
 }
 
 }  // namespace

@@ -206,7 +206,7 @@ TEST(Report, LongSequencesKeepThumbnailsOnly) {
 TEST(Report, FolderHoldsPageFilesAndAPictureAFailure) {
   const TemporaryFolder temporary;
   const std::filesystem::path folder = temporary.path() / "new/report";
-  const auto page = write_report_folder(small_report(), folder);
+  const auto page = write_report_folder(small_report(), folder, false);
   ASSERT_TRUE(page) << page.error().message;
   EXPECT_EQ(*page, folder / "index.html");
   std::vector<std::string> files;
@@ -243,16 +243,16 @@ TEST(Report, AnEarlierReportGoesAndForeignFilesStay) {
   const auto exists = [&](const char* file) { return std::filesystem::exists(folder / file); };
   ASSERT_TRUE(write_file(folder / "suite.frame.9.png", "somebody's"));
   ASSERT_TRUE(write_file(folder / "notes.txt", "somebody's"));
-  ASSERT_TRUE(write_report_folder(small_report(), folder));
+  ASSERT_TRUE(write_report_folder(small_report(), folder, false));
   EXPECT_TRUE(exists("suite.frame.2.png"));
 
   Report good = small_report();
   good.cases.pop_back();
-  ASSERT_TRUE(write_report_folder(good, folder));
+  ASSERT_TRUE(write_report_folder(good, folder, false));
   EXPECT_FALSE(exists("suite.frame.2.png")) << "of a failure that is gone";
   EXPECT_TRUE(exists("index.html"));
 
-  ASSERT_TRUE(write_report_folder(small_report(), folder));
+  ASSERT_TRUE(write_report_folder(small_report(), folder, false));
   ASSERT_TRUE(remove_report(folder));
   for (const char* file : {"index.html", "junit.xml", "report.json", "suite.frame.2.png"})
     EXPECT_FALSE(exists(file)) << file;

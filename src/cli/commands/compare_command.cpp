@@ -135,7 +135,7 @@ Result<int> run_compare(const CompareOptions& options, bool overwrite) {
   }
   if (pairs.size() > 1 && !options.json.wanted)
     print_data("{} of {} pairs pass\n", pairs.size() - report.failed(), pairs.size());
-  PM_TRY_STATUS(write_reports(options.report, report));
+  PM_TRY_STATUS(write_reports(options.report, report, overwrite));
   return report.failed() == 0 ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
 }
 

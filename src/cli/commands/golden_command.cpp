@@ -205,7 +205,7 @@ Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
   if (report.errors() > 0 && code == 0) code = static_cast<int>(ErrorCode::kInput);
   if (report.failed() > 0 && code == 0) code = static_cast<int>(ErrorCode::kAnswerNo);
   if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, report_json(report)));
-  PM_TRY_STATUS(write_reports(options.report, report));
+  PM_TRY_STATUS(write_reports(options.report, report, options.overwrite));
   return code;
 }
 
@@ -239,7 +239,7 @@ Result<int> merge(const GoldenOptions& options) {
   output.folder = options.output;
   PM_TRY_STATUS(check_merge_output(reports, options.output));
   PM_TRY_STATUS(begin_report(output, options.overwrite));
-  PM_TRY(const std::size_t failed, merge_reports(reports, options.output));
+  PM_TRY(const std::size_t failed, merge_reports(reports, options.output, options.overwrite));
   print_data("{}: {} reports, {} frame{} failed\n", options.output, reports.size(), failed,
              failed == 1 ? "" : "s");
   return failed == 0 ? 0 : static_cast<int>(ErrorCode::kAnswerNo);

@@ -96,7 +96,7 @@ Result<NewGolden> read_golden(const fs::path& report, const Files& files, const 
   if (Sha256().add(bytes.data(), bytes.size()).hex() != failed.sha256)
     return make_error(ErrorCode::kInput, "{}: {} is not the file that the run wrote",
                       report.string(), file->first);
-  PM_TRY(const Image image, decode_image(bytes, file->first));
+  PM_TRY(const Image image, decode_image(bytes, file->first, {.single_picture = true}));
   if (!all_finite(image))
     return make_error(ErrorCode::kInput,
                       "{}: {} has NaN or infinite pixels - it cannot become a golden",
