@@ -69,7 +69,7 @@ struct MorphPlan {
   /// Of a smooth map (morph/smooth_map.h: pair_leads): one per pair, or none.
   std::vector<float> leads;
   /// Eased times at which even shares of the whole change are done, from 0 to 1 and rising; empty:
-  /// as they are (sequence/pacing.h). Only where all balls share one eased time.
+  /// as they are (leg/pacing.h). Only where all balls share one eased time.
   std::vector<float> pacing;
   double size = 1;   ///< geometric mean of both objects' RMS sizes
   double floor = 0;  ///< height of the lowest ball's centre in either object

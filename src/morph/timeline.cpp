@@ -25,8 +25,9 @@ float smoothstep(float t) { return t * t * (3 - 2 * t); }
 
 /// Shares of a leg's stages, given which of its ends are shown as a model.
 /// Distances start from the model itself: nothing lies between the two.
-void set_shares(Leg& leg, const BoundarySettings& settings, bool own_look) {
-  const bool cut = leg.distance || settings.method == BoundaryMethod::kCut;
+void set_shares(LegTiming& leg, const BoundarySettings& settings, bool own_look) {
+  const bool cut =
+      leg.interpolation == Interpolation::kDistance || settings.method == BoundaryMethod::kCut;
   const float boundary = cut ? 0 : settings.boundary_share;
   const float look = own_look ? 0 : settings.look_share;
   leg.shares[0] = leg.from_full ? look : 0;
@@ -50,7 +51,7 @@ bool has_distances(const Scene& scene, const ObjectSettings& from, const ObjectS
 
 /// A model whose end of the leg has no stages (a cut, and no fade) still shows itself at that very
 /// end.
-bool show_model_without_stages(const Leg& leg, float local, MorphState& moment) {
+bool show_model_without_stages(const LegTiming& leg, float local, MorphState& moment) {
   const bool at_start = local <= 0 && leg.from_full && leg.shares[0] + leg.shares[1] <= 0;
   const bool at_end = local >= 1 && leg.to_full && leg.shares[3] + leg.shares[4] <= 0;
   if (!at_start && !at_end) return false;
@@ -109,16 +110,18 @@ Timeline make_timeline(const Scene& scene, const ActorSettings& actor) {
     return static_cast<int>((2LL * frames_before * moving + total) / (2LL * total));  // rounded
   };
   for (std::size_t i = 0; i < legs; ++i) {
-    Leg leg;
+    LegTiming leg;
     const int first = step_at(before);
     before += frames[i];
     leg.steps = step_at(before) - first;
     leg.first_step = first + stood;
     if (held > 0) stood += objects[i + 1]->hold;
     leg.motion = objects[i + 1]->motion;
-    leg.distance = has_distances(scene, *objects[i], *objects[i + 1]);
-    // What is left on its way goes on as what it is.
-    if (i > 0 && objects[i]->retarget < 1) leg.distance &= timeline.legs[i - 1].distance;
+    // A leg that is left on its way goes on as what it is.
+    const bool stays_balls = i > 0 && objects[i]->retarget < 1 &&
+                             timeline.legs[i - 1].interpolation == Interpolation::kBalls;
+    if (!stays_balls && has_distances(scene, *objects[i], *objects[i + 1]))
+      leg.interpolation = Interpolation::kDistance;
     // What is left before it is reached is never seen itself.
     leg.from_full = !objects[i]->meta && objects[i]->retarget == 1;
     leg.to_full = !objects[i + 1]->meta && objects[i + 1]->retarget == 1;
@@ -129,7 +132,16 @@ Timeline make_timeline(const Scene& scene, const ActorSettings& actor) {
   return timeline;
 }
 
-double pace_of(const Leg& leg) {
+LegKinds leg_kinds(const Timeline& timeline, std::size_t object) {
+  LegKinds kinds;
+  for (std::size_t i = object == 0 ? 0 : object - 1; i <= object && i < timeline.legs.size(); ++i) {
+    const bool distances = timeline.legs[i].interpolation == Interpolation::kDistance;
+    (distances ? kinds.distances : kinds.balls) = true;
+  }
+  return kinds;
+}
+
+double pace_of(const LegTiming& leg) {
   return static_cast<double>(leg.until) /
          (static_cast<double>(leg.shares[2]) * std::max(leg.steps, 1));
 }
@@ -168,7 +180,7 @@ FilmTime film_time(const Scene& scene, double frame) {
   const Timeline timeline = make_timeline(scene, scene.actors.front());
   const double step = frame - 1 - timeline.hold_start;
   for (std::size_t i = 0; i < timeline.legs.size(); ++i) {
-    const Leg& leg = timeline.legs[i];
+    const LegTiming& leg = timeline.legs[i];
     const double gone = (step - leg.first_step) / std::max(leg.steps, 1);
     if (i == 0 || gone >= 0) time.leg = static_cast<double>(i + 1) + std::clamp(gone, 0.0, 1.0);
   }
@@ -196,7 +208,7 @@ MorphState morph_state_at(const Timeline& timeline, int frame) {
   while (!last && index > 0 &&
          (step == 0 || step < timeline.legs[index].first_step || timeline.legs[index].steps == 0))
     --index;
-  const Leg& leg = timeline.legs[index];
+  const LegTiming& leg = timeline.legs[index];
   moment.leg = static_cast<int>(index);
   float local = last ? 1.0f
                      : std::min(static_cast<float>(step - leg.first_step) /

@@ -30,14 +30,15 @@ struct StageInfo {
 std::span<const StageInfo> stage_table();
 const char* stage_name(Stage stage);
 
-/// One leg: its place among the sequence's steps (frame to frame), which of its ends show a model,
-/// and its stages' shares of its time, which sum to 1.
-struct Leg {
+/// Timing of one leg: its place among the sequence's steps (frame to frame), which of its ends show
+/// a model, and its stages' shares of its time, which sum to 1.
+struct LegTiming {
   int first_step = 0, steps = 1;
   bool from_full = true, to_full = true;
   float shares[5] = {0, 0, 1, 0, 0};
-  bool distance = false;  ///< the surface is made of the objects' distances, not of balls
-  float until = 1;        ///< of the motion's time: where the leg is left for the next one
+  /// Whether the surface is made of the objects' distances or of balls.
+  Interpolation interpolation = Interpolation::kBalls;
+  float until = 1;  ///< time of the motion at which the leg is left for the next one
   MotionSettings motion;
 };
 
@@ -49,14 +50,20 @@ struct Timeline {
   /// Moving frames - 1. Legs meet on frames, so an object between two legs has a frame of its own.
   int steps = 23;
   /// Leg k goes from chain object k to k + 1. Steps between two legs show the object between them.
-  std::vector<Leg> legs;
+  std::vector<LegTiming> legs;
   bool own_look = true;  ///< objects keep their own colours throughout: there is no look to fade to
 };
 
-/// `actor`: of the scene.
-/// How much of its motion's time a leg goes through in a frame of its volumetric stage.
-double pace_of(const Leg& leg);
+/// The share of its motion's time that a leg goes through in a frame of its volumetric stage.
+double pace_of(const LegTiming& leg);
 
+/// Kinds of the legs that a chain object is an end of.
+struct LegKinds {
+  bool distances = false, balls = false;
+};
+LegKinds leg_kinds(const Timeline& timeline, std::size_t object);
+
+/// `actor`: one of the scene's.
 Timeline make_timeline(const Scene& scene, const ActorSettings& actor);
 
 /// How many frames the film has: as many as the scene says, or as its actors need.

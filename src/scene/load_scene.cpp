@@ -36,8 +36,7 @@ void name_objects(Scene& scene) {
 
 /// So that no output of this run is put over them, even before they are read.
 void remember_inputs(const Scene& scene) {
-  for (const ActorSettings& actor : scene.actors)
-    for (const ObjectSettings* object : chain_objects(actor)) remember_input(object->model);
+  for (const ChainObject& object : chain_objects(scene)) remember_input(object.settings->model);
   remember_input(scene.lights.environment);
 }
 
@@ -144,6 +143,22 @@ std::vector<const ObjectSettings*> chain_objects(const ActorSettings& actor) {
   for (const ObjectSettings& object : actor.intermediate) objects.push_back(&object);
   objects.push_back(&actor.target);
   return objects;
+}
+
+std::vector<ChainObject> chain_objects(const Scene& scene) {
+  std::vector<ChainObject> chain;
+  for (const ActorSettings& actor : scene.actors)
+    for (const ObjectSettings* object : chain_objects(actor)) chain.push_back({&actor, object});
+  return chain;
+}
+
+std::vector<std::span<const ChainObject>> actor_chains(std::span<const ChainObject> chain) {
+  std::vector<std::span<const ChainObject>> chains;
+  for (std::size_t first = 0, end = 0; first < chain.size(); first = end) {
+    while (end < chain.size() && chain[end].actor == chain[first].actor) ++end;
+    chains.push_back(chain.subspan(first, end - first));
+  }
+  return chains;
 }
 
 bool is_fitted(const Scene& scene, const SphereSettings& spheres) {

@@ -63,6 +63,16 @@ std::string scene_to_json(const Scene& scene, const std::filesystem::path& folde
 /// Every object of an actor in chain order: source, intermediate..., target.
 std::vector<const ObjectSettings*> chain_objects(const ActorSettings& actor);
 
+/// An object of a scene's chains, with its actor.
+struct ChainObject {
+  const ActorSettings* actor;
+  const ObjectSettings* settings;
+};
+/// Objects of all actors, actor by actor in chain order. Borrows from the scene.
+std::vector<ChainObject> chain_objects(const Scene& scene);
+/// Cuts the list into one part per actor.
+std::vector<std::span<const ChainObject>> actor_chains(std::span<const ChainObject> chain);
+
 /// Are balls fitted to an object of these settings? Fits are Gaussian.
 bool is_fitted(const Scene& scene, const SphereSettings& spheres);
 

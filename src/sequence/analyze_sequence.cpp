@@ -3,11 +3,11 @@
 #include <cmath>
 #include <map>
 
+#include "mesh/append.h"
 #include "mesh/normals.h"
 #include "model/load/load_model.h"
 #include "morph/cost.h"
 #include "morph/motion.h"
-#include "sequence/geometry/leg_surface.h"
 
 namespace polymorph {
 namespace {
@@ -55,12 +55,14 @@ void measure_landmarks(const MorphPlan& plan, const std::vector<LandmarkSettings
   }
 }
 
-MorphEnds ends_of(const PreparedActor& actor, const PlanSettings& settings, std::size_t leg) {
-  const MorphPlan& plan = actor.legs[leg].plan;
-  const PreparedObject& from = actor.objects[actor.legs[leg].from];
-  // Where it is left before it is reached, the morph goes to what the next leg starts from.
-  const bool arrives = actor.legs[leg].until == 1;
-  const PreparedObject& to = actor.objects[arrives ? actor.legs[leg].to : actor.legs[leg + 1].from];
+/// The ends of leg `number`. Where it is left before its target is reached, the morph goes to the
+/// source of the next leg.
+MorphEnds measure_ends(const PreparedActor& actor, const PlanSettings& settings,
+                       std::size_t number) {
+  const Leg& leg = *actor.legs[number];
+  const MorphPlan& plan = leg.plan;
+  const PreparedObject& from = *leg.from;
+  const PreparedObject& to = leg.until == 1 ? *leg.to : *actor.legs[number + 1]->from;
   MorphEnds ends;
   ends.from = from.name;
   ends.to = to.name;
@@ -68,7 +70,7 @@ MorphEnds ends_of(const PreparedActor& actor, const PlanSettings& settings, std:
   ends.target = mesh_of(to.model);
   for (const Pair& pair : plan.pairs) ends.masses.push_back(pair.mass);
   measure_labels(plan, ends);
-  measure_landmarks(plan, settings.landmarks, static_cast<int>(leg), ends);
+  measure_landmarks(plan, settings.landmarks, static_cast<int>(number), ends);
   ends.truth = similarity_of(from.model.points, to.model.points);
   const Alignment& found = plan.alignment;
   ends.recovered = Similarity{found.rotation, found.scale,
@@ -76,23 +78,36 @@ MorphEnds ends_of(const PreparedActor& actor, const PlanSettings& settings, std:
   return ends;
 }
 
-/// The boundary stage at an end of a leg, in as many steps as its share of the time asks for beside
-/// `count` frames of the motion; nothing at an end that shows no model.
-Status measure_handover(const PreparedScene& prepared, const PreparedActor& actor, Engine& engine,
-                        std::size_t leg, bool leaving, int count, Handover& handover) {
-  const Leg& time = actor.timeline.legs[leg];
-  if (!(leaving ? time.from_full : time.to_full)) return Ok{};
+/// Measures the boundary stage at an end of a leg, in as many steps as its share of the time asks
+/// for beside `count` frames of the motion; nothing at an end that shows no model.
+Result<Handover> measure_handover(const Leg& leg, const LegTiming& timing, bool leaving, int count,
+                                  Engine& engine) {
+  Handover handover;
+  if (!(leaving ? timing.from_full : timing.to_full)) return handover;
   constexpr int kMin = 4;
-  const float share = time.shares[leaving ? 1 : 3] / time.shares[2];
-  const int wanted = static_cast<int>(std::lround(static_cast<float>(count) * share));
-  const int steps = share > 0 ? std::max(kMin, wanted) : 0;
+  const float share = timing.shares[leaving ? 1 : 3] / timing.shares[2];
+  const int proportional = static_cast<int>(std::lround(static_cast<float>(count) * share));
+  const int steps = share > 0 ? std::max(kMin, proportional) : 0;
   for (int k = 0; k <= steps; ++k) {
-    const float way = steps > 0 ? static_cast<float>(k) / static_cast<float>(steps) : 0.0f;
-    PM_TRY(const ActorGeometry geometry,
-           boundary_at(prepared, actor, engine, static_cast<int>(leg), leaving, way));
-    handover.shown.push_back(shown_mesh(actor, geometry));
+    const float growth = steps > 0 ? static_cast<float>(k) / static_cast<float>(steps) : 0.0f;
+    PM_TRY(BoundarySurface shown, boundary_surface(leg, {leaving, 1 - growth, growth}, engine));
+    Mesh mesh = std::move(shown.surface);
+    if (!shown.points.empty())
+      append(mesh, model_mesh(leaving ? *leg.from : *leg.to, shown.points));
+    handover.shown.push_back(std::move(mesh));
   }
-  return Ok{};
+  return handover;
+}
+
+/// A sample of the leg's volumetric stage at `share` of the time until it is left.
+Result<MorphFrame> measure_sample(const Leg& leg, float share, Engine& engine) {
+  PM_TRY(LegSurface surface, leg_surface(leg, share * leg.until, engine));
+  MorphFrame frame;
+  frame.time = static_cast<double>(share);
+  frame.u = static_cast<double>(surface.state.u / progress_at(leg.plan, leg.until));
+  frame.surface = std::move(surface.mesh);
+  for (const Ball& ball : surface.state.balls) frame.centers.push_back(ball.center);
+  return frame;
 }
 
 }  // namespace
@@ -100,35 +115,29 @@ Status measure_handover(const PreparedScene& prepared, const PreparedActor& acto
 Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engine& engine,
                                             int frames, const AnalyzeProgress& progress) {
   int total = 0, done = 0;
-  const auto samples_of = [&](const Leg& leg) {
-    return std::max(2, frames > 0 ? frames : leg.steps + 1);
+  const auto sample_count = [&](const LegTiming& timing) {
+    return std::max(2, frames > 0 ? frames : timing.steps + 1);
   };
   for (const PreparedActor& actor : prepared.actors)
-    for (const Leg& leg : actor.timeline.legs) total += samples_of(leg);
+    for (const LegTiming& timing : actor.timeline.legs) total += sample_count(timing);
   std::vector<Analysis> morphs;
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
     const PreparedActor& actor = prepared.actors[a];
-    for (std::size_t leg = 0; leg < actor.legs.size(); ++leg) {
+    for (std::size_t number = 0; number < actor.legs.size(); ++number) {
+      const Leg& leg = *actor.legs[number];
+      const LegTiming& timing = actor.timeline.legs[number];
       std::vector<MorphFrame> samples;
-      const int count = samples_of(actor.timeline.legs[leg]);
+      const int count = sample_count(timing);
       for (int k = 0; k < count; ++k) {
         if (!progress(done++, total)) return stopped();
-        const float way = static_cast<float>(k) / static_cast<float>(count - 1);
-        const float until = actor.legs[leg].until, time = way * until;
-        PM_TRY(ActorGeometry geometry,
-               volume_at(prepared, actor, engine, static_cast<int>(leg), time));
-        MorphFrame frame;
-        frame.time = static_cast<double>(way);
-        frame.u = static_cast<double>(geometry.moment.u / progress_at(actor.legs[leg].plan, until));
-        frame.surface = std::move(geometry.surface);
-        for (const Ball& ball : geometry.balls) frame.centers.push_back(ball.center);
-        samples.push_back(std::move(frame));
+        const float share = static_cast<float>(k) / static_cast<float>(count - 1);
+        PM_TRY(MorphFrame sample, measure_sample(leg, share, engine));
+        samples.push_back(std::move(sample));
       }
-      MorphEnds ends = ends_of(actor, prepared.scene.actors[a].plan, leg);
+      MorphEnds ends = measure_ends(actor, prepared.scene.actors[a].plan, number);
       if (prepared.actors.size() > 1) ends.actor = actor.name;
-      for (const bool leaving : {true, false})
-        PM_TRY_STATUS(measure_handover(prepared, actor, engine, leg, leaving, count,
-                                       leaving ? ends.leaving : ends.arriving));
+      PM_TRY(ends.leaving, measure_handover(leg, timing, true, count, engine));
+      PM_TRY(ends.arriving, measure_handover(leg, timing, false, count, engine));
       ends.source_shown = !ends.leaving.shown.empty();
       ends.target_shown = !ends.arriving.shown.empty();
       morphs.push_back(analyze_morph(ends, samples));

@@ -7,7 +7,7 @@
 
 #include "analyze/analyze.h"
 #include "sequence/frames.h"
-#include "sequence/geometry/geometry.h"
+#include "sequence/prepare.h"
 
 namespace polymorph {
 

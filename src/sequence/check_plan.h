@@ -6,12 +6,14 @@
 #include <vector>
 
 #include "model/model.h"
-#include "scene/scene.h"
+#include "scene/load_scene.h"
 
 namespace polymorph {
 
 /// A line for each name in plan.labels that no object has, and for each landmark that is farther
-/// from its object than the object is large. `models`: of all actors, as load_models() gives them.
-std::vector<std::string> plan_problems(const Scene& scene, std::span<const Model> models);
+/// from its object than the object is large. `models`: one per object of the chain, as
+/// load_models() gives them.
+std::vector<std::string> plan_problems(std::span<const ChainObject> chain,
+                                       std::span<const Model> models);
 
 }  // namespace polymorph

@@ -48,31 +48,25 @@ Scene settings_of(const Scene& scene) {
 
 }  // namespace
 
-std::string inputs_hash(const Scene& scene, std::span<const Model> models, const Image* environment,
-                        std::string_view program) {
+std::string inputs_hash(const SceneInputs& inputs, std::string_view program) {
   Hasher hasher;
   hasher.add(program);
   // Names decide which labels mean each other (plan.labels), and stand in the file's header.
-  for (const ActorSettings& actor : scene.actors) {
-    hasher.add(std::string_view(actor.name));
-    for (const ObjectSettings* object : chain_objects(actor))
-      hasher.add(std::string_view(object->name));
+  for (const std::span<const ChainObject> chain : actor_chains(inputs.chain)) {
+    hasher.add(std::string_view(chain.front().actor->name));
+    for (const ChainObject& object : chain) hasher.add(std::string_view(object.settings->name));
   }
-  hasher.add(models.size());
-  for (const Model& model : models) add(hasher, model);
-  hasher.add(environment != nullptr);
-  if (environment) hasher.add(pixel_digest(*environment));
+  hasher.add(inputs.models.size());
+  for (const Model& model : inputs.models) add(hasher, model);
+  hasher.add(inputs.environment != nullptr);
+  if (inputs.environment) hasher.add(pixel_digest(*inputs.environment));
   return hasher.hex();
 }
 
 std::string settings_text(const Scene& scene) { return scene_to_json(settings_of(scene), {}); }
 
-std::string content_hash(const Scene& scene, std::span<const Model> models,
-                         const Image* environment, std::string_view program) {
-  return Hasher()
-      .add(inputs_hash(scene, models, environment, program))
-      .add(settings_text(scene))
-      .hex();
+std::string content_hash(const SceneInputs& inputs, std::string_view program) {
+  return Hasher().add(inputs_hash(inputs, program)).add(settings_text(inputs.scene)).hex();
 }
 
 }  // namespace polymorph

@@ -8,21 +8,28 @@
 #include "base/program_identity.h"
 #include "image/image.h"
 #include "model/model.h"
+#include "scene/load_scene.h"
 #include "scene/scene.h"
 
 namespace polymorph {
 
-/// The scene's settings, what is in its files, and the program. Contents count and not spellings:
-/// neither where the files lie nor from which folder the program was started changes it, and of
-/// `output` only how the pixels are encoded. `models`: as load_models() gives them.
-std::string content_hash(const Scene& scene, std::span<const Model> models,
-                         const Image* environment, std::string_view program = program_identity());
+/// A scene and the contents of its files.
+struct SceneInputs {
+  const Scene& scene;
+  std::span<const ChainObject> chain;  ///< chain_objects(scene)
+  std::span<const Model> models;       ///< one per object, as load_models() gives them
+  const Image* environment = nullptr;
+};
 
-/// The part of it that is the same in all frames of a film: what is in the scene's files, and the
-/// program.
-std::string inputs_hash(const Scene& scene, std::span<const Model> models, const Image* environment,
-                        std::string_view program = program_identity());
-/// And the other part: the settings as text.
+/// Hash of the scene's settings, its files' contents and the program. Contents count and not
+/// spellings: neither the files' places nor the folder that the program was started from changes
+/// it, and of `output` only the encoding of the pixels.
+std::string content_hash(const SceneInputs& inputs, std::string_view program = program_identity());
+
+/// Hash of the part that is the same in all frames of a film: the contents of the scene's files,
+/// and the program.
+std::string inputs_hash(const SceneInputs& inputs, std::string_view program = program_identity());
+/// The other part: the settings as text.
 std::string settings_text(const Scene& scene);
 
 }  // namespace polymorph

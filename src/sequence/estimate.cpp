@@ -34,10 +34,10 @@ void add_fits(const PreparedScene& prepared, FrameEstimate& estimate) {
   // Of one processor: 64 to 512 balls took 11 to 17 ms each on two (docs/performance.md).
   constexpr double kSecondsPerBall = 0.026;
   for (const PreparedActor& actor : prepared.actors)
-    for (const PreparedObject& object : actor.objects) {
-      if (object.missing_balls == 0) continue;
-      estimate.unfitted.push_back(object.name);
-      estimate.fit_seconds += kSecondsPerBall * object.missing_balls / thread_count();
+    for (const auto& object : actor.objects) {
+      if (object->missing_balls == 0) continue;
+      estimate.unfitted.push_back(object->name);
+      estimate.fit_seconds += kSecondsPerBall * object->missing_balls / thread_count();
     }
 }
 

@@ -4,7 +4,6 @@
 
 #include "base/hash.h"
 #include "morph/timeline.h"
-#include "sequence/content_hash.h"
 
 namespace polymorph {
 namespace {
@@ -92,13 +91,12 @@ FrameView view_of(const PreparedScene& prepared, int frame) {
   return view;
 }
 
-SequenceHashes hash_sequence(const Scene& scene, std::span<const Model> models,
-                             const Image* environment) {
-  SequenceHashes hashes{content_hash(scene, models, environment),
-                        inputs_hash(scene, models, environment), std::nullopt};
+SequenceHashes hash_sequence(const SceneInputs& inputs) {
+  const Scene& scene = inputs.scene;
+  SequenceHashes hashes{content_hash(inputs), inputs_hash(inputs), std::nullopt};
   if (!camera_moves(scene) || leaves_balls_in_flight(scene)) return hashes;
   std::vector<Vec3> points;
-  for (const Model& model : models)
+  for (const Model& model : inputs.models)
     points.insert(points.end(), model.points.begin(), model.points.end());
   hashes.framing = film_framing(scene, points);
   return hashes;

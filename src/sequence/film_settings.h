@@ -6,6 +6,7 @@
 #include <string>
 
 #include "render/render.h"
+#include "sequence/content_hash.h"
 #include "sequence/prepare.h"
 
 namespace polymorph {
@@ -28,10 +29,8 @@ bool camera_moves(const Scene& scene);
 /// The framing of all frames of a scene whose camera moves; `points`: of all its objects.
 Framing film_framing(const Scene& scene, std::span<const Vec3> points);
 
-/// What the frames of a scene are known by, in its models alone: no ball is made for it.
-/// `models`: as load_models() gives them.
-SequenceHashes hash_sequence(const Scene& scene, std::span<const Model> models,
-                             const Image* environment);
+/// Hashes that the frames of a scene are known by, from its files alone: no ball is made for them.
+SequenceHashes hash_sequence(const SceneInputs& inputs);
 
 /// Hash of all that decides the frame's files: of the scene's inputs and of its settings as this
 /// frame has them. Where nothing is keyed, the same for all frames: hashes.scene. So it is where a

@@ -10,7 +10,6 @@
 #include "model/shapes.h"
 #include "model/transform.h"
 #include "morph/timeline.h"
-#include "scene/load_scene.h"
 #include "sequence/check_plan.h"
 #include "spheres/spheres.h"
 
@@ -57,10 +56,11 @@ Model arranged(const Model& model, const ObjectSettings& object, bool stand, flo
   return transformed(turned, compose(stage, compose(by_user, to_origin)));
 }
 
-/// One object of the scene, as it was read, in its place; `size` is the first source's, or 0 for
-/// that one itself.
-Model placed(const Scene& scene, const ActorSettings& actor, const ObjectSettings& object,
-             Model model, float& size) {
+/// Puts an object, as it was read, in its place; `size` is the first source's, or 0 for that one
+/// itself.
+Model place_object(const Scene& scene, const ChainObject& chained, Model model, float& size) {
+  const ObjectSettings& object = *chained.settings;
+  const ActorSettings& actor = *chained.actor;
   if (object.crease) model.corner_normals = creased_normals(model, *object.crease);
   if (object.color) paint(model, *object.color);
   for (Material& material : model.materials) {
@@ -83,40 +83,45 @@ std::string turntable_problem(const Scene& scene) {
   return fmt::format("/frames/still: is {}, but the film has {} frames", scene.frames.still, count);
 }
 
-Result<LoadedScene> load_models(const Scene& scene, bool textures) {
-  struct Read {
-    const ActorSettings* actor;
-    const ObjectSettings* object;
+Result<std::shared_ptr<const Image>> load_environment(const Scene& scene) {
+  if (scene.lights.environment.empty()) return std::shared_ptr<const Image>();
+  PM_TRY(Image image, read_image(scene.lights.environment));
+  return std::make_shared<const Image>(std::move(image));
+}
+
+Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject> chain,
+                                bool textures) {
+  struct Reading {
     std::vector<std::string> warnings;
     Result<Model> model = Model{};
   };
-  std::vector<Read> reads;
-  for (const ActorSettings& actor : scene.actors)
-    for (const ObjectSettings* object : chain_objects(actor)) reads.push_back({&actor, object, {}});
+  std::vector<Reading> readings(chain.size());
   parallel_for(
-      static_cast<std::int64_t>(reads.size()),
-      [&](std::int64_t i) {
-        Read& read = reads[static_cast<std::size_t>(i)];
-        read.model = load_object(*read.object, textures, read.warnings);
+      static_cast<std::int64_t>(chain.size()),
+      [&](std::int64_t index) {
+        const auto i = static_cast<std::size_t>(index);
+        readings[i].model = load_object(*chain[i].settings, textures, readings[i].warnings);
       },
       1);
   LoadedScene loaded;
   float size = 0;
-  for (Read& read : reads) {
-    PM_TRY(Model model, std::move(read.model));
-    loaded.warnings.insert(loaded.warnings.end(), read.warnings.begin(), read.warnings.end());
-    loaded.models.push_back(placed(scene, *read.actor, *read.object, std::move(model), size));
+  for (std::size_t i = 0; i < chain.size(); ++i) {
+    PM_TRY(Model model, std::move(readings[i].model));
+    loaded.warnings.insert(loaded.warnings.end(), readings[i].warnings.begin(),
+                           readings[i].warnings.end());
+    loaded.models.push_back(place_object(scene, chain[i], std::move(model), size));
   }
   return loaded;
 }
 
-std::vector<std::string> find_problems(const Scene& scene, const std::filesystem::path& cache,
-                                       LoadedScene& loaded) {
+std::vector<std::string> find_problems(const Scene& scene, std::span<const ChainObject> chain,
+                                       const std::filesystem::path& cache, LoadedScene& loaded) {
   std::vector<std::string> problems;
   float size = 0;
-  const auto look_at = [&](const ActorSettings& actor, const ObjectSettings& object) {
+  for (const ChainObject& chained : chain) {
+    const ObjectSettings& object = *chained.settings;
     auto model = load_object(object, true, loaded.warnings);
-    if (model) model = placed(scene, actor, object, std::move(*model), size);
+    if (model) model = place_object(scene, chained, std::move(*model), size);
     loaded.models.push_back(model ? std::move(*model) : Model{});
     // A fit takes seconds and fails at nothing that its spheres do not fail at.
     const Activity activity("looking at " + object.name);
@@ -130,10 +135,8 @@ std::vector<std::string> find_problems(const Scene& scene, const std::filesystem
                !spheres) {
       problems.push_back(fmt::format("{}: {}", object.name, spheres.error().message));
     }
-  };
-  for (const ActorSettings& actor : scene.actors)
-    for (const ObjectSettings* object : chain_objects(actor)) look_at(actor, *object);
-  if (problems.empty()) problems = plan_problems(scene, loaded.models);
+  }
+  if (problems.empty()) problems = plan_problems(chain, loaded.models);
   if (const std::string problem = turntable_problem(scene); !problem.empty())
     problems.push_back(problem);
   if (!scene.lights.environment.empty())

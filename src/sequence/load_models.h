@@ -2,12 +2,15 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "image/image.h"
 #include "model/model.h"
-#include "scene/scene.h"
+#include "scene/load_scene.h"
 
 namespace polymorph {
 
@@ -16,16 +19,21 @@ struct LoadedScene {
   std::vector<Model> models;  ///< actor by actor, in chain order
   std::vector<std::string> warnings;
 };
-Result<LoadedScene> load_models(const Scene& scene, bool textures);
+/// `chain`: chain_objects(scene).
+Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject> chain,
+                                bool textures);
 
-/// What is wrong with the models, their spheres and the environment, one line each: everything that
-/// could stop prepare_scene() but the machine. `loaded` gets what could be loaded, empty models
-/// where not.
-std::vector<std::string> find_problems(const Scene& scene,
+/// Finds what is wrong with the models, their spheres and the environment, one line each:
+/// everything that could stop prepare_scene() but the machine. `loaded` gets what could be loaded,
+/// empty models where not.
+std::vector<std::string> find_problems(const Scene& scene, std::span<const ChainObject> chain,
                                        const std::filesystem::path& cache_folder,
                                        LoadedScene& loaded);
 
-/// Why a turntable cannot show its scene; empty if it can.
+/// The scene's environment picture; null where it has none. Errors: kInput.
+Result<std::shared_ptr<const Image>> load_environment(const Scene& scene);
+
+/// Reason for which a turntable cannot show its scene; empty if it can.
 std::string turntable_problem(const Scene& scene);
 
 }  // namespace polymorph

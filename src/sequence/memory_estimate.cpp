@@ -10,7 +10,6 @@
 #include "field/distance_grid.h"
 #include "morph/timeline.h"
 #include "render/render.h"
-#include "scene/load_scene.h"
 
 namespace polymorph {
 namespace {
@@ -41,8 +40,8 @@ double point_count(const Grid& grid) {
 
 }  // namespace
 
-MemoryEstimate estimate_memory(const Scene& scene, std::span<const Model> models,
-                               std::size_t pictures) {
+MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> chain,
+                               std::span<const Model> models, std::size_t pictures) {
   double held = 0, trees = 0, fits = 0, distances = 0, making = 0, surfaces = 0;
   std::set<const Image*> textures;
   for (const Model& model : models) {
@@ -51,16 +50,13 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const Model> models
     for (const auto& texture : model.textures)
       if (texture && textures.insert(texture.get()).second) held += bytes_of(texture->pixels);
   }
-  std::size_t first = 0;
-  for (const ActorSettings& actor : scene.actors) {
-    const auto objects = chain_objects(actor);
-    const std::size_t count = objects.size();
-    for (const ObjectSettings* object : objects)
-      if (is_fitted(scene, object->spheres))
-        fits = std::max({fits, kLeastFit, kBytesPerFittedBall * object->spheres.balls});
-    if (first + count > models.size()) break;
-    const std::span<const Model> own = models.subspan(first, count);
-    first += count;
+  for (const ChainObject& object : chain)
+    if (is_fitted(scene, object.settings->spheres))
+      fits = std::max({fits, kLeastFit, kBytesPerFittedBall * object.settings->spheres.balls});
+  PM_CHECK(models.size() == chain.size());
+  for (const std::span<const ChainObject> objects : actor_chains(chain)) {
+    const std::span<const Model> own = models.first(objects.size());
+    models = models.subspan(objects.size());
     Box box;
     for (const Model& model : own) box = unite(box, model.box());
     const Vec3 size = box.size();
@@ -69,11 +65,9 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const Model> models
     if (!(cell > 0)) continue;
     surfaces += kTrianglesPerSquare * static_cast<double>(scene.surface.resolution) *
                 scene.surface.resolution;
-    const Timeline timeline = make_timeline(scene, actor);
-    for (std::size_t i = 0; i < count; ++i) {
-      const bool asked = (i > 0 && timeline.legs[i - 1].distance) ||
-                         (i < timeline.legs.size() && timeline.legs[i].distance);
-      if (!asked || own[i].triangles.empty()) continue;
+    const Timeline timeline = make_timeline(scene, *objects.front().actor);
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+      if (!leg_kinds(timeline, i).distances || own[i].triangles.empty()) continue;
       const double points =
           point_count(distance_grid(own[i].box(), 0.5f * static_cast<float>(cell)));
       distances += sizeof(float) * points;
@@ -95,18 +89,18 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const Model> models
   return estimate;
 }
 
-Status check_model_files(const Scene& scene, std::uint64_t limit) {
-  for (const ActorSettings& actor : scene.actors)
-    for (const ObjectSettings* object : chain_objects(actor)) {
-      std::error_code error;
-      const auto bytes = std::filesystem::file_size(object->model, error);
-      if (limit > 0 && !error && bytes > limit)
-        return make_error(ErrorCode::kResource,
-                          "{}: reading it takes at least {} of memory, and the limit is {} - use a "
-                          "smaller model or raise --max-memory",
-                          object->model.string(), format_bytes(static_cast<double>(bytes)),
-                          format_bytes(static_cast<double>(limit)));
-    }
+Status check_model_files(std::span<const ChainObject> chain, std::uint64_t limit) {
+  for (const ChainObject& object : chain) {
+    const std::filesystem::path& model = object.settings->model;
+    std::error_code error;
+    const auto bytes = std::filesystem::file_size(model, error);
+    if (limit > 0 && !error && bytes > limit)
+      return make_error(ErrorCode::kResource,
+                        "{}: reading it takes at least {} of memory, and the limit is {} - use a "
+                        "smaller model or raise --max-memory",
+                        model.string(), format_bytes(static_cast<double>(bytes)),
+                        format_bytes(static_cast<double>(limit)));
+  }
   return Ok{};
 }
 

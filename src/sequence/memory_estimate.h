@@ -8,7 +8,7 @@
 
 #include "base/result.h"
 #include "model/model.h"
-#include "scene/scene.h"
+#include "scene/load_scene.h"
 
 namespace polymorph {
 
@@ -28,10 +28,10 @@ struct MemoryEstimate {
   }
 };
 
-/// What preparing and showing the scene takes. `models`: of all actors in chain order, as loaded,
-/// some perhaps empty. `pictures`: held at once, none of them if 0.
-MemoryEstimate estimate_memory(const Scene& scene, std::span<const Model> models,
-                               std::size_t pictures);
+/// Estimates what preparing and showing the scene takes. `models`: one per object of the chain, as
+/// loaded, some perhaps empty. `pictures`: held at once, none of them if 0.
+MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> chain,
+                               std::span<const Model> models, std::size_t pictures);
 
 /// What a run may take, in bytes (0: no limit), and how many pictures it holds at once.
 struct MemoryLimit {
@@ -40,7 +40,7 @@ struct MemoryLimit {
 };
 
 /// Errors (kResource): a model's file alone, which is read whole, is above the limit.
-Status check_model_files(const Scene& scene, std::uint64_t limit);
+Status check_model_files(std::span<const ChainObject> chain, std::uint64_t limit);
 
 /// Errors (kResource): the estimate is above `limit`, with both numbers and the largest part; 0 is
 /// no limit.

@@ -9,73 +9,34 @@
 
 #include "base/box.h"
 #include "base/result.h"
-#include "field/distance_cache.h"
 #include "kernels/engine.h"
-#include "leg/blend.h"
-#include "leg/project.h"
-#include "mesh/closest.h"
-#include "model/model.h"
-#include "model/transfer.h"
-#include "morph/plan.h"
+#include "leg/leg.h"
 #include "morph/timeline.h"
-#include "render/materials/color_volume.h"
 #include "render/render.h"
 #include "scene/scene.h"
 #include "sequence/memory_estimate.h"
-#include "spheres/spheres.h"
 
 namespace polymorph {
 
-/// An object of the chain, in its place in the world.
-struct PreparedObject {
-  std::string name;
-  Model model;
-  bool meta = false;
-  std::size_t sphere_count = 0;
-  int missing_balls = 0;                   ///< that are still to be fitted (Fits::kCached)
-  std::vector<Ball> balls;                 ///< surface at field = 1
-  std::vector<std::uint32_t> ball_labels;  ///< one per ball: index into model.label_names
-  double ball_volume = 0;                  ///< enclosed by the balls' surface
-  float field_maximum = 1;
-  std::shared_ptr<const ClosestPointQuery> closest;  ///< of the model
-  std::shared_ptr<const ClosestPointQuery> outer;    ///< of its faces that the solid does not hide
-  std::vector<std::uint32_t> charts;                 ///< of the model's texture
-  /// The model's colours without their detail; null where it has only one.
-  std::shared_ptr<const ColorVolume> colors;
-  /// What its boundary stages need; none of them for a meta-object.
-  BoundaryMethod boundary = BoundaryMethod::kCut;  ///< as it turned out
-  std::vector<Vec3> shrink_targets;                ///< crossfade: one per model point
-  Projection projection;                           ///< project
-  BlendField blend;                                ///< blend
-  /// Of the model, where a leg to or from it is made of distances.
-  ObjectDistances distances;
-};
-
-/// The way from one object to another.
-struct PreparedLeg {
-  std::size_t from = 0, to = 0;  ///< of the actor's objects
-  MorphPlan plan;
-  bool distance = false;  ///< made of both objects' distances
-  float until = 1;        ///< of the motion's time: then the balls are left to the next leg
-  /// Levels that keep the volume at even eased times, nearly; empty: not known.
-  std::vector<float> levels;
-};
-
-/// One chain, in its place in the world.
-struct PreparedActor {
+/// An actor as its models alone decide it.
+struct ActorOutline {
   std::string name;
   Timeline timeline;
-  /// The chain's, then those that are no model but balls in flight, which a leg was left with: such
-  /// a one's `model` is its surface, without materials.
-  std::vector<PreparedObject> objects;
-  std::vector<PreparedLeg> legs;
-  /// Of all its objects, each name once.
-  std::vector<std::string> label_names;
-  Box box;         ///< of all its objects
-  float cell = 0;  ///< edge of its surfaces' cells
+  LegSettings settings;                  ///< settings of its objects and legs
+  std::vector<std::string> label_names;  ///< labels of all its objects, each name once
+  Box box;                               ///< box around all its objects
 };
 
-/// What the hashes of a sequence's frames are made of (film.h).
+/// The objects of an actor.
+using ObjectList = std::vector<std::shared_ptr<const PreparedObject>>;
+
+/// One chain, in its place in the world.
+struct PreparedActor : ActorOutline {
+  ObjectList objects;  ///< the chain's, then balls in flight, with which legs were left
+  std::vector<std::shared_ptr<const Leg>> legs;
+};
+
+/// Parts of the hashes of a sequence's frames (film_settings.h).
 struct SequenceHashes {
   std::string scene;               ///< content_hash()
   std::string inputs;              ///< inputs_hash()
@@ -87,14 +48,12 @@ enum class Fits : std::uint8_t { kMake, kCached };
 
 struct PreparedScene {
   Scene scene;
-  Fits fits = Fits::kMake;
   SequenceHashes hashes;
   int frame_count = 0;
   std::vector<PreparedActor> actors;
-  Box box;  ///< of all objects
-  ExtractSettings extract;
-  Camera camera;                   ///< of the first frame
-  std::optional<Framing> framing;  ///< where the camera moves
+  Box box;                         ///< box around all objects
+  Camera camera;                   ///< camera of the first frame
+  std::optional<Framing> framing;  ///< set where the camera moves
   std::shared_ptr<const Image> environment;
   std::vector<std::string> warnings;
   MemoryEstimate memory;

@@ -18,13 +18,13 @@ std::string camera_text(const Camera& camera) {
   return view_text({camera.position, camera.forward, camera.up, camera.tan_half_fov_y});
 }
 
-/// Which ball becomes which, on all ways.
+/// Digest of the correspondence of balls on all legs.
 std::string plan_digest(const PreparedScene& prepared) {
   Hasher hasher;
   for (const PreparedActor& actor : prepared.actors)
-    for (const PreparedLeg& leg : actor.legs) {
-      hasher.add(leg.plan.pairs.size());
-      for (const auto& pair : leg.plan.pairs)
+    for (const auto& leg : actor.legs) {
+      hasher.add(leg->plan.pairs.size());
+      for (const auto& pair : leg->plan.pairs)
         hasher.add(pair.from).add(pair.to).add(pair.from_share).add(pair.to_share);
     }
   return hasher.hex();
@@ -34,11 +34,11 @@ std::string plan_digest(const PreparedScene& prepared) {
 std::string ball_counts(const PreparedScene& prepared) {
   std::string counts;
   for (const PreparedActor& actor : prepared.actors)
-    for (const PreparedObject& object : actor.objects) {
-      std::string name = object.name;
+    for (const auto& object : actor.objects) {
+      std::string name = object->name;
       std::replace(name.begin(), name.end(), ',', ' ');
       counts +=
-          fmt::format("{}{} {}", counts.empty() ? "" : ", ", printable(name), object.balls.size());
+          fmt::format("{}{} {}", counts.empty() ? "" : ", ", printable(name), object->balls.size());
     }
   return counts;
 }
@@ -54,11 +54,10 @@ std::string object_names(const PreparedScene& prepared) {
     names += fmt::format("{}{} {}", names.empty() ? "" : ", ", id++, printable(name));
   };
   for (const PreparedActor& actor : prepared.actors) {
-    std::string way;
-    for (const PreparedObject& object : actor.objects)
-      way += (way.empty() ? "" : " to ") + object.name;
-    add(actor.name, way);
-    for (const PreparedObject& object : actor.objects) add(actor.name, object.name);
+    std::string chain;
+    for (const auto& object : actor.objects) chain += (chain.empty() ? "" : " to ") + object->name;
+    add(actor.name, chain);
+    for (const auto& object : actor.objects) add(actor.name, object->name);
   }
   return names;
 }

@@ -7,8 +7,8 @@ namespace {
 
 constexpr float kFirstId = 2;  // 0 is nothing, 1 the ground
 
-MaterialLayer layer_of(const PreparedActor& actor, const ObjectLayer& layer) {
-  const PreparedObject& object = actor.objects[layer.object];
+MaterialLayer material_layer(const ObjectLayer& layer) {
+  const PreparedObject& object = *layer.object;
   const TransferredMaterials& materials = layer.materials;
   return {materials.corner_uvs,
           materials.triangle_materials,
@@ -26,12 +26,12 @@ void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float
     mesh.positions = geometry.surface.positions;
     mesh.triangles = geometry.surface.triangles;
     mesh.vertex_normals = geometry.surface.normals;
-    const std::vector<ObjectLayer>& layers = geometry.layers;
-    if (!layers.empty()) static_cast<MaterialLayer&>(mesh) = layer_of(actor, layers.front());
+    const std::vector<ObjectLayer>& layers = geometry.look.layers;
+    if (!layers.empty()) static_cast<MaterialLayer&>(mesh) = material_layer(layers.front());
     for (std::size_t i = 1; i < layers.size(); ++i)
-      mesh.over.push_back({layer_of(actor, layers[i]), layers[i].share});
-    mesh.vertex_colors = geometry.colors;
-    mesh.vertex_color_share = geometry.color_share;
+      mesh.over.push_back({material_layer(layers[i]), layers[i].share});
+    mesh.vertex_colors = geometry.look.colors;
+    mesh.vertex_color_share = geometry.look.color_share;
     mesh.look = layers.empty() ? 1.0f : 0.0f;
     mesh.id = id;
     mesh.vertex_labels = geometry.surface_labels;

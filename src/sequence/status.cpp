@@ -1,7 +1,6 @@
 #include "sequence/status.h"
 
 #include <algorithm>
-#include <optional>
 #include <variant>
 
 #include "base/parallel.h"
@@ -13,27 +12,19 @@
 
 namespace polymorph {
 
-namespace {
-
-Result<std::optional<Image>> load_environment(const Scene& scene) {
-  if (scene.lights.environment.empty()) return std::optional<Image>();
-  PM_TRY(Image image, read_image(scene.lights.environment));
-  return std::optional<Image>(std::move(image));
-}
-
-}  // namespace
-
 Result<std::string> source_hash(const Scene& scene) {
-  PM_TRY(const LoadedScene loaded, load_models(scene, /*textures=*/true));
-  PM_TRY(const std::optional<Image> environment, load_environment(scene));
-  return content_hash(scene, loaded.models, environment ? &*environment : nullptr, /*program=*/"");
+  const std::vector<ChainObject> chain = chain_objects(scene);
+  PM_TRY(const LoadedScene loaded, load_models(scene, chain, /*textures=*/true));
+  PM_TRY(const std::shared_ptr<const Image> environment, load_environment(scene));
+  return content_hash({scene, chain, loaded.models, environment.get()},
+                      /*program=*/"");
 }
 
 Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> frames) {
-  PM_TRY(const LoadedScene loaded, load_models(scene, /*textures=*/true));
-  PM_TRY(const std::optional<Image> environment, load_environment(scene));
-  const SequenceHashes hashes =
-      hash_sequence(scene, loaded.models, environment ? &*environment : nullptr);
+  const std::vector<ChainObject> chain = chain_objects(scene);
+  PM_TRY(const LoadedScene loaded, load_models(scene, chain, /*textures=*/true));
+  PM_TRY(const std::shared_ptr<const Image> environment, load_environment(scene));
+  const SequenceHashes hashes = hash_sequence({scene, chain, loaded.models, environment.get()});
   ExpectedHashes out{hashes.scene, std::vector<std::string>(frames.size())};
   parallel_for(static_cast<std::int64_t>(frames.size()), [&](std::int64_t i) {
     const auto at = static_cast<std::size_t>(i);

@@ -14,6 +14,22 @@
 
 namespace polymorph {
 
+/// Replaces an object of an actor by a changed copy, in its chain and in its legs.
+template <class Change>
+void change_object(PreparedActor& actor, std::size_t index, const Change& change) {
+  const std::shared_ptr<const PreparedObject> before = actor.objects[index];
+  PreparedObject copy = *before;
+  change(copy);
+  const auto after = std::make_shared<const PreparedObject>(std::move(copy));
+  actor.objects[index] = after;
+  for (std::shared_ptr<const Leg>& leg : actor.legs) {
+    Leg changed = *leg;
+    if (changed.from == before) changed.from = after;
+    if (changed.to == before) changed.to = after;
+    leg = std::make_shared<const Leg>(std::move(changed));
+  }
+}
+
 /// A folder of its own for each test. `common` stands behind every scene's own keys.
 class SceneTest : public FolderTest {
  protected:

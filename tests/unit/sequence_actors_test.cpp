@@ -70,7 +70,7 @@ TEST_F(ActorsTest, AnActorInCompanyIsWhatItIsAloneLaterAndElsewhere) {
 TEST_F(ActorsTest, AllComeToTheFirstSourcesSizeAndToTheirPlaces) {
   const Scene scene = scene_of(std::string(R"("actors": [{"scale": 2, )") + kCube +
                                R"(}, {"translate": [3, 1, 0], )" + kTorus + "}]");
-  const auto loaded = load_models(scene, false);
+  const auto loaded = load_models(scene, chain_objects(scene), false);
   ASSERT_TRUE(loaded.ok());
   ASSERT_EQ(loaded->models.size(), 4u);
   const float size = loaded->models[0].box().diagonal();

@@ -7,7 +7,6 @@
 
 #include "mesh/closest.h"
 #include "morph/timeline.h"
-#include "sequence/geometry/leg_surface.h"
 #include "sequence/geometry/surface_frames.h"
 #include "testing/scene.h"
 
@@ -52,24 +51,25 @@ float furthest(const std::vector<Vec3>& from, const ClosestPointQuery& to) {
 }
 
 TEST_F(CarriedFramesTest, StaysOnTheSurfaceAndShowsItsFront) {
-  struct Leg {
+  struct Case {
     const char *source, *target;
     std::vector<int> frames;
   };
   for (const auto& [source, target, frames] :
-       {Leg{"penguin", "monkey", {4, 5}}, {"sphere", "cube", {1, 3, 5}}}) {
+       {Case{"penguin", "monkey", {4, 5}}, {"sphere", "cube", {1, 3, 5}}}) {
     SCOPED_TRACE(fmt::format("{} to {}", source, target));
     const PreparedScene prepared = prepared_of(chain(source, target));
     const PreparedActor& actor = prepared.actors[0];
-    const auto carried = carry_actor(prepared, actor, frames, *engine, go_on);
+    const ActorFrames shown{prepared.scene, actor, frames};
+    const auto carried = carry_actor(shown, *engine, go_on);
     ASSERT_TRUE(carried.ok()) << carried.error().message;
-    const float size = std::min(size_at(actor, actor.legs[0], 0), size_at(actor, actor.legs[0], 1));
+    const float size = std::min(object_size(*actor.legs[0], 0), object_size(*actor.legs[0], 1));
     const std::vector<Triangle>& triangles = carried->mesh.triangles;
     for (std::size_t k = 0; k < frames.size(); ++k) {
       const MorphState moment = morph_state_at(actor.timeline, frames[k]);
-      const auto truth = volume_at(prepared, actor, *engine, 0, moment.time);
+      const auto truth = leg_surface(*actor.legs[0], moment.time, *engine);
       ASSERT_TRUE(truth.ok());
-      const Mesh& surface = truth->surface;
+      const Mesh& surface = truth->mesh;
       const std::vector<Vec3>& points = carried->mesh.points[carried->moment_of[k]];
       const ClosestPointQuery to_surface(surface.positions, surface.triangles),
           to_mesh(points, triangles);
@@ -93,11 +93,12 @@ TEST_F(CarriedFramesTest, FramesAreAlikeInAllButPlaces) {
   ask_for_attributes(prepared.scene, true, true);
   const PreparedActor& actor = prepared.actors[0];
   const std::vector<int> frames = {3, 5};
-  const auto carried = carry_actor(prepared, actor, frames, *engine, go_on);
+  const ActorFrames shown{prepared.scene, actor, frames};
+  const auto carried = carry_actor(shown, *engine, go_on);
   ASSERT_TRUE(carried.ok()) << carried.error().message;
   std::vector<SurfaceFrame> made;
   for (std::size_t k = 0; k < frames.size(); ++k) {
-    auto frame = carried_frame(prepared, actor, *carried, frames, k, *engine);
+    auto frame = carried_frame(shown, *carried, k, *engine);
     ASSERT_TRUE(frame.ok());
     made.push_back(std::move(*frame));
   }
@@ -118,7 +119,7 @@ TEST_F(CarriedFramesTest, FramesAreAlikeInAllButPlaces) {
 TEST_F(CarriedFramesTest, ARefusalNamesFrameAndPlace) {
   const std::vector<int> frames = {1, 2, 3, 4, 5};
   const PreparedScene changing = prepared_of(chain("sphere", "torus"));
-  const auto torn = carry_actor(changing, changing.actors[0], frames, *engine, go_on);
+  const auto torn = carry_actor({changing.scene, changing.actors[0], frames}, *engine, go_on);
   ASSERT_FALSE(torn.ok());
   const std::string& text = torn.error().message;
   EXPECT_NE(text.find("the topology changes: frame "), std::string::npos) << text;
@@ -128,13 +129,13 @@ TEST_F(CarriedFramesTest, ARefusalNamesFrameAndPlace) {
 
   const PreparedScene two =
       prepared_of(R"("source": "sphere", "intermediate": ["cube"], "target": "torus")");
-  const auto legs = carry_actor(two, two.actors[0], frames, *engine, go_on);
+  const auto legs = carry_actor({two.scene, two.actors[0], frames}, *engine, go_on);
   ASSERT_FALSE(legs.ok());
   EXPECT_NE(legs.error().message.find("belong to different legs"), std::string::npos);
 
   const PreparedScene balls =
       prepared_of(R"("source": "sphere", "target": "cube", "motion": {"interpolate": "balls"})");
-  const auto models = carry_actor(balls, balls.actors[0], frames, *engine, go_on);
+  const auto models = carry_actor({balls.scene, balls.actors[0], frames}, *engine, go_on);
   ASSERT_FALSE(models.ok());
   EXPECT_NE(models.error().message.find("frame 1 shows a model"), std::string::npos);
 }

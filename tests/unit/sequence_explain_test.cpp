@@ -36,17 +36,23 @@ class ExplainTest : public SceneTest {
     renderer = std::make_unique<Renderer>(std::move(*made));
   }
 
+  /// Changes the model of the cube.
+  template <class F>
+  static void change_model(PreparedScene& prepared, const F& change) {
+    change_object(prepared.actors[0], 0, [&](PreparedObject& object) { change(object.model); });
+  }
   /// The scene, with a checked texture on the cube.
   PreparedScene scene(int balls = 12, const std::string& plan = "index") {
     PreparedScene prepared = prepared_of(fmt::format(
         R"({}, "spheres": {{"balls": {}}}, "plan": {{"method": "{}"}})", kChain, balls, plan));
-    Model& model = prepared.actors[0].objects[0].model;
     Image checks = make_image(16, 16, {"R", "G", "B"});
     for (std::size_t i = 0; i < checks.pixels.size(); ++i)
       checks.pixels[i] = (i / 3 % 16 / 4 + i / 48 / 4) % 2 == 0 ? 0.7f : 0.3f;
-    model.textures = {std::make_shared<const Image>(checks)};
-    if (model.materials.empty()) model.materials.push_back({});
-    for (Material& material : model.materials) material.texture = 0;
+    change_model(prepared, [&](Model& model) {
+      model.textures = {std::make_shared<const Image>(checks)};
+      if (model.materials.empty()) model.materials.push_back({});
+      for (Material& material : model.materials) material.texture = 0;
+    });
     return prepared;
   }
   Shot shot(const PreparedScene& prepared, int frame) {
@@ -69,7 +75,7 @@ class ExplainTest : public SceneTest {
     context.surfaces_known = true;
     context.surfaces_equal =
         mesh_digest(surfaces_of(now.geometry)) == mesh_digest(surfaces_of(before.geometry));
-    context.cell = prepared.actors[0].cell;
+    context.cell = prepared.actors[0].settings.cell;
     for (const Ball& ball : now.geometry.actors[0].balls) context.balls.push_back(ball.center);
     return explain_change(now.image, before.image, context);
   }
@@ -102,8 +108,9 @@ TEST_F(ExplainTest, Light) {
 TEST_F(ExplainTest, Colour) {
   expect_said(planted(kModel,
                       [](PreparedScene& p) {
-                        for (Material& m : p.actors[0].objects[0].model.materials)
-                          m.color = m.color * 0.8f;
+                        change_model(p, [](Model& model) {
+                          for (Material& m : model.materials) m.color = m.color * 0.8f;
+                        });
                       }),
               {"geometry equal", "albedo differs on `cube`: colour"});
 }
@@ -111,8 +118,10 @@ TEST_F(ExplainTest, Colour) {
 TEST_F(ExplainTest, Roughness) {
   expect_said(planted(kModel,
                       [](PreparedScene& p) {
-                        for (Material& m : p.actors[0].objects[0].model.materials)
-                          m.roughness = m.roughness > 0.5f ? 0.15f : 0.9f;
+                        change_model(p, [](Model& model) {
+                          for (Material& m : model.materials)
+                            m.roughness = m.roughness > 0.5f ? 0.15f : 0.9f;
+                        });
                       }),
               {"geometry and albedo equal", "`cube` reflects light differently", "roughness"});
 }
@@ -134,7 +143,7 @@ TEST_F(ExplainTest, GeometryByATenthOfACell) {
   Shot now = before;
   Mesh& surface = now.geometry.actors[0].surface;
   ASSERT_FALSE(surface.positions.empty());
-  const float cell = prepared.actors[0].cell;
+  const float cell = prepared.actors[0].settings.cell;
   Vec3 top = surface.positions[0];  // the point nearest to the camera
   for (const Vec3& p : surface.positions)
     if (dot(p, prepared.camera.forward) < dot(top, prepared.camera.forward)) top = p;
@@ -166,10 +175,11 @@ TEST_F(ExplainTest, Plan) {
 TEST_F(ExplainTest, OneTexel) {
   expect_said(planted(kModel,
                       [](PreparedScene& p) {
-                        Model& model = p.actors[0].objects[0].model;
-                        Image image = *model.textures[0];
-                        for (int c = 0; c < 3; ++c) image.at(7, 8, c) = 0.9f;
-                        model.textures[0] = std::make_shared<const Image>(image);
+                        change_model(p, [](Model& model) {
+                          Image image = *model.textures[0];
+                          for (int c = 0; c < 3; ++c) image.at(7, 8, c) = 0.9f;
+                          model.textures[0] = std::make_shared<const Image>(image);
+                        });
                       }),
               {"geometry equal", "albedo differs on `cube` at ", "texture"});
 }

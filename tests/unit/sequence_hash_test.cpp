@@ -36,6 +36,12 @@ Scene scene() {
   return scene;
 }
 
+std::string hash_of(const Scene& scene, const Model& model, const Image* environment = nullptr,
+                    std::string_view program = program_identity()) {
+  const std::vector<ChainObject> chain = chain_objects(scene);
+  return content_hash({scene, chain, std::span(&model, 1), environment}, program);
+}
+
 /// A visitor of describe() that changes the field of number `target`, and names all fields.
 class ChangeField {
  public:
@@ -147,7 +153,7 @@ TEST(ContentHash, EveryKeyOfASceneCounts) {
     ChangeField change(target);
     describe(change, changed);
     if (names) *names = change.names;
-    return content_hash(changed, std::span(&model, 1), nullptr);
+    return hash_of(changed, model);
   };
   std::vector<std::string> names;
   const std::string base = hash_with(-1, &names);
@@ -172,8 +178,7 @@ TEST(ContentHash, ContentsCountAndSpellingsDoNot) {
   renamed.name = "another";
   renamed.materials[0].name = "another";
   const Model model = triangle();
-  EXPECT_EQ(content_hash(other, std::span(&renamed, 1), nullptr),
-            content_hash(scene(), std::span(&model, 1), nullptr));
+  EXPECT_EQ(hash_of(other, renamed), hash_of(scene(), model));
 }
 
 TEST(ContentHash, EverythingThatDecidesAFrameCounts) {
@@ -204,7 +209,7 @@ TEST(ContentHash, EverythingThatDecidesAFrameCounts) {
   for (const auto& change : changes) {
     Model model = triangle();
     change(model);
-    hashes.insert(content_hash(scene(), std::span(&model, 1), nullptr));
+    hashes.insert(hash_of(scene(), model));
   }
   EXPECT_EQ(hashes.size(), changes.size());
   const Model model = triangle();
@@ -214,12 +219,11 @@ TEST(ContentHash, EverythingThatDecidesAFrameCounts) {
   for (const auto& change : settings) {
     Scene changed = scene();
     change(changed);
-    EXPECT_TRUE(hashes.insert(content_hash(changed, std::span(&model, 1), nullptr)).second);
+    EXPECT_TRUE(hashes.insert(hash_of(changed, model)).second);
   }
   const Image sky = make_image(2, 1, {"R", "G", "B"});
-  EXPECT_TRUE(hashes.insert(content_hash(scene(), std::span(&model, 1), &sky)).second);
-  EXPECT_TRUE(
-      hashes.insert(content_hash(scene(), std::span(&model, 1), nullptr, "another build")).second);
+  EXPECT_TRUE(hashes.insert(hash_of(scene(), model, &sky)).second);
+  EXPECT_TRUE(hashes.insert(hash_of(scene(), model, nullptr, "another build")).second);
   EXPECT_FALSE(program_identity().empty());
 }
 

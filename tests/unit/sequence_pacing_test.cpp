@@ -1,4 +1,4 @@
-#include "sequence/pacing.h"
+#include "leg/pacing.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,6 @@
 
 #include "mesh/closest.h"
 #include "mesh/mesh_check.h"
-#include "sequence/geometry/leg_surface.h"
 #include "spheres/cache.h"
 #include "testing/scene.h"
 
@@ -61,7 +60,7 @@ class PacingTest : public SceneTest {
 TEST_F(PacingTest, RisesFromNothingToAll) {
   const PreparedScene prepared =
       prepared_of(R"("source": "cube", "target": "torus", "frames": {"count": 12})");
-  const std::vector<float>& pacing = prepared.actors[0].legs[0].plan.pacing;
+  const std::vector<float>& pacing = prepared.actors[0].legs[0]->plan.pacing;
   ASSERT_GE(pacing.size(), 3u);
   EXPECT_EQ(pacing.front(), 0);
   EXPECT_EQ(pacing.back(), 1);
@@ -69,70 +68,69 @@ TEST_F(PacingTest, RisesFromNothingToAll) {
 }
 
 TEST_F(PacingTest, EvensOutWhatChangesBetweenMoments) {
-  PreparedScene prepared =
+  const PreparedScene prepared =
       prepared_of(R"("source": "cube", "target": "torus", "frames": {"count": 12})");
-  const auto largest_over_mean = [&] {
+  const auto largest_over_mean = [&](const Leg& leg) {
     constexpr int kMoments = 16;
     std::vector<double> changes;
     Mesh before;
     for (int i = 0; i <= kMoments; ++i) {
-      auto at =
-          volume_at(prepared, prepared.actors[0], *engine, 0, static_cast<float>(i) / kMoments);
+      auto at = leg_surface(leg, static_cast<float>(i) / kMoments, *engine);
       EXPECT_TRUE(at.ok());
-      const ClosestPointQuery query(at->surface.positions, at->surface.triangles);
+      const ClosestPointQuery query(at->mesh.positions, at->mesh.triangles);
       double sum = 0;
       for (const ClosestPoint& point : query.closest(before.positions))
         sum += static_cast<double>(point.distance);
       if (i > 0) changes.push_back(sum / static_cast<double>(before.positions.size()));
-      before = std::move(at->surface);
+      before = std::move(at->mesh);
     }
     return *std::max_element(changes.begin(), changes.end()) * kMoments /
            std::accumulate(changes.begin(), changes.end(), 0.0);
   };
-  prepared.actors[0].legs[0].plan.motion.easing = Easing::kLinear;
-  const double paced = largest_over_mean();
-  prepared.actors[0].legs[0].plan.pacing.clear();
-  const double plain = largest_over_mean();
+  Leg leg = *prepared.actors[0].legs[0];
+  leg.plan.motion.easing = Easing::kLinear;
+  const double paced = largest_over_mean(leg);
+  leg.plan.pacing.clear();
+  const double plain = largest_over_mean(leg);
   EXPECT_GT(plain, 1.1);
   EXPECT_LT(paced - 1, 0.75 * (plain - 1));
 }
 
 TEST_F(PacingTest, AVolumeIsKeptByTwoSurfacesMoreThanTheOneThatShows) {
-  PreparedScene prepared =
+  const PreparedScene prepared =
       prepared_of(R"("source": "cube", "target": "torus", "frames": {"count": 12})");
-  prepared.scene.surface.min_component_share = 0;
-  const PreparedActor& actor = prepared.actors[0];
-  const PreparedLeg& leg = actor.legs[0];
-  ASSERT_GE(leg.levels.size(), 3u);
-  const double from = actor.objects[leg.from].distances.volume,
-               to = actor.objects[leg.to].distances.volume;
+  Leg leg = *prepared.actors[0].legs[0];
+  leg.settings.min_component_share = 0;
+  ASSERT_GE(std::get<DistanceLeg>(leg.kind).levels.size(), 3u);
+  const double from = leg.from->distances.volume, to = leg.to->distances.volume;
   int all = 0;
   constexpr int kMoments = 23;
   for (int i = 1; i <= kMoments; ++i) {
     CountingEngine counting(*engine);
-    const auto at = volume_at(prepared, actor, counting, 0, static_cast<float>(i) / (kMoments + 1));
+    const auto at = leg_surface(leg, static_cast<float>(i) / (kMoments + 1), counting);
     ASSERT_TRUE(at.ok()) << at.error().message;
-    const auto u = static_cast<double>(at->moment.u);
-    EXPECT_NEAR(volume_of(at->surface) / ((1 - u) * from + u * to), 1, 0.002) << i;
+    const auto u = static_cast<double>(at->state.u);
+    EXPECT_NEAR(volume_of(at->mesh) / ((1 - u) * from + u * to), 1, 0.002) << i;
     EXPECT_LE(counting.surfaces, 3) << i;
     all += counting.surfaces;
   }
   EXPECT_LT(all, 2 * kMoments);
   // Nor is the level lost where nothing is known of it.
-  prepared.actors[0].legs[0].levels.clear();
-  const auto searched = volume_at(prepared, actor, *engine, 0, 0.4f);
+  std::get<DistanceLeg>(leg.kind).levels.clear();
+  const auto searched = leg_surface(leg, 0.4f, *engine);
   ASSERT_TRUE(searched.ok());
-  const auto u = static_cast<double>(searched->moment.u);
-  EXPECT_NEAR(volume_of(searched->surface) / ((1 - u) * from + u * to), 1, 0.002);
+  const auto u = static_cast<double>(searched->state.u);
+  EXPECT_NEAR(volume_of(searched->mesh) / ((1 - u) * from + u * to), 1, 0.002);
 }
 
 TEST_F(PacingTest, IsTheSameFromTheCache) {
   const Scene scene = scene_of(R"("source": "cube", "target": "torus", "frames": {"count": 12})");
   const auto pacing_of = [&](const std::filesystem::path& cache) {
     const auto prepared = prepare_scene(scene, *engine, cache);
-    const PreparedLeg& leg = prepared->actors[0].legs[0];
+    const Leg& leg = *prepared->actors[0].legs[0];
+    const std::vector<float>& levels = std::get<DistanceLeg>(leg.kind).levels;
     std::vector<float> all = leg.plan.pacing;
-    all.insert(all.end(), leg.levels.begin(), leg.levels.end());
+    all.insert(all.end(), levels.begin(), levels.end());
     return all;
   };
   const std::filesystem::path cache = folder / "paces";
@@ -151,7 +149,7 @@ TEST_F(PacingTest, IsLeftToBallsThatHaveTimesOfTheirOwn) {
   const PreparedScene prepared = prepared_of(
       R"("source": "cube", "target": "torus", "frames": {"count": 12},
          "motion": {"stagger": "axis"})");
-  EXPECT_TRUE(prepared.actors[0].legs[0].plan.pacing.empty());
+  EXPECT_TRUE(prepared.actors[0].legs[0]->plan.pacing.empty());
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ class SequenceTest : public FolderTest {
 };
 
 TEST_F(SequenceTest, ObjectsStandAtTheSourcesSizeUnlessToldOtherwise) {
-  const auto loaded = load_models(scene, false);
+  const auto loaded = load_models(scene, chain_objects(scene), false);
   ASSERT_TRUE(loaded.ok());
   const float size = loaded->models[0].box().diagonal();
   for (const Model& model : loaded->models) {
@@ -66,7 +66,7 @@ TEST_F(SequenceTest, ObjectsStandAtTheSourcesSizeUnlessToldOtherwise) {
   }
   scene.actors[0].target.scale = {2, 2, 2};
   scene.actors[0].target.translate = {1, 0, 0};
-  const Box box = load_models(scene, false)->models[2].box();
+  const Box box = load_models(scene, chain_objects(scene), false)->models[2].box();
   EXPECT_NEAR(box.diagonal() / size, 2, 1e-4);
   EXPECT_NEAR(box.center().x, 1, 1e-4);
   EXPECT_NEAR(box.low.y, 0, 1e-5);
@@ -75,7 +75,7 @@ TEST_F(SequenceTest, ObjectsStandAtTheSourcesSizeUnlessToldOtherwise) {
 TEST_F(SequenceTest, TurningAnObjectDoesNotChangeItsSize) {
   scene.actors[0].source.rotate = scene.actors[0].target.rotate = {0, 45, 0};
   scene.actors[0].target.shape = "cube";
-  const auto loaded = load_models(scene, false);
+  const auto loaded = load_models(scene, chain_objects(scene), false);
   ASSERT_TRUE(loaded.ok());
   EXPECT_NEAR(loaded->models[2].box().diagonal() / loaded->models[0].box().diagonal(), 1, 1e-4);
 }
@@ -89,7 +89,7 @@ TEST_F(SequenceTest, ACreaseDecidesWhichEdgesAreSharp) {
   scene.actors[0].source.model = folder / "roof.obj";
   const auto normals = [&](std::optional<float> crease) {
     scene.actors[0].source.crease = crease;
-    const auto loaded = load_models(scene, false);
+    const auto loaded = load_models(scene, chain_objects(scene), false);
     EXPECT_TRUE(loaded.ok());
     return loaded->models[0].corner_normals;
   };
@@ -146,12 +146,10 @@ TEST_F(SequenceTest, BallsEncloseTheModelsVolumeAndFramesGoEvenlyBetween) {
   fine.surface.resolution = 128;
   const auto exact = prepare_scene(fine, *engine, shared_cache());
   ASSERT_TRUE(exact.ok()) << exact.error().message;
-  for (const PreparedObject& object : exact->actors[0].objects) {
-    EXPECT_NEAR(object.ball_volume / solid_volume(object.model, InsideTest(object.model)), 1, 0.004)
-        << object.name;
-    EXPECT_NEAR(object.distances.volume / solid_volume(object.model, InsideTest(object.model)), 1,
-                0.03)
-        << object.name;
+  for (const auto& object : exact->actors[0].objects) {
+    const double solid = solid_volume(object->model, InsideTest(object->model));
+    EXPECT_NEAR(object->ball_volume / solid, 1, 0.004) << object->name;
+    EXPECT_NEAR(object->distances.volume / solid, 1, 0.03) << object->name;
   }
   const auto prepared = prepare_scene(scene, *engine, shared_cache());
   ASSERT_TRUE(prepared.ok()) << prepared.error().message;
@@ -167,9 +165,9 @@ TEST_F(SequenceTest, BallsEncloseTheModelsVolumeAndFramesGoEvenlyBetween) {
     EXPECT_TRUE(report.closed()) << frame;
     EXPECT_EQ(report.degenerate_triangles, 0u) << frame;
     if (m.stage != Stage::kVolume) continue;
-    const std::vector<PreparedObject>& objects = prepared->actors[0].objects;
-    const double from = objects[static_cast<std::size_t>(m.leg)].distances.volume,
-                 to = objects[static_cast<std::size_t>(m.leg) + 1].distances.volume;
+    const ObjectList& objects = prepared->actors[0].objects;
+    const double from = objects[static_cast<std::size_t>(m.leg)]->distances.volume,
+                 to = objects[static_cast<std::size_t>(m.leg) + 1]->distances.volume;
     const double wanted = (1 - static_cast<double>(m.u)) * from + static_cast<double>(m.u) * to;
     EXPECT_NEAR(report.volume / wanted, 1, 0.03) << frame;
   }
@@ -321,16 +319,16 @@ TEST_F(SequenceTest, EveryFieldMorphsFromAClosedSurfaceToAnother) {
       scene.boundary.method = boundary;
       const auto prepared = prepare_scene(scene, *engine, shared_cache());
       ASSERT_TRUE(prepared.ok()) << prepared.error().message;
-      for (const PreparedObject& object : prepared->actors[0].objects)
-        EXPECT_NEAR(object.ball_volume / solid_volume(object.model, InsideTest(object.model)), 1,
+      for (const auto& object : prepared->actors[0].objects)
+        EXPECT_NEAR(object->ball_volume / solid_volume(object->model, InsideTest(object->model)), 1,
                     0.03)
-            << object.name;
+            << object->name;
       for (const int frame : {2, 3, 7, 12, 13}) {
         const auto geometry = geometry_at(*prepared, *engine, frame);
         ASSERT_TRUE(geometry.ok()) << geometry.error().message;
         if (geometry->actors[0].surface.triangles.empty()) continue;
         EXPECT_TRUE(check_mesh(geometry->actors[0].surface).closed()) << frame;
-        EXPECT_EQ(geometry->actors[0].layers.at(0).materials.triangle_materials.size(),
+        EXPECT_EQ(geometry->actors[0].look.layers.at(0).materials.triangle_materials.size(),
                   geometry->actors[0].surface.triangles.size());
       }
     }
@@ -362,9 +360,10 @@ TEST(Handover, IsWithinAThousandthOfTheModel) {
       const auto after = geometry_at(*prepared, *engine, last + 1);
       ASSERT_TRUE(before.ok() && after.ok());
       const std::string what = fmt::format("{} {}", name, method);
-      const bool projected = prepared->actors[0].objects[0].boundary == BoundaryMethod::kProject;
+      const bool projected =
+          std::holds_alternative<Projection>(prepared->actors[0].objects[0]->boundary);
       EXPECT_EQ(projected, std::string(method) == "project") << what;
-      const Model& model = prepared->actors[0].objects[0].model;
+      const Model& model = prepared->actors[0].objects[0]->model;
       const ClosestPointQuery mesh =
           projected ? ClosestPointQuery(before->actors[0].points, model.triangles)
                     : ClosestPointQuery(before->actors[0].surface.positions,

@@ -9,9 +9,7 @@
 #include "mesh/mesh_check.h"
 #include "morph/motion.h"
 #include "sequence/analyze_sequence.h"
-#include "sequence/geometry/frame_labels.h"
 #include "sequence/geometry/geometry.h"
-#include "sequence/geometry/leg_surface.h"
 #include "testing/scene.h"
 
 namespace polymorph {
@@ -21,9 +19,10 @@ class RetargetTest : public SceneTest {
  protected:
   RetargetTest() : SceneTest(R"("spheres": {"balls": 16}, "surface": {"resolution": 40})") {}
   Mesh surface_of(const PreparedScene& prepared, int leg, float time) {
-    auto geometry = volume_at(prepared, prepared.actors[0], *engine, leg, time);
-    EXPECT_TRUE(geometry.ok()) << geometry.error().message;
-    return geometry.ok() ? std::move(geometry->surface) : Mesh{};
+    auto surface =
+        leg_surface(*prepared.actors[0].legs[static_cast<std::size_t>(leg)], time, *engine);
+    EXPECT_TRUE(surface.ok()) << surface.error().message;
+    return surface.ok() ? std::move(surface->mesh) : Mesh{};
   }
 };
 
@@ -45,11 +44,12 @@ TEST_F(RetargetTest, TheSurfaceAtTheChangeIsOneAndTheSame) {
   const PreparedActor& actor = prepared.actors[0];
   ASSERT_EQ(actor.legs.size(), 2u);
   ASSERT_EQ(actor.objects.size(), 4u) << "the balls in flight are an object after the chain's";
-  EXPECT_EQ(actor.legs[1].from, 3u);
-  EXPECT_EQ(actor.legs[1].to, 2u);
+  EXPECT_EQ(actor.legs[1]->from, actor.objects[3]);
+  EXPECT_EQ(actor.legs[1]->before, actor.legs[0]);
+  EXPECT_EQ(actor.legs[1]->to, actor.objects[2]);
   const Mesh before = surface_of(prepared, 0, 0.45f), after = surface_of(prepared, 1, 0);
   const double size = static_cast<double>(box_of(before.positions).diagonal());
-  expect_same_surface(before, after, actor.cell);
+  expect_same_surface(before, after, actor.settings.cell);
   EXPECT_NEAR(check_mesh(before).volume / check_mesh(after).volume, 1, 3e-3);
   // It is neither of the objects that it lies between.
   EXPECT_GT(measured(before).distance_to(measured(surface_of(prepared, 0, 0))).largest,
@@ -82,13 +82,13 @@ TEST_F(RetargetTest, NoFrameJumps) {
 /// Of all balls: root mean square of what changes of their velocity at the change, over it.
 double velocity_change(const PreparedScene& prepared, bool carried) {
   const PreparedActor& actor = prepared.actors[0];
-  MorphPlan plan = actor.legs[1].plan;
+  MorphPlan plan = actor.legs[1]->plan;
   if (!carried) {
     BallPaths paths = *plan.paths;
     for (BallPath& path : paths.balls) path.drift = {};
     plan.paths = std::make_shared<const BallPaths>(std::move(paths));
   }
-  const MorphPlan& before = actor.legs[0].plan;
+  const MorphPlan& before = actor.legs[0]->plan;
   const float step = 1e-2f;
   const auto at = [&](double frames, int leg) {
     return static_cast<float>(frames) * static_cast<float>(pace_of(actor.timeline.legs[leg]));
@@ -128,18 +128,18 @@ TEST_F(RetargetTest, ItsColoursAreThoseOfAllThatItWasBetween) {
   const auto before = geometry_at(prepared, *engine, change - 1),
              after = geometry_at(prepared, *engine, change);
   ASSERT_TRUE(before.ok() && after.ok());
-  const auto& old_layers = before->actors[0].layers;
-  const auto& layers = after->actors[0].layers;
+  const auto& old_layers = before->actors[0].look.layers;
+  const auto& layers = after->actors[0].look.layers;
   ASSERT_EQ(old_layers.size(), 2u);
   ASSERT_EQ(layers.size(), 2u) << "the new target has no share yet";
-  EXPECT_EQ(layers[0].object, 0u);
-  EXPECT_EQ(layers[1].object, 1u);
+  EXPECT_EQ(layers[0].object, prepared.actors[0].objects[0]);
+  EXPECT_EQ(layers[1].object, prepared.actors[0].objects[1]);
   const auto late = geometry_at(prepared, *engine, prepared.frame_count - 1);
   ASSERT_TRUE(late.ok());
-  ASSERT_EQ(late->actors[0].layers.size(), 1u) << "all others have no share any more";
-  EXPECT_EQ(late->actors[0].layers[0].object, 2u);
+  ASSERT_EQ(late->actors[0].look.layers.size(), 1u) << "all others have no share any more";
+  EXPECT_EQ(late->actors[0].look.layers[0].object, prepared.actors[0].objects[2]);
   EXPECT_NEAR(layers[1].share, old_layers[1].share, 0.1f);
-  const float left = progress_at(prepared.actors[0].legs[0].plan, 0.45f);
+  const float left = progress_at(prepared.actors[0].legs[0]->plan, 0.45f);
   EXPECT_GT(layers[1].share, 0.0f);
   EXPECT_LT(layers[1].share, left);  // colours change later than the shape, until half way
 }
@@ -159,12 +159,12 @@ TEST_F(RetargetTest, ItHasColoursWhereverItWasLeft) {
     const PreparedActor& actor = prepared.actors[0];
     int frame = 1;
     const auto moment = [&] { return morph_state_at(actor.timeline, frame); };
-    while (moment().leg == 0 || progress_at(actor.legs[1].plan, moment().time) < 0.3f) ++frame;
+    while (moment().leg == 0 || progress_at(actor.legs[1]->plan, moment().time) < 0.3f) ++frame;
     const auto geometry = geometry_at(prepared, *engine, frame);
     ASSERT_TRUE(geometry.ok()) << geometry.error().message;
     const ActorGeometry& one = geometry->actors[0];
-    ASSERT_EQ(one.colors.size(), one.surface.positions.size());
-    for (const Vec3 color : one.colors) {
+    ASSERT_EQ(one.look.colors.size(), one.surface.positions.size());
+    for (const Vec3 color : one.look.colors) {
       EXPECT_GE(std::min({color.x, color.y, color.z}), 0.0f);
       EXPECT_LE(std::max({color.x, color.y, color.z}), 1.0f);
       EXPECT_GT(std::max({color.x, color.y, color.z}), 0.05f);
@@ -194,12 +194,12 @@ TEST_F(RetargetTest, MindsMayBeChangedTwice) {
            {"shape": "puddle", "retarget": 0.6}], "target": "sphere", "frames": {"count": 40})");
   const PreparedActor& actor = prepared.actors[0];
   ASSERT_EQ(actor.legs.size(), 3u);
-  EXPECT_EQ(actor.legs[2].from, 5u);
+  EXPECT_EQ(actor.legs[2]->from, actor.objects[5]);
   const Mesh before = surface_of(prepared, 1, 0.6f), after = surface_of(prepared, 2, 0);
-  expect_same_surface(before, after, actor.cell);
+  expect_same_surface(before, after, actor.settings.cell);
   const auto last = geometry_at(prepared, *engine, 34);
   ASSERT_TRUE(last.ok());
-  EXPECT_EQ(last->actors[0].layers.size(), 4u);
+  EXPECT_EQ(last->actors[0].look.layers.size(), 4u);
   // Vertices still know what they belong to.
   EXPECT_EQ(actor.label_names, (std::vector<std::string>{"cube", "torus", "puddle", "sphere"}));
   const auto labels = surface_labels(actor, last->actors[0], *engine);

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "mesh/mesh_check.h"
-#include "sequence/geometry/leg_surface.h"
 #include "testing/scene.h"
 
 namespace polymorph {
@@ -40,13 +39,12 @@ TEST_F(ShellTest, WallsAreNeitherTornNorLeaveTheirEnds) {
       R"("source": {"model": "dome.obj"}, "target": {"model": "box.obj"}, "frames": {"count": 9})");
   ASSERT_EQ(prepared.actors.size(), 1u);
   const PreparedActor& actor = prepared.actors[0];
-  for (const PreparedObject& object : actor.objects)
-    EXPECT_TRUE(is_shell(object.distances)) << object.name;
+  for (const auto& object : actor.objects) EXPECT_TRUE(is_shell(object->distances)) << object->name;
   const float slack = 0.05f * actor.box.diagonal();
   for (const float time : {0.25f, 0.5f, 0.75f}) {
-    const auto at = volume_at(prepared, actor, *engine, 0, time);
+    const auto at = leg_surface(*actor.legs[0], time, *engine);
     ASSERT_TRUE(at.ok());
-    const Mesh& mesh = at->surface;
+    const Mesh& mesh = at->mesh;
     const MeshReport check = check_mesh(mesh);
     EXPECT_TRUE(check.closed()) << time;
     // One wall with a few pinholes at most; how many hangs on the last bits of the fit (7 were

@@ -66,33 +66,32 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
   result.findings = reading.findings;
   if (!result.findings.empty()) return result;
   result.frames = frame_count(reading.scene);
-  if (const Status fits = check_model_files(reading.scene, common.max_memory); !fits) {
+  const std::vector<ChainObject> chain = chain_objects(reading.scene);
+  if (const Status fits = check_model_files(chain, common.max_memory); !fits) {
     result.errors.push_back(fits.error().message);
     return result;
   }
   LoadedScene loaded;
-  result.errors = find_problems(reading.scene, cache, loaded);
+  result.errors = find_problems(reading.scene, chain, cache, loaded);
   result.warnings = loaded.warnings;
   const auto pictures = static_cast<std::size_t>(std::min(result.frames, 2));  // traced, written
-  result.memory = estimate_memory(reading.scene, loaded.models, pictures);
+  result.memory = estimate_memory(reading.scene, chain, loaded.models, pictures);
   if (const Status fits = check_memory(result.memory, common.max_memory); !fits)
     result.errors.push_back(fits.error().message);
-  std::vector<const ObjectSettings*> objects;
-  for (const ActorSettings& actor : reading.scene.actors)
-    for (const ObjectSettings* object : chain_objects(actor)) objects.push_back(object);
-  for (std::size_t i = 0; i < objects.size(); ++i) {
+  for (std::size_t i = 0; i < chain.size(); ++i) {
+    const ObjectSettings& object = *chain[i].settings;
     if (loaded.models[i].triangles.empty()) continue;
-    const Activity activity("looking for faults in " + objects[i]->name);
+    const Activity activity("looking for faults in " + object.name);
     const Diagnosis diagnosis = diagnose_fully(loaded.models[i]);
     for (const std::string& problem : describe_problems(diagnosis))
-      result.warnings.push_back(objects[i]->name + ": " + problem);
+      result.warnings.push_back(object.name + ": " + problem);
     if (const std::string crossings = describe_crossings(diagnosis);
-        !crossings.empty() && objects[i]->spheres.inside == InsideMethod::kParity)
-      result.warnings.push_back(objects[i]->name + ": " + crossings);
-    result.objects.emplace_back(objects[i]->name, diagnosis);
-    if (!options.fit || objects[i]->spheres.fit == FitKind::kNone) continue;
-    PM_TRY(const std::string bad, bad_fit(loaded.models[i], *objects[i], cache));
-    if (!bad.empty()) result.warnings.push_back(objects[i]->name + ": " + bad);
+        !crossings.empty() && object.spheres.inside == InsideMethod::kParity)
+      result.warnings.push_back(object.name + ": " + crossings);
+    result.objects.emplace_back(object.name, diagnosis);
+    if (!options.fit || object.spheres.fit == FitKind::kNone) continue;
+    PM_TRY(const std::string bad, bad_fit(loaded.models[i], object, cache));
+    if (!bad.empty()) result.warnings.push_back(object.name + ": " + bad);
   }
   return result;
 }

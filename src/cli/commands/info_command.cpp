@@ -85,7 +85,7 @@ nlohmann::ordered_json print_frames(const InfoOptions& options, const Scene& sce
   const auto name = [&](int index) { return objects[static_cast<std::size_t>(index)]->name; };
   Json json{{"name", actor.name}, {"legs", Json::array()}, {"frames", Json::array()}};
   for (std::size_t i = 0; i < timeline.legs.size(); ++i) {
-    const Leg& leg = timeline.legs[i];
+    const LegTiming& leg = timeline.legs[i];
     Json shares;
     for (const StageInfo& stage : stage_table())
       shares[stage.name] = leg.shares[static_cast<std::size_t>(stage.stage)];

@@ -165,7 +165,7 @@ Status MeshRun::check_outputs() {
   // Known once the scene is prepared.
   std::size_t textures = 0;
   for (const PreparedActor& actor : prepared_.actors)
-    for (const PreparedObject& object : actor.objects) textures += object.model.textures.size();
+    for (const auto& object : actor.objects) textures += object->model.textures.size();
   for (std::size_t i = 1; i <= textures; ++i)
     PM_TRY_STATUS(check_output(library_path(fmt::format(".texture{}.png", i)), overwrite));
   return Ok{};
@@ -239,7 +239,7 @@ Status MeshRun::write_carried() {
   };
   std::vector<CarriedActor> actors;
   for (const PreparedActor& actor : prepared_.actors) {
-    PM_TRY(CarriedActor carried, carry_actor(prepared_, actor, frames_, *engine_, stopped));
+    PM_TRY(CarriedActor carried, carry_actor({prepared_.scene, actor, frames_}, *engine_, stopped));
     const auto worst = static_cast<std::size_t>(
         std::max_element(carried.errors.begin(), carried.errors.end()) - carried.errors.begin());
     log_info("{}: {} triangles through {} frames, at most {:.2f} % of the diagonal off the surface",
@@ -251,8 +251,8 @@ Status MeshRun::write_carried() {
     PM_TRY_STATUS(going_on());
     std::vector<SurfaceFrame> frames;
     for (std::size_t a = 0; a < actors.size(); ++a) {
-      PM_TRY(SurfaceFrame frame,
-             carried_frame(prepared_, prepared_.actors[a], actors[a], frames_, k, *engine_));
+      PM_TRY(SurfaceFrame frame, carried_frame({prepared_.scene, prepared_.actors[a], frames_},
+                                               actors[a], k, *engine_));
       frames.push_back(std::move(frame));
     }
     PM_TRY_STATUS(write_surfaces(frames_[k], stage_names(prepared_, frames_[k]), frames));

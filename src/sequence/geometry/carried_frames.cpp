@@ -3,10 +3,8 @@
 #include <algorithm>
 
 #include "mesh/mesh_check.h"
-#include "model/transfer.h"
-#include "sequence/geometry/frame_labels.h"
+#include "morph/motion.h"
 #include "sequence/geometry/geometry.h"
-#include "sequence/geometry/leg_surface.h"
 #include "sequence/geometry/surface_frames.h"
 
 namespace polymorph {
@@ -17,17 +15,23 @@ constexpr const char* kInstead =
 
 std::string place_text(Vec3 p) { return fmt::format("({:.3g}, {:.3g}, {:.3g})", p.x, p.y, p.z); }
 
-/// The moments of the leg that frames show, each once.
-Status find_moments(const PreparedScene& prepared, const PreparedActor& actor,
-                    std::span<const int> frames, CarriedActor& carried) {
+/// Does the leg go from model to model by stages, and not by its surface alone?
+bool has_stages(const Leg& leg) {
+  return visit(
+      leg, [] { return true; }, [](const DistanceLeg&) { return false; });
+}
+
+/// Finds the moments of the leg that frames show, each once.
+Status find_moments(const ActorFrames& shown, CarriedActor& carried) {
+  const auto& [scene, actor, frames] = shown;
   for (const int frame : frames) {
-    const MorphState moment = morph_state_at(actor.timeline, shown_frame(prepared.scene, frame));
+    const MorphState moment = morph_state_at(actor.timeline, shown_frame(scene, frame));
     if (!carried.moments.empty() && moment.leg != carried.moments.front().leg)
       return make_error(ErrorCode::kInput,
                         "{}: frames {} and {} belong to different legs, and one mesh goes through "
                         "one - choose the frames of a leg with -f",
                         actor.name, frames.front(), frame);
-    if (moment.object >= 0 && !leg_of(actor, moment.leg).distance)
+    if (moment.object >= 0 && has_stages(*actor.legs[static_cast<std::size_t>(moment.leg)]))
       return make_error(
           ErrorCode::kInput,
           "{}: frame {} shows a model ({}), which has a mesh of its own - choose the "
@@ -47,17 +51,18 @@ std::string describe(const MeshReport& report) {
 
 /// Is the topology the same at all moments? Gives the one whose surface is largest: the most of
 /// what there is to stand for.
-Result<std::size_t> check_moments(const PreparedActor& actor, std::span<const int> frames,
-                                  const CarriedActor& carried, const MovingSurface& surface) {
-  std::size_t largest = 0, shown = 0;
+Result<std::size_t> check_moments(const ActorFrames& shown, const CarriedActor& carried,
+                                  const MovingSurface& surface) {
+  const auto& [scene, actor, frames] = shown;
+  std::size_t largest = 0, first_shown = 0;
   double area = -1;
   MeshReport first;
   for (std::size_t k = 0; k < carried.moments.size(); ++k) {
-    while (carried.moment_of[shown] != k) ++shown;
+    while (carried.moment_of[first_shown] != k) ++first_shown;
     PM_TRY(const CarryTarget target, surface.at(carried.moments[k].time));
     if (target.surface.triangles.empty())
       return make_error(ErrorCode::kInput, "{}: frame {} shows no surface - {}", actor.name,
-                        frames[shown], kInstead);
+                        frames[first_shown], kInstead);
     const MeshReport report = check_mesh(target.surface);
     if (report.area > area) area = report.area, largest = k;
     if (k == 0) first = report;
@@ -75,15 +80,15 @@ Result<std::size_t> check_moments(const PreparedActor& actor, std::span<const in
     return make_error(ErrorCode::kInput,
                       "{}: the topology changes: frame {} has {}, and frame {} has {}; they differ "
                       "most at {} - {}",
-                      actor.name, frames[shown - 1], describe(first), frames[shown],
+                      actor.name, frames[first_shown - 1], describe(first), frames[first_shown],
                       describe(report), place_text(out.first > in.first ? out.second : in.second),
                       kInstead);
   }
   return largest;
 }
 
-Status check_faults(const PreparedActor& actor, std::span<const int> frames,
-                    const CarriedActor& carried) {
+Status check_faults(const ActorFrames& shown, const CarriedActor& carried) {
+  const auto& [scene, actor, frames] = shown;
   for (std::size_t k = 0; k < frames.size(); ++k) {
     const CarryFault& fault = carried.mesh.faults[carried.moment_of[k]];
     if (fault.inverted > 0)
@@ -111,60 +116,53 @@ Vec3 interpolated(const std::vector<Vec3>& values, const Triangle& t, const Tria
 
 }  // namespace
 
-Result<CarriedActor> carry_actor(const PreparedScene& prepared, const PreparedActor& actor,
-                                 std::span<const int> frames, Engine& engine,
+Result<CarriedActor> carry_actor(const ActorFrames& shown, Engine& engine,
                                  const std::function<Status()>& stopped) {
   CarriedActor carried;
-  PM_TRY_STATUS(find_moments(prepared, actor, frames, carried));
-  const int leg_number = carried.moments.front().leg;
-  const PreparedLeg& leg = leg_of(actor, leg_number);
+  PM_TRY_STATUS(find_moments(shown, carried));
+  const Leg& leg = *shown.actor.legs[static_cast<std::size_t>(carried.moments.front().leg)];
   MovingSurface surface;
   surface.at = [&](float time) -> Result<CarryTarget> {
     PM_TRY_STATUS(stopped());
-    PM_TRY(ActorGeometry geometry, volume_at(prepared, actor, engine, leg_number, time));
-    return make_carry_target(std::move(geometry.surface));
+    PM_TRY(LegSurface at, leg_surface(leg, time, engine));
+    return make_carry_target(std::move(at.mesh));
   };
   surface.flow = [&](std::span<const Vec3> from, float time,
                      float next) -> Result<std::vector<Vec3>> {
     std::vector<Vec3> points(from.begin(), from.end());
-    PM_TRY(const BallSet balls, balls_at(leg.plan, time, engine));
-    PM_TRY(const Flow flow, flow_on_leg(actor, leg, time, next, balls, points, engine));
+    LegState state;
+    state.time = time;
+    PM_TRY(state.balls, balls_at(leg.plan, time, engine));
+    PM_TRY(const Flow flow, flow_until(leg, state, next, points, engine));
     for (std::size_t i = 0; i < points.size(); ++i) points[i] = points[i] + flow.displacement[i];
     return points;
   };
-  PM_TRY(const std::size_t start, check_moments(actor, frames, carried, surface));
-  const float size = std::min(size_at(actor, leg, 0), size_at(actor, leg, 1));
+  PM_TRY(const std::size_t start, check_moments(shown, carried, surface));
+  const float size = std::min(object_size(leg, 0), object_size(leg, 1));
   std::vector<float> times;
   for (const MorphState& moment : carried.moments) times.push_back(moment.time);
-  PM_TRY(carried.mesh, carry(surface, times, start, {kCarriedError * size, actor.cell}));
+  PM_TRY(carried.mesh, carry(surface, times, start, {kCarriedError * size, leg.settings.cell}));
   for (const CarryFault& fault : carried.mesh.faults)
     carried.errors.push_back(fault.distance / size);
-  PM_TRY_STATUS(check_faults(actor, frames, carried));
-
-  const PreparedObject& source = actor.objects[leg.from];
-  if (!source.model.corner_uvs.empty()) {
-    const float time = times.front();
-    PM_TRY(const BallSet balls, balls_at(leg.plan, time, engine));
-    const FrameMap map = leg.distance ? map_at(actor, leg, time, balls) : FrameMap{};
-    PM_TRY(const PullBack pulled,
-           pulled_back(leg, time, balls, map, carried.mesh.points.front(), engine));
-    carried.corner_uvs = transfer_materials(source.model, *source.outer, source.charts,
-                                            pulled.source, carried.mesh.triangles)
-                             .corner_uvs;
-  }
+  PM_TRY_STATUS(check_faults(shown, carried));
+  if (leg.from->model.corner_uvs.empty()) return carried;
+  PM_TRY(const LegState state, leg_state(leg, times.front(), engine));
+  PM_TRY(const PullBack pulled, pull_back(leg, state, carried.mesh.points.front(), engine));
+  carried.corner_uvs =
+      object_layer(leg.from, carried.mesh.triangles, pulled.source).materials.corner_uvs;
   return carried;
 }
 
-Result<SurfaceFrame> carried_frame(const PreparedScene& prepared, const PreparedActor& actor,
-                                   const CarriedActor& carried, std::span<const int> frames,
+Result<SurfaceFrame> carried_frame(const ActorFrames& shown, const CarriedActor& carried,
                                    std::size_t k, Engine& engine) {
+  const auto& [scene, actor, frames] = shown;
   const std::size_t moment = carried.moment_of[k];
-  PM_TRY(ActorGeometry geometry, leg_geometry(prepared, actor, engine, carried.moments[moment]));
+  PM_TRY(ActorGeometry geometry, leg_geometry(actor, carried.moments[moment], engine));
   geometry.moment.object = -1;
-  if (aov_is_chosen(prepared.scene.image.aovs, "label")) {
+  if (aov_is_chosen(scene.image.aovs, "label")) {
     PM_TRY(geometry.surface_labels, surface_labels(actor, geometry, engine));
   }
-  const SurfaceFrame truth = extracted_frame(prepared, actor, geometry);
+  const SurfaceFrame truth = extracted_frame(actor, geometry, scene.look);
   SurfaceFrame frame;
   frame.positions = carried.mesh.points[moment];
   frame.triangles = carried.mesh.triangles;
@@ -192,8 +190,7 @@ Result<SurfaceFrame> carried_frame(const PreparedScene& prepared, const Prepared
   frame.velocities.assign(frame.positions.size(), Vec3{});
   if (k + 1 < frames.size()) {
     const std::vector<Vec3>& next = carried.mesh.points[carried.moment_of[k + 1]];
-    const float per_second =
-        prepared.scene.frames.fps / static_cast<float>(frames[k + 1] - frames[k]);
+    const float per_second = scene.frames.fps / static_cast<float>(frames[k + 1] - frames[k]);
     for (std::size_t i = 0; i < next.size(); ++i)
       frame.velocities[i] = (next[i] - frame.positions[i]) * per_second;
   }

@@ -27,19 +27,24 @@ struct CarriedActor {
   std::vector<float> errors;           ///< at each moment: Hausdorff distance over the diagonal
 };
 
-/// Carries the surface of an actor through frames (rising) of one leg (mesh/carry/carry.h). Frames
-/// that show a model show the surface that the cells make of it. `stopped` is asked before each
-/// surface that is made, and ends the work with its error. Errors: kInput where the frames belong
-/// to several legs or show boundary stages, where the topology changes, a triangle would be
-/// inverted, or the error would exceed kCarriedError, each with frame and place; kResource.
-Result<CarriedActor> carry_actor(const PreparedScene& prepared, const PreparedActor& actor,
-                                 std::span<const int> frames, Engine& engine,
+/// Frames of an actor, rising, of one leg.
+struct ActorFrames {
+  const Scene& scene;
+  const PreparedActor& actor;
+  std::span<const int> frames;
+};
+
+/// Carries the surface of an actor through its frames (mesh/carry/carry.h). Frames that show a
+/// model show the surface that the cells make of it. `stopped` is asked before each surface that is
+/// made, and ends the work with its error. Errors: kInput where the frames belong to several legs
+/// or show boundary stages, where the topology changes, a triangle would be inverted, or the error
+/// would exceed kCarriedError, each with frame and place; kResource.
+Result<CarriedActor> carry_actor(const ActorFrames& shown, Engine& engine,
                                  const std::function<Status()>& stopped);
 
-/// The carried mesh in the place of the true surface of `frames[k]`: normals, colours and labels
-/// are that surface's where it is nearest, velocities lead to the next frame's points.
-Result<SurfaceFrame> carried_frame(const PreparedScene& prepared, const PreparedActor& actor,
-                                   const CarriedActor& carried, std::span<const int> frames,
+/// The carried mesh in the place of the true surface of frame number `k` of them: normals, colours
+/// and labels are that surface's where it is nearest, velocities lead to the next frame's points.
+Result<SurfaceFrame> carried_frame(const ActorFrames& shown, const CarriedActor& carried,
                                    std::size_t k, Engine& engine);
 
 }  // namespace polymorph

@@ -5,11 +5,10 @@
 
 #include "field/extract_surface.h"
 #include "field/level.h"
+#include "leg/surface_look.h"
 #include "morph/motion.h"
 #include "render/materials/materials.h"
 #include "render/rays/scene_build.h"
-#include "sequence/geometry/leg_surface.h"
-#include "sequence/geometry/looks.h"
 #include "sequence/geometry/surface_frames.h"
 
 namespace polymorph {
@@ -21,11 +20,10 @@ constexpr int kMinKeys = 17, kMaxKeys = 49;
 
 /// The times of the frames that show the leg on its way, and its ends; fewer or more of them,
 /// evenly, where they are too many or too few.
-std::vector<float> key_times(const PreparedActor& actor, int leg) {
-  const float until = leg_of(actor, leg).until;
+std::vector<float> key_times(const Timeline& timeline, int leg, float until) {
   std::vector<float> times{0};
-  for (int frame = 1; frame <= actor.timeline.count; ++frame) {
-    const MorphState moment = morph_state_at(actor.timeline, frame);
+  for (int frame = 1; frame <= timeline.count; ++frame) {
+    const MorphState moment = morph_state_at(timeline, frame);
     if (moment.leg == leg && moment.object < 0 && moment.time > times.back() && moment.time < until)
       times.push_back(moment.time);
   }
@@ -68,23 +66,26 @@ std::shared_ptr<const Regression> ball_map(const MorphPlan& plan, float time,
   return map;
 }
 
-Result<PlayKey> key_at(const PreparedScene& prepared, const PreparedActor& actor, int number,
-                       float time, Engine& engine) {
-  const PreparedLeg& leg = leg_of(actor, number);
-  PM_TRY(ActorGeometry geometry, leg.distance
-                                     ? volume_at(prepared, actor, engine, number, time)
-                                     : balls_on_way(prepared, actor, engine, number, time));
+Result<PlayKey> key_at(const Leg& leg, float time, Engine& engine) {
   PlayKey key;
   key.time = time;
   key.progress = std::clamp(progress_at(leg.plan, time), 0.0f, 1.0f);
-  key.balls = rescaled(geometry.balls.balls(), leg.plan.kind, geometry.iso);
-  if (leg.distance) {
-    key.between = std::move(geometry.between);
-    key.box = geometry.map.box;
-  } else {
-    key.between.map = ball_map(leg.plan, time, geometry.balls);
-    key.box = surface_bounds(key.balls, prepared.extract);
-  }
+  const auto on_balls = [&]() -> Status {
+    PM_TRY(const LegState state, leg_state(leg, time, engine));
+    PM_TRY(const float iso, volume_iso(leg, state, engine));
+    key.balls = rescaled(state.balls.balls(), leg.plan.kind, iso);
+    key.between.map = ball_map(leg.plan, time, state.balls);
+    key.box = surface_bounds(key.balls, leg.settings.measured);
+    return Ok{};
+  };
+  const auto on_distances = [&](const DistanceLeg&) -> Status {
+    PM_TRY(LegSurface surface, leg_surface(leg, time, engine));
+    key.balls = rescaled(surface.state.balls.balls(), leg.plan.kind, surface.iso);
+    key.between = std::move(surface.field);
+    key.box = surface.state.map.box;
+    return Ok{};
+  };
+  PM_TRY_STATUS(visit(leg, on_balls, on_distances));
   return key;
 }
 
@@ -103,21 +104,27 @@ void join_ends(std::vector<PlayKey>& keys) {
   }
 }
 
-Result<PlayLeg> make_leg(const PreparedScene& prepared, const PreparedActor& actor, int number,
-                         Engine& engine) {
-  const PreparedLeg& leg = leg_of(actor, number);
-  PlayLeg made;
-  made.from = static_cast<int>(leg.from);
-  made.to = static_cast<int>(leg.to);
-  made.distance = leg.distance;
-  made.min_part = static_cast<float>(
-      min_component_share_of(actor, leg, prepared.scene.surface.min_component_share));
-  for (const float time : key_times(actor, number)) {
-    PM_TRY(PlayKey key, key_at(prepared, actor, number, time, engine));
-    made.keys.push_back(std::move(key));
+int object_index(const PreparedActor& actor, const PreparedObject& object) {
+  for (std::size_t i = 0; i < actor.objects.size(); ++i)
+    if (actor.objects[i].get() == &object) return static_cast<int>(i);
+  PM_CHECK(false);
+  return -1;
+}
+
+Result<PlayLeg> make_play_leg(const PreparedActor& actor, int number, Engine& engine) {
+  const Leg& leg = *actor.legs[static_cast<std::size_t>(number)];
+  PlayLeg play;
+  play.from = object_index(actor, *leg.from);
+  play.to = object_index(actor, *leg.to);
+  play.distance = visit(
+      leg, [] { return false; }, [](const DistanceLeg&) { return true; });
+  play.min_part = static_cast<float>(min_component_share(leg));
+  for (const float time : key_times(actor.timeline, number, leg.until)) {
+    PM_TRY(PlayKey key, key_at(leg, time, engine));
+    play.keys.push_back(std::move(key));
   }
-  if (made.distance) join_ends(made.keys);
-  return made;
+  join_ends(play.keys);
+  return play;
 }
 
 /// Trilinear between the grid's points; one colour where the object has no volume.
@@ -125,14 +132,13 @@ Vec3 color_at(const PlayObject& object, Vec3 p) {
   return object.colors.empty() ? object.color : ColorVolume{object.color_grid, object.colors}.at(p);
 }
 
-/// The colours of balls in flight: those of the leg that is left, at that moment.
-Status color_in_flight(const PreparedScene& prepared, const PreparedActor& actor, int number,
-                       const std::vector<PlayObject>& objects, Engine& engine, PlayObject& object) {
+/// Sets the colours of balls in flight: those of the leg that was left with them, at that moment.
+Status color_in_flight(const PreparedActor& actor, const Leg& leg, Engine& engine,
+                       std::vector<PlayObject>& objects, PlayObject& object) {
   constexpr float kCells = 64;
   constexpr int kMargin = 3;
-  const PreparedLeg& leg = leg_of(actor, number);
-  PM_TRY(const ActorGeometry geometry, balls_on_way(prepared, actor, engine, number, leg.until));
-  const Box box = actor.objects[leg_of(actor, number + 1).from].model.box();
+  const std::size_t index = static_cast<std::size_t>(&object - objects.data());
+  const Box box = actor.objects[index]->model.box();
   Grid& grid = object.color_grid;
   grid.cell = box.diagonal() / kCells;
   grid.origin = box.low - Vec3{kMargin, kMargin, kMargin} * grid.cell;
@@ -145,20 +151,23 @@ Status color_in_flight(const PreparedScene& prepared, const PreparedActor& actor
   for (int z = 0; z < grid.points.z; ++z)
     for (int y = 0; y < grid.points.y; ++y)
       for (int x = 0; x < grid.points.x; ++x) points.push_back(grid_point(grid, {x, y, z}));
-  const FrameMap map = leg.distance ? map_at(actor, leg, leg.until, geometry.balls) : FrameMap{};
-  PM_TRY(const PullBack pulled, pulled_back(leg, leg.until, geometry.balls, map, points, engine));
+  PM_TRY(const LegState state, leg_state(leg, leg.until, engine));
+  PM_TRY(const PullBack pulled, pull_back(leg, state, points, engine));
   const float share = color_fade(progress_at(leg.plan, leg.until)).color;
+  const auto index_of = [&](const PreparedObject& end) {
+    return static_cast<std::size_t>(object_index(actor, end));
+  };
+  const PlayObject &from = objects[index_of(*leg.from)], &to = objects[index_of(*leg.to)];
   for (std::size_t i = 0; i < points.size(); ++i)
-    object.colors.push_back(lerp(color_at(objects[leg.from], pulled.source[i]),
-                                 color_at(objects[leg.to], pulled.target[i]), share));
+    object.colors.push_back(
+        lerp(color_at(from, pulled.source[i]), color_at(to, pulled.target[i]), share));
   return Ok{};
 }
 
-Result<std::vector<PlayObject>> make_objects(const PreparedScene& prepared,
-                                             const PreparedActor& actor, Engine& engine) {
+Result<std::vector<PlayObject>> make_play_objects(const PreparedActor& actor, Engine& engine) {
   std::vector<PlayObject> objects(actor.objects.size());
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    const PreparedObject& from = actor.objects[i];
+    const PreparedObject& from = *actor.objects[i];
     PlayObject& object = objects[i];
     object.name = from.name;
     object.distances = from.distances.grid;
@@ -168,10 +177,11 @@ Result<std::vector<PlayObject>> make_objects(const PreparedScene& prepared,
     object.color_grid = from.colors->grid;
     object.colors = from.colors->colors;
   }
-  for (int leg = 0; leg + 1 < static_cast<int>(actor.legs.size()); ++leg)
-    if (leg_of(actor, leg).until < 1 && prepared.scene.look.kind == LookKind::kOwn)
-      PM_TRY_STATUS(color_in_flight(prepared, actor, leg, objects, engine,
-                                    objects[leg_of(actor, leg + 1).from]));
+  for (const auto& leg : actor.legs)
+    if (leg->before && actor.timeline.own_look)
+      PM_TRY_STATUS(
+          color_in_flight(actor, *leg->before, engine, objects,
+                          objects[static_cast<std::size_t>(object_index(actor, *leg->from))]));
   return objects;
 }
 
@@ -194,10 +204,10 @@ Result<PlayPage> make_play_page(const PreparedScene& prepared, Engine& engine) {
   for (const PreparedActor& actor : prepared.actors) {
     PlayActor& made = page.actors.emplace_back();
     made.name = actor.name;
-    made.cell = actor.cell;
-    PM_TRY(made.objects, make_objects(prepared, actor, engine));
+    made.cell = actor.settings.cell;
+    PM_TRY(made.objects, make_play_objects(actor, engine));
     for (int leg = 0; leg < static_cast<int>(actor.legs.size()); ++leg) {
-      PM_TRY(PlayLeg one, make_leg(prepared, actor, leg, engine));
+      PM_TRY(PlayLeg one, make_play_leg(actor, leg, engine));
       made.legs.push_back(std::move(one));
     }
     for (int frame = 1; frame <= actor.timeline.count; ++frame) {
@@ -205,9 +215,9 @@ Result<PlayPage> make_play_page(const PreparedScene& prepared, Engine& engine) {
       made.frames.push_back({moment.leg, moment.time, moment.look});
     }
     std::vector<std::string> chain;
-    for (const PreparedObject& object : actor.objects)
-      if (!object.name.empty() && object.name.find("->") == std::string::npos)
-        chain.push_back(object.name);
+    for (const auto& object : actor.objects)
+      if (!object->name.empty() && object->name.find("->") == std::string::npos)
+        chain.push_back(object->name);
     names.push_back(fmt::format("{}", fmt::join(chain, " to ")));
   }
   page.title = fmt::format("{}", fmt::join(names, ", "));

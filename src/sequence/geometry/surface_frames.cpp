@@ -137,9 +137,9 @@ bool has_creases(const Model& model, std::span<const Vec3> smooth) {
   return false;
 }
 
-SurfaceFrame model_frame(const PreparedScene& prepared, const PreparedActor& actor,
-                         const ActorGeometry& geometry) {
-  const PreparedObject& object = actor.objects[static_cast<std::size_t>(geometry.moment.object)];
+SurfaceFrame model_frame(const PreparedActor& actor, const ActorGeometry& geometry,
+                         const LookSettings& look) {
+  const PreparedObject& object = object_of(actor, geometry.moment.object);
   SurfaceFrame frame;
   frame.is_model = true;
   frame.positions = geometry.points;
@@ -152,7 +152,7 @@ SurfaceFrame model_frame(const PreparedScene& prepared, const PreparedActor& act
   frame.labels = geometry.point_labels;
   if (!geometry.displacement.empty()) frame.velocities = geometry.displacement;
   const Layer layer{&object.model, object.model.corner_uvs, object.model.triangle_materials, 1};
-  add_looks(actor, {&layer, 1}, geometry.moment.look, prepared.scene.look, frame);
+  add_looks(actor, {&layer, 1}, geometry.moment.look, look, frame);
   return frame;
 }
 
@@ -169,8 +169,8 @@ void end_on(const Mesh& next, SurfaceFrame& frame) {
 
 }  // namespace
 
-SurfaceFrame extracted_frame(const PreparedScene& prepared, const PreparedActor& actor,
-                             const ActorGeometry& geometry) {
+SurfaceFrame extracted_frame(const PreparedActor& actor, const ActorGeometry& geometry,
+                             const LookSettings& look) {
   SurfaceFrame frame;
   frame.positions = geometry.surface.positions;
   frame.triangles = geometry.surface.triangles;
@@ -178,19 +178,19 @@ SurfaceFrame extracted_frame(const PreparedScene& prepared, const PreparedActor&
   frame.velocities = geometry.flow.displacement;
   frame.labels = geometry.surface_labels;
   std::vector<Layer> layers;
-  for (const ObjectLayer& over : geometry.layers) {
-    const Model& model = actor.objects[over.object].model;
+  for (const ObjectLayer& over : geometry.look.layers) {
+    const Model& model = over.object->model;
     if (model.materials.empty()) continue;  // balls in flight
     for (Layer& below : layers) below.weight *= 1 - over.share;
     layers.push_back({&model, over.materials.corner_uvs, over.materials.triangle_materials,
                       layers.empty() ? 1.0f : over.share});
   }
-  add_looks(actor, layers, layers.empty() ? 1.0f : 0.0f, prepared.scene.look, frame);
-  if (!layers.empty() && geometry.colors.size() == frame.colors.size() &&
-      geometry.color_share > 0) {
+  add_looks(actor, layers, layers.empty() ? 1.0f : 0.0f, look, frame);
+  const SurfaceLook& own = geometry.look;
+  if (!layers.empty() && own.colors.size() == frame.colors.size() && own.color_share > 0) {
     frame.is_mixed = true;
     for (std::size_t i = 0; i < frame.colors.size(); ++i)
-      frame.colors[i] = lerp(frame.colors[i], geometry.colors[i], geometry.color_share);
+      frame.colors[i] = lerp(frame.colors[i], own.colors[i], own.color_share);
   }
   return frame;
 }
@@ -210,8 +210,8 @@ std::vector<SurfaceFrame> surface_frames(const PreparedScene& prepared,
     const PreparedActor& actor = prepared.actors[a];
     const ActorGeometry& one = geometry.actors[a];
     const bool is_model = one.surface.triangles.empty() && !one.points.empty();
-    frames.push_back(is_model ? model_frame(prepared, actor, one)
-                              : extracted_frame(prepared, actor, one));
+    const LookSettings& look = prepared.scene.look;
+    frames.push_back(is_model ? model_frame(actor, one, look) : extracted_frame(actor, one, look));
     SurfaceFrame& frame = frames.back();
     if (frame.velocities.empty()) continue;
     if (next) end_on(shown_mesh(actor, next->actors[a]), frame);
@@ -225,8 +225,8 @@ SurfaceSequence surface_sequence(const PreparedScene& prepared, int first, int l
   for (const PreparedActor& actor : prepared.actors) {
     sequence.actors.push_back(actor.name);
     sequence.label_names.push_back(actor.label_names);
-    for (const PreparedObject& object : actor.objects)
-      if (!object.meta && has_creases(object.model, point_normals(object.model)))
+    for (const auto& object : actor.objects)
+      if (!object->meta && has_creases(object->model, point_normals(object->model)))
         sequence.has_corner_normals = true;
   }
   sequence.fps = prepared.scene.frames.fps;

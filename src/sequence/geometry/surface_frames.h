@@ -21,9 +21,9 @@ void ask_for_attributes(Scene& scene, bool velocities, bool labels);
 std::vector<SurfaceFrame> surface_frames(const PreparedScene& prepared,
                                          const FrameGeometry& geometry, const FrameGeometry* next);
 
-/// The same of one actor's extracted surface alone.
-SurfaceFrame extracted_frame(const PreparedScene& prepared, const PreparedActor& actor,
-                             const ActorGeometry& geometry);
+/// The frame of one actor's extracted surface; `look`: the common one.
+SurfaceFrame extracted_frame(const PreparedActor& actor, const ActorGeometry& geometry,
+                             const LookSettings& look);
 
 /// Names, times and the camera of frames `first` to `last`.
 SurfaceSequence surface_sequence(const PreparedScene& prepared, int first, int last);

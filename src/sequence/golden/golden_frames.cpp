@@ -114,7 +114,7 @@ Result<RenderedFrame> SuiteRenderer::render(int frame) {
                       mesh_digest(surface)};
   for (std::size_t i = 0; i < geometry.actors.size(); ++i) {
     for (const Ball& ball : geometry.actors[i].balls) rendered.context.balls.push_back(ball.center);
-    rendered.context.cell = std::max(rendered.context.cell, state.prepared.actors[i].cell);
+    rendered.context.cell = std::max(rendered.context.cell, state.prepared.actors[i].settings.cell);
   }
   rendered.pixels = pixel_sha256(image);
   // A golden went through half floats; so must what is compared with it.

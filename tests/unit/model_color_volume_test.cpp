@@ -1,4 +1,4 @@
-#include "render/materials/color_volume.h"
+#include "model/color_volume.h"
 
 #include <gtest/gtest.h>
 

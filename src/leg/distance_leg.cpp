@@ -1,0 +1,72 @@
+#include "leg/distance_leg.h"
+
+#include <algorithm>
+
+#include "field/extract_surface.h"
+#include "field/level.h"
+#include "morph/motion.h"
+
+namespace polymorph {
+
+FrameMap distance_map(const Leg& leg, float time, const BallSet& balls) {
+  return frame_map(leg.plan, time, balls, object_size(leg, progress_at(leg.plan, time)),
+                   leg.from->distances.thinness, leg.to->distances.thinness);
+}
+
+bool keeps_volume(const Leg& leg) {
+  return leg.plan.motion.keep_volume && !is_shell(leg.from->distances) &&
+         !is_shell(leg.to->distances);
+}
+
+std::optional<float> level_at(const std::vector<float>& levels, float u) {
+  const std::vector<float>& at = levels;
+  if (at.size() < 3) return std::nullopt;
+  const auto last = at.size() - 1;
+  const float x = std::clamp(u, 0.0f, 1.0f) * static_cast<float>(last);
+  const std::size_t k = std::min(static_cast<std::size_t>(x), last - 1);
+  const float t = x - static_cast<float>(k), t2 = t * t, t3 = t2 * t;
+  // At an end that of the parabola through three.
+  const auto slope = [&](std::size_t i) {
+    if (i == 0) return 2 * at[1] - 1.5f * at[0] - 0.5f * at[2];
+    if (i == last) return 1.5f * at[last] + 0.5f * at[last - 2] - 2 * at[last - 1];
+    return 0.5f * (at[i + 1] - at[i - 1]);
+  };
+  return at[k] * (2 * t3 - 3 * t2 + 1) + at[k + 1] * (3 * t2 - 2 * t3) +
+         slope(k) * (t3 - 2 * t2 + t) + slope(k + 1) * (t3 - t2);
+}
+
+Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine,
+                       LegSurface& surface) {
+  // Shares of the objects' size: no further may the level go for the volume's sake, and up to where
+  // distances count nearly as they are.
+  constexpr float kFurthest = 0.08f, kLinearRange = 0.06f;
+  const LegState& state = surface.state;
+  const ObjectDistances &from = leg.from->distances, &to = leg.to->distances;
+  const FrameMap& map = state.map;
+  MorphSurface& field = surface.field;
+  field = {map.regression, from.grid, to.grid, map.from_scale, map.to_scale, 0};
+  const bool at_an_end = state.time <= 0 || state.time >= 1;
+  const bool has_shell = is_shell(from) || is_shell(to);
+  // Walls would swell where both are compressed.
+  if (!has_shell) field.linear_range = kLinearRange * object_size(leg, state.u);
+  if (!at_an_end && keeps_volume(leg)) {
+    const auto u = static_cast<double>(state.u);
+    const double volume = (1 - u) * from.volume + u * to.volume;
+    const VolumeGoal goal = {volume, leg.settings.cell, kFurthest * object_size(leg, state.u),
+                             search.near, search.tolerance};
+    PM_TRY(LevelSurface found,
+           surface_of_volume(engine, field, map.box, search.cell, search.extract, goal));
+    surface.mesh = std::move(found.mesh);
+    field.level = found.level;
+    return Ok{};
+  }
+  if (!at_an_end && has_shell) {
+    // A wall's volume means little; that it is whole, much.
+    PM_TRY(field.map, with_shortfalls(map, leg.plan, state.balls, *from.grid, *to.grid, engine));
+    field.level = -1;
+  }
+  PM_TRY(surface.mesh, extract_surface(engine, field, map.box, search.cell, search.extract));
+  return Ok{};
+}
+
+}  // namespace polymorph

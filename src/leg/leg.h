@@ -1,0 +1,92 @@
+// Leg of a morph: the surface between two objects at a time of its motion, and its points' origin,
+// motion and labels.
+#pragma once
+
+#include <memory>
+#include <variant>
+#include <vector>
+
+#include "base/result.h"
+#include "kernels/engine.h"
+#include "kernels/morph_surface.h"
+#include "leg/prepared_object.h"
+#include "morph/flow.h"
+#include "morph/plan.h"
+#include "morph/pull_back.h"
+#include "morph/smooth_map.h"
+
+namespace polymorph {
+
+/// Leg whose surface is that of the moving balls' field.
+struct BallLeg {};
+
+/// Leg whose surface is a mixture of both objects' distances, carried along a smooth map.
+struct DistanceLeg {
+  /// Levels that keep the volume at even eased times, nearly; empty: not known.
+  std::vector<float> levels;
+};
+
+/// A leg, complete once make_leg() has made it; then it does not change.
+struct Leg {
+  std::shared_ptr<const PreparedObject> from, to;
+  std::shared_ptr<const Leg> before;  ///< leg whose balls in flight `from` is; else null
+  MorphPlan plan;
+  float until = 1;  ///< time of the motion at which the balls are left to the next leg
+  LegSettings settings;
+  std::variant<BallLeg, DistanceLeg> kind;
+};
+
+/// Calls the function for the leg's kind: the one place where it is decided.
+template <class OnBalls, class OnDistances>
+auto visit(const Leg& leg, const OnBalls& on_balls, const OnDistances& on_distances) {
+  const auto* distances = std::get_if<DistanceLeg>(&leg.kind);
+  return distances ? on_distances(*distances) : on_balls();
+}
+
+/// The balls of a leg at a time of their motion.
+struct LegState {
+  float time = 0;  ///< time of the motion, [0, 1]
+  float u = 0;     ///< progress_at() that time
+  BallSet balls;
+  FrameMap map;  ///< map to both objects, where the leg is made of distances
+};
+/// `time` in [0, 1]. Errors: the engine's.
+Result<LegState> leg_state(const Leg& leg, float time, Engine& engine);
+
+/// The level of the balls' field that keeps the volume; 1 where the leg is made of distances.
+/// Errors: kResource.
+Result<float> volume_iso(const Leg& leg, const LegState& state, Engine& engine);
+
+/// The surface of a leg at a time.
+struct LegSurface {
+  LegState state;
+  float iso = 1;  ///< volume_iso()
+  Mesh mesh;
+  MorphSurface field;  ///< field whose zero the mesh is, where the leg is made of distances
+};
+/// The surface that the volumetric stage shows at `time` in [0, 1], without components that are too
+/// small and handles that no object has. Errors: kResource.
+Result<LegSurface> leg_surface(const Leg& leg, float time, Engine& engine);
+
+/// Positions on the source and on the target of points near the leg's surface. Errors: the
+/// engine's.
+Result<PullBack> pull_back(const Leg& leg, const LegState& state, const std::vector<Vec3>& points,
+                           Engine& engine);
+
+/// Motion of points of the leg's surface until the time `next`. Of `state` only time and balls
+/// count. Errors: the engine's.
+Result<Flow> flow_until(const Leg& leg, const LegState& state, float next,
+                        const std::vector<Vec3>& points, Engine& engine);
+
+/// Label of each point of the leg's surface, as an index into the actor's names: by the balls'
+/// shares (morph/labels.h). Errors: the engine's.
+Result<std::vector<std::uint32_t>> leg_labels(const Leg& leg, const LegState& state,
+                                              const std::vector<Vec3>& points, Engine& engine);
+
+/// The share of the volume below which a component of the leg's surface is left out.
+double min_component_share(const Leg& leg);
+
+/// Diagonal of the objects at an eased time: the length by which a smooth map measures.
+float object_size(const Leg& leg, float u);
+
+}  // namespace polymorph

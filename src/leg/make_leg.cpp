@@ -1,0 +1,94 @@
+#include "leg/make_leg.h"
+
+#include <algorithm>
+
+#include "field/extract_surface.h"
+#include "field/level.h"
+#include "leg/pacing.h"
+#include "mesh/mesh_check.h"
+#include "morph/motion.h"
+#include "morph/smooth_map.h"
+
+namespace polymorph {
+namespace {
+
+std::uint32_t index_of_name(std::vector<std::string>& names, const std::string& name) {
+  const auto found = std::find(names.begin(), names.end(), name);
+  const auto index = static_cast<std::uint32_t>(found - names.begin());
+  if (found == names.end()) names.push_back(name);
+  return index;
+}
+
+/// Gives balls in flight the labels of those that they are more of.
+void add_flight_labels(const Leg& leg, float u, PreparedObject& object) {
+  const PreparedObject& near = u < 0.5f ? *leg.from : *leg.to;
+  for (const Pair& pair : leg.plan.pairs) {
+    const std::uint32_t label = near.ball_labels[u < 0.5f ? pair.from : pair.to];
+    std::vector<std::string>& names = object.model.label_names;
+    const std::uint32_t index = index_of_name(names, near.model.label_names[label]);
+    if (index == object.label_numbers.size())
+      object.label_numbers.push_back(near.label_numbers[label]);
+    object.ball_labels.push_back(index);
+  }
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const Leg>> make_leg(LegParts parts, const LegTiming& timing,
+                                            const LegSettings& settings, Engine& engine,
+                                            const std::filesystem::path& cache) {
+  Leg leg{std::move(parts.from),
+          std::move(parts.to),
+          std::move(parts.before),
+          std::move(parts.plan),
+          timing.until,
+          settings,
+          BallLeg{}};
+  if (timing.interpolation == Interpolation::kDistance) {
+    leg.plan.leads = pair_leads(leg.plan);
+    DistanceLeg distances;
+    leg.kind = distances;
+    if (move_together(leg.plan)) {
+      PM_TRY(Pacing pacing, measure_pacing(leg, engine, cache));
+      leg.plan.pacing = std::move(pacing.times);
+      distances.levels = std::move(pacing.levels);
+    }
+    leg.kind = std::move(distances);
+  }
+  if (leg.before) carry_on(leg.plan, leg.before->plan, leg.before->until, parts.pace);
+  return std::make_shared<const Leg>(std::move(leg));
+}
+
+Result<PreparedObject> object_in_flight(const Leg& leg, bool with_distances, Engine& engine,
+                                        const std::filesystem::path& cache) {
+  PM_TRY(LegSurface left, leg_surface(leg, leg.until, engine));
+  PreparedObject object;
+  object.name = fmt::format("{} -> {} at {:.3g}", leg.from->name, leg.to->name, leg.until);
+  object.meta = true;
+  object.balls = rescaled(left.state.balls.balls(), leg.plan.kind, left.iso);
+  PM_TRY(const Mesh mesh,
+         visit(
+             leg,
+             [&] {
+               return extract_surface(engine, object.balls, leg.settings.cell,
+                                      leg.settings.measured);
+             },
+             [&](const DistanceLeg&) -> Result<Mesh> { return std::move(left.mesh); }));
+  if (mesh.triangles.empty())
+    return make_error(ErrorCode::kInput, "{}: the balls have no surface to go on from",
+                      object.name);
+  object.ball_volume = volume_of(mesh);
+  object.model.name = object.name;
+  object.model.points = mesh.positions;
+  object.model.triangles = mesh.triangles;
+  if (with_distances) {
+    object.closest = object.outer = std::make_shared<const ClosestPointQuery>(object.model);
+    const DistanceMeasure measure = {leg.settings.cell, 0,
+                                     static_cast<double>(leg.settings.min_component_share), false};
+    PM_TRY(object.distances, measure_distances(object, measure, engine, cache));
+  }
+  add_flight_labels(leg, left.state.u, object);
+  return object;
+}
+
+}  // namespace polymorph

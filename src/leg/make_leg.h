@@ -1,0 +1,33 @@
+// Construction of a leg from its objects and the plan between them, with its pacing and levels.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "base/result.h"
+#include "kernels/engine.h"
+#include "leg/leg.h"
+#include "morph/timeline.h"
+
+namespace polymorph {
+
+/// Parts that a leg is made of.
+struct LegParts {
+  std::shared_ptr<const PreparedObject> from, to;
+  MorphPlan plan;
+  std::shared_ptr<const Leg> before;  ///< leg whose balls in flight `from` is; else null
+  double pace = 1;  ///< motion time of `before` that goes by in a unit of this leg's (pace_of())
+};
+
+/// A leg of the kind that its timing says; one made of distances is paced where its balls share
+/// one eased time. Errors: the engine's.
+Result<std::shared_ptr<const Leg>> make_leg(LegParts parts, const LegTiming& timing,
+                                            const LegSettings& settings, Engine& engine,
+                                            const std::filesystem::path& cache);
+
+/// The balls with which a leg is left, as the source of the next; `with_distances`: that is made of
+/// distances. Errors: kInput where they have no surface; the engine's.
+Result<PreparedObject> object_in_flight(const Leg& leg, bool with_distances, Engine& engine,
+                                        const std::filesystem::path& cache);
+
+}  // namespace polymorph

@@ -1,0 +1,69 @@
+#include "leg/prepared_object.h"
+
+#include <string_view>
+#include <unordered_map>
+
+#include "base/activity.h"
+#include "base/log.h"
+#include "model/transfer.h"
+
+namespace polymorph {
+
+Result<ObjectDistances> measure_distances(const PreparedObject& object,
+                                          const DistanceMeasure& measure, Engine& engine,
+                                          const std::filesystem::path& cache) {
+  const Activity activity("measuring distances to " + object.name);
+  PM_TRY(ObjectDistances distances,
+         object_distances(object.model, *object.closest, measure.cell, measure.thinnest,
+                          measure.min_component_share, measure.solidified, engine, cache));
+  if (is_shell(distances))
+    log_info(
+        "{}: its faces leave {:.0f} % of what they go around undecided (open, or turned at "
+        "random), so it is taken for a shell and given thickness; spheres.solidify fills it",
+        object.name, 100 * distances.undecided);
+  if (!(distances.volume > 0))
+    return make_error(ErrorCode::kInput,
+                      "{}: the model encloses nothing that cells of {:.3g} show "
+                      "- raise surface.resolution or set spheres.solidify",
+                      object.name, measure.cell);
+  return distances;
+}
+
+void add_colors(PreparedObject& object, bool with_colors) {
+  object.outer = object.closest;
+  object.charts = texture_charts(object.model);
+  std::vector<FaceSide> sides = object.distances.sides;
+  if (sides.empty()) sides.assign(object.model.triangles.size(), FaceSide::kBoundary);
+  const std::vector<std::uint32_t> outer = outer_faces(sides);
+  if (outer.size() < sides.size())
+    object.outer = std::make_shared<const ClosestPointQuery>(object.model, outer);
+  if (with_colors)
+    object.colors = std::make_shared<const ColorVolume>(make_color_volume(object.model, sides));
+}
+
+std::vector<std::uint32_t> label_numbers(const std::vector<std::string>& names,
+                                         const std::vector<std::string>& all) {
+  std::unordered_map<std::string_view, std::uint32_t> index;
+  for (const std::string& name : all) index.emplace(name, static_cast<std::uint32_t>(index.size()));
+  std::vector<std::uint32_t> numbers;
+  for (const std::string& name : names) numbers.push_back(index.at(name));
+  return numbers;
+}
+
+std::vector<std::uint32_t> model_labels(const PreparedObject& object) {
+  std::vector<std::uint32_t> labels(object.model.points.size(), 0);
+  for (std::size_t t = 0; t < object.model.triangles.size(); ++t)
+    for (const std::uint32_t v : object.model.triangles[t].v)
+      labels[v] = object.label_numbers[object.model.labels[t]];
+  return labels;
+}
+
+std::vector<std::uint32_t> nearest_labels(const PreparedObject& object,
+                                          std::span<const Vec3> points) {
+  std::vector<std::uint32_t> labels;
+  for (const ClosestPoint& point : object.outer->closest(points))
+    labels.push_back(object.label_numbers[object.model.labels[point.triangle]]);
+  return labels;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,130 @@
+#include "leg/surface_look.h"
+
+#include <algorithm>
+
+#include "base/parallel.h"
+#include "mesh/closest.h"
+#include "morph/easing.h"
+#include "morph/motion.h"
+
+namespace polymorph {
+namespace {
+
+float smoothstep(float low, float high, float x) {
+  const float t = std::clamp((x - low) / (high - low), 0.0f, 1.0f);
+  return t * t * (3.0f - 2.0f * t);
+}
+
+/// Mixes a model's own normals, at the points `origins` that the surface comes from (goes to), into
+/// those of a surface that is nearly the model. Else a smoothly shaded model would show its faces
+/// as soon as it moves.
+void add_shading(const PreparedObject& object, const AffineMap& map,
+                 const std::vector<Vec3>& origins, float weight, std::vector<Vec3>& normals) {
+  const Model& model = object.model;
+  if (model.corner_normals.size() != 3 * model.triangles.size() || normals.size() != origins.size())
+    return;
+  const std::vector<ClosestPoint> closest = object.outer->closest(origins);
+  // Gradients turn back by the transposed map.
+  const auto rotate_back = [&](Vec3 n) {
+    return normalized(map.rows[0] * n.x + map.rows[1] * n.y + map.rows[2] * n.z);
+  };
+  parallel_for(
+      static_cast<std::int64_t>(origins.size()),
+      [&](std::int64_t index) {
+        const auto i = static_cast<std::size_t>(index);
+        const Vec3 shading =
+            rotate_back(interpolate_normal(model, model.corner_normals, closest[i]));
+        // Not where the surface is another: beside edges, in gaps that it closes.
+        if (dot(shading, normals[i]) > 0.8f)
+          normals[i] = normalized(lerp(normals[i], shading, weight));
+      },
+      256);
+}
+
+Vec3 plain_color(const PreparedObject& object, Vec3 at) {
+  return object.colors ? object.colors->at(at) : object.model.materials.front().color;
+}
+
+/// Puts the leg's colours without detail over those of the leg before it. `is_last`: no other leg's
+/// go on top of them.
+void fade_colors(const Leg& leg, const PullBack& pulled, const ColorFade& fade, bool is_last,
+                 SurfaceLook& look) {
+  if (!leg.settings.has_colors) return;
+  const float detail = (1 - look.color_share) * fade.source + fade.target;
+  look.color_share = 1 - detail;
+  if (is_last && detail >= 1) {  // nobody would see them
+    look.colors.clear();
+    return;
+  }
+  const bool starts_here = look.colors.empty();
+  look.colors.resize(pulled.source.size());
+  parallel_for(
+      static_cast<std::int64_t>(pulled.source.size()),
+      [&](std::int64_t index) {
+        const auto i = static_cast<std::size_t>(index);
+        Vec3& color = look.colors[i];
+        if (starts_here && fade.color < 1) color = plain_color(*leg.from, pulled.source[i]);
+        if (fade.color > 0) color = lerp(color, plain_color(*leg.to, pulled.target[i]), fade.color);
+      },
+      4096);
+}
+
+/// Adds the look of a leg at the points `points`, over that of the leg before it where that was
+/// left in flight. `triangles`: those of the surface that the look is for.
+Status add_look(const Leg& leg, const LegState& state, const std::vector<Vec3>& points,
+                std::span<const Triangle> triangles, Engine& engine, SurfaceLook& look,
+                bool is_last) {
+  PM_TRY(const PullBack pulled, pull_back(leg, state, points, engine));
+  const ColorFade fade = color_fade(std::clamp(progress_at(leg.plan, state.time), 0.0f, 1.0f));
+  // Layers without a share are not asked for.
+  if (leg.before && fade.color < 1) {
+    PM_TRY(const LegState left, leg_state(*leg.before, leg.before->until, engine));
+    PM_TRY_STATUS(add_look(*leg.before, left, pulled.source, triangles, engine, look, false));
+  } else if (fade.color < 1) {
+    look.layers.push_back(object_layer(leg.from, triangles, pulled.source));
+  }
+  if (fade.color > 0)
+    look.layers.push_back(object_layer(leg.to, triangles, pulled.target, fade.color));
+  fade_colors(leg, pulled, fade, is_last, look);
+  return Ok{};
+}
+
+}  // namespace
+
+ColorFade color_fade(float u) {
+  return {smoothstep(0.2f, 0.8f, u), 1 - smoothstep(0.1f, 0.45f, u), smoothstep(0.55f, 0.9f, u)};
+}
+
+ObjectLayer object_layer(std::shared_ptr<const PreparedObject> object,
+                         std::span<const Triangle> triangles, std::span<const Vec3> origins,
+                         float share) {
+  TransferredMaterials materials =
+      transfer_materials(object->model, *object->outer, object->charts, origins, triangles);
+  return {std::move(object), share, std::move(materials)};
+}
+
+Result<SurfaceLook> leg_look(const Leg& leg, const LegSurface& surface, Engine& engine) {
+  SurfaceLook look;
+  PM_TRY_STATUS(add_look(leg, surface.state, surface.mesh.positions, surface.mesh.triangles, engine,
+                         look, true));
+  return look;
+}
+
+Status blend_end_normals(const Leg& leg, const LegState& state, Mesh& surface, Engine& engine) {
+  // Gone before much has changed, whatever the pace.
+  constexpr float kGone = 0.3f;
+  const float u = ease(leg.plan.motion, state.time), near = std::min(u, 1 - u);
+  if (near >= kGone || surface.normals.empty()) return Ok{};
+  return visit(
+      leg, []() -> Status { return Ok{}; },
+      [&](const DistanceLeg&) -> Status {
+        const float weight = smoothstep(0, 1, 1 - near / kGone);
+        PM_TRY(const PullBack pulled, pull_back(leg, state, surface.positions, engine));
+        const bool leaving = u < 0.5f;
+        add_shading(leaving ? *leg.from : *leg.to, state.map.regression->affine[leaving ? 0 : 1],
+                    leaving ? pulled.source : pulled.target, weight, surface.normals);
+        return Ok{};
+      });
+}
+
+}  // namespace polymorph

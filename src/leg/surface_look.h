@@ -1,0 +1,53 @@
+// Look of a leg's surface: the materials, colours and normals that it takes over from the objects.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "kernels/engine.h"
+#include "leg/leg.h"
+#include "model/transfer.h"
+
+namespace polymorph {
+
+/// Shares of a leg's colours, by its progress: the source's detail goes, then the colours that are
+/// left turn into the target's, then the target's detail comes. Detail of both at once would show a
+/// face on a back; half way, where maps stretch most, it would be torn.
+struct ColorFade {
+  float color;           ///< share of the target
+  float source, target;  ///< shares of either's detail
+};
+ColorFade color_fade(float u);
+
+/// An object's materials, transferred to a surface.
+struct ObjectLayer {
+  std::shared_ptr<const PreparedObject> object;
+  float share = 1;  ///< share over the layers below it
+  TransferredMaterials materials;
+};
+/// The object's materials on a surface whose vertices correspond to the points `origins` of it.
+ObjectLayer object_layer(std::shared_ptr<const PreparedObject> object,
+                         std::span<const Triangle> triangles, std::span<const Vec3> origins,
+                         float share = 1);
+
+/// A surface's own look.
+struct SurfaceLook {
+  /// The objects that it comes from, and over them those that it becomes. Three and more where it
+  /// did not reach an object that it set out for. Empty: the common look.
+  std::vector<ObjectLayer> layers;
+  /// Colour of each vertex, without detail, mixed over those. Empty where nothing has any or they
+  /// have no share.
+  std::vector<Vec3> colors;
+  float color_share = 0;
+};
+/// The look of a leg's surface, from the positions of its points on both objects. Errors: the
+/// engine's.
+Result<SurfaceLook> leg_look(const Leg& leg, const LegSurface& surface, Engine& engine);
+
+/// Mixes the models' own normals into those of a leg's surface near its ends, where that is nearly
+/// the model. Errors: the engine's.
+Status blend_end_normals(const Leg& leg, const LegState& state, Mesh& surface, Engine& engine);
+
+}  // namespace polymorph
