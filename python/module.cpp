@@ -16,10 +16,10 @@
 #include "model/load/load_model.h"
 #include "model/shapes.h"
 #include "scene/load_scene.h"
-#include "sequence/device.h"
-#include "sequence/geometry/geometry.h"
-#include "sequence/prepare.h"
-#include "sequence/render_frame.h"
+#include "sequence/frame/frame_geometry.h"
+#include "sequence/frame/render_frame.h"
+#include "sequence/prepare/prepare.h"
+#include "sequence/run/device.h"
 #include "spheres/spheres.h"
 
 namespace nb = nanobind;

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Data flows one way: a room of src/ includes only rooms above it in this list, a subfolder of a room only subfolders above it,
-kernels/ includes only itself,
+kernels/ includes only itself, no files of some folders include each other in a circle,
 Embree stays in render/ and OpenImageIO in image/oiio/; and the C library's sines and powers, which differ between machines, stay out
 of all that pictures depend on. Prints every breach; exit code 1 if there is one."""
 import pathlib
@@ -10,7 +10,8 @@ import sys
 ROOMS = ["base", "image", "mesh", "scene", "model", "field", "spheres", "morph", "leg", "render", "compare", "interchange", "analyze", "sequence", "pairs", "cli"]
 SUBFOLDERS = {"model": ["repair", "load"],
               "render": ["math", "rays", "lights", "materials", "path", "film"],
-              "sequence": ["geometry", "golden"]}
+              "sequence": ["prepare", "frame", "run", "golden"]}
+WITHOUT_CIRCLES = ["leg", "sequence/prepare", "sequence/frame", "sequence/run"]
 KERNEL_TYPES = {"kernels/types.h", "kernels/field_kinds.h", "kernels/host_device.h", "kernels/simd_math.h", "kernels/linear.h", "kernels/ball_paths.h", "kernels/mesh.h",
                 "kernels/ball_set.h", "kernels/devices.h", "kernels/engine.h", "kernels/morph_surface.h", "kernels/fork_join.h", "kernels/mc_tables.h",
                 "kernels/floating_point.h", "kernels/morph_field.h", "kernels/distance_field.h"}
@@ -48,6 +49,30 @@ def breaches(root: pathlib.Path):
                 yield f"{name}: includes {include}; only {', '.join(sorted(KERNEL_TYPES))} are for the rooms"
 
 
-found = list(breaches(pathlib.Path(__file__).resolve().parent.parent))
+def circles(root: pathlib.Path, folder: str):
+    """Files of a folder (header and source taken as one) that include each other in a circle."""
+    includes = {}
+    for path in sorted((root / "src" / folder).glob("**/*.[ch]*")):
+        name = path.relative_to(root / "src").with_suffix("").as_posix()
+        targets = {include.removesuffix(".h") for include in INCLUDE.findall(path.read_text(encoding="utf-8"))}
+        includes.setdefault(name, set()).update(target for target in targets if target.startswith(folder + "/") and target != name)
+    done, path_to = set(), []
+
+    def visit(name):
+        if name in path_to:
+            yield "src: " + " -> ".join([*path_to[path_to.index(name):], name]) + " is a circle"
+        elif name not in done:
+            path_to.append(name)
+            for target in sorted(includes.get(name, ())):
+                yield from visit(target)
+            path_to.pop()
+            done.add(name)
+
+    for name in includes:
+        yield from visit(name)
+
+
+root = pathlib.Path(__file__).resolve().parent.parent
+found = [*breaches(root), *(circle for folder in WITHOUT_CIRCLES for circle in circles(root, folder))]
 print("\n".join(found) if found else "layers: ok")
 sys.exit(1 if found else 0)

@@ -13,10 +13,11 @@
 #include "image/image_io.h"
 #include "image/strip.h"
 #include "morph/timeline.h"
-#include "sequence/device.h"
-#include "sequence/geometry/geometry.h"
-#include "sequence/render_frame.h"
-#include "sequence/render_sequence.h"
+#include "sequence/frame/frame_geometry.h"
+#include "sequence/frame/render_frame.h"
+#include "sequence/prepare/prepare.h"
+#include "sequence/run/device.h"
+#include "sequence/run/render_sequence.h"
 
 namespace polymorph {
 namespace {

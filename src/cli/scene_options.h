@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "cli/command_line.h"
-#include "sequence/frames.h"
+#include "sequence/run/frames.h"
 
 namespace polymorph {
 

@@ -5,8 +5,9 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "base/text.h"
-#include "sequence/device.h"
-#include "sequence/geometry/play_data.h"
+#include "sequence/frame/play_data.h"
+#include "sequence/prepare/prepare.h"
+#include "sequence/run/device.h"
 
 namespace polymorph {
 

@@ -1,21 +1,15 @@
-// Boundary stage of an object: the steps from its model to its balls' surface and back.
+// Boundary stage of an object: the data of the steps from its model to its balls' surface and back
+// (leg/boundary_surface.h has them at a moment).
 #pragma once
 
 #include <variant>
 #include <vector>
 
-#include "base/result.h"
-#include "kernels/engine.h"
+#include "kernels/types.h"
 #include "leg/blend.h"
 #include "leg/project.h"
-#include "mesh/inside.h"
-#include "scene/scene.h"
 
 namespace polymorph {
-
-struct Leg;
-struct LegSettings;
-struct PreparedObject;
 
 /// Crossfade: the model shrinks while the balls grow.
 struct CrossfadeStage {
@@ -24,38 +18,5 @@ struct CrossfadeStage {
 
 /// No stage (a cut: the model is followed by its balls), or one of three methods.
 using BoundaryStage = std::variant<std::monostate, CrossfadeStage, Projection, BlendField>;
-
-/// Makes the stage of an object whose balls and `closest` are set; `surface` is its balls'. A
-/// projection that leaves too much of the mesh off the surface becomes a blend. Errors: the
-/// engine's.
-Result<BoundaryStage> make_boundary_stage(const PreparedObject& object, BoundaryMethod method,
-                                          Mesh surface, const LegSettings& settings,
-                                          Engine& engine);
-
-/// A moment of a boundary stage.
-struct BoundaryMoment {
-  bool leaving = true;  ///< stage of the leg's source, else of its target
-  float boundary = 1;   ///< 1 the whole model .. 0 its balls
-  float growth = 0;     ///< size of the balls: 0 not there .. 1 whole
-};
-
-/// Meshes that a boundary stage shows at a moment.
-struct BoundarySurface {
-  std::vector<Ball> balls;           ///< crossfade: at their present size
-  Mesh surface;                      ///< surface of the balls, or blended with the model
-  std::vector<Vec3> points;          ///< points of the model where it shows, else empty
-  std::vector<Vec3> corner_normals;  ///< normals of those points; empty: the model's own
-};
-/// Errors: kResource.
-Result<BoundarySurface> boundary_surface(const Leg& leg, const BoundaryMoment& moment,
-                                         Engine& engine);
-
-/// Displacement of the model's points `points` until the moment at which the model is `boundary`;
-/// empty unless the stage moves the model's own mesh.
-std::vector<Vec3> boundary_displacement(const PreparedObject& object,
-                                        const std::vector<Vec3>& points, float boundary);
-
-/// The object's model with its points moved, with smooth normals.
-Mesh model_mesh(const PreparedObject& object, const std::vector<Vec3>& points);
 
 }  // namespace polymorph

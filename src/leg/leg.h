@@ -1,18 +1,16 @@
-// Leg of a morph: the surface between two objects at a time of its motion, and its points' origin,
-// motion and labels.
+// Leg of a morph: two objects, the plan between them, and the kind of the surface in between
+// (leg/leg_surface.h has it at a time).
 #pragma once
 
 #include <memory>
 #include <variant>
 #include <vector>
 
-#include "base/result.h"
-#include "kernels/engine.h"
+#include "kernels/ball_set.h"
+#include "kernels/mesh.h"
 #include "kernels/morph_surface.h"
 #include "leg/prepared_object.h"
-#include "morph/flow.h"
 #include "morph/plan.h"
-#include "morph/pull_back.h"
 #include "morph/smooth_map.h"
 
 namespace polymorph {
@@ -50,39 +48,14 @@ struct LegState {
   BallSet balls;
   FrameMap map;  ///< map to both objects, where the leg is made of distances
 };
-/// `time` in [0, 1]. Errors: the engine's.
-Result<LegState> leg_state(const Leg& leg, float time, Engine& engine);
-
-/// The level of the balls' field that keeps the volume; 1 where the leg is made of distances.
-/// Errors: kResource.
-Result<float> volume_iso(const Leg& leg, const LegState& state, Engine& engine);
 
 /// The surface of a leg at a time.
 struct LegSurface {
   LegState state;
-  float iso = 1;  ///< volume_iso()
+  float iso = 1;  ///< level of the balls' field that the mesh shows
   Mesh mesh;
   MorphSurface field;  ///< field whose zero the mesh is, where the leg is made of distances
 };
-/// The surface that the volumetric stage shows at `time` in [0, 1], without components that are too
-/// small and handles that no object has. Errors: kResource.
-Result<LegSurface> leg_surface(const Leg& leg, float time, Engine& engine);
-
-/// Positions on the source and on the target of points near the leg's surface. Errors: the
-/// engine's.
-Result<PullBack> pull_back(const Leg& leg, const LegState& state, const std::vector<Vec3>& points,
-                           Engine& engine);
-
-/// Motion of points of the leg's surface until the time `next`. Of `state` only time and balls
-/// count. Errors: the engine's.
-Result<Flow> flow_until(const Leg& leg, const LegState& state, float next,
-                        const std::vector<Vec3>& points, Engine& engine);
-
-/// Label of each point of the leg's surface, as an index into the actor's names: by the balls'
-/// shares (morph/labels.h). Errors: the engine's.
-Result<std::vector<std::uint32_t>> leg_labels(const Leg& leg, const LegState& state,
-                                              const std::vector<Vec3>& points, Engine& engine);
-
 /// The share of the volume below which a component of the leg's surface is left out.
 double min_component_share(const Leg& leg);
 

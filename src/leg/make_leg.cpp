@@ -4,6 +4,7 @@
 
 #include "field/extract_surface.h"
 #include "field/level.h"
+#include "leg/leg_surface.h"
 #include "leg/pacing.h"
 #include "mesh/mesh_check.h"
 #include "morph/motion.h"

@@ -13,15 +13,15 @@
 namespace polymorph {
 namespace {
 
-constexpr int kSteps = 12;  ///< even ones that are measured first, and between levels
-constexpr int kTimes = 24;  ///< between the times of the pace
+constexpr int kSteps = 12;  ///< even steps that are measured first, and between levels
+constexpr int kTimes = 24;  ///< steps between the times of the pace
 
 /// A moment of a leg whose time is not yet paced.
 struct Moment {
-  float time = 0;   ///< in [0, 1]
-  float level = 0;  ///< that keeps the volume
+  float time = 0;   ///< time of the motion, [0, 1]
+  float level = 0;  ///< level that keeps the volume
   Mesh surface;
-  double change = 0;  ///< from the moment before
+  double change = 0;  ///< change since the moment before
 };
 
 /// Mean distance from some of a surface's vertices to another surface.

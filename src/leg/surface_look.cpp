@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/parallel.h"
+#include "leg/leg_surface.h"
 #include "mesh/closest.h"
 #include "morph/easing.h"
 #include "morph/motion.h"

@@ -36,7 +36,7 @@ struct LegTiming {
   int first_step = 0, steps = 1;
   bool from_full = true, to_full = true;
   float shares[5] = {0, 0, 1, 0, 0};
-  /// Whether the surface is made of the objects' distances or of balls.
+  /// Kind of the surface: made of the objects' distances or of balls.
   Interpolation interpolation = Interpolation::kBalls;
   float until = 1;  ///< time of the motion at which the leg is left for the next one
   MotionSettings motion;

@@ -8,7 +8,7 @@
 
 #include "base/file.h"
 #include "scene/load_scene.h"
-#include "sequence/prepare.h"
+#include "sequence/prepare/prepare.h"
 #include "testing/paths.h"
 #include "testing/temporary_folder.h"
 

@@ -4,11 +4,11 @@
 #include <set>
 
 #include "mesh/mesh_check.h"
-#include "sequence/analyze_sequence.h"
-#include "sequence/geometry/geometry.h"
-#include "sequence/load_models.h"
-#include "sequence/render_scene.h"
-#include "sequence/render_sequence.h"
+#include "sequence/frame/frame_geometry.h"
+#include "sequence/frame/render_scene.h"
+#include "sequence/prepare/load_models.h"
+#include "sequence/run/analyze_sequence.h"
+#include "sequence/run/render_sequence.h"
 #include "testing/scene.h"
 
 namespace polymorph {

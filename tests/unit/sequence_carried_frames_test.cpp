@@ -1,13 +1,14 @@
 // Constant topology: one mesh through the frames of a leg.
-#include "sequence/geometry/carried_frames.h"
+#include "sequence/frame/carried_frames.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "leg/leg_surface.h"
 #include "mesh/closest.h"
 #include "morph/timeline.h"
-#include "sequence/geometry/surface_frames.h"
+#include "sequence/frame/surface_frames.h"
 #include "testing/scene.h"
 
 namespace polymorph {

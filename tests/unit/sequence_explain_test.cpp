@@ -7,11 +7,11 @@
 #include "image/image_io.h"
 #include "image/srgb.h"
 #include "mesh/mesh_check.h"
-#include "sequence/device.h"
-#include "sequence/geometry/geometry.h"
-#include "sequence/render_frame.h"
-#include "sequence/render_scene.h"
-#include "sequence/render_sequence.h"
+#include "sequence/frame/frame_geometry.h"
+#include "sequence/frame/render_frame.h"
+#include "sequence/frame/render_scene.h"
+#include "sequence/run/device.h"
+#include "sequence/run/render_sequence.h"
 #include "testing/scene.h"
 
 namespace polymorph {

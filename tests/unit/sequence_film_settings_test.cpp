@@ -1,10 +1,11 @@
-#include "sequence/film_settings.h"
+#include "sequence/prepare/film_settings.h"
 
 #include "base/parallel.h"
 #include "image/image_io.h"
 #include "morph/timeline.h"
-#include "sequence/render_sequence.h"
-#include "sequence/status.h"
+#include "sequence/prepare/prepare.h"
+#include "sequence/run/render_sequence.h"
+#include "sequence/run/status.h"
 #include "testing/scene.h"
 
 namespace polymorph {

@@ -1,4 +1,4 @@
-#include "sequence/frames.h"
+#include "sequence/run/frames.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -3,7 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "scene/load_scene.h"
-#include "sequence/analyze_sequence.h"
+#include "sequence/prepare/prepare.h"
+#include "sequence/run/analyze_sequence.h"
 #include "testing/paths.h"
 
 namespace polymorph {

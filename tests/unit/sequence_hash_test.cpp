@@ -4,7 +4,7 @@
 #include <set>
 
 #include "scene/describe.h"
-#include "sequence/content_hash.h"
+#include "sequence/prepare/content_hash.h"
 
 namespace polymorph {
 namespace {

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <numeric>
 
+#include "leg/leg_surface.h"
 #include "mesh/closest.h"
 #include "mesh/mesh_check.h"
+#include "sequence/prepare/prepare.h"
 #include "spheres/cache.h"
 #include "testing/scene.h"
 

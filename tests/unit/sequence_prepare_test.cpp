@@ -1,5 +1,5 @@
-#include "sequence/load_models.h"
-#include "sequence/prepare.h"
+#include "sequence/prepare/load_models.h"
+#include "sequence/prepare/prepare.h"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,9 @@
 #include "image/image_io.h"
 #include "mesh/mesh_check.h"
 #include "scene/load_scene.h"
-#include "sequence/device.h"
-#include "sequence/geometry/geometry.h"
-#include "sequence/render_sequence.h"
+#include "sequence/frame/frame_geometry.h"
+#include "sequence/run/device.h"
+#include "sequence/run/render_sequence.h"
 #include "spheres/quality.h"
 #include "testing/paths.h"
 #include "testing/temporary_folder.h"

@@ -6,10 +6,11 @@
 #include <fstream>
 
 #include "analyze/measure.h"
+#include "leg/leg_surface.h"
 #include "mesh/mesh_check.h"
 #include "morph/motion.h"
-#include "sequence/analyze_sequence.h"
-#include "sequence/geometry/geometry.h"
+#include "sequence/frame/frame_geometry.h"
+#include "sequence/run/analyze_sequence.h"
 #include "testing/scene.h"
 
 namespace polymorph {

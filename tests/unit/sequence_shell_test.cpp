@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "leg/leg_surface.h"
 #include "mesh/mesh_check.h"
 #include "testing/scene.h"
 

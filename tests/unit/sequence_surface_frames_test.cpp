@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "mesh/closest.h"
-#include "sequence/geometry/surface_frames.h"
+#include "sequence/frame/surface_frames.h"
 #include "testing/scene.h"
 
 namespace polymorph {

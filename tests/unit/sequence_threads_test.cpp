@@ -8,9 +8,10 @@
 #include "image/image_io.h"
 #include "mesh/mesh_check.h"
 #include "scene/load_scene.h"
-#include "sequence/analyze_sequence.h"
-#include "sequence/geometry/geometry.h"
-#include "sequence/render_sequence.h"
+#include "sequence/frame/frame_geometry.h"
+#include "sequence/prepare/prepare.h"
+#include "sequence/run/analyze_sequence.h"
+#include "sequence/run/render_sequence.h"
 #include "testing/paths.h"
 #include "testing/temporary_folder.h"
 

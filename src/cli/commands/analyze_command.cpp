@@ -2,9 +2,10 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
-#include "sequence/analyze_sequence.h"
-#include "sequence/device.h"
-#include "sequence/render_sequence.h"
+#include "sequence/prepare/prepare.h"
+#include "sequence/run/analyze_sequence.h"
+#include "sequence/run/device.h"
+#include "sequence/run/render_sequence.h"
 
 namespace polymorph {
 namespace {

@@ -16,8 +16,8 @@
 #include "mesh/mesh_check.h"
 #include "render/ray_bench.h"
 #include "render/render.h"
-#include "sequence/device.h"
-#include "sequence/render_sequence.h"
+#include "sequence/run/device.h"
+#include "sequence/run/render_sequence.h"
 
 namespace polymorph {
 namespace {

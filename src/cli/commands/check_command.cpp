@@ -7,8 +7,8 @@
 #include "cli/command_line.h"
 #include "model/repair/diagnose.h"
 #include "morph/timeline.h"
-#include "sequence/load_models.h"
-#include "sequence/memory_estimate.h"
+#include "sequence/prepare/load_models.h"
+#include "sequence/prepare/memory_estimate.h"
 #include "spheres/quality.h"
 #include "spheres/spheres.h"
 

@@ -8,7 +8,7 @@
 #include "compare/flicker.h"
 #include "compare/report_data.h"
 #include "image/image_io.h"
-#include "sequence/frames.h"
+#include "sequence/run/frames.h"
 
 namespace polymorph {
 namespace {

@@ -8,11 +8,11 @@
 #include "cli/command_line.h"
 #include "cli/report_options.h"
 #include "compare/report_merge.h"
-#include "sequence/frames.h"
 #include "sequence/golden/golden_accept.h"
 #include "sequence/golden/golden_bits.h"
 #include "sequence/golden/golden_frames.h"
 #include "sequence/golden/golden_run.h"
+#include "sequence/run/frames.h"
 
 namespace polymorph {
 namespace {

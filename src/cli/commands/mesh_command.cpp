@@ -14,12 +14,13 @@
 #include "interchange/surface_writer.h"
 #include "mesh/append.h"
 #include "mesh/mesh_check.h"
-#include "sequence/device.h"
-#include "sequence/frames.h"
-#include "sequence/geometry/carried_frames.h"
-#include "sequence/geometry/geometry.h"
-#include "sequence/geometry/surface_frames.h"
-#include "sequence/render_sequence.h"
+#include "sequence/frame/carried_frames.h"
+#include "sequence/frame/frame_geometry.h"
+#include "sequence/frame/surface_frames.h"
+#include "sequence/prepare/prepare.h"
+#include "sequence/run/device.h"
+#include "sequence/run/frames.h"
+#include "sequence/run/render_sequence.h"
 
 namespace polymorph {
 namespace {

@@ -16,7 +16,7 @@
 #include "model/repair/diagnose.h"
 #include "model/shapes.h"
 #include "scene/json_text.h"
-#include "sequence/spheres_picture.h"
+#include "sequence/run/spheres_picture.h"
 #include "spheres/quality.h"
 #include "spheres/spheres.h"
 

@@ -7,7 +7,7 @@
 #include "cli/command_line.h"
 #include "cli/scene_options.h"
 #include "morph/timeline.h"
-#include "sequence/status.h"
+#include "sequence/run/status.h"
 
 namespace polymorph {
 namespace {

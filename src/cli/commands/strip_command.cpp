@@ -11,7 +11,7 @@
 #include "image/movie.h"
 #include "model/load/load_model.h"
 #include "morph/timeline.h"
-#include "sequence/frames.h"
+#include "sequence/run/frames.h"
 
 namespace polymorph {
 namespace {

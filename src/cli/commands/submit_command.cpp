@@ -10,8 +10,8 @@
 #include "cli/scene_options.h"
 #include "cli/slurm.h"
 #include "morph/timeline.h"
-#include "sequence/render_sequence.h"
-#include "sequence/status.h"
+#include "sequence/run/render_sequence.h"
+#include "sequence/run/status.h"
 
 namespace polymorph {
 namespace {

@@ -10,9 +10,9 @@
 #include "base/sha256.h"
 #include "base/text.h"
 #include "image/image_io.h"
-#include "sequence/frames.h"
 #include "sequence/golden/golden_frames.h"
 #include "sequence/golden/golden_write.h"
+#include "sequence/run/frames.h"
 
 namespace polymorph {
 namespace {

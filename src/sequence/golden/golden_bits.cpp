@@ -9,7 +9,7 @@
 #include "base/stopwatch.h"
 #include "image/image_io.h"
 #include "scene/load_scene.h"
-#include "sequence/render_sequence.h"
+#include "sequence/run/render_sequence.h"
 
 namespace polymorph {
 namespace {

@@ -16,12 +16,13 @@
 #include "image/image_io.h"
 #include "mesh/mesh_check.h"
 #include "scene/load_scene.h"
-#include "sequence/device.h"
-#include "sequence/geometry/geometry.h"
-#include "sequence/render_frame.h"
-#include "sequence/render_scene.h"
-#include "sequence/render_sequence.h"
-#include "sequence/status.h"
+#include "sequence/frame/frame_geometry.h"
+#include "sequence/frame/render_frame.h"
+#include "sequence/frame/render_scene.h"
+#include "sequence/prepare/prepare.h"
+#include "sequence/run/device.h"
+#include "sequence/run/render_sequence.h"
+#include "sequence/run/status.h"
 
 namespace polymorph {
 namespace {

@@ -14,7 +14,7 @@
 #include "sequence/golden/golden_frames.h"
 #include "sequence/golden/golden_masks.h"
 #include "sequence/golden/golden_write.h"
-#include "sequence/render_sequence.h"
+#include "sequence/run/render_sequence.h"
 
 namespace polymorph {
 namespace {

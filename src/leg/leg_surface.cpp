@@ -1,0 +1,110 @@
+#include "leg/leg_surface.h"
+
+#include <algorithm>
+
+#include "field/extract_surface.h"
+#include "field/level.h"
+#include "leg/distance_leg.h"
+#include "mesh/components.h"
+#include "mesh/fairing.h"
+#include "mesh/handles.h"
+#include "morph/labels.h"
+#include "morph/motion.h"
+
+namespace polymorph {
+namespace {
+
+/// Between objects a surface has no more handles than the one that has more: others, where two
+/// parts touch or a thin one tears, are cut, as long as they are thin.
+void cut_superfluous_handles(const Leg& leg, float u, Mesh& surface) {
+  constexpr float kMaxLength = 0.15f;  // around a handle, as a share of the objects' size
+  const std::int64_t genus = std::max(leg.from->distances.genus, leg.to->distances.genus);
+  cut_handles(surface, genus, kMaxLength * object_size(leg, u));
+}
+
+}  // namespace
+
+Result<float> volume_iso(const Leg& leg, const LegState& state, Engine& engine) {
+  const auto search = [&]() -> Result<float> {
+    if (!leg.plan.motion.keep_volume || state.time <= 0 || state.time >= 1) return 1.0f;
+    const LegSettings& settings = leg.settings;
+    const auto u = static_cast<double>(state.u);
+    const double volume = (1 - u) * leg.from->ball_volume + u * leg.to->ball_volume;
+    // Most of the search on cells twice as large, which cost a fourth.
+    PM_TRY(const float near,
+           iso_for_volume(engine, state.balls, 2 * settings.cell, settings.measured, volume));
+    return iso_for_volume(engine, state.balls, settings.cell, settings.measured, volume, near);
+  };
+  return visit(leg, search, [](const DistanceLeg&) -> Result<float> { return 1.0f; });
+}
+
+Result<LegState> leg_state(const Leg& leg, float time, Engine& engine) {
+  LegState state;
+  state.time = time;
+  state.u = progress_at(leg.plan, time);
+  PM_TRY(state.balls, balls_at(leg.plan, time, engine));
+  visit(
+      leg, [] {}, [&](const DistanceLeg&) { state.map = distance_map(leg, time, state.balls); });
+  return state;
+}
+
+Result<LegSurface> leg_surface(const Leg& leg, float time, Engine& engine) {
+  LegSurface surface;
+  PM_TRY(surface.state, leg_state(leg, time, engine));
+  PM_TRY(surface.iso, volume_iso(leg, surface.state, engine));
+  ExtractSettings shown = leg.settings.shown;
+  shown.iso = surface.iso;
+  PM_TRY_STATUS(visit(
+      leg,
+      [&]() -> Status {
+        PM_TRY(surface.mesh,
+               extract_surface(engine, surface.state.balls, leg.settings.cell, shown));
+        return Ok{};
+      },
+      [&](const DistanceLeg& distances) -> Status {
+        const LevelSearch search = {leg.settings.cell, shown,
+                                    level_at(distances.levels, surface.state.u)};
+        return extract_between(leg, search, engine, surface);
+      }));
+  // The cubes of a matrix are components of their own.
+  if (shown.method != SurfaceMethod::kMarchingCubes) return surface;
+  remove_small_components(surface.mesh, min_component_share(leg));
+  visit(
+      leg, [] {},
+      [&](const DistanceLeg&) {
+        mend_normals(surface.mesh);
+        cut_superfluous_handles(leg, surface.state.u, surface.mesh);
+      });
+  return surface;
+}
+
+Result<PullBack> pull_back(const Leg& leg, const LegState& state, const std::vector<Vec3>& points,
+                           Engine& engine) {
+  return visit(
+      leg, [&] { return pull_back(leg.plan, state.time, state.balls, points, engine); },
+      [&](const DistanceLeg&) { return pull_back(state.map, points, engine); });
+}
+
+Result<Flow> flow_until(const Leg& leg, const LegState& state, float next,
+                        const std::vector<Vec3>& points, Engine& engine) {
+  return visit(
+      leg, [&] { return flow_at(leg.plan, state.time, next, state.balls, points, engine); },
+      [&](const DistanceLeg&) {
+        const float size = object_size(leg, progress_at(leg.plan, state.time));
+        return flow_at(leg.plan, state.time, next, state.balls, size, points, engine);
+      });
+}
+
+Result<std::vector<std::uint32_t>> leg_labels(const Leg& leg, const LegState& state,
+                                              const std::vector<Vec3>& points, Engine& engine) {
+  const auto ball_names = [](const PreparedObject& object) {
+    std::vector<std::uint32_t> names;
+    for (const std::uint32_t label : object.ball_labels)
+      names.push_back(object.label_numbers[label]);
+    return names;
+  };
+  return label_points(leg.plan, state.time, state.balls, points, ball_names(*leg.from),
+                      ball_names(*leg.to), engine);
+}
+
+}  // namespace polymorph

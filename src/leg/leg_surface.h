@@ -1,0 +1,41 @@
+// Surface of a leg at a time of its motion, and its points' origin, motion and labels.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "base/result.h"
+#include "kernels/engine.h"
+#include "leg/leg.h"
+#include "morph/flow.h"
+#include "morph/pull_back.h"
+
+namespace polymorph {
+
+/// The state at `time` in [0, 1]. Errors: the engine's.
+Result<LegState> leg_state(const Leg& leg, float time, Engine& engine);
+
+/// The level of the balls' field that keeps the volume; 1 where the leg is made of distances.
+/// Errors: kResource.
+Result<float> volume_iso(const Leg& leg, const LegState& state, Engine& engine);
+
+/// The surface that the volumetric stage shows at `time` in [0, 1], without components that are too
+/// small and handles that no object has. Errors: kResource.
+Result<LegSurface> leg_surface(const Leg& leg, float time, Engine& engine);
+
+/// Positions on the source and on the target of points near the leg's surface. Errors: the
+/// engine's.
+Result<PullBack> pull_back(const Leg& leg, const LegState& state, const std::vector<Vec3>& points,
+                           Engine& engine);
+
+/// Motion of points of the leg's surface until the time `next`. Of `state` only time and balls
+/// count. Errors: the engine's.
+Result<Flow> flow_until(const Leg& leg, const LegState& state, float next,
+                        const std::vector<Vec3>& points, Engine& engine);
+
+/// Label of each point of the leg's surface, as an index into the actor's names: by the balls'
+/// shares (morph/labels.h). Errors: the engine's.
+Result<std::vector<std::uint32_t>> leg_labels(const Leg& leg, const LegState& state,
+                                              const std::vector<Vec3>& points, Engine& engine);
+
+}  // namespace polymorph

@@ -1,0 +1,201 @@
+#include "sequence/frame/carried_frames.h"
+
+#include <algorithm>
+
+#include "leg/leg_surface.h"
+#include "mesh/mesh_check.h"
+#include "morph/motion.h"
+#include "sequence/frame/frame_geometry.h"
+#include "sequence/frame/surface_frames.h"
+
+namespace polymorph {
+namespace {
+
+constexpr const char* kInstead =
+    "leave out --topology for a mesh of its own in each frame, or choose other frames with -f";
+
+std::string place_text(Vec3 p) { return fmt::format("({:.3g}, {:.3g}, {:.3g})", p.x, p.y, p.z); }
+
+/// Does the leg go from model to model by stages, and not by its surface alone?
+bool has_stages(const Leg& leg) {
+  return visit(
+      leg, [] { return true; }, [](const DistanceLeg&) { return false; });
+}
+
+/// Finds the moments of the leg that frames show, each once.
+Status find_moments(const ActorFrames& shown, CarriedActor& carried) {
+  const auto& [scene, actor, frames] = shown;
+  for (const int frame : frames) {
+    const MorphState moment = morph_state_at(actor.timeline, shown_frame(scene, frame));
+    if (!carried.moments.empty() && moment.leg != carried.moments.front().leg)
+      return make_error(ErrorCode::kInput,
+                        "{}: frames {} and {} belong to different legs, and one mesh goes through "
+                        "one - choose the frames of a leg with -f",
+                        actor.name, frames.front(), frame);
+    if (moment.object >= 0 && has_stages(*actor.legs[static_cast<std::size_t>(moment.leg)]))
+      return make_error(
+          ErrorCode::kInput,
+          "{}: frame {} shows a model ({}), which has a mesh of its own - choose the "
+          "frames between the models with -f, or set motion.interpolate to \"distance\"",
+          actor.name, frame, stage_name(moment.stage));
+    if (carried.moments.empty() || carried.moments.back().time != moment.time)
+      carried.moments.push_back(moment);
+    carried.moment_of.push_back(carried.moments.size() - 1);
+  }
+  return Ok{};
+}
+
+std::string describe(const MeshReport& report) {
+  return fmt::format("{} part{} of genus {}", report.components, report.components == 1 ? "" : "s",
+                     report.genus);
+}
+
+/// Is the topology the same at all moments? Gives the one whose surface is largest: the most of
+/// what there is to stand for.
+Result<std::size_t> check_moments(const ActorFrames& shown, const CarriedActor& carried,
+                                  const MovingSurface& surface) {
+  const auto& [scene, actor, frames] = shown;
+  std::size_t largest = 0, first_shown = 0;
+  double area = -1;
+  MeshReport first;
+  for (std::size_t k = 0; k < carried.moments.size(); ++k) {
+    while (carried.moment_of[first_shown] != k) ++first_shown;
+    PM_TRY(const CarryTarget target, surface.at(carried.moments[k].time));
+    if (target.surface.triangles.empty())
+      return make_error(ErrorCode::kInput, "{}: frame {} shows no surface - {}", actor.name,
+                        frames[first_shown], kInstead);
+    const MeshReport report = check_mesh(target.surface);
+    if (report.area > area) area = report.area, largest = k;
+    if (k == 0) first = report;
+    if (report.components == first.components && report.genus == first.genus) continue;
+    // The place: what is furthest from the surface before it.
+    PM_TRY(const CarryTarget before, surface.at(carried.moments[k - 1].time));
+    const auto furthest = [](const CarryTarget& from, const CarryTarget& to) {
+      const std::vector<ClosestPoint> hits = to.tree->closest(from.surface.positions);
+      const auto most = std::max_element(
+          hits.begin(), hits.end(),
+          [](const ClosestPoint& a, const ClosestPoint& b) { return a.distance < b.distance; });
+      return std::pair(most->distance, from.surface.positions[most - hits.begin()]);
+    };
+    const auto out = furthest(target, before), in = furthest(before, target);
+    return make_error(ErrorCode::kInput,
+                      "{}: the topology changes: frame {} has {}, and frame {} has {}; they differ "
+                      "most at {} - {}",
+                      actor.name, frames[first_shown - 1], describe(first), frames[first_shown],
+                      describe(report), place_text(out.first > in.first ? out.second : in.second),
+                      kInstead);
+  }
+  return largest;
+}
+
+Status check_faults(const ActorFrames& shown, const CarriedActor& carried) {
+  const auto& [scene, actor, frames] = shown;
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    const CarryFault& fault = carried.mesh.faults[carried.moment_of[k]];
+    if (fault.inverted > 0)
+      return make_error(ErrorCode::kInput,
+                        "{}: one mesh cannot be carried to frame {}: {} triangle{} would be "
+                        "inverted, one of them at {} - {}",
+                        actor.name, frames[k], fault.inverted, fault.inverted == 1 ? "" : "s",
+                        place_text(fault.inverted_place), kInstead);
+    if (carried.errors[carried.moment_of[k]] > kCarriedError)
+      return make_error(ErrorCode::kInput,
+                        "{}: one mesh cannot be carried to frame {}: at {} it is {:.2f} % of the "
+                        "diagonal off the surface, and {:.1f} % are allowed - {}",
+                        actor.name, frames[k], place_text(fault.place),
+                        100 * static_cast<double>(carried.errors[carried.moment_of[k]]),
+                        100 * static_cast<double>(kCarriedError), kInstead);
+  }
+  return Ok{};
+}
+
+/// What a point of a surface has, by the weights of the triangle that it lies on.
+Vec3 interpolated(const std::vector<Vec3>& values, const Triangle& t, const TriangleWeights& w) {
+  return values[t.v[0]] * static_cast<float>(w.a) + values[t.v[1]] * static_cast<float>(w.b) +
+         values[t.v[2]] * static_cast<float>(w.c);
+}
+
+}  // namespace
+
+Result<CarriedActor> carry_actor(const ActorFrames& shown, Engine& engine,
+                                 const std::function<Status()>& stopped) {
+  CarriedActor carried;
+  PM_TRY_STATUS(find_moments(shown, carried));
+  const Leg& leg = *shown.actor.legs[static_cast<std::size_t>(carried.moments.front().leg)];
+  MovingSurface surface;
+  surface.at = [&](float time) -> Result<CarryTarget> {
+    PM_TRY_STATUS(stopped());
+    PM_TRY(LegSurface at, leg_surface(leg, time, engine));
+    return make_carry_target(std::move(at.mesh));
+  };
+  surface.flow = [&](std::span<const Vec3> from, float time,
+                     float next) -> Result<std::vector<Vec3>> {
+    std::vector<Vec3> points(from.begin(), from.end());
+    LegState state;
+    state.time = time;
+    PM_TRY(state.balls, balls_at(leg.plan, time, engine));
+    PM_TRY(const Flow flow, flow_until(leg, state, next, points, engine));
+    for (std::size_t i = 0; i < points.size(); ++i) points[i] = points[i] + flow.displacement[i];
+    return points;
+  };
+  PM_TRY(const std::size_t start, check_moments(shown, carried, surface));
+  const float size = std::min(object_size(leg, 0), object_size(leg, 1));
+  std::vector<float> times;
+  for (const MorphState& moment : carried.moments) times.push_back(moment.time);
+  PM_TRY(carried.mesh, carry(surface, times, start, {kCarriedError * size, leg.settings.cell}));
+  for (const CarryFault& fault : carried.mesh.faults)
+    carried.errors.push_back(fault.distance / size);
+  PM_TRY_STATUS(check_faults(shown, carried));
+  if (leg.from->model.corner_uvs.empty()) return carried;
+  PM_TRY(const LegState state, leg_state(leg, times.front(), engine));
+  PM_TRY(const PullBack pulled, pull_back(leg, state, carried.mesh.points.front(), engine));
+  carried.corner_uvs =
+      object_layer(leg.from, carried.mesh.triangles, pulled.source).materials.corner_uvs;
+  return carried;
+}
+
+Result<SurfaceFrame> carried_frame(const ActorFrames& shown, const CarriedActor& carried,
+                                   std::size_t k, Engine& engine) {
+  const auto& [scene, actor, frames] = shown;
+  const std::size_t moment = carried.moment_of[k];
+  PM_TRY(ActorGeometry geometry, leg_geometry(actor, carried.moments[moment], engine));
+  geometry.moment.object = -1;
+  if (aov_is_chosen(scene.image.aovs, "label")) {
+    PM_TRY(geometry.surface_labels, surface_labels(actor, geometry, engine));
+  }
+  const SurfaceFrame truth = extracted_frame(actor, geometry, scene.look);
+  SurfaceFrame frame;
+  frame.positions = carried.mesh.points[moment];
+  frame.triangles = carried.mesh.triangles;
+  frame.corner_uvs = carried.corner_uvs;
+  frame.is_mixed = true;
+  frame.mixture = truth.mixture;
+  if (truth.mixture.name.empty() && !truth.materials.empty()) {
+    frame.mixture = truth.materials.front();
+    frame.mixture.texture = nullptr;
+    frame.mixture.color = {1, 1, 1};
+  }
+  frame.mixture.name = actor.name;
+  const std::vector<ClosestPoint> hits =
+      ClosestPointQuery(truth.positions, truth.triangles).closest(frame.positions);
+  for (const ClosestPoint& hit : hits) {
+    const Triangle& t = truth.triangles[hit.triangle];
+    const TriangleWeights w = closest_on_triangle(hit.point, truth.positions[t.v[0]],
+                                                  truth.positions[t.v[1]], truth.positions[t.v[2]]);
+    if (!truth.normals.empty())
+      frame.normals.push_back(normalized(interpolated(truth.normals, t, w)));
+    frame.colors.push_back(interpolated(truth.colors, t, w));
+    if (!truth.labels.empty())
+      frame.labels.push_back(truth.labels[t.v[w.a >= w.b && w.a >= w.c ? 0 : w.b >= w.c ? 1 : 2]]);
+  }
+  frame.velocities.assign(frame.positions.size(), Vec3{});
+  if (k + 1 < frames.size()) {
+    const std::vector<Vec3>& next = carried.mesh.points[carried.moment_of[k + 1]];
+    const float per_second = scene.frames.fps / static_cast<float>(frames[k + 1] - frames[k]);
+    for (std::size_t i = 0; i < next.size(); ++i)
+      frame.velocities[i] = (next[i] - frame.positions[i]) * per_second;
+  }
+  return frame;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,146 @@
+#include "sequence/frame/frame_geometry.h"
+
+#include <algorithm>
+
+#include "leg/boundary_surface.h"
+#include "leg/leg_surface.h"
+#include "mesh/append.h"
+
+namespace polymorph {
+namespace {
+
+std::string join_distinct(const std::vector<std::string>& names) {
+  std::vector<std::string> seen;
+  for (const std::string& name : names)
+    if (std::find(seen.begin(), seen.end(), name) == seen.end()) seen.push_back(name);
+  return fmt::format("{}", fmt::join(seen, ", "));
+}
+
+const Leg& leg_of(const PreparedActor& actor, int leg) {
+  return *actor.legs[static_cast<std::size_t>(leg)];
+}
+
+/// The moment of a stage in which a model shows, whole or between itself and its balls.
+Result<ActorGeometry> model_geometry(const PreparedActor& actor, const MorphState& moment,
+                                     Engine& engine) {
+  ActorGeometry geometry;
+  geometry.moment = moment;
+  const BoundaryMoment boundary{moment.object == moment.leg, moment.boundary, moment.growth};
+  PM_TRY(BoundarySurface shown, boundary_surface(leg_of(actor, moment.leg), boundary, engine));
+  geometry.balls = std::move(shown.balls);
+  geometry.surface = std::move(shown.surface);
+  geometry.points = std::move(shown.points);
+  geometry.corner_normals = std::move(shown.corner_normals);
+  const Mesh& surface = geometry.surface;
+  if (actor.timeline.own_look && !surface.triangles.empty())
+    geometry.look.layers.push_back(
+        object_layer(actor.objects[static_cast<std::size_t>(moment.object)], surface.triangles,
+                     surface.positions));
+  return geometry;
+}
+
+/// Adds the motion until the next frame, within the stage. The level's share of it, which keeps the
+/// volume, is left out, and so are blended surfaces, which move by less than a cell.
+Status add_flow(const PreparedActor& actor, bool last, Engine& engine, ActorGeometry& geometry) {
+  const MorphState& now = geometry.moment;
+  const MorphState next = last ? now : morph_state_at(actor.timeline, now.frame + 1);
+  if (now.object < 0) {
+    const Leg& leg = leg_of(actor, now.leg);
+    const bool goes_on = next.leg == now.leg && next.object < 0;
+    LegState state;
+    state.time = now.time;
+    state.balls = geometry.balls;
+    PM_TRY(geometry.flow, flow_until(leg, state, goes_on ? next.time : leg.until,
+                                     geometry.surface.positions, engine));
+    return Ok{};
+  }
+  if (geometry.points.empty() || (next.object >= 0 && next.object != now.object)) return Ok{};
+  const float boundary = next.object < 0 ? 0 : next.boundary;
+  if (1 - boundary == 1 - now.boundary) return Ok{};
+  geometry.displacement =
+      boundary_displacement(object_of(actor, now.object), geometry.points, boundary);
+  return Ok{};
+}
+
+}  // namespace
+
+Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState& moment,
+                                   Engine& engine) {
+  const Leg& leg = leg_of(actor, moment.leg);
+  ActorGeometry geometry;
+  geometry.moment = moment;
+  PM_TRY(LegSurface surface, leg_surface(leg, moment.time, engine));
+  PM_TRY_STATUS(blend_end_normals(leg, surface.state, surface.mesh, engine));
+  if (actor.timeline.own_look && !surface.mesh.triangles.empty()) {
+    PM_TRY(geometry.look, leg_look(leg, surface, engine));
+  }
+  geometry.balls = std::move(surface.state.balls);
+  geometry.iso = surface.iso;
+  geometry.surface = std::move(surface.mesh);
+  return geometry;
+}
+
+Result<std::vector<std::uint32_t>> surface_labels(const PreparedActor& actor,
+                                                  const ActorGeometry& geometry, Engine& engine) {
+  const MorphState& moment = geometry.moment;
+  const std::vector<Vec3>& points = geometry.surface.positions;
+  if (moment.object >= 0) return nearest_labels(object_of(actor, moment.object), points);
+  LegState state;
+  state.time = moment.time;
+  state.balls = geometry.balls;
+  return leg_labels(leg_of(actor, moment.leg), state, points, engine);
+}
+
+Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry) {
+  Mesh mesh = geometry.surface;
+  if (!geometry.points.empty())
+    append(mesh, model_mesh(object_of(actor, geometry.moment.object), geometry.points));
+  return mesh;
+}
+
+Result<FrameGeometry> geometry_at(const PreparedScene& prepared, Engine& engine, int frame) {
+  const Scene& scene = prepared.scene;
+  const int shown = shown_frame(scene, frame);
+  const bool turned = scene.frames.turntable > 0;  // nothing but the camera moves
+  const bool last = turned || frame == prepared.frame_count;
+  const bool flows = wants_flow(scene_at(scene, static_cast<double>(frame)));
+  const bool labels =
+      aov_is_chosen(scene.image.aovs, "label") || aov_is_chosen(scene.image.aovs, "crypto_label");
+  FrameGeometry geometry{frame, sequence_time(scene, shown), stage_names(prepared, frame), {}};
+  for (const PreparedActor& actor : prepared.actors) {
+    const MorphState moment = morph_state_at(actor.timeline, shown);
+    PM_TRY(ActorGeometry one, moment.object >= 0 ? model_geometry(actor, moment, engine)
+                                                 : leg_geometry(actor, moment, engine));
+    if (flows) PM_TRY_STATUS(add_flow(actor, last, engine, one));
+    one.moves = !turned && moves_at(actor.timeline, shown);
+    if (labels && !one.surface.positions.empty()) {
+      PM_TRY(one.surface_labels, surface_labels(actor, one, engine));
+    }
+    if (labels && !one.points.empty())
+      one.point_labels = model_labels(object_of(actor, moment.object));
+    geometry.actors.push_back(std::move(one));
+  }
+  return geometry;
+}
+
+std::string stage_names(const PreparedScene& prepared, int frame) {
+  std::vector<std::string> names;
+  for (const PreparedActor& actor : prepared.actors)
+    names.emplace_back(
+        stage_name(morph_state_at(actor.timeline, shown_frame(prepared.scene, frame)).stage));
+  return join_distinct(names);
+}
+
+std::size_t ball_count(const FrameGeometry& geometry) {
+  std::size_t count = 0;
+  for (const ActorGeometry& actor : geometry.actors) count += actor.balls.size();
+  return count;
+}
+
+Mesh surfaces_of(const FrameGeometry& geometry) {
+  Mesh mesh;
+  for (const ActorGeometry& actor : geometry.actors) append(mesh, actor.surface);
+  return mesh;
+}
+
+}  // namespace polymorph

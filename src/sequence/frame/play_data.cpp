@@ -1,0 +1,228 @@
+#include "sequence/frame/play_data.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "field/extract_surface.h"
+#include "field/level.h"
+#include "leg/leg_surface.h"
+#include "leg/surface_look.h"
+#include "morph/motion.h"
+#include "render/materials/materials.h"
+#include "render/rays/scene_build.h"
+#include "sequence/frame/surface_frames.h"
+
+namespace polymorph {
+namespace {
+
+/// So many moments of a leg are kept, or as many as it has frames, up to the second: what lies
+/// between them is interpolated.
+constexpr int kMinKeys = 17, kMaxKeys = 49;
+
+/// The times of the frames that show the leg on its way, and its ends; fewer or more of them,
+/// evenly, where they are too many or too few.
+std::vector<float> key_times(const Timeline& timeline, int leg, float until) {
+  std::vector<float> times{0};
+  for (int frame = 1; frame <= timeline.count; ++frame) {
+    const MorphState moment = morph_state_at(timeline, frame);
+    if (moment.leg == leg && moment.object < 0 && moment.time > times.back() && moment.time < until)
+      times.push_back(moment.time);
+  }
+  times.push_back(until);
+  const int steps = static_cast<int>(times.size()) - 1;
+  std::vector<float> keys;
+  if (steps >= kMaxKeys) {
+    const int stride = (steps + kMaxKeys - 2) / (kMaxKeys - 1);
+    for (int i = 0; i < steps; i += stride) keys.push_back(times[static_cast<std::size_t>(i)]);
+  } else {
+    const int parts = (kMinKeys - 1 + steps - 1) / steps;
+    for (std::size_t i = 0; i + 1 < times.size(); ++i)
+      for (int part = 0; part < parts; ++part)
+        keys.push_back(
+            lerp(times[i], times[i + 1], static_cast<float>(part) / static_cast<float>(parts)));
+  }
+  keys.push_back(until);
+  return keys;
+}
+
+/// Where each ball's surroundings come from and go to, as a regression that is read by the balls'
+/// shares.
+std::shared_ptr<const Regression> ball_map(const MorphPlan& plan, float time,
+                                           const BallSet& balls) {
+  auto map = std::make_shared<Regression>();
+  map->maps = 2;
+  map->sloped = true;
+  const std::vector<PairFrame> frames = pair_frames(plan, time);
+  for (std::size_t e = 0; e < balls.size(); ++e) {
+    map->samples.push_back({balls[e].center, 1, 1});
+    for (const bool on : {false, true}) {
+      const Mat3& turn = on ? frames[e].to_target : frames[e].to_source;
+      const Vec3 end = on ? plan.to[plan.pairs[e].to].center : plan.from[plan.pairs[e].from].center;
+      BallAttribute carried{{end.x, end.y, end.z, 0}, {}};
+      for (int i = 0; i < 3; ++i)
+        carried.slope[i] = to_float({turn.at(i, 0), turn.at(i, 1), turn.at(i, 2)});
+      map->values.push_back(carried);
+    }
+  }
+  return map;
+}
+
+Result<PlayKey> key_at(const Leg& leg, float time, Engine& engine) {
+  PlayKey key;
+  key.time = time;
+  key.progress = std::clamp(progress_at(leg.plan, time), 0.0f, 1.0f);
+  const auto on_balls = [&]() -> Status {
+    PM_TRY(const LegState state, leg_state(leg, time, engine));
+    PM_TRY(const float iso, volume_iso(leg, state, engine));
+    key.balls = rescaled(state.balls.balls(), leg.plan.kind, iso);
+    key.between.map = ball_map(leg.plan, time, state.balls);
+    key.box = surface_bounds(key.balls, leg.settings.measured);
+    return Ok{};
+  };
+  const auto on_distances = [&](const DistanceLeg&) -> Status {
+    PM_TRY(LegSurface surface, leg_surface(leg, time, engine));
+    key.balls = rescaled(surface.state.balls.balls(), leg.plan.kind, surface.iso);
+    key.between = std::move(surface.field);
+    key.box = surface.state.map.box;
+    return Ok{};
+  };
+  PM_TRY_STATUS(visit(leg, on_balls, on_distances));
+  return key;
+}
+
+/// Between shells the level is -1 times how much is missing, which is nothing at the ends; the ends
+/// themselves have no level.
+void join_ends(std::vector<PlayKey>& keys) {
+  const bool has_shell = std::any_of(keys.begin(), keys.end(),
+                                     [](const PlayKey& key) { return key.between.level == -1; });
+  if (!has_shell) return;
+  for (PlayKey& key : keys) {
+    if (key.between.level == -1) continue;
+    auto map = std::make_shared<Regression>(*key.between.map);
+    for (std::size_t i = 1; i < map->values.size(); i += 2) map->values[i].value[3] = 0;
+    key.between.map = std::move(map);
+    key.between.level = -1;
+  }
+}
+
+int object_index(const PreparedActor& actor, const PreparedObject& object) {
+  for (std::size_t i = 0; i < actor.objects.size(); ++i)
+    if (actor.objects[i].get() == &object) return static_cast<int>(i);
+  PM_CHECK(false);
+  return -1;
+}
+
+Result<PlayLeg> make_play_leg(const PreparedActor& actor, int number, Engine& engine) {
+  const Leg& leg = *actor.legs[static_cast<std::size_t>(number)];
+  PlayLeg play;
+  play.from = object_index(actor, *leg.from);
+  play.to = object_index(actor, *leg.to);
+  play.distance = visit(
+      leg, [] { return false; }, [](const DistanceLeg&) { return true; });
+  play.min_part = static_cast<float>(min_component_share(leg));
+  for (const float time : key_times(actor.timeline, number, leg.until)) {
+    PM_TRY(PlayKey key, key_at(leg, time, engine));
+    play.keys.push_back(std::move(key));
+  }
+  join_ends(play.keys);
+  return play;
+}
+
+/// Trilinear between the grid's points; one colour where the object has no volume.
+Vec3 color_at(const PlayObject& object, Vec3 p) {
+  return object.colors.empty() ? object.color : ColorVolume{object.color_grid, object.colors}.at(p);
+}
+
+/// Sets the colours of balls in flight: those of the leg that was left with them, at that moment.
+Status color_in_flight(const PreparedActor& actor, const Leg& leg, Engine& engine,
+                       std::vector<PlayObject>& objects, PlayObject& object) {
+  constexpr float kCells = 64;
+  constexpr int kMargin = 3;
+  const std::size_t index = static_cast<std::size_t>(&object - objects.data());
+  const Box box = actor.objects[index]->model.box();
+  Grid& grid = object.color_grid;
+  grid.cell = box.diagonal() / kCells;
+  grid.origin = box.low - Vec3{kMargin, kMargin, kMargin} * grid.cell;
+  const auto count = [&](float extent) {
+    return static_cast<int>(std::ceil(extent / grid.cell)) + 2 * kMargin + 1;
+  };
+  const Vec3 size = box.size();
+  grid.points = {count(size.x), count(size.y), count(size.z)};
+  std::vector<Vec3> points;
+  for (int z = 0; z < grid.points.z; ++z)
+    for (int y = 0; y < grid.points.y; ++y)
+      for (int x = 0; x < grid.points.x; ++x) points.push_back(grid_point(grid, {x, y, z}));
+  PM_TRY(const LegState state, leg_state(leg, leg.until, engine));
+  PM_TRY(const PullBack pulled, pull_back(leg, state, points, engine));
+  const float share = color_fade(progress_at(leg.plan, leg.until)).color;
+  const auto index_of = [&](const PreparedObject& end) {
+    return static_cast<std::size_t>(object_index(actor, end));
+  };
+  const PlayObject &from = objects[index_of(*leg.from)], &to = objects[index_of(*leg.to)];
+  for (std::size_t i = 0; i < points.size(); ++i)
+    object.colors.push_back(
+        lerp(color_at(from, pulled.source[i]), color_at(to, pulled.target[i]), share));
+  return Ok{};
+}
+
+Result<std::vector<PlayObject>> make_play_objects(const PreparedActor& actor, Engine& engine) {
+  std::vector<PlayObject> objects(actor.objects.size());
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const PreparedObject& from = *actor.objects[i];
+    PlayObject& object = objects[i];
+    object.name = from.name;
+    object.distances = from.distances.grid;
+    object.thinness = from.distances.thinness;
+    if (!from.model.materials.empty()) object.color = from.model.materials.front().color;
+    if (!from.colors) continue;
+    object.color_grid = from.colors->grid;
+    object.colors = from.colors->colors;
+  }
+  for (const auto& leg : actor.legs)
+    if (leg->before && actor.timeline.own_look)
+      PM_TRY_STATUS(
+          color_in_flight(actor, *leg->before, engine, objects,
+                          objects[static_cast<std::size_t>(object_index(actor, *leg->from))]));
+  return objects;
+}
+
+}  // namespace
+
+Result<PlayPage> make_play_page(const PreparedScene& prepared, Engine& engine) {
+  const Scene& scene = prepared.scene;
+  PlayPage page;
+  page.fps = scene.frames.fps;
+  page.field = scene.field.kind;
+  const Shading look = look_shading(scene.look);
+  page.look.color = look.color;
+  page.look.roughness = look.roughness;
+  page.look.metallic = look.metallic;
+  page.camera = surface_sequence(prepared, 1, 1).camera;
+  page.box = prepared.box;
+  page.has_ground = scene.ground.enabled;
+  page.ground = scene.ground.height.value_or(prepared.box.low.y);
+  std::vector<std::string> names;
+  for (const PreparedActor& actor : prepared.actors) {
+    PlayActor& made = page.actors.emplace_back();
+    made.name = actor.name;
+    made.cell = actor.settings.cell;
+    PM_TRY(made.objects, make_play_objects(actor, engine));
+    for (int leg = 0; leg < static_cast<int>(actor.legs.size()); ++leg) {
+      PM_TRY(PlayLeg one, make_play_leg(actor, leg, engine));
+      made.legs.push_back(std::move(one));
+    }
+    for (int frame = 1; frame <= actor.timeline.count; ++frame) {
+      const MorphState moment = morph_state_at(actor.timeline, frame);
+      made.frames.push_back({moment.leg, moment.time, moment.look});
+    }
+    std::vector<std::string> chain;
+    for (const auto& object : actor.objects)
+      if (!object->name.empty() && object->name.find("->") == std::string::npos)
+        chain.push_back(object->name);
+    names.push_back(fmt::format("{}", fmt::join(chain, " to ")));
+  }
+  page.title = fmt::format("{}", fmt::join(names, ", "));
+  return page;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,151 @@
+#include "sequence/frame/render_frame.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "base/hash.h"
+#include "base/text.h"
+#include "compare/explain.h"
+#include "morph/timeline.h"
+#include "sequence/frame/render_scene.h"
+#include "sequence/prepare/film_settings.h"
+
+namespace polymorph {
+namespace {
+
+std::string camera_text(const Camera& camera) {
+  return view_text({camera.position, camera.forward, camera.up, camera.tan_half_fov_y});
+}
+
+/// Digest of the correspondence of balls on all legs.
+std::string plan_digest(const PreparedScene& prepared) {
+  Hasher hasher;
+  for (const PreparedActor& actor : prepared.actors)
+    for (const auto& leg : actor.legs) {
+      hasher.add(leg->plan.pairs.size());
+      for (const auto& pair : leg->plan.pairs)
+        hasher.add(pair.from).add(pair.to).add(pair.from_share).add(pair.to_share);
+    }
+  return hasher.hex();
+}
+
+/// "teapot 96, penguin 96": the balls of each object.
+std::string ball_counts(const PreparedScene& prepared) {
+  std::string counts;
+  for (const PreparedActor& actor : prepared.actors)
+    for (const auto& object : actor.objects) {
+      std::string name = object->name;
+      std::replace(name.begin(), name.end(), ',', ' ');
+      counts +=
+          fmt::format("{}{} {}", counts.empty() ? "" : ", ", printable(name), object->balls.size());
+    }
+  return counts;
+}
+
+/// "2 teapot to penguin, 3 teapot, 4 penguin": what the ids of the picture mean (add_meshes() in
+/// geometry.cpp gives them): an actor's surface, then its objects.
+std::string object_names(const PreparedScene& prepared) {
+  std::string names;
+  int id = 2;
+  const auto add = [&](const std::string& actor, std::string name) {
+    if (prepared.actors.size() > 1) name = actor + "." + name;
+    std::replace(name.begin(), name.end(), ',', ' ');
+    names += fmt::format("{}{} {}", names.empty() ? "" : ", ", id++, printable(name));
+  };
+  for (const PreparedActor& actor : prepared.actors) {
+    std::string chain;
+    for (const auto& object : actor.objects) chain += (chain.empty() ? "" : " to ") + object->name;
+    add(actor.name, chain);
+    for (const auto& object : actor.objects) add(actor.name, object->name);
+  }
+  return names;
+}
+
+std::vector<Attribute> header_of(const PreparedScene& prepared, int frame, const std::string& isa,
+                                 const std::string& device, const std::string& command) {
+  std::vector<Attribute> attributes{
+      {"Software", std::string("polymorph ") + PM_VERSION},
+      {"FramesPerSecond", prepared.scene.frames.fps},
+      {"polymorph/version", std::string(PM_VERSION)},
+      {kHashAttribute, prepared.hashes.scene},
+      {kFrameHashAttribute, frame_hash(prepared.scene, prepared.hashes, frame)},
+      {kFrameAttribute, frame},
+      {"polymorph/t", sequence_time(prepared.scene, shown_frame(prepared.scene, frame))},
+      {"polymorph/stage", stage_names(prepared, frame)},
+      {"polymorph/device", device},
+      {"polymorph/isa", isa},
+      {kSamplesAttribute, prepared.scene.image.samples},
+      {"polymorph/exposure", scene_at(prepared.scene, static_cast<double>(frame)).image.exposure},
+      {kSeedAttribute, fmt::format("{}", prepared.scene.image.seed)},
+      {kCameraAttribute, camera_text(view_of(prepared, frame).camera)},
+      {kBallsAttribute, ball_counts(prepared)},
+      {kPlanAttribute, plan_digest(prepared)},
+      {kObjectsAttribute, object_names(prepared)}};
+  if (aov_is_chosen(prepared.scene.image.aovs, "label")) {
+    std::string names;
+    int number = 0;
+    for (const PreparedActor& actor : prepared.actors)
+      for (const std::string& name : actor.label_names)
+        names += fmt::format("{}{} {}{}", names.empty() ? "" : ", ", ++number,
+                             prepared.actors.size() > 1 ? actor.name + "." : "", name);
+    attributes.push_back({"polymorph/labels", names});
+  }
+  if (!command.empty()) attributes.push_back({"polymorph/command", printable(command)});
+  return attributes;
+}
+
+void add(Hasher& key, const MorphState& m) {
+  key.add(m.leg).add(static_cast<int>(m.stage)).add(m.progress).add(m.time).add(m.object);
+  key.add(m.look).add(m.boundary).add(m.growth);
+}
+
+}  // namespace
+
+std::string picture_key(const PreparedScene& prepared, int frame) {
+  const Scene& scene = prepared.scene;
+  if (!scene.image.steady || scene.frames.turntable > 0) return "";
+  const bool flows = wants_flow(scene_at(scene, static_cast<double>(frame)));
+  Hasher key;
+  key.add(frame_hash(scene, prepared.hashes, frame)).add(sequence_time(scene, frame));
+  for (const PreparedActor& actor : prepared.actors) {
+    if (moves_at(actor.timeline, frame)) return "";
+    add(key, morph_state_at(actor.timeline, frame));
+    if (flows) add(key, morph_state_at(actor.timeline, std::min(frame + 1, actor.timeline.count)));
+  }
+  return view_of(prepared, frame).camera_motion ? "" : key.hex();
+}
+
+Status check_picture_memory(const ImageSettings& image, std::size_t pictures, std::uint64_t limit) {
+  const std::uint64_t bytes = pictures * picture_bytes(image);
+  if (limit == 0 || bytes <= limit) return Ok{};
+  return make_error(ErrorCode::kResource,
+                    "{} of {} x {} need{} {}, and the limit is {} - lower image.width and "
+                    "image.height, image.aovs or --jobs, or raise --max-memory",
+                    pictures == 1 ? "a picture" : fmt::format("{} pictures at once", pictures),
+                    image.width, image.height, pictures == 1 ? "s" : "",
+                    format_bytes(static_cast<double>(bytes)),
+                    format_bytes(static_cast<double>(limit)));
+}
+
+void put_header(Image& image, const PreparedScene& prepared, int frame, const std::string& isa,
+                const std::string& device, const std::string& command) {
+  std::vector<Attribute> header = header_of(prepared, frame, isa, device, command);
+  // What says how to read the picture's mattes stays.
+  for (Attribute& attribute : image.attributes)
+    if (attribute.name.starts_with("cryptomatte/")) header.push_back(std::move(attribute));
+  image.attributes = std::move(header);
+}
+
+Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,
+                           Renderer& renderer, const std::string& device,
+                           const std::string& command) {
+  RenderSettings settings;
+  settings.image = prepared.scene.image;
+  settings.frame = geometry.frame;
+  PM_TRY(Image image, renderer.render(render_scene(prepared, geometry), settings));
+  put_header(image, prepared, geometry.frame, renderer.isa(), device, command);
+  return image;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,38 @@
+// Rendering of one frame in memory, with the attributes of its image header.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "base/result.h"
+#include "image/image.h"
+#include "render/render.h"
+#include "sequence/frame/frame_geometry.h"
+
+namespace polymorph {
+
+/// The image attribute that holds PreparedScene::hash.
+inline constexpr const char* kHashAttribute = "polymorph/scene_hash";
+/// The one that holds frame_hash(): of the settings as this frame has them.
+inline constexpr const char* kFrameHashAttribute = "polymorph/frame_hash";
+/// And the one that holds the frame's number.
+inline constexpr const char* kFrameAttribute = "polymorph/frame";
+
+/// Equal for frames that show the same to the bit; empty: the frame is like no other.
+std::string picture_key(const PreparedScene& prepared, int frame);
+
+/// Is there room for so many pictures at once in `limit` bytes (0: no limit)? Asked before any
+/// work. Errors: kResource, with what they need.
+Status check_picture_memory(const ImageSettings& image, std::size_t pictures, std::uint64_t limit);
+
+/// One frame in memory: `geometry` as geometry_at() gave it.
+Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,
+                           Renderer& renderer, const std::string& device,
+                           const std::string& command);
+
+/// Replaces the image's header by that of this frame, but for what says how to read its mattes.
+void put_header(Image& image, const PreparedScene& prepared, int frame, const std::string& isa,
+                const std::string& device, const std::string& command);
+
+}  // namespace polymorph

@@ -1,0 +1,247 @@
+#include "sequence/frame/surface_frames.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "base/parallel.h"
+#include "image/texture.h"
+#include "mesh/closest.h"
+#include "mesh/normals.h"
+#include "render/materials/materials.h"
+
+namespace polymorph {
+namespace {
+
+/// A layer of materials over a surface, and how much of what is seen it is.
+struct Layer {
+  const Model* model;
+  std::span<const Vec2> corner_uvs;
+  std::span<const std::uint32_t> triangle_materials;
+  float weight = 1;
+};
+
+const Material& material_of(const Layer& layer, std::size_t triangle) {
+  return layer.model
+      ->materials[layer.triangle_materials.empty() ? 0 : layer.triangle_materials[triangle]];
+}
+
+const Image* texture_of(const Layer& layer, const Material& material) {
+  if (material.texture < 0 || layer.corner_uvs.empty()) return nullptr;
+  const auto& textures = layer.model->textures;
+  const auto index = static_cast<std::size_t>(material.texture);
+  return index < textures.size() ? textures[index].get() : nullptr;
+}
+
+Shading shading_at(const Layer& layer, std::size_t corner) {
+  const Material& material = material_of(layer, corner / 3);
+  const Image* texture = texture_of(layer, material);
+  return own_shading(material,
+                     texture ? sample_texture(*texture, layer.corner_uvs[corner]) : Vec3{1, 1, 1});
+}
+
+Shading scaled(const Shading& s, float by) {
+  return {s.color * by,    s.specular * by,     s.roughness * by,
+          s.metallic * by, s.transmission * by, s.ior * by};
+}
+void add(Shading& sum, const Shading& s) {
+  sum.color = sum.color + s.color;
+  sum.specular = sum.specular + s.specular;
+  sum.roughness += s.roughness;
+  sum.metallic += s.metallic;
+  sum.transmission += s.transmission;
+  sum.ior += s.ior;
+}
+
+SurfaceMaterial material_from(const Shading& shading, std::string name) {
+  SurfaceMaterial material;
+  material.name = std::move(name);
+  material.color = shading.color;
+  material.roughness = shading.roughness;
+  material.metallic = shading.metallic;
+  material.transmission = shading.transmission;
+  material.ior = shading.ior;
+  return material;
+}
+
+/// What each point looks like: the mean over the corners of the triangles around it.
+std::vector<Shading> shadings_of(const SurfaceFrame& frame, std::span<const Layer> layers,
+                                 float look_share, const Shading& look) {
+  const std::size_t corners = 3 * frame.triangles.size();
+  std::vector<std::uint32_t> first(frame.positions.size() + 1, 0), around(corners);
+  for (const Triangle& t : frame.triangles)
+    for (const std::uint32_t v : t.v) ++first[v + 1];
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+  for (std::size_t c = 0; c < corners; ++c)
+    around[next[frame.triangles[c / 3].v[c % 3]]++] = static_cast<std::uint32_t>(c);
+  std::vector<Shading> shadings(frame.positions.size());
+  parallel_for(
+      static_cast<std::int64_t>(shadings.size()),
+      [&](std::int64_t index) {
+        const auto i = static_cast<std::size_t>(index);
+        Shading sum = scaled(look, 0);
+        for (std::uint32_t k = first[i]; k < first[i + 1]; ++k)
+          for (const Layer& layer : layers)
+            if (layer.weight > 0) add(sum, scaled(shading_at(layer, around[k]), layer.weight));
+        const auto count = static_cast<float>(first[i + 1] - first[i]);
+        shadings[i] = count > 0 ? mix(scaled(sum, 1 / count), look, look_share) : look;
+      },
+      256);
+  return shadings;
+}
+
+/// Fills colours, materials and texture coordinates.
+void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float look_share,
+               const LookSettings& look, SurfaceFrame& frame) {
+  const Shading common = look_shading(look);
+  if (layers.empty() || look_share >= 1) {
+    frame.colors.assign(frame.positions.size(), common.color);
+    frame.triangle_materials.assign(frame.triangles.size(), 0);
+    frame.materials = {material_from(common, "look")};
+  } else {
+    const std::vector<Shading> shadings = shadings_of(frame, layers, look_share, common);
+    Shading sum = scaled(common, 0);
+    for (const Shading& s : shadings) {
+      frame.colors.push_back(s.color);
+      add(sum, s);
+    }
+    const auto count = static_cast<float>(std::max<std::size_t>(shadings.size(), 1));
+    frame.mixture = material_from(scaled(sum, 1 / count), actor.name);
+    frame.mixture.color = {1, 1, 1};
+    frame.is_mixed =
+        look_share > 0 || std::count_if(layers.begin(), layers.end(),
+                                        [](const Layer& l) { return l.weight > 0; }) > 1;
+  }
+  if (layers.empty()) return;
+  const Layer& strongest =
+      *std::max_element(layers.begin(), layers.end(),
+                        [](const Layer& a, const Layer& b) { return a.weight < b.weight; });
+  frame.corner_uvs.assign(strongest.corner_uvs.begin(), strongest.corner_uvs.end());
+  if (!frame.materials.empty()) return;
+  frame.triangle_materials.assign(strongest.triangle_materials.begin(),
+                                  strongest.triangle_materials.end());
+  frame.triangle_materials.resize(frame.triangles.size(), 0);
+  for (const Material& material : strongest.model->materials) {
+    SurfaceMaterial& made = frame.materials.emplace_back(
+        material_from(own_shading(material, {1, 1, 1}), material.name));
+    if (texture_of(strongest, material))
+      made.texture = strongest.model->textures[static_cast<std::size_t>(material.texture)];
+  }
+}
+
+/// Is any edge of the model sharp?
+bool has_creases(const Model& model, std::span<const Vec3> smooth) {
+  constexpr float kSame = 0.9998f;  // cosine of a degree
+  for (std::size_t c = 0; c < model.corner_normals.size(); ++c)
+    if (dot(model.corner_normals[c], smooth[model.triangles[c / 3].v[c % 3]]) < kSame) return true;
+  return false;
+}
+
+SurfaceFrame model_frame(const PreparedActor& actor, const ActorGeometry& geometry,
+                         const LookSettings& look) {
+  const PreparedObject& object = object_of(actor, geometry.moment.object);
+  SurfaceFrame frame;
+  frame.is_model = true;
+  frame.positions = geometry.points;
+  frame.triangles = object.model.triangles;
+  Model model = object.model;
+  model.points = geometry.points;
+  if (!geometry.corner_normals.empty()) model.corner_normals = geometry.corner_normals;
+  frame.normals = point_normals(model);
+  if (has_creases(model, frame.normals)) frame.corner_normals = model.corner_normals;
+  frame.labels = geometry.point_labels;
+  if (!geometry.displacement.empty()) frame.velocities = geometry.displacement;
+  const Layer layer{&object.model, object.model.corner_uvs, object.model.triangle_materials, 1};
+  add_looks(actor, {&layer, 1}, geometry.moment.look, look, frame);
+  return frame;
+}
+
+/// Displacements end on the surface of the next frame.
+void end_on(const Mesh& next, SurfaceFrame& frame) {
+  if (next.triangles.empty()) return;
+  std::vector<Vec3> ends(frame.positions.size());
+  for (std::size_t i = 0; i < ends.size(); ++i) ends[i] = frame.positions[i] + frame.velocities[i];
+  const std::vector<ClosestPoint> hits =
+      ClosestPointQuery(next.positions, next.triangles).closest(ends);
+  for (std::size_t i = 0; i < ends.size(); ++i)
+    frame.velocities[i] = hits[i].point - frame.positions[i];
+}
+
+}  // namespace
+
+SurfaceFrame extracted_frame(const PreparedActor& actor, const ActorGeometry& geometry,
+                             const LookSettings& look) {
+  SurfaceFrame frame;
+  frame.positions = geometry.surface.positions;
+  frame.triangles = geometry.surface.triangles;
+  frame.normals = geometry.surface.normals;
+  frame.velocities = geometry.flow.displacement;
+  frame.labels = geometry.surface_labels;
+  std::vector<Layer> layers;
+  for (const ObjectLayer& over : geometry.look.layers) {
+    const Model& model = over.object->model;
+    if (model.materials.empty()) continue;  // balls in flight
+    for (Layer& below : layers) below.weight *= 1 - over.share;
+    layers.push_back({&model, over.materials.corner_uvs, over.materials.triangle_materials,
+                      layers.empty() ? 1.0f : over.share});
+  }
+  add_looks(actor, layers, layers.empty() ? 1.0f : 0.0f, look, frame);
+  const SurfaceLook& own = geometry.look;
+  if (!layers.empty() && own.colors.size() == frame.colors.size() && own.color_share > 0) {
+    frame.is_mixed = true;
+    for (std::size_t i = 0; i < frame.colors.size(); ++i)
+      frame.colors[i] = lerp(frame.colors[i], own.colors[i], own.color_share);
+  }
+  return frame;
+}
+
+void ask_for_attributes(Scene& scene, bool velocities, bool labels) {
+  scene.camera.shutter = 0;
+  scene.image.aovs = velocities && labels ? "label,motion"
+                     : velocities         ? "motion"
+                     : labels             ? "label"
+                                          : "none";
+}
+
+std::vector<SurfaceFrame> surface_frames(const PreparedScene& prepared,
+                                         const FrameGeometry& geometry, const FrameGeometry* next) {
+  std::vector<SurfaceFrame> frames;
+  for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
+    const PreparedActor& actor = prepared.actors[a];
+    const ActorGeometry& one = geometry.actors[a];
+    const bool is_model = one.surface.triangles.empty() && !one.points.empty();
+    const LookSettings& look = prepared.scene.look;
+    frames.push_back(is_model ? model_frame(actor, one, look) : extracted_frame(actor, one, look));
+    SurfaceFrame& frame = frames.back();
+    if (frame.velocities.empty()) continue;
+    if (next) end_on(shown_mesh(actor, next->actors[a]), frame);
+    for (Vec3& v : frame.velocities) v = v * prepared.scene.frames.fps;
+  }
+  return frames;
+}
+
+SurfaceSequence surface_sequence(const PreparedScene& prepared, int first, int last) {
+  SurfaceSequence sequence;
+  for (const PreparedActor& actor : prepared.actors) {
+    sequence.actors.push_back(actor.name);
+    sequence.label_names.push_back(actor.label_names);
+    for (const auto& object : actor.objects)
+      if (!object->meta && has_creases(object->model, point_normals(object->model)))
+        sequence.has_corner_normals = true;
+  }
+  sequence.fps = prepared.scene.frames.fps;
+  sequence.first_frame = first;
+  sequence.last_frame = last;
+  const Camera& camera = prepared.camera;
+  sequence.camera = {camera.position,
+                     camera.right,
+                     camera.up,
+                     camera.forward,
+                     camera.tan_half_fov_y,
+                     static_cast<float>(prepared.scene.image.width) /
+                         static_cast<float>(prepared.scene.image.height),
+                     camera.focus};
+  return sequence;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,72 @@
+#include "sequence/prepare/content_hash.h"
+
+#include "base/hash.h"
+#include "image/image_io.h"
+#include "scene/load_scene.h"
+
+namespace polymorph {
+namespace {
+
+void add(Hasher& hasher, Vec3 v) { hasher.add(v.x).add(v.y).add(v.z); }
+
+/// Its members are taken apart, here and below, so that a new one cannot be forgotten.
+void add(Hasher& hasher, const Material& material) {
+  const auto& [name, color, specular, roughness, metallic, transmission, ior, texture] = material;
+  add(hasher, color);
+  add(hasher, specular);
+  hasher.add(roughness).add(metallic).add(transmission).add(ior).add(texture);
+}
+
+void add(Hasher& hasher, const Model& model) {
+  const auto& [name, points, triangles, corner_normals, corner_uvs, labels, label_names,
+               triangle_materials, materials, textures] = model;
+  hasher.add(std::span<const Vec3>(points)).add(std::span<const Triangle>(triangles));
+  hasher.add(std::span<const Vec3>(corner_normals)).add(std::span<const Vec2>(corner_uvs));
+  hasher.add(std::span<const std::uint32_t>(labels)).add(label_names.size());
+  for (const std::string& label : label_names) hasher.add(std::string_view(label));
+  hasher.add(std::span<const std::uint32_t>(triangle_materials)).add(materials.size());
+  for (const Material& material : materials) add(hasher, material);
+  hasher.add(textures.size());
+  for (const auto& texture : textures) hasher.add(pixel_digest(*texture));
+}
+
+/// The settings without what only says where something is or what it is called.
+Scene settings_of(const Scene& scene) {
+  Scene settings = scene;
+  settings.output = {};
+  settings.output.png_bits = scene.output.png_bits;
+  settings.description.clear();
+  settings.path.clear();
+  settings.lights.environment.clear();
+  for (ActorSettings& actor : settings.actors) {
+    actor.source.model.clear();
+    for (ObjectSettings& object : actor.intermediate) object.model.clear();
+    actor.target.model.clear();
+  }
+  return settings;
+}
+
+}  // namespace
+
+std::string inputs_hash(const SceneInputs& inputs, std::string_view program) {
+  Hasher hasher;
+  hasher.add(program);
+  // Names decide which labels mean each other (plan.labels), and stand in the file's header.
+  for (const std::span<const ChainObject> chain : actor_chains(inputs.chain)) {
+    hasher.add(std::string_view(chain.front().actor->name));
+    for (const ChainObject& object : chain) hasher.add(std::string_view(object.settings->name));
+  }
+  hasher.add(inputs.models.size());
+  for (const Model& model : inputs.models) add(hasher, model);
+  hasher.add(inputs.environment != nullptr);
+  if (inputs.environment) hasher.add(pixel_digest(*inputs.environment));
+  return hasher.hex();
+}
+
+std::string settings_text(const Scene& scene) { return scene_to_json(settings_of(scene), {}); }
+
+std::string content_hash(const SceneInputs& inputs, std::string_view program) {
+  return Hasher().add(inputs_hash(inputs, program)).add(settings_text(inputs.scene)).hex();
+}
+
+}  // namespace polymorph

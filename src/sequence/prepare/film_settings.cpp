@@ -1,0 +1,122 @@
+#include "sequence/prepare/film_settings.h"
+
+#include <algorithm>
+
+#include "base/hash.h"
+#include "morph/timeline.h"
+
+namespace polymorph {
+namespace {
+
+constexpr int kMaxFramedPoses = 128;  // directions that a moving camera's distance is found for
+
+/// The cameras that a frame of a film is made with.
+struct FilmCameras {
+  Camera camera;
+  std::optional<CameraMotion> motion;
+  std::optional<Camera> rig;
+};
+
+bool same_pose(const Camera& a, const Camera& b) {
+  return a.position == b.position && a.right == b.right && a.up == b.up && a.forward == b.forward &&
+         a.tan_half_fov_y == b.tan_half_fov_y && a.lens_radius == b.lens_radius &&
+         a.focus == b.focus;
+}
+
+FilmCameras film_cameras(const Scene& scene, const Framing& framing, int frame) {
+  const auto camera_at = [&](double moment) {
+    return make_camera(scene_at(scene, moment).camera, framing);
+  };
+  FilmCameras cameras;
+  cameras.camera = camera_at(frame);
+  const double half = 0.5 * static_cast<double>(cameras.camera.shutter);
+  const CameraMotion motion{camera_at(frame - half), camera_at(frame + half),
+                            frame == frame_count(scene) ? cameras.camera : camera_at(frame + 1)};
+  const bool still = same_pose(motion.opening, cameras.camera) &&
+                     same_pose(motion.closing, cameras.camera) &&
+                     same_pose(motion.next, cameras.camera);
+  if (!still) cameras.motion = motion;
+  if (!scene_at(scene, frame).lights.follow_camera) cameras.rig = camera_at(1);
+  return cameras;
+}
+
+void add(Hasher& hasher, const Camera& c) {
+  for (const Vec3 v : {c.position, c.right, c.up, c.forward}) hasher.add(v.x).add(v.y).add(v.z);
+  hasher.add(c.tan_half_fov_y).add(c.lens_radius).add(c.focus).add(c.shutter);
+}
+
+bool leaves_balls_in_flight(const Scene& scene) {
+  return std::any_of(scene.actors.begin(), scene.actors.end(), [](const ActorSettings& actor) {
+    return std::any_of(actor.intermediate.begin(), actor.intermediate.end(),
+                       [](const ObjectSettings& object) { return object.retarget < 1; });
+  });
+}
+
+bool changes(const Scene& scene) {
+  return !scene.tracks.empty() || scene.camera.orbit != 0 || scene.frames.turntable > 0;
+}
+
+}  // namespace
+
+bool camera_moves(const Scene& scene) {
+  return scene.camera.orbit != 0 || scene.frames.turntable > 0 ||
+         std::any_of(scene.tracks.begin(), scene.tracks.end(), [](const KeyframeTrack& track) {
+           return track.pointer.starts_with("/camera/");
+         });
+}
+
+Framing film_framing(const Scene& scene, std::span<const Vec3> points) {
+  const int count = frame_count(scene), poses = std::min(count, kMaxFramedPoses);
+  std::vector<CameraSettings> settings;
+  for (int i = 0; i < poses; ++i)
+    settings.push_back(
+        scene_at(scene, 1 + (poses > 1 ? static_cast<double>(i) * (count - 1) / (poses - 1) : 0))
+            .camera);
+  return make_framing(settings, points, scene.image.width, scene.image.height);
+}
+
+FrameView view_of(const PreparedScene& prepared, int frame) {
+  FrameView view;
+  view.scene = scene_at(prepared.scene, frame);
+  view.ground = view.scene.ground;
+  // A hair below the feet, so that flat bottoms do not share a plane with it.
+  if (!view.ground.height)
+    view.ground.height = prepared.box.low.y - 1e-3f * prepared.box.diagonal();
+  view.camera = prepared.camera;
+  if (!prepared.framing) return view;
+  FilmCameras cameras = film_cameras(prepared.scene, *prepared.framing, frame);
+  view.camera = cameras.camera;
+  view.camera_motion = std::move(cameras.motion);
+  view.rig = std::move(cameras.rig);
+  return view;
+}
+
+SequenceHashes hash_sequence(const SceneInputs& inputs) {
+  const Scene& scene = inputs.scene;
+  SequenceHashes hashes{content_hash(inputs), inputs_hash(inputs), std::nullopt};
+  if (!camera_moves(scene) || leaves_balls_in_flight(scene)) return hashes;
+  std::vector<Vec3> points;
+  for (const Model& model : inputs.models)
+    points.insert(points.end(), model.points.begin(), model.points.end());
+  hashes.framing = film_framing(scene, points);
+  return hashes;
+}
+
+std::string frame_hash(const Scene& scene, const SequenceHashes& hashes, int frame) {
+  if (!changes(scene) || (camera_moves(scene) && !hashes.framing)) return hashes.scene;
+  Hasher hasher;
+  hasher.add(hashes.inputs).add(settings_text(scene_at(scene, frame)));
+  if (!hashes.framing) return hasher.hex();
+  const FilmCameras cameras = film_cameras(scene, *hashes.framing, frame);
+  add(hasher, cameras.camera);
+  hasher.add(cameras.motion.has_value());
+  if (cameras.motion)
+    for (const Camera& camera :
+         {cameras.motion->opening, cameras.motion->closing, cameras.motion->next})
+      add(hasher, camera);
+  hasher.add(cameras.rig.has_value());
+  if (cameras.rig) add(hasher, *cameras.rig);
+  return hasher.hex();
+}
+
+}  // namespace polymorph

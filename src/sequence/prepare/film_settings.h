@@ -1,0 +1,40 @@
+// Film: settings, camera and lights of one frame, where they change over the sequence.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include "render/render.h"
+#include "sequence/prepare/content_hash.h"
+#include "sequence/prepare/prepared_scene.h"
+
+namespace polymorph {
+
+/// What a frame is shown with.
+struct FrameView {
+  Scene scene;  ///< keyed settings at their value of this frame
+  Camera camera;
+  std::optional<CameraMotion> camera_motion;  ///< empty: the camera stands still around this frame
+  std::optional<Camera> rig;                  ///< by which the lights stand; empty: `camera`
+  GroundSettings ground;                      ///< its height is set
+};
+
+/// `frame` in [1, prepared.frame_count].
+FrameView view_of(const PreparedScene& prepared, int frame);
+
+/// Has the scene a camera that goes anywhere, turns or zooms?
+bool camera_moves(const Scene& scene);
+
+/// The framing of all frames of a scene whose camera moves; `points`: of all its objects.
+Framing film_framing(const Scene& scene, std::span<const Vec3> points);
+
+/// Hashes that the frames of a scene are known by, from its files alone: no ball is made for them.
+SequenceHashes hash_sequence(const SceneInputs& inputs);
+
+/// Hash of all that decides the frame's files: of the scene's inputs and of its settings as this
+/// frame has them. Where nothing is keyed, the same for all frames: hashes.scene. So it is where a
+/// moving camera frames balls in flight (`retarget`), which only a preparation makes.
+std::string frame_hash(const Scene& scene, const SequenceHashes& hashes, int frame);
+
+}  // namespace polymorph

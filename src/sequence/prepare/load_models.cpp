@@ -1,0 +1,148 @@
+#include "sequence/prepare/load_models.h"
+
+#include <fmt/format.h>
+
+#include "base/activity.h"
+#include "base/parallel.h"
+#include "image/image_io.h"
+#include "mesh/normals.h"
+#include "model/load/load_model.h"
+#include "model/shapes.h"
+#include "model/transform.h"
+#include "morph/timeline.h"
+#include "sequence/prepare/check_plan.h"
+#include "spheres/spheres.h"
+
+namespace polymorph {
+namespace {
+
+Result<Model> load_object(const ObjectSettings& object, bool textures,
+                          std::vector<std::string>& warnings) {
+  if (!object.shape.empty()) return make_shape(object.shape);
+  const Activity activity("reading " + object.model.filename().string());
+  LoadObjSettings settings;
+  settings.textures = textures;
+  PM_TRY(LoadedModel loaded, load_model(object.model, settings));
+  warnings.insert(warnings.end(), loaded.warnings.begin(), loaded.warnings.end());
+  if (object.up == UpAxis::kY) return std::move(loaded.model);
+  const Vec3 turn = object.up == UpAxis::kZ ? Vec3{-90, 0, 0} : Vec3{0, 0, 90};
+  return transformed(loaded.model, make_transform({}, turn, {1, 1, 1}));
+}
+
+void paint(Model& model, Vec3 color) {
+  Material material;
+  material.name = "color";
+  material.color = color;
+  model.materials = {material};
+  model.triangle_materials.assign(model.triangles.size(), 0);
+  model.textures.clear();
+}
+
+/// Puts an object in its place. Standing: turned, brought to the wanted size, centred on the y axis
+/// with its foot on y = 0; the user's scale then works about that foot. `size` <= 0 leaves the size
+/// as it is. `stage` then puts the actor in its own.
+Model arranged(const Model& model, const ObjectSettings& object, bool stand, float size,
+               const Transform& stage) {
+  if (!stand)
+    return transformed(
+        model, compose(stage, make_transform(object.translate, object.rotate, object.scale)));
+  const Model turned = transformed(model, make_transform({}, object.rotate, {1, 1, 1}));
+  const Box box = turned.box();
+  const float diagonal = model.box().diagonal();  // before turning: a turn must not change the size
+  const float factor = size > 0 && diagonal > 0 ? size / diagonal : 1;
+  const Vec3 foot{box.center().x, box.low.y, box.center().z};
+  const Transform to_origin = make_transform(-factor * foot, {}, {factor, factor, factor});
+  const Transform by_user = make_transform(object.translate, {}, object.scale);
+  return transformed(turned, compose(stage, compose(by_user, to_origin)));
+}
+
+/// Puts an object, as it was read, in its place; `size` is the first source's, or 0 for that one
+/// itself.
+Model place_object(const Scene& scene, const ChainObject& chained, Model model, float& size) {
+  const ObjectSettings& object = *chained.settings;
+  const ActorSettings& actor = *chained.actor;
+  if (object.crease) model.corner_normals = creased_normals(model, *object.crease);
+  if (object.color) paint(model, *object.color);
+  for (Material& material : model.materials) {
+    material.roughness = object.roughness.value_or(material.roughness);
+    material.metallic = object.metallic.value_or(material.metallic);
+    material.transmission = object.glass.value_or(material.transmission);
+  }
+  const bool is_source = size == 0;
+  if (is_source) size = model.box().diagonal();
+  const bool stand = scene.arrange == Arrange::kStand && object.arrange;
+  return arranged(model, object, stand, is_source ? 0 : size,
+                  make_transform(actor.translate, actor.rotate, actor.scale));
+}
+
+}  // namespace
+
+std::string turntable_problem(const Scene& scene) {
+  const int count = film_frame_count(scene);
+  if (scene.frames.turntable == 0 || scene.frames.still <= count) return "";
+  return fmt::format("/frames/still: is {}, but the film has {} frames", scene.frames.still, count);
+}
+
+Result<std::shared_ptr<const Image>> load_environment(const Scene& scene) {
+  if (scene.lights.environment.empty()) return std::shared_ptr<const Image>();
+  PM_TRY(Image image, read_image(scene.lights.environment));
+  return std::make_shared<const Image>(std::move(image));
+}
+
+Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject> chain,
+                                bool textures) {
+  struct Reading {
+    std::vector<std::string> warnings;
+    Result<Model> model = Model{};
+  };
+  std::vector<Reading> readings(chain.size());
+  parallel_for(
+      static_cast<std::int64_t>(chain.size()),
+      [&](std::int64_t index) {
+        const auto i = static_cast<std::size_t>(index);
+        readings[i].model = load_object(*chain[i].settings, textures, readings[i].warnings);
+      },
+      1);
+  LoadedScene loaded;
+  float size = 0;
+  for (std::size_t i = 0; i < chain.size(); ++i) {
+    PM_TRY(Model model, std::move(readings[i].model));
+    loaded.warnings.insert(loaded.warnings.end(), readings[i].warnings.begin(),
+                           readings[i].warnings.end());
+    loaded.models.push_back(place_object(scene, chain[i], std::move(model), size));
+  }
+  return loaded;
+}
+
+std::vector<std::string> find_problems(const Scene& scene, std::span<const ChainObject> chain,
+                                       const std::filesystem::path& cache, LoadedScene& loaded) {
+  std::vector<std::string> problems;
+  float size = 0;
+  for (const ChainObject& chained : chain) {
+    const ObjectSettings& object = *chained.settings;
+    auto model = load_object(object, true, loaded.warnings);
+    if (model) model = place_object(scene, chained, std::move(*model), size);
+    loaded.models.push_back(model ? std::move(*model) : Model{});
+    // A fit takes seconds and fails at nothing that its spheres do not fail at.
+    const Activity activity("looking at " + object.name);
+    SphereSettings unfitted = object.spheres;
+    unfitted.fit = FitKind::kNone;
+    unfitted.error = 0;
+    unfitted.coarse = true;
+    if (!model) {
+      problems.push_back(model.error().message);
+    } else if (const auto spheres = approximate_cached(loaded.models.back(), unfitted, cache);
+               !spheres) {
+      problems.push_back(fmt::format("{}: {}", object.name, spheres.error().message));
+    }
+  }
+  if (problems.empty()) problems = plan_problems(chain, loaded.models);
+  if (const std::string problem = turntable_problem(scene); !problem.empty())
+    problems.push_back(problem);
+  if (!scene.lights.environment.empty())
+    if (const auto image = read_image(scene.lights.environment); !image)
+      problems.push_back(image.error().message);
+  return problems;
+}
+
+}  // namespace polymorph

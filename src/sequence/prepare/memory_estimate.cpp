@@ -1,0 +1,134 @@
+#include "sequence/prepare/memory_estimate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iterator>
+#include <set>
+
+#include "base/text.h"
+#include "field/distance_grid.h"
+#include "morph/timeline.h"
+#include "render/render.h"
+
+namespace polymorph {
+namespace {
+
+// Measured: VmHWM of runs that differ in one of these (docs/reliability.md).
+constexpr double kProgram = 25e6;
+constexpr double kTreesPerTriangle = 270;
+constexpr double kBytesPerFittedBall = 250e3;
+constexpr double kLeastFit = 40e6;         ///< the surface that is looked at, however few the balls
+constexpr double kBytesPerPointMade = 7;   ///< a smoothed copy, and squares of distances to ridges
+constexpr double kTrianglesPerSquare = 8;  ///< of a surface, per square of the resolution
+constexpr double kBytesPerSurfaceTriangle = 450;
+constexpr double kBytesPerTracedTriangle = 165;  ///< of each surface more that is traced
+
+template <class T>
+double bytes_of(const std::vector<T>& values) {
+  return static_cast<double>(values.size() * sizeof(T));
+}
+
+double bytes_of(const Model& model) {
+  return bytes_of(model.points) + bytes_of(model.triangles) + bytes_of(model.corner_normals) +
+         bytes_of(model.corner_uvs) + bytes_of(model.labels) + bytes_of(model.triangle_materials);
+}
+
+double point_count(const Grid& grid) {
+  return static_cast<double>(grid.points.x) * grid.points.y * grid.points.z;
+}
+
+}  // namespace
+
+MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> chain,
+                               std::span<const Model> models, std::size_t pictures) {
+  double held = 0, trees = 0, fits = 0, distances = 0, making = 0, surfaces = 0;
+  std::set<const Image*> textures;
+  for (const Model& model : models) {
+    held += bytes_of(model);
+    trees += kTreesPerTriangle * static_cast<double>(model.triangles.size());
+    for (const auto& texture : model.textures)
+      if (texture && textures.insert(texture.get()).second) held += bytes_of(texture->pixels);
+  }
+  for (const ChainObject& object : chain)
+    if (is_fitted(scene, object.settings->spheres))
+      fits = std::max({fits, kLeastFit, kBytesPerFittedBall * object.settings->spheres.balls});
+  PM_CHECK(models.size() == chain.size());
+  for (const std::span<const ChainObject> objects : actor_chains(chain)) {
+    const std::span<const Model> own = models.first(objects.size());
+    models = models.subspan(objects.size());
+    Box box;
+    for (const Model& model : own) box = unite(box, model.box());
+    const Vec3 size = box.size();
+    const double cell = static_cast<double>(std::max({size.x, size.y, size.z})) /
+                        static_cast<double>(scene.surface.resolution);
+    if (!(cell > 0)) continue;
+    surfaces += kTrianglesPerSquare * static_cast<double>(scene.surface.resolution) *
+                scene.surface.resolution;
+    const Timeline timeline = make_timeline(scene, *objects.front().actor);
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+      if (!leg_kinds(timeline, i).distances || own[i].triangles.empty()) continue;
+      const double points =
+          point_count(distance_grid(own[i].box(), 0.5f * static_cast<float>(cell)));
+      distances += sizeof(float) * points;
+      making = std::max(making, kBytesPerPointMade * points);
+    }
+  }
+  // Half of the pictures are traced, the others written.
+  const auto more = static_cast<double>((std::max<std::size_t>(pictures, 1) - 1) / 2);
+  const auto whole = [](double bytes) { return static_cast<std::uint64_t>(bytes); };
+  MemoryEstimate estimate;
+  estimate.program = whole(kProgram);
+  estimate.models = whole(held);
+  estimate.trees = whole(trees);
+  estimate.fits = whole(fits);
+  estimate.distances = whole(distances);
+  estimate.making = whole(making);
+  estimate.surfaces = whole((kBytesPerSurfaceTriangle + more * kBytesPerTracedTriangle) * surfaces);
+  estimate.pictures = pictures * picture_bytes(scene.image);
+  return estimate;
+}
+
+Status check_model_files(std::span<const ChainObject> chain, std::uint64_t limit) {
+  for (const ChainObject& object : chain) {
+    const std::filesystem::path& model = object.settings->model;
+    std::error_code error;
+    const auto bytes = std::filesystem::file_size(model, error);
+    if (limit > 0 && !error && bytes > limit)
+      return make_error(ErrorCode::kResource,
+                        "{}: reading it takes at least {} of memory, and the limit is {} - use a "
+                        "smaller model or raise --max-memory",
+                        model.string(), format_bytes(static_cast<double>(bytes)),
+                        format_bytes(static_cast<double>(limit)));
+  }
+  return Ok{};
+}
+
+Status check_memory(const MemoryEstimate& estimate, std::uint64_t limit) {
+  if (limit == 0 || estimate.total() <= limit) return Ok{};
+  struct Part {
+    std::uint64_t bytes;
+    const char *what, *remedy;
+  };
+  const Part parts[] = {
+      {estimate.program, "the program itself", ""},
+      {estimate.models, "models and textures", "smaller models or textures, "},
+      {estimate.trees, "search trees over the models' faces", "models of fewer faces, "},
+      {estimate.fits, "fitting balls", "fewer spheres.balls, "},
+      {estimate.distances + estimate.making, "distances to the models",
+       "a lower surface.resolution, "},
+      {estimate.surfaces, "surfaces", "a lower surface.resolution, "},
+      {estimate.pictures, "pictures", "smaller pictures, fewer image.aovs, "}};
+  const Part& most =
+      *std::max_element(std::begin(parts), std::end(parts),
+                        [](const Part& a, const Part& b) { return a.bytes < b.bytes; });
+  return make_error(
+      ErrorCode::kResource,
+      "the scene needs about {} of memory, {} of it for {}, and the limit is {} - use "
+      "{}or raise --max-memory",
+      format_bytes(static_cast<double>(estimate.total())),
+      format_bytes(static_cast<double>(most.bytes)), most.what,
+      format_bytes(static_cast<double>(limit)), most.remedy);
+}
+
+}  // namespace polymorph

@@ -1,0 +1,74 @@
+#include "sequence/prepare/prepare.h"
+
+#include "sequence/prepare/check_plan.h"
+#include "sequence/prepare/film_settings.h"
+#include "sequence/prepare/load_models.h"
+#include "sequence/prepare/prepare_legs.h"
+#include "sequence/prepare/prepare_objects.h"
+
+namespace polymorph {
+namespace {
+
+Status check_scene(const Scene& scene, std::span<const ChainObject> chain,
+                   std::span<const Model> models) {
+  if (const auto problems = plan_problems(chain, models); !problems.empty())
+    return make_error(ErrorCode::kInput, "{}", fmt::join(problems, "\n"));
+  if (const std::string problem = turntable_problem(scene); !problem.empty())
+    return make_error(ErrorCode::kInput, "{}: {}", scene.path.string(), problem);
+  return Ok{};
+}
+
+void place_camera(PreparedScene& prepared) {
+  const Scene& scene = prepared.scene;
+  std::vector<Vec3> points;  // the models themselves: their common box has empty corners
+  for (const PreparedActor& actor : prepared.actors)
+    for (const auto& object : actor.objects)
+      points.insert(points.end(), object->model.points.begin(), object->model.points.end());
+  if (camera_moves(scene)) {
+    prepared.framing =
+        prepared.hashes.framing ? prepared.hashes.framing : film_framing(scene, points);
+    prepared.camera = make_camera(scene_at(scene, 1.0).camera, *prepared.framing);
+  } else {
+    prepared.camera = make_camera(scene.camera, points, scene.image.width, scene.image.height);
+  }
+}
+
+}  // namespace
+
+Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
+                                    const std::filesystem::path& cache, const MemoryLimit& limit,
+                                    Fits fits) {
+  PreparedScene prepared;
+  prepared.scene = scene;
+  prepared.frame_count = frame_count(scene);
+  const Preparation preparation{scene, engine, cache, fits};
+  // Resolve the actors' chains into one list, which every later stage goes through.
+  const std::vector<ChainObject> chain = chain_objects(scene);
+  // Refuse model files that memory cannot hold, before any is read.
+  PM_TRY_STATUS(check_model_files(chain, limit.bytes));
+  // Read the models and put them in their places.
+  PM_TRY(LoadedScene loaded, load_models(scene, chain, /*textures=*/true));
+  prepared.warnings = std::move(loaded.warnings);
+  // Refuse labels and landmarks that do not belong to the models.
+  PM_TRY_STATUS(check_scene(scene, chain, loaded.models));
+  // Refuse what memory cannot hold, before search trees, distances and surfaces are made.
+  prepared.memory = estimate_memory(scene, chain, loaded.models, limit.pictures);
+  PM_TRY_STATUS(check_memory(prepared.memory, limit.bytes));
+  // Read the environment. Beyond this point, nothing more is read but the cache.
+  PM_TRY(prepared.environment, load_environment(scene));
+  // Hash everything that decides the frames.
+  prepared.hashes = hash_sequence({scene, chain, loaded.models, prepared.environment.get()});
+  // Lay out each actor: its timeline, box, cells and labels.
+  PM_TRY(const std::vector<ActorOutline> outlines, outline_actors(scene, chain, loaded.models));
+  for (const ActorOutline& outline : outlines) prepared.box = unite(prepared.box, outline.box);
+  // Make the objects: balls, distances, colours, boundary stages.
+  PM_TRY(const std::vector<ObjectList> objects,
+         make_objects(preparation, chain, loaded.models, outlines));
+  // Make the legs: plans between the objects, pacing, balls in flight.
+  PM_TRY(prepared.actors, make_actors(preparation, outlines, objects));
+  // Place the camera so that all objects are in the picture.
+  place_camera(prepared);
+  return prepared;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,107 @@
+#include "sequence/prepare/prepare_legs.h"
+
+#include <cmath>
+
+#include "base/activity.h"
+#include "base/log.h"
+#include "leg/make_leg.h"
+#include "morph/labels.h"
+
+namespace polymorph {
+namespace {
+
+LabelledObject label_list(const PreparedObject& object) {
+  return {object.name, object.model.label_names};
+}
+
+PlanSide plan_side(const PreparedObject& object, const std::vector<std::int32_t>& classes) {
+  PlanSide side;
+  side.name = object.name;
+  side.balls = object.balls;
+  for (const std::uint32_t label : object.ball_labels) side.labels.push_back(classes[label]);
+  return side;
+}
+
+/// Says by how much an object turns as a whole between two others.
+void log_rotation(const MorphPlan& plan, const std::string& from, const std::string& to) {
+  constexpr double kDegrees = 57.29577951308232;
+  if (plan.motion.path == Path::kStraight) return;
+  const double angle = length(plan.alignment.turn) * kDegrees;
+  if (angle < 5) return;
+  const double vertical = std::fabs(plan.alignment.turn.y) * kDegrees;
+  if (vertical > 0.999 * angle)
+    log_info("{} -> {}: turns by {:.0f} degrees about the vertical", from, to, angle);
+  else
+    log_info("{} -> {}: turns by {:.0f} degrees about a tilted axis (see plan.align)", from, to,
+             angle);
+}
+
+/// Objects that a leg goes between, and its number in the actor's plan settings, from 1.
+struct LegEnds {
+  const PreparedObject &from, &to;
+  int number = 1;
+};
+
+MorphPlan plan_leg(const PlanSettings& settings, const LegEnds& ends, const MotionSettings& motion,
+                   FieldKind kind, const std::filesystem::path& cache) {
+  const auto& [from, to, number] = ends;
+  const LabelMatch match = match_labels(label_list(from), label_list(to), settings.labels);
+  PlanSide source = plan_side(from, match.from), target = plan_side(to, match.to);
+  for (const LandmarkSettings& landmark : settings.landmarks)
+    if (landmark.leg == number) {
+      source.landmarks.push_back(landmark.from);
+      target.landmarks.push_back(landmark.to);
+    }
+  MorphPlan plan = plan_morph(std::move(source), std::move(target), kind, settings, motion, cache);
+  log_rotation(plan, from.name, to.name);
+  return plan;
+}
+
+/// Makes the actor's legs, in order: a leg may start from the balls with which the one before it is
+/// left.
+Status add_legs(const Preparation& preparation, const PlanSettings& settings,
+                PreparedActor& actor) {
+  const auto& [scene, engine, cache, fits] = preparation;
+  std::vector<LabelledObject> labels;
+  for (const auto& object : actor.objects) labels.push_back(label_list(*object));
+  PM_TRY_STATUS(check_label_map(labels, settings.labels));
+  const std::vector<LegTiming>& timings = actor.timeline.legs;
+  std::shared_ptr<const PreparedObject> source = actor.objects.front();
+  std::shared_ptr<const Leg> before;
+  for (std::size_t i = 0; i < timings.size(); ++i) {
+    const std::shared_ptr<const PreparedObject> target = actor.objects[i + 1];
+    const Activity activity("planning " + source->name + " -> " + target->name);
+    MorphPlan plan = plan_leg(settings, {*source, *target, static_cast<int>(i) + 1},
+                              timings[i].motion, scene.field.kind, cache);
+    LegParts parts{source, target, std::move(plan), before};
+    if (before) parts.pace = pace_of(timings[i - 1]) / pace_of(timings[i]);
+    PM_TRY(const std::shared_ptr<const Leg> leg,
+           make_leg(std::move(parts), timings[i], actor.settings, engine, cache));
+    actor.legs.push_back(leg);
+    source = target;
+    before = nullptr;
+    if (leg->until == 1) continue;
+    const bool with_distances =
+        i + 1 < timings.size() && timings[i + 1].interpolation == Interpolation::kDistance;
+    PM_TRY(PreparedObject object, object_in_flight(*leg, with_distances, engine, cache));
+    source = std::make_shared<const PreparedObject>(std::move(object));
+    actor.objects.push_back(source);
+    before = leg;
+  }
+  return Ok{};
+}
+
+}  // namespace
+
+Result<std::vector<PreparedActor>> make_actors(const Preparation& preparation,
+                                               std::span<const ActorOutline> outlines,
+                                               std::span<const ObjectList> objects) {
+  std::vector<PreparedActor> actors;
+  for (std::size_t a = 0; a < outlines.size(); ++a) {
+    PreparedActor& actor = actors.emplace_back(PreparedActor{outlines[a], objects[a], {}});
+    PM_TRY_STATUS(add_legs(preparation, preparation.scene.actors[a].plan, actor));
+  }
+  return actors;
+}
+
+}  // namespace polymorph

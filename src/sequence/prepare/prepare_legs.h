@@ -1,0 +1,21 @@
+// Preparation of an actor's legs: plans between its objects, pacing, and balls in flight between
+// legs.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "scene/scene.h"
+#include "sequence/prepare/prepare_objects.h"
+#include "sequence/prepare/prepared_scene.h"
+
+namespace polymorph {
+
+/// The actors with their legs, from their outlines and objects. Errors: kInput where the plan names
+/// labels that no object has, or a leg is left without a surface; the engine's.
+Result<std::vector<PreparedActor>> make_actors(const Preparation& preparation,
+                                               std::span<const ActorOutline> outlines,
+                                               std::span<const ObjectList> objects);
+
+}  // namespace polymorph

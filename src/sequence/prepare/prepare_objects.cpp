@@ -1,0 +1,165 @@
+#include "sequence/prepare/prepare_objects.h"
+
+#include <algorithm>
+
+#include "base/activity.h"
+#include "base/log.h"
+#include "field/extract_surface.h"
+#include "field/level.h"
+#include "leg/boundary_surface.h"
+#include "mesh/mesh_check.h"
+#include "morph/labels.h"
+#include "spheres/quality.h"
+
+namespace polymorph {
+namespace {
+
+std::string fit_activity(const std::string& name, const SphereSettings& spheres) {
+  if (spheres.fit == FitKind::kNone) return "filling " + name + " with spheres";
+  const bool counted =
+      spheres.method == SphereMethod::kMedial || spheres.method == SphereMethod::kHubbard;
+  return counted ? fmt::format("fitting {} balls to {}", spheres.balls, name)
+                 : "fitting balls to " + name;
+}
+
+/// The settings by which the object's balls are made. Where its fit is not cached and none is to be
+/// made, the balls come straight from its spheres, and `object` says how many are missing.
+SphereSettings choose_spheres(const Preparation& preparation, const ObjectSettings& settings,
+                              PreparedObject& object) {
+  SphereSettings spheres = settings.spheres;
+  if (!is_fitted(preparation.scene, spheres)) {
+    spheres.fit = FitKind::kNone;
+  } else if (preparation.fits == Fits::kCached &&
+             !is_cached(object.model, spheres, preparation.cache)) {
+    object.missing_balls = std::max(spheres.balls, 1);
+    spheres.fit = FitKind::kNone;
+    spheres.error = 0;
+  }
+  return spheres;
+}
+
+Result<std::vector<Ball>> make_balls(const Preparation& preparation, const SphereSettings& spheres,
+                                     const LegSettings& settings, const PreparedObject& object) {
+  auto approximation = [&] {
+    const Activity activity(fit_activity(object.name, spheres));
+    return approximate_cached(object.model, spheres, preparation.cache);
+  }();
+  if (!approximation)
+    return make_error(approximation.error().code, "{}: {}", object.name,
+                      approximation.error().message);
+  if (!approximation->balls.empty()) return std::move(approximation->balls);
+  return unfitted_balls(approximation->tree.leaves(), spheres.method,
+                        solid_volume(object.model, InsideTest(object.model)),
+                        preparation.scene.field, settings.cell, settings.measured,
+                        preparation.engine);
+}
+
+/// The surface of the object's balls.
+Result<Mesh> extract_balls(const PreparedObject& object, const LegSettings& settings,
+                           Engine& engine) {
+  PM_TRY(Mesh mesh, extract_surface(engine, object.balls, settings.cell, settings.measured));
+  if (mesh.triangles.empty())
+    return make_error(ErrorCode::kInput,
+                      "{}: its {} balls have no surface at this threshold - lower report.threshold "
+                      "or raise spheres.resolution",
+                      object.name, object.balls.size());
+  return mesh;
+}
+
+/// Completes an object that has its name and model; `kinds`: those of the legs that end at it.
+Status complete_object(const Preparation& preparation, const ObjectSettings& chosen,
+                       const LegSettings& settings, LegKinds kinds, PreparedObject& object) {
+  const auto& [scene, engine, cache, fits] = preparation;
+  const SphereSettings spheres = choose_spheres(preparation, chosen, object);
+  PM_TRY(object.balls, make_balls(preparation, spheres, settings, object));
+  PM_TRY(Mesh surface, extract_balls(object, settings, engine));
+  object.ball_volume = volume_of(surface);
+  PM_TRY(object.field_maximum, field_maximum(engine, object.balls, settings.measured));
+  object.ball_labels = face_labels(object.model, object.balls);
+  object.closest = std::make_shared<const ClosestPointQuery>(object.model);
+  if (kinds.distances) {
+    const DistanceMeasure measure = {settings.cell, kThinnestPart * settings.cell,
+                                     static_cast<double>(settings.min_component_share),
+                                     spheres.solidify};
+    PM_TRY(object.distances, measure_distances(object, measure, engine, cache));
+  }
+  add_colors(object, scene.look.kind == LookKind::kOwn && !is_one_color(object.model));
+  if (object.meta || !kinds.balls) return Ok{};
+  PM_TRY(object.boundary,
+         make_boundary_stage(object, scene.boundary.method, std::move(surface), settings, engine));
+  return Ok{};
+}
+
+LegSettings leg_settings(const Scene& scene, const Box& box, std::span<const Model> models) {
+  LegSettings settings;
+  const Vec3 size = box.size();
+  settings.resolution = scene.surface.resolution;
+  settings.cell = std::max({size.x, size.y, size.z}) / static_cast<float>(settings.resolution);
+  settings.measured.field = scene.field.kind;
+  settings.measured.sample_stride = scene.surface.influence;
+  settings.shown = settings.measured;
+  settings.shown.method = scene.surface.method;
+  settings.shown.placement = scene.surface.placement;
+  settings.shown.flat = scene.surface.flat;
+  settings.min_component_share = scene.surface.min_component_share;
+  settings.has_colors =
+      scene.look.kind == LookKind::kOwn && !std::all_of(models.begin(), models.end(), is_one_color);
+  return settings;
+}
+
+}  // namespace
+
+Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
+                                                 std::span<const ChainObject> chain,
+                                                 std::span<const Model> models) {
+  std::vector<ActorOutline> outlines;
+  for (const std::span<const ChainObject> objects : actor_chains(chain)) {
+    const std::span<const Model> own = models.first(objects.size());
+    models = models.subspan(objects.size());
+    ActorOutline& outline = outlines.emplace_back();
+    outline.name = objects.front().actor->name;
+    outline.timeline = make_timeline(scene, *objects.front().actor);
+    for (const Model& model : own) {
+      outline.box = unite(outline.box, model.box());
+      for (const std::string& name : model.label_names)
+        if (std::find(outline.label_names.begin(), outline.label_names.end(), name) ==
+            outline.label_names.end())
+          outline.label_names.push_back(name);
+    }
+    outline.settings = leg_settings(scene, outline.box, own);
+    if (!(outline.settings.cell > 0))
+      return make_error(ErrorCode::kInput, "{}: the objects have no extent - check their scale",
+                        scene.path.string());
+  }
+  return outlines;
+}
+
+Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
+                                             std::span<const ChainObject> chain,
+                                             std::span<Model> models,
+                                             std::span<const ActorOutline> outlines) {
+  if (std::any_of(chain.begin(), chain.end(), [&](const ChainObject& object) {
+        const SphereSettings& spheres = object.settings->spheres;
+        return spheres.coarse && is_fitted(preparation.scene, spheres);
+      }))
+    log_info("the balls are coarse, as previews have them: a full render fits finer ones");
+  std::vector<ObjectList> lists(outlines.size());
+  std::size_t next = 0;
+  for (std::size_t a = 0; a < outlines.size(); ++a) {
+    const ActorOutline& outline = outlines[a];
+    for (std::size_t i = 0; i <= outline.timeline.legs.size(); ++i, ++next) {
+      const ObjectSettings& settings = *chain[next].settings;
+      PreparedObject object;
+      object.name = settings.name;
+      object.meta = settings.meta;
+      object.model = std::move(models[next]);
+      object.label_numbers = label_numbers(object.model.label_names, outline.label_names);
+      PM_TRY_STATUS(complete_object(preparation, settings, outline.settings,
+                                    leg_kinds(outline.timeline, i), object));
+      lists[a].push_back(std::make_shared<const PreparedObject>(std::move(object)));
+    }
+  }
+  return lists;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,36 @@
+// Preparation of an actor's objects: balls, distances, colours and boundary stages of its models.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "kernels/engine.h"
+#include "scene/load_scene.h"
+#include "sequence/prepare/prepared_scene.h"
+
+namespace polymorph {
+
+/// The scene that is prepared, with device, cache folder and manner.
+struct Preparation {
+  const Scene& scene;
+  Engine& engine;
+  const std::filesystem::path& cache;
+  Fits fits = Fits::kMake;
+};
+
+/// Outlines of all actors, from the models of the chain. Errors: kInput where an actor's models
+/// have no extent.
+Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
+                                                 std::span<const ChainObject> chain,
+                                                 std::span<const Model> models);
+
+/// The objects of each actor, from the models of the chain, which are moved into them. Errors:
+/// kInput where a model has no balls or encloses nothing; the engine's.
+Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
+                                             std::span<const ChainObject> chain,
+                                             std::span<Model> models,
+                                             std::span<const ActorOutline> outlines);
+
+}  // namespace polymorph

@@ -1,0 +1,61 @@
+// Prepared scene: everything that the frames of a scene are made from.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/box.h"
+#include "base/result.h"
+#include "kernels/engine.h"
+#include "leg/leg.h"
+#include "morph/timeline.h"
+#include "render/render.h"
+#include "scene/scene.h"
+#include "sequence/prepare/memory_estimate.h"
+
+namespace polymorph {
+
+/// An actor as its models alone decide it.
+struct ActorOutline {
+  std::string name;
+  Timeline timeline;
+  LegSettings settings;                  ///< settings of its objects and legs
+  std::vector<std::string> label_names;  ///< labels of all its objects, each name once
+  Box box;                               ///< box around all its objects
+};
+
+/// The objects of an actor.
+using ObjectList = std::vector<std::shared_ptr<const PreparedObject>>;
+
+/// One chain, in its place in the world.
+struct PreparedActor : ActorOutline {
+  ObjectList objects;  ///< the chain's, then balls in flight, with which legs were left
+  std::vector<std::shared_ptr<const Leg>> legs;
+};
+
+/// Parts of the hashes of a sequence's frames (film_settings.h).
+struct SequenceHashes {
+  std::string scene;               ///< content_hash()
+  std::string inputs;              ///< inputs_hash()
+  std::optional<Framing> framing;  ///< where the camera moves, if the models alone decide it
+};
+
+/// kCached: an object whose fit is not in the cache gets the balls of its spheres instead.
+enum class Fits : std::uint8_t { kMake, kCached };
+
+struct PreparedScene {
+  Scene scene;
+  SequenceHashes hashes;
+  int frame_count = 0;
+  std::vector<PreparedActor> actors;
+  Box box;                         ///< box around all objects
+  Camera camera;                   ///< camera of the first frame
+  std::optional<Framing> framing;  ///< set where the camera moves
+  std::shared_ptr<const Image> environment;
+  std::vector<std::string> warnings;
+  MemoryEstimate memory;
+};
+
+}  // namespace polymorph

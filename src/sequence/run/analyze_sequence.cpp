@@ -1,0 +1,191 @@
+#include "sequence/run/analyze_sequence.h"
+
+#include <cmath>
+#include <map>
+
+#include "leg/boundary_surface.h"
+#include "leg/leg_surface.h"
+#include "mesh/append.h"
+#include "mesh/normals.h"
+#include "model/load/load_model.h"
+#include "morph/cost.h"
+#include "morph/motion.h"
+
+namespace polymorph {
+namespace {
+
+Error stopped() { return {ErrorCode::kResumable, "stopped before the last frame"}; }
+
+Mesh mesh_of(const Model& model) { return {model.points, point_normals(model), model.triangles}; }
+
+/// Labels' purity in the plan and by chance (principle 1); nothing where no labels match.
+void measure_labels(const MorphPlan& plan, MorphEnds& ends) {
+  std::map<std::int32_t, double> in_from, in_to;
+  double same = 0, matched = 0;
+  for (const Pair& pair : plan.pairs) {
+    const std::int32_t i = plan.from_labels.empty() ? kNoLabel : plan.from_labels[pair.from];
+    const std::int32_t j = plan.to_labels.empty() ? kNoLabel : plan.to_labels[pair.to];
+    in_from[i] += pair.mass;
+    in_to[j] += pair.mass;
+    if (i == j) same += pair.mass;
+    if (i != kNoLabel && i == j) matched += pair.mass;
+  }
+  if (in_from.size() < 2 || in_to.size() < 2) return;
+  double chance = 0;
+  for (const auto& [label, mass] : in_from)
+    if (const auto other = in_to.find(label); other != in_to.end()) chance += mass * other->second;
+  ends.purity = same;
+  ends.chance = chance;
+}
+
+/// Where the balls around each landmark arrive, against where they should.
+void measure_landmarks(const MorphPlan& plan, const std::vector<LandmarkSettings>& landmarks,
+                       int leg, MorphEnds& ends) {
+  for (const LandmarkSettings& landmark : landmarks) {
+    if (landmark.leg != leg + 1) continue;
+    // The nearest ball's parts, each keeping its place beside the landmark.
+    std::uint32_t nearest = 0;
+    for (std::uint32_t i = 0; i < plan.from.size(); ++i)
+      if (length(plan.from[i].center - landmark.from) <
+          length(plan.from[nearest].center - landmark.from))
+        nearest = i;
+    Vec3d arrives;
+    for (const Pair& pair : plan.pairs)
+      if (pair.from == nearest)
+        arrives = arrives + Vec3d(plan.to[pair.to].center) * static_cast<double>(pair.from_share);
+    ends.landmark_errors.push_back(length(arrives - Vec3d(landmark.to)));
+  }
+}
+
+/// The ends of leg `number`. Where it is left before its target is reached, the morph goes to the
+/// source of the next leg.
+MorphEnds measure_ends(const PreparedActor& actor, const PlanSettings& settings,
+                       std::size_t number) {
+  const Leg& leg = *actor.legs[number];
+  const MorphPlan& plan = leg.plan;
+  const PreparedObject& from = *leg.from;
+  const PreparedObject& to = leg.until == 1 ? *leg.to : *actor.legs[number + 1]->from;
+  MorphEnds ends;
+  ends.from = from.name;
+  ends.to = to.name;
+  ends.source = mesh_of(from.model);
+  ends.target = mesh_of(to.model);
+  for (const Pair& pair : plan.pairs) ends.masses.push_back(pair.mass);
+  measure_labels(plan, ends);
+  measure_landmarks(plan, settings.landmarks, static_cast<int>(number), ends);
+  ends.truth = similarity_of(from.model.points, to.model.points);
+  const Alignment& found = plan.alignment;
+  ends.recovered = Similarity{found.rotation, found.scale,
+                              found.to_center - found.rotation * found.from_center * found.scale};
+  return ends;
+}
+
+/// Measures the boundary stage at an end of a leg, in as many steps as its share of the time asks
+/// for beside `count` frames of the motion; nothing at an end that shows no model.
+Result<Handover> measure_handover(const Leg& leg, const LegTiming& timing, bool leaving, int count,
+                                  Engine& engine) {
+  Handover handover;
+  if (!(leaving ? timing.from_full : timing.to_full)) return handover;
+  constexpr int kMin = 4;
+  const float share = timing.shares[leaving ? 1 : 3] / timing.shares[2];
+  const int proportional = static_cast<int>(std::lround(static_cast<float>(count) * share));
+  const int steps = share > 0 ? std::max(kMin, proportional) : 0;
+  for (int k = 0; k <= steps; ++k) {
+    const float growth = steps > 0 ? static_cast<float>(k) / static_cast<float>(steps) : 0.0f;
+    PM_TRY(BoundarySurface shown, boundary_surface(leg, {leaving, 1 - growth, growth}, engine));
+    Mesh mesh = std::move(shown.surface);
+    if (!shown.points.empty())
+      append(mesh, model_mesh(leaving ? *leg.from : *leg.to, shown.points));
+    handover.shown.push_back(std::move(mesh));
+  }
+  return handover;
+}
+
+/// A sample of the leg's volumetric stage at `share` of the time until it is left.
+Result<MorphFrame> measure_sample(const Leg& leg, float share, Engine& engine) {
+  PM_TRY(LegSurface surface, leg_surface(leg, share * leg.until, engine));
+  MorphFrame frame;
+  frame.time = static_cast<double>(share);
+  frame.u = static_cast<double>(surface.state.u / progress_at(leg.plan, leg.until));
+  frame.surface = std::move(surface.mesh);
+  for (const Ball& ball : surface.state.balls) frame.centers.push_back(ball.center);
+  return frame;
+}
+
+}  // namespace
+
+Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engine& engine,
+                                            int frames, const AnalyzeProgress& progress) {
+  int total = 0, done = 0;
+  const auto sample_count = [&](const LegTiming& timing) {
+    return std::max(2, frames > 0 ? frames : timing.steps + 1);
+  };
+  for (const PreparedActor& actor : prepared.actors)
+    for (const LegTiming& timing : actor.timeline.legs) total += sample_count(timing);
+  std::vector<Analysis> morphs;
+  for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
+    const PreparedActor& actor = prepared.actors[a];
+    for (std::size_t number = 0; number < actor.legs.size(); ++number) {
+      const Leg& leg = *actor.legs[number];
+      const LegTiming& timing = actor.timeline.legs[number];
+      std::vector<MorphFrame> samples;
+      const int count = sample_count(timing);
+      for (int k = 0; k < count; ++k) {
+        if (!progress(done++, total)) return stopped();
+        const float share = static_cast<float>(k) / static_cast<float>(count - 1);
+        PM_TRY(MorphFrame sample, measure_sample(leg, share, engine));
+        samples.push_back(std::move(sample));
+      }
+      MorphEnds ends = measure_ends(actor, prepared.scene.actors[a].plan, number);
+      if (prepared.actors.size() > 1) ends.actor = actor.name;
+      PM_TRY(ends.leaving, measure_handover(leg, timing, true, count, engine));
+      PM_TRY(ends.arriving, measure_handover(leg, timing, false, count, engine));
+      ends.source_shown = !ends.leaving.shown.empty();
+      ends.target_shown = !ends.arriving.shown.empty();
+      morphs.push_back(analyze_morph(ends, samples));
+    }
+  }
+  return morphs;
+}
+
+Result<std::vector<Analysis>> analyze_meshes(const FramePattern& pattern,
+                                             const std::filesystem::path& source,
+                                             const std::filesystem::path& target,
+                                             const AnalyzeProgress& progress) {
+  PM_TRY(const std::vector<int> numbers, existing_frames(pattern));
+  if (numbers.size() < 2)
+    return make_error(ErrorCode::kInput, "{}: {} such file{} - a morph has at least two frames",
+                      frame_path(pattern, 0).string(), numbers.size(),
+                      numbers.size() == 1 ? "" : "s");
+  LoadObjSettings settings;
+  settings.textures = false;
+  std::vector<MorphFrame> frames;
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    if (!progress(static_cast<int>(k), static_cast<int>(numbers.size()))) return stopped();
+    PM_TRY(const LoadedModel loaded, load_model(frame_path(pattern, numbers[k]), settings));
+    MorphFrame frame;
+    frame.time = frame.u = static_cast<double>(k) / static_cast<double>(numbers.size() - 1);
+    frame.surface = mesh_of(loaded.model);
+    frames.push_back(std::move(frame));
+  }
+  MorphEnds ends;
+  ends.from = frame_path(pattern, numbers.front()).filename().string();
+  ends.to = frame_path(pattern, numbers.back()).filename().string();
+  ends.source = frames.front().surface;
+  ends.target = frames.back().surface;
+  ends.source_shown = !source.empty();
+  ends.target_shown = !target.empty();
+  for (const auto& [file, name, mesh] :
+       {std::tuple(&source, &ends.from, &ends.source), std::tuple(&target, &ends.to, &ends.target)})
+    if (!file->empty()) {
+      PM_TRY(const LoadedModel loaded, load_model(*file, settings));
+      *name = file->filename().string();
+      *mesh = mesh_of(loaded.model);
+    }
+  ends.truth = similarity_of(ends.source.positions, ends.target.positions);
+  std::vector<Analysis> morphs;
+  morphs.push_back(analyze_morph(ends, frames));
+  return morphs;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,49 @@
+#include "sequence/run/device.h"
+
+#include <atomic>
+#include <optional>
+
+#include "base/log.h"
+#include "base/text.h"
+
+namespace polymorph {
+
+Result<std::unique_ptr<Engine>> make_engine(const std::string& device, std::string& chosen,
+                                            std::size_t max_memory) {
+  chosen = "cpu";
+  const auto cpu = [&] {
+    auto engine = make_cpu_engine();
+    engine->limit_memory(max_memory);
+    return engine;
+  };
+  if (device == "cpu") return cpu();
+  const bool automatic = device == "auto";
+  int index = 0;
+  if (!automatic) {
+    const auto number = device == "cuda"              ? std::optional<long long>(0)
+                        : device.starts_with("cuda:") ? parse_integer(device.substr(5))
+                                                      : std::nullopt;
+    if (!number || *number < 0 || *number > 1023)
+      return make_error(ErrorCode::kUsage, "--device {}: write cpu, cuda, cuda:1 or auto", device);
+    index = static_cast<int>(*number);
+  }
+  EngineStatus status;
+  auto engine = make_cuda_engine(index, status);
+  if (engine) {
+    chosen = fmt::format("cuda:{}", index);
+    engine->limit_memory(max_memory);
+    return engine;
+  }
+  if (!automatic)
+    return make_error(ErrorCode::kResource, "--device {}: {} - use --device cpu or auto", device,
+                      status.message);
+  // Said once, not for every scene of a command.
+  static std::atomic_flag said;
+  if (!said.test_and_set()) {
+    log_info("device: cpu (no GPU is needed; -v says why none is used)");
+    log_debug("no GPU: {}", status.message);
+  }
+  return cpu();
+}
+
+}  // namespace polymorph

@@ -1,0 +1,85 @@
+#include "sequence/run/estimate.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/activity.h"
+#include "base/parallel.h"
+#include "base/stopwatch.h"
+#include "image/image_io.h"
+#include "sequence/frame/frame_geometry.h"
+#include "sequence/frame/render_scene.h"
+
+namespace polymorph {
+namespace {
+
+constexpr int kMaxMeasured = 3;
+constexpr int kFewerSamples = 8;
+
+/// Seconds since the last call.
+class Laps {
+ public:
+  double lap() {
+    const double now = stopwatch_.seconds();
+    return now - std::exchange(last_, now);
+  }
+
+ private:
+  Stopwatch stopwatch_;
+  double last_ = 0;
+};
+
+/// What it takes to fit the balls that a dry run does not fit.
+void add_fits(const PreparedScene& prepared, FrameEstimate& estimate) {
+  // Of one processor: 64 to 512 balls took 11 to 17 ms each on two (docs/performance.md).
+  constexpr double kSecondsPerBall = 0.026;
+  for (const PreparedActor& actor : prepared.actors)
+    for (const auto& object : actor.objects) {
+      if (object->missing_balls == 0) continue;
+      estimate.unfitted.push_back(object->name);
+      estimate.fit_seconds += kSecondsPerBall * object->missing_balls / thread_count();
+    }
+}
+
+}  // namespace
+
+Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& engine,
+                                      const std::string& isa, std::span<const int> frames) {
+  FrameEstimate estimate;
+  estimate.memory = prepared.memory.total();
+  add_fits(prepared, estimate);
+  if (frames.empty()) return estimate;
+  const Activity activity("rendering some frames to estimate the others");
+  PM_TRY(Renderer renderer, Renderer::create(isa));
+  const int samples = prepared.scene.image.samples;
+  const int measured_samples = std::max(1, samples / kFewerSamples);
+  RenderSettings settings;
+  settings.image = prepared.scene.image;
+  settings.image.samples = measured_samples;
+  settings.image.noise = 0;
+  const auto count = std::min<std::size_t>(frames.size(), kMaxMeasured);
+  for (std::size_t i = 0; i < count; ++i) {
+    settings.frame = frames[(2 * i + 1) * frames.size() / (2 * count)];
+    Laps watch;
+    PM_TRY(const FrameGeometry geometry, geometry_at(prepared, engine, settings.frame));
+    estimate.seconds += watch.lap();
+    PM_TRY(const Image image, renderer.render(render_scene(prepared, geometry), settings));
+    estimate.seconds += watch.lap() * samples / measured_samples;
+    PM_TRY(const std::string exr, encode_exr(image));
+    estimate.seconds += watch.lap();
+    PngSettings png;
+    png.exposure = prepared.scene.image.exposure;
+    png.bits = prepared.scene.output.png_bits;
+    PM_TRY(const std::string picture, encode_png(image, png));
+    estimate.exr_bytes += static_cast<double>(exr.size());
+    estimate.png_bytes += static_cast<double>(picture.size());
+  }
+  const auto n = static_cast<double>(count);
+  estimate.measured = static_cast<int>(count);
+  estimate.seconds /= n;
+  estimate.exr_bytes /= n;
+  estimate.png_bytes /= n;
+  return estimate;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,377 @@
+#include "sequence/run/render_sequence.h"
+
+#include <algorithm>
+#include <atomic>
+#include <deque>
+#include <fstream>
+#include <string>
+#include <utility>
+
+#include "base/file.h"
+#include "base/hash.h"
+#include "base/log.h"
+#include "base/parallel.h"
+#include "base/stopwatch.h"
+#include "base/text.h"
+#include "base/worker.h"
+#include "compare/explain.h"
+#include "image/image_io.h"
+#include "mesh/mesh_check.h"
+#include "morph/timeline.h"
+#include "sequence/frame/frame_geometry.h"
+#include "sequence/frame/render_frame.h"
+#include "sequence/prepare/film_settings.h"
+#include "sequence/prepare/prepare.h"
+#include "sequence/run/device.h"
+#include "sequence/run/estimate.h"
+#include "sequence/run/status.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// VmHWM; getrusage() would give the parent's where that was larger when it started this process.
+std::uint64_t peak_memory_bytes() {
+  std::ifstream status("/proc/self/status");
+  std::uint64_t kilobytes = 0;
+  for (std::string word; status >> word;)
+    if (word == "VmHWM:") status >> kilobytes;
+  return kilobytes * 1024;
+}
+
+std::vector<fs::path> files_of(const SequenceSettings& settings, int frame) {
+  std::vector<fs::path> files;
+  for (const FramePattern* pattern : {&settings.exr, &settings.png})
+    if (!pattern->before.empty() || pattern->has_number())
+      files.push_back(frame_path(*pattern, frame));
+  return files;
+}
+
+bool has_exr(const SequenceSettings& settings) {
+  return !settings.exr.before.empty() || settings.exr.has_number();
+}
+bool has_png(const SequenceSettings& settings) {
+  return !settings.png.before.empty() || settings.png.has_number();
+}
+
+/// Before any work: every name must be free (or may be replaced) and every folder writable.
+Status check_outputs(const SequenceSettings& settings) {
+  std::size_t existing = 0;
+  fs::path first;
+  for (const int frame : settings.frames) {
+    for (const fs::path& file : files_of(settings, frame)) {
+      std::error_code error;
+      if (fs::is_directory(file, error) && !settings.keep_going) return check_writable(file);
+      if (!fs::exists(file, error)) continue;
+      if (existing++ == 0) first = file;
+    }
+  }
+  if (existing > 0 && settings.existing == Existing::kRefuse && !settings.dry_run)
+    return make_error(ErrorCode::kOutput,
+                      "{}: exists{} - add --overwrite to replace, or --skip-existing to resume",
+                      first.string(),
+                      existing > 1 ? fmt::format(", and {} more", existing - 1) : "");
+  for (const fs::path& file : files_of(settings, settings.frames.front())) {
+    PM_TRY_STATUS(check_writable(file));
+    const fs::path folder = file.parent_path();
+    if (!settings.dry_run) remove_old_temporaries(folder.empty() ? fs::path(".") : folder);
+  }
+  return Ok{};
+}
+
+Status write_frame(const Image& image, const SequenceSettings& settings, const Scene& scene,
+                   int frame) {
+  PngSettings png;
+  png.exposure = scene_at(scene, static_cast<double>(frame)).image.exposure;
+  png.bits = scene.output.png_bits;
+  png.dither = png.bits == 8;
+  // Where nothing else crawls, the dither must not.
+  png.seed = scene.image.seed + (scene.image.steady ? 0 : static_cast<std::uint64_t>(frame));
+  if (has_exr(settings)) PM_TRY_STATUS(write_image(frame_path(settings.exr, frame), image));
+  if (has_png(settings)) PM_TRY_STATUS(write_image(frame_path(settings.png, frame), image, png));
+  return Ok{};
+}
+
+/// The loop over the frames, with what it needs at hand.
+class SequenceRun {
+ public:
+  SequenceRun(const SequenceSettings& settings, const ProgressCallback& progress)
+      : settings_(settings), progress_(progress) {}
+
+  Result<RunReport> run(const Scene& scene) {
+    PM_CHECK(settings_.jobs >= 1);
+    const Stopwatch stopwatch;
+    report_.threads = thread_count();
+    PM_TRY_STATUS(check_outputs(settings_));
+    const std::size_t at_once =  // traced, written
+        std::min(settings_.frames.size(), 2 * static_cast<std::size_t>(settings_.jobs));
+    PM_TRY_STATUS(check_picture_memory(scene.image, at_once, settings_.max_memory));
+    if (scene.image.denoise) PM_TRY_STATUS(check_denoiser());
+    PM_TRY(engine_, make_engine(settings_.device, report_.device, settings_.max_memory));
+    PM_TRY(prepared_,
+           prepare_scene(scene, *engine_, settings_.cache_folder, {settings_.max_memory, at_once},
+                         settings_.dry_run ? Fits::kCached : Fits::kMake));
+    for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
+    if (settings_.strict && !prepared_.warnings.empty())
+      return make_error(ErrorCode::kInput,
+                        "{}: {} warning{} about its files - mend them, or render without --strict",
+                        scene.path.string(), prepared_.warnings.size(),
+                        prepared_.warnings.size() == 1 ? "" : "s");
+    // Once more: only now is it known which files the models and their materials name.
+    if (!settings_.keep_going)
+      for (const int frame : settings_.frames)
+        for (const fs::path& file : files_of(settings_, frame)) PM_TRY_STATUS(check_writable(file));
+    report_.prepare_seconds = stopwatch.seconds();
+    for (int i = 0; i < settings_.jobs; ++i) {
+      PM_TRY(Renderer renderer, Renderer::create(settings_.isa));
+      tracers_.push_back(std::make_unique<Tracer>(std::move(renderer)));
+      idle_.push_back(tracers_.back().get());
+      writers_.push_back(std::make_unique<Worker>());
+    }
+    report_.isa = tracers_.front()->renderer.isa();
+    report_.scene_hash = prepared_.hashes.scene;
+    if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // PNG has no layers
+    report_.frames.resize(settings_.frames.size());
+    const Stopwatch frames;
+    Status status = all_frames();
+    // What is under way when one fails or all must stop is finished, so that no frame is half.
+    Status rest = drain();
+    if (status) status = std::move(rest);
+    if (!status && !settings_.keep_going) return std::move(status).error();
+    std::erase_if(report_.frames, [](const FrameRecord& record) { return record.frame == 0; });
+    if (settings_.dry_run) {
+      std::vector<int> planned;
+      for (const FrameRecord& record : report_.frames)
+        if (record.state == FrameRecord::State::kPlanned) planned.push_back(record.frame);
+      PM_TRY(report_.estimate, estimate_frames(prepared_, *engine_, settings_.isa, planned));
+    }
+    report_.frames_seconds = frames.seconds();
+    report_.peak_memory = peak_memory_bytes();
+    report_.total_seconds = stopwatch.seconds();
+    return std::move(report_);
+  }
+
+ private:
+  struct Tracer {
+    explicit Tracer(Renderer&& r) : renderer(std::move(r)) {}
+    Renderer renderer;
+    Worker worker;
+  };
+  /// A picture on its way, and the seconds it took so far.
+  struct Traced {
+    Result<Image> image;
+    double seconds = 0;
+  };
+  struct Tracing {
+    std::vector<std::size_t> indices;  ///< the frame that is traced, and those that show the same
+    std::string picture;               ///< picture_key()
+    Tracer* tracer;
+    std::future<Traced> result;
+  };
+  struct Written {
+    Status status;
+    double seconds = 0;
+  };
+
+  Status all_frames() {
+    for (std::size_t i = 0; i < settings_.frames.size(); ++i) {
+      if (settings_.stop && *settings_.stop) {
+        report_.stopped = true;
+        break;
+      }
+      auto status = one_frame(i);
+      if (!status && !settings_.keep_going) return status;
+    }
+    return Ok{};
+  }
+
+  /// Makes the frame's surface here while the frames before it are traced, encoded and written.
+  Status one_frame(std::size_t index) {
+    FrameRecord& record = report_.frames[index];
+    record.frame = settings_.frames[index];
+    record.files = files_of(settings_, record.frame);
+    record.stage = stage_names(prepared_, record.frame);
+    if (settings_.existing == Existing::kSkip && all_current(record)) {
+      record.state = FrameRecord::State::kSkipped;
+      PM_TRY_STATUS(drain());
+      return finished(record);
+    }
+    if (settings_.dry_run) return finished(record);
+    std::string picture = picture_key(prepared_, record.frame);
+    if (!picture.empty() && !tracing_.empty() && tracing_.back().picture == picture) {
+      tracing_.back().indices.push_back(index);
+      return Ok{};
+    }
+    const Stopwatch stopwatch;
+    auto geometry = geometry_at(prepared_, *engine_, record.frame);
+    if (!geometry) {
+      PM_TRY_STATUS(drain());
+      return failed(record, geometry.error());
+    }
+    const Mesh surface = surfaces_of(*geometry);
+    record.balls = ball_count(*geometry);
+    record.vertices = surface.positions.size();
+    record.triangles = surface.triangles.size();
+    if (record.triangles > 0) record.digest = mesh_digest(surface);
+    record.surface_seconds = stopwatch.seconds();
+    Status before = Ok{};
+    if (idle_.empty()) before = finish_tracing();
+    begin_tracing(index, std::move(picture), std::move(*geometry));
+    return before;
+  }
+
+  void begin_tracing(std::size_t index, std::string picture, FrameGeometry geometry) {
+    Tracer* tracer = idle_.back();
+    idle_.pop_back();
+    auto task = [this, tracer, geometry = std::move(geometry)]() -> Traced {
+      const Stopwatch stopwatch;
+      auto image =
+          render_frame(prepared_, geometry, tracer->renderer, report_.device, settings_.command);
+      return {std::move(image), stopwatch.seconds()};
+    };
+    tracing_.push_back({{index}, std::move(picture), tracer, tracer->worker.run(std::move(task))});
+  }
+
+  /// Waits for the oldest frame that is traced, and hands it on, and those that show the same.
+  Status finish_tracing() {
+    Tracing tracing = std::move(tracing_.front());
+    Traced traced = tracing.result.get();
+    tracing_.pop_front();
+    idle_.push_back(tracing.tracer);
+    if (!traced.image) {
+      Status first = Ok{};
+      for (const std::size_t index : tracing.indices) {
+        Status status = failed(report_.frames[index], traced.image.error());
+        if (first) first = std::move(status);
+      }
+      return first;
+    }
+    const auto image = std::make_shared<const Image>(std::move(*traced.image));
+    Status before = Ok{};
+    for (const std::size_t index : tracing.indices) {
+      FrameRecord& record = report_.frames[index];
+      if (index == tracing.indices.front()) {
+        record.trace_seconds = traced.seconds;
+        record.seconds = record.surface_seconds + traced.seconds;
+      } else {
+        repeat(report_.frames[tracing.indices.front()], record);
+      }
+      Status status = begin_writing(index, image, index != tracing.indices.front());
+      if (before) before = std::move(status);
+    }
+    return before;
+  }
+
+  /// What is known of a frame that shows the same as the one traced.
+  static void repeat(const FrameRecord& traced, FrameRecord& record) {
+    record.balls = traced.balls;
+    record.vertices = traced.vertices;
+    record.triangles = traced.triangles;
+    record.digest = traced.digest;
+  }
+
+  Status begin_writing(std::size_t index, const std::shared_ptr<const Image>& image, bool again) {
+    Status before = Ok{};
+    if (writing_.size() == static_cast<std::size_t>(settings_.jobs)) before = finish_writing();
+    const int frame = report_.frames[index].frame;
+    auto task = [this, frame, image, again]() -> Written {
+      const Stopwatch stopwatch;
+      if (!again) {
+        Status status = write_frame(*image, settings_, prepared_.scene, frame);
+        return {std::move(status), stopwatch.seconds()};
+      }
+      Image copy = *image;
+      put_header(copy, prepared_, frame, report_.isa, report_.device, settings_.command);
+      Status status = write_frame(copy, settings_, prepared_.scene, frame);
+      return {std::move(status), stopwatch.seconds()};
+    };
+    // As many at once as there are writers, the oldest finished first: the next one is free.
+    std::rotate(writers_.begin(), writers_.begin() + 1, writers_.end());
+    writing_.emplace_back(index, writers_.back()->run(std::move(task)));
+    return before;
+  }
+
+  Status finish_writing() {
+    FrameRecord& record = report_.frames[writing_.front().first];
+    const Written written = writing_.front().second.get();
+    writing_.pop_front();
+    record.write_seconds = written.seconds;
+    if (!written.status) return failed(record, written.status.error());
+    record.state = FrameRecord::State::kDone;
+    return finished(record);
+  }
+
+  /// Finishes what is under way; the first error of it.
+  Status drain() {
+    Status first = Ok{};
+    const auto keep = [&](Status status) {
+      if (first && !status) first = std::move(status);
+    };
+    while (!tracing_.empty()) keep(finish_tracing());
+    while (!writing_.empty()) keep(finish_writing());
+    return settings_.keep_going ? Status(Ok{}) : first;
+  }
+
+  bool all_current(const FrameRecord& record) const {
+    const std::string hash = frame_hash(prepared_.scene, prepared_.hashes, record.frame);
+    for (const fs::path& file : record.files) {
+      std::error_code error;
+      if (!fs::exists(file, error)) return false;
+      if (file_state(file, hash, record.frame) == FileState::kWhole) continue;
+      log_info("{}: is of another scene or settings - {}", file.string(),
+               settings_.dry_run ? "it would be rendered again" : "rendering it again");
+      return false;
+    }
+    return true;
+  }
+
+  Status failed(FrameRecord& record, const Error& error) {
+    record.state = FrameRecord::State::kFailed;
+    record.error = error.message;
+    if (settings_.keep_going) log_message(LogLevel::kError, error.message);
+    ++finished_;
+    if (progress_) progress_(finished_, report_.frames.size(), record);
+    return error;
+  }
+
+  Status finished(const FrameRecord& record) {
+    ++finished_;
+    if (progress_) progress_(finished_, report_.frames.size(), record);
+    return Ok{};
+  }
+
+  const SequenceSettings& settings_;
+  const ProgressCallback& progress_;
+  std::unique_ptr<Engine> engine_;
+  PreparedScene prepared_;
+  RunReport report_;
+  std::size_t finished_ = 0;
+  /// At most settings_.jobs frames each are traced and written while the next one's surface is
+  /// made.
+  std::vector<Tracer*> idle_;
+  std::deque<Tracing> tracing_;
+  std::deque<std::pair<std::size_t, std::future<Written>>> writing_;
+  // Their tasks borrow what stands above, so they are the first to go.
+  std::vector<std::unique_ptr<Tracer>> tracers_;
+  std::vector<std::unique_ptr<Worker>> writers_;
+};
+
+}  // namespace
+
+int jobs_for(int width, int height, std::size_t frames) {
+  constexpr int kTile = 16, kTilesPerThread = 64, kMaxJobs = 16;
+  const int tiles = ((width + kTile - 1) / kTile) * ((height + kTile - 1) / kTile);
+  const int wanted = (kTilesPerThread * thread_count() + tiles - 1) / tiles;
+  return std::clamp(
+      std::min(wanted, thread_count()), 1,
+      std::clamp(static_cast<int>(std::min<std::size_t>(frames, kMaxJobs)), 1, kMaxJobs));
+}
+
+Result<RunReport> render_sequence(const Scene& scene, const SequenceSettings& settings,
+                                  const ProgressCallback& progress) {
+  PM_CHECK(!settings.frames.empty());
+  return SequenceRun(settings, progress).run(scene);
+}
+
+}  // namespace polymorph

@@ -1,0 +1,52 @@
+// Rendering of a frame sequence to files: order, names, resume, progress, report.
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "image/image.h"
+#include "kernels/engine.h"
+#include "scene/scene.h"
+#include "sequence/run/frames.h"
+#include "sequence/run/run_report.h"
+
+namespace polymorph {
+
+enum class Existing { kRefuse, kSkip, kOverwrite };
+
+struct SequenceSettings {
+  std::vector<int> frames;  ///< in the order to render
+  FramePattern exr;         ///< empty `before`: no EXR
+  FramePattern png;         ///< empty `before`: no PNG
+  Existing existing = Existing::kRefuse;
+  bool strict = false;      ///< warnings about the scene's files are errors
+  bool keep_going = false;  ///< a failed frame does not stop the others
+  bool dry_run = false;     ///< only say what would be done
+  int jobs = 1;  ///< frames traced at once, and as many written; one more has its surface made
+  std::string device = "auto";
+  std::size_t max_memory = 0;          ///< bytes that the whole run may take; 0 = no limit
+  std::string isa;                     ///< of Embree; "" = the best
+  std::filesystem::path cache_folder;  ///< empty: none
+  std::string command;                 ///< for the image headers
+  /// Set from outside (a signal handler) to stop after what is in progress.
+  const std::atomic<bool>* stop = nullptr;
+};
+
+/// How many frames of this size should be traced at once, so that all threads have enough tiles.
+int jobs_for(int width, int height, std::size_t frames);
+
+/// Called after each frame: how many are finished, of how many in all, and the last one.
+using ProgressCallback =
+    std::function<void(std::size_t done, std::size_t total, const FrameRecord& last)>;
+
+/// Renders the frames. Frames one after the other that show the same to the bit (image.steady, and
+/// nothing moves) are traced once. Errors: the first failing frame's, unless keep_going.
+Result<RunReport> render_sequence(const Scene& scene, const SequenceSettings& settings,
+                                  const ProgressCallback& progress);
+
+}  // namespace polymorph

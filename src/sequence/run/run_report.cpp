@@ -1,0 +1,73 @@
+#include "sequence/run/run_report.h"
+
+#include <nlohmann/json.hpp>
+
+#include "base/program_identity.h"
+
+namespace polymorph {
+namespace {
+
+const char* state_name(FrameRecord::State state) {
+  switch (state) {
+    case FrameRecord::State::kDone:
+      return "done";
+    case FrameRecord::State::kSkipped:
+      return "skipped";
+    case FrameRecord::State::kFailed:
+      return "failed";
+    case FrameRecord::State::kPlanned:
+      return "planned";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::size_t RunReport::count(FrameRecord::State state) const {
+  std::size_t n = 0;
+  for (const FrameRecord& record : frames) n += record.state == state;
+  return n;
+}
+
+nlohmann::ordered_json to_json(const RunReport& report) {
+  using Json = nlohmann::ordered_json;
+  Json json{{"build", program_identity()},
+            {"scene_hash", report.scene_hash},
+            {"device", report.device},
+            {"isa", report.isa},
+            {"threads", report.threads},
+            {"prepare_seconds", report.prepare_seconds},
+            {"frames_seconds", report.frames_seconds},
+            {"total_seconds", report.total_seconds},
+            {"peak_memory_bytes", report.peak_memory},
+            {"stopped", report.stopped}};
+  json["frames"] = Json::array();
+  for (const FrameRecord& r : report.frames) {
+    Json files = Json::array();
+    for (const std::filesystem::path& file : r.files) files.push_back(file.string());
+    Json frame{
+        {"frame", r.frame}, {"state", state_name(r.state)}, {"stage", r.stage}, {"files", files}};
+    if (r.state == FrameRecord::State::kDone)
+      frame.update({{"seconds", r.seconds},
+                    {"surface_seconds", r.surface_seconds},
+                    {"trace_seconds", r.trace_seconds},
+                    {"write_seconds", r.write_seconds},
+                    {"balls", r.balls},
+                    {"vertices", r.vertices},
+                    {"triangles", r.triangles},
+                    {"digest", r.digest}});
+    if (!r.error.empty()) frame["error"] = r.error;
+    json["frames"].push_back(frame);
+  }
+  if (report.estimate)
+    json["estimate"] = {{"measured_frames", report.estimate->measured},
+                        {"frame_seconds", report.estimate->seconds},
+                        {"frame_exr_bytes", report.estimate->exr_bytes},
+                        {"frame_png_bytes", report.estimate->png_bytes},
+                        {"unfitted", report.estimate->unfitted},
+                        {"fit_seconds", report.estimate->fit_seconds},
+                        {"memory_bytes", report.estimate->memory}};
+  return json;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,149 @@
+#include "sequence/run/spheres_picture.h"
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "base/exact_math.h"
+#include "image/image_io.h"
+#include "image/strip.h"
+#include "render/render.h"
+
+namespace polymorph {
+namespace {
+
+/// A unit sphere of 320 triangles: an icosahedron, each face cut into 16.
+Mesh unit_sphere() {
+  const float g = (1 + std::sqrt(5.0f)) / 2;
+  Mesh mesh;
+  for (const float a : {-1.0f, 1.0f})
+    for (const float b : {-g, g})
+      for (int axis = 0; axis < 3; ++axis)
+        mesh.positions.push_back(axis == 0   ? Vec3{0, a, b}
+                                 : axis == 1 ? Vec3{b, 0, a}
+                                             : Vec3{a, b, 0});
+  for (Vec3& p : mesh.positions) p = normalized(p);
+  // The faces are the triples of mutual neighbours.
+  const auto near = [&](std::uint32_t i, std::uint32_t j) {
+    return length(mesh.positions[i] - mesh.positions[j]) < 1.1f;
+  };
+  for (std::uint32_t i = 0; i < 12; ++i)
+    for (std::uint32_t j = i + 1; j < 12; ++j)
+      for (std::uint32_t k = j + 1; k < 12; ++k) {
+        if (!near(i, j) || !near(j, k) || !near(i, k)) continue;
+        const Vec3 a = mesh.positions[i], b = mesh.positions[j], c = mesh.positions[k];
+        const bool outward = dot(cross(b - a, c - a), a) > 0;
+        mesh.triangles.push_back(outward ? Triangle{{i, j, k}} : Triangle{{i, k, j}});
+      }
+  for (int cut = 0; cut < 2; ++cut) {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
+    const auto middle = [&](std::uint32_t i, std::uint32_t j) {
+      const auto [at, is_new] =
+          middles.try_emplace(std::minmax(i, j), static_cast<std::uint32_t>(mesh.positions.size()));
+      if (is_new) mesh.positions.push_back(normalized(mesh.positions[i] + mesh.positions[j]));
+      return at->second;
+    };
+    std::vector<Triangle> finer;
+    for (const Triangle& t : mesh.triangles) {
+      const std::uint32_t a = t.v[0], b = t.v[1], c = t.v[2];
+      const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+      for (const Triangle& part : {Triangle{{a, ab, ca}}, Triangle{{ab, b, bc}},
+                                   Triangle{{ca, bc, c}}, Triangle{{ab, bc, ca}}})
+        finer.push_back(part);
+    }
+    mesh.triangles = std::move(finer);
+  }
+  mesh.normals = mesh.positions;
+  return mesh;
+}
+
+/// Twelve soft colours around the wheel.
+std::vector<Material> wheel() {
+  std::vector<Material> materials;
+  for (int i = 0; i < 12; ++i) {
+    const auto part = [&](int shift) {
+      const double turn = (i * 5 + shift) % 12 / 12.0 * 2 * exact::kPi;
+      return static_cast<float>(0.42 + 0.26 * exact::cos(turn));
+    };
+    Material material;
+    material.color = {part(0), part(8), part(4)};
+    material.roughness = 0.4f;
+    materials.push_back(material);
+  }
+  return materials;
+}
+
+}  // namespace
+
+Mesh mesh_of_spheres(const std::vector<Sphere>& spheres) {
+  const Mesh unit = unit_sphere();
+  Mesh mesh;
+  for (const Sphere& sphere : spheres) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (const Vec3 p : unit.positions) {
+      mesh.positions.push_back(sphere.center + p * sphere.radius);
+      mesh.normals.push_back(p);
+    }
+    for (const Triangle& t : unit.triangles)
+      mesh.triangles.push_back({{first + t.v[0], first + t.v[1], first + t.v[2]}});
+  }
+  return mesh;
+}
+
+Status write_spheres_picture(const std::filesystem::path& path, const Model& model,
+                             const std::vector<Sphere>& spheres, const Mesh& surface, int width) {
+  RenderSettings settings;
+  settings.image.width = width;
+  settings.image.height = width;
+  settings.image.aovs = "none";
+  RenderScene scene;
+  scene.bounds = model.box();
+  scene.camera = make_camera(CameraSettings{}, model.points, width, width);
+  scene.ground.height = scene.bounds.low.y - 0.02f * scene.bounds.diagonal();
+
+  const Mesh balls = mesh_of_spheres(spheres);
+  const std::vector<Material> colors = wheel();
+  std::vector<std::uint32_t> ball_colors;
+  const std::size_t each = spheres.empty() ? 1 : balls.triangles.size() / spheres.size();
+  for (std::size_t t = 0; t < balls.triangles.size(); ++t)
+    ball_colors.push_back(static_cast<std::uint32_t>(t / each % colors.size()));
+
+  std::array<RenderMesh, 3> meshes;
+  meshes[0].positions = model.points;
+  meshes[0].triangles = model.triangles;
+  meshes[0].corner_normals = model.corner_normals;
+  meshes[0].corner_uvs = model.corner_uvs;
+  meshes[0].triangle_materials = model.triangle_materials;
+  meshes[0].materials = model.materials;
+  meshes[0].textures = model.textures;
+  meshes[1].positions = balls.positions;
+  meshes[1].triangles = balls.triangles;
+  meshes[1].vertex_normals = balls.normals;
+  meshes[1].triangle_materials = ball_colors;
+  meshes[1].materials = colors;
+  const std::vector<Material> clay(1);
+  meshes[2].positions = surface.positions;
+  meshes[2].triangles = surface.triangles;
+  meshes[2].vertex_normals = surface.normals;
+  meshes[2].materials = clay;
+
+  PM_TRY(Renderer renderer, Renderer::create());
+  std::vector<Image> pictures;
+  for (RenderMesh& mesh : meshes) {
+    mesh.id = 2;
+    scene.meshes = {mesh};
+    PM_TRY(Image picture, renderer.render(scene, settings));
+    pictures.push_back(std::move(picture));
+  }
+  const std::array<std::string, 3> labels{"model", fmt::format("{} spheres", spheres.size()),
+                                          "surface of the balls"};
+  StripSettings strip;
+  strip.columns = 3;
+  PM_TRY(const Image sheet, make_strip(pictures, labels, strip));
+  PngSettings png;
+  png.effort = PngEffort::kSmall;
+  return write_image(path, sheet, png);
+}
+
+}  // namespace polymorph

@@ -1,0 +1,79 @@
+#include "sequence/run/status.h"
+
+#include <algorithm>
+#include <variant>
+
+#include "base/parallel.h"
+#include "image/image_io.h"
+#include "sequence/frame/render_frame.h"
+#include "sequence/prepare/content_hash.h"
+#include "sequence/prepare/film_settings.h"
+#include "sequence/prepare/load_models.h"
+
+namespace polymorph {
+
+Result<std::string> source_hash(const Scene& scene) {
+  const std::vector<ChainObject> chain = chain_objects(scene);
+  PM_TRY(const LoadedScene loaded, load_models(scene, chain, /*textures=*/true));
+  PM_TRY(const std::shared_ptr<const Image> environment, load_environment(scene));
+  return content_hash({scene, chain, loaded.models, environment.get()},
+                      /*program=*/"");
+}
+
+Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> frames) {
+  const std::vector<ChainObject> chain = chain_objects(scene);
+  PM_TRY(const LoadedScene loaded, load_models(scene, chain, /*textures=*/true));
+  PM_TRY(const std::shared_ptr<const Image> environment, load_environment(scene));
+  const SequenceHashes hashes = hash_sequence({scene, chain, loaded.models, environment.get()});
+  ExpectedHashes out{hashes.scene, std::vector<std::string>(frames.size())};
+  parallel_for(static_cast<std::int64_t>(frames.size()), [&](std::int64_t i) {
+    const auto at = static_cast<std::size_t>(i);
+    out.frames[at] = frame_hash(scene, hashes, frames[at]);
+  });
+  return out;
+}
+
+FileState file_state(const std::filesystem::path& file, const std::string& hash, int frame) {
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) return FileState::kMissing;
+  const auto image = read_image(file);
+  if (!image) return FileState::kUnreadable;
+  // EXR keeps the frame as a number, PNG as text.
+  const auto says = [&](const char* name, const std::string& wanted) {
+    return std::any_of(image->attributes.begin(), image->attributes.end(), [&](const Attribute& a) {
+      return a.name == name &&
+             std::visit([](const auto& v) { return fmt::format("{}", v); }, a.value) == wanted;
+    });
+  };
+  return says(kFrameHashAttribute, hash) && says(kFrameAttribute, fmt::format("{}", frame))
+             ? FileState::kWhole
+             : FileState::kStale;
+}
+
+std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int> frames,
+                                    std::span<const std::string> hashes) {
+  std::vector<FileState> states(frames.size());
+  parallel_for(static_cast<std::int64_t>(frames.size()), [&](std::int64_t i) {
+    const auto at = static_cast<std::size_t>(i);
+    for (const FramePattern* pattern : {&files.exr, &files.png}) {
+      if (pattern->before.empty() && !pattern->has_number()) continue;
+      const FileState state = file_state(frame_path(*pattern, frames[at]), hashes[at], frames[at]);
+      if (state != FileState::kWhole) states[at] = state;
+    }
+  });
+  return states;
+}
+
+std::string frame_list(std::span<const int> frames) {
+  std::string out;
+  for (std::size_t i = 0; i < frames.size();) {
+    std::size_t end = i + 1;
+    while (end < frames.size() && frames[end] == frames[end - 1] + 1) ++end;
+    out += fmt::format("{}{}", out.empty() ? "" : ",", frames[i]);
+    if (end - i > 1) out += fmt::format("-{}", frames[end - 1]);
+    i = end;
+  }
+  return out;
+}
+
+}  // namespace polymorph

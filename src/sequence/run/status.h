@@ -1,0 +1,47 @@
+// State of frames on disk: missing, current or stale, whoever rendered them.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/program_identity.h"
+#include "base/result.h"
+#include "scene/scene.h"
+#include "sequence/run/frames.h"
+
+namespace polymorph {
+
+enum class FileState {
+  kWhole,       ///< its header names this frame of this scene
+  kMissing,     ///< there is no such file
+  kStale,       ///< of another scene, of other settings or of another build of the program
+  kUnreadable,  ///< no whole image
+};
+
+/// What all frames of the scene are made of, but the program. Loads the models; makes no balls.
+/// Errors: kInput.
+Result<std::string> source_hash(const Scene& scene);
+
+/// Each frame's hash as its header has it (frame_hash()), and the scene's. Errors: as above.
+struct ExpectedHashes {
+  std::string scene;
+  std::vector<std::string> frames;  ///< in the order of the frames asked for
+};
+Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> frames);
+
+/// Reads the whole file: a name alone proves nothing. `hash`: frame_hash(), `frame` as in its
+/// header.
+FileState file_state(const std::filesystem::path& file, const std::string& hash, int frame);
+
+/// How these frames are, in their order; a frame is as good as the worst of its files. `hashes`:
+/// one per frame.
+std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int> frames,
+                                    std::span<const std::string> hashes);
+
+/// "1-4,7,9-12" of ascending frames.
+std::string frame_list(std::span<const int> frames);
+
+}  // namespace polymorph
