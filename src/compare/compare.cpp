@@ -30,7 +30,7 @@ float allowed_difference(ChannelRule rule, float a, float b, const Tolerance& to
   return tolerance.fail + tolerance.relative * std::abs(b);
 }
 
-/// The bin of a pixel that differs.
+/// Bin of a pixel that differs.
 std::size_t histogram_bin(float share, bool over) {
   constexpr int kAt = LimitHistogram::kAtLimit, kLast = LimitHistogram::kBins - 1;
   const float place = std::floor(6 * std::log10(std::clamp(share, 1e-6f, 1e6f)));
@@ -161,7 +161,7 @@ class Comparer {
   int alphas_[2];
 };
 
-/// The names that only one side has, or "" when both have the same.
+/// Lists the channels that only one of the images has; "" when both have the same.
 std::string channel_mismatch(const Image& actual, const Image& reference) {
   const auto only_in = [](const Image& a, const Image& b) {
     std::string names;
@@ -177,7 +177,8 @@ std::string channel_mismatch(const Image& actual, const Image& reference) {
   return text;
 }
 
-/// The worst of the channel with most failing pixels; without any, of the colours.
+/// Describes the largest difference of the channel with most failing pixels; where no pixel fails,
+/// that of the colours.
 std::string describe_largest(const Comparison& result) {
   const ChannelDifference* worst = nullptr;
   for (const ChannelDifference& channel : result.channels) {
@@ -255,7 +256,7 @@ std::vector<Pair> pair_channels(const Image& actual, const Image& reference) {
   return pairs;
 }
 
-/// Adds the rows up, in order. True when all values are equal.
+/// Adds up the rows, in order. Returns whether all values are equal.
 bool add_rows(const std::vector<RowSums>& rows, double visible_channels, Comparison& result) {
   bool equal = true;
   double clipped_squares = 0;

@@ -67,7 +67,7 @@ Vec2 project(const PinholeView& view, int width, int height, Vec3 p) {
           0.5f * static_cast<float>(height) - dot(offset, view.up) * scale};
 }
 
-/// A camera elsewhere: by how many pixels what stands still seems to move.
+/// Describes a moved camera by the mean shift of fixed points in the picture, pixels.
 std::string explain_camera(const ImagePair& pair, const PinholeView& now,
                            const PinholeView& before) {
   double sum = 0;
@@ -183,7 +183,7 @@ std::string explain_albedo(const ImagePair& pair) {
   return text;
 }
 
-/// Light, or how one object sends it back.
+/// Describes changed light: everywhere, or reflected by one object.
 std::string explain_light(const ImagePair& pair) {
   if (!pair.has("id"))
     if (const std::string part = explain_part(pair); !part.empty()) return part;
@@ -217,7 +217,7 @@ std::string explain_light(const ImagePair& pair) {
       name != names.end() ? "`" + name->second + "`" : fmt::format("object {}", object));
 }
 
-/// "cube 12, sphere 12" against another such list.
+/// Describes changed numbers of balls, told by two lists such as "cube 12, sphere 12".
 std::string explain_balls(const Image& actual, const Image& reference) {
   const auto texts = attributes<std::string>(actual, reference, kBallsAttribute);
   if (!texts || texts->first == texts->second) return "";

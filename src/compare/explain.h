@@ -1,4 +1,4 @@
-// Why a frame changed, in one sentence: from what both images' layers and headers say.
+// Explanation of a changed frame in one sentence, from the layers and headers of both images.
 #pragma once
 
 #include <string>

@@ -18,7 +18,7 @@ double lightness(const ImagePair& pair, bool of_actual, int pixel) {
   return std::sqrt(std::clamp(static_cast<double>(c.x + c.y + c.z) / 3, 0.0, 1.0));
 }
 
-/// Gradients of the lightness by central differences, over what 99 % of them stay below.
+/// Gradients of the lightness by central differences, divided by their 99th percentile.
 std::vector<double> relative_gradients(const ImagePair& pair, bool of_actual) {
   std::vector<double> light(static_cast<std::size_t>(pair.pixels())), gradients(light.size());
   for (std::size_t i = 0; i < light.size(); ++i)

@@ -41,8 +41,8 @@ Color from_opponent(const Color& opponent) {
   return multiply(kFromXyz, {y + opponent[1] / 500, y, y - opponent[2] / 200});
 }
 
-/// CIE L*a*b* with a and b scaled by L / 100: the same step in colour is seen less in the dark (the
-/// Hunt effect).
+/// CIE L*a*b* with a and b scaled by L / 100: an equal step in colour is less visible in the dark
+/// (Hunt effect).
 Color to_hunt_lab(const Color& rgb) {
   constexpr float kDelta = 6.0f / 29;
   Color xyz = multiply(kToXyz, rgb);
@@ -72,7 +72,7 @@ Kernel sample(int radius, const F& f) {
   return kernel;
 }
 
-/// exp(-rate x^2), summing to 1; `sum` is what it summed to before.
+/// exp(-rate x^2) divided by its sum, which is returned in `sum`.
 Kernel gaussian(int radius, double rate, double& sum) {
   sum = 0;
   for (int i = -radius; i <= radius; ++i) sum += std::exp(-rate * i * i);
@@ -133,7 +133,7 @@ struct Size {
   std::size_t pixels() const { return row(height); }
 };
 
-/// Beyond the picture its border goes on.
+/// Filters each row; outside the picture its border pixels are repeated.
 Plane along_rows(const Plane& in, Size size, const Kernel& kernel) {
   Plane out(in.size());
   parallel_ranges(size.height, kRowsAtOnce, [&](std::int64_t begin, std::int64_t end) {
@@ -172,8 +172,7 @@ Plane filter(const Plane& in, Size size, const Kernel& rows, const Kernel& colum
   return along_columns(along_rows(in, size, rows), size, columns);
 }
 
-/// One picture, ready to be compared: what is seen of its colours, and how strong its edges and
-/// points are.
+/// A filtered picture: its perceived colours, and the strength of its edges and points.
 struct Seen {
   std::vector<Color> lab;
   Plane edges, spots;

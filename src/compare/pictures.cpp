@@ -35,7 +35,7 @@ std::size_t pixel_count(int width, int height) {
   return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
 }
 
-/// Each pixel as a square of `scale` pixels.
+/// Repeats each pixel as a square of `scale` x `scale` pixels.
 Image enlarge(const Image& image, int scale) {
   Image large = make_image(image.width * scale, image.height * scale, image.channels);
   for (int y = 0; y < large.height; ++y)

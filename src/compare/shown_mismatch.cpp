@@ -6,11 +6,11 @@
 namespace polymorph {
 namespace {
 
-/// A header entry that decides how equal pixels are shown, and its value where it is absent.
+/// A header entry that decides how equal pixels are shown.
 struct ShownEntry {
   const char* name;
   const char* label;
-  double usual;
+  double usual;  ///< value where the entry is absent
 };
 constexpr ShownEntry kShownEntries[] = {{kPixelAspectAttribute, "pixel aspect ratio", 1},
                                         {kOrientationAttribute, "orientation", 1},

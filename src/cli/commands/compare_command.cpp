@@ -24,7 +24,7 @@ struct FilePair {
   std::filesystem::path actual, reference;
 };
 
-/// Two files, or two patterns whose frames must be the same.
+/// Pairs two files, or the frames of two patterns, which must have the same numbers.
 Result<std::vector<FilePair>> find_pairs(const CompareOptions& options) {
   PM_TRY(const FramePattern a, parse_pattern(options.actual));
   PM_TRY(const FramePattern b, parse_pattern(options.reference));
@@ -52,7 +52,7 @@ std::string difference_path(const CompareOptions& options, const FilePair& pair,
   return path.parent_path() / (pair.actual.stem().string() + "." + path.filename().string());
 }
 
-/// The pair before, for what a sequence does from frame to frame.
+/// The previous pair of a sequence, for differences between neighbouring frames.
 struct Previous {
   Image actual, reference;
   std::optional<double> flicker, reference_flicker;  ///< change between it and the last one taken
@@ -68,7 +68,7 @@ struct Previous {
   }
 };
 
-/// One pair: its figures, and its pictures if they are wanted.
+/// Compares one pair and makes its pictures where a report shows them.
 Result<ReportCase> compare_pair(const CompareOptions& options, const FilePair& pair, bool many,
                                 Previous& previous, PictureBudget& budget) {
   const ReadImageSettings single{.single_picture = true};

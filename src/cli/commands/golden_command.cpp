@@ -46,8 +46,8 @@ std::string root_argument(const GoldenOptions& options) {
   return options.root == "golden_frames" ? "" : " --root " + shell_quoted(options.root);
 }
 
-/// The command that makes the failed frames goldens: from the report, where it keeps them; else by
-/// rendering.
+/// Command that makes the failed frames goldens: by `accept` where the report keeps them, else by
+/// `update`, which renders.
 std::string accept_command(const GoldenOptions& options, const std::string& suite) {
   const bool kept = !options.report.folder.empty() && options.failures.empty();
   const std::string what = kept ? "accept " + shell_quoted(options.report.folder) + " " : "update ";
@@ -55,8 +55,7 @@ std::string accept_command(const GoldenOptions& options, const std::string& suit
                      root_argument(options));
 }
 
-/// An option of some verbs must not be given to another, where nobody would notice that it does
-/// nothing.
+/// Refuses options that the verb does not use: nobody would notice that they do nothing.
 Status check_options(const GoldenOptions& options) {
   struct Rule {
     const char* option;
@@ -85,8 +84,7 @@ Status check_options(const GoldenOptions& options) {
   return Ok{};
 }
 
-/// The names of all suites. None is no answer: green would hide that the folder is another than was
-/// meant.
+/// Lists the names of all suites. An empty folder is an error, because it may be the wrong one.
 Result<std::vector<std::string>> all_suites(const std::string& root) {
   PM_TRY(std::vector<std::string> names, list_golden_suites(root));
   if (names.empty())
@@ -209,7 +207,7 @@ Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
   return code;
 }
 
-/// "SHA256  SUITE/frame.0012", as sha256sum prints it, for comparing machines.
+/// Prints "SHA256  SUITE/frame.0012" as sha256sum would, for comparing machines.
 Result<int> print_hashes(const GoldenOptions& options, const GoldenSettings& settings) {
   std::vector<std::string> names = options.suites;
   if (names.empty()) {

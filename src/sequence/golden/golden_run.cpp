@@ -47,7 +47,7 @@ fs::path failure_path(const GoldenSuite& suite, const GoldenSettings& settings, 
   return settings.failures / suite.name / fmt::format("frame.{:04d}.{}", frame, what);
 }
 
-/// The new frame as a file, as it may become the golden.
+/// File of the new frame, which may become the golden.
 fs::path actual_path(const GoldenSuite& suite, const GoldenSettings& settings, int frame) {
   return failure_path(suite, settings, frame, ("actual." + suite.format).c_str());
 }
@@ -61,7 +61,7 @@ void forget_failure(const GoldenSuite& suite, const GoldenSettings& settings, in
     fs::remove(failure_path(suite, settings, frame, what), ignored);
 }
 
-/// Leaves actual, reference and difference behind, so that a failure can be looked at.
+/// Keeps actual, reference and difference of a failure as files.
 Status keep_failure(const GoldenSuite& suite, const GoldenSettings& settings,
                     const RenderedFrame& rendered, const Image* reference,
                     const Comparison& comparison, const PixelMaps& maps) {
@@ -99,7 +99,7 @@ std::vector<fs::path> find_orphans(const GoldenSuite& suite) {
   return orphans;
 }
 
-/// The frame as a report tells it.
+/// Fills in the case of the report.
 Status fill_report(const GoldenSuite& suite, const GoldenSettings& settings,
                    const RenderedFrame& rendered, const Image& actual, const Image* reference,
                    const PixelMaps& maps, GoldenFrame& result) {
@@ -119,14 +119,14 @@ Status fill_report(const GoldenSuite& suite, const GoldenSettings& settings,
   return add_pictures(report, actual, reference, maps, *settings.pictures);
 }
 
-/// Masks that cover more than the suite allows would let everything pass.
+/// Fails masks that cover more than the suite allows: they could let everything pass.
 std::string compare_masked_share(const GoldenSuite& suite, double percent) {
   if (percent <= suite.max_masked_percent) return "";
   return fmt::format("{:.3g} % of the pixels are masked, suite.json allows {:.3g} %", percent,
                      suite.max_masked_percent);
 }
 
-/// Why the frame is another one, for the message.
+/// Explains the change of a frame (explain.h).
 std::string explanation(const RenderedFrame& rendered, const Image& reference,
                         const GoldenFrame& result) {
   ChangeContext context = rendered.context;
@@ -135,7 +135,7 @@ std::string explanation(const RenderedFrame& rendered, const Image& reference,
   return explain_change(rendered.image, reference, context);
 }
 
-/// One frame against its golden; `rendered` is what it was compared with.
+/// Compares one frame with its golden.
 Result<GoldenFrame> judge(const GoldenSuite& suite, const GoldenSettings& settings,
                           const std::vector<SurfaceRecord>& records,
                           const RenderedFrame& rendered) {

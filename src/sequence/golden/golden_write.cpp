@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// CHANGES.md as it is; one that cannot be read is not begun anew.
+/// Reads CHANGES.md, or begins one where there is none. A file that cannot be read is an error.
 Result<std::string> read_changes(const GoldenSuite& suite) {
   const fs::path file = suite.folder / "CHANGES.md";
   std::error_code ignored;
@@ -26,7 +26,7 @@ std::string frames_text(std::size_t count) {
   return fmt::format("{} frame{}", count, count == 1 ? "" : "s");
 }
 
-/// Adds an entry; where the last one gives the same reason, it takes its place.
+/// Adds an entry, in place of the last one where that gives the same reason.
 std::string with_entry(std::string text, std::size_t count, const std::string& reason) {
   const auto last = text.rfind("\n- ");
   if (last != std::string::npos) {
