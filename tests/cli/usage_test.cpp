@@ -48,7 +48,7 @@ TEST_F(Usage, MissingArgument) {
   expect_usage({"render", "scene.json", "-o"}, "--output needs a value - write --output FILE");
   expect_usage({"strip", "scene.json"}, "nothing to make - give -o strip.png");
   expect_usage({"golden"},
-               "VERB is missing (test, update, accept, merge, list, hash) - write "
+               "VERB is missing (test, new, update, accept, merge, list, hash) - write "
                "polymorph golden VERB [SUITE]");
   expect_usage({"cache"}, "VERB is missing (ls, verify, gc, clear)");
   expect_usage({"cache", "gc"}, "cache gc needs a limit");
