@@ -206,7 +206,7 @@ TEST_F(Usage, BadValues) {
   expect_usage({"render", "scene.json", "--overwrite", "--skip-existing"}, "do not go together");
   expect_usage({"render", "scene.json", "--progress", "loud"}, "--progress");
   expect_usage({"golden", "shine"},
-               "golden \"shine\" - use test, update, accept, merge, list, hash");
+               "golden \"shine\" - use test, new, update, accept, merge, list, hash");
   expect_usage({"bench", "nothing"}, "bench \"nothing\" - use surface, report, render, all");
 }
 
@@ -229,18 +229,26 @@ TEST_F(Usage, NumbersAreFiniteAndInRange) {
       {"render", "scene.json", "--max-memory"},
       {"cache", "gc", "--max-size"},
       {"cache", "gc", "--max-age"}};
-  const std::vector<std::vector<std::string>> of_whole{
-      {"render", "scene.json", "--spp"},    {"render", "scene.json", "--seed"},
-      {"render", "scene.json", "--jobs"},   {"render", "scene.json", "--threads"},
-      {"strip", "scene.json", "--count"},   {"strip", "scene.json", "--columns"},
-      {"strip", "scene.json", "--width"},   {"spheres", "cube", "--balls"},
-      {"spheres", "cube", "--resolution"},  {"spheres", "cube", "--grid"},
-      {"spheres", "cube", "--width"},       {"analyze", "scene.json", "--count"},
-      {"golden", "test", "--runs"},         {"bench", "surface", "--torus"},
-      {"bench", "surface", "--grid"},       {"bench", "surface", "--spp"},
-      {"bench", "surface", "--repeats"},    {"cubes"},
-      {"render", "scene.json", "--frames"}, {"render", "scene.json", "--shard"},
-      {"render", "scene.json", "--device"}};
+  const std::vector<std::vector<std::string>> of_whole{{"render", "scene.json", "--spp"},
+                                                       {"render", "scene.json", "--seed"},
+                                                       {"render", "scene.json", "--jobs"},
+                                                       {"render", "scene.json", "--threads"},
+                                                       {"strip", "scene.json", "--count"},
+                                                       {"strip", "scene.json", "--columns"},
+                                                       {"strip", "scene.json", "--width"},
+                                                       {"spheres", "cube", "--balls"},
+                                                       {"spheres", "cube", "--resolution"},
+                                                       {"spheres", "cube", "--grid"},
+                                                       {"spheres", "cube", "--width"},
+                                                       {"analyze", "scene.json", "--count"},
+                                                       {"bench", "surface", "--torus"},
+                                                       {"bench", "surface", "--grid"},
+                                                       {"bench", "surface", "--spp"},
+                                                       {"bench", "surface", "--repeats"},
+                                                       {"cubes"},
+                                                       {"render", "scene.json", "--frames"},
+                                                       {"render", "scene.json", "--shard"},
+                                                       {"render", "scene.json", "--device"}};
   const auto refuse = [&](std::vector<std::string> arguments, const std::string& value) {
     const std::string option = arguments.back();
     const bool named = option.starts_with("--");
