@@ -6,14 +6,12 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
-#include <nlohmann/json.hpp>
 
+#include "base/json.h"
 #include "base/text.h"
 
 namespace polymorph {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 struct Column {
   const char* name;
@@ -68,8 +66,8 @@ const std::vector<Column>& columns() {
   return table;
 }
 
-Json number_or_null(std::optional<double> value) {
-  return value && std::isfinite(*value) ? Json(*value) : Json();
+JsonValue number_or_null(std::optional<double> value) {
+  return value && std::isfinite(*value) ? JsonValue(*value) : JsonValue();
 }
 
 bool holds(double value, const std::string& comparison, double bound) {
@@ -160,24 +158,24 @@ std::string frame_rows(const Analysis& morph) {
 
 }  // namespace
 
-Json analysis_json(const std::vector<Analysis>& morphs) {
-  Json root;
-  root["morphs"] = Json::array();
+JsonValue analysis_json(const std::vector<Analysis>& morphs) {
+  JsonValue root;
+  root["morphs"] = JsonValue::array();
   for (const Analysis& morph : morphs) {
-    Json entry{{"from", morph.from}, {"to", morph.to}};
+    JsonValue entry{{"from", morph.from}, {"to", morph.to}};
     if (!morph.actor.empty()) entry["actor"] = morph.actor;
     for (const Metric& metric : morph.metrics)
       entry["metrics"][metric.name] = {{"value", number_or_null(metric.value)},
                                        {"goal", metric.goal},
                                        {"principle", metric.principle},
                                        {"what", metric.what}};
-    entry["frames"] = Json::array();
+    entry["frames"] = JsonValue::array();
     for (const FrameMeasures& row : morph.frames) {
-      Json frame{{"time", row.time},
-                 {"u", row.u},
-                 {"closed", row.surface.closed()},
-                 {"manifold", row.surface.manifold()},
-                 {"digest", row.surface.digest}};
+      JsonValue frame{{"time", row.time},
+                      {"u", row.u},
+                      {"closed", row.surface.closed()},
+                      {"manifold", row.surface.manifold()},
+                      {"digest", row.surface.digest}};
       for (const Column& column : columns()) frame[column.name] = number_or_null(column.value(row));
       entry["frames"].push_back(frame);
     }

@@ -1,19 +1,19 @@
 // Analysis reports: JSON, CSV and HTML files of an analysis, and its comparison with limits.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "analyze/analyze.h"
+#include "base/json.h"
 #include "base/result.h"
 
 namespace polymorph {
 
 /// {"morphs": [{"from", "to", "metrics": {name: {value, goal, principle, what}}, "frames":
 /// [...]}]}; what cannot be measured is null.
-nlohmann::ordered_json analysis_json(const std::vector<Analysis>& morphs);
+JsonValue analysis_json(const std::vector<Analysis>& morphs);
 
 /// One line per frame: morph, time, u and every measure of the frame.
 std::string analysis_csv(const std::vector<Analysis>& morphs);

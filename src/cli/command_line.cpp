@@ -8,18 +8,17 @@
 #include <cstdio>
 #include <cstdlib>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "base/activity.h"
 #include "base/file.h"
+#include "base/json.h"
 #include "base/log.h"
 #include "base/memory.h"
 #include "base/odd_names.h"
 #include "base/parallel.h"
 #include "base/text.h"
 #include "cli/config.h"
-#include "scene/json_text.h"
 #include "spheres/spheres.h"
 
 namespace polymorph {
@@ -247,9 +246,9 @@ void add_json(Command command, JsonOutput& json) {
       .group("Output");
 }
 
-Status write_json(const JsonOutput& json, const nlohmann::ordered_json& report) {
+Status write_json(const JsonOutput& json, const JsonValue& report) {
   if (!report.is_object()) return write_text(json, dump_json(report));
-  nlohmann::ordered_json versioned{{"version", PM_VERSION}};
+  JsonValue versioned{{"version", PM_VERSION}};
   versioned.update(report);
   return write_text(json, dump_json(versioned));
 }

@@ -7,12 +7,12 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "base/json.h"
 #include "base/result.h"
 #include "base/shell_quote.h"
 #include "base/text.h"
@@ -70,7 +70,7 @@ struct JsonOutput {
 };
 void add_json(Command command, JsonOutput& json);
 /// A report; where it is an object, the program's version stands first in it.
-Status write_json(const JsonOutput& json, const nlohmann::ordered_json& report);
+Status write_json(const JsonOutput& json, const JsonValue& report);
 /// What is no report: scenes, schemas, tables.
 Status write_text(const JsonOutput& json, const std::string& text);
 

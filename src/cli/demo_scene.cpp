@@ -1,10 +1,10 @@
 #include "cli/demo_scene.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "base/file.h"
+#include "base/json.h"
 #include "base/text.h"
 #include "model/load/load_model.h"
 #include "scene/scene.h"
@@ -13,7 +13,6 @@ namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 std::vector<NamedFile> files_in(const fs::path& folder, const char* extension) {
   std::vector<NamedFile> files;
@@ -26,15 +25,16 @@ std::vector<NamedFile> files_in(const fs::path& folder, const char* extension) {
   return files;
 }
 
-Result<Json> read_effect(const fs::path& file) {
+Result<JsonValue> read_effect(const fs::path& file) {
   PM_TRY(const std::string text, read_file(file, 1u << 20));
-  Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false, /*ignore_comments=*/true);
-  if (!json.is_object()) return make_error(ErrorCode::kInput, "{}: is no scene", file.string());
-  return json;
+  auto document = parse_json(file.string(), text);
+  if (!document || !document->root.is_object())
+    return make_error(ErrorCode::kInput, "{}: is no scene", file.string());
+  return std::move(document->root);
 }
 
-bool fits_any_objects(const Json& effect) {
-  const Json plan = effect.value("plan", Json::object());
+bool fits_any_objects(const JsonValue& effect) {
+  const JsonValue& plan = effect.get("plan");
   return effect.contains("source") && effect.contains("target") && !plan.contains("labels") &&
          !plan.contains("landmarks");
 }
@@ -52,13 +52,13 @@ const NamedFile* find_named(const std::vector<NamedFile>& files, const std::stri
 }
 
 /// A demo model, else a shape, else a model file; null if it is none of them.
-Json object_named(const std::vector<NamedFile>& models, const std::string& name) {
+JsonValue object_named(const std::vector<NamedFile>& models, const std::string& name) {
   if (const NamedFile* model = find_named(models, name)) return model->file.string();
   if (std::find(kShapeNames.begin(), kShapeNames.end(), name) != kShapeNames.end()) return name;
   std::error_code error;
   if (is_model_file(name) && fs::is_regular_file(name, error))
     return fs::absolute(name).lexically_normal().string();
-  return nullptr;
+  return {};
 }
 
 Error unknown_name(const char* what, const std::string& name, std::vector<std::string> names) {
@@ -67,33 +67,33 @@ Error unknown_name(const char* what, const std::string& name, std::vector<std::s
 }
 
 /// An object of an effect's scene, its model named absolutely.
-Json relocated(Json object, const fs::path& folder) {
+JsonValue relocated(JsonValue object, const fs::path& folder) {
   if (object.is_string()) {
-    const std::string name = object;
+    const std::string& name = object.string;
     if (std::find(kShapeNames.begin(), kShapeNames.end(), name) == kShapeNames.end())
       return (folder / name).lexically_normal().string();
   } else if (object.contains("model")) {
-    object["model"] = (folder / object["model"].get<std::string>()).lexically_normal().string();
+    object["model"] = (folder / object["model"].string).lexically_normal().string();
   }
   return object;
 }
 
 /// An end of an effect's chain that is part of the effect: a shape, such as the drops that
 /// something comes from. It is passed through as balls.
-bool is_shape(const Json& object) {
+bool is_shape(const JsonValue& object) {
   return object.is_object() ? object.contains("shape")
-                            : std::find(kShapeNames.begin(), kShapeNames.end(),
-                                        object.get<std::string>()) != kShapeNames.end();
+                            : std::find(kShapeNames.begin(), kShapeNames.end(), object.string) !=
+                                  kShapeNames.end();
 }
 
-Json passed_through(Json object) {
-  if (object.is_string()) object = Json{{"shape", object}};
+JsonValue passed_through(JsonValue object) {
+  if (object.is_string()) object = JsonValue{{"shape", object}};
   object["meta"] = true;
   return object;
 }
 
 /// Frames of a chain of so many legs, with a moment of rest at both ends.
-Json demo_frames(std::size_t legs) {
+JsonValue demo_frames(std::size_t legs) {
   constexpr int kStart = 3, kEnd = 5, kFirstLeg = 22, kFurtherLeg = 10;
   const int moving = kFirstLeg + kFurtherLeg * (static_cast<int>(legs) - 1);
   return {
@@ -109,55 +109,54 @@ std::vector<NamedFile> demo_models(const fs::path& data) {
 Result<std::vector<NamedFile>> demo_effects(const fs::path& data) {
   std::vector<NamedFile> effects;
   for (NamedFile& file : files_in(data / "effects", ".json")) {
-    PM_TRY(const Json effect, read_effect(file.file));
+    PM_TRY(const JsonValue effect, read_effect(file.file));
     if (!fits_any_objects(effect)) continue;
-    file.description = effect.value("description", "");
+    file.description = effect.get("description").string;
     effects.push_back(std::move(file));
   }
   return effects;
 }
 
-Result<Json> demo_scene(const fs::path& data, const std::string& from, const std::string& to,
-                        const std::string& through) {
+Result<JsonValue> demo_scene(const fs::path& data, const std::string& from, const std::string& to,
+                             const std::string& through) {
   const std::vector<NamedFile> models = demo_models(data);
   PM_TRY(const std::vector<NamedFile> effects, demo_effects(data));
   std::vector<std::string> objects = names_of(models);
   for (const std::string& shape : kShapeNames)
     if (!find_named(models, shape)) objects.push_back(shape);
 
-  Json scene;
-  std::error_code error;
-  if (const fs::path schema = data / "scene.schema.json"; fs::exists(schema, error))
-    scene["$schema"] = schema.string();
-  for (const auto& [key, name] : {std::pair("source", &from), std::pair("target", &to)}) {
-    const Json object = object_named(models, *name);
-    if (object.is_null()) return unknown_name("model", *name, objects);
-    scene[key] = object;
-    if (std::string_view(key) == "source" && !through.empty())
-      scene["intermediate"] = Json::array();
-  }
+  const JsonValue source = object_named(models, from), target = object_named(models, to);
+  if (source.is_null()) return unknown_name("model", from, objects);
+  if (target.is_null()) return unknown_name("model", to, objects);
+  JsonValue between = JsonValue::array(), settings;
   if (!through.empty()) {
-    Json& on_the_way = scene["intermediate"];
     if (const NamedFile* file = find_named(effects, through)) {
-      PM_TRY(const Json effect, read_effect(file->file));
+      PM_TRY(const JsonValue effect, read_effect(file->file));
       const fs::path folder = file->file.parent_path();
-      if (is_shape(effect["source"])) on_the_way.push_back(passed_through(effect["source"]));
-      for (const Json& object : effect.value("intermediate", Json::array()))
-        on_the_way.push_back(relocated(object, folder));
-      if (is_shape(effect["target"])) on_the_way.push_back(passed_through(effect["target"]));
+      if (is_shape(effect.get("source"))) between.push_back(passed_through(effect.get("source")));
+      for (const JsonValue& object : effect.get("intermediate").items)
+        between.push_back(relocated(object, folder));
+      if (is_shape(effect.get("target"))) between.push_back(passed_through(effect.get("target")));
       for (const char* key :
            {"plan", "motion", "field", "boundary", "camera", "look", "lights", "ground"})
-        if (effect.contains(key)) scene[key] = effect[key];
-    } else if (const Json object = object_named(models, through); !object.is_null()) {
-      on_the_way.push_back(object);
+        if (effect.contains(key)) settings[key] = effect.get(key);
+    } else if (const JsonValue object = object_named(models, through); !object.is_null()) {
+      between.push_back(object);
     } else {
       std::vector<std::string> names = names_of(effects);
       names.insert(names.end(), objects.begin(), objects.end());
       return unknown_name("effect", through, names);
     }
-    if (on_the_way.empty()) scene.erase("intermediate");
   }
-  scene["frames"] = demo_frames(1 + scene.value("intermediate", Json::array()).size());
+  JsonValue scene;
+  std::error_code error;
+  if (const fs::path schema = data / "scene.schema.json"; fs::exists(schema, error))
+    scene["$schema"] = schema.string();
+  scene["source"] = source;
+  if (!between.empty()) scene["intermediate"] = between;
+  scene["target"] = target;
+  scene.update(settings);
+  scene["frames"] = demo_frames(1 + between.size());
   scene["spheres"] = {{"balls", 96}};
   scene["surface"] = {{"resolution", 80}};
   scene["image"] = {{"width", 360}, {"height", 270}, {"samples", 10}};

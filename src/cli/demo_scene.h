@@ -2,10 +2,10 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
+#include "base/json.h"
 #include "base/result.h"
 
 namespace polymorph {
@@ -28,8 +28,7 @@ Result<std::vector<NamedFile>> demo_effects(const std::filesystem::path& data);
 /// for seconds. `through`: an effect, whose settings and objects on the way are taken over, with
 /// ends that are shapes as objects on the way too; or an object, which is formed on the way; or
 /// empty. Paths are absolute. Errors (kUsage): an unknown name; the message has the nearest.
-Result<nlohmann::ordered_json> demo_scene(const std::filesystem::path& data,
-                                          const std::string& from, const std::string& to,
-                                          const std::string& through);
+Result<JsonValue> demo_scene(const std::filesystem::path& data, const std::string& from,
+                             const std::string& to, const std::string& through);
 
 }  // namespace polymorph

@@ -3,16 +3,14 @@
 
 #include <algorithm>
 #include <cctype>
-#include <nlohmann/json.hpp>
 
+#include "base/json.h"
 #include "base/text.h"
 #include "cli/option_table.h"
 #include "scene/load_scene.h"
 
 namespace polymorph {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 /// Text as roff takes it literally.
 std::string roff(const std::string& text) {
@@ -63,79 +61,79 @@ std::string cell(const std::string& text) {
   return out;
 }
 
-std::string choices_text(const Json& schema) {
+std::string choices_text(const JsonValue& schema) {
   std::string text;
-  for (const Json& word : schema)
-    text += (text.empty() ? "" : ", ") + fmt::format("`{}`", word.get<std::string>());
+  for (const JsonValue& word : schema.items)
+    text += (text.empty() ? "" : ", ") + fmt::format("`{}`", word.string);
   return text;
 }
 
+std::string range_text(const JsonValue& schema) {
+  return format_json(schema.get("minimum")) + " to " + format_json(schema.get("maximum"));
+}
+
 /// What a value of the scene format may be.
-std::string kind_of(const Json& schema) {
-  if (schema.contains("enum")) return choices_text(schema["enum"]);
+std::string kind_of(const JsonValue& schema) {
+  if (schema.contains("enum")) return choices_text(schema.get("enum"));
   if (schema.contains("oneOf")) {
     std::string text;
-    for (const Json& one : schema["oneOf"]) {
+    for (const JsonValue& one : schema.get("oneOf").items) {
       const std::string kind = kind_of(one);
       text += (text.empty() ? "" : ", or ") + kind;
     }
     return text;
   }
-  const std::string type = schema.value("type", "");
+  const std::string& type = schema.get("type").string;
   if (type == "integer" || type == "number") {
     const std::string name = type == "integer" ? "whole number" : "number";
-    return schema.contains("minimum") ? fmt::format("{}, {} to {}", name, schema["minimum"].dump(),
-                                                    schema["maximum"].dump())
-                                      : name;
+    return schema.contains("minimum") ? fmt::format("{}, {}", name, range_text(schema)) : name;
   }
   if (type == "boolean") return "true or false";
   if (type == "string") return schema.contains("pattern") ? "colour, `\"#rrggbb\"` (sRGB)" : "text";
   if (type == "array") {
     if (schema.contains("prefixItems"))
-      return fmt::format("list of {} numbers", schema["prefixItems"].size());
-    const Json& items = schema["items"];
-    if (schema.contains("minItems") && schema["minItems"] == 3)
-      return fmt::format("3 numbers, {} to {}", items["minimum"].dump(), items["maximum"].dump());
+      return fmt::format("list of {} numbers", schema.get("prefixItems").size());
+    if (schema.get("minItems").integer == 3)
+      return fmt::format("3 numbers, {}", range_text(schema.get("items")));
     return "list";
   }
   return "object";
 }
 
-std::string default_of(const Json& schema) {
-  return schema.contains("default") ? fmt::format("`{}`", schema["default"].dump()) : "";
+std::string default_of(const JsonValue& schema) {
+  return schema.contains("default") ? fmt::format("`{}`", format_json(schema.get("default"))) : "";
 }
 
 /// The object inside: of an object, or of a list of them.
-const Json* inner_object(const Json& schema) {
+const JsonValue* inner_object(const JsonValue& schema) {
   if (schema.contains("properties")) return &schema;
-  if (schema.contains("items")) return inner_object(schema["items"]);
-  if (schema.contains("oneOf"))
-    for (const Json& one : schema["oneOf"])
-      if (const Json* found = inner_object(one)) return found;
+  if (schema.contains("items")) return inner_object(schema.get("items"));
+  for (const JsonValue& one : schema.get("oneOf").items)
+    if (const JsonValue* found = inner_object(one)) return found;
   return nullptr;
 }
 
 /// A table of an object's keys, then those of the objects in it; each object once.
-void describe_keys(const std::string& path, const Json& object, const std::string& about,
+void describe_keys(const std::string& path, const JsonValue& object, const std::string& about,
                    std::vector<std::string>& seen, std::string& out) {
   if (!path.empty()) out += "\n## " + path + "\n\n";
   if (!about.empty()) out += about + ".\n\n";
   out += "| key | what | value | default |\n|---|---|---|---|\n";
-  for (const auto& [key, schema] : object["properties"].items()) {
+  for (const auto& [key, schema, offset] : object.get("properties").members) {
     if (key == "$schema") continue;
-    const Json* inner = inner_object(schema);
-    out += fmt::format("| `{}` | {} | {} | {} |\n", key, cell(schema.value("description", "")),
+    const JsonValue* inner = inner_object(schema);
+    out += fmt::format("| `{}` | {} | {} | {} |\n", key, cell(schema.get("description").string),
                        cell(inner ? kind_of(schema) + ", see below" : kind_of(schema)),
                        cell(default_of(schema)));
   }
-  for (const auto& [key, schema] : object["properties"].items()) {
-    const Json* inner = inner_object(schema);
+  for (const auto& [key, schema, offset] : object.get("properties").members) {
+    const JsonValue* inner = inner_object(schema);
     if (!inner) continue;
     // An object of the chain has the same keys wherever it stands.
-    const std::string keys = (*inner)["properties"].dump();
+    const std::string keys = format_json(inner->get("properties"));
     if (std::find(seen.begin(), seen.end(), keys) != seen.end()) continue;
     seen.push_back(keys);
-    describe_keys(path.empty() ? key : path + "." + key, *inner, schema.value("description", ""),
+    describe_keys(path.empty() ? key : path + "." + key, *inner, schema.get("description").string,
                   seen, out);
   }
 }
@@ -220,7 +218,7 @@ std::string commands_markdown(const std::vector<CommandTable>& commands) {
 }
 
 std::string scene_markdown() {
-  const Json schema = Json::parse(scene_schema());
+  const JsonValue schema = parse_json("the schema", scene_schema()).value().root;
   std::string out =
       "# The scene format\n\nMade by `polymorph manual scene`; do not edit it by hand.\n\n"
       "A scene is a JSON file; comments (`//` and `/* */`) may stand anywhere. Every key has a "

@@ -7,12 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
+#include "base/json.h"
 #include "base/log.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
-#include "scene/json_text.h"
 
 namespace polymorph {
 namespace {
@@ -55,12 +54,12 @@ std::string bar_line(std::size_t done, std::size_t of, double elapsed) {
 }
 
 void print_json(std::size_t done, std::size_t of, const FrameRecord& record) {
-  nlohmann::ordered_json json{{"frame", record.frame},
-                              {"done", done},
-                              {"of", of},
-                              {"state", state_word(record)},
-                              {"seconds", std::round(record.seconds * 1e3) / 1e3},
-                              {"file", first_file(record)}};
+  JsonValue json{{"frame", record.frame},
+                 {"done", done},
+                 {"of", of},
+                 {"state", state_word(record)},
+                 {"seconds", std::round(record.seconds * 1e3) / 1e3},
+                 {"file", first_file(record)}};
   if (!record.error.empty()) json["error"] = record.error;
   // One write per line: a whole line or none, also beside other writers of the same log.
   const std::string line = dump_json(json, -1);

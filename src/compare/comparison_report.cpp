@@ -2,18 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <string_view>
 
 #include "base/file.h"
 #include "base/html_page.h"
+#include "base/json.h"
 #include "base/text.h"
 #include "compare/pictures.h"
 #include "compare/report_data.h"
 #include "image/image_io.h"
 #include "image/strip.h"
-#include "scene/json_text.h"
 
 namespace polymorph {
 
@@ -68,7 +67,7 @@ std::string picture_name(const ReportCase& result) {
   return picture_name(result.group, result.name);
 }
 
-nlohmann::ordered_json page_case(const ReportCase& result) {
+JsonValue page_case(const ReportCase& result) {
   auto json = case_json(result);
   json["width"] = result.width;
   json["height"] = result.height;
@@ -79,7 +78,7 @@ nlohmann::ordered_json page_case(const ReportCase& result) {
           : result.height;
   if (result.comparison && result.comparison->flip)
     json["heat_range"] = heat_range(result.comparison->flip->max);
-  json["pictures"] = nlohmann::ordered_json::object();
+  json["pictures"] = JsonValue::object();
   const std::pair<const char*, const std::string*> pictures[] = {
       {"reference", &result.reference_png},
       {"actual", &result.actual_png},
@@ -98,23 +97,16 @@ nlohmann::ordered_json page_case(const ReportCase& result) {
 std::vector<std::string> listed_files(const fs::path& report_json) {
   const auto text = read_file(report_json, 256 << 20);
   if (!text) return {};
-  const auto shallow = [](int depth, nlohmann::json::parse_event_t, nlohmann::json&) {
-    return depth < 16;
-  };
-  const auto json = nlohmann::json::parse(*text, shallow, false);
-  if (!json.is_object() || !json.contains("polymorph_report") || !json.contains("cases")) return {};
+  const auto document = parse_json(report_json.string(), *text);
+  if (!document) return {};
+  const JsonValue& json = document->root;
+  if (!json.contains("polymorph_report") || !json.contains("cases")) return {};
   std::set<std::string> possible{"index.html", "junit.xml", "report.json"};
-  for (const auto& entry : json["cases"]) {
-    const auto text_of = [&](const char* key) {
-      const bool is_text = entry.is_object() && entry.contains(key) && entry[key].is_string();
-      return is_text ? entry[key].get<std::string>() : std::string();
-    };
-    possible.insert(picture_name(text_of("group"), text_of("name")));
-  }
+  for (const JsonValue& entry : json.get("cases").items)
+    possible.insert(picture_name(entry.get("group").string, entry.get("name").string));
   std::vector<std::string> names;
-  for (const auto& entry : json["polymorph_report"])
-    if (entry.is_string() && possible.contains(entry.get<std::string>()))
-      names.push_back(entry.get<std::string>());
+  for (const JsonValue& entry : json.get("polymorph_report").items)
+    if (possible.contains(entry.string)) names.push_back(entry.string);
   return names;
 }
 
@@ -180,23 +172,25 @@ Status add_pictures(ReportCase& result, const Image& actual, const Image* refere
   return Ok{};
 }
 
-std::string make_page(const std::string& title, nlohmann::ordered_json data) {
+std::string make_page(const std::string& title, JsonValue data) {
   // What failed first, the worst first; then warnings, then what is good, in its order.
-  const auto rank = [](const nlohmann::ordered_json& c) {
-    if (c.value("passed", false)) return std::pair(c.value("warned", false) ? 1 : 2, 0.0);
-    double visible = c.contains("flip") ? c["flip"].value("mean", 0.0) : 1e9;
-    return std::pair(0, -visible);
+  const auto rank = [](const JsonValue& c) {
+    if (c.get("passed").boolean) return std::pair(c.get("warned").boolean ? 1 : 2, 0.0);
+    return std::pair(0, c.contains("flip") ? -c.get("flip").get("mean").number : -1e9);
   };
-  std::stable_sort(data["cases"].begin(), data["cases"].end(),
+  std::vector<JsonValue>& cases = data["cases"].items;
+  std::stable_sort(cases.begin(), cases.end(),
                    [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
   return fill_page(report_page, {{"{{title}}", escape_markup(title)},
                                  {"{{data}}", json_in_script(dump_json(data, -1))}});
 }
 
 std::string report_html(const Report& report) {
-  nlohmann::ordered_json data{{"title", report.title}, {"facts", report.facts}};
+  JsonValue facts = JsonValue::array();
+  for (const auto& [name, value] : report.facts) facts.push_back(JsonValue::array({name, value}));
+  JsonValue data{{"title", report.title}, {"facts", facts}};
   data["notes"] = report.notes;
-  data["cases"] = nlohmann::ordered_json::array();
+  data["cases"] = JsonValue::array();
   for (const ReportCase& result : report.cases) data["cases"].push_back(page_case(result));
   return make_page(report.title, std::move(data));
 }

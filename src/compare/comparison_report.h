@@ -2,12 +2,12 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "base/json.h"
 #include "base/result.h"
 #include "compare/compare.h"
 #include "compare/golden.h"
@@ -89,8 +89,7 @@ std::string report_junit(const Report& report);
 /// {"passed", "failed", "errors", "cases": [{"group", "name", "passed", "verdict", "reason",
 /// "figures", "channels", ...}]}; with `files`, the report's names in its folder as
 /// "polymorph_report".
-nlohmann::ordered_json report_json(const Report& report,
-                                   const std::vector<std::string>& files = {});
+JsonValue report_json(const Report& report, const std::vector<std::string>& files = {});
 
 /// Removes the files of an earlier report from `folder`: those that its report.json lists, that a
 /// report of its cases can have, and whose contents are of that kind. Other files stay, and so does

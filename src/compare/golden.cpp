@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
-#include <set>
 #include <stdexcept>
 
 #include "base/file.h"
+#include "base/json.h"
 #include "base/odd_names.h"
 #include "base/text.h"
 
@@ -14,7 +13,6 @@ namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 /// A file that is JSON but not what it should be; caught where the file is read.
 struct FormatError : std::runtime_error {
@@ -26,24 +24,10 @@ template <class... Args>
   throw FormatError(fmt::format(text, std::forward<Args>(args)...));
 }
 
-/// nlohmann keeps the last of equal keys and recurses without bound when it frees; these files need
-/// neither.
-Json parse_strict(const std::string& text) {
-  std::vector<std::set<std::string>> keys;
-  return Json::parse(text, [&](int depth, Json::parse_event_t event, Json& parsed) {
-    if (depth > 8) fail("nested deeper than 8 levels");
-    if (event == Json::parse_event_t::object_start) keys.emplace_back();
-    if (event == Json::parse_event_t::object_end) keys.pop_back();
-    if (event == Json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second)
-      fail("the key '{}' occurs twice", parsed.get<std::string>());
-    return true;
-  });
-}
-
-void check_keys(const Json& object, const std::string& where,
+void check_keys(const JsonValue& object, const std::string& where,
                 const std::vector<std::string>& known) {
   if (!object.is_object()) fail("{} must be an object", where);
-  for (const auto& [key, value] : object.items()) {
+  for (const auto& [key, value, offset] : object.members) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
     const auto near = nearest_word(key, known);
     if (near) fail("{} has an unknown key '{}' - did you mean '{}'?", where, key, *near);
@@ -74,47 +58,48 @@ std::vector<std::string> limit_names(const char* more = nullptr) {
   return names;
 }
 
-double limited_number(const Json& value, const std::string& where, double end) {
+double limited_number(const JsonValue& value, const std::string& where, double end) {
   if (!value.is_number()) fail("{} must be a number", where);
-  const double number = value.get<double>();
+  const double number = value.number;
   if (!(number >= 0)) fail("{} must be a number of at least 0", where);
   if (!(number < end)) fail("{} must be below {:g} - nothing would fail", where, end);
   return number;
 }
 
-float limit_value(const Json& value, const std::string& where, const Limit& limit) {
+float limit_value(const JsonValue& value, const std::string& where, const Limit& limit) {
   return static_cast<float>(limited_number(value, where, limit.end));
 }
 
-std::string parse_reason(const Json& object, const std::string& where) {
-  if (!object.contains("why") || !object["why"].is_string() ||
-      object["why"].get<std::string>().find_first_not_of(" \t\r\n") == std::string::npos)
+std::string parse_reason(const JsonValue& object, const std::string& where) {
+  const std::string& reason = object.get("why").string;
+  if (reason.find_first_not_of(" \t\r\n") == std::string::npos)
     fail("{} gives no reason - add \"why\": \"...\"", where);
-  return object["why"].get<std::string>();
+  return reason;
 }
 
 /// tolerance.json: each limit an object with its value and its reason.
-Tolerance parse_limits(const Json& object, Tolerance tolerance) {
+Tolerance parse_limits(const JsonValue& object, Tolerance tolerance) {
   check_keys(object, "the file", limit_names());
   for (const Limit& limit : kLimits) {
-    if (!object.contains(limit.name)) continue;
+    const JsonValue* entry = object.find(limit.name);
+    if (!entry) continue;
     const std::string where = fmt::format("'{}'", limit.name);
-    check_keys(object[limit.name], where, {"value", "why"});
-    if (!object[limit.name].contains("value")) fail("{} has no 'value'", where);
-    tolerance.*limit.value = limit_value(object[limit.name]["value"], where + ": 'value'", limit);
+    check_keys(*entry, where, {"value", "why"});
+    if (!entry->contains("value")) fail("{} has no 'value'", where);
+    tolerance.*limit.value = limit_value(entry->get("value"), where + ": 'value'", limit);
     tolerance.why += fmt::format("{}{}: {}", tolerance.why.empty() ? "" : "; ", limit.name,
-                                 parse_reason(object[limit.name], where));
+                                 parse_reason(*entry, where));
   }
   return tolerance;
 }
 
 /// "tolerance" inside suite.json: numbers, and one reason.
-Tolerance parse_inline_limits(const Json& object, Tolerance tolerance) {
+Tolerance parse_inline_limits(const JsonValue& object, Tolerance tolerance) {
   check_keys(object, "'tolerance'", limit_names("why"));
   for (const Limit& limit : kLimits)
-    if (object.contains(limit.name))
+    if (const JsonValue* value = object.find(limit.name))
       tolerance.*limit.value =
-          limit_value(object[limit.name], fmt::format("'tolerance': '{}'", limit.name), limit);
+          limit_value(*value, fmt::format("'tolerance': '{}'", limit.name), limit);
   tolerance.why = parse_reason(object, "'tolerance'");
   return tolerance;
 }
@@ -124,24 +109,25 @@ bool is_own_file(const std::string& name) {
   return !name.empty() && name[0] != '.' && fs::path(name).filename() == name;
 }
 
-std::vector<GoldenMask> parse_masks(const Json& list, const fs::path& folder) {
+std::vector<GoldenMask> parse_masks(const JsonValue& list, const fs::path& folder) {
   if (!list.is_array()) fail("'masks' must be a list");
   std::vector<GoldenMask> masks;
-  for (const Json& entry : list) {
+  for (const JsonValue& entry : list.items) {
     check_keys(entry, "an entry of 'masks'", {"file", "ids", "why"});
     if (entry.contains("file") == entry.contains("ids"))
       fail("an entry of 'masks' needs either 'file' or 'ids'");
     GoldenMask mask;
     mask.why = parse_reason(entry, "an entry of 'masks'");
     if (entry.contains("file")) {
-      if (!entry["file"].is_string() || !is_own_file(entry["file"].get<std::string>()))
+      if (!is_own_file(entry.get("file").string))
         fail("'masks': 'file' must be the name of a picture in this folder");
-      mask.file = folder / entry["file"].get<std::string>();
+      mask.file = folder / entry.get("file").string;
     } else {
-      if (!entry["ids"].is_array() || entry["ids"].empty()) fail("'masks': 'ids' must be a list");
-      for (const Json& id : entry["ids"]) {
-        if (!id.is_number_integer()) fail("'masks': 'ids' must hold whole numbers");
-        mask.ids.push_back(id.get<int>());
+      const JsonValue& ids = entry.get("ids");
+      if (!ids.is_array() || ids.empty()) fail("'masks': 'ids' must be a list");
+      for (const JsonValue& id : ids.items) {
+        if (!id.integral) fail("'masks': 'ids' must hold whole numbers");
+        mask.ids.push_back(static_cast<int>(id.integer));
       }
     }
     masks.push_back(std::move(mask));
@@ -150,7 +136,7 @@ std::vector<GoldenMask> parse_masks(const Json& list, const fs::path& folder) {
 }
 
 /// The share of a frame that masks may cover, which a suite with masks must state.
-double parse_max_masked(const Json& json) {
+double parse_max_masked(const JsonValue& json) {
   if (!json.contains("masks")) {
     if (json.contains("max_masked_percent"))
       fail("'max_masked_percent' is for suites with 'masks'");
@@ -159,44 +145,41 @@ double parse_max_masked(const Json& json) {
   if (!json.contains("max_masked_percent"))
     fail(
         "'max_masked_percent' is missing: the share of the pixels that 'masks' may cover, as in 5");
-  return limited_number(json["max_masked_percent"], "'max_masked_percent'", 100);
+  return limited_number(json.get("max_masked_percent"), "'max_masked_percent'", 100);
 }
 
 /// Reads the scene, or the command of another program, that renders the frames.
-void parse_source(const Json& json, GoldenSuite& suite) {
+void parse_source(const JsonValue& json, GoldenSuite& suite) {
   if (json.contains("scene") && json.contains("command"))
     fail("'scene' and 'command' are both given - a suite has one of them");
   if (json.contains("command")) {
-    if (!json["command"].is_string() ||
-        json["command"].get<std::string>().find("{out}") == std::string::npos)
+    suite.command = json.get("command").string;
+    if (suite.command.find("{out}") == std::string::npos)
       fail("'command' must be a shell command with {{out}} where the frame's file goes");
-    suite.command = json["command"].get<std::string>();
     if (!json.contains("format")) return;
     const std::vector<std::string> known{"exr", "png", "tif", "jpg", "hdr"};
-    if (!json["format"].is_string() ||
-        std::find(known.begin(), known.end(), json["format"].get<std::string>()) == known.end())
+    suite.format = json.get("format").string;
+    if (std::find(known.begin(), known.end(), suite.format) == known.end())
       fail("'format' must be {}", join_quoted(known));
-    suite.format = json["format"].get<std::string>();
     return;
   }
   if (json.contains("format")) fail("'format' is for suites with a 'command'");
-  if (!json.contains("scene") || !json["scene"].is_string())
+  if (!json.get("scene").is_string())
     fail("'scene' is missing: the scene file, relative to this folder");
-  suite.scene = (suite.folder / json["scene"].get<std::string>()).lexically_normal();
+  suite.scene = (suite.folder / json.get("scene").string).lexically_normal();
   suite.tolerance = exact_tolerance();
   suite.tolerance.why = "polymorph's frames are the same bits everywhere";
 }
 
-std::vector<int> parse_frames(const Json& frames) {
+std::vector<int> parse_frames(const JsonValue& frames) {
   if (!frames.is_array() || frames.empty())
     fail("'frames' must be a list of at least one frame number");
   std::vector<int> numbers;
-  for (const Json& frame : frames) {
-    if (!frame.is_number_integer() || frame.get<std::int64_t>() < 0 ||
-        frame.get<std::int64_t>() > 9999999)
+  for (const JsonValue& frame : frames.items) {
+    if (!frame.integral || frame.integer < 0 || frame.integer > 9999999)
       fail("'frames' must hold whole numbers of 0 to 9999999");
-    if (!numbers.empty() && frame.get<int>() <= numbers.back()) fail("'frames' must rise");
-    numbers.push_back(frame.get<int>());
+    if (!numbers.empty() && frame.integer <= numbers.back()) fail("'frames' must rise");
+    numbers.push_back(static_cast<int>(frame.integer));
   }
   return numbers;
 }
@@ -205,9 +188,10 @@ std::vector<int> parse_frames(const Json& frames) {
 template <class F>
 Status with_json(const fs::path& file, const F& use) {
   PM_TRY(const std::string text, read_file(file, 1 << 20));
+  PM_TRY(const JsonDocument document, parse_json(file.string(), text));
   try {
-    use(parse_strict(text));
-  } catch (const std::exception& e) {
+    use(document.root);
+  } catch (const FormatError& e) {
     return make_error(ErrorCode::kInput, "{}: {}", file.string(), e.what());
   }
   return Ok{};
@@ -259,23 +243,23 @@ Result<GoldenSuite> load_golden_suite(const fs::path& root, const std::string& n
   std::error_code ignored;
   // A link that leads nowhere is a file that cannot be read, not a suite without limits.
   const bool separate = fs::symlink_status(limits, ignored).type() != fs::file_type::not_found;
-  PM_TRY_STATUS(with_json(file, [&](const Json& json) {
+  PM_TRY_STATUS(with_json(file, [&](const JsonValue& json) {
     check_keys(
         json, "the file",
         {"scene", "command", "format", "frames", "tolerance", "masks", "max_masked_percent"});
     parse_source(json, suite);
     if (!json.contains("frames"))
       fail("'frames' is missing: the list of frames that have a golden");
-    suite.frames = parse_frames(json["frames"]);
-    if (json.contains("masks")) suite.masks = parse_masks(json["masks"], suite.folder);
+    suite.frames = parse_frames(json.get("frames"));
+    if (json.contains("masks")) suite.masks = parse_masks(json.get("masks"), suite.folder);
     suite.max_masked_percent = parse_max_masked(json);
     if (json.contains("tolerance") && separate)
       fail("'tolerance' is given here and in tolerance.json - remove one");
     if (json.contains("tolerance"))
-      suite.tolerance = parse_inline_limits(json["tolerance"], suite.tolerance);
+      suite.tolerance = parse_inline_limits(json.get("tolerance"), suite.tolerance);
   }));
   if (separate)
-    PM_TRY_STATUS(with_json(limits, [&](const Json& json) {
+    PM_TRY_STATUS(with_json(limits, [&](const JsonValue& json) {
       Tolerance start = suite.tolerance;
       start.why.clear();
       suite.tolerance = parse_limits(json, start);
@@ -309,9 +293,9 @@ std::string suite_json_text(const GoldenSuite& suite) {
   std::error_code error;
   const fs::path scene = fs::absolute(suite.scene, error).lexically_normal();
   const fs::path folder = fs::absolute(suite.folder, error).lexically_normal();
-  const nlohmann::ordered_json json{{"scene", scene.lexically_relative(folder).generic_string()},
-                                    {"frames", suite.frames}};
-  return json.dump() + "\n";
+  const JsonValue json{{"scene", scene.lexically_relative(folder).generic_string()},
+                       {"frames", suite.frames}};
+  return format_json(json) + "\n";
 }
 
 fs::path golden_image_path(const GoldenSuite& suite, int frame) {

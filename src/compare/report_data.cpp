@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/json.h"
 #include "base/text.h"
-#include "scene/json_text.h"
 
 namespace polymorph {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 /// Limits from here on mean that there is none.
 constexpr float kOff = 1e29f;
@@ -18,7 +16,7 @@ std::optional<double> limit_or_none(float limit) {
   return limit < kOff ? std::optional<double>(static_cast<double>(limit)) : std::nullopt;
 }
 
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+JsonValue number(double value) { return std::isfinite(value) ? JsonValue(value) : JsonValue(); }
 
 const ChannelDifference* worst_channel(const Comparison& comparison) {
   const ChannelDifference* worst = nullptr;
@@ -29,7 +27,7 @@ const ChannelDifference* worst_channel(const Comparison& comparison) {
 
 /// Attribute and element text of XML 1.0, which must be UTF-8 and cannot hold control characters.
 std::string xml(const std::string& text) {
-  std::string clean = Json::parse(dump_json(Json(text), -1)).get<std::string>();
+  std::string clean = parse_json("", format_json(text))->root.string;  // valid UTF-8
   for (char& c : clean)
     if (static_cast<unsigned char>(c) < 0x20 && c != '\n') c = ' ';
   return escape_markup(clean);
@@ -109,21 +107,21 @@ std::vector<CaseMetric> case_metrics(const ReportCase& result) {
   return figures;
 }
 
-Json case_json(const ReportCase& result) {
-  Json json{{"group", result.group},
-            {"name", result.name},
-            {"actual", result.actual.string()},
-            {"reference", result.reference.string()},
-            {"passed", result.passed()},
-            {"warned", result.warned()},
-            {"verdict", case_verdict(result)},
-            {"reason", result.comparison ? result.comparison->reason
-                       : result.passed() ? result.detail
-                                         : result.message},
-            {"message", result.message},
-            {"cause", result.cause},
-            {"why", result.tolerance.why},
-            {"accept", result.accept}};
+JsonValue case_json(const ReportCase& result) {
+  JsonValue json{{"group", result.group},
+                 {"name", result.name},
+                 {"actual", result.actual.string()},
+                 {"reference", result.reference.string()},
+                 {"passed", result.passed()},
+                 {"warned", result.warned()},
+                 {"verdict", case_verdict(result)},
+                 {"reason", result.comparison ? result.comparison->reason
+                            : result.passed() ? result.detail
+                                              : result.message},
+                 {"message", result.message},
+                 {"cause", result.cause},
+                 {"why", result.tolerance.why},
+                 {"accept", result.accept}};
   if (result.seconds > 0) json["seconds"] = result.seconds;
   if (result.flicker) json["flicker"] = *result.flicker;
   if (result.reference_flicker) json["reference_flicker"] = *result.reference_flicker;
@@ -135,9 +133,10 @@ Json case_json(const ReportCase& result) {
                        {"triangles", result.surface.triangles},
                        {"digest", result.surface.digest}};
   }
-  json["figures"] = Json::array();
+  json["figures"] = JsonValue::array();
   for (const CaseMetric& figure : case_metrics(result)) {
-    Json entry{{"name", figure.name}, {"label", figure.label}, {"value", number(figure.value)}};
+    JsonValue entry{
+        {"name", figure.name}, {"label", figure.label}, {"value", number(figure.value)}};
     if (figure.limit) entry["limit"] = *figure.limit;
     entry["over"] = figure.over();
     json["figures"].push_back(std::move(entry));
@@ -155,33 +154,33 @@ Json case_json(const ReportCase& result) {
                     {"median", c.flip->median},
                     {"p99", c.flip->p99},
                     {"max", c.flip->max}};
-  json["channels"] = Json::array();
+  json["channels"] = JsonValue::array();
   for (const ChannelDifference& d : c.channels)
     json["channels"].push_back({{"channel", d.channel},
                                 {"max", d.max},
                                 {"mean", d.mean},
                                 {"rms", d.rms},
                                 {"failing", d.failing},
-                                {"at", {d.max_x, d.max_y}}});
+                                {"at", JsonValue::array({d.max_x, d.max_y})}});
   if (c.channels.empty()) return json;
   if (const ChannelDifference* worst = worst_channel(c))
-    json["worst"] = {worst->max_x, worst->max_y};
+    json["worst"] = JsonValue::array({worst->max_x, worst->max_y});
   json["histogram"] = {{"at_limit", LimitHistogram::kAtLimit}, {"pixels", c.histogram.pixels}};
   return json;
 }
 
-Json report_json(const Report& report, const std::vector<std::string>& files) {
-  Json json{{"title", report.title}};
+JsonValue report_json(const Report& report, const std::vector<std::string>& files) {
+  JsonValue json{{"title", report.title}};
   if (!files.empty()) json["polymorph_report"] = files;
-  json["facts"] = Json::object();
+  json["facts"] = JsonValue::object();
   for (const auto& [name, value] : report.facts) json["facts"][name] = value;
-  if (!report.suites.empty()) json["suites"] = Json::object();
+  if (!report.suites.empty()) json["suites"] = JsonValue::object();
   for (const auto& [name, hash] : report.suites) json["suites"][name] = hash;
   json["passed"] = report.cases.size() - report.failed();
   json["failed"] = report.failed();
   json["errors"] = report.errors();
   json["notes"] = report.notes;
-  json["cases"] = Json::array();
+  json["cases"] = JsonValue::array();
   for (const ReportCase& result : report.cases) json["cases"].push_back(case_json(result));
   return json;
 }

@@ -1,30 +1,53 @@
 #include "compare/report_merge.h"
 
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <stdexcept>
 
 #include "base/archive.h"
 #include "base/file.h"
+#include "base/json.h"
 #include "base/text.h"
 #include "compare/comparison_report.h"
 #include "compare/report_data.h"
-#include "scene/json_text.h"
 
 namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 constexpr const char* kDataBegin = "<script type=\"application/json\" id=\"data\">";
 constexpr const char* kDataEnd = "</script>";
-constexpr int kMaxDepth = 16;
+
+/// Thrown where a report has not the form of one.
+struct FormatError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+const JsonValue& member(const JsonValue& object, const char* key, JsonValue::Kind kind) {
+  const JsonValue& value = object.get(key);
+  if (value.kind != kind)
+    throw FormatError(
+        fmt::format("\"{}\" must be {} (is {})", key, kind_name(kind), kind_name(value.kind)));
+  return value;
+}
+const std::string& text_at(const JsonValue& object, const char* key) {
+  return member(object, key, JsonValue::Kind::kString).string;
+}
+bool flag_at(const JsonValue& object, const char* key) {
+  return member(object, key, JsonValue::Kind::kBoolean).boolean;
+}
+std::size_t count_at(const JsonValue& object, const char* key) {
+  return static_cast<std::size_t>(member(object, key, JsonValue::Kind::kNumber).integer);
+}
+const std::vector<JsonValue>& list_at(const JsonValue& object, const char* key) {
+  return member(object, key, JsonValue::Kind::kArray).items;
+}
 
 /// One report, read and checked.
 struct Shard {
-  Json report, page;
+  JsonValue report, page;
   std::string junit;                         ///< the <testsuite> elements
   std::map<std::string, std::string> files;  ///< pictures and kept frames, by path in the report
 };
@@ -34,12 +57,12 @@ struct CaseCounts {
   bool operator==(const CaseCounts&) const = default;
 };
 
-CaseCounts count_cases(const Json& cases) {
+CaseCounts count_cases(const JsonValue& cases) {
   CaseCounts counts;
-  for (const Json& entry : cases) {
+  for (const JsonValue& entry : cases.items) {
     ++counts.all;
-    counts.failed += !entry.at("passed").get<bool>();
-    counts.errors += entry.at("verdict").get<std::string>() == "error";
+    counts.failed += !flag_at(entry, "passed");
+    counts.errors += text_at(entry, "verdict") == "error";
   }
   return counts;
 }
@@ -51,12 +74,11 @@ std::size_t count_text(const std::string& text, const std::string& part) {
   return count;
 }
 
-Result<Json> parse(const fs::path& file, const std::string& text) {
-  const auto shallow = [](int depth, Json::parse_event_t, Json&) { return depth < kMaxDepth; };
-  Json json = Json::parse(text, shallow, false);
-  if (!json.is_object() || !json.contains("cases") || !json["cases"].is_array())
+Result<JsonValue> parse(const fs::path& file, const std::string& text) {
+  auto document = parse_json(file.string(), text);
+  if (!document || !document->root.get("cases").is_array())
     return make_error(ErrorCode::kInput, "{}: not a report of polymorph", file.string());
-  return json;
+  return std::move(document->root);
 }
 
 /// The part of `text` between two marks.
@@ -69,53 +91,56 @@ Result<std::string> between(const fs::path& file, const std::string& text, const
   return text.substr(from + begin.size(), to - from - begin.size());
 }
 
-std::string case_name(const Json& entry) {
-  return entry.at("group").get<std::string>() + ", " + entry.at("name").get<std::string>();
+std::string case_name(const JsonValue& entry) {
+  return text_at(entry, "group") + ", " + text_at(entry, "name");
 }
 
 /// Why one case contradicts itself, or "". A case passes by its message; what did not pass in its
 /// images cannot have passed.
-std::string find_contradiction(const Json& entry) {
-  const auto verdict = entry.at("verdict").get<std::string>();
-  const bool passed = entry.at("passed").get<bool>();
-  if (passed != entry.at("message").get<std::string>().empty())
+std::string find_contradiction(const JsonValue& entry) {
+  const std::string& verdict = text_at(entry, "verdict");
+  const bool passed = flag_at(entry, "passed");
+  if (passed != text_at(entry, "message").empty())
     return passed ? "passed, with a message of failure" : "failed, without a message";
   if (passed && verdict != "same" && verdict != "within")
     return "passed, with the verdict " + verdict;
-  for (const Json& metric : entry.at("figures"))
-    if (passed && metric.at("over").get<bool>())
-      return "passed, with " + metric.at("name").get<std::string>() + " over its limit";
+  for (const JsonValue& metric : list_at(entry, "figures"))
+    if (passed && flag_at(metric, "over"))
+      return "passed, with " + text_at(metric, "name") + " over its limit";
   return "";
 }
 
 /// Checks types, and that the report, its page and its JUnit say the same of each case. Throws
-/// nlohmann's exceptions. Errors: kInput.
+/// FormatError. Errors: kInput.
 Status check_shard(const fs::path& path, const Shard& shard) {
   const auto error = [&](const std::string& text) {
     return make_error(ErrorCode::kInput, "{}: {} - give reports as they were written",
                       path.string(), printable(text));
   };
-  const Json& report = shard.report;
-  (void)report.at("title").get<std::string>();
-  for (const Json* json : {&shard.report, &shard.page})
-    for (const Json& note : json->at("notes")) (void)note.get<std::string>();
-  if (report.contains("suites")) (void)report["suites"].get<std::map<std::string, std::string>>();
+  const JsonValue& report = shard.report;
+  text_at(report, "title");
+  for (const JsonValue* json : {&shard.report, &shard.page})
+    for (const JsonValue& note : list_at(*json, "notes"))
+      if (!note.is_string()) throw FormatError("a note must be a string");
+  if (report.contains("suites")) {
+    const JsonValue& suites = member(report, "suites", JsonValue::Kind::kObject);
+    for (const JsonMember& suite : suites.members) text_at(suites, suite.key.c_str());
+  }
   std::map<std::string, bool> on_page;
-  for (const Json& entry : shard.page["cases"])
-    on_page[case_name(entry)] = entry.at("passed").get<bool>();
-  for (const Json& entry : report["cases"]) {
+  for (const JsonValue& entry : shard.page.get("cases").items)
+    on_page[case_name(entry)] = flag_at(entry, "passed");
+  for (const JsonValue& entry : report.get("cases").items) {
     const std::string name = case_name(entry), contradiction = find_contradiction(entry);
     if (!contradiction.empty()) return error(name + ": " + contradiction);
     const auto shown = on_page.find(name);
-    if (shown == on_page.end() || shown->second != entry["passed"].get<bool>())
+    if (shown == on_page.end() || shown->second != flag_at(entry, "passed"))
       return error(name + ": its page says something else than report.json");
   }
-  const CaseCounts counts = count_cases(report["cases"]);
+  const CaseCounts counts = count_cases(report.get("cases"));
   if (counts.all == 0) return error("no case in it");
-  const CaseCounts stated{
-      report.at("passed").get<std::size_t>() + report.at("failed").get<std::size_t>(),
-      report["failed"].get<std::size_t>(), report.at("errors").get<std::size_t>()};
-  if (stated != counts || shard.page["cases"].size() != counts.all)
+  const CaseCounts stated{count_at(report, "passed") + count_at(report, "failed"),
+                          count_at(report, "failed"), count_at(report, "errors")};
+  if (stated != counts || shard.page.get("cases").size() != counts.all)
     return error("report.json counts other cases than it has");
   const CaseCounts junit{count_text(shard.junit, "<testcase "),
                          count_text(shard.junit, "<failure ") + count_text(shard.junit, "<error "),
@@ -182,22 +207,22 @@ Result<Shard> read_shard(const fs::path& path) {
 }
 
 /// Adds the entries of a list to another report's.
-void append(Json& all, const Json& more, const char* key) {
-  for (const Json& entry : more.at(key)) all[key].push_back(entry);
+void append(JsonValue& all, const JsonValue& more, const char* key) {
+  for (const JsonValue& entry : list_at(more, key)) all[key].push_back(entry);
 }
 
 Status add_shard(const fs::path& path, Shard shard, Shard& merged, std::set<std::string>& names) {
   if (merged.report.is_null()) {
     merged.report = shard.report;
     merged.page = shard.page;
-    for (Json* json : {&merged.report, &merged.page})
-      (*json)["cases"] = (*json)["notes"] = Json::array();
-  } else if (merged.report.value("facts", Json()) != shard.report.value("facts", Json())) {
+    for (JsonValue* json : {&merged.report, &merged.page})
+      (*json)["cases"] = (*json)["notes"] = JsonValue::array();
+  } else if (format_json(merged.report.get("facts")) != format_json(shard.report.get("facts"))) {
     return make_error(ErrorCode::kInput,
                       "{}: of another program, device or instruction set than the first report",
                       path.string());
   }
-  for (const Json& entry : shard.report["cases"])
+  for (const JsonValue& entry : shard.report.get("cases").items)
     if (!names.insert(case_name(entry)).second)
       return make_error(ErrorCode::kInput, "{}: {} stands in another report, too", path.string(),
                         printable(case_name(entry)));
@@ -205,7 +230,7 @@ Status add_shard(const fs::path& path, Shard shard, Shard& merged, std::set<std:
     append(merged.report, shard.report, key);
     append(merged.page, shard.page, key);
   }
-  if (shard.report.contains("suites")) merged.report["suites"].update(shard.report["suites"]);
+  if (shard.report.contains("suites")) merged.report["suites"].update(shard.report.get("suites"));
   merged.junit += shard.junit;
   merged.files.merge(shard.files);
   return Ok{};
@@ -227,7 +252,7 @@ Status write_merged(Shard& merged, const CaseCounts& counts, const fs::path& fol
     if (fs::path(name).filename() == name) names.push_back(name);
   for (const std::string& name : names) PM_TRY_STATUS(check_output(folder / name, overwrite));
   merged.report["polymorph_report"] = names;
-  const auto title = merged.report["title"].get<std::string>();
+  const std::string title = merged.report.get("title").string;
   PM_TRY_STATUS(write_file(folder / "report.json", dump_json(merged.report)));
   for (const auto& [name, bytes] : merged.files) PM_TRY_STATUS(write_file(folder / name, bytes));
   PM_TRY_STATUS(
@@ -262,7 +287,7 @@ Result<std::size_t> merge_reports(const std::vector<fs::path>& reports, const fs
     try {
       PM_TRY(Shard shard, read_shard(path));
       PM_TRY_STATUS(add_shard(path, std::move(shard), merged, names));
-    } catch (const nlohmann::json::exception& e) {
+    } catch (const FormatError& e) {
       return make_error(ErrorCode::kInput, "{}: not a report of polymorph: {}", path.string(),
                         e.what());
     }

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "base/file.h"
+#include "base/json.h"
 #include "field/near_balls.h"
 #include "kernels/field_kinds.h"
 
@@ -31,6 +31,20 @@ std::string shape_text(const Ball& ball) {
   return is_round(ball) ? std::string()
                         : fmt::format(", \"shape\": [{}, {}, {}, {}, {}, {}]", s.xx, s.yy, s.zz,
                                       s.xy, s.xz, s.yz);
+}
+
+bool read_number(const JsonValue& value, float& out) {
+  out = static_cast<float>(value.number);
+  return value.is_number();
+}
+
+/// Reads the first N items of a list; false if they are not numbers.
+template <std::size_t N>
+bool read_numbers(const JsonValue& list, std::array<float, N>& out) {
+  if (list.items.size() < N) return false;
+  for (std::size_t i = 0; i < N; ++i)
+    if (!read_number(list.items[i], out[i])) return false;
+  return true;
 }
 
 }  // namespace
@@ -64,36 +78,39 @@ Result<BallFile> read_balls(const std::filesystem::path& path) {
 }
 
 Result<BallFile> decode_balls(std::string_view text, const std::string& name) {
+  PM_TRY(const JsonDocument document, parse_json(name, std::string(text)));
+  const JsonValue& balls = document.root.get("balls");
+  if (!balls.is_array())
+    return make_error(ErrorCode::kInput, "{}: not a file of balls - it has no list \"balls\"",
+                      name);
   BallFile file;
-  try {
-    const auto json = nlohmann::json::parse(text);
-    const std::string field = json.value("field", std::string(field_name(file.kind)));
+  if (const JsonValue* field = document.root.find("field")) {
     const auto* kind = std::find_if(std::begin(kFieldKinds), std::end(kFieldKinds),
-                                    [&](FieldKind k) { return field_name(k) == field; });
+                                    [&](FieldKind k) { return field_name(k) == field->string; });
     if (kind == std::end(kFieldKinds))
-      return make_error(ErrorCode::kInput, "{}: unknown field \"{}\"", name, field);
+      return make_error(ErrorCode::kInput, "{}: unknown field \"{}\"", name, field->string);
     file.kind = *kind;
-    for (const auto& entry : json.at("balls")) {
-      Ball ball;
-      const auto& c = entry.at("center");
-      ball.center = {c.at(0).get<float>(), c.at(1).get<float>(), c.at(2).get<float>()};
-      ball.a = entry.value("a", 1.0f);
-      ball.w = entry.at("w").get<float>();
-      if (entry.contains("shape")) {
-        const auto s = entry.at("shape").get<std::array<float, 6>>();
-        ball.shape = {s[0], s[1], s[2], s[3], s[4], s[5]};
-      }
-      const Sym3& s = ball.shape;
-      const float sum = ball.center.x + ball.center.y + ball.center.z + ball.a + ball.w + s.xx +
-                        s.yy + s.zz + s.xy + s.xz + s.yz;
-      if (!std::isfinite(sum) || !(ball.a > 0))
-        return make_error(ErrorCode::kInput,
-                          "{}: ball {}: its numbers must be finite, and a above 0", name,
-                          file.balls.size() + 1);
-      file.balls.push_back(ball);
-    }
-  } catch (const nlohmann::json::exception& error) {
-    return make_error(ErrorCode::kInput, "{}: not a file of balls ({})", name, error.what());
+  }
+  for (const JsonValue& entry : balls.items) {
+    Ball ball;
+    std::array<float, 3> c{};
+    std::array<float, 6> s{};
+    if (!read_numbers(entry.get("center"), c) || !read_number(entry.get("w"), ball.w) ||
+        (entry.contains("a") && !read_number(entry.get("a"), ball.a)) ||
+        (entry.contains("shape") && !read_numbers(entry.get("shape"), s)))
+      return make_error(ErrorCode::kInput,
+                        "{}: ball {}: needs \"center\", a list of 3 numbers, and the number \"w\"; "
+                        "\"a\" is a number, \"shape\" a list of 6",
+                        name, file.balls.size() + 1);
+    ball.center = {c[0], c[1], c[2]};
+    if (entry.contains("shape")) ball.shape = {s[0], s[1], s[2], s[3], s[4], s[5]};
+    const Sym3& shape = ball.shape;
+    const float sum = c[0] + c[1] + c[2] + ball.a + ball.w + shape.xx + shape.yy + shape.zz +
+                      shape.xy + shape.xz + shape.yz;
+    if (!std::isfinite(sum) || !(ball.a > 0))
+      return make_error(ErrorCode::kInput, "{}: ball {}: its numbers must be finite, and a above 0",
+                        name, file.balls.size() + 1);
+    file.balls.push_back(ball);
   }
   return file;
 }

@@ -1,13 +1,13 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
 
 #include "base/exact_math.h"
 #include "base/file.h"
 #include "base/hash.h"
+#include "base/json.h"
 #include "base/spool.h"
 #include "interchange/material_catalog.h"
 #include "interchange/split_surface.h"
@@ -15,8 +15,6 @@
 
 namespace polymorph {
 namespace {
-
-using nlohmann::json;
 
 static_assert(std::endian::native == std::endian::little, "glTF's binary part is memory as it is");
 
@@ -29,7 +27,15 @@ void append(std::string& bytes, const T& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-json array_of(Vec3 v) { return {v.x, v.y, v.z}; }
+JsonValue array_of(Vec3 v) { return JsonValue::array({v.x, v.y, v.z}); }
+
+/// Sorts the members of all objects by name, which is the order that earlier files had.
+void sort_members(JsonValue& value) {
+  for (JsonValue& item : value.items) sort_members(item);
+  for (JsonMember& member : value.members) sort_members(member.value);
+  std::sort(value.members.begin(), value.members.end(),
+            [](const JsonMember& a, const JsonMember& b) { return a.key < b.key; });
+}
 
 template <class T>
 T quantized(float v, float highest) {
@@ -87,13 +93,13 @@ class GlbWriter : public SurfaceWriter {
   Result<std::size_t> add_accessor(const std::string& bytes, int target, int component,
                                    const char* type, std::size_t count, bool normalized = false,
                                    std::size_t stride = 0);
-  Status add_vertices(const SurfaceFrame& frame, const SplitSurface& split, json& attributes,
+  Status add_vertices(const SurfaceFrame& frame, const SplitSurface& split, JsonValue& attributes,
                       Shown& shown);
-  Status add_quantized(const SurfaceFrame& frame, const SplitSurface& split, json& attributes,
+  Status add_quantized(const SurfaceFrame& frame, const SplitSurface& split, JsonValue& attributes,
                        Shown& shown);
   Status add_targets(int frame, std::span<const SurfaceFrame> frames);
   Status add_weights();
-  json material_json(const SurfaceMaterial& material);
+  JsonValue material_json(const SurfaceMaterial& material);
   Status add_images();
   void add_nodes();
   Status add_animation();
@@ -103,8 +109,9 @@ class GlbWriter : public SurfaceWriter {
   GlbSettings settings_;
   Spool spool_;
   MaterialCatalog catalog_;
-  json views_ = json::array(), accessors_ = json::array(), meshes_ = json::array(),
-       nodes_ = json::array(), animation_, images_ = json::array();
+  JsonValue views_ = JsonValue::array(), accessors_ = JsonValue::array(),
+            meshes_ = JsonValue::array(), nodes_ = JsonValue::array(), animation_,
+            images_ = JsonValue::array();
   std::vector<Shown> shown_;
   std::vector<std::optional<std::size_t>> current_;  ///< of each actor, what it shows
   /// With a constant topology: of each actor its first frame, and the frames so far.
@@ -138,7 +145,7 @@ std::string GlbWriter::digest_of(const SurfaceFrame& frame) {
 }
 
 Result<std::size_t> GlbWriter::add_view(const std::string& bytes, int target, std::size_t stride) {
-  json view = {{"buffer", 0}, {"byteOffset", spool_.size()}, {"byteLength", bytes.size()}};
+  JsonValue view = {{"buffer", 0}, {"byteOffset", spool_.size()}, {"byteLength", bytes.size()}};
   if (target != 0) view["target"] = target;
   if (stride != 0) view["byteStride"] = stride;
   PM_TRY_STATUS(spool_.append(bytes));
@@ -151,7 +158,7 @@ Result<std::size_t> GlbWriter::add_accessor(const std::string& bytes, int target
                                             const char* type, std::size_t count, bool normalized,
                                             std::size_t stride) {
   PM_TRY(const std::size_t view, add_view(bytes, target, stride));
-  json accessor = {
+  JsonValue accessor = {
       {"bufferView", view}, {"componentType", component}, {"count", count}, {"type", type}};
   if (normalized) accessor["normalized"] = true;
   accessors_.push_back(std::move(accessor));
@@ -178,7 +185,7 @@ Vec2 uv_at(const SurfaceFrame& frame, const SplitSurface& split, std::size_t ver
 }
 
 Status GlbWriter::add_vertices(const SurfaceFrame& frame, const SplitSurface& split,
-                               json& attributes, Shown&) {
+                               JsonValue& attributes, Shown&) {
   const std::size_t count = split.position_of.size();
   const auto put = [&](const char* name, const char* type, const std::string& bytes) -> Status {
     PM_TRY(attributes[name], add_accessor(bytes, kVertexBuffer, kFloat, type, count));
@@ -191,8 +198,8 @@ Status GlbWriter::add_vertices(const SurfaceFrame& frame, const SplitSurface& sp
                       high = max(high, frame.positions[p]);
                       append(bytes, frame.positions[p]);
                     })));
-  accessors_.back()["min"] = array_of(low);
-  accessors_.back()["max"] = array_of(high);
+  accessors_.items.back()["min"] = array_of(low);
+  accessors_.items.back()["max"] = array_of(high);
   if (!frame.normals.empty() || !frame.corner_normals.empty())
     PM_TRY_STATUS(put("NORMAL", "VEC3",
                       per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
@@ -218,7 +225,7 @@ Status GlbWriter::add_vertices(const SurfaceFrame& frame, const SplitSurface& sp
 }
 
 Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& split,
-                                json& attributes, Shown& shown) {
+                                JsonValue& attributes, Shown& shown) {
   const std::size_t count = split.position_of.size();
   Vec3 low = frame.positions[split.position_of[0]], high = low;
   for (const std::uint32_t p : split.position_of) {
@@ -234,7 +241,7 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
            add_accessor(bytes, kVertexBuffer, component, type, count, true, stride));
     return Ok{};
   };
-  std::uint16_t lowest[3] = {65535, 65535, 65535}, highest[3] = {};
+  std::array<std::uint16_t, 3> lowest{65535, 65535, 65535}, highest{};
   PM_TRY_STATUS(put("POSITION", "VEC3", kUnsignedShort, 8,
                     per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
                       const Vec3 at = (frame.positions[p] - low) / shown.scale;
@@ -247,8 +254,8 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
                       }
                       append(bytes, std::uint16_t{0});
                     })));
-  accessors_.back()["min"] = lowest;
-  accessors_.back()["max"] = highest;
+  accessors_.items.back()["min"] = lowest;
+  accessors_.items.back()["max"] = highest;
   if (!frame.normals.empty() || !frame.corner_normals.empty())
     PM_TRY_STATUS(put("NORMAL", "VEC3", kByte, 4,
                       per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
@@ -284,7 +291,7 @@ Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, S
   SplitSettings corners;
   corners.uvs = !frame.is_mixed || sequence_.constant_topology;
   const SplitSurface split = split_corners(frame, corners);
-  json attributes = json::object();
+  JsonValue attributes = JsonValue::object();
   PM_TRY_STATUS(settings_.quantize ? add_quantized(frame, split, attributes, shown)
                                    : add_vertices(frame, split, attributes, shown));
   const std::vector<std::size_t> materials = materials_of(frame);
@@ -294,7 +301,7 @@ Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, S
   const auto material_at = [&](std::size_t t) {
     return frame.is_mixed ? materials[0] : materials[frame.triangle_materials[t]];
   };
-  json primitives = json::array();
+  JsonValue primitives = JsonValue::array();
   const bool is_short = split.position_of.size() < 65535;  // the last number restarts strips
   for (const std::size_t material : wanted) {
     std::string bytes;
@@ -339,7 +346,7 @@ Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
     const SurfaceFrame &base = base_[a], &now = frames[a];
     SplitSettings corners;
     const SplitSurface split = split_corners(base, corners);
-    json target = json::object();
+    JsonValue target = JsonValue::object();
     const auto put = [&](const char* name, const std::vector<Vec3>& from,
                          const std::vector<Vec3>& to) -> Status {
       if (from.empty() || from.size() != to.size()) return Ok{};
@@ -353,14 +360,15 @@ Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
           });
       PM_TRY(target[name],
              add_accessor(bytes, kVertexBuffer, kFloat, "VEC3", split.position_of.size()));
-      accessors_.back()["min"] = array_of(low);
-      accessors_.back()["max"] = array_of(high);
+      accessors_.items.back()["min"] = array_of(low);
+      accessors_.items.back()["max"] = array_of(high);
       return Ok{};
     };
     PM_TRY_STATUS(put("POSITION", base.positions, now.positions));
     PM_TRY_STATUS(put("NORMAL", base.normals, now.normals));
     PM_TRY_STATUS(put("COLOR_0", base.colors, now.colors));
-    for (json& primitive : meshes_[a]["primitives"]) primitive["targets"].push_back(target);
+    for (JsonValue& primitive : meshes_.items[a]["primitives"].items)
+      primitive["targets"].push_back(target);
   }
   return Ok{};
 }
@@ -368,7 +376,7 @@ Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
 /// Each frame's target counts fully at its moment, and its neighbours' in between.
 Status GlbWriter::add_weights() {
   const std::size_t targets = frames_.size() - 1;
-  json samplers = json::array(), channels = json::array();
+  JsonValue samplers = JsonValue::array(), channels = JsonValue::array();
   std::string times, weights;
   for (std::size_t k = 0; k < frames_.size(); ++k) {
     append(times, static_cast<float>(frames_[k] - sequence_.first_frame) / sequence_.fps);
@@ -376,29 +384,29 @@ Status GlbWriter::add_weights() {
       append(weights, target + 1 == k ? 1.0f : 0.0f);
   }
   PM_TRY(const std::size_t input, add_accessor(times, 0, kFloat, "SCALAR", frames_.size()));
-  accessors_.back()["min"] = {0.0f};
-  accessors_.back()["max"] = {static_cast<float>(frames_.back() - sequence_.first_frame) /
-                              sequence_.fps};
+  accessors_.items.back()["min"] = JsonValue::array({0.0f});
+  accessors_.items.back()["max"] = JsonValue::array(
+      {static_cast<float>(frames_.back() - sequence_.first_frame) / sequence_.fps});
   PM_TRY(const std::size_t output,
          add_accessor(weights, 0, kFloat, "SCALAR", frames_.size() * targets));
   samplers.push_back({{"input", input}, {"output", output}, {"interpolation", "LINEAR"}});
   for (std::size_t n = 0; n < shown_.size(); ++n) {
-    meshes_[n]["weights"] = std::vector<float>(targets, 0.0f);
+    meshes_.items[n]["weights"] = std::vector<float>(targets, 0.0f);
     channels.push_back({{"sampler", 0}, {"target", {{"node", n}, {"path", "weights"}}}});
   }
   animation_ = {{"name", "morph"}, {"samplers", samplers}, {"channels", channels}};
   return Ok{};
 }
 
-json GlbWriter::material_json(const SurfaceMaterial& m) {
-  json pbr = {{"baseColorFactor",
-               {std::clamp(m.color.x, 0.0f, 1.0f), std::clamp(m.color.y, 0.0f, 1.0f),
-                std::clamp(m.color.z, 0.0f, 1.0f), 1}},
-              {"metallicFactor", std::clamp(m.metallic, 0.0f, 1.0f)},
-              {"roughnessFactor", std::clamp(m.roughness, 0.0f, 1.0f)}};
+JsonValue GlbWriter::material_json(const SurfaceMaterial& m) {
+  JsonValue pbr = {{"baseColorFactor", JsonValue::array({std::clamp(m.color.x, 0.0f, 1.0f),
+                                                         std::clamp(m.color.y, 0.0f, 1.0f),
+                                                         std::clamp(m.color.z, 0.0f, 1.0f), 1})},
+                   {"metallicFactor", std::clamp(m.metallic, 0.0f, 1.0f)},
+                   {"roughnessFactor", std::clamp(m.roughness, 0.0f, 1.0f)}};
   if (const int texture = catalog_.texture_of(m); texture >= 0)
     pbr["baseColorTexture"] = {{"index", texture}};
-  json material = {{"name", m.name}, {"pbrMetallicRoughness", pbr}};
+  JsonValue material = {{"name", m.name}, {"pbrMetallicRoughness", pbr}};
   if (m.transmission > 0)
     material["extensions"] = {
         {"KHR_materials_transmission", {{"transmissionFactor", m.transmission}}},
@@ -417,16 +425,16 @@ Status GlbWriter::add_images() {
 
 /// A node for each mesh under one for each actor; the camera last.
 void GlbWriter::add_nodes() {
-  std::vector<json> children(sequence_.actors.size(), json::array());
+  std::vector<JsonValue> children(sequence_.actors.size(), JsonValue::array());
   for (const Shown& shown : shown_) {
-    json node = {{"name", meshes_[shown.mesh]["name"]}, {"mesh", shown.mesh}};
+    JsonValue node = {{"name", meshes_.items[shown.mesh]["name"]}, {"mesh", shown.mesh}};
     if (!sequence_.constant_topology)
       node["extensions"]["KHR_node_visibility"] = {
           {"visible", shown.first == sequence_.first_frame}};
     if (settings_.quantize) node["translation"] = array_of(shown.origin);
     // What a viewer shows that plays nothing: the first frame.
     const float scale = shown.first == sequence_.first_frame ? shown.scale : 0.0f;
-    if (scale != 1) node["scale"] = {scale, scale, scale};
+    if (scale != 1) node["scale"] = JsonValue::array({scale, scale, scale});
     children[shown.actor].push_back(nodes_.size());
     nodes_.push_back(std::move(node));
   }
@@ -438,13 +446,13 @@ void GlbWriter::add_nodes() {
   nodes_.push_back(
       {{"name", "camera"},
        {"camera", 0},
-       {"matrix",
-        {c.right.x, c.right.y, c.right.z, 0, c.up.x, c.up.y, c.up.z, 0, -c.forward.x, -c.forward.y,
-         -c.forward.z, 0, c.position.x, c.position.y, c.position.z, 1}}});
+       {"matrix", JsonValue::array({c.right.x, c.right.y, c.right.z, 0, c.up.x, c.up.y, c.up.z, 0,
+                                    -c.forward.x, -c.forward.y, -c.forward.z, 0, c.position.x,
+                                    c.position.y, c.position.z, 1})}});
 }
 
 Status GlbWriter::add_animation() {
-  json samplers = json::array(), channels = json::array();
+  JsonValue samplers = JsonValue::array(), channels = JsonValue::array();
   const auto moment = [&](int frame) {
     return static_cast<float>(frame - sequence_.first_frame) / sequence_.fps;
   };
@@ -469,8 +477,8 @@ Status GlbWriter::add_animation() {
       append(scale_bytes, Vec3{scale, scale, scale});
     }
     PM_TRY(const std::size_t input, add_accessor(time_bytes, 0, kFloat, "SCALAR", times.size()));
-    accessors_.back()["min"] = {times.front()};
-    accessors_.back()["max"] = {times.back()};
+    accessors_.items.back()["min"] = JsonValue::array({times.front()});
+    accessors_.items.back()["max"] = JsonValue::array({times.back()});
     PM_TRY(const std::size_t scales, add_accessor(scale_bytes, 0, kFloat, "VEC3", times.size()));
     PM_TRY(const std::size_t seen,
            add_accessor(visible_bytes, 0, kUnsignedByte, "SCALAR", times.size()));
@@ -500,29 +508,31 @@ Status GlbWriter::finish() {
     PM_TRY_STATUS(add_animation());
   }
   add_nodes();
-  json roots = json::array();
+  JsonValue roots = JsonValue::array();
   for (std::size_t n = shown_.size(); n < nodes_.size(); ++n) roots.push_back(n);
-  json used = json::array();
-  if (!sequence_.constant_topology) used = {"KHR_node_visibility", "KHR_animation_pointer"};
-  json file = {{"asset", {{"version", "2.0"}, {"generator", "polymorph " PM_VERSION}}},
-               {"scene", 0},
-               {"scenes", {{{"nodes", roots}}}},
-               {"nodes", nodes_},
-               {"cameras",
-                {{{"type", "perspective"},
-                  {"perspective",
-                   {{"yfov", 2 * exact::atan(static_cast<double>(sequence_.camera.tan_half_fov_y))},
-                    {"aspectRatio", sequence_.camera.aspect},
-                    {"znear", 0.01f * sequence_.camera.focus}}}}}},
-               {"extras", {{"fps", sequence_.fps}}}};
+  JsonValue used = JsonValue::array();
+  if (!sequence_.constant_topology)
+    used = JsonValue::array({"KHR_node_visibility", "KHR_animation_pointer"});
+  const double yfov = 2 * exact::atan(static_cast<double>(sequence_.camera.tan_half_fov_y));
+  const JsonValue camera{{"type", "perspective"},
+                         {"perspective",
+                          {{"yfov", yfov},
+                           {"aspectRatio", sequence_.camera.aspect},
+                           {"znear", 0.01f * sequence_.camera.focus}}}};
+  JsonValue file = {{"asset", {{"version", "2.0"}, {"generator", "polymorph " PM_VERSION}}},
+                    {"scene", 0},
+                    {"scenes", JsonValue::array({JsonValue{{"nodes", roots}}})},
+                    {"nodes", nodes_},
+                    {"cameras", JsonValue::array({camera})},
+                    {"extras", {{"fps", sequence_.fps}}}};
   if (!meshes_.empty()) {
     file["meshes"] = meshes_;
     file["accessors"] = accessors_;
     file["bufferViews"] = views_;
-    if (!animation_.is_null()) file["animations"] = {animation_};
-    file["buffers"] = {{{"byteLength", spool_.size()}}};
+    if (!animation_.is_null()) file["animations"] = JsonValue::array({animation_});
+    file["buffers"].push_back({{"byteLength", spool_.size()}});
   }
-  json materials = json::array();
+  JsonValue materials = JsonValue::array();
   bool transmits = false;
   for (const SurfaceMaterial& m : catalog_.materials) {
     materials.push_back(material_json(m));
@@ -534,19 +544,20 @@ Status GlbWriter::finish() {
   }
   if (!materials.empty()) file["materials"] = materials;
   if (!images_.empty()) {
-    json textures = json::array();
+    JsonValue textures = JsonValue::array();
     for (std::size_t i = 0; i < images_.size(); ++i)
       textures.push_back({{"source", i}, {"sampler", 0}});
     file["images"] = images_;
     file["textures"] = textures;
-    file["samplers"] = {{{"wrapS", 10497}, {"wrapT", 10497}}};
+    file["samplers"].push_back({{"wrapS", 10497}, {"wrapT", 10497}});
   }
   if (settings_.quantize) {
     used.push_back("KHR_mesh_quantization");
-    file["extensionsRequired"] = {"KHR_mesh_quantization"};
+    file["extensionsRequired"].push_back("KHR_mesh_quantization");
   }
   if (!used.empty()) file["extensionsUsed"] = used;
-  std::string text = file.dump(-1, ' ', false, json::error_handler_t::replace);
+  sort_members(file);
+  std::string text = format_json(file);
   text.resize((text.size() + 3) / 4 * 4, ' ');
   const std::uint64_t total = 12 + 8 + text.size() + 8 + spool_.size();
   if (total > 0xffffffffull)

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <span>
 
 #include "base/html_page.h"
+#include "base/json.h"
 #include "base/result.h"
 #include "base/text.h"
 #include "image/srgb.h"
@@ -22,8 +22,6 @@ extern const std::string_view play_page;  // play.html
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 /// Steps of distances, in cells of the surface: they are right to half of that.
 constexpr float kDistanceStep = 1.0f / 40;
 constexpr float kThinnessStep = 1.0f / 256;
@@ -33,17 +31,17 @@ constexpr float kMotionSteps = 16383, kBallSteps = 65000, kShownSteps = 511;
 
 /// An array of numbers, x fastest, and along which of its axes they are smooth.
 struct Shape {
-  int n[3];
-  bool smooth[3];
+  std::array<int, 3> n;
+  std::array<bool, 3> smooth;
   std::size_t size() const {
     return static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) *
            static_cast<std::size_t>(n[2]);
   }
 };
 
-Json triple(Vec3 v) { return {v.x, v.y, v.z}; }
-Json triple(Int3 v) { return {v.x, v.y, v.z}; }
-Json grid_json(const Grid& grid) {
+JsonValue triple(Vec3 v) { return JsonValue::array({v.x, v.y, v.z}); }
+JsonValue triple(Int3 v) { return JsonValue::array({v.x, v.y, v.z}); }
+JsonValue grid_json(const Grid& grid) {
   return {{"origin", triple(grid.origin)}, {"cell", grid.cell}, {"points", triple(grid.points)}};
 }
 
@@ -92,7 +90,7 @@ void refine(const Shape& shape, const std::vector<double>& values, const F& visi
 class Packer {
  public:
   /// Right to half of `step`. Values over more than 65535 steps are cut off.
-  Json add(std::span<const float> values, const Shape& shape, float step) {
+  JsonValue add(std::span<const float> values, const Shape& shape, float step) {
     PM_CHECK(values.size() == shape.size());
     const auto [low, high] = std::minmax_element(values.begin(), values.end());
     const double middle = (static_cast<double>(*low) + static_cast<double>(*high)) / 2;
@@ -139,8 +137,8 @@ float range_step(std::span<const float> values, float steps) {
 
 Shape shape_of(Int3 points) { return {{points.x, points.y, points.z}, {true, true, true}}; }
 
-Json object_json(const PlayObject& object, float cell, Packer& packer) {
-  Json json{{"name", printable(object.name)}, {"color", triple(object.color)}};
+JsonValue object_json(const PlayObject& object, float cell, Packer& packer) {
+  JsonValue json{{"name", printable(object.name)}, {"color", triple(object.color)}};
   if (object.distances) {
     const DistanceGrid& d = *object.distances;
     json["distances"] = grid_json(d.grid);
@@ -207,8 +205,8 @@ std::vector<float> channels_of(const PlayKey& key, std::size_t pair) {
 }
 
 /// What all pairs of a key share.
-Json common_json(const PlayKey& key) {
-  Json numbers = Json::array();
+JsonValue common_json(const PlayKey& key) {
+  JsonValue numbers = JsonValue::array();
   const auto add = [&](Vec3 v) {
     for (const float f : {v.x, v.y, v.z}) numbers.push_back(f);
   };
@@ -224,8 +222,8 @@ Json common_json(const PlayKey& key) {
   return numbers;
 }
 
-Json leg_json(const PlayLeg& leg, Packer& packer) {
-  Json times = Json::array(), common = Json::array();
+JsonValue leg_json(const PlayLeg& leg, Packer& packer) {
+  JsonValue times = JsonValue::array(), common = JsonValue::array();
   std::vector<std::vector<float>> rows;  // of each key and pair
   for (const PlayKey& key : leg.keys) {
     times.push_back(key.time);
@@ -236,7 +234,7 @@ Json leg_json(const PlayLeg& leg, Packer& packer) {
             pairs = static_cast<int>(leg.keys.front().balls.size());
   // Ways are smooth along the time.
   const Shape shape{{pairs, keys, 1}, {false, true, false}};
-  Json channels = Json::array();
+  JsonValue channels = JsonValue::array();
   for (std::size_t c = 0; c < rows.front().size(); ++c) {
     std::vector<float> values;
     for (const std::vector<float>& row : rows) values.push_back(row[c]);
@@ -255,21 +253,21 @@ Json leg_json(const PlayLeg& leg, Packer& packer) {
           {"channels", channels}};
 }
 
-Json actor_json(const PlayActor& actor, Packer& packer) {
-  Json json{{"name", printable(actor.name)}, {"cell", actor.cell}};
+JsonValue actor_json(const PlayActor& actor, Packer& packer) {
+  JsonValue json{{"name", printable(actor.name)}, {"cell", actor.cell}};
   for (const PlayObject& object : actor.objects)
     json["objects"].push_back(object_json(object, actor.cell, packer));
   for (const PlayLeg& leg : actor.legs) json["legs"].push_back(leg_json(leg, packer));
   for (const PlayFrame& frame : actor.frames)
-    json["frames"].push_back({frame.leg, frame.time, frame.look});
+    json["frames"].push_back(JsonValue::array({frame.leg, frame.time, frame.look}));
   return json;
 }
 
 /// Triangles of each case of marching cubes, one digit per edge.
-Json cases_json() {
+JsonValue cases_json() {
   constexpr const char* kDigits = "0123456789ab";
   const McTable& table = mc_table();
-  Json cases = Json::array();
+  JsonValue cases = JsonValue::array();
   for (int key = 0; key < 256; ++key) {
     std::string edges;
     for (int i = 0; i < 3 * table.count[key]; ++i) edges += kDigits[table.edges[key][i]];
@@ -283,24 +281,24 @@ Json cases_json() {
 std::string encode_play_page(const PlayPage& page) {
   Packer packer;
   const FrameCamera& c = page.camera;
-  Json json{{"title", printable(page.title)},
-            {"fps", page.fps},
-            {"field", field_name(page.field)},
-            {"look",
-             {{"color", triple(page.look.color)},
-              {"roughness", page.look.roughness},
-              {"metallic", page.look.metallic}}},
-            {"camera",
-             {{"position", triple(c.position)},
-              {"forward", triple(c.forward)},
-              {"tan_half_fov_y", c.tan_half_fov_y}}},
-            {"low", triple(page.box.low)},
-            {"high", triple(page.box.high)},
-            {"ground", page.has_ground ? Json(page.ground) : Json()}};
+  JsonValue json{{"title", printable(page.title)},
+                 {"fps", page.fps},
+                 {"field", field_name(page.field)},
+                 {"look",
+                  {{"color", triple(page.look.color)},
+                   {"roughness", page.look.roughness},
+                   {"metallic", page.look.metallic}}},
+                 {"camera",
+                  {{"position", triple(c.position)},
+                   {"forward", triple(c.forward)},
+                   {"tan_half_fov_y", c.tan_half_fov_y}}},
+                 {"low", triple(page.box.low)},
+                 {"high", triple(page.box.high)},
+                 {"ground", page.has_ground ? JsonValue(page.ground) : JsonValue()}};
   for (const PlayActor& actor : page.actors) json["actors"].push_back(actor_json(actor, packer));
   json["cases"] = cases_json();
   return fill_page(play_page, {{"{{title}}", escape_markup(page.title)},
-                               {"{{morph}}", json_in_script(json.dump())},
+                               {"{{morph}}", json_in_script(format_json(json))},
                                {"{{bytes}}", base64(packer.deflated())}});
 }
 

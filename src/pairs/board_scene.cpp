@@ -3,24 +3,24 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/json.h"
 #include "base/text.h"
 
 namespace polymorph {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using Kind = PairsEvent::Kind;
 
 constexpr double kSpacing = 2.6;  // between pieces, which are 2 wide
 
 int frame_at(double seconds, double fps) { return static_cast<int>(std::lround(seconds * fps)); }
 
-Json sphere(const PairsFile& file) {
+JsonValue sphere(const PairsFile& file) {
   return {{"shape", "sphere"}, {"color", file.piece_color}, {"roughness", 0.25}};
 }
 
 /// What a piece becomes by an event.
-Json outcome(const PairsFile& file, const PairsPiece& piece, Kind kind) {
+JsonValue outcome(const PairsFile& file, const PairsPiece& piece, Kind kind) {
   switch (kind) {
     case Kind::kReveal:
       return file.objects[static_cast<std::size_t>(piece.object)];
@@ -36,15 +36,15 @@ Json outcome(const PairsFile& file, const PairsPiece& piece, Kind kind) {
 /// The last frame that anything of the level needs, and one more leg for what stands still.
 constexpr int kBeyond = 2;
 
-Json actor_of(const PairsFile& file, const PairsPlay& play, int level, int piece, int frames,
-              const std::vector<PairsPiece>& board) {
+JsonValue actor_of(const PairsFile& file, const PairsPlay& play, int level, int piece, int frames,
+                   const std::vector<PairsPiece>& board) {
   const PairsLevel& grid = file.game.levels[static_cast<std::size_t>(level)];
   const double fps = frames_per_second(file);
   const int column = piece % grid.columns, row = piece / grid.columns;
-  Json actor{{"name", place_name(grid, piece)}};
-  actor["translate"] = {(column - (grid.columns - 1) / 2.0) * kSpacing, 0,
-                        ((grid.rows - 1) / 2.0 - row) * kSpacing};
-  std::vector<Json> chain{sphere(file)};
+  JsonValue actor{{"name", place_name(grid, piece)}};
+  actor["translate"] = JsonValue::array({(column - (grid.columns - 1) / 2.0) * kSpacing, 0,
+                                         ((grid.rows - 1) / 2.0 - row) * kSpacing});
+  std::vector<JsonValue> chain{sphere(file)};
   std::vector<int> per_leg;
   int first = frames + 1, end = 0;
   for (const PairsEvent& event : play.events()) {
@@ -69,7 +69,7 @@ Json actor_of(const PairsFile& file, const PairsPlay& play, int level, int piece
   actor["per_leg"] = per_leg;
   actor["source"] = chain.front();
   if (chain.size() > 2) {
-    actor["intermediate"] = Json::array();
+    actor["intermediate"] = JsonValue::array();
     for (std::size_t i = 1; i + 1 < chain.size(); ++i) actor["intermediate"].push_back(chain[i]);
   }
   actor["target"] = chain.back();
@@ -79,10 +79,8 @@ Json actor_of(const PairsFile& file, const PairsPlay& play, int level, int piece
 }  // namespace
 
 double frames_per_second(const PairsFile& file) {
-  if (file.stage.is_object() && file.stage.contains("frames") &&
-      file.stage["frames"].contains("fps") && file.stage["frames"]["fps"].is_number())
-    return std::clamp(file.stage["frames"]["fps"].get<double>(), 0.1, 1000.0);
-  return 12;
+  const JsonValue& fps = file.stage.get("frames").get("fps");
+  return fps.is_number() ? std::clamp(fps.number, 0.1, 1000.0) : 12;
 }
 
 int level_frames(const PairsPlay& play, int level, double fps) {
@@ -92,35 +90,35 @@ int level_frames(const PairsPlay& play, int level, double fps) {
   return frame_at(end, fps) + 1;
 }
 
-Json board_scene(const PairsFile& file, const PairsPlay& play, int level) {
+JsonValue board_scene(const PairsFile& file, const PairsPlay& play, int level) {
   const double fps = frames_per_second(file);
   const int frames = level_frames(play, level, fps);
   const PairsLevel& grid = file.game.levels[static_cast<std::size_t>(level)];
-  Json scene;
+  JsonValue scene;
   scene["description"] = fmt::format("Pairs, level {}", level + 1);
   if (file.stage.is_object()) scene.update(file.stage);
   const std::vector<PairsPiece> board = dealt_board(file.game, level);
-  scene["actors"] = Json::array();
+  scene["actors"] = JsonValue::array();
   for (int piece = 0; piece < grid.columns * grid.rows; ++piece)
     scene["actors"].push_back(actor_of(file, play, level, piece, frames, board));
   if (!file.board.empty()) {
-    const Json model{{"model", file.board.string()}, {"arrange", false}};
+    const JsonValue model{{"model", file.board.string()}, {"arrange", false}};
     scene["actors"].push_back({{"name", "board"},
                                {"start", frames + 1},
-                               {"per_leg", {kBeyond}},
+                               {"per_leg", JsonValue::array({kBeyond})},
                                {"source", model},
                                {"target", model}});
   }
-  Json& times = scene["frames"];
+  JsonValue& times = scene["frames"];
   times["fps"] = fps;
   // A leg that begins in the last frame has one more.
-  int last = frames + kBeyond;
-  for (const Json& actor : scene["actors"]) {
-    int needed = actor["start"].get<int>() - 1;
-    for (const Json& leg : actor["per_leg"]) needed += leg.get<int>();
-    if (actor.contains("intermediate"))
-      for (const Json& object : actor["intermediate"]) needed += object.value("hold", 0);
-    last = std::max(last, needed + 1);
+  std::int64_t last = frames + kBeyond;
+  for (const JsonValue& actor : scene.get("actors").items) {
+    std::int64_t needed = actor.get("start").integer;
+    for (const JsonValue& leg : actor.get("per_leg").items) needed += leg.integer;
+    for (const JsonValue& object : actor.get("intermediate").items)
+      needed += object.get("hold").integer;
+    last = std::max(last, needed);
   }
   times["count"] = last;
   return scene;

@@ -1,9 +1,9 @@
 // A level of Pairs as a scene like any other: every piece an actor, every event a leg of its chain.
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
 
+#include "base/json.h"
 #include "pairs/game.h"
 #include "pairs/load_game.h"
 
@@ -16,7 +16,7 @@ int level_frames(const PairsPlay& play, int level, double fps);
 /// The scene of a level as far as it is played. A piece is a sphere that becomes its object, a
 /// sphere again, a puddle, or drops on the path `explode`. Its frames beyond level_frames() are
 /// only there for actors that stand still to move in.
-nlohmann::ordered_json board_scene(const PairsFile& file, const PairsPlay& play, int level);
+JsonValue board_scene(const PairsFile& file, const PairsPlay& play, int level);
 
 /// Of the stage, or 12.
 double frames_per_second(const PairsFile& file);

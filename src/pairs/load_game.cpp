@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "base/file.h"
+#include "base/json.h"
 #include "base/text.h"
 #include "scene/scene.h"
 
@@ -11,7 +12,6 @@ namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 constexpr int kMaxSide = 12;
 constexpr int kMaxLevels = 20;
@@ -19,49 +19,49 @@ constexpr int kMaxLevels = 20;
 /// Reads the members of one object, and remembers the first thing that is wrong.
 class Members {
  public:
-  Members(const Json& object, std::string where) : object_(object), where_(std::move(where)) {
+  Members(const JsonValue& object, std::string where) : object_(object), where_(std::move(where)) {
     if (!object.is_object()) fail("", "must be an object {...}");
   }
   void number(const char* key, double& out, double low, double high) {
-    const Json* value = find(key);
+    const JsonValue* value = find(key);
     if (!value) return;
-    if (!value->is_number() || !(value->get<double>() >= low && value->get<double>() <= high))
+    if (!value->is_number() || !(value->number >= low && value->number <= high))
       return fail(key, fmt::format("must be a number from {} to {}", low, high));
-    out = value->get<double>();
+    out = value->number;
   }
   void integer(const char* key, int& out, int low, int high) {
-    const Json* value = find(key);
+    const JsonValue* value = find(key);
     if (!value) return;
-    if (!value->is_number_integer() || value->get<std::int64_t>() < low ||
-        value->get<std::int64_t>() > high)
+    if (!value->integral || value->integer < low || value->integer > high)
       return fail(key, fmt::format("must be a whole number from {} to {}", low, high));
-    out = value->get<int>();
+    out = static_cast<int>(value->integer);
   }
   void seed(const char* key, std::uint64_t& out) {
-    const Json* value = find(key);
+    const JsonValue* value = find(key);
     if (!value) return;
-    if (!value->is_number_unsigned()) return fail(key, "must be a whole number, 0 or more");
-    out = value->get<std::uint64_t>();
+    if (!value->exceeds_int64 && !(value->integral && value->integer >= 0))
+      return fail(key, "must be a whole number, 0 or more");
+    out = static_cast<std::uint64_t>(value->integer);
   }
   void text(const char* key, std::string& out) {
-    const Json* value = find(key);
+    const JsonValue* value = find(key);
     if (!value) return;
     if (!value->is_string()) return fail(key, "must be a string");
-    out = value->get<std::string>();
+    out = value->string;
   }
   void texts(const char* key, std::vector<std::string>& out) {
-    const Json* value = find(key);
+    const JsonValue* value = find(key);
     if (!value) return;
-    if (!value->is_array() || !std::all_of(value->begin(), value->end(),
-                                           [](const Json& item) { return item.is_string(); }))
+    if (!value->is_array() || !std::all_of(value->items.begin(), value->items.end(),
+                                           [](const JsonValue& item) { return item.is_string(); }))
       return fail(key, "must be a list of strings");
-    out = value->get<std::vector<std::string>>();
+    out.clear();
+    for (const JsonValue& item : value->items) out.push_back(item.string);
   }
   /// A member that is read by other means; null: it is not there.
-  const Json* find(const char* key) {
+  const JsonValue* find(const char* key) {
     known_.emplace_back(key);
-    const auto found = object_.is_object() ? object_.find(key) : object_.end();
-    return found == object_.end() ? nullptr : &*found;
+    return object_.find(key);
   }
   void fail(const std::string& key, const std::string& what) {
     if (!error_.empty()) return;
@@ -69,20 +69,19 @@ class Members {
   }
   /// The first error, that of an unknown key included; empty: none.
   std::string finish() {
-    if (object_.is_object())
-      for (const auto& [key, value] : object_.items())
-        if (std::find(known_.begin(), known_.end(), key) == known_.end())
-          fail(key, "unknown key" + did_you_mean(key, known_));
+    for (const JsonMember& member : object_.members)
+      if (std::find(known_.begin(), known_.end(), member.key) == known_.end())
+        fail(member.key, "unknown key" + did_you_mean(member.key, known_));
     return error_;
   }
 
  private:
-  const Json& object_;
+  const JsonValue& object_;
   std::string where_, error_;
   std::vector<std::string> known_;
 };
 
-std::string read_rules(const Json& json, PairsRules& rules) {
+std::string read_rules(const JsonValue& json, PairsRules& rules) {
   Members members(json, "/rules");
   constexpr double kLong = 60;
   members.number("reveal", rules.reveal, 0.05, kLong);
@@ -97,7 +96,7 @@ std::string read_rules(const Json& json, PairsRules& rules) {
   return members.finish();
 }
 
-std::string read_level(const Json& json, const std::string& where, PairsLevel& level) {
+std::string read_level(const JsonValue& json, const std::string& where, PairsLevel& level) {
   Members members(json, where);
   members.integer("columns", level.columns, 1, kMaxSide);
   members.integer("rows", level.rows, 1, kMaxSide);
@@ -120,32 +119,31 @@ std::string resolve(std::string& name, const fs::path& folder, const std::string
 }
 
 /// An object as a scene has it, or just its file or shape.
-std::string read_object(const Json& json, const fs::path& folder, const std::string& where,
+std::string read_object(const JsonValue& json, const fs::path& folder, const std::string& where,
                         PairsFile& file) {
-  Json object = json;
+  JsonValue object = json;
   if (json.is_object()) {
     if (json.contains("model") == json.contains("shape"))
       return where + ": needs either \"model\" or \"shape\"";
   } else if (json.is_string()) {
-    const bool shape = std::find(kShapeNames.begin(), kShapeNames.end(), json.get<std::string>()) !=
-                       kShapeNames.end();
-    object = Json{{shape ? "shape" : "model", json}};
+    const bool shape =
+        std::find(kShapeNames.begin(), kShapeNames.end(), json.string) != kShapeNames.end();
+    object = JsonValue{{shape ? "shape" : "model", json}};
   } else {
     return where + ": must be a string or an object";
   }
   const char* key = object.contains("model") ? "model" : "shape";
   if (!object[key].is_string()) return fmt::format("{}/{}: must be a string", where, key);
-  std::string name = object[key];
+  std::string name = object[key].string;
   if (const std::string error = resolve(name, folder, where); !error.empty()) return error;
   object[key] = name;
-  file.game.objects.push_back(object.contains("name") && object["name"].is_string()
-                                  ? object["name"].get<std::string>()
-                                  : fs::path(name).stem().string());
+  file.game.objects.push_back(object.get("name").is_string() ? object.get("name").string
+                                                             : fs::path(name).stem().string());
   file.objects.push_back(std::move(object));
   return "";
 }
 
-std::string read_game(const Json& json, const fs::path& folder, PairsFile& file) {
+std::string read_game(const JsonValue& json, const fs::path& folder, PairsFile& file) {
   if (!json.is_object())
     return "must be an object {...} - a game begins like {\"objects\": [...], \"levels\": [...]}";
   Members members(json, "");
@@ -155,27 +153,27 @@ std::string read_game(const Json& json, const fs::path& folder, PairsFile& file)
   members.texts("moves", file.moves);
   members.text("board", board);
   members.text("piece_color", file.piece_color);
-  if (const Json* stage = members.find("scene")) file.stage = *stage;
+  if (const JsonValue* stage = members.find("scene")) file.stage = *stage;
   if (!file.stage.is_null() && !file.stage.is_object()) members.fail("scene", "must be an object");
   for (const char* key : {"source", "target", "intermediate", "actors"})
     if (file.stage.is_object() && file.stage.contains(key))
       members.fail(std::string("scene/") + key, "belongs to the game - leave it out");
-  if (const Json* rules = members.find("rules"))
+  if (const JsonValue* rules = members.find("rules"))
     if (const std::string error = read_rules(*rules, file.game.rules); !error.empty()) return error;
-  const Json* objects = members.find("objects");
+  const JsonValue* objects = members.find("objects");
   if (!objects || !objects->is_array()) return "/objects: must be a list";
   for (std::size_t i = 0; i < objects->size(); ++i)
     if (const std::string error =
-            read_object((*objects)[i], folder, fmt::format("/objects/{}", i), file);
+            read_object(objects->items[i], folder, fmt::format("/objects/{}", i), file);
         !error.empty())
       return error;
-  const Json* levels = members.find("levels");
+  const JsonValue* levels = members.find("levels");
   if (!levels || !levels->is_array() || levels->empty() || levels->size() > kMaxLevels)
     return fmt::format("/levels: must be a list of 1 to {} levels", kMaxLevels);
   for (std::size_t i = 0; i < levels->size(); ++i) {
     const std::string where = fmt::format("/levels/{}", i);
     PairsLevel level;
-    if (const std::string error = read_level((*levels)[i], where, level); !error.empty())
+    if (const std::string error = read_level(levels->items[i], where, level); !error.empty())
       return error;
     const auto pairs = static_cast<std::size_t>(level.columns * level.rows / 2);
     if (file.game.objects.size() < pairs)
@@ -195,15 +193,14 @@ std::string read_game(const Json& json, const fs::path& folder, PairsFile& file)
 Result<PairsFile> load_pairs_game(const fs::path& path) {
   PM_TRY(const std::string text, read_file(path, 1u << 20));
   remember_input(path);
-  const Json json =
-      Json::parse(text, nullptr, /*allow_exceptions=*/false, /*ignore_comments=*/true);
-  if (json.is_discarded())
+  const auto document = parse_json(path.string(), text);
+  if (!document)
     return make_error(ErrorCode::kInput,
                       "{}: is not JSON - a game begins like "
                       "{{\"objects\": [...], \"levels\": [...]}}",
                       path.string());
   PairsFile file;
-  const std::string error = read_game(json, fs::absolute(path).parent_path(), file);
+  const std::string error = read_game(document->root, fs::absolute(path).parent_path(), file);
   if (!error.empty()) return make_error(ErrorCode::kInput, "{}: {}", path.string(), error);
   return file;
 }

@@ -2,10 +2,10 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "base/json.h"
 #include "base/result.h"
 #include "pairs/game.h"
 
@@ -15,9 +15,9 @@ struct PairsFile {
   PairsGame game;
   /// What the game's objects are in a scene: "model" (absolute) or "shape", and what else an object
   /// of a scene may have.
-  std::vector<nlohmann::ordered_json> objects;
+  std::vector<JsonValue> objects;
   std::vector<std::string> moves;       ///< "a1 b2" or "wait 2.5"; may be empty
-  nlohmann::ordered_json stage;         ///< keys of a scene: image, look, camera, frames.fps, ...
+  JsonValue stage;                      ///< keys of a scene: image, look, camera, frames.fps, ...
   std::filesystem::path board;          ///< a model below the pieces; empty: none
   std::string piece_color = "#8fa3b8";  ///< of the spheres
 };

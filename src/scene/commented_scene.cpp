@@ -1,15 +1,11 @@
 #include "scene/commented_scene.h"
 
-#include <nlohmann/json.hpp>
-
+#include "base/json.h"
 #include "base/text.h"
-#include "scene/json_text.h"
 #include "scene/load_scene.h"
 
 namespace polymorph {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kWidth = 96;
 
@@ -27,55 +23,49 @@ std::string comment(const std::string& lead, const std::string& text) {
 }
 
 /// What a key of the schema is for and, where it has one, its range or its words.
-std::string description_of(const Json& schema) {
-  std::string text = schema.value("description", "");
+std::string description_of(const JsonValue& schema) {
+  std::string text = schema.get("description").string;
   if (schema.contains("enum")) {
     std::string words;
-    for (const Json& word : schema["enum"])
-      words += (words.empty() ? "" : ", ") + word.get<std::string>();
+    for (const JsonValue& word : schema.get("enum").items)
+      words += (words.empty() ? "" : ", ") + word.string;
     text += (text.empty() ? "" : "; ") + std::string("one of: ") + words;
   } else if (schema.contains("minimum")) {
-    text += fmt::format("{}{} to {}", text.empty() ? "" : "; ", schema["minimum"].dump(),
-                        schema["maximum"].dump());
+    text += fmt::format("{}{} to {}", text.empty() ? "" : "; ", format_json(schema.get("minimum")),
+                        format_json(schema.get("maximum")));
   }
   return text;
 }
 
 /// The properties of a key that is an object or, as the ends of a chain, may be one.
-Json properties_of(const Json& schema) {
-  if (schema.contains("properties")) return schema["properties"];
-  if (schema.contains("oneOf") && schema["oneOf"].is_array())
-    for (const Json& choice : schema["oneOf"])
-      if (choice.contains("properties")) return choice["properties"];
-  return Json::object();
+JsonValue properties_of(const JsonValue& schema) {
+  if (schema.contains("properties")) return schema.get("properties");
+  for (const JsonValue& choice : schema.get("oneOf").items)
+    if (choice.contains("properties")) return choice.get("properties");
+  return JsonValue::object();
 }
 
-std::string one_line(const Json& value) {
-  const bool object = value.is_object();
-  if (!object && !value.is_array()) {
-    std::string text = dump_json(value, -1);
-    text.pop_back();
-    return text;
-  }
+std::string one_line(const JsonValue& value) {
+  if (!value.is_object() && !value.is_array()) return printable_json(format_json(value));
   std::string text;
-  for (const auto& [key, item] : value.items())
-    text += (text.empty() ? "" : ", ") + (object ? one_line(key) + ": " : "") + one_line(item);
-  return (object ? "{" : "[") + text + (object ? "}" : "]");
+  for (const JsonValue& item : value.items) text += (text.empty() ? "" : ", ") + one_line(item);
+  for (const JsonMember& member : value.members)
+    text += (text.empty() ? "" : ", ") + one_line(member.key) + ": " + one_line(member.value);
+  return (value.is_object() ? "{" : "[") + text + (value.is_object() ? "}" : "]");
 }
 
 /// The members of one object; those of `suggestions` are commented out.
-std::string members(const Json& object, const Json& properties, const Json& suggestions,
-                    int level) {
+std::string members(const JsonValue& object, const JsonValue& properties,
+                    const JsonValue& suggestions, int level) {
   const std::string indent(2 * static_cast<std::size_t>(level), ' ');
   std::string out;
   std::size_t left = object.size();
-  for (const auto& [key, value] : object.items()) {
-    if (suggestions.contains(key))
-      for (const auto& [other, example] : suggestions[key].items()) {
-        out += comment(indent + "//", description_of(properties.value(other, Json::object())));
-        out += indent + "//   " + one_line(other) + ": " + one_line(example) + ",\n";
-      }
-    const Json schema = properties.value(key, Json::object());
+  for (const auto& [key, value, offset] : object.members) {
+    for (const auto& [other, example, other_offset] : suggestions.get(key).members) {
+      out += comment(indent + "//", description_of(properties.get(other)));
+      out += indent + "//   " + one_line(other) + ": " + one_line(example) + ",\n";
+    }
+    const JsonValue& schema = properties.get(key);
     if (const std::string text = description_of(schema); !text.empty())
       out += comment(indent + "//", text);
     // The objects of a chain are best seen whole, settings one by one.
@@ -90,11 +80,12 @@ std::string members(const Json& object, const Json& properties, const Json& sugg
 
 }  // namespace
 
-std::string commented_scene(const Json& scene, const std::string& title, const Json& suggestions) {
-  const Json schema = Json::parse(scene_schema());
+std::string commented_scene(const JsonValue& scene, const std::string& title,
+                            const JsonValue& suggestions) {
+  const JsonValue schema = parse_json("the schema", scene_schema()).value().root;
   std::string out;
   for (const std::string& line : split(title, '\n')) out += comment("//", printable(line));
-  return out + "{\n" + members(scene, schema["properties"], suggestions, 1) + "}\n";
+  return out + "{\n" + members(scene, schema.get("properties"), suggestions, 1) + "}\n";
 }
 
 }  // namespace polymorph

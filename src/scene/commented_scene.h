@@ -1,8 +1,9 @@
 // Scene files for people to edit: JSON with the meaning of each key in a comment above it.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <string>
+
+#include "base/json.h"
 
 namespace polymorph {
 
@@ -10,7 +11,7 @@ namespace polymorph {
 /// stands what describe.h says of it as a `//` comment. The lines of `title` become the first
 /// comments. `suggestions` holds, by a key of `scene`, members that are written above it, commented
 /// out so that removing the slashes is enough.
-std::string commented_scene(const nlohmann::ordered_json& scene, const std::string& title,
-                            const nlohmann::ordered_json& suggestions);
+std::string commented_scene(const JsonValue& scene, const std::string& title,
+                            const JsonValue& suggestions);
 
 }  // namespace polymorph

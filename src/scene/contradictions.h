@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "scene/json_text.h"
+#include "base/json.h"
 #include "scene/load_scene.h"
 
 namespace polymorph {

@@ -1,13 +1,13 @@
 #include "scene/load_scene.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "base/file.h"
+#include "base/json.h"
 #include "base/text.h"
 #include "scene/contradictions.h"
-#include "scene/json_text.h"
+#include "scene/override.h"
 #include "scene/read_fields.h"
 
 namespace polymorph {
@@ -131,11 +131,11 @@ Result<Scene> turntable_of_model(const std::filesystem::path& model,
     return make_error(ErrorCode::kInput, "{}: no such file", model.string());
   // The morph from the model to itself is never seen: its balls need not be good.
   const std::string object = std::filesystem::absolute(model).string();
-  const nlohmann::ordered_json json{
+  const JsonValue json{
       {"source", {{"model", object}}},        {"target", {{"model", object}}},
       {"frames", {{"turntable", 72}}},        {"spheres", {{"balls", 16}, {"fit", "none"}}},
       {"motion", {{"interpolate", "balls"}}}, {"boundary", {{"method", "cut"}}}};
-  return load_scene_text(model, json.dump(), overrides);
+  return load_scene_text(model, format_json(json), overrides);
 }
 
 std::vector<const ObjectSettings*> chain_objects(const ActorSettings& actor) {

@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "base/json.h"
 #include "base/text.h"
 #include "scene/describe.h"
-#include "scene/json_text.h"
 #include "scene/load_scene.h"
 
 namespace polymorph {

@@ -1,24 +1,21 @@
 // The two visitors that write: the JSON Schema, and a scene with its defaults spelled out.
-#include <nlohmann/json.hpp>
 
+#include "base/json.h"
 #include "base/text.h"
 #include "scene/describe.h"
-#include "scene/json_text.h"
 #include "scene/load_scene.h"
 
 namespace polymorph {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 /// Floats print as short as they read back: 0.12, not 0.11999999731779099.
 double tidy(float value) { return parse_number(fmt::format("{}", value)).value_or(value); }
-Json tidy(Vec3 v) { return Json::array({tidy(v.x), tidy(v.y), tidy(v.z)}); }
+JsonValue tidy(Vec3 v) { return JsonValue::array({tidy(v.x), tidy(v.y), tidy(v.z)}); }
 
 class SchemaFields {
  public:
   explicit SchemaFields(bool keyed = false) : keyed_(keyed) {}
-  Json properties = Json::object();
+  JsonValue properties = JsonValue::object();
 
   template <class T>
   void integer(const char* key, T& value, long long low, long long high, const char* doc) {
@@ -38,8 +35,8 @@ class SchemaFields {
   template <class E>
   void choice(const char* key, E& value, std::initializer_list<std::pair<const char*, E>> choices,
               const char* doc) {
-    Json names = Json::array();
-    Json initial;
+    JsonValue names = JsonValue::array();
+    JsonValue initial;
     for (const auto& [name, meaning] : choices) {
       names.push_back(name);
       if (meaning == value) initial = name;
@@ -47,7 +44,7 @@ class SchemaFields {
     add(key, doc, {{"enum", names}, {"default", initial}});
   }
   void text(const char* key, std::string& value, const char* doc) {
-    Json json{{"type", "string"}};
+    JsonValue json{{"type", "string"}};
     if (!value.empty()) json["default"] = value;
     if (std::string_view(key) == "shape") json["enum"] = kShapeNames;
     add(key, doc, json);
@@ -66,7 +63,7 @@ class SchemaFields {
   }
   void scale(const char* key, Vec3&, const char* doc) {
     add(key, doc,
-        {{"oneOf", Json::array({Json{{"type", "number"}}, vector_schema(-1e6, 1e6)})},
+        {{"oneOf", JsonValue::array({JsonValue{{"type", "number"}}, vector_schema(-1e6, 1e6)})},
          {"default", 1}});
   }
   void color(const char* key, Vec3& value, const char* doc) {
@@ -82,7 +79,7 @@ class SchemaFields {
   }
   void numbers(const char* key, std::vector<float>& values,
                std::initializer_list<std::pair<double, double>> ranges, const char* doc) {
-    Json items = Json::array(), initial = Json::array();
+    JsonValue items = JsonValue::array(), initial = JsonValue::array();
     for (const auto& [low, high] : ranges)
       items.push_back({{"type", "number"}, {"minimum", low}, {"maximum", high}});
     for (const float value : values) initial.push_back(tidy(value));
@@ -120,77 +117,77 @@ class SchemaFields {
   }
 
   template <class T>
-  static Json schema_of(T& value, bool keyed = false) {
+  static JsonValue schema_of(T& value, bool keyed = false) {
     SchemaFields inner(keyed);
     describe(inner, value);
-    static const Json kChainEnds{"source", "target"};
-    Json object{
+    JsonValue object{
         {"type", "object"}, {"additionalProperties", false}, {"properties", inner.properties}};
     if constexpr (requires { T::kShort; }) {
-      const Json& value = inner.properties[T::kShort];
-      return {{"oneOf", Json::array({Json{{"enum", value["enum"]}}, object})},
-              {"default", value["default"]}};
+      const JsonValue& kind = inner.properties.get(T::kShort);
+      return {{"oneOf", JsonValue::array({JsonValue{{"enum", kind.get("enum")}}, object})},
+              {"default", kind.get("default")}};
     }
     if constexpr (std::is_same_v<T, ObjectSettings>)
-      return {{"oneOf", Json::array({Json{{"type", "string"}}, object})}};
-    if constexpr (std::is_same_v<T, ActorSettings>) object["required"] = kChainEnds;
+      return {{"oneOf", JsonValue::array({JsonValue{{"type", "string"}}, object})}};
+    if constexpr (std::is_same_v<T, ActorSettings>)
+      object["required"] = JsonValue::array({"source", "target"});
     return object;
   }
 
   /// Keyframes of a setting, whatever their values are.
-  static Json keyframes_schema() {
+  static JsonValue keyframes_schema() {
     SchemaFields track, one;
     KeyframeTrack settings;
     KeyMoment moment;
     describe(track, settings);
     describe(one, moment);
-    Json units = Json::array();
-    for (const auto& [name, unit] : one.properties.items())
-      units.push_back({{"required", Json::array({name})}});
+    JsonValue units = JsonValue::array();
+    for (const JsonMember& unit : one.properties.members)
+      units.push_back({{"required", JsonValue::array({unit.key})}});
     one.properties["value"] = true;
-    const Json key{{"type", "object"},
-                   {"additionalProperties", false},
-                   {"properties", one.properties},
-                   {"required", Json::array({"value"})},
-                   {"oneOf", units}};
-    Json properties{{"keys", {{"type", "array"}, {"items", key}, {"minItems", 1}}}};
+    const JsonValue key{{"type", "object"},
+                        {"additionalProperties", false},
+                        {"properties", one.properties},
+                        {"required", JsonValue::array({"value"})},
+                        {"oneOf", units}};
+    JsonValue properties{{"keys", {{"type", "array"}, {"items", key}, {"minItems", 1}}}};
     properties.update(track.properties);
     return {{"description", "a setting that changes over the film"},
             {"type", "object"},
             {"additionalProperties", false},
             {"properties", properties},
-            {"required", Json::array({"keys"})}};
+            {"required", JsonValue::array({"keys"})}};
   }
 
  private:
   /// A value, or where it may have them its keyframes.
-  void add_keyed(const char* key, const char* doc, const Json& value, const Json& initial = {},
-                 Keyframes keyframes = Keyframes::kAsObject) {
-    Json json = value;
+  void add_keyed(const char* key, const char* doc, const JsonValue& value,
+                 const JsonValue& initial = {}, Keyframes keyframes = Keyframes::kAsObject) {
+    JsonValue json = value;
     if (keyframes == Keyframes::kAsObject ? keyed_ : keyframes == Keyframes::kAllowed) {
-      const Json items{{"items", {{"properties", {{"value", value}}}}}};
-      const Json keyed{{"$ref", "#/$defs/keyframes"}, {"properties", {{"keys", items}}}};
-      json = {{"oneOf", Json::array({value, keyed})}};
+      const JsonValue items{{"items", {{"properties", {{"value", value}}}}}};
+      const JsonValue keyed{{"$ref", "#/$defs/keyframes"}, {"properties", {{"keys", items}}}};
+      json = {{"oneOf", JsonValue::array({value, keyed})}};
     }
     if (!initial.is_null()) json["default"] = initial;
     add(key, doc, json);
   }
   bool keyed_;
-  void add(const char* key, const char* doc, const Json& json) {
-    Json entry = Json::object();
+  void add(const char* key, const char* doc, const JsonValue& json) {
+    JsonValue entry = JsonValue::object();
     if (*doc) entry["description"] = doc;
     entry.update(json);
     properties[key] = entry;
   }
-  static Json vector_schema(double low, double high) {
+  static JsonValue vector_schema(double low, double high) {
     return {{"type", "array"},
             {"items", {{"type", "number"}, {"minimum", low}, {"maximum", high}}},
             {"minItems", 3},
             {"maxItems", 3}};
   }
-  static Json color_schemas() {
-    return Json::array(
-        {vector_schema(0, 1), Json{{"type", "string"}, {"pattern", "^#[0-9a-fA-F]{6}$"}}});
+  static JsonValue color_schemas() {
+    return JsonValue::array(
+        {vector_schema(0, 1), JsonValue{{"type", "string"}, {"pattern", "^#[0-9a-fA-F]{6}$"}}});
   }
 };
 
@@ -199,7 +196,7 @@ class WriteFields {
   WriteFields(std::filesystem::path folder, const std::vector<KeyframeTrack>& tracks,
               std::string pointer)
       : folder_(std::move(folder)), tracks_(tracks), pointer_(std::move(pointer)) {}
-  Json json = Json::object();
+  JsonValue json = JsonValue::object();
 
   template <class T>
   void integer(const char* key, T& value, long long, long long, const char*) {
@@ -207,7 +204,7 @@ class WriteFields {
   }
   void number(const char* key, float& value, double, double, const char*,
               Keyframes = Keyframes::kAsObject) {
-    if (!write_keyframes(key, [](Vec3 v) { return Json(tidy(v.x)); })) json[key] = tidy(value);
+    if (!write_keyframes(key, [](Vec3 v) { return JsonValue(tidy(v.x)); })) json[key] = tidy(value);
   }
   void number(const char* key, std::optional<float>& value, double low, double high,
               const char* doc) {
@@ -245,7 +242,7 @@ class WriteFields {
   }
   void numbers(const char* key, std::vector<float>& values,
                std::initializer_list<std::pair<double, double>>, const char*) {
-    json[key] = Json::array();
+    json[key] = JsonValue::array();
     for (const float value : values) json[key].push_back(tidy(value));
   }
   void text_map(const char* key, std::map<std::string, std::string>& values, const char*) {
@@ -261,7 +258,7 @@ class WriteFields {
   }
   template <class T>
   void objects(const char* key, std::vector<T>& values, const char*) {
-    json[key] = Json::array();
+    json[key] = JsonValue::array();
     for (std::size_t i = 0; i < values.size(); ++i)
       json[key].push_back(written(values[i], fmt::format("{}/{}/{}", pointer_, key, i)));
   }
@@ -273,7 +270,7 @@ class WriteFields {
 
  private:
   template <class T>
-  Json written(T& value, const std::string& pointer) const {
+  JsonValue written(T& value, const std::string& pointer) const {
     WriteFields inner(folder_, tracks_, pointer);
     describe(inner, value);
     return inner.json;
@@ -286,7 +283,7 @@ class WriteFields {
       if (track.pointer != pointer) continue;
       KeyframeTrack settings = track;
       WriteFields fields(folder_, tracks_, pointer);
-      fields.json["keys"] = Json::array();
+      fields.json["keys"] = JsonValue::array();
       for (const Keyframe& one : track.keys) {
         const char* unit = track.unit == KeyUnit::kShare   ? "t"
                            : track.unit == KeyUnit::kFrame ? "frame"
@@ -312,7 +309,7 @@ std::string scene_schema() {
   SchemaFields fields;
   describe(fields, scene);
   fields.properties["$schema"] = {{"type", "string"}};
-  const Json schema{
+  const JsonValue schema{
       {"$schema", "https://json-schema.org/draft/2020-12/schema"},
       {"title", "polymorph scene"},
       {"description",
@@ -320,8 +317,8 @@ std::string scene_schema() {
        "Paths are relative to the scene file."},
       {"type", "object"},
       {"additionalProperties", false},
-      {"oneOf", Json::array({Json{{"required", {"source", "target"}}},
-                             Json{{"required", Json::array({"actors"})}}})},
+      {"oneOf", JsonValue::array({JsonValue{{"required", JsonValue::array({"source", "target"})}},
+                                  JsonValue{{"required", JsonValue::array({"actors"})}}})},
       {"properties", fields.properties},
       {"$defs", {{"keyframes", SchemaFields::keyframes_schema()}}}};
   return dump_json(schema);

@@ -7,13 +7,12 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "base/json.h"
 #include "base/parallel.h"
 #include "model/load/load_obj.h"
-#include "scene/json_text.h"
 #include "spheres/boundary.h"
 #include "spheres/fit.h"
 #include "spheres/medial.h"
@@ -86,7 +85,7 @@ int run(int argc, char** argv) {
     std::printf("%-12s %9s %-8s %5s | %6s %6s %8s %8s %8s %8s | %6s %6s %6s %6s  (%d threads)\n",
                 "model", "triangles", "method", "balls", "IoU", "volume", "RMS ->", "RMS <-",
                 "H ->", "H <-", "sample", "cover", "fit", "all s", thread_count());
-  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  JsonValue rows = JsonValue::array();
   for (const auto& path : models) {
     LoadObjSettings plain;
     plain.textures = false;

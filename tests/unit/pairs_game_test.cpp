@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "pairs/board_scene.h"
@@ -178,7 +179,7 @@ TEST(PairsScene, EventsAreLegsInTheirTime) {
   const auto [a1, a2] = places_of(play, 0);
   ASSERT_TRUE(play.pick(a, b));
   ASSERT_TRUE(play.pick(a1, a2));
-  const auto scene = board_scene(file, play, 0);
+  const auto scene = nlohmann::json::parse(dump_json(board_scene(file, play, 0)));
   ASSERT_EQ(scene["actors"].size(), 4u);
   const auto& actor = scene["actors"][static_cast<std::size_t>(a)];
   // Sphere, cube, sphere, cube, puddle.

@@ -36,13 +36,14 @@ TEST_F(LoadGame, HasAllThatTheFileSays) {
   const PairsGame& game = file->game;
   EXPECT_EQ(game.seed, 7u);
   EXPECT_EQ(game.objects, (std::vector<std::string>{"cube", "ring", "ball"}));
-  EXPECT_EQ(file->objects[0]["shape"], "cube");
-  EXPECT_EQ(file->objects[1]["model"], (folder / "ring.obj").string()) << "paths are absolute";
-  EXPECT_EQ(file->objects[2]["name"], "ball");
+  EXPECT_EQ(file->objects[0].get("shape").string, "cube");
+  EXPECT_EQ(file->objects[1].get("model").string, (folder / "ring.obj").string())
+      << "paths are absolute";
+  EXPECT_EQ(file->objects[2].get("name").string, "ball");
   EXPECT_EQ(file->board, folder / "ring.obj");
   EXPECT_EQ(file->piece_color, "#ffffff");
   EXPECT_EQ(file->moves, (std::vector<std::string>{"a1 b1", "wait 2"}));
-  EXPECT_EQ(file->stage["image"]["width"], 64);
+  EXPECT_EQ(file->stage.get("image").get("width").integer, 64);
   ASSERT_EQ(game.levels.size(), 2u);
   EXPECT_EQ(game.levels[0].columns, 2);
   EXPECT_EQ(game.levels[0].rows, 1);

@@ -2,9 +2,9 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "base/file.h"
+#include "base/json.h"
 #include "base/log.h"
 #include "base/parallel.h"
 #include "base/random.h"
@@ -79,8 +79,8 @@ Result<Timing> time_it(int repeats, const F& run) {
   return timing_of(seconds);
 }
 
-nlohmann::ordered_json report_row(const BenchOptions& options, const std::string& name,
-                                  const Timing& t, const std::string& note) {
+JsonValue report_row(const BenchOptions& options, const std::string& name, const Timing& t,
+                     const std::string& note) {
   if (!options.json.wanted)
     print_data("{:<28} {:>9.2f} ms  ({:.2f} - {:.2f})  {}\n", name, t.median * 1e3, t.low * 1e3,
                t.high * 1e3, note);
@@ -116,7 +116,7 @@ Status extract_once(Engine& engine, const BallSet& balls, const Grid& grid,
 /// What a frame's colours need: eight values of each ball, carried to the surface's vertices.
 Status bench_carry(const BenchOptions& options, const std::string& name, const BallSet& balls,
                    const ExtractSettings& settings, Engine& engine, const Mesh& mesh,
-                   nlohmann::ordered_json& rows) {
+                   JsonValue& rows) {
   std::vector<BallAttribute> carried(2 * balls.size());
   for (std::size_t i = 0; i < carried.size(); ++i) carried[i].value[0] = static_cast<float>(i);
   std::vector<AttributeValues> values;
@@ -138,7 +138,7 @@ Status bench_carry(const BenchOptions& options, const std::string& name, const B
 }
 
 Status bench_surface(const BenchOptions& options, const std::string& device, Engine& engine,
-                     Mesh& mesh, nlohmann::ordered_json& rows) {
+                     Mesh& mesh, JsonValue& rows) {
   PM_TRY(const BallFile file, bench_balls(options));
   const BallSet balls = file.balls;
   ExtractSettings settings;
@@ -199,7 +199,7 @@ Status bench_surface(const BenchOptions& options, const std::string& device, Eng
 
 /// The report's Table 6.7: frames per second over skin and influence resolution, here with the
 /// influence in whole cells; and what the interpolation costs in accuracy.
-Status bench_table(const BenchOptions& options, Engine& engine, nlohmann::ordered_json& rows) {
+Status bench_table(const BenchOptions& options, Engine& engine, JsonValue& rows) {
   PM_TRY(const BallFile file, bench_balls(options));
   const BallSet balls = file.balls;
   ExtractSettings settings;
@@ -234,7 +234,7 @@ Status bench_table(const BenchOptions& options, Engine& engine, nlohmann::ordere
 }
 
 /// The report's Graph 6.1: the same surfaces on the CPU and on the GPU, where there is one.
-Status bench_graph(const BenchOptions& options, nlohmann::ordered_json& rows) {
+Status bench_graph(const BenchOptions& options, JsonValue& rows) {
   PM_TRY(const BallFile file, bench_balls(options));
   const BallSet balls = file.balls;
   ExtractSettings settings;
@@ -245,7 +245,7 @@ Status bench_graph(const BenchOptions& options, nlohmann::ordered_json& rows) {
   if (!options.json.wanted)
     print_data("{:>6} {:>12} {:>12}\n", "skin", "cpu ms", cuda ? "cuda ms" : "cuda: none here");
   for (int skin = 10; skin <= 100; skin += 10) {
-    nlohmann::ordered_json row{{"name", "graph 6.1"}, {"skin", skin}};
+    JsonValue row{{"name", "graph 6.1"}, {"skin", skin}};
     std::string text = fmt::format("{:>6}", skin);
     for (Engine* engine : {cpu.get(), cuda.get()}) {
       if (engine == nullptr) continue;
@@ -262,7 +262,7 @@ Status bench_graph(const BenchOptions& options, nlohmann::ordered_json& rows) {
   return Ok{};
 }
 
-Status bench_render(const BenchOptions& options, const Mesh& mesh, nlohmann::ordered_json& rows) {
+Status bench_render(const BenchOptions& options, const Mesh& mesh, JsonValue& rows) {
   PM_TRY(Renderer renderer, Renderer::create());
   RenderScene scene;
   RenderMesh surface;
@@ -332,7 +332,7 @@ Result<int> run_bench(const CommandLine& line, const BenchOptions& options) {
   if (!options.json.wanted)
     print_data("device {}, {} threads, median of {} runs (min - max)\n", device, thread_count(),
                options.repeats);
-  auto rows = nlohmann::ordered_json::array();
+  auto rows = JsonValue::array();
   Mesh mesh;
   const bool all = options.what == "all";
   if (options.what != "report") PM_TRY_STATUS(bench_surface(options, device, *engine, mesh, rows));
@@ -342,8 +342,7 @@ Result<int> run_bench(const CommandLine& line, const BenchOptions& options) {
   }
   if (all || options.what == "render") PM_TRY_STATUS(bench_render(options, mesh, rows));
   if (options.json.wanted) {
-    const nlohmann::ordered_json json{
-        {"device", device}, {"threads", thread_count()}, {"rows", rows}};
+    const JsonValue json{{"device", device}, {"threads", thread_count()}, {"rows", rows}};
     PM_TRY_STATUS(write_json(options.json, json));
   }
   return 0;

@@ -1,8 +1,8 @@
+#include "base/json.h"
 #include "spheres/cache.h"
 
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "base/log.h"
 #include "base/text.h"
@@ -35,18 +35,18 @@ std::string format_files(std::size_t count, std::uint64_t bytes) {
 Result<int> list(const fs::path& folder, const CacheOptions& options) {
   const bool verify = options.verb == "verify";
   const std::vector<CacheEntry> entries = verify ? verify_cache(folder) : list_cache(folder);
-  nlohmann::ordered_json json{{"folder", folder.string()}};
-  json["entries"] = nlohmann::ordered_json::array();
+  JsonValue json{{"folder", folder.string()}};
+  json["entries"] = JsonValue::array();
   std::uint64_t bytes = 0;
   std::size_t bad = 0;
   for (const CacheEntry& entry : entries) {
     bytes += entry.bytes;
     bad += entry.problem.empty() ? 0 : 1;
-    nlohmann::ordered_json one{{"key", entry.key},
-                               {"kind", entry.kind->name},
-                               {"origin", entry.origin},
-                               {"bytes", entry.bytes},
-                               {"age_seconds", entry.age}};
+    JsonValue one{{"key", entry.key},
+                  {"kind", entry.kind->name},
+                  {"origin", entry.origin},
+                  {"bytes", entry.bytes},
+                  {"age_seconds", entry.age}};
     if (verify) {
       one["ok"] = entry.problem.empty();
       if (entry.spheres > 0) {
@@ -102,12 +102,12 @@ Result<int> clean(const fs::path& folder, const CacheOptions& options) {
   for (const std::string& failure : cleaning.failures)
     log_message(LogLevel::kError, "cache: " + failure);
   if (options.json.wanted) {
-    const nlohmann::ordered_json json{{"folder", folder.string()},
-                                      {"removed", cleaning.removed},
-                                      {"kept", cleaning.kept},
-                                      {"removed_bytes", cleaning.removed_bytes},
-                                      {"kept_bytes", cleaning.kept_bytes},
-                                      {"failures", cleaning.failures}};
+    const JsonValue json{{"folder", folder.string()},
+                         {"removed", cleaning.removed},
+                         {"kept", cleaning.kept},
+                         {"removed_bytes", cleaning.removed_bytes},
+                         {"kept_bytes", cleaning.kept_bytes},
+                         {"failures", cleaning.failures}};
     PM_TRY_STATUS(write_json(options.json, json));
   } else {
     print_data("{}: removed {}; kept {}\n", folder.string(),

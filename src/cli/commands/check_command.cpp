@@ -1,7 +1,7 @@
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "base/activity.h"
+#include "base/json.h"
 #include "base/log.h"
 #include "base/text.h"
 #include "cli/command_line.h"
@@ -96,16 +96,15 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
   return result;
 }
 
-nlohmann::ordered_json to_json(const CheckResult& result, bool good) {
-  using Json = nlohmann::ordered_json;
-  Json json{{"ok", good}, {"frames", result.frames}, {"memory_bytes", result.memory.total()}};
-  json["findings"] = Json::array();
+JsonValue to_json(const CheckResult& result, bool good) {
+  JsonValue json{{"ok", good}, {"frames", result.frames}, {"memory_bytes", result.memory.total()}};
+  json["findings"] = JsonValue::array();
   for (const SceneFinding& f : result.findings)
     json["findings"].push_back(
         {{"line", f.line}, {"column", f.column}, {"pointer", f.pointer}, {"message", f.message}});
   json["errors"] = result.errors;
   json["warnings"] = result.warnings;
-  json["objects"] = Json::array();
+  json["objects"] = JsonValue::array();
   for (const auto& [name, d] : result.objects)
     json["objects"].push_back({{"name", name},
                                {"triangles", d.triangles},

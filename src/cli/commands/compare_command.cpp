@@ -1,6 +1,6 @@
-#include <nlohmann/json.hpp>
 
 #include "base/file.h"
+#include "base/json.h"
 #include "base/log.h"
 #include "cli/command_line.h"
 #include "cli/report_options.h"
@@ -129,7 +129,7 @@ Result<int> run_compare(const CompareOptions& options, bool overwrite) {
     report.cases.push_back(std::move(one));
   }
   if (options.json.wanted) {
-    nlohmann::ordered_json json{{"cases", nlohmann::ordered_json::array()}};
+    JsonValue json{{"cases", JsonValue::array()}};
     for (const ReportCase& one : report.cases) json["cases"].push_back(case_json(one));
     PM_TRY_STATUS(write_json(options.json, json));
   }

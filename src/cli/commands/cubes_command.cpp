@@ -1,22 +1,19 @@
-#include <nlohmann/json.hpp>
 
+#include "base/json.h"
 #include "cli/command_line.h"
 #include "kernels/mc_tables.h"
-#include "scene/json_text.h"
 
 namespace polymorph {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-Json cube_json(int key) {
-  Json inside = Json::array(), triangles = Json::array();
+JsonValue cube_json(int key) {
+  JsonValue inside = JsonValue::array(), triangles = JsonValue::array();
   for (int corner = 0; corner < 8; ++corner)
     if (key_has(key, corner)) inside.push_back(corner);
   const McTable& table = mc_table();
   for (int t = 0; t < table.count[key]; ++t)
-    triangles.push_back(
-        Json{table.edges[key][3 * t], table.edges[key][3 * t + 1], table.edges[key][3 * t + 2]});
+    triangles.push_back(JsonValue::array(
+        {table.edges[key][3 * t], table.edges[key][3 * t + 1], table.edges[key][3 * t + 2]}));
   return {{"key", key},
           {"base", mc::base_cases()[static_cast<std::size_t>(key)]},
           {"inside", std::move(inside)},
@@ -24,31 +21,33 @@ Json cube_json(int key) {
 }
 
 /// Where things are in a cell, so that the table can be drawn without this program's source.
-Json layout_json() {
-  Json corners = Json::array(), edges = Json::array();
+JsonValue layout_json() {
+  JsonValue corners = JsonValue::array(), edges = JsonValue::array();
   for (int c = 0; c < 8; ++c)
-    corners.push_back({{"at", {c & 1, c >> 1 & 1, c >> 2 & 1}}, {"weight", corner_weight(c)}});
-  for (int e = 0; e < 12; ++e) edges.push_back({edge_low_corner(e), edge_high_corner(e)});
+    corners.push_back(
+        {{"at", JsonValue::array({c & 1, c >> 1 & 1, c >> 2 & 1})}, {"weight", corner_weight(c)}});
+  for (int e = 0; e < 12; ++e)
+    edges.push_back(JsonValue::array({edge_low_corner(e), edge_high_corner(e)}));
   return {{"corners", std::move(corners)}, {"edges", std::move(edges)}};
 }
 
-Json base_keys_json() {
-  Json keys = Json::array();
+JsonValue base_keys_json() {
+  JsonValue keys = JsonValue::array();
   for (int base = 0; base < mc::kBaseCaseCount; ++base) keys.push_back(mc::base_key(base));
   return keys;
 }
 
 Result<int> run_cubes(int wanted, const JsonOutput& json_output) {
   const int first = wanted >= 0 ? wanted : 0, last = wanted >= 0 ? wanted : 255;
-  Json json = layout_json();
+  JsonValue json = layout_json();
   json["bases"] = base_keys_json();
-  json["cubes"] = Json::array();
+  json["cubes"] = JsonValue::array();
   if (!json_output.wanted) print_data("key  base  inside           triangles, as edges\n");
   for (int key = first; key <= last; ++key) {
-    Json cube = cube_json(key);
+    JsonValue cube = cube_json(key);
     if (!json_output.wanted)
-      print_data("{:>3}  {:>4}  {:<15}  {}\n", key, cube["base"].get<int>(), cube["inside"].dump(),
-                 cube["triangles"].dump());
+      print_data("{:>3}  {:>4}  {:<15}  {}\n", key, cube.get("base").integer,
+                 format_json(cube.get("inside")), format_json(cube.get("triangles")));
     json["cubes"].push_back(std::move(cube));
   }
   if (json_output.wanted) PM_TRY_STATUS(write_text(json_output, dump_json(json, -1)));

@@ -1,7 +1,7 @@
-#include <nlohmann/json.hpp>
 
 #include "base/data_folder.h"
 #include "base/file.h"
+#include "base/json.h"
 #include "base/log.h"
 #include "base/stopwatch.h"
 #include "cli/command_line.h"

@@ -1,8 +1,8 @@
 #include <sched.h>
 
 #include <fstream>
-#include <nlohmann/json.hpp>
 
+#include "base/json.h"
 #include "base/parallel.h"
 #include "base/text.h"
 #include "cli/command_line.h"
@@ -25,13 +25,13 @@ Result<int> run_devices(const JsonOutput& json_output) {
   const DeviceList list = list_cuda_devices();
   PM_TRY(const Renderer renderer, Renderer::create());
   if (json_output.wanted) {
-    nlohmann::ordered_json json{
+    JsonValue json{
         {"cpu",
          {{"name", cpu_name()}, {"threads", thread_count()}, {"embree_isa", renderer.isa()}}},
         {"built_with_cuda", list.built_with_cuda},
         {"runtime", list.runtime},
         {"driver", list.driver}};
-    json["cuda"] = nlohmann::ordered_json::array();
+    json["cuda"] = JsonValue::array();
     for (const DeviceInfo& d : list.devices)
       json["cuda"].push_back({{"index", d.index},
                               {"name", d.name},

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "base/activity.h"
+#include "base/json.h"
 #include "base/log.h"
 #include "cli/command_line.h"
 #include "image/image_io.h"
@@ -46,9 +46,8 @@ ChannelRange range_of(const Image& image, std::size_t channel) {
 
 Result<int> image_info(const InfoOptions& options) {
   PM_TRY(const Image image, read_image(options.input));
-  nlohmann::ordered_json json{
-      {"file", options.input}, {"width", image.width}, {"height", image.height}};
-  json["channels"] = nlohmann::ordered_json::array();
+  JsonValue json{{"file", options.input}, {"width", image.width}, {"height", image.height}};
+  json["channels"] = JsonValue::array();
   if (!options.json.wanted)
     print_data("{}: {} x {}, {} channels\n", options.input, image.width, image.height,
                image.channel_count());
@@ -77,16 +76,15 @@ Result<int> image_info(const InfoOptions& options) {
 }
 
 /// What each frame shows of an actor.
-nlohmann::ordered_json print_frames(const InfoOptions& options, const Scene& scene,
-                                    const ActorSettings& actor) {
-  using Json = nlohmann::ordered_json;
+JsonValue print_frames(const InfoOptions& options, const Scene& scene, const ActorSettings& actor) {
   const Timeline timeline = make_timeline(scene, actor);
   const auto objects = chain_objects(actor);
   const auto name = [&](int index) { return objects[static_cast<std::size_t>(index)]->name; };
-  Json json{{"name", actor.name}, {"legs", Json::array()}, {"frames", Json::array()}};
+  JsonValue json{
+      {"name", actor.name}, {"legs", JsonValue::array()}, {"frames", JsonValue::array()}};
   for (std::size_t i = 0; i < timeline.legs.size(); ++i) {
     const LegTiming& leg = timeline.legs[i];
-    Json shares;
+    JsonValue shares;
     for (const StageInfo& stage : stage_table())
       shares[stage.name] = leg.shares[static_cast<std::size_t>(stage.stage)];
     json["legs"].push_back({{"from", name(static_cast<int>(i))},
@@ -110,7 +108,7 @@ nlohmann::ordered_json print_frames(const InfoOptions& options, const Scene& sce
                               {"progress", m.progress},
                               {"time", m.time},
                               {"u", m.u},
-                              {"mesh", m.object >= 0 ? Json(name(m.object)) : Json()},
+                              {"mesh", m.object >= 0 ? JsonValue(name(m.object)) : JsonValue()},
                               {"look", m.look},
                               {"boundary", m.boundary},
                               {"growth", m.growth}});
@@ -120,8 +118,7 @@ nlohmann::ordered_json print_frames(const InfoOptions& options, const Scene& sce
 
 /// The same of all actors, and what the stages are.
 Status print_frames(const InfoOptions& options, const Scene& scene) {
-  using Json = nlohmann::ordered_json;
-  Json json{{"stages", Json::array()}, {"actors", Json::array()}};
+  JsonValue json{{"stages", JsonValue::array()}, {"actors", JsonValue::array()}};
   for (const StageInfo& stage : stage_table())
     json["stages"].push_back({{"name", stage.name}, {"what", stage.what}});
   for (const ActorSettings& actor : scene.actors) {
@@ -182,25 +179,25 @@ Result<int> model_info(const InfoOptions& options) {
     const Activity activity("looking for faults in " + options.input);
     return diagnose_fully(loaded.model);
   }();
+  const Vec3 size = d.box.size();
   if (options.json.wanted) {
-    const nlohmann::ordered_json json{{"file", options.input},
-                                      {"points", d.points},
-                                      {"triangles", d.triangles},
-                                      {"shells", d.shells},
-                                      {"closed", d.closed},
-                                      {"genus", d.genus},
-                                      {"euler", d.euler},
-                                      {"boundary_edges", d.boundary_edges},
-                                      {"non_manifold_edges", d.non_manifold_edges},
-                                      {"size", {d.box.size().x, d.box.size().y, d.box.size().z}},
-                                      {"volume", d.volume},
-                                      {"area", d.area},
-                                      {"labels", loaded.model.label_names},
-                                      {"textures", loaded.model.textures.size()}};
+    const JsonValue json{{"file", options.input},
+                         {"points", d.points},
+                         {"triangles", d.triangles},
+                         {"shells", d.shells},
+                         {"closed", d.closed},
+                         {"genus", d.genus},
+                         {"euler", d.euler},
+                         {"boundary_edges", d.boundary_edges},
+                         {"non_manifold_edges", d.non_manifold_edges},
+                         {"size", JsonValue::array({size.x, size.y, size.z})},
+                         {"volume", d.volume},
+                         {"area", d.area},
+                         {"labels", loaded.model.label_names},
+                         {"textures", loaded.model.textures.size()}};
     PM_TRY_STATUS(write_json(options.json, json));
     return 0;
   }
-  const Vec3 size = d.box.size();
   print_data("{}: {} points, {} triangles, {} shell{}\n", options.input, d.points, d.triangles,
              d.shells, d.shells == 1 ? "" : "s");
   print_data("  {}, box {:.4g} x {:.4g} x {:.4g}, volume {:.4g}, area {:.4g}\n",

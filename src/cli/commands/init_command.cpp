@@ -1,7 +1,7 @@
-#include <nlohmann/json.hpp>
 
 #include "base/data_folder.h"
 #include "base/file.h"
+#include "base/json.h"
 #include "base/log.h"
 #include "cli/command_line.h"
 #include "model/load/load_model.h"
@@ -11,7 +11,6 @@ namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 struct InitOptions {
   std::vector<std::string> models;
@@ -41,29 +40,32 @@ Result<std::string> model_name(const std::string& file, const fs::path& folder) 
     return make_error(ErrorCode::kInput,
                       "{}: is no model file - use OBJ, glTF, FBX, PLY, STL, DAE, OFF or 3DS", file);
   const std::string name = fs::absolute(file).lexically_normal().lexically_proximate(folder);
-  // Bytes that are not UTF-8 are left out by dump(), and another name would be read.
-  if (Json::parse(Json(name).dump(-1, ' ', false, Json::error_handler_t::ignore)) != Json(name))
+  // Bytes that are not UTF-8 are replaced, and another name would be read.
+  PM_TRY(const JsonDocument document, parse_json("", format_json(name)));
+  if (document.root.string != name)
     return make_error(ErrorCode::kInput, "{}: the name is not UTF-8 - rename the file", file);
   return name;
 }
 
-Result<Json> initial_scene(const std::vector<std::string>& models, const fs::path& folder) {
+Result<JsonValue> initial_scene(const std::vector<std::string>& models, const fs::path& folder) {
   std::vector<std::string> names;
   for (const std::string& model : models) {
     PM_TRY(std::string name, model_name(model, folder));
     names.push_back(std::move(name));
   }
-  Json scene;
+  JsonValue scene;
   if (const auto data = find_data_folder())
     scene["$schema"] = (*data / "scene.schema.json").string();
   scene["source"] = names.front();
   if (names.size() > 2)
     scene["intermediate"] = std::vector<std::string>(names.begin() + 1, names.end() - 1);
   scene["target"] = names.back();
-  const Json schema = Json::parse(scene_schema())["properties"];
+  PM_TRY(const JsonDocument document, parse_json("the schema", scene_schema()));
+  const JsonValue& schema = document.root;
   for (const auto& [section, keys] : kKeys)
     for (const char* key : keys)
-      scene[section][key] = schema.at(section).at("properties").at(key).at("default");
+      scene[section][key] =
+          schema.get("properties").get(section).get("properties").get(key).get("default");
   scene["frames"]["count"] = 24 * (static_cast<int>(names.size()) - 1);
   scene["output"] = {{"file", "out/frame.####.exr"}, {"png", true}};
   return scene;
@@ -72,11 +74,12 @@ Result<Json> initial_scene(const std::vector<std::string>& models, const fs::pat
 Result<int> run_init(const CommandLine& line, const InitOptions& options) {
   const fs::path file = options.output;
   PM_TRY_STATUS(check_output(file, line.common.overwrite));
-  PM_TRY(const Json scene,
+  PM_TRY(const JsonValue scene,
          initial_scene(options.models, fs::absolute(file).lexically_normal().parent_path()));
-  Json suggestions;
+  JsonValue suggestions;
   if (!scene.contains("intermediate"))
-    suggestions["target"]["intermediate"] = Json::array({{{"shape", "puddle"}, {"meta", true}}});
+    suggestions["target"]["intermediate"] =
+        JsonValue::array({JsonValue{{"shape", "puddle"}, {"meta", true}}});
   PM_TRY_STATUS(write_file(
       file, commented_scene(scene,
                             "A scene of polymorph, with the settings that most scenes change and "

@@ -1,7 +1,7 @@
 #include <iostream>
-#include <nlohmann/json.hpp>
 
 #include "base/file.h"
+#include "base/json.h"
 #include "base/log.h"
 #include "cli/command_line.h"
 #include "cli/film_output.h"
@@ -9,7 +9,6 @@
 #include "image/strip.h"
 #include "pairs/board_scene.h"
 #include "pairs/load_game.h"
-#include "scene/json_text.h"
 
 namespace polymorph {
 namespace {

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "base/activity.h"
 #include "base/file.h"
+#include "base/json.h"
 #include "base/log.h"
 #include "base/stopwatch.h"
 #include "cli/command_line.h"
@@ -15,7 +15,6 @@
 #include "model/load/load_model.h"
 #include "model/repair/diagnose.h"
 #include "model/shapes.h"
-#include "scene/json_text.h"
 #include "sequence/run/spheres_picture.h"
 #include "spheres/quality.h"
 #include "spheres/spheres.h"
@@ -92,48 +91,45 @@ struct Made {
   std::vector<std::string> problems;
 };
 
-nlohmann::ordered_json to_json(const Model& model, const SpheresOptions& options,
-                               const Made& made) {
-  using Json = nlohmann::ordered_json;
+JsonValue to_json(const Model& model, const SpheresOptions& options, const Made& made) {
   const ApproximationQuality& f = made.figures;
-  Json levels = Json::array();
+  std::vector<int> levels;
   for (const SphereNode& node : made.approximation.tree.nodes) {
     const auto level = static_cast<std::size_t>(node.level);
-    while (levels.size() <= level) levels.push_back(0);
-    levels[level] = levels[level].get<int>() + 1;
+    if (levels.size() <= level) levels.resize(level + 1);
+    ++levels[level];
   }
-  return Json{{"model", model.name},
-              {"triangles", model.triangles.size()},
-              {"method", options.method},
-              {"fit", options.no_fit ? "none" : options.fit},
-              {"spheres", made.approximation.tree.leaves().size()},
-              {"levels", levels},
-              {"balls", made.balls.size()},
-              {"iou", f.iou},
-              {"volume_ratio", f.volume_ratio},
-              {"rms_to_model", f.rms_to_model},
-              {"rms_to_surface", f.rms_to_surface},
-              {"hausdorff_to_model", f.hausdorff_to_model},
-              {"hausdorff_to_surface", f.hausdorff_to_surface},
-              {"grid", options.grid},
-              {"surface_triangles", f.triangles},
-              {"seconds", made.seconds},
-              {"problems", made.problems}};
+  return {{"model", model.name},
+          {"triangles", model.triangles.size()},
+          {"method", options.method},
+          {"fit", options.no_fit ? "none" : options.fit},
+          {"spheres", made.approximation.tree.leaves().size()},
+          {"levels", levels},
+          {"balls", made.balls.size()},
+          {"iou", f.iou},
+          {"volume_ratio", f.volume_ratio},
+          {"rms_to_model", f.rms_to_model},
+          {"rms_to_surface", f.rms_to_surface},
+          {"hausdorff_to_model", f.hausdorff_to_model},
+          {"hausdorff_to_surface", f.hausdorff_to_surface},
+          {"grid", options.grid},
+          {"surface_triangles", f.triangles},
+          {"seconds", made.seconds},
+          {"problems", made.problems}};
 }
 
 /// The whole tree, parents before children; the leaves are the approximation.
 std::string tree_json(const SphereTree& tree) {
-  using Json = nlohmann::ordered_json;
-  Json spheres = Json::array();
+  JsonValue spheres = JsonValue::array();
   for (const SphereNode& node : tree.nodes) {
     const Vec3 c = node.sphere.center;
-    spheres.push_back({{"center", {c.x, c.y, c.z}},
+    spheres.push_back({{"center", JsonValue::array({c.x, c.y, c.z})},
                        {"radius", node.sphere.radius},
                        {"level", node.level},
                        {"parent", node.parent},
                        {"leaf", node.leaf}});
   }
-  return dump_json(Json{{"spheres", std::move(spheres)}}, -1);
+  return dump_json({{"spheres", std::move(spheres)}}, -1);
 }
 
 void print_table(const Model& model, const SpheresOptions& options, const Made& made) {

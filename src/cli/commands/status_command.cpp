@@ -1,8 +1,8 @@
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "base/file.h"
+#include "base/json.h"
 #include "base/log.h"
 #include "cli/command_line.h"
 #include "cli/scene_options.h"
@@ -30,10 +30,10 @@ constexpr StateName kStates[]{{FileState::kWhole, "whole"},
                               {FileState::kStale, "stale"},
                               {FileState::kUnreadable, "unreadable"}};
 
-nlohmann::ordered_json to_json(const std::vector<int>& frames, const std::vector<FileState>& states,
-                               const std::string& hash) {
-  nlohmann::ordered_json json{{"ok", true}, {"scene_hash", hash}};
-  for (const StateName& state : kStates) json[state.name] = nlohmann::ordered_json::array();
+JsonValue to_json(const std::vector<int>& frames, const std::vector<FileState>& states,
+                  const std::string& hash) {
+  JsonValue json{{"ok", true}, {"scene_hash", hash}};
+  for (const StateName& state : kStates) json[state.name] = JsonValue::array();
   for (std::size_t i = 0; i < frames.size(); ++i) {
     json[kStates[static_cast<std::size_t>(states[i])].name].push_back(frames[i]);
     if (states[i] != FileState::kWhole) json["ok"] = false;

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
-#include <nlohmann/json.hpp>
 
+#include "base/json.h"
 #include "base/text.h"
 
 namespace polymorph {
@@ -120,13 +120,13 @@ std::vector<Attribute> Mattes::attributes() const {
   std::vector<Attribute> attributes;
   for (const MatteTable& table : tables_) {
     const std::string prefix = "cryptomatte/" + key_of(table.layer) + "/";
-    nlohmann::json manifest = nlohmann::json::object();
+    JsonValue manifest = JsonValue::object();
     for (const auto& [name, id] : table.manifest)
       manifest[name] = fmt::format("{:08x}", std::bit_cast<std::uint32_t>(id));
     attributes.push_back({prefix + "name", table.layer});
     attributes.push_back({prefix + "hash", std::string("MurmurHash3_32")});
     attributes.push_back({prefix + "conversion", std::string("uint32_to_float32")});
-    attributes.push_back({prefix + "manifest", manifest.dump()});
+    attributes.push_back({prefix + "manifest", format_json(manifest)});
   }
   return attributes;
 }

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "base/archive.h"
 #include "base/file.h"
+#include "base/json.h"
 #include "base/program_identity.h"
 #include "base/sha256.h"
 #include "base/text.h"
@@ -18,7 +18,6 @@ namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 using Files = std::map<std::string, std::string>;
 
 bool ends_in_path(const std::string& path, const std::string& name) {
@@ -38,27 +37,33 @@ struct ParsedReport {
 };
 
 Result<ParsedReport> parse_report(const fs::path& report, const std::string& text) {
-  ParsedReport parsed;
-  try {
-    const auto shallow = [](int depth, Json::parse_event_t, Json&) { return depth < 16; };
-    const Json json = Json::parse(text, shallow);
-    parsed.program = json.at("facts").at("program").get<std::string>();
-    for (const auto& [suite, hash] : json.at("suites").items())
-      parsed.suite_hashes[suite] = hash.get<std::string>();
-    for (const Json& one : json.at("cases")) {
-      if (one.at("passed").get<bool>() || !one.contains("file_sha256")) continue;
-      Failed failed;
-      failed.sha256 = one["file_sha256"].get<std::string>();
-      failed.surface.frame = one.at("frame").get<int>();
-      failed.surface.vertices = one.at("surface").at("vertices").get<std::size_t>();
-      failed.surface.triangles = one.at("surface").at("triangles").get<std::size_t>();
-      failed.surface.digest = one.at("surface").at("digest").get<std::string>();
-      parsed.failed[one.at("group").get<std::string>()].push_back(std::move(failed));
-    }
-  } catch (const std::exception& e) {
+  const auto document = parse_json("report.json", text);
+  const auto refuse = [&](const std::string& why) {
     return make_error(ErrorCode::kInput,
                       "{}: its report.json is not one of 'golden test --report': {}",
-                      report.string(), e.what());
+                      report.string(), why);
+  };
+  if (!document) return refuse(document.error().message);
+  const JsonValue& json = document->root;
+  for (const char* key : {"facts", "suites", "cases"})
+    if (!json.contains(key)) return refuse(fmt::format("it has no \"{}\"", key));
+  ParsedReport parsed;
+  parsed.program = json.get("facts").get("program").string;
+  for (const JsonMember& suite : json.get("suites").members)
+    parsed.suite_hashes[suite.key] = suite.value.string;
+  for (const JsonValue& one : json.get("cases").items) {
+    if (one.get("passed").boolean || !one.contains("file_sha256")) continue;
+    const JsonValue& surface = one.get("surface");
+    if (!one.get("frame").integral || !surface.get("vertices").integral ||
+        !surface.get("triangles").integral)
+      return refuse("a failed case has no frame or no surface");
+    Failed failed;
+    failed.sha256 = one.get("file_sha256").string;
+    failed.surface.frame = static_cast<int>(one.get("frame").integer);
+    failed.surface.vertices = static_cast<std::size_t>(surface.get("vertices").integer);
+    failed.surface.triangles = static_cast<std::size_t>(surface.get("triangles").integer);
+    failed.surface.digest = surface.get("digest").string;
+    parsed.failed[one.get("group").string].push_back(std::move(failed));
   }
   return parsed;
 }

@@ -1,7 +1,6 @@
 #include "sequence/run/run_report.h"
 
-#include <nlohmann/json.hpp>
-
+#include "base/json.h"
 #include "base/program_identity.h"
 
 namespace polymorph {
@@ -29,23 +28,22 @@ std::size_t RunReport::count(FrameRecord::State state) const {
   return n;
 }
 
-nlohmann::ordered_json to_json(const RunReport& report) {
-  using Json = nlohmann::ordered_json;
-  Json json{{"build", program_identity()},
-            {"scene_hash", report.scene_hash},
-            {"device", report.device},
-            {"isa", report.isa},
-            {"threads", report.threads},
-            {"prepare_seconds", report.prepare_seconds},
-            {"frames_seconds", report.frames_seconds},
-            {"total_seconds", report.total_seconds},
-            {"peak_memory_bytes", report.peak_memory},
-            {"stopped", report.stopped}};
-  json["frames"] = Json::array();
+JsonValue to_json(const RunReport& report) {
+  JsonValue json{{"build", program_identity()},
+                 {"scene_hash", report.scene_hash},
+                 {"device", report.device},
+                 {"isa", report.isa},
+                 {"threads", report.threads},
+                 {"prepare_seconds", report.prepare_seconds},
+                 {"frames_seconds", report.frames_seconds},
+                 {"total_seconds", report.total_seconds},
+                 {"peak_memory_bytes", report.peak_memory},
+                 {"stopped", report.stopped}};
+  json["frames"] = JsonValue::array();
   for (const FrameRecord& r : report.frames) {
-    Json files = Json::array();
+    JsonValue files = JsonValue::array();
     for (const std::filesystem::path& file : r.files) files.push_back(file.string());
-    Json frame{
+    JsonValue frame{
         {"frame", r.frame}, {"state", state_name(r.state)}, {"stage", r.stage}, {"files", files}};
     if (r.state == FrameRecord::State::kDone)
       frame.update({{"seconds", r.seconds},

@@ -4,10 +4,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "base/json.h"
 
 namespace polymorph {
 
@@ -48,6 +49,6 @@ struct RunReport {
   std::size_t count(FrameRecord::State state) const;
 };
 /// The report as JSON: what `render --json` writes.
-nlohmann::ordered_json to_json(const RunReport& report);
+JsonValue to_json(const RunReport& report);
 
 }  // namespace polymorph

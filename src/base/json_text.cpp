@@ -1,11 +1,12 @@
-#include "scene/json_text.h"
-
+// Reading and writing JSON text, by nlohmann-json. No other file includes it: its header takes
+// longer to compile than most files.
 #include <algorithm>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <unordered_map>
 #include <utility>
 
+#include "base/json.h"
 #include "base/text.h"
 
 namespace polymorph {
@@ -77,32 +78,12 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
 
   std::string error;
 
-  bool null() override {
-    return place(JsonValue::Kind::kNull, [](JsonValue&) {});
-  }
-  bool boolean(bool value) override {
-    return place(JsonValue::Kind::kBoolean, [&](JsonValue& v) { v.boolean = value; });
-  }
-  bool number_integer(number_integer_t value) override {
-    return place(JsonValue::Kind::kNumber, [&](JsonValue& v) {
-      v.integral = true;
-      v.integer = value;
-      v.number = static_cast<double>(value);
-    });
-  }
-  bool number_unsigned(number_unsigned_t value) override {
-    return place(JsonValue::Kind::kNumber, [&](JsonValue& v) {
-      v.integral = value <= static_cast<number_unsigned_t>(INT64_MAX);
-      v.integer = v.integral ? static_cast<std::int64_t>(value) : 0;
-      v.number = static_cast<double>(value);
-    });
-  }
-  bool number_float(number_float_t value, const string_t&) override {
-    return place(JsonValue::Kind::kNumber, [&](JsonValue& v) { v.number = value; });
-  }
-  bool string(string_t& value) override {
-    return place(JsonValue::Kind::kString, [&](JsonValue& v) { v.string = std::move(value); });
-  }
+  bool null() override { return place({}); }
+  bool boolean(bool value) override { return place(value); }
+  bool number_integer(number_integer_t value) override { return place(value); }
+  bool number_unsigned(number_unsigned_t value) override { return place(value); }
+  bool number_float(number_float_t value, const string_t&) override { return place(value); }
+  bool string(string_t& value) override { return place(std::move(value)); }
   bool binary(binary_t&) override { return false; }
   bool start_object(std::size_t) override { return open(JsonValue::Kind::kObject); }
   bool start_array(std::size_t) override { return open(JsonValue::Kind::kArray); }
@@ -117,7 +98,7 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
       return fail(offset,
                   fmt::format("duplicate key \"{}\" (first on line {}) - remove one of the two",
                               value, document_.position(first->second).line));
-    members.push_back({std::move(value), offset, {}});
+    members.push_back({std::move(value), {}, offset});
     return true;
   }
   bool parse_error(std::size_t position, const std::string&,
@@ -147,17 +128,15 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
   }
 
  private:
-  template <class Fill>
-  bool place(JsonValue::Kind kind, const Fill& fill) {
+  bool place(JsonValue value) {
     const std::size_t offset = token_start();
-    JsonValue& value = slot();
-    value.kind = kind;
+    const bool number = value.is_number();
     value.offset = offset;
-    fill(value);
+    slot() = std::move(value);
     // The lexer has looked one character beyond a number, but exactly at the end of everything
     // else.
     end_ = taken_;
-    if (kind == JsonValue::Kind::kNumber)
+    if (number)
       for (end_ = offset; end_ < document_.text.size() && number_character(document_.text[end_]);)
         ++end_;
     return true;
@@ -183,7 +162,7 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
   JsonValue& slot() {
     if (open_.empty()) return document_.root;
     JsonValue& parent = *open_.back();
-    if (parent.kind == JsonValue::Kind::kObject) return parent.members.back().value;
+    if (parent.is_object()) return parent.members.back().value;
     parent.items.emplace_back();
     return parent.items.back();
   }
@@ -221,33 +200,82 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
   std::vector<std::unordered_map<std::string, std::size_t>> keys_;  ///< of each, and where
 };
 
-JsonValue value_of_kind(JsonValue::Kind kind) {
-  JsonValue value;
-  value.kind = kind;
-  return value;
+/// A number or a string as nlohmann-json writes it.
+template <class T>
+std::string format_scalar(const T& value) {
+  return nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-Result<JsonValue> parse_fragment(std::string_view text) {
-  PM_TRY(JsonDocument document, parse_json("", std::string(text)));
-  return std::move(document.root);
-}
+class Writer {
+ public:
+  explicit Writer(int indent) : indent_(indent) {}
+  std::string text;
 
-void forget_offsets(JsonValue& value) {
-  value.offset = JsonValue::kNowhere;
-  for (JsonValue& item : value.items) forget_offsets(item);
-  for (JsonMember& member : value.members) {
-    member.key_offset = JsonValue::kNowhere;
-    forget_offsets(member.value);
+  void write(const JsonValue& value) {
+    switch (value.kind) {
+      case JsonValue::Kind::kNull:
+        text += "null";
+        break;
+      case JsonValue::Kind::kBoolean:
+        text += value.boolean ? "true" : "false";
+        break;
+      case JsonValue::Kind::kNumber:
+        write_number(value);
+        break;
+      case JsonValue::Kind::kString:
+        write_string(value.string);
+        break;
+      case JsonValue::Kind::kArray:
+        write_list('[', ']', value.items, [&](const JsonValue& item) { write(item); });
+        break;
+      case JsonValue::Kind::kObject:
+        write_list('{', '}', value.members, [&](const JsonMember& member) {
+          write_string(member.key);
+          text += indent_ < 0 ? ":" : ": ";
+          write(member.value);
+        });
+        break;
+    }
   }
-}
+
+ private:
+  void write_number(const JsonValue& value) {
+    if (value.integral)
+      text += fmt::format("{}", value.integer);
+    else if (value.exceeds_int64)
+      text += fmt::format("{}", static_cast<std::uint64_t>(value.integer));
+    else
+      text += format_scalar(value.number);
+  }
+  void write_string(const std::string& string) {
+    const auto plain = [](char c) { return c >= ' ' && c < 0x7f && c != '"' && c != '\\'; };
+    text += std::all_of(string.begin(), string.end(), plain) ? '"' + string + '"'
+                                                             : format_scalar(string);
+  }
+  template <class List, class F>
+  void write_list(char open, char close, const List& list, const F& write_one) {
+    text += open;
+    ++level_;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      if (i > 0) text += ',';
+      break_line();
+      write_one(list[i]);
+    }
+    --level_;
+    if (!list.empty()) break_line();
+    text += close;
+  }
+  void break_line() {
+    if (indent_ < 0) return;
+    text += '\n';
+    text.append(static_cast<std::size_t>(level_ * indent_), ' ');
+  }
+
+  int indent_;
+  int level_ = 0;
+};
 
 }  // namespace
-
-const JsonValue* JsonValue::find(std::string_view key) const {
-  for (const JsonMember& member : members)
-    if (member.key == key) return &member.value;
-  return nullptr;
-}
 
 TextPosition JsonDocument::position(std::size_t offset) const {
   if (offset == JsonValue::kNowhere) return {};
@@ -275,60 +303,14 @@ Result<JsonDocument> parse_json(std::string name, std::string text) {
   return document;
 }
 
-Status set_json_value(JsonDocument& document, std::string_view path, std::string_view text) {
-  JsonValue* at = &document.root;
-  for (const std::string& part : split(path, '.')) {
-    if (part.empty())
-      return make_error(ErrorCode::kUsage, "--set {}: empty name in the path", path);
-    if (at->kind == JsonValue::Kind::kArray) {
-      const auto index = parse_integer(part);
-      if (!index || *index < 0 || static_cast<std::size_t>(*index) >= at->items.size())
-        return make_error(ErrorCode::kUsage, "--set {}: \"{}\" is not an index below {}", path,
-                          part, at->items.size());
-      at = &at->items[static_cast<std::size_t>(*index)];
-      continue;
-    }
-    if (at->kind == JsonValue::Kind::kString)
-      return make_error(
-          ErrorCode::kUsage,
-          "--set {}: \"{}\" is a string in the file - write it as an object {{...}} first", path,
-          at->string);
-    if (at->kind != JsonValue::Kind::kObject) *at = value_of_kind(JsonValue::Kind::kObject);
-    if (!at->find(part)) at->members.push_back({part, JsonValue::kNowhere, {}});
-    at = const_cast<JsonValue*>(at->find(part));
-  }
-  auto value = parse_fragment(text);
-  if (value) {
-    *at = std::move(*value);
-  } else {
-    *at = value_of_kind(JsonValue::Kind::kString);
-    at->string = std::string(text);
-  }
-  forget_offsets(*at);
-  return Ok{};
+std::string format_json(const JsonValue& value, int indent) {
+  Writer writer(indent);
+  writer.write(value);
+  return std::move(writer.text);
 }
 
-std::string dump_json(const nlohmann::ordered_json& json, int indent) {
-  return printable_json(
-      json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
-}
-
-const char* kind_name(JsonValue::Kind kind) {
-  switch (kind) {
-    case JsonValue::Kind::kNull:
-      return "null";
-    case JsonValue::Kind::kBoolean:
-      return "true or false";
-    case JsonValue::Kind::kNumber:
-      return "a number";
-    case JsonValue::Kind::kString:
-      return "a string";
-    case JsonValue::Kind::kArray:
-      return "a list";
-    case JsonValue::Kind::kObject:
-      return "an object";
-  }
-  return "";
+std::string dump_json(const JsonValue& value, int indent) {
+  return printable_json(format_json(value, indent) + "\n");
 }
 
 }  // namespace polymorph

@@ -1,0 +1,126 @@
+// JSON: a tree of values, its reader and its writer. Members keep their order, and values that were
+// read know their line and column, for messages.
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <cstdint>
+#include <initializer_list>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/result.h"
+
+namespace polymorph {
+
+struct JsonMember;
+
+/// One value. Booleans, numbers, strings and lists of them convert to it, and braces make an
+/// object: `JsonValue{{"name", "torus"}, {"genus", 1}}`.
+struct JsonValue {
+  enum class Kind : std::uint8_t { kNull, kBoolean, kNumber, kString, kArray, kObject };
+  static constexpr std::size_t kNowhere = static_cast<std::size_t>(-1);
+
+  Kind kind = Kind::kNull;
+  bool boolean = false;
+  bool integral = false;       ///< a number written without fraction that fits int64
+  bool exceeds_int64 = false;  ///< one that fits uint64 only; `integer` has its bits
+  double number = 0;           ///< of every number
+  std::int64_t integer = 0;    ///< when integral
+  std::string string;
+  std::vector<JsonValue> items;     ///< of an array
+  std::vector<JsonMember> members;  ///< of an object, in their order
+  std::size_t offset = kNowhere;    ///< byte offset of its first character in the text
+
+  JsonValue() = default;  ///< null
+  JsonValue(std::string text);
+  JsonValue(std::string_view text);
+  JsonValue(const char* text);
+  JsonValue(std::initializer_list<JsonMember> object);
+  template <std::same_as<bool> T>
+  JsonValue(T value) : kind(Kind::kBoolean), boolean(value) {}
+  template <std::integral T>
+  requires(!std::same_as<T, bool>) JsonValue(T value)
+      : kind(Kind::kNumber),
+        integral(std::in_range<std::int64_t>(value)),
+        exceeds_int64(!integral),
+        number(static_cast<double>(value)),
+        integer(static_cast<std::int64_t>(value)) {}
+  template <std::floating_point T>
+  JsonValue(T value) : kind(Kind::kNumber), number(static_cast<double>(value)) {}
+  template <class T>
+  JsonValue(const std::vector<T>& values)
+      : kind(Kind::kArray), items(values.begin(), values.end()) {}
+  template <class T, std::size_t N>
+  JsonValue(const std::array<T, N>& values)
+      : kind(Kind::kArray), items(values.begin(), values.end()) {}
+  template <class T>
+  JsonValue(const std::map<std::string, T>& object) : kind(Kind::kObject) {
+    for (const auto& [key, value] : object) (*this)[key] = value;
+  }
+  static JsonValue array(std::initializer_list<JsonValue> values = {});
+  static JsonValue object();
+
+  bool is_null() const { return kind == Kind::kNull; }
+  bool is_number() const { return kind == Kind::kNumber; }
+  bool is_string() const { return kind == Kind::kString; }
+  bool is_array() const { return kind == Kind::kArray; }
+  bool is_object() const { return kind == Kind::kObject; }
+
+  /// The number of items or members.
+  std::size_t size() const { return items.size() + members.size(); }
+  bool empty() const { return size() == 0; }
+
+  /// The member called `key`, or null pointer.
+  const JsonValue* find(std::string_view key) const;
+  bool contains(std::string_view key) const { return find(key) != nullptr; }
+  /// The member called `key`, or a null value.
+  const JsonValue& get(std::string_view key) const;
+
+  /// The member called `key`, added behind the others if it is missing; null becomes an object.
+  JsonValue& operator[](std::string_view key);
+  /// Sets all members of another object; those that are new are added behind the others;
+  /// null becomes an object.
+  void update(const JsonValue& object);
+  /// Adds an item to an array; null becomes an array.
+  void push_back(JsonValue item);
+};
+
+struct JsonMember {
+  std::string key;
+  JsonValue value;
+  std::size_t key_offset = JsonValue::kNowhere;
+};
+
+struct TextPosition {
+  int line = 0, column = 0;  ///< from 1; 0 = not from the file
+};
+
+struct JsonDocument {
+  std::string name;  ///< the file, for messages
+  std::string text;
+  JsonValue root;
+  TextPosition position(std::size_t offset) const;
+};
+
+/// Reads JSON. Comments, // to the end of a line and /* */, are read over. Nesting is limited to
+/// 64; a duplicate key is an error that names both lines. Errors (kInput): "NAME:LINE:COL: what",
+/// the line itself and a caret below it.
+Result<JsonDocument> parse_json(std::string name, std::string text);
+
+/// Writes JSON, with `indent` spaces per level (-1: one line). Floating-point numbers have at most
+/// 17 digits and read back as the same; those that are not finite become null, and bytes that are
+/// not UTF-8 become U+FFFD.
+std::string format_json(const JsonValue& value, int indent = -1);
+
+/// format_json() for files and terminals: ends with a newline, and characters that a terminal would
+/// act upon are escaped.
+std::string dump_json(const JsonValue& value, int indent = 2);
+
+/// "boolean", "number", ... for messages.
+const char* kind_name(JsonValue::Kind kind);
+
+}  // namespace polymorph
