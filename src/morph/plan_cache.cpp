@@ -10,9 +10,6 @@
 namespace polymorph {
 namespace {
 
-/// Raise it when the same sides and settings get other pairs.
-constexpr std::uint32_t kPlanVersion = 1;
-
 // No padding is hashed or kept.
 static_assert(sizeof(Ball) == 11 * sizeof(float) && sizeof(Vec3) == 3 * sizeof(float) &&
               sizeof(Pair) == 4 * sizeof(float) + sizeof(double) &&

@@ -1,6 +1,7 @@
 // Correspondences in the disk cache: what takes a plan's time.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -10,6 +11,10 @@
 #include "morph/plan.h"
 
 namespace polymorph {
+
+/// Raise it when the same sides and settings get other pairs, masses or another rotation: plans in
+/// the cache are then not used. A test pins the digests.
+inline constexpr std::uint32_t kPlanVersion = 1;
 
 /// What of a plan depends on its sides and settings alone, and is slow to find.
 struct Correspondence {

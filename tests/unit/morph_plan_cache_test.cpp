@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "base/cache_file.h"
+#include "base/hash.h"
 #include "morph/plan.h"
 #include "testing/model.h"
 
@@ -93,6 +94,33 @@ TEST(PlanCache, WhatDoesNotFitIsMadeAnew) {
   EXPECT_FALSE(load_correspondence(folder.path(), key, from, to));
   std::ofstream(cache_path(folder.path(), key, kPlanFiles)) << "damaged";
   EXPECT_FALSE(load_correspondence(folder.path(), key, from, to));
+}
+
+/// Where this fails although plans are meant to have changed: raise kPlanVersion, and put the new
+/// digests here. Else files of an older program would be taken for this one's.
+TEST(PlanCache, TheVersionBelongsToThesePlans) {
+  const auto digest = [](PlanMethod method, AlignMethod align) {
+    PlanSettings settings;
+    settings.method = method;
+    settings.align = align;
+    const PlanSide from{line_of(40, 0.8f), {}, {}, {}}, to{line_of(55, -0.5f), {}, {}, {}};
+    const MorphPlan plan = plan_morph(from, to, FieldKind::kGaussian, settings);
+    Hasher hasher;
+    for (const Pair& pair : plan.pairs)
+      hasher.add(pair.from).add(pair.to).add(pair.from_share).add(pair.to_share).add(pair.mass);
+    hasher.add(std::span<const double>(plan.from_masses));
+    hasher.add(std::span<const double>(plan.to_masses));
+    for (int row = 0; row < 3; ++row)
+      for (int column = 0; column < 3; ++column)
+        hasher.add(plan.alignment.rotation.at(row, column));
+    return hasher.hex();
+  };
+  EXPECT_EQ(kPlanVersion, 1u);
+  EXPECT_EQ(digest(PlanMethod::kIndex, AlignMethod::kNone), "19a09e2d90cc5629bf1b8e82aec93e72");
+  EXPECT_EQ(digest(PlanMethod::kNearest, AlignMethod::kNone), "c098e4c87eedf9eb291087ac604f028d");
+  EXPECT_EQ(digest(PlanMethod::kTransport, AlignMethod::kNone), "2955f7dab2266c66dc12d25b4e2c6102");
+  EXPECT_EQ(digest(PlanMethod::kTransport, AlignMethod::kSimilarity),
+            "eabee0fa17e8a01593c6e4225e01519c");
 }
 
 }  // namespace

@@ -113,7 +113,9 @@ TEST(Timeline, DistancesStartFromTheModelItself) {
 }
 
 TEST(Timeline, WhatComesApartIntoBallsIsMadeOfThem) {
-  const auto distance = [](const Scene& scene) { return timeline_of(scene).legs[0].distance; };
+  const auto distance = [](const Scene& scene) {
+    return timeline_of(scene).legs[0].interpolation == Interpolation::kDistance;
+  };
   Scene scene = scene_with({}, 60);
   EXPECT_FALSE(distance(scene));
   scene.actors[0].target.motion.interpolate = Interpolation::kDistance;

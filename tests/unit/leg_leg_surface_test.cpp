@@ -1,0 +1,103 @@
+// The surface of a leg at a time, of both kinds of legs.
+#include "leg/leg_surface.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "leg/surface_look.h"
+#include "mesh/mesh_check.h"
+#include "testing/leg.h"
+
+namespace polymorph {
+namespace {
+
+class LegSurfaceTest : public ::testing::TestWithParam<Interpolation> {
+ protected:
+  /// Made once for each kind.
+  std::shared_ptr<const Leg> leg() {
+    static std::map<Interpolation, std::shared_ptr<const Leg>> legs;
+    std::shared_ptr<const Leg>& one = legs[GetParam()];
+    if (!one) one = make_test_leg(GetParam(), *engine);
+    return one;
+  }
+  const std::unique_ptr<Engine> engine = make_cpu_engine();
+};
+
+TEST_P(LegSurfaceTest, ItsKindIsDecidedByItsTiming) {
+  const bool of_distances = visit(
+      *leg(), [] { return false; }, [](const DistanceLeg&) { return true; });
+  EXPECT_EQ(of_distances, GetParam() == Interpolation::kDistance);
+}
+
+TEST_P(LegSurfaceTest, TheVolumeGoesFromOneObjectsToTheOthers) {
+  const auto one = leg();
+  const bool of_distances = GetParam() == Interpolation::kDistance;
+  const double from = of_distances ? one->from->distances.volume : one->from->ball_volume,
+               to = of_distances ? one->to->distances.volume : one->to->ball_volume;
+  for (const float time : {0.0f, 0.3f, 0.7f, 1.0f}) {
+    const auto surface = leg_surface(*one, time, *engine);
+    ASSERT_TRUE(surface.ok()) << surface.error().message;
+    EXPECT_EQ(surface->state.time, time);
+    const auto u = static_cast<double>(surface->state.u);
+    EXPECT_NEAR(volume_of(surface->mesh) / ((1 - u) * from + u * to), 1, 0.01) << time;
+    EXPECT_TRUE(check_mesh(surface->mesh).closed()) << time;
+  }
+}
+
+TEST_P(LegSurfaceTest, PointsComeFromTheSourceAndGoToTheTarget) {
+  const auto one = leg();
+  for (const float time : {0.0f, 1.0f}) {
+    const auto surface = leg_surface(*one, time, *engine);
+    ASSERT_TRUE(surface.ok());
+    const std::vector<Vec3>& points = surface->mesh.positions;
+    const auto pulled = pull_back(*one, surface->state, points, *engine);
+    ASSERT_TRUE(pulled.ok());
+    const std::vector<Vec3>& own = time == 0 ? pulled->source : pulled->target;
+    for (std::size_t i = 0; i < points.size(); ++i) ASSERT_LT(length(own[i] - points[i]), 1e-4f);
+  }
+}
+
+TEST_P(LegSurfaceTest, MotionLeadsToTheNextSurface) {
+  const auto one = leg();
+  const auto now = leg_surface(*one, 0.4f, *engine), next = leg_surface(*one, 0.45f, *engine);
+  ASSERT_TRUE(now.ok() && next.ok());
+  const std::vector<Vec3>& points = now->mesh.positions;
+  const auto still = flow_until(*one, now->state, 0.4f, points, *engine);
+  const auto flow = flow_until(*one, now->state, 0.45f, points, *engine);
+  ASSERT_TRUE(still.ok() && flow.ok());
+  const ClosestPointQuery to_next(next->mesh.positions, next->mesh.triangles);
+  double before = 0, after = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    ASSERT_LT(length(still->displacement[i]), 1e-6f);
+    before += static_cast<double>(to_next.closest(points[i]).distance);
+    after += static_cast<double>(to_next.closest(points[i] + flow->displacement[i]).distance);
+  }
+  // The rest is the change of shape and level, which no motion of points tells.
+  EXPECT_LT(after, 0.75 * before);
+}
+
+TEST_P(LegSurfaceTest, LabelsAndLayersAreThoseOfBothObjects) {
+  const auto one = leg();
+  const auto surface = leg_surface(*one, 0.5f, *engine);
+  ASSERT_TRUE(surface.ok());
+  const auto labels = leg_labels(*one, surface->state, surface->mesh.positions, *engine);
+  ASSERT_TRUE(labels.ok());
+  ASSERT_EQ(labels->size(), surface->mesh.positions.size());
+  for (const std::uint32_t label : *labels) ASSERT_LT(label, 2u);
+  const auto look = leg_look(*one, *surface, *engine);
+  ASSERT_TRUE(look.ok());
+  ASSERT_EQ(look->layers.size(), 2u);
+  EXPECT_EQ(look->layers[0].object, one->from);
+  EXPECT_EQ(look->layers[1].object, one->to);
+  EXPECT_NEAR(look->layers[1].share, 0.5f, 0.1f);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, LegSurfaceTest,
+                         ::testing::Values(Interpolation::kBalls, Interpolation::kDistance),
+                         [](const auto& kind) {
+                           return kind.param == Interpolation::kBalls ? "Balls" : "Distances";
+                         });
+
+}  // namespace
+}  // namespace polymorph
