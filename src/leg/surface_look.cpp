@@ -70,23 +70,30 @@ void fade_colors(const Leg& leg, const PullBack& pulled, const ColorFade& fade, 
       4096);
 }
 
+/// The surface that a look is for, and the look so far.
+struct LookTarget {
+  std::span<const Triangle> triangles;
+  Engine& engine;
+  SurfaceLook look;
+};
+
 /// Adds the look of a leg at the points `points`, over that of the leg before it where that was
-/// left in flight. `triangles`: those of the surface that the look is for.
+/// left in flight.
 Status add_look(const Leg& leg, const LegState& state, const std::vector<Vec3>& points,
-                std::span<const Triangle> triangles, Engine& engine, SurfaceLook& look,
-                bool is_last) {
-  PM_TRY(const PullBack pulled, pull_back(leg, state, points, engine));
+                bool is_last, LookTarget& target) {
+  PM_TRY(const PullBack pulled, pull_back(leg, state, points, target.engine));
   const ColorFade fade = color_fade(std::clamp(progress_at(leg.plan, state.time), 0.0f, 1.0f));
+  std::vector<ObjectLayer>& layers = target.look.layers;
   // Layers without a share are not asked for.
   if (leg.before && fade.color < 1) {
-    PM_TRY(const LegState left, leg_state(*leg.before, leg.before->until, engine));
-    PM_TRY_STATUS(add_look(*leg.before, left, pulled.source, triangles, engine, look, false));
+    PM_TRY(const LegState left, leg_state(*leg.before, leg.before->until, target.engine));
+    PM_TRY_STATUS(add_look(*leg.before, left, pulled.source, false, target));
   } else if (fade.color < 1) {
-    look.layers.push_back(object_layer(leg.from, triangles, pulled.source));
+    layers.push_back(object_layer(leg.from, target.triangles, pulled.source));
   }
   if (fade.color > 0)
-    look.layers.push_back(object_layer(leg.to, triangles, pulled.target, fade.color));
-  fade_colors(leg, pulled, fade, is_last, look);
+    layers.push_back(object_layer(leg.to, target.triangles, pulled.target, fade.color));
+  fade_colors(leg, pulled, fade, is_last, target.look);
   return Ok{};
 }
 
@@ -105,10 +112,9 @@ ObjectLayer object_layer(std::shared_ptr<const PreparedObject> object,
 }
 
 Result<SurfaceLook> leg_look(const Leg& leg, const LegSurface& surface, Engine& engine) {
-  SurfaceLook look;
-  PM_TRY_STATUS(add_look(leg, surface.state, surface.mesh.positions, surface.mesh.triangles, engine,
-                         look, true));
-  return look;
+  LookTarget target{surface.mesh.triangles, engine, {}};
+  PM_TRY_STATUS(add_look(leg, surface.state, surface.mesh.positions, true, target));
+  return std::move(target.look);
 }
 
 Status blend_end_normals(const Leg& leg, const LegState& state, Mesh& surface, Engine& engine) {

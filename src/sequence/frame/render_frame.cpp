@@ -62,8 +62,8 @@ std::string object_names(const PreparedScene& prepared) {
   return names;
 }
 
-std::vector<Attribute> header_of(const PreparedScene& prepared, int frame, const std::string& isa,
-                                 const std::string& device, const std::string& command) {
+std::vector<Attribute> make_header(const PreparedScene& prepared, int frame,
+                                   const FrameOrigin& origin) {
   std::vector<Attribute> attributes{
       {"Software", std::string("polymorph ") + PM_VERSION},
       {"FramesPerSecond", prepared.scene.frames.fps},
@@ -73,8 +73,8 @@ std::vector<Attribute> header_of(const PreparedScene& prepared, int frame, const
       {kFrameAttribute, frame},
       {"polymorph/t", sequence_time(prepared.scene, shown_frame(prepared.scene, frame))},
       {"polymorph/stage", stage_names(prepared, frame)},
-      {"polymorph/device", device},
-      {"polymorph/isa", isa},
+      {"polymorph/device", origin.device},
+      {"polymorph/isa", origin.isa},
       {kSamplesAttribute, prepared.scene.image.samples},
       {"polymorph/exposure", scene_at(prepared.scene, static_cast<double>(frame)).image.exposure},
       {kSeedAttribute, fmt::format("{}", prepared.scene.image.seed)},
@@ -91,7 +91,8 @@ std::vector<Attribute> header_of(const PreparedScene& prepared, int frame, const
                              prepared.actors.size() > 1 ? actor.name + "." : "", name);
     attributes.push_back({"polymorph/labels", names});
   }
-  if (!command.empty()) attributes.push_back({"polymorph/command", printable(command)});
+  if (!origin.command.empty())
+    attributes.push_back({"polymorph/command", printable(origin.command)});
   return attributes;
 }
 
@@ -128,9 +129,8 @@ Status check_picture_memory(const ImageSettings& image, std::size_t pictures, st
                     format_bytes(static_cast<double>(limit)));
 }
 
-void put_header(Image& image, const PreparedScene& prepared, int frame, const std::string& isa,
-                const std::string& device, const std::string& command) {
-  std::vector<Attribute> header = header_of(prepared, frame, isa, device, command);
+void put_header(const PreparedScene& prepared, int frame, const FrameOrigin& origin, Image& image) {
+  std::vector<Attribute> header = make_header(prepared, frame, origin);
   // What says how to read the picture's mattes stays.
   for (Attribute& attribute : image.attributes)
     if (attribute.name.starts_with("cryptomatte/")) header.push_back(std::move(attribute));
@@ -144,7 +144,7 @@ Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& g
   settings.image = prepared.scene.image;
   settings.frame = geometry.frame;
   PM_TRY(Image image, renderer.render(render_scene(prepared, geometry), settings));
-  put_header(image, prepared, geometry.frame, renderer.isa(), device, command);
+  put_header(prepared, geometry.frame, {renderer.isa(), device, command}, image);
   return image;
 }
 

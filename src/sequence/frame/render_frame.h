@@ -31,8 +31,13 @@ Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& g
                            Renderer& renderer, const std::string& device,
                            const std::string& command);
 
-/// Replaces the image's header by that of this frame, but for what says how to read its mattes.
-void put_header(Image& image, const PreparedScene& prepared, int frame, const std::string& isa,
-                const std::string& device, const std::string& command);
+/// The run of the program that a frame comes from, as its header names it.
+struct FrameOrigin {
+  std::string isa, device, command;
+};
+
+/// Replaces the image's header by that of this frame, but for the entries by which its mattes are
+/// read.
+void put_header(const PreparedScene& prepared, int frame, const FrameOrigin& origin, Image& image);
 
 }  // namespace polymorph

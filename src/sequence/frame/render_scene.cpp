@@ -17,55 +17,63 @@ MaterialLayer material_layer(const ObjectLayer& layer) {
           {&object.model, object.outer.get(), materials.borders, materials.border_of}};
 }
 
-/// The actor's meshes; `id` is its surface's, its objects' follow. `first_label`: of the layer.
-void add_meshes(const PreparedActor& actor, const ActorGeometry& geometry, float id,
-                std::uint32_t first_label, const std::vector<std::string>& label_names,
-                RenderScene& scene) {
-  if (!geometry.surface.triangles.empty()) {
-    RenderMesh mesh;
-    mesh.positions = geometry.surface.positions;
-    mesh.triangles = geometry.surface.triangles;
-    mesh.vertex_normals = geometry.surface.normals;
-    const std::vector<ObjectLayer>& layers = geometry.look.layers;
-    if (!layers.empty()) static_cast<MaterialLayer&>(mesh) = material_layer(layers.front());
-    for (std::size_t i = 1; i < layers.size(); ++i)
-      mesh.over.push_back({material_layer(layers[i]), layers[i].share});
-    mesh.vertex_colors = geometry.look.colors;
-    mesh.vertex_color_share = geometry.look.color_share;
-    mesh.look = layers.empty() ? 1.0f : 0.0f;
-    mesh.id = id;
-    mesh.vertex_labels = geometry.surface_labels;
-    mesh.first_label = first_label;
-    mesh.displacement = geometry.flow.displacement;
-    mesh.vertex_progress = geometry.flow.progress;
-    mesh.progress = geometry.moment.time;  // 0 and 1 on the ways out of and into a model
-    mesh.moves = geometry.moves;
-    mesh.name = actor.name;
-    mesh.label_names = label_names;
-    scene.meshes.push_back(mesh);
-  }
-  if (!geometry.points.empty()) {
-    const Model& model = object_of(actor, geometry.moment.object).model;
-    RenderMesh mesh;
-    mesh.positions = geometry.points;
-    mesh.triangles = model.triangles;
-    mesh.corner_normals =
-        geometry.corner_normals.empty() ? model.corner_normals : geometry.corner_normals;
-    mesh.corner_uvs = model.corner_uvs;
-    mesh.triangle_materials = model.triangle_materials;
-    mesh.materials = model.materials;
-    mesh.textures = model.textures;
-    mesh.look = geometry.moment.look;
-    mesh.id = id + 1 + static_cast<float>(geometry.moment.object);
-    mesh.vertex_labels = geometry.point_labels;
-    mesh.first_label = first_label;
-    mesh.displacement = geometry.displacement;
-    mesh.progress = geometry.moment.time;
-    mesh.moves = geometry.moves;
-    mesh.name = actor.name;
-    mesh.label_names = label_names;
-    scene.meshes.push_back(mesh);
-  }
+/// Numbers and names of an actor's meshes in the picture's layers.
+struct MeshIds {
+  float id = kFirstId;            ///< id of its surface; its objects' follow
+  std::uint32_t first_label = 1;  ///< 0 is nothing and the ground
+  std::vector<std::string> label_names;
+};
+
+/// A mesh with everything that surface and model have in common.
+RenderMesh common_mesh(const PreparedActor& actor, const ActorGeometry& geometry,
+                       const MeshIds& ids) {
+  RenderMesh mesh;
+  mesh.first_label = ids.first_label;
+  mesh.label_names = ids.label_names;
+  mesh.progress = geometry.moment.time;  // 0 and 1 between a model and its balls
+  mesh.moves = geometry.moves;
+  mesh.name = actor.name;
+  return mesh;
+}
+
+RenderMesh surface_mesh(const PreparedActor& actor, const ActorGeometry& geometry,
+                        const MeshIds& ids) {
+  RenderMesh mesh = common_mesh(actor, geometry, ids);
+  mesh.positions = geometry.surface.positions;
+  mesh.triangles = geometry.surface.triangles;
+  mesh.vertex_normals = geometry.surface.normals;
+  const std::vector<ObjectLayer>& layers = geometry.look.layers;
+  if (!layers.empty()) static_cast<MaterialLayer&>(mesh) = material_layer(layers.front());
+  for (std::size_t i = 1; i < layers.size(); ++i)
+    mesh.over.push_back({material_layer(layers[i]), layers[i].share});
+  mesh.vertex_colors = geometry.look.colors;
+  mesh.vertex_color_share = geometry.look.color_share;
+  mesh.look = layers.empty() ? 1.0f : 0.0f;
+  mesh.id = ids.id;
+  mesh.vertex_labels = geometry.surface_labels;
+  mesh.displacement = geometry.flow.displacement;
+  mesh.vertex_progress = geometry.flow.progress;
+  return mesh;
+}
+
+/// The mesh of the model that shows.
+RenderMesh object_mesh(const PreparedActor& actor, const ActorGeometry& geometry,
+                       const MeshIds& ids) {
+  const Model& model = object_of(actor, geometry.moment.object).model;
+  RenderMesh mesh = common_mesh(actor, geometry, ids);
+  mesh.positions = geometry.points;
+  mesh.triangles = model.triangles;
+  mesh.corner_normals =
+      geometry.corner_normals.empty() ? model.corner_normals : geometry.corner_normals;
+  mesh.corner_uvs = model.corner_uvs;
+  mesh.triangle_materials = model.triangle_materials;
+  mesh.materials = model.materials;
+  mesh.textures = model.textures;
+  mesh.look = geometry.moment.look;
+  mesh.id = ids.id + 1 + static_cast<float>(geometry.moment.object);
+  mesh.vertex_labels = geometry.point_labels;
+  mesh.displacement = geometry.displacement;
+  return mesh;
 }
 
 }  // namespace
@@ -82,15 +90,17 @@ RenderScene render_scene(const PreparedScene& prepared, const FrameGeometry& geo
   scene.environment = prepared.environment;
   scene.bounds = prepared.box;
   scene.moment = geometry.t;
-  float id = kFirstId;
-  std::uint32_t label = 1;  // 0 is nothing and the ground
+  MeshIds ids;
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
-    std::vector<std::string> names = prepared.actors[a].label_names;
+    const PreparedActor& actor = prepared.actors[a];
+    const ActorGeometry& one = geometry.actors[a];
+    ids.label_names = actor.label_names;
     if (prepared.actors.size() > 1)
-      for (std::string& name : names) name = prepared.actors[a].name + "." + name;
-    add_meshes(prepared.actors[a], geometry.actors[a], id, label, names, scene);
-    label += static_cast<std::uint32_t>(prepared.actors[a].label_names.size());
-    id += 1 + static_cast<float>(prepared.actors[a].objects.size());
+      for (std::string& name : ids.label_names) name = actor.name + "." + name;
+    if (!one.surface.triangles.empty()) scene.meshes.push_back(surface_mesh(actor, one, ids));
+    if (!one.points.empty()) scene.meshes.push_back(object_mesh(actor, one, ids));
+    ids.first_label += static_cast<std::uint32_t>(actor.label_names.size());
+    ids.id += 1 + static_cast<float>(actor.objects.size());
   }
   return scene;
 }

@@ -282,7 +282,7 @@ class SequenceRun {
         return {std::move(status), stopwatch.seconds()};
       }
       Image copy = *image;
-      put_header(copy, prepared_, frame, report_.isa, report_.device, settings_.command);
+      put_header(prepared_, frame, {report_.isa, report_.device, settings_.command}, copy);
       Status status = write_frame(copy, settings_, prepared_.scene, frame);
       return {std::move(status), stopwatch.seconds()};
     };
