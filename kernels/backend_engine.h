@@ -72,6 +72,14 @@ class BackendEngine final : public Engine {
                            [&] { extract_morph(work_, between, grid, settings, mesh); });
   }
 
+  EngineStatus extract(const std::shared_ptr<const DistanceGrid>& object, const Grid& grid,
+                       const ExtractSettings& settings, Mesh& mesh) override {
+    EngineStatus status = check_distance_surface(object.get(), settings);
+    if (status.code == EngineCode::kOk) status = check_grid(grid);
+    return extract_checked(std::move(status), mesh,
+                           [&] { extract_distances(work_, object, grid, settings, mesh); });
+  }
+
   EngineStatus sample(const BallSet& set, const std::vector<Vec3>& points,
                       const ExtractSettings& settings, std::vector<float>& values) override {
     values.assign(points.size(), 0.0f);

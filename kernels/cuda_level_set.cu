@@ -4,6 +4,9 @@
 
 namespace polymorph {
 
+template void extract_distances<CudaBackend>(Workspace<CudaBackend>&,
+                                             const std::shared_ptr<const DistanceGrid>&,
+                                             const Grid&, const ExtractSettings&, Mesh&);
 template void extract_morph<CudaBackend>(Workspace<CudaBackend>&, const MorphSurface&, const Grid&,
                                          const ExtractSettings&, Mesh&);
 template void sample_map<CudaBackend>(Workspace<CudaBackend>&,

@@ -93,4 +93,25 @@ struct DistanceField {
   }
 };
 
+/// Bounds of a DistanceField (level_set.h) by its Lipschitz constant.
+struct DistanceBounds {
+  struct Local {};
+  DistanceField field;
+  float lipschitz = 1;
+  float rounding = 0;  ///< a generous bound of all rounding errors
+
+  template <class Team>
+  PM_HD Local local(const Team&, const NodeBox&) const {
+    return {};
+  }
+  template <class V>
+  PM_HD std::uint32_t crossing_boxes(const Points<V>& middle, Vec3 half, Local,
+                                     bool has_rim) const {
+    const V distance = field.value(middle);
+    const float max_change = 1.001f * lipschitz * sqrt(dot(half, half)) + rounding;
+    const std::uint32_t inside = Lanes<V>::bits(distance > -max_change);
+    return has_rim ? inside : inside & Lanes<V>::bits(distance <= max_change);
+  }
+};
+
 }  // namespace polymorph

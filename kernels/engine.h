@@ -17,7 +17,7 @@
 
 namespace polymorph {
 
-/// How the field is sampled and the surface placed.
+/// Settings of sampling and of vertex placement.
 struct ExtractSettings {
   FieldKind field = FieldKind::kGaussian;
   /// Surface at field = iso; inside is field > iso. 1e-20..1e20.
@@ -50,7 +50,7 @@ enum class EngineCode : std::uint8_t {
 
 struct EngineStatus {
   EngineCode code = EngineCode::kOk;
-  std::string message;  ///< what failed, why, and what to do; empty when ok
+  std::string message;  ///< error, cause and remedy; empty when ok
 };
 
 /// Seconds spent in each pass of the last call, in order.
@@ -59,7 +59,7 @@ struct PassTime {
   double seconds = 0;
 };
 
-/// Work buffers of one backend, kept between frames. Not shared between threads.
+/// One backend with its work buffers, which stay between frames. Not shared between threads.
 class Engine {
  public:
   virtual ~Engine() = default;
@@ -77,11 +77,17 @@ class Engine {
   virtual EngineStatus extract(const BallSet& balls, const Grid& grid,
                                const ExtractSettings& settings, Mesh& mesh) = 0;
 
-  /// Extracts the surface between two objects, where their mixed distance is its share of the
-  /// level; otherwise as for balls. Of the settings `field`, `iso`, `cutoff` and `influence` do not
-  /// matter. Call with the same objects frame by frame: what is known of them stays where the
-  /// surface is made. The regression's lattice must reach a node beyond the grid on every side.
+  /// Extracts the surface between two objects, where their mixed distance equals the level times
+  /// its weight (morph_field.h); otherwise as for balls. Ignores the settings `field`, `iso`,
+  /// `cutoff` and `sample_stride`. Call with the same objects frame by frame: an engine keeps them
+  /// on its device. The regression's lattice must reach a node beyond the grid on every side.
   virtual EngineStatus extract(const MorphSurface& between, const Grid& grid,
+                               const ExtractSettings& settings, Mesh& mesh) = 0;
+
+  /// Extracts the surface of one object's distances, where they are 0 (positive inside); between
+  /// the points of `object` they are trilinear (distance_field.h). Any field of values will do that
+  /// is not positive on the border and keeps its `lipschitz`. Otherwise as for a MorphSurface.
+  virtual EngineStatus extract(const std::shared_ptr<const DistanceGrid>& object, const Grid& grid,
                                const ExtractSettings& settings, Mesh& mesh) = 0;
 
   /// Field values at arbitrary points (no culling for kInverseSquare, `cutoff` culling for
@@ -90,25 +96,25 @@ class Engine {
   virtual EngineStatus sample(const BallSet& balls, const std::vector<Vec3>& points,
                               const ExtractSettings& settings, std::vector<float>& values) = 0;
 
-  /// Moves the balls to a moment of their paths: `balls` gets them (as many as paths), and they
-  /// stay where the surface is made. So do the paths: call with the same object frame by frame.
-  /// `eased_times`: each ball's eased time, or empty where they share the moment's. kBadInput:
-  /// `eased_times` of another size, a part that is not there.
+  /// Moves the balls to a moment of their paths and returns them in `balls`, one per path. Balls
+  /// and paths stay on the device: call with the same object frame by frame. `eased_times`: each
+  /// ball's eased time, or empty where they share the moment's. kBadInput: `eased_times` of another
+  /// size, a part that is not there.
   virtual EngineStatus move_balls(const std::shared_ptr<const BallPaths>& paths,
                                   const MotionState& moment, const std::vector<float>& eased_times,
                                   BallSet& balls) = 0;
 
-  /// What the balls carry to arbitrary points: the mean of their values there, weighted by each
-  /// ball's share of the field (docs/method.md, Colour); balls with less than 1e-4 of the
-  /// strongest's share do not count, and where none reaches the nearest one's values are taken.
-  /// `carried`: one or two for each ball, ball by ball; `values` is resized to as many for each
-  /// point. Fastest where neighbours stand together in `points`, as a mesh's vertices do. Of the
-  /// settings only `field` matters. kBadInput as extract(), and where `carried` is of another size.
+  /// Interpolates the balls' attributes at arbitrary points: the mean of their values there,
+  /// weighted by each ball's share of the field (docs/method.md, Colour). Balls with less than 1e-4
+  /// of the strongest one's share do not count; a point that none reaches takes the nearest ball's
+  /// values. `carried`: one or two per ball, ball by ball; `values` is resized to as many per
+  /// point. Fastest where neighbours follow each other in `points`, as a mesh's vertices do. Only
+  /// the setting `field` matters. kBadInput as extract(), and where `carried` is of another size.
   virtual EngineStatus interpolate(const BallSet& balls, const std::vector<BallAttribute>& carried,
                                    const std::vector<Vec3>& points, const ExtractSettings& settings,
                                    std::vector<AttributeValues>& values) = 0;
 
-  /// The regression's values at points within its lattice: `maps` for each point. kBadInput: no
+  /// Evaluates the regression at points within its lattice: `maps` values per point. kBadInput: no
   /// samples, values of another size, a lattice of less than 4 nodes per side.
   virtual EngineStatus regress(const std::shared_ptr<const Regression>& regression,
                                const std::vector<Vec3>& points,

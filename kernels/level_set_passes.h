@@ -104,6 +104,14 @@ DistanceField upload_distances(Workspace<B>& work,
   }
 }
 
+template <class B>
+void extract_distances(Workspace<B>& work, const std::shared_ptr<const DistanceGrid>& object,
+                       const Grid& grid, const ExtractSettings& settings, Mesh& mesh) {
+  const DistanceField field = upload_distances(work, object);
+  const DistanceBounds bounds = {field, object->lipschitz, distance_rounding(grid)};
+  extract_level_set(work, field, bounds, grid, settings, mesh);
+}
+
 /// The samples as the kernels read them, and two quadruples of values for each.
 struct UploadedSamples {
   View<KernelSample> samples;

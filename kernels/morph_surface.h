@@ -18,7 +18,7 @@ struct DistanceGrid {
   float lipschitz = 1;
 };
 
-/// Four values that a ball carries: `value` at its centre, changing by `slope` with the offset from
+/// Four values attached to a ball: `value` at its centre, changing by `slope` with the offset from
 /// there.
 struct BallAttribute {
   float value[4] = {0, 0, 0, 0};
@@ -28,11 +28,11 @@ struct AttributeValues {
   float v[4] = {0, 0, 0, 0};
 };
 
-/// Where a sample stands, and how far it counts.
+/// Position and kernel of a regression sample.
 struct RegressionSample {
   Vec3 center;
   float mass = 1;       ///< > 0
-  float deviation = 1;  ///< of the narrow Gaussian, scene units, > 0
+  float deviation = 1;  ///< standard deviation of the narrow Gaussian, scene units, > 0
 };
 
 /// x -> row . x + offset along each axis; the identity by default.
@@ -41,26 +41,25 @@ struct AffineMap {
   Vec3 offset;
 };
 
-/// What is regressed: one or two quadruples of values per sample (maps), and where.
+/// Input of a regression: samples with one or two quadruples of values each (maps).
 struct Regression {
   std::vector<RegressionSample> samples;
   int maps = 1;
-  /// `maps` for each sample: `value` at its centre, changing by `slope` with the offset from there.
+  /// `maps` per sample: `value` at its centre, changing by `slope` with the offset from there.
   std::vector<BallAttribute> values;
   bool sloped = false;  ///< is any slope other than 0?
   /// Added to the first three values of each map.
   AffineMap affine[2];
   Grid lattice;  ///< nodes; the spline is defined from node 1 to the last but one
-  /// How thin both objects are, in [0, 1], 0 beyond the grids. Where given, the second map's fourth
-  /// value is no regression but, at each node, the square of the product of 1 less what is there on
-  /// either.
+  /// Thinness of both objects, in [0, 1], 0 beyond the grids. Where given, the second map's fourth
+  /// value is no regression but ((1 - thinness[0]) (1 - thinness[1]))^2 at each node (WeighLevel).
   std::shared_ptr<const DistanceGrid> thinness[2];
 };
 
-/// What a surface between two objects is made of (morph_field.h).
+/// Input of a surface between two objects (morph_field.h).
 struct MorphSurface {
   /// Two maps: to the source, whose fourth value is the progress, and to the target, whose fourth
-  /// value is by how much of the level what is there is moved.
+  /// value is the level's weight.
   std::shared_ptr<const Regression> map;
   std::shared_ptr<const DistanceGrid> from, to;
   float from_scale = 1, to_scale = 1;  ///< scene units per unit of each object's distances

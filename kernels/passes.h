@@ -39,6 +39,10 @@ BallSet move_balls(Workspace<B>& work, const std::shared_ptr<const BallPaths>& p
                    const MotionState& moment, const std::vector<float>& eased_times);
 
 template <class B>
+void extract_distances(Workspace<B>& work, const std::shared_ptr<const DistanceGrid>& object,
+                       const Grid& grid, const ExtractSettings& settings, Mesh& mesh);
+
+template <class B>
 void extract_morph(Workspace<B>& work, const MorphSurface& between, const Grid& grid,
                    const ExtractSettings& settings, Mesh& mesh);
 

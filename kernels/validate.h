@@ -90,6 +90,18 @@ inline EngineStatus check_refine_steps(const ExtractSettings& settings) {
                    " (must lie in 0..4), use 1");
 }
 
+/// Checks the input of a surface of distances, without the grid.
+inline EngineStatus check_distance_surface(const DistanceGrid* object,
+                                           const ExtractSettings& settings) {
+  if (!object) return bad_input("a surface of distances needs a distance field");
+  if (!(object->lipschitz >= 0) || !std::isfinite(object->lipschitz)) {
+    return bad_input("a distance field has the Lipschitz constant " +
+                     std::to_string(object->lipschitz) + " (must be 0 or more, and finite)");
+  }
+  EngineStatus status = check_distances(*object);
+  return status.code == EngineCode::kOk ? check_refine_steps(settings) : status;
+}
+
 /// Checks the input of a surface between two objects, without the grid.
 inline EngineStatus check_between(const MorphSurface& between, const ExtractSettings& settings) {
   if (!between.map || !between.from || !between.to) {

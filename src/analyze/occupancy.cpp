@@ -1,15 +1,18 @@
 #include "analyze/occupancy.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <iterator>
 #include <memory>
+#include <new>
+#include <utility>
 
 #include "base/parallel.h"
+#include "base/result.h"
+#include "field/distance_grid.h"
+#include "kernels/engine.h"
 #include "kernels/linear.h"
-#include "kernels/mc_tables.h"
 
 namespace polymorph {
 namespace {
@@ -157,113 +160,6 @@ void convolve(const CellValues& from, CellValues& to, int axis, const std::vecto
       16);
 }
 
-/// Marching cubes in two passes over the layers of points across x: what each has, then where.
-class MarchingCubes {
- public:
-  MarchingCubes(const CellValues& values, float level)
-      : values_(values),
-        level_(level),
-        vertex_of_(
-            std::make_unique_for_overwrite<std::array<std::uint32_t, 3>[]>(values.values.size())),
-        first_(static_cast<std::size_t>(values.cells.x) + 1) {}
-
-  IsoSurface run() {
-    const int layers = values_.cells.x;
-    parallel_for(layers, [&](std::int64_t x) {
-      Count count;
-      each_vertex(static_cast<int>(x), [&](Int3, int) { ++count.vertices; });
-      each_cell(static_cast<int>(x),
-                [&](Int3, int key) { count.triangles += mc_table().count[key]; });
-      first_[static_cast<std::size_t>(x) + 1] = count;
-    });
-    for (std::size_t x = 1; x < first_.size(); ++x) {
-      first_[x].vertices += first_[x - 1].vertices;
-      first_[x].triangles += first_[x - 1].triangles;
-    }
-    IsoSurface surface;
-    surface.positions.resize(first_.back().vertices);
-    surface.from.resize(first_.back().vertices);
-    surface.axis.resize(first_.back().vertices);
-    surface.triangles.resize(first_.back().triangles);
-    parallel_for(layers, [&](std::int64_t x) { write_vertices(static_cast<int>(x), surface); });
-    parallel_for(layers, [&](std::int64_t x) { write_triangles(static_cast<int>(x), surface); });
-    return surface;
-  }
-
- private:
-  struct Count {
-    std::uint32_t vertices = 0, triangles = 0;
-  };
-  float value(int x, int y, int z) const { return values_.values[values_.index(x, y, z)]; }
-  bool inside(int x, int y, int z) const { return value(x, y, z) > level_; }
-
-  template <class F>
-  void each_vertex(int x, const F& f) const {
-    const Int3 n = values_.cells;
-    for (int y = 0; y < n.y; ++y)
-      for (int z = 0; z < n.z; ++z) {
-        const bool in = inside(x, y, z);
-        if (x + 1 < n.x && in != inside(x + 1, y, z)) f(Int3{x, y, z}, 0);
-        if (y + 1 < n.y && in != inside(x, y + 1, z)) f(Int3{x, y, z}, 1);
-        if (z + 1 < n.z && in != inside(x, y, z + 1)) f(Int3{x, y, z}, 2);
-      }
-  }
-
-  template <class F>
-  void each_cell(int x, const F& f) const {
-    const Int3 n = values_.cells;
-    if (x + 1 >= n.x) return;
-    for (int y = 0; y + 1 < n.y; ++y) {
-      bool in[8] = {};
-      for (int z = 0; z < n.z; ++z) {
-        for (int corner = 0; corner < 4; ++corner) {
-          in[corner] = in[corner + 4];
-          in[corner + 4] = inside(x + (corner & 1), y + (corner >> 1), z);
-        }
-        if (z == 0) continue;
-        const int key = voxel_key(in);
-        if (key != 0 && key != 255) f(Int3{x, y, z - 1}, key);
-      }
-    }
-  }
-
-  void write_vertices(int x, IsoSurface& surface) {
-    std::uint32_t next = first_[static_cast<std::size_t>(x)].vertices;
-    each_vertex(x, [&](Int3 p, int axis) {
-      const int step[3] = {axis == 0, axis == 1, axis == 2};
-      const float a = value(p.x, p.y, p.z);
-      const float b = value(p.x + step[0], p.y + step[1], p.z + step[2]);
-      const float t = (level_ - a) / (b - a);
-      surface.positions[next] = {static_cast<float>(p.x) + t * static_cast<float>(step[0]),
-                                 static_cast<float>(p.y) + t * static_cast<float>(step[1]),
-                                 static_cast<float>(p.z) + t * static_cast<float>(step[2])};
-      surface.from[next] = p;
-      surface.axis[next] = static_cast<std::uint8_t>(axis);
-      vertex_of_[values_.index(p.x, p.y, p.z)][static_cast<std::size_t>(axis)] = next++;
-    });
-  }
-
-  void write_triangles(int x, IsoSurface& surface) const {
-    const McTable& table = mc_table();
-    std::size_t next = first_[static_cast<std::size_t>(x)].triangles;
-    each_cell(x, [&](Int3 p, int key) {
-      for (int t = 0; t < table.count[key]; ++t, ++next)
-        for (int k = 0; k < 3; ++k) {
-          const int edge = table.edges[key][3 * t + k], corner = edge_low_corner(edge);
-          const std::size_t point =
-              values_.index(p.x + (corner & 1), p.y + (corner >> 1 & 1), p.z + (corner >> 2));
-          surface.triangles[next].v[k] =
-              vertex_of_[point][static_cast<std::size_t>(edge_axis(edge))];
-        }
-    });
-  }
-
-  const CellValues& values_;
-  float level_ = 0;
-  std::unique_ptr<std::array<std::uint32_t, 3>[]> vertex_of_;  ///< set on crossed edges only
-  std::vector<Count> first_;                                   ///< of each layer; the last: of all
-};
-
 }  // namespace
 
 CellValues occupancy_of(const Mesh& mesh, double cell, double margin) {
@@ -329,7 +225,33 @@ float level_of_volume(const CellValues& values, double count) {
 }
 
 IsoSurface iso_surface(const CellValues& values, float level) {
-  return MarchingCubes(values, level).run();
+  // The engine's x runs fastest, here z does: its axes are swapped, and with them the triangles'
+  // orientation.
+  auto heights = std::make_shared<DistanceGrid>();
+  heights->grid = {{0, 0, 0}, 1, {values.cells.z, values.cells.y, values.cells.x}};
+  heights->values.reserve(values.values.size());
+  for (const float v : values.values) heights->values.push_back(v - level);
+  bound_slopes(*heights);
+  ExtractSettings settings;
+  settings.refine_steps = 0;  // values are linear along an edge
+  Mesh mesh;
+  const EngineStatus status = make_cpu_engine()->extract(heights, heights->grid, settings, mesh);
+  if (status.code == EngineCode::kOutOfMemory) throw std::bad_alloc();
+  PM_CHECK(status.code == EngineCode::kOk);
+  IsoSurface surface;
+  surface.positions = std::move(mesh.positions);
+  for (Vec3& p : surface.positions) {
+    std::swap(p.x, p.z);
+    // A vertex is never at an end of its edge.
+    const Int3 cell = {static_cast<int>(p.x), static_cast<int>(p.y), static_cast<int>(p.z)};
+    surface.from.push_back(cell);
+    surface.axis.push_back(p.x > static_cast<float>(cell.x)   ? std::uint8_t{0}
+                           : p.y > static_cast<float>(cell.y) ? std::uint8_t{1}
+                                                              : std::uint8_t{2});
+  }
+  surface.triangles = std::move(mesh.triangles);
+  for (Triangle& t : surface.triangles) std::swap(t.v[1], t.v[2]);
+  return surface;
 }
 
 std::vector<double> vertex_areas(const IsoSurface& surface) {

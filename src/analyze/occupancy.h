@@ -52,8 +52,8 @@ struct IsoSurface {
   std::vector<Triangle> triangles;
 };
 
-/// Marching cubes (kernels/mc_tables.h) over the middles of the cells, values linear between them;
-/// what is larger than `level` is inside. Open where that reaches the border.
+/// Marching cubes over the middles of the cells, values linear between them; larger than `level` is
+/// inside. The cells on the border must be outside.
 IsoSurface iso_surface(const CellValues& values, float level);
 
 /// A third of the area of the triangles around each vertex, in squared cells.

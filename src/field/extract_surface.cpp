@@ -99,21 +99,12 @@ Result<Mesh> extract_surface(Engine& engine, const MorphSurface& between, const 
   return mesh;
 }
 
-std::shared_ptr<const Regression> still_map(const Box& box, float progress) {
-  auto map = std::make_shared<Regression>();
-  map->maps = 2;
-  map->samples = {{box.center(), 1, box.diagonal()}};
-  map->values.resize(2);
-  map->values[0].value[3] = progress;
-  map->lattice = {box.low - box.size(), box.diagonal(), {6, 6, 6}};
-  return map;
-}
-
 Result<Mesh> extract_distances(Engine& engine, const std::shared_ptr<const DistanceGrid>& object,
                                float cell, const ExtractSettings& settings) {
-  // Between the object and itself.
-  const Box box = box_of(object->grid);
-  return extract_surface(engine, {still_map(box, 0), object, object, 1, 1, 0}, box, cell, settings);
+  Mesh mesh;
+  PM_TRY(const Grid grid, fit_grid(box_of(object->grid), cell));
+  PM_TRY_STATUS(to_status(engine.extract(object, grid, settings, mesh)));
+  return mesh;
 }
 
 Result<std::vector<AttributeValues>> interpolate_attributes(

@@ -33,10 +33,7 @@ Result<Mesh> extract_surface(Engine& engine, const BallSet& balls, float cell,
 Result<Mesh> extract_surface(Engine& engine, const MorphSurface& between, const Box& box,
                              float cell, const ExtractSettings& settings);
 
-/// The map of a MorphSurface whose objects stand still in `box` and are mixed alike everywhere.
-std::shared_ptr<const Regression> still_map(const Box& box, float progress);
-
-/// The surface of one object's distances. Errors: as extract_surface().
+/// The surface of one object's distances, on cells of edge `cell`. Errors: as extract_surface().
 Result<Mesh> extract_distances(Engine& engine, const std::shared_ptr<const DistanceGrid>& object,
                                float cell, const ExtractSettings& settings);
 

@@ -140,6 +140,17 @@ float unmixed(float share) {
   return static_cast<float>(t);
 }
 
+/// The map of a surface between objects that stand still in `box` and are mixed alike everywhere.
+std::shared_ptr<const Regression> still_map(const Box& box, float progress) {
+  auto map = std::make_shared<Regression>();
+  map->maps = 2;
+  map->samples = {{box.center(), 1, box.diagonal()}};
+  map->values.resize(2);
+  map->values[0].value[3] = progress;
+  map->lattice = {box.low - box.size(), box.diagonal(), {6, 6, 6}};
+  return map;
+}
+
 }  // namespace
 
 Result<BlendField> make_blend_field(const Model& model, const InsideTest& inside,
@@ -171,6 +182,8 @@ Result<Mesh> blend_surface(const BlendField& field, const Model& model,
                            const ClosestPointQuery& to_model, float progress,
                            const ExtractSettings& settings, Engine& engine) {
   const Grid& grid = field.model->grid;
+  // Extracting the mixed distances as one DistanceGrid would do, but round differently: half of the
+  // vertices would move, by some 1e-4 of a cell.
   const MorphSurface between = {still_map(box_of(grid), unmixed(progress)), field.model,
                                 field.balls};
   Mesh mesh;

@@ -1,7 +1,10 @@
 // Surfaces between two objects, and the regression that carries them, against their definitions.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
+#include <random>
 #include <vector>
 
 #include "testing/backend.h"
@@ -17,6 +20,13 @@ class BetweenTest : public SurfaceTest {
                const ExtractSettings& settings = {}) {
     Mesh mesh;
     const EngineStatus status = engine_->extract(surface, grid, settings, mesh);
+    EXPECT_EQ(status.code, EngineCode::kOk) << status.message;
+    return mesh;
+  }
+  Mesh distances(const std::shared_ptr<const DistanceGrid>& object, const Grid& grid,
+                 const ExtractSettings& settings = {}) {
+    Mesh mesh;
+    const EngineStatus status = engine_->extract(object, grid, settings, mesh);
     EXPECT_EQ(status.code, EngineCode::kOk) << status.message;
     return mesh;
   }
@@ -256,6 +266,84 @@ TEST_P(BetweenTest, RefusesWhatItCannotMakeASurfaceOf) {
   EXPECT_EQ(code({map, object, object, 1, 1, 0}), EngineCode::kBadInput);
   map->thinness[1] = broken;
   EXPECT_EQ(code({map, object, object, 1, 1, 0}), EngineCode::kBadInput);
+}
+
+/// The surface of distances is that between an object and itself.
+TEST_P(BetweenTest, DistancesHaveTheSurfaceOfAnObjectThatIsMorphedToItself) {
+  auto map = std::make_shared<Regression>(*identity_map(0));
+  map->values[1].value[3] = 0;
+  for (const auto& object : {sphere_distances(1), torus_distances(1, 0.3f)})
+    for (const Grid& grid : {object->grid, cube_grid(97, 1.7f), cube_grid(30, 0.9f)}) {
+      const Mesh mesh = distances(object, grid);
+      ASSERT_FALSE(mesh.triangles.empty());
+      expect_sound(mesh);
+      expect_same_mesh(mesh, between({map, object, object, 1, 1, 0}, grid));
+    }
+  EXPECT_LT(furthest_from_sphere(distances(sphere_distances(1), cube_grid(61, 1.5f)), 1), 0.002);
+}
+
+/// Plain values on their own grid: a vertex on each crossed edge, where the value is 0.
+TEST_P(BetweenTest, PlainValuesAreLinearAlongTheirEdges) {
+  std::mt19937 random(11);
+  auto values = std::make_shared<DistanceGrid>();
+  const int n = 40;
+  values->grid = {{0, 0, 0}, 1, {n, n, n}};
+  values->lipschitz = 4;  // neighbours differ by at most 2 along each axis
+  const auto index = [&](int x, int y, int z) {
+    return static_cast<std::size_t>(x + n * (y + n * z));
+  };
+  for (int z = 0; z < n; ++z)
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x) {
+        const bool border = std::min({x, y, z}) == 0 || std::max({x, y, z}) == n - 1;
+        const float value = static_cast<float>(random() >> 8) * 0x1p-23f - 1;
+        values->values.push_back(border ? -1 : value);
+      }
+  ExtractSettings settings;
+  settings.refine_steps = 0;
+  const Mesh mesh = distances(values, values->grid, settings);
+  expect_sound(mesh);
+  std::size_t crossed = 0;
+  for (int z = 0; z + 1 < n; ++z)
+    for (int y = 0; y + 1 < n; ++y)
+      for (int x = 0; x + 1 < n; ++x) {
+        const bool in = values->values[index(x, y, z)] > 0;
+        crossed += in != (values->values[index(x + 1, y, z)] > 0);
+        crossed += in != (values->values[index(x, y + 1, z)] > 0);
+        crossed += in != (values->values[index(x, y, z + 1)] > 0);
+      }
+  EXPECT_EQ(mesh.positions.size(), crossed);
+  for (const Vec3 p : mesh.positions) {
+    const int x = static_cast<int>(p.x), y = static_cast<int>(p.y), z = static_cast<int>(p.z);
+    const Vec3 f = p - Vec3{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+    const float t = std::max({f.x, f.y, f.z});
+    ASSERT_EQ(f.x + f.y + f.z, t);  // on an edge
+    const float a = values->values[index(x, y, z)];
+    const float b = values->values[index(x + (f.x > 0), y + (f.y > 0), z + (f.z > 0))];
+    ASSERT_NEAR(t, std::clamp(a / (a - b), 1 / 512.0f, 511 / 512.0f), 1e-5f);
+  }
+}
+
+TEST_P(BetweenTest, RefusesDistancesThatItCannotMakeASurfaceOf) {
+  const Grid grid = cube_grid(21, 1.5f);
+  Mesh mesh;
+  const auto code = [&](std::shared_ptr<const DistanceGrid> object,
+                        const ExtractSettings& settings = {}) {
+    mesh.positions.resize(1);
+    const EngineCode result = engine_->extract(object, grid, settings, mesh).code;
+    EXPECT_TRUE(mesh.positions.empty());
+    return result;
+  };
+  EXPECT_EQ(code(nullptr), EngineCode::kBadInput);
+  auto broken = std::make_shared<DistanceGrid>(*sphere_distances(1));
+  broken->lipschitz = NAN;
+  EXPECT_EQ(code(broken), EngineCode::kBadInput);
+  broken->lipschitz = 1;
+  broken->values.pop_back();
+  EXPECT_EQ(code(broken), EngineCode::kBadInput);
+  ExtractSettings settings;
+  settings.refine_steps = 5;
+  EXPECT_EQ(code(sphere_distances(1), settings), EngineCode::kBadInput);
 }
 
 TEST_P(BetweenTest, FlatSurfacesAndMidpointsAreServedToo) {

@@ -119,6 +119,10 @@ void expect_same_between(Engine& a, Engine& b) {
     ASSERT_EQ(b.extract(at.surface, at.grid, settings, other).code, EngineCode::kOk);
     ASSERT_FALSE(one.triangles.empty());
     expect_same_mesh(one, other);
+    ASSERT_EQ(a.extract(at.surface.from, at.grid, settings, one).code, EngineCode::kOk);
+    ASSERT_EQ(b.extract(at.surface.from, at.grid, settings, other).code, EngineCode::kOk);
+    ASSERT_FALSE(one.triangles.empty());
+    expect_same_mesh(one, other);
     std::vector<AttributeValues> values, others;
     ASSERT_EQ(a.regress(at.surface.map, points, values).code, EngineCode::kOk);
     ASSERT_EQ(b.regress(at.surface.map, points, others).code, EngineCode::kOk);

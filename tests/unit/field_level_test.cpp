@@ -123,6 +123,10 @@ TEST(IsoForVolume, TakesFewSurfacesEvenNextToAVanishingOne) {
                          const ExtractSettings& settings, Mesh& mesh) override {
       return inner->extract(between, grid, settings, mesh);
     }
+    EngineStatus extract(const std::shared_ptr<const DistanceGrid>& object, const Grid& grid,
+                         const ExtractSettings& settings, Mesh& mesh) override {
+      return inner->extract(object, grid, settings, mesh);
+    }
     EngineStatus regress(const std::shared_ptr<const Regression>& regression,
                          const std::vector<Vec3>& points,
                          std::vector<AttributeValues>& values) override {

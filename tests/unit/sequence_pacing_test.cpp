@@ -30,6 +30,10 @@ class CountingEngine : public Engine {
     ++surfaces;
     return engine_.extract(between, grid, settings, mesh);
   }
+  EngineStatus extract(const std::shared_ptr<const DistanceGrid>& object, const Grid& grid,
+                       const ExtractSettings& settings, Mesh& mesh) override {
+    return engine_.extract(object, grid, settings, mesh);
+  }
   EngineStatus sample(const BallSet& balls, const std::vector<Vec3>& points,
                       const ExtractSettings& settings, std::vector<float>& values) override {
     return engine_.sample(balls, points, settings, values);
