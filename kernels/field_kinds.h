@@ -202,45 +202,7 @@ struct InverseSquareField {
   static float share_of_weight(float w, float share) { return w * share; }
 };
 
-/// w (1 - q)^2 up to q = 1 (Murakami and Ichihara 1987): the cheapest smooth field of compact
-/// support.
-struct QuarticField : EllipsoidCoordinate {
-  static constexpr FieldKind kKind = FieldKind::kQuartic;
-  static constexpr std::string_view kName = "quartic";
-
-  template <class B>
-  PM_HD static double prepare(const Ball& ball, FieldScale, B& out) {
-    out.limit = 1;
-    return static_cast<double>(ball.a);
-  }
-  template <class V, class B>
-  PM_HD static V value(const B& ball, V q) {
-    const V rest = 1.0f - q;
-    return zero_unless(q <= ball.limit, ball.w * (rest * rest));
-  }
-  template <class V, class B>
-  PM_HD static V negated_derivative(const B& ball, V q) {
-    return zero_unless(q <= ball.limit, ball.w * (1.0f - q));
-  }
-  template <class V, class B>
-  PM_HD static V share(const B& ball, V q) {
-    return max(value(ball, q), broadcast<V>(0.0f));
-  }
-
-  static float log_value(const Ball& ball, float q) {
-    const float rest = std::max(1 - q, 0.0f);
-    return log(std::max(ball.w * (rest * rest), 0.0f));
-  }
-  static float log_slope(const Ball&, float q) { return -2 / std::max(1 - q, 1e-6f); }
-  static float end(const Ball&, float) { return 1; }
-  static float surface(const Ball& ball) { return ball.w > 1 ? 1 - 1 / std::sqrt(ball.w) : 0; }
-  /// As Wyvill's: 9/16 of the strength is left at half the reach, which is the sphere's radius.
-  static Ball of_sphere(Vec3 center, float radius, const BallConstants& c) {
-    return {center, 0.25f / (radius * radius), 16 * c.magnitude / (9 * c.threshold)};
-  }
-};
-
-/// f(a value of the struct of that kind). The only switch over FieldKind.
+/// Calls f with a value of the kind's struct. The only switch over FieldKind.
 template <class Function>
 decltype(auto) visit(FieldKind kind, const Function& f) {
   switch (kind) {
@@ -249,15 +211,13 @@ decltype(auto) visit(FieldKind kind, const Function& f) {
     case FieldKind::kInverseSquare:
       return f(InverseSquareField{});
     case FieldKind::kWyvill:
-      return f(WyvillField{});
-    case FieldKind::kQuartic:
       break;
   }
-  return f(QuarticField{});
+  return f(WyvillField{});
 }
 
 inline constexpr FieldKind kFieldKinds[] = {FieldKind::kGaussian, FieldKind::kWyvill,
-                                            FieldKind::kInverseSquare, FieldKind::kQuartic};
+                                            FieldKind::kInverseSquare};
 
 inline std::string_view field_name(FieldKind kind) {
   return visit(kind, [](auto field) { return decltype(field)::kName; });

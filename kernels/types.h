@@ -58,7 +58,6 @@ enum class FieldKind : std::uint8_t {
   kGaussian,       ///< exp(w - a r^2)  (Blinn 1982, Eq. 3.1 of the report)
   kInverseSquare,  ///< w / r^2         (the report's Algorithm 5.1; infinite support)
   kWyvill,         ///< w (1 - 22/9 q + 17/9 q^2 - 4/9 q^3), q = a r^2, 0 from q = 1 (Wyvill 1986)
-  kQuartic,        ///< w (1 - q)^2, q = a r^2, 0 from q = 1     (Murakami and Ichihara 1987)
 };
 
 /// What is drawn of the samples.

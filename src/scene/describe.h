@@ -134,11 +134,9 @@ void describe(V& v, FieldSettings& s) {
   v.choice("kind", kind,
            {{"gaussian", FieldKind::kGaussian},
             {"wyvill", FieldKind::kWyvill},
-            {"inverse_square", FieldKind::kInverseSquare},
-            {"quartic", FieldKind::kQuartic}},
-           "contribution of a ball to the field: Blinn's Gaussian, Wyvill's soft object, k r^2 / "
-           "d^2, or "
-           "Murakami's (1 - d^2 / R^2)^2");
+            {"inverse_square", FieldKind::kInverseSquare}},
+           "contribution of a ball to the field: Blinn's Gaussian, Wyvill's soft object or k r^2 / "
+           "d^2");
   v.number(
       "blobbiness", blobbiness, 0, 50,
       "gaussian without a fit: |B|; small melts balls together, large keeps them apart; 0: 0.12 "

@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "kernels/field_kinds.h"
 #include "testing/backend.h"
 
 namespace polymorph {
@@ -28,7 +29,6 @@ double strength_at(const Ball& ball, FieldKind kind, Vec3 p) {
   if (kind == FieldKind::kGaussian) return std::exp(w - to_double(ball.a) * q);
   if (kind == FieldKind::kInverseSquare) return std::max(w, 0.0) / q;
   const double u = to_double(ball.a) * q;
-  if (kind == FieldKind::kQuartic) return u < 1 ? std::max(w, 0.0) * (1 - u) * (1 - u) : 0;
   return u < 1 ? std::max(w, 0.0) * (1 - u) * (1 - u) * (1 - 4.0 / 9 * u) : 0;
 }
 
@@ -106,8 +106,7 @@ class SharesTest : public SurfaceTest {
 };
 
 TEST_P(SharesTest, values_are_means_by_share_of_the_field) {
-  for (const FieldKind field :
-       {FieldKind::kGaussian, FieldKind::kInverseSquare, FieldKind::kWyvill, FieldKind::kQuartic})
+  for (const FieldKind field : kFieldKinds)
     for (const int maps : {1, 2}) {
       SCOPED_TRACE(testing::Message() << static_cast<int>(field) << " " << maps);
       const std::vector<Ball> balls = random_balls(80, field, 11);

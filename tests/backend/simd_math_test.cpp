@@ -57,7 +57,6 @@ TEST(Math, branchless_selections_agree_with_comparisons) {
 using RoundGaussian = Field<GaussianField, RoundBall>;
 using Ellipsoid = Field<GaussianField, EllipsoidBall>;
 using RoundWyvill = Field<WyvillField, RoundBall>;
-using RoundQuartic = Field<QuarticField, RoundBall>;
 using InverseSquare = Field<InverseSquareField, RoundBall>;
 
 template <class F>
@@ -162,7 +161,6 @@ TEST(Falloff, negated_derivative_is_the_slope_of_value) {
   };
   check(RoundGaussian{}, {{0, 0, 0}, 4, 1});
   check(RoundWyvill{}, {{0, 0, 0}, 1, 2});
-  check(RoundQuartic{}, {{0, 0, 0}, 1, 2});
   check(InverseSquare{}, {{0, 0, 0}, 1, 2});
 }
 

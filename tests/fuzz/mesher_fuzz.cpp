@@ -56,7 +56,7 @@ bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   Bytes in(data, size);
   ExtractSettings settings;
-  settings.field = static_cast<FieldKind>(in.byte() % 4);
+  settings.field = static_cast<FieldKind>(in.byte() % 3);
   settings.refine_steps = in.byte() % 5;
   settings.sample_stride = 1 + in.byte() % 3;
   settings.placement = in.byte() % 2 ? Placement::kRoot : ExtractSettings().placement;

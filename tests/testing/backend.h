@@ -93,7 +93,7 @@ inline std::vector<Ball> random_balls(int count, FieldKind field, unsigned seed)
     const float radius = 0.1f + 0.25f * unit();
     Ball ball = gaussian_ball(center, radius);
     if (field == FieldKind::kInverseSquare) ball.w = 0.2f * radius * radius;
-    if (field == FieldKind::kWyvill || field == FieldKind::kQuartic) {
+    if (field == FieldKind::kWyvill) {
       ball.a = 1 / (4 * radius * radius);
       ball.w = 1.7f;
     }

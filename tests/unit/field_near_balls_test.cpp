@@ -16,7 +16,7 @@ std::vector<Ball> balls_for(FieldKind kind) {
     const auto r = [&](std::uint64_t k) { return random_float(7, k, i); };
     Ball ball{{2 * r(0) - 1, 2 * r(1) - 1, 2 * r(2) - 1}, 4 + 20 * r(3), 1 + 2 * r(4), {}};
     if (kind == FieldKind::kInverseSquare) ball.w = 0.01f + 0.02f * r(4);
-    if (kind == FieldKind::kWyvill || kind == FieldKind::kQuartic) ball.a = 1 + 3 * r(3);
+    if (kind == FieldKind::kWyvill) ball.a = 1 + 3 * r(3);
     if (kind != FieldKind::kInverseSquare && i % 2)
       ball.shape = {4, 0.5f, 0.5f, 0, 0, 0};  // determinant 1
     balls.push_back(ball);
@@ -63,7 +63,7 @@ TEST_P(NearBallsTest, SumsWhatTheKernelsSumAndItsGradientIsItsSlope) {
 
 INSTANTIATE_TEST_SUITE_P(Kinds, NearBallsTest,
                          ::testing::Values(FieldKind::kGaussian, FieldKind::kInverseSquare,
-                                           FieldKind::kWyvill, FieldKind::kQuartic));
+                                           FieldKind::kWyvill));
 
 TEST(NearBalls, LeavesOutWhatIsFarAndSurvivesBeingOutOfReach) {
   const std::vector<Ball> balls = {{{0, 0, 0}, 1, 2, {}}, {{100, 0, 0}, 1, 2, {}}};

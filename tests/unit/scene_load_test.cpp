@@ -182,6 +182,9 @@ TEST_F(SceneTest, WrongValuesSayWhatIsAllowed) {
                 .find("must be \"index\", \"nearest\" or \"transport\" (is \"indx\") - did you "
                       "mean \"index\"?"),
             std::string::npos);
+  EXPECT_NE(with("\"field\": {\"kind\": \"quartic\"}")
+                .find("must be \"gaussian\", \"wyvill\" or \"inverse_square\" (is \"quartic\")"),
+            std::string::npos);
   EXPECT_NE(
       with("\"image\": {\"samples\": 1.5}").find("must be a whole number, 1 to 65536 (is 1.5)"),
       std::string::npos);
