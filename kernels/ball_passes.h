@@ -243,7 +243,7 @@ class BallPasses {
   View<std::uint32_t> all_balls_;
   View<Node> roots_;
   View<Counts> root_sums_;
-  View<FarField> root_far_;  ///< where support is infinite
+  View<FarField> root_far_;  ///< only for infinite support
   float length_ = 1;         ///< FieldScale::length
 };
 

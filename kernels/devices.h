@@ -14,7 +14,8 @@ struct DeviceInfo {
   std::string capability;  ///< "9.0"
 };
 
-/// What `polymorph devices` lists. `built_with_cuda` false: no CUDA code in this program.
+/// The devices that `polymorph devices` lists. `built_with_cuda` false: no CUDA code in this
+/// program.
 struct DeviceList {
   bool built_with_cuda = false;
   std::string runtime;  ///< "CUDA 13.0", empty when built without

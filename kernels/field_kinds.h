@@ -1,5 +1,4 @@
-// Field functions of metaballs: one struct for each FieldKind, with all that the program knows of
-// it.
+// Field functions of metaballs: one struct per FieldKind, with all that the program knows of it.
 //
 // A ball's coordinate is q = a d^T S d, d the offset from its centre and S its shape (q = d^2 where
 // there is no support to scale). The kernels have it prepared (falloff.h): multiplied by a
@@ -40,18 +39,18 @@ constexpr float kMinDistance2 = 1e-9f, kMaxDistance2 = 1e9f;
 /// One axis' share of a separable field's coordinate, at most: within a ball's reach it is less.
 constexpr float kMaxFactor = 125.0f;
 
-/// What all balls of a set share.
+/// Scales that all balls of a set share.
 struct FieldScale {
   float log2_floor = 0;  ///< log2(cutoff iso); of exponential fields
   float length = 1;      ///< a power of two, about the size of the set; of infinite support
 };
 
-/// What makes balls of spheres (scene key `field`; docs/method.md, Field).
+/// Constants by which spheres become balls (scene key `field`; docs/method.md, Field).
 struct BallConstants {
   float blobbiness = 2, blob_constant = 1, magnitude = 1, threshold = 1;
 };
 
-/// What kinds with ellipsoids have in common.
+/// The common part of kinds with ellipsoids.
 struct EllipsoidCoordinate {
   static constexpr bool kEllipsoids = true, kCompactSupport = true, kExponential = false;
   static float coordinate(const Ball& ball, Vec3 d) { return ball.a * quadratic(ball.shape, d); }
@@ -121,9 +120,9 @@ struct WyvillField : EllipsoidCoordinate {
   }
   template <class V, class B>
   PM_HD static V value(const B& ball, V q) {
-    const V rest = 1.0f - q;
-    return zero_unless(q <= ball.limit, (ball.w * (rest * rest)) *
-                                            fma(broadcast<V>(-4.0f / 9.0f), q, broadcast<V>(1.0f)));
+    const V p = 1.0f - q;
+    return zero_unless(q <= ball.limit,
+                       (ball.w * (p * p)) * fma(broadcast<V>(-4.0f / 9.0f), q, broadcast<V>(1.0f)));
   }
   /// (1 - q) (22 - 12 q) / 9; the common 2 / 9 is left out.
   template <class V, class B>

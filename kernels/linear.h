@@ -73,7 +73,7 @@ PM_HD constexpr Sym3d operator*(const Sym3d& a, double s) {
 PM_HD constexpr Mat3 to_mat3(const Sym3d& a) {
   return {{a.xx, a.xy, a.xz, a.xy, a.yy, a.yz, a.xz, a.yz, a.zz}};
 }
-/// Of a matrix that is symmetric.
+/// Converts a matrix that is symmetric.
 PM_HD constexpr Sym3d to_sym3d(const Mat3& a) {
   return {a.m[0], a.m[4], a.m[8], a.m[1], a.m[2], a.m[5]};
 }
@@ -94,12 +94,12 @@ PM_HD constexpr Sym3d commuting_product(const Sym3d& a, const Sym3d& b) {
           a.xx * b.xz + a.xy * b.yz + a.xz * b.zz, a.xy * b.xz + a.yy * b.yz + a.yz * b.zz};
 }
 
-/// Terms of a series of exp() and the largest argument at which the rest is below 2^-53.
+/// Terms of a series of exp() and the largest argument at which the error is below 2^-53.
 constexpr int kExpTerms = 9;
 constexpr double kExpReach = 0.125;
 
 /// e^x: a series at x / 2^k, squared k times.
-PM_HD inline double exp_of(double x) {
+PM_HD inline double exp_scalar(double x) {
   int k = 0;
   for (double size = x < 0 ? -x : x; size > kExpReach && k < 64; size /= 2) ++k, x /= 2;
   double sum = 1;
@@ -110,17 +110,17 @@ PM_HD inline double exp_of(double x) {
 
 /// The exponential of a symmetric matrix, in the same way.
 PM_HD inline Sym3d exp_symmetric(Sym3d a) {
-  const auto size_of = [](double x, double y, double z) {
+  const auto absolute_sum = [](double x, double y, double z) {
     return (x < 0 ? -x : x) + (y < 0 ? -y : y) + (z < 0 ? -z : z);
   };
-  const double rows[3] = {size_of(a.xx, a.xy, a.xz), size_of(a.xy, a.yy, a.yz),
-                          size_of(a.xz, a.yz, a.zz)};
+  const double rows[3] = {absolute_sum(a.xx, a.xy, a.xz), absolute_sum(a.xy, a.yy, a.yz),
+                          absolute_sum(a.xz, a.yz, a.zz)};
   double size = rows[0] > rows[1] ? rows[0] : rows[1];
   if (rows[2] > size) size = rows[2];
   int k = 0;
-  double by = 1;
-  for (; size > kExpReach && k < 64; size /= 2) ++k, by /= 2;
-  a = a * by;
+  double scale = 1;
+  for (; size > kExpReach && k < 64; size /= 2) ++k, scale /= 2;
+  a = a * scale;
   const Sym3d one = {1, 1, 1, 0, 0, 0};
   Sym3d sum = one;
   for (int i = kExpTerms; i > 0; --i) sum = one + commuting_product(a, sum) * (1.0 / i);

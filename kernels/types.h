@@ -53,24 +53,24 @@ PM_HD constexpr Vec3 max(Vec3 a, Vec3 b) {
   return {a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z};
 }
 
-/// Which function of the distance a ball contributes to the field (method: docs/method.md, Field).
+/// The function of the distance that a ball contributes to the field (docs/method.md, Field).
 enum class FieldKind : std::uint8_t {
   kGaussian,       ///< exp(w - a r^2)  (Blinn 1982, Eq. 3.1 of the report)
   kInverseSquare,  ///< w / r^2         (the report's Algorithm 5.1; infinite support)
   kWyvill,         ///< w (1 - 22/9 q + 17/9 q^2 - 4/9 q^3), q = a r^2, 0 from q = 1 (Wyvill 1986)
 };
 
-/// What is drawn of the samples.
+/// The surface that is drawn through the samples.
 enum class SurfaceMethod : std::uint8_t {
   kMarchingCubes,
   kMatrix,  ///< a cube at each point inside (the report's 2.1.2.1); every square has vertices of
             ///< its own, so that the mesh is not connected
 };
 
-/// Where on a crossed edge a vertex lies.
+/// Position of a vertex on a crossed edge.
 enum class Placement : std::uint8_t {
-  kRoot,      ///< where the field is iso
-  kMidpoint,  ///< in the middle: the report's marching cubes
+  kRoot,      ///< root of field = iso
+  kMidpoint,  ///< the edge's middle: the report's marching cubes
 };
 
 /// A symmetric 3 x 3 matrix; the identity by default.
@@ -117,7 +117,7 @@ struct Grid {
   Int3 points;  ///< >= 2 along each axis
 };
 
-/// Where a grid point lies: one multiplication and one addition, each rounded, on every backend.
+/// Position of a grid point: one multiplication and one addition, each rounded, on every backend.
 PM_HD constexpr Vec3 grid_point(const Grid& grid, Int3 p) {
   return {grid.origin.x + grid.cell * static_cast<float>(p.x),
           grid.origin.y + grid.cell * static_cast<float>(p.y),

@@ -349,7 +349,7 @@ std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time) {
           const auto power = [](const Sym3d& log, double by) {
             return to_mat3(exp_symmetric(log * by));
           };
-          const Mat3 root = power(log_shape_at(path, u), 0.5 * stretch_left(soft, u)) * back;
+          const Mat3 root = power(log_shape_at(path, u), 0.5 * remaining_stretch(soft, u)) * back;
           from = power(path.from_log, -0.5) * root;
           to = power(path.to_log, -0.5) * root;
         }

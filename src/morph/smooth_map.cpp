@@ -45,7 +45,7 @@ Undone undone(const PathPart& part, double u) {
   const PartPlace place = place_at(part, u);
   const Mat3 back = transposed(place.rotation);
   const Mat3 on = exp_rotation(part.turn) * back;
-  return {scaled(back, 1 / place.scale), scaled(on, exp_of(part.log_scale) / place.scale),
+  return {scaled(back, 1 / place.scale), scaled(on, exp_scalar(part.log_scale) / place.scale),
           place.center};
 }
 
@@ -149,8 +149,8 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
     regression->values.push_back(back);
     regression->values.push_back(on);
   }
-  map.from_scale = static_cast<float>(exp_of(whole.log_scale * mean));
-  map.to_scale = static_cast<float>(exp_of(whole.log_scale * (mean - 1)));
+  map.from_scale = static_cast<float>(exp_scalar(whole.log_scale * mean));
+  map.to_scale = static_cast<float>(exp_scalar(whole.log_scale * (mean - 1)));
   map.regression = std::move(regression);
   return map;
 }
