@@ -1,0 +1,105 @@
+#include "morph/limb_names.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string_view>
+
+namespace polymorph {
+namespace {
+
+double height(const Limbs& limbs, Vec3d p) {
+  return (p.y - limbs.low) / std::max(limbs.high - limbs.low, 1e-9);
+}
+
+Vec3d direction(const Limb& limb) { return normalized(limb.tip() - limb.line.front()); }
+
+/// The numbers of the limbs that are not legs and sit on no other limb, the largest first.
+std::vector<std::size_t> others_by_volume(const Limbs& limbs,
+                                          const std::vector<std::string_view>& nouns) {
+  std::vector<std::size_t> others;
+  for (std::size_t i = 0; i < nouns.size(); ++i)
+    if (nouns[i].empty()) others.push_back(i);
+  for (const Limb& limb : limbs.limbs)
+    for (const std::uint32_t i : limb.inner) std::erase(others, i);
+  std::stable_sort(others.begin(), others.end(), [&](std::size_t i, std::size_t k) {
+    return limbs.limbs[i].volume > limbs.limbs[k].volume;
+  });
+  return others;
+}
+
+std::vector<std::string_view> choose_nouns(const Limbs& limbs) {
+  constexpr double kFloor = 0.15, kShoulder = 0.5, kUp = 0.5;
+  std::vector<std::string_view> nouns(limbs.limbs.size());
+  std::size_t legs = 0;
+  for (std::size_t i = 0; i < nouns.size(); ++i) {
+    const Limb& limb = limbs.limbs[i];
+    if (height(limbs, limb.tip()) < kFloor && limb.tip().y < limb.root.y) nouns[i] = "leg", ++legs;
+  }
+  const std::vector<std::size_t> others = others_by_volume(limbs, nouns);
+  if (legs > 2) {
+    if (!others.empty()) nouns[others[0]] = "head";
+    for (std::size_t k = 1; k < others.size(); ++k) {
+      const Vec3d head = limbs.limbs[others[0]].tip() - limbs.middle,
+                  tail = limbs.limbs[others[k]].tip() - limbs.middle;
+      if (k == 1 && head.x * tail.x + head.z * tail.z < 0) nouns[others[k]] = "tail";
+    }
+  } else {
+    // Arms may be raised as well: the head is above the body.
+    const auto offset = [&](std::size_t i) {
+      const Vec3d d = limbs.limbs[i].tip() - limbs.middle;
+      return d.x * d.x + d.z * d.z;
+    };
+    std::size_t head = nouns.size();
+    for (const std::size_t i : others)
+      if (direction(limbs.limbs[i]).y > kUp && height(limbs, limbs.limbs[i].root) > kShoulder &&
+          (head == nouns.size() || offset(i) < offset(head)))
+        head = i;
+    if (head < nouns.size()) nouns[head] = "head";
+    for (const std::size_t i : others)
+      if (i != head && height(limbs, limbs.limbs[i].root) > kShoulder) nouns[i] = "arm";
+  }
+  for (std::string_view& noun : nouns)
+    if (noun.empty()) noun = "limb";
+  return nouns;
+}
+
+/// The place of a limb among those of the same noun: "front left ".
+std::string describe_side(const Limbs& limbs, const std::vector<std::size_t>& group,
+                          std::size_t limb) {
+  if (group.size() < 2) return "";
+  Vec3d low = limbs.limbs[group[0]].tip(), high = low;
+  for (const std::size_t i : group) {
+    const Vec3d p = limbs.limbs[i].tip();
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  // Both words where the group spreads both ways.
+  constexpr double kSpread = 0.25;
+  const Vec3d p = limbs.limbs[limb].tip(), middle = (low + high) * 0.5, size = high - low;
+  const bool by_x = size.x >= kSpread * size.z, by_z = size.z >= kSpread * size.x;
+  std::string side;
+  if (by_z && (group.size() > 2 || !by_x || size.z > size.x))
+    side += p.z > middle.z ? "front " : "back ";
+  if (by_x && (group.size() > 2 || !by_z || size.x >= size.z))
+    side += p.x < middle.x ? "left " : "right ";
+  return side;
+}
+
+}  // namespace
+
+std::vector<std::string> limb_names(const Limbs& limbs) {
+  const std::vector<std::string_view> nouns = choose_nouns(limbs);
+  std::map<std::string_view, std::vector<std::size_t>> groups;
+  for (std::size_t i = 0; i < nouns.size(); ++i) groups[nouns[i]].push_back(i);
+  std::vector<std::string> names;
+  std::map<std::string, int> used;
+  for (std::size_t i = 0; i < nouns.size(); ++i) {
+    std::string name = describe_side(limbs, groups[nouns[i]], i) + std::string(nouns[i]);
+    if (const int before = used[name]++; before > 0) name += " " + std::to_string(before + 1);
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,347 @@
+#include "morph/limbs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/parallel.h"
+#include "morph/voxel_solid.h"
+
+namespace polymorph {
+namespace {
+
+constexpr std::uint32_t kNone = VoxelSolid::kNone;
+constexpr std::size_t kMaxTips = 14;
+/// Least prominence of a tip, as a share of the longest way from the centre, and of how thick the
+/// object is where the limb begins.
+constexpr double kProminence = 0.1, kProminenceInThickness = 0.5;
+/// Least stretch of a limb that others sit on, as a share of that way and of the longest of these;
+/// and the most of the volume that it holds.
+constexpr double kInnerStretch = 0.06, kInnerStretchInLimb = 0.4, kInnerVolume = 0.25;
+
+/// The object as limbs are looked for in it.
+struct Body {
+  VoxelSolid solid;
+  std::vector<std::uint32_t> radii;  ///< local_radii()
+  std::uint32_t center = 0;
+  double mean_distance = 0;             ///< the least, in the units of the solid
+  std::vector<std::uint32_t> distance;  ///< geodesic distance from the centre
+  std::vector<std::uint32_t> order;     ///< voxels, the farthest first
+  std::vector<std::uint32_t> rank;      ///< place of each voxel in that order
+};
+
+/// The voxel with the shortest mean way to all of the body, by way of bases far from each other.
+/// Thick parts count less: the surface is to be near.
+void find_center(Body& body) {
+  constexpr std::size_t kBases = 60;
+  const VoxelSolid& solid = body.solid;
+  const std::size_t n = solid.size();
+  std::vector<double> weight(n);
+  for (std::size_t i = 0; i < n; ++i)
+    weight[i] = 1 / static_cast<double>(std::max(body.radii[i], VoxelSolid::kStepUnits));
+  const double all = std::accumulate(weight.begin(), weight.end(), 0.0);
+  std::vector<std::uint32_t> nearest(n, kNone), owner(n, 0);
+  std::vector<std::vector<std::uint32_t>> from_base;
+  auto base = static_cast<std::uint32_t>(std::max_element(solid.depth.begin(), solid.depth.end()) -
+                                         solid.depth.begin());
+  while (from_base.size() < std::min(kBases, n)) {
+    from_base.push_back(geodesic_distances(solid, std::span(&base, 1)));
+    const std::vector<std::uint32_t>& distance = from_base.back();
+    for (std::size_t i = 0; i < n; ++i)
+      if (distance[i] < nearest[i])
+        nearest[i] = distance[i], owner[i] = static_cast<std::uint32_t>(from_base.size() - 1);
+    base = static_cast<std::uint32_t>(std::max_element(nearest.begin(), nearest.end()) -
+                                      nearest.begin());
+  }
+  std::vector<double> share(from_base.size(), 0), mean(n, 0);
+  for (std::size_t i = 0; i < n; ++i) share[owner[i]] += weight[i] / all;
+  for (std::size_t b = 0; b < from_base.size(); ++b)
+    for (std::size_t i = 0; i < n; ++i) mean[i] += share[b] * static_cast<double>(from_base[b][i]);
+  // Of places as near as each other, the deepest.
+  constexpr double kDepth = 1e-3;
+  const auto value = [&](std::size_t i) {
+    return mean[i] - kDepth * static_cast<double>(solid.depth[i]);
+  };
+  for (std::uint32_t i = 1; i < n; ++i)
+    if (value(i) < value(body.center)) body.center = i;
+  body.mean_distance = std::max(mean[body.center], 1.0);
+}
+
+Body make_body(const std::vector<Ball>& balls) {
+  Body body;
+  body.solid = voxel_solid(balls);
+  if (body.solid.size() == 0) return body;
+  body.radii = local_radii(body.solid);
+  find_center(body);
+  body.distance = geodesic_distances(body.solid, std::span(&body.center, 1));
+  body.order.resize(body.solid.size());
+  std::iota(body.order.begin(), body.order.end(), 0u);
+  std::stable_sort(body.order.begin(), body.order.end(), [&](std::uint32_t i, std::uint32_t j) {
+    return body.distance[i] > body.distance[j];
+  });
+  body.rank.resize(body.order.size());
+  for (std::uint32_t k = 0; k < body.order.size(); ++k) body.rank[body.order[k]] = k;
+  return body;
+}
+
+/// Runs through the superlevel sets of the distance, the farthest voxel first. `met(voxel, roots)`
+/// gets the components that the voxel joins, each by its farthest voxel, the farthest first; they
+/// become one, called by the first of them, or by the voxel where there is none.
+template <class Met>
+void merge_tree(const Body& body, const Met& met) {
+  const VoxelSolid& solid = body.solid;
+  std::vector<std::uint32_t> parent(solid.size(), kNone);
+  const auto find = [&](std::uint32_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  std::vector<std::uint32_t> roots;
+  for (const std::uint32_t i : body.order) {
+    roots.clear();
+    for (std::uint32_t k = solid.first[i]; k < solid.first[i + 1]; ++k)
+      if (parent[solid.neighbors[k]] != kNone) roots.push_back(find(solid.neighbors[k]));
+    std::sort(roots.begin(), roots.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return body.rank[a] < body.rank[b]; });
+    roots.erase(std::unique(roots.begin(), roots.end()), roots.end());
+    met(i, roots);
+    parent[i] = i;
+    for (const std::uint32_t root : roots) parent[root] = roots.front();
+    if (!roots.empty()) parent[i] = roots.front();
+  }
+}
+
+/// The tips whose components last, the most prominent first.
+std::vector<std::uint32_t> prominent_tips(const Body& body) {
+  struct Tip {
+    std::uint32_t voxel, prominence, saddle;
+  };
+  std::vector<Tip> tips;
+  merge_tree(body, [&](std::uint32_t voxel, const std::vector<std::uint32_t>& roots) {
+    for (std::size_t k = 1; k < roots.size(); ++k)
+      tips.push_back({roots[k], body.distance[roots[k]] - body.distance[voxel], voxel});
+  });
+  const std::uint32_t farthest = body.order.front();
+  tips.push_back({farthest, body.distance[farthest], body.center});
+  const double least = kProminence * static_cast<double>(body.distance[farthest]);
+  std::erase_if(tips, [&](const Tip& tip) {
+    return tip.prominence < least ||
+           tip.prominence < kProminenceInThickness * static_cast<double>(body.radii[tip.saddle]);
+  });
+  std::stable_sort(tips.begin(), tips.end(),
+                   [](const Tip& a, const Tip& b) { return a.prominence > b.prominence; });
+  if (tips.size() > kMaxTips) tips.resize(kMaxTips);
+  std::vector<std::uint32_t> voxels;
+  for (const Tip& tip : tips) voxels.push_back(tip.voxel);
+  return voxels;
+}
+
+/// An arc of the merge tree, pruned to the prominent tips.
+struct Arc {
+  std::uint32_t tip = 0, root = 0;   ///< voxels: the farthest, and where it ends
+  std::uint32_t top = 0;             ///< distance at which it begins
+  std::vector<std::uint32_t> inner;  ///< the arcs that end where it begins, and theirs
+};
+
+std::vector<Arc> find_arcs(const Body& body, const std::vector<std::uint32_t>& tips) {
+  std::vector<Arc> arcs;
+  for (const std::uint32_t tip : tips) arcs.push_back({tip, body.center, body.distance[tip], {}});
+  // Of each component, by its farthest voxel: the arc that it is in, if any.
+  std::vector<std::uint32_t> open_arc(body.solid.size(), kNone);
+  merge_tree(body, [&](std::uint32_t voxel, const std::vector<std::uint32_t>& roots) {
+    if (roots.empty()) {
+      const auto at = std::find(tips.begin(), tips.end(), voxel);
+      if (at != tips.end()) open_arc[voxel] = static_cast<std::uint32_t>(at - tips.begin());
+      return;
+    }
+    std::vector<std::uint32_t> ending;
+    for (const std::uint32_t root : roots)
+      if (open_arc[root] != kNone) ending.push_back(open_arc[root]);
+    if (ending.empty()) return;
+    std::uint32_t arc = ending.front();
+    if (ending.size() > 1) {
+      Arc joined = {arcs[arc].tip, body.center, body.distance[voxel], {}};
+      for (const std::uint32_t end : ending) {
+        arcs[end].root = voxel;
+        if (body.distance[arcs[end].tip] > body.distance[joined.tip]) joined.tip = arcs[end].tip;
+        joined.inner.push_back(end);
+        joined.inner.insert(joined.inner.end(), arcs[end].inner.begin(), arcs[end].inner.end());
+      }
+      arc = static_cast<std::uint32_t>(arcs.size());
+      arcs.push_back(std::move(joined));
+    }
+    open_arc[roots.front()] = arc;
+  });
+  return arcs;
+}
+
+/// The voxels connected to an arc's tip by others that are farther from the centre than its root.
+std::vector<std::uint32_t> collect_members(const Body& body, const Arc& arc) {
+  std::vector<std::uint8_t> seen(body.solid.size(), 0);
+  std::vector<std::uint32_t> members{arc.tip};
+  seen[arc.tip] = 1;
+  for (std::size_t i = 0; i < members.size(); ++i)
+    for (std::uint32_t k = body.solid.first[members[i]]; k < body.solid.first[members[i] + 1];
+         ++k) {
+      const std::uint32_t to = body.solid.neighbors[k];
+      if (!seen[to] && body.rank[to] < body.rank[arc.root]) seen[to] = 1, members.push_back(to);
+    }
+  std::sort(members.begin(), members.end());
+  return members;
+}
+
+/// A section of a limb: its middle and half its thickness; nothing where no voxel lies within
+/// `reach` of `at`.
+struct Section {
+  Vec3d middle;
+  double radius = 0;
+  std::size_t count = 0;
+};
+Section measure_section(const Body& body, const std::vector<std::uint32_t>& members,
+                        const std::vector<double>& along, double at, double reach) {
+  Section section;
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    if (!(std::fabs(along[k] - at) < reach)) continue;
+    section.middle = section.middle + body.solid.center(members[k]);
+    section.radius += static_cast<double>(body.radii[members[k]]) * body.solid.unit();
+    ++section.count;
+  }
+  if (section.count > 0) {
+    const double share = 1 / static_cast<double>(section.count);
+    section.middle = section.middle * share;
+    section.radius *= share;
+  }
+  return section;
+}
+
+Limb make_limb(const Body& body, const Arc& arc, const std::vector<std::uint32_t>& members) {
+  constexpr double kHalfSection = 0.09, kRootSection = 0.12;
+  const auto root = static_cast<double>(body.distance[arc.root]),
+             tip = static_cast<double>(body.distance[arc.tip]);
+  std::vector<double> along;
+  for (const std::uint32_t i : members)
+    along.push_back((static_cast<double>(body.distance[i]) - root) / std::max(tip - root, 1.0));
+  Limb limb;
+  limb.root_distance = root * body.solid.unit();
+  limb.tip_distance = tip * body.solid.unit();
+  limb.stretch = (static_cast<double>(arc.top) - root) * body.solid.unit();
+  limb.volume = static_cast<double>(members.size()) / static_cast<double>(body.solid.size());
+  Section section = {body.solid.center(arc.root),
+                     static_cast<double>(body.radii[arc.root]) * body.solid.unit(), 1};
+  limb.root = section.middle;
+  for (std::size_t k = 0; k < kLimbStations; ++k) {
+    const Section here = measure_section(body, members, along, limb_station(k), kHalfSection);
+    if (here.count > 0) section = here;
+    limb.line[k] = section.middle;
+    limb.radius[k] = section.radius;
+  }
+  const Section first = measure_section(body, members, along, 0, kRootSection);
+  if (first.count > 0) limb.root = first.middle;
+  return limb;
+}
+
+/// Marks the arcs that are limbs: all that end in a tip of their own, and those of the others that
+/// are long and slim enough.
+std::vector<std::uint8_t> limbs_among(const Body& body, const std::vector<Arc>& arcs,
+                                      const std::vector<std::vector<std::uint32_t>>& members) {
+  const auto stretch = [&](const Arc& arc) {
+    return static_cast<double>(arc.top) - static_cast<double>(body.distance[arc.root]);
+  };
+  const auto reach = static_cast<double>(body.distance[body.order.front()]);
+  std::vector<std::uint8_t> kept;
+  for (std::size_t k = 0; k < arcs.size(); ++k) {
+    const Arc& arc = arcs[k];
+    double longest = 0;
+    for (const std::uint32_t i : arc.inner)
+      if (body.distance[arcs[i].root] == arc.top)  // its own, not theirs
+        longest = std::max(longest, stretch(arcs[i]));
+    const double share =
+        static_cast<double>(members[k].size()) / static_cast<double>(body.solid.size());
+    kept.push_back(arc.inner.empty() ||
+                   (arc.root != body.center && stretch(arc) >= kInnerStretch * reach &&
+                    stretch(arc) >= kInnerStretchInLimb * longest && share <= kInnerVolume));
+  }
+  return kept;
+}
+
+/// Adds the limbs of each ball and its distances from their roots.
+void add_balls(const Body& body, const std::vector<Ball>& balls, const std::vector<Arc>& arcs,
+               const std::vector<std::vector<std::uint32_t>>& members, Limbs& limbs) {
+  const double unit = body.solid.unit();
+  std::vector<std::uint32_t> voxel(balls.size());
+  parallel_for(static_cast<std::int64_t>(balls.size()), [&](std::int64_t b) {
+    const auto at = static_cast<std::size_t>(b);
+    voxel[at] = nearest_voxel(body.solid, balls[at].center);
+  });
+  for (const std::uint32_t i : voxel)
+    limbs.ball_distances.push_back(static_cast<double>(body.distance[i]) * unit);
+  limbs.ball_limbs.assign(balls.size(), 0);
+  limbs.ball_root_distances.resize(arcs.size());
+  limbs.tip_distances.resize(arcs.size());
+  parallel_for(static_cast<std::int64_t>(arcs.size()), [&](std::int64_t k) {
+    const auto limb = static_cast<std::size_t>(k);
+    const auto from_root = geodesic_distances(body.solid, std::span(&arcs[limb].root, 1));
+    for (const std::uint32_t i : voxel)
+      limbs.ball_root_distances[limb].push_back(static_cast<double>(from_root[i]) * unit);
+    const auto from_tip = geodesic_distances(body.solid, std::span(&arcs[limb].tip, 1));
+    for (const Arc& other : arcs)
+      limbs.tip_distances[limb].push_back(static_cast<double>(from_tip[other.tip]) * unit);
+  });
+  for (std::size_t limb = 0; limb < arcs.size(); ++limb)
+    for (std::size_t b = 0; b < balls.size(); ++b)
+      if (std::binary_search(members[limb].begin(), members[limb].end(), voxel[b]))
+        limbs.ball_limbs[b] |= 1u << limb;
+}
+
+void measure_whole(const Body& body, Limbs& limbs) {
+  const VoxelSolid& solid = body.solid;
+  const double share = 1 / static_cast<double>(solid.size());
+  limbs.low = limbs.high = solid.center(0).y;
+  for (std::uint32_t i = 0; i < solid.size(); ++i) {
+    const Vec3d p = solid.center(i);
+    limbs.middle = limbs.middle + p * share;
+    limbs.low = std::min(limbs.low, p.y);
+    limbs.high = std::max(limbs.high, p.y);
+  }
+  double square = 0;
+  for (std::uint32_t i = 0; i < solid.size(); ++i) {
+    const Vec3d d = solid.center(i) - limbs.middle;
+    square += share * dot(d, d);
+  }
+  limbs.rms = square > 0 ? std::sqrt(square) : 1;
+  limbs.center = solid.center(body.center);
+  limbs.size = body.mean_distance * solid.unit();
+  limbs.reach = static_cast<double>(body.distance[body.order.front()]) * solid.unit();
+}
+
+}  // namespace
+
+Limbs find_limbs(const std::vector<Ball>& balls) {
+  Limbs limbs;
+  const Body body = make_body(balls);
+  if (body.solid.size() == 0) return limbs;
+  measure_whole(body, limbs);
+  std::vector<Arc> arcs = find_arcs(body, prominent_tips(body));
+  std::vector<std::vector<std::uint32_t>> members(arcs.size());
+  parallel_for(static_cast<std::int64_t>(arcs.size()), [&](std::int64_t k) {
+    const auto at = static_cast<std::size_t>(k);
+    members[at] = collect_members(body, arcs[at]);
+  });
+  const std::vector<std::uint8_t> kept = limbs_among(body, arcs, members);
+  std::vector<std::uint32_t> number(arcs.size(), kNone);
+  std::vector<Arc> kept_arcs;
+  std::vector<std::vector<std::uint32_t>> kept_members;
+  for (std::size_t k = 0; k < arcs.size(); ++k) {
+    if (!kept[k]) continue;
+    number[k] = static_cast<std::uint32_t>(kept_arcs.size());
+    Limb limb = make_limb(body, arcs[k], members[k]);
+    for (const std::uint32_t i : arcs[k].inner)
+      if (number[i] != kNone) limb.inner.push_back(number[i]);
+    limbs.limbs.push_back(std::move(limb));
+    kept_arcs.push_back(std::move(arcs[k]));
+    kept_members.push_back(std::move(members[k]));
+  }
+  add_balls(body, balls, kept_arcs, kept_members, limbs);
+  return limbs;
+}
+
+}  // namespace polymorph

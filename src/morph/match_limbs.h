@@ -1,0 +1,40 @@
+// Correspondence of two objects' limbs (partial matching by beam search, with a Gromov-Wasserstein
+// term; docs/method.md, Limbs).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "morph/limbs.h"
+
+namespace polymorph {
+
+/// Limb `from` of the one object becomes limb `to` of the other.
+struct MatchedLimbs {
+  std::uint32_t from = 0, to = 0;
+};
+
+struct LimbMatch {
+  std::vector<MatchedLimbs> limbs;  ///< sorted by `from`
+  double angle = 0;                 ///< radians about the vertical that lay `from` on `to`
+  double cost = 0;
+  /// The share of both objects' limbs, by their length, that is matched.
+  double share = 0;
+};
+
+/// Pairs of limbs that may be matched: those that the user's labels and landmarks do not forbid.
+/// allowed[i][k]: limb i of `from` with limb k of `to`; empty: all.
+using AllowedLimbs = std::vector<std::vector<std::uint8_t>>;
+
+/// The cheapest matching that is found from eight turns about the vertical, `angle` (radians) among
+/// them. No limb is matched twice, nor one together with another that it sits on. What decides is
+/// where the limbs begin and end, which way they point, how long and thick they are, how high they
+/// are above the floor, and how far along the body from each other. Deterministic.
+LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle = 0,
+                      const AllowedLimbs& allowed = {});
+
+/// True if a matching says enough to plan by: three limbs at least, and three quarters of their
+/// length.
+bool is_certain(const LimbMatch& match);
+
+}  // namespace polymorph
