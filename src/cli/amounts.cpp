@@ -22,8 +22,9 @@ std::optional<double> factor_of(const std::string& unit, const AmountUnits& unit
       std::any_of(units.begin(), units.end(), [](const auto& u) { return u.first == 'b'; });
   for (const auto& [letter, factor] : units) {
     if (unit[0] != letter) continue;
-    const std::string rest = unit.substr(1);
-    if (rest.empty() || (size && letter != 'b' && (rest == "b" || rest == "ib"))) return factor;
+    const std::string suffix = unit.substr(1);
+    if (suffix.empty() || (size && letter != 'b' && (suffix == "b" || suffix == "ib")))
+      return factor;
   }
   return std::nullopt;
 }
@@ -32,11 +33,11 @@ std::optional<double> factor_of(const std::string& unit, const AmountUnits& unit
 
 Result<double> parse_amount(const std::string& option, const std::string& text,
                             const AmountUnits& units, const std::string& example) {
-  const std::string whole = lower_case(text);
-  std::size_t end = whole.size();
-  while (end > 0 && std::isalpha(static_cast<unsigned char>(whole[end - 1]))) --end;
-  const auto value = parse_number(std::string_view(whole).substr(0, end));
-  const auto factor = factor_of(whole.substr(end), units);
+  const std::string lowered = lower_case(text);
+  std::size_t end = lowered.size();
+  while (end > 0 && std::isalpha(static_cast<unsigned char>(lowered[end - 1]))) --end;
+  const auto value = parse_number(std::string_view(lowered).substr(0, end));
+  const auto factor = factor_of(lowered.substr(end), units);
   if (!value || !factor || *value < 0)
     return make_error(ErrorCode::kUsage, "{} {}: not an amount - write {}", option, text, example);
   if (*value * *factor > kMaxAmount)

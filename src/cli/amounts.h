@@ -10,7 +10,7 @@
 
 namespace polymorph {
 
-/// What the letter behind an amount multiplies it by; the first is that of an amount without one.
+/// Units by the letter behind an amount, with their factors; the first is that of no letter.
 using AmountUnits = std::vector<std::pair<char, double>>;
 
 /// A number of at least 0 with one of the units behind it. A size, which is what has the unit 'b',

@@ -103,8 +103,8 @@ bool is_junit(const std::string& file) {
          text->substr(0, 1024).find("<testsuites") != std::string::npos;
 }
 
-/// What a command writes besides what it is for. --log-file has its own rule (base/log.h), and what
-/// -o and --diff name depends on the frames.
+/// Checks the files that a command writes beside its main output. --log-file has its own rule
+/// (base/log.h), and the files of -o and --diff depend on the frames.
 Status check_side_outputs(const CLI::App& program, bool overwrite) {
   for (const std::string& word : positional_values(program)) remember_input(word);
   const bool resumes = is_given(program, "--skip-existing");
@@ -190,7 +190,7 @@ int run_action(CommandLine& line) {
   return static_cast<int>(was_stopped ? stop_code() : result.error().code);
 }
 
-/// What people name files by: words of the command line, variables, the working folder.
+/// Remembers the words that name files: of the command line, the variables, the working folder.
 void remember_names(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) remember_name(argv[i]);
   for (char** variable = environ; *variable; ++variable) {

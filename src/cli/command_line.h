@@ -44,7 +44,7 @@ struct CommandLine {
   std::shared_ptr<CLI::App> app;
   CommonOptions common;
   std::string text;                     ///< argv joined, for image headers
-  std::string program = "polymorph";    ///< as it was called, for commands that are suggested
+  std::string program = "polymorph";    ///< name it was called by, for commands that are suggested
   std::function<Result<int>()> action;  ///< set by the chosen subcommand; the int is the exit code
 };
 
@@ -52,7 +52,7 @@ struct CommandLine {
 Command add_command(CommandLine& line, const std::string& name, const std::string& purpose,
                     const std::string& examples, const std::string& exit_codes);
 
-/// What the command does when it is chosen; the int is the exit code.
+/// Sets the action of a command when it is chosen; its int is the exit code.
 void set_action(CommandLine& line, Command command, std::function<Result<int>()> action);
 
 /// --overwrite, which every command has: those that do not add it themselves get it among what all
@@ -65,13 +65,13 @@ Result<std::vector<Override>> parse_overrides(const std::vector<std::string>& te
 
 /// --json [FILE]: machine output to standard output or a file.
 struct JsonOutput {
-  bool wanted = false;
+  bool enabled = false;
   std::string file;
 };
 void add_json(Command command, JsonOutput& json);
 /// A report; where it is an object, the program's version stands first in it.
 Status write_json(const JsonOutput& json, const JsonValue& report);
-/// What is no report: scenes, schemas, tables.
+/// Writes text that is no report: scenes, schemas, tables.
 Status write_text(const JsonOutput& json, const std::string& text);
 
 /// Bytes to standard output, as they are.
@@ -93,7 +93,7 @@ const std::atomic<bool>& stop_requested();
 /// 130, 143 or, for SIGUSR1, 75, by the signal that came.
 ErrorCode stop_code();
 
-/// What to do first, for who calls the program without arguments.
+/// First commands to try, shown when the program is called without arguments.
 std::string first_steps(const CommandLine& line);
 
 /// Help as text, at most 80 columns, of one command, or of the program, which has `commands`:

@@ -19,7 +19,7 @@ std::vector<std::string> option_keys(const CLI::App& command) {
   return keys;
 }
 
-/// What the file says in the place of this option on the command line.
+/// Values that the file gives for this option of the command line.
 std::vector<std::string> values_for(const CLI::ConfigItem& item, const CLI::Option& option) {
   if (option.get_expected_max() > 0) return item.inputs;
   const std::string& word = item.inputs.empty() ? "true" : item.inputs.front();

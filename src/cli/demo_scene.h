@@ -11,15 +11,15 @@
 namespace polymorph {
 
 struct NamedFile {
-  std::string name;         ///< what the command line says
-  std::string description;  ///< of an effect: its scene's
+  std::string name;         ///< word of the command line
+  std::string description;  ///< description of an effect's scene
   std::filesystem::path file;
 };
 
 /// models/*.obj of the data folder, in order of name.
 std::vector<NamedFile> demo_models(const std::filesystem::path& data);
 
-/// Those effects/*.json that any two objects can go through: one chain, and nothing about the parts
+/// Effects of effects/*.json that any two objects can pass: one chain, and nothing about the parts
 /// of its own models (plan.labels, plan.landmarks). In order of name. Errors: a file that cannot be
 /// read.
 Result<std::vector<NamedFile>> demo_effects(const std::filesystem::path& data);

@@ -44,22 +44,23 @@ std::vector<int> spread(const std::vector<int>& numbers, int n) {
 }
 
 std::vector<int> spread_by_change(const Film& film, int n) {
-  std::vector<double> way{0};  // how far the pictures have come since the first
+  std::vector<double> change_until{0};  // how far the pictures have come since the first
   for (std::size_t i = 1; i < film.images.size(); ++i) {
     const std::vector<float>&a = film.images[i - 1].pixels, &b = film.images[i].pixels;
     double change = 0;
     for (std::size_t k = 0; k < std::min(a.size(), b.size()); ++k)
       change += std::abs(static_cast<double>(b[k]) - static_cast<double>(a[k]));
-    way.push_back(way.back() + change);
+    change_until.push_back(change_until.back() + change);
   }
-  if (n < 2 || way.back() == 0) return spread(film.numbers, n);
+  if (n < 2 || change_until.back() == 0) return spread(film.numbers, n);
   std::vector<int> chosen;
   for (int i = 0; i < n; ++i) {
-    const double wanted = way.back() * i / (n - 1);  // rounding may take it beyond the last
-    auto nearest = std::lower_bound(way.begin(), way.end() - 1, wanted);
-    if (nearest != way.begin() && wanted - *(nearest - 1) < *nearest - wanted)
-      nearest = std::lower_bound(way.begin(), way.end(), *(nearest - 1));  // first of its likes
-    const int number = film.numbers[static_cast<std::size_t>(nearest - way.begin())];
+    const double goal = change_until.back() * i / (n - 1);  // rounding may take it beyond the last
+    auto nearest = std::lower_bound(change_until.begin(), change_until.end() - 1, goal);
+    if (nearest != change_until.begin() && goal - *(nearest - 1) < *nearest - goal)
+      nearest = std::lower_bound(change_until.begin(), change_until.end(),
+                                 *(nearest - 1));  // first of its likes
+    const int number = film.numbers[static_cast<std::size_t>(nearest - change_until.begin())];
     if (chosen.empty() || number != chosen.back()) chosen.push_back(number);
   }
   chosen.back() = film.numbers.back();  // not the first of those that look like it

@@ -12,10 +12,10 @@ namespace polymorph {
 
 /// Pictures of a sequence, exposed and ready to be shown.
 struct Film {
-  std::vector<int> numbers;  ///< of the frames, in the order to show them
+  std::vector<int> numbers;  ///< frame numbers, in the order to show them
   std::vector<Image> images;
   float fps = 12;
-  int first = 1, last = 1;  ///< of the whole sequence, for labels in t
+  int first = 1, last = 1;  ///< ends of the whole sequence, for labels in t
 };
 
 struct SheetSettings {
@@ -30,8 +30,8 @@ struct SheetSettings {
 /// n of the numbers, evenly spread, first and last included.
 std::vector<int> spread(const std::vector<int>& numbers, int n);
 
-/// At most n of the film's frames, first and last included, from each to the next of which its
-/// picture changes about equally much (the sum of the pixels' differences): where an easing
+/// Chooses at most n of the film's frames, first and last included, so that the picture changes by
+/// about as much from each to the next (the sum of the pixels' differences): where an easing
 /// lingers, one is enough.
 std::vector<int> spread_by_change(const Film& film, int n);
 

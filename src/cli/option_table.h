@@ -26,7 +26,7 @@ struct CommandTable {
 
 /// One command, or the program (its options alone).
 CommandTable command_table(const CLI::App& command);
-/// Of all commands, in their order.
+/// Tables of all commands, in their order.
 std::vector<CommandTable> command_tables(const CLI::App& program);
 
 /// Scripts that complete the program's command line.

@@ -32,7 +32,7 @@ std::string read_number(std::string& text, T low, T high, const char* kind, cons
   return {};
 }
 
-/// Of "WHEN:{auto,always,never}", which is what CLI11's validators make of a type's name.
+/// Splits the words of "WHEN:{auto,always,never}", the form of CLI11's validators.
 std::vector<std::string> choices_of(const std::string& type) {
   const auto open = type.find('{'), close = type.rfind('}');
   if (open == std::string::npos || close == std::string::npos) return {};

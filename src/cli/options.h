@@ -26,7 +26,7 @@ class Option {
  public:
   explicit Option(CLI::Option* option) : option_(option) {}
 
-  Option& type_name(const char* name);  ///< what help calls its value: "FILE"
+  Option& type_name(const char* name);  ///< name of its value in the help: "FILE"
   Option& group(const char* name);      ///< its heading in help
   Option& required();
   Option& environment(const char* variable);  ///< read where the option is not given
@@ -63,7 +63,7 @@ class Command {
   template <class T>
   Option add_option(const std::string& names, T& value, const std::string& description) const;
   Option add_flag(const std::string& names, bool& value, const std::string& description) const;
-  /// How often it stands there.
+  /// Adds a flag that is counted.
   Option add_flag(const std::string& names, int& value, const std::string& description) const;
   /// An option whose value may be left out; it is `fallback` then. Each is handed to `use`.
   Option add_optional_value(const std::string& name, std::function<void(const std::string&)> use,
@@ -72,7 +72,7 @@ class Command {
   Option option(const char* name) const;
   bool has_option(const char* name) const;
 
-  /// What happens when the command is chosen, after its options are read.
+  /// Sets the action of the command when it is chosen, after its options are read.
   void on_chosen(std::function<void()> action) const;
 
  private:
@@ -95,7 +95,7 @@ Status parse_arguments(CLI::App& program, int argc, char** argv);
 /// The subcommand that argv names; empty: none.
 std::string named_command(const CLI::App& program, int argc, char** argv);
 
-/// What was given to the chosen subcommand, after parse_arguments().
+/// Arguments of the chosen subcommand, after parse_arguments().
 std::vector<std::string> positional_values(const CLI::App& program);
 std::vector<std::string> option_values(const CLI::App& program, const char* option);
 bool is_given(const CLI::App& program, const char* option);

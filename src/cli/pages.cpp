@@ -72,7 +72,7 @@ std::string range_text(const JsonValue& schema) {
   return format_json(schema.get("minimum")) + " to " + format_json(schema.get("maximum"));
 }
 
-/// What a value of the scene format may be.
+/// Kind of a value of the scene format, in words.
 std::string kind_of(const JsonValue& schema) {
   if (schema.contains("enum")) return choices_text(schema.get("enum"));
   if (schema.contains("oneOf")) {

@@ -40,23 +40,23 @@ std::string first_file(const FrameRecord& record) {
   return record.files.empty() ? "" : record.files.front().string();
 }
 
-std::string bar_line(std::size_t done, std::size_t of, double elapsed) {
+std::string bar_line(std::size_t done, std::size_t count, double elapsed) {
   struct winsize size {};
   const int columns = ioctl(2, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
   const std::string tail = fmt::format(
-      " {}/{} frames  {} left", done, of,
-      format_seconds(done > 0 ? elapsed / static_cast<double>(done) * static_cast<double>(of - done)
-                              : 0));
+      " {}/{} frames  {} left", done, count,
+      format_seconds(
+          done > 0 ? elapsed / static_cast<double>(done) * static_cast<double>(count - done) : 0));
   const auto width =
       static_cast<std::size_t>(std::clamp(columns - static_cast<int>(tail.size()) - 3, 8, 40));
-  const std::size_t full = width * done / std::max<std::size_t>(of, 1);
+  const std::size_t full = width * done / std::max<std::size_t>(count, 1);
   return "[" + std::string(full, '=') + std::string(width - full, ' ') + "]" + tail;
 }
 
-void print_json(std::size_t done, std::size_t of, const FrameRecord& record) {
+void print_json(std::size_t done, std::size_t count, const FrameRecord& record) {
   JsonValue json{{"frame", record.frame},
                  {"done", done},
-                 {"of", of},
+                 {"of", count},
                  {"state", state_word(record)},
                  {"seconds", std::round(record.seconds * 1e3) / 1e3},
                  {"file", first_file(record)}};
@@ -69,24 +69,24 @@ void print_json(std::size_t done, std::size_t of, const FrameRecord& record) {
 }  // namespace
 
 ProgressCallback make_progress(ProgressMode mode) {
-  return
-      [mode, stopwatch = Stopwatch()](std::size_t done, std::size_t of, const FrameRecord& record) {
-        const double elapsed = stopwatch.seconds();
-        switch (mode) {
-          case ProgressMode::kBar:
-            set_status_line(done < of ? bar_line(done, of, elapsed) : "");
-            break;
-          case ProgressMode::kJson:
-            print_json(done, of, record);
-            break;
-          case ProgressMode::kLines:
-            log_info("frame {} {}/{} {:.2f} s {} {} {}", record.frame, done, of, record.seconds,
-                     format_bytes(memory_now()), state_word(record), first_file(record));
-            break;
-          default:
-            break;
-        }
-      };
+  return [mode, stopwatch = Stopwatch()](std::size_t done, std::size_t count,
+                                         const FrameRecord& record) {
+    const double elapsed = stopwatch.seconds();
+    switch (mode) {
+      case ProgressMode::kBar:
+        set_status_line(done < count ? bar_line(done, count, elapsed) : "");
+        break;
+      case ProgressMode::kJson:
+        print_json(done, count, record);
+        break;
+      case ProgressMode::kLines:
+        log_info("frame {} {}/{} {:.2f} s {} {} {}", record.frame, done, count, record.seconds,
+                 format_bytes(memory_now()), state_word(record), first_file(record));
+        break;
+      default:
+        break;
+    }
+  };
 }
 
 Heartbeat::Heartbeat(ProgressMode mode, double seconds, std::size_t frames)

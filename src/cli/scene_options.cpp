@@ -60,7 +60,7 @@ void add_scene_options(Command command, SceneOptions& options) {
                   "crypto_object, crypto_material, crypto_label, all or none; commas between")
       .type_name("LIST")
       .group("Scene");
-  command.add_option("--seed", options.seed, "of the sampling noise")
+  command.add_option("--seed", options.seed, "seed of the sampling noise")
       .range(0LL, 9007199254740991LL)
       .type_name("N")
       .group("Scene");

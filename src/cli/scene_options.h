@@ -32,7 +32,7 @@ void apply_scene_options(Scene& scene, const SceneOptions& options);
 /// The scene with these options applied. Errors: those of load_scene(), kUsage.
 Result<Scene> load_scene_with(const std::string& file, const SceneOptions& options);
 
-/// The same options as words of a command line.
+/// Converts the options back to words of a command line.
 std::vector<std::string> to_arguments(const SceneOptions& options);
 
 /// `output` (-o) or, where that is empty, the scene's; `many` frames get a place for their number.

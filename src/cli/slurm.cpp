@@ -13,8 +13,8 @@
 namespace polymorph {
 namespace {
 
-/// How long before the time limit a task is told to stop: enough for the three frames that may be
-/// in progress, but not from the start.
+/// Seconds before the time limit at which a task is told to stop: enough for the three frames that
+/// may be in progress, but not from the start.
 int signal_seconds(const SlurmJob& job) {
   constexpr double kMinSeconds = 90, kFramesUnderWay = 3;
   const double frames = std::ceil(kFramesUnderWay * job.frame_seconds);

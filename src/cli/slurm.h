@@ -9,24 +9,24 @@
 namespace polymorph {
 
 struct SlurmJob {
-  std::string name;                           ///< of the array; the job after it is NAME-finish
-  std::string program;                        ///< absolute
-  std::string folder;                         ///< absolute: where both scripts run
-  std::string log_folder;                     ///< absolute: scripts and logs
-  std::string scene, output;                  ///< `output` with a place for the frame number
-  std::string frames;                         ///< as --frames takes them; empty: all
-  std::string sheet, movie;                   ///< what the finish job makes, without extension
-  std::vector<std::string> scene_arguments;   ///< to_arguments(), and --png
-  std::vector<std::string> render_arguments;  ///< what render alone takes: cache, device
+  std::string name;                          ///< name of the array; the job after it is NAME-finish
+  std::string program;                       ///< absolute
+  std::string folder;                        ///< absolute: where both scripts run
+  std::string log_folder;                    ///< absolute: scripts and logs
+  std::string scene, output;                 ///< `output` with a place for the frame number
+  std::string frames;                        ///< value of --frames; empty: all
+  std::string sheet, movie;                  ///< outputs of the finish job, without extension
+  std::vector<std::string> scene_arguments;  ///< to_arguments(), and --png
+  std::vector<std::string> render_arguments;  ///< arguments of render alone: cache, device
   std::vector<std::string> directives;        ///< more of sbatch's options, "--partition=big"
   int tasks = 1;
   int cpus = 4;
   int memory_mib = 1024;
   int minutes = 10;
-  double frame_seconds = 0;  ///< of one frame, with `cpus`; 0: unknown
+  double frame_seconds = 0;  ///< seconds per frame, on `cpus`; 0: unknown
 };
 
-/// How many array tasks: each has at least `task_seconds` of frames where there are enough, and
+/// Number of array tasks: each has at least `task_seconds` of frames where there are enough, and
 /// there are at most `max_tasks` of them. `frame_seconds` 0: one frame per task.
 int slurm_tasks(std::size_t frames, double frame_seconds, double task_seconds, int max_tasks);
 

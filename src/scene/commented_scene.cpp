@@ -22,7 +22,7 @@ std::string comment(const std::string& lead, const std::string& text) {
   return out + line + "\n";
 }
 
-/// What a key of the schema is for and, where it has one, its range or its words.
+/// Purpose of a key of the schema and, where it has one, its range or its words.
 std::string description_of(const JsonValue& schema) {
   std::string text = schema.get("description").string;
   if (schema.contains("enum")) {

@@ -91,7 +91,7 @@ class ContradictionFinder {
              fmt::format("leaves {} of the scene's {} frames, and the actor needs {}",
                          std::max(moving - actor.start + 1, 0), frames.count, needed));
   }
-  /// What only the whole scene can say of a setting's keys.
+  /// Checks a setting's keyframes against the whole scene.
   void check_track(const KeyframeTrack& track) {
     const JsonValue* value = at_pointer(track.pointer);
     for (std::size_t i = 0; i < track.keys.size(); ++i) {

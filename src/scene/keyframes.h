@@ -18,17 +18,17 @@ enum class KeyUnit : std::uint8_t {
   kLeg,    ///< "leg": 1 is the start of the first leg, 1.5 half way through it, 2 its end
 };
 
-/// How a value goes from one key to the next.
+/// Interpolation of a value from one key to the next.
 enum class KeyEasing : std::uint8_t {
   kSmooth,      ///< one curve through all keys, at rest at both ends, that never overshoots
-  kLinear,      ///< in straight lines
-  kSmoothstep,  ///< at rest at every key, 3t^2 - 2t^3
-  kQuintic,     ///< at rest at every key, 6t^5 - 15t^4 + 10t^3
+  kLinear,      ///< straight lines
+  kSmoothstep,  ///< 3t^2 - 2t^3, at rest at every key
+  kQuintic,     ///< 6t^5 - 15t^4 + 10t^3, at rest at every key
   kHold,        ///< stays until the next key
 };
 
 struct Keyframe {
-  double at = 0;  ///< in the track's unit
+  double at = 0;  ///< time in the track's unit
   Vec3 value;     ///< a number's is x
 };
 
@@ -37,7 +37,7 @@ struct KeyframeTrack {
   std::string pointer;  ///< JSON pointer of the setting: "/camera/azimuth"
   KeyUnit unit = KeyUnit::kShare;
   KeyEasing easing = KeyEasing::kSmooth;
-  std::vector<Keyframe> keys;  ///< at least one; `at` ascending strictly
+  std::vector<Keyframe> keys;  ///< keys, at least one; `at` ascending strictly
 };
 
 /// One moment of the film in every unit that keys may have; morph/timeline.h computes it.
@@ -45,7 +45,7 @@ struct FilmTime {
   double share = 0;
   double frame = 1;
   double leg = 1;
-  double turn = 0;  ///< as `share`, but 1 is the frame that would follow the last
+  double turn = 0;  ///< `share`, but 1 is the frame that would follow the last
 };
 
 /// The track's value. `smooth` is a monotone cubic per component (Fritsch and Carlson 1980, slopes

@@ -36,7 +36,7 @@ struct SceneReading {
 Result<SceneReading> read_scene(const std::filesystem::path& path,
                                 std::span<const Override> overrides = {});
 
-/// The same for a scene that is in no file: `text` is its JSON, `path` its name in messages.
+/// Reads a scene that is in no file: `text` is its JSON, `path` its name in messages.
 Result<SceneReading> read_scene_text(const std::filesystem::path& path, std::string text,
                                      std::span<const Override> overrides = {});
 
@@ -44,7 +44,7 @@ Result<SceneReading> read_scene_text(const std::filesystem::path& path, std::str
 Result<Scene> load_scene(const std::filesystem::path& path,
                          std::span<const Override> overrides = {});
 
-/// The same for a scene that is in no file, as read_scene_text() has it.
+/// Loads a scene that is in no file, as read_scene_text() does.
 Result<Scene> load_scene_text(const std::filesystem::path& path, std::string text,
                               std::span<const Override> overrides = {});
 

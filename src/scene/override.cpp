@@ -34,11 +34,11 @@ Status set_json_value(JsonDocument& document, std::string_view path, std::string
       at = &at->items[static_cast<std::size_t>(*index)];
       continue;
     }
-    if (at->is_string())
-      return make_error(
-          ErrorCode::kUsage,
-          "--set {}: \"{}\" is a string in the file - write it as an object {{...}} first", path,
-          at->string);
+    if (at->is_string()) {
+      JsonValue word = std::move(*at);
+      *at = JsonValue::object();
+      (*at)[""] = std::move(word);
+    }
     if (!at->is_object()) *at = JsonValue::object();
     at = &(*at)[part];
   }

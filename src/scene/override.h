@@ -9,7 +9,8 @@
 namespace polymorph {
 
 /// Sets the value at a dotted path ("image.width", "intermediate.0.meta") to `value`, which is JSON
-/// or, failing that, a plain string. Missing objects on the way are made. Errors: kUsage.
+/// or, failing that, a plain string. Missing objects on the way are made; a string there
+/// becomes an object whose key "" has it ("target": "b.obj" and target.scale). Errors: kUsage.
 Status set_json_value(JsonDocument& document, std::string_view path, std::string_view value);
 
 }  // namespace polymorph

@@ -282,13 +282,13 @@ void ReadFields::finish() {
 }
 
 void ReadFields::report(const JsonValue& value, const char* key, const std::string& message) {
-  report_at(value.offset, short_key_ ? pointer_ : pointer_ + "/" + key, message);
+  report_at(value.offset, &value == word_ ? pointer_ : pointer_ + "/" + key, message);
 }
 
 const JsonValue* ReadFields::find(const char* key) {
   seen(key);
-  if (short_key_) return std::string_view(key) == short_key_ ? &object_ : nullptr;
-  return object_.find(key);
+  const JsonValue* value = object_.find(key);
+  return !value && word_ && std::string_view(key) == short_key_ ? word_ : value;
 }
 
 const JsonValue* ReadFields::expect(const char* key, JsonValue::Kind kind) {

@@ -119,15 +119,21 @@ class ReadFields {
   void report(const JsonValue& value, const char* key, const std::string& message);
 
  private:
-  static constexpr std::size_t kMaxItems = 1000;  ///< of one list
+  static constexpr std::size_t kMaxItems = 1000;  ///< limit of one list
 
   void seen(const char* key) { known_.emplace_back(key); }
+  /// The word that stands for an object, alone or beside what the command line sets (override.h).
+  static const JsonValue* word_of(const JsonValue& value) {
+    const JsonValue* word = value.kind == JsonValue::Kind::kObject ? value.find("") : &value;
+    return word && word->kind == JsonValue::Kind::kString ? word : nullptr;
+  }
   const JsonValue* find(const char* key);
   const JsonValue* expect(const char* key, JsonValue::Kind kind);
   template <class T>
   void read_object(const JsonValue& value, const std::string& pointer, T& out) {
     if constexpr (std::is_same_v<T, ObjectSettings>) {
-      if (value.kind == JsonValue::Kind::kString) return read_name(value, pointer, out);
+      if (const JsonValue* word = word_of(value)) read_name(*word, pointer, out);
+      if (value.kind == JsonValue::Kind::kString) return;
     }
     constexpr bool kMayBeShort = requires { T::kShort; };
     if (value.kind != JsonValue::Kind::kObject &&
@@ -138,13 +144,16 @@ class ReadFields {
     }
     ReadFields inner(document_, value, pointer, folder_, findings_, tracks_, keyed_);
     inner.actor_prototype_ = actor_prototype_;
-    if constexpr (kMayBeShort)
-      if (value.kind == JsonValue::Kind::kString) inner.short_key_ = T::kShort;
+    if constexpr (kMayBeShort || std::is_same_v<T, ObjectSettings>) inner.retired_.emplace_back("");
+    if constexpr (kMayBeShort) {
+      inner.short_key_ = T::kShort;
+      inner.word_ = word_of(value);
+    }
     describe(inner, out);
     if constexpr (std::is_same_v<T, ObjectSettings>) inner.check_object(out, value);
     inner.finish();
   }
-  /// Where the setting has keyframes in place of a value: reads them into a track, `out` becomes
+  /// Reads the keyframes of a setting that has them in place of a value into a track; `out` becomes
   /// the first key's. `read(fields, value)` reads "value" of a key's fields.
   template <class T, class F>
   bool read_keyframes(const char* key, T& out, const F& read,
@@ -172,9 +181,10 @@ class ReadFields {
   std::vector<KeyframeTrack>& tracks_;
   bool keyed_;  ///< numbers, vectors and colours here may have keyframes
   std::vector<std::string> known_;
-  std::vector<std::string> retired_;  ///< those among the keys that were retired
-  /// The only key of an object that is written as the value of that key; else nullptr.
+  std::vector<std::string> retired_;  ///< keys that describe() does not ask for, and that are known
+  /// The key whose value alone may stand for the object, and that value where it does.
   const char* short_key_ = nullptr;
+  const JsonValue* word_ = nullptr;
   ActorSettings actor_prototype_;  ///< its source is every object's
 };
 

@@ -47,7 +47,7 @@ struct SphereSettings {
 };
 
 enum class Easing : std::uint8_t { kLinear, kSmoothstep, kQuintic, kBezier, kSpring };
-/// What a surface between two objects is made of.
+/// Field whose surface shows between two objects.
 enum class Interpolation : std::uint8_t {
   kDistance,  ///< both objects' signed distances, carried along one smooth map and mixed
   kBalls,     ///< the field of the moving balls
@@ -73,14 +73,13 @@ struct MotionSettings {
   std::vector<float> bezier{0.42f, 0.0f, 0.58f, 1.0f};  ///< x1, y1, x2, y2
   SpringSettings spring;
   Stagger stagger = Stagger::kNone;
-  float stagger_share =
-      0.4f;  ///< of the motion's time lies between the first ball's start and the last's
+  float stagger_share = 0.4f;  ///< share of the motion's time between the first start and the last
   Vec3 stagger_axis{0, 1, 0};  ///< stagger axis: balls start in this direction's order
   std::uint64_t seed = 0;      ///< stagger noise
   bool keep_volume = true;     ///< choose each frame's level so that V(u) = (1-u) V_A + u V_B
 };
 
-/// Which axis of a model's file points up.
+/// Axis of a model's file that points up.
 enum class UpAxis : std::uint8_t { kY, kZ, kX };
 
 struct ObjectSettings {
@@ -99,9 +98,9 @@ struct ObjectSettings {
   /// file's normals; else those, and kCreaseDegrees where it has none.
   std::optional<float> crease;
   SphereSettings spheres;
-  MotionSettings motion;  ///< of the leg that ends at this object
+  MotionSettings motion;  ///< motion of the leg that ends at this object
   int hold = 0;           ///< frames that it stands still between its two legs
-  /// Where on the motion to it, in time, the morph turns to the next object; 1: it is reached.
+  /// Time of the motion to it at which the morph leaves for the next object; 1: it is reached.
   float retarget = 1;
 };
 
@@ -182,8 +181,8 @@ enum class BoundaryMethod : std::uint8_t {
 
 struct BoundarySettings {
   BoundaryMethod method = BoundaryMethod::kProject;
-  float look_share = 0.12f;  ///< of a leg's time at each full end: fading to / from the common look
-  float boundary_share = 0.13f;  ///< of a leg's time at each full end: model <-> balls
+  float look_share = 0.12f;      ///< share of a leg's time, each full end: fade to the common look
+  float boundary_share = 0.13f;  ///< share of a leg's time, each full end: model <-> balls
 };
 
 struct FrameSettings {
@@ -222,7 +221,7 @@ struct CameraSettings {
       0.05f;  ///< free border on each side when framing automatically, a share of the picture
   float aperture = 0;          ///< diameter of the lens, scene units; 0 = a pinhole, all sharp
   std::optional<float> focus;  ///< distance along the view axis; default: the target's
-  float shutter = 0;           ///< how long it is open, in frames, around the frame's moment
+  float shutter = 0;           ///< time it is open, in frames, around the frame's own
 };
 
 enum class SkyKind : std::uint8_t {
@@ -296,7 +295,7 @@ struct ImageSettings {
   int max_depth = 4;  ///< path vertices
   std::uint64_t seed = 0;
   bool steady = true;        ///< things that stand still have the same noise in every frame
-  bool denoise = false;      ///< by Open Image Denoise, where it is found
+  bool denoise = false;      ///< use Open Image Denoise, where it is found
   float exposure = 0;        ///< stops, PNG only (EXR stays linear)
   bool transparent = false;  ///< no backdrop: alpha 0 where the camera sees no object and no floor
   std::string aovs = "Z,N,id";  ///< EXR layers beside R, G, B, A: names, "all" or "none"
@@ -347,7 +346,7 @@ struct Scene {
   int version = 1;
   std::string description;
   Arrange arrange = Arrange::kStand;
-  /// At least one. A scene file with one may write its chain without a list around it.
+  /// Actors, at least one. A scene file with one may write its chain without a list around it.
   std::vector<ActorSettings> actors = std::vector<ActorSettings>(1);
   SphereSettings spheres;  ///< default of every object's own
   FrameSettings frames;

@@ -114,7 +114,7 @@ TEST_F(Init, WritesACommentedSceneThatIsGood) {
   EXPECT_TRUE(contains(ran.err, " check scenes/one.json\n")) << ran.err;
   const std::string scene = read_text(folder / "scenes/one.json");
   EXPECT_TRUE(contains(scene, "\"source\": \"../models/a b.obj\",\n")) << scene;
-  EXPECT_TRUE(contains(scene, "// pixels; 1 to 32768\n    \"width\": 640,\n")) << scene;
+  EXPECT_TRUE(contains(scene, "// width in pixels; 1 to 32768\n    \"width\": 640,\n")) << scene;
   run(0, {"check", "scenes/one.json"});
   // All of its values are the defaults, but the output's.
   write("scenes/bare.json",

@@ -50,6 +50,19 @@ TEST_F(SceneTest, KeysOfFormerVersionsAreErrorsThatSayTheNewOne) {
   EXPECT_FALSE(has(error(R"("surface": {"crumb": 0.1})"), "crumbs"));
 }
 
+TEST_F(SceneTest, TheCommandLineSetsPartsOfWhatTheFileSaysInAWord) {
+  const auto scene =
+      load(R"({"source": "a.obj", "target": "b.obj", "motion": {"path": "explode"}})",
+           {{"target.rotate", "[0, 90, 0]"}, {"motion.path.burst", "2"}});
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  EXPECT_EQ(scene->actors[0].target.model, folder / "b.obj");
+  EXPECT_EQ(scene->actors[0].target.rotate.y, 90);
+  EXPECT_EQ(scene->motion.path, Path::kExplode);
+  EXPECT_EQ(scene->motion.burst, 2);
+  const auto wrong = load(R"({"source": "a.obj", "target": "b.obj"})", {{"look.kind.x", "1"}});
+  EXPECT_FALSE(wrong.ok());
+}
+
 TEST_F(SceneTest, PathEasingAndStaggerAreAWordOrAnObject) {
   const auto motion = [&](const std::string& text) {
     const auto scene = load(R"({"source": "a.obj", "target": "b.obj", "motion": )" + text + "}");

@@ -15,6 +15,10 @@ TEST(Override, ValuesAreSetByTheirPath) {
   EXPECT_EQ(root.find("image")->find("width")->integer, 640);
   EXPECT_EQ(root.find("look")->find("kind")->string, "metal");
   EXPECT_EQ(root.find("list")->items[0].find("a")->items.size(), 2u);
+  EXPECT_TRUE(set_json_value(*document, "target", "b.obj"));
+  EXPECT_TRUE(set_json_value(*document, "target.scale", "2"));
+  EXPECT_EQ(document->root.find("target")->find("")->string, "b.obj");
+  EXPECT_EQ(document->root.find("target")->find("scale")->integer, 2);
   const auto bad = set_json_value(*document, "list.7.a", "1");
   ASSERT_FALSE(bad);
   EXPECT_EQ(bad.error().code, ErrorCode::kUsage);

@@ -68,7 +68,7 @@ Result<int> run_analyze(const CommandLine& line, const AnalyzeOptions& options) 
   if (!options.html.empty())
     PM_TRY_STATUS(write_file(options.html, analysis_html(*morphs, options.input)));
   if (!options.csv.empty()) PM_TRY_STATUS(write_file(options.csv, analysis_csv(*morphs)));
-  if (options.json.wanted)
+  if (options.json.enabled)
     PM_TRY_STATUS(write_json(options.json, analysis_json(*morphs)));
   else
     for (const Analysis& morph : *morphs) print_analysis(morph);

@@ -81,7 +81,7 @@ Result<Timing> time_it(int repeats, const F& run) {
 
 JsonValue report_row(const BenchOptions& options, const std::string& name, const Timing& t,
                      const std::string& note) {
-  if (!options.json.wanted)
+  if (!options.json.enabled)
     print_data("{:<28} {:>9.2f} ms  ({:.2f} - {:.2f})  {}\n", name, t.median * 1e3, t.low * 1e3,
                t.high * 1e3, note);
   return {{"name", name},
@@ -113,7 +113,7 @@ Status extract_once(Engine& engine, const BallSet& balls, const Grid& grid,
   return to_status(engine.extract(balls, grid, settings, mesh));
 }
 
-/// What a frame's colours need: eight values of each ball, carried to the surface's vertices.
+/// Times a frame's colours: eight values of each ball, carried to the surface's vertices.
 Status bench_carry(const BenchOptions& options, const std::string& name, const BallSet& balls,
                    const ExtractSettings& settings, Engine& engine, const Mesh& mesh,
                    JsonValue& rows) {
@@ -127,11 +127,11 @@ Status bench_carry(const BenchOptions& options, const std::string& name, const B
   auto row = report_row(options, name + ", carry", timing,
                         fmt::format("8 values to {} vertices", mesh.positions.size()));
   for (const PassTime& pass : engine.pass_times()) {
-    if (!options.json.wanted) print_data("  {:<26} {:>9.3f} ms\n", pass.name, pass.seconds * 1e3);
+    if (!options.json.enabled) print_data("  {:<26} {:>9.3f} ms\n", pass.name, pass.seconds * 1e3);
     row["passes_ms"][pass.name] = pass.seconds * 1e3;
   }
   row["floor_ms"] = bytes / 1e10 * 1e3;
-  if (!options.json.wanted)
+  if (!options.json.enabled)
     print_data("  in and out {:.1f} MB: {:.3f} ms at 10 GB/s\n", bytes * 1e-6, bytes / 1e7);
   rows.push_back(std::move(row));
   return Ok{};
@@ -174,12 +174,12 @@ Status bench_surface(const BenchOptions& options, const std::string& device, Eng
     auto row = report_row(options, name, timing, note);
     for (const std::string& pass : order) {
       const double ms = median_of(passes[pass]) * 1e3;
-      if (!options.json.wanted) print_data("  {:<26} {:>9.3f} ms\n", pass, ms);
+      if (!options.json.enabled) print_data("  {:<26} {:>9.3f} ms\n", pass, ms);
       row["passes_ms"][pass] = ms;
     }
     row["floor_ms"] = bytes / speed * 1e3;
     row["memory_bytes"] = engine.memory_used();
-    if (!options.json.wanted)
+    if (!options.json.enabled)
       print_data("  mesh {:.1f} MB: {:.3f} ms at {}; buffers {:.0f} MB\n", bytes * 1e-6,
                  bytes / speed * 1e3, speed_name, static_cast<double>(engine.memory_used()) * 1e-6);
     rows.push_back(std::move(row));
@@ -204,7 +204,7 @@ Status bench_table(const BenchOptions& options, Engine& engine, JsonValue& rows)
   const BallSet balls = file.balls;
   ExtractSettings settings;
   settings.field = file.kind;
-  if (!options.json.wanted)
+  if (!options.json.enabled)
     print_data("surfaces a second (and volume off by, %)\n{:>6} {:>16} {:>16} {:>16} {:>16}\n",
                "skin", "influence 10", "20", "30", "40");
   for (int skin = 10; skin <= 100; skin += 10) {
@@ -219,16 +219,16 @@ Status bench_table(const BenchOptions& options, Engine& engine, JsonValue& rows)
       PM_TRY(const Timing timing, time_it(options.repeats, [&] {
                return extract_once(engine, balls, grid, settings, mesh);
              }));
-      const double off = exact > 0 ? 100 * (volume_of(mesh) / exact - 1) : 0;
-      text += fmt::format(" {:>8.0f} {:>7.1f}", 1 / timing.median, off);
+      const double volume_error = exact > 0 ? 100 * (volume_of(mesh) / exact - 1) : 0;
+      text += fmt::format(" {:>8.0f} {:>7.1f}", 1 / timing.median, volume_error);
       rows.push_back({{"name", "table 6.7"},
                       {"skin", skin},
                       {"influence", resolution},
                       {"cells_apart", settings.sample_stride},
                       {"per_second", 1 / timing.median},
-                      {"volume_off_percent", off}});
+                      {"volume_off_percent", volume_error}});
     }
-    if (!options.json.wanted) print_data("{}\n", text);
+    if (!options.json.enabled) print_data("{}\n", text);
   }
   return Ok{};
 }
@@ -242,7 +242,7 @@ Status bench_graph(const BenchOptions& options, JsonValue& rows) {
   EngineStatus status;
   const auto cpu = make_cpu_engine();
   const auto cuda = make_cuda_engine(0, status);
-  if (!options.json.wanted)
+  if (!options.json.enabled)
     print_data("{:>6} {:>12} {:>12}\n", "skin", "cpu ms", cuda ? "cuda ms" : "cuda: none here");
   for (int skin = 10; skin <= 100; skin += 10) {
     JsonValue row{{"name", "graph 6.1"}, {"skin", skin}};
@@ -256,7 +256,7 @@ Status bench_graph(const BenchOptions& options, JsonValue& rows) {
       row[engine == cpu.get() ? "cpu_ms" : "cuda_ms"] = timing.median * 1e3;
       text += fmt::format(" {:>12.3f}", timing.median * 1e3);
     }
-    if (!options.json.wanted) print_data("{}\n", text);
+    if (!options.json.enabled) print_data("{}\n", text);
     rows.push_back(std::move(row));
   }
   return Ok{};
@@ -308,7 +308,7 @@ Status bench_render(const BenchOptions& options, const Mesh& mesh, JsonValue& ro
     return median_of(ratios);
   };
   const double camera = ratio(2, 1), scattered = ratio(4, 3);
-  if (!options.json.wanted)
+  if (!options.json.enabled)
     print_data(
         "  camera rays at {:.0f} % of the bare packets' rate, scattered rays at {:.0f} % of "
         "the bare ones'\n",
@@ -316,7 +316,7 @@ Status bench_render(const BenchOptions& options, const Mesh& mesh, JsonValue& ro
   rows.push_back({{"name", "share of bare rates"}, {"camera", camera}, {"scattered", scattered}});
   PM_TRY(const std::vector<BuildQuality> builds, measure_builds(scene));
   for (const BuildQuality& build : builds) {
-    if (!options.json.wanted)
+    if (!options.json.enabled)
       print_data("  BVH quality {:<8} {:>8.1f} ms to build, {:>8.1f} ms per million rays\n",
                  build.name, build.build_seconds * 1e3, build.trace_seconds * 1e3);
     rows.push_back({{"name", fmt::format("bvh {}", build.name)},
@@ -329,7 +329,7 @@ Status bench_render(const BenchOptions& options, const Mesh& mesh, JsonValue& ro
 Result<int> run_bench(const CommandLine& line, const BenchOptions& options) {
   std::string device;
   PM_TRY(const auto engine, make_engine(line.common.device, device, line.common.max_memory));
-  if (!options.json.wanted)
+  if (!options.json.enabled)
     print_data("device {}, {} threads, median of {} runs (min - max)\n", device, thread_count(),
                options.repeats);
   auto rows = JsonValue::array();
@@ -341,7 +341,7 @@ Result<int> run_bench(const CommandLine& line, const BenchOptions& options) {
     PM_TRY_STATUS(bench_graph(options, rows));
   }
   if (all || options.what == "render") PM_TRY_STATUS(bench_render(options, mesh, rows));
-  if (options.json.wanted) {
+  if (options.json.enabled) {
     const JsonValue json{{"device", device}, {"threads", thread_count()}, {"rows", rows}};
     PM_TRY_STATUS(write_json(options.json, json));
   }

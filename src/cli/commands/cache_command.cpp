@@ -20,11 +20,11 @@ struct CacheOptions {
 };
 
 std::string format_age(double seconds) {
-  const auto whole = [](double value) { return static_cast<long long>(std::floor(value)); };
-  if (seconds < 120) return fmt::format("{} s", whole(seconds));
-  if (seconds < 2 * 3600) return fmt::format("{} min", whole(seconds / 60));
-  if (seconds < 2 * 86400) return fmt::format("{} h", whole(seconds / 3600));
-  return fmt::format("{} days", whole(seconds / 86400));
+  const auto rounded_down = [](double value) { return static_cast<long long>(std::floor(value)); };
+  if (seconds < 120) return fmt::format("{} s", rounded_down(seconds));
+  if (seconds < 2 * 3600) return fmt::format("{} min", rounded_down(seconds / 60));
+  if (seconds < 2 * 86400) return fmt::format("{} h", rounded_down(seconds / 3600));
+  return fmt::format("{} days", rounded_down(seconds / 86400));
 }
 
 std::string format_files(std::size_t count, std::uint64_t bytes) {
@@ -56,7 +56,7 @@ Result<int> list(const fs::path& folder, const CacheOptions& options) {
       if (!entry.problem.empty()) one["problem"] = entry.problem;
     }
     json["entries"].push_back(one);
-    if (options.json.wanted) continue;
+    if (options.json.enabled) continue;
     if (!entry.problem.empty())
       print_data("{}: {}\n", entry.file.filename().string(), entry.problem);
     else if (verify && entry.balls + entry.spheres > 0)
@@ -70,7 +70,7 @@ Result<int> list(const fs::path& folder, const CacheOptions& options) {
                  entry.origin);
   }
   json["bytes"] = bytes;
-  if (options.json.wanted) {
+  if (options.json.enabled) {
     if (verify) json["ok"] = bad == 0;
     PM_TRY_STATUS(write_json(options.json, json));
   } else {
@@ -101,7 +101,7 @@ Result<int> clean(const fs::path& folder, const CacheOptions& options) {
   }
   for (const std::string& failure : cleaning.failures)
     log_message(LogLevel::kError, "cache: " + failure);
-  if (options.json.wanted) {
+  if (options.json.enabled) {
     const JsonValue json{{"folder", folder.string()},
                          {"removed", cleaning.removed},
                          {"kept", cleaning.kept},

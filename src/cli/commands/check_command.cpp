@@ -24,7 +24,7 @@ struct CheckOptions {
 
 struct CheckResult {
   std::vector<SceneFinding> findings;
-  std::vector<std::string> errors;  ///< of models and textures
+  std::vector<std::string> errors;  ///< errors of models and textures
   std::vector<std::string> warnings;
   std::vector<std::pair<std::string, Diagnosis>> objects;
   int frames = 0;
@@ -44,17 +44,18 @@ std::string describe_object(const std::string& name, const Diagnosis& d) {
   return text;
 }
 
-/// What is wrong with the balls of an object, which are fitted for it.
+/// Fits the balls of an object and describes the problems of the fit.
 Result<std::string> bad_fit(const Model& model, const ObjectSettings& object,
                             const std::filesystem::path& cache) {
   const Activity activity("fitting balls to " + object.name);
   const auto stand_in = solid_stand_in(model, object.spheres);
   if (!stand_in) return std::string();  // said already
-  const auto made = approximate_cached(model, object.spheres, cache, &*stand_in);
-  if (!made || made->balls.empty()) return std::string();
+  const auto approximation = approximate_cached(model, object.spheres, cache, &*stand_in);
+  if (!approximation || approximation->balls.empty()) return std::string();
   const Model& solid = *stand_in ? **stand_in : model;
   PM_TRY(const ApproximationQuality quality,
-         measure_quality(solid, InsideTest(solid), made->balls, FieldKind::kGaussian, 96, 5e4));
+         measure_quality(solid, InsideTest(solid), approximation->balls, FieldKind::kGaussian, 96,
+                         5e4));
   return describe_bad_fit(quality);
 }
 
@@ -132,12 +133,12 @@ Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
   const CheckResult& result = *checked;
   const bool good = result.findings.empty() && result.errors.empty() &&
                     !(options.strict && !result.warnings.empty());
-  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, to_json(result, good)));
+  if (options.json.enabled) PM_TRY_STATUS(write_json(options.json, to_json(result, good)));
   for (const SceneFinding& finding : result.findings)
     log_message(LogLevel::kError, to_string(finding, options.scene));
   for (const std::string& error : result.errors) log_message(LogLevel::kError, error);
   for (const std::string& warning : result.warnings) log_warning("{}", warning);
-  if (!options.json.wanted) {
+  if (!options.json.enabled) {
     for (const auto& [name, diagnosis] : result.objects)
       print_data("{}\n", describe_object(name, diagnosis));
     if (good)

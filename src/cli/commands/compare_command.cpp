@@ -120,7 +120,7 @@ Result<int> run_compare(const CompareOptions& options, bool overwrite) {
       report.cases.back().flicker = previous.flicker;
       report.cases.back().reference_flicker = previous.reference_flicker;
     }
-    if (!options.json.wanted)
+    if (!options.json.enabled)
       print_data("{}: {}{}{}\n", pair.actual.string(), one.comparison->reason,
                  one.cause.empty() ? "" : "; seen: ", one.cause);
     if (one.warned())
@@ -128,12 +128,12 @@ Result<int> run_compare(const CompareOptions& options, bool overwrite) {
                   one.comparison->warning_pixels, options.tolerance.warn);
     report.cases.push_back(std::move(one));
   }
-  if (options.json.wanted) {
+  if (options.json.enabled) {
     JsonValue json{{"cases", JsonValue::array()}};
     for (const ReportCase& one : report.cases) json["cases"].push_back(case_json(one));
     PM_TRY_STATUS(write_json(options.json, json));
   }
-  if (pairs.size() > 1 && !options.json.wanted)
+  if (pairs.size() > 1 && !options.json.enabled)
     print_data("{} of {} pairs pass\n", pairs.size() - report.failed(), pairs.size());
   PM_TRY_STATUS(write_reports(options.report, report, overwrite));
   return report.failed() == 0 ? 0 : static_cast<int>(ErrorCode::kAnswerNo);

@@ -10,7 +10,7 @@ std::string joined(const std::vector<std::string>& words) {
   return fmt::format("{}", fmt::join(words, " "));
 }
 
-/// What only the installed program knows: a command that lists the words for a kind of value.
+/// Shell command that lists the words for a kind of value, which only the installed program knows.
 /// Files may stand there, too.
 std::string lister(const OptionRow& row) {
   const std::string list = "polymorph demo --list 2>/dev/null | awk ";

@@ -20,7 +20,7 @@ JsonValue cube_json(int key) {
           {"triangles", std::move(triangles)}};
 }
 
-/// Where things are in a cell, so that the table can be drawn without this program's source.
+/// Layout of a cell, so that the table can be drawn without this program's source.
 JsonValue layout_json() {
   JsonValue corners = JsonValue::array(), edges = JsonValue::array();
   for (int c = 0; c < 8; ++c)
@@ -37,20 +37,20 @@ JsonValue base_keys_json() {
   return keys;
 }
 
-Result<int> run_cubes(int wanted, const JsonOutput& json_output) {
-  const int first = wanted >= 0 ? wanted : 0, last = wanted >= 0 ? wanted : 255;
+Result<int> run_cubes(int chosen_key, const JsonOutput& json_output) {
+  const int first = chosen_key >= 0 ? chosen_key : 0, last = chosen_key >= 0 ? chosen_key : 255;
   JsonValue json = layout_json();
   json["bases"] = base_keys_json();
   json["cubes"] = JsonValue::array();
-  if (!json_output.wanted) print_data("key  base  inside           triangles, as edges\n");
+  if (!json_output.enabled) print_data("key  base  inside           triangles, as edges\n");
   for (int key = first; key <= last; ++key) {
     JsonValue cube = cube_json(key);
-    if (!json_output.wanted)
+    if (!json_output.enabled)
       print_data("{:>3}  {:>4}  {:<15}  {}\n", key, cube.get("base").integer,
                  format_json(cube.get("inside")), format_json(cube.get("triangles")));
     json["cubes"].push_back(std::move(cube));
   }
-  if (json_output.wanted) PM_TRY_STATUS(write_text(json_output, dump_json(json, -1)));
+  if (json_output.enabled) PM_TRY_STATUS(write_text(json_output, dump_json(json, -1)));
   return 0;
 }
 

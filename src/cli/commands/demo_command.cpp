@@ -33,12 +33,12 @@ Result<int> list_names(const fs::path& data) {
 /// "teapot" of the name or of the file.
 std::string stem(const std::string& object) { return fs::path(object).stem().string(); }
 
-/// What a demo leaves behind.
+/// Files that a demo writes.
 struct DemoFiles {
   fs::path scene, strip, gif, frames;
 };
 
-/// In a folder, or beside each other by the name of one of them: out.png, out.gif, out.json.
+/// Names them in a folder, or after the name of one of them: out.png, out.gif, out.json.
 /// Errors (kUsage): the name of a file of another kind.
 Result<DemoFiles> demo_files(const fs::path& output) {
   const std::string extension = output.extension().string();

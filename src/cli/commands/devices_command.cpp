@@ -24,7 +24,7 @@ std::string cpu_name() {
 Result<int> run_devices(const JsonOutput& json_output) {
   const DeviceList list = list_cuda_devices();
   PM_TRY(const Renderer renderer, Renderer::create());
-  if (json_output.wanted) {
+  if (json_output.enabled) {
     JsonValue json{
         {"cpu",
          {{"name", cpu_name()}, {"threads", thread_count()}, {"embree_isa", renderer.isa()}}},

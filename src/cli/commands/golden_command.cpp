@@ -73,7 +73,7 @@ Status check_options(const GoldenOptions& options) {
       {"--report", !report.folder.empty(), {"test"}},
       {"--html", !report.html.empty(), {"test"}},
       {"--junit", !report.junit.empty(), {"test"}},
-      {"--json", options.json.wanted, {"test"}},
+      {"--json", options.json.enabled, {"test"}},
       {"-o", !options.output.empty(), {"merge"}},
   };
   for (const Rule& rule : rules)
@@ -103,12 +103,12 @@ Status test_bits(const GoldenSuite& suite, const GoldenSettings& settings,
   std::size_t passed = 0;
   for (ReportCase& result : cases) {
     passed += result.passed();
-    if (!options.json.wanted)
+    if (!options.json.enabled)
       print_data("{}, {}: {}\n", result.group, result.name,
                  result.passed() ? "ok: " + result.detail : "FAILED: " + result.message);
     report.cases.push_back(std::move(result));
   }
-  if (!options.json.wanted) print_data("{}: {} of {} pass\n", suite.name, passed, cases.size());
+  if (!options.json.enabled) print_data("{}: {} of {} pass\n", suite.name, passed, cases.size());
   return Ok{};
 }
 
@@ -118,7 +118,7 @@ Status test(const GoldenSuite& suite, const GoldenSettings& settings, const Gold
   PM_TRY(GoldenResult result, test_golden(suite, settings));
   const std::string accept = accept_command(options, suite.name);
   for (GoldenFrame& frame : result.frames) {
-    if (!options.json.wanted)
+    if (!options.json.enabled)
       print_data(
           "{} frame {}: {}{}{}{}{}\n", suite.name, frame.frame,
           frame.passed() ? "ok" : "FAILED: ", frame.message,
@@ -137,7 +137,7 @@ Status test(const GoldenSuite& suite, const GoldenSettings& settings, const Gold
         fmt::format("{}: no frame of {} asks for it", orphan.string(), suite.name));
     log_warning("{}", report.notes.back());
   }
-  if (!options.json.wanted)
+  if (!options.json.enabled)
     print_data("{}: {} of {} frames pass\n", suite.name, result.frames.size() - result.failed(),
                result.frames.size());
   if (result.failed() == 0) return Ok{};
@@ -161,7 +161,7 @@ Status test_suite(const std::string& name, const GoldenSettings& settings,
 /// Counts a suite that could not be tested as a failed case, so that CI does not pass it.
 void add_error(const std::string& group, const std::string& name, const Error& error,
                const GoldenOptions& options, Report& report) {
-  if (!options.json.wanted) print_data("{}: could not be tested\n", group);
+  if (!options.json.enabled) print_data("{}: could not be tested\n", group);
   print_error(error);
   ReportCase failed;
   failed.group = group;
@@ -202,7 +202,7 @@ Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
   }
   if (report.errors() > 0 && code == 0) code = static_cast<int>(ErrorCode::kInput);
   if (report.failed() > 0 && code == 0) code = static_cast<int>(ErrorCode::kAnswerNo);
-  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, report_json(report)));
+  if (options.json.enabled) PM_TRY_STATUS(write_json(options.json, report_json(report)));
   PM_TRY_STATUS(write_reports(options.report, report, options.overwrite));
   return code;
 }
@@ -369,7 +369,9 @@ void add_golden(CommandLine& line) {
   command.add_option("-f,--frames", options->frames, "new: its frames, as in 1,12,24")
       .type_name("FRAMES")
       .group("Main");
-  command.add_option("--reason", options->reason, "why goldens change; goes to CHANGES.md")
+  command
+      .add_option("--reason", options->reason,
+                  "reason for changed golden frames; goes to CHANGES.md")
       .type_name("TEXT")
       .group("Main");
   command

@@ -48,7 +48,7 @@ Result<int> image_info(const InfoOptions& options) {
   PM_TRY(const Image image, read_image(options.input));
   JsonValue json{{"file", options.input}, {"width", image.width}, {"height", image.height}};
   json["channels"] = JsonValue::array();
-  if (!options.json.wanted)
+  if (!options.json.enabled)
     print_data("{}: {} x {}, {} channels\n", options.input, image.width, image.height,
                image.channel_count());
   for (std::size_t c = 0; c < image.channel_count(); ++c) {
@@ -58,7 +58,7 @@ Result<int> image_info(const InfoOptions& options) {
                                 {"max", range.high},
                                 {"mean", range.mean},
                                 {"not_finite", range.not_finite}});
-    if (!options.json.wanted)
+    if (!options.json.enabled)
       print_data("  {:<12} {:>12.6g} to {:<12.6g} mean {:<12.6g}{}\n", image.channels[c], range.low,
                  range.high, range.mean,
                  range.not_finite ? fmt::format(" {} NaN or infinite", range.not_finite) : "");
@@ -67,15 +67,15 @@ Result<int> image_info(const InfoOptions& options) {
     std::visit(
         [&](const auto& value) {
           json["attributes"][attribute.name] = value;
-          if (!options.json.wanted) print_data("  {} = {}\n", attribute.name, value);
+          if (!options.json.enabled) print_data("  {} = {}\n", attribute.name, value);
         },
         attribute.value);
   }
-  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, json));
+  if (options.json.enabled) PM_TRY_STATUS(write_json(options.json, json));
   return 0;
 }
 
-/// What each frame shows of an actor.
+/// Prints the state of an actor in each frame.
 JsonValue print_frames(const InfoOptions& options, const Scene& scene, const ActorSettings& actor) {
   const Timeline timeline = make_timeline(scene, actor);
   const auto objects = chain_objects(actor);
@@ -93,12 +93,12 @@ JsonValue print_frames(const InfoOptions& options, const Scene& scene, const Act
                             {"to_meta", !leg.to_full},
                             {"shares", std::move(shares)}});
   }
-  if (!options.json.wanted)
+  if (!options.json.enabled)
     print_data("{:>5} {:>7} {:<24} {:<12} {:>8} {:>7}\n", "frame", "t", "from -> to", "stage",
                "progress", "u");
   for (int frame = 1; frame <= timeline.count; ++frame) {
     const MorphState m = morph_state_at(timeline, frame);
-    if (!options.json.wanted)
+    if (!options.json.enabled)
       print_data("{:>5} {:>7.4f} {:<24} {:<12} {:>8.4f} {:>7.4f}\n", frame, m.t,
                  name(m.leg) + " -> " + name(m.leg + 1), stage_name(m.stage), m.progress, m.u);
     json["frames"].push_back({{"frame", frame},
@@ -116,16 +116,16 @@ JsonValue print_frames(const InfoOptions& options, const Scene& scene, const Act
   return json;
 }
 
-/// The same of all actors, and what the stages are.
+/// Prints the states of all actors, and the stages.
 Status print_frames(const InfoOptions& options, const Scene& scene) {
   JsonValue json{{"stages", JsonValue::array()}, {"actors", JsonValue::array()}};
   for (const StageInfo& stage : stage_table())
     json["stages"].push_back({{"name", stage.name}, {"what", stage.what}});
   for (const ActorSettings& actor : scene.actors) {
-    if (!options.json.wanted && scene.actors.size() > 1) print_data("{}:\n", actor.name);
+    if (!options.json.enabled && scene.actors.size() > 1) print_data("{}:\n", actor.name);
     json["actors"].push_back(print_frames(options, scene, actor));
   }
-  return options.json.wanted ? write_json(options.json, json) : Status(Ok{});
+  return options.json.enabled ? write_json(options.json, json) : Status(Ok{});
 }
 
 /// An actor's objects, and its runs of frames in one stage of one leg.
@@ -156,7 +156,7 @@ Result<int> scene_info(const InfoOptions& options) {
     PM_TRY_STATUS(print_frames(options, scene));
     return 0;
   }
-  if (options.json.wanted) {
+  if (options.json.enabled) {
     PM_TRY_STATUS(
         write_text(options.json,
                    scene_to_json(scene, std::filesystem::absolute(options.input).parent_path())));
@@ -180,7 +180,7 @@ Result<int> model_info(const InfoOptions& options) {
     return diagnose_fully(loaded.model);
   }();
   const Vec3 size = d.box.size();
-  if (options.json.wanted) {
+  if (options.json.enabled) {
     const JsonValue json{{"file", options.input},
                          {"points", d.points},
                          {"triangles", d.triangles},
@@ -244,7 +244,7 @@ void add_info(CommandLine& line) {
       .group("Main");
   command
       .add_flag("--timeline", options->timeline,
-                "of a scene: what each frame shows, a line per frame; --json: with all stages")
+                "scene: content of each frame, a line per frame; --json: with all stages")
       .group("Main");
   add_overrides(command, options->sets);
   add_json(command, options->json);

@@ -124,7 +124,7 @@ class MeshRun {
   fs::path path_of(int frame) const {
     return is_sequence(format_) ? fs::path(options_.output) : frame_path(pattern_, frame);
   }
-  /// Of the MTL and the textures: the name without the frame's number.
+  /// Path of the MTL and the textures: the name without the frame's number.
   fs::path library_path(const std::string& ending) const {
     fs::path path = options_.output;
     if (pattern_.has_number()) {

@@ -142,7 +142,7 @@ class Session {
   int shown_level_ = 0, shown_frames_ = 0;
 };
 
-/// From standard input, as a person writes them: what is no move is said, and asked again.
+/// Reads moves from standard input, as a person writes them; a line that is no move is asked again.
 Status play_by_hand(Session& session, bool rendered) {
   log_info("two places per line, as in \"a1 b2\"; an empty line ends the game");
   for (std::string text; !session.play().over() && std::getline(std::cin, text) && !text.empty();) {

@@ -58,7 +58,7 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
   return settings;
 }
 
-/// What a dry run found: the frames on standard output, what they will cost on standard error.
+/// Prints the result of a dry run: the frames on standard output, their cost on standard error.
 void print_plan(const RunReport& report, const SequenceSettings& settings) {
   for (const FrameRecord& record : report.frames) {
     std::string files;
@@ -147,7 +147,7 @@ Result<int> render_once(const CommandLine& line, const RenderOptions& given) {
   PM_TRY(const SequenceSettings settings, sequence_settings(line, options, scene));
   if (settings.frames.empty()) {
     log_info("no frames in this shard");
-    if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, to_json(RunReport{})));
+    if (options.json.enabled) PM_TRY_STATUS(write_json(options.json, to_json(RunReport{})));
     return 0;
   }
   const ProgressMode mode = options.dry_run ? ProgressMode::kNone : progress_mode(line.common);
@@ -155,13 +155,13 @@ Result<int> render_once(const CommandLine& line, const RenderOptions& given) {
   const ProgressCallback show = make_progress(mode);
   PM_TRY(const RunReport report,
          render_sequence(scene, settings,
-                         [&](std::size_t done, std::size_t of, const FrameRecord& last) {
+                         [&](std::size_t done, std::size_t count, const FrameRecord& last) {
                            heartbeat.beat(done);
-                           show(done, of, last);
+                           show(done, count, last);
                          }));
-  if (options.json.wanted) PM_TRY_STATUS(write_json(options.json, to_json(report)));
+  if (options.json.enabled) PM_TRY_STATUS(write_json(options.json, to_json(report)));
   if (options.dry_run) {
-    if (!options.json.wanted) print_plan(report, settings);
+    if (!options.json.enabled) print_plan(report, settings);
     return 0;
   }
   if (options.stats) print_stats(report);

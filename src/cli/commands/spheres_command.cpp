@@ -82,8 +82,8 @@ Status check_outputs(const SpheresOptions& options, bool overwrite) {
   return Ok{};
 }
 
-/// What was made of the model.
-struct Made {
+/// Approximation of the model and its quality.
+struct FittedModel {
   Approximation approximation;
   std::vector<Ball> balls;  ///< fitted, or straight from the spheres
   ApproximationQuality figures;
@@ -91,10 +91,10 @@ struct Made {
   std::vector<std::string> problems;
 };
 
-JsonValue to_json(const Model& model, const SpheresOptions& options, const Made& made) {
-  const ApproximationQuality& f = made.figures;
+JsonValue to_json(const Model& model, const SpheresOptions& options, const FittedModel& fitted) {
+  const ApproximationQuality& f = fitted.figures;
   std::vector<int> levels;
-  for (const SphereNode& node : made.approximation.tree.nodes) {
+  for (const SphereNode& node : fitted.approximation.tree.nodes) {
     const auto level = static_cast<std::size_t>(node.level);
     if (levels.size() <= level) levels.resize(level + 1);
     ++levels[level];
@@ -103,9 +103,9 @@ JsonValue to_json(const Model& model, const SpheresOptions& options, const Made&
           {"triangles", model.triangles.size()},
           {"method", options.method},
           {"fit", options.no_fit ? "none" : options.fit},
-          {"spheres", made.approximation.tree.leaves().size()},
+          {"spheres", fitted.approximation.tree.leaves().size()},
           {"levels", levels},
-          {"balls", made.balls.size()},
+          {"balls", fitted.balls.size()},
           {"iou", f.iou},
           {"volume_ratio", f.volume_ratio},
           {"rms_to_model", f.rms_to_model},
@@ -114,8 +114,8 @@ JsonValue to_json(const Model& model, const SpheresOptions& options, const Made&
           {"hausdorff_to_surface", f.hausdorff_to_surface},
           {"grid", options.grid},
           {"surface_triangles", f.triangles},
-          {"seconds", made.seconds},
-          {"problems", made.problems}};
+          {"seconds", fitted.seconds},
+          {"problems", fitted.problems}};
 }
 
 /// The whole tree, parents before children; the leaves are the approximation.
@@ -132,12 +132,12 @@ std::string tree_json(const SphereTree& tree) {
   return dump_json({{"spheres", std::move(spheres)}}, -1);
 }
 
-void print_table(const Model& model, const SpheresOptions& options, const Made& made) {
-  const ApproximationQuality& f = made.figures;
+void print_table(const Model& model, const SpheresOptions& options, const FittedModel& fitted) {
+  const ApproximationQuality& f = fitted.figures;
   print_data("{}: {} triangles, {}, {}\n", model.name, model.triangles.size(), options.method,
              options.no_fit ? "not fitted" : options.fit + " balls fitted");
-  print_data("  {:<34}{:>10}\n", "spheres", made.approximation.tree.leaves().size());
-  print_data("  {:<34}{:>10}\n", "balls", made.balls.size());
+  print_data("  {:<34}{:>10}\n", "spheres", fitted.approximation.tree.leaves().size());
+  print_data("  {:<34}{:>10}\n", "balls", fitted.balls.size());
   print_data("  {:<34}{:>10.4f}\n", "overlap (IoU)", f.iou);
   print_data("  {:<34}{:>10.4f}\n", "volume ratio", f.volume_ratio);
   print_data("  {:<34}{:>10}{:>12}\n", "% of the box diagonal", "RMS", "Hausdorff");
@@ -145,21 +145,21 @@ void print_table(const Model& model, const SpheresOptions& options, const Made& 
              100 * f.hausdorff_to_model);
   print_data("  {:<34}{:>10.3f}{:>12.3f}\n", "  model to surface", 100 * f.rms_to_surface,
              100 * f.hausdorff_to_surface);
-  print_data("  {:<34}{:>10.2f} s\n", "time", made.seconds);
+  print_data("  {:<34}{:>10.2f} s\n", "time", fitted.seconds);
 }
 
 Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) {
   PM_TRY_STATUS(check_outputs(options, line.common.overwrite));
   PM_TRY(const Model model, load(options.model));
-  Made made;
+  FittedModel fitted;
   std::optional<Activity> activity(std::in_place, "looking for faults in " + model.name);
   const Diagnosis diagnosis = diagnose_fully(model);
   activity.reset();
-  made.problems = describe_problems(diagnosis);
-  for (const std::string& problem : made.problems) log_warning("{}: {}", model.name, problem);
+  fitted.problems = describe_problems(diagnosis);
+  for (const std::string& problem : fitted.problems) log_warning("{}: {}", model.name, problem);
   const SphereSettings settings = settings_of(options);
   if (const std::string crossings = describe_crossings(diagnosis); !crossings.empty()) {
-    made.problems.push_back(crossings);
+    fitted.problems.push_back(crossings);
     // The winding number is not affected.
     const bool matters = settings.inside == InsideMethod::kParity;
     matters ? log_warning("{}: {}", model.name, crossings)
@@ -168,9 +168,9 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
   const Stopwatch stopwatch;
   activity.emplace("making spheres and balls of " + model.name);
   PM_TRY(const std::optional<Model> stand_in, solid_stand_in(model, settings));
-  PM_TRY(made.approximation,
+  PM_TRY(fitted.approximation,
          approximate_cached(model, settings, cache_folder(line.common), &stand_in));
-  made.seconds = stopwatch.seconds();
+  fitted.seconds = stopwatch.seconds();
   activity.emplace("measuring how well they fit");
   // Balls of a shell or of a solidified model are judged by what they stand for.
   const std::optional<ClusteredModel> few = cluster_long_triangles(model);
@@ -184,34 +184,34 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
   const Vec3 size = model.box().size();
   const float cell = std::max({size.x, size.y, size.z}) / static_cast<float>(options.grid);
   const auto engine = make_cpu_engine();
-  made.balls = made.approximation.balls;
-  if (made.balls.empty()) {
-    PM_TRY(made.balls,
-           unfitted_balls(made.approximation.tree.leaves(), settings.method,
+  fitted.balls = fitted.approximation.balls;
+  if (fitted.balls.empty()) {
+    PM_TRY(fitted.balls,
+           unfitted_balls(fitted.approximation.tree.leaves(), settings.method,
                           solid_volume(solid, inside), FieldSettings{}, cell, {}, *engine));
   }
-  PM_TRY(made.figures,
-         measure_quality(solid, inside, made.balls, FieldKind::kGaussian, options.grid));
+  PM_TRY(fitted.figures,
+         measure_quality(solid, inside, fitted.balls, FieldKind::kGaussian, options.grid));
   activity.reset();
-  if (const std::string bad = describe_bad_fit(made.figures); !bad.empty())
+  if (const std::string bad = describe_bad_fit(fitted.figures); !bad.empty())
     log_warning("{}: {}", model.name, bad);
-  if (options.json.wanted)
-    PM_TRY_STATUS(write_json(options.json, to_json(model, options, made)));
+  if (options.json.enabled)
+    PM_TRY_STATUS(write_json(options.json, to_json(model, options, fitted)));
   else
-    print_table(model, options, made);
+    print_table(model, options, fitted);
 
   if (!options.write_balls.empty())
     PM_TRY_STATUS(
         write_file(options.write_balls, options.write_balls.ends_with(".csv")
-                                            ? encode_balls_csv(made.balls, FieldKind::kGaussian)
-                                            : encode_balls(made.balls, FieldKind::kGaussian)));
-  const std::vector<Sphere> spheres = made.approximation.tree.leaves();
+                                            ? encode_balls_csv(fitted.balls, FieldKind::kGaussian)
+                                            : encode_balls(fitted.balls, FieldKind::kGaussian)));
+  const std::vector<Sphere> spheres = fitted.approximation.tree.leaves();
   if (!options.write_spheres.empty())
     PM_TRY_STATUS(options.write_spheres.ends_with(".json")
-                      ? write_file(options.write_spheres, tree_json(made.approximation.tree))
+                      ? write_file(options.write_spheres, tree_json(fitted.approximation.tree))
                       : write_mesh(options.write_spheres, mesh_of_spheres(spheres)));
   if (options.write_surface.empty() && options.output.empty()) return 0;
-  PM_TRY(const Mesh surface, extract_surface(*engine, made.balls, cell, {}));
+  PM_TRY(const Mesh surface, extract_surface(*engine, fitted.balls, cell, {}));
   if (!options.write_surface.empty()) PM_TRY_STATUS(write_mesh(options.write_surface, surface));
   if (!options.output.empty())
     PM_TRY_STATUS(write_spheres_picture(options.output, model, spheres, surface, options.width));
@@ -237,26 +237,27 @@ void add_spheres(CommandLine& line) {
       .choices({"medial", "hubbard", "octree", "active"})
       .type_name("NAME")
       .group("Main");
-  Option balls = command.add_option("--balls", options->balls, "how many (256)")
+  Option balls = command.add_option("--balls", options->balls, "number of balls (256)")
                      .range(1, 4096)
                      .type_name("N")
                      .group("Main");
-  Option error = command
-                     .add_option("--error", options->error,
-                                 "as few as keep this Hausdorff distance, a share of the diagonal")
-                     .range(1e-4, 0.5)
-                     .type_name("E")
-                     .group("Main");
+  Option error =
+      command
+          .add_option("--error", options->error,
+                      "fewest balls within this Hausdorff distance, a share of the diagonal")
+          .range(1e-4, 0.5)
+          .type_name("E")
+          .group("Main");
   error.excludes(balls);
   command
       .add_option("--resolution", options->resolution,
-                  "of octree and active: 2^(R-1) cells per axis")
+                  "resolution of octree and active: 2^(R-1) cells per axis")
       .range(1, 9)
       .type_name("R")
       .group("Main");
   command
       .add_option("--root-margin", options->root_margin,
-                  "of octree and active: the root cube is longer than the model by this share (0)")
+                  "share by which the root cube of octree and active exceeds the model (0)")
       .range(0.0, 1.0)
       .type_name("M")
       .group("Main");
@@ -280,7 +281,7 @@ void add_spheres(CommandLine& line) {
   command.add_option("-o,--output", options->output, "picture: model | spheres | surface")
       .type_name("FILE")
       .group("Main");
-  command.add_option("--width", options->width, "of each of the three pictures (480)")
+  command.add_option("--width", options->width, "width of each of the three pictures (480)")
       .range(16, 8192)
       .type_name("PIXELS")
       .group("Main");

@@ -59,7 +59,7 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
   std::sort(frames.begin(), frames.end());
   PM_TRY(const ExpectedHashes hashes, expected_hashes(scene, frames));
   const std::vector<FileState> states = frame_states(files, frames, hashes.frames);
-  if (options.json.wanted)
+  if (options.json.enabled)
     PM_TRY_STATUS(write_json(options.json, to_json(frames, states, hashes.scene)));
   std::vector<int> todo;
   for (const StateName& state : kStates) {
@@ -67,7 +67,7 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
     for (std::size_t i = 0; i < frames.size(); ++i)
       if (states[i] == state.state) these.push_back(frames[i]);
     if (state.state != FileState::kWhole) todo.insert(todo.end(), these.begin(), these.end());
-    if (!options.json.wanted && !(these.empty() && state.state != FileState::kWhole))
+    if (!options.json.enabled && !(these.empty() && state.state != FileState::kWhole))
       print_data("{:<10} {:>6}  {}\n", state.name, these.size(), frame_list(these));
   }
   if (todo.empty()) return 0;
@@ -92,7 +92,7 @@ void add_status(CommandLine& line) {
       "  0 all frames are whole   1 some are not   2 usage   3 bad scene or model");
   command
       .add_option("frames", options->where,
-                  "where they are: the pattern that render was given, or its folder where the "
+                  "pattern that render was given, or its folder where the "
                   "names are the scene's own (frame.####.exr)")
       .required()
       .type_name("DIR|FRAMES")

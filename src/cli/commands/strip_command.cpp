@@ -60,12 +60,12 @@ Result<Film> from_images(const StripOptions& options) {
              options.frames.empty() ? fmt::format("{}-{}", film.first, film.last) : options.frames,
              film.first, film.last));
   // A sheet or movie that silently leaves out a lost frame is worse than none.
-  std::vector<int> wanted = film.numbers;
+  std::vector<int> required = film.numbers;
   if (options.frames.empty() || options.moves()) {
-    wanted.clear();
-    for (int frame = film.first; frame <= film.last; ++frame) wanted.push_back(frame);
+    required.clear();
+    for (int frame = film.first; frame <= film.last; ++frame) required.push_back(frame);
   }
-  for (const int frame : wanted)
+  for (const int frame : required)
     if (!std::binary_search(existing.begin(), existing.end(), frame))
       return make_error(ErrorCode::kInput,
                         "{}: frame {} is missing (there are {} to {}) - render it first",
@@ -123,9 +123,9 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
     PM_TRY_STATUS(write_play_page(line, std::move(scene), options.html));
     if (options.output.empty() && !options.moves()) return 0;
   }
-  auto made = is_scene ? from_scene(line, options) : from_images(options);
-  if (!made) return std::move(made).error();
-  const Film& film = *made;
+  auto loaded = is_scene ? from_scene(line, options) : from_images(options);
+  if (!loaded) return std::move(loaded).error();
+  const Film& film = *loaded;
   if (!options.output.empty()) {
     SheetSettings sheet;
     sheet.count = options.count;
@@ -191,10 +191,11 @@ void add_strip(CommandLine& line) {
   command.add_option("--mp4", options->mp4, "a movie of all frames, by ffmpeg")
       .type_name("FILE")
       .group("Main");
-  command.add_option("--html", options->html, "of a scene: a page that plays it in a browser")
+  command.add_option("--html", options->html, "page that plays a scene in a browser")
       .type_name("FILE")
       .group("Main");
-  command.add_option("--fps", options->fps, "of GIF and movie; default: the scene's")
+  command
+      .add_option("--fps", options->fps, "frames per second of GIF and movie; default: the scene's")
       .range(0.1, 100.0)
       .type_name("F")
       .group("Main");

@@ -37,10 +37,10 @@ std::string to_text(const FramePattern& pattern) {
   return text;
 }
 
-/// What the job costs: measured here by a dry run, unless the command line says it all.
+/// Costs of the job: measured here by a dry run, unless the command line gives them all.
 struct Costs {
-  std::size_t frames = 0;                         ///< that are still to be rendered
-  double frame_seconds = 0, prepare_seconds = 0;  ///< with the task's processors
+  std::size_t frames = 0;                         ///< number still to be rendered
+  double frame_seconds = 0, prepare_seconds = 0;  ///< on the task's processors
   std::uint64_t memory = 0;
 };
 
@@ -81,7 +81,7 @@ Result<Costs> measure_costs(const CommandLine& line, const SubmitOptions& option
   return costs;
 }
 
-/// With a margin: three times the time, half as much memory again.
+/// Sizes the job with a margin: three times the time, half as much memory again.
 void size_job(SlurmJob& job, const SubmitOptions& options, const Costs& costs) {
   constexpr double kMebibyte = 1024.0 * 1024.0;
   constexpr int kMinMinutes = 10, kMinMemory = 1024, kMemoryStep = 256;
@@ -95,9 +95,9 @@ void size_job(SlurmJob& job, const SubmitOptions& options, const Costs& costs) {
   job.minutes = options.minutes > 0
                     ? options.minutes
                     : std::max(kMinMinutes, static_cast<int>(std::ceil(3 * seconds / 60)));
-  const auto wanted =
+  const auto bytes =
       static_cast<double>(options.memory > 0 ? options.memory : costs.memory * 3 / 2);
-  const int mebibytes = static_cast<int>(std::ceil(wanted / kMebibyte));
+  const int mebibytes = static_cast<int>(std::ceil(bytes / kMebibyte));
   job.memory_mib =
       options.memory > 0
           ? std::max(1, mebibytes)
@@ -200,7 +200,8 @@ void add_farm_options(Command command, SubmitOptions& options) {
   add(command.add_option("--minutes", options.minutes, "time limit of a task; default: by time")
           .range(1, 1000000)
           .type_name("M"));
-  add(command.add_option("--partition", options.partition, "where the jobs go").type_name("NAME"));
+  add(command.add_option("--partition", options.partition, "partition that the jobs go to")
+          .type_name("NAME"));
   add(command.add_option("--account", options.account, "account that is charged")
           .type_name("NAME"));
   add(command
