@@ -26,7 +26,7 @@ struct CacheKind {
 inline constexpr CacheKind kSphereFiles = {"spheres", ".spheres", "polymorph spheres\n", 3};
 inline constexpr CacheKind kDistanceFiles = {"distances", ".distances", "polymorph distances\n", 2};
 inline constexpr CacheKind kPacingFiles = {"paces", ".pacing", "polymorph pacing\n", 2};
-inline constexpr CacheKind kPlanFiles = {"plans", ".plan", "polymorph plan\n", 2};
+inline constexpr CacheKind kPlanFiles = {"plans", ".plan", "polymorph plan\n", 3};
 inline constexpr const CacheKind* kCacheKinds[] = {&kSphereFiles, &kDistanceFiles, &kPacingFiles,
                                                    &kPlanFiles};
 

@@ -85,6 +85,18 @@ std::vector<std::uint32_t> parts_by_label(const MorphPlan& plan) {
   return parts.size() >= 2 && kept > 0.5 * all ? part_of : std::vector<std::uint32_t>{};
 }
 
+/// Pairs by matched limb, with part 0 for those that stay in none; empty without limbs.
+std::vector<std::uint32_t> parts_by_limb(const MorphPlan& plan) {
+  if (plan.from_limbs.empty()) return {};
+  std::vector<std::uint32_t> part_of;
+  for (const Pair& pair : plan.pairs) {
+    const std::int32_t limb = plan.from_limbs[pair.from];
+    const bool stays = limb != kNoLabel && limb == plan.to_limbs[pair.to];
+    part_of.push_back(stays ? static_cast<std::uint32_t>(limb) + 1 : 0);
+  }
+  return part_of;
+}
+
 /// k-means of the pairs' places in both objects at once, seeded by the farthest.
 std::vector<std::uint32_t> parts_by_place(const MorphPlan& plan) {
   const Alignment& whole = plan.alignment;
@@ -314,6 +326,8 @@ RigidParts with_alignments(const MorphPlan& plan, std::vector<std::uint32_t> par
 RigidParts rigid_parts(const MorphPlan& plan) {
   if (std::vector<std::uint32_t> labelled = parts_by_label(plan); !labelled.empty())
     return with_alignments(plan, std::move(labelled), true);
+  if (std::vector<std::uint32_t> limbs = parts_by_limb(plan); !limbs.empty())
+    return with_alignments(plan, std::move(limbs), true);
   RigidParts whole = with_alignments(plan, std::vector<std::uint32_t>(plan.pairs.size(), 0), true);
   RigidParts clusters = with_alignments(plan, parts_by_place(plan), false);
   return strain_of(plan, clusters) < strain_of(plan, whole) ? clusters : whole;

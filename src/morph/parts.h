@@ -19,10 +19,10 @@ struct RigidParts {
 };
 
 /// A part per label where the labels that keep to themselves hold most of the mass; what leaves its
-/// label moves with the whole. Else at most eight clusters of pairs that are neighbours in both
-/// objects, if neighbours then keep their distances better than with the whole as one part. Each
-/// with its own rotation, scaling and shift; it rotates the way round that is nearer to the
-/// whole's. Deterministic.
+/// label moves with the whole. Else a part per matched limb (MorphPlan::from_limbs), where there
+/// are any. Else at most eight clusters of pairs that are neighbours in both objects, if neighbours
+/// then keep their distances better than with the whole as one part. Each with its own rotation,
+/// scaling and shift; it rotates the way round that is nearer to the whole's. Deterministic.
 RigidParts rigid_parts(const MorphPlan& plan);
 
 /// The graph of neighbouring balls, each edge as long as it should be at every time, and the solve

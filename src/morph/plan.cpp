@@ -3,202 +3,23 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
-#include <map>
-#include <numeric>
+#include <optional>
 #include <span>
+#include <tuple>
 #include <utility>
 
-#include "base/random.h"
+#include "base/exact_math.h"
 #include "base/result.h"
 #include "morph/align.h"
 #include "morph/cost.h"
+#include "morph/limb_plan.h"
 #include "morph/mass.h"
 #include "morph/motion.h"
+#include "morph/pairing.h"
 #include "morph/plan_cache.h"
-#include "morph/transport.h"
 
 namespace polymorph {
 namespace {
-
-using Ends = std::pair<std::uint32_t, std::uint32_t>;
-
-/// A ball that serves several pairs gives each an equal share.
-std::vector<Pair> with_equal_shares(const std::vector<Ends>& ends, std::size_t from,
-                                    std::size_t to) {
-  std::vector<float> from_uses(from), to_uses(to);
-  for (const auto& [i, j] : ends) {
-    ++from_uses[i];
-    ++to_uses[j];
-  }
-  std::vector<Pair> pairs;
-  for (const auto& [i, j] : ends) pairs.push_back({i, j, 1 / from_uses[i], 1 / to_uses[j]});
-  return pairs;
-}
-
-/// The report's correspondence (5.2.7): array order; the surplus of the longer list is paired with
-/// pseudo-randomly chosen balls of the other.
-std::vector<Pair> pair_by_index(std::size_t from, std::size_t to, std::uint64_t seed) {
-  std::vector<Ends> ends(std::max(from, to));
-  for (std::size_t i = 0; i < ends.size(); ++i) {
-    const auto random = [&](std::size_t n) {
-      return random_below(static_cast<std::uint32_t>(n), seed, 0, i);
-    };
-    ends[i] = {i < from ? static_cast<std::uint32_t>(i) : random(from),
-               i < to ? static_cast<std::uint32_t>(i) : random(to)};
-  }
-  return with_equal_shares(ends, from, to);
-}
-
-/// The sides as a plan's cost sees them, `a` already turned.
-struct CostPair {
-  CostSide a, b;
-  float label_cost = 0;
-};
-
-std::vector<Pair> pair_nearest(const CostPair& sides) {
-  const auto n = static_cast<std::uint32_t>(sides.a.size());
-  const auto m = static_cast<std::uint32_t>(sides.b.size());
-  std::vector<Ends> ends;
-  std::vector<float> row(m), cheapest(m, std::numeric_limits<float>::infinity());
-  std::vector<std::uint32_t> nearest(m, 0);
-  for (std::uint32_t i = 0; i < n; ++i) {
-    cost_row(sides.a, sides.b, sides.label_cost, i, row);
-    ends.emplace_back(
-        i, static_cast<std::uint32_t>(std::min_element(row.begin(), row.end()) - row.begin()));
-    for (std::uint32_t j = 0; j < m; ++j)
-      if (row[j] < cheapest[j]) cheapest[j] = row[j], nearest[j] = i;
-  }
-  for (std::uint32_t j = 0; j < m; ++j) ends.emplace_back(nearest[j], j);
-  std::sort(ends.begin(), ends.end());
-  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
-  return with_equal_shares(ends, n, m);
-}
-
-/// Which balls of each side may be paired with which: one problem per label, or one of all.
-struct Subproblem {
-  std::vector<std::uint32_t> from, to;
-};
-
-std::vector<Subproblem> subproblems_of(const CostPair& sides, LabelMode mode) {
-  std::map<std::int32_t, Subproblem> by_label;
-  std::vector<std::uint32_t> unlabelled_from, unlabelled_to;  // balls without a partner label
-  for (std::uint32_t i = 0; i < sides.a.size(); ++i)
-    by_label[mode == LabelMode::kHard ? sides.a.labels[i] : 0].from.push_back(i);
-  for (std::uint32_t j = 0; j < sides.b.size(); ++j)
-    by_label[mode == LabelMode::kHard ? sides.b.labels[j] : 0].to.push_back(j);
-  std::vector<Subproblem> parts;
-  for (auto& [label, part] : by_label) {
-    if (!part.from.empty() && !part.to.empty()) {
-      parts.push_back(std::move(part));
-      continue;
-    }
-    unlabelled_from.insert(unlabelled_from.end(), part.from.begin(), part.from.end());
-    unlabelled_to.insert(unlabelled_to.end(), part.to.begin(), part.to.end());
-  }
-  if (!unlabelled_from.empty() && !unlabelled_to.empty()) {
-    parts.push_back({std::move(unlabelled_from), std::move(unlabelled_to)});
-    return parts;
-  }
-  // Only one side has balls without a partner label: each joins the subproblem where it is
-  // cheapest.
-  const auto part_of = [&](bool from_side, std::uint32_t ball) {
-    for (std::size_t k = 0; k < parts.size(); ++k) {
-      const auto& list = from_side ? parts[k].from : parts[k].to;
-      if (std::binary_search(list.begin(), list.end(), ball)) return k;
-    }
-    return std::size_t{0};
-  };
-  const bool unlabelled_is_from = !unlabelled_from.empty();
-  const CostSide& mine = unlabelled_is_from ? sides.a : sides.b;
-  const CostSide& other = unlabelled_is_from ? sides.b : sides.a;
-  std::vector<std::size_t> joins;
-  std::vector<float> row(other.size());
-  for (const std::uint32_t ball : unlabelled_is_from ? unlabelled_from : unlabelled_to) {
-    cost_row(mine, other, 0, ball, row);
-    joins.push_back(part_of(
-        !unlabelled_is_from,
-        static_cast<std::uint32_t>(std::min_element(row.begin(), row.end()) - row.begin())));
-  }
-  for (std::size_t k = 0; k < joins.size(); ++k)
-    (unlabelled_is_from ? parts[joins[k]].from : parts[joins[k]].to)
-        .push_back((unlabelled_is_from ? unlabelled_from : unlabelled_to)[k]);
-  return parts;
-}
-
-/// Removes pairs that carry less than kMinorShare of both their balls, and rescales the others so
-/// that the shares of a ball sum to 1 again. Half of a plan's pairs may be such remainders.
-std::vector<Pair> without_minor_pairs(std::vector<Pair> pairs, std::size_t from, std::size_t to) {
-  constexpr float kMinorShare = 0.08f;
-  std::vector<float> from_max(from, 0), to_max(to, 0);
-  for (const Pair& pair : pairs) {
-    from_max[pair.from] = std::max(from_max[pair.from], pair.from_share);
-    to_max[pair.to] = std::max(to_max[pair.to], pair.to_share);
-  }
-  std::erase_if(pairs, [&](const Pair& pair) {
-    return pair.from_share < kMinorShare && pair.to_share < kMinorShare &&
-           pair.from_share < from_max[pair.from] && pair.to_share < to_max[pair.to];
-  });
-  std::vector<double> from_sum(from, 0), to_sum(to, 0);
-  for (const Pair& pair : pairs) {
-    from_sum[pair.from] += static_cast<double>(pair.from_share);
-    to_sum[pair.to] += static_cast<double>(pair.to_share);
-  }
-  for (Pair& pair : pairs) {
-    pair.from_share =
-        static_cast<float>(static_cast<double>(pair.from_share) / from_sum[pair.from]);
-    pair.to_share = static_cast<float>(static_cast<double>(pair.to_share) / to_sum[pair.to]);
-  }
-  return pairs;
-}
-
-std::vector<Pair> pair_by_transport(const CostPair& sides, LabelMode mode) {
-  // Beyond this the exact plan takes more time than anyone sees: 8192 x 6144 to 1 % take
-  // 9 s, exactly 17 s.
-  constexpr std::size_t kExact = 2048;
-  std::vector<Pair> pairs;
-  for (const Subproblem& part : subproblems_of(sides, mode)) {
-    const auto masses_of = [](const CostSide& side, const std::vector<std::uint32_t>& balls) {
-      std::vector<double> masses;
-      for (const std::uint32_t i : balls) masses.push_back(side.mass[i]);
-      return masses;
-    };
-    const std::vector<double> supply = masses_of(sides.a, part.from);
-    const std::vector<double> demand = masses_of(sides.b, part.to);
-    const CostRow rows = [&](std::uint32_t from, std::span<float> costs) {
-      std::vector<float> row(sides.b.size());
-      cost_row(sides.a, sides.b, sides.label_cost, part.from[from], row);
-      for (std::size_t j = 0; j < costs.size(); ++j) costs[j] = row[part.to[j]];
-    };
-    const double gap = std::max(supply.size(), demand.size()) > kExact ? 0.01 : 0;
-    const TransportPlan plan = solve_transport(supply, demand, rows, gap);
-    // Shares by what the flows are, so that whole-number masses leave no rest.
-    std::vector<double> from_sum(supply.size(), 0), to_sum(demand.size(), 0);
-    for (const TransportFlow& flow : plan.flows) {
-      from_sum[flow.from] += flow.amount;
-      to_sum[flow.to] += flow.amount;
-    }
-    for (const TransportFlow& flow : plan.flows)
-      pairs.push_back({part.from[flow.from], part.to[flow.to],
-                       static_cast<float>(flow.amount / from_sum[flow.from]),
-                       static_cast<float>(flow.amount / to_sum[flow.to])});
-  }
-  return without_minor_pairs(std::move(pairs), sides.a.size(), sides.b.size());
-}
-
-void set_masses(std::vector<Pair>& pairs, std::span<const double> from,
-                std::span<const double> to) {
-  for (Pair& pair : pairs)
-    pair.mass = (static_cast<double>(pair.from_share) * from[pair.from] +
-                 static_cast<double>(pair.to_share) * to[pair.to]) /
-                2;
-}
-
-std::vector<TransportFlow> flows_of(const std::vector<Pair>& pairs) {
-  std::vector<TransportFlow> flows;
-  for (const Pair& pair : pairs) flows.push_back({pair.from, pair.to, pair.mass});
-  return flows;
-}
 
 /// The least-squares similarity of the pairs; turn and scale only as the settings allow.
 Alignment fit_alignment(const MorphPlan& plan, const Mat3& rotation, AlignMethod method) {
@@ -262,6 +83,48 @@ double lowest(const std::vector<Ball>& balls) {
   return static_cast<double>(low);
 }
 
+/// The limbs that a plan goes by, if any; notes them in `plan`. They are looked for only where
+/// objects may turn, as one that faces another way has its limbs elsewhere, and where the plan's
+/// pairs without limbs leave a strain: near copies are better laid on each other as they are.
+std::optional<LimbPlan> find_limb_plan(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
+                                       const PlanSettings& settings, const FoundRotation& found) {
+  const bool turns =
+      settings.align == AlignMethod::kRigid || settings.align == AlignMethod::kSimilarity;
+  if (settings.structure == PlanStructure::kOff || settings.method != PlanMethod::kTransport ||
+      plan.kind != FieldKind::kGaussian || !turns || found.axis != RotationAxis::kVertical)
+    return std::nullopt;
+  constexpr double kAlike = 0.2;
+  if (fit_alignment(plan, found.rotation, settings.align).strain < kAlike) return std::nullopt;
+  std::optional<LimbPlan> limbs =
+      plan_limbs(from, to, settings.label_mode, log_rotation(found.rotation).y);
+  if (!limbs) return std::nullopt;
+  std::vector<std::uint32_t> from_matched, to_matched;
+  for (const auto& [i, k] : limbs->match.limbs) {
+    from_matched.push_back(i);
+    to_matched.push_back(k);
+  }
+  plan.from_limbs = limb_labels(limbs->from, from_matched);
+  plan.to_limbs = limb_labels(limbs->to, to_matched);
+  plan.limb_names = named_limbs(*limbs);
+  return limbs;
+}
+
+/// Pairs the balls by limbs. The rotation is that of the pairs where the limbs face another side or
+/// the whole had turned without them; limbs that only point elsewhere do not turn an object.
+Mat3 find_pairs_by_limbs(MorphPlan& plan, const LimbPlan& limbs, const CostPair& sides,
+                         const Mat3& rotation, LabelMode mode) {
+  constexpr double kAnotherSide = 35 * exact::kPi / 180;
+  CostPair by_limbs;
+  by_limbs.label_cost = sides.label_cost;
+  std::tie(by_limbs.a, by_limbs.b) = limb_cost_sides(limbs, plan.from, plan.to, sides.a, sides.b);
+  plan.pairs = pair_by_transport(by_limbs, mode);
+  set_masses(plan.pairs, plan.from_masses, plan.to_masses);
+  const double angle = limbs.match.angle;
+  const bool turns = std::fabs(angle) > kAnotherSide || angle_of(rotation) > 0;
+  return turns ? fit_rotation(sides.a, sides.b, flows_of(plan.pairs), RotationAxis::kVertical)
+               : Mat3{};
+}
+
 /// Pairs and turn of a morph from `plan.from` to `plan.to`.
 Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
                 const PlanSettings& settings) {
@@ -312,7 +175,11 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
     sides.a = turned(unturned, rotation);
     pair_up();
   }
-  return turns ? fit_rotation(unturned, sides.b, flows_of(plan.pairs), found.axis) : rotation;
+  if (turns) rotation = fit_rotation(unturned, sides.b, flows_of(plan.pairs), found.axis);
+  if (const auto limbs = find_limb_plan(plan, from, to, settings, {rotation, found.axis}))
+    return find_pairs_by_limbs(plan, *limbs, {unturned, sides.b, sides.label_cost}, rotation,
+                               settings.label_mode);
+  return rotation;
 }
 
 /// Masses, pairs and turn, found or from the cache.
@@ -325,6 +192,9 @@ Mat3 correspond(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
       plan.from_masses = std::move(kept->from_masses);
       plan.to_masses = std::move(kept->to_masses);
       plan.pairs = std::move(kept->pairs);
+      plan.from_limbs = std::move(kept->from_limbs);
+      plan.to_limbs = std::move(kept->to_limbs);
+      plan.limb_names = std::move(kept->limb_names);
       return kept->rotation;
     }
   plan.from_masses = ball_masses(plan.from, plan.kind);
@@ -333,7 +203,8 @@ Mat3 correspond(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
   if (!cache.empty())
     store_correspondence(cache, key,
                          std::min(from.name, to.name) + ", " + std::max(from.name, to.name),
-                         {plan.from_masses, plan.to_masses, plan.pairs, rotation});
+                         {plan.from_masses, plan.to_masses, plan.pairs, rotation, plan.from_limbs,
+                          plan.to_limbs, plan.limb_names});
   return rotation;
 }
 
@@ -360,6 +231,8 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
     std::swap(plan.from, plan.to);
     std::swap(plan.from_masses, plan.to_masses);
     std::swap(plan.from_labels, plan.to_labels);
+    std::swap(plan.from_limbs, plan.to_limbs);
+    for (auto& [a, b] : plan.limb_names) std::swap(a, b);
     for (Pair& pair : plan.pairs) {
       std::swap(pair.from, pair.to);
       std::swap(pair.from_share, pair.to_share);

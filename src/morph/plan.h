@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "base/matrix_decompositions.h"
@@ -56,7 +58,12 @@ struct MorphPlan {
   FieldKind kind = FieldKind::kGaussian;
   std::vector<Ball> from, to;
   std::vector<std::int32_t> from_labels, to_labels;  ///< empty or one per ball
-  std::vector<double> from_masses, to_masses;        ///< ball_masses() of each
+  /// The matched pair of limbs that each ball belongs to, or kNoLabel (morph/limb_plan.h); empty
+  /// where the plan was made without limbs.
+  std::vector<std::int32_t> from_limbs, to_limbs;
+  /// Names of limbs that become each other; an empty name is nothing.
+  std::vector<std::pair<std::string, std::string>> limb_names;
+  std::vector<double> from_masses, to_masses;  ///< ball_masses() of each
   std::vector<Pair> pairs;
   Alignment alignment;
   MotionSettings motion;

@@ -15,12 +15,45 @@ static_assert(sizeof(Ball) == 11 * sizeof(float) && sizeof(Vec3) == 3 * sizeof(f
               sizeof(Pair) == 4 * sizeof(float) + sizeof(double) &&
               sizeof(Mat3) == 9 * sizeof(double) && std::is_trivially_copyable_v<Mat3>);
 
+/// Labels of limbs, or none, then their names: a line each pair.
+void put_limbs(std::string& bytes, const Correspondence& found) {
+  std::string names;
+  for (const auto& [from, to] : found.limb_names) names += from + "\t" + to + "\n";
+  put(bytes, static_cast<std::uint64_t>(found.from_limbs.size()));
+  put_all(bytes, found.from_limbs);
+  put_all(bytes, found.to_limbs);
+  put(bytes, static_cast<std::uint64_t>(names.size()));
+  bytes += names;
+}
+
+bool take_limbs(std::string_view& bytes, std::size_t from, std::size_t to, Correspondence& found) {
+  if (bytes.size() < sizeof(std::uint64_t)) return false;
+  const auto labelled = take<std::uint64_t>(bytes);
+  if (labelled != 0) {
+    if (labelled != from || bytes.size() < (from + to) * sizeof(std::int32_t)) return false;
+    found.from_limbs = take_all<std::int32_t>(bytes, from);
+    found.to_limbs = take_all<std::int32_t>(bytes, to);
+  }
+  if (bytes.size() < sizeof(std::uint64_t)) return false;
+  const auto length = take<std::uint64_t>(bytes);
+  if (bytes.size() < length) return false;
+  std::string_view names = bytes.substr(0, length);
+  bytes.remove_prefix(length);
+  while (!names.empty()) {
+    const std::size_t tab = names.find('\t'), end = names.find('\n');
+    if (end == names.npos || tab > end) return false;
+    found.limb_names.emplace_back(names.substr(0, tab), names.substr(tab + 1, end - tab - 1));
+    names.remove_prefix(end + 1);
+  }
+  return true;
+}
+
 }  // namespace
 
 std::string correspondence_key(const PlanSide& from, const PlanSide& to, FieldKind kind,
                                const PlanSettings& settings) {
   // By name, so that a new setting is not forgotten. Labels and landmarks are the sides' own.
-  const auto& [method, seed, align, weights, label_mode, labels, landmarks] = settings;
+  const auto& [method, seed, align, weights, label_mode, structure, labels, landmarks] = settings;
   const auto& [align_gain, align_tip_residual, size_weight, feature_weight, landmark_weight,
                label_weight] = weights;
   Hasher hasher;
@@ -28,7 +61,7 @@ std::string correspondence_key(const PlanSide& from, const PlanSide& to, FieldKi
   hasher.add(static_cast<std::uint8_t>(method)).add(seed);
   hasher.add(static_cast<std::uint8_t>(align)).add(align_gain).add(align_tip_residual);
   hasher.add(size_weight).add(feature_weight).add(landmark_weight).add(label_weight);
-  hasher.add(static_cast<std::uint8_t>(label_mode));
+  hasher.add(static_cast<std::uint8_t>(label_mode)).add(static_cast<std::uint8_t>(structure));
   for (const PlanSide* side : {&from, &to}) {
     hasher.add(std::span<const Ball>(side->balls));
     hasher.add(std::span<const std::int32_t>(side->labels));
@@ -46,13 +79,15 @@ std::optional<Correspondence> load_correspondence(const std::filesystem::path& f
   const auto content = cached_content(*file, key, kPlanFiles, problem);
   const std::size_t balls = from.balls.size() + to.balls.size();
   const std::size_t fixed = sizeof(Mat3) + balls * sizeof(double);
-  if (!content || content->size() < fixed || (content->size() - fixed) % sizeof(Pair) != 0)
-    return std::nullopt;
+  if (!content || content->size() < fixed) return std::nullopt;
   std::string_view bytes = *content;
   Correspondence found;
   found.rotation = take<Mat3>(bytes);
   found.from_masses = take_all<double>(bytes, from.balls.size());
   found.to_masses = take_all<double>(bytes, to.balls.size());
+  if (!take_limbs(bytes, from.balls.size(), to.balls.size(), found) ||
+      bytes.size() % sizeof(Pair) != 0)
+    return std::nullopt;
   found.pairs = take_all<Pair>(bytes, bytes.size() / sizeof(Pair));
   const bool fits = std::all_of(found.pairs.begin(), found.pairs.end(), [&](const Pair& pair) {
     return pair.from < from.balls.size() && pair.to < to.balls.size();
@@ -67,6 +102,7 @@ void store_correspondence(const std::filesystem::path& folder, const std::string
   put(bytes, found.rotation);
   put_all(bytes, found.from_masses);
   put_all(bytes, found.to_masses);
+  put_limbs(bytes, found);
   put_all(bytes, found.pairs);
   store_cached(folder, key, kPlanFiles, origin, bytes);
 }

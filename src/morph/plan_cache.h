@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "morph/plan.h"
@@ -20,7 +21,9 @@ inline constexpr std::uint32_t kPlanVersion = 1;
 struct Correspondence {
   std::vector<double> from_masses, to_masses;  ///< of the balls, as in MorphPlan
   std::vector<Pair> pairs;
-  Mat3 rotation;  ///< that `from` is turned by
+  Mat3 rotation;                                   ///< that `from` is turned by
+  std::vector<std::int32_t> from_limbs, to_limbs;  ///< those of MorphPlan
+  std::vector<std::pair<std::string, std::string>> limb_names;
 };
 
 /// Everything that a correspondence depends on.

@@ -14,6 +14,9 @@ namespace {
 
 /// Deviation of the kernels, and the lattice's spacing, as shares of the objects' size.
 constexpr double kDeviation = 0.055;
+/// Deviation where limbs are matched: neighbours agree on their ways and kernels may be as narrow
+/// as limbs.
+constexpr double kLimbDeviation = 0.04;
 constexpr float kSpacing = 0.04f;
 /// How much of a ball's own size its kernel is wide.
 constexpr double kOwnSize = 0.7;
@@ -54,7 +57,8 @@ float kernel_deviation(const MorphPlan& plan, const Pair& pair, double u, float 
   const double v = std::clamp(u, 0.0, 1.0);
   const double radius =
       kOwnSize * ((1 - v) * own(plan.from[pair.from]) + v * own(plan.to[pair.to]));
-  const double share = kDeviation * static_cast<double>(size);
+  const double deviation = plan.from_limbs.empty() ? kDeviation : kLimbDeviation;
+  const double share = deviation * static_cast<double>(size);
   return static_cast<float>(std::sqrt(share * share + radius * radius));
 }
 
@@ -90,10 +94,14 @@ float mixing_progress(float u, float lead) {
 
 std::vector<RegressionSample> samples_of(const MorphPlan& plan, const std::vector<float>& eased,
                                          const BallSet& balls, float size) {
+  // Beside a trunk a thin limb's few balls would have no say by their mass.
+  const auto even = 1 / static_cast<float>(plan.pairs.size());
   std::vector<RegressionSample> samples;
   for (std::size_t e = 0; e < balls.size(); ++e)
-    samples.push_back({balls[e].center, std::max(static_cast<float>(plan.pairs[e].mass), 1e-6f),
-                       kernel_deviation(plan, plan.pairs[e], static_cast<double>(eased[e]), size)});
+    samples.push_back(
+        {balls[e].center,
+         plan.from_limbs.empty() ? std::max(static_cast<float>(plan.pairs[e].mass), 1e-6f) : even,
+         kernel_deviation(plan, plan.pairs[e], static_cast<double>(eased[e]), size)});
   return samples;
 }
 

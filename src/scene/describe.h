@@ -157,7 +157,8 @@ void describe(V& v, LandmarkSettings& s) {
 
 template <class V>
 void describe(V& v, PlanSettings& s) {
-  [[maybe_unused]] auto& [method, seed, align, weights, label_mode, labels, landmarks] = s;
+  [[maybe_unused]] auto& [method, seed, align, weights, label_mode, structure, labels, landmarks] =
+      s;
   v.choice("method", method,
            {{"index", PlanMethod::kIndex},
             {"nearest", PlanMethod::kNearest},
@@ -178,6 +179,9 @@ void describe(V& v, PlanSettings& s) {
            {{"off", LabelMode::kOff}, {"soft", LabelMode::kSoft}, {"hard", LabelMode::kHard}},
            "meaning of the models' face groups: nothing, a cost for leaving one's label, or no "
            "ball leaves its label");
+  v.choice("structure", structure, {{"off", PlanStructure::kOff}, {"auto", PlanStructure::kAuto}},
+           "use of limbs: none, or each becomes its counterpart where both objects' limbs match "
+           "for certain; labels and landmarks go first");
   v.text_map("labels", labels,
              "group that each group becomes, {\"teapot.spout\": \"penguin.beak\"}; groups of the "
              "same name belong together");

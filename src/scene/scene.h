@@ -161,12 +161,16 @@ struct PlanWeights {
   float label = 1.0f;     ///< another label, where labels are soft
 };
 
+/// Use of limbs in a plan: none, or each is carried to its counterpart where these are certain.
+enum class PlanStructure : std::uint8_t { kOff, kAuto };
+
 struct PlanSettings {
   PlanMethod method = PlanMethod::kTransport;
   std::uint64_t seed = 0;
   AlignMethod align = AlignMethod::kSimilarity;
   PlanWeights weights;
   LabelMode label_mode = LabelMode::kSoft;
+  PlanStructure structure = PlanStructure::kOff;  ///< kAuto: where both objects' limbs are certain
   /// "object.label" or "label" of one object -> of another; equal names belong together anyway.
   std::map<std::string, std::string> labels;
   std::vector<LandmarkSettings> landmarks;

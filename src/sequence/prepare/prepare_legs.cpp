@@ -36,6 +36,14 @@ void log_rotation(const MorphPlan& plan, const std::string& from, const std::str
              angle);
 }
 
+/// Says which limb becomes which, where the plan goes by limbs.
+void log_limbs(const MorphPlan& plan, const std::string& from, const std::string& to) {
+  std::vector<std::string> limbs;
+  for (const auto& [a, b] : plan.limb_names)
+    limbs.push_back((a.empty() ? "nothing" : a) + " -> " + (b.empty() ? "nothing" : b));
+  if (!limbs.empty()) log_info("{} -> {}: limbs: {}", from, to, fmt::join(limbs, ", "));
+}
+
 /// Objects that a leg goes between, and its number in the actor's plan settings, from 1.
 struct LegEnds {
   const PreparedObject &from, &to;
@@ -54,6 +62,7 @@ MorphPlan plan_leg(const PlanSettings& settings, const LegEnds& ends, const Moti
     }
   MorphPlan plan = plan_morph(std::move(source), std::move(target), kind, settings, motion, cache);
   log_rotation(plan, from.name, to.name);
+  log_limbs(plan, from.name, to.name);
   return plan;
 }
 

@@ -1,0 +1,305 @@
+#include "morph/limb_plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "base/exact_math.h"
+#include "morph/limb_names.h"
+
+namespace polymorph {
+namespace {
+
+/// CostSide::values up to the landmarks', of a side without limbs.
+constexpr std::size_t kPlainAxes = 10;
+/// Weight of the squared difference of the distances from the centres.
+constexpr double kOutWeight = 0.3;
+
+Mat3 about_vertical(double angle) {
+  const double c = exact::cos(angle), s = exact::sin(angle);
+  return Mat3{{c, 0, s, 0, 1, 0, -s, 0, c}};
+}
+
+/// The least rotation that takes one direction to another.
+Mat3 rotation_between(Vec3d from, Vec3d to) {
+  const Vec3d a = normalized(from), b = normalized(to);
+  if (dot(a, a) == 0 || dot(b, b) == 0) return {};
+  const double cosine = dot(a, b);
+  if (cosine < -0.999) {  // half a turn, about any axis across
+    const Vec3d axis = normalized(cross(a, std::fabs(a.x) < 0.9 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
+    const double v[3] = {axis.x, axis.y, axis.z};
+    Mat3 half;
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) half.at(r, c) = 2 * v[r] * v[c] - (r == c ? 1 : 0);
+    return half;
+  }
+  const Vec3d v = cross(a, b);
+  const Mat3 k{{0, -v.z, v.y, v.z, 0, -v.x, -v.y, v.x, 0}};
+  const Mat3 square = k * k;
+  Mat3 result;
+  for (std::size_t i = 0; i < 9; ++i) result.m[i] += k.m[i] + square.m[i] / (1 + cosine);
+  return result;
+}
+
+/// The centre line, drawn on to the limb's root and tip.
+struct CentreLine {
+  std::array<Vec3d, kLimbStations + 2> points;
+  std::array<double, kLimbStations + 2> at;
+};
+CentreLine extend_line(const Limb& limb) {
+  constexpr std::size_t n = kLimbStations;
+  CentreLine line;
+  // The ends are a third of the stations' distance beyond the last of them.
+  line.points[0] = limb.line[0] - (limb.line[1] - limb.line[0]) * (1.0 / 3);
+  line.points[n + 1] = limb.line[n - 1] + (limb.line[n - 1] - limb.line[n - 2]) * (1.0 / 3);
+  line.at[0] = 0;
+  line.at[n + 1] = 1;
+  for (std::size_t k = 0; k < n; ++k) {
+    line.points[k + 1] = limb.line[k];
+    line.at[k + 1] = limb_station(k);
+  }
+  return line;
+}
+
+/// Piecewise linear through `values` at rising `at`; constant beyond.
+template <class T, std::size_t N>
+T interpolated(const std::array<double, N>& at, const std::array<T, N>& values, double t) {
+  if (t <= at[0]) return values[0];
+  for (std::size_t k = 1; k < N; ++k)
+    if (t <= at[k]) {
+      const double share = (t - at[k - 1]) / (at[k] - at[k - 1]);
+      return values[k - 1] * (1 - share) + values[k] * share;
+    }
+  return values[N - 1];
+}
+
+/// The line's direction: that of its pieces, at their middles.
+Vec3d direction_at(const CentreLine& line, double t) {
+  std::array<Vec3d, kLimbStations + 1> pieces;
+  std::array<double, kLimbStations + 1> middles;
+  for (std::size_t k = 0; k < pieces.size(); ++k) {
+    pieces[k] = line.points[k + 1] - line.points[k];
+    middles[k] = (line.at[k] + line.at[k + 1]) / 2;
+  }
+  return interpolated(middles, pieces, t);
+}
+
+double radius_at(const Limb& limb, double t) {
+  std::array<double, kLimbStations> at;
+  for (std::size_t k = 0; k < kLimbStations; ++k) at[k] = limb_station(k);
+  return interpolated(at, limb.radius, t);
+}
+
+/// A place in a limb at `t` of its length, in another limb.
+Vec3d in_other_limb(Vec3d p, double t, const Limb& own, const Limb& other, const Mat3& turn) {
+  // Thickness may differ by more than places should.
+  constexpr double kThinner = 0.4, kThicker = 2.5;
+  const CentreLine from = extend_line(own), to = extend_line(other);
+  const Vec3d beside = turn * (p - interpolated(from.at, from.points, t));
+  const Mat3 bend = rotation_between(turn * direction_at(from, t), direction_at(to, t));
+  const double grown = std::clamp(radius_at(other, t) / radius_at(own, t), kThinner, kThicker);
+  return interpolated(to.at, to.points, t) + bend * beside * grown;
+}
+
+/// The label that most balls of a limb have.
+std::int32_t find_label(const PlanSide& side, const Limbs& limbs, std::uint32_t limb) {
+  std::map<std::int32_t, std::size_t> votes;
+  for (std::size_t b = 0; b < side.labels.size(); ++b)
+    if (limbs.holds(limb, b)) ++votes[side.labels[b]];
+  std::int32_t best = kNoLabel;
+  std::size_t most = 0;
+  for (const auto& [label, count] : votes)
+    if (count > most) most = count, best = label;
+  return best;
+}
+
+/// The ball nearest to each landmark.
+std::vector<std::size_t> landmark_balls(const PlanSide& side) {
+  std::vector<std::size_t> nearest;
+  for (const Vec3 landmark : side.landmarks) {
+    std::size_t best = 0;
+    const auto away = [&](std::size_t b) { return length(side.balls[b].center - landmark); };
+    for (std::size_t b = 1; b < side.balls.size(); ++b)
+      if (away(b) < away(best)) best = b;
+    nearest.push_back(best);
+  }
+  return nearest;
+}
+
+AllowedLimbs allowed_limbs(const PlanSide& from, const PlanSide& to, const Limbs& from_limbs,
+                           const Limbs& to_limbs, LabelMode labels) {
+  const std::size_t n = from_limbs.limbs.size(), m = to_limbs.limbs.size();
+  AllowedLimbs allowed(n, std::vector<std::uint8_t>(m, 1));
+  const std::vector<std::size_t> from_marks = landmark_balls(from), to_marks = landmark_balls(to);
+  for (std::uint32_t i = 0; i < n; ++i)
+    for (std::uint32_t k = 0; k < m; ++k) {
+      for (std::size_t l = 0; l < from_marks.size(); ++l)
+        if (from_limbs.holds(i, from_marks[l]) != to_limbs.holds(k, to_marks[l])) allowed[i][k] = 0;
+      if (labels == LabelMode::kOff) continue;
+      const std::int32_t a = find_label(from, from_limbs, i), b = find_label(to, to_limbs, k);
+      const auto has = [](const PlanSide& side, std::int32_t label) {
+        return std::find(side.labels.begin(), side.labels.end(), label) != side.labels.end();
+      };
+      if (a != b && ((a != kNoLabel && has(to, a)) || (b != kNoLabel && has(from, b))))
+        allowed[i][k] = 0;
+    }
+  return allowed;
+}
+
+}  // namespace
+
+std::optional<LimbPlan> plan_limbs(const PlanSide& from, const PlanSide& to, LabelMode labels,
+                                   double angle) {
+  LimbPlan plan = {find_limbs(from.balls), find_limbs(to.balls), {}};
+  if (plan.from.limbs.empty() || plan.to.limbs.empty()) return std::nullopt;
+  plan.match =
+      match_limbs(plan.from, plan.to, angle, allowed_limbs(from, to, plan.from, plan.to, labels));
+  if (!is_certain(plan.match)) return std::nullopt;
+  return plan;
+}
+
+std::vector<Vec3d> warped_places(const std::vector<Ball>& balls, const Limbs& own,
+                                 const Limbs& other, std::span<const MatchedLimbs> matched,
+                                 double angle) {
+  // Nearer than this share of the reach a root's displacement is nearly all.
+  constexpr double kNear = 0.08;
+  const Mat3 turn = about_vertical(angle);
+  const auto laid_over = [&](Vec3d p) { return other.center + turn * (p - own.center); };
+  std::vector<Vec3d> places;
+  for (std::size_t b = 0; b < balls.size(); ++b) {
+    const Vec3d p(balls[b].center);
+    const auto in = std::find_if(matched.begin(), matched.end(),
+                                 [&](const MatchedLimbs& pair) { return own.holds(pair.from, b); });
+    if (in != matched.end()) {
+      const Limb &from = own.limbs[in->from], &to = other.limbs[in->to];
+      const double t = std::clamp(
+          (own.ball_distances[b] - from.root_distance) / std::max(from.length(), 1e-9), 0.0, 1.0);
+      places.push_back(in_other_limb(p, t, from, to, turn));
+      continue;
+    }
+    const auto weight_at = [&](double distance) {
+      const double near = kNear * own.reach;
+      return 1 / (distance * distance + near * near);
+    };
+    double weights = weight_at(own.ball_distances[b]);  // the centre is not displaced
+    Vec3d sum;
+    for (const MatchedLimbs& pair : matched) {
+      const double weight = weight_at(own.ball_root_distances[pair.from][b]);
+      sum = sum + (other.limbs[pair.to].line[0] - laid_over(own.limbs[pair.from].line[0])) * weight;
+      weights += weight;
+    }
+    places.push_back(laid_over(p) + sum * (1 / weights));
+  }
+  return places;
+}
+
+std::vector<std::int32_t> limb_labels(const Limbs& limbs, std::span<const std::uint32_t> matched) {
+  std::vector<std::int32_t> labels(limbs.ball_limbs.size(), kNoLabel);
+  for (std::size_t b = 0; b < labels.size(); ++b)
+    for (std::size_t n = 0; n < matched.size(); ++n)
+      if (limbs.holds(matched[n], b)) labels[b] = static_cast<std::int32_t>(n);
+  return labels;
+}
+
+std::pair<std::vector<double>, std::vector<double>> evened_masses(
+    std::span<const double> from, std::span<const std::int32_t> from_limbs,
+    std::span<const double> to, std::span<const std::int32_t> to_limbs) {
+  constexpr double kLeast = 1e-6;
+  const auto shares = [](std::span<const double> masses, std::span<const std::int32_t> limbs) {
+    std::map<std::int32_t, double> sums;
+    for (std::size_t b = 0; b < masses.size(); ++b) sums[limbs[b]] += masses[b];
+    return sums;
+  };
+  auto from_shares = shares(from, from_limbs), to_shares = shares(to, to_limbs);
+  const auto evened = [](std::span<const double> masses, std::span<const std::int32_t> limbs,
+                         std::map<std::int32_t, double>& own,
+                         std::map<std::int32_t, double>& other) {
+    std::vector<double> result;
+    double sum = 0;
+    for (std::size_t b = 0; b < masses.size(); ++b) {
+      const double mine = std::max(own[limbs[b]], double{kLeast}),
+                   theirs = std::max(other[limbs[b]], double{kLeast});
+      result.push_back(std::max(masses[b] * std::sqrt(theirs / mine), 1e-9));
+      sum += result.back();
+    }
+    for (double& mass : result) mass /= sum;
+    return result;
+  };
+  return {evened(from, from_limbs, from_shares, to_shares),
+          evened(to, to_limbs, to_shares, from_shares)};
+}
+
+std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::vector<Ball>& from,
+                                              const std::vector<Ball>& to,
+                                              const CostSide& from_side, const CostSide& to_side) {
+  std::vector<MatchedLimbs> back;
+  std::vector<std::uint32_t> from_matched, to_matched;
+  for (const auto& [i, k] : limbs.match.limbs) {
+    back.push_back({k, i});
+    from_matched.push_back(i);
+    to_matched.push_back(k);
+  }
+  const std::vector<Vec3d> there =
+      warped_places(from, limbs.from, limbs.to, limbs.match.limbs, limbs.match.angle);
+  const std::vector<Vec3d> here = warped_places(to, limbs.to, limbs.from, back, -limbs.match.angle);
+  const auto make_side = [&](std::size_t count, const CostSide& plain, const auto& in_to,
+                             const auto& in_from, const Limbs& own) {
+    CostSide side;
+    const auto axis = [&](const auto& value) {
+      std::vector<float> values(count);
+      for (std::size_t b = 0; b < count; ++b) values[b] = static_cast<float>(value(b));
+      side.values.push_back(std::move(values));
+    };
+    const double to_scale = std::sqrt(0.5) / limbs.to.rms,
+                 from_scale = std::sqrt(0.5) / limbs.from.rms;
+    axis([&](std::size_t b) { return (in_to(b).x - limbs.to.middle.x) * to_scale; });
+    axis([&](std::size_t b) { return (in_to(b).y - limbs.to.middle.y) * to_scale; });
+    axis([&](std::size_t b) { return (in_to(b).z - limbs.to.middle.z) * to_scale; });
+    axis([&](std::size_t b) { return (in_from(b).x - limbs.from.middle.x) * from_scale; });
+    axis([&](std::size_t b) { return (in_from(b).y - limbs.from.middle.y) * from_scale; });
+    axis([&](std::size_t b) { return (in_from(b).z - limbs.from.middle.z) * from_scale; });
+    axis([&](std::size_t b) {
+      return std::sqrt(kOutWeight) * own.ball_distances[b] / std::max(own.reach, 1e-9);
+    });
+    for (std::size_t k = kPlainAxes; k < plain.values.size(); ++k)
+      side.values.push_back(plain.values[k]);
+    side.labels = plain.labels;
+    return side;
+  };
+  const auto place = [](const std::vector<Ball>& balls) {
+    return [&balls](std::size_t b) { return Vec3d(balls[b].center); };
+  };
+  const auto carried = [](const std::vector<Vec3d>& places) {
+    return [&places](std::size_t b) { return places[b]; };
+  };
+  std::pair sides(make_side(from.size(), from_side, carried(there), place(from), limbs.from),
+                  make_side(to.size(), to_side, place(to), carried(here), limbs.to));
+  std::tie(sides.first.mass, sides.second.mass) =
+      evened_masses(from_side.mass, limb_labels(limbs.from, from_matched), to_side.mass,
+                    limb_labels(limbs.to, to_matched));
+  return sides;
+}
+
+std::vector<std::pair<std::string, std::string>> named_limbs(const LimbPlan& limbs) {
+  const std::vector<std::string> from = limb_names(limbs.from), to = limb_names(limbs.to);
+  std::vector<std::pair<std::string, std::string>> names;
+  std::uint32_t from_done = 0, to_done = 0;
+  const auto mask = [](const Limbs& all, std::uint32_t limb) {
+    std::uint32_t bits = 1u << limb;
+    for (const std::uint32_t i : all.limbs[limb].inner) bits |= 1u << i;
+    return bits;
+  };
+  for (const auto& [i, k] : limbs.match.limbs) {
+    names.emplace_back(from[i], to[k]);
+    from_done |= mask(limbs.from, i);
+    to_done |= mask(limbs.to, k);
+  }
+  for (std::uint32_t i = 0; i < from.size(); ++i)
+    if (limbs.from.limbs[i].inner.empty() && !(from_done >> i & 1)) names.emplace_back(from[i], "");
+  for (std::uint32_t k = 0; k < to.size(); ++k)
+    if (limbs.to.limbs[k].inner.empty() && !(to_done >> k & 1)) names.emplace_back("", to[k]);
+  return names;
+}
+
+}  // namespace polymorph
