@@ -150,7 +150,8 @@ std::string frame_rows(const Analysis& morph) {
         "<tr><td class=\"n\">{:.3f}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td>"
         "<td class=\"n\">{}</td><td class=\"n\">{:.6g}</td><td class=\"n\">{:.6g}</td><td>{}</td>"
         "</tr>\n",
-        row.time, row.surface.manifold() ? "closed, manifold, oriented" : "NOT a closed manifold",
+        row.time,
+        row.surface.is_manifold() ? "closed, manifold, oriented" : "NOT a closed manifold",
         row.surface.euler, row.surface.components, row.surface.genus, row.surface.volume,
         row.surface.area, row.surface.digest);
   return text;
@@ -173,8 +174,8 @@ JsonValue analysis_json(const std::vector<Analysis>& morphs) {
     for (const FrameMeasures& row : morph.frames) {
       JsonValue frame{{"time", row.time},
                       {"u", row.u},
-                      {"closed", row.surface.closed()},
-                      {"manifold", row.surface.manifold()},
+                      {"closed", row.surface.is_closed()},
+                      {"manifold", row.surface.is_manifold()},
                       {"digest", row.surface.digest}};
       for (const Column& column : columns()) frame[column.name] = number_or_null(column.value(row));
       entry["frames"].push_back(frame);
@@ -196,8 +197,8 @@ std::string analysis_csv(const std::vector<Analysis>& morphs) {
         const auto value = column.value(row);
         text += value && std::isfinite(*value) ? fmt::format(",{:.9g}", *value) : std::string(",");
       }
-      fmt::format_to(out, ",{},{},{}\n", row.surface.closed() ? 1 : 0,
-                     row.surface.manifold() ? 1 : 0, row.surface.digest);
+      fmt::format_to(out, ",{},{},{}\n", row.surface.is_closed() ? 1 : 0,
+                     row.surface.is_manifold() ? 1 : 0, row.surface.digest);
     }
   return text;
 }

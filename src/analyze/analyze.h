@@ -15,79 +15,85 @@
 
 namespace polymorph {
 
-/// A rotation, a scaling and a shift: q = shift + scale rotation p.
+/// A similarity transformation: q = shift + scale * rotation * p.
 struct Similarity {
   Mat3 rotation;
   double scale = 1;
   Vec3d shift;
 };
 
-/// The similarity of two point lists in the same order, if it is one to within 1e-3 of their size.
-std::optional<Similarity> similarity_of(const std::vector<Vec3>& from, const std::vector<Vec3>& to);
+/// Fits a similarity between two lists of corresponding points (Umeyama 1991). Returns nothing if a
+/// point is left more than 1e-3 of their RMS radius away.
+std::optional<Similarity> fit_similarity(const std::vector<Vec3>& from,
+                                         const std::vector<Vec3>& to);
 
-/// How an object's own mesh becomes the surface of the first frame, or the last frame's surface an
-/// object's mesh (then it is run backwards): what is seen meanwhile, at even steps, from the mesh
-/// to where it is taken for the balls' surface.
+/// The boundary stage between an object's own mesh and the surface of the first or last frame:
+/// the meshes shown at uniform steps, from the object's mesh to the one that is replaced by the
+/// surface of the balls. At the target the order is reversed in time.
 struct Handover {
   std::vector<Mesh> shown;
 };
 
-/// What one morph goes between; what is not known stays empty, and so do the numbers made of it.
+/// The two ends of a morph. Unknown members stay empty; metrics that need them are then empty too.
 struct MorphEnds {
-  std::string actor;                     ///< whose morph it is; empty: the only one's
-  std::string from, to;                  ///< names
-  Mesh source, target;                   ///< the objects themselves, normals not needed
-  std::vector<double> masses;            ///< of the moving balls
-  std::optional<double> purity, chance;  ///< of labels: the plan's, and a random plan's
-  std::vector<double> landmark_errors;   ///< distance of each landmark from where it should arrive
-  std::optional<Similarity> truth;       ///< the target is the source, so moved
-  std::optional<Similarity> recovered;   ///< what the plan took it for
-  Handover leaving, arriving;            ///< the source's and the target's; empty: none is seen
-  bool source_shown = true;              ///< the object itself is seen before the first frame
-  bool target_shown = true;              ///< and after the last
+  std::string actor;                     ///< name of the actor; empty if there is just one
+  std::string from, to;                  ///< names of the objects
+  Mesh source, target;                   ///< meshes of the objects; normals are not needed
+  std::vector<double> masses;            ///< masses of the moving balls
+  std::optional<double> purity, chance;  ///< label purity of the plan and of a random plan
+  std::vector<double> landmark_errors;   ///< distance of each landmark from its target
+  std::optional<Similarity> truth;       ///< set if the target is the source moved by it
+  std::optional<Similarity> recovered;   ///< the plan's estimate of `truth`
+  Handover leaving, arriving;            ///< boundary stages of both ends; empty if not shown
+  bool source_shown = true;              ///< the object itself is shown before the first frame
+  bool target_shown = true;              ///< the object itself is shown after the last frame
 };
 
-/// One moment of the morph.
+/// One frame of the morph.
 struct MorphFrame {
   double time = 0;  ///< [0, 1]
-  double u = 0;     ///< eased
+  double u = 0;     ///< eased time, [0, 1]
   Mesh surface;
-  std::vector<Vec3> centers;  ///< of the moving balls, in the same order in all frames; or empty
+  std::vector<Vec3> centers;  ///< moving balls, in the same order in all frames; may be empty
 };
 
+/// Measures of one frame; lengths, areas and volumes are in scene units.
 struct FrameMeasures {
   double time = 0, u = 0;
   MeshReport surface;
   double bending = 0;   ///< integral of the squared mean curvature
-  Roughness roughness;  ///< L: the diagonal of the first and the last frame's box
+  Roughness roughness;  ///< relative to L of the box around the first and last frame
   double step = 0;      ///< chamfer distance to the next frame; 0 at the last
   double farthest = 0;  ///< Hausdorff distance to the next frame; 0 at the last
   double rate = 0;      ///< step / change of u
-  double speed = 0;     ///< RMS step of the balls to the next frame, else `step`
+  double speed = 0;     ///< RMS step of the balls to the next frame; `step` without balls
   double leakage = 0;   ///< volume outside the hull of both objects, dilated by 2 %
-  double strain = 0;    ///< RMS ln of the distances between neighbours over the even ones
+  double strain = 0;    ///< RMS ln of neighbour distances over the interpolated ones
   std::optional<double> off_similarity;  ///< Hausdorff distance from the moved source, over L
 };
 
+/// One number of the quality report.
 struct Metric {
   std::string name;
-  std::string principle;        ///< which of the ten
-  std::optional<double> value;  ///< empty: cannot be measured here
-  std::string goal;             ///< "<= 2"
-  std::string what;
+  std::string principle;        ///< one of the ten principles, "5 smoothness"
+  std::optional<double> value;  ///< empty if it cannot be measured
+  std::string goal;             ///< "<= 2"; empty if there is none
+  std::string what;             ///< short definition
 };
 
+/// The measures and metrics of one morph.
 struct Analysis {
   std::string actor, from, to;
   std::vector<FrameMeasures> frames;
   std::vector<Metric> metrics;
+  /// Returns the metric of this name or null.
   const Metric* find(const std::string& name) const;
 };
 
-/// "a -> b", with the actor's name where there are several.
+/// Returns "source -> target", preceded by "actor: " if the actor has a name.
 std::string morph_name(const Analysis& morph);
 
-/// At least two frames, by rising time. Deterministic.
+/// Measures a morph, deterministically. Takes at least two frames, ordered by time.
 Analysis analyze_morph(const MorphEnds& ends, const std::vector<MorphFrame>& frames);
 
 }  // namespace polymorph

@@ -16,27 +16,28 @@ namespace {
 
 constexpr std::size_t kSamples = 4000;
 
-Model model_of(std::span<const Vec3> points, std::span<const Triangle> triangles) {
+Model make_model(std::span<const Vec3> points, std::span<const Triangle> triangles) {
   Model model;
   model.points.assign(points.begin(), points.end());
   model.triangles.assign(triangles.begin(), triangles.end());
   return model;
 }
 
-struct OneWay {
+/// Distances from samples of one surface to the other surface.
+struct OneSidedDistance {
   double mean = 0, largest = 0;
 };
 
 }  // namespace
 
 double bending_energy(const Mesh& mesh) {
-  // The divergence of the normal is twice the mean curvature. Averaged at the vertices, so that
-  // marching cubes' thin triangles, whose own divergence is noise, count by their area.
+  // The divergence of the normal is twice the mean curvature. It is averaged at the vertices,
+  // weighted by area, because the divergence on a thin triangle of marching cubes is noise.
   const std::size_t n = mesh.positions.size();
-  const std::vector<Vec3> own = mesh.normals.size() == n
-                                    ? std::vector<Vec3>()
-                                    : point_normals(model_of(mesh.positions, mesh.triangles));
-  const std::vector<Vec3>& normals = mesh.normals.size() == n ? mesh.normals : own;
+  const std::vector<Vec3> averaged_normals =
+      mesh.normals.size() == n ? std::vector<Vec3>()
+                               : point_normals(make_model(mesh.positions, mesh.triangles));
+  const std::vector<Vec3>& normals = mesh.normals.size() == n ? mesh.normals : averaged_normals;
   std::vector<double> area(n, 0), curvature(n, 0);
   for (const Triangle& t : mesh.triangles) {
     Vec3d p[3], normal[3];
@@ -44,15 +45,15 @@ double bending_energy(const Mesh& mesh) {
       p[k] = Vec3d(mesh.positions[t.v[k]]);
       normal[k] = Vec3d(normals[t.v[k]]);
     }
-    const Vec3d doubled = cross(p[1] - p[0], p[2] - p[0]);
-    const double twice = length(doubled);
-    if (!(twice > 0)) continue;
-    const Vec3d up = doubled * (1 / twice);
-    double flux = 0;  // area times divergence
+    const Vec3d normal_twice_area = cross(p[1] - p[0], p[2] - p[0]);
+    const double twice_area = length(normal_twice_area);
+    if (!(twice_area > 0)) continue;
+    const Vec3d unit_normal = normal_twice_area * (1 / twice_area);
+    double flux = 0;  // area times divergence of the normal
     for (int k = 0; k < 3; ++k)
-      flux += dot(normal[k], cross(up, p[(k + 2) % 3] - p[(k + 1) % 3])) / 2;
+      flux += dot(normal[k], cross(unit_normal, p[(k + 2) % 3] - p[(k + 1) % 3])) / 2;
     for (int k = 0; k < 3; ++k) {
-      area[t.v[k]] += twice / 6;
+      area[t.v[k]] += twice_area / 6;
       curvature[t.v[k]] += flux / 6;  // a third of the area times H
     }
   }
@@ -62,20 +63,21 @@ double bending_energy(const Mesh& mesh) {
   return sum;
 }
 
-struct MeasuredSurface::Parts {
+struct MeasuredSurface::Data {
   std::vector<Vec3> samples;
-  std::vector<Vec3> normals;  ///< of the triangles
+  std::vector<Vec3> normals;  ///< one per triangle
   ClosestPointQuery query;
 
-  /// To this surface; what is hidden inside it does not count.
-  OneWay distance_from(const std::vector<Vec3>& others, double hidden) const {
-    OneWay result;
-    const std::vector<ClosestPoint> closest = query.closest(others);
+  /// Measures the distances of `points` to this surface, without those of points that lie deeper
+  /// than `hidden` inside it.
+  OneSidedDistance distance_from(const std::vector<Vec3>& points, double hidden) const {
+    OneSidedDistance result;
+    const std::vector<ClosestPoint> closest = query.closest(points);
     std::size_t count = 0;
-    for (std::size_t i = 0; i < others.size(); ++i) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
       const ClosestPoint& near = closest[i];
       const auto distance = static_cast<double>(near.distance);
-      if (distance > hidden && dot(normals[near.triangle], others[i] - near.point) < 0) continue;
+      if (distance > hidden && dot(normals[near.triangle], points[i] - near.point) < 0) continue;
       result.mean += distance;
       result.largest = std::max(result.largest, distance);
       ++count;
@@ -86,38 +88,39 @@ struct MeasuredSurface::Parts {
 };
 
 MeasuredSurface::MeasuredSurface(std::span<const Vec3> points, std::span<const Triangle> triangles)
-    : parts_(new Parts{{}, {}, ClosestPointQuery(points, triangles)}) {
-  const Model model = model_of(points, triangles);
+    : data_(new Data{{}, {}, ClosestPointQuery(points, triangles)}) {
+  const Model model = make_model(points, triangles);
   for (const SurfaceSample& sample : sample_surface(model, kSamples))
-    parts_->samples.push_back(sample.point);
-  parts_->normals = face_normals(model);
+    data_->samples.push_back(sample.point);
+  data_->normals = face_normals(model);
 }
 MeasuredSurface::~MeasuredSurface() = default;
 MeasuredSurface::MeasuredSurface(MeasuredSurface&&) noexcept = default;
 MeasuredSurface& MeasuredSurface::operator=(MeasuredSurface&&) noexcept = default;
 
-bool MeasuredSurface::empty() const { return parts_->samples.empty(); }
+bool MeasuredSurface::empty() const { return data_->samples.empty(); }
 
 MeasuredSurface::Distance MeasuredSurface::distance_to(const MeasuredSurface& other,
                                                        double hidden) const {
   if (empty() && other.empty()) return {};
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   if (empty() || other.empty()) return {kInfinity, kInfinity};
-  const OneWay there = other.parts_->distance_from(parts_->samples, hidden);
-  const OneWay back = parts_->distance_from(other.parts_->samples, kInfinity);
-  return {(there.mean + back.mean) / 2, std::max(there.largest, back.largest)};
+  const OneSidedDistance forward = other.data_->distance_from(data_->samples, hidden);
+  const OneSidedDistance backward = data_->distance_from(other.data_->samples, kInfinity);
+  return {(forward.mean + backward.mean) / 2, std::max(forward.largest, backward.largest)};
 }
 
 DilatedHull::DilatedHull(std::span<const Vec3> points, double margin) {
   constexpr int kDirections = 512;
-  constexpr double kGolden = 2.399963229728653;  // the Fibonacci sphere's turn
+  // Spherical Fibonacci points (Gonzalez 2010): each is rotated by the golden angle.
+  constexpr double kGoldenAngle = 2.399963229728653;
   for (int i = 0; i < kDirections; ++i) {
-    const double z = 1 - (2.0 * i + 1) / kDirections, side = std::sqrt(1 - z * z);
-    directions_.push_back(
-        to_float(Vec3d{side * std::cos(kGolden * i), side * std::sin(kGolden * i), z}));
-    float farthest = -std::numeric_limits<float>::infinity();
-    for (const Vec3& p : points) farthest = std::max(farthest, dot(p, directions_.back()));
-    limits_.push_back(farthest + static_cast<float>(margin));
+    const double z = 1 - (2.0 * i + 1) / kDirections, radius = std::sqrt(1 - z * z);
+    directions_.push_back(to_float(
+        Vec3d{radius * std::cos(kGoldenAngle * i), radius * std::sin(kGoldenAngle * i), z}));
+    float limit = -std::numeric_limits<float>::infinity();
+    for (const Vec3& p : points) limit = std::max(limit, dot(p, directions_.back()));
+    limits_.push_back(limit + static_cast<float>(margin));
   }
 }
 
@@ -143,8 +146,9 @@ double DilatedHull::leakage(const Mesh& mesh) const {
       for (float x = box.low.x + step / 2; x < box.high.x; x += step)
         if (!contains({x, y, z})) points.push_back({x, y, z});
   std::size_t count = 0;
-  for (const std::uint8_t in : InsideTest(model_of(mesh.positions, mesh.triangles)).inside(points))
-    count += in;
+  for (const std::uint8_t is_inside :
+       InsideTest(make_model(mesh.positions, mesh.triangles)).inside(points))
+    count += is_inside;
   return static_cast<double>(count) * cell * cell * cell;
 }
 

@@ -1,4 +1,4 @@
-// Surface measures: volume, area, bending energy, Hausdorff distance, hidden parts.
+// Surface measures: bending energy, chamfer and Hausdorff distance, volume outside a hull.
 #pragma once
 
 #include <cstddef>
@@ -13,15 +13,15 @@
 
 namespace polymorph {
 
-/// Integral of the squared mean curvature over the surface, from the vertex normals: 4 pi for any
-/// sphere. A mesh without normals (a flat one) is measured by those of its triangles around each
-/// vertex.
+/// Returns the integral of the squared mean curvature over the surface: 4 pi for any sphere. The
+/// curvature is the divergence of the vertex normals; a mesh without normals gets the averages of
+/// its face normals around each vertex.
 double bending_energy(const Mesh& mesh);
 
-/// Points spread over a surface, and the way to its closest points.
+/// A surface with samples spread evenly over it and a query for its closest points.
 class MeasuredSurface {
  public:
-  /// Copies what it needs.
+  /// Copies the points and triangles that it needs.
   MeasuredSurface(std::span<const Vec3> points, std::span<const Triangle> triangles);
   explicit MeasuredSurface(const Mesh& mesh) : MeasuredSurface(mesh.positions, mesh.triangles) {}
   ~MeasuredSurface();
@@ -30,28 +30,30 @@ class MeasuredSurface {
   bool empty() const;
 
   struct Distance {
-    double mean = 0;     ///< of both directions' means: the chamfer distance
-    double largest = 0;  ///< Hausdorff's, over the samples of both
+    double mean = 0;     ///< chamfer distance: mean of both directions' mean distances
+    double largest = 0;  ///< Hausdorff distance over the samples of both surfaces
   };
-  /// Some 4000 samples per side, evenly spread, and their exact closest points. Infinite if just
-  /// one of the two is empty. Samples of this one that lie deeper than `hidden` inside the other
-  /// one, which is then closed and outward, do not count: a spout goes on inside its pot.
+  /// Measures the distances between about 4000 samples of each surface and their exact closest
+  /// points on the other one. The distances are infinite if just one of the two is empty. Samples
+  /// of this surface that lie deeper than `hidden` inside the other one are left out, because they
+  /// are not visible (a spout continues inside its pot); the other one must then be closed, with
+  /// normals outward.
   Distance distance_to(const MeasuredSurface& other,
                        double hidden = std::numeric_limits<double>::infinity()) const;
 
  private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
+  struct Data;
+  std::unique_ptr<Data> data_;
 };
 
-/// The convex hull of some points, from outside: the half spaces of 512 directions, each moved out
-/// by `margin`.
+/// Outer approximation of the convex hull of some points: the intersection of half spaces in 512
+/// directions, each moved outward by `margin`.
 class DilatedHull {
  public:
   DilatedHull(std::span<const Vec3> points, double margin);
   bool contains(Vec3 point) const;
-  /// Volume of the closed surface's inside that lies outside, on a grid of some 50 000 points; 0
-  /// exactly if no vertex is outside.
+  /// Returns the volume enclosed by the closed surface that lies outside this hull, measured on a
+  /// grid of about 50 000 points; exactly 0 if no vertex lies outside.
   double leakage(const Mesh& mesh) const;
 
  private:

@@ -17,16 +17,19 @@
 namespace polymorph {
 namespace {
 
-constexpr int kLines = 2;  ///< a cell, along x and along y
+constexpr int kScanlinesPerCell = 2;  ///< along x and along y each
 
-/// The mesh in the unit of lines along x and y, where line i is at i, and of cells along z.
-std::vector<Vec3d> in_lines(const Mesh& mesh, const Vec3d& origin, double cell) {
-  // Off the numbers that meshes like: a line through an edge would be counted twice.
-  constexpr double kOffX = 1.234567e-5, kOffY = 3.952867e-5;
+/// Transforms the vertices to scanline space: scanline i lies at coordinate i along x and y, and z
+/// is in cells.
+std::vector<Vec3d> to_scanline_space(const Mesh& mesh, const Vec3d& origin, double cell) {
+  // The offsets keep scanlines away from round coordinates, which are frequent in meshes: a
+  // scanline through an edge would be counted twice.
+  constexpr double kOffsetX = 1.234567e-5, kOffsetY = 3.952867e-5;
   std::vector<Vec3d> points(mesh.positions.size());
   for (std::size_t v = 0; v < points.size(); ++v) {
     const Vec3d p = (Vec3d(mesh.positions[v]) - origin) * (1 / cell);
-    points[v] = {p.x * kLines - 0.5 + kOffX, p.y * kLines - 0.5 + kOffY, p.z};
+    points[v] = {p.x * kScanlinesPerCell - 0.5 + kOffsetX, p.y * kScanlinesPerCell - 0.5 + kOffsetY,
+                 p.z};
   }
   return points;
 }
@@ -34,86 +37,93 @@ std::vector<Vec3d> in_lines(const Mesh& mesh, const Vec3d& origin, double cell) 
 struct Range {
   int first = 0, last = -1;
 };
-/// The whole numbers among these coordinates, within [0, count).
+/// Returns the integers between the smallest and the largest of the coordinates, within [0, count).
 Range lines_between(double a, double b, double c, int count) {
   const double low = std::ceil(std::min({a, b, c})), high = std::floor(std::max({a, b, c}));
   return {static_cast<int>(std::max(low, 0.0)),
           static_cast<int>(std::min(high, static_cast<double>(count - 1)))};
 }
 
-/// What lies inside along the lines of one layer of cells across x.
+/// The scanlines through one layer of cells perpendicular to x, with the crossings of triangles.
 class Layer {
  public:
   Layer(Int3 cells, int x)
       : cells_(cells),
         x_(x),
-        line_(static_cast<std::size_t>(cells.z) + 1),
-        change_(static_cast<std::size_t>(kLines * kLines * cells.y) * line_, 0.0f) {}
+        line_size_(static_cast<std::size_t>(cells.z) + 1),
+        change_(
+            static_cast<std::size_t>(kScanlinesPerCell * kScanlinesPerCell * cells.y) * line_size_,
+            0.0f) {}
 
-  void add(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-    const double twice = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-    constexpr double kUpright = 1e-12;
-    if (!(std::abs(twice) > kUpright)) return;
-    const Range across = lines_between(a.x, b.x, c.x, kLines * cells_.x);
-    const Range along = lines_between(a.y, b.y, c.y, kLines * cells_.y);
-    for (int x = std::max(across.first, kLines * x_);
-         x <= std::min(across.last, kLines * (x_ + 1) - 1); ++x)
+  /// Adds the crossings of the scanlines with a triangle in scanline space.
+  void add_triangle(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+    const double twice_area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+    constexpr double kMinProjectedArea = 1e-12;  // of a triangle that is not parallel to z
+    if (!(std::abs(twice_area) > kMinProjectedArea)) return;
+    const Range across = lines_between(a.x, b.x, c.x, kScanlinesPerCell * cells_.x);
+    const Range along = lines_between(a.y, b.y, c.y, kScanlinesPerCell * cells_.y);
+    for (int x = std::max(across.first, kScanlinesPerCell * x_);
+         x <= std::min(across.last, kScanlinesPerCell * (x_ + 1) - 1); ++x)
       for (int y = along.first; y <= along.last; ++y) {
-        const double wa = ((b.x - x) * (c.y - y) - (b.y - y) * (c.x - x)) / twice;
-        const double wb = ((c.x - x) * (a.y - y) - (c.y - y) * (a.x - x)) / twice;
+        const double wa = ((b.x - x) * (c.y - y) - (b.y - y) * (c.x - x)) / twice_area;
+        const double wb = ((c.x - x) * (a.y - y) - (c.y - y) * (a.x - x)) / twice_area;
         const double wc = 1 - wa - wb;
         if (!(wa >= 0 && wb >= 0 && wc >= 0)) continue;
-        cross_at(x - kLines * x_, y, wa * a.z + wb * b.z + wc * c.z, twice < 0 ? 1.0f : -1.0f);
+        add_crossing(x - kScanlinesPerCell * x_, y, wa * a.z + wb * b.z + wc * c.z,
+                     twice_area < 0 ? 1.0f : -1.0f);
       }
   }
 
-  /// The shares of the layer's cells, y by y.
-  void write(float* to) const {
+  /// Writes the fractions inside the cells of the layer, y by y.
+  void write_fractions(float* to) const {
     const auto count = static_cast<std::size_t>(cells_.z);
     for (int y = 0; y < cells_.y; ++y, to += count) {
       std::fill(to, to + count, 0.0f);
-      float whole = 0;
-      for (int k = 0; k < kLines * kLines; ++k) {
-        const float* change = line(k / kLines, kLines * y + k % kLines);
+      float closed_lines = 0;
+      for (int k = 0; k < kScanlinesPerCell * kScanlinesPerCell; ++k) {
+        const float* change =
+            line(k / kScanlinesPerCell, kScanlinesPerCell * y + k % kScanlinesPerCell);
         float inside = 0;
         for (std::size_t z = 0; z <= count; ++z) inside += change[z];
-        constexpr float kOpen = 0.01f;
-        if (std::abs(inside) >= kOpen) continue;
-        ++whole;
+        constexpr float kMaxImbalance = 0.01f;  // of entries and exits, by rounding alone
+        if (std::abs(inside) >= kMaxImbalance) continue;
+        ++closed_lines;
         inside = 0;
         for (std::size_t z = 0; z < count; ++z) {
           inside += change[z];
           to[z] += std::clamp(inside, 0.0f, 1.0f);
         }
       }
-      if (whole > 1)
-        for (std::size_t z = 0; z < count; ++z) to[z] /= whole;
+      if (closed_lines > 1)
+        for (std::size_t z = 0; z < count; ++z) to[z] /= closed_lines;
     }
   }
 
  private:
-  std::size_t start_of(int x, int y) const {
-    return static_cast<std::size_t>(x * kLines * cells_.y + y) * line_;
+  std::size_t line_start(int x, int y) const {
+    return static_cast<std::size_t>(x * kScanlinesPerCell * cells_.y + y) * line_size_;
   }
-  const float* line(int x, int y) const { return change_.data() + start_of(x, y); }
-  void cross_at(int x, int y, double z, float sign) {
+  const float* line(int x, int y) const { return change_.data() + line_start(x, y); }
+  /// Distributes a crossing at `z` over its cell and the next one, so that prefix sums give the
+  /// fraction inside.
+  void add_crossing(int x, int y, double z, float sign) {
     z = std::clamp(z, 0.0, cells_.z - 1e-3);
     const auto cell = static_cast<std::size_t>(z);
-    const float rest = static_cast<float>(z - static_cast<double>(cell));
-    float* change = change_.data() + start_of(x, y) + cell;
-    change[0] += sign * (1 - rest);
-    change[1] += sign * rest;
+    const float fraction = static_cast<float>(z - static_cast<double>(cell));
+    float* change = change_.data() + line_start(x, y) + cell;
+    change[0] += sign * (1 - fraction);
+    change[1] += sign * fraction;
   }
 
   Int3 cells_;
   int x_ = 0;
-  std::size_t line_ = 0;  ///< numbers per line: the change of the inside from cell to cell
-  std::vector<float> change_;
+  std::size_t line_size_ = 0;  ///< values per scanline in `change_`
+  std::vector<float> change_;  ///< change of the fraction inside, from cell to cell
 };
 
-/// Weights of -n ... n, as float, with sum 1.
-std::vector<float> gaussian_weights(double sigma, double reach) {
-  const int n = static_cast<int>(reach * sigma + 0.5);
+/// Returns the weights of the offsets -n to n, n being the cutoff in cells; they sum to 1.
+std::vector<float> gaussian_weights(double sigma, double cutoff) {
+  const int n = static_cast<int>(cutoff * sigma + 0.5);
   std::vector<double> weights;
   double sum = 0;
   for (int k = -n; k <= n; ++k) {
@@ -125,24 +135,24 @@ std::vector<float> gaussian_weights(double sigma, double reach) {
   return result;
 }
 
-/// to[i] += weight * from[i]
+/// Adds `weight` times `from` to `to`, element by element.
 void add_scaled(float* to, const float* from, float weight, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) to[i] += weight * from[i];
 }
 
-/// One pass along an axis; rows along z.
+/// Convolves along one axis. Rows along z are contiguous, so that each row is one vector operation.
 void convolve(const CellValues& from, CellValues& to, int axis, const std::vector<float>& weights) {
-  const int reach = static_cast<int>(weights.size() / 2);
+  const int radius = static_cast<int>(weights.size() / 2);
   const int nx = from.cells.x, ny = from.cells.y, nz = from.cells.z;
   const auto row = static_cast<std::size_t>(nz);
   parallel_for(
       static_cast<std::int64_t>(nx) * ny,
-      [&](std::int64_t at) {
-        const int x = static_cast<int>(at / ny), y = static_cast<int>(at % ny);
+      [&](std::int64_t column) {
+        const int x = static_cast<int>(column / ny), y = static_cast<int>(column % ny);
         float* out = to.values.data() + to.index(x, y, 0);
         std::fill(out, out + row, 0.0f);
-        for (int k = -reach; k <= reach; ++k) {
-          const float weight = weights[static_cast<std::size_t>(k + reach)];
+        for (int k = -radius; k <= radius; ++k) {
+          const float weight = weights[static_cast<std::size_t>(k + radius)];
           if (axis == 2) {
             const float* in = from.values.data() + from.index(x, y, 0);
             const int first = std::max(0, -k), last = std::min(nz, nz - k);
@@ -162,7 +172,7 @@ void convolve(const CellValues& from, CellValues& to, int axis, const std::vecto
 
 }  // namespace
 
-CellValues occupancy_of(const Mesh& mesh, double cell, double margin) {
+CellValues compute_occupancy(const Mesh& mesh, double cell, double margin) {
   CellValues result;
   result.cell = cell;
   const Box box = box_of(mesh.positions);
@@ -173,47 +183,48 @@ CellValues occupancy_of(const Mesh& mesh, double cell, double margin) {
                   static_cast<int>(std::ceil(size.y / cell)),
                   static_cast<int>(std::ceil(size.z / cell))};
   const int layers = result.cells.x;
-  const std::vector<Vec3d> points = in_lines(mesh, origin, cell);
-  // The triangles of each layer, in their order.
-  const auto layers_of = [&](const Triangle& t) {
-    const Range lines =
-        lines_between(points[t.v[0]].x, points[t.v[1]].x, points[t.v[2]].x, kLines * layers);
-    return lines.first > lines.last ? Range{} : Range{lines.first / kLines, lines.last / kLines};
+  const std::vector<Vec3d> points = to_scanline_space(mesh, origin, cell);
+  const auto find_layers = [&](const Triangle& t) {
+    const Range lines = lines_between(points[t.v[0]].x, points[t.v[1]].x, points[t.v[2]].x,
+                                      kScanlinesPerCell * layers);
+    return lines.first > lines.last
+               ? Range{}
+               : Range{lines.first / kScanlinesPerCell, lines.last / kScanlinesPerCell};
   };
-  std::vector<std::vector<std::uint32_t>> of_layer(static_cast<std::size_t>(layers));
+  std::vector<std::vector<std::uint32_t>> layer_triangles(static_cast<std::size_t>(layers));
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Range range = layers_of(mesh.triangles[t]);
+    const Range range = find_layers(mesh.triangles[t]);
     for (int x = range.first; x <= range.last; ++x)
-      of_layer[static_cast<std::size_t>(x)].push_back(static_cast<std::uint32_t>(t));
+      layer_triangles[static_cast<std::size_t>(x)].push_back(static_cast<std::uint32_t>(t));
   }
   result.values.resize(result.index(layers, 0, 0));
   parallel_for(layers, [&](std::int64_t x) {
     Layer layer(result.cells, static_cast<int>(x));
-    for (const std::uint32_t t : of_layer[static_cast<std::size_t>(x)]) {
+    for (const std::uint32_t t : layer_triangles[static_cast<std::size_t>(x)]) {
       const auto& corner = mesh.triangles[t].v;
-      layer.add(points[corner[0]], points[corner[1]], points[corner[2]]);
+      layer.add_triangle(points[corner[0]], points[corner[1]], points[corner[2]]);
     }
-    layer.write(result.values.data() + result.index(static_cast<int>(x), 0, 0));
+    layer.write_fractions(result.values.data() + result.index(static_cast<int>(x), 0, 0));
   });
   return result;
 }
 
-double sum_of(const CellValues& values) {
+double sum_values(const CellValues& values) {
   double sum = 0;
   for (const float v : values.values) sum += static_cast<double>(v);
   return sum;
 }
 
-CellValues smoothed(const CellValues& values, double sigma, double reach) {
-  const std::vector<float> weights = gaussian_weights(sigma, reach);
-  CellValues one = values, two = values;
-  convolve(values, one, 0, weights);
-  convolve(one, two, 1, weights);
-  convolve(two, one, 2, weights);
-  return one;
+CellValues smooth(const CellValues& values, double sigma, double cutoff) {
+  const std::vector<float> weights = gaussian_weights(sigma, cutoff);
+  CellValues result = values, temporary = values;
+  convolve(values, result, 0, weights);
+  convolve(result, temporary, 1, weights);
+  convolve(temporary, result, 2, weights);
+  return result;
 }
 
-float level_of_volume(const CellValues& values, double count) {
+float find_level_of_volume(const CellValues& values, double count) {
   std::vector<float> positive;
   std::copy_if(values.values.begin(), values.values.end(), std::back_inserter(positive),
                [](float v) { return v > 0; });
@@ -224,7 +235,7 @@ float level_of_volume(const CellValues& values, double count) {
   return *nth;
 }
 
-IsoSurface iso_surface(const CellValues& values, float level) {
+IsoSurface extract_iso_surface(const CellValues& values, float level) {
   // The engine's x runs fastest, here z does: its axes are swapped, and with them the triangles'
   // orientation.
   auto heights = std::make_shared<DistanceGrid>();
@@ -244,10 +255,10 @@ IsoSurface iso_surface(const CellValues& values, float level) {
     std::swap(p.x, p.z);
     // A vertex is never at an end of its edge.
     const Int3 cell = {static_cast<int>(p.x), static_cast<int>(p.y), static_cast<int>(p.z)};
-    surface.from.push_back(cell);
-    surface.axis.push_back(p.x > static_cast<float>(cell.x)   ? std::uint8_t{0}
-                           : p.y > static_cast<float>(cell.y) ? std::uint8_t{1}
-                                                              : std::uint8_t{2});
+    surface.vertex_cell.push_back(cell);
+    surface.vertex_axis.push_back(p.x > static_cast<float>(cell.x)   ? std::uint8_t{0}
+                                  : p.y > static_cast<float>(cell.y) ? std::uint8_t{1}
+                                                                     : std::uint8_t{2});
   }
   surface.triangles = std::move(mesh.triangles);
   for (Triangle& t : surface.triangles) std::swap(t.v[1], t.v[2]);

@@ -14,12 +14,12 @@
 namespace polymorph {
 namespace {
 
-constexpr double kFine = 0.01;     ///< of L: the scale at which curvature is measured
-constexpr double kCoarse = 0.02;   ///< of L: what is smaller is roughness
-constexpr double kRadius = 0.06;   ///< of L: domes and grooves have smaller radii
-constexpr double kMinDome = 1e-4;  ///< of L^2: smaller domes are noise
+constexpr double kFineSigma = 0.01;    ///< over L: smoothing before curvature is measured
+constexpr double kCoarseSigma = 0.02;  ///< over L: smoothing that removes the detail
+constexpr double kMaxRadius = 0.06;    ///< over L: largest radius of domes and grooves
+constexpr double kMinDomeArea = 1e-4;  ///< over L^2: smaller domes are noise
 
-/// Both principal curvatures, in 1 / cell, convex positive.
+/// Both principal curvatures, in 1 / cell; positive where the solid is convex.
 struct Curvatures {
   double larger = 0, smaller = 0;
 };
@@ -41,7 +41,8 @@ Derivatives derivatives_at(const CellValues& field, Int3 p) {
         field.values[field.index(std::clamp(p.x + x, 0, n.x - 1), std::clamp(p.y + y, 0, n.y - 1),
                                  std::clamp(p.z + z, 0, n.z - 1))]);
   };
-  // The difference of differences over two cells: as smooth as the gradient is.
+  // Central differences of central differences: the second derivatives are smoothed over as many
+  // cells as the gradient.
   const double middle = 2 * value(0, 0, 0);
   Derivatives d;
   d.gradient = Vec3d(value(1, 0, 0) - value(-1, 0, 0), value(0, 1, 0) - value(0, -1, 0),
@@ -57,41 +58,47 @@ Derivatives derivatives_at(const CellValues& field, Int3 p) {
   return d;
 }
 
-/// Of the level set of a field that grows inward: the eigenvalues of -H / |g| across g.
-Curvatures curvatures_of(const Derivatives& d) {
+/// Computes the principal curvatures of the level set of a field that increases inward: the
+/// eigenvalues of -H / |g| in the plane perpendicular to g.
+Curvatures principal_curvatures(const Derivatives& d) {
   constexpr double kFlat = 1e-12;
   const double slope = length(d.gradient) + kFlat;
   const Vec3d normal = d.gradient * (1 / slope);
-  const Vec3d aside = std::abs(normal.x) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
-  const Vec3d a = normalized(cross(normal, aside)), b = cross(normal, a);
+  const Vec3d helper_axis = std::abs(normal.x) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
+  const Vec3d a = normalized(cross(normal, helper_axis)), b = cross(normal, a);
   const Mat3 hessian = to_mat3(d.hessian);
-  const auto form = [&](const Vec3d& x, const Vec3d& y) { return -dot(x, hessian * y) / slope; };
-  const double aa = form(a, a), bb = form(b, b), ab = form(a, b);
-  const double mean = (aa + bb) / 2, half = (aa - bb) / 2, apart = std::sqrt(half * half + ab * ab);
-  return {mean + apart, mean - apart};
+  const auto second_fundamental_form = [&](const Vec3d& x, const Vec3d& y) {
+    return -dot(x, hessian * y) / slope;
+  };
+  const double aa = second_fundamental_form(a, a), bb = second_fundamental_form(b, b),
+               ab = second_fundamental_form(a, b);
+  const double mean = (aa + bb) / 2, half = (aa - bb) / 2;
+  const double half_difference = std::sqrt(half * half + ab * ab);
+  return {mean + half_difference, mean - half_difference};
 }
 
-std::vector<Curvatures> curvatures_of(const CellValues& field, const IsoSurface& surface) {
+/// Computes the principal curvatures at every vertex of the isosurface of `field`.
+std::vector<Curvatures> compute_curvatures(const CellValues& field, const IsoSurface& surface) {
   std::vector<Curvatures> result(surface.positions.size());
   parallel_for(
       static_cast<std::int64_t>(result.size()),
       [&](std::int64_t i) {
         const auto v = static_cast<std::size_t>(i);
-        const Int3 p = surface.from[v];
-        const int axis = surface.axis[v];
+        const Int3 p = surface.vertex_cell[v];
+        const int axis = surface.vertex_axis[v];
         const Int3 q = {p.x + (axis == 0), p.y + (axis == 1), p.z + (axis == 2)};
-        const Vec3 at = surface.positions[v];
-        const double t = static_cast<double>(axis == 0   ? at.x - static_cast<float>(p.x)
-                                             : axis == 1 ? at.y - static_cast<float>(p.y)
-                                                         : at.z - static_cast<float>(p.z));
+        const Vec3 position = surface.positions[v];
+        const double t = static_cast<double>(axis == 0   ? position.x - static_cast<float>(p.x)
+                                             : axis == 1 ? position.y - static_cast<float>(p.y)
+                                                         : position.z - static_cast<float>(p.z));
         result[v] =
-            curvatures_of(derivatives_at(field, p) * (1 - t) + derivatives_at(field, q) * t);
+            principal_curvatures(derivatives_at(field, p) * (1 - t) + derivatives_at(field, q) * t);
       },
       256);
   return result;
 }
 
-/// Connected sets of the chosen vertices whose area is larger than `min_area`.
+/// Counts the connected sets of chosen vertices whose area is larger than `min_area`.
 int count_patches(const IsoSurface& surface, const std::vector<bool>& chosen,
                   const std::vector<double>& areas, double min_area) {
   DisjointSets patches(chosen.size());
@@ -107,125 +114,124 @@ int count_patches(const IsoSurface& surface, const std::vector<bool>& chosen,
       std::count_if(area.begin(), area.end(), [&](double a) { return a > min_area; }));
 }
 
+/// Measures `tac`, `bumps` and `groove` of a solid of `volume` cells; `size` is L in cells.
 void measure_curvature(const CellValues& occupancy, double volume, double size, Roughness& result) {
-  constexpr double kReach = 4;
-  const CellValues field = smoothed(occupancy, kFine * size, kReach);
-  const IsoSurface surface = iso_surface(field, level_of_volume(field, volume));
-  const std::vector<Curvatures> curvatures = curvatures_of(field, surface);
+  constexpr double kCutoff = 4;
+  const CellValues field = smooth(occupancy, kFineSigma * size, kCutoff);
+  const IsoSurface surface = extract_iso_surface(field, find_level_of_volume(field, volume));
+  const std::vector<Curvatures> curvatures = compute_curvatures(field, surface);
   const std::vector<double> areas = vertex_areas(surface);
-  // No radius is smaller than the scale of the smoothing.
-  const double max_curvature = 1 / (kFine * size), tight = 1 / (kRadius * size);
+  // Smoothing leaves no radius smaller than its sigma; larger curvatures are numerical noise.
+  const double max_curvature = 1 / (kFineSigma * size), min_curvature = 1 / (kMaxRadius * size);
   double total = 0, grooves = 0, area = 0;
-  std::vector<bool> dome(curvatures.size());
+  std::vector<bool> is_dome(curvatures.size());
   for (std::size_t v = 0; v < curvatures.size(); ++v) {
     const auto [larger, smaller] = curvatures[v];
     total += std::abs(std::clamp(larger, -max_curvature, max_curvature) *
                       std::clamp(smaller, -max_curvature, max_curvature)) *
              areas[v];
-    if (smaller < -tight) grooves += areas[v];
-    dome[v] = smaller > tight;
+    if (smaller < -min_curvature) grooves += areas[v];
+    is_dome[v] = smaller > min_curvature;
     area += areas[v];
   }
   result.tac = total / (4 * std::numbers::pi);
   result.groove = area > 0 ? 100 * grooves / area : 0;
-  result.bumps = count_patches(surface, dome, areas, kMinDome * size * size);
+  result.bumps = count_patches(surface, is_dome, areas, kMinDomeArea * size * size);
 }
 
-/// The distance of points from a surface as fine as the grid: to the plane of the nearest vertex,
-/// or to the vertex where that is more than two cells off.
+/// Approximate distances to a surface as fine as its grid: to the tangent plane at the nearest
+/// vertex, or to the vertex itself if it is more than two cells away.
 class VertexPlanes {
  public:
-  /// `cells`: of the grid that the surface is on.
-  VertexPlanes(const IsoSurface& surface, Int3 cells)
-      : cells_(cells),
-        start_(static_cast<std::size_t>(cells.x) * static_cast<std::size_t>(cells.y) *
-                   static_cast<std::size_t>(cells.z) +
-               1),
+  /// `grid` is the grid that the surface was extracted from; both must outlive this.
+  VertexPlanes(const IsoSurface& surface, const CellValues& grid)
+      : grid_(grid),
+        cell_start_(grid.values.size() + 1),
         normals_(surface.positions.size()),
         points_(surface.positions) {
     for (const Triangle& t : surface.triangles) {
       const Vec3d a(points_[t.v[0]]), b(points_[t.v[1]]), c(points_[t.v[2]]);
-      const Vec3d up = cross(b - a, c - a);
-      for (const std::uint32_t v : t.v) normals_[v] = normals_[v] + up;
+      const Vec3d area_normal = cross(b - a, c - a);
+      for (const std::uint32_t v : t.v) normals_[v] = normals_[v] + area_normal;
     }
     for (Vec3d& n : normals_) n = normalized(n);
-    for (const Int3& p : surface.from) ++start_[index(p) + 1];
-    std::partial_sum(start_.begin(), start_.end(), start_.begin());
-    std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
+    for (const Int3& p : surface.vertex_cell) ++cell_start_[index(p) + 1];
+    std::partial_sum(cell_start_.begin(), cell_start_.end(), cell_start_.begin());
+    std::vector<std::uint32_t> next(cell_start_.begin(), cell_start_.end() - 1);
     sorted_.resize(points_.size());
-    for (std::uint32_t v = 0; v < points_.size(); ++v) sorted_[next[index(surface.from[v])]++] = v;
+    for (std::uint32_t v = 0; v < points_.size(); ++v)
+      sorted_[next[index(surface.vertex_cell[v])]++] = v;
   }
 
-  /// At most `max_distance`.
-  double distance(Vec3 from, double max_distance) const {
-    const Int3 p = {static_cast<int>(from.x), static_cast<int>(from.y), static_cast<int>(from.z)};
+  /// Returns the distance of the point, clamped to `max_distance`.
+  double distance(Vec3 point, double max_distance) const {
+    const Int3 p = {static_cast<int>(point.x), static_cast<int>(point.y),
+                    static_cast<int>(point.z)};
     Nearest nearest;
     const int rings = static_cast<int>(max_distance) + 1;
     for (int r = 0; r <= rings; ++r) {
-      // Whatever a vertex of this ring comes from, it is at least r - 1 cells off.
-      if (r > 1 && nearest.square <= static_cast<double>(r - 1) * (r - 1)) break;
-      look_around(p, r, from, nearest);
+      // A vertex of a cell of this ring is at least r - 1 cells away.
+      if (r > 1 && nearest.distance2 <= static_cast<double>(r - 1) * (r - 1)) break;
+      search_ring(p, r, point, nearest);
     }
-    constexpr double kNear = 2;
-    const double straight = std::sqrt(nearest.square);
-    if (straight > kNear) return std::min(straight, max_distance);
-    const Vec3d way = Vec3d(from) - Vec3d(points_[nearest.vertex]);
-    return std::min(std::abs(dot(way, normals_[nearest.vertex])), max_distance);
+    constexpr double kMaxPlaneDistance = 2;
+    const double vertex_distance = std::sqrt(nearest.distance2);
+    if (vertex_distance > kMaxPlaneDistance) return std::min(vertex_distance, max_distance);
+    const Vec3d offset = Vec3d(point) - Vec3d(points_[nearest.vertex]);
+    return std::min(std::abs(dot(offset, normals_[nearest.vertex])), max_distance);
   }
 
  private:
   struct Nearest {
-    double square = std::numeric_limits<double>::infinity();
+    double distance2 = std::numeric_limits<double>::infinity();
     std::uint32_t vertex = 0;
   };
-  std::size_t index(Int3 p) const {
-    return (static_cast<std::size_t>(p.x) * static_cast<std::size_t>(cells_.y) +
-            static_cast<std::size_t>(p.y)) *
-               static_cast<std::size_t>(cells_.z) +
-           static_cast<std::size_t>(p.z);
-  }
-  /// The cells that are r away along some axis.
-  void look_around(Int3 p, int r, Vec3 from, Nearest& nearest) const {
-    for (int x = std::max(p.x - r, 0); x <= std::min(p.x + r, cells_.x - 1); ++x)
-      for (int y = std::max(p.y - r, 0); y <= std::min(p.y + r, cells_.y - 1); ++y) {
-        const bool side = std::abs(x - p.x) == r || std::abs(y - p.y) == r;
-        const int step = side || r == 0 ? 1 : 2 * r;
+  std::size_t index(Int3 p) const { return grid_.index(p.x, p.y, p.z); }
+  /// Searches the cells at Chebyshev distance r from p.
+  void search_ring(Int3 p, int r, Vec3 point, Nearest& nearest) const {
+    const Int3 cells = grid_.cells;
+    for (int x = std::max(p.x - r, 0); x <= std::min(p.x + r, cells.x - 1); ++x)
+      for (int y = std::max(p.y - r, 0); y <= std::min(p.y + r, cells.y - 1); ++y) {
+        const bool is_lateral = std::abs(x - p.x) == r || std::abs(y - p.y) == r;
+        const int step = is_lateral || r == 0 ? 1 : 2 * r;
         for (int z = p.z - r; z <= p.z + r; z += step)
-          if (z >= 0 && z < cells_.z) look_into(index({x, y, z}), from, nearest);
+          if (z >= 0 && z < cells.z) search_cell(index({x, y, z}), point, nearest);
       }
   }
-  void look_into(std::size_t cell, Vec3 from, Nearest& nearest) const {
-    for (std::uint32_t i = start_[cell]; i < start_[cell + 1]; ++i) {
-      const Vec3d way = Vec3d(from) - Vec3d(points_[sorted_[i]]);
-      const double square = dot(way, way);
-      if (square < nearest.square) nearest = {square, sorted_[i]};
+  void search_cell(std::size_t cell, Vec3 point, Nearest& nearest) const {
+    for (std::uint32_t i = cell_start_[cell]; i < cell_start_[cell + 1]; ++i) {
+      const Vec3d offset = Vec3d(point) - Vec3d(points_[sorted_[i]]);
+      const double distance2 = dot(offset, offset);
+      if (distance2 < nearest.distance2) nearest = {distance2, sorted_[i]};
     }
   }
 
-  Int3 cells_;
-  std::vector<std::uint32_t> start_;   ///< of each cell's vertices in `sorted_`
-  std::vector<std::uint32_t> sorted_;  ///< by the cell that they come from
+  const CellValues& grid_;
+  std::vector<std::uint32_t> cell_start_;  ///< index of each cell's first vertex in `sorted_`
+  std::vector<std::uint32_t> sorted_;      ///< vertices, sorted by their cell
   std::vector<Vec3d> normals_;
   const std::vector<Vec3>& points_;
 };
 
-double rho_of(const CellValues& occupancy, double volume, double size) {
-  constexpr double kReach = 3.5;
-  const CellValues field = smoothed(occupancy, kCoarse * size, kReach);
-  const IsoSurface smooth = iso_surface(field, level_of_volume(field, volume));
-  // Its own surface, less the steps of the cells.
-  constexpr double kSteps = 0.6, kStepsReach = 4;
-  const IsoSurface own = iso_surface(smoothed(occupancy, kSteps, kStepsReach), 0.5f);
-  const VertexPlanes planes(smooth, field.cells);
-  std::vector<double> distance(own.positions.size());
+/// Measures `Roughness::rho` of a solid of `volume` cells; `size` is L in cells.
+double measure_rms_detail(const CellValues& occupancy, double volume, double size) {
+  constexpr double kCutoff = 3.5;
+  const CellValues field = smooth(occupancy, kCoarseSigma * size, kCutoff);
+  const IsoSurface smooth_surface = extract_iso_surface(field, find_level_of_volume(field, volume));
+  // The solid's own surface; this smoothing only removes the staircase of the cells.
+  constexpr double kStaircaseSigma = 0.6, kStaircaseCutoff = 4;
+  const IsoSurface surface =
+      extract_iso_surface(smooth(occupancy, kStaircaseSigma, kStaircaseCutoff), 0.5f);
+  const VertexPlanes planes(smooth_surface, field);
+  std::vector<double> distance(surface.positions.size());
   parallel_for(
       static_cast<std::int64_t>(distance.size()),
       [&](std::int64_t i) {
         const auto v = static_cast<std::size_t>(i);
-        distance[v] = planes.distance(own.positions[v], kCoarse * size);
+        distance[v] = planes.distance(surface.positions[v], kCoarseSigma * size);
       },
       256);
-  const std::vector<double> areas = vertex_areas(own);
+  const std::vector<double> areas = vertex_areas(surface);
   double sum = 0, area = 0;
   for (std::size_t v = 0; v < areas.size(); ++v) {
     sum += areas[v] * distance[v] * distance[v];
@@ -242,21 +248,21 @@ RoughnessScale roughness_scale(const Box& ends, int resolution) {
           static_cast<double>(std::max({size.x, size.y, size.z})) / resolution};
 }
 
-Roughness roughness_of(const Mesh& mesh, const RoughnessScale& scale) {
+Roughness measure_roughness(const Mesh& mesh, const RoughnessScale& scale) {
   Roughness result;
-  const Vec3 side = box_of(mesh.positions).size();
+  const Vec3 extent = box_of(mesh.positions).size();
   constexpr double kMaxCells = 256, kMinMargin = 6;
-  const double cell =
-      std::max(scale.cell, static_cast<double>(std::max({side.x, side.y, side.z})) / kMaxCells);
+  const double cell = std::max(
+      scale.cell, static_cast<double>(std::max({extent.x, extent.y, extent.z})) / kMaxCells);
   if (!(cell > 0 && scale.size > 0) || mesh.triangles.empty()) return result;
-  // What the Gaussians reach, and more.
-  const double margin = std::max(4 * kCoarse * scale.size, kMinMargin * cell);
-  const CellValues occupancy = occupancy_of(mesh, cell, margin);
-  const double volume = sum_of(occupancy);
+  // The margin is wider than the cutoff of every Gaussian, so that none is clipped.
+  const double margin = std::max(4 * kCoarseSigma * scale.size, kMinMargin * cell);
+  const CellValues occupancy = compute_occupancy(mesh, cell, margin);
+  const double volume = sum_values(occupancy);
   constexpr double kMinVolume = 8;
   if (volume < kMinVolume) return result;
   measure_curvature(occupancy, volume, scale.size / cell, result);
-  result.rho = rho_of(occupancy, volume, scale.size / cell);
+  result.rho = measure_rms_detail(occupancy, volume, scale.size / cell);
   return result;
 }
 

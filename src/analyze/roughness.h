@@ -1,5 +1,5 @@
-// Surface roughness of a closed surface, independent of its triangulation: curvature, domes and
-// grooves of the solid smoothed a little, and how far the surface is from the solid smoothed more.
+// Roughness of a closed surface, independent of its triangulation: curvature, domes and grooves of
+// the slightly smoothed solid, and the distance of the surface from the more smoothed solid.
 // Formulas: docs/method.md, Quality.
 #pragma once
 
@@ -8,31 +8,34 @@
 
 namespace polymorph {
 
-/// What the roughness of all frames of a morph is measured by.
+/// The units in which the roughness of all frames of a morph is measured.
 struct RoughnessScale {
-  double size = 1;     ///< L: the diagonal of the box of both ends
-  double cell = 0.01;  ///< edge of the cells that the solid is cut into
+  double size = 1;     ///< L: diagonal of the bounding box of both ends
+  double cell = 0.01;  ///< edge length of the cells of the occupancy grid
 };
 
-/// `resolution` cells along the longest side of the box of both ends.
+/// Returns a scale with `resolution` cells along the longest side of the box of both ends.
 RoughnessScale roughness_scale(const Box& ends, int resolution = 104);
 
-/// All without a unit; 0 for a solid below eight cells.
+/// Roughness measures without a unit; all are 0 for a solid with less volume than eight cells.
 struct Roughness {
   /// Total absolute curvature (Chern and Lashof 1957): the integral of the absolute value of the
-  /// Gaussian curvature over 4 pi, of the solid smoothed with a Gaussian of 1 % of L. 1 for what is
-  /// convex, else more, at least 1 + genus; every bump adds about 1. With 104 cells differences
-  /// from cell to cell give 0.95 for a sphere, with 208 0.985.
+  /// Gaussian curvature over 4 pi, of the solid smoothed with a Gaussian of 1 % of L. It is 1 for
+  /// a convex solid and at least 1 + genus otherwise; every bump adds about 1. Finite differences
+  /// on 104 cells give 0.95 for a sphere, on 208 cells 0.985.
   double tac = 0;
-  int bumps = 0;      ///< connected domes of that surface, both radii of curvature below 6 % of L
-  double groove = 0;  ///< share of its area, in per cent, concave with a radius below 6 % of L
+  /// Number of connected domes of that surface; both radii of curvature are below 6 % of L.
+  int bumps = 0;
+  /// Fraction of its area, in per cent, that is concave with a radius below 6 % of L.
+  double groove = 0;
   /// RMS distance, in per cent of L, of the surface from that of the solid smoothed with 2 % of L;
   /// distances above 2 % of L count as these.
   double rho = 0;
 };
 
-/// Of a closed, outward mesh; where it is open, it is left out. Deterministic. Cells are larger
-/// where the box of the mesh would have more than 256 per side.
-Roughness roughness_of(const Mesh& mesh, const RoughnessScale& scale);
+/// Measures the roughness of a closed mesh with outward normals, deterministically. Scanlines
+/// through holes of an open mesh are left out. Cells are enlarged where the box of the mesh would
+/// have more than 256 per side.
+Roughness measure_roughness(const Mesh& mesh, const RoughnessScale& scale);
 
 }  // namespace polymorph

@@ -3,20 +3,30 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <tuple>
+#include <utility>
 
 #include "analyze/measure.h"
+#include "kernels/linear.h"
+#include "mesh/closest.h"
 
 namespace polymorph {
 namespace {
 
-/// Where an inner frame is on the way, and a measure of it beside both ends'.
-struct Between {
-  double u = 0, value = 0, line = 0, larger_end = 0;
+/// Depth over L below which the inside of a surface is not visible.
+constexpr double kHiddenDepth = 0.01;
+
+/// A measure of an inner frame with the values that the two ends suggest for it.
+struct InnerValue {
+  double u = 0, value = 0;
+  double interpolated = 0;  ///< between the ends' values, at u
+  double larger_end = 0;    ///< larger value of the two ends
 };
 
+/// Evaluates a measure for every frame but the first and the last.
 template <class Value>
-std::vector<Between> between_ends(const std::vector<FrameMeasures>& rows, const Value& value) {
-  std::vector<Between> inner;
+std::vector<InnerValue> inner_values(const std::vector<FrameMeasures>& rows, const Value& value) {
+  std::vector<InnerValue> inner;
   const double first = value(rows.front()), last = value(rows.back());
   for (std::size_t k = 1; k + 1 < rows.size(); ++k) {
     const double u = rows[k].u;
@@ -25,14 +35,14 @@ std::vector<Between> between_ends(const std::vector<FrameMeasures>& rows, const 
   return inner;
 }
 
-/// The largest value over the larger end's; one is added to both, so that nothing at the ends is no
-/// division by 0.
+/// Returns the largest ratio of an inner value to the larger end's value. One is added to both to
+/// avoid a division by 0.
 template <class Value>
 std::optional<double> excess(const std::vector<FrameMeasures>& rows, const Value& value) {
   std::optional<double> largest;
-  for (const Between& b : between_ends(rows, value)) {
-    const double over = (b.value + 1) / (b.larger_end + 1);
-    largest = std::max(largest.value_or(over), over);
+  for (const InnerValue& b : inner_values(rows, value)) {
+    const double ratio = (b.value + 1) / (b.larger_end + 1);
+    largest = std::max(largest.value_or(ratio), ratio);
   }
   return largest;
 }
@@ -41,24 +51,25 @@ double change_of_u(const std::vector<FrameMeasures>& rows, std::size_t k) {
   return std::abs(rows[k + 1].u - rows[k].u);
 }
 
-/// Chamfer distance gone over the change of u, at one end of the way, while u changes by a tenth.
-double pace_at(const std::vector<FrameMeasures>& rows, bool first) {
+/// Returns the sum of chamfer distances over the change of u, in the first or last tenth of u.
+double pace_at_end(const std::vector<FrameMeasures>& rows, bool first) {
   constexpr double kTenth = 0.1 - 1e-6;
   const std::size_t intervals = rows.size() - 1;
-  double way = 0, time = 0;
-  for (std::size_t i = 0; i < intervals && time < kTenth; ++i) {
+  double distance = 0, change = 0;
+  for (std::size_t i = 0; i < intervals && change < kTenth; ++i) {
     const std::size_t k = first ? i : intervals - 1 - i;
-    way += rows[k].step;
-    time += change_of_u(rows, k);
+    distance += rows[k].step;
+    change += change_of_u(rows, k);
   }
-  return time > 0 ? way / time : 0;
+  return change > 0 ? distance / change : 0;
 }
 
-/// From one surface to another over the mean step between frames: by the chamfer or by the
-/// Hausdorff distance, whichever is more. A small part that appears whole hardly changes the
-/// former. What of the object is deeper than `hidden` inside the frame is left out.
-std::optional<double> over_mean_step(const Mesh& object, const Mesh& frame, double hidden,
-                                     const std::vector<FrameMeasures>& rows) {
+/// Returns the distance from the object to the frame over the mean step between frames, by the
+/// chamfer or by the Hausdorff distance, whichever gives more: the chamfer distance hardly notices
+/// a small limb that appears at once. Samples of the object that lie deeper than `hidden` inside
+/// the frame are left out.
+std::optional<double> steps_from_object(const Mesh& object, const Mesh& frame, double hidden,
+                                        const std::vector<FrameMeasures>& rows) {
   double mean = 0, farthest = 0;
   const auto intervals = static_cast<double>(rows.size() - 1);
   for (const FrameMeasures& row : rows) {
@@ -71,18 +82,124 @@ std::optional<double> over_mean_step(const Mesh& object, const Mesh& frame, doub
   return std::max(step.mean / mean, step.largest / farthest);
 }
 
+/// Removes the faces that lie deeper than `depth` inside a closed surface, where they are not
+/// visible: a spout continues inside its pot.
+Mesh remove_hidden_faces(Mesh mesh, const Mesh& surface, double depth) {
+  const ClosestPointQuery query(surface.positions, surface.triangles);
+  const std::vector<ClosestPoint> closest = query.closest(mesh.positions);
+  const auto is_hidden = [&](std::uint32_t v) {
+    const ClosestPoint& near = closest[v];
+    if (near.triangle == ClosestPoint::kNoTriangle) return false;
+    const auto& corner = surface.triangles[near.triangle].v;
+    const Vec3 a = surface.positions[corner[0]];
+    const Vec3 face_normal =
+        cross(surface.positions[corner[1]] - a, surface.positions[corner[2]] - a);
+    return static_cast<double>(near.distance) > depth &&
+           dot(face_normal, mesh.positions[v] - near.point) < 0;
+  };
+  std::erase_if(mesh.triangles, [&](const Triangle& t) {
+    return is_hidden(t.v[0]) && is_hidden(t.v[1]) && is_hidden(t.v[2]);
+  });
+  return mesh;
+}
+
+/// Steps of a boundary stage, as chamfer distances.
+struct HandoverSteps {
+  double pop = 0;                ///< largest pop among the steps of the boundary stage
+  std::optional<double> before;  ///< last step of the boundary stage
+  double jump = 0;               ///< step from its last mesh to the balls' surface
+  double jump_pop(double after) const {
+    const double neighbour_sum = before.value_or(after) + after;
+    return neighbour_sum > 0 ? 2 * jump / neighbour_sum : 0;
+  }
+};
+/// Measures the steps of a boundary stage that ends at `surface`; `size` is L.
+HandoverSteps measure_handover(const Handover& handover, const Mesh& surface, double size) {
+  std::vector<double> step;
+  MeasuredSurface previous(handover.shown.front());
+  for (std::size_t k = 1; k < handover.shown.size(); ++k) {
+    MeasuredSurface current(handover.shown[k]);
+    step.push_back(previous.distance_to(current).mean);
+    previous = std::move(current);
+  }
+  HandoverSteps steps;
+  // A step below 1e-4 of L is noise.
+  for (std::size_t k = 1; k + 1 < step.size(); ++k)
+    if (step[k] > 1e-4 * size)
+      steps.pop = std::max(steps.pop, 2 * step[k] / (step[k - 1] + step[k + 1]));
+  if (!step.empty()) steps.before = step.back();
+  steps.jump =
+      MeasuredSurface(remove_hidden_faces(handover.shown.back(), surface, kHiddenDepth * size))
+          .distance_to(MeasuredSurface(surface))
+          .mean;
+  return steps;
+}
+
 }  // namespace
+
+void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>& frames,
+                            double size, Analysis& analysis) {
+  const std::vector<FrameMeasures>& rows = analysis.frames;
+  double largest = 0;
+  for (const FrameMeasures& row : rows) largest = std::max(largest, row.bending);
+  const double larger_end = std::max(rows.front().bending, rows.back().bending);
+  const auto add = [&](const char* name, std::optional<double> value, const char* goal,
+                       const char* what) {
+    analysis.metrics.push_back({name, "5 smoothness", value, goal, what});
+  };
+  add("bending", larger_end > 0 ? std::optional(largest / larger_end) : std::nullopt, "<= 1",
+      "largest bending energy over the larger one of the ends");
+  // Where u hardly changes, the rate is a quotient of two numbers near 0.
+  constexpr double kSlow = 0.1;
+  double fastest = 0;
+  for (std::size_t k = 0; k + 1 < rows.size(); ++k)
+    fastest = std::max(fastest, rows[k + 1].u - rows[k].u);
+  const auto is_long_enough = [&](std::size_t k) {
+    return rows[k + 1].u - rows[k].u > kSlow * fastest;
+  };
+  double pop = 0, mean = 0;
+  for (const FrameMeasures& row : rows) mean += row.rate / static_cast<double>(rows.size());
+  for (std::size_t k = 1; k + 2 < rows.size(); ++k) {
+    if (!is_long_enough(k - 1) || !is_long_enough(k) || !is_long_enough(k + 1)) continue;
+    const double neighbour_sum = rows[k - 1].rate + rows[k + 1].rate;
+    // Surfaces at rest only differ by the sampling: below 1/1000 of the mean rate is noise.
+    if (neighbour_sum > 1e-3 * mean && rows[k].rate > 1e-6 * size)
+      pop = std::max(pop, 2 * rows[k].rate / neighbour_sum);
+  }
+  // The step that a hand-over is compared with: that of the volumetric stage at uniform pace.
+  const std::size_t intervals = rows.size() - 1;
+  const auto uniform_step = [&](bool first) {
+    for (std::size_t i = 0; i < intervals; ++i) {
+      const std::size_t k = first ? i : intervals - 1 - i;
+      if (is_long_enough(k)) return rows[k].rate / static_cast<double>(intervals);
+    }
+    return 0.0;
+  };
+  std::optional<double> jump;
+  for (const auto& [handover, frame, first] : {std::tuple(&ends.leaving, &frames.front(), true),
+                                               std::tuple(&ends.arriving, &frames.back(), false)}) {
+    if (handover->shown.empty()) continue;
+    const HandoverSteps steps = measure_handover(*handover, frame->surface, size);
+    jump = std::max(jump.value_or(0), steps.jump / size);
+    pop = std::max({pop, steps.pop, steps.jump_pop(uniform_step(first))});
+  }
+  add("pop", pop, "<= 2",
+      "largest pace of a frame over its neighbours' mean; boundary stages and hand-overs count");
+  add("handover", jump, "<= 0.002",
+      "largest step between an object's mesh and the balls' surface, over L");
+}
 
 void add_roughness_metrics(Analysis& analysis) {
   const std::vector<FrameMeasures>& rows = analysis.frames;
   std::optional<double> curvature, detail;
-  for (const Between& b : between_ends(rows, [](const auto& row) { return row.roughness.tac; }))
-    if (b.line > 0) curvature = std::max(curvature.value_or(0), b.value / b.line);
+  for (const InnerValue& b : inner_values(rows, [](const auto& row) { return row.roughness.tac; }))
+    if (b.interpolated > 0) curvature = std::max(curvature.value_or(0), b.value / b.interpolated);
   double sum = 0, count = 0;
-  constexpr double kLeftOut = 0.2 - 1e-6;  // of u, at either end
-  for (const Between& b : between_ends(rows, [](const auto& row) { return row.roughness.rho; })) {
-    if (b.u < kLeftOut || b.u > 1 - kLeftOut || !(b.line > 0)) continue;
-    sum += b.value / b.line;
+  constexpr double kEndFraction = 0.2 - 1e-6;  // of u, left out at either end
+  for (const InnerValue& b :
+       inner_values(rows, [](const auto& row) { return row.roughness.rho; })) {
+    if (b.u < kEndFraction || b.u > 1 - kEndFraction || !(b.interpolated > 0)) continue;
+    sum += b.value / b.interpolated;
     ++count;
   }
   if (count > 0) detail = sum / count;
@@ -104,32 +221,32 @@ void add_roughness_metrics(Analysis& analysis) {
 void add_step_metrics(const MorphEnds& ends, const std::vector<MorphFrame>& frames, double size,
                       Analysis& analysis) {
   const std::vector<FrameMeasures>& rows = analysis.frames;
-  double way = 0, time = 0;
+  double distance = 0, change = 0;
   for (std::size_t k = 0; k + 1 < rows.size(); ++k) {
-    way += rows[k].step;
-    time += change_of_u(rows, k);
+    distance += rows[k].step;
+    change += change_of_u(rows, k);
   }
-  const auto over_mean_pace = [&](bool first) -> std::optional<double> {
-    if (!(way > 0 && time > 0)) return std::nullopt;
-    return pace_at(rows, first) * time / way;
+  const auto relative_pace = [&](bool first) -> std::optional<double> {
+    if (!(distance > 0 && change > 0)) return std::nullopt;
+    return pace_at_end(rows, first) * change / distance;
   };
-  const auto from_object = [&](bool shown, const Mesh& object,
+  const auto object_step = [&](bool shown, const Mesh& object,
                                const Mesh& frame) -> std::optional<double> {
     if (!shown) return std::nullopt;
-    return over_mean_step(object, frame, kHiddenDepth * size, rows);
+    return steps_from_object(object, frame, kHiddenDepth * size, rows);
   };
   const auto add = [&](const char* name, std::optional<double> value, const char* goal,
                        const char* what) {
     analysis.metrics.push_back({name, "5 smoothness", value, goal, what});
   };
-  add("first_step", over_mean_pace(true), "<= 1.2",
+  add("first_step", relative_pace(true), "<= 1.2",
       "pace over the first tenth of u over the mean pace");
-  add("last_step", over_mean_pace(false), "<= 1.2",
+  add("last_step", relative_pace(false), "<= 1.2",
       "pace over the last tenth of u over the mean pace");
-  add("source_step", from_object(ends.source_shown, ends.source, frames.front().surface), "<= 2",
+  add("source_step", object_step(ends.source_shown, ends.source, frames.front().surface), "<= 2",
       "step from the source itself to the first frame over the mean step, by the chamfer or the "
       "Hausdorff distance, whichever is more");
-  add("target_step", from_object(ends.target_shown, ends.target, frames.back().surface), "<= 2",
+  add("target_step", object_step(ends.target_shown, ends.target, frames.back().surface), "<= 2",
       "step from the last frame to the target itself over the mean step, likewise");
 }
 

@@ -1,5 +1,6 @@
-// Smoothness metrics of a morph that need no balls: roughness of the frames relative to the end
-// models, and evenness of the steps. Formulas: docs/method.md, Quality.
+// Smoothness metrics of a morph that need no balls: bending, pops and hand-overs, roughness of the
+// frames relative to the end models, and uniformity of the steps. Formulas: docs/method.md,
+// Quality.
 #pragma once
 
 #include <vector>
@@ -8,15 +9,16 @@
 
 namespace polymorph {
 
+/// Appends bending, pop and handover, from the frames and the boundary stages. `size` is L.
+void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>& frames,
+                            double size, Analysis& analysis);
+
 /// Appends curvature, bumps, groove and detail, from the roughness of the frames.
 void add_roughness_metrics(Analysis& analysis);
 
 /// Appends first_step, last_step, source_step and target_step, from the steps between the frames
-/// (which `analysis` has already) and those from and to the objects themselves. `size`: L.
+/// (which `analysis` already contains) and those from and to the objects themselves. `size` is L.
 void add_step_metrics(const MorphEnds& ends, const std::vector<MorphFrame>& frames, double size,
                       Analysis& analysis);
-
-/// In units of L: what lies deeper inside a surface is not visible.
-inline constexpr double kHiddenDepth = 0.01;
 
 }  // namespace polymorph

@@ -19,7 +19,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// The stages that are under way, and the thread that tells of them.
+/// The active stages, and the thread that reports them.
 class Watcher {
  public:
   ~Watcher() {
@@ -34,7 +34,7 @@ class Watcher {
     const std::lock_guard lock(mutex_);
     display_ = display;
     if (display != ActivityDisplay::kNone && !thread_.joinable())
-      thread_ = std::thread([this] { run(); });
+      thread_ = std::thread([this] { report_stages(); });
   }
   unsigned long long begin(std::string name) {
     const std::lock_guard lock(mutex_);
@@ -53,16 +53,16 @@ class Watcher {
     unsigned long long id;
     std::string name;
     Clock::time_point since;
-    bool told = false;
+    bool is_reported = false;
   };
 
-  void run() {
+  void report_stages() {
     using namespace std::chrono_literals;
     std::unique_lock lock(mutex_);
     while (!ended_) {
-      if (stages_.empty() || stages_.back().told) {
-        if (stages_.empty() && drawn_) {
-          drawn_ = false;
+      if (stages_.empty() || stages_.back().is_reported) {
+        if (stages_.empty() && is_drawn_) {
+          is_drawn_ = false;
           set_status_line("");
         }
         changed_.wait(lock);
@@ -72,16 +72,16 @@ class Watcher {
       const auto due = stage.since + (display_ == ActivityDisplay::kLine ? 100ms : 3000ms);
       if (Clock::now() < due) {
         changed_.wait_until(lock, due);
-        continue;  // it may be over, or contain another by now
+        continue;  // it may have ended, or contain another one by now
       }
-      stage.told = true;
-      tell(stage);
+      stage.is_reported = true;
+      report(stage);
     }
   }
-  void tell(const Entry& stage) {
+  void report(const Entry& stage) {
     const double seconds = std::chrono::duration<double>(Clock::now() - stage.since).count();
     if (display_ == ActivityDisplay::kLine) {
-      drawn_ = true;
+      is_drawn_ = true;
       set_status_line(printable(stage.name) + " ...");
     } else if (display_ == ActivityDisplay::kLog) {
       log_info("{} ...", stage.name);
@@ -98,10 +98,10 @@ class Watcher {
   std::thread thread_;
   ActivityDisplay display_ = ActivityDisplay::kNone;
   unsigned long long last_id_ = 0;
-  bool ended_ = false, drawn_ = false;
+  bool ended_ = false, is_drawn_ = false;
 };
 
-// The log must be there until the thread has ended.
+// The log must be constructed first, so that it outlives the thread.
 Watcher& watcher() {
   static const bool log_first = (set_status_line(""), true);
   static Watcher instance;

@@ -1,10 +1,11 @@
-// Activities: a name for every stage before the first frame, shown to someone who waits.
+// Activities: named stages of the work before the first frame, shown to the user.
 #pragma once
 
 #include <string>
 
 namespace polymorph {
 
+/// Form in which stages are shown.
 enum class ActivityDisplay {
   kNone,
   kLine,  ///< a status line at the foot of a terminal
@@ -12,12 +13,11 @@ enum class ActivityDisplay {
   kJson,  ///< the same as {"stage": NAME, "seconds": S} on standard error
 };
 
-/// From now on stages are shown so. Starts a thread unless `display` is kNone; it ends with the
-/// program.
+/// Sets the display of stages. Starts a thread unless `display` is kNone; it ends with the program.
 void show_activities(ActivityDisplay display);
 
-/// As long as it lives the program is at `name` ("fitting 256 balls to teapot"). Stages may contain
-/// others: the innermost is shown. On any thread.
+/// Marks a stage, e.g. "fitting 256 balls to teapot", for its lifetime. Stages may be nested: the
+/// innermost is shown. Usable on any thread.
 class Activity {
  public:
   explicit Activity(std::string name);

@@ -16,13 +16,13 @@ using Files = std::map<std::string, std::string>;
 
 constexpr std::size_t kMaxFiles = 100000;
 
-Error too_large(const fs::path& path, std::size_t max_bytes) {
+Error make_too_large_error(const fs::path& path, std::size_t max_bytes) {
   return make_error(ErrorCode::kInput, "{}: more than {} MiB or {} files in it", path.string(),
                     max_bytes >> 20, kMaxFiles);
 }
 
 Result<Files> read_folder(const fs::path& folder,
-                          const std::function<bool(const std::string&)>& wanted,
+                          const std::function<bool(const std::string&)>& is_selected,
                           std::size_t max_bytes) {
   Files files;
   std::size_t total = 0;
@@ -32,10 +32,11 @@ Result<Files> read_folder(const fs::path& folder,
     std::error_code unknown;
     if (!fs::is_regular_file(entry->symlink_status(unknown))) continue;
     const std::string name = entry->path().lexically_relative(folder).generic_string();
-    if (!wanted(name)) continue;
+    if (!is_selected(name)) continue;
     PM_TRY(std::string bytes, read_file(entry->path(), max_bytes));
     total += bytes.size();
-    if (total > max_bytes || files.size() >= kMaxFiles) return too_large(folder, max_bytes);
+    if (total > max_bytes || files.size() >= kMaxFiles)
+      return make_too_large_error(folder, max_bytes);
     remember_name(name);
     files[name] = std::move(bytes);
   }
@@ -47,11 +48,12 @@ Result<Files> read_folder(const fs::path& folder,
 
 }  // namespace
 
-Result<Files> read_tree(const fs::path& path, const std::function<bool(const std::string&)>& wanted,
+Result<Files> read_tree(const fs::path& path,
+                        const std::function<bool(const std::string&)>& is_selected,
                         std::size_t max_bytes) {
   std::error_code error;
-  if (fs::is_directory(path, error)) return read_folder(path, wanted, max_bytes);
-  const auto failed = [&](archive* from) {
+  if (fs::is_directory(path, error)) return read_folder(path, is_selected, max_bytes);
+  const auto make_read_error = [&](archive* from) {
     const char* const why = archive_error_string(from);
     return make_error(ErrorCode::kInput,
                       "{}: not a folder, nor a .zip or .tar that can be read{}{}", path.string(),
@@ -66,7 +68,7 @@ Result<Files> read_tree(const fs::path& path, const std::function<bool(const std
   archive_read_support_format_zip(from.get());
   archive_read_support_format_tar(from.get());
   if (archive_read_open_filename(from.get(), path.c_str(), 1 << 16) != ARCHIVE_OK)
-    return failed(from.get());
+    return make_read_error(from.get());
   Files files;
   std::size_t total = 0;
   archive_entry* entry = nullptr;
@@ -75,20 +77,20 @@ Result<Files> read_tree(const fs::path& path, const std::function<bool(const std
     const char* const text = archive_entry_pathname(entry);
     if (!text || archive_entry_filetype(entry) != AE_IFREG) continue;
     std::string name = fs::path(text).lexically_normal().generic_string();
-    if (!wanted(name)) continue;
-    if (files.size() >= kMaxFiles) return too_large(path, max_bytes);
+    if (!is_selected(name)) continue;
+    if (files.size() >= kMaxFiles) return make_too_large_error(path, max_bytes);
     std::string bytes;
     char buffer[1 << 16];
     la_ssize_t count = 0;
     while ((count = archive_read_data(from.get(), buffer, sizeof buffer)) > 0) {
       total += static_cast<std::size_t>(count);
-      if (total > max_bytes) return too_large(path, max_bytes);
+      if (total > max_bytes) return make_too_large_error(path, max_bytes);
       bytes.append(buffer, static_cast<std::size_t>(count));
     }
-    if (count < 0) return failed(from.get());
+    if (count < 0) return make_read_error(from.get());
     files[std::move(name)] = std::move(bytes);
   }
-  if (code != ARCHIVE_EOF) return failed(from.get());
+  if (code != ARCHIVE_EOF) return make_read_error(from.get());
   return files;
 }
 

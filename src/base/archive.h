@@ -1,4 +1,4 @@
-// Files out of a folder, a .zip or a .tar, into memory.
+// Reading of folders and archives (.zip, .tar) into memory.
 #pragma once
 
 #include <cstddef>
@@ -11,12 +11,12 @@
 
 namespace polymorph {
 
-/// The regular files of a folder (with its subfolders) or of an archive (zip, tar; packed by gzip,
-/// bzip2, xz or zstd) whose path in it `wanted` takes, by that path with "/" between folders.
-/// Links are left out; nothing is written anywhere. Errors: kInput for one that cannot be read, or
-/// where what is wanted has more than `max_bytes` in all or 100 000 files.
+/// Reads the regular files of a folder (with its subfolders) or of an archive (zip, tar; compressed
+/// with gzip, bzip2, xz or zstd) for whose path `is_selected` is true. Keys are paths with "/"
+/// between folders. Links are ignored; nothing is written. Errors: kInput for an unreadable file or
+/// archive, or if the selected files have more than `max_bytes` in total or are more than 100 000.
 Result<std::map<std::string, std::string>> read_tree(
-    const std::filesystem::path& path, const std::function<bool(const std::string&)>& wanted,
+    const std::filesystem::path& path, const std::function<bool(const std::string&)>& is_selected,
     std::size_t max_bytes = std::size_t{1} << 30);
 
 }  // namespace polymorph

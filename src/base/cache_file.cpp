@@ -17,19 +17,19 @@ namespace fs = std::filesystem;
 
 static_assert(std::endian::native == std::endian::little, "cache files are little-endian");
 
-// File: magic, version, key, length of the origin in one byte, origin, content, checksum of all
-// before.
+// File: magic, version, key, length of the origin in one byte, origin, content, checksum of
+// everything before.
 constexpr std::size_t kHashSize = kCacheKeySize;
 constexpr std::size_t kMaxOrigin = 255;
 constexpr std::uint64_t kMaxBytes = 4ull << 30;
 
-std::string checksum_of(std::string_view bytes) {
+std::string compute_checksum(std::string_view bytes) {
   return Hasher().add_bytes(bytes.data(), bytes.size()).hex();
 }
 
-/// A directory, a pipe or a device under a cache file's name is left alone: what is written to a
-/// pipe waits for its reader.
-bool is_taken(const fs::path& file) {
+/// Tests whether a directory, a pipe or a device has a cache file's name. Such files are left
+/// alone: writing to a pipe would wait for its reader.
+bool is_no_regular_file(const fs::path& file) {
   std::error_code ignored;
   const fs::file_type type = fs::status(file, ignored).type();
   return type == fs::file_type::directory || type == fs::file_type::fifo ||
@@ -37,12 +37,12 @@ bool is_taken(const fs::path& file) {
          type == fs::file_type::block;
 }
 
-/// Says once per folder that nothing can be kept there.
+/// Warns, once per folder, that nothing can be stored there.
 void warn_unwritable(const fs::path& folder, const Error& error) {
   static std::mutex mutex;
-  static std::set<fs::path> told;
+  static std::set<fs::path> warned;
   const std::lock_guard<std::mutex> lock(mutex);
-  if (told.insert(folder).second) log_warning("cache: {} (going on without it)", error.message);
+  if (warned.insert(folder).second) log_warning("cache: {} (going on without it)", error.message);
 }
 
 }  // namespace
@@ -60,18 +60,18 @@ std::optional<std::string_view> cached_content(std::string_view bytes, const std
     return std::nullopt;
   }
   const std::string_view body = bytes.substr(0, bytes.size() - kHashSize);
-  std::string_view rest = body.substr(kind.magic.size());
+  std::string_view remaining = body.substr(kind.magic.size());
   problem = "has another version";
-  if (take<std::uint32_t>(rest) != kind.version) return std::nullopt;
+  if (take<std::uint32_t>(remaining) != kind.version) return std::nullopt;
   problem = "is damaged (wrong checksum)";
-  if (checksum_of(body) != bytes.substr(body.size())) return std::nullopt;
+  if (compute_checksum(body) != bytes.substr(body.size())) return std::nullopt;
   problem = "belongs to another model";
-  if (rest.substr(0, kHashSize) != key) return std::nullopt;
-  rest.remove_prefix(kHashSize);
-  const auto origin = take<std::uint8_t>(rest);
+  if (remaining.substr(0, kHashSize) != key) return std::nullopt;
+  remaining.remove_prefix(kHashSize);
+  const auto origin = take<std::uint8_t>(remaining);
   problem = "is cut short";
-  if (rest.size() < origin) return std::nullopt;
-  return rest.substr(origin);
+  if (remaining.size() < origin) return std::nullopt;
+  return remaining.substr(origin);
 }
 
 void warn_unusable(const fs::path& folder, const std::string& key, const CacheKind& kind,
@@ -85,7 +85,7 @@ std::optional<std::string> load_cached(const fs::path& folder, const std::string
   const fs::path file = cache_path(folder, key, kind);
   std::error_code error;
   if (!fs::exists(file, error)) return std::nullopt;
-  if (is_taken(file)) {
+  if (is_no_regular_file(file)) {
     warn_unusable(folder, key, kind, "is a folder, a pipe or a device - remove it");
     return std::nullopt;
   }
@@ -106,7 +106,7 @@ void store_cached(const fs::path& folder, const std::string& key, const CacheKin
                   std::string_view origin, std::string_view content) {
   PM_CHECK(key.size() == kHashSize);
   const fs::path file = cache_path(folder, key, kind);
-  if (is_taken(file)) return;  // said when it was looked for
+  if (is_no_regular_file(file)) return;  // load_cached() has warned
   const std::string label = printable(origin.substr(0, kMaxOrigin));
   std::string bytes(kind.magic);
   put(bytes, kind.version);
@@ -114,7 +114,7 @@ void store_cached(const fs::path& folder, const std::string& key, const CacheKin
   put(bytes, static_cast<std::uint8_t>(label.size()));
   bytes += label;
   bytes += content;
-  bytes += checksum_of(bytes);
+  bytes += compute_checksum(bytes);
   const Status written = write_file(file, bytes);
   if (!written) warn_unwritable(folder, written.error());
 }
@@ -128,11 +128,11 @@ CacheLabel cache_label(const fs::path& file) {
     in.read(start.data(), static_cast<std::streamsize>(start.size()));
     start.resize(static_cast<std::size_t>(in.gcount()));
     if (!start.starts_with(kind->magic)) return {};
-    std::string_view rest = std::string_view(start).substr(kind->magic.size());
-    if (start.size() < fixed || take<std::uint32_t>(rest) != kind->version) return {kind, ""};
-    rest.remove_prefix(kHashSize);
-    const auto size = take<std::uint8_t>(rest);
-    return {kind, printable(rest.substr(0, size))};
+    std::string_view remaining = std::string_view(start).substr(kind->magic.size());
+    if (start.size() < fixed || take<std::uint32_t>(remaining) != kind->version) return {kind, ""};
+    remaining.remove_prefix(kHashSize);
+    const auto size = take<std::uint8_t>(remaining);
+    return {kind, printable(remaining.substr(0, size))};
   }
   return {};
 }

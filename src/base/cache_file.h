@@ -1,5 +1,5 @@
-// Files of the disk cache. Each is named by the hash of everything that its content depends on, so
-// none ever becomes stale; it is written whole or not at all, and carries a checksum.
+// Files of the disk cache. Each is named by a hash of all inputs of its content, so it never
+// becomes stale. Files are written atomically and have a checksum.
 #pragma once
 
 #include <cstdint>
@@ -17,10 +17,10 @@ inline constexpr std::size_t kCacheKeySize = 32;
 
 /// One kind of cache file. All strings are literals.
 struct CacheKind {
-  std::string_view name;       ///< what is in it, for messages: "spheres"
+  std::string_view name;       ///< plural noun for messages: "spheres"
   std::string_view extension;  ///< ".spheres"
   std::string_view magic;      ///< first bytes
-  std::uint32_t version;       ///< of the file's layout
+  std::uint32_t version;       ///< version of the file's layout
 };
 
 inline constexpr CacheKind kSphereFiles = {"spheres", ".spheres", "polymorph spheres\n", 3};
@@ -30,39 +30,40 @@ inline constexpr CacheKind kPlanFiles = {"plans", ".plan", "polymorph plan\n", 3
 inline constexpr const CacheKind* kCacheKinds[] = {&kSphereFiles, &kDistanceFiles, &kPacingFiles,
                                                    &kPlanFiles};
 
+/// Path of the file with this key.
 std::filesystem::path cache_path(const std::filesystem::path& folder, const std::string& key,
                                  const CacheKind& kind);
 
-/// What a file's bytes hold between header and checksum, or what is wrong with them.
+/// Returns the content between a file's header and its checksum. If the file is invalid, returns
+/// nothing and sets `problem`.
 std::optional<std::string_view> cached_content(std::string_view bytes, const std::string& key,
                                                const CacheKind& kind, const char*& problem);
 
-/// What is kept in `folder` under this key, if anything is: the whole file, of which
-/// cached_content() shows the part that was stored. A file that is damaged, foreign, of another
-/// version or under another's name gives one warning and no content.
+/// Loads the file stored in `folder` under this key, if there is one; cached_content() gives its
+/// content. A file that is damaged, foreign, of another version or under a wrong name gives a
+/// warning and nothing.
 std::optional<std::string> load_cached(const std::filesystem::path& folder, const std::string& key,
                                        const CacheKind& kind);
 
-/// Keeps it: a temporary name, then a rename, so that readers see all or nothing, and of several
-/// writers the last wins (all write the same). Where nothing can be written, a warning is given
-/// once per folder. `origin`: the models that it was made from, for people who list the cache;
-/// nothing is found by it.
+/// Stores a file by writing a temporary and renaming it, so that readers see all or nothing; of
+/// several writers the last wins (all write the same). If writing fails, a warning is given once
+/// per folder. `origin`: names of the source models, for display only.
 void store_cached(const std::filesystem::path& folder, const std::string& key,
                   const CacheKind& kind, std::string_view origin, std::string_view content);
 
-/// The kind of cache file that a regular file is by its extension and first bytes (null: none), and
-/// the origin that it was stored with, without reading the rest; empty where it has none.
+/// Kind of a cache file and the origin stored in it; no kind (null) if it is no cache file.
 struct CacheLabel {
   const CacheKind* kind = nullptr;
   std::string origin;
 };
+/// Reads the label from a file's extension and first bytes, without reading the rest.
 CacheLabel cache_label(const std::filesystem::path& file);
 
-/// Says that a file is not used, and why.
+/// Warns that a file is not used, and why.
 void warn_unusable(const std::filesystem::path& folder, const std::string& key,
                    const CacheKind& kind, const char* problem);
 
-/// Appends a value's bytes, and takes them off the front.
+/// Appends a value's bytes, and removes them from the front.
 template <class T>
 void put(std::string& bytes, T value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
@@ -75,7 +76,7 @@ T take(std::string_view& bytes) {
   return value;
 }
 
-/// The same for many; there are at least `count` of them in `bytes`.
+/// Appends many values, and removes them; `bytes` must contain at least `count` of them.
 template <class T>
 void put_all(std::string& bytes, const std::vector<T>& values) {
   bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));

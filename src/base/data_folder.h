@@ -1,5 +1,5 @@
-// The program's own data: models, effects, scenes and the schema. share/polymorph of an
-// installation; in a build folder a link of that name to scenes/.
+// Folder of the program's own data: models, effects, scenes and the schema. In an installation it
+// is share/polymorph; in a build folder that is a link to scenes/.
 #pragma once
 
 #include <filesystem>
@@ -8,9 +8,9 @@
 
 namespace polymorph {
 
-/// The absolute folder that holds models/ and effects/: POLYMORPH_DATA_DIR where that is set, else
-/// share/polymorph beside the program or beside the folder that it lies in. Errors (kResource):
-/// there is none; the message lists what was tried.
+/// Finds the absolute folder that contains models/ and effects/: POLYMORPH_DATA_DIR if set, else
+/// share/polymorph in the program's folder or in its parent. Errors (kResource): none exists; the
+/// message lists the candidates.
 Result<std::filesystem::path> find_data_folder();
 
 }  // namespace polymorph

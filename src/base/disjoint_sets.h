@@ -17,7 +17,7 @@ class DisjointSets {
     std::iota(parent_.begin(), parent_.end(), 0u);
   }
   std::size_t size() const { return parent_.size(); }
-  /// The smallest member of i's set.
+  /// Returns the smallest member of i's set.
   std::uint32_t find(std::uint32_t i) {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;

@@ -1,8 +1,8 @@
-// The elementary functions with the same bits everywhere: only + - * / sqrt and integer operations,
+// Elementary functions with the same bits everywhere: only + - * / sqrt and integer operations,
 // each of which IEEE 754 rounds in one way, in one order. The C library's own differ between its
 // versions and, as it chooses by the processor, between machines. Double precision, a few units in
-// the last place; for what a frame computes once or a few thousand times, not for inner loops
-// (those have kernels/math.h).
+// the last place; for values that a frame computes once or a few thousand times, not for inner
+// loops (those have kernels/math.h).
 #pragma once
 
 #include <cmath>
@@ -17,7 +17,7 @@ inline constexpr double kLn2 = 0.693147180559945309417;
 
 namespace detail {
 
-inline std::uint64_t bits_of(double a) {
+inline std::uint64_t to_bits(double a) {
   std::uint64_t bits;
   std::memcpy(&bits, &a, sizeof bits);
   return bits;
@@ -33,7 +33,7 @@ inline double round_to_nearest(double a) { return (a + 0x1.8p52) - 0x1.8p52; }
 struct SinCos {
   double sine, cosine;
 };
-/// On [-pi/4, pi/4]: Taylor; what is left out is below 1e-17.
+/// Taylor series on [-pi/4, pi/4]; the truncation error is below 1e-17.
 inline SinCos near_zero(double x) {
   const double q = x * x;
   double s = 0, c = 0;
@@ -43,7 +43,7 @@ inline SinCos near_zero(double x) {
   }
   return {x * (1 + s), 1 + c};
 }
-/// |x| < 10^5.
+/// Requires |x| < 10^5.
 inline SinCos sin_cos(double x) {
   const double n = round_to_nearest(x * (2 / kPi));
   // pi/2 in parts of 33 bits, so that products with n are exact.
@@ -70,7 +70,7 @@ inline double tan(double x) {
   return a.sine / a.cosine;
 }
 
-/// 0 below -700, infinite above 700.
+/// The exponential function: 0 below -700, infinite above 700.
 inline double exp(double x) {
   if (!(x > -700)) return x != x ? x : 0;
   if (x > 700) return std::numeric_limits<double>::infinity();
@@ -88,12 +88,12 @@ inline double exp2(double x) {
   return exp((x - n) * kLn2) * detail::from_bits(power);
 }
 
-/// Of a normal x > 0; -infinity for 0 and below.
+/// Natural logarithm of a normal x > 0; -infinity for 0 and below.
 inline double log(double x) {
   if (!(x > 0)) return x != x ? x : -std::numeric_limits<double>::infinity();
   if (x > std::numeric_limits<double>::max()) return x;
   // x = 2^n m with m in [sqrt(1/2), sqrt(2)).
-  const std::uint64_t bits = detail::bits_of(x);
+  const std::uint64_t bits = detail::to_bits(x);
   const std::uint64_t half_root = 0x3fe6a09e667f3bcdull;  // the bits of sqrt(1/2)
   const auto n = static_cast<std::int64_t>(bits - half_root) >> 52;
   const double m = detail::from_bits(bits - (static_cast<std::uint64_t>(n) << 52));
@@ -102,7 +102,8 @@ inline double log(double x) {
   for (int k = 23; k >= 3; k -= 2) sum = q * (1.0 / k + sum);
   return 2 * s * (1 + sum) + static_cast<double>(n) * kLn2;
 }
-/// log(1 + x) of x > -1, exp(x) - 1, without cancellation near 0 (Kahan; Higham 2002, 1.14.1).
+/// Computes log(1 + x) for x > -1, and exp(x) - 1, without cancellation near 0 (Kahan; Higham 2002,
+/// 1.14.1).
 inline double log1p(double x) {
   const double u = 1 + x;
   return u == 1 ? x : log(u) * (x / (u - 1));
@@ -113,13 +114,13 @@ inline double expm1(double x) {
   return x < -40 || x > 40 ? u - 1 : (u - 1) * (x / log(u));
 }
 
-/// x^y of x >= 0.
+/// Computes x^y for x >= 0.
 inline double pow(double x, double y) {
   if (y == 0 || x == 1) return 1;
   return x == 0 ? (y > 0 ? 0 : std::numeric_limits<double>::infinity()) : exp(y * log(x));
 }
 
-/// In (-pi/2, pi/2).
+/// Arc tangent in (-pi/2, pi/2).
 inline double atan(double x) {
   // Two halvings of the angle: tan(a / 2) = t / (1 + sqrt(1 + t^2)).
   const bool steep = std::fabs(x) > 1;
@@ -131,13 +132,13 @@ inline double atan(double x) {
   const double a = 4 * t * (1 + sum);
   return steep ? (x > 0 ? kPi / 2 : -kPi / 2) - a : a;
 }
-/// In [-pi, pi]; 0 where both are 0.
+/// Angle of the point (x, y) in [-pi, pi]; 0 at the origin.
 inline double atan2(double y, double x) {
   if (x == 0 && y == 0) return 0;
   if (std::fabs(y) > std::fabs(x)) return (y > 0 ? kPi / 2 : -kPi / 2) - atan(x / y);
   return atan(y / x) + (x < 0 ? (y < 0 ? -kPi : kPi) : 0);
 }
-/// Of x in [-1, 1].
+/// Arc cosine and arc sine of x in [-1, 1].
 inline double acos(double x) { return 2 * atan2(std::sqrt(1 - x), std::sqrt(1 + x)); }
 inline double asin(double x) { return atan(x / std::sqrt((1 - x) * (1 + x))); }
 

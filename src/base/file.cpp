@@ -36,7 +36,7 @@ struct Descriptor {
   explicit Descriptor(int f) : fd(f) {}
 };
 
-/// Removes the temporary unless it was renamed.
+/// Removes the temporary file unless it was renamed.
 struct Temporary {
   fs::path path;
   bool keep = false;
@@ -51,8 +51,9 @@ struct Temporary {
 std::atomic<int> deferred_signal{0};
 void defer_signal(int number) { deferred_signal = number; }
 
-/// Signals that end the process wait until this is left: between the renames of several files they
-/// would leave some old and some new. A mask would hold them off this thread alone.
+/// Defers signals that would end the process during its lifetime: between the renames of several
+/// files they would leave some old and some new ones. Blocking them in the signal mask would affect
+/// this thread only.
 class DeferredSignals {
  public:
   DeferredSignals() {
@@ -62,13 +63,13 @@ class DeferredSignals {
     sigemptyset(&deferred.sa_mask);
     deferred.sa_flags = SA_RESTART;
     for (std::size_t i = 0; i < std::size(kSignals); ++i) {
-      ::sigaction(kSignals[i], nullptr, &before_[i]);
-      if (before_[i].sa_handler != SIG_IGN) ::sigaction(kSignals[i], &deferred, nullptr);
+      ::sigaction(kSignals[i], nullptr, &previous_[i]);
+      if (previous_[i].sa_handler != SIG_IGN) ::sigaction(kSignals[i], &deferred, nullptr);
     }
   }
   ~DeferredSignals() {
     for (std::size_t i = 0; i < std::size(kSignals); ++i)
-      ::sigaction(kSignals[i], &before_[i], nullptr);
+      ::sigaction(kSignals[i], &previous_[i], nullptr);
     if (deferred_signal != 0) std::raise(deferred_signal);
   }
   DeferredSignals(const DeferredSignals&) = delete;
@@ -76,7 +77,7 @@ class DeferredSignals {
 
  private:
   static constexpr int kSignals[] = {SIGINT, SIGTERM, SIGHUP};
-  struct sigaction before_[std::size(kSignals)]{};
+  struct sigaction previous_[std::size(kSignals)]{};
 };
 
 Error write_error(const fs::path& path, int number, const char* remedy) {
@@ -84,7 +85,7 @@ Error write_error(const fs::path& path, int number, const char* remedy) {
                     std::strerror(number), remedy);
 }
 
-const char* remedy_of(int number) {
+const char* suggest_remedy(int number) {
   switch (number) {
     case ENOSPC:
     case EDQUOT:
@@ -108,7 +109,8 @@ const char* remedy_of(int number) {
 constexpr std::size_t kTagDigits = 12;
 constexpr std::string_view kTemporaryEnd = ".part";
 
-// Containers with equal host names and process ids share folders, so the name has a random part.
+// The random part separates containers that share the folder and have equal host names and process
+// ids.
 fs::path temporary_name(const fs::path& path) {
   static std::uint64_t counter = 0;
   const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
@@ -127,9 +129,9 @@ bool is_temporary_name(std::string_view name) {
   return tag[0] == '.' && tag.find_first_not_of("0123456789abcdef", 1) == std::string_view::npos;
 }
 
-/// What a name stands for, links followed, whoever else has that name.
+/// Device and inode of a file: its identity, independent of its name.
 using FileIdentity = std::pair<dev_t, ino_t>;
-std::optional<FileIdentity> identity_of(const fs::path& path) {
+std::optional<FileIdentity> find_identity(const fs::path& path) {
   struct stat info {};
   if (::stat(path.c_str(), &info) != 0 || !S_ISREG(info.st_mode)) return std::nullopt;
   return FileIdentity(info.st_dev, info.st_ino);
@@ -144,15 +146,15 @@ class Inputs {
     std::error_code ignored;
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!active_) return;
-    if (const auto identity = identity_of(path)) names_[*identity] = fs::absolute(path, ignored);
+    if (const auto identity = find_identity(path)) names_[*identity] = fs::absolute(path, ignored);
   }
   bool contains(const fs::path& path) {
-    const auto identity = identity_of(path);
+    const auto identity = find_identity(path);
     if (!identity) return false;
     const std::lock_guard<std::mutex> lock(mutex_);
     const auto found = names_.find(*identity);
-    // The number of a file that has been removed may be another file's by now.
-    return found != names_.end() && identity_of(found->second) == identity;
+    // The inode of a removed file may have been reused by another file.
+    return found != names_.end() && find_identity(found->second) == identity;
   }
   std::vector<fs::path> paths() {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -178,11 +180,11 @@ Inputs& inputs() {
   return all;
 }
 
-/// Errors: what stands under the name is nothing that a file may be put over.
+/// Checks that `path` is no directory, block device, socket or registered input. Errors: kOutput.
 Status check_target(const fs::path& path) {
-  std::error_code ignored;  // whatever else is wrong with the name, opening it says
+  std::error_code ignored;  // other problems are found when the file is opened
   const fs::file_type kind = fs::status(path, ignored).type();
-  if (kind == fs::file_type::directory) return write_error(path, EISDIR, remedy_of(EISDIR));
+  if (kind == fs::file_type::directory) return write_error(path, EISDIR, suggest_remedy(EISDIR));
   if (kind == fs::file_type::block || kind == fs::file_type::socket)
     return make_error(ErrorCode::kOutput,
                       "{}: cannot write: it is a block device or a socket - choose another name",
@@ -194,7 +196,7 @@ Status check_target(const fs::path& path) {
   return Ok{};
 }
 
-/// Pipes and devices (/dev/stdout, /dev/null) are written to, never replaced.
+/// Tests for pipes and devices (/dev/stdout, /dev/null), which are written to and never replaced.
 bool is_stream(const fs::path& path) {
   std::error_code ignored;
   const fs::file_type kind = fs::status(path, ignored).type();
@@ -206,7 +208,7 @@ Status make_parent(const fs::path& path) {
   if (parent.empty()) return Ok{};
   std::error_code error;
   fs::create_directories(parent, error);
-  if (error) return write_error(path, error.value(), remedy_of(error.value()));
+  if (error) return write_error(path, error.value(), suggest_remedy(error.value()));
   return Ok{};
 }
 
@@ -214,14 +216,14 @@ Status write_all(int fd, std::string_view bytes, const fs::path& path) {
   while (!bytes.empty()) {
     const ssize_t n = ::write(fd, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0 && errno == EAGAIN) {       // a pipe whose reader takes its time
-      constexpr int kMilliseconds = 100;  // a signal may have come to another thread
+    if (n < 0 && errno == EAGAIN) {       // the pipe is full
+      constexpr int kMilliseconds = 100;  // poll again: another thread may have received a signal
       pollfd wait{fd, POLLOUT, 0};
       if (::poll(&wait, 1, kMilliseconds) >= 0 && !stop_waiting_for_readers) continue;
       return make_error(ErrorCode::kOutput, "{}: stopped by a signal while its reader waited",
                         path.string());
     }
-    if (n < 0) return write_error(path, errno, remedy_of(errno));
+    if (n < 0) return write_error(path, errno, suggest_remedy(errno));
     bytes.remove_prefix(static_cast<std::size_t>(n));
   }
   return Ok{};
@@ -242,34 +244,34 @@ Status write_stream(const fs::path& path, const ByteSource& next) {
     return make_error(ErrorCode::kOutput,
                       "{}: cannot write: nobody reads this pipe - start its reader first",
                       path.string());
-  if (stream.fd < 0) return write_error(path, errno, remedy_of(errno));
+  if (stream.fd < 0) return write_error(path, errno, suggest_remedy(errno));
   return write_all(stream.fd, next, path);
 }
 
-/// The bytes, safe on the disk under a name of their own beside `path`.
+/// Writes the bytes durably to the temporary file.
 Status write_temporary(const fs::path& path, const ByteSource& next, Temporary& temporary) {
   PM_TRY_STATUS(make_parent(path));
   const Descriptor file(
       ::open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
   if (file.fd < 0) {
     const int number = errno;
-    temporary.keep = true;  // nothing was made
-    return write_error(path, number, remedy_of(number));
+    temporary.keep = true;  // it was not created
+    return write_error(path, number, suggest_remedy(number));
   }
   PM_TRY_STATUS(write_all(file.fd, next, path));
   if (::fsync(file.fd) != 0 && errno != EINVAL && errno != EROFS)
-    return write_error(path, errno, remedy_of(errno));
+    return write_error(path, errno, suggest_remedy(errno));
   return Ok{};
 }
 
-/// Makes a rename durable; not all file systems can.
+/// Makes a rename durable, if the file system supports it.
 void sync_folder(const fs::path& path) {
   const fs::path parent = path.has_parent_path() ? path.parent_path() : fs::path(".");
   const Descriptor folder(::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (folder.fd >= 0) ::fsync(folder.fd);
 }
 
-/// A file on its way to `path`, and what was there before.
+/// A pending replacement of `path`, with the old file kept for undo().
 struct Replacement {
   const fs::path& path;
   Temporary bytes, old;
@@ -277,11 +279,12 @@ struct Replacement {
   explicit Replacement(const fs::path& p)
       : path(p), bytes(temporary_name(p)), old(temporary_name(p)) {}
 
-  /// 0, or the number of the error that left the path as it was.
+  /// Replaces the file. Returns 0, or the errno value of a failure, after which the path is
+  /// unchanged.
   int put() {
     had_old = ::link(path.c_str(), old.path.c_str()) == 0;
     if (!had_old && errno != ENOENT) {
-      // Not all file systems know second names: the old file moves to its other one.
+      // The file system has no hard links: rename the old file instead.
       std::error_code ignored;
       if (fs::is_directory(fs::symlink_status(path, ignored))) return EISDIR;
       if (::rename(path.c_str(), old.path.c_str()) != 0) return errno;
@@ -292,11 +295,11 @@ struct Replacement {
       return 0;
     }
     const int number = errno;
-    if (had_old) take_back();
+    if (had_old) undo();
     return number;
   }
-  /// What cannot be put back keeps its other name.
-  void take_back() {
+  /// Restores the old file; if that fails, it keeps its temporary name.
+  void undo() {
     if (had_old)
       old.keep = ::rename(old.path.c_str(), path.c_str()) != 0;
     else
@@ -358,12 +361,12 @@ Result<std::string> read_file(const fs::path& path, std::uint64_t limit) {
   return bytes;
 }
 
-ByteSource source_of(std::string_view bytes) {
+ByteSource make_source(std::string_view bytes) {
   return [bytes]() mutable -> Result<std::string_view> { return std::exchange(bytes, {}); };
 }
 
 Status write_file(const fs::path& path, std::string_view bytes) {
-  return write_file(path, source_of(bytes));
+  return write_file(path, make_source(bytes));
 }
 
 Status write_file(const fs::path& path, const ByteSource& next) {
@@ -372,7 +375,7 @@ Status write_file(const fs::path& path, const ByteSource& next) {
   Temporary temporary(temporary_name(path));
   PM_TRY_STATUS(write_temporary(path, next, temporary));
   if (::rename(temporary.path.c_str(), path.c_str()) != 0)
-    return write_error(path, errno, remedy_of(errno));
+    return write_error(path, errno, suggest_remedy(errno));
   temporary.keep = true;
   sync_folder(path);
   return Ok{};
@@ -383,13 +386,13 @@ Status write_files(const std::vector<NewFile>& files) {
   const DeferredSignals deferred;
   std::deque<Replacement> replacements;
   for (const NewFile& file : files)
-    PM_TRY_STATUS(write_temporary(file.path, source_of(file.bytes),
+    PM_TRY_STATUS(write_temporary(file.path, make_source(file.bytes),
                                   replacements.emplace_back(file.path).bytes));
   for (std::size_t i = 0; i < replacements.size(); ++i) {
     const int number = replacements[i].put();
     if (number == 0) continue;
-    for (std::size_t done = i; done > 0; --done) replacements[done - 1].take_back();
-    return write_error(files[i].path, number, remedy_of(number));
+    for (std::size_t done = i; done > 0; --done) replacements[done - 1].undo();
+    return write_error(files[i].path, number, suggest_remedy(number));
   }
   std::set<fs::path> folders;
   for (const NewFile& file : files)
@@ -401,17 +404,17 @@ Status check_writable(const fs::path& path) {
   std::error_code error;
   PM_TRY_STATUS(check_target(path));
   if (is_stream(path)) {
-    if (::access(path.c_str(), W_OK) != 0) return write_error(path, errno, remedy_of(errno));
+    if (::access(path.c_str(), W_OK) != 0) return write_error(path, errno, suggest_remedy(errno));
     return Ok{};
   }
-  // The nearest folder that exists decides; the ones below it are made when the first file is
-  // written.
+  // The nearest existing folder decides; those below it are created when the first file is written.
   fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   while (!fs::exists(folder, error) && folder.has_parent_path() && folder != folder.parent_path())
     folder = folder.parent_path();
   if (folder.empty() || !fs::exists(folder, error)) folder = ".";
-  if (!fs::is_directory(folder, error)) return write_error(path, ENOTDIR, remedy_of(ENOTDIR));
-  if (::access(folder.c_str(), W_OK | X_OK) != 0) return write_error(path, errno, remedy_of(errno));
+  if (!fs::is_directory(folder, error)) return write_error(path, ENOTDIR, suggest_remedy(ENOTDIR));
+  if (::access(folder.c_str(), W_OK | X_OK) != 0)
+    return write_error(path, errno, suggest_remedy(errno));
   return Ok{};
 }
 

@@ -11,6 +11,7 @@
 
 namespace polymorph {
 
+/// Accumulates the hash of a sequence of values.
 class Hasher {
  public:
   Hasher();
@@ -19,8 +20,9 @@ class Hasher {
   Hasher& operator=(const Hasher&) = delete;
 
   Hasher& add_bytes(const void* data, std::size_t size);
-  Hasher& add(std::string_view text);  ///< length first, so that "ab","c" and "a","bc" differ
-  /// Any padding-free plain value or array of them.
+  Hasher& add(
+      std::string_view text);  ///< includes the length, so that "ab","c" and "a","bc" differ
+  /// Adds a plain value without padding, or an array of them.
   template <class T>
   requires std::is_arithmetic_v<T> Hasher& add(T value) { return add_bytes(&value, sizeof value); }
   template <class T>

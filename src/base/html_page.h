@@ -1,4 +1,4 @@
-// Self-contained HTML pages: a template with marks, data inside a script element, bytes as base64.
+// Self-contained HTML pages: templates with placeholders, data in script elements, base64.
 #pragma once
 
 #include <string>
@@ -8,12 +8,13 @@
 
 namespace polymorph {
 
+/// Encodes bytes as base64.
 std::string base64(std::string_view bytes);
 
-/// JSON may stand inside a script element when no "<" can end it.
+/// Escapes "<" in JSON, so that it cannot end the script element that contains it.
 std::string json_in_script(std::string_view json);
 
-/// `page` with each mark, "{{name}}", replaced by its value. A "{{" that is no known mark is a bug.
+/// Replaces each placeholder, "{{name}}", in `page` by its value. An unknown placeholder is a bug.
 std::string fill_page(std::string_view page,
                       const std::vector<std::pair<std::string_view, std::string>>& values);
 

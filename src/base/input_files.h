@@ -1,4 +1,4 @@
-// The files that this run has read so far, for commands that watch them.
+// List of the files that this run has read, for commands that watch them.
 #pragma once
 
 #include <filesystem>
@@ -6,8 +6,8 @@
 
 namespace polymorph {
 
-/// Absolute names of all files that were told to remember_input() (base/file.h) while the
-/// InputGuard lives, each once, in order.
+/// Lists the absolute names of all files registered with remember_input() (base/file.h) during the
+/// lifetime of the InputGuard, sorted and unique.
 std::vector<std::filesystem::path> input_files();
 
 }  // namespace polymorph

@@ -22,7 +22,7 @@ namespace polymorph {
 namespace {
 
 /// Standard error with one status line below the log, so that a progress bar and messages do not
-/// tear.
+/// mix.
 class TerminalSink : public spdlog::sinks::base_sink<std::mutex> {
  public:
   void set_status(const std::string& line) {
@@ -60,14 +60,14 @@ class TerminalSink : public spdlog::sinks::base_sink<std::mutex> {
                        spdlog::level::to_string_view(level), escape_json(text));
   }
   void draw(const std::string& text) {
-    if (drawn_) std::fputs("\r\x1b[K", stderr);
+    if (is_drawn_) std::fputs("\r\x1b[K", stderr);
     std::fwrite(text.data(), 1, text.size(), stderr);
     std::fwrite(status_.data(), 1, status_.size(), stderr);
-    drawn_ = !status_.empty();
+    is_drawn_ = !status_.empty();
     std::fflush(stderr);
   }
   std::string status_;
-  bool drawn_ = false;
+  bool is_drawn_ = false;
 };
 
 std::shared_ptr<TerminalSink> terminal() {
@@ -80,7 +80,7 @@ spdlog::logger& logger() {
   return instance;
 }
 
-spdlog::level::level_enum level_of(LogLevel level) {
+spdlog::level::level_enum to_spdlog(LogLevel level) {
   switch (level) {
     case LogLevel::kDebug:
       return spdlog::level::debug;
@@ -94,14 +94,14 @@ spdlog::level::level_enum level_of(LogLevel level) {
   return spdlog::level::info;
 }
 
-/// What each line of a log file begins with, a digit where there is a 0: the pattern of set_log().
+/// Beginning of each line of a log file, with 0 for any digit: the pattern of set_log().
 constexpr std::string_view kTimePattern = "0000-00-00T00:00:00.000 ";
 
 bool begins_like_a_log(const std::filesystem::path& path) {
   std::string start(kTimePattern.size(), 0);
   std::ifstream in(path, std::ios::binary);
   in.read(start.data(), static_cast<std::streamsize>(start.size()));
-  if (in.gcount() == 0) return true;  // an empty file loses nothing
+  if (in.gcount() == 0) return true;  // an empty file has nothing to lose
   for (std::size_t i = 0; i < start.size(); ++i) {
     const bool digit = std::isdigit(static_cast<unsigned char>(start[i])) != 0;
     if (kTimePattern[i] == '0' ? !digit : start[i] != kTimePattern[i]) return false;
@@ -118,7 +118,8 @@ Status open_log_file(const std::filesystem::path& path, bool replace) {
                       "{}: exists and is no log of this program - add --overwrite to replace it",
                       path.string());
   PM_TRY_STATUS(check_writable(path));
-  // Opening a pipe must not wait for a reader; this end keeps it open until the log has its own.
+  // Opening a pipe must not wait for a reader; this descriptor keeps it open until the log has
+  // opened its own.
   int pipe = -1;
   if (exists && S_ISFIFO(info.st_mode)) {
     pipe = ::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
@@ -142,8 +143,8 @@ Status open_log_file(const std::filesystem::path& path, bool replace) {
   return status;
 }
 
-/// Names of megabytes come from broken files; nobody reads them.
-std::string with_short_lines(const std::string& text) {
+/// Shortens long lines: broken files contain names of megabytes.
+std::string shorten_lines(const std::string& text) {
   constexpr std::size_t kMax = 4000, kFirst = 1000, kLast = 300;
   if (text.size() <= kMax) return text;
   std::string result;
@@ -157,7 +158,7 @@ std::string with_short_lines(const std::string& text) {
     if (end < text.size()) result += '\n';
     begin = end + 1;
   }
-  // Cut anywhere, a sequence of UTF-8 may be half.
+  // The cut may have split a UTF-8 sequence.
   return printable(result, Lines::kKeep);
 }
 
@@ -166,21 +167,21 @@ std::string with_short_lines(const std::string& text) {
 Status set_log(const LogSettings& settings) {
   // https://no-color.org: any non-empty value switches colour off.
   const char* no_color = std::getenv("NO_COLOR");
-  const bool wanted = isatty(2) != 0 && !(no_color && *no_color);
-  terminal()->color =
-      settings.color == ColorMode::kAlways || (settings.color == ColorMode::kAuto && wanted);
+  const bool is_color_terminal = isatty(2) != 0 && !(no_color && *no_color);
+  terminal()->color = settings.color == ColorMode::kAlways ||
+                      (settings.color == ColorMode::kAuto && is_color_terminal);
   terminal()->json = settings.format == LogFormat::kJson;
-  logger().set_level(level_of(settings.level));
+  logger().set_level(to_spdlog(settings.level));
   if (!settings.file.empty()) return open_log_file(settings.file, settings.replace_file);
   return Ok{};
 }
 
 void log_message(LogLevel level, const std::string& message) {
-  logger().log(level_of(level), "{}", with_short_lines(printable(message, Lines::kKeep)));
+  logger().log(to_spdlog(level), "{}", shorten_lines(printable(message, Lines::kKeep)));
 }
 
 void log_answer(const std::string& message) {
-  // The sinks themselves have no level.
+  // Log to the sinks directly: only the logger filters by level.
   const std::string text = printable(message, Lines::kKeep);
   for (const auto& sink : logger().sinks())
     sink->log(spdlog::details::log_msg("polymorph", spdlog::level::info, text));

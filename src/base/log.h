@@ -18,12 +18,12 @@ enum class ColorMode { kAuto, kAlways, kNever };
 struct LogSettings {
   LogLevel level = LogLevel::kInfo;
   LogFormat format = LogFormat::kText;
-  ColorMode color = ColorMode::kAuto;  ///< kAuto: a terminal and no NO_COLOR
-  std::filesystem::path file;          ///< also written here, when not empty
-  bool replace_file = false;           ///< `file` may be replaced, whatever it is
+  ColorMode color = ColorMode::kAuto;  ///< kAuto: colour on a terminal unless NO_COLOR is set
+  std::filesystem::path file;          ///< additional log file; empty: none
+  bool replace_file = false;           ///< permits replacing `file` whatever it contains
 };
-/// A log file that an earlier run of this program began is added to; any other file that exists is
-/// left alone unless it may be replaced. Errors: kOutput.
+/// Configures logging. A log file of an earlier run is appended to; any other existing file is not
+/// changed unless it may be replaced. Errors: kOutput.
 Status set_log(const LogSettings& settings);
 
 void log_message(LogLevel level, const std::string& message);
@@ -41,10 +41,10 @@ void log_warning(fmt::format_string<Args...> text, Args&&... args) {
   log_message(LogLevel::kWarning, fmt::format(text, std::forward<Args>(args)...));
 }
 
-/// Says it whatever the level: it was asked for.
+/// Prints a message regardless of the level, because the user asked for it.
 void log_answer(const std::string& message);
 
-/// One status line at the foot of a terminal, kept below the log: set it, or clear it with "".
+/// Sets the status line at the bottom of a terminal, below the log; "" clears it.
 void set_status_line(const std::string& line);
 
 }  // namespace polymorph

@@ -20,7 +20,7 @@ Mat3 from_eigen(const Matrix& matrix) {
 }
 
 template <class F>
-Mat3 on_values(const Mat3& a, const F& f) {
+Mat3 map_eigenvalues(const Mat3& a, const F& f) {
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(to_eigen(a));
   const Eigen::Vector3d values = solver.eigenvalues().unaryExpr(f);
   return from_eigen(solver.eigenvectors() * values.asDiagonal() *
@@ -38,26 +38,26 @@ Mat3 nearest_rotation(const Mat3& a) {
   if (!(matrix.norm() > 0)) return {};
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix3d u = svd.matrixU();
-  // Umeyama 1991: a reflection is undone along the direction that matters least.
+  // Umeyama 1991: a reflection is undone along the direction of the smallest singular value.
   if ((u * svd.matrixV().transpose()).determinant() < 0) u.col(2) = -u.col(2);
   return from_eigen(u * svd.matrixV().transpose());
 }
 
 Vec3d log_rotation(const Mat3& r) {
-  const Eigen::Quaterniond turn{Eigen::Matrix3d(to_eigen(r))};
-  const double sine = turn.vec().norm();  // of half the angle
+  const Eigen::Quaterniond rotation{Eigen::Matrix3d(to_eigen(r))};
+  const double sine = rotation.vec().norm();  // sine of half the angle
   if (sine == 0) return {};
-  const double angle = 2 * exact::atan2(sine, std::abs(turn.w()));
-  const Eigen::Vector3d v = turn.vec() * ((turn.w() < 0 ? -angle : angle) / sine);
+  const double angle = 2 * exact::atan2(sine, std::abs(rotation.w()));
+  const Eigen::Vector3d v = rotation.vec() * ((rotation.w() < 0 ? -angle : angle) / sine);
   return {v.x(), v.y(), v.z()};
 }
 
-double angle_of(const Mat3& r) {
+double rotation_angle(const Mat3& r) {
   const Vec3d v = log_rotation(r);
   return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
 }
 
-Axes axes_of(const Mat3& symmetric) {
+Axes principal_axes(const Mat3& symmetric) {
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(to_eigen(symmetric));  // ascending
   Axes axes;
   for (int k = 0; k < 3; ++k) {
@@ -68,7 +68,7 @@ Axes axes_of(const Mat3& symmetric) {
 }
 
 Mat3 log_symmetric(const Mat3& a) {
-  return on_values(a, [](double v) { return exact::log(std::max(v, 1e-12)); });
+  return map_eigenvalues(a, [](double v) { return exact::log(std::max(v, 1e-12)); });
 }
 
 }  // namespace polymorph

@@ -8,24 +8,26 @@
 
 namespace polymorph {
 
+/// Makes a matrix of three columns.
 Mat3 from_columns(Vec3d x, Vec3d y, Vec3d z);
 
-/// The rotation nearest to `a` (the U V^T of its singular values, without reflection): the R
-/// that makes sum w (R p) . q largest when a = sum w q p^T. The identity where `a` is 0.
+/// Computes the rotation nearest to `a` (U V^T of its singular value decomposition, without
+/// reflection): the R that maximizes sum w (R p) . q for a = sum w q p^T. The identity if `a` is 0.
 Mat3 nearest_rotation(const Mat3& a);
 
-/// The axis times the angle (0..pi) of a rotation; exp_rotation() goes back.
+/// Logarithm of a rotation: the axis times the angle (0..pi); the inverse of exp_rotation().
 Vec3d log_rotation(const Mat3& r);
-double angle_of(const Mat3& r);
+/// Angle of a rotation, 0..pi.
+double rotation_angle(const Mat3& r);
 
-/// Principal axes of a symmetric matrix: values descending, their directions as columns.
+/// Eigenvalues of a symmetric matrix in descending order, and their directions as columns.
 struct Axes {
   std::array<double, 3> values{};
   Mat3 directions;
 };
-Axes axes_of(const Mat3& symmetric);
+Axes principal_axes(const Mat3& symmetric);
 
-/// Matrix logarithm of a positive definite matrix; exp_symmetric() goes back.
+/// Matrix logarithm of a positive definite matrix; the inverse of exp_symmetric().
 Mat3 log_symmetric(const Mat3& a);
 
 }  // namespace polymorph

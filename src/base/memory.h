@@ -1,4 +1,4 @@
-// The memory that this process may use: of the machine, its cgroup, a Slurm job, ulimit.
+// Memory limit of this process: the machine's memory, cgroups, Slurm, ulimit.
 #pragma once
 
 #include <cstdint>
@@ -8,13 +8,14 @@
 
 namespace polymorph {
 
-/// Bytes: the least of the machine's memory, the limits of the cgroups that the process is in,
+/// Returns the minimum, in bytes, of the machine's memory, the limits of the process's cgroups,
 /// SLURM_MEM_PER_NODE and RLIMIT_AS.
 std::uint64_t memory_limit();
 
-/// The least limit in bytes of the cgroups that `membership`, the text of /proc/self/cgroup, names
-/// below `root`, /sys/fs/cgroup: of version 2 (memory.max) and 1 (memory.limit_in_bytes), from the
-/// process's own up to the root. A container may see its own cgroup as the root. None: no limit.
+/// Finds the smallest limit, in bytes, of the cgroups that `membership`, the text of
+/// /proc/self/cgroup, names below `root`, /sys/fs/cgroup: of version 2 (memory.max) and 1
+/// (memory.limit_in_bytes), from the process's own cgroup up to the root. A container may see its
+/// own cgroup as the root. Returns nothing if there is no limit.
 std::optional<std::uint64_t> cgroup_memory_limit(std::string_view membership,
                                                  const std::filesystem::path& root);
 

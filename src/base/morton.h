@@ -8,8 +8,8 @@
 
 namespace polymorph {
 
-/// The bits of x (21 of them) with two zeros after each.
-constexpr std::uint64_t spread_bits(std::uint64_t x) {
+/// Inserts two zeros after each of the 21 bits of x.
+constexpr std::uint64_t interleave_zeros(std::uint64_t x) {
   x &= 0x1fffff;
   x = (x | x << 32) & 0x1f00000000ffffull;
   x = (x | x << 16) & 0x1f0000ff0000ffull;
@@ -18,15 +18,15 @@ constexpr std::uint64_t spread_bits(std::uint64_t x) {
   return (x | x << 2) & 0x1249249249249249ull;
 }
 
-/// Place of a point on the Morton curve through the cube of the box's diagonal, 21 bits per axis.
+/// Index of a point on the Morton curve through the cube of the box's diagonal, 21 bits per axis.
 inline std::uint64_t morton_key(Vec3 p, const Box& box) {
   const double scale = 2097151 / std::max(1e-30, static_cast<double>(box.diagonal()));
   const auto cell = [&](float x, float low) {
     return static_cast<std::uint64_t>(
         std::clamp((static_cast<double>(x) - low) * scale, 0.0, 2097151.0));
   };
-  return spread_bits(cell(p.x, box.low.x)) | spread_bits(cell(p.y, box.low.y)) << 1 |
-         spread_bits(cell(p.z, box.low.z)) << 2;
+  return interleave_zeros(cell(p.x, box.low.x)) | interleave_zeros(cell(p.y, box.low.y)) << 1 |
+         interleave_zeros(cell(p.z, box.low.z)) << 2;
 }
 
 }  // namespace polymorph

@@ -9,7 +9,7 @@ namespace polymorph {
 namespace {
 
 constexpr std::string_view kBreaks = "\n\t";
-/// A message may name a part of what was given: a file in a folder, one frame of a pattern, the
+/// Messages may contain a part of a given name: a file in a folder, one frame of a pattern, the
 /// value of an option.
 constexpr std::string_view kSeparators = "/=,:|#%";
 
@@ -42,7 +42,7 @@ void remember_name(std::string_view name) {
   odd.any = true;
 }
 
-std::string without_breaks_of_names(std::string_view text) {
+std::string replace_breaks_of_names(std::string_view text) {
   std::string result(text);
   OddNames& odd = odd_names();
   if (!odd.any) return result;

@@ -1,4 +1,4 @@
-// Names from outside that hold line breaks or tabs, so that messages are not torn by them.
+// Names with line breaks or tabs, remembered so that messages can be printed without them.
 #pragma once
 
 #include <string>
@@ -6,13 +6,13 @@
 
 namespace polymorph {
 
-/// Remembers a name from the command line, a scene or a folder's listing, a path for instance.
-/// Most hold no line breaks, and are forgotten at once, as are parts of paths that are nothing but
-/// breaks: every line would end in one.
+/// Remembers a name from the command line, a scene or a directory listing, for instance a path, if
+/// it contains line breaks or tabs. Components that consist of breaks only are ignored: they match
+/// the end of every line.
 void remember_name(std::string_view name);
 
-/// `text` with a '?' for each line break and tab of remembered names. Its own stay: a message may
-/// have several lines.
-std::string without_breaks_of_names(std::string_view text);
+/// Replaces the line breaks and tabs of remembered names in `text` by '?'. Other line breaks stay:
+/// a message may have several lines.
+std::string replace_breaks_of_names(std::string_view text);
 
 }  // namespace polymorph

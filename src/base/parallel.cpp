@@ -22,9 +22,9 @@ int available_threads() {
   int count = sched_getaffinity(0, sizeof set, &set) == 0
                   ? CPU_COUNT(&set)
                   : static_cast<int>(std::thread::hardware_concurrency());
-  // Slurm without cgroups does not restrict affinity, so its own word is taken as well.
-  if (const char* share = std::getenv("SLURM_CPUS_PER_TASK"))
-    if (const int n = std::atoi(share); n > 0) count = std::min(count, n);
+  // Slurm without cgroups does not restrict affinity, so its variable counts too.
+  if (const char* cpus = std::getenv("SLURM_CPUS_PER_TASK"))
+    if (const int n = std::atoi(cpus); n > 0) count = std::min(count, n);
   return std::max(count, 1);
 }
 
@@ -41,11 +41,11 @@ Status check_threads() {
     std::thread([] {}).join();
     return Ok{};
   } catch (const std::system_error& error) {
-    return thread_error(error.what());
+    return make_thread_error(error.what());
   }
 }
 
-Error thread_error(const std::string& reason) {
+Error make_thread_error(const std::string& reason) {
   return make_error(ErrorCode::kResource,
                     "no thread can be started ({}) - raise the limit on processes (ulimit -u, or "
                     "pids.max of the container) or on memory (ulimit -v), or lower ulimit -s",

@@ -13,19 +13,19 @@
 namespace polymorph {
 
 /// Limits all parallel work of the process to `count` threads; 0 = as many as this process may use
-/// (CPU affinity, then SLURM_CPUS_PER_TASK where set). Call before the first parallel work.
+/// (CPU affinity, then SLURM_CPUS_PER_TASK if set). Call before the first parallel work.
 void set_thread_count(int count);
 
-/// Whether a thread can be started at all. Errors: kResource, with the reason.
+/// Checks that a thread can be started. Errors: kResource, with the reason.
 Status check_threads();
-/// That error, for a thread that could not be started later.
-Error thread_error(const std::string& reason);
+/// Makes the same error for a thread that could not be started later.
+Error make_thread_error(const std::string& reason);
 
-/// How many threads parallel work uses now (>= 1).
+/// Number of threads that parallel work uses now (>= 1).
 int thread_count();
 
-/// Runs f(begin, end) over disjoint parts of [0, n), in any order, on any thread. Results must not
-/// depend on how the range is cut: write by index, reduce in a fixed order afterwards.
+/// Calls f(begin, end) for disjoint ranges of [0, n), in any order, on any thread. Results must not
+/// depend on the division: write by index, reduce in a fixed order afterwards.
 template <class F>
 void parallel_ranges(std::int64_t n, std::int64_t grain, const F& f) {
   ForkJoin loop;
@@ -35,7 +35,7 @@ void parallel_ranges(std::int64_t n, std::int64_t grain, const F& f) {
                     });
 }
 
-/// Runs f(i) for i in [0, n).
+/// Calls f(i) for each i in [0, n).
 template <class F>
 void parallel_for(std::int64_t n, const F& f, std::int64_t grain = 1) {
   parallel_ranges(n, grain, [&](std::int64_t begin, std::int64_t end) {

@@ -5,8 +5,8 @@
 
 namespace polymorph {
 
-/// The commit, or a hash of the sources where there is none or they are changed; then compiler,
-/// build type and flags. Made by cmake/identity.cmake in every build.
+/// Identifies the build: the commit, or a hash of the sources if there is no commit or they are
+/// modified; then compiler, build type and flags. cmake/identity.cmake updates it in every build.
 std::string_view program_identity();
 
 }  // namespace polymorph

@@ -1,5 +1,5 @@
-// Counter-based random number generator: a value is a function of its keys, never of what was drawn
-// before, so results do not depend on threads, order or frame range.
+// Counter-based random number generator: a value is a function of its keys and of nothing that was
+// drawn before, so results do not depend on threads, order or frame range.
 #pragma once
 
 #include <array>

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kPiece = std::size_t{1} << 20;
 
-Error spool_error(const fs::path& folder, int number) {
+Error make_spool_error(const fs::path& folder, int number) {
   return make_error(ErrorCode::kOutput,
                     "{}: cannot keep a temporary file here: {} - choose another "
                     "folder with -o",
@@ -25,7 +25,7 @@ Error spool_error(const fs::path& folder, int number) {
 
 }  // namespace
 
-Result<Spool> Spool::beside(const fs::path& path) {
+Result<Spool> Spool::create_for(const fs::path& path) {
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   std::error_code error;
   fs::create_directories(folder, error);
@@ -33,7 +33,7 @@ Result<Spool> Spool::beside(const fs::path& path) {
   if (fd < 0) {  // not all file systems have files without names
     std::string name = (folder / ".polymorph.XXXXXX").string();
     fd = ::mkostemp(name.data(), O_CLOEXEC);
-    if (fd < 0) return spool_error(folder, errno);
+    if (fd < 0) return make_spool_error(folder, errno);
     ::unlink(name.c_str());
   }
   return Spool(fd, folder);
@@ -46,32 +46,32 @@ Spool::~Spool() {
 Spool::Spool(Spool&& other) noexcept
     : fd_(std::exchange(other.fd_, -1)),
       folder_(std::move(other.folder_)),
-      waiting_(std::move(other.waiting_)),
+      buffer_(std::move(other.buffer_)),
       size_(other.size_) {}
 
 Spool& Spool::operator=(Spool&& other) noexcept {
   std::swap(fd_, other.fd_);
   std::swap(folder_, other.folder_);
-  std::swap(waiting_, other.waiting_);
+  std::swap(buffer_, other.buffer_);
   std::swap(size_, other.size_);
   return *this;
 }
 
 Status Spool::append(std::string_view bytes) {
-  waiting_ += bytes;
+  buffer_ += bytes;
   size_ += bytes.size();
-  return waiting_.size() < kPiece ? Status(Ok{}) : flush();
+  return buffer_.size() < kPiece ? Status(Ok{}) : flush();
 }
 
 Status Spool::flush() {
-  std::string_view bytes = waiting_;
+  std::string_view bytes = buffer_;
   while (!bytes.empty()) {
     const ssize_t n = ::write(fd_, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return spool_error(folder_, errno);
+    if (n < 0) return make_spool_error(folder_, errno);
     bytes.remove_prefix(static_cast<std::size_t>(n));
   }
-  waiting_.clear();
+  buffer_.clear();
   return Ok{};
 }
 
@@ -87,7 +87,7 @@ ByteSource Spool::source(std::vector<Range> ranges) {
     do {
       n = ::pread(fd_, piece.data(), piece.size(), static_cast<off_t>(range.first));
     } while (n < 0 && errno == EINTR);
-    if (n < 0) return spool_error(folder_, errno);
+    if (n < 0) return make_spool_error(folder_, errno);
     PM_CHECK(n > 0);
     range.first += static_cast<std::uint64_t>(n);
     range.size -= static_cast<std::uint64_t>(n);
@@ -95,7 +95,7 @@ ByteSource Spool::source(std::vector<Range> ranges) {
   };
 }
 
-ByteSource joined(std::vector<ByteSource> sources) {
+ByteSource concatenate(std::vector<ByteSource> sources) {
   return [sources = std::move(sources), i = std::size_t{0}]() mutable -> Result<std::string_view> {
     for (; i < sources.size(); ++i) {
       PM_TRY(const std::string_view bytes, sources[i]());

@@ -1,4 +1,4 @@
-// Bytes that wait on the disk until the rest of their file is known.
+// Spool: temporary storage on disk for the parts of a file that is assembled at the end.
 #pragma once
 
 #include <cstdint>
@@ -13,24 +13,25 @@
 
 namespace polymorph {
 
-/// An unnamed file in a folder: it is gone with the spool, or with the process.
+/// An unnamed file in a folder; it disappears with the object or the process.
 class Spool {
  public:
-  /// In `path`'s folder, which is made, so that the file system is the one that the bytes are for.
-  /// Errors: kOutput.
-  static Result<Spool> beside(const std::filesystem::path& path);
+  /// Creates a spool in the folder of `path`, and the folder if necessary: the file system that the
+  /// bytes are for. Errors: kOutput.
+  static Result<Spool> create_for(const std::filesystem::path& path);
   ~Spool();
   Spool(Spool&& other) noexcept;
   Spool& operator=(Spool&& other) noexcept;
 
-  /// Errors: kOutput.
+  /// Appends bytes. Errors: kOutput.
   Status append(std::string_view bytes);
   std::uint64_t size() const { return size_; }
-  /// A run of the bytes.
+  /// A range of the bytes.
   struct Range {
     std::uint64_t first = 0, size = 0;
   };
-  /// The runs one after the other, in pieces, for write_file(); the spool must outlive it.
+  /// Makes a source of the ranges, one after the other, for write_file(); the spool must outlive
+  /// it.
   ByteSource source(std::vector<Range> ranges);
 
  private:
@@ -38,11 +39,11 @@ class Spool {
   Status flush();
   int fd_ = -1;
   std::filesystem::path folder_;
-  std::string waiting_;  ///< not yet written
+  std::string buffer_;  ///< not yet written
   std::uint64_t size_ = 0;
 };
 
-/// One source after the other.
-ByteSource joined(std::vector<ByteSource> sources);
+/// Concatenates sources.
+ByteSource concatenate(std::vector<ByteSource> sources);
 
 }  // namespace polymorph

@@ -12,7 +12,8 @@
 namespace polymorph {
 namespace {
 
-/// Insertions, deletions, changes and swaps of neighbours (optimal string alignment).
+/// Number of insertions, deletions, changes and swaps of adjacent characters (optimal string
+/// alignment).
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before(b.size() + 1), above(b.size() + 1), row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
@@ -39,7 +40,7 @@ std::optional<T> parse_all(std::string_view text) {
   return value;
 }
 
-/// The size of the UTF-8 character at `i`, 0 where there is none.
+/// Size of the UTF-8 character at `i`; 0 if there is no valid one.
 std::size_t character_size(std::string_view text, std::size_t i) {
   const auto lead = static_cast<unsigned char>(text[i]);
   const std::size_t size = lead < 0x80   ? 1
@@ -66,8 +67,8 @@ std::uint32_t code_point(std::string_view character) {
   return value;
 }
 
-/// C0, delete and C1; line and paragraph separators; marks, embeddings, overrides and isolates of
-/// the direction of writing.
+/// Tests for C0, delete and C1; line and paragraph separators; marks, embeddings, overrides and
+/// isolates of the direction of writing.
 bool is_control(std::uint32_t code) {
   return code < 0x20 || (code >= 0x7f && code < 0xa0) || code == 0x61c || code == 0x200e ||
          code == 0x200f || (code >= 0x2028 && code <= 0x202e) || (code >= 0x2066 && code <= 0x2069);
@@ -76,9 +77,9 @@ bool is_control(std::uint32_t code) {
 }  // namespace
 
 std::string printable(std::string_view given, Lines lines) {
-  const std::string whole =
-      lines == Lines::kKeep ? without_breaks_of_names(given) : std::string(given);
-  const std::string_view text = whole;
+  const std::string cleaned =
+      lines == Lines::kKeep ? replace_breaks_of_names(given) : std::string(given);
+  const std::string_view text = cleaned;
   std::string result;
   result.reserve(text.size());
   for (std::size_t i = 0; i < text.size();) {
@@ -205,8 +206,8 @@ std::string format_seconds(double seconds) {
     return fmt::format("{} h {:02d} min", minutes / 60, minutes % 60);
   }
   if (seconds >= 60) {
-    const auto whole = static_cast<std::int64_t>(std::lround(seconds));
-    return fmt::format("{} min {:02d} s", whole / 60, whole % 60);
+    const auto rounded = static_cast<std::int64_t>(std::lround(seconds));
+    return fmt::format("{} min {:02d} s", rounded / 60, rounded % 60);
   }
   return fmt::format("{:.2f} s", seconds);
 }

@@ -1,4 +1,4 @@
-// Text helpers: numbers without a locale, "did you mean", natural lists.
+// Text helpers: locale-independent numbers, suggestions, lists, escaping.
 #pragma once
 
 #include <optional>
@@ -9,41 +9,44 @@
 
 namespace polymorph {
 
-/// The whole of `text` as a finite number ('.' decimal point in every locale), or nothing.
+/// Parses all of `text` as a finite number ('.' decimal point in every locale); nothing if it is
+/// none.
 std::optional<double> parse_number(std::string_view text);
 std::optional<long long> parse_integer(std::string_view text);
 
-/// The candidate nearest to `word` by edit distance, if it is near enough to be meant.
+/// Finds the candidate nearest to `word` by edit distance, if it is near enough to be meant.
 std::optional<std::string> nearest_word(std::string_view word,
                                         std::span<const std::string> candidates);
 
-/// " - did you mean \"x\"?" for the nearest candidate, or nothing: to be put behind a message.
+/// Returns " - did you mean \"x\"?" for the nearest candidate, or "": a suffix for messages.
 std::string did_you_mean(std::string_view word, std::span<const std::string> candidates);
 
-/// "a, b or c" with each quoted.
+/// Joins words as "a, b or c", each quoted.
 std::string join_quoted(std::span<const std::string> words);
 
-/// Whether control characters that only lay text out, new lines and tabs, may stay.
+/// Treatment of line breaks and tabs in printable().
 enum class Lines { kKeep, kReplace };
-/// `text` as it may be shown to people and written into files' headers: what is not UTF-8, control
-/// characters (they move a terminal's cursor and end a header's line) and those that turn the
-/// direction of writing are a '?' each.
+/// Makes `text` safe for display and for file headers: replaces invalid UTF-8, control characters
+/// (they move a terminal's cursor and end a header's line) and characters that change the direction
+/// of writing by '?'.
 std::string printable(std::string_view text, Lines lines = Lines::kReplace);
 
-/// JSON with the same characters as \\u escapes: it says the same.
+/// Escapes the same characters of a JSON text as \\u escapes, which does not change its meaning.
 std::string printable_json(std::string text);
 
-/// `text` inside a JSON string.
+/// Escapes `text` for a JSON string.
 std::string escape_json(std::string_view text);
 
-/// `text` inside HTML or XML, attributes included: < > & and " as entities; printable().
+/// Escapes `text` for HTML or XML, also for attributes: < > & and " become entities; calls
+/// printable().
 std::string escape_markup(std::string_view text);
 
+/// Splits at each separator; n separators give n + 1 parts.
 std::vector<std::string> split(std::string_view text, char separator);
 
-/// "1.2 MB", "834 kB".
+/// Formats a size as "1.2 MB" or "834 kB".
 std::string format_bytes(double bytes);
-/// "0.42 s", "1 min 03 s".
+/// Formats a duration as "0.42 s" or "1 min 03 s".
 std::string format_seconds(double seconds);
 
 }  // namespace polymorph

@@ -1,4 +1,4 @@
-// A worker thread: runs tasks one after another, and stays for the next.
+// Worker thread: runs tasks one after another.
 #pragma once
 
 #include <condition_variable>
@@ -13,10 +13,11 @@
 
 namespace polymorph {
 
-/// Instead of a thread for each task: oneTBB's allocator and Embree keep some kilobytes for every
-/// thread that ever used them, which makes a long film grow. Where all work is limited to one
-/// thread there is none, and a task runs when its result is asked for. The destructor waits for the
-/// tasks. Throws std::system_error where no thread can be started.
+/// Runs tasks on one thread, instead of starting a thread per task: oneTBB's allocator and Embree
+/// keep some kilobytes for every thread that ever used them, so a long film would grow. If all work
+/// is limited to one thread, there is no worker thread, and a task runs when its result is
+/// requested. The destructor waits for the tasks. Throws std::system_error if the thread cannot be
+/// started.
 class Worker {
  public:
   Worker() = default;
@@ -39,7 +40,7 @@ class Worker {
   }
 
  private:
-  using Task = std::packaged_task<void()>;  // unlike std::function takes what only moves
+  using Task = std::packaged_task<void()>;  // accepts move-only callables, unlike std::function
 
   void add(Task task) {
     {
@@ -49,7 +50,7 @@ class Worker {
     ready_.notify_one();
   }
 
-  /// Until a task comes that is none.
+  /// Runs tasks until an empty one arrives.
   void work() {
     for (;;) {
       std::unique_lock lock(mutex_);

@@ -306,7 +306,7 @@ int run_program(int argc, char** argv) {
   CommandLine line;
   for (int i = 1; i < argc; ++i) line.text += (i > 1 ? " " : "") + std::string(argv[i]);
   if (argc > 0 && std::string_view(argv[0]).find('/') != std::string_view::npos)
-    line.program = shell_quoted(argv[0]);
+    line.program = quote_for_shell(argv[0]);
   line.app =
       make_program("polymorph", "polymorph renders morph sequences between polyhedra.",
                    "  polymorph demo                              a first morph, in seconds\n"
@@ -363,7 +363,7 @@ int run_program(int argc, char** argv) {
     const bool threads = (system && system->code() == std::errc::resource_unavailable_try_again) ||
                          std::string_view(error.what()).starts_with("pthread_create");  // TBB's
     if (threads) {
-      print_error(thread_error(error.what()));
+      print_error(make_thread_error(error.what()));
       // Libraries that wanted the thread may have pools that cannot be taken down any more.
       std::fflush(nullptr);
       std::_Exit(static_cast<int>(ErrorCode::kResource));

@@ -24,9 +24,9 @@ int signal_seconds(const SlurmJob& job) {
 std::string header(const SlurmJob& job, const std::string& name, const std::string& log) {
   std::string out = "#!/bin/bash\n";
   const auto directive = [&](const std::string& text) { out += "#SBATCH " + text + "\n"; };
-  directive("--job-name=" + shell_quoted(name));
-  directive("--chdir=" + shell_quoted(job.folder));
-  directive("--output=" + shell_quoted(job.log_folder + "/" + log));
+  directive("--job-name=" + quote_for_shell(name));
+  directive("--chdir=" + quote_for_shell(job.folder));
+  directive("--output=" + quote_for_shell(job.log_folder + "/" + log));
   directive("--open-mode=append");
   directive(fmt::format("--cpus-per-task={}", job.cpus));
   directive(fmt::format("--mem={}M", job.memory_mib));
@@ -37,7 +37,7 @@ std::string header(const SlurmJob& job, const std::string& name, const std::stri
 
 std::string words(const std::vector<std::string>& arguments) {
   std::string out;
-  for (const std::string& word : arguments) out.append(1, ' ').append(shell_quoted(word));
+  for (const std::string& word : arguments) out.append(1, ' ').append(quote_for_shell(word));
   return out;
 }
 
@@ -65,7 +65,7 @@ std::string slurm_render_script(const SlurmJob& job) {
       "{} render {} -o {}{}{} \\\n"
       "  --shard \"$SLURM_ARRAY_TASK_ID/{}\" --skip-existing --progress lines \\\n"
       "  --threads \"$SLURM_CPUS_PER_TASK\" &\n",
-      shell_quoted(job.program), shell_quoted(job.scene), shell_quoted(job.output),
+      quote_for_shell(job.program), quote_for_shell(job.scene), quote_for_shell(job.output),
       frames_of(job) + words(job.scene_arguments), words(job.render_arguments), job.tasks);
   out +=
       "child=$!\n"
@@ -87,7 +87,7 @@ std::string slurm_render_script(const SlurmJob& job) {
 
 std::string slurm_finish_script(const SlurmJob& job) {
   std::string out = header(job, job.name + "-finish", "%x-%j.log");
-  const std::string program = shell_quoted(job.program), output = shell_quoted(job.output);
+  const std::string program = quote_for_shell(job.program), output = quote_for_shell(job.output);
   out += fmt::format(
       "# Made by polymorph submit. Runs when every task of the array has ended, well or not.\n"
       "set -e\n"
@@ -98,9 +98,9 @@ std::string slurm_finish_script(const SlurmJob& job) {
       "else\n"
       "  {0} strip {1} --width 320 --gif {6} --overwrite\n"
       "fi\n",
-      program, output, shell_quoted(job.scene), frames_of(job) + words(job.scene_arguments),
-      shell_quoted(job.sheet + ".png"), shell_quoted(job.movie + ".mp4"),
-      shell_quoted(job.movie + ".gif"));
+      program, output, quote_for_shell(job.scene), frames_of(job) + words(job.scene_arguments),
+      quote_for_shell(job.sheet + ".png"), quote_for_shell(job.movie + ".mp4"),
+      quote_for_shell(job.movie + ".gif"));
   return out;
 }
 

@@ -16,7 +16,7 @@
 namespace polymorph {
 namespace {
 
-/// Of the ball alone; 0 where it shows no surface.
+/// Radius of the ball's own surface; 0 if it shows none.
 float visible_radius(const Ball& ball, FieldKind kind) {
   return visit(kind, [&](auto field) {
     const float q = std::max(field.surface(ball), 0.0f);
@@ -25,7 +25,7 @@ float visible_radius(const Ball& ball, FieldKind kind) {
   });
 }
 
-/// The ellipsoid of a ball that is not round.
+/// The shape of a ball that is not round, as a JSON member.
 std::string shape_text(const Ball& ball) {
   const Sym3& s = ball.shape;
   return is_round(ball) ? std::string()

@@ -1,4 +1,4 @@
-// Balls as files: JSON and tables.
+// Files of balls: JSON and CSV tables.
 #pragma once
 
 #include <filesystem>
@@ -11,21 +11,22 @@
 
 namespace polymorph {
 
-/// {"field": "gaussian", "balls": [{"center": [x, y, z], "a": .., "w": .., "radius": ..}, ...]}.
+/// Encodes balls as {"field": "gaussian", "balls": [{"center": [x, y, z], "a": .., "w": ..,
+/// "radius": ..}, ...]}.
 std::string encode_balls(const std::vector<Ball>& balls, FieldKind kind);
 
-/// The same as a table: x,y,z,a,w,radius and the six numbers of the shape.
+/// Encodes balls as a table: x,y,z,a,w,radius and the six numbers of the shape.
 std::string encode_balls_csv(const std::vector<Ball>& balls, FieldKind kind);
 
-/// What encode_balls() writes. "field" may be missing (gaussian), and so may "a" (1) and "radius";
-/// a ball may have a "shape" [xx, yy, zz, xy, xz, yz]. Errors (kInput): not such a file, or a
-/// ball that is not finite or has no size.
+/// Content of a file in the format of encode_balls(). "field" is optional (gaussian), and so are
+/// "a" (1) and "radius"; a ball may have a "shape" [xx, yy, zz, xy, xz, yz].
 struct BallFile {
   FieldKind kind = FieldKind::kGaussian;
   std::vector<Ball> balls;
 };
+/// Reads such a file. Errors (kInput): another format; a ball that is not finite or has no size.
 Result<BallFile> read_balls(const std::filesystem::path& path);
-/// The same for what is in no file; `name` is for messages.
+/// Decodes such a text; `name` is used in messages.
 Result<BallFile> decode_balls(std::string_view text, const std::string& name);
 
 }  // namespace polymorph

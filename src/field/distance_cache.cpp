@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/array3.h"
 #include "base/cache_file.h"
 #include "base/hash.h"
 #include "base/parallel.h"
@@ -16,14 +17,14 @@
 namespace polymorph {
 namespace {
 
-// Content: face sides, undecided share, volume, smallest part, genus, grid, Lipschitz constant,
-// spline, of each block of points where the spline does not hold its number and values, and of a
-// solid its thinness.
+// Content: face sides, undecided fraction, volume, smallest component, genus, grid, Lipschitz
+// constant, spline, number and values of each block of points that differs from the spline, and the
+// thinness of a solid.
 constexpr int kEdge = 4;  ///< points along a block's edge
 constexpr std::size_t kBlockPoints = kEdge * kEdge * kEdge;
 
-std::string key_of(const Model& model, float cell, float thinnest, double min_part,
-                   bool solidified) {
+std::string make_key(const Model& model, float cell, float thinnest, double min_part,
+                     bool solidified) {
   Hasher hasher;
   hasher.add("distances").add(kDistancesVersion);
   hasher.add(std::span<const Vec3>(model.points)).add(std::span<const Triangle>(model.triangles));
@@ -32,25 +33,22 @@ std::string key_of(const Model& model, float cell, float thinnest, double min_pa
   return hasher.hex();
 }
 
-Int3 blocks_of(const Grid& grid) {
+Int3 count_blocks(const Grid& grid) {
   const auto count = [](int points) { return (points + kEdge - 1) / kEdge; };
   return {count(grid.points.x), count(grid.points.y), count(grid.points.z)};
 }
 
-/// f(index of a grid point, index within the block) for the points of block b.
+/// Calls f(index of a grid point, index within the block) for the points of block b.
 template <class F>
 void for_block(const Grid& grid, std::int64_t b, const F& f) {
-  const Int3 blocks = blocks_of(grid), n = grid.points;
+  const Int3 blocks = count_blocks(grid), n = grid.points;
   const auto first_x = static_cast<int>(b % blocks.x) * kEdge,
              first_y = static_cast<int>(b / blocks.x % blocks.y) * kEdge,
              first_z = static_cast<int>(b / blocks.x / blocks.y) * kEdge;
   for (int z = 0; z < std::min(kEdge, n.z - first_z); ++z)
     for (int y = 0; y < std::min(kEdge, n.y - first_y); ++y)
       for (int x = 0; x < std::min(kEdge, n.x - first_x); ++x)
-        f(static_cast<std::size_t>(first_x + x) +
-              static_cast<std::size_t>(n.x) *
-                  (static_cast<std::size_t>(first_y + y) +
-                   static_cast<std::size_t>(n.y) * static_cast<std::size_t>(first_z + z)),
+        f(array3_index(n, first_x + x, first_y + y, first_z + z),
           static_cast<std::size_t>((z * kEdge + y) * kEdge + x));
 }
 
@@ -68,7 +66,7 @@ Grid take_grid(std::string_view& bytes) {
 }
 constexpr std::size_t kGridSize = sizeof(Vec3) + sizeof(float) + sizeof(Int3);
 
-/// After their number.
+/// Appends the number of values and the values.
 template <class T>
 void put_counted(std::string& bytes, const std::vector<T>& values) {
   put(bytes, static_cast<std::uint64_t>(values.size()));
@@ -83,9 +81,9 @@ bool take_counted(std::string_view& bytes, std::vector<T>& values) {
   return true;
 }
 
-/// What the grid is where only the spline counts.
-DistanceGrid smooth_alone(const SmoothDistances& smooth, const Grid& grid) {
-  DistanceGrid distances{grid, spline_values(smooth, grid), 1};
+/// Distances as given by the spline alone.
+DistanceGrid make_smooth_part(const SmoothDistances& smooth, const Grid& grid) {
+  DistanceGrid distances{grid, evaluate_spline(smooth, grid), 1};
   close_border(distances);
   return distances;
 }
@@ -103,21 +101,22 @@ std::string encode(const ObjectDistances& object, const SmoothDistances& smooth)
   put_counted(bytes, smooth.values);
   const Grid& grid = object.grid->grid;
   const std::vector<float>& values = object.grid->values;
-  const std::vector<float> far = smooth_alone(smooth, grid).values;
-  const Int3 blocks = blocks_of(grid);
-  std::vector<std::uint32_t> numbers;
-  std::vector<float> near;
+  const std::vector<float> spline_values = make_smooth_part(smooth, grid).values;
+  const Int3 blocks = count_blocks(grid);
+  std::vector<std::uint32_t> block_numbers;
+  std::vector<float> near_values;
   for (std::int64_t b = 0; b < std::int64_t{blocks.x} * blocks.y * blocks.z; ++b) {
     bool differs = false;
-    for_block(grid, b, [&](std::size_t i, std::size_t) { differs |= values[i] != far[i]; });
+    for_block(grid, b,
+              [&](std::size_t i, std::size_t) { differs |= values[i] != spline_values[i]; });
     if (!differs) continue;
-    numbers.push_back(static_cast<std::uint32_t>(b));
-    near.resize(near.size() + kBlockPoints);
-    float* to = near.data() + near.size() - kBlockPoints;
+    block_numbers.push_back(static_cast<std::uint32_t>(b));
+    near_values.resize(near_values.size() + kBlockPoints);
+    float* to = near_values.data() + near_values.size() - kBlockPoints;
     for_block(grid, b, [&](std::size_t i, std::size_t k) { to[k] = values[i]; });
   }
-  put_counted(bytes, numbers);
-  put_counted(bytes, near);
+  put_counted(bytes, block_numbers);
+  put_counted(bytes, near_values);
   if (!object.thinness) return bytes;
   put_grid(bytes, object.thinness->grid);
   put(bytes, object.thinness->lipschitz);
@@ -159,26 +158,27 @@ bool decode(std::string_view bytes, std::size_t triangles, ObjectDistances& obje
   const auto lipschitz = take<float>(bytes);
   SmoothDistances smooth;
   smooth.grid = take_grid(bytes);
-  std::vector<std::uint32_t> numbers;
-  std::vector<float> near;
+  std::vector<std::uint32_t> block_numbers;
+  std::vector<float> near_values;
   if (!is_sound(grid) || !is_sound(smooth.grid) || !take_counted(bytes, smooth.values) ||
-      !take_counted(bytes, numbers) || !take_counted(bytes, near) ||
+      !take_counted(bytes, block_numbers) || !take_counted(bytes, near_values) ||
       (!is_shell(object) && !take_thinness(bytes, object)) || !bytes.empty())
     return false;
-  const Int3 blocks = blocks_of(grid);
+  const Int3 blocks = count_blocks(grid);
   const std::int64_t count = std::int64_t{blocks.x} * blocks.y * blocks.z;
   if (smooth.values.size() != point_count(smooth.grid) ||
-      near.size() != kBlockPoints * numbers.size() ||
-      std::any_of(numbers.begin(), numbers.end(), [&](std::uint32_t b) { return b >= count; }))
+      near_values.size() != kBlockPoints * block_numbers.size() ||
+      std::any_of(block_numbers.begin(), block_numbers.end(),
+                  [&](std::uint32_t b) { return b >= count; }))
     return false;
-  DistanceGrid distances = smooth_alone(smooth, grid);
+  DistanceGrid distances = make_smooth_part(smooth, grid);
   distances.lipschitz = lipschitz;
   parallel_for(
-      static_cast<std::int64_t>(numbers.size()),
+      static_cast<std::int64_t>(block_numbers.size()),
       [&](std::int64_t i) {
         const auto at = static_cast<std::size_t>(i);
-        const float* from = near.data() + kBlockPoints * at;
-        for_block(grid, numbers[at],
+        const float* from = near_values.data() + kBlockPoints * at;
+        for_block(grid, block_numbers[at],
                   [&](std::size_t p, std::size_t k) { distances.values[p] = from[k]; });
       },
       256);
@@ -188,34 +188,35 @@ bool decode(std::string_view bytes, std::size_t triangles, ObjectDistances& obje
 
 }  // namespace
 
-Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQuery& closest,
-                                         float cell, float thinnest, double min_part,
-                                         bool solidified, Engine& engine,
-                                         const std::filesystem::path& folder) {
-  /// How far from its faces a model is asked what lies there, in cells.
+Result<ObjectDistances> load_or_measure_distances(const Model& model,
+                                                  const ClosestPointQuery& closest, float cell,
+                                                  float thinnest, double min_part, bool solidified,
+                                                  Engine& engine,
+                                                  const std::filesystem::path& folder) {
+  /// Distance from a face, in cells, at which its two sides are classified.
   constexpr float kFaceStep = 0.01f;
   ObjectDistances object;
-  object.key = key_of(model, cell, thinnest, min_part, solidified);
+  object.key = make_key(model, cell, thinnest, min_part, solidified);
   if (!folder.empty()) {
     if (const auto bytes = load_cached(folder, object.key, kDistanceFiles)) {
       const char* problem = nullptr;
       const auto content = cached_content(*bytes, object.key, kDistanceFiles, problem);
-      ObjectDistances kept = object;
-      if (content && decode(*content, model.triangles.size(), kept)) return kept;
+      ObjectDistances stored = object;
+      if (content && decode(*content, model.triangles.size(), stored)) return stored;
       warn_unusable(folder, object.key, kDistanceFiles, "holds no sound distances");
     }
   }
   SmoothDistances smooth;
-  const auto measure = [&](const Model& of, const ClosestPointQuery& query) {
-    const InsideTest inside(of);
-    const Mesh faces{of.points, {}, of.triangles};
-    const bool closed = check_mesh(faces).closed() && volume_of(faces) > 0;
-    object.undecided = closed ? 0 : undecided_share(of, inside);
-    object.sides = object.undecided < kShellShare
-                       ? classify_faces(of, inside, kFaceStep * cell)
-                       : std::vector<FaceSide>(of.triangles.size(), FaceSide::kSheet);
-    object.grid = std::make_shared<const DistanceGrid>(
-        signed_distances(of, inside, query, object.sides, 0.5f * cell, thinnest, &smooth));
+  const auto measure = [&](const Model& solid, const ClosestPointQuery& query) {
+    const InsideTest inside(solid);
+    const Mesh faces{solid.points, {}, solid.triangles};
+    const bool closed = check_mesh(faces).is_closed() && volume_of(faces) > 0;
+    object.undecided = closed ? 0 : undecided_fraction(solid, inside);
+    object.sides = object.undecided < kMinShellFraction
+                       ? classify_faces(solid, inside, kFaceStep * cell)
+                       : std::vector<FaceSide>(solid.triangles.size(), FaceSide::kSheet);
+    object.grid = std::make_shared<const DistanceGrid>(compute_signed_distances(
+        solid, inside, query, object.sides, 0.5f * cell, thinnest, &smooth));
   };
   if (solidified) {
     PM_TRY(const Model solid, solidify(model));
@@ -228,10 +229,10 @@ Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQ
   remove_small_components(mesh, min_part);
   object.volume = volume_of(mesh);
   object.smallest_component_share = smallest_component_share(mesh);
-  object.genus = genus_of(mesh);
+  object.genus = compute_genus(mesh);
   if (!is_shell(object))
-    object.thinness =
-        std::make_shared<const DistanceGrid>(thinness(*object.grid, model.box().diagonal()));
+    object.thinness = std::make_shared<const DistanceGrid>(
+        compute_thinness(*object.grid, model.box().diagonal()));
   if (!folder.empty())
     store_cached(folder, object.key, kDistanceFiles, model.name, encode(object, smooth));
   return object;

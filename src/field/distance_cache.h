@@ -13,31 +13,35 @@
 
 namespace polymorph {
 
-/// Raise it when signed_distances(), classify_faces(), thinness() or the measures give other
-/// numbers: files of the cache made before are then not used. A test pins the digests.
+/// Increment when compute_signed_distances(), classify_faces(), compute_thinness() or the measures
+/// change their results: older cache files are then ignored. A test pins the digests.
 inline constexpr std::uint32_t kDistancesVersion = 7;
 
+/// Signed distances of one object, and measures of their surface.
 struct ObjectDistances {
   std::vector<FaceSide> sides;  ///< one per triangle of the model
-  double undecided = 0;         ///< undecided_share(); from kShellShare on it is taken for a shell
+  double undecided = 0;  ///< undecided_fraction(); from kMinShellFraction on the object is a shell
   std::shared_ptr<const DistanceGrid> grid;
-  std::shared_ptr<const DistanceGrid> thinness;  ///< of a solid (field/thinness.h)
-  double volume = 0;  ///< enclosed by the surface that cells of the asked size show
-  double smallest_component_share = 1;  ///< share of that in its smallest part
-  std::int64_t genus = 0;               ///< of that surface: how many handles it has
-  std::string key;                      ///< a hash of everything that the distances depend on
+  std::shared_ptr<const DistanceGrid> thinness;  ///< null for a shell (field/thinness.h)
+  double volume = 0;  ///< volume of the surface extracted on cells of the requested size
+  double smallest_component_share = 1;  ///< fraction of that volume in the smallest component
+  std::int64_t genus = 0;               ///< number of handles of that surface
+  std::string key;                      ///< hash of all inputs of the distances
 };
 
-inline bool is_shell(const ObjectDistances& object) { return object.undecided >= kShellShare; }
+inline bool is_shell(const ObjectDistances& object) {
+  return object.undecided >= kMinShellFraction;
+}
 
-/// signed_distances() on half of `cell`, and of their surface on cells of that size the volume,
-/// the smallest part and the genus, when parts below the share `min_part` are left out. From
-/// `folder` where it is kept there; empty: no cache. `solidified`: of solidify(model). Of the
-/// distances only what lies near the surface is stored, about 10 MB for a grid of 256^3. Errors:
-/// the engine's.
-Result<ObjectDistances> object_distances(const Model& model, const ClosestPointQuery& closest,
-                                         float cell, float thinnest, double min_part,
-                                         bool solidified, Engine& engine,
-                                         const std::filesystem::path& folder);
+/// Computes signed distances on cells of half of `cell`; then, on the surface extracted with cells
+/// of size `cell` and without components below the fraction `min_part` of the volume, the volume,
+/// the smallest component and the genus. Reads and writes a cache file in `folder`, unless that is
+/// empty. `solidified`: uses solidify(model). Only distances near the surface are stored, about 10
+/// MB for a grid of 256^3. Errors: the engine's.
+Result<ObjectDistances> load_or_measure_distances(const Model& model,
+                                                  const ClosestPointQuery& closest, float cell,
+                                                  float thinnest, double min_part, bool solidified,
+                                                  Engine& engine,
+                                                  const std::filesystem::path& folder);
 
 }  // namespace polymorph

@@ -10,8 +10,8 @@
 namespace polymorph {
 namespace {
 
-Box grown_box(const Box& box, float by) {
-  return {box.low - Vec3{by, by, by}, box.high + Vec3{by, by, by}};
+Box extend_box(const Box& box, float margin) {
+  return {box.low - Vec3{margin, margin, margin}, box.high + Vec3{margin, margin, margin}};
 }
 
 }  // namespace
@@ -40,19 +40,19 @@ Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settin
       box = extend(box, ball.center);
       sum += std::max(ball.w, 0.0f);
     }
-    return balls.empty() ? box : grown_box(box, static_cast<float>(std::sqrt(sum / settings.iso)));
+    return balls.empty() ? box : extend_box(box, static_cast<float>(std::sqrt(sum / settings.iso)));
   }
   for (const Ball& ball : balls) {
-    // a d^T shape d at which the ball ends.
-    const float reach = visit(settings.field, [&](auto field) {
+    // a d^T shape d at the end of the ball's support.
+    const float max_q = visit(settings.field, [&](auto field) {
       return field.end(ball, settings.cutoff * settings.iso);
     });
-    if (reach <= 0) continue;
-    // The half sides of an ellipsoid's box: roots of the diagonal of the inverse.
+    if (max_q <= 0) continue;
+    // The half extents of an ellipsoid's box are the roots of the diagonal of its inverse matrix.
     const Sym3& s = ball.shape;
     const Vec3 square =
         Vec3{s.yy * s.zz - s.yz * s.yz, s.xx * s.zz - s.xz * s.xz, s.xx * s.yy - s.xy * s.xy} *
-        (reach / (ball.a * determinant(s)));
+        (max_q / (ball.a * determinant(s)));
     const Vec3 half{std::sqrt(square.x), std::sqrt(square.y), std::sqrt(square.z)};
     box = unite(box, {ball.center - half, ball.center + half});
   }

@@ -27,17 +27,17 @@ Result<std::vector<float>> field_at_centers(Engine& engine, const BallSet& balls
 Result<float> iso_for_volume(Engine& engine, const BallSet& balls, float cell,
                              const ExtractSettings& settings, double volume, float start) {
   PM_CHECK(volume > 0 && start > 0);
-  // Volume falls as ln iso rises. Steps that double find a bracket; then false position with
-  // Illinois' halving, which a vanishing surface (volume 0, however far the level) does not stall.
+  // The volume decreases with ln iso. Doubling steps find a bracket; then the Illinois variant of
+  // false position, which does not stall where the surface vanishes (volume 0 for any larger iso).
   constexpr double kTolerance = 0.002, kMin = -40, kMax = 40;
-  struct Try {
+  struct Bracket {
     double x = 0, excess = 0;
-    bool known = false;
+    bool is_known = false;
   };
-  Try large, small;  // too much volume, too little
+  Bracket large, small;  // volume too large, too small
   double x = exact::log(static_cast<double>(start)), step = 0, best = x,
          best_error = std::numeric_limits<double>::infinity();
-  int side = 0;  // of the last try: +1 too much, -1 too little
+  int side = 0;  // last iteration: +1 volume too large, -1 too small
   for (int i = 0; i < 30; ++i) {
     ExtractSettings at = settings;
     at.iso = static_cast<float>(exact::exp(x));
@@ -45,13 +45,13 @@ Result<float> iso_for_volume(Engine& engine, const BallSet& balls, float cell,
     const double excess = volume_of(mesh) / volume - 1;
     if (std::abs(excess) < best_error) best_error = std::abs(excess), best = x;
     if (best_error <= kTolerance) break;
-    Try& mine = excess > 0 ? large : small;
-    Try& other = excess > 0 ? small : large;
-    const int now = excess > 0 ? 1 : -1;
-    mine = {x, excess, true};
-    if (now == side && other.known) other.excess /= 2;
-    side = now;
-    if (large.known && small.known) {
+    Bracket& current = excess > 0 ? large : small;
+    Bracket& other = excess > 0 ? small : large;
+    const int new_side = excess > 0 ? 1 : -1;
+    current = {x, excess, true};
+    if (new_side == side && other.is_known) other.excess /= 2;
+    side = new_side;
+    if (large.is_known && small.is_known) {
       const double width = small.x - large.x;
       if (width < 1e-6) break;
       x = std::clamp(large.x + width * large.excess / (large.excess - small.excess),
@@ -59,7 +59,7 @@ Result<float> iso_for_volume(Engine& engine, const BallSet& balls, float cell,
     } else {
       step = step == 0 ? std::clamp(std::abs(exact::log1p(std::max(excess, -0.9))), 0.05, 2.0)
                        : 2 * step;
-      x = std::clamp(x + now * step, kMin, kMax);
+      x = std::clamp(x + new_side * step, kMin, kMax);
     }
   }
   return static_cast<float>(exact::exp(best));
@@ -69,24 +69,23 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, con
                                        float cell, const ExtractSettings& settings,
                                        const VolumeGoal& goal) {
   PM_CHECK(goal.volume > 0 && goal.cell > 0 && goal.limit >= 0);
-  constexpr int kMaxTries = 8;
+  constexpr int kMaxIterations = 8;
   const double bound = static_cast<double>(goal.limit);
   double level = std::clamp(static_cast<double>(goal.near.value_or(0.0f)), -bound, bound);
   LevelSurface nearest;
-  /// From `level` on to the level at which, as far as cells of this edge can tell, the goal's cells
-  /// show its volume. In a field of distances the volume changes by the area times the level:
-  /// Newton's steps, and from two tries on the chord.
+  /// Searches from `level` on cells of the given edge. In a distance field the volume changes by
+  /// area x level: a Newton step first, then the secant through the last two levels.
   const auto search = [&](float edge, double tolerance) -> Status {
-    // What facets lose goes with the square of the edge.
-    const double share = 1 - static_cast<double>(goal.cell * goal.cell / (edge * edge));
-    double last = 0, last_excess = 0, best = level, best_excess = 0;
-    // Levels that were tried, with too much volume and with too little.
-    double least = -std::numeric_limits<double>::infinity(), most = -least;
-    for (int i = 0; i < kMaxTries; ++i) {
+    // The volume lost by facets is proportional to the square of the edge.
+    const double fraction = 1 - static_cast<double>(goal.cell * goal.cell / (edge * edge));
+    double last_level = 0, last_excess = 0, best = level, best_excess = 0;
+    // Bracket: the last levels with too much volume and with too little.
+    double bracket_low = -std::numeric_limits<double>::infinity(), bracket_high = -bracket_low;
+    for (int i = 0; i < kMaxIterations; ++i) {
       between.level = static_cast<float>(level);
       PM_TRY(Mesh mesh, extract_surface(engine, between, box, edge, settings));
-      const double lost = share == 0 ? 0 : share * faceting_loss(mesh);
-      const double excess = volume_of(mesh) + lost - goal.volume;
+      const double faceting_volume = fraction == 0 ? 0 : fraction * faceting_loss(mesh);
+      const double excess = volume_of(mesh) + faceting_volume - goal.volume;
       double slope = -area_of(mesh);
       if (i == 0 || std::abs(excess) < std::abs(best_excess)) {
         best = level, best_excess = excess;
@@ -94,23 +93,23 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, con
       }
       if (std::abs(excess) <= tolerance * goal.volume) break;
       if (i > 0) {
-        // Where parts come and go the volume is no smooth function of the level.
-        const double chord = (excess - last_excess) / (level - last);
+        // Where components appear or vanish, the volume is no smooth function of the level.
+        const double chord = (excess - last_excess) / (level - last_level);
         if (chord < slope / 5 && chord > 5 * slope) slope = chord;
       }
       if (!(slope < 0)) slope = -cube_root(goal.volume * goal.volume);
-      last = level, last_excess = excess;
-      (excess > 0 ? least : most) = level;
+      last_level = level, last_excess = excess;
+      (excess > 0 ? bracket_low : bracket_high) = level;
       level = std::clamp(level - excess / slope, -bound, bound);
-      if (level <= least || level >= most)
-        level = (std::max(least, -bound) + std::min(most, bound)) / 2;
-      if (level == last) break;
+      if (level <= bracket_low || level >= bracket_high)
+        level = (std::max(bracket_low, -bound) + std::min(bracket_high, bound)) / 2;
+      if (level == last_level) break;
     }
     level = best;
     return Ok{};
   };
   if (!goal.near) {
-    // Most tries on larger cells, which cost a sixteenth and a fourth.
+    // Most iterations use larger cells, at a sixteenth and a fourth of the cost.
     PM_TRY_STATUS(search(4 * cell, 5 * goal.tolerance));
     PM_TRY_STATUS(search(2 * cell, goal.tolerance / 2));
   }
@@ -118,20 +117,20 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, con
   return nearest;
 }
 
-std::vector<Ball> rescaled(std::vector<Ball> balls, FieldKind kind, float iso) {
+std::vector<Ball> rescale_balls(std::vector<Ball> balls, FieldKind kind, float iso) {
   visit(kind, [&](auto field) {
     for (Ball& ball : balls) field.rescale(ball, iso);
   });
   return balls;
 }
 
-std::vector<Ball> grown(std::vector<Ball> balls, FieldKind kind, float growth, float maximum) {
+std::vector<Ball> grow_balls(std::vector<Ball> balls, FieldKind kind, float growth, float maximum) {
   if (growth >= 1) return balls;
   if (growth <= 0) return {};
   // The field may stand higher between centres than at them.
   constexpr float kMinMaximum = 1.5f;
   if (visit(kind, [](auto field) { return decltype(field)::kCompactSupport; }))
-    return rescaled(
+    return rescale_balls(
         std::move(balls), kind,
         static_cast<float>(exact::pow(static_cast<double>(std::max(maximum, kMinMaximum)),
                                       1 - static_cast<double>(growth))));
@@ -139,16 +138,16 @@ std::vector<Ball> grown(std::vector<Ball> balls, FieldKind kind, float growth, f
   return balls;
 }
 
-Result<float> field_maximum(Engine& engine, const BallSet& balls, const ExtractSettings& settings) {
+Result<float> find_field_maximum(Engine& engine, const BallSet& balls,
+                                 const ExtractSettings& settings) {
   PM_TRY(const std::vector<float> values, field_at_centers(engine, balls, settings));
   return values.empty() ? 0.0f : *std::max_element(values.begin(), values.end());
 }
 
-Result<std::vector<Ball>> evened(Engine& engine, std::vector<Ball> balls,
-                                 const ExtractSettings& settings) {
+Result<std::vector<Ball>> equalize_field(Engine& engine, std::vector<Ball> balls,
+                                         const ExtractSettings& settings) {
   PM_CHECK(settings.field == FieldKind::kGaussian);
-  // Three steps bring thin parts to within a tenth of the plateau; more would only sharpen the
-  // cells' steps.
+  // Three steps bring thin parts to within a tenth of the plateau; more would sharpen voxel steps.
   constexpr int kSteps = 3;
   constexpr float kDamping = 0.7f;
   for (int step = 0; step < kSteps; ++step) {

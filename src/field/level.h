@@ -10,49 +10,52 @@
 
 namespace polymorph {
 
-/// The iso at which the surface encloses `volume`, found on meshes of cells of edge `cell`, to 0.2
-/// % of the volume; where cells are too coarse for that, the level that came nearest. `start` is
-/// tried first. Errors as extract_surface().
+/// Finds the iso value at which the surface encloses `volume`, measured on meshes with cells of
+/// edge `cell`, to 0.2 % of the volume; where cells are too coarse for that, the best value found.
+/// `start` is tried first. Errors as extract_surface().
 Result<float> iso_for_volume(Engine& engine, const BallSet& balls, float cell,
                              const ExtractSettings& settings, double volume, float start = 1);
 
-/// A surface between two objects, and the level at which it lies.
+/// A surface between two objects and its level.
 struct LevelSurface {
   Mesh mesh;
   float level = 0;  ///< scene units
 };
-/// Which volume a surface between two objects is to enclose.
+/// The volume that a surface between two objects shall enclose.
 struct VolumeGoal {
   double volume = 0;
-  float cell = 0;   ///< edge of the cells whose surface is to enclose it
-  float limit = 0;  ///< no level is further from 0
-  /// The level, nearly, where it is known; else it is searched for on larger cells first.
+  float cell = 0;   ///< edge of the cells on which the volume is measured
+  float limit = 0;  ///< maximum magnitude of the level
+  /// Estimate of the level; without one it is searched for on larger cells first.
   std::optional<float> near;
-  double tolerance = 0.002;  ///< share of the volume
+  double tolerance = 0.002;  ///< relative to the volume
 };
-/// The surface between two objects moved to the level at which it encloses the goal's volume, on
-/// cells of edge `cell` over `box`. Cells larger than the goal's add what their facets lose. Where
-/// the volume cannot be had by a level within the limit, the surface at that limit. Errors as
-/// extract_surface().
+/// Moves the surface between two objects to the level at which it encloses the goal's volume. The
+/// surface has cells of edge `cell` over `box`; for cells larger than the goal's the volume lost by
+/// their facets is added. If no level within the limit encloses the volume, returns the surface at
+/// that limit. Errors as extract_surface().
 Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, const Box& box,
                                        float cell, const ExtractSettings& settings,
                                        const VolumeGoal& goal);
 
-/// Balls whose surface at iso = 1 is that of `balls` at `iso`.
-std::vector<Ball> rescaled(std::vector<Ball> balls, FieldKind kind, float iso);
+/// Rescales balls so that their surface at iso = 1 is the former one at `iso`.
+std::vector<Ball> rescale_balls(std::vector<Ball> balls, FieldKind kind, float iso);
 
-/// Balls on their way from nothing (growth 0: no surface) to themselves (1). Gaussian: the level
-/// falls from the field's maximum to 1; inverse-square: visible radii grow linearly.
-std::vector<Ball> grown(std::vector<Ball> balls, FieldKind kind, float growth, float field_maximum);
+/// Scales balls for an object that appears: from no surface (growth 0) to the balls themselves (1).
+/// Gaussian: the level falls from the field's maximum to 1; inverse-square: visible radii grow
+/// linearly.
+std::vector<Ball> grow_balls(std::vector<Ball> balls, FieldKind kind, float growth,
+                             float field_maximum);
 
-/// The largest field value at the balls' own centres.
-Result<float> field_maximum(Engine& engine, const BallSet& balls, const ExtractSettings& settings);
-
-/// Gaussian balls with strengths chosen so that the field is nearly the same at every centre: the
-/// middle of a handle then stands as firm as the middle of the body, and smooth (small) blobbiness
-/// does not melt thin parts away. A few damped multiplicative steps; balls that already reach the
-/// field's plateau are left alone.
-Result<std::vector<Ball>> evened(Engine& engine, std::vector<Ball> balls,
+/// Computes the largest field value at the balls' own centres.
+Result<float> find_field_maximum(Engine& engine, const BallSet& balls,
                                  const ExtractSettings& settings);
+
+/// Adjusts the strengths of Gaussian balls so that the field is nearly equal at all centres. Then
+/// thin parts are as robust as thick ones, and a smooth field (small blobbiness) does not dissolve
+/// them. A few damped multiplicative steps; balls that already have the field's plateau value stay
+/// unchanged.
+Result<std::vector<Ball>> equalize_field(Engine& engine, std::vector<Ball> balls,
+                                         const ExtractSettings& settings);
 
 }  // namespace polymorph

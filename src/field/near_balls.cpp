@@ -13,15 +13,15 @@ namespace polymorph {
 namespace {
 
 constexpr float kLog2E = 1.44269504f;
-constexpr float kDepth = 12;  // e^-12 of the field: below the float resolution of the sum
+constexpr float kDepth = 12;  // contributions below e^-12 of the field are lost in the float sum
 
 /// Smallest eigenvalue of a symmetric matrix of determinant 1 (Smith 1961).
 float min_eigenvalue(const Sym3& s) {
-  const double off = static_cast<double>(s.xy) * s.xy + static_cast<double>(s.xz) * s.xz +
-                     static_cast<double>(s.yz) * s.yz;
+  const double off_diagonal2 = static_cast<double>(s.xy) * s.xy + static_cast<double>(s.xz) * s.xz +
+                               static_cast<double>(s.yz) * s.yz;
   const double mean = (static_cast<double>(s.xx) + s.yy + s.zz) / 3;
   const double x = s.xx - mean, y = s.yy - mean, z = s.zz - mean;
-  const double p = std::sqrt((x * x + y * y + z * z + 2 * off) / 6);
+  const double p = std::sqrt((x * x + y * y + z * z + 2 * off_diagonal2) / 6);
   if (!(p > 0)) return static_cast<float>(mean);
   const double det = x * (y * z - static_cast<double>(s.yz) * s.yz) -
                      s.xy * (s.xy * z - static_cast<double>(s.yz) * s.xz) +
@@ -43,7 +43,7 @@ float log_strength(const Ball& ball, FieldKind kind, Vec3 d) {
 }
 
 NearBalls::NearBalls(std::span<const Ball> balls, FieldKind kind) : balls_(balls), kind_(kind) {
-  for (const Ball& ball : balls) least_.push_back(ball.a * min_eigenvalue(ball.shape));
+  for (const Ball& ball : balls) min_a_.push_back(ball.a * min_eigenvalue(ball.shape));
 }
 
 std::vector<std::uint32_t> NearBalls::within(const Box& box) const {
@@ -55,12 +55,12 @@ std::vector<std::uint32_t> NearBalls::within(const Box& box) const {
   std::vector<float> highest(balls_.size());
   float largest = -std::numeric_limits<float>::infinity();
   for (std::size_t i = 0; i < balls_.size(); ++i) {
-    const float q = least_[i] * distance2(balls_[i].center, box);
+    const float q = min_a_[i] * distance2(balls_[i].center, box);
     highest[i] = visit(kind_, [&](auto field) { return field.log_value(balls_[i], q); });
     largest = std::max(largest, highest[i]);
   }
-  // The surface is at 0: what is far below it anywhere does not matter, unless nothing else is
-  // there.
+  // The surface is at log field = 0, so much smaller contributions do not matter unless all are
+  // small.
   const float floor = std::min(largest, 0.0f) - kDepth;
   for (std::size_t i = 0; i < balls_.size(); ++i)
     if (highest[i] >= floor) list.push_back(static_cast<std::uint32_t>(i));
@@ -68,46 +68,46 @@ std::vector<std::uint32_t> NearBalls::within(const Box& box) const {
 }
 
 LogField NearBalls::log_field(Vec3 p, std::span<const std::uint32_t> list) const {
-  thread_local std::vector<float> shares;
-  shares.resize(list.size());
+  thread_local std::vector<float> weights;
+  weights.resize(list.size());
   float largest = -std::numeric_limits<float>::infinity();
   for (std::size_t k = 0; k < list.size(); ++k) {
     const Ball& ball = balls_[list[k]];
-    shares[k] = log_strength(ball, kind_, p - ball.center);
-    largest = std::max(largest, shares[k]);
+    weights[k] = log_strength(ball, kind_, p - ball.center);
+    largest = std::max(largest, weights[k]);
   }
   LogField field{static_cast<double>(largest), {}};
-  if (!std::isfinite(largest)) return field;  // out of every ball's reach
+  if (!std::isfinite(largest)) return field;  // outside all supports
   double sum = 0;
-  for (float& share : shares) {
-    share = share - largest < -20 ? 0.0f : exp2((share - largest) * kLog2E);
-    sum += static_cast<double>(share);
+  for (float& weight : weights) {
+    weight = weight - largest < -20 ? 0.0f : exp2((weight - largest) * kLog2E);
+    sum += static_cast<double>(weight);
   }
   field.value = static_cast<double>(largest) + exact::log(sum);
   const float scale = sum > 0 ? static_cast<float>(1 / sum) : 0.0f;
   for (std::size_t k = 0; k < list.size(); ++k) {
-    shares[k] *= scale;
-    if (shares[k] == 0) continue;
+    weights[k] *= scale;
+    if (weights[k] == 0) continue;
     const Ball& ball = balls_[list[k]];
     const Vec3 d = p - ball.center;
     const Vec3 rise = visit(kind_, [&](auto kind) {
       return kind.coordinate_gradient(ball, d) * kind.log_slope(ball, kind.coordinate(ball, d));
     });
-    field.gradient = field.gradient + shares[k] * rise;
+    field.gradient = field.gradient + weights[k] * rise;
   }
   return field;
 }
 
 void for_each_near(
-    const NearBalls& balls, std::span<const Vec3> points, float reach,
+    const NearBalls& balls, std::span<const Vec3> points, float max_distance,
     const std::function<void(std::size_t, std::size_t, std::span<const std::uint32_t>)>& f) {
-  constexpr std::size_t kRun = 128;
-  const std::size_t runs = (points.size() + kRun - 1) / kRun;
-  parallel_for(static_cast<std::int64_t>(runs), [&](std::int64_t r) {
-    const std::size_t begin = static_cast<std::size_t>(r) * kRun;
-    const std::size_t end = std::min(begin + kRun, points.size());
+  constexpr std::size_t kChunk = 128;
+  const std::size_t chunks = (points.size() + kChunk - 1) / kChunk;
+  parallel_for(static_cast<std::int64_t>(chunks), [&](std::int64_t r) {
+    const std::size_t begin = static_cast<std::size_t>(r) * kChunk;
+    const std::size_t end = std::min(begin + kChunk, points.size());
     const Box box = box_of(points.subspan(begin, end - begin));
-    const Vec3 margin{reach, reach, reach};
+    const Vec3 margin{max_distance, max_distance, max_distance};
     f(begin, end, balls.within({box.low - margin, box.high + margin}));
   });
 }

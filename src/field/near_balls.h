@@ -11,7 +11,8 @@
 
 namespace polymorph {
 
-/// ln of what one ball adds at the offset `d` from its centre; -infinity where that is nothing.
+/// Natural logarithm of one ball's contribution at the offset `d` from its centre; -infinity if
+/// that is 0.
 float log_strength(const Ball& ball, FieldKind kind, Vec3 d);
 
 /// The field at a point: its logarithm (0 on the surface field = 1) and that logarithm's gradient.
@@ -20,29 +21,30 @@ struct LogField {
   Vec3 gradient;
 };
 
-/// Balls in groups that matter near each other. Balls that add less than e^-12 to any point of a
-/// box are left out there (inverse-square ones never are). Borrows the balls.
+/// Evaluates the field of the balls that matter near a position. Balls that contribute less than
+/// e^-12 anywhere in a box are left out there (inverse-square ones never are). Borrows the balls.
 class NearBalls {
  public:
   NearBalls(std::span<const Ball> balls, FieldKind kind);
 
-  /// Indices of the balls that matter in a box, ascending; at least one where there are balls.
+  /// Lists the balls that matter in a box, by ascending index; at least one if there are balls.
   std::vector<std::uint32_t> within(const Box& box) const;
 
-  /// The field at `p`, over a list that within() gave for a box around it. -infinity where nothing
-  /// reaches.
+  /// Evaluates the field at `p`, over a list that within() returned for a box around it. The value
+  /// is -infinity outside the support of all balls.
   LogField log_field(Vec3 p, std::span<const std::uint32_t> list) const;
 
  private:
   std::span<const Ball> balls_;
   FieldKind kind_;
-  std::vector<float> least_;  ///< of each ball: a times the smallest eigenvalue of its shape
+  std::vector<float> min_a_;  ///< a times the smallest eigenvalue of the shape, per ball
 };
 
-/// Runs f(begin, end, list) over [0, points.size()) in runs of neighbours; `list` matters at all
-/// points of the run and `reach` around them. In parallel: write by index.
+/// Calls f(begin, end, list) for chunks of [0, points.size()) in parallel; `list` holds the balls
+/// that matter at the chunk's points and within `max_distance` of them. Points should be sorted so
+/// that neighbours follow each other. Write results by index.
 void for_each_near(
-    const NearBalls& balls, std::span<const Vec3> points, float reach,
+    const NearBalls& balls, std::span<const Vec3> points, float max_distance,
     const std::function<void(std::size_t, std::size_t, std::span<const std::uint32_t>)>& f);
 
 }  // namespace polymorph

@@ -23,7 +23,8 @@
 namespace polymorph {
 namespace {
 
-/// OpenEXR writes headers first and comes back to fill in the table of line offsets, hence seekp.
+/// Output stream in memory. It needs seekp because OpenEXR fills in the table of line offsets at
+/// the end.
 class MemoryStream : public Imf::OStream {
  public:
   MemoryStream() : Imf::OStream("memory") {}
@@ -42,7 +43,7 @@ class MemoryStream : public Imf::OStream {
   std::size_t position_ = 0;
 };
 
-Imf::Compression compression_of(ExrCompression compression) {
+Imf::Compression to_openexr(ExrCompression compression) {
   switch (compression) {
     case ExrCompression::kNone:
       return Imf::NO_COMPRESSION;
@@ -60,7 +61,8 @@ bool is_half(const std::string& channel) {
   return channel == "R" || channel == "G" || channel == "B" || channel == "A";
 }
 
-/// A highlight beyond half's range stays finite: an infinity would fail every comparison.
+/// Converts to half; a highlight beyond half's range stays finite, because an infinity would fail
+/// every comparison.
 half to_half(float value) {
   return half(std::isfinite(value) ? std::clamp(value, -65504.0f, 65504.0f) : value);
 }
@@ -89,8 +91,7 @@ Status add_attributes(const Image& image, Imf::Header& header) {
   return Ok{};
 }
 
-/// One plane per channel: OpenEXR copies planes faster than it picks samples out of interleaved
-/// pixels.
+/// One plane per channel: OpenEXR copies planes faster than interleaved samples.
 struct Planes {
   std::vector<std::vector<half>> halves;
   std::vector<std::vector<float>> floats;
@@ -139,8 +140,9 @@ Status check_channels(const Image& image) {
   return Ok{};
 }
 
-/// OpenEXR's own pool compresses the chunks; the bytes do not depend on how many work on them.
-int exr_threads() {
+/// Sets up OpenEXR's thread pool, which compresses the chunks; the bytes do not depend on the
+/// number of threads.
+int prepare_exr_threads() {
   const int count = thread_count() > 1 ? thread_count() : 0;
   if (Imf::globalThreadCount() < count) Imf::setGlobalThreadCount(count);
   return count;
@@ -152,9 +154,9 @@ Result<std::string> encode_exr(const Image& image, const ExrSettings& settings) 
   PM_TRY_STATUS(check_channels(image));
   try {
     Imf::Header header(image.width, image.height);
-    header.compression() = compression_of(settings.compression);
-    // zlib's first level takes less than half the time of the library's fourth, and rendered noise
-    // is 5 % larger by it.
+    header.compression() = to_openexr(settings.compression);
+    // zlib's level 1 takes less than half the time of OpenEXR's default of 4, and files with
+    // rendered noise become 5 % larger.
     header.zipCompressionLevel() = 1;
     Imf::addChromaticities(header, Imf::Chromaticities());  // its defaults are Rec. 709 and D65
     for (const std::string& name : image.channels)
@@ -165,15 +167,15 @@ Result<std::string> encode_exr(const Image& image, const ExrSettings& settings) 
     MemoryStream stream;
     {
       // Its destructor writes the table of line offsets.
-      Imf::OutputFile file(stream, header, exr_threads());
+      Imf::OutputFile file(stream, header, prepare_exr_threads());
       file.setFrameBuffer(buffer);
       file.writePixels(image.height);
     }
     return stream.take();
   } catch (const std::bad_alloc&) {
-    throw;  // of memory main() knows more
+    throw;  // main() reports it
   } catch (const std::system_error& e) {
-    return thread_error(e.what());  // of OpenEXR's pool
+    return make_thread_error(e.what());  // from OpenEXR's pool
   } catch (const std::exception& e) {
     return make_error(ErrorCode::kOutput, "cannot encode the EXR: {}", e.what());
   }

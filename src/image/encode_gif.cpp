@@ -13,10 +13,10 @@
 namespace polymorph {
 namespace {
 
-constexpr int kStill = 3;  // codes of 255 below which a pixel counts as unchanged
+constexpr int kMaxUnchanged = 3;  // maximum difference, in codes of 255, of an unchanged pixel
 
 struct Frame {
-  int left = 0, top = 0, width = 0, height = 0;  ///< the part that changed
+  int left = 0, top = 0, width = 0, height = 0;  ///< rectangle that changed
   std::vector<std::uint8_t> indices;
 };
 
@@ -56,11 +56,12 @@ std::vector<Rgb8> encode_colors(const Image& image) {
 }
 
 bool differs(Rgb8 a, Rgb8 b) {
-  return std::abs(a[0] - b[0]) > kStill || std::abs(a[1] - b[1]) > kStill ||
-         std::abs(a[2] - b[2]) > kStill;
+  return std::abs(a[0] - b[0]) > kMaxUnchanged || std::abs(a[1] - b[1]) > kMaxUnchanged ||
+         std::abs(a[2] - b[2]) > kMaxUnchanged;
 }
 
-/// What is on the screen: the colours that were asked for when each pixel was last drawn.
+/// Content of the screen: the requested colours when each pixel was last drawn, and its palette
+/// indices.
 struct Screen {
   int width, height;
   std::uint8_t transparent;
@@ -68,42 +69,43 @@ struct Screen {
   std::vector<std::uint8_t> indices;
 };
 
-/// The changed pixels' box; all else in it is transparent. The screen takes the frame's place.
-Frame draw(const std::vector<Rgb8>& colors, const PaletteMap& map, bool first, Screen& screen) {
+/// Draws a frame: the bounding box of the changed pixels, with all others transparent. Updates the
+/// screen.
+Frame draw(const std::vector<Rgb8>& colors, const PaletteMap& map, bool is_first, Screen& screen) {
   const std::vector<std::uint16_t>& ranks = blue_noise_ranks();
   constexpr auto kLevels = static_cast<float>(kBlueNoiseSize * kBlueNoiseSize);
-  std::vector<std::uint8_t> drawn(colors.size(), screen.transparent);
+  std::vector<std::uint8_t> indices(colors.size(), screen.transparent);
   parallel_for(
       screen.height,
       [&](std::int64_t y) {
         for (int x = 0; x < screen.width; ++x) {
           const std::size_t i = static_cast<std::size_t>(y * screen.width + x);
-          if (!first && !differs(colors[i], screen.colors[i])) continue;
+          if (!is_first && !differs(colors[i], screen.colors[i])) continue;
           const auto tile =
               static_cast<std::size_t>(y % kBlueNoiseSize * kBlueNoiseSize + x % kBlueNoiseSize);
           const std::uint8_t index =
-              map.dithered(colors[i], (static_cast<float>(ranks[tile]) + 0.5f) / kLevels);
+              map.dither(colors[i], (static_cast<float>(ranks[tile]) + 0.5f) / kLevels);
           screen.colors[i] = colors[i];
-          if (!first && index == screen.indices[i]) continue;
-          screen.indices[i] = drawn[i] = index;
+          if (!is_first && index == screen.indices[i]) continue;
+          screen.indices[i] = indices[i] = index;
         }
       },
       16);
   int left = screen.width, right = 0, top = screen.height, bottom = 0;
   for (int y = 0; y < screen.height; ++y)
     for (int x = 0; x < screen.width; ++x)
-      if (drawn[static_cast<std::size_t>(y) * static_cast<std::size_t>(screen.width) +
-                static_cast<std::size_t>(x)] != screen.transparent) {
+      if (indices[static_cast<std::size_t>(y) * static_cast<std::size_t>(screen.width) +
+                  static_cast<std::size_t>(x)] != screen.transparent) {
         left = std::min(left, x);
         right = std::max(right, x + 1);
         top = std::min(top, y);
         bottom = std::max(bottom, y + 1);
       }
-  // A frame where nothing moved still takes its time: one transparent pixel.
+  // A frame without changes still needs a duration: one transparent pixel.
   if (left >= right) return {0, 0, 1, 1, {screen.transparent}};
   Frame frame{left, top, right - left, bottom - top, {}};
   for (int y = top; y < bottom; ++y) {
-    const auto row = drawn.begin() + (static_cast<std::ptrdiff_t>(y) * screen.width);
+    const auto row = indices.begin() + (static_cast<std::ptrdiff_t>(y) * screen.width);
     frame.indices.insert(frame.indices.end(), row + left, row + right);
   }
   return frame;
@@ -115,7 +117,7 @@ int append(GifFileType* gif, const GifByteType* data, int size) {
   return size;
 }
 
-/// giflib's encoder; every call answers GIF_ERROR or GIF_OK, the first failure is kept.
+/// giflib's encoder. Every call returns GIF_ERROR or GIF_OK; the first failure is kept.
 class GifWriter {
  public:
   GifWriter(std::string& bytes, int width, int height, const std::vector<Rgb8>& palette) {
@@ -139,7 +141,7 @@ class GifWriter {
   GifWriter(const GifWriter&) = delete;
   GifWriter& operator=(const GifWriter&) = delete;
 
-  void put(Frame& frame, int centiseconds, int transparent) {
+  void add_frame(Frame& frame, int centiseconds, int transparent) {
     if (!gif_ || error_) return;
     const GraphicsControlBlock control{DISPOSE_DO_NOT, false, centiseconds, transparent};
     GifByteType block[4];
@@ -190,12 +192,12 @@ Result<std::string> encode_gif(std::span<const Image> frames, float frames_per_s
   std::string bytes;
   {
     GifWriter writer(bytes, screen.width, screen.height, palette);
-    // Viewers slow down frames shorter than 2/100 s.
+    // Viewers show frames shorter than 2/100 s more slowly.
     const double period = std::max(100.0 / static_cast<double>(frames_per_second), 2.0);
     for (std::size_t i = 0; i < frames.size(); ++i) {
       Frame frame = draw(encode_colors(frames[i]), map, i == 0, screen);
       const auto time = [&](std::size_t n) { return std::lround(period * static_cast<double>(n)); };
-      writer.put(frame, static_cast<int>(time(i + 1) - time(i)), transparent);
+      writer.add_frame(frame, static_cast<int>(time(i + 1) - time(i)), transparent);
     }
     PM_TRY_STATUS(writer.close());
   }

@@ -15,7 +15,7 @@ namespace {
 
 /// Attributes as tEXt chunks, so that a PNG says what it is as an EXR does: (keyword, text).
 using Texts = std::vector<std::pair<std::string, std::string>>;
-Texts texts_of(const std::vector<Attribute>& attributes) {
+Texts make_texts(const std::vector<Attribute>& attributes) {
   constexpr std::size_t kMaxKeyword = 79;
   Texts texts;
   for (const Attribute& attribute : attributes)
@@ -25,7 +25,7 @@ Texts texts_of(const std::vector<Attribute>& attributes) {
   return texts;
 }
 
-/// How libpng and zlib work. Measured on a synthetic 640x480 frame with 2 % noise, one core:
+/// Settings of libpng and zlib. Measured on a synthetic 640x480 frame with 2 % noise, one core:
 /// looking for repeated strings (zlib's default) costs time and gains nothing on noise; run lengths
 /// after the average filter take 9 ms and 286 kB, level 1 with the same filter 10 ms and 362 kB,
 /// level 6 with adaptive filters 130 ms and 339 kB. On flat pictures (text) strings win: 6 kB
@@ -45,7 +45,7 @@ struct Layout {
   int samples() const { return alpha >= 0 ? 4 : 3; }
 };
 
-Result<Layout> layout_of(const Image& image) {
+Result<Layout> find_layout(const Image& image) {
   Layout layout{{image.find_channel("R"), image.find_channel("G"), image.find_channel("B")}, -1};
   if (image.width < 1 || image.height < 1 ||
       std::min({layout.color[0], layout.color[1], layout.color[2]}) < 0)
@@ -63,7 +63,7 @@ struct Encoder {
   const Layout& layout;
   const PngSettings& settings;
   float gain;                      ///< the exposure
-  const SrgbQuantizer& quantizer;  ///< for 8 bits
+  const SrgbQuantizer& quantizer;  ///< used for 8 bits
 
   unsigned color(float value, std::uint64_t key) const {
     if (settings.bits == 8 && !settings.dither) return quantizer(value);
@@ -152,7 +152,7 @@ void write_png(Writer& writer, const Image& image, int bits, int samples, const 
 Result<std::string> encode_rows(const Image& image, int bits, int samples, const Effort& effort,
                                 std::vector<png_bytep>& rows) {
   Writer writer;
-  Texts texts = texts_of(image.attributes);
+  Texts texts = make_texts(image.attributes);
   write_png(writer, image, bits, samples, effort, rows, texts);
   if (!writer.error.empty())
     return make_error(ErrorCode::kOutput, "cannot encode the PNG: {}", writer.error);
@@ -163,7 +163,7 @@ Result<std::string> encode_rows(const Image& image, int bits, int samples, const
 
 Result<std::string> encode_png(const Image& image, const PngSettings& settings) {
   PM_CHECK(settings.bits == 8 || settings.bits == 16);
-  PM_TRY(const Layout layout, layout_of(image));
+  PM_TRY(const Layout layout, find_layout(image));
   const std::size_t stride = static_cast<std::size_t>(image.width) *
                              static_cast<std::size_t>(layout.samples()) *
                              static_cast<std::size_t>(settings.bits / 8);

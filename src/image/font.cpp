@@ -6,7 +6,7 @@
 namespace polymorph {
 namespace {
 
-/// Codes 32 to 126, rows from the top, '/' between rows; missing rows are empty.
+/// Drawings of the codes 32 to 126, rows from the top, '/' between rows; missing rows are empty.
 constexpr std::string_view kDrawings[] = {
     "...",                                               // space
     "#/#/#/#/#/./#",                                     // !
@@ -136,7 +136,7 @@ constexpr std::array<Glyph, kGlyphs> kFont = draw_all();
 
 }  // namespace
 
-const Glyph& glyph_of(char character) {
+const Glyph& find_glyph(char character) {
   const bool printable = character >= 32 && character < 127;
   return kFont[printable ? static_cast<std::size_t>(character - 32) : kGlyphs - 1];
 }

@@ -14,7 +14,7 @@ struct Glyph {
   std::array<std::uint8_t, kFontHeight> rows{};  ///< bit x set: pixel x (from the left) is inked
 };
 
-/// The glyph of a printable ASCII character; of any other, a hollow box.
-const Glyph& glyph_of(char character);
+/// Finds the glyph of a printable ASCII character; others give a hollow box.
+const Glyph& find_glyph(char character);
 
 }  // namespace polymorph

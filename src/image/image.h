@@ -10,12 +10,14 @@
 
 namespace polymorph {
 
-/// A header entry of an EXR ("polymorph/frame", 17). Written in order, so files are reproducible.
+/// A header entry of an EXR, e.g. ("polymorph/frame", 17). Entries are written in order, so files
+/// are reproducible.
 struct Attribute {
   std::string name;
   std::variant<std::string, int, float> value;
 };
 
+/// An image in memory.
 struct Image {
   int width = 0;
   int height = 0;
@@ -40,7 +42,7 @@ struct Image {
   float at(int x, int y, int channel) const { return const_cast<Image*>(this)->at(x, y, channel); }
 };
 
-/// An image of the given size and channels, all zero.
+/// Makes an image of the given size and channels, all zero.
 inline Image make_image(int width, int height, std::vector<std::string> channels) {
   Image image;
   image.width = width;

@@ -15,7 +15,9 @@
 
 namespace polymorph {
 
+/// Transfer curve of encoded colours.
 enum class TransferCurve { kLinear, kSrgb };
+/// Relation of colours to alpha: multiplied by it, or not.
 enum class AlphaMode { kPremultiplied, kStraight };
 
 /// Header entries that decide how pixels are shown; nothing here applies them. An image that was
@@ -25,11 +27,11 @@ inline constexpr const char* kOrientationAttribute = "Orientation";       ///< i
 inline constexpr const char* kGammaAttribute = "gamma";                   ///< float, a PNG's gAMA
 
 struct ReadImageSettings {
-  /// Decode 8/16-bit formats with this curve (colour textures: kSrgb); float formats are taken as
+  /// Curve for decoding 8- and 16-bit formats (colour textures: kSrgb); float formats are always
   /// linear.
   TransferCurve integer_curve = TransferCurve::kSrgb;
-  /// Colours come multiplied by alpha, as Image says, or divided by it (for textures of which only
-  /// the colours are used); in linear light, whatever the file holds.
+  /// Alpha mode of the result, converted from the file's in linear light: premultiplied as Image
+  /// requires, or straight (for textures of which only the colours are used).
   AlphaMode alpha = AlphaMode::kPremultiplied;
   /// Decoded size limit, checked before reading pixels.
   std::size_t max_bytes = std::size_t{1} << 30;
@@ -38,16 +40,15 @@ struct ReadImageSettings {
 };
 
 /// Reads PNG, JPEG, TIFF, OpenEXR, Radiance, Targa, BMP, GIF (its first picture), WebP, PSD, DDS,
-/// JPEG 2000 and PNM; the format is told from the content, and from the name only for
-/// what does not say (image/sniff.h).
-/// Errors (kInput): missing, not an image, truncated, too large; each names the file and the
-/// reason. NaN or infinite pixels are kept (the comparator must see them). kResource: the module is
-/// missing.
-/// Grey becomes R, G, B; channels come in the order R, G, B, A, Z, N.X, N.Y, N.Z, then the rest by
+/// JPEG 2000 and PNM. The format is detected from the content, and from the name only if the
+/// content does not show it (image/sniff.h). Errors (kInput): missing, not an image, truncated, too
+/// large; each names the file and the reason. NaN or infinite pixels are kept, because comparisons
+/// must see them. kResource: the module is missing.
+/// Grey becomes R, G, B; the order of channels is R, G, B, A, Z, N.X, N.Y, N.Z, then the rest by
 /// name. The size is that of the display window; pixels outside the data window are 0. Attributes:
 /// the string, int and float ones that do not describe the encoding.
 Result<Image> read_image(const std::filesystem::path& path, const ReadImageSettings& settings = {});
-/// The same for bytes in memory; `name` is for messages.
+/// Decodes an image in memory; `name` is used in messages.
 Result<Image> decode_image(const std::string& bytes, const std::string& name,
                            const ReadImageSettings& settings = {});
 
@@ -63,28 +64,29 @@ struct ExrSettings {
 /// for an attribute or channel name that occurs twice or is the encoder's own.
 Result<std::string> encode_exr(const Image& image, const ExrSettings& settings = {});
 
-/// kFast: some milliseconds for a 640x480 frame. kSmall: the smallest of several slow attempts, for
-/// pictures that are kept (contact sheets).
+/// Trade-off between time and size. kFast: some milliseconds for a 640x480 frame. kSmall: the
+/// smallest of several slow attempts, for pictures that are kept (contact sheets).
 enum class PngEffort { kFast, kSmall };
 
 struct PngSettings {
   int bits = 8;            ///< 8 or 16
   bool dither = false;     ///< random rounding against banding; never for golden frames
   float exposure = 0;      ///< stops, applied before the curve
-  std::uint64_t seed = 0;  ///< of the dither: the same seed gives the same bytes
+  std::uint64_t seed = 0;  ///< seed of the dither: the same seed gives the same bytes
   PngEffort effort = PngEffort::kFast;
 };
 
 /// Encodes R, G, B (and A, if the image has it and any pixel is not opaque) with the sRGB curve,
-/// tagged sRGB, gAMA and cHRM. Premultiplied colours are divided by alpha, as PNG wants them;
-/// values are clamped to [0, 1], NaN becomes 0. Errors: kInput when R, G or B is missing.
+/// tagged sRGB, gAMA and cHRM. Premultiplied colours are divided by alpha, as PNG requires; values
+/// are clamped to [0, 1], NaN becomes 0. Errors: kInput if R, G or B is missing.
 Result<std::string> encode_png(const Image& image, const PngSettings& settings = {});
 
-/// An animated GIF, looped, one palette over all frames, of sRGB-encoded R, G, B, dithered with a
-/// pattern that stands still. All frames of one size. Pixels that change by no more than 3 of 255
-/// since they were last drawn are left as they are: the noise of still parts does not crawl.
-/// Frame times are rounded to GIF's 1/100 s so that no drift adds up; at most 50 frames per second.
-/// Errors: kInput for no frames, unequal sizes, missing channels, sides over 65535.
+/// Encodes an animated, looping GIF with one palette for all frames, from sRGB-encoded R, G, B,
+/// dithered with a pattern that does not move. All frames must have one size. Pixels that changed
+/// by at most 3/255 since they were last drawn stay unchanged, so that noise does not flicker in
+/// still regions. Frame times are rounded to GIF's 1/100 s without accumulating errors; at most 50
+/// frames per second. Errors: kInput for no frames, unequal sizes, missing channels, sides over
+/// 65535.
 Result<std::string> encode_gif(std::span<const Image> frames, float frames_per_second);
 
 /// Writes by extension: .exr or .png. Errors: kUsage for another extension, kOutput when writing

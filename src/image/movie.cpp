@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A child program that reads our end of a pipe; its messages go to a file.
+/// A child process that reads from a pipe; its messages go to a file.
 class Child {
  public:
   Child(const fs::path& program, std::vector<std::string> arguments, const fs::path& messages) {
@@ -54,7 +54,7 @@ class Child {
     }
     return true;
   }
-  /// Closes the pipe and waits; true when the program was content.
+  /// Closes the pipe and waits; returns true if the program succeeded.
   bool finish() {
     if (to_child_ >= 0) close(to_child_);
     to_child_ = -1;
@@ -71,7 +71,7 @@ class Child {
   int to_child_ = -1;
 };
 
-std::string rgb_bytes(const Image& image) {
+std::string to_rgb_bytes(const Image& image) {
   const SrgbQuantizer& quantizer = SrgbQuantizer::instance();
   const int color[3] = {image.find_channel("R"), image.find_channel("G"), image.find_channel("B")};
   std::string bytes;
@@ -87,12 +87,12 @@ std::string rgb_bytes(const Image& image) {
 
 fs::path find_ffmpeg() {
   const char* path = std::getenv("PATH");
-  std::string_view rest = path ? path : "";
-  while (!rest.empty()) {
-    const std::size_t end = std::min(rest.find(':'), rest.size());
-    const fs::path candidate = fs::path(rest.substr(0, end)) / "ffmpeg";
+  std::string_view remaining = path ? path : "";
+  while (!remaining.empty()) {
+    const std::size_t end = std::min(remaining.find(':'), remaining.size());
+    const fs::path candidate = fs::path(remaining.substr(0, end)) / "ffmpeg";
     if (end > 0 && access(candidate.c_str(), X_OK) == 0) return candidate;
-    rest.remove_prefix(std::min(end + 1, rest.size()));
+    remaining.remove_prefix(std::min(end + 1, remaining.size()));
   }
   return {};
 }
@@ -107,13 +107,13 @@ Status write_mp4(const fs::path& path, std::span<const Image> frames, float fram
                         "the frames of a movie must be of one size and have colours");
   const fs::path program = find_ffmpeg();
   if (program.empty()) return make_error(ErrorCode::kResource, "ffmpeg is not installed");
-  const fs::path part = path.string() + fmt::format(".{}.part", getpid());
+  const fs::path temporary = path.string() + fmt::format(".{}.part", getpid());
   const fs::path messages = path.string() + fmt::format(".{}.log.part", getpid());
-  // A child that dies early must be an error here, not the end of this program.
+  // Writing to a child that has ended must be an error, not end this program.
   struct sigaction ignore = {}, before = {};
   ignore.sa_handler = SIG_IGN;
   sigaction(SIGPIPE, &ignore, &before);
-  bool good = true;
+  bool succeeded = true;
   {
     Child child(program,
                 {"ffmpeg",
@@ -149,21 +149,22 @@ Status write_mp4(const fs::path& path, std::span<const Image> frames, float fram
                  "+faststart",
                  "-f",
                  "mp4",
-                 part.string()},
+                 temporary.string()},
                 messages);
-    for (const Image& frame : frames) good = good && child.write(rgb_bytes(frame));
-    good = child.finish() && good;
+    for (const Image& frame : frames) succeeded = succeeded && child.write(to_rgb_bytes(frame));
+    succeeded = child.finish() && succeeded;
   }
   sigaction(SIGPIPE, &before, nullptr);
-  const auto said = read_file(messages, 1u << 16);
+  const auto output = read_file(messages, 1u << 16);
   std::error_code error;
   fs::remove(messages, error);
-  if (good) fs::rename(part, path, error);
-  if (!good || error) {
-    fs::remove(part, error);
+  if (succeeded) fs::rename(temporary, path, error);
+  if (!succeeded || error) {
+    fs::remove(temporary, error);
     return make_error(ErrorCode::kOutput, "{}: ffmpeg could not write it: {}", path.string(),
-                      said && !said->empty() ? said->substr(0, said->find_last_not_of(" \n") + 1)
-                                             : "no reason given");
+                      output && !output->empty()
+                          ? output->substr(0, output->find_last_not_of(" \n") + 1)
+                          : "no reason given");
   }
   return Ok{};
 }

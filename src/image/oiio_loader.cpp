@@ -34,7 +34,7 @@ std::vector<fs::path> candidates() {
   return paths;
 }
 
-/// The module at `path`, or the reason why not.
+/// Opens the module at `path`.
 Result<OiioModule> open_module(const fs::path& path) {
   void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!handle) {

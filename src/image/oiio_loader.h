@@ -11,9 +11,9 @@ struct OiioModule {
   PmOiioFreeFunction* release = nullptr;
 };
 
-/// The module, looked for beside the executable, then in ../LIBDIR/polymorph from there. The
-/// environment variable POLYMORPH_OIIO_MODULE names another file, and then only that one is tried.
-/// Safe from several threads. Errors: kResource, naming each path tried and why it did not do.
+/// Loads the module from the executable's folder, else from ../LIBDIR/polymorph. The environment
+/// variable POLYMORPH_OIIO_MODULE names another file, and then only that is tried. Safe from
+/// several threads. Errors: kResource, naming each path tried and the reason.
 Result<OiioModule> load_oiio_module();
 
 }  // namespace polymorph

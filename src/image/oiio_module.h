@@ -5,7 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
-/// Raised whenever anything below changes; a module that answers another number is not used.
+/// Version of this interface, incremented with every change; a module with another version is not
+/// used.
 #define PM_OIIO_INTERFACE 2
 
 extern "C" {
@@ -24,7 +25,8 @@ struct PmOiioRequest {
   const char* format;  ///< OpenImageIO's reader, as in "jpeg"
   const void* bytes;   ///< the whole file
   std::size_t size;
-  std::uint64_t max_bytes;  ///< of width * height * channels floats; checked before pixels are read
+  std::uint64_t
+      max_bytes;  ///< limit of width * height * channels floats, checked before pixels are read
 };
 
 enum PmOiioFailure { PM_OIIO_GOOD = 0, PM_OIIO_BROKEN = 1, PM_OIIO_TOO_LARGE = 2 };
@@ -33,10 +35,10 @@ enum PmOiioFailure { PM_OIIO_GOOD = 0, PM_OIIO_BROKEN = 1, PM_OIIO_TOO_LARGE = 2
 struct PmOiioImage {
   PmOiioFailure failure;
   const char* error;  ///< the reason when `failure` is not PM_OIIO_GOOD; then nothing below is set
-  int width;          ///< of the display window; pixels outside the data window are 0
+  int width;          ///< display window's width; pixels outside the data window are 0
   int height;
   int channels;
-  const char* const* channel_names;  ///< in the file's order
+  const char* const* channel_names;  ///< names in the file's order
   const float* pixels;               ///< interleaved, row 0 on top; integer formats as 0..1
   int integer_format;                ///< 1: pixels came from integers, so a transfer curve applies
   int straight_alpha;                ///< 1: colours are not premultiplied

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kCells = std::size_t{64} * 64 * 64;
 
-std::size_t cell_of(Rgb8 c) {
+std::size_t find_cell(Rgb8 c) {
   return static_cast<std::size_t>(c[0] >> 2) << 12 | static_cast<std::size_t>(c[1] >> 2) << 6 |
          static_cast<std::size_t>(c[2] >> 2);
 }
@@ -23,12 +23,12 @@ struct Sample {
   double weight;
 };
 
-/// A run of samples that will share a palette entry.
+/// A range of samples that get a common palette entry.
 struct ColorBox {
   std::size_t begin, end;
   double error = 0;      ///< weighted squared distance from the mean
-  std::size_t axis = 0;  ///< of the largest share in it
-  double mean = 0;       ///< along that axis
+  std::size_t axis = 0;  ///< the axis with the largest part of the error
+  double mean = 0;       ///< mean along that axis
 };
 
 ColorBox measure(const std::vector<Sample>& samples, std::size_t begin, std::size_t end) {
@@ -42,10 +42,10 @@ ColorBox measure(const std::vector<Sample>& samples, std::size_t begin, std::siz
       sum += samples[i].weight * value;
       squares += samples[i].weight * value * value;
     }
-    const double spread = std::max(0.0, squares - sum * sum / weight);
-    box.error += spread;
-    if (spread <= worst) continue;
-    worst = spread;
+    const double variance = std::max(0.0, squares - sum * sum / weight);
+    box.error += variance;
+    if (variance <= worst) continue;
+    worst = variance;
     box.axis = axis;
     box.mean = sum / weight;
   }
@@ -57,7 +57,7 @@ double distance(const Color& a, const Color& b) {
   return x * x + y * y + z * z;
 }
 
-Color mean_of(const std::vector<Sample>& samples, const ColorBox& box) {
+Color compute_mean(const std::vector<Sample>& samples, const ColorBox& box) {
   Color sum{};
   double weight = 0;
   for (std::size_t i = box.begin; i < box.end; ++i) {
@@ -89,7 +89,7 @@ std::vector<Color> median_cut(std::vector<Sample>& samples, std::size_t size) {
     boxes.push_back(measure(samples, middle, box.end));
   }
   std::vector<Color> colors;
-  for (const ColorBox& box : boxes) colors.push_back(mean_of(samples, box));
+  for (const ColorBox& box : boxes) colors.push_back(compute_mean(samples, box));
   return colors;
 }
 
@@ -131,7 +131,7 @@ ColorHistogram::ColorHistogram() : cells_(kCells) {}
 
 void ColorHistogram::add(const std::vector<Rgb8>& pixels) {
   for (const Rgb8& pixel : pixels) {
-    Cell& cell = cells_[cell_of(pixel)];
+    Cell& cell = cells_[find_cell(pixel)];
     ++cell.count;
     for (std::size_t axis = 0; axis < 3; ++axis) cell.sum[axis] += pixel[axis];
   }
@@ -182,13 +182,13 @@ std::uint8_t PaletteMap::nearest(std::array<int, 3> color) const {
   Rgb8 clamped{};
   for (std::size_t axis = 0; axis < 3; ++axis)
     clamped[axis] = static_cast<std::uint8_t>(std::clamp(color[axis], 0, 255));
-  return table_[cell_of(clamped)];
+  return table_[find_cell(clamped)];
 }
 
-std::uint8_t PaletteMap::dithered(Rgb8 color, float threshold) const {
+std::uint8_t PaletteMap::dither(Rgb8 color, float threshold) const {
   const std::uint8_t first = nearest({color[0], color[1], color[2]});
   const Rgb8 near = palette_[first];
-  // The partner is looked for as far beyond the pixel as the nearest entry lies before it.
+  // The second colour is near the reflection of the nearest entry about the pixel's colour.
   const std::uint8_t second =
       nearest({2 * color[0] - near[0], 2 * color[1] - near[1], 2 * color[2] - near[2]});
   if (first == second) return first;

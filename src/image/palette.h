@@ -1,5 +1,5 @@
-// Colour quantization (median cut): one palette for many frames, and the two palette colours that a
-// pixel lies between.
+// Colour quantization (median cut): one palette for many frames, and dithering between the two
+// palette colours around a pixel's colour.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@ namespace polymorph {
 
 using Rgb8 = std::array<std::uint8_t, 3>;
 
-/// How often colours occur, in cells of 4 codes per side.
+/// Histogram of colours in cells of 4 codes per side.
 class ColorHistogram {
  public:
   ColorHistogram();
@@ -26,23 +26,24 @@ class ColorHistogram {
   std::vector<Cell> cells_;
 };
 
-/// At most `size` colours: median cut (Heckbert 1982), refined by Lloyd's iteration. A colour
-/// counts by the square root of its number of pixels, so that a wide background does not take all
-/// entries.
+/// Chooses at most `size` colours by median cut (Heckbert 1982), refined by Lloyd's iteration. A
+/// colour counts by the square root of its number of pixels, so that a large background does not
+/// take all entries.
 std::vector<Rgb8> choose_palette(const ColorHistogram& histogram, std::size_t size);
 
 /// Maps pixels to a palette. The palette must outlive it; 1 to 256 colours.
 class PaletteMap {
  public:
   explicit PaletteMap(const std::vector<Rgb8>& palette);
-  /// The nearest entry, or the one on the other side of `color` when the share of the way to it
-  /// exceeds `threshold` (0..1): over a dither pattern the colours mix to `color`.
-  std::uint8_t dithered(Rgb8 color, float threshold) const;
+  /// Returns the nearest entry, or the one on the other side of `color` if the fraction of the
+  /// distance to it exceeds `threshold` (0..1): over a dither pattern the colours average to
+  /// `color`.
+  std::uint8_t dither(Rgb8 color, float threshold) const;
 
  private:
   std::uint8_t nearest(std::array<int, 3> color) const;
   const std::vector<Rgb8>& palette_;
-  std::vector<std::uint8_t> table_;  ///< nearest entry of each cell of 4 codes per side
+  std::vector<std::uint8_t> table_;  ///< nearest entry per cell of 4 codes per side
 };
 
 }  // namespace polymorph

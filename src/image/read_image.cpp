@@ -14,14 +14,14 @@
 namespace polymorph {
 namespace {
 
-/// Where each channel of the result comes from: R, G, B, A, Z, N.X, N.Y, N.Z, then the rest by
-/// name; a lone grey becomes R, G and B.
+/// Source of each channel of the result, in the order R, G, B, A, Z, N.X, N.Y, N.Z, then the rest
+/// by name; a single grey channel becomes R, G and B.
 struct Source {
   std::string name;
   std::size_t channel;
 };
 
-std::size_t rank_of(const std::string& name) {
+std::size_t channel_rank(const std::string& name) {
   static const char* const kOrder[] = {"R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z"};
   return static_cast<std::size_t>(std::find(std::begin(kOrder), std::end(kOrder), name) -
                                   std::begin(kOrder));
@@ -38,7 +38,7 @@ std::vector<Source> channel_sources(const PmOiioImage& decoded) {
   std::vector<Source> sources;
   for (std::size_t i = 0; i < names.size(); ++i) sources.push_back({names[i], i});
   std::stable_sort(sources.begin(), sources.end(), [](const Source& a, const Source& b) {
-    const std::size_t x = rank_of(a.name), y = rank_of(b.name);
+    const std::size_t x = channel_rank(a.name), y = channel_rank(b.name);
     return x != y ? x < y : a.name < b.name;
   });
   return sources;
@@ -56,7 +56,7 @@ float decode_sample(float sample, bool curved) {
 }
 
 struct PixelRule {
-  std::size_t colors;  ///< how many of R, G, B lead the channels
+  std::size_t colors;  ///< number of leading R, G, B channels
   int alpha;           ///< index of A, or -1
   bool curved;         ///< colours carry the sRGB curve
   bool straight_in, straight_out;
@@ -74,12 +74,12 @@ void convert_row(const PmOiioImage& decoded, const std::vector<Source>& sources,
     for (std::size_t c = 0; c < out_count; ++c) out[c] = in[sources[c].channel];
     const float a = rule.alpha >= 0 ? out[rule.alpha] : 1.0f;
     for (std::size_t c = 0; c < rule.colors; ++c) {
-      // The curve belongs to straight colours; an associated TIFF is divided before and multiplied
-      // after.
-      const bool straight = rule.straight_in || !(rule.curved || rule.straight_out) || a == 0;
-      float value = straight ? out[c] : out[c] / a;
+      // The curve applies to straight colours, so premultiplied ones are divided by alpha before
+      // and multiplied after.
+      const bool is_straight = rule.straight_in || !(rule.curved || rule.straight_out) || a == 0;
+      float value = is_straight ? out[c] : out[c] / a;
       value = decode_sample(value, rule.curved);
-      const bool multiply = !rule.straight_out && (rule.straight_in || !straight);
+      const bool multiply = !rule.straight_out && (rule.straight_in || !is_straight);
       out[c] = multiply ? value * a : value;
     }
   }
@@ -95,7 +95,7 @@ Image to_image(const PmOiioImage& decoded, const ReadImageSettings& settings) {
                       static_cast<std::size_t>(image.height) * sources.size());
   const int alpha = image.find_channel("A");
   const auto colors = std::count_if(sources.begin(), sources.end(),
-                                    [](const Source& s) { return rank_of(s.name) < 3; });
+                                    [](const Source& s) { return channel_rank(s.name) < 3; });
   const PixelRule rule{
       static_cast<std::size_t>(colors), alpha,
       decoded.integer_format != 0 && settings.integer_curve == TransferCurve::kSrgb,
@@ -117,8 +117,8 @@ Result<DecodedImage> decode(const std::string& bytes, const std::string& format,
                             std::size_t max_bytes) {
   if (format == "png") return decode_png(bytes, max_bytes);
   PM_TRY(const OiioModule module, load_oiio_module());
-  // OpenImageIO 2.4 trusts what stands in a Targa file behind the pixels (a thumbnail, a date);
-  // without its footer nobody looks there.
+  // OpenImageIO 2.4 trusts the data after the pixels of a Targa file (a thumbnail, a date), but
+  // ignores them without the footer.
   constexpr std::size_t kFooter = 26;
   const std::size_t size = format == "targa" && bytes.size() > 18 + kFooter &&
                                    bytes.ends_with(std::string_view("TRUEVISION-XFILE.\0", 18))

@@ -8,13 +8,14 @@
 namespace polymorph {
 namespace {
 
-/// Which source samples one target sample covers, and how much of each.
+/// Source samples that one target sample covers, and their weights.
 struct Span {
   std::size_t first;
   std::vector<float> weights;  ///< sum 1
 };
 
-std::vector<Span> box_filter(int from, int to) {
+/// Weights of a box filter for each target sample.
+std::vector<Span> make_box_filter(int from, int to) {
   std::vector<Span> spans;
   const double step = static_cast<double>(from) / to;
   for (int i = 0; i < to; ++i) {
@@ -23,7 +24,7 @@ std::vector<Span> box_filter(int from, int to) {
     Span span{static_cast<std::size_t>(first), {}};
     for (int s = first; s < from && s < end; ++s) {
       const double covered = std::min<double>(end, s + 1) - std::max<double>(begin, s);
-      // Tiny weights left by rounding would read a neighbour that is not covered at all.
+      // Rounding may leave tiny weights of samples that are not covered at all.
       if (covered > 1e-9 * step || span.weights.empty())
         span.weights.push_back(static_cast<float>(covered / step));
     }
@@ -40,8 +41,8 @@ Image resize_image(const Image& image, int width, int height) {
   const std::size_t count = image.channel_count();
   const std::size_t from_width = static_cast<std::size_t>(image.width),
                     to_width = static_cast<std::size_t>(width);
-  const std::vector<Span> columns = box_filter(image.width, width),
-                          rows = box_filter(image.height, height);
+  const std::vector<Span> columns = make_box_filter(image.width, width),
+                          rows = make_box_filter(image.height, height);
   Image result = make_image(width, height, image.channels);
   result.attributes = image.attributes;
   parallel_for(

@@ -60,7 +60,7 @@ std::uint32_t little_endian(std::string_view bytes, std::size_t at) {
   return value;
 }
 
-/// The chunks up to IEND. libpng would print to standard error about what is found here.
+/// Checks the chunks up to IEND: libpng would print their defects to standard error.
 Status check_png(std::string_view bytes) {
   std::size_t at = 8;
   while (true) {
@@ -78,8 +78,9 @@ Status check_png(std::string_view bytes) {
   }
 }
 
-/// libjpeg fills the missing part of a cut file with grey and calls it good. Byte stuffing keeps
-/// both markers out of the coded data, so an end must follow the last start of a scan.
+/// Checks that the end marker follows the last start of a scan (byte stuffing keeps both markers
+/// out of the coded data): libjpeg fills the missing part of a truncated file with grey and reports
+/// success.
 Status check_jpeg(std::string_view bytes) {
   const std::size_t scan = bytes.rfind("\xff\xda"sv);
   const std::size_t end = bytes.rfind("\xff\xd9"sv);
@@ -88,9 +89,9 @@ Status check_jpeg(std::string_view bytes) {
   return Ok{};
 }
 
-/// The attributes of all headers (OpenEXR file layout: name, type, size, value; an empty name ends
-/// a header). OpenEXR allocates what a size says before it reads: damaged files of 660 bytes
-/// took up to 2.9 s to be refused.
+/// Checks the sizes of the attributes of all headers (OpenEXR file layout: name, type, size, value;
+/// an empty name ends a header). OpenEXR allocates these sizes before it reads: damaged files of
+/// 660 bytes took up to 2.9 s to be rejected.
 Status check_exr(std::string_view bytes) {
   const Error truncated =
       make_error(ErrorCode::kInput, "the EXR is truncated or its header is damaged");
@@ -122,7 +123,7 @@ std::size_t word_at(std::string_view bytes, std::size_t at) {
          static_cast<std::size_t>(static_cast<unsigned char>(bytes[at + 1])) << 8;
 }
 
-Status check_room(double width, double height, double channels, std::size_t max_bytes) {
+Status check_size(double width, double height, double channels, std::size_t max_bytes) {
   if (4.0 * width * height * channels <= static_cast<double>(max_bytes)) return Ok{};
   return make_error(ErrorCode::kInput, "{} x {} pixels are more than the limit of {} bytes allows",
                     width, height, max_bytes);
@@ -130,18 +131,18 @@ Status check_room(double width, double height, double channels, std::size_t max_
 
 Status check_gif(std::string_view bytes, std::size_t max_bytes) {
   if (bytes.size() < 13) return make_error(ErrorCode::kInput, "the GIF is truncated");
-  return check_room(static_cast<double>(word_at(bytes, 6)), static_cast<double>(word_at(bytes, 8)),
+  return check_size(static_cast<double>(word_at(bytes, 6)), static_cast<double>(word_at(bytes, 8)),
                     4, max_bytes);
 }
 
-/// The image header box of a JP2, or the size marker with which a bare code stream begins.
+/// Checks the image header box of a JP2, or the size marker at the beginning of a bare code stream.
 Status check_jpeg2000(std::string_view bytes, std::size_t max_bytes) {
   const bool bare = bytes.starts_with("\xff\x4f"sv);
   const std::size_t box = bytes.find("ihdr"sv);
   const std::size_t at = bare ? 8 : box == std::string_view::npos ? bytes.size() : box + 4;
   if (bytes.size() < 34 || at > bytes.size() - 10)
     return make_error(ErrorCode::kInput, "the JPEG 2000 file is truncated");
-  return check_room(big_endian(bytes, at + (bare ? 0 : 4)), big_endian(bytes, at + (bare ? 4 : 0)),
+  return check_size(big_endian(bytes, at + (bare ? 0 : 4)), big_endian(bytes, at + (bare ? 4 : 0)),
                     4, max_bytes);
 }
 
@@ -154,7 +155,7 @@ Status check_bmp(std::string_view bytes) {
                             : std::abs(1.0 * static_cast<std::int32_t>(little_endian(bytes, 22)));
   const auto bits = static_cast<double>(word_at(bytes, old ? 24 : 28));
   const std::uint32_t compression = old ? 0 : little_endian(bytes, 30);
-  // OpenImageIO 2.4 writes beyond its memory at runs that leave the picture.
+  // OpenImageIO 2.4 writes out of bounds for runs that extend beyond the picture.
   if (compression == 1 || compression == 2)
     return make_error(ErrorCode::kInput, "run-length encoded BMPs are not read - save it as a PNG");
   if (!(width >= 1) || !(height >= 1) || bits < 1 || bits > 32)
@@ -167,7 +168,7 @@ Status check_bmp(std::string_view bytes) {
 
 constexpr std::string_view kTargaFooter = "TRUEVISION-XFILE.\0"sv;
 
-/// Whether the bytes can be a Targa picture at all: the format has no sign of its own in front.
+/// Tests whether the header can be that of a Targa, a format without a magic number.
 bool is_like_targa(std::string_view bytes) {
   if (bytes.size() < 18) return false;
   const auto byte = [&](std::size_t at) { return static_cast<unsigned char>(bytes[at]); };
@@ -179,10 +180,10 @@ bool is_like_targa(std::string_view bytes) {
   return grey ? bits == 8 || bits == 16 : bits == 15 || bits == 16 || bits == 24 || bits == 32;
 }
 
-/// Whether all indices of run-length encoded pixels are below `colors`.
+/// Tests whether all indices of run-length encoded pixels are below `colors`.
 bool runs_are_within(std::string_view runs, std::size_t pixels, std::size_t colors) {
   std::size_t at = 0;
-  for (std::size_t done = 0; done < pixels;) {
+  for (std::size_t pixels_read = 0; pixels_read < pixels;) {
     if (at >= runs.size()) return false;
     const auto packet = static_cast<unsigned char>(runs[at++]);
     const std::size_t count = (packet & 0x7fu) + 1u, stored = packet & 0x80u ? 1 : count;
@@ -190,12 +191,12 @@ bool runs_are_within(std::string_view runs, std::size_t pixels, std::size_t colo
     for (std::size_t i = 0; i < stored; ++i)
       if (static_cast<unsigned char>(runs[at + i]) >= colors) return false;
     at += stored;
-    done += count;
+    pixels_read += count;
   }
   return true;
 }
 
-/// The size of what is not run-length encoded, and that no pixel names a colour beyond the map:
+/// Checks the size of uncompressed pixels, and that no pixel's index is beyond the colour map:
 /// OpenImageIO 2.4 would read there.
 Status check_targa(std::string_view bytes) {
   const auto byte = [&](std::size_t at) {
@@ -227,8 +228,8 @@ bool has_suffix(std::string_view name, std::string_view suffix) {
              [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
 }
 
-/// What the beginning says: a reader's name, or empty.
-std::string format_of(std::string_view bytes) {
+/// Detects the reader by the magic number; empty if unknown.
+std::string detect_format(std::string_view bytes) {
   for (const Magic& magic : kReadable)
     if (bytes.starts_with(magic.bytes)) return magic.name;
   if (bytes.starts_with("RIFF"sv) && bytes.substr(0, 12).ends_with("WEBP"sv)) return "webp";
@@ -239,7 +240,7 @@ std::string format_of(std::string_view bytes) {
   return "";
 }
 
-const char* guess(std::string_view bytes) {
+const char* describe_content(std::string_view bytes) {
   for (const Magic& magic : kKnown)
     if (bytes.starts_with(magic.bytes)) return magic.name;
   for (const char c : bytes.substr(0, 64))
@@ -252,7 +253,7 @@ const char* guess(std::string_view bytes) {
 Result<std::string> sniff_image_format(std::string_view bytes, std::string_view name,
                                        std::size_t max_bytes) {
   if (bytes.empty()) return make_error(ErrorCode::kInput, "the file is empty");
-  std::string format = format_of(bytes);
+  std::string format = detect_format(bytes);
   if (format.empty() && is_like_targa(bytes)) format = "targa";
   if (format.empty() && (has_suffix(name, ".tga") || bytes.ends_with(kTargaFooter)))
     return make_error(ErrorCode::kInput, "the Targa file's header is damaged - save it again");
@@ -269,7 +270,7 @@ Result<std::string> sniff_image_format(std::string_view bytes, std::string_view 
       ErrorCode::kInput,
       "not an image that can be read (by its content it is {}) - give a PNG, JPEG, Targa, BMP, "
       "GIF, WebP, TIFF, Radiance HDR or OpenEXR file",
-      guess(bytes));
+      describe_content(bytes));
 }
 
 }  // namespace polymorph

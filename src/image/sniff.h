@@ -8,13 +8,12 @@
 
 namespace polymorph {
 
-/// OpenImageIO's name of the reader for these bytes; no other reader is ever given
-/// a file. The content decides. Targa files need not say what they are: a name that ends in
-/// .tga is believed, and what has no known beginning is tried as one, if its header makes sense.
-/// Checks as well what the readers let pass, print about or stumble over: PNG chunk lengths and
-/// checksums, the sizes in EXR headers, the ends of JPEG, TIFF, BMP and Targa, and the size that
-/// GIF and JPEG 2000 make room for while the file is opened. Errors (kInput): a reason without a
-/// file name.
+/// Detects the format of an image from its content and returns OpenImageIO's name of the reader; no
+/// other reader is tried. Targa files have no magic number: a name that ends in .tga is believed,
+/// and unknown data are tried as a Targa if the header is plausible. Also checks for damage that
+/// readers ignore, report on standard error or crash on: PNG chunk lengths and checksums, sizes in
+/// EXR headers, the ends of JPEG, TIFF, BMP and Targa, and the sizes that GIF and JPEG 2000
+/// allocate on opening. Errors (kInput): a reason without a file name.
 Result<std::string> sniff_image_format(std::string_view bytes, std::string_view name = {},
                                        std::size_t max_bytes = std::size_t{1} << 30);
 

@@ -15,13 +15,13 @@ double decode(double encoded) {
   return encoded <= 0.04045 ? encoded / 12.92 : exact::pow((encoded + 0.055) / 1.055, 2.4);
 }
 
-// Codes change at most once per bucket: a bucket is 1/512 of its value wide, a code 1/110 at the
-// least.
+// Codes change at most once per bucket: the relative width of a bucket is 1/512, that of a code at
+// least 1/110.
 constexpr std::uint32_t kShift = 14;
 constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(0x1p-13f) >> kShift;
 constexpr std::uint32_t kLast = std::bit_cast<std::uint32_t>(1.0f) >> kShift;
 
-// Between buckets 1/128 of their value wide the curve is a line to 5e-4 of a code.
+// Within buckets of relative width 1/128 the curve is linear to 5e-4 of a code.
 constexpr std::uint32_t kCurveShift = 16;
 constexpr float kCurveFirst = 0x1p-8f, kCurveError = 1e-3f;
 constexpr std::uint32_t kCurveStart = std::bit_cast<std::uint32_t>(kCurveFirst) >> kCurveShift;
@@ -72,9 +72,10 @@ std::uint8_t SrgbQuantizer::operator()(float linear, float offset) const {
   if (value >= kCurveFirst && value < 1) {
     const auto bits = std::bit_cast<std::uint32_t>(value);
     const std::uint32_t bucket = (bits >> kCurveShift) - kCurveStart;
-    constexpr std::uint32_t kRest = (1u << kCurveShift) - 1;
-    const float part = static_cast<float>(bits & kRest) / static_cast<float>(kRest + 1);
-    const float code = curve_[bucket] + (curve_[bucket + 1] - curve_[bucket]) * part + offset;
+    constexpr std::uint32_t kFractionMask = (1u << kCurveShift) - 1;
+    const float fraction =
+        static_cast<float>(bits & kFractionMask) / static_cast<float>(kFractionMask + 1);
+    const float code = curve_[bucket] + (curve_[bucket + 1] - curve_[bucket]) * fraction + offset;
     const float below = std::floor(code);
     if (code - below > kCurveError && code - below < 1 - kCurveError)
       return static_cast<std::uint8_t>(std::min(below, 255.0f));

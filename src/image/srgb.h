@@ -7,30 +7,31 @@
 
 namespace polymorph {
 
-/// Both continue beyond [0, 1]: the linear part below, the power part above.
+/// Converts between encoded and linear values. Both curves continue beyond [0, 1]: the linear
+/// section below, the power section above.
 float srgb_to_linear(float encoded);
 float linear_to_srgb(float linear);
 
-/// round(255 linear_to_srgb(v)) without a pow per pixel: a table over the leading bits of `v` gives
-/// the code or the one below it, a comparison decides. NaN and negative values give 0, values above
-/// 1 give 255.
+/// Computes round(255 linear_to_srgb(v)) without a pow per pixel: a table over the leading bits of
+/// `v` gives the code or the one below it, and a comparison decides. NaN and negative values give
+/// 0, values above 1 give 255.
 class SrgbQuantizer {
  public:
   static const SrgbQuantizer& instance();
   std::uint8_t operator()(float linear) const;
-  /// floor(min(255 linear_to_srgb(v) + offset, 255)), `v` clamped to [0, 1], for an `offset` in
-  /// [0, 1): random rounding. Nearly always without a pow, either.
+  /// Computes floor(min(255 linear_to_srgb(v) + offset, 255)), `v` clamped to [0, 1], for an
+  /// `offset` in [0, 1): random rounding. A pow is rarely needed.
   std::uint8_t operator()(float linear, float offset) const;
 
  private:
   SrgbQuantizer();
   std::array<float, 257>
-      lowest_;  ///< the least linear value that rounds to a code; infinity after 255
+      lowest_;  ///< the smallest linear value that rounds to each code; infinity after 255
   std::vector<std::uint8_t> start_;
-  std::vector<float> curve_;  ///< 255 linear_to_srgb() at the leading bits of a value
+  std::vector<float> curve_;  ///< 255 linear_to_srgb() at values of equal leading bits
 };
 
-/// srgb_to_linear(i / 255) and srgb_to_linear(i / 65535).
+/// Tables of srgb_to_linear(i / 255) and srgb_to_linear(i / 65535).
 const std::vector<float>& srgb_decode_table8();
 const std::vector<float>& srgb_decode_table16();
 

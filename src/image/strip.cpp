@@ -9,11 +9,11 @@
 namespace polymorph {
 namespace {
 
-// Linear 0.55 is sRGB 0.77: clear on a dark sheet without outshining the frames.
+// Linear 0.55 is sRGB 0.77: legible on a dark sheet but not brighter than the frames.
 constexpr float kLabelOnDark = 0.55f;
 constexpr float kLabelOnLight = 0.03f;
 
-/// Continuation bytes of UTF-8: the character was counted at its first byte.
+/// Tests for continuation bytes of UTF-8, which add no character.
 bool is_continuation(char c) { return (static_cast<unsigned char>(c) & 0xc0) == 0x80; }
 
 void fill_rectangle(Image& image, int left, int top, int size, const std::array<int, 3>& channels,
@@ -45,8 +45,8 @@ Status check_frames(std::span<const Image> frames, std::span<const std::string> 
   return Ok{};
 }
 
-/// `frame` over the background at (left, top).
-void place(const Image& frame, int left, int top, float background, Image& sheet) {
+/// Draws `frame` over the background at (left, top).
+void draw_frame(const Image& frame, int left, int top, float background, Image& sheet) {
   const int colors[3] = {frame.find_channel("R"), frame.find_channel("G"), frame.find_channel("B")};
   const int alpha = frame.find_channel("A");
   for (int y = 0; y < frame.height; ++y)
@@ -57,14 +57,14 @@ void place(const Image& frame, int left, int top, float background, Image& sheet
     }
 }
 
-/// Labels are drawn twice as large where they all fit and the cells are not thumbnails.
-int label_scale(std::span<const std::string> labels, int cell_width) {
+/// Scale of the labels: 2 if they all fit and the cells are no thumbnails, else 1.
+int choose_label_scale(std::span<const std::string> labels, int cell_width) {
   for (const std::string& label : labels)
     if (text_width(label, 2) > cell_width) return 1;
   return cell_width >= 200 ? 2 : 1;
 }
 
-/// As much of `text` as fits.
+/// Truncates `text` to a width.
 std::string fit_text(std::string text, int width, int scale) {
   while (!text.empty() && text_width(text, scale) > width) text.pop_back();
   return text;
@@ -75,7 +75,7 @@ std::string fit_text(std::string text, int width, int scale) {
 int text_width(const std::string& text, int scale) {
   int width = 0;
   for (const char c : text)
-    if (!is_continuation(c)) width += glyph_of(c).width + kFontGap;
+    if (!is_continuation(c)) width += find_glyph(c).width + kFontGap;
   return width > 0 ? (width - kFontGap) * scale : 0;
 }
 
@@ -86,7 +86,7 @@ void draw_text(Image& image, int x, int y, const std::string& text, float grey, 
                                     image.find_channel("B")};
   for (const char c : text) {
     if (is_continuation(c)) continue;
-    const Glyph& glyph = glyph_of(c);
+    const Glyph& glyph = find_glyph(c);
     for (int row = 0; row < kFontHeight; ++row)
       for (int column = 0; column < glyph.width; ++column)
         if (glyph.rows[static_cast<std::size_t>(row)] >> column & 1)
@@ -106,7 +106,7 @@ Result<Image> make_strip(std::span<const Image> frames, std::span<const std::str
   const int count = static_cast<int>(frames.size());
   const int columns = std::min(settings.columns, count), rows = (count + columns - 1) / columns;
   const bool labelled = settings.labels && !labels.empty();
-  const int scale = label_scale(labels, cell_width);
+  const int scale = choose_label_scale(labels, cell_width);
   const int label_gap = 4 * scale;
   const int row_height =
       cell_height + settings.gap + (labelled ? label_gap + text_height(scale) : 0);
@@ -117,7 +117,8 @@ Result<Image> make_strip(std::span<const Image> frames, std::span<const std::str
     const auto n = static_cast<std::size_t>(i);
     const int left = settings.gap + i % columns * (cell_width + settings.gap);
     const int top = settings.gap + i / columns * row_height;
-    place(resize_image(frames[n], cell_width, cell_height), left, top, settings.background, sheet);
+    draw_frame(resize_image(frames[n], cell_width, cell_height), left, top, settings.background,
+               sheet);
     if (!labelled) continue;
     const std::string text = fit_text(labels[n], cell_width, scale);
     draw_text(sheet, left + (cell_width - text_width(text, scale)) / 2,

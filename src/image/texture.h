@@ -6,8 +6,8 @@
 
 namespace polymorph {
 
-/// R, G, B at `uv`; an image with fewer than three channels counts as grey. White for an empty
-/// image.
+/// Samples R, G, B at `uv`; an image with fewer than three channels counts as grey. White for an
+/// empty image.
 Vec3 sample_texture(const Image& image, Vec2 uv);
 
 }  // namespace polymorph

@@ -27,7 +27,7 @@ void append(std::string& bytes, const T& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-JsonValue array_of(Vec3 v) { return JsonValue::array({v.x, v.y, v.z}); }
+JsonValue to_array(Vec3 v) { return JsonValue::array({v.x, v.y, v.z}); }
 
 /// Sorts the members of all objects by name, which is the order that earlier files had.
 void sort_members(JsonValue& value) {
@@ -38,18 +38,18 @@ void sort_members(JsonValue& value) {
 }
 
 template <class T>
-T quantized(float v, float highest) {
+T quantize(float v, float highest) {
   return static_cast<T>(
       std::lround(std::clamp(v, std::is_signed_v<T> ? -1.0f : 0.0f, 1.0f) * highest));
 }
 
-/// Where an actor's mesh is in the file, and when it shows.
+/// A mesh of an actor in the file, and the frames that show it.
 struct Shown {
   std::size_t mesh = 0, actor = 0;
   int first = 0, end = 0;  ///< frames: from the one until the other
   Vec3 origin;
   float scale = 1;
-  std::string digest;  ///< of all that is shown
+  std::string digest;  ///< hash of everything visible
 };
 
 class GlbWriter : public SurfaceWriter {
@@ -64,7 +64,7 @@ class GlbWriter : public SurfaceWriter {
   Status add(int frame, std::span<const SurfaceFrame> frames) override {
     if (sequence_.constant_topology) return add_targets(frame, frames);
     for (std::size_t a = 0; a < frames.size(); ++a) {
-      const std::string digest = frames[a].triangles.empty() ? "" : digest_of(frames[a]);
+      const std::string digest = frames[a].triangles.empty() ? "" : compute_digest(frames[a]);
       std::optional<std::size_t>& current = current_[a];
       if (current && shown_[*current].digest == digest) continue;
       if (current) shown_[*current].end = frame;
@@ -86,8 +86,8 @@ class GlbWriter : public SurfaceWriter {
   Status finish() override;
 
  private:
-  std::string digest_of(const SurfaceFrame& frame);
-  std::vector<std::size_t> materials_of(const SurfaceFrame& frame);
+  std::string compute_digest(const SurfaceFrame& frame);
+  std::vector<std::size_t> add_materials(const SurfaceFrame& frame);
   Status add_mesh(const SurfaceFrame& frame, const std::string& name, Shown& shown);
   Result<std::size_t> add_view(const std::string& bytes, int target, std::size_t stride = 0);
   Result<std::size_t> add_accessor(const std::string& bytes, int target, int component,
@@ -113,8 +113,8 @@ class GlbWriter : public SurfaceWriter {
             meshes_ = JsonValue::array(), nodes_ = JsonValue::array(), animation_,
             images_ = JsonValue::array();
   std::vector<Shown> shown_;
-  std::vector<std::optional<std::size_t>> current_;  ///< of each actor, what it shows
-  /// With a constant topology: of each actor its first frame, and the frames so far.
+  std::vector<std::optional<std::size_t>> current_;  ///< index into shown_ per actor
+  /// First frame per actor, and the frames so far; for a constant topology.
   std::vector<SurfaceFrame> base_;
   std::vector<int> frames_;
 };
@@ -124,15 +124,15 @@ void hash_all(Hasher& hasher, const std::vector<T>& values) {
   hasher.add(std::span<const T>(values));
 }
 
-/// Indices into the catalogue; of a mixture, one.
-std::vector<std::size_t> GlbWriter::materials_of(const SurfaceFrame& frame) {
+/// Adds a frame's materials to the catalogue; returns their indices, one for a mixture.
+std::vector<std::size_t> GlbWriter::add_materials(const SurfaceFrame& frame) {
   if (frame.is_mixed) return {catalog_.add(frame.mixture)};
   return catalog_.add(frame.materials);
 }
 
-std::string GlbWriter::digest_of(const SurfaceFrame& frame) {
+std::string GlbWriter::compute_digest(const SurfaceFrame& frame) {
   Hasher hasher;
-  hash_all(hasher, materials_of(frame));
+  hash_all(hasher, add_materials(frame));
   hash_all(hasher, frame.triangle_materials);
   hash_all(hasher, frame.positions);
   hash_all(hasher, frame.triangles);
@@ -198,8 +198,8 @@ Status GlbWriter::add_vertices(const SurfaceFrame& frame, const SplitSurface& sp
                       high = max(high, frame.positions[p]);
                       append(bytes, frame.positions[p]);
                     })));
-  accessors_.items.back()["min"] = array_of(low);
-  accessors_.items.back()["max"] = array_of(high);
+  accessors_.items.back()["min"] = to_array(low);
+  accessors_.items.back()["max"] = to_array(high);
   if (!frame.normals.empty() || !frame.corner_normals.empty())
     PM_TRY_STATUS(put("NORMAL", "VEC3",
                       per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
@@ -215,7 +215,7 @@ Status GlbWriter::add_vertices(const SurfaceFrame& frame, const SplitSurface& sp
                       per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
                         append(bytes, uv_at(frame, split, v));
                       })));
-  // The only attribute of our own: Blender 5.0 mixes up the values of two.
+  // The only custom attribute: Blender 5.0 confuses the values of two.
   if (!frame.velocities.empty())
     PM_TRY_STATUS(put("_VELOCITY", "VEC3",
                       per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
@@ -247,7 +247,7 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
                       const Vec3 at = (frame.positions[p] - low) / shown.scale;
                       const float own[3] = {at.x, at.y, at.z};
                       for (int k = 0; k < 3; ++k) {
-                        const auto q = quantized<std::uint16_t>(own[k], 65535);
+                        const auto q = quantize<std::uint16_t>(own[k], 65535);
                         lowest[k] = std::min(lowest[k], q);
                         highest[k] = std::max(highest[k], q);
                         append(bytes, q);
@@ -261,7 +261,7 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
                       per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
                         const Vec3 n = normal_at(frame, split, v);
                         for (const float c : {n.x, n.y, n.z})
-                          append(bytes, quantized<std::int8_t>(c, 127));
+                          append(bytes, quantize<std::int8_t>(c, 127));
                         append(bytes, std::int8_t{0});
                       })));
   if (frame.is_mixed)
@@ -269,7 +269,7 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
                       per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
                         const Vec3 color = frame.colors[p];
                         for (const float c : {color.x, color.y, color.z, 1.0f})
-                          append(bytes, quantized<std::uint16_t>(c, 65535));
+                          append(bytes, quantize<std::uint16_t>(c, 65535));
                       })));
   if (frame.is_mixed || frame.corner_uvs.empty()) return Ok{};
   const bool within = std::all_of(frame.corner_uvs.begin(), frame.corner_uvs.end(), [](Vec2 uv) {
@@ -278,8 +278,8 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
   const std::string bytes = per_vertex(split, [&](std::string& all, std::size_t v, std::uint32_t) {
     const Vec2 uv = uv_at(frame, split, v);
     if (!within) return append(all, uv);
-    append(all, quantized<std::uint16_t>(uv.x, 65535));
-    append(all, quantized<std::uint16_t>(uv.y, 65535));
+    append(all, quantize<std::uint16_t>(uv.x, 65535));
+    append(all, quantize<std::uint16_t>(uv.y, 65535));
   });
   PM_TRY(
       attributes["TEXCOORD_0"],
@@ -294,16 +294,16 @@ Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, S
   JsonValue attributes = JsonValue::object();
   PM_TRY_STATUS(settings_.quantize ? add_quantized(frame, split, attributes, shown)
                                    : add_vertices(frame, split, attributes, shown));
-  const std::vector<std::size_t> materials = materials_of(frame);
-  std::vector<std::size_t> wanted = materials;
-  std::sort(wanted.begin(), wanted.end());
-  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+  const std::vector<std::size_t> materials = add_materials(frame);
+  std::vector<std::size_t> used = materials;
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
   const auto material_at = [&](std::size_t t) {
     return frame.is_mixed ? materials[0] : materials[frame.triangle_materials[t]];
   };
   JsonValue primitives = JsonValue::array();
   const bool is_short = split.position_of.size() < 65535;  // the last number restarts strips
-  for (const std::size_t material : wanted) {
+  for (const std::size_t material : used) {
     std::string bytes;
     std::size_t count = 0;
     for (std::size_t t = 0; t < split.triangles.size(); ++t) {
@@ -324,8 +324,8 @@ Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, S
   return Ok{};
 }
 
-/// The first frame is the mesh, each further one a morph target: what is added to places, normals
-/// and colours.
+/// Adds morph targets: the first frame is the mesh, each further one a target with the differences
+/// of positions, normals and colours.
 Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
   frames_.push_back(frame);
   if (base_.empty()) {
@@ -353,15 +353,15 @@ Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
       Vec3 low = to[0] - from[0], high = low;
       const std::string bytes =
           per_vertex(split, [&](std::string& all, std::size_t, std::uint32_t p) {
-            const Vec3 by = to[p] - from[p];
-            low = min(low, by);
-            high = max(high, by);
-            append(all, by);
+            const Vec3 offset = to[p] - from[p];
+            low = min(low, offset);
+            high = max(high, offset);
+            append(all, offset);
           });
       PM_TRY(target[name],
              add_accessor(bytes, kVertexBuffer, kFloat, "VEC3", split.position_of.size()));
-      accessors_.items.back()["min"] = array_of(low);
-      accessors_.items.back()["max"] = array_of(high);
+      accessors_.items.back()["min"] = to_array(low);
+      accessors_.items.back()["max"] = to_array(high);
       return Ok{};
     };
     PM_TRY_STATUS(put("POSITION", base.positions, now.positions));
@@ -373,7 +373,8 @@ Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
   return Ok{};
 }
 
-/// Each frame's target counts fully at its moment, and its neighbours' in between.
+/// Adds the weights: each frame's target has weight 1 at its time, and is interpolated with its
+/// neighbours between.
 Status GlbWriter::add_weights() {
   const std::size_t targets = frames_.size() - 1;
   JsonValue samplers = JsonValue::array(), channels = JsonValue::array();
@@ -404,7 +405,7 @@ JsonValue GlbWriter::material_json(const SurfaceMaterial& m) {
                                                          std::clamp(m.color.z, 0.0f, 1.0f), 1})},
                    {"metallicFactor", std::clamp(m.metallic, 0.0f, 1.0f)},
                    {"roughnessFactor", std::clamp(m.roughness, 0.0f, 1.0f)}};
-  if (const int texture = catalog_.texture_of(m); texture >= 0)
+  if (const int texture = catalog_.find_texture(m); texture >= 0)
     pbr["baseColorTexture"] = {{"index", texture}};
   JsonValue material = {{"name", m.name}, {"pbrMetallicRoughness", pbr}};
   if (m.transmission > 0)
@@ -423,7 +424,7 @@ Status GlbWriter::add_images() {
   return Ok{};
 }
 
-/// A node for each mesh under one for each actor; the camera last.
+/// Adds a node per mesh below one per actor, and the camera last.
 void GlbWriter::add_nodes() {
   std::vector<JsonValue> children(sequence_.actors.size(), JsonValue::array());
   for (const Shown& shown : shown_) {
@@ -431,8 +432,8 @@ void GlbWriter::add_nodes() {
     if (!sequence_.constant_topology)
       node["extensions"]["KHR_node_visibility"] = {
           {"visible", shown.first == sequence_.first_frame}};
-    if (settings_.quantize) node["translation"] = array_of(shown.origin);
-    // What a viewer shows that plays nothing: the first frame.
+    if (settings_.quantize) node["translation"] = to_array(shown.origin);
+    // Viewers that play no animation show the first frame.
     const float scale = shown.first == sequence_.first_frame ? shown.scale : 0.0f;
     if (scale != 1) node["scale"] = JsonValue::array({scale, scale, scale});
     children[shown.actor].push_back(nodes_.size());
@@ -442,7 +443,7 @@ void GlbWriter::add_nodes() {
     if (!children[a].empty())
       nodes_.push_back({{"name", sequence_.actors[a]}, {"children", children[a]}});
   const FrameCamera& c = sequence_.camera;
-  // Column by column; a camera looks along its -z.
+  // Column-major; a camera looks along its -z.
   nodes_.push_back(
       {{"name", "camera"},
        {"camera", 0},
@@ -458,7 +459,7 @@ Status GlbWriter::add_animation() {
   };
   for (std::size_t n = 0; n < shown_.size(); ++n) {
     const Shown& shown = shown_[n];
-    // Runs to the end of the last frame, so that it is as long as the others.
+    // Extends to the end of the last frame, so that it is as long as the others.
     std::vector<float> times;
     std::vector<std::uint8_t> visible;
     const auto key = [&](int frame, bool shows) {
@@ -574,7 +575,7 @@ Status GlbWriter::finish() {
   head += text;
   append(head, static_cast<std::uint32_t>(spool_.size()));
   append(head, std::uint32_t{0x004e4942});
-  return write_file(path_, joined({source_of(head), spool_.source({{0, spool_.size()}})}));
+  return write_file(path_, concatenate({make_source(head), spool_.source({{0, spool_.size()}})}));
 }
 
 }  // namespace
@@ -582,7 +583,7 @@ Status GlbWriter::finish() {
 Result<std::unique_ptr<SurfaceWriter>> make_glb_writer(const std::filesystem::path& path,
                                                        const SurfaceSequence& sequence,
                                                        const GlbSettings& settings) {
-  PM_TRY(Spool spool, Spool::beside(path));
+  PM_TRY(Spool spool, Spool::create_for(path));
   return std::unique_ptr<SurfaceWriter>(
       std::make_unique<GlbWriter>(path, sequence, settings, std::move(spool)));
 }

@@ -16,20 +16,20 @@ std::string identifier(const std::string& text) {
 }
 
 std::size_t MaterialCatalog::add(const SurfaceMaterial& material) {
-  const auto known =
+  const auto existing =
       std::find_if(materials.begin(), materials.end(),
                    [&](const SurfaceMaterial& m) { return same_material(m, material); });
-  if (known != materials.end()) return static_cast<std::size_t>(known - materials.begin());
-  SurfaceMaterial made = material;
+  if (existing != materials.end()) return static_cast<std::size_t>(existing - materials.begin());
+  SurfaceMaterial added = material;
   const std::string name = identifier(material.name);
-  made.name = name;
-  const auto taken = [&] {
+  added.name = name;
+  const auto is_used = [&] {
     return std::any_of(materials.begin(), materials.end(),
-                       [&](const SurfaceMaterial& m) { return m.name == made.name; });
+                       [&](const SurfaceMaterial& m) { return m.name == added.name; });
   };
-  for (int i = 2; taken(); ++i) made.name = fmt::format("{}_{}", name, i);
-  if (made.texture && texture_of(made) < 0) textures.push_back(made.texture);
-  materials.push_back(std::move(made));
+  for (int i = 2; is_used(); ++i) added.name = fmt::format("{}_{}", name, i);
+  if (added.texture && find_texture(added) < 0) textures.push_back(added.texture);
+  materials.push_back(std::move(added));
   return materials.size() - 1;
 }
 
@@ -39,7 +39,7 @@ std::vector<std::size_t> MaterialCatalog::add(const std::vector<SurfaceMaterial>
   return indices;
 }
 
-int MaterialCatalog::texture_of(const SurfaceMaterial& material) const {
+int MaterialCatalog::find_texture(const SurfaceMaterial& material) const {
   const auto found = std::find(textures.begin(), textures.end(), material.texture);
   return !material.texture || found == textures.end() ? -1
                                                       : static_cast<int>(found - textures.begin());
@@ -48,7 +48,7 @@ int MaterialCatalog::texture_of(const SurfaceMaterial& material) const {
 Result<std::string> texture_png(const Image& texture) {
   PngSettings settings;
   settings.effort = PngEffort::kSmall;
-  // Colours alone: the renderer leaves a texture's alpha alone, too.
+  // Write colours only: the renderer ignores a texture's alpha too.
   if (texture.channel_count() == 3) return encode_png(texture, settings);
   Image colors = make_image(texture.width, texture.height, {"R", "G", "B"});
   const int channels[3] = {texture.find_channel("R"), texture.find_channel("G"),

@@ -1,4 +1,4 @@
-// The materials and textures of a whole sequence, each once.
+// Catalogue of the materials and textures of a sequence, without duplicates.
 #pragma once
 
 #include <memory>
@@ -11,21 +11,22 @@
 namespace polymorph {
 
 struct MaterialCatalog {
-  std::vector<SurfaceMaterial> materials;  ///< names are identifiers, each once
+  std::vector<SurfaceMaterial> materials;  ///< names are unique identifiers
   std::vector<std::shared_ptr<const Image>> textures;
 
-  /// The index of a material; one that is new is taken in.
+  /// Returns the index of a material; a new one is added.
   std::size_t add(const SurfaceMaterial& material);
-  /// The indices of all of a frame's materials, in its order.
+  /// Returns the indices of all of a frame's materials, in order.
   std::vector<std::size_t> add(const std::vector<SurfaceMaterial>& all);
-  /// Index into `textures`, or -1.
-  int texture_of(const SurfaceMaterial& material) const;
+  /// Returns the index into `textures`, or -1.
+  int find_texture(const SurfaceMaterial& material) const;
 };
 
-/// Letters, digits and underscores, beginning with no digit: what every format takes as a name.
+/// Makes an identifier of letters, digits and underscores that does not begin with a digit: valid
+/// in every format.
 std::string identifier(const std::string& text);
 
-/// A texture as a PNG of 8 bits. Errors: kInput, where it has no colours.
+/// Encodes a texture as an 8-bit PNG. Errors: kInput if it has no colours.
 Result<std::string> texture_png(const Image& texture);
 
 }  // namespace polymorph

@@ -1,4 +1,4 @@
-// A plain mesh as a file.
+// Writing of a plain mesh to a file.
 #pragma once
 
 #include <filesystem>
@@ -8,8 +8,8 @@
 
 namespace polymorph {
 
-/// Positions, normals (none where the mesh is flat) and triangles, by extension: .obj or .ply.
-/// Errors: kUsage for another extension, kOutput when writing fails.
+/// Writes positions, normals (none if the mesh is flat) and triangles, by extension: .obj or .ply.
+/// Errors: kUsage for another extension, kOutput if writing fails.
 Status write_mesh(const std::filesystem::path& path, const Mesh& mesh);
 
 }  // namespace polymorph

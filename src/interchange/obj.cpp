@@ -16,11 +16,11 @@ namespace {
 
 using Text = std::back_insert_iterator<std::string>;
 
-/// Numbers values in the order in which they come, equal ones alike.
+/// Numbers distinct values in the order of their first occurrence.
 class Numbering {
  public:
   explicit Numbering(std::uint32_t first) : next_(first) {}
-  /// The value's number, and whether it is new.
+  /// Returns the value's number, and whether it is new.
   std::pair<std::uint32_t, bool> number(std::uint64_t low, std::uint32_t high = 0) {
     const auto [at, is_new] = numbers_[high].try_emplace(low, next_);
     if (is_new) ++next_;
@@ -37,7 +37,7 @@ std::uint64_t pair_bits(float a, float b) {
   return std::uint64_t{std::bit_cast<std::uint32_t>(a)} << 32 | std::bit_cast<std::uint32_t>(b);
 }
 
-/// The numbers of the corners' texture coordinates, which are written.
+/// Writes distinct texture coordinates; returns the number of each corner's.
 std::vector<std::uint32_t> write_uvs(const SurfaceFrame& frame, std::uint32_t& first, Text out) {
   Numbering numbering(first);
   std::vector<std::uint32_t> numbers;
@@ -136,7 +136,7 @@ std::string encode_mtl(const MaterialCatalog& catalog,
     fmt::format_to(out, "Ks {:.6g} {:.6g} {:.6g}\nNs {:.6g}\nPr {:.6g}\nPm {:.6g}\n", specular.x,
                    specular.y, specular.z, shine, m.roughness, m.metallic);
     if (m.transmission > 0) fmt::format_to(out, "d {:.6g}\nNi {:.6g}\n", 1 - m.transmission, m.ior);
-    if (const int texture = catalog.texture_of(m); texture >= 0)
+    if (const int texture = catalog.find_texture(m); texture >= 0)
       fmt::format_to(out, "map_Kd {}\n", texture_names[static_cast<std::size_t>(texture)]);
   }
   return text;

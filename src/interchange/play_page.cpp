@@ -25,8 +25,8 @@ namespace {
 /// Steps of distances, in cells of the surface: they are right to half of that.
 constexpr float kDistanceStep = 1.0f / 40;
 constexpr float kThinnessStep = 1.0f / 256;
-/// Steps over the range of what moves: of legs made of distances, of those made of balls, whose
-/// field is steep, and of what is only shown, the balls of the former.
+/// Steps over the range of moving values: of distance legs; of ball legs, whose field is steep; and
+/// of the balls of distance legs, which are only displayed.
 constexpr float kMotionSteps = 16383, kBallSteps = 65000, kShownSteps = 511;
 
 /// An array of numbers, x fastest, and along which of its axes they are smooth.
@@ -70,26 +70,29 @@ void refine(const Shape& shape, const std::vector<double>& values, const F& visi
     for (int axis = 0; axis < 3; ++axis) {
       if (!shape.smooth[axis]) continue;
       first[axis] = half;
-      const std::int64_t by = half * stride[axis];
+      const std::int64_t neighbour_step = half * stride[axis];
       visit_all(first, step, [&](const int(&at)[3], std::int64_t i) {
         const auto value = [&](std::int64_t j) { return values[static_cast<std::size_t>(j)]; };
         const int here = at[axis], n = shape.n[axis];
-        const double low = value(i - by);
+        const double low = value(i - neighbour_step);
         if (here + half >= n) return low;
-        const double high = value(i + by);
+        const double high = value(i + neighbour_step);
         if (here < 3 * half || here + 3 * half >= n) return (low + high) / 2;
-        return (9 * (low + high) - (value(i - 3 * by) + value(i + 3 * by))) / 16;
+        return (9 * (low + high) -
+                (value(i - 3 * neighbour_step) + value(i + 3 * neighbour_step))) /
+               16;
       });
       first[axis] = 0;
       step[axis] = half;
     }
 }
 
-/// Arrays of numbers as steps of 16 bits from what their neighbours predict: first all low bytes,
-/// then all high ones, so that deflate finds them alike.
+/// Packs arrays as 16-bit differences from predictions by neighbours: first all low bytes, then all
+/// high ones, so that deflate finds them similar.
 class Packer {
  public:
-  /// Right to half of `step`. Values over more than 65535 steps are cut off.
+  /// Adds an array with an error of at most half of `step`. Values over more than 65535 steps are
+  /// clamped.
   JsonValue add(std::span<const float> values, const Shape& shape, float step) {
     PM_CHECK(values.size() == shape.size());
     const auto [low, high] = std::minmax_element(values.begin(), values.end());
@@ -97,14 +100,14 @@ class Packer {
     const double size = step > 0 ? static_cast<double>(step) : 1;
     const std::size_t at = bytes_.size(), count = values.size();
     bytes_.resize(at + 2 * count);
-    std::vector<double> read(count);  // as the page will have them, less the middle
+    std::vector<double> read(count);  // as the page will decode them, minus the middle
     std::size_t next = 0;
     refine(shape, read, [&](std::size_t i, double prediction) {
-      const double wanted = static_cast<double>(values[i]) - middle;
-      const auto steps =
-          static_cast<int>(std::clamp(std::round((wanted - prediction) / size), -32768.0, 32767.0));
+      const double offset_value = static_cast<double>(values[i]) - middle;
+      const auto steps = static_cast<int>(
+          std::clamp(std::round((offset_value - prediction) / size), -32768.0, 32767.0));
       read[i] = prediction + steps * size;
-      // Small steps of either sign become small numbers.
+      // Zigzag encoding: small steps of either sign become small numbers.
       const unsigned folded = static_cast<unsigned>(steps >= 0 ? 2 * steps : -2 * steps - 1);
       bytes_[at + next] = static_cast<char>(folded & 255);
       bytes_[at + count + next] = static_cast<char>(folded >> 8);
@@ -114,28 +117,28 @@ class Packer {
         {"at", at}, {"n", shape.n}, {"smooth", shape.smooth}, {"middle", middle}, {"step", size}};
   }
 
-  std::string deflated() const {
+  std::string deflate() const {
     uLongf size = compressBound(static_cast<uLong>(bytes_.size()));
-    std::string packed(size, '\0');
-    const int status = compress2(reinterpret_cast<Bytef*>(packed.data()), &size,
+    std::string result(size, '\0');
+    const int status = compress2(reinterpret_cast<Bytef*>(result.data()), &size,
                                  reinterpret_cast<const Bytef*>(bytes_.data()),
                                  static_cast<uLong>(bytes_.size()), 9);
     PM_CHECK(status == Z_OK);
-    packed.resize(size);
-    return packed;
+    result.resize(size);
+    return result;
   }
 
  private:
   std::string bytes_;
 };
 
-/// Of a range; nothing that is all the same has steps.
+/// Step for a range; 0 if all values are equal.
 float range_step(std::span<const float> values, float steps) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   return (*high - *low) / steps;
 }
 
-Shape shape_of(Int3 points) { return {{points.x, points.y, points.z}, {true, true, true}}; }
+Shape make_shape(Int3 points) { return {{points.x, points.y, points.z}, {true, true, true}}; }
 
 JsonValue object_json(const PlayObject& object, float cell, Packer& packer) {
   JsonValue json{{"name", printable(object.name)}, {"color", triple(object.color)}};
@@ -143,13 +146,13 @@ JsonValue object_json(const PlayObject& object, float cell, Packer& packer) {
     const DistanceGrid& d = *object.distances;
     json["distances"] = grid_json(d.grid);
     json["distances"]["values"] =
-        packer.add(d.values, shape_of(d.grid.points), kDistanceStep * cell);
+        packer.add(d.values, make_shape(d.grid.points), kDistanceStep * cell);
   }
   if (object.thinness) {
     const DistanceGrid& thinness = *object.thinness;
     json["thinness"] = grid_json(thinness.grid);
     json["thinness"]["values"] =
-        packer.add(thinness.values, shape_of(thinness.grid.points), kThinnessStep);
+        packer.add(thinness.values, make_shape(thinness.grid.points), kThinnessStep);
   }
   if (!object.colors.empty()) {
     json["colors"] = grid_json(object.color_grid);
@@ -157,7 +160,7 @@ JsonValue object_json(const PlayObject& object, float cell, Packer& packer) {
       std::vector<float> channel;
       for (const Vec3& color : object.colors) channel.push_back(linear_to_srgb(color.*c));
       json["colors"]["values"].push_back(
-          packer.add(channel, shape_of(object.color_grid.points), 1.0f / 128));
+          packer.add(channel, make_shape(object.color_grid.points), 1.0f / 128));
     }
   }
   return json;
@@ -169,7 +172,7 @@ JsonValue object_json(const PlayObject& object, float cell, Packer& packer) {
 struct Factor {
   float xx, xy, xz, yy, yz, zz;
 };
-Factor factor_of(const Sym3& s) {
+Factor factorize(const Sym3& s) {
   constexpr float kMin = 1e-12f;
   Factor f{};
   f.xx = std::sqrt(std::max(s.xx, kMin));
@@ -181,12 +184,12 @@ Factor factor_of(const Sym3& s) {
   return f;
 }
 
-/// What is kept of each pair at a key, channel by channel; play.html has the same order. Of legs
-/// made of distances those from kFirstShown on, the balls themselves, are only shown.
+/// Lists the values of each pair at a key, channel by channel, in the order of play.html. For
+/// distance legs the channels from kFirstShown on, the balls, are for display only.
 constexpr std::size_t kFirstShown = 3, kShown = 8;
-std::vector<float> channels_of(const PlayKey& key, std::size_t pair) {
+std::vector<float> list_channels(const PlayKey& key, std::size_t pair) {
   const Ball& ball = key.balls[pair];
-  const Factor f = factor_of(ball.shape);
+  const Factor f = factorize(ball.shape);
   const Regression& map = *key.between.map;
   const RegressionSample& sample = map.samples[pair];
   std::vector<float> v{
@@ -204,7 +207,7 @@ std::vector<float> channels_of(const PlayKey& key, std::size_t pair) {
   return v;
 }
 
-/// What all pairs of a key share.
+/// Values that are common to all pairs of a key.
 JsonValue common_json(const PlayKey& key) {
   JsonValue numbers = JsonValue::array();
   const auto add = [&](Vec3 v) {
@@ -224,15 +227,15 @@ JsonValue common_json(const PlayKey& key) {
 
 JsonValue leg_json(const PlayLeg& leg, Packer& packer) {
   JsonValue times = JsonValue::array(), common = JsonValue::array();
-  std::vector<std::vector<float>> rows;  // of each key and pair
+  std::vector<std::vector<float>> rows;  // one per key and pair
   for (const PlayKey& key : leg.keys) {
     times.push_back(key.time);
     common.push_back(common_json(key));
-    for (std::size_t e = 0; e < key.balls.size(); ++e) rows.push_back(channels_of(key, e));
+    for (std::size_t e = 0; e < key.balls.size(); ++e) rows.push_back(list_channels(key, e));
   }
   const int keys = static_cast<int>(leg.keys.size()),
             pairs = static_cast<int>(leg.keys.front().balls.size());
-  // Ways are smooth along the time.
+  // Values are smooth in time.
   const Shape shape{{pairs, keys, 1}, {false, true, false}};
   JsonValue channels = JsonValue::array();
   for (std::size_t c = 0; c < rows.front().size(); ++c) {
@@ -299,7 +302,7 @@ std::string encode_play_page(const PlayPage& page) {
   json["cases"] = cases_json();
   return fill_page(play_page, {{"{{title}}", escape_markup(page.title)},
                                {"{{morph}}", json_in_script(format_json(json))},
-                               {"{{bytes}}", base64(packer.deflated())}});
+                               {"{{bytes}}", base64(packer.deflate())}});
 }
 
 }  // namespace polymorph

@@ -13,41 +13,40 @@
 
 namespace polymorph {
 
-/// An object as its legs need it.
+/// An object, as the page draws it.
 struct PlayObject {
   std::string name;
-  std::shared_ptr<const DistanceGrid> distances;  ///< null where its legs are made of balls
-  std::shared_ptr<const DistanceGrid> thinness;   ///< of a solid with distances
+  std::shared_ptr<const DistanceGrid> distances;  ///< null if its legs are ball legs
+  std::shared_ptr<const DistanceGrid> thinness;   ///< null unless a solid with distances
   Vec3 color{1, 1, 1};                            ///< scene-linear; where there is no volume
   Grid color_grid;
   std::vector<Vec3> colors;  ///< scene-linear, at the grid's points, x fastest; or empty
 };
 
-/// One moment of a leg.
+/// State of a leg at one time.
 struct PlayKey {
-  float time = 0;      ///< of the leg's motion, [0, 1]
-  float progress = 0;  ///< eased, [0, 1]: by which colours change
-  /// At field = 1, one per pair.
+  float time = 0;      ///< time of the leg's motion, [0, 1]
+  float progress = 0;  ///< eased progress, [0, 1]; blends the colours
+  /// Balls with their surface at field = 1, one per pair.
   std::vector<Ball> balls;
-  /// Of a leg made of distances: the field between the objects. Of a leg made of balls only
-  /// `samples[].center` and `values` of its map: where each ball's surroundings come from and go
-  /// to.
+  /// The field between the objects, for a distance leg. A ball leg uses only `samples[].center` and
+  /// `values` of its map: where each ball's surroundings come from and go to.
   MorphSurface between;
-  Box box;  ///< that the surface stays in
+  Box box;  ///< bounds of the surface
 };
 
 struct PlayLeg {
-  int from = 0, to = 0;  ///< of the actor's objects
+  int from = 0, to = 0;  ///< indices of the actor's objects
   bool distance = false;
-  float min_part = 0;         ///< parts with a smaller share of the volume are left out
-  std::vector<PlayKey> keys;  ///< by rising time, two or more
+  float min_part = 0;         ///< components with a smaller fraction of the volume are removed
+  std::vector<PlayKey> keys;  ///< two or more, ascending times
 };
 
-/// What an actor shows in a frame.
+/// State of an actor in a frame.
 struct PlayFrame {
   int leg = 0;
   float time = 0;
-  float look = 0;  ///< share of the common look
+  float look = 0;  ///< weight of the common look
 };
 
 struct PlayActor {
@@ -64,14 +63,14 @@ struct PlayPage {
   FieldKind field = FieldKind::kGaussian;
   SurfaceMaterial look;  ///< the common one
   FrameCamera camera;
-  Box box;  ///< of all objects
+  Box box;  ///< bounds of all objects
   bool has_ground = true;
   float ground = 0;  ///< height
   std::vector<PlayActor> actors;
 };
 
-/// The whole file. Distances are right to 1/80 of the surface's cell, colours to 1/256, what moves
-/// to 1/32766 of its range or better; all of it deflated.
+/// Encodes the whole page. Distances are exact to 1/80 of the surface's cell, colours to 1/256,
+/// moving values to 1/32766 of their range or better; all of it is deflated.
 std::string encode_play_page(const PlayPage& page);
 
 }  // namespace polymorph

@@ -17,14 +17,14 @@ void append(std::string& bytes, const T& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-/// Whether every frame that has points has these values, one each.
+/// Tests whether every frame has these values, one per point.
 template <class F>
 bool all_have(std::span<const SurfaceFrame> frames, const F& values) {
   return std::all_of(frames.begin(), frames.end(),
                      [&](const SurfaceFrame& f) { return values(f).size() == f.positions.size(); });
 }
 
-/// The first corner's, of each point.
+/// Texture coordinates per point: those of its first corner.
 std::vector<Vec2> point_uvs(const SurfaceFrame& frame) {
   std::vector<Vec2> uvs(frame.positions.size());
   if (frame.corner_uvs.empty()) return uvs;
@@ -39,7 +39,7 @@ std::string encode_ply(std::span<const SurfaceFrame> frames, const SurfaceSequen
   const bool normals = all_have(frames, [](const auto& f) { return std::span(f.normals); });
   const bool colors = all_have(frames, [](const auto& f) { return std::span(f.colors); });
   const bool labels = all_have(frames, [](const auto& f) { return std::span(f.labels); });
-  // What stands still has none.
+  // Static surfaces have no velocities.
   const bool velocities = std::any_of(frames.begin(), frames.end(),
                                       [](const auto& f) { return !f.velocities.empty(); });
   const bool uvs = std::any_of(frames.begin(), frames.end(),

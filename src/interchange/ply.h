@@ -8,9 +8,9 @@
 
 namespace polymorph {
 
-/// Binary little-endian PLY of all actors' surfaces, one after the other. A vertex has x y z and,
-/// of what all the frames have, nx ny nz, red green blue (sRGB, 0..255), s t (v up), vx vy vz
-/// (units a second) and an int `label`, whose names stand in comments: "comment label 0 beak".
+/// Encodes all actors' surfaces, one after the other, as a binary little-endian PLY. A vertex has x
+/// y z and, if all frames have them, nx ny nz, red green blue (sRGB, 0..255), s t (v up), vx vy vz
+/// (units per second) and an int `label`, whose names stand in comments: "comment label 0 beak".
 /// Points are not split at the seams of a texture: there s and t are those of one side, and the
 /// faces' list `texcoord` has both.
 std::string encode_ply(std::span<const SurfaceFrame> frames, const SurfaceSequence& sequence);

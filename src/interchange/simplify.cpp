@@ -11,35 +11,37 @@
 namespace polymorph {
 namespace {
 
-/// The triangles that are left, as vertices of the split surface. Those of `fixed` stay as they
-/// are, and so do the points that they share with others.
-std::vector<Triangle> collapsed(const SurfaceFrame& frame, const SplitSurface& split, float error,
-                                const std::vector<std::uint8_t>& fixed) {
-  std::vector<Vec3> places;
-  for (const std::uint32_t p : split.position_of) places.push_back(frame.positions[p]);
-  std::vector<Triangle> free, stay;
+/// Collapses edges and returns the remaining triangles as vertices of the split surface. Triangles
+/// of `is_fixed`, and the points that they share with others, do not change.
+std::vector<Triangle> collapse_edges(const SurfaceFrame& frame, const SplitSurface& split,
+                                     float error, const std::vector<std::uint8_t>& is_fixed) {
+  std::vector<Vec3> positions;
+  for (const std::uint32_t p : split.position_of) positions.push_back(frame.positions[p]);
+  std::vector<Triangle> candidates, kept_triangles;
   for (std::size_t t = 0; t < split.triangles.size(); ++t)
-    (fixed[t] ? stay : free).push_back(split.triangles[t]);
-  if (free.empty()) return stay;
-  std::vector<Triangle> left(free.size());
-  const std::size_t indices =
-      meshopt_simplify(left.front().v, free.front().v, 3 * free.size(), &places.front().x,
-                       places.size(), sizeof(Vec3), 0, error, meshopt_SimplifyLockBorder, nullptr);
-  left.resize(indices / 3);
-  left.insert(left.end(), stay.begin(), stay.end());
-  return left;
+    (is_fixed[t] ? kept_triangles : candidates).push_back(split.triangles[t]);
+  if (candidates.empty()) return kept_triangles;
+  std::vector<Triangle> remaining(candidates.size());
+  const std::size_t indices = meshopt_simplify(
+      remaining.front().v, candidates.front().v, 3 * candidates.size(), &positions.front().x,
+      positions.size(), sizeof(Vec3), 0, error, meshopt_SimplifyLockBorder, nullptr);
+  remaining.resize(indices / 3);
+  remaining.insert(remaining.end(), kept_triangles.begin(), kept_triangles.end());
+  return remaining;
 }
 
-std::vector<Triangle> at_positions(const SplitSurface& split, const std::vector<Triangle>& left) {
+std::vector<Triangle> to_positions(const SplitSurface& split,
+                                   const std::vector<Triangle>& remaining) {
   std::vector<Triangle> triangles;
-  for (const Triangle& t : left)
+  for (const Triangle& t : remaining)
     triangles.push_back(
         {{split.position_of[t.v[0]], split.position_of[t.v[1]], split.position_of[t.v[2]]}});
   return triangles;
 }
 
-/// Points at the middles of triangles and of their edges.
-std::vector<Vec3> middles(const SurfaceFrame& frame, const std::vector<Triangle>& triangles) {
+/// Lists the centroids of triangles and the midpoints of their edges.
+std::vector<Vec3> list_midpoints(const SurfaceFrame& frame,
+                                 const std::vector<Triangle>& triangles) {
   std::vector<Vec3> points;
   for (const Triangle& t : triangles) {
     const Vec3 a = frame.positions[t.v[0]], b = frame.positions[t.v[1]],
@@ -49,12 +51,12 @@ std::vector<Vec3> middles(const SurfaceFrame& frame, const std::vector<Triangle>
   return points;
 }
 
-/// The larger of both one-sided distances, from points and middles. The triangles of the frame
-/// where it is above `limit`, and those around them, become `fixed`.
-float distance_between(const SurfaceFrame& frame, const ClosestPointQuery& before,
-                       const std::vector<Triangle>& left, float limit,
-                       std::vector<std::uint8_t>& fixed) {
-  const ClosestPointQuery after(frame.positions, left);
+/// Measures the larger of both one-sided distances, at points and midpoints. Triangles of the frame
+/// where it exceeds `limit`, and those around them, are marked as fixed.
+float measure_distance(const SurfaceFrame& frame, const ClosestPointQuery& before,
+                       const std::vector<Triangle>& remaining, float limit,
+                       std::vector<std::uint8_t>& is_fixed) {
+  const ClosestPointQuery after(frame.positions, remaining);
   float farthest = 0;
   std::vector<std::uint8_t> near(frame.positions.size(), 0);
   const std::vector<ClosestPoint> own = after.closest(frame.positions);
@@ -62,61 +64,62 @@ float distance_between(const SurfaceFrame& frame, const ClosestPointQuery& befor
     farthest = std::max(farthest, own[i].distance);
     if (own[i].distance > limit) near[i] = 1;
   }
-  for (const ClosestPoint& hit : before.closest(middles(frame, left))) {
+  for (const ClosestPoint& hit : before.closest(list_midpoints(frame, remaining))) {
     farthest = std::max(farthest, hit.distance);
     if (hit.distance > limit)
       for (const std::uint32_t v : frame.triangles[hit.triangle].v) near[v] = 1;
   }
   if (farthest <= limit) return farthest;
   for (int ring = 0; ring < 1; ++ring) {
-    std::vector<std::uint8_t> wider = near;
+    std::vector<std::uint8_t> grown = near;
     for (std::size_t t = 0; t < frame.triangles.size(); ++t) {
       const auto& v = frame.triangles[t].v;
       if (!near[v[0]] && !near[v[1]] && !near[v[2]]) continue;
-      fixed[t] = 1;
-      for (const std::uint32_t p : v) wider[p] = 1;
+      is_fixed[t] = 1;
+      for (const std::uint32_t p : v) grown[p] = 1;
     }
-    near = std::move(wider);
+    near = std::move(grown);
   }
   return farthest;
 }
 
-/// Keeps what the triangles `left` need.
-void keep(const SplitSurface& split, const std::vector<Triangle>& left, SurfaceFrame& frame) {
-  SurfaceFrame kept;
-  kept.is_model = frame.is_model;
-  kept.is_mixed = frame.is_mixed;
-  kept.mixture = frame.mixture;
-  kept.materials = frame.materials;
-  std::vector<std::uint32_t> number(frame.positions.size(), 0xffffffffu);
-  const auto take = [](const auto& from, std::size_t i, auto& to) {
+/// Reduces the frame to the vertices that the triangles `remaining` use.
+void reduce_to(const SplitSurface& split, const std::vector<Triangle>& remaining,
+               SurfaceFrame& frame) {
+  SurfaceFrame result;
+  result.is_model = frame.is_model;
+  result.is_mixed = frame.is_mixed;
+  result.mixture = frame.mixture;
+  result.materials = frame.materials;
+  std::vector<std::uint32_t> new_index(frame.positions.size(), 0xffffffffu);
+  const auto append_value = [](const auto& from, std::size_t i, auto& to) {
     if (!from.empty()) to.push_back(from[i]);
   };
-  for (const Triangle& t : left) {
-    Triangle& made = kept.triangles.emplace_back();
-    take(frame.triangle_materials, split.corner_of[t.v[0]] / 3, kept.triangle_materials);
+  for (const Triangle& t : remaining) {
+    Triangle& triangle = result.triangles.emplace_back();
+    append_value(frame.triangle_materials, split.corner_of[t.v[0]] / 3, result.triangle_materials);
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t p = split.position_of[t.v[k]];
-      if (number[p] == 0xffffffffu) {
-        number[p] = static_cast<std::uint32_t>(kept.positions.size());
-        take(frame.positions, p, kept.positions);
-        take(frame.normals, p, kept.normals);
-        take(frame.velocities, p, kept.velocities);
-        take(frame.colors, p, kept.colors);
-        take(frame.labels, p, kept.labels);
+      if (new_index[p] == 0xffffffffu) {
+        new_index[p] = static_cast<std::uint32_t>(result.positions.size());
+        append_value(frame.positions, p, result.positions);
+        append_value(frame.normals, p, result.normals);
+        append_value(frame.velocities, p, result.velocities);
+        append_value(frame.colors, p, result.colors);
+        append_value(frame.labels, p, result.labels);
       }
-      made.v[k] = number[p];
-      take(frame.corner_uvs, split.corner_of[t.v[k]], kept.corner_uvs);
-      take(frame.corner_normals, split.corner_of[t.v[k]], kept.corner_normals);
+      triangle.v[k] = new_index[p];
+      append_value(frame.corner_uvs, split.corner_of[t.v[k]], result.corner_uvs);
+      append_value(frame.corner_normals, split.corner_of[t.v[k]], result.corner_normals);
     }
   }
-  frame = std::move(kept);
+  frame = std::move(result);
 }
 
 }  // namespace
 
 float simplify(SurfaceFrame& frame, float distance) {
-  constexpr int kTries = 12;
+  constexpr int kMaxAttempts = 12;
   if (frame.triangles.empty()) return 0;
   const float extent = [&] {
     const Vec3 size = box_of(frame.positions).size();
@@ -125,17 +128,17 @@ float simplify(SurfaceFrame& frame, float distance) {
   if (!(extent > 0)) return 0;
   const SplitSurface split = split_corners(frame, {true, true});
   const ClosestPointQuery before(frame.positions, frame.triangles);
-  std::vector<std::uint8_t> fixed(frame.triangles.size(), 0);
-  // The library's own measure is a mean distance from planes: where it is too far off, a part of
-  // the surface is left as it was.
+  std::vector<std::uint8_t> is_fixed(frame.triangles.size(), 0);
+  // The library measures a mean distance from planes, so regions where the true distance is too
+  // large are fixed and the simplification is repeated.
   float error = 0.5f * distance / extent;
-  for (int i = 0; i < kTries; ++i) {
-    const std::vector<Triangle> left = collapsed(frame, split, error, fixed);
-    const float reached =
-        distance_between(frame, before, at_positions(split, left), distance, fixed);
-    if (reached <= distance) {
-      keep(split, left, frame);
-      return reached;
+  for (int i = 0; i < kMaxAttempts; ++i) {
+    const std::vector<Triangle> remaining = collapse_edges(frame, split, error, is_fixed);
+    const float reached_distance =
+        measure_distance(frame, before, to_positions(split, remaining), distance, is_fixed);
+    if (reached_distance <= distance) {
+      reduce_to(split, remaining, frame);
+      return reached_distance;
     }
     error *= 0.95f;
   }

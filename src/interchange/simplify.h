@@ -1,4 +1,4 @@
-// Fewer triangles, where they say little.
+// Mesh simplification with a bounded Hausdorff distance.
 #pragma once
 
 #include "base/result.h"
@@ -7,9 +7,9 @@
 namespace polymorph {
 
 /// Collapses edges (meshoptimizer's simplification, after Garland and Heckbert 1997) as long as the
-/// Hausdorff distance between both surfaces, as samples show it, is at most `distance`, > 0. What
-/// is left of the points keeps its place and all that it carries; seams of textures and borders of
-/// materials stay. Returns that distance.
+/// Hausdorff distance between both surfaces, measured at samples, is at most `distance`, > 0. The
+/// remaining points keep their positions and attributes; seams of textures and borders of materials
+/// stay. Returns that distance.
 float simplify(SurfaceFrame& frame, float distance);
 
 }  // namespace polymorph

@@ -15,7 +15,7 @@ bool same_bits(float a, float b) {
 
 SplitSurface split_corners(const SurfaceFrame& frame, const SplitSettings& settings) {
   const bool uvs = settings.uvs && !frame.corner_uvs.empty();
-  const auto alike = [&](std::size_t a, std::size_t b) {
+  const auto is_equal = [&](std::size_t a, std::size_t b) {
     if (uvs && (!same_bits(frame.corner_uvs[a].x, frame.corner_uvs[b].x) ||
                 !same_bits(frame.corner_uvs[a].y, frame.corner_uvs[b].y)))
       return false;
@@ -31,7 +31,7 @@ SplitSurface split_corners(const SurfaceFrame& frame, const SplitSettings& setti
   for (std::size_t c = 0; c < 3 * frame.triangles.size(); ++c) {
     const std::uint32_t point = frame.triangles[c / 3].v[c % 3];
     std::uint32_t vertex = first[point];
-    while (vertex != kNone && !alike(split.corner_of[vertex], c)) vertex = next[vertex];
+    while (vertex != kNone && !is_equal(split.corner_of[vertex], c)) vertex = next[vertex];
     if (vertex == kNone) {
       vertex = static_cast<std::uint32_t>(split.position_of.size());
       split.position_of.push_back(point);

@@ -1,4 +1,4 @@
-// A surface whose vertices are split where its corners differ, as graphics hardware wants it.
+// Splitting of vertices whose corners have different attributes, as graphics hardware requires.
 #pragma once
 
 #include <cstdint>
@@ -8,18 +8,19 @@
 
 namespace polymorph {
 
-/// Vertices in the order of their first corners; corners alike in everything share one.
+/// Vertices in the order of their first corners; corners with equal attributes share one.
 struct SplitSurface {
   std::vector<std::uint32_t> position_of;  ///< index into SurfaceFrame::positions, one per vertex
   std::vector<std::uint32_t> corner_of;    ///< the first corner at the vertex: 3 triangle + k
   std::vector<Triangle> triangles;
 };
 
-/// What tells corners at one point apart, beside the normals of corners.
+/// Attributes that split corners at one point, in addition to corner normals.
 struct SplitSettings {
   bool uvs = true;
   bool materials = false;
 };
+/// Splits the vertices of a surface.
 SplitSurface split_corners(const SurfaceFrame& frame, const SplitSettings& settings);
 
 }  // namespace polymorph

@@ -1,4 +1,4 @@
-// Surface of an actor in one frame, with all that its points carry, as other programs get it.
+// Surface of an actor in one frame, with all attributes that are exported.
 #pragma once
 
 #include <cstdint>
@@ -11,17 +11,17 @@
 
 namespace polymorph {
 
-/// What a run of triangles is made of.
+/// Material of some of a surface's triangles.
 struct SurfaceMaterial {
   std::string name;
   Vec3 color{1, 1, 1};                   ///< scene-linear base colour, multiplied with the texture
   std::shared_ptr<const Image> texture;  ///< scene-linear; null = none
   float roughness = 0.5f;                ///< 0 mirror .. 1 matte
   float metallic = 0;
-  float transmission = 0;  ///< share of the light that goes in, as into glass
+  float transmission = 0;  ///< fraction of the light that enters, as into glass
   float ior = 1.5f;
 };
-/// Equal in everything but the name.
+/// Compares everything except the name.
 bool same_material(const SurfaceMaterial& a, const SurfaceMaterial& b);
 
 /// One actor in one frame. Points are shared by the triangles around them.
@@ -37,14 +37,16 @@ struct SurfaceFrame {
   std::vector<std::uint32_t> labels;  ///< one per position: index into the actor's label names
   std::vector<Vec2> corner_uvs;       ///< 3 per triangle, v up; or empty
   std::vector<std::uint32_t> triangle_materials;  ///< one per triangle: index into materials
-  /// Texture coordinates and materials are those of the object that the surface is more of.
+  /// Materials. Between two objects, texture coordinates and materials are those of the object with
+  /// the larger weight.
   std::vector<SurfaceMaterial> materials;
-  /// Whether only `colors` say what it looks like: several objects' materials are mixed.
+  /// True if only `colors` give the appearance, because several objects' materials are mixed.
   bool is_mixed = false;
-  SurfaceMaterial mixture;  ///< for that case: white, with the means of all but the colour
+  SurfaceMaterial
+      mixture;  ///< material if `is_mixed`: white, with the means of all properties but the colour
 };
 
-/// A perspective camera as other programs want it.
+/// A perspective camera in the form that other programs use.
 struct FrameCamera {
   Vec3 position, right, up, forward;  ///< orthonormal
   float tan_half_fov_y = 0.27f;
@@ -52,14 +54,14 @@ struct FrameCamera {
   float focus = 1;          ///< distance that is sharp
 };
 
-/// What is known before the first frame.
+/// Properties of the whole sequence, known before the first frame.
 struct SurfaceSequence {
   std::vector<std::string> actors;
-  std::vector<std::vector<std::string>> label_names;  ///< of each actor
+  std::vector<std::vector<std::string>> label_names;  ///< label names per actor
   float fps = 24;
   int first_frame = 1, last_frame = 1;
   FrameCamera camera;
-  bool has_corner_normals = false;  ///< whether any frame has them
+  bool has_corner_normals = false;  ///< true if any frame has them
   /// All frames of an actor have the same triangles and texture coordinates.
   bool constant_topology = false;
 };

@@ -13,8 +13,8 @@
 namespace polymorph {
 namespace {
 
-/// The text of an attribute's values at all times, on the disk. A value that stays is written at
-/// the first and at the last of its frames only: between equal samples nothing can be interpolated.
+/// Text of an attribute's values at all times, stored on disk. A constant value is written at the
+/// first and last of its frames only: between equal samples nothing is interpolated.
 class TimeSamples {
  public:
   Status add(int frame, std::string value, Spool& spool) {
@@ -59,7 +59,7 @@ char* put(char* to, int v) { return std::to_chars(to, to + 12, v).ptr; }
 /// Reads back to the same float.
 char* put(char* to, float v) { return std::to_chars(to, to + 24, v).ptr; }
 
-/// Six digits, which is enough for what is no place.
+/// Six digits, enough for everything but positions.
 struct Rounded {
   float value;
 };
@@ -67,7 +67,7 @@ char* put(char* to, Rounded r) {
   const double size = std::abs(static_cast<double>(r.value));
   if (!(size >= 1e-4 && size < 9.99999))
     return std::to_chars(to, to + 24, r.value, std::chars_format::general, 6).ptr;
-  // Nearly all of them: one multiplication and an integer's digits.
+  // The usual case needs one multiplication and an integer's digits.
   std::uint32_t one = 100000;
   while (size * one < 99999.5) one *= 10;
   auto digits = static_cast<std::uint32_t>(std::lrint(size * one));
@@ -101,9 +101,9 @@ char* put(char* to, RoundedVec3 r) {
 char* put(char* to, Vec2 v) { return put_tuple(to, {v.x, v.y}); }
 char* put(char* to, Vec3 v) { return put_tuple(to, {v.x, v.y, v.z}); }
 
-/// "[a, b, c]" of what `made_of` makes of each item.
+/// Formats "[a, b, c]" of `convert(item)` for each item.
 template <class T, class F>
-std::string list_of(const std::vector<T>& items, const F& made_of) {
+std::string format_list(const std::vector<T>& items, const F& convert) {
   constexpr std::size_t kMaxItem = 96;  // of one item
   std::string text(2 + kMaxItem, '[');
   std::size_t size = 1;
@@ -111,7 +111,7 @@ std::string list_of(const std::vector<T>& items, const F& made_of) {
     if (text.size() < size + kMaxItem) text.resize(2 * text.size());
     char* to = text.data() + size;
     if (size > 1) *to++ = ',', *to++ = ' ';
-    size = static_cast<std::size_t>(put(to, made_of(item)) - text.data());
+    size = static_cast<std::size_t>(put(to, convert(item)) - text.data());
   }
   text.resize(size);
   text += ']';
@@ -120,14 +120,14 @@ std::string list_of(const std::vector<T>& items, const F& made_of) {
 
 /// Numbers that read back to the same floats, and integers.
 template <class T>
-std::string exact(const std::vector<T>& values) {
-  return list_of(values, [](const T& v) { return v; });
+std::string format_exact(const std::vector<T>& values) {
+  return format_list(values, [](const T& v) { return v; });
 }
-std::string rounded(const std::vector<Vec3>& values) {
-  return list_of(values, [](Vec3 v) { return RoundedVec3{v}; });
+std::string format_rounded(const std::vector<Vec3>& values) {
+  return format_list(values, [](Vec3 v) { return RoundedVec3{v}; });
 }
 
-std::string quoted(const std::string& text) {
+std::string quote(const std::string& text) {
   std::string all = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') all += '\\';
@@ -135,13 +135,13 @@ std::string quoted(const std::string& text) {
   }
   return all + '"';
 }
-std::string quoted(const std::vector<std::string>& texts) {
+std::string quote(const std::vector<std::string>& texts) {
   std::vector<std::string> all;
-  for (const std::string& one : texts) all.push_back(quoted(one));
+  for (const std::string& one : texts) all.push_back(quote(one));
   return fmt::format("[{}]", fmt::join(all, ", "));
 }
 
-/// A Mesh in the making.
+/// Samples of a Mesh prim.
 struct ActorSamples {
   std::string name;
   TimeSamples extent, counts, indices, points, normals, normal_indices, velocities, colors, uvs,
@@ -191,7 +191,7 @@ class UsdWriter : public SurfaceWriter {
   }
   ByteSource text(std::string bytes) {
     texts_.push_back(std::make_unique<std::string>(std::move(bytes)));
-    return source_of(*texts_.back());
+    return make_source(*texts_.back());
   }
 
   std::filesystem::path path_;
@@ -201,7 +201,7 @@ class UsdWriter : public SurfaceWriter {
   MaterialCatalog catalog_;
   std::vector<ActorSamples> actors_;
   std::vector<int> frames_;
-  std::vector<std::unique_ptr<std::string>> texts_;  ///< that sources refer to
+  std::vector<std::unique_ptr<std::string>> texts_;  ///< texts that sources refer to
 };
 
 /// The distinct ones among the corners of each point, and each corner's index into them.
@@ -236,13 +236,13 @@ Status UsdWriter::add_actor(int frame, const SurfaceFrame& surface, ActorSamples
   std::vector<Vec3> velocities = surface.velocities;
   velocities.resize(surface.positions.size());
   const std::vector<int> counts(surface.triangles.size(), 3);
-  PM_TRY_STATUS(actor.extent.add(frame, exact(std::vector<Vec3>{low, high}), spool_));
-  PM_TRY_STATUS(actor.counts.add(frame, exact(counts), spool_));
-  const std::string points_of_corners = exact(indices);
+  PM_TRY_STATUS(actor.extent.add(frame, format_exact(std::vector<Vec3>{low, high}), spool_));
+  PM_TRY_STATUS(actor.counts.add(frame, format_exact(counts), spool_));
+  const std::string points_of_corners = format_exact(indices);
   PM_TRY_STATUS(actor.indices.add(frame, points_of_corners, spool_));
-  PM_TRY_STATUS(actor.points.add(frame, exact(surface.positions), spool_));
+  PM_TRY_STATUS(actor.points.add(frame, format_exact(surface.positions), spool_));
   if (surface.corner_normals.empty()) {
-    PM_TRY_STATUS(actor.normals.add(frame, rounded(surface.normals), spool_));
+    PM_TRY_STATUS(actor.normals.add(frame, format_rounded(surface.normals), spool_));
     if (sequence_.has_corner_normals)
       PM_TRY_STATUS(actor.normal_indices.add(
           frame, surface.normals.empty() ? "[]" : points_of_corners, spool_));
@@ -250,26 +250,26 @@ Status UsdWriter::add_actor(int frame, const SurfaceFrame& surface, ActorSamples
     std::vector<Vec3> normals;
     std::vector<std::uint32_t> normal_indices;
     index_corners(surface, surface.corner_normals, normals, normal_indices);
-    PM_TRY_STATUS(actor.normals.add(frame, rounded(normals), spool_));
-    PM_TRY_STATUS(actor.normal_indices.add(frame, exact(normal_indices), spool_));
+    PM_TRY_STATUS(actor.normals.add(frame, format_rounded(normals), spool_));
+    PM_TRY_STATUS(actor.normal_indices.add(frame, format_exact(normal_indices), spool_));
   }
-  PM_TRY_STATUS(actor.velocities.add(frame, rounded(velocities), spool_));
-  PM_TRY_STATUS(actor.colors.add(frame, rounded(surface.colors), spool_));
-  PM_TRY_STATUS(actor.labels.add(frame, exact(surface.labels), spool_));
+  PM_TRY_STATUS(actor.velocities.add(frame, format_rounded(velocities), spool_));
+  PM_TRY_STATUS(actor.colors.add(frame, format_rounded(surface.colors), spool_));
+  PM_TRY_STATUS(actor.labels.add(frame, format_exact(surface.labels), spool_));
   std::vector<Vec2> uvs;
   std::vector<std::uint32_t> uv_indices;
   index_corners(surface, surface.corner_uvs, uvs, uv_indices);
-  // What has none gets one, for a primvar must fit its faces at all times.
+  // Faces without texture coordinates get a dummy: a primvar must fit its faces at all times.
   if (uvs.empty()) {
     uvs.emplace_back();
     uv_indices.assign(3 * surface.triangles.size(), 0);
   }
-  PM_TRY_STATUS(actor.uvs.add(frame, exact(uvs), spool_));
-  PM_TRY_STATUS(actor.uv_indices.add(frame, exact(uv_indices), spool_));
+  PM_TRY_STATUS(actor.uvs.add(frame, format_exact(uvs), spool_));
+  PM_TRY_STATUS(actor.uv_indices.add(frame, format_exact(uv_indices), spool_));
   return add_subsets(frame, surface, actor);
 }
 
-/// Which faces have which material. Those of a mixture are in no subset and have the actor's own
+/// Adds the faces of each material. Faces of a mixture are in no subset and have the actor's own
 /// material, which shows the points' colours.
 Status UsdWriter::add_subsets(int frame, const SurfaceFrame& surface, ActorSamples& actor) {
   const std::size_t before = actor.subsets.size();
@@ -283,12 +283,12 @@ Status UsdWriter::add_subsets(int frame, const SurfaceFrame& surface, ActorSampl
   faces.resize(catalog_.materials.size());
   actor.subsets.resize(catalog_.materials.size());
   for (std::size_t m = 0; m < faces.size(); ++m) {
-    // One that comes now was not there until now.
+    // A new subset was empty in all earlier frames.
     if (m >= before && !frames_.empty())
       PM_TRY_STATUS(actor.subsets[m].add(frames_.front(), "[]", spool_));
     if (m >= before && frames_.size() > 1)
       PM_TRY_STATUS(actor.subsets[m].add(frames_.back(), "[]", spool_));
-    PM_TRY_STATUS(actor.subsets[m].add(frame, exact(faces[m]), spool_));
+    PM_TRY_STATUS(actor.subsets[m].add(frame, format_exact(faces[m]), spool_));
   }
   const SurfaceMaterial& shown =
       surface.is_mixed || surface.materials.empty() ? surface.mixture : surface.materials.front();
@@ -332,7 +332,7 @@ std::string UsdWriter::material(const std::string& name, const SurfaceMaterial& 
       "            def Shader \"shader\"\n            {{\n"
       "                uniform token info:id = \"UsdPreviewSurface\"\n",
       name, path);
-  const int texture = catalog_.texture_of(m);
+  const int texture = catalog_.find_texture(m);
   if (texture >= 0)
     text += fmt::format(
         "                color3f inputs:diffuseColor.connect = "
@@ -398,7 +398,7 @@ void UsdWriter::add_mesh(std::size_t index, std::vector<ByteSource>& parts) {
       "        uniform token subsetFamily:materialBind:familyType = \"nonOverlapping\"\n"
       "        string[] primvars:labelNames = {1} (\n            interpolation = \"constant\"\n"
       "        )\n",
-      actor.name, quoted(sequence_.label_names[index]))));
+      actor.name, quote(sequence_.label_names[index]))));
   const auto put = [&](const char* type, const char* name, const char* interpolation,
                        const TimeSamples& samples) {
     if (*interpolation)
@@ -409,7 +409,7 @@ void UsdWriter::add_mesh(std::size_t index, std::vector<ByteSource>& parts) {
     parts.push_back(spool_.source(samples.ranges()));
     parts.push_back(text("        }\n"));
   };
-  /// What says how points hang together: one value where that is the same in all frames.
+  /// Writes the topology: a single value if it is the same in all frames.
   const auto put_topology = [&](const char* type, const char* name, const char* interpolation,
                                 const TimeSamples& samples) {
     if (!sequence_.constant_topology) {
@@ -426,7 +426,7 @@ void UsdWriter::add_mesh(std::size_t index, std::vector<ByteSource>& parts) {
   put_topology("int[]", "faceVertexCounts", "", actor.counts);
   put_topology("int[]", "faceVertexIndices", "", actor.indices);
   put("point3f[]", "points", "", actor.points);
-  // Corners name their normals: most frames are smooth, and have one a point.
+  // Normals are indexed per corner: most frames are smooth and have one normal per point.
   if (sequence_.has_corner_normals) {
     put("normal3f[]", "primvars:normals", "faceVarying", actor.normals);
     put("int[]", "primvars:normals:indices", "", actor.normal_indices);
@@ -485,7 +485,7 @@ Status UsdWriter::finish() {
   for (ActorSamples& actor : actors_) add_mixed_material(actor, parts);
   for (const SurfaceMaterial& m : catalog_.materials) parts.push_back(text(material(m.name, m)));
   parts.push_back(text("    }\n}\n"));
-  return write_file(path_, joined(std::move(parts)));
+  return write_file(path_, concatenate(std::move(parts)));
 }
 
 }  // namespace
@@ -493,7 +493,7 @@ Status UsdWriter::finish() {
 Result<std::unique_ptr<SurfaceWriter>> make_usd_writer(const std::filesystem::path& path,
                                                        const SurfaceSequence& sequence,
                                                        bool overwrite) {
-  PM_TRY(Spool spool, Spool::beside(path));
+  PM_TRY(Spool spool, Spool::create_for(path));
   return std::unique_ptr<SurfaceWriter>(
       std::make_unique<UsdWriter>(path, sequence, overwrite, std::move(spool)));
 }

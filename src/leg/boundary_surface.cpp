@@ -63,7 +63,7 @@ Result<BoundarySurface> boundary_surface(const Leg& leg, const BoundaryMoment& m
       shown.points = shrunk_points(object.model, crossfade.targets, moment.boundary);
     PM_TRY(const BallSet balls, balls_at(leg.plan, moment.leaving ? 0.0f : 1.0f, engine));
     shown.balls =
-        grown(balls.balls(), leg.settings.measured.field, moment.growth, object.field_maximum);
+        grow_balls(balls.balls(), leg.settings.measured.field, moment.growth, object.field_maximum);
     PM_TRY(shown.surface,
            extract_surface(engine, shown.balls, leg.settings.cell, leg.settings.measured));
   }

@@ -66,7 +66,7 @@ Result<PreparedObject> object_in_flight(const Leg& leg, bool with_distances, Eng
   PreparedObject object;
   object.name = fmt::format("{} -> {} at {:.3g}", leg.from->name, leg.to->name, leg.until);
   object.meta = true;
-  object.balls = rescaled(left.state.balls.balls(), leg.plan.kind, left.iso);
+  object.balls = rescale_balls(left.state.balls.balls(), leg.plan.kind, left.iso);
   PM_TRY(const Mesh mesh,
          visit(
              leg,

@@ -14,8 +14,8 @@ Result<ObjectDistances> measure_distances(const PreparedObject& object,
                                           const std::filesystem::path& cache) {
   const Activity activity("measuring distances to " + object.name);
   PM_TRY(ObjectDistances distances,
-         object_distances(object.model, *object.closest, measure.cell, measure.thinnest,
-                          measure.min_component_share, measure.solidified, engine, cache));
+         load_or_measure_distances(object.model, *object.closest, measure.cell, measure.thinnest,
+                                   measure.min_component_share, measure.solidified, engine, cache));
   if (is_shell(distances))
     log_info(
         "{}: its faces leave {:.0f} % of what they go around undecided (open, or turned at "
@@ -34,7 +34,7 @@ void add_colors(PreparedObject& object, bool with_colors) {
   object.charts = texture_charts(object.model);
   std::vector<FaceSide> sides = object.distances.sides;
   if (sides.empty()) sides.assign(object.model.triangles.size(), FaceSide::kBoundary);
-  const std::vector<std::uint32_t> outer = outer_faces(sides);
+  const std::vector<std::uint32_t> outer = list_outer_faces(sides);
   if (outer.size() < sides.size())
     object.outer = std::make_shared<const ClosestPointQuery>(object.model, outer);
   if (with_colors)

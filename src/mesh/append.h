@@ -8,8 +8,8 @@
 
 namespace polymorph {
 
-/// Another mesh's vertices and triangles after those of `mesh`. A part without normals (a flat one)
-/// makes the whole flat.
+/// Appends another mesh's vertices and triangles to those of `mesh`. If either has no normals (flat
+/// shading), the result has none.
 inline void append(Mesh& mesh, std::span<const Vec3> positions, std::span<const Vec3> normals,
                    std::span<const Triangle> triangles) {
   const auto first = static_cast<std::uint32_t>(mesh.positions.size());

@@ -12,16 +12,18 @@
 namespace polymorph {
 namespace {
 
-/// How far along ab the point closest to p is, 0..1; `along` = ab . ap.
-double along_edge(double along, double length2) {
+/// Parameter in [0, 1] of the point of an edge that is closest to p: `along` is the dot product of
+/// the edge and p, seen from the edge's start.
+double edge_parameter(double along, double length2) {
   return length2 > 0 ? std::clamp(along / length2, 0.0, 1.0) : 0.0;
 }
 
-/// The closest of the three edges' points, for triangles too thin to have a plane.
+/// Weights of the closest point on the three edges, for triangles too thin to have a plane.
 TriangleWeights weights_on_edges(Vec3d ap, Vec3d ab, Vec3d ac) {
   const Vec3d bp = ap - ab, bc = ac - ab;
-  const double t = along_edge(dot(ab, ap), dot(ab, ab)), u = along_edge(dot(ac, ap), dot(ac, ac)),
-               v = along_edge(dot(bc, bp), dot(bc, bc));
+  const double t = edge_parameter(dot(ab, ap), dot(ab, ab)),
+               u = edge_parameter(dot(ac, ap), dot(ac, ac)),
+               v = edge_parameter(dot(bc, bp), dot(bc, bc));
   const Vec3d rt = ap - ab * t, ru = ap - ac * u, rv = bp - bc * v;
   const double dt = dot(rt, rt), du = dot(ru, ru), dv = dot(rv, rv);
   if (dt <= du && dt <= dv) return {1 - t, t, 0};
@@ -29,8 +31,9 @@ TriangleWeights weights_on_edges(Vec3d ap, Vec3d ab, Vec3d ac) {
   return {0, 1 - v, v};
 }
 
-/// Voronoi regions of the corners, the edges and the face (Ericson, Real-Time Collision Detection,
-/// 5.1.5). Double precision: with floats, points far from a small triangle land anywhere on it.
+/// Weights by Voronoi regions of the corners, the edges and the face (Ericson, Real-Time Collision
+/// Detection, 5.1.5). Needs double precision: with floats, points far from a small triangle land
+/// anywhere on it.
 TriangleWeights weights_on_triangle(Vec3d ap, Vec3d ab, Vec3d ac) {
   const double d1 = dot(ab, ap), d2 = dot(ac, ap);
   if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
@@ -42,37 +45,37 @@ TriangleWeights weights_on_triangle(Vec3d ap, Vec3d ab, Vec3d ac) {
   if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
   const double vc = d1 * d4 - d3 * d2;
   if (vc <= 0 && d1 >= 0 && d3 <= 0) {
-    const double t = along_edge(d1, bb);
+    const double t = edge_parameter(d1, bb);
     return {1 - t, t, 0};
   }
   const double vb = d5 * d2 - d1 * d6;
   if (vb <= 0 && d2 >= 0 && d6 <= 0) {
-    const double t = along_edge(d2, cc);
+    const double t = edge_parameter(d2, cc);
     return {1 - t, 0, t};
   }
   const double va = d3 * d6 - d5 * d4;
   if (va <= 0 && d4 >= d3 && d5 >= d6) {
-    const double t = along_edge(d4 - d3, (d4 - d3) + (d5 - d6));
+    const double t = edge_parameter(d4 - d3, (d4 - d3) + (d5 - d6));
     return {0, 1 - t, t};
   }
   const double sum = va + vb + vc;
   return {1 - vb / sum - vc / sum, vb / sum, vc / sum};
 }
 
-struct Found {
+struct Best {
   double distance2;
-  std::uint32_t slot = TriangleBvh::kNone;      // in leaf order
-  std::uint32_t triangle = TriangleBvh::kNone;  // its own index
-  TriangleWeights weights = {};                 // of its corners, at the closest point
+  std::uint32_t slot = TriangleBvh::kNone;      // TriangleBvh::corners
+  std::uint32_t triangle = TriangleBvh::kNone;  // original index
+  TriangleWeights weights = {};                 // of the closest point
 };
 
-struct Waiting {
+struct StackEntry {
   float distance2;
   std::uint32_t child, count;
 };
 
-/// The triangles of a leaf side by side, in float: tells at eight triangles' price of one which of
-/// them are worth a look in double precision.
+/// The triangles of a leaf as structure of arrays, in single precision. One vectorized pass decides
+/// which of them need a test in double precision.
 struct Leaf {
   static constexpr int kWidth = TriangleBvh::kLeafTriangles;
   float a[3][kWidth], ab[3][kWidth], ac[3][kWidth];
@@ -84,7 +87,7 @@ struct Leaf {
                                       f = Vec3d(corners[k].p[2]) - p;
       const Vec3d n = cross(e, f);
       const double n2 = dot(n, n);
-      // Without area the weights stay 0, which is not inside: the edges alone count.
+      // Without area the weights stay 0, which counts as outside: only the edges are tested.
       const Vec3d to_b = n2 > 0 ? cross(f, n) * (1 / n2) : Vec3d{},
                   to_c = n2 > 0 ? cross(n, e) * (1 / n2) : Vec3d{};
       set(a, k, p);
@@ -95,7 +98,8 @@ struct Leaf {
     }
   }
 
-  /// Bit k: triangle k is, as far as floats can tell, no further from p than the root of `limit`.
+  /// Bit k is set if, within the accuracy of floats, triangle k is no further from p than the
+  /// square root of `limit`.
   unsigned candidates(Vec3 p, float limit) const {
     float excess[kWidth];
     for (int k = 0; k < kWidth; ++k) {
@@ -110,11 +114,11 @@ struct Leaf {
         const float rx = x - s * bx - t * cx, ry = y - s * by - t * cy, rz = z - s * bz - t * cz;
         return rx * rx + ry * ry + rz * rz;
       };
-      const auto part = [](float along, float whole) {
-        return min(max(along / max(whole, 1e-37f), 0.0f), 1.0f);
+      const auto ratio = [](float along, float total) {
+        return min(max(along / max(total, 1e-37f), 0.0f), 1.0f);
       };
-      const float on_bc = part(pc - pb + bb - bc, bb - 2 * bc + cc);
-      const float on_edges = min(min(distance2(part(pb, bb), 0), distance2(0, part(pc, cc))),
+      const float on_bc = ratio(pc - pb + bb - bc, bb - 2 * bc + cc);
+      const float on_edges = min(min(distance2(ratio(pb, bb), 0), distance2(0, ratio(pc, cc))),
                                  distance2(1 - on_bc, on_bc));
       const float s = x * u[0][k] + y * u[1][k] + z * u[2][k];
       const float t = x * v[0][k] + y * v[1][k] + z * v[2][k];
@@ -144,7 +148,7 @@ struct ClosestPointQuery::Tree {
   TriangleBvh bvh;
   std::vector<Leaf> leaves;
 
-  void try_leaf(Vec3 from, const Waiting& next, float limit, Found& best) const {
+  void try_leaf(Vec3 from, const StackEntry& next, float limit, Best& best) const {
     unsigned bits = leaves[next.child / TriangleBvh::kLeafTriangles].candidates(from, limit) &
                     ((1u << next.count) - 1);
     for (; bits != 0; bits &= bits - 1) {
@@ -184,19 +188,18 @@ ClosestPointQuery::~ClosestPointQuery() = default;
 ClosestPointQuery::ClosestPointQuery(ClosestPointQuery&&) noexcept = default;
 ClosestPointQuery& ClosestPointQuery::operator=(ClosestPointQuery&&) noexcept = default;
 
-ClosestPoint ClosestPointQuery::closest(Vec3 from, float beyond) const {
+ClosestPoint ClosestPointQuery::closest(Vec3 from, float max_distance) const {
   const TriangleBvh& bvh = tree_->bvh;
-  Found best{static_cast<double>(beyond) * static_cast<double>(beyond)};
-  // A box's distance is rounded; with this much slack no triangle that is as close as the best one
-  // is passed over.
-  // Of triangles in pieces thousands may share their closest point: one of them is enough.
+  Best best{static_cast<double>(max_distance) * static_cast<double>(max_distance)};
+  // Distances to boxes are rounded; this slack keeps triangles that are as close as the best one.
+  // Thousands of split triangles may share their closest point, and any of them will do.
   const double slack = tree_->bvh.is_split ? 1 - 1e-4 : 1 + 1e-6;
   const auto bound = [&] { return static_cast<float>(best.distance2 * slack); };
-  Waiting stack[TriangleBvh::kStackSize];
-  int waiting = 0;
-  if (!bvh.nodes.empty()) stack[waiting++] = {0, 0, 0};
-  while (waiting > 0) {
-    const Waiting next = stack[--waiting];
+  StackEntry stack[TriangleBvh::kStackSize];
+  int stack_size = 0;
+  if (!bvh.nodes.empty()) stack[stack_size++] = {0, 0, 0};
+  while (stack_size > 0) {
+    const StackEntry next = stack[--stack_size];
     const float limit = bound();
     if (next.distance2 > limit) continue;
     if (next.count > 0) {
@@ -214,16 +217,17 @@ ClosestPoint ClosestPointQuery::closest(Vec3 from, float beyond) const {
     unsigned bits = 0;
     for (int k = 0; k < TriangleBvh::kWidth; ++k)
       bits |= (distance2[k] <= limit && node.child[k] != TriangleBvh::kNone ? 1u : 0u) << k;
-    const int first = waiting;
+    const int first = stack_size;
     for (; bits != 0; bits &= bits - 1) {
       const int k = std::countr_zero(bits);
-      // The nearest on top.
-      int at = waiting++;
-      for (; at > first && stack[at - 1].distance2 < distance2[k]; --at) stack[at] = stack[at - 1];
-      stack[at] = {distance2[k], node.child[k], node.count[k]};
+      // Keep the stack sorted, the nearest child on top.
+      int top = stack_size++;
+      for (; top > first && stack[top - 1].distance2 < distance2[k]; --top)
+        stack[top] = stack[top - 1];
+      stack[top] = {distance2[k], node.child[k], node.count[k]};
     }
   }
-  if (best.slot == TriangleBvh::kNone) return {from, beyond, ClosestPoint::kNoTriangle};
+  if (best.slot == TriangleBvh::kNone) return {from, max_distance, ClosestPoint::kNoTriangle};
   const TriangleBvh::Corners& corners = bvh.corners[best.slot];
   const Vec3d a(corners.p[0]), b(corners.p[1]), c(corners.p[2]);
   const TriangleWeights& w = best.weights;
@@ -231,41 +235,49 @@ ClosestPoint ClosestPointQuery::closest(Vec3 from, float beyond) const {
           static_cast<float>(std::sqrt(best.distance2)), best.triangle};
 }
 
-ClosestPoint ClosestPointQuery::closest(Vec3 from, Vec3 other, const ClosestPoint& beside,
-                                        float beyond) const {
-  // No further from the surface than the other point's closest one. Not among pieces of triangles,
-  // where one of several equals is enough.
+ClosestPoint ClosestPointQuery::closest(Vec3 from, Vec3 neighbour,
+                                        const ClosestPoint& neighbour_hit,
+                                        float max_distance) const {
+  // The neighbour's closest point bounds the distance. Split triangles are excluded: there any of
+  // several equally close points may be returned, and the bound would change which.
   constexpr float kRounding = 1.0001f;
-  if (tree_->bvh.is_split || beside.triangle == ClosestPoint::kNoTriangle)
-    return closest(from, beyond);
-  ClosestPoint answer = closest(from, min(beyond, kRounding * length(from - beside.point)));
-  // That point is rounded: next to the surface it may be closer than the surface is.
-  if (answer.triangle == ClosestPoint::kNoTriangle)
-    answer = closest(from, min(beyond, kRounding * (beside.distance + length(from - other))));
-  if (answer.triangle == ClosestPoint::kNoTriangle) answer.distance = beyond;
-  return answer;
+  if (tree_->bvh.is_split || neighbour_hit.triangle == ClosestPoint::kNoTriangle)
+    return closest(from, max_distance);
+  ClosestPoint hit =
+      closest(from, min(max_distance, kRounding * length(from - neighbour_hit.point)));
+  // The neighbour's closest point is rounded: next to the surface it may be closer than the
+  // surface.
+  if (hit.triangle == ClosestPoint::kNoTriangle)
+    hit = closest(
+        from, min(max_distance, kRounding * (neighbour_hit.distance + length(from - neighbour))));
+  if (hit.triangle == ClosestPoint::kNoTriangle) hit.distance = max_distance;
+  return hit;
 }
 
 std::vector<ClosestPoint> ClosestPointQuery::closest(std::span<const Vec3> from,
-                                                     float beyond) const {
-  std::vector<ClosestPoint> answers(from.size());
-  // Neighbours mostly follow each other.
+                                                     float max_distance) const {
+  std::vector<ClosestPoint> hits(from.size());
+  // Consecutive points are usually close to each other.
   parallel_ranges(
       static_cast<std::int64_t>(from.size()), 256, [&](std::int64_t begin, std::int64_t end) {
         for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k)
-          answers[k] = k > static_cast<std::size_t>(begin)
-                           ? closest(from[k], from[k - 1], answers[k - 1], beyond)
-                           : closest(from[k], beyond);
+          hits[k] = k > static_cast<std::size_t>(begin)
+                        ? closest(from[k], from[k - 1], hits[k - 1], max_distance)
+                        : closest(from[k], max_distance);
       });
-  return answers;
+  return hits;
+}
+
+TriangleWeights weights_at(MeshView mesh, const ClosestPoint& hit) {
+  const Triangle& t = mesh.triangles[hit.triangle];
+  return closest_on_triangle(hit.point, mesh.points[t.v[0]], mesh.points[t.v[1]],
+                             mesh.points[t.v[2]]);
 }
 
 Vec3 interpolate_normal(MeshView mesh, std::span<const Vec3> corner_normals,
-                        const ClosestPoint& at) {
-  const Triangle& t = mesh.triangles[at.triangle];
-  const TriangleWeights w =
-      closest_on_triangle(at.point, mesh.points[t.v[0]], mesh.points[t.v[1]], mesh.points[t.v[2]]);
-  const std::size_t c = 3 * std::size_t{at.triangle};
+                        const ClosestPoint& hit) {
+  const TriangleWeights w = weights_at(mesh, hit);
+  const std::size_t c = 3 * std::size_t{hit.triangle};
   return corner_normals[c] * static_cast<float>(w.a) +
          corner_normals[c + 1] * static_cast<float>(w.b) +
          corner_normals[c + 2] * static_cast<float>(w.c);

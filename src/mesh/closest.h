@@ -26,39 +26,51 @@ class ClosestPointQuery {
   explicit ClosestPointQuery(MeshView mesh);
   ClosestPointQuery(std::span<const Vec3> points, std::span<const Triangle> triangles)
       : ClosestPointQuery(MeshView(points, triangles)) {}
-  /// Of these triangles alone (ascending indices).
+  /// Builds the query over a subset of the triangles (ascending indices).
   ClosestPointQuery(MeshView mesh, std::span<const std::uint32_t> faces);
   ~ClosestPointQuery();
   ClosestPointQuery(ClosestPointQuery&&) noexcept;
   ClosestPointQuery& operator=(ClosestPointQuery&&) noexcept;
 
-  /// The closest point no further than `beyond`; of several, the one on the triangle of lowest
-  /// index; where thousands of triangles are long (build_split_bvh()), one within a ten-thousandth
-  /// of the closest. If there is none (no triangles, all further off, a NaN in `from`): point =
-  /// from, distance = beyond, triangle = kNoTriangle. A small `beyond` is much faster where most
-  /// points are far off.
-  ClosestPoint closest(Vec3 from, float beyond = std::numeric_limits<float>::infinity()) const;
-  /// closest(), faster where `beside` is the closest point of `other`, a point near `from`.
-  ClosestPoint closest(Vec3 from, Vec3 other, const ClosestPoint& beside,
-                       float beyond = std::numeric_limits<float>::infinity()) const;
-  /// closest() of each, in parallel.
-  std::vector<ClosestPoint> closest(std::span<const Vec3> from,
-                                    float beyond = std::numeric_limits<float>::infinity()) const;
+  /// Finds the closest point no further than `max_distance`; of several, the one on the triangle of
+  /// lowest index; where thousands of triangles are long (build_split_bvh()), one within a
+  /// ten-thousandth of the closest. If there is none (no triangles, all further off, a NaN in
+  /// `from`): point = from, distance = max_distance, triangle = kNoTriangle. A small `max_distance`
+  /// is much faster where most points are far off.
+  ClosestPoint closest(Vec3 from,
+                       float max_distance = std::numeric_limits<float>::infinity()) const;
+  /// Does the same, faster if `neighbour_hit` is the closest point of `neighbour`, a point near
+  /// `from`.
+  ClosestPoint closest(Vec3 from, Vec3 neighbour, const ClosestPoint& neighbour_hit,
+                       float max_distance = std::numeric_limits<float>::infinity()) const;
+  /// Calls closest() for each point, in parallel.
+  std::vector<ClosestPoint> closest(
+      std::span<const Vec3> from,
+      float max_distance = std::numeric_limits<float>::infinity()) const;
 
  private:
   struct Tree;
   std::unique_ptr<Tree> tree_;
 };
 
-/// The point of triangle abc that is closest to p, as weights of a, b and c (each >= 0, sum 1).
+/// Barycentric weights of a point in a triangle (each >= 0, sum 1).
 struct TriangleWeights {
   double a = 1, b = 0, c = 0;
 };
+/// Weights of the point of triangle abc that is closest to p.
 TriangleWeights closest_on_triangle(Vec3 p, Vec3 a, Vec3 b, Vec3 c);
 
-/// The mean of the corner normals (3 per triangle) around a point of the mesh, by its weights
-/// there; not of unit length.
+/// Weights of a closest point within its triangle.
+TriangleWeights weights_at(MeshView mesh, const ClosestPoint& hit);
+
+/// Interpolates values that are given per vertex.
+inline Vec3 interpolate(std::span<const Vec3> values, const Triangle& t, const TriangleWeights& w) {
+  return values[t.v[0]] * static_cast<float>(w.a) + values[t.v[1]] * static_cast<float>(w.b) +
+         values[t.v[2]] * static_cast<float>(w.c);
+}
+
+/// Interpolates normals that are given per corner (3 per triangle); not of unit length.
 Vec3 interpolate_normal(MeshView mesh, std::span<const Vec3> corner_normals,
-                        const ClosestPoint& at);
+                        const ClosestPoint& hit);
 
 }  // namespace polymorph

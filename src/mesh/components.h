@@ -7,12 +7,12 @@
 
 namespace polymorph {
 
-/// Removes the connected components that enclose less than `share` of the whole mesh's volume;
+/// Removes the connected components that enclose less than `fraction` of the whole mesh's volume;
 /// cavities count as components. The others keep their order, and the largest always stays. A
 /// surface of balls sheds such components where two balls separate. Returns how many were removed.
-std::size_t remove_small_components(Mesh& mesh, double share);
+std::size_t remove_small_components(Mesh& mesh, double fraction);
 
-/// The share of the whole mesh's volume that its smallest component encloses, [0, 1].
+/// The fraction of the whole mesh's volume that its smallest component encloses, [0, 1].
 double smallest_component_share(const Mesh& mesh);
 
 }  // namespace polymorph

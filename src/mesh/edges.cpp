@@ -22,17 +22,17 @@ std::vector<EdgeUse> sorted_edge_uses(std::span<const Triangle> triangles) {
   return uses;
 }
 
-std::vector<Triangle> neighbours_of(std::span<const Triangle> triangles) {
-  std::vector<Triangle> beside(triangles.size());
-  for (std::uint32_t f = 0; f < triangles.size(); ++f) beside[f] = {{f, f, f}};
+std::vector<Triangle> find_neighbours(std::span<const Triangle> triangles) {
+  std::vector<Triangle> neighbours(triangles.size());
+  for (std::uint32_t f = 0; f < triangles.size(); ++f) neighbours[f] = {{f, f, f}};
   const std::vector<EdgeUse> uses = sorted_edge_uses(triangles);
   for_each_edge(uses, [&](std::size_t first, std::size_t last) {
     if (last - first != 2) return;
     const std::uint32_t a = uses[first].corner, b = uses[first + 1].corner;
-    beside[a / 3].v[a % 3] = b / 3;
-    beside[b / 3].v[b % 3] = a / 3;
+    neighbours[a / 3].v[a % 3] = b / 3;
+    neighbours[b / 3].v[b % 3] = a / 3;
   });
-  return beside;
+  return neighbours;
 }
 
 }  // namespace polymorph

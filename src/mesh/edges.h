@@ -33,14 +33,15 @@ void for_each_edge(const std::vector<EdgeUse>& uses, const F& f) {
   }
 }
 
-/// The triangles across the sides of each triangle, side k being from corner k to corner k + 1: the
-/// triangle itself where an edge does not have two.
-std::vector<Triangle> neighbours_of(std::span<const Triangle> triangles);
+/// Finds the triangle across each side of each triangle, side k being from corner k to corner k +
+/// 1: the triangle itself where an edge does not have two.
+std::vector<Triangle> find_neighbours(std::span<const Triangle> triangles);
 
-/// The corner of a use at the edge's `low` end, and at its `high` end.
+/// The corner that follows `corner` within its triangle.
 inline std::uint32_t corner_after(std::uint32_t corner) {
   return corner % 3 == 2 ? corner - 2 : corner + 1;
 }
+/// The corner of a use at the edge's `low` end, and at its `high` end.
 inline std::uint32_t low_corner(const EdgeUse& use) {
   return use.forward ? use.corner : corner_after(use.corner);
 }

@@ -10,21 +10,21 @@ namespace {
 
 using Vertices = std::vector<std::uint32_t>;
 
-/// Vertices within `rings` edges of those that are chosen, those first.
-Vertices grown(const Mesh& mesh, const Fans& fans, std::span<const std::uint32_t> chosen,
-               int rings) {
-  std::vector<std::uint8_t> in(mesh.positions.size(), 0);
-  Vertices out(chosen.begin(), chosen.end());
-  for (const std::uint32_t v : out) in[v] = 1;
+/// Returns the seeds vertices, followed by those within `rings` edges of them.
+Vertices add_rings(const Mesh& mesh, const Fans& fans, std::span<const std::uint32_t> seeds,
+                   int rings) {
+  std::vector<std::uint8_t> is_listed(mesh.positions.size(), 0);
+  Vertices list(seeds.begin(), seeds.end());
+  for (const std::uint32_t v : list) is_listed[v] = 1;
   std::size_t begin = 0;
   for (int ring = 0; ring < rings; ++ring) {
-    const std::size_t end = out.size();
+    const std::size_t end = list.size();
     for (; begin < end; ++begin)
-      for (const std::uint32_t t : fans.of(out[begin]))
+      for (const std::uint32_t t : fans.around(list[begin]))
         for (const std::uint32_t v : mesh.triangles[t].v)
-          if (!in[v]) in[v] = 1, out.push_back(v);
+          if (!is_listed[v]) is_listed[v] = 1, list.push_back(v);
   }
-  return out;
+  return list;
 }
 
 /// Twice the triangle's area along its normal.
@@ -38,13 +38,13 @@ Vec3 area_normal(const Mesh& mesh, const Triangle& t) {
 void fair(Mesh& mesh, std::span<const std::uint32_t> vertices, int steps) {
   constexpr int kRings = 2;
   const Fans fans(mesh.positions.size(), mesh.triangles);
-  const Vertices moving = grown(mesh, fans, vertices, kRings);
+  const Vertices moving = add_rings(mesh, fans, vertices, kRings);
   std::vector<Vec3> next(moving.size());
   for (int step = 0; step < steps; ++step) {
     for (std::size_t i = 0; i < moving.size(); ++i) {
       Vec3 sum;
       float count = 0;
-      for (const std::uint32_t t : fans.of(moving[i]))
+      for (const std::uint32_t t : fans.around(moving[i]))
         for (const std::uint32_t v : mesh.triangles[t].v)
           if (v != moving[i]) sum = sum + mesh.positions[v], ++count;
       next[i] = mesh.positions[moving[i]] * 0.5f + sum * (0.5f / count);
@@ -52,15 +52,15 @@ void fair(Mesh& mesh, std::span<const std::uint32_t> vertices, int steps) {
     for (std::size_t i = 0; i < moving.size(); ++i) mesh.positions[moving[i]] = next[i];
   }
   if (mesh.normals.empty()) return;
-  for (const std::uint32_t v : grown(mesh, fans, moving, 1)) {
+  for (const std::uint32_t v : add_rings(mesh, fans, moving, 1)) {
     Vec3 sum;
-    for (const std::uint32_t t : fans.of(v)) sum = sum + area_normal(mesh, mesh.triangles[t]);
+    for (const std::uint32_t t : fans.around(v)) sum = sum + area_normal(mesh, mesh.triangles[t]);
     mesh.normals[v] = normalized(sum);
   }
 }
 
 std::size_t mend_normals(Mesh& mesh) {
-  constexpr float kBehind = -0.2f;  // cosine of the angle to a triangle's normal
+  constexpr float kBehind = -0.2f;  // cosine between a vertex normal and a triangle's normal
   std::vector<std::uint8_t> contradicts(mesh.normals.size(), 0);
   if (mesh.normals.empty()) return 0;
   for (const Triangle& t : mesh.triangles) {

@@ -9,14 +9,14 @@
 
 namespace polymorph {
 
-/// Moves the vertices and those within two edges of them half way to the middle of their
-/// neighbours, `steps` times, all at once (the umbrella operator; Kobbelt et al. 1998), and gives
-/// them and their neighbours the mesh's own normals: means over the triangles, weighted by area.
+/// Moves the vertices and those within two edges of them half way to the mean of their neighbours,
+/// `steps` times, all at once (the umbrella operator; Kobbelt et al. 1998), and recomputes their
+/// normals and those of their neighbours as area-weighted means over the triangles.
 void fair(Mesh& mesh, std::span<const std::uint32_t> vertices, int steps);
 
-/// Gives those vertices the mesh's own normals whose normal points behind one of their triangles,
-/// by a fifth of its length at least. A field's gradient does so where the surface is thinner than
-/// the cells, and would be shaded black there. Returns how many there were.
+/// Recomputes the normals that point behind one of their vertex's triangles (cosine below -0.2) as
+/// area-weighted means. A field's gradient does so where the surface is thinner than the cells; the
+/// vertex would be shaded black there. Returns the number of changed normals.
 std::size_t mend_normals(Mesh& mesh);
 
 }  // namespace polymorph

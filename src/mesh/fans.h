@@ -1,4 +1,4 @@
-// Triangle fans: the triangles around each point of a mesh.
+// Triangle fans: the triangles around each point around a mesh.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +10,7 @@
 
 namespace polymorph {
 
+/// Lists the triangles around each point, ascending.
 class Fans {
  public:
   Fans() = default;
@@ -22,7 +23,7 @@ class Fans {
     for (std::uint32_t t = 0; t < triangles.size(); ++t)
       for (const std::uint32_t v : triangles[t].v) list_[next[v]++] = t;
   }
-  std::span<const std::uint32_t> of(std::size_t point) const {
+  std::span<const std::uint32_t> around(std::size_t point) const {
     return {list_.data() + first_[point], list_.data() + first_[point + 1]};
   }
   std::size_t size() const { return first_.empty() ? 0 : first_.size() - 1; }

@@ -18,10 +18,10 @@ namespace {
 
 constexpr std::uint32_t kNone = 0xffffffffu;
 
-/// The surface's sides (3 * triangle + k: from corner k to corner k + 1), and for each a set of
-/// bits: those of the sides that a loop passes along, added modulo 2, are 0 where the loop bounds a
-/// part of the surface. A surface of genus g has 2 g bits; beyond 64 some are left out, and then
-/// some loops are not told from such.
+/// First homology of the surface modulo 2. Each side (3 * triangle + k: from corner k to corner k +
+/// 1) has a bit set such that the bits along a loop add up to 0 modulo 2 if the loop bounds a
+/// region of the surface. A surface of genus g needs 2 g bits; beyond 64 the rest is left out, and
+/// then some loops that bound nothing have bits 0 as well.
 class Homology {
  public:
   explicit Homology(const Mesh& mesh)
@@ -36,9 +36,9 @@ class Homology {
       mate_[uses[i].corner] = uses[i + 1].corner;
       mate_[uses[i + 1].corner] = uses[i].corner;
     }
-    std::vector<std::uint8_t> used(mate_.size(), 0);
-    span_vertices(used);
-    span_triangles(used);
+    std::vector<std::uint8_t> in_tree(mate_.size(), 0);
+    span_vertices(in_tree);
+    span_triangles(in_tree);
   }
 
   std::uint32_t from(std::uint32_t side) const { return mesh_.triangles[side / 3].v[side % 3]; }
@@ -51,57 +51,58 @@ class Homology {
   /// Calls f(side) for the sides that begin at the vertex.
   template <class F>
   void for_sides(std::uint32_t vertex, const F& f) const {
-    for (const std::uint32_t t : fans_.of(vertex))
+    for (const std::uint32_t t : fans_.around(vertex))
       for (std::uint32_t k = 0; k < 3; ++k)
         if (mesh_.triangles[t].v[k] == vertex) f(3 * t + k);
   }
 
  private:
-  /// A spanning tree of the vertices.
-  void span_vertices(std::vector<std::uint8_t>& used) const {
-    std::vector<std::uint8_t> reached(mesh_.positions.size(), 0);
+  /// Marks the sides of a spanning tree of the vertices.
+  void span_vertices(std::vector<std::uint8_t>& in_tree) const {
+    std::vector<std::uint8_t> is_visited(mesh_.positions.size(), 0);
     std::vector<std::uint32_t> queue;
-    for (std::uint32_t root = 0; root < reached.size(); ++root) {
-      if (reached[root]) continue;
-      reached[root] = 1;
+    for (std::uint32_t root = 0; root < is_visited.size(); ++root) {
+      if (is_visited[root]) continue;
+      is_visited[root] = 1;
       queue.assign(1, root);
       for (std::size_t i = 0; i < queue.size(); ++i)
         for_sides(queue[i], [&](std::uint32_t side) {
           const std::uint32_t next = to(side);
-          if (reached[next]) return;
-          reached[next] = 1;
-          used[side] = used[mate_[side]] = 1;
+          if (is_visited[next]) return;
+          is_visited[next] = 1;
+          in_tree[side] = in_tree[mate_[side]] = 1;
           queue.push_back(next);
         });
     }
   }
 
-  /// A spanning tree of the triangles, across sides that the other tree does not use. What sides
-  /// are left over are 2 g: each of them closes a loop of triangles, and a loop of vertices bounds
-  /// a part of the surface if it crosses each of those an even number of times.
-  void span_triangles(std::vector<std::uint8_t>& used) {
+  /// Builds a spanning tree of the triangles across sides that the vertex tree does not use. 2 g
+  /// sides remain: each closes a loop of triangles, and a loop of vertices bounds a region of the
+  /// surface if it crosses each of these loops an even number of times.
+  void span_triangles(std::vector<std::uint8_t>& in_tree) {
     const std::size_t count = mesh_.triangles.size();
-    std::vector<std::uint32_t> across(count, kNone);  // the side by which a triangle was reached
-    std::vector<std::uint8_t> reached(count, 0);
+    std::vector<std::uint32_t> across(count,
+                                      kNone);  // the side across which a triangle was visited
+    std::vector<std::uint8_t> is_visited(count, 0);
     std::vector<std::uint32_t> queue;
     for (std::uint32_t root = 0; root < count; ++root) {
-      if (reached[root]) continue;
-      reached[root] = 1;
+      if (is_visited[root]) continue;
+      is_visited[root] = 1;
       std::size_t i = queue.size();
       for (queue.push_back(root); i < queue.size(); ++i)
         for (std::uint32_t side = 3 * queue[i]; side < 3 * queue[i] + 3; ++side) {
           const std::uint32_t next = mate_[side] / 3;
-          if (used[side] || reached[next]) continue;
-          reached[next] = 1;
+          if (in_tree[side] || is_visited[next]) continue;
+          is_visited[next] = 1;
           across[next] = side;
-          used[side] = used[mate_[side]] = 1;
+          in_tree[side] = in_tree[mate_[side]] = 1;
           queue.push_back(next);
         }
     }
-    std::vector<std::uint64_t> odd(count, 0);  // loops that end in the part below a triangle
+    std::vector<std::uint64_t> odd(count, 0);  // loops that end in the subtree below a triangle
     std::uint64_t bit = 1;
-    for (std::uint32_t side = 0; side < used.size() && bit != 0; ++side) {
-      if (used[side] || side > mate_[side]) continue;
+    for (std::uint32_t side = 0; side < in_tree.size() && bit != 0; ++side) {
+      if (in_tree[side] || side > mate_[side]) continue;
       bits_[side] = bits_[mate_[side]] = bit;
       odd[side / 3] ^= bit;
       odd[mate_[side] / 3] ^= bit;
@@ -121,27 +122,28 @@ class Homology {
   std::vector<std::uint64_t> bits_;
 };
 
-/// Sides one after the other, the last back to the first.
+/// A closed chain of sides: each ends where the next begins.
 using Loop = std::vector<std::uint32_t>;
 
-/// The shortest loop below `longest` that bounds no part of the surface; empty: there is none, or
-/// `steps` were not enough. Takes from `steps`, one for each vertex reached.
+/// Search for the shortest loop below `max_length` that bounds no region of the surface. Decrements
+/// `steps` for each vertex is_visited.
 class LoopSearch {
  public:
-  LoopSearch(const Homology& homology, std::size_t vertices, float longest, std::int64_t& steps)
+  LoopSearch(const Homology& homology, std::size_t vertices, float max_length, std::int64_t& steps)
       : homology_(homology),
         labels_(vertices),
-        tried_(vertices, 0),
-        best_(longest),
+        finished_(vertices, 0),
+        best_(max_length),
         steps_(steps) {}
 
-  Loop run(std::size_t sides) {
-    // Such a loop passes along a side with bits.
+  /// Returns an empty loop if there is none, or if `steps` were not enough.
+  Loop find(std::size_t sides) {
+    // A loop that bounds nothing passes along a side whose bits are not 0.
     for (std::uint32_t side = 0; side < sides && steps_ > 0; ++side) {
       const std::uint32_t seed = homology_.from(side);
-      if (homology_.bits(side) == 0 || tried_[seed]) continue;
+      if (homology_.bits(side) == 0 || finished_[seed]) continue;
       search_from(seed);
-      tried_[seed] = 1;  // no shorter loop passes through it
+      finished_[seed] = 1;  // all loops through this vertex are cuts
     }
     return std::move(loop_);
   }
@@ -150,10 +152,10 @@ class LoopSearch {
   struct Label {
     float distance = std::numeric_limits<float>::infinity();
     std::uint64_t bits = 0;
-    std::uint32_t side = kNone;  ///< by which it is reached
+    std::uint32_t side = kNone;  ///< the side that leads to it; kNone at the seed
   };
 
-  /// Dijkstra's algorithm. Two ways to a vertex make a loop.
+  /// Dijkstra's algorithm. Two paths to a vertex form a loop.
   void search_from(std::uint32_t seed) {
     using Entry = std::pair<float, std::uint32_t>;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
@@ -168,18 +170,18 @@ class LoopSearch {
       if (distance > labels_[u].distance) continue;
       homology_.for_sides(u, [&](std::uint32_t side) {
         const std::uint32_t w = homology_.to(side);
-        if (tried_[w]) return;
+        if (finished_[w]) return;
         Label& label = labels_[w];
-        const float way = distance + homology_.length(side);
+        const float length = distance + homology_.length(side);
         const std::uint64_t bits = labels_[u].bits ^ homology_.bits(side);
-        if (bits != label.bits && way + label.distance < best_) {
-          best_ = way + label.distance;
+        if (bits != label.bits && length + label.distance < best_) {
+          best_ = length + label.distance;
           loop_ = loop_through(side);
         }
-        if (way >= label.distance) return;
+        if (length >= label.distance) return;
         if (label.side == kNone && w != seed) touched_.push_back(w);
-        label = {way, bits, side};
-        queue.emplace(way, w);
+        label = {length, bits, side};
+        queue.emplace(length, w);
         --steps_;
       });
     }
@@ -187,18 +189,19 @@ class LoopSearch {
     touched_.clear();
   }
 
-  /// Along the side from the vertex where the ways to its ends part, and back to there.
+  /// Makes the loop that runs through the side and back to the vertex where the paths to its two
+  /// ends part.
   Loop loop_through(std::uint32_t side) const {
-    const auto way_to = [&](std::uint32_t v) {
-      Loop way;
+    const auto path_to = [&](std::uint32_t v) {
+      Loop path;
       for (; labels_[v].side != kNone; v = homology_.from(labels_[v].side))
-        way.push_back(labels_[v].side);
-      return way;  // from v back to the seed
+        path.push_back(labels_[v].side);
+      return path;  // from v back to the seed
     };
-    Loop there = way_to(homology_.from(side)), back = way_to(homology_.to(side));
-    while (!there.empty() && !back.empty() && there.back() == back.back())
-      there.pop_back(), back.pop_back();
-    Loop loop(there.rbegin(), there.rend());
+    Loop forward = path_to(homology_.from(side)), back = path_to(homology_.to(side));
+    while (!forward.empty() && !back.empty() && forward.back() == back.back())
+      forward.pop_back(), back.pop_back();
+    Loop loop(forward.rbegin(), forward.rend());
     loop.push_back(side);
     for (const std::uint32_t s : back) loop.push_back(homology_.mate(s));
     return loop;
@@ -206,7 +209,7 @@ class LoopSearch {
 
   const Homology& homology_;
   std::vector<Label> labels_;
-  std::vector<std::uint8_t> tried_;
+  std::vector<std::uint8_t> finished_;
   std::vector<std::uint32_t> touched_;
   float best_;
   std::int64_t& steps_;
@@ -215,7 +218,7 @@ class LoopSearch {
 
 /// Cuts the surface along the loop and closes both sides.
 void cut(Mesh& mesh, const Homology& homology, const Loop& loop) {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> renamed;  // corner, its new vertex
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> reassigned;  // corner, its new vertex
   std::vector<std::uint32_t> right, left;
   Vec3 center;
   for (std::size_t i = 0; i < loop.size(); ++i) {
@@ -224,9 +227,9 @@ void cut(Mesh& mesh, const Homology& homology, const Loop& loop) {
     right.push_back(v);
     left.push_back(static_cast<std::uint32_t>(mesh.positions.size()));
     center = center + mesh.positions[v] * (1 / static_cast<float>(loop.size()));
-    // The corners at v to the left of the loop, counter-clockwise from the side that goes on.
+    // The corners at v to the left of the loop, counter-clockwise from its next side.
     for (std::uint32_t side = loop[i];;) {
-      renamed.emplace_back(side, left.back());
+      reassigned.emplace_back(side, left.back());
       const std::uint32_t last = corner_after(corner_after(side));  // from the third vertex to v
       if (last == before) break;
       side = homology.mate(last);
@@ -235,17 +238,17 @@ void cut(Mesh& mesh, const Homology& homology, const Loop& loop) {
     mesh.positions.push_back(mesh.positions[v]);
     if (!mesh.normals.empty()) mesh.normals.push_back(mesh.normals[v]);
   }
-  for (const auto& [corner, vertex] : renamed) mesh.triangles[corner / 3].v[corner % 3] = vertex;
+  for (const auto& [corner, vertex] : reassigned) mesh.triangles[corner / 3].v[corner % 3] = vertex;
   std::vector<std::uint32_t> changed = right;
   changed.insert(changed.end(), left.begin(), left.end());
   std::reverse(left.begin(), left.end());
-  for (const std::vector<std::uint32_t>* rim : {&right, &left}) {
+  for (const std::vector<std::uint32_t>* boundary : {&right, &left}) {
     const auto middle = static_cast<std::uint32_t>(mesh.positions.size());
     mesh.positions.push_back(center);
     if (!mesh.normals.empty()) mesh.normals.push_back({});
     changed.push_back(middle);
-    for (std::size_t i = 0; i < rim->size(); ++i)
-      mesh.triangles.push_back({{(*rim)[i], (*rim)[(i + 1) % rim->size()], middle}});
+    for (std::size_t i = 0; i < boundary->size(); ++i)
+      mesh.triangles.push_back({{(*boundary)[i], (*boundary)[(i + 1) % boundary->size()], middle}});
   }
   constexpr int kSteps = 24;
   fair(mesh, changed, kSteps);
@@ -253,7 +256,7 @@ void cut(Mesh& mesh, const Homology& homology, const Loop& loop) {
 
 }  // namespace
 
-std::int64_t genus_of(const Mesh& mesh) {
+std::int64_t compute_genus(const Mesh& mesh) {
   DisjointSets sets(mesh.positions.size());
   for (const Triangle& t : mesh.triangles) {
     sets.join(t.v[0], t.v[1]);
@@ -267,21 +270,21 @@ std::int64_t genus_of(const Mesh& mesh) {
                           4;
 }
 
-std::size_t cut_handles(Mesh& mesh, std::int64_t genus, float longest) {
+std::size_t cut_handles(Mesh& mesh, std::int64_t genus, float max_length) {
   constexpr std::int64_t kSteps = 5'000'000;
   std::int64_t steps = kSteps;
-  std::size_t done = 0;
-  for (std::int64_t surplus = genus_of(mesh) - genus; surplus > 0; --surplus, ++done) {
+  std::size_t cuts = 0;
+  for (std::int64_t excess = compute_genus(mesh) - genus; excess > 0; --excess, ++cuts) {
     const Homology homology(mesh);
     Loop loop;
-    // Short loops are found within small disks, and mostly there are some.
-    for (float limit = longest / 8; loop.empty() && limit <= longest; limit *= 2)
+    // Short loops are found within small disks, so a small limit is tried first: it is much faster.
+    for (float limit = max_length / 8; loop.empty() && limit <= max_length; limit *= 2)
       loop =
-          LoopSearch(homology, mesh.positions.size(), limit, steps).run(3 * mesh.triangles.size());
+          LoopSearch(homology, mesh.positions.size(), limit, steps).find(3 * mesh.triangles.size());
     if (loop.empty()) break;
     cut(mesh, homology, loop);
   }
-  return done;
+  return cuts;
 }
 
 }  // namespace polymorph

@@ -19,48 +19,51 @@ namespace polymorph {
 namespace {
 
 constexpr std::uint32_t kLeafTriangles = AngleSums::kLanes;
-// A node counts as a whole from beta times its radius on (Barill et al. 2018, section 4, advise 2).
+// Points further than beta times a node's radius use its expansion (Barill et al. 2018, section 4,
+// which advises 2).
 constexpr double kBeta = 2;
-/// A triangle counts less than 2^20 times.
-constexpr std::uint32_t kMaxDigits = 20, kMaxTimes = (1u << kMaxDigits) - 1;
+/// Multiplicities have at most 20 binary digits.
+constexpr std::uint32_t kMaxDigits = 20, kMaxMultiplicity = (1u << kMaxDigits) - 1;
 
 struct Node {
-  Vec3d center;       ///< area-weighted
-  double reach2 = 0;  ///< (beta * radius)^2
-  Vec3d dipole;       ///< sum of area vectors
+  Vec3d center;              ///< area-weighted
+  double far_distance2 = 0;  ///< (beta * radius)^2
+  Vec3d dipole;              ///< sum of area vectors
   Vec3d diagonal,
       off_diagonal;  ///< xx yy zz and yz zx xy of the symmetric second moment of area vectors
   Vec3d low, high;   ///< box
   std::uint32_t first = 0, count = 0;  ///< triangles, if count > 0
   std::uint32_t leaf = 0;              ///< their corners for the winding number, if count > 0
-  std::uint32_t mask = 0;              ///< the first of their masks, where triangles have times
-  std::uint32_t digits = 0;            ///< binary digits of their times: as many masks
-  std::uint32_t skip = 0;              ///< the next node when this one is done
+  std::uint32_t mask = 0;    ///< index of the first mask, if triangles have multiplicities
+  std::uint32_t digits = 0;  ///< binary digits of their multiplicities; one mask per digit
+  std::uint32_t skip = 0;    ///< the next node when this one is done
 };
 
 }  // namespace
 
 struct InsideTest::Tree {
-  // Model coordinates -> a frame where it is about 1 across, and for the parity rule turned so that
-  // the ray is +z.
+  // From model coordinates to a frame in which the model has a size of about 1, rotated so that the
+  // ray of the parity rule is +z.
   Vec3d origin;
   double scale = 1;
   std::array<Vec3d, 3> axis{Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};
   std::vector<Vec3d> points;
-  std::vector<Triangle> triangles;           ///< in leaf order
-  std::vector<Node> nodes;                   ///< depth first
-  std::vector<AngleSums::Triangles> leaves;  ///< in model coordinates: angles know no scale
-  std::vector<std::uint32_t> times;          ///< of the model's triangles; empty: once each
-  /// For each leaf and binary digit, from the lowest, the triangles whose number of times has it.
+  std::vector<Triangle> triangles;  ///< sorted by leaf
+  std::vector<Node> nodes;          ///< depth first
+  std::vector<AngleSums::Triangles>
+      leaves;  ///< model coordinates; solid angles do not depend on scale
+  std::vector<std::uint32_t> multiplicities;  ///< one per model triangle; empty: all 1
+  /// For each leaf and binary digit, lowest first: one bit per triangle whose multiplicity has that
+  /// digit.
   std::vector<std::uint8_t> masks;
-  std::uint32_t digits = 1;  ///< of all times
+  std::uint32_t digits = 1;  ///< maximum over all leaves
 
   Vec3d to_frame(Vec3 p) const {
     const Vec3d q = (Vec3d(p) - origin) * scale;
     return {dot(q, axis[0]), dot(q, axis[1]), dot(q, axis[2])};
   }
-  std::uint32_t times_of(std::uint32_t triangle) const {
-    return times.empty() ? 1 : times[triangle];
+  std::uint32_t multiplicity(std::uint32_t triangle) const {
+    return multiplicities.empty() ? 1 : multiplicities[triangle];
   }
   void build(MeshView mesh);
   void build_node(std::span<std::uint32_t> order, std::uint32_t first,
@@ -95,7 +98,7 @@ void InsideTest::Tree::measure(Node& node, std::span<const std::uint32_t> order,
     const auto& v = mesh.triangles[t].v;
     const Vec3d a = points[v[0]], b = points[v[1]], c = points[v[2]];
     const Vec3d twice = cross(b - a, c - a);
-    node.dipole = node.dipole + twice * (0.5 * times_of(t));
+    node.dipole = node.dipole + twice * (0.5 * multiplicity(t));
     area += length(twice);
     moment = moment + (a + b + c) * (length(twice) / 3);
     middle = middle + (a + b + c) * (1.0 / 3);
@@ -112,12 +115,12 @@ void InsideTest::Tree::measure(Node& node, std::span<const std::uint32_t> order,
     const Vec3d a = points[v[0]] - node.center, b = points[v[1]] - node.center,
                 c = points[v[2]] - node.center;
     for (const Vec3d r : {a, b, c}) radius2 = std::max(radius2, dot(r, r));
-    const Vec3d n = cross(b - a, c - a) * (0.5 * times_of(t)), m = (a + b + c) * (1.0 / 3);
+    const Vec3d n = cross(b - a, c - a) * (0.5 * multiplicity(t)), m = (a + b + c) * (1.0 / 3);
     node.diagonal = node.diagonal + Vec3d(n.x * m.x, n.y * m.y, n.z * m.z);
     node.off_diagonal = node.off_diagonal +
                         Vec3d(n.y * m.z + n.z * m.y, n.z * m.x + n.x * m.z, n.x * m.y + n.y * m.x);
   }
-  node.reach2 = kBeta * kBeta * radius2;
+  node.far_distance2 = kBeta * kBeta * radius2;
 }
 
 void InsideTest::Tree::build_node(std::span<std::uint32_t> order, std::uint32_t first,
@@ -155,37 +158,38 @@ void InsideTest::Tree::add_leaf(Node& node, std::span<const std::uint32_t> order
   AngleSums::Triangles& leaf = leaves.emplace_back();
   for (std::size_t k = 0; k < AngleSums::kLanes; ++k)
     for (std::size_t i = 0; i < 3; ++i) {
-      // A place without a triangle repeats the first one's first point.
+      // Unused lanes repeat the first triangle's first point: no area, no angle.
       const Vec3 p = mesh.points[k < order.size() ? mesh.triangles[order[k]].v[i]
                                                   : mesh.triangles[order[0]].v[0]];
       leaf.corner[3 * i][k] = p.x;
       leaf.corner[3 * i + 1][k] = p.y;
       leaf.corner[3 * i + 2][k] = p.z;
     }
-  if (times.empty()) return;
+  if (multiplicities.empty()) return;
   std::uint32_t all = 0;
-  for (const std::uint32_t t : order) all |= times_of(t);
+  for (const std::uint32_t t : order) all |= multiplicity(t);
   node.mask = static_cast<std::uint32_t>(masks.size());
   node.digits = static_cast<std::uint32_t>(std::bit_width(all));
   digits = std::max(digits, node.digits);
   for (std::uint32_t digit = 0; digit < node.digits; ++digit) {
     unsigned mask = 0;
-    for (std::size_t k = 0; k < order.size(); ++k) mask |= (times_of(order[k]) >> digit & 1u) << k;
+    for (std::size_t k = 0; k < order.size(); ++k)
+      mask |= (multiplicity(order[k]) >> digit & 1u) << k;
     masks.push_back(static_cast<std::uint8_t>(mask));
   }
 }
 
 double InsideTest::Tree::winding(Vec3 point) const {
   const Vec3d q = to_frame(point), eye(point);
-  AngleSums near;  // of all triangles, or of those whose times have the lowest digit
+  AngleSums near;  // all triangles, or those whose multiplicity has the lowest digit
   double far = 0;
-  std::optional<std::array<AngleSums, kMaxDigits>> several;
-  if (!times.empty()) several.emplace();
+  std::optional<std::array<AngleSums, kMaxDigits>> digit_sums;
+  if (!multiplicities.empty()) digit_sums.emplace();
   for (std::uint32_t i = 0; i < nodes.size();) {
     const Node& node = nodes[i];
     const Vec3d r = node.center - q;
     const double r2 = dot(r, r);
-    if (r2 > node.reach2) {
+    if (r2 > node.far_distance2) {
       // The first two terms of the Taylor series of n . r / |r|^3 around the node's centre (Barill
       // et al. 2018, equation 9). Without the second one the sum is off by up to 0.14 on flat
       // models.
@@ -196,11 +200,11 @@ double InsideTest::Tree::winding(Vec3 point) const {
       i = node.skip;
       continue;
     }
-    if (node.count > 0 && several) {
+    if (node.count > 0 && digit_sums) {
       const AngleSums::Angles angles = AngleSums::angles(leaves[node.leaf], eye);
       for (std::uint32_t digit = 0; digit < node.digits; ++digit)
         if (const unsigned mask = masks[node.mask + digit])
-          (digit == 0 ? near : (*several)[digit]).add(angles, mask);
+          (digit == 0 ? near : (*digit_sums)[digit]).add(angles, mask);
     } else if (node.count > 0) {
       near.add(leaves[node.leaf], eye);
     }
@@ -208,7 +212,7 @@ double InsideTest::Tree::winding(Vec3 point) const {
   }
   double sum = near.sum();
   for (std::uint32_t digit = 1; digit < digits; ++digit)
-    sum += std::ldexp((*several)[digit].sum(), static_cast<int>(digit));
+    sum += std::ldexp((*digit_sums)[digit].sum(), static_cast<int>(digit));
   return sum / (2 * std::numbers::pi) + far / (4 * std::numbers::pi);
 }
 
@@ -263,8 +267,9 @@ InsideTest::InsideTest(MeshView mesh, InsideRule rule)
   const std::optional<ClusteredMesh> clustered =
       rule == InsideRule::kWinding ? cluster_long_triangles(mesh) : std::nullopt;
   if (clustered)
-    for (const int times : clustered->multiplicity)
-      tree_->times.push_back(std::min(static_cast<std::uint32_t>(times), kMaxTimes));
+    for (const int multiplicity : clustered->multiplicity)
+      tree_->multiplicities.push_back(
+          std::min(static_cast<std::uint32_t>(multiplicity), kMaxMultiplicity));
   tree_->build(clustered ? MeshView(clustered->mesh) : mesh);
 }
 
@@ -280,15 +285,15 @@ bool InsideTest::inside(Vec3 point) const {
 double InsideTest::winding_number(Vec3 point) const { return tree_->winding(point); }
 
 std::vector<std::uint8_t> InsideTest::inside(std::span<const Vec3> points) const {
-  std::vector<std::uint8_t> answers(points.size());
+  std::vector<std::uint8_t> are_inside(points.size());
   parallel_for(
       static_cast<std::int64_t>(points.size()),
       [&](std::int64_t i) {
         const auto k = static_cast<std::size_t>(i);
-        answers[k] = inside(points[k]) ? 1 : 0;
+        are_inside[k] = inside(points[k]) ? 1 : 0;
       },
       256);
-  return answers;
+  return are_inside;
 }
 
 }  // namespace polymorph

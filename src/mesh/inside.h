@@ -11,7 +11,7 @@
 namespace polymorph {
 
 enum class InsideRule : std::uint8_t {
-  kWinding,  ///< generalized winding number >= 0.5 (Jacobson 2013), survives holes and doubled
+  kWinding,  ///< generalized winding number >= 0.5 (Jacobson 2013): tolerates holes and doubled
              ///< faces
   /// The report's one ray: an odd number of crossings (5.1.2.1). Exact for closed models; where
   /// parts overlap it sees a hole. The ray is fixed, oblique to axes and diagonals, and never

@@ -35,8 +35,8 @@ std::vector<Edge> sorted_edges(const Mesh& mesh) {
   return edges;
 }
 
-/// Vertices whose corners fall into more than one fan. Corner c = 3 triangle + k; two corners at
-/// one vertex are of one fan when their triangles share an edge there.
+/// Counts vertices whose corners fall into more than one fan. Corner c is 3 triangle + k; two
+/// corners at a vertex belong to one fan if their triangles share an edge there.
 std::size_t count_pinched(const Mesh& mesh, const std::vector<Edge>& edges) {
   const auto corner_at = [&](std::uint32_t t, std::uint32_t vertex) {
     for (std::uint32_t k = 0; k < 3; ++k)
@@ -50,11 +50,11 @@ std::size_t count_pinched(const Mesh& mesh, const std::vector<Edge>& edges) {
     for (const std::uint32_t vertex : {p.low, p.high})
       fans.join(corner_at(p.triangle, vertex), corner_at(q.triangle, vertex));
   }
-  std::vector<std::uint32_t> fans_of(mesh.positions.size(), 0);
+  std::vector<std::uint32_t> fan_count(mesh.positions.size(), 0);
   for (std::uint32_t c = 0; c < mesh.triangles.size() * 3; ++c)
-    if (fans.find(c) == c) ++fans_of[mesh.triangles[c / 3].v[c % 3]];
+    if (fans.find(c) == c) ++fan_count[mesh.triangles[c / 3].v[c % 3]];
   return static_cast<std::size_t>(
-      std::count_if(fans_of.begin(), fans_of.end(), [](std::uint32_t n) { return n > 1; }));
+      std::count_if(fan_count.begin(), fan_count.end(), [](std::uint32_t n) { return n > 1; }));
 }
 
 double triangle_volume(Vec3 a, Vec3 b, Vec3 c) {
@@ -87,9 +87,9 @@ double area_of(const Mesh& mesh) {
 
 double faceting_loss(const Mesh& mesh) {
   if (mesh.normals.empty()) return 0;
-  // An edge's middle lies below the surface by an eighth of what its direction and the change of
-  // the normal along it have in common. Between the middles' heights the surface is a quadratic
-  // polynomial, whose mean on a triangle is a third of their sum.
+  // An edge's midpoint lies below the surface by dot(edge, change of normal) / 8. The height above
+  // the facet is a quadratic polynomial; its mean over the triangle is a third of the sum of the
+  // three midpoint heights.
   double sum = 0;
   for (const Triangle& t : mesh.triangles) {
     Vec3d p[3], n[3];

@@ -10,26 +10,30 @@ namespace polymorph {
 
 struct MeshReport {
   std::size_t vertices = 0, triangles = 0;
-  std::size_t open_edges = 0;        ///< not exactly two triangles
-  std::size_t flipped_edges = 0;     ///< two triangles that run the same way along it
-  std::size_t pinched_vertices = 0;  ///< whose triangles form more than one fan
+  std::size_t open_edges = 0;        ///< edges without exactly two triangles
+  std::size_t flipped_edges = 0;     ///< edges that two triangles traverse in the same direction
+  std::size_t pinched_vertices = 0;  ///< vertices whose triangles form more than one fan
   std::size_t degenerate_triangles = 0;
   std::size_t components = 0;
   long long euler = 0;  ///< V - E + F
   long long genus = 0;  ///< components - euler / 2, for a closed mesh
   double volume = 0, area = 0;
-  std::string digest;  ///< of positions, normals and indices
-  bool closed() const { return open_edges == 0 && flipped_edges == 0; }
-  bool manifold() const { return closed() && pinched_vertices == 0; }
+  std::string digest;  ///< hash of positions, normals and indices
+  bool is_closed() const { return open_edges == 0 && flipped_edges == 0; }
+  bool is_manifold() const { return is_closed() && pinched_vertices == 0; }
 };
 
+/// Counts a mesh's defects and measures it.
 MeshReport check_mesh(const Mesh& mesh);
 
+/// Signed volume enclosed by a closed mesh, and its area.
 double volume_of(const Mesh& mesh);
 double area_of(const Mesh& mesh);
 /// The volume between the facets and the smooth surface through their vertices that has the mesh's
-/// normals there: what `volume_of` lacks, positive where the surface is convex. 0 without normals.
+/// normals there. Adding it to `volume_of` gives the volume below the smooth surface; it is
+/// positive where the surface is convex, and 0 without normals.
 double faceting_loss(const Mesh& mesh);
+/// Hash of positions, normals and indices, in hexadecimal digits.
 std::string mesh_digest(const Mesh& mesh);
 
 }  // namespace polymorph

@@ -10,13 +10,13 @@ float MeshQuery::distance_to(Vec3 from, std::uint32_t triangle) const {
   const Triangle& t = triangles[triangle];
   const Vec3 a = points[t.v[0]], b = points[t.v[1]], c = points[t.v[2]];
   const TriangleWeights w = closest_on_triangle(from, a, b, c);
-  // Weights of the differences: what is subtracted is small, so floats do.
+  // Weighted differences from corner a: they are small, so single precision suffices.
   return length((a - from) + (b - a) * static_cast<float>(w.b) + (c - a) * static_cast<float>(w.c));
 }
 
 ClosestPoint MeshQuery::closest(Vec3 from, std::uint32_t hint) const {
   if (hint >= triangles.size()) return tree.closest(from);
-  // More than the rounding of a distance: the triangle itself must be found.
+  // The margin exceeds the rounding of a distance, so that the hinted triangle itself is found.
   const float bound = distance_to(from, hint) * 1.0001f + 1e-6f * length(from);
   const ClosestPoint hit = tree.closest(from, bound);
   return hit.triangle == ClosestPoint::kNoTriangle ? tree.closest(from) : hit;

@@ -29,14 +29,14 @@ double angle_at(MeshView mesh, std::size_t t, std::size_t k) {
   return exact::atan2(length(cross(b, c)), dot(b, c));
 }
 
-/// Sums of area x angle x normal over corners, by the slot that `slot_of(triangle, k)` says.
+/// Sums area x angle x normal over corners into the slot `slot_at(triangle, k)`.
 template <class F>
-std::vector<Vec3d> weighted_sums(MeshView mesh, std::size_t slots, const F& slot_of) {
+std::vector<Vec3d> weighted_sums(MeshView mesh, std::size_t slots, const F& slot_at) {
   std::vector<Vec3d> sums(slots);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const Vec3d area = area_vector(mesh, t);
     for (std::size_t k = 0; k < 3; ++k) {
-      Vec3d& sum = sums[slot_of(t, k)];
+      Vec3d& sum = sums[slot_at(t, k)];
       sum = sum + area * angle_at(mesh, t, k);
     }
   }
@@ -74,15 +74,15 @@ std::vector<Vec3> creased_normals(MeshView mesh, float crease_degrees) {
     smooth.join(low_corner(a), low_corner(b));
     smooth.join(high_corner(a), high_corner(b));
   });
-  const auto set_of = [&](std::size_t t, std::size_t k) {
+  const auto set_at = [&](std::size_t t, std::size_t k) {
     return smooth.find(static_cast<std::uint32_t>(3 * t + k));
   };
-  const std::vector<Vec3d> sums = weighted_sums(mesh, mesh.triangles.size() * 3, set_of);
+  const std::vector<Vec3d> sums = weighted_sums(mesh, mesh.triangles.size() * 3, set_at);
   std::vector<Vec3> normals(sums.size());
   std::vector<Vec3> fallback;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     for (std::size_t k = 0; k < 3; ++k) {
-      Vec3 n = to_float(normalized(sums[set_of(t, k)]));
+      Vec3 n = to_float(normalized(sums[set_at(t, k)]));
       if (n == Vec3{}) {
         if (fallback.empty()) fallback = point_normals(mesh);
         n = fallback[mesh.triangles[t].v[k]];

@@ -15,9 +15,9 @@ std::vector<Vec3> point_normals(MeshView mesh);
 /// The angle between faces from which an edge is shown sharp: a cube's 90 stays, a 12-sided
 /// cylinder's 30 does not.
 inline constexpr float kCreaseDegrees = 50;
-/// 3 * triangles: the weighted mean, as in point_normals(), of those faces around the point that
-/// are reached without crossing a sharp, open or non-manifold edge. Unit, also at degenerate
-/// triangles.
+/// Normals of corners (3 per triangle): the weighted mean, as in point_normals(), of those faces
+/// around the point that can be reached without crossing a sharp, open or non-manifold edge. Unit
+/// length, also at degenerate triangles.
 std::vector<Vec3> creased_normals(MeshView mesh, float crease_degrees = kCreaseDegrees);
 
 /// Signed volume (positive when oriented outward) and area, summed in double.

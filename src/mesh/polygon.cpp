@@ -16,7 +16,8 @@ struct Point2 {
   bool operator==(const Point2&) const = default;
 };
 
-double turn(Point2 a, Point2 b, Point2 c) {
+/// Twice the signed area of triangle abc: positive if it is counter-clockwise.
+double signed_area(Point2 a, Point2 b, Point2 c) {
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
@@ -32,53 +33,55 @@ Vec3d newell_normal(std::span<const Vec3> corners) {
   return sum;
 }
 
-/// The corners that are still there, in a k-d tree: whether a triangle holds one is found without
-/// looking at all of them.
+/// A k-d tree of the corners not yet clipped, to find whether a triangle contains one without
+/// testing all of them.
 class CornerTree {
  public:
   explicit CornerTree(const std::vector<Point2>& points) : points_(points) {
     order_.resize(points.size());
     std::iota(order_.begin(), order_.end(), 0u);
     build(0, order_.size());
-    place_.resize(points.size());
-    for (std::uint32_t i = 0; i < order_.size(); ++i) place_[order_[i]] = i;
+    rank_.resize(points.size());
+    for (std::uint32_t i = 0; i < order_.size(); ++i) rank_[order_[i]] = i;
   }
 
   void remove(std::uint32_t corner) {
-    const std::uint32_t place = place_[corner];
+    const std::uint32_t rank = rank_[corner];
     for (std::uint32_t at = 0;;) {
       Node& node = nodes_[at];
-      --node.left;
+      --node.remaining;
       if (node.second == 0) break;
-      at = place < nodes_[node.second].begin ? at + 1 : node.second;
+      at = rank < nodes_[node.second].begin ? at + 1 : node.second;
     }
-    gone_[place] = 1;
+    removed_[rank] = 1;
   }
 
-  /// Whether a corner lies in the triangle a, b, c or on its outline, other than at a, b and c:
-  /// bridges of polygons with holes visit a place twice, and its twin does not block an ear.
-  /// `work` grows by what it took.
+  /// Tests whether a corner lies in the triangle a, b, c or on its outline, other than at a, b and
+  /// c: bridges of polygons with holes visit a point twice, and its twin does not block an ear.
+  /// Adds the number of steps to `work`.
   bool any_within(Point2 a, Point2 b, Point2 c, std::size_t& work) const {
-    std::array<std::uint32_t, 64> stack;  // twice as deep as 2^32 corners need
-    std::size_t waiting = 0;
-    stack[waiting++] = 0;
-    while (waiting > 0) {
-      const std::uint32_t at = stack[--waiting];
+    std::array<std::uint32_t, 64> stack;  // twice the depth that 2^32 corners need
+    std::size_t stack_size = 0;
+    stack[stack_size++] = 0;
+    while (stack_size > 0) {
+      const std::uint32_t at = stack[--stack_size];
       const Node& node = nodes_[at];
       ++work;
-      if (node.left == 0 || beyond(a, b, node) || beyond(b, c, node) || beyond(c, a, node))
+      if (node.remaining == 0 || is_to_the_right(a, b, node) || is_to_the_right(b, c, node) ||
+          is_to_the_right(c, a, node))
         continue;
       if (node.second != 0) {
-        stack[waiting++] = node.second;
-        stack[waiting++] = at + 1;
+        stack[stack_size++] = node.second;
+        stack[stack_size++] = at + 1;
         continue;
       }
       for (std::uint32_t i = node.begin; i < node.end; ++i) {
         ++work;
-        if (gone_[i]) continue;
+        if (removed_[i]) continue;
         const Point2 p = points_[order_[i]];
         if (p == a || p == b || p == c) continue;
-        if (turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0) return true;
+        if (signed_area(a, b, p) >= 0 && signed_area(b, c, p) >= 0 && signed_area(c, a, p) >= 0)
+          return true;
       }
     }
     return false;
@@ -87,16 +90,18 @@ class CornerTree {
  private:
   struct Node {
     Point2 low, high;
-    std::uint32_t begin = 0, end = 0;  ///< in order_
-    std::uint32_t left = 0;            ///< corners that are still there
-    std::uint32_t second = 0;          ///< its second child, the first follows it; 0 = a leaf
+    std::uint32_t begin = 0, end = 0;  ///< range of order_
+    std::uint32_t remaining = 0;       ///< corners not yet removed
+    std::uint32_t second = 0;  ///< second child (the first one follows the node); 0 = a leaf
   };
 
-  /// All of the box lies to the right of the line from a to b. It is turn() of the corner furthest
-  /// to the left, so rounding cannot make it disagree with turn() of a point within.
-  static bool beyond(Point2 a, Point2 b, const Node& node) {
-    return turn(a, b,
-                {b.y > a.y ? node.low.x : node.high.x, b.x > a.x ? node.high.y : node.low.y}) < 0;
+  /// Tests whether the whole box lies to the right of the line from a to b. It evaluates
+  /// signed_area() at the box corner furthest to the left, so rounding cannot make it disagree with
+  /// signed_area() of a point within.
+  static bool is_to_the_right(Point2 a, Point2 b, const Node& node) {
+    return signed_area(
+               a, b, {b.y > a.y ? node.low.x : node.high.x, b.x > a.x ? node.high.y : node.low.y}) <
+           0;
   }
 
   void build(std::size_t begin, std::size_t end) {
@@ -104,14 +109,14 @@ class CornerTree {
     Node node;
     node.begin = static_cast<std::uint32_t>(begin);
     node.end = static_cast<std::uint32_t>(end);
-    node.left = node.end - node.begin;
+    node.remaining = node.end - node.begin;
     node.low = node.high = points_[order_[begin]];
     for (std::size_t i = begin; i < end; ++i) {
       const Point2 p = points_[order_[i]];
       node.low = {std::min(node.low.x, p.x), std::min(node.low.y, p.y)};
       node.high = {std::max(node.high.x, p.x), std::max(node.high.y, p.y)};
     }
-    const std::size_t self = nodes_.size();
+    const std::size_t index = nodes_.size();
     nodes_.push_back(node);
     if (end - begin <= kLeaf) return;
     const bool wide = node.high.x - node.low.x > node.high.y - node.low.y;
@@ -123,13 +128,13 @@ class CornerTree {
       return x != y ? x < y : i < j;
     });
     build(begin, middle);
-    nodes_[self].second = static_cast<std::uint32_t>(nodes_.size());
+    nodes_[index].second = static_cast<std::uint32_t>(nodes_.size());
     build(middle, end);
   }
 
   const std::vector<Point2>& points_;
-  std::vector<std::uint32_t> order_, place_;
-  std::vector<std::uint8_t> gone_ = std::vector<std::uint8_t>(points_.size(), 0);
+  std::vector<std::uint32_t> order_, rank_;
+  std::vector<std::uint8_t> removed_ = std::vector<std::uint8_t>(points_.size(), 0);
   std::vector<Node> nodes_;
 };
 
@@ -146,26 +151,26 @@ class EarClipper {
     }
   }
 
-  bool run(std::vector<std::array<std::uint32_t, 3>>& triangles) {
-    // Far more than simple outlines take; what crosses itself everywhere would go on for the square
-    // of its corners, and then some.
+  bool clip(std::vector<std::array<std::uint32_t, 3>>& triangles) {
+    // Simple outlines need far fewer steps; outlines that cross themselves everywhere would need
+    // more than the square of the number of corners.
     constexpr std::size_t kMinSteps = 4096;
-    std::size_t max_steps = kMinSteps + 2048 * points_.size();
+    std::size_t work_limit = kMinSteps + 2048 * points_.size();
     bool simple = true;
     std::vector<std::uint8_t> ear(points_.size());
     for (std::uint32_t i = 0; i < ear.size(); ++i) ear[i] = is_ear(i);
     std::uint32_t at = 1;
-    for (std::size_t left = points_.size(); left > 3; --left) {
-      if (work_ < max_steps) {
-        at = next_ear(at, left, ear);
+    for (std::size_t remaining = points_.size(); remaining > 3; --remaining) {
+      if (work_ < work_limit) {
+        at = find_next_ear(at, remaining, ear);
         if (!ear[at]) {
-          // No ear left: the outline crosses itself, or its corners lie in one line. Cut where it
-          // bulges most.
-          if (simple && !only_flat_left(at, left)) {
+          // No ear is left: the outline crosses itself, or its corners are collinear. Clip the most
+          // convex corner.
+          if (simple && !all_collinear(at, remaining)) {
             simple = false;
-            max_steps = std::min(max_steps, work_ + kMinSteps + 64 * points_.size());
+            work_limit = std::min(work_limit, work_ + kMinSteps + 64 * points_.size());
           }
-          at = most_convex(at, left);
+          at = find_most_convex(at, remaining);
         }
       } else {
         simple = false;
@@ -175,11 +180,11 @@ class EarClipper {
       next_[before] = after;
       previous_[after] = before;
       corners_.remove(at);
-      if (work_ < max_steps) {
+      if (work_ < work_limit) {
         ear[before] = is_ear(before);
         ear[after] = is_ear(after);
       }
-      // Going on behind the neighbour spreads the cuts and avoids long fans.
+      // Skipping a corner distributes the clipped ears and avoids long fans.
       at = next_[after];
     }
     triangles.push_back({previous_[at], at, next_[at]});
@@ -187,34 +192,35 @@ class EarClipper {
   }
 
  private:
-  double turn_at(std::uint32_t i) const {
-    return turn(points_[previous_[i]], points_[i], points_[next_[i]]);
+  double signed_area_at(std::uint32_t i) const {
+    return signed_area(points_[previous_[i]], points_[i], points_[next_[i]]);
   }
   bool is_ear(std::uint32_t i) {
     ++work_;
-    return turn_at(i) > slack_ &&
+    return signed_area_at(i) > slack_ &&
            !corners_.any_within(points_[previous_[i]], points_[i], points_[next_[i]], work_);
   }
-  /// The next one from `at` on, or any corner if there is none.
-  std::uint32_t next_ear(std::uint32_t at, std::size_t left, std::vector<std::uint8_t>& ear) {
-    for (std::size_t k = 0; k < left && !ear[at]; ++k, ++work_) at = next_[at];
+  /// Finds the next ear from `at` on; returns any corner if there is none.
+  std::uint32_t find_next_ear(std::uint32_t at, std::size_t remaining,
+                              std::vector<std::uint8_t>& ear) {
+    for (std::size_t k = 0; k < remaining && !ear[at]; ++k, ++work_) at = next_[at];
     if (ear[at]) return at;
-    // Corners that touched the outline may have blocked ears that are free by now.
-    for (std::size_t k = 0; k < left; ++k, at = next_[at]) ear[at] = is_ear(at);
-    for (std::size_t k = 0; k < left && !ear[at]; ++k) at = next_[at];
+    // Corners that touched the outline and blocked an ear may have been clipped since.
+    for (std::size_t k = 0; k < remaining; ++k, at = next_[at]) ear[at] = is_ear(at);
+    for (std::size_t k = 0; k < remaining && !ear[at]; ++k) at = next_[at];
     return at;
   }
-  bool only_flat_left(std::uint32_t at, std::size_t left) {
-    work_ += left;
-    for (; left > 0; --left, at = next_[at])
-      if (std::abs(turn_at(at)) > slack_) return false;
+  bool all_collinear(std::uint32_t at, std::size_t remaining) {
+    work_ += remaining;
+    for (; remaining > 0; --remaining, at = next_[at])
+      if (std::abs(signed_area_at(at)) > slack_) return false;
     return true;
   }
-  std::uint32_t most_convex(std::uint32_t at, std::size_t left) {
-    work_ += left;
+  std::uint32_t find_most_convex(std::uint32_t at, std::size_t remaining) {
+    work_ += remaining;
     std::uint32_t best = at;
-    for (; left > 0; --left, at = next_[at])
-      if (turn_at(at) > turn_at(best)) best = at;
+    for (; remaining > 0; --remaining, at = next_[at])
+      if (signed_area_at(at) > signed_area_at(best)) best = at;
     return best;
   }
 
@@ -238,11 +244,11 @@ PolygonTriangles triangulate(std::span<const Vec3> corners) {
   const Vec3d side = std::abs(normal.x) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
   const Vec3d u = normalized(cross(side, normal));
   const Vec3d v = cross(normal, u);
-  std::vector<Point2> flat;
+  std::vector<Point2> projected;
   double low = 0, high = 0, size2 = 0;
   for (const Vec3 corner : corners) {
     const Vec3d p = Vec3d(corner) - Vec3d(corners[0]);
-    flat.push_back({dot(p, u), dot(p, v)});
+    projected.push_back({dot(p, u), dot(p, v)});
     low = std::min(low, dot(p, normal));
     high = std::max(high, dot(p, normal));
     size2 = std::max(size2, dot(p, p));
@@ -250,10 +256,10 @@ PolygonTriangles triangulate(std::span<const Vec3> corners) {
   result.planar = high - low <= 0.1 * std::sqrt(size2);
   const double slack = 1e-12 * size2;
   if (corners.size() == 4) {
-    const bool by_02 =
-        turn(flat[0], flat[1], flat[2]) > slack && turn(flat[0], flat[2], flat[3]) > slack;
-    const bool by_13 =
-        turn(flat[1], flat[2], flat[3]) > slack && turn(flat[1], flat[3], flat[0]) > slack;
+    const bool by_02 = signed_area(projected[0], projected[1], projected[2]) > slack &&
+                       signed_area(projected[0], projected[2], projected[3]) > slack;
+    const bool by_13 = signed_area(projected[1], projected[2], projected[3]) > slack &&
+                       signed_area(projected[1], projected[3], projected[0]) > slack;
     result.simple = by_02 || by_13;
     if (by_02 || !by_13)
       result.triangles = {{0, 1, 2}, {0, 2, 3}};
@@ -261,7 +267,7 @@ PolygonTriangles triangulate(std::span<const Vec3> corners) {
       result.triangles = {{1, 2, 3}, {1, 3, 0}};
     return result;
   }
-  result.simple = EarClipper(std::move(flat), slack).run(result.triangles);
+  result.simple = EarClipper(std::move(projected), slack).clip(result.triangles);
   return result;
 }
 

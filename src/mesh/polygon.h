@@ -10,16 +10,17 @@
 
 namespace polymorph {
 
+/// Triangulation of one polygon.
 struct PolygonTriangles {
   std::vector<std::array<std::uint32_t, 3>>
-      triangles;       ///< corner numbers, turning as the polygon does
-  bool planar = true;  ///< its corners leave their mean plane by less than 10 % of its size
-  bool simple = true;  ///< false: it crosses itself, so the triangles are a best effort
+      triangles;       ///< corner indices, oriented like the polygon
+  bool planar = true;  ///< the corners deviate from their mean plane by less than 10 % of the size
+  bool simple = true;  ///< false: the outline crosses itself, so the triangles are a best effort
 };
 
-/// Triangles of a polygon of n >= 3 corners, concave ones included: n - 2 triangles by ear clipping
+/// Triangulates a polygon of n >= 3 corners, concave ones included: n - 2 triangles by ear clipping
 /// (Meisters 1975) in the plane of Newell's normal. A convex quad is split from its first corner.
-/// Takes n log n steps, with a bound on them for outlines that cross themselves everywhere.
+/// Takes n log n steps, bounded for outlines that cross themselves everywhere.
 PolygonTriangles triangulate(std::span<const Vec3> corners);
 
 }  // namespace polymorph

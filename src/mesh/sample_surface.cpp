@@ -31,26 +31,26 @@ std::vector<std::uint32_t> morton_order(MeshView mesh) {
 
 std::vector<SurfaceSample> sample_surface(MeshView mesh, std::size_t count, std::uint64_t seed) {
   const std::vector<std::uint32_t> order = morton_order(mesh);
-  std::vector<Vec3d> crosses(order.size());
+  std::vector<Vec3d> area_vectors(order.size());
   double area = 0;
   for (std::size_t i = 0; i < order.size(); ++i) {
     const auto& v = mesh.triangles[order[i]].v;
     const Vec3d a(mesh.points[v[0]]), b(mesh.points[v[1]]), c(mesh.points[v[2]]);
-    crosses[i] = cross(b - a, c - a);
-    area += length(crosses[i]);
+    area_vectors[i] = cross(b - a, c - a);
+    area += length(area_vectors[i]);
   }
   std::vector<SurfaceSample> samples;
   if (!(area > 0)) return samples;
   samples.reserve(count);
   double end = 0;
-  std::size_t next = 0;  // sample
+  std::size_t next = 0;  // index of the next sample
   for (std::size_t i = 0; i < order.size() && next < count; ++i) {
-    const double mine = length(crosses[i]);
-    if (!(mine > 0)) continue;
-    end += mine;
+    const double weight = length(area_vectors[i]);
+    if (!(weight > 0)) continue;
+    end += weight;
     const auto& v = mesh.triangles[order[i]].v;
     const Vec3 a = mesh.points[v[0]], b = mesh.points[v[1]], c = mesh.points[v[2]];
-    const Vec3d n = crosses[i] * (1 / mine);
+    const Vec3d n = area_vectors[i] * (1 / weight);
     const Vec3 normal{static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
     for (; next < count; ++next) {
       const double jitter = static_cast<double>(random_float(seed, 0, next));

@@ -10,18 +10,17 @@
 namespace polymorph {
 
 struct SelfIntersections {
-  std::size_t pairs = 0;  ///< of triangles; at least this many if `stopped`
+  std::size_t pairs = 0;  ///< pairs of triangles; a lower bound if `stopped`
   bool stopped = false;   ///< the limit was reached, or `crowded`
-  bool crowded = false;   ///< triangles lie so densely that not all pairs were looked at
-  static constexpr std::size_t kMaxWork = 32768;  ///< around one triangle
-  std::uint32_t first[2] = {0, 0};  ///< the pair of lowest indices among those counted
+  bool crowded = false;   ///< too many triangles overlap to test all pairs
+  static constexpr std::size_t kMaxWork = 32768;  ///< steps around one triangle
+  std::uint32_t first[2] = {0, 0};                ///< the first pair counted
 };
 
 /// Counts the pairs of triangles without a common point that cross properly: an edge of one passes
-/// through the other's inside. Faces that only touch, or lie in one plane, do not count. Stops
-/// after `max_pairs` pairs. What it does is bounded, in steps that are a look at a box or a
-/// sixteenth of a look at a pair: kMaxWork near a triangle, 2^26 and 128 for each triangle in all.
-/// A function of its arguments alone.
+/// through the other's interior. Faces that only touch, or are coplanar, do not count. Stops after
+/// `max_pairs` pairs. The work is bounded, in steps that are a box test or a sixteenth of a pair
+/// test: kMaxWork per triangle, and in total 2^26 plus 128 per triangle. Deterministic.
 SelfIntersections count_self_intersections(MeshView mesh, const TriangleBvh& bvh,
                                            std::size_t max_pairs = 10000);
 

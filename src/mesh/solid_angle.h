@@ -11,8 +11,8 @@
 namespace polymorph {
 
 /// Half the signed solid angle of triangle abc seen from the origin is atan2(num, den) (van
-/// Oosterom and Strackee 1983); positive when abc turns counter-clockwise seen from the far side,
-/// i.e. from outside a solid around the origin.
+/// Oosterom and Strackee 1983). It is positive when abc is counter-clockwise seen from the far
+/// side, i.e. from outside a solid around the origin.
 struct HalfAngle {
   double num = 0, den = 0;
 };
@@ -22,18 +22,18 @@ inline HalfAngle half_solid_angle(Vec3d a, Vec3d b, Vec3d c) {
   return {dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb};
 }
 
-/// Sums half solid angles of triangles, eight at a time: the angles in (-pi, pi] are multiplied as
-/// complex numbers, so that one atan2 is enough for all.
+/// Sums half solid angles of triangles, eight at a time. Angles in (-pi, pi] are represented as
+/// complex numbers and multiplied, so that one atan2 suffices for the whole sum.
 class AngleSums {
  public:
   static constexpr int kLanes = 8;
-  /// The corners of eight triangles, by coordinate (9) and triangle; places without a triangle
-  /// repeat one point.
+  /// Corners of eight triangles, indexed by coordinate (9) and triangle; unused lanes repeat one
+  /// point.
   struct Triangles {
     float corner[9][kLanes];
   };
 
-  /// What the triangles add, without the sum: for sums that take some of them several times.
+  /// Angles of the eight triangles, computed once for sums that add some of them several times.
   struct Angles {
     double num[kLanes], den[kLanes];
   };
@@ -54,28 +54,29 @@ class AngleSums {
     return angles;
   }
 
-  /// Adds the angles of the triangles whose bit is set in `taken`.
-  void add(const Angles& angles, unsigned taken = (1u << kLanes) - 1) {
+  /// Adds the angles of the triangles whose bit is set in `mask`.
+  void add(const Angles& angles, unsigned mask = (1u << kLanes) - 1) {
     bool is_large_or_small = false;
     for (int first = 0; first < kLanes; first += kWidth) {
       Doubles num, den, re, im, turns;
       Integers bits;
-      for (int k = 0; k < kWidth; ++k) bits[k] = std::int64_t{taken >> (first + k) & 1u};
+      for (int k = 0; k < kWidth; ++k) bits[k] = std::int64_t{mask >> (first + k) & 1u};
       std::memcpy(&num, angles.num + first, sizeof num);
       std::memcpy(&den, angles.den + first, sizeof den);
       std::memcpy(&re, re_ + first, sizeof re);
       std::memcpy(&im, im_ + first, sizeof im);
       std::memcpy(&turns, turns_ + first, sizeof turns);
-      // Nothing where the eye is a corner.
-      const Integers adds = (bits != 0) & ((num != 0.0) | (den != 0.0));
-      const Doubles by_re = adds ? den : one(), by_im = adds ? num : zero();
-      const Doubles new_re = re * by_re - im * by_im, new_im = im * by_re + re * by_im;
-      // As in turn().
-      turns += ((im >= 0.0) & (by_im >= 0.0) & (new_im < 0.0)) ? one() : zero();
-      turns -= ((im < 0.0) & (by_im < 0.0) & (new_im >= 0.0)) ? one() : zero();
+      // A triangle with a corner at the eye adds nothing.
+      const Integers is_added = (bits != 0) & ((num != 0.0) | (den != 0.0));
+      const Doubles factor_re = is_added ? den : one(), factor_im = is_added ? num : zero();
+      const Doubles new_re = re * factor_re - im * factor_im,
+                    new_im = im * factor_re + re * factor_im;
+      // The same as in add_angle().
+      turns += ((im >= 0.0) & (factor_im >= 0.0) & (new_im < 0.0)) ? one() : zero();
+      turns -= ((im < 0.0) & (factor_im < 0.0) & (new_im >= 0.0)) ? one() : zero();
       const Doubles size = (new_re < 0.0 ? -new_re : new_re) + (new_im < 0.0 ? -new_im : new_im);
-      const Integers out = (size < 1e-100) | (size > 1e100);
-      for (int k = 0; k < kWidth; ++k) is_large_or_small |= out[k] != 0;
+      const Integers is_out_of_range = (size < 1e-100) | (size > 1e100);
+      for (int k = 0; k < kWidth; ++k) is_large_or_small |= is_out_of_range[k] != 0;
       std::memcpy(re_ + first, &new_re, sizeof re);
       std::memcpy(im_ + first, &new_im, sizeof im);
       std::memcpy(turns_ + first, &turns, sizeof turns);
@@ -88,31 +89,32 @@ class AngleSums {
     AngleSums all = *this;
     all.rescale();
     for (int k = 1; k < kLanes; ++k)
-      turn(all.re_[0], all.im_[0], all.re_[k], all.im_[k], all.turns_[0]);
+      add_angle(all.re_[0], all.im_[0], all.re_[k], all.im_[k], all.turns_[0]);
     double turns = 0;
     for (const double lane : all.turns_) turns += lane;
     return turns * (2 * exact::kPi) + exact::atan2(all.im_[0], all.re_[0]);
   }
 
  private:
-  // Vectors of both compilers, because neither makes them of these comparisons by itself.
+  // Explicit vectors (GCC and Clang), because neither compiler vectorizes these comparisons itself.
   static constexpr int kWidth = 4;
   using Doubles [[gnu::vector_size(kWidth * sizeof(double))]] = double;
   using Integers [[gnu::vector_size(kWidth * sizeof(double))]] = std::int64_t;
   static Doubles zero() { return Doubles{}; }
   static Doubles one() { return Doubles{1, 1, 1, 1}; }
 
-  /// Adds the angle of one complex number to that of another; counts the turns that leave (-pi,
-  /// pi].
-  static void turn(double& re, double& im, double by_re, double by_im, double& turns) {
-    const double new_re = re * by_re - im * by_im, new_im = im * by_re + re * by_im;
-    // Both angles in [0, pi] and the sum's sine below 0: it went past pi; likewise below.
-    if (im >= 0 && by_im >= 0 && new_im < 0) ++turns;
-    if (im < 0 && by_im < 0 && new_im >= 0) --turns;
+  /// Adds the angle of a factor to that of a complex number; counts full turns when the sum leaves
+  /// (-pi, pi].
+  static void add_angle(double& re, double& im, double factor_re, double factor_im, double& turns) {
+    const double new_re = re * factor_re - im * factor_im, new_im = im * factor_re + re * factor_im;
+    // Both angles are in [0, pi] and the sine of the sum is negative: it exceeds pi. Likewise
+    // below.
+    if (im >= 0 && factor_im >= 0 && new_im < 0) ++turns;
+    if (im < 0 && factor_im < 0 && new_im >= 0) --turns;
     re = new_re;
     im = new_im;
   }
-  /// Keeps the products in range.
+  /// Normalizes the products before they overflow or underflow.
   void rescale() {
     for (int k = 0; k < kLanes; ++k) {
       const double size = std::abs(re_[k]) + std::abs(im_[k]);

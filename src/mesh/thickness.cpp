@@ -14,7 +14,7 @@ namespace polymorph {
 namespace {
 
 constexpr double kManyBalls = 1500;
-constexpr std::size_t kMaxHits = 16384;  // by one ray, of faces that lie upon each other
+constexpr std::size_t kMaxHits = 16384;  // per ray, where faces coincide
 
 /// Distance along the ray at which it hits the triangle, or infinity (Moeller and Trumbore 1997,
 /// in double precision; edges count).
@@ -29,31 +29,30 @@ double intersect(Vec3d origin, Vec3d direction, const TriangleBvh::Corners& c) {
   return dot(ac, q) / determinant;
 }
 
-/// The nearest hit beyond `from`, not on triangle `self`: its distance, and the cosine between the
-/// ray and the face's normal. The ray leaves where that is positive.
 struct Hit {
   double distance = INFINITY;
-  double cosine = -1;
+  double cosine = -1;  ///< between the ray and the face normal; positive where the ray leaves
 };
 
+/// Finds the nearest hit beyond `from` that is not on triangle `self`.
 Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from,
               std::uint32_t self) {
   Hit hit;
-  std::size_t met = 0;
+  std::size_t tested = 0;
   struct Entry {
     double enter = 0;
     std::uint32_t node = 0;
   };
   Entry stack[TriangleBvh::kStackSize];
-  int waiting = 0;
-  if (!bvh.nodes.empty()) stack[waiting++] = {from, 0};
+  int stack_size = 0;
+  if (!bvh.nodes.empty()) stack[stack_size++] = {from, 0};
   const double o[3] = {origin.x, origin.y, origin.z},
                d[3] = {direction.x, direction.y, direction.z};
-  while (waiting > 0 && met < kMaxHits) {
-    const Entry entry = stack[--waiting];
+  while (stack_size > 0 && tested < kMaxHits) {
+    const Entry entry = stack[--stack_size];
     if (entry.enter > hit.distance * (1 + 1e-12)) continue;
     const TriangleBvh::Node& node = bvh.nodes[entry.node];
-    const int below = waiting;
+    const int bottom = stack_size;
     for (int k = 0; k < TriangleBvh::kWidth; ++k) {
       if (node.child[k] == TriangleBvh::kNone) continue;
       double enter = from, leave = hit.distance;
@@ -71,12 +70,12 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
       if (enter > leave * (1 + 1e-12)) continue;
       if (node.count[k] == 0) {
         // Nearer children come first, so that most of the others are never opened.
-        int at = waiting++;
-        for (; at > below && stack[at - 1].enter < enter; --at) stack[at] = stack[at - 1];
-        stack[at] = {enter, node.child[k]};
+        int top = stack_size++;
+        for (; top > bottom && stack[top - 1].enter < enter; --top) stack[top] = stack[top - 1];
+        stack[top] = {enter, node.child[k]};
         continue;
       }
-      met += node.count[k];
+      tested += node.count[k];
       for (std::uint32_t slot = node.child[k]; slot < node.child[k] + node.count[k]; ++slot) {
         if (bvh.triangles[slot] == self) continue;
         const TriangleBvh::Corners& c = bvh.corners[slot];
@@ -87,13 +86,13 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
       }
     }
   }
-  return met < kMaxHits ? hit : Hit{};
+  return tested < kMaxHits ? hit : Hit{};
 }
 
-/// From each sample straight inward.
-std::vector<Hit> hits_inward(MeshView mesh, const TriangleBvh& bvh,
-                             const std::vector<SurfaceSample>& from) {
-  // Nearer than this is the next face around an edge, or a double of the same face.
+/// Casts a ray from each sample against its normal.
+std::vector<Hit> intersect_inward(MeshView mesh, const TriangleBvh& bvh,
+                                  const std::vector<SurfaceSample>& from) {
+  // Nearer hits are the adjacent face at an edge, or a duplicate of the same face.
   const double nearest = 1e-6 * static_cast<double>(mesh.box().diagonal());
   std::vector<Hit> hits(from.size());
   parallel_for(
@@ -107,12 +106,13 @@ std::vector<Hit> hits_inward(MeshView mesh, const TriangleBvh& bvh,
   return hits;
 }
 
-/// No more than kMaxSamples of them and one per face: each triangle of a fan of long thin ones
-/// would get as many samples as its edge is long.
+/// Doubles the spacing until sample_evenly() makes at most kMaxSamples plus one per face: each
+/// triangle of a fan of long thin ones would get a number of samples proportional to its longest
+/// edge.
 double spacing_within_bounds(MeshView mesh, double spacing) {
   constexpr double kMaxSamples = 1 << 20;
   for (;; spacing *= 2) {
-    double samples = 0;  // a bound, beyond one per face
+    double samples = 0;  // upper bound, in addition to one per face
     for (const Triangle& t : mesh.triangles) {
       const Vec3d a(mesh.points[t.v[0]]), b(mesh.points[t.v[1]]), c(mesh.points[t.v[2]]);
       const double longest = std::max({length(b - a), length(c - b), length(a - c)});
@@ -123,11 +123,11 @@ double spacing_within_bounds(MeshView mesh, double spacing) {
   }
 }
 
-/// In columns across each face's longest edge. By area alone a wire would get the fewer samples,
-/// the thinner it is.
-std::vector<SurfaceSample> even_samples(MeshView mesh, double wanted_spacing) {
-  const double spacing = spacing_within_bounds(mesh, wanted_spacing);
-  const auto pieces = [&](double extent) {
+/// Places samples in columns across each face's longest edge. Random samples by area would give a
+/// wire fewer samples the thinner it is.
+std::vector<SurfaceSample> sample_evenly(MeshView mesh, double requested_spacing) {
+  const double spacing = spacing_within_bounds(mesh, requested_spacing);
+  const auto count_steps = [&](double extent) {
     return std::max(static_cast<int>(std::ceil(extent / spacing)), 1);
   };
   std::vector<SurfaceSample> samples;
@@ -147,13 +147,13 @@ std::vector<SurfaceSample> even_samples(MeshView mesh, double wanted_spacing) {
     const Vec3d a = p[first], along = p[(first + 1) % 3] - a, to_apex = p[(first + 2) % 3] - a;
     const double apex = dot(to_apex, along) / dot(along, along);
     const Vec3d height = to_apex - along * apex;
-    const int columns = pieces(std::sqrt(dot(along, along)));
+    const int columns = count_steps(std::sqrt(dot(along, along)));
     for (int i = 0; i < columns; ++i) {
       const double u = (i + 0.5) / columns;
-      const double reach = u < apex ? u / apex : (1 - u) / (1 - apex);
-      const int rows = pieces(reach * std::sqrt(dot(height, height)));
+      const double column_height = u < apex ? u / apex : (1 - u) / (1 - apex);
+      const int rows = count_steps(column_height * std::sqrt(dot(height, height)));
       for (int j = 0; j < rows; ++j)
-        samples.push_back({to_float(a + along * u + height * (reach * (j + 0.5) / rows)),
+        samples.push_back({to_float(a + along * u + height * (column_height * (j + 0.5) / rows)),
                            to_float(normal * (1 / twice_area)), t});
     }
   }
@@ -165,7 +165,7 @@ std::vector<SurfaceSample> even_samples(MeshView mesh, double wanted_spacing) {
 Thickness measure_thickness(MeshView mesh, const TriangleBvh& bvh, std::size_t samples) {
   const std::vector<SurfaceSample> from = sample_surface(mesh, samples);
   std::vector<double> lengths;
-  for (const Hit& hit : hits_inward(mesh, bvh, from))
+  for (const Hit& hit : intersect_inward(mesh, bvh, from))
     if (hit.cosine > 0 && !std::isinf(hit.distance)) lengths.push_back(hit.distance);
   Thickness result;
   result.rays = lengths.size();
@@ -173,8 +173,8 @@ Thickness measure_thickness(MeshView mesh, const TriangleBvh& bvh, std::size_t s
     result.open = 1 - static_cast<double>(lengths.size()) / static_cast<double>(from.size());
   if (lengths.empty()) return result;
   std::sort(lengths.begin(), lengths.end());
-  const auto at = [&](double share) {
-    return lengths[static_cast<std::size_t>(share * static_cast<double>(lengths.size() - 1))];
+  const auto at = [&](double fraction) {
+    return lengths[static_cast<std::size_t>(fraction * static_cast<double>(lengths.size() - 1))];
   };
   result.low = at(0.05);
   result.median = at(0.5);
@@ -185,8 +185,8 @@ Thickness measure_thickness(MeshView mesh, const TriangleBvh& bvh, std::size_t s
 
 std::vector<Vec3> thin_wall_middles(MeshView mesh, const TriangleBvh& bvh, double spacing,
                                     double max_thickness, double min_cosine) {
-  const std::vector<SurfaceSample> from = even_samples(mesh, spacing);
-  const std::vector<Hit> hits = hits_inward(mesh, bvh, from);
+  const std::vector<SurfaceSample> from = sample_evenly(mesh, spacing);
+  const std::vector<Hit> hits = intersect_inward(mesh, bvh, from);
   std::vector<Vec3> middles;
   for (std::size_t k = 0; k < from.size(); ++k)
     if (hits[k].distance < max_thickness && hits[k].cosine > min_cosine)

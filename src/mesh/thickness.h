@@ -1,5 +1,5 @@
-// Wall thickness of a model (shape diameter function; Shapira, Shamir and Cohen-Or 2008): how many
-// balls it needs, and where its thin parts are.
+// Wall thickness of a model (shape diameter function; Shapira, Shamir and Cohen-Or 2008): an
+// estimate of the number of balls that it needs, and the positions of thin walls.
 #pragma once
 
 #include <cstddef>
@@ -11,28 +11,29 @@
 
 namespace polymorph {
 
-/// Lengths from surface samples straight inward to where the model ends; shares of the area.
+/// Statistics of the distance from the surface along the inward normal to the opposite wall, in
+/// model units; fractions are fractions of the area.
 struct Thickness {
-  double low = 0;        ///< a twentieth of the area is thinner
-  double median = 0;     ///< half of the area is thinner: the wall thickness of a shell
-  double high = 0;       ///< a twentieth is thicker
-  double open = 0;       ///< share of the area from which inward is outside: no wall at all
-  double balls = 0;      ///< area / median^2: about as many balls it takes to show the walls
-  std::size_t rays = 0;  ///< that met a wall; 0 = no wall was found and the lengths are 0
+  double low = 0;        ///< 5th percentile
+  double median = 0;     ///< median: the wall thickness of a shell
+  double high = 0;       ///< 95th percentile
+  double open = 0;       ///< fraction of the area without an opposite wall
+  double balls = 0;      ///< area / median^2: roughly the number of balls that represents the walls
+  std::size_t rays = 0;  ///< rays that hit a wall; if 0, the lengths are 0
 };
 
-/// By `samples` rays against the faces' normals; a model that is inside out gives `open` near 1. A
-/// function of its arguments alone.
+/// Measures along `samples` rays opposite to the face normals; a model that is inside out gives
+/// `open` near 1. Deterministic.
 Thickness measure_thickness(MeshView mesh, const TriangleBvh& bvh, std::size_t samples = 4000);
 
-/// Middles of walls thinner than `max_thickness` whose two faces lie at an angle less than that of
-/// cosine `min_cosine`: half way along rays straight inward from points of every face no further
-/// than `spacing` apart, or twice that and so on until they are no more than 2^20 and one per face.
-/// By faces, in their order.
+/// Finds midpoints of walls that are thinner than `max_thickness` and whose two faces enclose an
+/// angle with a cosine above `min_cosine`. Rays go inward from points on every face, at most
+/// `spacing` apart; the spacing is doubled until there are at most 2^20 points plus one per face.
+/// The result is in the order of the faces.
 std::vector<Vec3> thin_wall_middles(MeshView mesh, const TriangleBvh& bvh, double spacing,
                                     double max_thickness, double min_cosine);
 
-/// Thin: it would take more than 1500 balls to show the walls, several times what is usual.
+/// Tests whether the walls would take more than 1500 balls, several times the usual number.
 bool is_thin(const Thickness& thickness);
 
 }  // namespace polymorph

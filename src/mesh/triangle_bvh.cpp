@@ -22,7 +22,7 @@ struct Builder {
   std::span<const Vec3> points;
   std::span<const Triangle> triangles;
   std::vector<Vec3> centers;
-  /// Where triangles are split, the pieces stand for them: each has a box, and a triangle.
+  /// Replace the triangles where those are split; else empty.
   std::vector<Piece> pieces;
   TriangleBvh bvh;
 
@@ -37,11 +37,11 @@ struct Builder {
     return box;
   }
 
-  /// Halves the range at the median of the axis along which its centres spread furthest.
+  /// Partitions the range at the median of the axis along which its centres extend furthest.
   std::size_t halve(std::span<std::uint32_t> range) const {
-    Box spread;
-    for (const std::uint32_t t : range) spread = extend(spread, centers[t]);
-    const Vec3 size = spread.size();
+    Box bounds;
+    for (const std::uint32_t t : range) bounds = extend(bounds, centers[t]);
+    const Vec3 size = bounds.size();
     const auto along = [&](std::uint32_t t) {
       const Vec3& c = centers[t];
       return size.x >= size.y && size.x >= size.z ? c.x : size.y >= size.z ? c.y : c.z;
@@ -71,28 +71,29 @@ struct Builder {
   std::uint32_t add_node(std::span<std::uint32_t> range) {
     const std::size_t self = bvh.nodes.size();
     bvh.nodes.emplace_back();
-    std::array<std::span<std::uint32_t>, TriangleBvh::kWidth> parts{range};
-    for (std::size_t count = 1; count < parts.size(); count *= 2)
+    std::array<std::span<std::uint32_t>, TriangleBvh::kWidth> ranges{range};
+    for (std::size_t count = 1; count < ranges.size(); count *= 2)
       for (std::size_t i = count; i-- > 0;) {
-        const std::span<std::uint32_t> part = parts[i];
-        const std::size_t half = part.size() > kLeafTriangles ? halve(part) : part.size();
-        parts[2 * i] = part.first(half);
-        parts[2 * i + 1] = part.subspan(half);
+        const std::span<std::uint32_t> subrange = ranges[i];
+        const std::size_t half =
+            subrange.size() > kLeafTriangles ? halve(subrange) : subrange.size();
+        ranges[2 * i] = subrange.first(half);
+        ranges[2 * i + 1] = subrange.subspan(half);
       }
     TriangleBvh::Node node;
-    for (std::size_t k = 0; k < parts.size(); ++k) {
-      const Box box = box_of_range(parts[k]);
+    for (std::size_t k = 0; k < ranges.size(); ++k) {
+      const Box box = box_of_range(ranges[k]);
       const float low[3] = {box.low.x, box.low.y, box.low.z};
       const float high[3] = {box.high.x, box.high.y, box.high.z};
       for (int axis = 0; axis < 3; ++axis) {
         node.low[axis][k] = low[axis];
         node.high[axis][k] = high[axis];
       }
-      const bool leaf = parts[k].size() <= kLeafTriangles;
-      node.count[k] = leaf ? static_cast<std::uint32_t>(parts[k].size()) : 0;
-      node.child[k] = parts[k].empty() ? TriangleBvh::kNone
-                      : leaf           ? add_leaf(parts[k])
-                                       : add_node(parts[k]);
+      const bool leaf = ranges[k].size() <= kLeafTriangles;
+      node.count[k] = leaf ? static_cast<std::uint32_t>(ranges[k].size()) : 0;
+      node.child[k] = ranges[k].empty() ? TriangleBvh::kNone
+                      : leaf            ? add_leaf(ranges[k])
+                                        : add_node(ranges[k]);
     }
     bvh.nodes[self] = node;
     return static_cast<std::uint32_t>(self);
@@ -103,22 +104,23 @@ using Polygon = std::vector<Vec3d>;
 
 double along(Vec3d p, int axis) { return axis == 0 ? p.x : axis == 1 ? p.y : p.z; }
 
-/// The part of a convex polygon on one side of a plane across an axis (Sutherland and Hodgman
+/// Clips a convex polygon by a plane across an axis and keeps one side (Sutherland and Hodgman
 /// 1974).
-Polygon clipped(const Polygon& polygon, int axis, double at, bool above) {
+Polygon clip(const Polygon& polygon, int axis, double position, bool above) {
   const double sign = above ? 1 : -1;
-  Polygon kept;
+  Polygon result;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Vec3d a = polygon[i], b = polygon[(i + 1) % polygon.size()];
-    const double from = sign * (along(a, axis) - at), to = sign * (along(b, axis) - at);
-    if (from >= 0) kept.push_back(a);
+    const double from = sign * (along(a, axis) - position), to = sign * (along(b, axis) - position);
+    if (from >= 0) result.push_back(a);
     if ((from > 0 && to < 0) || (from < 0 && to > 0))
-      kept.push_back(a + (b - a) * (from / (from - to)));
+      result.push_back(a + (b - a) * (from / (from - to)));
   }
-  return kept;
+  return result;
 }
 
-/// Boxes around pieces no longer than `longest`; `slack` covers their rounding.
+/// Splits a polygon into pieces no longer than `longest` and adds a box bounds each; `slack` covers
+/// rounding.
 void split(const Polygon& polygon, std::uint32_t triangle, double longest, float slack,
            std::vector<Piece>& pieces) {
   if (polygon.empty()) return;
@@ -135,23 +137,24 @@ void split(const Polygon& polygon, std::uint32_t triangle, double longest, float
     return;
   }
   const double middle = along(low + size * 0.5, axis);
-  split(clipped(polygon, axis, middle, false), triangle, longest, slack, pieces);
-  split(clipped(polygon, axis, middle, true), triangle, longest, slack, pieces);
+  split(clip(polygon, axis, middle, false), triangle, longest, slack, pieces);
+  split(clip(polygon, axis, middle, true), triangle, longest, slack, pieces);
 }
 
-/// Pieces of the long triangles; none where few triangles are long, or where some are but few of
-/// them overlap anywhere.
-std::vector<Piece> pieces_of(std::span<const Vec3> points, std::span<const Triangle> triangles) {
+/// Splits the long triangles into pieces. Returns nothing if few triangles are long, or if some are
+/// but few of their boxes overlap anywhere.
+std::vector<Piece> split_long_triangles(std::span<const Vec3> points,
+                                        std::span<const Triangle> triangles) {
   constexpr double kLong = 1.0 / 16, kPiece = 1.0 / 64;
   constexpr std::size_t kSomeLong = 1024, kManyLong = 4096;
-  constexpr double kCrowded = 16;         // boxes of long triangles around a place, on average
-  constexpr double kMaxPieces = 1 << 19;  // beyond one a triangle
+  constexpr double kCrowded = 16;  // boxes of long triangles that overlap at a point, on average
+  constexpr double kMaxPieces = 1 << 19;  // in addition to one per triangle
   if (triangles.size() <= kSomeLong) return {};
   Box box;
   for (const Vec3 p : points) box = extend(box, p);
   const auto diagonal = static_cast<double>(box.diagonal());
-  const auto volume = [&](const Box& of) {  // flat ones have some, too
-    const Vec3d size = Vec3d(of.size()) + Vec3d(1, 1, 1) * (kPiece * diagonal);
+  const auto volume = [&](const Box& b) {  // padded, so that flat boxes count too
+    const Vec3d size = Vec3d(b.size()) + Vec3d(1, 1, 1) * (kPiece * diagonal);
     return size.x * size.y * size.z;
   };
   double volumes = 0;
@@ -164,9 +167,9 @@ std::vector<Piece> pieces_of(std::span<const Vec3> points, std::span<const Trian
     const double longest = std::max({length(b - a), length(c - b), length(a - c)});
     if (!(longest > kLong * diagonal)) continue;
     sizes.push_back({longest, length(cross(b - a, c - a)) / longest});
-    Box around;
-    for (const std::uint32_t v : t.v) around = extend(around, points[v]);
-    volumes += volume(around);
+    Box bounds;
+    for (const std::uint32_t v : t.v) bounds = extend(bounds, points[v]);
+    volumes += volume(bounds);
   }
   const bool crowded = sizes.size() > kSomeLong && volumes > kCrowded * volume(box);
   if (sizes.size() <= kManyLong && !crowded) return {};
@@ -190,7 +193,7 @@ std::vector<Piece> pieces_of(std::span<const Vec3> points, std::span<const Trian
 }  // namespace
 
 TriangleBvh build_split_bvh(std::span<const Vec3> points, std::span<const Triangle> triangles) {
-  Builder builder{points, triangles, {}, pieces_of(points, triangles), {}};
+  Builder builder{points, triangles, {}, split_long_triangles(points, triangles), {}};
   if (builder.pieces.empty()) return build_triangle_bvh(points, triangles);
   builder.bvh.is_split = true;
   for (const Piece& piece : builder.pieces) builder.centers.push_back(piece.box.center());

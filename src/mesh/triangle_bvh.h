@@ -16,15 +16,15 @@ struct TriangleBvh {
   static constexpr int kWidth = 8;
   static constexpr std::size_t kLeafTriangles = 8;
   static constexpr std::uint32_t kNone = 0xffffffffu;
-  /// Deep enough for any traversal: seven children wait on each level, and eight-fold nodes over
-  /// 2^32 triangles are at most 12 levels deep.
+  /// Deep enough for any traversal: seven siblings per level stay on the stack, and eight-wide
+  /// nodes over 2^32 triangles are at most 12 levels deep.
   static constexpr int kStackSize = 96;
 
   /// Boxes by coordinate and child, so that one loop handles the children side by side. Absent
   /// children have an empty box and `child` kNone.
   struct Node {
     float low[3][kWidth], high[3][kWidth];
-    std::uint32_t child[kWidth];  ///< a node, or with `count` > 0 the first slot of a leaf
+    std::uint32_t child[kWidth];  ///< index of a node, or with `count` > 0 the first slot of a leaf
     std::uint32_t count[kWidth];
   };
   struct Corners {
@@ -32,29 +32,31 @@ struct TriangleBvh {
   };
 
   std::vector<Node> nodes;  ///< the root first; empty without triangles
-  /// By slot: leaves one after the other, each beginning at a multiple of kLeafTriangles.
+  /// Triangle corners per slot. Leaves follow each other, each beginning at a multiple of
+  /// kLeafTriangles.
   std::vector<Corners> corners;
-  std::vector<std::uint32_t> triangles;  ///< by slot: the triangle's own index, or kNone
+  std::vector<std::uint32_t> triangles;  ///< original triangle index per slot, or kNone
   bool is_split = false;                 ///< triangles may have several slots
 };
 
-/// A function of its arguments alone. Each triangle has one slot.
+/// Builds a hierarchy in which each triangle has one slot. Deterministic.
 TriangleBvh build_triangle_bvh(std::span<const Vec3> points, std::span<const Triangle> triangles);
 
-/// The same, but where more than 4096 triangles are longer than a 16th of the box's diagonal, or
-/// more than 1024 whose boxes lie 16 deep on average, they get a slot for each of their pieces, in
-/// boxes around the piece alone: thin triangles around a point have boxes that all overlap, and
-/// every ray would meet most of them.
+/// Builds a hierarchy with spatial splits: where more than 4096 triangles are longer than a 16th of
+/// the box's diagonal, or more than 1024 whose boxes lie 16 deep on average, these get a slot for
+/// each of their pieces, with a box around the piece alone. Thin triangles that share a point have
+/// boxes that all overlap, and every ray would hit most of them. Otherwise the same as
+/// build_triangle_bvh().
 TriangleBvh build_split_bvh(std::span<const Vec3> points, std::span<const Triangle> triangles);
 
-/// Which children of a node the box touches, as bits.
+/// Tests which children of a node the box touches; bit k stands for child k.
 inline unsigned children_touching(const TriangleBvh::Node& node, const Box& box) {
   unsigned touching = 0;
   for (int k = 0; k < TriangleBvh::kWidth; ++k) {
-    const bool apart = node.low[0][k] > box.high.x || node.high[0][k] < box.low.x ||
-                       node.low[1][k] > box.high.y || node.high[1][k] < box.low.y ||
-                       node.low[2][k] > box.high.z || node.high[2][k] < box.low.z;
-    touching |= (apart || node.child[k] == TriangleBvh::kNone ? 0u : 1u) << k;
+    const bool disjoint = node.low[0][k] > box.high.x || node.high[0][k] < box.low.x ||
+                          node.low[1][k] > box.high.y || node.high[1][k] < box.low.y ||
+                          node.low[2][k] > box.high.z || node.high[2][k] < box.low.z;
+    touching |= (disjoint || node.child[k] == TriangleBvh::kNone ? 0u : 1u) << k;
   }
   return touching;
 }

@@ -30,22 +30,23 @@ std::size_t count_long(MeshView mesh, double diagonal) {
 
 ClusteredMesh cluster(MeshView mesh, double cell) {
   const Vec3d low(mesh.box().low);
-  std::unordered_map<std::uint64_t, std::uint32_t> first_in;
-  std::vector<std::uint32_t> stands_for(mesh.points.size());
-  for (std::uint32_t i = 0; i < stands_for.size(); ++i) {
+  std::unordered_map<std::uint64_t, std::uint32_t> first_in_cell;
+  std::vector<std::uint32_t> representative(mesh.points.size());
+  for (std::uint32_t i = 0; i < representative.size(); ++i) {
     const Vec3d at = (Vec3d(mesh.points[i]) - low) * (1 / cell);
     const std::uint64_t key = static_cast<std::uint64_t>(at.x) << 40 |
                               static_cast<std::uint64_t>(at.y) << 20 |
                               static_cast<std::uint64_t>(at.z);
-    stands_for[i] = first_in.try_emplace(key, i).first->second;
+    representative[i] = first_in_cell.try_emplace(key, i).first->second;
   }
   struct Corners {
     std::array<std::uint32_t, 3> corners;  // ascending
-    int times = 1;                         // as a triangle of them; less those of its reverse
+    int times = 1;                         // occurrences, minus those of the reversed triangle
   };
   std::vector<Corners> all;
   for (const Triangle& t : mesh.triangles) {
-    std::array<std::uint32_t, 3> c{stands_for[t.v[0]], stands_for[t.v[1]], stands_for[t.v[2]]};
+    std::array<std::uint32_t, 3> c{representative[t.v[0]], representative[t.v[1]],
+                                   representative[t.v[2]]};
     if (c[0] == c[1] || c[1] == c[2] || c[2] == c[0]) continue;
     std::rotate(c.begin(), std::min_element(c.begin(), c.end()), c.end());
     const bool reverse = c[1] > c[2];
@@ -68,8 +69,8 @@ ClusteredMesh cluster(MeshView mesh, double cell) {
   return result;
 }
 
-/// The mesh as it is.
-ClusteredMesh copied(MeshView mesh) {
+/// Copies the mesh unchanged.
+ClusteredMesh copy_mesh(MeshView mesh) {
   ClusteredMesh copy;
   copy.mesh.positions.assign(mesh.points.begin(), mesh.points.end());
   copy.mesh.triangles.assign(mesh.triangles.begin(), mesh.triangles.end());
@@ -77,20 +78,21 @@ ClusteredMesh copied(MeshView mesh) {
   return copy;
 }
 
-/// Keeps every n-th of the long triangles, with n times its multiplicity, so that they are few.
+/// Keeps every n-th long triangle and multiplies its multiplicity by n, so that few remain.
 void thin_out(ClusteredMesh& clustered, std::size_t count, double diagonal) {
   const std::size_t n = (count + kFewStrewn - 1) / kFewStrewn;
-  ClusteredMesh kept;
+  ClusteredMesh thinned;
   std::size_t seen = 0;
   for (std::size_t i = 0; i < clustered.multiplicity.size(); ++i) {
     const Triangle& t = clustered.mesh.triangles[i];
-    const bool long_one = is_long(clustered.mesh, t, diagonal);
-    if (long_one && seen++ % n != 0) continue;
-    kept.mesh.triangles.push_back(t);
-    kept.multiplicity.push_back(clustered.multiplicity[i] * (long_one ? static_cast<int>(n) : 1));
+    const bool is_long_one = is_long(clustered.mesh, t, diagonal);
+    if (is_long_one && seen++ % n != 0) continue;
+    thinned.mesh.triangles.push_back(t);
+    thinned.multiplicity.push_back(clustered.multiplicity[i] *
+                                   (is_long_one ? static_cast<int>(n) : 1));
   }
-  clustered.mesh.triangles = std::move(kept.mesh.triangles);
-  clustered.multiplicity = std::move(kept.multiplicity);
+  clustered.mesh.triangles = std::move(thinned.mesh.triangles);
+  clustered.multiplicity = std::move(thinned.multiplicity);
   clustered.thinned = true;
 }
 
@@ -108,9 +110,9 @@ std::optional<ClusteredMesh> cluster_long_triangles(MeshView mesh) {
   if (count_long(mesh, diagonal) <= kManyLong) return std::nullopt;
   for (double cells = kFineCells;; cells /= 2) {
     ClusteredMesh result = cluster(mesh, diagonal / cells);
-    if (result.mesh.triangles.empty()) result = copied(mesh);  // walls thinner than a cell
+    if (result.mesh.triangles.empty()) result = copy_mesh(mesh);  // walls thinner than a cell
     const std::size_t count = count_long(result.mesh, diagonal);
-    // Of shells within each other, how many there are says more than where exactly each is.
+    // For nested shells their number matters more than the exact position of each.
     const long long times =
         std::accumulate(result.multiplicity.begin(), result.multiplicity.end(), 0LL);
     const bool nested = times > 4 * static_cast<long long>(result.multiplicity.size());

@@ -1,4 +1,4 @@
-// Clustered stand-in of a model made of many long triangles (mesh/vertex_clustering.h).
+// Clustered simplification of a model made of many long triangles (mesh/vertex_clustering.h).
 #pragma once
 
 #include <optional>

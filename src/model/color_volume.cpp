@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "base/array3.h"
 #include "base/box.h"
 #include "base/parallel.h"
 #include "base/result.h"
@@ -16,21 +17,17 @@ namespace polymorph {
 namespace {
 
 constexpr std::size_t kSamples = 1 << 16;
-constexpr int kCells = 64;  ///< along the box's diagonal
-constexpr float kNarrow = 0.015f * kCells;
-constexpr std::array<float, 3> kDeviations = {kNarrow, 3 * kNarrow, 9 * kNarrow};  ///< cells
-constexpr std::array<float, 3> kHeights = {1, 1e-3f, 1e-6f};
+constexpr int kCells = 64;  ///< cells per box diagonal
+constexpr float kNarrowDeviation = 0.015f * kCells;
+constexpr std::array<float, 3> kDeviations = {kNarrowDeviation, 3 * kNarrowDeviation,
+                                              9 * kNarrowDeviation};  ///< cells
+constexpr std::array<float, 3> kWeights = {1, 1e-3f, 1e-6f};
 
 /// Colour times weight, and weight.
 struct Weighted {
   Vec3 color;
   float weight = 0;
 };
-
-std::size_t point_count(const Grid& grid) {
-  return static_cast<std::size_t>(grid.points.x) * static_cast<std::size_t>(grid.points.y) *
-         static_cast<std::size_t>(grid.points.z);
-}
 
 /// The cell around a point, clamped to the grid, and the weights of its eight corners.
 struct Corners {
@@ -44,22 +41,19 @@ struct Corners {
     const float at[3] = {q.x, q.y, q.z};
     const int points[3] = {grid.points.x, grid.points.y, grid.points.z};
     for (int axis = 0; axis < 3; ++axis) {
-      const float held = std::clamp(at[axis], 0.0f, static_cast<float>(points[axis] - 1));
-      low[axis] = std::min(static_cast<int>(held), points[axis] - 2);
-      t[axis] = held - static_cast<float>(low[axis]);
+      const float clamped = std::clamp(at[axis], 0.0f, static_cast<float>(points[axis] - 1));
+      low[axis] = std::min(static_cast<int>(clamped), points[axis] - 2);
+      t[axis] = clamped - static_cast<float>(low[axis]);
     }
     for (int i = 0; i < 8; ++i) {
       const int x = i & 1, y = i >> 1 & 1, z = i >> 2;
-      index[i] = static_cast<std::size_t>(low[0] + x) +
-                 static_cast<std::size_t>(points[0]) *
-                     (static_cast<std::size_t>(low[1] + y) +
-                      static_cast<std::size_t>(points[1]) * static_cast<std::size_t>(low[2] + z));
+      index[i] = array3_index(grid.points, low[0] + x, low[1] + y, low[2] + z);
       weight[i] = (x ? t[0] : 1 - t[0]) * (y ? t[1] : 1 - t[1]) * (z ? t[2] : 1 - t[2]);
     }
   }
 };
 
-Vec3 color_of(const Model& model, const SurfaceSample& sample) {
+Vec3 sample_color(const Model& model, const SurfaceSample& sample) {
   const Material& material = model.materials[model.triangle_materials[sample.triangle]];
   if (material.texture < 0 || model.corner_uvs.empty()) return material.color;
   const auto& v = model.triangles[sample.triangle].v;
@@ -75,18 +69,18 @@ Vec3 color_of(const Model& model, const SurfaceSample& sample) {
          sample_texture(*model.textures[texture], uv[0] * (1 - s - t) + uv[1] * s + uv[2] * t);
 }
 
-std::vector<Weighted> splatted(const Model& model, std::span<const FaceSide> sides,
-                               const Grid& grid) {
+std::vector<Weighted> splat_samples(const Model& model, std::span<const FaceSide> sides,
+                                    const Grid& grid) {
   const std::vector<SurfaceSample> samples = sample_surface(model, kSamples);
   std::vector<Vec3> colors(samples.size());
   parallel_for(
       static_cast<std::int64_t>(samples.size()),
       [&](std::int64_t i) {
         const auto k = static_cast<std::size_t>(i);
-        colors[k] = color_of(model, samples[k]);
+        colors[k] = sample_color(model, samples[k]);
       },
       1024);
-  std::vector<Weighted> sums(point_count(grid));
+  std::vector<Weighted> sums(array3_count(grid.points));
   for (std::size_t k = 0; k < samples.size(); ++k) {
     if (sides[samples[k].triangle] == FaceSide::kHidden) continue;
     const Corners corners(grid, samples[k].point);
@@ -99,11 +93,11 @@ std::vector<Weighted> splatted(const Model& model, std::span<const FaceSide> sid
   return sums;
 }
 
-/// A Gaussian along each axis in turn; `deviation` in cells.
-std::vector<Weighted> blurred(std::vector<Weighted> v, Int3 points, float deviation) {
-  const int reach = static_cast<int>(std::ceil(3 * deviation));
+/// Gaussian blur along each axis in turn; `deviation` in cells.
+std::vector<Weighted> blur(std::vector<Weighted> v, Int3 points, float deviation) {
+  const int radius = static_cast<int>(std::ceil(3 * deviation));
   std::vector<float> weights;
-  for (int i = 0; i <= reach; ++i) {
+  for (int i = 0; i <= radius; ++i) {
     const float t = static_cast<float>(i) / deviation;
     constexpr float kHalfLog2E = 0.72134752f;
     weights.push_back(exp2(-kHalfLog2E * t * t));
@@ -119,7 +113,8 @@ std::vector<Weighted> blurred(std::vector<Weighted> v, Int3 points, float deviat
           for (std::int64_t line = begin; line < end; ++line) {
             Weighted* const first =
                 &v[static_cast<std::size_t>(line / step * step * count + line % step)];
-            // Most of the box is empty: only what lies between a line's outermost samples counts.
+            // Most of the box is empty, so process only the range between a line's outermost
+            // samples.
             int low = count, high = -1;
             for (int i = 0; i < count; ++i) {
               from[static_cast<std::size_t>(i)] = first[i * step];
@@ -129,7 +124,7 @@ std::vector<Weighted> blurred(std::vector<Weighted> v, Int3 points, float deviat
             }
             for (int i = 0; high >= 0 && i < count; ++i) {
               Weighted sum;
-              for (int k = std::max(i - reach, low); k <= std::min(i + reach, high); ++k) {
+              for (int k = std::max(i - radius, low); k <= std::min(i + radius, high); ++k) {
                 const float w = weights[static_cast<std::size_t>(std::abs(k - i))];
                 sum.color = sum.color + from[static_cast<std::size_t>(k)].color * w;
                 sum.weight += from[static_cast<std::size_t>(k)].weight * w;
@@ -172,21 +167,21 @@ ColorVolume make_color_volume(const Model& model, std::span<const FaceSide> side
   };
   const Vec3 size = box.size();
   volume.grid.points = {points(size.x), points(size.y), points(size.z)};
-  std::vector<Weighted> sums(point_count(volume.grid));
-  const std::vector<Weighted> samples = splatted(model, sides, volume.grid);
+  std::vector<Weighted> sums(array3_count(volume.grid.points));
+  const std::vector<Weighted> samples = splat_samples(model, sides, volume.grid);
   Weighted all;
   for (const Weighted& sample : samples) {
     all.color = all.color + sample.color;
     all.weight += sample.weight;
   }
   for (std::size_t k = 0; k < kDeviations.size(); ++k) {
-    const std::vector<Weighted> wide = blurred(samples, volume.grid.points, kDeviations[k]);
+    const std::vector<Weighted> wide = blur(samples, volume.grid.points, kDeviations[k]);
     for (std::size_t i = 0; i < sums.size(); ++i) {
-      sums[i].color = sums[i].color + wide[i].color * kHeights[k];
-      sums[i].weight += wide[i].weight * kHeights[k];
+      sums[i].color = sums[i].color + wide[i].color * kWeights[k];
+      sums[i].weight += wide[i].weight * kWeights[k];
     }
   }
-  // Where no Gaussian sees the surface, the mean of all.
+  // Use the overall mean where no Gaussian reaches the surface.
   constexpr float kMin = 1e-9f;
   const Vec3 mean = all.weight > 0 ? all.color / all.weight : model.materials.front().color;
   for (const Weighted& sum : sums)

@@ -18,14 +18,13 @@ struct ColorVolume {
   Vec3 at(Vec3 p) const;
 };
 
-/// True where all faces have one colour and no texture.
+/// Tests whether all faces have one colour and no texture.
 bool is_one_color(const Model& model);
 
-/// At each point the weighted mean of the colours (texture times material) of the model's surface
-/// around,
-/// but for hidden faces: by three Gaussians of deviations 1.5, 4.5 and 13.5 % of the box's
-/// diagonal, of which the wider ones count where the narrower ones see no surface. It knows neither
-/// charts nor seams of a texture. Deterministic.
+/// Computes, at each grid point, a weighted mean of the colours (texture times material) of the
+/// model's surface, without hidden faces. The weights are three Gaussians of deviations 1.5, 4.5
+/// and 13.5 % of the box's diagonal; the wider ones matter where the narrower ones do not reach the
+/// surface. Charts and seams of a texture have no effect. Deterministic.
 ColorVolume make_color_volume(const Model& model, std::span<const FaceSide> sides);
 
 }  // namespace polymorph

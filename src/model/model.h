@@ -19,14 +19,14 @@ struct Material {
   Vec3 specular{0.04f, 0.04f, 0.04f};
   float roughness = 0.5f;  ///< 0 mirror .. 1 matte (from MTL Ns)
   float metallic = 0;
-  float transmission = 0;  ///< share of the light that goes in, as into glass
-  float ior = 1.5f;        ///< refractive index of what is inside, for that share
+  float transmission = 0;  ///< fraction of the light that enters, as into glass
+  float ior = 1.5f;        ///< refractive index of the interior, for transmission
   int texture = -1;        ///< index into Model::textures, -1 = none
 };
 
-/// Triangles over points that are welded by exact position, so that edges tell whether it is
-/// closed. Shading data is kept per corner (3 per triangle), because OBJ gives normals and UVs
-/// their own indices.
+/// Triangles over points that are welded by exact position, so that adjacency is known from
+/// indices. Shading data is stored per corner (3 per triangle), because OBJ indexes normals and UVs
+/// separately.
 struct Model {
   std::string name;  ///< file stem, or the built-in shape's name
   std::vector<Vec3> points;
@@ -36,7 +36,7 @@ struct Model {
   std::vector<std::uint32_t> labels;  ///< one per triangle: index into label_names
   std::vector<std::string> label_names;                ///< OBJ groups/objects; at least one
   std::vector<std::uint32_t> triangle_materials;       ///< one per triangle: index into materials
-  std::vector<Material> materials;                     ///< at least one, but for balls in flight
+  std::vector<Material> materials;                     ///< one or more, except for balls in flight
   std::vector<std::shared_ptr<const Image>> textures;  ///< scene-linear RGB(A)
 
   Box box() const { return box_of(points); }

@@ -38,7 +38,7 @@ void add_quad(Model& model, const ShapeCorner& a, const ShapeCorner& b, const Sh
   add_triangle(model, a, c, d);
 }
 
-/// Which point of a shared outline a grid point is: equal keys are one point.
+/// Points indexed by an integer key, so that adjacent patches share their border points.
 class PointSet {
  public:
   explicit PointSet(Model& model) : model_(model) {}
@@ -54,34 +54,35 @@ class PointSet {
   std::map<std::array<int, 3>, std::uint32_t> index_;
 };
 
-/// The six sides of the cube [-1, 1]^3 as n x n quads; `corner(key, p, normal, uv)` places each
-/// one.
+/// Adds the six sides of the cube [-1, 1]^3 as n x n quads; `corner(key, p, normal, uv)` makes each
+/// corner.
 void add_cube_sides(
     Model& model, int n,
     const std::function<ShapeCorner(std::array<int, 3>, Vec3d, Vec3d, Vec2)>& corner) {
   for (int side = 0; side < 6; ++side) {
     const int axis = side / 2, sign = side % 2 ? 1 : -1;
-    // Axes u, v of the side with u x v pointing out, v up where there is an up.
-    std::array<double, 3> out{}, u{}, v{};
-    out[static_cast<std::size_t>(axis)] = sign;
+    // Axes u, v of the side with u x v pointing outward, v up where there is an up.
+    std::array<double, 3> outward{}, u{}, v{};
+    outward[static_cast<std::size_t>(axis)] = sign;
     v[axis == 1 ? 2 : 1] = axis == 1 ? -sign : 1;
-    u = {v[1] * out[2] - v[2] * out[1], v[2] * out[0] - v[0] * out[2],
-         v[0] * out[1] - v[1] * out[0]};
-    const auto at = [&](int i, int j) {
+    u = {v[1] * outward[2] - v[2] * outward[1], v[2] * outward[0] - v[0] * outward[2],
+         v[0] * outward[1] - v[1] * outward[0]};
+    const auto corner_at = [&](int i, int j) {
       std::array<int, 3> key{};
       std::array<double, 3> p{};
       for (std::size_t k = 0; k < 3; ++k) {
         key[k] =
-            static_cast<int>(std::lround(out[k] * n + u[k] * (2 * i - n) + v[k] * (2 * j - n)));
+            static_cast<int>(std::lround(outward[k] * n + u[k] * (2 * i - n) + v[k] * (2 * j - n)));
         p[k] = static_cast<double>(key[k]) / n;
       }
-      return corner(key, {p[0], p[1], p[2]}, {out[0], out[1], out[2]},
+      return corner(key, {p[0], p[1], p[2]}, {outward[0], outward[1], outward[2]},
                     {static_cast<float>(i) / static_cast<float>(n),
                      static_cast<float>(j) / static_cast<float>(n)});
     };
     for (int j = 0; j < n; ++j)
       for (int i = 0; i < n; ++i)
-        add_quad(model, at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+        add_quad(model, corner_at(i, j), corner_at(i + 1, j), corner_at(i + 1, j + 1),
+                 corner_at(i, j + 1));
   }
 }
 
@@ -94,7 +95,8 @@ Model make_cube() {
   return model;
 }
 
-// The seam of longitude: corners of one triangle stay within half a turn of each other.
+// Shifts u across the seam of longitude, so that the corners of a triangle stay within half a
+// revolution of each other.
 void close_seams(Model& model) {
   for (std::size_t t = 0; t < model.triangles.size(); ++t) {
     Vec2* uv = &model.corner_uvs[3 * t];
@@ -104,23 +106,23 @@ void close_seams(Model& model) {
     for (int k = 0; k < 3; ++k) {
       const Vec3 n = model.corner_normals[3 * t + static_cast<std::size_t>(k)];
       if (n.x == 0 && n.z == 0)
-        uv[k].x = 0.5f * (uv[(k + 1) % 3].x + uv[(k + 2) % 3].x);  // a pole has none
+        uv[k].x = 0.5f * (uv[(k + 1) % 3].x + uv[(k + 2) % 3].x);  // a pole has no longitude
     }
   }
 }
 
-// A cube blown up: even triangles and no pinched poles. tan() evens out the angles between grid
-// lines.
+// Projects a cube onto the sphere: even triangles and no degenerate poles. tan() equalizes the
+// angles between grid lines.
 void add_sphere(Model& model, Vec3d center, double radius, int rows) {
   PointSet points(model);
   add_cube_sides(model, rows, [&](std::array<int, 3> key, Vec3d p, Vec3d, Vec2) {
     const Vec3d n = normalized(
         Vec3d(exact::tan(p.x * kPi / 4), exact::tan(p.y * kPi / 4), exact::tan(p.z * kPi / 4)));
-    const double turn = exact::atan2(n.x, n.z) / (2 * kPi) + 0.5;
+    const double longitude = exact::atan2(n.x, n.z) / (2 * kPi) + 0.5;
     return ShapeCorner{
         points.add(key, to_float(center + n * radius)),
         to_float(n),
-        {static_cast<float>(turn), static_cast<float>(exact::asin(n.y) / kPi + 0.5)}};
+        {static_cast<float>(longitude), static_cast<float>(exact::asin(n.y) / kPi + 0.5)}};
   });
 }
 
@@ -131,17 +133,18 @@ Model make_sphere() {
   return model;
 }
 
-// Next to nothing: drops in a ball, evenly (a Fibonacci spiral through shells of equal volume).
+// Small drops distributed evenly in a ball (a Fibonacci spiral through shells of equal volume).
 Model make_drops() {
   constexpr int kDrops = 48;
   constexpr double kRadius = 0.05, kOut = 1 - kRadius;
   Model model;
   for (int i = 0; i < kDrops; ++i) {
-    const double part = (i + 0.5) / kDrops;
-    const double up = 1 - 2 * std::fmod(part * 13, 1.0),
-                 turn = 2 * kPi * std::fmod(i * 0.618034, 1.0);
-    const double flat = std::sqrt(1 - up * up), r = kOut * cube_root(part);
-    add_sphere(model, Vec3d(flat * exact::cos(turn) * r, 1 + up * r, flat * exact::sin(turn) * r),
+    const double fraction = (i + 0.5) / kDrops;
+    const double up = 1 - 2 * std::fmod(fraction * 13, 1.0),
+                 azimuth = 2 * kPi * std::fmod(i * 0.618034, 1.0);
+    const double flat = std::sqrt(1 - up * up), r = kOut * cube_root(fraction);
+    add_sphere(model,
+               Vec3d(flat * exact::cos(azimuth) * r, 1 + up * r, flat * exact::sin(azimuth) * r),
                kRadius, 4);
   }
   close_seams(model);
@@ -149,40 +152,42 @@ Model make_drops() {
 }
 
 Model make_torus() {
-  constexpr int kAround = 96, kTube = 40;
+  constexpr int kSegments = 96, kTube = 40;
   constexpr double kRing = 1, kPipe = 0.4;
   Model model;
   const auto position = [&](int i, int j, double pipe) {
-    const double a = 2 * kPi * (i % kAround) / kAround, b = 2 * kPi * (j % kTube) / kTube;
-    const double out = exact::cos(b) * pipe;
-    return Vec3d(exact::sin(a) * out, exact::sin(b) * pipe, exact::cos(a) * out);
+    const double a = 2 * kPi * (i % kSegments) / kSegments, b = 2 * kPi * (j % kTube) / kTube;
+    const double outward = exact::cos(b) * pipe;
+    return Vec3d(exact::sin(a) * outward, exact::sin(b) * pipe, exact::cos(a) * outward);
   };
-  for (int i = 0; i < kAround; ++i)
+  for (int i = 0; i < kSegments; ++i)
     for (int j = 0; j < kTube; ++j) {
-      const double a = 2 * kPi * i / kAround;
+      const double a = 2 * kPi * i / kSegments;
       const Vec3d ring(exact::sin(a) * kRing, kPipe, exact::cos(a) * kRing);
       model.points.push_back(to_float(ring + position(i, j, kPipe)));
     }
-  const auto at = [&](int i, int j) {
-    return ShapeCorner{static_cast<std::uint32_t>((i % kAround) * kTube + j % kTube),
+  const auto corner_at = [&](int i, int j) {
+    return ShapeCorner{static_cast<std::uint32_t>((i % kSegments) * kTube + j % kTube),
                        to_float(position(i, j, 1)),
-                       {static_cast<float>(i) / kAround, static_cast<float>(j) / kTube}};
+                       {static_cast<float>(i) / kSegments, static_cast<float>(j) / kTube}};
   };
-  for (int i = 0; i < kAround; ++i)
+  for (int i = 0; i < kSegments; ++i)
     for (int j = 0; j < kTube; ++j)
-      add_quad(model, at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+      add_quad(model, corner_at(i, j), corner_at(i + 1, j), corner_at(i + 1, j + 1),
+               corner_at(i, j + 1));
   return model;
 }
 
-/// A point of the puddle's outline: radius, height, and the normal's two parts.
+/// A point of the puddle's profile: radius, height, and the two components of the normal.
 struct ProfilePoint {
-  double r, y, out, up;
+  double r, y, outward, up;
 };
 
 Model make_puddle() {
-  constexpr int kAround = 96, kRim = 8, kRings = 5;
+  constexpr int kSegments = 96, kRim = 8, kRings = 5;
   constexpr double kRadius = 1.3, kHeight = 0.12, kRound = kHeight / 2;
-  std::vector<ProfilePoint> profile;  // bottom middle, out, around the rim, top middle
+  std::vector<ProfilePoint>
+      profile;  // from the bottom's centre outward, around the rim, to the top's centre
   for (int i = 1; i < kRings; ++i) profile.push_back({(kRadius - kRound) * i / kRings, 0, 0, -1});
   for (int i = 0; i <= kRim; ++i) {
     const double a = kPi * i / kRim - kPi / 2;
@@ -194,27 +199,28 @@ Model make_puddle() {
   Model model;
   model.points = {{0, 0, 0}, {0, static_cast<float>(kHeight), 0}};
   const int rows = static_cast<int>(profile.size());
-  const auto turned = [](int i, double out, double up) {
-    const double a = 2 * kPi * (i % kAround) / kAround;
-    return to_float(Vec3d(exact::sin(a) * out, up, exact::cos(a) * out));
+  const auto rotate_about_y = [](int i, double outward, double up) {
+    const double a = 2 * kPi * (i % kSegments) / kSegments;
+    return to_float(Vec3d(exact::sin(a) * outward, up, exact::cos(a) * outward));
   };
   const auto planar_uv = [](Vec3 p) {
     return Vec2{0.5f + p.x / (2 * static_cast<float>(kRadius)),
                 0.5f - p.z / (2 * static_cast<float>(kRadius))};
   };
-  for (int i = 0; i < kAround; ++i)
-    for (const ProfilePoint& p : profile) model.points.push_back(turned(i, p.r, p.y));
-  const auto at = [&](int i, int row) {
-    const auto index = static_cast<std::uint32_t>(2 + (i % kAround) * rows + row);
+  for (int i = 0; i < kSegments; ++i)
+    for (const ProfilePoint& p : profile) model.points.push_back(rotate_about_y(i, p.r, p.y));
+  const auto corner_at = [&](int i, int row) {
+    const auto index = static_cast<std::uint32_t>(2 + (i % kSegments) * rows + row);
     const ProfilePoint& p = profile[static_cast<std::size_t>(row)];
-    return ShapeCorner{index, turned(i, p.out, p.up), planar_uv(model.points[index])};
+    return ShapeCorner{index, rotate_about_y(i, p.outward, p.up), planar_uv(model.points[index])};
   };
   const ShapeCorner bottom{0, {0, -1, 0}, {0.5f, 0.5f}}, top{1, {0, 1, 0}, {0.5f, 0.5f}};
-  for (int i = 0; i < kAround; ++i) {
-    add_triangle(model, bottom, at(i + 1, 0), at(i, 0));
+  for (int i = 0; i < kSegments; ++i) {
+    add_triangle(model, bottom, corner_at(i + 1, 0), corner_at(i, 0));
     for (int row = 0; row + 1 < rows; ++row)
-      add_quad(model, at(i, row), at(i + 1, row), at(i + 1, row + 1), at(i, row + 1));
-    add_triangle(model, top, at(i, rows - 1), at(i + 1, rows - 1));
+      add_quad(model, corner_at(i, row), corner_at(i + 1, row), corner_at(i + 1, row + 1),
+               corner_at(i, row + 1));
+    add_triangle(model, top, corner_at(i, rows - 1), corner_at(i + 1, rows - 1));
   }
   return model;
 }

@@ -9,10 +9,10 @@
 
 namespace polymorph {
 
-/// "sphere" (radius 1), "cube" (side 2), "torus" (ring 1, pipe 0.4, lying), "puddle" (a flat
-/// cylinder with a rounded rim, radius 1.3, height 0.12), "drops" (48 spheres of radius 0.05 in a
-/// ball: what comes from nothing or goes to it).
-/// Error (kInput) for an unknown name, naming the nearest. The names are kShapeNames
+/// Makes a built-in shape: "sphere" (radius 1), "cube" (side 2), "torus" (ring radius 1, tube
+/// radius 0.4, lying flat), "puddle" (a flat cylinder with a rounded rim, radius 1.3, height 0.12)
+/// or "drops" (48 spheres of radius 0.05 in a ball, for objects that appear from nothing or
+/// vanish). Error (kInput) for an unknown name, naming the nearest. The names are kShapeNames
 /// (scene/scene.h).
 Result<Model> make_shape(const std::string& name);
 

@@ -12,14 +12,15 @@
 namespace polymorph {
 namespace {
 
-Vec2 mixed(const Model& model, std::uint32_t triangle, const TriangleWeights& w) {
+/// Texture coordinates at barycentric weights of a triangle.
+Vec2 interpolate_uv(const Model& model, std::uint32_t triangle, const TriangleWeights& w) {
   const std::size_t c = 3 * std::size_t{triangle};
   return model.corner_uvs[c] * static_cast<float>(w.a) +
          model.corner_uvs[c + 1] * static_cast<float>(w.b) +
          model.corner_uvs[c + 2] * static_cast<float>(w.c);
 }
 
-/// Barycentric coordinates of p's projection onto the triangle's plane, outside of it, too.
+/// Barycentric coordinates of p's projection onto the triangle's plane, also outside the triangle.
 TriangleWeights weights_in_plane(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
   const Vec3 e = b - a, f = c - a, d = p - a;
   const double ee = static_cast<double>(dot(e, e)), ef = static_cast<double>(dot(e, f)),
@@ -31,7 +32,8 @@ TriangleWeights weights_in_plane(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
   return {1 - v - w, v, w};
 }
 
-float spread(const std::array<Vec2, 3>& uv) {
+/// Largest distance between two of the corners, along u or v.
+float uv_extent(const std::array<Vec2, 3>& uv) {
   float largest = 0;
   for (int i = 0; i < 3; ++i) {
     const Vec2 d = uv[i] + uv[(i + 1) % 3] * -1.0f;
@@ -40,23 +42,20 @@ float spread(const std::array<Vec2, 3>& uv) {
   return largest;
 }
 
-std::uint32_t material_of(const Model& model, std::uint32_t triangle) {
+std::uint32_t material_at(const Model& model, std::uint32_t triangle) {
   return model.triangle_materials.empty() ? 0 : model.triangle_materials[triangle];
 }
 
-/// The texture there.
-Vec2 uv_of(const Model& model, const ClosestPoint& hit) {
-  const auto& v = model.triangles[hit.triangle].v;
-  return mixed(
-      model, hit.triangle,
-      closest_on_triangle(hit.point, model.points[v[0]], model.points[v[1]], model.points[v[2]]));
+/// Texture coordinates at a closest point.
+Vec2 uv_at(const Model& model, const ClosestPoint& hit) {
+  return interpolate_uv(model, hit.triangle, weights_at(model, hit));
 }
 
 Vec3 mean(const std::array<Vec3, 3>& corners) {
   return (corners[0] + corners[1] + corners[2]) / 3.0f;
 }
 
-/// White where the material has no texture.
+/// The texture's colour, or white if the material has none.
 Vec3 texel(const Model& model, std::uint32_t material, Vec2 uv) {
   const int index = model.materials[material].texture;
   const auto texture = static_cast<std::size_t>(std::max(index, 0));
@@ -64,7 +63,7 @@ Vec3 texel(const Model& model, std::uint32_t material, Vec2 uv) {
   return sample_texture(*model.textures[texture], uv);
 }
 
-/// Colours that nobody tells apart side by side: within five steps of 255, about.
+/// Tests whether two colours are indistinguishable side by side: within about five steps of 255.
 bool look_alike(Vec3 a, Vec3 b) {
   constexpr float kStep = 0.02f;
   const auto near = [](float x, float y) {
@@ -73,29 +72,30 @@ bool look_alike(Vec3 a, Vec3 b) {
   return near(a.x, b.x) && near(a.y, b.y) && near(a.z, b.z);
 }
 
-/// The texture at the triangle's middle, continued to its corners.
+/// Texture coordinates of the chart at the triangle's centroid, extrapolated to its corners.
 std::array<Vec2, 3> continue_chart(const Model& model, const ClosestPoint& middle,
                                    const std::array<Vec3, 3>& corners) {
   const auto& v = model.triangles[middle.triangle].v;
   const Vec3 a = model.points[v[0]], b = model.points[v[1]], c = model.points[v[2]];
   std::array<Vec2, 3> uv;
-  uv.fill(uv_of(model, middle));
+  uv.fill(uv_at(model, middle));
   for (std::size_t k = 0; k < 3; ++k) {
     const TriangleWeights w = weights_in_plane(corners[k], a, b, c);
-    // Far beyond a small triangle its plane says nothing any more.
+    // Far outside a small triangle the extrapolation is meaningless.
     if (std::max({std::abs(w.a), std::abs(w.b), std::abs(w.c)}) < 4)
-      uv[k] = mixed(model, middle.triangle, w);
+      uv[k] = interpolate_uv(model, middle.triangle, w);
   }
   return uv;
 }
 
-/// What the model has nearest to each vertex. A vertex has some six corners: what it has alone is
-/// worked out once.
+/// Closest point and texture coordinates per vertex. A vertex has about six corners, so these are
+/// computed only once.
 struct Nearest {
   std::vector<ClosestPoint> hits;
-  std::vector<Vec2> uvs;  ///< empty where the model has no texture coordinates
+  std::vector<Vec2> uvs;  ///< empty if the model has no texture coordinates
 };
-Nearest nearest_of(const Model& model, const ClosestPointQuery& closest, std::span<const Vec3> at) {
+Nearest find_nearest(const Model& model, const ClosestPointQuery& closest,
+                     std::span<const Vec3> at) {
   Nearest nearest = {closest.closest(at), {}};
   if (model.corner_uvs.empty()) return nearest;
   nearest.uvs.resize(at.size());
@@ -104,14 +104,14 @@ Nearest nearest_of(const Model& model, const ClosestPointQuery& closest, std::sp
       [&](std::int64_t index) {
         const auto k = static_cast<std::size_t>(index);
         if (nearest.hits[k].triangle != ClosestPoint::kNoTriangle)
-          nearest.uvs[k] = uv_of(model, nearest.hits[k]);
+          nearest.uvs[k] = uv_at(model, nearest.hits[k]);
       },
       256);
   return nearest;
 }
 
-/// Do the triangle's corners fall into several areas (charts or materials), or so far apart in the
-/// texture that no small triangle shows it?
+/// Tests whether the triangle's corners fall into several areas (charts or materials), or so far
+/// apart in the texture that a small triangle cannot lie in one chart.
 bool crosses_border(const Nearest& nearest, std::span<const std::uint32_t> areas,
                     const Triangle& triangle) {
   constexpr float kFarApart = 0.1f;
@@ -120,7 +120,7 @@ bool crosses_border(const Nearest& nearest, std::span<const std::uint32_t> areas
   if (area != areas[nearest.hits[b].triangle] || area != areas[nearest.hits[c].triangle])
     return true;
   const std::vector<Vec2>& uv = nearest.uvs;
-  return !uv.empty() && spread({uv[a], uv[b], uv[c]}) > kFarApart;
+  return !uv.empty() && uv_extent({uv[a], uv[b], uv[c]}) > kFarApart;
 }
 
 }  // namespace
@@ -146,7 +146,7 @@ std::vector<std::uint32_t> texture_charts(const Model& model) {
   const auto uv = [&](const Edge& e, int corner) {
     return model.corner_uvs[3 * std::size_t{e.triangle} + static_cast<std::size_t>(corner)];
   };
-  const auto together = [&](const Edge& a, const Edge& b) {
+  const auto is_same_chart = [&](const Edge& a, const Edge& b) {
     if (!model.triangle_materials.empty() &&
         model.triangle_materials[a.triangle] != model.triangle_materials[b.triangle])
       return false;
@@ -157,11 +157,11 @@ std::vector<std::uint32_t> texture_charts(const Model& model) {
   for (std::size_t i = 0; i < edges.size(); ++i)
     for (std::size_t k = i + 1;
          k < edges.size() && edges[k].low == edges[i].low && edges[k].high == edges[i].high; ++k) {
-      if (together(edges[i], edges[k])) charts.join(edges[i].triangle, edges[k].triangle);
+      if (is_same_chart(edges[i], edges[k])) charts.join(edges[i].triangle, edges[k].triangle);
     }
-  std::vector<std::uint32_t> chart_of(model.triangles.size());
-  for (std::uint32_t t = 0; t < chart_of.size(); ++t) chart_of[t] = charts.find(t);
-  return chart_of;
+  std::vector<std::uint32_t> result(model.triangles.size());
+  for (std::uint32_t t = 0; t < result.size(); ++t) result[t] = charts.find(t);
+  return result;
 }
 
 TransferredMaterials transfer_materials(const Model& model, const ClosestPointQuery& closest,
@@ -169,38 +169,39 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
                                         std::span<const Vec3> at,
                                         std::span<const Triangle> triangles) {
   PM_CHECK(charts.size() == model.triangles.size());
-  TransferredMaterials out;
-  out.triangle_materials.resize(triangles.size());
+  TransferredMaterials result;
+  result.triangle_materials.resize(triangles.size());
   const bool textured = !model.corner_uvs.empty();
   const std::vector<std::uint32_t>& materials = model.triangle_materials;
   if (!textured && std::adjacent_find(materials.begin(), materials.end(), std::not_equal_to<>()) ==
                        materials.end()) {
-    // One material everywhere: nobody need ask where.
+    // There is one material everywhere, so positions do not matter.
     if (!materials.empty())
-      std::fill(out.triangle_materials.begin(), out.triangle_materials.end(), materials.front());
-    return out;
+      std::fill(result.triangle_materials.begin(), result.triangle_materials.end(),
+                materials.front());
+    return result;
   }
-  const Nearest nearest = nearest_of(model, closest, at);
-  if (textured) out.corner_uvs.resize(triangles.size() * 3);
+  const Nearest nearest = find_nearest(model, closest, at);
+  if (textured) result.corner_uvs.resize(triangles.size() * 3);
   // Without a texture only materials have borders.
   const std::span<const std::uint32_t> areas = textured ? charts : std::span(materials);
-  std::vector<std::uint8_t> crosses(triangles.size());
+  std::vector<std::uint8_t> is_crossing(triangles.size());
   parallel_for(
       static_cast<std::int64_t>(triangles.size()),
       [&](std::int64_t k) {
         const auto t = static_cast<std::size_t>(k);
         const auto& v = triangles[t].v;
-        crosses[t] = crosses_border(nearest, areas, triangles[t]);
-        out.triangle_materials[t] = material_of(model, nearest.hits[v[0]].triangle);
+        is_crossing[t] = crosses_border(nearest, areas, triangles[t]);
+        result.triangle_materials[t] = material_at(model, nearest.hits[v[0]].triangle);
         if (!textured) return;
-        for (std::size_t c = 0; c < 3; ++c) out.corner_uvs[3 * t + c] = nearest.uvs[v[c]];
+        for (std::size_t c = 0; c < 3; ++c) result.corner_uvs[3 * t + c] = nearest.uvs[v[c]];
       },
       256);
   std::vector<std::uint32_t> crossing;
   for (std::uint32_t t = 0; t < triangles.size(); ++t)
-    if (crosses[t]) crossing.push_back(t);
+    if (is_crossing[t]) crossing.push_back(t);
   std::vector<BorderTriangle> borders(crossing.size());
-  std::vector<std::uint8_t> shows(crossing.size());
+  std::vector<std::uint8_t> is_visible(crossing.size());
   parallel_for(
       static_cast<std::int64_t>(crossing.size()),
       [&](std::int64_t index) {
@@ -210,27 +211,27 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
         BorderTriangle& border = borders[k];
         border.at = {at[v[0]], at[v[1]], at[v[2]]};
         border.middle = closest.closest(mean(border.at), border.at[0], nearest.hits[v[0]]);
-        out.triangle_materials[t] = material_of(model, border.middle.triangle);
+        result.triangle_materials[t] = material_at(model, border.middle.triangle);
         std::array<Vec2, 3> uv{};
         if (textured) {
           uv = continue_chart(model, border.middle, border.at);
-          std::copy(uv.begin(), uv.end(), &out.corner_uvs[3 * t]);
+          std::copy(uv.begin(), uv.end(), &result.corner_uvs[3 * t]);
         }
         for (std::size_t c = 0; c < 3; ++c) {
-          const std::uint32_t own = material_of(model, nearest.hits[v[c]].triangle);
-          shows[k] |= own != out.triangle_materials[t] ||
-                      (textured &&
-                       !look_alike(texel(model, own, uv[c]), texel(model, own, nearest.uvs[v[c]])));
+          const std::uint32_t material = material_at(model, nearest.hits[v[c]].triangle);
+          is_visible[k] |= material != result.triangle_materials[t] ||
+                           (textured && !look_alike(texel(model, material, uv[c]),
+                                                    texel(model, material, nearest.uvs[v[c]])));
         }
       },
       64);
   for (std::size_t k = 0; k < crossing.size(); ++k) {
-    if (!shows[k]) continue;
-    out.border_of.resize(triangles.size(), TransferredMaterials::kNoBorder);
-    out.border_of[crossing[k]] = static_cast<std::uint32_t>(out.borders.size());
-    out.borders.push_back(borders[k]);
+    if (!is_visible[k]) continue;
+    result.border_of.resize(triangles.size(), TransferredMaterials::kNoBorder);
+    result.border_of[crossing[k]] = static_cast<std::uint32_t>(result.borders.size());
+    result.borders.push_back(borders[k]);
   }
-  return out;
+  return result;
 }
 
 TexturePoint texture_point(const Model& model, const ClosestPointQuery& closest,
@@ -238,7 +239,7 @@ TexturePoint texture_point(const Model& model, const ClosestPointQuery& closest,
   const auto& [a, b, c] = triangle.at;
   const ClosestPoint hit =
       closest.closest(a * (1 - u - v) + b * u + c * v, mean(triangle.at), triangle.middle);
-  return {material_of(model, hit.triangle), model.corner_uvs.empty() ? Vec2{} : uv_of(model, hit)};
+  return {material_at(model, hit.triangle), model.corner_uvs.empty() ? Vec2{} : uv_at(model, hit)};
 }
 
 }  // namespace polymorph

@@ -20,31 +20,31 @@ double determinant(const Transform& t) {
 
 Vec3 apply(const Transform& t, Vec3 p) {
   Vec3 q;
-  float* out[3] = {&q.x, &q.y, &q.z};
+  float* result[3] = {&q.x, &q.y, &q.z};
   for (int i = 0; i < 3; ++i)
-    *out[i] = t.m[i][0] * p.x + t.m[i][1] * p.y + t.m[i][2] * p.z + t.m[i][3];
+    *result[i] = t.m[i][0] * p.x + t.m[i][1] * p.y + t.m[i][2] * p.z + t.m[i][3];
   return q;
 }
 
 Transform compose(const Transform& second, const Transform& first) {
-  Transform out;
+  Transform result;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 4; ++j) {
       double sum = j == 3 ? static_cast<double>(second.m[i][3]) : 0.0;
       for (int k = 0; k < 3; ++k)
         sum += static_cast<double>(second.m[i][k]) * static_cast<double>(first.m[k][j]);
-      out.m[i][j] = static_cast<float>(sum);
+      result.m[i][j] = static_cast<float>(sum);
     }
-  return out;
+  return result;
 }
 
 Transform make_transform(Vec3 translate, Vec3 degrees, Vec3 scale) {
-  // Exact at quarter turns, so that turned boxes stay axis-aligned.
+  // Exact at multiples of 90 degrees, so that rotated boxes stay axis-aligned.
   const auto sine = [](double angle) {
-    const double turn = std::remainder(angle, 360.0);
-    if (turn == 0 || std::abs(turn) == 180) return 0.0;
-    if (std::abs(turn) == 90) return turn > 0 ? 1.0 : -1.0;
-    return exact::sin(turn * std::numbers::pi / 180);
+    const double reduced = std::remainder(angle, 360.0);
+    if (reduced == 0 || std::abs(reduced) == 180) return 0.0;
+    if (std::abs(reduced) == 90) return reduced > 0 ? 1.0 : -1.0;
+    return exact::sin(reduced * std::numbers::pi / 180);
   };
   const auto cosine = [&](double angle) { return sine(angle + 90); };
   const double dx = degrees.x, dy = degrees.y, dz = degrees.z;
@@ -55,39 +55,40 @@ Transform make_transform(Vec3 translate, Vec3 degrees, Vec3 scale) {
                           {sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx},
                           {-sy, cy * sx, cy * cx}};
   const double s[3] = {scale.x, scale.y, scale.z};
-  const float move[3] = {translate.x, translate.y, translate.z};
+  const float translation[3] = {translate.x, translate.y, translate.z};
   Transform t;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) t.m[i][j] = static_cast<float>(r[i][j] * s[j]);
-    t.m[i][3] = move[i];
+    t.m[i][3] = translation[i];
   }
   return t;
 }
 
 Model transformed(const Model& model, const Transform& t) {
-  Model out = model;
-  for (Vec3& p : out.points) p = apply(t, p);
+  Model result = model;
+  for (Vec3& p : result.points) p = apply(t, p);
   // Cofactors are the inverse transpose times the determinant: no division, so flat scales survive
   // too.
   const Vec3d row[3] = {{t.m[0][0], t.m[0][1], t.m[0][2]},
                         {t.m[1][0], t.m[1][1], t.m[1][2]},
                         {t.m[2][0], t.m[2][1], t.m[2][2]}};
   const Vec3d cofactor[3] = {cross(row[1], row[2]), cross(row[2], row[0]), cross(row[0], row[1])};
-  const bool mirrors = determinant(t) < 0;
-  const double sign = mirrors ? -1 : 1;
-  for (Vec3& n : out.corner_normals) {
+  const bool is_mirroring = determinant(t) < 0;
+  const double sign = is_mirroring ? -1 : 1;
+  for (Vec3& n : result.corner_normals) {
     const Vec3d m(n);
     n = to_float(
         normalized(Vec3d(dot(cofactor[0], m), dot(cofactor[1], m), dot(cofactor[2], m)) * sign));
   }
-  if (!mirrors) return out;
-  for (std::size_t i = 0; i < out.triangles.size(); ++i) {
-    std::swap(out.triangles[i].v[1], out.triangles[i].v[2]);
-    if (!out.corner_normals.empty())
-      std::swap(out.corner_normals[3 * i + 1], out.corner_normals[3 * i + 2]);
-    if (!out.corner_uvs.empty()) std::swap(out.corner_uvs[3 * i + 1], out.corner_uvs[3 * i + 2]);
+  if (!is_mirroring) return result;
+  for (std::size_t i = 0; i < result.triangles.size(); ++i) {
+    std::swap(result.triangles[i].v[1], result.triangles[i].v[2]);
+    if (!result.corner_normals.empty())
+      std::swap(result.corner_normals[3 * i + 1], result.corner_normals[3 * i + 2]);
+    if (!result.corner_uvs.empty())
+      std::swap(result.corner_uvs[3 * i + 1], result.corner_uvs[3 * i + 2]);
   }
-  return out;
+  return result;
 }
 
 }  // namespace polymorph

@@ -9,14 +9,15 @@ namespace polymorph {
 struct Transform {
   float m[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
 };
+/// Transforms a point.
 Vec3 apply(const Transform& t, Vec3 p);
-/// `second` after `first`.
+/// The transform that applies `first`, then `second`.
 Transform compose(const Transform& second, const Transform& first);
-/// Scale, then rotate by `degrees` about x, then y, then z (fixed axes), then translate.
+/// Scales, then rotates by `degrees` about x, then y, then z (fixed axes), then translates.
 Transform make_transform(Vec3 translate, Vec3 degrees, Vec3 scale);
 
-/// Moves points, and normals by the inverse transpose; a mirroring transform also turns triangles
-/// around, so that outside stays outside.
+/// Transforms points, and normals by the inverse transpose; a mirroring transform also flips the
+/// triangles, so that they still face outward.
 Model transformed(const Model& model, const Transform& t);
 
 }  // namespace polymorph

@@ -78,7 +78,7 @@ Fit best_fit(const CostSide& a, const CostSide& b, float label_cost, double untu
   const Fit* chosen = nullptr;
   for (const Fit& fit : fits)
     if (fit.cost <= enough &&
-        (!chosen || angle_of(fit.rotation) < angle_of(chosen->rotation) - 1e-6))
+        (!chosen || rotation_angle(fit.rotation) < rotation_angle(chosen->rotation) - 1e-6))
       chosen = &fit;
   return *chosen;
 }

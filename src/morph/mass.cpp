@@ -40,7 +40,8 @@ float exponent_reach(const Ball& ball, float more) { return std::max(ball.w, 0.0
 
 float widest_axis(const Ball& ball) {
   if (is_round(ball)) return 1;
-  return static_cast<float>(1 / std::sqrt(std::max(axes_of(to_mat3(ball.shape)).values[2], 1e-6)));
+  return static_cast<float>(
+      1 / std::sqrt(std::max(principal_axes(to_mat3(ball.shape)).values[2], 1e-6)));
 }
 
 /// Unit ball -> the ellipsoid d^T shape d = 1.

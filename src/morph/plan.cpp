@@ -120,7 +120,7 @@ Mat3 find_pairs_by_limbs(MorphPlan& plan, const LimbPlan& limbs, const CostPair&
   plan.pairs = pair_by_transport(by_limbs, mode);
   set_masses(plan.pairs, plan.from_masses, plan.to_masses);
   const double angle = limbs.match.angle;
-  const bool turns = std::fabs(angle) > kAnotherSide || angle_of(rotation) > 0;
+  const bool turns = std::fabs(angle) > kAnotherSide || rotation_angle(rotation) > 0;
   return turns ? fit_rotation(sides.a, sides.b, flows_of(plan.pairs), RotationAxis::kVertical)
                : Mat3{};
 }
@@ -165,7 +165,7 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
                           static_cast<double>(settings.weights.align_tip_residual));
   }
   Mat3 rotation = found.rotation;
-  const bool turns = angle_of(rotation) > 0;
+  const bool turns = rotation_angle(rotation) > 0;
   const CostSide unturned = sides.a;
   if (turns) sides.a = turned(unturned, rotation);
   pair_up();

@@ -11,16 +11,16 @@ namespace {
 
 using Kind = PairsEvent::Kind;
 
-constexpr double kSpacing = 2.6;  // between pieces, which are 2 wide
+constexpr double kSpacing = 2.6;  // distance between pieces, which are 2 wide
 
 int frame_at(double seconds, double fps) { return static_cast<int>(std::lround(seconds * fps)); }
 
-JsonValue sphere(const PairsFile& file) {
+JsonValue make_sphere(const PairsFile& file) {
   return {{"shape", "sphere"}, {"color", file.piece_color}, {"roughness", 0.25}};
 }
 
 /// What a piece becomes by an event.
-JsonValue outcome(const PairsFile& file, const PairsPiece& piece, Kind kind) {
+JsonValue make_outcome(const PairsFile& file, const PairsPiece& piece, Kind kind) {
   switch (kind) {
     case Kind::kReveal:
       return file.objects[static_cast<std::size_t>(piece.object)];
@@ -29,22 +29,22 @@ JsonValue outcome(const PairsFile& file, const PairsPiece& piece, Kind kind) {
     case Kind::kExplode:
       return {{"shape", "drops"}, {"color", "#8c3b2e"}, {"motion", {{"path", "explode"}}}};
     default:
-      return sphere(file);
+      return make_sphere(file);
   }
 }
 
-/// The last frame that anything of the level needs, and one more leg for what stands still.
-constexpr int kBeyond = 2;
+/// Extra frames at the end: one for events in the last frame and one for the leg of static actors.
+constexpr int kExtraFrames = 2;
 
-JsonValue actor_of(const PairsFile& file, const PairsPlay& play, int level, int piece, int frames,
-                   const std::vector<PairsPiece>& board) {
+JsonValue make_actor(const PairsFile& file, const PairsPlay& play, int level, int piece, int frames,
+                     const std::vector<PairsPiece>& board) {
   const PairsLevel& grid = file.game.levels[static_cast<std::size_t>(level)];
   const double fps = frames_per_second(file);
   const int column = piece % grid.columns, row = piece / grid.columns;
   JsonValue actor{{"name", place_name(grid, piece)}};
   actor["translate"] = JsonValue::array({(column - (grid.columns - 1) / 2.0) * kSpacing, 0,
                                          ((grid.rows - 1) / 2.0 - row) * kSpacing});
-  std::vector<JsonValue> chain{sphere(file)};
+  std::vector<JsonValue> chain{make_sphere(file)};
   std::vector<int> per_leg;
   int first = frames + 1, end = 0;
   for (const PairsEvent& event : play.events()) {
@@ -57,13 +57,13 @@ JsonValue actor_of(const PairsFile& file, const PairsPlay& play, int level, int 
       chain.back()["hold"] = from - end;
     per_leg.push_back(to - from);
     end = to;
-    chain.push_back(outcome(file, board[static_cast<std::size_t>(piece)], event.kind));
+    chain.push_back(make_outcome(file, board[static_cast<std::size_t>(piece)], event.kind));
   }
   if (per_leg.empty()) {
-    // What it hides, after the last frame: the camera frames a level by all that may show in it, so
-    // the view stays as it is when a later move reveals it.
-    chain.push_back(outcome(file, board[static_cast<std::size_t>(piece)], Kind::kReveal));
-    per_leg.push_back(kBeyond);
+    // Reveal the object after the last frame: the camera frames everything that a level contains,
+    // so the view does not change when a later move reveals it.
+    chain.push_back(make_outcome(file, board[static_cast<std::size_t>(piece)], Kind::kReveal));
+    per_leg.push_back(kExtraFrames);
   }
   actor["start"] = first;
   actor["per_leg"] = per_leg;
@@ -83,36 +83,36 @@ double frames_per_second(const PairsFile& file) {
   return fps.is_number() ? std::clamp(fps.number, 0.1, 1000.0) : 12;
 }
 
-int level_frames(const PairsPlay& play, int level, double fps) {
+int count_level_frames(const PairsPlay& play, int level, double fps) {
   double end = level == play.level() ? play.clock() : 0;
   for (const PairsEvent& event : play.events())
     if (event.level == level) end = std::max(end, event.start + event.seconds);
   return frame_at(end, fps) + 1;
 }
 
-JsonValue board_scene(const PairsFile& file, const PairsPlay& play, int level) {
+JsonValue make_board_scene(const PairsFile& file, const PairsPlay& play, int level) {
   const double fps = frames_per_second(file);
-  const int frames = level_frames(play, level, fps);
+  const int frames = count_level_frames(play, level, fps);
   const PairsLevel& grid = file.game.levels[static_cast<std::size_t>(level)];
   JsonValue scene;
   scene["description"] = fmt::format("Pairs, level {}", level + 1);
   if (file.stage.is_object()) scene.update(file.stage);
-  const std::vector<PairsPiece> board = dealt_board(file.game, level);
+  const std::vector<PairsPiece> board = deal_board(file.game, level);
   scene["actors"] = JsonValue::array();
   for (int piece = 0; piece < grid.columns * grid.rows; ++piece)
-    scene["actors"].push_back(actor_of(file, play, level, piece, frames, board));
+    scene["actors"].push_back(make_actor(file, play, level, piece, frames, board));
   if (!file.board.empty()) {
     const JsonValue model{{"model", file.board.string()}, {"arrange", false}};
     scene["actors"].push_back({{"name", "board"},
                                {"start", frames + 1},
-                               {"per_leg", JsonValue::array({kBeyond})},
+                               {"per_leg", JsonValue::array({kExtraFrames})},
                                {"source", model},
                                {"target", model}});
   }
   JsonValue& times = scene["frames"];
   times["fps"] = fps;
-  // A leg that begins in the last frame has one more.
-  std::int64_t last = frames + kBeyond;
+  // A leg that begins in the last frame needs one more.
+  std::int64_t last = frames + kExtraFrames;
   for (const JsonValue& actor : scene.get("actors").items) {
     std::int64_t needed = actor.get("start").integer;
     for (const JsonValue& leg : actor.get("per_leg").items) needed += leg.integer;
@@ -124,7 +124,7 @@ JsonValue board_scene(const PairsFile& file, const PairsPlay& play, int level) {
   return scene;
 }
 
-std::string score_line(const PairsPlay& play, int level, int frame, double fps) {
+std::string format_score(const PairsPlay& play, int level, int frame, double fps) {
   const double now = (frame - 1) / fps;
   int score = 0, found = 0;
   std::string end;

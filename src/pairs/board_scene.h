@@ -1,4 +1,4 @@
-// A level of Pairs as a scene like any other: every piece an actor, every event a leg of its chain.
+// Scene of a level of Pairs: every piece is an actor, every event a leg of its chain.
 #pragma once
 
 #include <string>
@@ -9,19 +9,20 @@
 
 namespace polymorph {
 
-/// Frames of a level from its beginning to the play's last event in it (and the clock, if it is the
-/// level that is played now).
-int level_frames(const PairsPlay& play, int level, double fps);
+/// Number of frames of a level from its beginning to the last event in it (or the clock, if it is
+/// the current level).
+int count_level_frames(const PairsPlay& play, int level, double fps);
 
-/// The scene of a level as far as it is played. A piece is a sphere that becomes its object, a
-/// sphere again, a puddle, or drops on the path `explode`. Its frames beyond level_frames() are
-/// only there for actors that stand still to move in.
-JsonValue board_scene(const PairsFile& file, const PairsPlay& play, int level);
+/// Makes the scene of a level as far as it has been played. A piece is a sphere that becomes its
+/// object, a sphere again, a puddle, or drops on the path `explode`. Frames beyond
+/// count_level_frames() exist only because an actor that does not move needs a leg.
+JsonValue make_board_scene(const PairsFile& file, const PairsPlay& play, int level);
 
-/// Of the stage, or 12.
+/// Frames per second of the stage, or 12.
 double frames_per_second(const PairsFile& file);
 
-/// "LEVEL 1   SCORE 300   PAIRS 3/8   TIME 41" at a frame of the level, and what ended the play.
-std::string score_line(const PairsPlay& play, int level, int frame, double fps);
+/// Formats "LEVEL 1 SCORE 300 PAIRS 3/8 TIME 41" for a frame of the level, followed by the reason
+/// if the play has ended.
+std::string format_score(const PairsPlay& play, int level, int frame, double fps);
 
 }  // namespace polymorph

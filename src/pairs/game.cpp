@@ -26,7 +26,7 @@ int PairsPlay::pairs_needed() const {
   return level.pairs > 0 ? std::min(level.pairs, all) : all;
 }
 
-std::vector<PairsPiece> dealt_board(const PairsGame& game, int level) {
+std::vector<PairsPiece> deal_board(const PairsGame& game, int level) {
   const PairsLevel& grid = game.levels[static_cast<std::size_t>(level)];
   const int count = grid.columns * grid.rows;
   std::vector<PairsPiece> board(static_cast<std::size_t>(count));
@@ -41,39 +41,39 @@ std::vector<PairsPiece> dealt_board(const PairsGame& game, int level) {
 }
 
 void PairsPlay::begin_level(double seconds_left) {
-  board_ = dealt_board(game_, level_);
+  board_ = deal_board(game_, level_);
   clock_ = 0;
   limit_ = seconds_left + game_.levels[static_cast<std::size_t>(level_)].seconds;
   limits_.push_back(limit_);
   found_ = 0;
 }
 
-void PairsPlay::note(Kind kind) { events_.push_back({kind, level_, -1, clock_, 0, score_}); }
+void PairsPlay::add_note(Kind kind) { events_.push_back({kind, level_, -1, clock_, 0, score_}); }
 
-/// Lets an event run for all of the pieces at once; the time may be over before its end.
-void PairsPlay::run(Kind kind, std::vector<int> pieces, double seconds) {
+/// Adds an event of all the pieces at once; the time may end during it.
+void PairsPlay::add_event(Kind kind, std::vector<int> pieces, double seconds) {
   if (over_) return;
-  const double taken = std::min(seconds, limit_ - clock_);
-  for (const int piece : pieces) events_.push_back({kind, level_, piece, clock_, taken, score_});
-  clock_ += taken;
-  if (taken < seconds) {
+  const double duration = std::min(seconds, limit_ - clock_);
+  for (const int piece : pieces) events_.push_back({kind, level_, piece, clock_, duration, score_});
+  clock_ += duration;
+  if (duration < seconds) {
     over_ = true;
-    note(Kind::kTimeOut);
+    add_note(Kind::kTimeOut);
   }
 }
 
-/// Shows a piece, or bursts it; true if it is shown now.
-bool PairsPlay::look(int piece) {
+/// Reveals a piece, or makes it explode; returns true if it is visible now.
+bool PairsPlay::reveal_or_explode(int piece) {
   PairsPiece& p = board_[static_cast<std::size_t>(piece)];
   if (p.looks >= game_.rules.looks) {
     p.state = State::kExploded;
-    run(Kind::kExplode, {piece}, game_.rules.explode);
+    add_event(Kind::kExplode, {piece}, game_.rules.explode);
     return false;
   }
   const double seconds = reveal_seconds(game_.rules, p.looks);
   ++p.looks;
   p.state = State::kShown;
-  run(Kind::kReveal, {piece}, seconds);
+  add_event(Kind::kReveal, {piece}, seconds);
   return !over_;
 }
 
@@ -84,7 +84,7 @@ Status PairsPlay::wait(double seconds) {
   clock_ += std::min(seconds, limit_ - clock_);
   if (clock_ >= limit_) {
     over_ = true;
-    note(Kind::kTimeOut);
+    add_note(Kind::kTimeOut);
   }
   return Ok{};
 }
@@ -105,16 +105,16 @@ Status PairsPlay::pick(int first, int second) {
   PairsPiece& a = board_[static_cast<std::size_t>(first)];
   PairsPiece& b = board_[static_cast<std::size_t>(second)];
   std::vector<int> shown;
-  if (look(first)) shown.push_back(first);
-  // One that bursts ends the turn, and what was shown with it is hidden again.
-  if (!shown.empty() && look(second)) shown.push_back(second);
+  if (reveal_or_explode(first)) shown.push_back(first);
+  // An explosion ends the turn, and the other piece is hidden again.
+  if (!shown.empty() && reveal_or_explode(second)) shown.push_back(second);
   if (over_) return Ok{};
   if (shown.size() == 2 && a.object == b.object) {
     const int again = a.looks + b.looks - 2;
     score_ += std::max(0, game_.rules.pair_points - again * game_.rules.look_cost);
     a.state = b.state = State::kFound;
     ++found_;
-    run(Kind::kMelt, shown, game_.rules.melt);
+    add_event(Kind::kMelt, shown, game_.rules.melt);
   } else if (!shown.empty()) {
     PM_TRY_STATUS(wait(game_.rules.show));
     double longest = 0;
@@ -123,13 +123,13 @@ Status PairsPlay::pick(int first, int second) {
       p.state = State::kHidden;
       longest = std::max(longest, reveal_seconds(game_.rules, p.looks - 1));
     }
-    run(Kind::kHide, shown, longest);
+    add_event(Kind::kHide, shown, longest);
   }
   if (!over_) finish_turn();
   return Ok{};
 }
 
-/// Pairs of this level that are found or can still be.
+/// Number of pairs of this level that are found or can still be found.
 int PairsPlay::pairs_possible() const {
   std::vector<int> left(board_.size(), 0);
   for (const PairsPiece& piece : board_)
@@ -140,7 +140,7 @@ int PairsPlay::pairs_possible() const {
 void PairsPlay::finish_turn() {
   if (found_ >= pairs_needed()) {
     if (level_ + 1 < static_cast<int>(game_.levels.size())) {
-      note(Kind::kLevelUp);
+      add_note(Kind::kLevelUp);
       const double left = time_left();
       ++level_;
       begin_level(left);
@@ -148,10 +148,10 @@ void PairsPlay::finish_turn() {
     }
     score_ += game_.rules.second_points * static_cast<int>(std::floor(time_left()));
     over_ = won_ = true;
-    note(Kind::kWon);
+    add_note(Kind::kWon);
   } else if (pairs_possible() < pairs_needed()) {
     over_ = true;
-    note(Kind::kStuck);
+    add_note(Kind::kStuck);
   }
 }
 

@@ -1,6 +1,6 @@
-// The game of Pairs (report 3.6): its rules and its state. Spheres on a grid hide objects, each of
-// them twice; a player picks two at a time. Deterministic: the same game and the same picks give
-// the same events.
+// Rules and state of the game of Pairs (report 3.6). Spheres on a grid hide objects, each of them
+// twice; a player picks two at a time. Deterministic: the same game and the same picks give the
+// same events.
 #pragma once
 
 #include <cstdint>
@@ -11,31 +11,30 @@
 
 namespace polymorph {
 
-/// Times in seconds.
+/// Rules of a game; times in seconds.
 struct PairsRules {
-  double reveal = 0.75;   ///< of the morph that shows an object the first time
-  double slowdown = 1.4;  ///< every further look at it takes so many times as long
-  double show = 0.5;      ///< two that are no pair are shown for so long
-  double melt = 1.5;      ///< a found pair melts into puddles
-  double explode = 1.5;   ///< a piece that was looked at too often bursts
-  int looks = 4;          ///< so many looks a piece bears; at the next it explodes
-  int pair_points = 100;  ///< for a pair that is found
-  int look_cost = 10;     ///< of those, for every look at either piece after its first
-  int second_points = 2;  ///< for every whole second that is left when the last level is won
+  double reveal = 0.75;   ///< duration of the morph that reveals an object the first time
+  double slowdown = 1.4;  ///< factor of that duration for every further look
+  double show = 0.5;      ///< time that two pieces that are no pair stay visible
+  double melt = 1.5;      ///< duration of a found pair's melting into puddles
+  double explode = 1.5;   ///< duration of an explosion
+  int looks = 4;          ///< number of looks that a piece survives; at the next it explodes
+  int pair_points = 100;  ///< points per found pair
+  int look_cost = 10;     ///< deduction for every look at either piece after its first
+  int second_points = 2;  ///< points per full second that is left when the last level is won
 };
 
 struct PairsLevel {
   int columns = 4, rows = 4;  ///< an even number of pieces
-  double seconds = 90;        ///< added to what is left of the time
-  int pairs = 0;              ///< to be found for the next level; 0 = all
+  double seconds = 90;        ///< added to the remaining time
+  int pairs = 0;              ///< pairs to find before the next level; 0 = all
 };
 
 struct PairsGame {
   PairsRules rules;
   std::vector<PairsLevel> levels;
-  std::vector<std::string>
-      objects;             ///< what may be hidden; each level uses as many as it has pairs
-  std::uint64_t seed = 0;  ///< of where they are hidden
+  std::vector<std::string> objects;  ///< objects to hide; each level uses as many as it has pairs
+  std::uint64_t seed = 0;            ///< seed of the positions
 };
 
 struct PairsPiece {
@@ -47,57 +46,58 @@ struct PairsPiece {
 struct PairsEvent {
   enum class Kind {
     kReveal,   ///< the piece becomes its object
-    kHide,     ///< and a sphere again
+    kHide,     ///< the piece becomes a sphere again
     kMelt,     ///< its pair is found
     kExplode,  ///< it was looked at too often
     kLevelUp,  ///< enough pairs are found; no piece
-    kWon,      ///< likewise, of the last level
+    kWon,      ///< enough pairs of the last level are found
     kTimeOut,  ///< the time is over
-    kStuck,    ///< what is left has no enough pairs for the level
+    kStuck,    ///< the remaining pieces have not enough pairs for the level
   };
   Kind kind = Kind::kReveal;
   int level = 0;       ///< index into the game's levels
   int piece = -1;      ///< index into the level's board, row by row
-  double start = 0;    ///< on the level's own clock
-  double seconds = 0;  ///< how long it takes; cut off where the time is over
-  int score = 0;       ///< after it
+  double start = 0;    ///< start on the level's own clock
+  double seconds = 0;  ///< duration, shortened if the time ends before
+  int score = 0;       ///< score after the event
 };
 
-/// A level's board at its beginning: what is hidden where.
-std::vector<PairsPiece> dealt_board(const PairsGame& game, int level);
+/// Deals a level's board: the object that each piece hides.
+std::vector<PairsPiece> deal_board(const PairsGame& game, int level);
 
-/// A play of a game, pick by pick.
+/// State of a game that is being played.
 class PairsPlay {
  public:
   explicit PairsPlay(PairsGame game);
 
-  /// Picks two pieces of the board, "b3" style names or indices already resolved. Does nothing when
-  /// the play is over. Errors (kInput): no such piece, the same twice, one that is found or
-  /// exploded; nothing has changed then.
+  /// Picks two pieces of the board by index. Does nothing if the play is over. Errors (kInput): no
+  /// such piece, the same twice, one that is found or exploded; then nothing changes.
   Status pick(int first, int second);
-  /// The player thinks, and the clock runs. Errors (kInput): less than nothing.
+  /// Lets the clock run. Errors (kInput): negative time.
   Status wait(double seconds);
 
   bool over() const { return over_; }
   bool won() const { return won_; }
   int level() const { return level_; }
   int score() const { return score_; }
-  double clock() const { return clock_; }  ///< since the level began
+  double clock() const { return clock_; }  ///< seconds since the level began
   double time_left() const { return limit_ - clock_; }
-  double time_limit() const { return limit_; }  ///< of this level, with what was left before
-  int pairs_found() const { return found_; }    ///< of this level
+  double time_limit() const {
+    return limit_;
+  }  ///< limit of this level, including time left from the previous one
+  int pairs_found() const { return found_; }  ///< pairs found in this level
   int pairs_needed() const;
   const std::vector<PairsPiece>& board() const { return board_; }
   const PairsGame& game() const { return game_; }
   const std::vector<PairsEvent>& events() const { return events_; }
-  /// The time limit of every level that was begun.
+  /// The time limits of all levels begun so far.
   const std::vector<double>& limits() const { return limits_; }
 
  private:
   void begin_level(double seconds_left);
-  bool look(int piece);
-  void run(PairsEvent::Kind kind, std::vector<int> pieces, double seconds);
-  void note(PairsEvent::Kind kind);
+  bool reveal_or_explode(int piece);
+  void add_event(PairsEvent::Kind kind, std::vector<int> pieces, double seconds);
+  void add_note(PairsEvent::Kind kind);
   void finish_turn();
   int pairs_possible() const;
 
@@ -110,11 +110,11 @@ class PairsPlay {
   bool over_ = false, won_ = false;
 };
 
-/// How long a piece's next look takes.
+/// Duration of a piece's next look.
 double reveal_seconds(const PairsRules& rules, int looks_before);
 
 /// "b3" -> column 2, row 3: letters count columns from the left, numbers rows from the front.
-/// Errors (kInput): not a place of this level's board.
+/// Errors (kInput): not a position on this level's board.
 Result<int> parse_place(const PairsLevel& level, const std::string& text);
 std::string place_name(const PairsLevel& level, int piece);
 

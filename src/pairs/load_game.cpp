@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 constexpr int kMaxSide = 12;
 constexpr int kMaxLevels = 20;
 
-/// Reads the members of one object, and remembers the first thing that is wrong.
+/// Reads the members of one object, and remembers the first error.
 class Members {
  public:
   Members(const JsonValue& object, std::string where) : object_(object), where_(std::move(where)) {
@@ -58,7 +58,7 @@ class Members {
     out.clear();
     for (const JsonValue& item : value->items) out.push_back(item.string);
   }
-  /// A member that is read by other means; null: it is not there.
+  /// Finds a member that is read by other means; null if it is absent.
   const JsonValue* find(const char* key) {
     known_.emplace_back(key);
     return object_.find(key);
@@ -67,7 +67,7 @@ class Members {
     if (!error_.empty()) return;
     error_ = where_ + (key.empty() ? "" : "/" + key) + ": " + what;
   }
-  /// The first error, that of an unknown key included; empty: none.
+  /// Returns the first error, unknown keys included; empty if there is none.
   std::string finish() {
     for (const JsonMember& member : object_.members)
       if (std::find(known_.begin(), known_.end(), member.key) == known_.end())
@@ -107,7 +107,7 @@ std::string read_level(const JsonValue& json, const std::string& where, PairsLev
   return members.finish();
 }
 
-/// The name of a file, made absolute, or of a shape; "" if all is well.
+/// Makes the name of a file absolute; accepts shapes. Returns an error or "".
 std::string resolve(std::string& name, const fs::path& folder, const std::string& where) {
   if (std::find(kShapeNames.begin(), kShapeNames.end(), name) != kShapeNames.end()) return "";
   const fs::path file = (folder / name).lexically_normal();
@@ -118,7 +118,7 @@ std::string resolve(std::string& name, const fs::path& folder, const std::string
   return "";
 }
 
-/// An object as a scene has it, or just its file or shape.
+/// Reads an object of a scene, or just its file or shape.
 std::string read_object(const JsonValue& json, const fs::path& folder, const std::string& where,
                         PairsFile& file) {
   JsonValue object = json;

@@ -16,17 +16,18 @@ struct FirstHit {
   Vec3 normal;          ///< shading normal, world space
   float id = 0;
   Vec3 position;       ///< world space
-  Vec3 next;           ///< where it is in the next frame
-  Vec3 albedo;         ///< of the base colour under all lights, with its texture
-  Vec2 uv;             ///< of the texture
+  Vec3 next;           ///< position in the next frame
+  Vec3 albedo;         ///< base colour with its texture
+  Vec2 uv;             ///< texture coordinates
   Vec2 motion;         ///< pixels to the next frame, x to the right, y down; 0 on the last
-  float progress = 0;  ///< share of what the leg goes to
-  float t = 0;         ///< the sequence's moment
-  float label = 0;     ///< what the nearest vertex belongs to, from 1
+  float progress = 0;  ///< progress of the leg, [0, 1]
+  float t = 0;         ///< time within the sequence, [0, 1]
+  float label = 0;     ///< label of the nearest vertex, from 1
 };
 
+/// A channel of an AOV.
 struct Aov {
-  const char* layer;  ///< what image.aovs calls it; scene.h has the names
+  const char* layer;  ///< name in image.aovs (scene.h lists them)
   const char* channel;
   float (*value)(const FirstHit&);
 };
@@ -52,7 +53,7 @@ inline constexpr Aov kAovs[] = {
     {"uv", "uv.V", [](const FirstHit& hit) { return hit.uv.y; }},
 };
 
-/// The rows that `layers` asks for ("Z,N,id", "all", "none"), in the table's order.
-std::vector<const Aov*> chosen_aovs(const std::string& layers);
+/// Selects the rows named by `layers` ("Z,N,id", "all", "none"), in the table's order.
+std::vector<const Aov*> choose_aovs(const std::string& layers);
 
 }  // namespace polymorph

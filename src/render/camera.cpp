@@ -14,8 +14,8 @@ struct Corner {
 };
 using Corners = std::vector<Corner>;
 
-/// With the camera at distance d and shifted by c, |across - c| <= t (d + along) must hold for all
-/// corners. That is c >= max(across - t along) - t d and c <= min(across + t along) + t d.
+/// Range of shifts c with which a camera at distance d sees all corners: |across - c| <= t (d +
+/// along), that is c >= max(across - t along) - t d and c <= min(across + t along) + t d.
 struct ShiftRange {
   float low, high;
 };
@@ -33,7 +33,7 @@ float smallest_distance(const Corners& corners, float t) {
   return (range.low - range.high) / (2 * t);
 }
 
-/// Without a shift: the view axis stays on the target.
+/// The smallest distance without a shift, with the view axis through the target.
 float smallest_centered_distance(const Corners& corners, float t) {
   float distance = 0;
   for (Corner corner : corners)
@@ -41,7 +41,8 @@ float smallest_centered_distance(const Corners& corners, float t) {
   return distance;
 }
 
-/// The shift that centres the projection at distance d: the one left when t is as narrow as can be.
+/// The shift that centres the projection at distance d: the only one left at the smallest possible
+/// t.
 float centering_shift(const Corners& corners, float d, float t) {
   float low = 0, high = t;
   for (int i = 0; i < 40; ++i) {
@@ -56,30 +57,31 @@ float centering_shift(const Corners& corners, float d, float t) {
 void set_axes(Camera& camera, Vec3 forward, Vec3 up) {
   camera.forward = normalized(forward);
   Vec3 right = cross(camera.forward, up);
-  // Looking along `up`: any horizontal axis will do, as long as it is always the same.
+  // When looking along `up` any fixed horizontal axis will do.
   if (dot(right, right) < 1e-8f * dot(up, up) || !(dot(up, up) > 0))
     right = make_frame(camera.forward).x;
   camera.right = normalized(right);
   camera.up = cross(camera.right, camera.forward);
 }
 
-Box usable_box(const Box& box) {
+Box make_usable_box(const Box& box) {
   if (box.empty()) return {{-1, -1, -1}, {1, 1, 1}};
   if (box.diagonal() > 0) return box;
   return {box.low - Vec3{1, 1, 1}, box.high + Vec3{1, 1, 1}};
 }
 
-Vec3 orbited(Vec3 offset, float degrees) {
+Vec3 rotate_about_y(Vec3 offset, float degrees) {
   if (degrees == 0) return offset;
-  const Vec3 turn = direction_at(radians(degrees), 0);  // its x is the sine, its z the cosine
-  return {turn.z * offset.x + turn.x * offset.z, offset.y, turn.z * offset.z - turn.x * offset.x};
+  const Vec3 rotation = direction_at(radians(degrees), 0);  // its x is the sine, its z the cosine
+  return {rotation.z * offset.x + rotation.x * offset.z, offset.y,
+          rotation.z * offset.z - rotation.x * offset.x};
 }
 
-/// Where it looks, from a given position or by its angles.
+/// Sets the field of view and orientation, from a given position or from angles.
 void set_direction(Camera& camera, const CameraSettings& settings, Vec3 target) {
   camera.tan_half_fov_y = tangent(0.5f * radians(settings.fov));
   if (settings.position) {
-    const Vec3 forward = orbited(target - *settings.position, settings.orbit);
+    const Vec3 forward = rotate_about_y(target - *settings.position, settings.orbit);
     set_axes(camera, dot(forward, forward) > 0 ? forward : Vec3{0, 0, -1}, settings.up);
     return;
   }
@@ -89,9 +91,9 @@ void set_direction(Camera& camera, const CameraSettings& settings, Vec3 target) 
   set_axes(camera, -to_camera, settings.up);
 }
 
-Vec3 given_position(const CameraSettings& settings, Vec3 target) {
+Vec3 get_position(const CameraSettings& settings, Vec3 target) {
   if (settings.orbit == 0 && settings.dolly == 1) return *settings.position;
-  return target + orbited(*settings.position - target, settings.orbit) * settings.dolly;
+  return target + rotate_about_y(*settings.position - target, settings.orbit) * settings.dolly;
 }
 
 void set_lens(Camera& camera, const CameraSettings& settings, Vec3 target) {
@@ -101,14 +103,14 @@ void set_lens(Camera& camera, const CameraSettings& settings, Vec3 target) {
   camera.shutter = settings.shutter;
 }
 
-float free_share(float margin) { return std::max(0.1f, 1 - 2 * margin); }
+float usable_fraction(float margin) { return std::max(0.1f, 1 - 2 * margin); }
 
-/// The points in the camera's axes, relative to the target.
-struct Projected {
+/// Points in the camera's axes, relative to the target.
+struct ProjectedPoints {
   Corners x, y;
 };
-Projected projected(const Camera& camera, std::span<const Vec3> points, Vec3 target) {
-  Projected result;
+ProjectedPoints project_points(const Camera& camera, std::span<const Vec3> points, Vec3 target) {
+  ProjectedPoints result;
   result.x.reserve(points.size());
   result.y.reserve(points.size());
   for (const Vec3& point : points) {
@@ -119,16 +121,16 @@ Projected projected(const Camera& camera, std::span<const Vec3> points, Vec3 tar
   return result;
 }
 
-Camera place_camera(const CameraSettings& settings, std::span<const Vec3> points, Vec3 target,
+Camera frame_points(const CameraSettings& settings, std::span<const Vec3> points, Vec3 target,
                     int width, int height) {
   Camera camera;
   set_direction(camera, settings, target);
   if (settings.position) {
-    camera.position = given_position(settings, target);
+    camera.position = get_position(settings, target);
     return camera;
   }
-  const auto [x, y] = projected(camera, points, target);
-  const float ty = camera.tan_half_fov_y * free_share(settings.margin);
+  const auto [x, y] = project_points(camera, points, target);
+  const float ty = camera.tan_half_fov_y * usable_fraction(settings.margin);
   const float tx = ty * static_cast<float>(width) / static_cast<float>(height);
   if (settings.target) {
     const float d = std::max(smallest_centered_distance(x, tx), smallest_centered_distance(y, ty));
@@ -145,7 +147,7 @@ Camera place_camera(const CameraSettings& settings, std::span<const Vec3> points
 }  // namespace
 
 Camera make_camera(const CameraSettings& settings, const Box& given, int width, int height) {
-  const Box box = usable_box(given);
+  const Box box = make_usable_box(given);
   std::array<Vec3, 8> corners;
   for (unsigned i = 0; i < 8; ++i)
     corners[i] = {i & 1 ? box.high.x : box.low.x, i & 2 ? box.high.y : box.low.y,
@@ -158,7 +160,7 @@ Camera make_camera(const CameraSettings& settings, std::span<const Vec3> points,
   const Box box = box_of(points);
   if (!(box.diagonal() > 0)) return make_camera(settings, box, width, height);
   const Vec3 target = settings.target.value_or(box.center());
-  Camera camera = place_camera(settings, points, target, width, height);
+  Camera camera = frame_points(settings, points, target, width, height);
   set_lens(camera, settings, target);
   return camera;
 }
@@ -166,27 +168,27 @@ Camera make_camera(const CameraSettings& settings, std::span<const Vec3> points,
 Framing make_framing(std::span<const CameraSettings> poses, std::span<const Vec3> points, int width,
                      int height) {
   Framing framing;
-  framing.middle = framing.anchor = usable_box(box_of(points)).center();
+  framing.middle = framing.anchor = make_usable_box(box_of(points)).center();
   framing.margin = poses.front().margin;
   float fov = poses.front().fov;
   for (const CameraSettings& pose : poses) {
     framing.margin = std::min(framing.margin, pose.margin);
     fov = std::max(fov, pose.fov);
   }
-  const auto framed = [&](const CameraSettings& pose) {
+  const auto widen = [&](const CameraSettings& pose) {
     CameraSettings wide = pose;
     wide.fov = fov;
     wide.margin = framing.margin;
     wide.dolly = 1;
     return wide;
   };
-  const auto same_way = [&](const CameraSettings& pose) {
+  const auto has_first_direction = [&](const CameraSettings& pose) {
     const CameraSettings& first = poses.front();
     return pose.azimuth + pose.orbit == first.azimuth + first.orbit &&
            pose.elevation == first.elevation && pose.up == first.up && pose.target == first.target;
   };
-  if (std::all_of(poses.begin(), poses.end(), same_way)) {
-    const Camera camera = make_camera(framed(poses.front()), points, width, height);
+  if (std::all_of(poses.begin(), poses.end(), has_first_direction)) {
+    const Camera camera = make_camera(widen(poses.front()), points, width, height);
     const Vec3 target = poses.front().target.value_or(framing.middle);
     framing.distance = dot(target - camera.position, camera.forward);
     framing.anchor = camera.position + camera.forward * framing.distance;
@@ -194,7 +196,7 @@ Framing make_framing(std::span<const CameraSettings> poses, std::span<const Vec3
   }
   framing.distance = 0;
   for (const CameraSettings& pose : poses) {
-    CameraSettings centered = framed(pose);
+    CameraSettings centered = widen(pose);
     if (!centered.target) centered.target = framing.middle;
     const Camera camera = make_camera(centered, points, width, height);
     framing.distance =
@@ -208,10 +210,10 @@ Camera make_camera(const CameraSettings& settings, const Framing& framing) {
   const Vec3 target = settings.target.value_or(framing.middle);
   set_direction(camera, settings, target);
   if (settings.position) {
-    camera.position = given_position(settings, target);
+    camera.position = get_position(settings, target);
   } else {
-    const float distance = framing.distance * settings.dolly * free_share(framing.margin) /
-                           free_share(settings.margin);
+    const float distance = framing.distance * settings.dolly * usable_fraction(framing.margin) /
+                           usable_fraction(settings.margin);
     camera.position = settings.target.value_or(framing.anchor) - camera.forward * distance;
   }
   set_lens(camera, settings, target);

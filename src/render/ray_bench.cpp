@@ -15,16 +15,16 @@ namespace polymorph {
 namespace {
 
 template <class F>
-double seconds_of(const F& run) {
+double measure_seconds(const F& run) {
   const Stopwatch stopwatch;
   run();
   return stopwatch.seconds();
 }
 
-/// One Embree scene with default flags, as a bare loop would use it.
-class Bare {
+/// An Embree scene with default flags, as a plain loop would use it.
+class BareScene {
  public:
-  Bare(const RenderMesh& mesh, RTCBuildQuality quality) {
+  BareScene(const RenderMesh& mesh, RTCBuildQuality quality) {
     RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<Vec3*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
                                                                 RTC_FORMAT_FLOAT3, sizeof(Vec3),
@@ -38,9 +38,9 @@ class Bare {
     rtcReleaseGeometry(geometry);
     rtcCommitScene(scene_);
   }
-  Bare(const Bare&) = delete;
-  Bare& operator=(const Bare&) = delete;
-  ~Bare() {
+  BareScene(const BareScene&) = delete;
+  BareScene& operator=(const BareScene&) = delete;
+  ~BareScene() {
     rtcReleaseScene(scene_);
     rtcReleaseDevice(device_);
   }
@@ -92,8 +92,8 @@ class Bare {
   RTCScene scene_ = rtcNewScene(device_);
 };
 
-/// One ray per pixel, 4 x 4 pixels after 4 x 4 pixels.
-std::vector<Ray> camera_rays(const Camera& camera, int width, int height) {
+/// Makes one ray per pixel, in blocks of 4 x 4 pixels.
+std::vector<Ray> make_camera_rays(const Camera& camera, int width, int height) {
   std::vector<Ray> rays;
   const float scale = 2 * camera.tan_half_fov_y / static_cast<float>(height);
   for (int y = 0; y + 4 <= height; y += 4)
@@ -107,8 +107,8 @@ std::vector<Ray> camera_rays(const Camera& camera, int width, int height) {
   return rays;
 }
 
-/// Rays that leave the surface where camera rays hit it, in random directions.
-std::vector<Ray> scattered_rays(const Bare& bare, const std::vector<Ray>& camera) {
+/// Makes rays that leave the surface where camera rays hit it, in random directions.
+std::vector<Ray> make_scattered_rays(const BareScene& bare, const std::vector<Ray>& camera) {
   std::vector<Ray> rays;
   for (std::size_t i = 0; i < camera.size(); ++i) {
     const RTCRayHit first = bare.shoot(camera[i]);
@@ -122,8 +122,8 @@ std::vector<Ray> scattered_rays(const Bare& bare, const std::vector<Ray>& camera
   return rays;
 }
 
-/// Eight to a pack; the last pack of sixteen is filled up with the last ray.
-std::vector<RayOf<Pack3>> packed_rays(const std::vector<Ray>& rays) {
+/// Packs eight rays per pack; the last group of sixteen is padded with the last ray.
+std::vector<RayOf<Pack3>> pack_rays(const std::vector<Ray>& rays) {
   std::vector<RayOf<Pack3>> packs((rays.size() + kPacket - 1) / kPacket * kPacket / kLanes);
   for (std::size_t i = 0; i < packs.size() * kLanes; ++i) {
     const Ray& ray = rays[std::min(i, rays.size() - 1)];
@@ -133,15 +133,15 @@ std::vector<RayOf<Pack3>> packed_rays(const std::vector<Ray>& rays) {
   return packs;
 }
 
-/// f(first ray of a run, count), over all threads.
+/// Calls f(first ray of a chunk, count), in parallel.
 template <class F>
-void over(const std::vector<Ray>& rays, const F& f) {
-  constexpr std::int64_t kRun = 1024;
+void for_each_chunk(const std::vector<Ray>& rays, const F& f) {
+  constexpr std::int64_t kChunk = 1024;
   const auto count = static_cast<std::int64_t>(rays.size());
-  parallel_for((count + kRun - 1) / kRun, [&](std::int64_t run) {
+  parallel_for((count + kChunk - 1) / kChunk, [&](std::int64_t run) {
     const FlushDenormals flush;
-    const std::int64_t begin = run * kRun;
-    f(static_cast<std::size_t>(begin), static_cast<std::size_t>(std::min(kRun, count - begin)));
+    const std::int64_t begin = run * kChunk;
+    f(static_cast<std::size_t>(begin), static_cast<std::size_t>(std::min(kChunk, count - begin)));
   });
 }
 
@@ -150,21 +150,21 @@ void over(const std::vector<Ray>& rays, const F& f) {
 Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, int height,
                                           int repeats) {
   PM_CHECK(scene.meshes.size() == 1);
-  const Bare bare(scene.meshes.front(), RTC_BUILD_QUALITY_MEDIUM);
+  const BareScene bare(scene.meshes.front(), RTC_BUILD_QUALITY_MEDIUM);
   PM_TRY(const RayDevice device, make_ray_device(""));
   PM_TRY(const TracedScene geometry, TracedScene::build(device, scene.meshes));
   World world;
   world.geometry = &geometry;
-  const std::vector<Ray> camera = camera_rays(scene.camera, width, height);
-  const std::vector<Ray> scattered = scattered_rays(bare, camera);
-  // As the renderer makes them.
-  const std::vector<RayOf<Pack3>> packed[] = {packed_rays(camera), packed_rays(scattered)};
+  const std::vector<Ray> camera = make_camera_rays(scene.camera, width, height);
+  const std::vector<Ray> scattered = make_scattered_rays(bare, camera);
+  // In the form that the renderer uses.
+  const std::vector<RayOf<Pack3>> packed[] = {pack_rays(camera), pack_rays(scattered)};
   std::vector<float> distances(camera.size());
   std::vector<IntersectionOf<Pack>> intersections(packed[0].size());
   const auto run = [&](std::size_t loop) {
     const bool coherent = loop < 3;
     const std::vector<Ray>& rays = coherent ? camera : scattered;
-    over(rays, [&](std::size_t begin, std::size_t n) {
+    for_each_chunk(rays, [&](std::size_t begin, std::size_t n) {
       RayStats stats;
       for (std::size_t k = begin; k < begin + n; ++k) {
         const bool packet = (k - begin) % kPacket == 0;
@@ -184,7 +184,7 @@ Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, i
                              {"scattered rays", scattered.size(), {}}};
   for (int i = 0; i <= repeats; ++i)
     for (std::size_t loop = 0; loop < loops.size(); ++loop) {
-      const double seconds = seconds_of([&] { run(loop); });
+      const double seconds = measure_seconds([&] { run(loop); });
       if (i > 0) loops[loop].seconds.push_back(seconds);  // the first warms up
     }
   return loops;
@@ -193,18 +193,18 @@ Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, i
 Result<std::vector<BuildQuality>> measure_builds(const RenderScene& scene) {
   PM_CHECK(scene.meshes.size() == 1);
   std::vector<BuildQuality> qualities;
-  const std::vector<Ray> camera = camera_rays(scene.camera, 1024, 1024);
+  const std::vector<Ray> camera = make_camera_rays(scene.camera, 1024, 1024);
   for (const auto& [name, quality] :
        {std::pair{"low", RTC_BUILD_QUALITY_LOW}, std::pair{"medium", RTC_BUILD_QUALITY_MEDIUM},
         std::pair{"high", RTC_BUILD_QUALITY_HIGH}}) {
     BuildQuality result{name};
-    std::unique_ptr<Bare> bare;
+    std::unique_ptr<BareScene> bare;
     result.build_seconds =
-        seconds_of([&] { bare = std::make_unique<Bare>(scene.meshes.front(), quality); });
-    const std::vector<Ray> rays = scattered_rays(*bare, camera);
+        measure_seconds([&] { bare = std::make_unique<BareScene>(scene.meshes.front(), quality); });
+    const std::vector<Ray> rays = make_scattered_rays(*bare, camera);
     std::vector<float> distances(rays.size());
-    const double seconds = seconds_of([&] {
-      over(rays, [&](std::size_t begin, std::size_t n) {
+    const double seconds = measure_seconds([&] {
+      for_each_chunk(rays, [&](std::size_t begin, std::size_t n) {
         for (std::size_t k = begin; k < begin + n; ++k)
           distances[k] = bare->shoot(rays[k]).ray.tfar;
       });

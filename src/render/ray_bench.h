@@ -1,5 +1,5 @@
-// Ray tracing benchmark: rays per second of bare Embree loops and of the renderer's own queries, on
-// one mesh.
+// Ray tracing benchmark: rays per second of plain Embree loops and of the renderer's own queries,
+// on one mesh.
 #pragma once
 
 #include <vector>
@@ -8,22 +8,22 @@
 
 namespace polymorph {
 
-/// One loop over a mesh: rays in it, and the seconds of each run.
+/// One benchmark loop: its number of rays, and the seconds of each run.
 struct RayLoop {
   const char* name;
   std::size_t rays = 0;
   std::vector<double> seconds;
 };
 
-/// Runs every loop `repeats` times, by turns, so that a noisy machine is as noisy for all: bare
-/// camera rays one by one and in packets of 16, the renderer's camera rays, bare rays that leave
-/// the surface in random directions, the renderer's same rays. `scene` has one mesh. Errors:
-/// kResource.
+/// Runs every loop `repeats` times, alternating, so that noise of the machine affects all: plain
+/// camera rays one by one and in packets of 16, the renderer's camera rays, plain rays that leave
+/// the surface in random directions, and the same rays in the renderer. `scene` has one mesh.
+/// Errors: kResource.
 Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, int height,
                                           int repeats);
 
-/// Seconds to build the BVH of the scene's mesh at one of Embree's qualities, and what a million
-/// random rays take on it.
+/// Seconds to build the BVH of the scene's mesh at one of Embree's qualities, and to trace a
+/// million random rays.
 struct BuildQuality {
   const char* name;
   double build_seconds = 0, trace_seconds = 0;

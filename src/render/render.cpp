@@ -13,9 +13,10 @@
 namespace polymorph {
 namespace {
 
-constexpr float kFilterRadius = 1.35f;  // pixels; by eye between crisp and free of stair steps
+constexpr float kFilterRadius =
+    1.35f;  // pixels; chosen by eye as a compromise between sharpness and aliasing
 
-/// What a sky depends on; it is made again only when this changes.
+/// All inputs of a sky, which is recomputed only if one of them changes.
 struct SkyKey {
   Frame rig;
   KeyLight key;
@@ -26,7 +27,7 @@ struct SkyKey {
   SkyKind kind = SkyKind::kStudio;
   float turbidity = 3;
 };
-bool broadcast(const SkyKey& a, const SkyKey& b) {
+bool is_equal(const SkyKey& a, const SkyKey& b) {
   return a.rig.z == b.rig.z && a.key.frame.z == b.key.frame.z &&
          a.key.irradiance == b.key.irradiance && a.floor == b.floor && a.scale == b.scale &&
          a.image == b.image && a.part == b.part && a.kind == b.kind && a.turbidity == b.turbidity;
@@ -60,8 +61,9 @@ bool has_glass(const RenderScene& scene) {
   });
 }
 
-/// Where rays may start, seen from the middle of the meshes: at the camera and on the floor.
-float farthest_start(const RenderScene& scene) {
+/// Upper bound of the distance from the centre of the meshes at which rays start: at the camera or
+/// on the floor.
+float max_start_distance(const RenderScene& scene) {
   Box box = scene.bounds;
   for (const RenderMesh& mesh : scene.meshes)
     for (const Vec3& p : mesh.positions) box = extend(box, p);
@@ -77,7 +79,7 @@ struct Renderer::State {
   PixelFilter filter = make_pixel_filter(kFilterRadius);
   SkyKey sky_key;
   Sky sky;
-  std::optional<Denoiser> denoiser;  ///< from the first picture that wants one
+  std::optional<Denoiser> denoiser;  ///< opened for the first image that uses it
   Stats stats;
 };
 
@@ -102,8 +104,8 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   }
   const Stopwatch build_watch;
   PM_TRY(const TracedScene geometry,
-         TracedScene::build(state.device, scene.meshes, scene.camera.shutter, farthest_start(scene),
-                            scene.bounds));
+         TracedScene::build(state.device, scene.meshes, scene.camera.shutter,
+                            max_start_distance(scene), scene.bounds));
 
   const Camera& rig = scene.rig ? *scene.rig : scene.camera;
   const Box& stage = scene.bounds.empty() ? geometry.bounds() : scene.bounds;
@@ -123,7 +125,7 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
                  scene.ground.enabled ? SkyPart::kAboveHorizon : SkyPart::kAll,
                  scene.lights.sky,
                  scene.lights.turbidity};
-  if (state.sky.width == 0 || !broadcast(sky_key, state.sky_key)) {
+  if (state.sky.width == 0 || !is_equal(sky_key, state.sky_key)) {
     state.sky = make_sky(sky_key);
     state.sky_key = sky_key;
   }
@@ -149,7 +151,7 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   world.has_glass = has_glass(scene);
   world.shadow_only = scene.ground.shadow_only;
   world.transparent = image.transparent || scene.ground.shadow_only;
-  world.moment = scene.moment;
+  world.time = scene.time;
   job.camera = scene.camera;
   job.camera_motion = scene.camera_motion;
   job.meshes_move = std::any_of(scene.meshes.begin(), scene.meshes.end(),
@@ -157,17 +159,17 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   job.image = image;
   job.sampler = make_frame_sampler(image.seed, settings.frame, image.samples, image.steady);
   job.filter = &state.filter;
-  job.aovs = chosen_aovs(image.aovs);
+  job.aovs = choose_aovs(image.aovs);
   const Mattes mattes(image.aovs, scene);
   job.mattes = &mattes;
   state.stats = {};
   state.stats.build_seconds = build_watch.seconds();
 
   const Stopwatch trace_watch;
-  std::vector<std::string> channels = film_channels(job.aovs);
+  std::vector<std::string> channels = list_film_channels(job.aovs);
   for (std::string& channel : mattes.channels()) channels.push_back(std::move(channel));
   if (image.denoise)
-    for (std::string& channel : guide_channels()) channels.push_back(std::move(channel));
+    for (std::string& channel : list_guide_channels()) channels.push_back(std::move(channel));
   Image film = make_image(image.width, image.height, std::move(channels));
   film.attributes = mattes.attributes();
   const int columns = (image.width + kTile - 1) / kTile, rows = (image.height + kTile - 1) / kTile;
@@ -190,9 +192,9 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
 }
 
 std::uint64_t picture_bytes(const ImageSettings& image) {
-  std::size_t channels = film_channels(chosen_aovs(image.aovs)).size();
+  std::size_t channels = list_film_channels(choose_aovs(image.aovs)).size();
   channels += Mattes(image.aovs, RenderScene{}).channels().size();
-  if (image.denoise) channels += guide_channels().size();
+  if (image.denoise) channels += list_guide_channels().size();
   return sizeof(float) * channels * static_cast<std::uint64_t>(image.width) *
          static_cast<std::uint64_t>(image.height);
 }

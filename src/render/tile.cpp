@@ -11,23 +11,23 @@ namespace polymorph {
 namespace {
 
 constexpr int kPixels = kTile * kTile;
-constexpr int kFirstSamples = 16;         // of the adaptive rounds; each round doubles them
-constexpr int kBlock = 4;                 // pixels along a side of what goes on or stops together
-constexpr std::uint32_t kTimeSet = 4096;  // beside the sets of the vertices
+constexpr int kFirstSamples = 16;  // first of the adaptive rounds; each round doubles the number
+constexpr int kBlock = 4;  // side of the blocks of pixels that are continued or stopped together
+constexpr std::uint32_t kTimeSet = 4096;  // disjoint from the sets of the vertices
 
-/// A camera of each lane.
+/// One camera per lane.
 struct Cameras {
   Pack3 position, right, up, forward;
   Pack tan_half_fov_y, lens_radius, focus;
 };
-Cameras cameras_of(const Camera& camera) {
+Cameras broadcast_camera(const Camera& camera) {
   return {broadcast3<Pack3>(camera.position),     broadcast3<Pack3>(camera.right),
           broadcast3<Pack3>(camera.up),           broadcast3<Pack3>(camera.forward),
           broadcast<Pack>(camera.tan_half_fov_y), broadcast<Pack>(camera.lens_radius),
           broadcast<Pack>(camera.focus)};
 }
-/// At times of the shutter's, in [0, 1].
-Cameras cameras_between(const Camera& opening, const Camera& closing, Pack time) {
+/// Interpolates cameras at times of the open shutter, [0, 1].
+Cameras interpolate_cameras(const Camera& opening, const Camera& closing, Pack time) {
   const auto between = [&](Vec3 from, Vec3 to) {
     return broadcast3<Pack3>(from) + broadcast3<Pack3>(to - from) * time;
   };
@@ -41,30 +41,30 @@ Cameras cameras_between(const Camera& opening, const Camera& closing, Pack time)
           at(opening.focus, closing.focus)};
 }
 
-/// Rays through (x, y), in pixels from the picture's upper left corner, and through the points
+/// Makes rays through (x, y), in pixels from the image's upper left corner, and through the points
 /// (u, v) of the lens. Pixels are square.
 RayOf<Pack3> camera_rays(const Cameras& camera, const ImageSettings& image, Pack x, Pack y,
                          Vec2Of<Pack> lens, bool pinhole) {
   const Pack scale = 2.0f * camera.tan_half_fov_y / static_cast<float>(image.height);
   const Pack across = (x - 0.5f * static_cast<float>(image.width)) * scale;
   const Pack upward = (0.5f * static_cast<float>(image.height) - y) * scale;
-  const Pack3 way = camera.forward + camera.right * across + camera.up * upward;
-  if (pinhole) return {camera.position, normalized(way)};
+  const Pack3 direction = camera.forward + camera.right * across + camera.up * upward;
+  if (pinhole) return {camera.position, normalized(direction)};
   const Pack2 at = concentric_disc(lens.x, lens.y) * camera.lens_radius;
   const Pack3 shift = camera.right * at.x + camera.up * at.y;
-  return {camera.position + shift, normalized(way * camera.focus - shift)};
+  return {camera.position + shift, normalized(direction * camera.focus - shift)};
 }
 
-/// Where a camera shows what lies that way: pixels from the picture's middle, x right, y down.
-Vec2 on_film(const Camera& camera, const ImageSettings& image, Vec3 way) {
+/// Projects a direction to the film: pixels from the image's centre, x right, y down.
+Vec2 project_to_film(const Camera& camera, const ImageSettings& image, Vec3 direction) {
   const float scale = static_cast<float>(image.height) /
-                      (2 * camera.tan_half_fov_y * std::max(dot(way, camera.forward), 1e-6f));
-  return {dot(way, camera.right) * scale, -dot(way, camera.up) * scale};
+                      (2 * camera.tan_half_fov_y * std::max(dot(direction, camera.forward), 1e-6f));
+  return {dot(direction, camera.right) * scale, -dot(direction, camera.up) * scale};
 }
 
-/// What the samples of a pixel add up to.
+/// Sums over the samples of a pixel.
 struct PixelSum {
-  Vec3 light, odd;      ///< of all samples, of every second one
+  Vec3 light, odd;      ///< sums over all samples, and over every second one
   Vec3 albedo, normal;  ///< guides of the denoiser
   float alpha = 0, floor = 0, lit = 0, unlit = 0;
   int samples = 0;
@@ -76,19 +76,20 @@ void add_sample(PixelSum& sum, const PathLight& light, bool odd) {
   sum.floor += light.floor;
   sum.lit += light.lit;
   sum.unlit += light.unlit;
-  // One bad normal or texel must not blacken a whole film's compositing.
+  // Skip NaN and infinity, which one bad normal or texel can cause.
   if (!finite(light.radiance)) return;
   sum.light = sum.light + light.radiance;
   if (odd) sum.odd = sum.odd + light.radiance;
 }
 
-/// Error of the mean, over the root of its brightness: what the eye makes of it, about (Dammertz et
-/// al. 2010, "A hierarchical automatic stopping condition for Monte Carlo global illumination").
-float error_of(const PixelSum& sum) {
+/// Estimates the error of the mean, divided by the square root of its brightness, which
+/// approximates perception (Dammertz et al. 2010, "A hierarchical automatic stopping condition for
+/// Monte Carlo global illumination").
+float estimate_error(const PixelSum& sum) {
   const float n = static_cast<float>(sum.samples);
   const Vec3 mean = sum.light / n, half = sum.odd * (2 / n);
-  const Vec3 off = mean - half;
-  return (std::fabs(off.x) + std::fabs(off.y) + std::fabs(off.z)) /
+  const Vec3 difference = mean - half;
+  return (std::fabs(difference.x) + std::fabs(difference.y) + std::fabs(difference.z)) /
          (0.01f + std::sqrt(std::max(0.0f, mean.x + mean.y + mean.z)));
 }
 
@@ -109,7 +110,7 @@ class Tile {
     for (int from = 0, to = std::min(kFirstSamples, max_samples); from < max_samples;
          from = to, to = std::min(2 * to, max_samples)) {
       sample_round(from, to);
-      if (to < max_samples && !keep_noisy()) return;
+      if (to < max_samples && !mark_converged()) return;
     }
   }
 
@@ -118,23 +119,23 @@ class Tile {
       const PixelSum& sum = sums_[i];
       const float n = static_cast<float>(sum.samples);
       float* pixel = &film.at(left_ + i % width_, top_ + i / width_, 0);
-      // The control variate may leave a pixel a trace below black.
+      // The control variate may leave a pixel slightly below 0.
       const Vec3 light = max(sum.light / n, Vec3{});
       const float shadow = sum.unlit > 0 ? 1 - sum.lit / sum.unlit : 0.0f;
       pixel[0] = light.x;
       pixel[1] = light.y;
       pixel[2] = light.z;
-      // Samples' alphas are whole numbers where nothing is transparent: exactly 1.
+      // Without transparency the samples' alphas are exactly 1, and so is their mean.
       pixel[3] = clamp01((sum.alpha + sum.floor * clamp01(shadow)) / n);
     }
   }
 
-  /// Finds what the rays through the pixels' centres hit, where somebody asks.
-  void look() {
+  /// Intersects the rays through the pixels' centres, if AOVs or steady noise need them.
+  void intersect_centers() {
     const bool steady = job_.image.steady && !job_.camera_motion && job_.meshes_move;
     moving_.fill(job_.camera_motion.has_value());
     if (job_.aovs.empty() && !steady) return;
-    const Cameras camera = cameras_of(job_.camera);
+    const Cameras camera = broadcast_camera(job_.camera);
     for (int y = 0; y < height_; ++y) {
       CenterRow& row = centers_[y];
       for (int k = 0; k < 2; ++k)
@@ -157,14 +158,14 @@ class Tile {
       float* pixel =
           &film.at(left_ + i % width_, top_ + i / width_, 4 + static_cast<int>(job_.aovs.size()));
       for (std::size_t layer = 0; layer < layers; ++layer) {
-        const auto ranked = mattes_[static_cast<std::size_t>(i) * layers + layer].ranked(
+        const auto rank = mattes_[static_cast<std::size_t>(i) * layers + layer].rank(
             static_cast<float>(sums_[i].samples));
-        pixel = std::copy(ranked.begin(), ranked.end(), pixel);
+        pixel = std::copy(rank.begin(), rank.end(), pixel);
       }
     }
   }
 
-  /// Into the last six channels.
+  /// Writes the guides into the last six channels.
   void write_guides(Image& film) {
     for (int i = 0; i < width_ * height_; ++i) {
       const float n = static_cast<float>(sums_[i].samples);
@@ -183,7 +184,7 @@ class Tile {
         const Ray ray = lane(row.rays[x / kLanes], x % kLanes);
         FirstHit hit = first_hit(job_.world, ray, lane(row.intersections[x / kLanes], x % kLanes));
         if (hit.id > 0) hit.depth *= dot(ray.direction, job_.camera.forward);
-        hit.motion = motion_of(hit, ray.direction);
+        hit.motion = compute_motion(hit, ray.direction);
         float* pixel = &film.at(left_ + x, top_ + y, 4);
         for (const Aov* aov : job_.aovs) *pixel++ = aov->value(hit);
       }
@@ -191,13 +192,13 @@ class Tile {
   }
 
  private:
-  /// Samples [from, to) of the pixels that are still noisy.
+  /// Takes the samples [from, to) of the pixels that are still noisy.
   void sample_round(int from, int to) {
     for (int pixel = 0; pixel < width_ * height_; ++pixel) {
       if (done_[pixel]) continue;
       for (int s = from; s < to; ++s) {
         pixels_[wave_.count] = pixel;
-        numbers_[wave_.count] = static_cast<std::uint32_t>(s);
+        sample_indices_[wave_.count] = static_cast<std::uint32_t>(s);
         if (++wave_.count == Wavefront::kMax) flush();
       }
     }
@@ -206,17 +207,17 @@ class Tile {
 
   /// Follows the paths that have been collected.
   void flush() {
-    for (int first = 0; first < wave_.count; first += kLanes) shoot(first);
-    if (!mattes_.empty() || job_.image.denoise) look_at_samples();
+    for (int first = 0; first < wave_.count; first += kLanes) make_camera_rays(first);
+    if (!mattes_.empty() || job_.image.denoise) add_mattes_and_guides();
     trace(job_.world, job_.sampler, wave_, stats_);
     for (int i = 0; i < wave_.count; ++i)
-      add_sample(sums_[pixels_[i]], wave_.lights[i], numbers_[i] % 2 == 1);
+      add_sample(sums_[pixels_[i]], wave_.lights[i], sample_indices_[i] % 2 == 1);
     wave_.count = 0;
   }
 
-  /// Mattes and guides, from what the wave's camera rays hit first. They are traced once more for
-  /// it, which few pictures pay for.
-  void look_at_samples() {
+  /// Adds mattes and guides from the first intersections of the wave's camera rays. The rays are
+  /// traced again for this, because few images need it.
+  void add_mattes_and_guides() {
     for (int first = 0; first < wave_.count; first += kPacket) {
       const int count = std::min(kPacket, wave_.count - first);
       RayOf<Pack3> rays[kPacket / kLanes];
@@ -230,30 +231,30 @@ class Tile {
       }
       intersect_closest(job_.world, rays, intersections, count, true, stats_);
       for (int i = 0; i < count; ++i)
-        look_at_sample(pixels_[first + i], wave_.rays[first + i],
-                       lane(intersections[i / kLanes], i % kLanes));
+        add_matte_and_guide(pixels_[first + i], wave_.rays[first + i],
+                            lane(intersections[i / kLanes], i % kLanes));
     }
   }
-  void look_at_sample(int pixel, const Ray& ray, const Intersection& intersection) {
+  void add_matte_and_guide(int pixel, const Ray& ray, const Intersection& intersection) {
     if (!mattes_.empty())
       job_.mattes->add_sample(
           job_.world, ray, intersection,
           &mattes_[static_cast<std::size_t>(pixel) * job_.mattes->layer_count()]);
     if (!job_.image.denoise) return;
-    const Guide guide = guide_of(job_.world, ray, intersection, stats_);
+    const Guide guide = trace_guide(job_.world, ray, intersection, stats_);
     sums_[pixel].albedo = sums_[pixel].albedo + guide.albedo;
     sums_[pixel].normal = sums_[pixel].normal + guide.normal;
   }
 
-  /// Camera rays of the samples [first, first + 8).
-  void shoot(int first) {
+  /// Makes the camera rays of the samples [first, first + 8).
+  void make_camera_rays(int first) {
     const int end = std::min(first + kLanes, wave_.count);
     Pack x{}, y{};
     PackBits index{};
     for (int i = first; i < end; ++i) {
       const int column = left_ + pixels_[i] % width_, row = top_ + pixels_[i] / width_;
       const SampleIndex sample =
-          sample_index(job_.sampler, column, row, numbers_[i], moving_[pixels_[i]]);
+          sample_index(job_.sampler, column, row, sample_indices_[i], moving_[pixels_[i]]);
       x[i - first] = static_cast<float>(column) + 0.5f;
       y[i - first] = static_cast<float>(row) + 0.5f;
       index[i - first] = wave_.samples[i] = sample.reversed;
@@ -265,8 +266,8 @@ class Tile {
     const Pack time = blurred ? sampler.get(kTimeSet).a : broadcast<Pack>(0.5f);
     const Cameras cameras =
         blurred && job_.camera_motion
-            ? cameras_between(job_.camera_motion->opening, job_.camera_motion->closing, time)
-            : cameras_of(job_.camera);
+            ? interpolate_cameras(job_.camera_motion->opening, job_.camera_motion->closing, time)
+            : broadcast_camera(job_.camera);
     RayOf<Pack3> rays = camera_rays(cameras, job_.image, x + filter_offset(*job_.filter, random.a),
                                     y + filter_offset(*job_.filter, random.b), {random.c, random.d},
                                     !(job_.camera.lens_radius > 0));
@@ -274,16 +275,16 @@ class Tile {
     for (int i = first; i < end; ++i) wave_.rays[i] = lane(rays, i - first);
   }
 
-  /// Marks the pixels of calm blocks as done; says whether any are left. A block beside a noisy one
-  /// goes on with it: one block's own guess is unsure.
-  bool keep_noisy() {
+  /// Marks the pixels of converged blocks as done; returns whether any are left. A block next to a
+  /// noisy one is continued too, because the estimate of a single block is uncertain.
+  bool mark_converged() {
     const int columns = (width_ + kBlock - 1) / kBlock, rows = (height_ + kBlock - 1) / kBlock;
     std::array<bool, kPixels / (kBlock * kBlock)> noisy{};
     for (int b = 0; b < columns * rows; ++b) {
       float sum = 0;
       int count = 0;
       for_block(b, columns, [&](int pixel) {
-        sum += error_of(sums_[pixel]);
+        sum += estimate_error(sums_[pixel]);
         ++count;
       });
       noisy[b] = !(sum <= job_.image.noise * static_cast<float>(count));
@@ -295,7 +296,7 @@ class Tile {
         go_on = go_on || (noisy[c] && std::abs(b % columns - c % columns) <= 1 &&
                           std::abs(b / columns - c / columns) <= 1);
       any = any || go_on;
-      // A pixel that has stopped stays so: its samples must be the sequence's first 2^k.
+      // A stopped pixel is never continued: its samples must be the sequence's first 2^k.
       if (!go_on) for_block(b, columns, [&](int pixel) { done_[pixel] = true; });
     }
     return any && std::find(done_.begin(), done_.begin() + width_ * height_, false) !=
@@ -309,15 +310,16 @@ class Tile {
       for (int x = x0; x < std::min(x0 + kBlock, width_); ++x) f(y * width_ + x);
   }
 
-  /// Pixels to the next frame.
-  Vec2 motion_of(const FirstHit& hit, Vec3 direction) const {
+  /// Motion to the next frame, in pixels.
+  Vec2 compute_motion(const FirstHit& hit, Vec3 direction) const {
     const Camera &now = job_.camera,
                  &then = job_.camera_motion ? job_.camera_motion->next : job_.camera;
-    // A sky is infinitely far away; the studio's paper goes with the camera.
+    // A sky is infinitely far away; the studio's paper moves with the camera.
     const bool sky = hit.id == 0 && job_.world.backdrop.sky;
     if (hit.id == 0 && !sky) return {};
-    const Vec2 from = on_film(now, job_.image, sky ? direction : hit.position - now.position);
-    const Vec2 to = on_film(then, job_.image, sky ? direction : hit.next - then.position);
+    const Vec2 from =
+        project_to_film(now, job_.image, sky ? direction : hit.position - now.position);
+    const Vec2 to = project_to_film(then, job_.image, sky ? direction : hit.next - then.position);
     return {to.x - from.x, to.y - from.y};
   }
 
@@ -326,7 +328,7 @@ class Tile {
   const int left_, top_, width_, height_;
   std::array<PixelSum, kPixels> sums_{};
   std::array<bool, kPixels> done_{};
-  std::vector<MattePixel> mattes_;  ///< of each pixel one per layer
+  std::vector<MattePixel> mattes_;  ///< one per pixel and layer
   /// Rays through the centres of a row's pixels.
   struct CenterRow {
     RayOf<Pack3> rays[kTile / kLanes];
@@ -335,8 +337,9 @@ class Tile {
   std::array<CenterRow, kTile> centers_;
   std::array<bool, kPixels> moving_{};  ///< the pixel shows something that moves
   Wavefront wave_;
-  std::array<int, Wavefront::kMax> pixels_;             ///< of each path of the wave
-  std::array<std::uint32_t, Wavefront::kMax> numbers_;  ///< which of the pixel's samples it is
+  std::array<int, Wavefront::kMax> pixels_;  ///< pixel per path of the wave
+  std::array<std::uint32_t, Wavefront::kMax>
+      sample_indices_;  ///< index of the sample within the pixel, per path
 };
 
 }  // namespace
@@ -344,7 +347,7 @@ class Tile {
 void render_tile(const FrameJob& job, int tile_x, int tile_y, Image& film, RayStats& stats) {
   const FlushDenormals flush;
   Tile tile(job, tile_x, tile_y, stats);
-  tile.look();
+  tile.intersect_centers();
   tile.sample();
   tile.write(film);
   if (!job.aovs.empty()) tile.write_aovs(film);

@@ -6,7 +6,7 @@
 namespace polymorph {
 namespace {
 
-/// Corners of the finest cells; those of coarser cells are among them. Each is tested once, when
+/// Corners of the finest cells, which include those of coarser cells. Each is tested once, when
 /// first needed.
 class CornerLattice {
  public:
@@ -18,19 +18,19 @@ class CornerLattice {
         state_(side_ * side_ * side_, kUnknown) {}
 
   void evaluate(const std::vector<Cell>& cells) {
-    std::vector<std::size_t> wanted;
+    std::vector<std::size_t> requested;
     for (const Cell& cell : cells)
       for (int octant = 0; octant < 8; ++octant) {
         const std::size_t i = index(cell, octant);
         if (state_[i] != kUnknown) continue;
-        state_[i] = kWanted;
-        wanted.push_back(i);
+        state_[i] = kRequested;
+        requested.push_back(i);
       }
     const int steps = 1 << finest_;
     parallel_for(
-        static_cast<std::int64_t>(wanted.size()),
+        static_cast<std::int64_t>(requested.size()),
         [&](std::int64_t k) {
-          const std::size_t i = wanted[static_cast<std::size_t>(k)];
+          const std::size_t i = requested[static_cast<std::size_t>(k)];
           const Vec3 p = lattice_point(root_, steps, static_cast<double>(i % side_),
                                        static_cast<double>(i / side_ % side_),
                                        static_cast<double>(i / side_ / side_));
@@ -39,18 +39,18 @@ class CornerLattice {
         64);
   }
 
-  int corners_inside(const Cell& cell) const {
+  int count_corners_inside(const Cell& cell) const {
     int count = 0;
     for (int octant = 0; octant < 8; ++octant) count += state_[index(cell, octant)] == kInside;
     return count;
   }
 
  private:
-  static constexpr std::uint8_t kOutside = 0, kInside = 1, kUnknown = 2, kWanted = 3;
+  static constexpr std::uint8_t kOutside = 0, kInside = 1, kUnknown = 2, kRequested = 3;
   std::size_t index(const Cell& cell, int octant) const {
-    const int up = finest_ - cell.level;
+    const int scale_bits = finest_ - cell.level;
     const auto at = [&](std::int32_t c, int bit) {
-      return static_cast<std::size_t>(c + (octant >> bit & 1)) << up;
+      return static_cast<std::size_t>(c + (octant >> bit & 1)) << scale_bits;
     };
     return at(cell.x, 0) + side_ * (at(cell.y, 1) + side_ * at(cell.z, 2));
   }
@@ -64,28 +64,28 @@ class CornerLattice {
 
 }  // namespace
 
-SphereTree active_spheres(const InsideTest& test, const RootCube& root, int finest) {
+SphereTree build_active_tree(const InsideTest& test, const RootCube& root, int finest) {
   CornerLattice corners(test, root, finest);
-  // Level by level, so that all corners of a level are tested in parallel. Cells below an active
-  // one are never looked at; empty-looking ones are, as something thin may lie between their
-  // corners.
+  // Level by level, so that all corners of a level are tested in parallel. Children of active cells
+  // are skipped; children of cells without inside corners are not, because something thin may lie
+  // between the corners.
   std::vector<std::vector<std::uint8_t>> active(static_cast<std::size_t>(finest) + 1);
   std::vector<Cell> cells{Cell{}};
   for (int level = 0; level <= finest; ++level) {
     corners.evaluate(cells);
-    auto& marks = active[static_cast<std::size_t>(level)];
-    marks.assign(std::size_t{1} << (3 * level), 0);
+    auto& is_active = active[static_cast<std::size_t>(level)];
+    is_active.assign(std::size_t{1} << (3 * level), 0);
     std::vector<Cell> next;
     for (const Cell& cell : cells) {
-      if (corners.corners_inside(cell) > 4) {
-        marks[cell.index()] = 1;
+      if (corners.count_corners_inside(cell) > 4) {
+        is_active[cell.index()] = 1;
       } else if (level < finest) {
         for (int octant = 0; octant < 8; ++octant) next.push_back(cell.child(octant));
       }
     }
     cells = std::move(next);
   }
-  return tree_of_cells(root, finest, [&](const Cell& cell) {
+  return build_cell_tree(root, finest, [&](const Cell& cell) {
     return active[static_cast<std::size_t>(cell.level)][cell.index()] != 0;
   });
 }

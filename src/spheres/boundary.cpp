@@ -13,7 +13,7 @@
 namespace polymorph {
 namespace {
 
-/// The samples as nanoflann reads them.
+/// Adapter of the samples for nanoflann.
 struct Points {
   const std::vector<BoundarySample>& samples;
   std::size_t kdtree_get_point_count() const { return samples.size(); }
@@ -29,13 +29,14 @@ struct Points {
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Points>,
                                                  Points, 3, std::uint32_t>;
 
-/// The largest ball that touches the boundary in sample `i` from the side `inward` points to and
-/// holds no other sample: a ball through p with its centre on the normal shrinks until the sample
-/// nearest to its centre lies on it (Ma, Bae, Choi 2012): r <- |p-q|^2 / (2 n . (p-q)).
-float shrinking_ball(const Tree& tree, const std::vector<BoundarySample>& samples, std::size_t i,
-                     Vec3 inward, float radius) {
-  // Samples of the same smooth sheet see each other under a small angle; a ball that shrinks on
-  // their account measures facets and noise, not the solid.
+/// Computes the radius of the largest ball that touches the boundary in sample `i`, on the side
+/// that `inward` points to, and contains no other sample: a ball through p with its centre on the
+/// normal shrinks until the sample nearest to its centre lies on it (Ma, Bae, Choi 2012): r <-
+/// |p-q|^2 / (2 n . (p-q)).
+float shrink_ball(const Tree& tree, const std::vector<BoundarySample>& samples, std::size_t i,
+                  Vec3 inward, float radius) {
+  // Samples of the same smooth sheet enclose a small angle at the centre; a ball that shrinks to
+  // them measures facets and noise, not the solid.
   constexpr float kMinCosine = 0.87f;  // 30 degrees
   const Vec3 p = samples[i].point;
   for (int step = 0; step < 30; ++step) {
@@ -49,7 +50,7 @@ float shrinking_ball(const Tree& tree, const std::vector<BoundarySample>& sample
     const float along = dot(d, inward);
     if (!(along > 0)) break;
     const float next = dot(d, d) / (2 * along);
-    // Seen from the new centre.
+    // The angle is measured at the new centre.
     const Vec3 center = p + inward * next;
     if (step > 0 && dot(normalized(p - center), normalized(q - center)) > kMinCosine) break;
     if (!(next < radius * (1 - 1e-4f))) break;
@@ -66,41 +67,42 @@ void measure_balls(std::vector<BoundarySample>& samples, float diagonal) {
       [&](std::int64_t k) {
         const auto i = static_cast<std::size_t>(k);
         const Vec3 n = samples[i].normal;
-        samples[i].inner_radius = shrinking_ball(tree, samples, i, -n, diagonal / 2);
-        samples[i].outer_radius = shrinking_ball(tree, samples, i, n, diagonal / 2);
+        samples[i].inner_radius = shrink_ball(tree, samples, i, -n, diagonal / 2);
+        samples[i].outer_radius = shrink_ball(tree, samples, i, n, diagonal / 2);
       },
       64);
 }
 
-/// Shrinks the balls that samples alone let through a wall thinner than their spacing: those with a
-/// point on the wrong side. The faces themselves stop them then. Only those: faces that lie within
-/// the solid, where parts overlap, must stop no ball.
-void stop_at_walls(std::vector<BoundarySample>& samples, const Model& model,
-                   const InsideTest& inside) {
-  constexpr float kPlaces[] = {0.3f, 0.6f, 1.0f, 1.6f};  // along the ball's diameter, in radii
-  constexpr std::size_t kCount = std::size(kPlaces);
+/// Shrinks balls that pass through a wall thinner than the samples' spacing, recognized by a point
+/// on the wrong side: they are limited by the faces themselves. Other balls are not, because faces
+/// inside the solid, where parts overlap, must not limit them.
+void shrink_to_walls(std::vector<BoundarySample>& samples, const Model& model,
+                     const InsideTest& inside) {
+  constexpr float kProbePositions[] = {0.3f, 0.6f, 1.0f,
+                                       1.6f};  // along the ball's diameter, in radii
+  constexpr std::size_t kCount = std::size(kProbePositions);
   std::vector<Vec3> probes;
   probes.reserve(2 * kCount * samples.size());
   for (const BoundarySample& s : samples)
-    for (const float t : kPlaces) {
+    for (const float t : kProbePositions) {
       probes.push_back(s.point - s.normal * (t * s.inner_radius));
       probes.push_back(s.point + s.normal * (t * s.outer_radius));
     }
-  const std::vector<std::uint8_t> in = inside.inside(probes);
-  std::vector<std::size_t> through;  // 2 i: inner ball of sample i; 2 i + 1: outer
+  const std::vector<std::uint8_t> is_inside = inside.inside(probes);
+  std::vector<std::size_t> leaking;  // 2 i: inner ball of sample i; 2 i + 1: outer
   for (std::size_t i = 0; i < samples.size(); ++i)
     for (const std::size_t side : {0u, 1u})
       for (std::size_t k = 0; k < kCount; ++k)
-        if ((in[2 * (kCount * i + k) + side] != 0) != (side == 0)) {
-          through.push_back(2 * i + side);
+        if ((is_inside[2 * (kCount * i + k) + side] != 0) != (side == 0)) {
+          leaking.push_back(2 * i + side);
           break;
         }
-  if (through.empty()) return;
+  if (leaking.empty()) return;
   const ClosestPointQuery faces(model);
   parallel_for(
-      static_cast<std::int64_t>(through.size()),
+      static_cast<std::int64_t>(leaking.size()),
       [&](std::int64_t k) {
-        const std::size_t at = through[static_cast<std::size_t>(k)];
+        const std::size_t at = leaking[static_cast<std::size_t>(k)];
         BoundarySample& s = samples[at / 2];
         float& radius = at % 2 ? s.outer_radius : s.inner_radius;
         const Vec3 n = at % 2 ? s.normal : -s.normal;
@@ -116,9 +118,9 @@ void stop_at_walls(std::vector<BoundarySample>& samples, const Model& model,
       64);
 }
 
-/// Keeps the surface samples with inside on exactly one side, their normals turned outward.
-std::vector<BoundarySample> on_boundary(const std::vector<SurfaceSample>& surface,
-                                        const InsideTest& inside, float diagonal) {
+/// Selects the surface samples with inside on exactly one side, and orients their normals outward.
+std::vector<BoundarySample> select_boundary(const std::vector<SurfaceSample>& surface,
+                                            const InsideTest& inside, float diagonal) {
   const float step = 2e-4f * diagonal;
   std::vector<Vec3> probes;
   probes.reserve(2 * surface.size());
@@ -126,10 +128,10 @@ std::vector<BoundarySample> on_boundary(const std::vector<SurfaceSample>& surfac
     probes.push_back(s.point + s.normal * step);
     probes.push_back(s.point - s.normal * step);
   }
-  const std::vector<std::uint8_t> in = inside.inside(probes);
+  const std::vector<std::uint8_t> is_inside = inside.inside(probes);
   std::vector<BoundarySample> samples;
   for (std::size_t i = 0; i < surface.size(); ++i) {
-    const bool front = in[2 * i] != 0, back = in[2 * i + 1] != 0;
+    const bool front = is_inside[2 * i] != 0, back = is_inside[2 * i + 1] != 0;
     if (front == back) continue;
     samples.push_back({surface[i].point, front ? -surface[i].normal : surface[i].normal, 0, 0});
   }
@@ -142,11 +144,12 @@ std::vector<BoundarySample> sample_boundary(const Model& model, const InsideTest
                                             std::size_t count) {
   const Box box = model.box();
   const float diagonal = box.diagonal();
-  std::vector<BoundarySample> samples = on_boundary(sample_surface(model, count), inside, diagonal);
-  // Faces within the solid took their share: draw as many more.
+  std::vector<BoundarySample> samples =
+      select_boundary(sample_surface(model, count), inside, diagonal);
+  // Some samples were lost to faces inside the solid, so draw more.
   if (samples.size() * 10 < count * 9 && !samples.empty()) {
-    const std::size_t more = std::min(count * count / samples.size(), 8 * count);
-    samples = on_boundary(sample_surface(model, more), inside, diagonal);
+    const std::size_t larger_count = std::min(count * count / samples.size(), 8 * count);
+    samples = select_boundary(sample_surface(model, larger_count), inside, diagonal);
   }
   std::vector<std::uint64_t> keys(samples.size());
   for (std::size_t i = 0; i < keys.size(); ++i) keys[i] = morton_key(samples[i].point, box);
@@ -159,7 +162,7 @@ std::vector<BoundarySample> sample_boundary(const Model& model, const InsideTest
   sorted.reserve(samples.size());
   for (const std::uint32_t i : order) sorted.push_back(samples[i]);
   measure_balls(sorted, diagonal);
-  stop_at_walls(sorted, model, inside);
+  shrink_to_walls(sorted, model, inside);
   return sorted;
 }
 

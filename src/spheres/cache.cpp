@@ -23,9 +23,9 @@ constexpr std::size_t kNodeSize = 4 * 4 + 4 + 2 + 1;
 constexpr std::size_t kBallSize = 11 * 4;
 constexpr std::uint64_t kMaxBytes = 4ull << 30;
 
-std::string key_of(const Model& model, const SphereSettings& settings) {
-  // Both structs are taken apart, so that this does not compile while a new member is missing. Of a
-  // model only the geometry matters.
+std::string make_key(const Model& model, const SphereSettings& settings) {
+  // Structured bindings make this fail to compile when a member is added. Only the geometry of a
+  // model matters.
   const auto& [name, points, triangles, corner_normals, corner_uvs, labels, label_names,
                triangle_materials, materials, textures] = model;
   const auto& [method, balls, error, resolution, root_margin, fit, inside, solidify, coarse] =
@@ -44,7 +44,7 @@ std::string key_of(const Model& model, const SphereSettings& settings) {
   return hasher.hex();
 }
 
-/// The numbers of a ball, in file order.
+/// Calls f for each number of a ball, in file order.
 template <class B, class F>
 void for_each_number(B& ball, const F& f) {
   for (auto* number :
@@ -71,7 +71,7 @@ std::string encode(const Approximation& approximation) {
   return bytes;
 }
 
-bool is_sound(const Approximation& approximation) {
+bool is_valid(const Approximation& approximation) {
   bool any_leaf = false;
   const std::vector<SphereNode>& nodes = approximation.tree.nodes;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -92,56 +92,57 @@ bool is_sound(const Approximation& approximation) {
   return any_leaf;
 }
 
-/// What is in a cache file, or what is wrong with the file.
+/// Decodes a cache file; `problem` describes why that failed.
 std::optional<Approximation> decode(std::string_view bytes, const std::string& key,
                                     const char*& problem) {
   const auto content = cached_content(bytes, key, kSphereFiles, problem);
   if (!content) return std::nullopt;
-  std::string_view rest = *content;
+  std::string_view remaining = *content;
   problem = "is cut short or too long";
-  if (rest.size() < 16) return std::nullopt;
-  const auto nodes = take<std::uint64_t>(rest);
-  if (nodes > rest.size() / kNodeSize || rest.size() - nodes * kNodeSize < 8) return std::nullopt;
-  std::string_view ball_part = rest.substr(nodes * kNodeSize);
-  const auto balls = take<std::uint64_t>(ball_part);
-  if (balls > ball_part.size() / kBallSize || ball_part.size() != balls * kBallSize)
+  if (remaining.size() < 16) return std::nullopt;
+  const auto nodes = take<std::uint64_t>(remaining);
+  if (nodes > remaining.size() / kNodeSize || remaining.size() - nodes * kNodeSize < 8)
+    return std::nullopt;
+  std::string_view ball_bytes = remaining.substr(nodes * kNodeSize);
+  const auto balls = take<std::uint64_t>(ball_bytes);
+  if (balls > ball_bytes.size() / kBallSize || ball_bytes.size() != balls * kBallSize)
     return std::nullopt;
   Approximation approximation;
   approximation.tree.nodes.resize(static_cast<std::size_t>(nodes));
   for (SphereNode& node : approximation.tree.nodes) {
-    node.sphere.center.x = take<float>(rest);
-    node.sphere.center.y = take<float>(rest);
-    node.sphere.center.z = take<float>(rest);
-    node.sphere.radius = take<float>(rest);
-    node.parent = take<std::int32_t>(rest);
-    node.level = take<std::int16_t>(rest);
-    node.leaf = take<std::uint8_t>(rest) != 0;
+    node.sphere.center.x = take<float>(remaining);
+    node.sphere.center.y = take<float>(remaining);
+    node.sphere.center.z = take<float>(remaining);
+    node.sphere.radius = take<float>(remaining);
+    node.parent = take<std::int32_t>(remaining);
+    node.level = take<std::int16_t>(remaining);
+    node.leaf = take<std::uint8_t>(remaining) != 0;
   }
   approximation.balls.resize(static_cast<std::size_t>(balls));
   for (Ball& ball : approximation.balls)
-    for_each_number(ball, [&](float& number) { number = take<float>(ball_part); });
+    for_each_number(ball, [&](float& number) { number = take<float>(ball_bytes); });
   problem = "holds no sound sphere tree";
-  if (!is_sound(approximation)) return std::nullopt;
+  if (!is_valid(approximation)) return std::nullopt;
   return approximation;
 }
 
-/// Removes the entries that `goes` names, and counts.
+/// Removes the entries for which `is_removed` is true, and counts.
 template <class F>
-CacheCleaning remove_entries(const std::vector<CacheEntry>& entries, const F& goes) {
+CacheCleaning remove_entries(const std::vector<CacheEntry>& entries, const F& is_removed) {
   CacheCleaning cleaning;
   for (std::size_t i = 0; i < entries.size(); ++i) {
-    bool gone = goes(i);
-    if (gone) {
+    bool is_gone = is_removed(i);
+    if (is_gone) {
       std::error_code error;
-      fs::remove(entries[i].file, error);  // another process may have been first: no error
+      fs::remove(entries[i].file, error);  // it is no error if another process was faster
       if (error) {
         cleaning.failures.push_back(
             fmt::format("{}: cannot be removed ({})", entries[i].file.string(), error.message()));
-        gone = false;
+        is_gone = false;
       }
     }
-    (gone ? cleaning.removed : cleaning.kept) += 1;
-    (gone ? cleaning.removed_bytes : cleaning.kept_bytes) += entries[i].bytes;
+    (is_gone ? cleaning.removed : cleaning.kept) += 1;
+    (is_gone ? cleaning.removed_bytes : cleaning.kept_bytes) += entries[i].bytes;
   }
   return cleaning;
 }
@@ -220,15 +221,15 @@ CacheCleaning gc_cache(const fs::path& folder, std::uint64_t max_bytes, double m
   for (std::size_t i = 0; i < entries.size(); ++i) youngest_first[i] = i;
   std::stable_sort(youngest_first.begin(), youngest_first.end(),
                    [&](std::size_t a, std::size_t b) { return entries[a].age < entries[b].age; });
-  std::vector<std::uint8_t> goes(entries.size(), 0);
+  std::vector<std::uint8_t> is_removed(entries.size(), 0);
   std::uint64_t total = 0;
   bool full = false;
   for (const std::size_t i : youngest_first) {
-    full = full || entries[i].bytes > max_bytes - total;  // all that is older goes, too
-    goes[i] = full || entries[i].age > max_age;
-    if (!goes[i]) total += entries[i].bytes;
+    full = full || entries[i].bytes > max_bytes - total;  // all older files are removed too
+    is_removed[i] = full || entries[i].age > max_age;
+    if (!is_removed[i]) total += entries[i].bytes;
   }
-  return remove_entries(entries, [&](std::size_t i) { return goes[i] != 0; });
+  return remove_entries(entries, [&](std::size_t i) { return is_removed[i] != 0; });
 }
 
 CacheCleaning clear_cache(const fs::path& folder) {
@@ -239,7 +240,7 @@ Result<Approximation> approximate_cached(const Model& model, const SphereSetting
                                          const fs::path& cache_folder,
                                          const std::optional<Model>* stand_in) {
   if (cache_folder.empty()) return approximate(model, settings, stand_in);
-  const std::string key = key_of(model, settings);
+  const std::string key = make_key(model, settings);
   if (auto cached = load_approximation(cache_folder, key)) return std::move(*cached);
   PM_TRY(Approximation approximation, approximate(model, settings, stand_in));
   store_approximation(cache_folder, key, model.name, approximation);
@@ -248,7 +249,7 @@ Result<Approximation> approximate_cached(const Model& model, const SphereSetting
 
 bool is_cached(const Model& model, const SphereSettings& settings, const fs::path& cache_folder) {
   return !cache_folder.empty() &&
-         load_approximation(cache_folder, key_of(model, settings)).has_value();
+         load_approximation(cache_folder, make_key(model, settings)).has_value();
 }
 
 fs::path default_cache_folder() {

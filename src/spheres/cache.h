@@ -1,4 +1,5 @@
-// The disk cache: approximations by spheres, and what else is kept there (base/cache_file.h).
+// Disk cache of sphere approximations, and listing and cleaning of all cached files
+// (base/cache_file.h).
 #pragma once
 
 #include <cstdint>
@@ -12,49 +13,49 @@
 
 namespace polymorph {
 
-/// Part of the cache key. Raise it whenever approximate() may answer differently for the same model
-/// and settings; the test Cache.DigestsArePinned says when.
+/// Part of the cache key. Increment it whenever approximate() may give a different result for the
+/// same model and settings; the test Cache.DigestsArePinned detects that.
 inline constexpr std::uint32_t kSpheresVersion = 10;
 
-/// What is kept in `folder` under this key, if anything is. A file that is damaged, foreign, of
-/// another version or under another's name gives one warning and no approximation.
+/// Loads the approximation stored in `folder` under this key, if there is one. A file that is
+/// damaged, foreign, of another version or under a wrong name gives a warning and no approximation.
 std::optional<Approximation> load_approximation(const std::filesystem::path& folder,
                                                 const std::string& key);
 
-/// Keeps it: a temporary name, then a rename, so that readers see all or nothing, and of several
-/// writers the last wins (all write the same). Where nothing can be written, a warning is given
-/// once per folder. `origin`: the model's name, for people (base/cache_file.h).
+/// Stores an approximation by writing a temporary file and renaming it, so that readers see all or
+/// nothing; of several writers the last wins (all write the same). If writing fails, a warning is
+/// given once per folder. `origin`: the model's name, for display (base/cache_file.h).
 void store_approximation(const std::filesystem::path& folder, const std::string& key,
                          std::string_view origin, const Approximation& approximation);
 
+/// A file of the cache.
 struct CacheEntry {
   std::filesystem::path file;
-  std::string key;  ///< as its name says
+  std::string key;  ///< the key in the file's name
   const CacheKind* kind = nullptr;
-  std::string origin;       ///< the models that it was made from; empty in damaged and old files
-  std::uint64_t bytes = 0;  ///< its size
+  std::string origin;       ///< names of the source models; empty in damaged and old files
+  std::uint64_t bytes = 0;  ///< file size
   double age = 0;           ///< seconds since it was written
-  std::size_t spheres = 0;  ///< leaves; verify_cache() only, of spheres
+  std::size_t spheres = 0;  ///< number of leaves; verify_cache() only, for sphere files
   std::size_t balls = 0;    ///< verify_cache() only
-  std::string problem;      ///< verify_cache() only; empty = sound
+  std::string problem;      ///< verify_cache() only; empty if the file is valid
 };
 
-/// The files of this program in `folder`, in order of name: regular files *.spheres,
-/// *.distances, *.pacing and *.plan that begin with our magic (links are not followed, nothing else
-/// is touched). No folder: none. A folder that cannot be read is one warning.
+/// Lists this program's files in `folder` by name: regular files *.spheres, *.distances, *.pacing
+/// and *.plan that begin with our magic number (links are not followed, other files are ignored). A
+/// missing folder gives an empty list, an unreadable one a warning.
 std::vector<CacheEntry> list_cache(const std::filesystem::path& folder);
 
-/// list_cache(), with every file read and checked.
+/// Lists the files and reads and checks each.
 std::vector<CacheEntry> verify_cache(const std::filesystem::path& folder);
 
 struct CacheCleaning {
   std::size_t removed = 0, kept = 0;  ///< files
   std::uint64_t removed_bytes = 0, kept_bytes = 0;
-  std::vector<std::string> failures;  ///< what could not be removed, and why
+  std::vector<std::string> failures;  ///< files that could not be removed, with the reason
 };
 
-/// Removes what is older than `max_age` seconds, then the oldest until at most `max_bytes` are
-/// left.
+/// Removes files older than `max_age` seconds, then the oldest until at most `max_bytes` remain.
 CacheCleaning gc_cache(const std::filesystem::path& folder, std::uint64_t max_bytes,
                        double max_age);
 /// Removes all of list_cache().

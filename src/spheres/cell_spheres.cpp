@@ -1,4 +1,4 @@
-// The report's two methods: which resolution, and what to say when nothing is inside.
+// Choice of the resolution for the report's two methods, and diagnosis when nothing is inside.
 #include <algorithm>
 
 #include "base/log.h"
@@ -8,46 +8,47 @@
 namespace polymorph {
 namespace {
 
-constexpr int kSuggestUpTo = 7;  // 2^18 cells: a fraction of a second
+constexpr int kMaxSuggestedResolution = 7;  // 2^18 cells: a fraction of a second
 constexpr std::size_t kMaxFitted = 4096;
 
-SphereTree spheres_at(const InsideTest& test, const RootCube& root, SphereMethod method,
-                      int resolution) {
-  return method == SphereMethod::kActive ? active_spheres(test, root, resolution - 1)
-                                         : octree_spheres(test, root, resolution - 1);
+SphereTree build_at_resolution(const InsideTest& test, const RootCube& root, SphereMethod method,
+                               int resolution) {
+  return method == SphereMethod::kActive ? build_active_tree(test, root, resolution - 1)
+                                         : build_octree(test, root, resolution - 1);
 }
 
-/// The finest resolution that gives at most `max_count`: thousands of balls are still
-/// extracted in milliseconds, and a thin model gets finer cells than a stout one. At least
-/// kCoarsest, so that a cube does not end as a handful of balls.
-SphereTree automatic_spheres(const InsideTest& test, const RootCube& root, SphereMethod method,
-                             std::size_t max_count) {
+/// Selects the finest resolution with at most `max_count` spheres: thousands of balls are still
+/// extracted in milliseconds, and a thin model gets finer cells than a thick one. At least
+/// kCoarsest, so that a cube is not reduced to a few balls.
+SphereTree build_automatic(const InsideTest& test, const RootCube& root, SphereMethod method,
+                           std::size_t max_count) {
   constexpr int kCoarsest = 4, kStart = 6, kFinest = 8;
-  // Cells halve: an octree gets 8 times as many, the active method, which only splits at the
-  // surface, 4.
+  // With each level an octree has 8 times as many cells; the active method, which refines only at
+  // the surface, has 4 times as many.
   const std::size_t growth = method == SphereMethod::kActive ? 4 : 8;
   int resolution = kStart;
-  SphereTree tree = spheres_at(test, root, method, resolution);
+  SphereTree tree = build_at_resolution(test, root, method, resolution);
   const auto count = [&] { return tree.leaves().size(); };
   while (count() > max_count && resolution > kCoarsest)
-    tree = spheres_at(test, root, method, --resolution);
+    tree = build_at_resolution(test, root, method, --resolution);
   while (resolution >= kStart && resolution < kFinest && count() * growth <= max_count)
-    tree = spheres_at(test, root, method, ++resolution);
+    tree = build_at_resolution(test, root, method, ++resolution);
   return tree;
 }
 
-/// Nothing was found: why, and what would help.
-Error nothing_inside(const Model& model, const InsideTest& test, const RootCube& root,
-                     const SphereSettings& settings) {
+/// Explains why nothing is inside and what would help.
+Error make_nothing_inside_error(const Model& model, const InsideTest& test, const RootCube& root,
+                                const SphereSettings& settings) {
   if (settings.method == SphereMethod::kActive && settings.resolution > 0 &&
-      !spheres_at(test, root, SphereMethod::kOctree, settings.resolution).nodes.empty())
+      !build_at_resolution(test, root, SphereMethod::kOctree, settings.resolution).nodes.empty())
     return make_error(ErrorCode::kInput,
                       "model \"{}\": no cell of resolution {} has more than 4 corners inside it "
                       "(it is too thin for "
                       "the active method) - raise spheres.resolution or use the octree method",
                       model.name, settings.resolution);
-  for (int resolution = settings.resolution + 1; resolution <= kSuggestUpTo; ++resolution)
-    if (!spheres_at(test, root, settings.method, resolution).nodes.empty())
+  for (int resolution = settings.resolution + 1; resolution <= kMaxSuggestedResolution;
+       ++resolution)
+    if (!build_at_resolution(test, root, settings.method, resolution).nodes.empty())
       return make_error(
           ErrorCode::kInput,
           "model \"{}\": no cell of resolution {} lies inside it (it is too thin) - raise "
@@ -60,7 +61,7 @@ Error nothing_inside(const Model& model, const InsideTest& test, const RootCube&
         "model \"{}\": no cell up to resolution {} lies inside it (it is very thin: volume {:.3g} "
         "in "
         "a box of {:.3g} x {:.3g} x {:.3g}) - raise spheres.resolution or thicken the model",
-        model.name, std::max(settings.resolution, kSuggestUpTo), diagnosis.volume,
+        model.name, std::max(settings.resolution, kMaxSuggestedResolution), diagnosis.volume,
         diagnosis.box.size().x, diagnosis.box.size().y, diagnosis.box.size().z);
   std::string reasons;
   for (const std::string& problem : describe_problems(diagnosis)) reasons += "\n  " + problem;
@@ -73,27 +74,27 @@ Error nothing_inside(const Model& model, const InsideTest& test, const RootCube&
 
 }  // namespace
 
-Result<SphereTree> cell_spheres(const Model& model, const InsideTest& test,
-                                const SphereSettings& settings, std::size_t max_count) {
-  const RootCube root = root_cube(model, static_cast<double>(settings.root_margin));
+Result<SphereTree> build_cell_spheres(const Model& model, const InsideTest& test,
+                                      const SphereSettings& settings, std::size_t max_count) {
+  const RootCube root = make_root_cube(model, static_cast<double>(settings.root_margin));
   SphereTree tree = settings.resolution == 0
-                        ? automatic_spheres(test, root, settings.method, max_count)
-                        : spheres_at(test, root, settings.method, settings.resolution);
-  // The centres of a few large cells may all lie outside what smaller ones and larger ones show.
+                        ? build_automatic(test, root, settings.method, max_count)
+                        : build_at_resolution(test, root, settings.method, settings.resolution);
+  // The centres of a few large cells may all lie outside even though those of smaller ones do not.
   const bool may_refine = settings.method == SphereMethod::kOctree;
-  for (int r = settings.resolution + 1; may_refine && tree.nodes.empty() && r <= kSuggestUpTo;
-       ++r) {
-    tree = spheres_at(test, root, settings.method, r);
+  for (int r = settings.resolution + 1;
+       may_refine && tree.nodes.empty() && r <= kMaxSuggestedResolution; ++r) {
+    tree = build_at_resolution(test, root, settings.method, r);
     if (!tree.nodes.empty())
       log_warning("model \"{}\": no cell of resolution {} lies inside it - resolution {} is taken",
                   model.name, settings.resolution, r);
   }
-  if (tree.nodes.empty()) return nothing_inside(model, test, root, settings);
-  // Without a fit, a million balls are fast enough.
+  if (tree.nodes.empty()) return make_nothing_inside_error(model, test, root, settings);
+  // Without a fit even a million balls are fast enough.
   if (settings.fit == FitKind::kNone || tree.leaves().size() <= kMaxFitted) return tree;
   int coarser = settings.resolution;
   while (coarser > 1 && tree.leaves().size() > kMaxFitted)
-    tree = spheres_at(test, root, settings.method, --coarser);
+    tree = build_at_resolution(test, root, settings.method, --coarser);
   log_warning(
       "model \"{}\": resolution {} gives more than the {} balls that are fitted at once - "
       "resolution {} is taken; without a fit it may be finer",

@@ -14,20 +14,21 @@ class TreeBuilder {
   TreeBuilder(const RootCube& root, int finest, const std::function<bool(const Cell&)>& is_leaf)
       : root_(root), finest_(finest), is_leaf_(is_leaf) {}
 
-  /// Adds the cell if there is a leaf in it.
+  /// Adds the cell if it contains a leaf; returns whether it does.
   bool add(const Cell& cell, std::int32_t parent) {
-    const auto self = static_cast<std::int32_t>(tree.nodes.size());
+    const auto index = static_cast<std::int32_t>(tree.nodes.size());
     tree.nodes.push_back(
-        {sphere_of(root_, cell), parent, static_cast<std::int16_t>(cell.level), false});
+        {make_sphere(root_, cell), parent, static_cast<std::int16_t>(cell.level), false});
     if (is_leaf_(cell)) {
       tree.nodes.back().leaf = true;
       return true;
     }
-    bool found = false;
+    bool has_leaf = false;
     if (cell.level < finest_)
-      for (int octant = 0; octant < 8; ++octant) found = add(cell.child(octant), self) || found;
-    if (!found) tree.nodes.pop_back();
-    return found;
+      for (int octant = 0; octant < 8; ++octant)
+        has_leaf = add(cell.child(octant), index) || has_leaf;
+    if (!has_leaf) tree.nodes.pop_back();
+    return has_leaf;
   }
 
   SphereTree tree;
@@ -40,7 +41,7 @@ class TreeBuilder {
 
 }  // namespace
 
-RootCube root_cube(const Model& model, double margin) {
+RootCube make_root_cube(const Model& model, double margin) {
   const Box box = model.box();
   const double low[3] = {box.low.x, box.low.y, box.low.z},
                high[3] = {box.high.x, box.high.y, box.high.z};
@@ -51,15 +52,15 @@ RootCube root_cube(const Model& model, double margin) {
   return root;
 }
 
-Sphere sphere_of(const RootCube& root, const Cell& cell) {
+Sphere make_sphere(const RootCube& root, const Cell& cell) {
   const int cells = 1 << cell.level;
   const double h = root.side / cells;
   return {lattice_point(root, cells, cell.x + 0.5, cell.y + 0.5, cell.z + 0.5),
           static_cast<float>(h * cube_root(3 / (4 * std::numbers::pi)))};
 }
 
-SphereTree tree_of_cells(const RootCube& root, int finest,
-                         const std::function<bool(const Cell&)>& is_leaf) {
+SphereTree build_cell_tree(const RootCube& root, int finest,
+                           const std::function<bool(const Cell&)>& is_leaf) {
   TreeBuilder builder(root, finest, is_leaf);
   builder.add(Cell{}, -1);
   return std::move(builder.tree);

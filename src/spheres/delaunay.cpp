@@ -12,7 +12,7 @@ extern "C" {
 namespace polymorph {
 namespace {
 
-/// Qhull's state and what it says, released together.
+/// Qhull's state and messages, released together.
 struct Hull {
   qhT state{};
   char* text = nullptr;
@@ -31,15 +31,15 @@ struct Hull {
   Hull& operator=(const Hull&) = delete;
 };
 
-/// The first line of what Qhull says, e.g. "QH6214 qhull input error: ...".
-std::string reason_of(Hull& hull) {
+/// The first line of Qhull's message, e.g. "QH6214 qhull input error: ...".
+std::string first_message(Hull& hull) {
   if (!hull.messages) return "no message";
   std::fflush(hull.messages);
   const std::string text(hull.text, hull.text_size);
   return text.substr(0, text.find('\n'));
 }
 
-/// Centre and radius of the sphere through the four points; false where they are in one plane.
+/// Computes the circumscribed sphere of four points; false if they are coplanar.
 bool circumscribe(std::span<const Vec3d> points, Tetrahedron& t) {
   const Vec3d a = points[t.points[0]], b = points[t.points[1]] - a, c = points[t.points[2]] - a,
               d = points[t.points[3]] - a;
@@ -66,7 +66,7 @@ Result<std::vector<Tetrahedron>> delaunay_tetrahedra(std::span<const Vec3d> poin
                                   coordinates.data(), False, options, nullptr, hull.messages);
   if (failed)
     return make_error(ErrorCode::kInput, "cannot triangulate {} points ({})", points.size(),
-                      reason_of(hull));
+                      first_message(hull));
   qhT* const qh = &hull.state;  // the name that Qhull's macros use
   std::vector<std::uint32_t> to_index(qh->facet_id, Tetrahedron::kNone);
   std::vector<const facetT*> facets;

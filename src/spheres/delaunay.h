@@ -12,17 +12,19 @@
 
 namespace polymorph {
 
+/// A cell of the Delaunay tetrahedralization.
 struct Tetrahedron {
   static constexpr std::uint32_t kNone = 0xffffffffu;
-  std::array<std::uint32_t, 4> points{};     ///< ascending
-  std::array<std::uint32_t, 4> neighbors{};  ///< over any of its faces; kNone at the hull
-  Vec3d center;                              ///< of the circumscribed sphere: a Voronoi vertex
+  std::array<std::uint32_t, 4> points{};  ///< ascending
+  std::array<std::uint32_t, 4>
+      neighbors{};  ///< across its faces, in no particular order; kNone at the hull
+  Vec3d center;     ///< centre of the circumscribed sphere: a Voronoi vertex
   double radius = 0;
 };
 
-/// The tetrahedra whose circumscribed spheres hold no other point. Flat ones, which have no such
-/// sphere in double precision, are left out. A function of the points alone.
-/// Errors (kInput): fewer than five points, or all in one plane, with Qhull's reason.
+/// Computes the tetrahedra whose circumscribed spheres contain no other point. Flat ones, which
+/// have no such sphere in double precision, are omitted. Deterministic. Errors (kInput): fewer than
+/// five points, or all of them coplanar, with Qhull's message.
 Result<std::vector<Tetrahedron>> delaunay_tetrahedra(std::span<const Vec3d> points);
 
 }  // namespace polymorph

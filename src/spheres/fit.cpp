@@ -28,19 +28,19 @@ Vector3d to_eigen(Vec3 p) { return {p.x, p.y, p.z}; }
 /// Samples, targets and state of one fit.
 struct Fit {
   std::vector<FitBall> balls;
-  std::vector<FitPoint> points;  ///< three per sample (surface, outside, inside), then free ones
-  std::vector<FitPoint> free;    ///< free points that were never on the wrong side
+  std::vector<FitPoint>
+      points;  ///< three per sample (surface, outside, inside), then active free points
+  std::vector<FitPoint> inactive;  ///< free points that have not been on the wrong side yet
   std::size_t sample_count = 0;
   double length = 1;
-  int numbers = kEllipsoidNumbers;
+  int parameters = kEllipsoidNumbers;
   double damping = 1e-2;
   FitRows rows;
-  FitRows tried;  ///< of the balls of a step that may be taken; kept for its memory
+  FitRows tentative;  ///< rows of a tentative step; a member to reuse its memory
 };
 
-FitBall ball_of(const Sphere& sphere) {
-  // A lone ball of w = 4 has its surface at its sphere; the field is steep enough to be local, and
-  // flat enough to feel what is near.
+FitBall make_ball(const Sphere& sphere) {
+  // With w = 4 the field is steep enough to be local, and flat enough to depend on points nearby.
   constexpr double kWeight = 4;
   FitBall ball;
   ball.center = to_eigen(sphere.center);
@@ -49,10 +49,9 @@ FitBall ball_of(const Sphere& sphere) {
   return ball;
 }
 
-/// The part of the solid that a sphere stands for: second moments of what lies between the samples
-/// nearest to it and their own inner balls' centres. A sphere in a plate stands for a flat piece of
-/// it, one in a limb for a length of it; a ball started as the ellipsoid of those moments need not
-/// find that out step by step.
+/// Second moments of the region of the solid that belongs to a sphere: between the samples nearest
+/// to the sphere and the centres of their inner balls. The region is flat in a plate and long in a
+/// limb. A ball that starts as the ellipsoid of these moments need not be deformed step by step.
 struct SecondMoments {
   double weight = 0;
   Vector3d first = Vector3d::Zero();
@@ -64,8 +63,8 @@ struct SecondMoments {
   }
 };
 
-std::vector<SecondMoments> second_moments_of(const std::vector<Sphere>& spheres,
-                                             const std::vector<BoundarySample>& samples) {
+std::vector<SecondMoments> compute_second_moments(const std::vector<Sphere>& spheres,
+                                                  const std::vector<BoundarySample>& samples) {
   std::vector<std::uint32_t> owner(samples.size());
   parallel_for(
       static_cast<std::int64_t>(samples.size()),
@@ -82,20 +81,20 @@ std::vector<SecondMoments> second_moments_of(const std::vector<Sphere>& spheres,
   for (std::size_t s = 0; s < samples.size(); ++s) {
     const Vector3d p = to_eigen(samples[s].point), n = to_eigen(samples[s].normal);
     const double r = static_cast<double>(samples[s].inner_radius);
-    // A cone from the sample's patch to the centre: more of it lies near the patch.
+    // Points in a cone from the sample's patch to the centre, with more volume near the patch.
     for (const double t : {0.25, 0.75, 0.95}) moments[owner[s]].add(p - (1 - t) * r * n, r * t * t);
   }
   return moments;
 }
 
-FitBall ball_of(const Sphere& sphere, const SecondMoments& moments, double length) {
+FitBall make_ball(const Sphere& sphere, const SecondMoments& moments, double length) {
   constexpr double kWeight = 4;
-  FitBall ball = ball_of(sphere);
+  FitBall ball = make_ball(sphere);
   if (!(moments.weight > 0)) return ball;
   const Vector3d mean = moments.first / moments.weight;
   Eigen::SelfAdjointEigenSolver<Matrix3d> axes(moments.second / moments.weight -
                                                mean * mean.transpose());
-  // A solid ellipsoid's variance along an axis is a fifth of the square of its half length.
+  // The variance of a solid ellipsoid along an axis is a fifth of its squared half axis.
   const double smallest = 0.004 * length;
   const Vector3d half = (5 * axes.eigenvalues()).cwiseMax(smallest * smallest).cwiseSqrt();
   ball.center = mean;
@@ -105,14 +104,14 @@ FitBall ball_of(const Sphere& sphere, const SecondMoments& moments, double lengt
 }
 
 void add_samples(Fit& fit, const std::vector<BoundarySample>& samples) {
-  // Offsets stay well within the wall and the gap that the sample's balls measured.
-  const auto offset_in = [&](float radius) {
+  // Offsets stay well within the wall and the gap that the sample's two balls measure.
+  const auto clamp_offset = [&](float radius) {
     return std::min(0.01 * fit.length, 0.5 * static_cast<double>(radius));
   };
   constexpr double kOffsetWeight = 0.05;
   for (const BoundarySample& s : samples) {
     const Vector3d p = to_eigen(s.point), n = to_eigen(s.normal);
-    const double out = offset_in(s.outer_radius), in = offset_in(s.inner_radius);
+    const double out = clamp_offset(s.outer_radius), in = clamp_offset(s.inner_radius);
     fit.points.push_back({p, 0, 1, FitPoint::Rule::kSurface});
     fit.points.push_back({p + out * n, -out, kOffsetWeight, FitPoint::Rule::kOffset});
     fit.points.push_back({p - in * n, in, kOffsetWeight, FitPoint::Rule::kOffset});
@@ -120,11 +119,11 @@ void add_samples(Fit& fit, const std::vector<BoundarySample>& samples) {
   fit.sample_count = samples.size();
 }
 
-/// Points that only say on which side they are, in Morton order: one within each sample's inner
-/// ball, one within its outer ball, and a lattice through the box. A fit that looks at the surface
-/// alone grows holes inside and spurious components outside, where it has no sample.
-std::vector<FitPoint> free_points(const std::vector<BoundarySample>& samples,
-                                  const InsideTest& inside, const Box& box) {
+/// Makes points that constrain only the sign of the field, in Morton order: one within each
+/// sample's inner ball, one within its outer ball, and a lattice through the box. A fit to the
+/// surface alone makes holes inside and spurious components outside, where there are no samples.
+std::vector<FitPoint> make_free_points(const std::vector<BoundarySample>& samples,
+                                       const InsideTest& inside, const Box& box) {
   constexpr double kFreeWeight = 0.1;
   const Vec3 margin = box.size() * 0.05f + Vec3{1, 1, 1} * (0.01f * box.diagonal());
   const Box wide{box.low - margin, box.high + margin};
@@ -134,14 +133,14 @@ std::vector<FitPoint> free_points(const std::vector<BoundarySample>& samples,
   };
   std::vector<Free> all;
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    // A ball that touches the boundary in p holds no boundary: from p to nearly its far end a point
-    // is known to lie inside (outside) without asking.
+    // A ball that touches the boundary in p contains no boundary, so points from p almost to its
+    // opposite end are inside (outside) without a test.
     const BoundarySample& s = samples[i];
     const float deep = random_float(1, 0, i), out = random_float(1, 1, i);
     all.push_back({s.point - s.normal * (1.8f * s.inner_radius * deep), true});
-    // Farther out the lattice does.
-    const float reach = std::min(1.8f * s.outer_radius, 0.1f * box.diagonal());
-    all.push_back({s.point + s.normal * (reach * out), false});
+    // The lattice covers points further outside.
+    const float max_offset = std::min(1.8f * s.outer_radius, 0.1f * box.diagonal());
+    all.push_back({s.point + s.normal * (max_offset * out), false});
   }
   std::vector<Vec3> lattice(3 * samples.size());
   for (std::size_t i = 0; i < lattice.size(); ++i) {
@@ -161,20 +160,20 @@ std::vector<FitPoint> free_points(const std::vector<BoundarySample>& samples,
   return points;
 }
 
-/// Takes up the free points that the fit has on the wrong side. Most never are, and are tested once
-/// per round instead of once per step; those once taken up stay.
-void add_wrong(Fit& fit) {
-  const std::vector<std::uint8_t> inside = inside_field(fit.balls, fit.free);
-  std::vector<FitPoint> right;
-  for (std::size_t i = 0; i < fit.free.size(); ++i) {
-    const bool wrong = (inside[i] != 0) != (fit.free[i].rule == FitPoint::Rule::kInside);
-    (wrong ? fit.points : right).push_back(fit.free[i]);
+/// Activates the free points that are on the wrong side. Most never are, and are tested once per
+/// round instead of once per step. Active points stay active.
+void activate_wrong_points(Fit& fit) {
+  const std::vector<std::uint8_t> inside = test_inside_field(fit.balls, fit.inactive);
+  std::vector<FitPoint> still_inactive;
+  for (std::size_t i = 0; i < fit.inactive.size(); ++i) {
+    const bool wrong = (inside[i] != 0) != (fit.inactive[i].rule == FitPoint::Rule::kInside);
+    (wrong ? fit.points : still_inactive).push_back(fit.inactive[i]);
   }
-  fit.free = std::move(right);
+  fit.inactive = std::move(still_inactive);
 }
 
-/// The ball after its part of a step, each number clamped.
-FitBall moved(const FitBall& ball, const double* step, int numbers, double length) {
+/// Applies a step to one ball, each parameter clamped.
+FitBall apply_step(const FitBall& ball, const double* step, int parameters, double length) {
   FitBall next = ball;
   const double shift = Vector3d(step[1], step[2], step[3]).norm();
   const double max_shift = 0.02 * length;
@@ -182,7 +181,7 @@ FitBall moved(const FitBall& ball, const double* step, int numbers, double lengt
   next.center +=
       Vector3d(step[1], step[2], step[3]) * (shift > max_shift ? max_shift / shift : 1.0);
   Matrix3d d;
-  if (numbers == kRoundNumbers) {
+  if (parameters == kRoundNumbers) {
     d = Matrix3d::Identity() * step[4];
   } else {
     d << step[4], step[7], step[8], step[7], step[5], step[9], step[8], step[9], step[6];
@@ -193,7 +192,8 @@ FitBall moved(const FitBall& ball, const double* step, int numbers, double lengt
   return next;
 }
 
-/// Holds an ellipsoid's axes within what the samples can tell and the surface grid can show.
+/// Limits an ellipsoid's axes to lengths that the samples can determine and the surface grid can
+/// resolve.
 void limit_axes(FitBall& ball, double length) {
   constexpr double kMaxRatio = 12;
   const double max_root = 2 / (0.002 * length), min_root = 0.5 / length;
@@ -205,32 +205,32 @@ void limit_axes(FitBall& ball, double length) {
   ball.root = limited.asDiagonal() * svd.matrixV().transpose();
 }
 
-/// Of all points, after the balls were changed.
+/// Evaluates all points, after the balls were changed.
 void evaluate(const std::vector<FitBall>& balls, const Fit& fit, FitRows& rows) {
   rows.clear();
-  add_fit_rows(balls, fit.points, fit.length, fit.numbers, rows);
+  add_fit_rows(balls, fit.points, fit.length, fit.parameters, rows);
 }
 
-/// Of the points that were added since, with the same balls.
+/// Evaluates only points added since the last call, with unchanged balls.
 void evaluate_added(Fit& fit) {
-  add_fit_rows(fit.balls, fit.points, fit.length, fit.numbers, fit.rows);
+  add_fit_rows(fit.balls, fit.points, fit.length, fit.parameters, fit.rows);
 }
 
-/// One Levenberg-Marquardt step; false when no damping makes the cost fall.
+/// Makes one Levenberg-Marquardt step; returns false if no damping reduces the cost.
 bool improve(Fit& fit) {
   for (int attempt = 0; attempt < 6; ++attempt) {
     const std::vector<double> step =
-        damped_step(fit.rows, fit.balls.size(), fit.numbers, fit.damping);
+        solve_damped_step(fit.rows, fit.balls.size(), fit.parameters, fit.damping);
     std::vector<FitBall> next(fit.balls.size());
     for (std::size_t i = 0; i < next.size(); ++i) {
-      next[i] = moved(fit.balls[i], step.data() + i * static_cast<std::size_t>(fit.numbers),
-                      fit.numbers, fit.length);
+      next[i] = apply_step(fit.balls[i], step.data() + i * static_cast<std::size_t>(fit.parameters),
+                           fit.parameters, fit.length);
       limit_axes(next[i], fit.length);
     }
-    evaluate(next, fit, fit.tried);
-    if (fit.tried.cost < fit.rows.cost) {
+    evaluate(next, fit, fit.tentative);
+    if (fit.tentative.cost < fit.rows.cost) {
       fit.balls = std::move(next);
-      std::swap(fit.rows, fit.tried);
+      std::swap(fit.rows, fit.tentative);
       fit.damping = std::max(fit.damping / 2, 1e-5);
       return true;
     }
@@ -239,14 +239,15 @@ bool improve(Fit& fit) {
   return false;
 }
 
-/// The contribution of each ball: the squared error that its removal would cause, to first order.
+/// Computes the contribution of each ball: the squared error that its removal would cause, to first
+/// order.
 std::vector<double> ball_contributions(const Fit& fit) {
   std::vector<double> contributions(fit.balls.size(), 0.0);
   for (std::size_t s = 0; s < fit.sample_count; ++s) {
     const std::size_t p = 3 * s;
     for (std::uint32_t e = fit.rows.begins[p]; e < fit.rows.begins[p + 1]; ++e) {
-      // Without the ball psi falls by ln(1 - q).
-      const double q = std::min(static_cast<double>(fit.rows.shares[e]), 0.999);
+      // Without the ball psi changes by ln(1 - q).
+      const double q = std::min(static_cast<double>(fit.rows.weights[e]), 0.999);
       const double shift = std::min(-exact::log1p(-q) / fit.rows.steepness[p], 0.05 * fit.length);
       contributions[fit.rows.balls[e]] += shift * shift;
     }
@@ -254,59 +255,59 @@ std::vector<double> ball_contributions(const Fit& fit) {
   return contributions;
 }
 
-/// Moves the balls that contribute least to where the error is largest: into the medial ball of a
-/// sample that the field leaves out, or beside a ball that is asked for two shapes at once.
+/// Moves the balls with the smallest contribution to the largest errors: into the medial ball of a
+/// sample that lies outside the field, or next to a ball that would need two shapes at once.
 void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double share) {
   const std::vector<double> contributions = ball_contributions(fit);
-  std::vector<std::size_t> cheap(fit.balls.size());
-  std::iota(cheap.begin(), cheap.end(), std::size_t{0});
-  std::sort(cheap.begin(), cheap.end(), [&](std::size_t a, std::size_t b) {
+  std::vector<std::size_t> by_contribution(fit.balls.size());
+  std::iota(by_contribution.begin(), by_contribution.end(), std::size_t{0});
+  std::sort(by_contribution.begin(), by_contribution.end(), [&](std::size_t a, std::size_t b) {
     return contributions[a] != contributions[b] ? contributions[a] < contributions[b] : a < b;
   });
-  // Error each ball is responsible for.
+  // Distribute each sample's squared error to its balls.
   std::vector<double> squared_errors(fit.balls.size(), 0.0);
   for (std::size_t s = 0; s < fit.sample_count; ++s) {
     const std::size_t p = 3 * s;
     const double e = fit.rows.psi[p] / fit.rows.steepness[p];
     for (std::uint32_t k = fit.rows.begins[p]; k < fit.rows.begins[p + 1]; ++k)
-      squared_errors[fit.rows.balls[k]] += static_cast<double>(fit.rows.shares[k]) * e * e;
+      squared_errors[fit.rows.balls[k]] += static_cast<double>(fit.rows.weights[k]) * e * e;
   }
-  std::vector<std::size_t> worst(fit.balls.size());
-  std::iota(worst.begin(), worst.end(), std::size_t{0});
-  std::sort(worst.begin(), worst.end(), [&](std::size_t a, std::size_t b) {
+  std::vector<std::size_t> by_error(fit.balls.size());
+  std::iota(by_error.begin(), by_error.end(), std::size_t{0});
+  std::sort(by_error.begin(), by_error.end(), [&](std::size_t a, std::size_t b) {
     return squared_errors[a] != squared_errors[b] ? squared_errors[a] > squared_errors[b] : a < b;
   });
-  const auto moves = static_cast<std::size_t>(share * static_cast<double>(fit.balls.size()));
-  std::vector<std::uint8_t> taken(fit.balls.size(), 0);
-  // The worst sample of the region where each ball dominates.
+  const auto max_moves = static_cast<std::size_t>(share * static_cast<double>(fit.balls.size()));
+  std::vector<std::uint8_t> is_used(fit.balls.size(), 0);
+  // The sample with the largest error in each ball's region.
   std::vector<std::size_t> worst_sample(fit.balls.size(), fit.sample_count);
   std::vector<double> worst_error(fit.balls.size(), 0.0);
   for (std::size_t s = 0; s < fit.sample_count; ++s) {
     const std::size_t p = 3 * s;
     const double e = std::abs(fit.rows.psi[p] / fit.rows.steepness[p]);
     for (std::uint32_t k = fit.rows.begins[p]; k < fit.rows.begins[p + 1]; ++k) {
-      const double mine = e * static_cast<double>(fit.rows.shares[k]);
-      if (mine > worst_error[fit.rows.balls[k]])
-        worst_error[fit.rows.balls[k]] = mine, worst_sample[fit.rows.balls[k]] = s;
+      const double weighted_error = e * static_cast<double>(fit.rows.weights[k]);
+      if (weighted_error > worst_error[fit.rows.balls[k]])
+        worst_error[fit.rows.balls[k]] = weighted_error, worst_sample[fit.rows.balls[k]] = s;
     }
   }
-  std::size_t done = 0;
-  for (std::size_t i = 0; i < worst.size() && done < moves; ++i) {
-    const std::size_t from = cheap[done], at = worst[i];
-    if (contributions[from] * 2 > squared_errors[at] || taken[at] || from == at) break;
+  std::size_t move_count = 0;
+  for (std::size_t i = 0; i < by_error.size() && move_count < max_moves; ++i) {
+    const std::size_t from = by_contribution[move_count], at = by_error[i];
+    if (contributions[from] * 2 > squared_errors[at] || is_used[at] || from == at) break;
     const std::size_t s = worst_sample[at];
     if (s == fit.sample_count) continue;
-    taken[from] = taken[at] = 1;
-    ++done;
+    is_used[from] = is_used[at] = 1;
+    ++move_count;
     if (fit.rows.psi[3 * s] < 0) {  // the sample lies outside the field: fill it in
       const BoundarySample& sample = samples[s];
       const float r = std::max(sample.inner_radius, 0.004f * static_cast<float>(fit.length));
-      fit.balls[from] = ball_of({sample.point - sample.normal * r, r});
-      // As strong as it takes to bring the field at the sample to 1.
+      fit.balls[from] = make_ball({sample.point - sample.normal * r, r});
+      // Strong enough to raise the field at the sample to 1.
       fit.balls[from].w += exact::log(-exact::expm1(std::max(fit.rows.psi[3 * s], -40.0)));
       continue;
     }
-    // Two halves along the ball's longest axis.
+    // Split the ball into halves along its longest axis.
     FitBall& ball = fit.balls[at];
     Eigen::JacobiSVD<Matrix3d> svd(ball.root, Eigen::ComputeFullV);
     const Vector3d axis = svd.matrixV().col(2) / svd.singularValues()[2];
@@ -319,7 +320,7 @@ void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double sha
   }
 }
 
-Ball finished(const FitBall& fitted) {
+Ball to_ball(const FitBall& fitted) {
   const Matrix3d a = fitted.root.transpose() * fitted.root;
   const double size = cube_root(a.determinant());
   const auto f = [&](double v) { return static_cast<float>(v / size); };
@@ -332,25 +333,26 @@ Ball finished(const FitBall& fitted) {
   return ball;
 }
 
-std::vector<Ball> finished(const Fit& fit) {
+std::vector<Ball> to_ball(const Fit& fit) {
   std::vector<Ball> balls;
-  for (const FitBall& ball : fit.balls) balls.push_back(finished(ball));
+  for (const FitBall& ball : fit.balls) balls.push_back(to_ball(ball));
   return balls;
 }
 
-/// Adds points of the surface that lie far from the model, constrained to lie outside or inside:
-/// spurious components and bulges between the free points. Returns how many points were added.
+/// Adds points of the surface that lie far from the model, constrained to lie outside or inside;
+/// they remove spurious components and bulges between the free points. Returns the number of such
+/// points.
 Result<std::size_t> add_outlier_constraints(Fit& fit, const ClosestPointQuery& boundary,
                                             const InsideTest& inside) {
   constexpr std::size_t kMax = 2000;
-  const double far = 0.008 * fit.length;
-  PM_TRY(const Mesh mesh, extract_surface(*make_cpu_engine(), finished(fit),
+  const double max_distance = 0.008 * fit.length;
+  PM_TRY(const Mesh mesh, extract_surface(*make_cpu_engine(), to_ball(fit),
                                           static_cast<float>(fit.length / 160), {}));
   const std::vector<ClosestPoint> closest = boundary.closest(mesh.positions);
   std::vector<Vec3> outliers;
   std::vector<double> distances;
   for (std::size_t i = 0; i < closest.size(); ++i) {
-    if (static_cast<double>(closest[i].distance) <= far) continue;
+    if (static_cast<double>(closest[i].distance) <= max_distance) continue;
     outliers.push_back(mesh.positions[i]);
     distances.push_back(static_cast<double>(closest[i].distance));
   }
@@ -364,8 +366,8 @@ Result<std::size_t> add_outlier_constraints(Fit& fit, const ClosestPointQuery& b
   return outliers.size();
 }
 
-/// Half the extent along each axis of where w - (x - c)^T A (x - c) is not negative.
-Vector3d half_extent(const Ball& ball, double w) {
+/// Half extents of the region where w - (x - c)^T A (x - c) >= 0.
+Vector3d half_extents(const Ball& ball, double w) {
   const auto& s = ball.shape;
   Matrix3d a;
   a << s.xx, s.xy, s.xz, s.xy, s.yy, s.yz, s.xz, s.yz, s.zz;
@@ -373,9 +375,9 @@ Vector3d half_extent(const Ball& ball, double w) {
   return (std::max(w, 0.0) * a.inverse().diagonal()).cwiseMax(0).cwiseSqrt();
 }
 
-/// Does the balls' surface cross the sides of the box, each pushed out by 0.08 of the diagonal,
-/// or lie beyond them?
-bool reaches_beyond(const std::vector<Ball>& balls, const Box& box) {
+/// Tests whether the balls' surface crosses the sides of the box, each moved outward by 0.08 of the
+/// diagonal, or lies beyond them.
+bool extends_beyond(const std::vector<Ball>& balls, const Box& box) {
   constexpr int kSteps = 24;
   const float margin = 0.08f * box.diagonal();
   const Box wide = {box.low - Vec3{margin, margin, margin},
@@ -404,18 +406,18 @@ bool reaches_beyond(const std::vector<Ball>& balls, const Box& box) {
 
 }  // namespace
 
-std::vector<Ball> within_box(std::vector<Ball> balls, const Box& box) {
-  constexpr double kMargin = 0.01;   // of the diagonal
-  constexpr double kTogether = 1.4;  // ln 4: neighbours add to a ball what makes it larger
-  if (!reaches_beyond(balls, box)) return balls;
+std::vector<Ball> move_into_box(std::vector<Ball> balls, const Box& box) {
+  constexpr double kMargin = 0.01;          // fraction of the diagonal
+  constexpr double kNeighbourWeight = 1.4;  // ln 4: neighbouring balls make a ball larger
+  if (!extends_beyond(balls, box)) return balls;
   const Vector3d low = to_eigen(box.low), high = to_eigen(box.high);
   const auto diagonal = static_cast<double>(box.diagonal());
   for (Ball& ball : balls) {
     ball.center = min(max(ball.center, box.low), box.high);
     const Vector3d center = to_eigen(ball.center),
-                   half = half_extent(ball, static_cast<double>(ball.w) + kTogether);
-    const Vector3d room = (center - low).cwiseMin(high - center).array() + kMargin * diagonal;
-    const double shrink = half.cwiseQuotient(room).maxCoeff();
+                   half = half_extents(ball, static_cast<double>(ball.w) + kNeighbourWeight);
+    const Vector3d available = (center - low).cwiseMin(high - center).array() + kMargin * diagonal;
+    const double shrink = half.cwiseQuotient(available).maxCoeff();
     if (shrink > 1) ball.a *= static_cast<float>(shrink * shrink);
   }
   return balls;
@@ -428,42 +430,42 @@ Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
   const Box box = model.box();
   Fit fit;
   fit.length = static_cast<double>(box.diagonal());
-  fit.numbers = settings.ellipsoids ? kEllipsoidNumbers : kRoundNumbers;
-  const std::vector<SecondMoments> moments = second_moments_of(spheres, samples);
+  fit.parameters = settings.ellipsoids ? kEllipsoidNumbers : kRoundNumbers;
+  const std::vector<SecondMoments> moments = compute_second_moments(spheres, samples);
   for (std::size_t i = 0; i < spheres.size(); ++i) {
-    fit.balls.push_back(settings.ellipsoids ? ball_of(spheres[i], moments[i], fit.length)
-                                            : ball_of(spheres[i]));
+    fit.balls.push_back(settings.ellipsoids ? make_ball(spheres[i], moments[i], fit.length)
+                                            : make_ball(spheres[i]));
     limit_axes(fit.balls.back(), fit.length);
   }
   add_samples(fit, samples);
-  fit.free = free_points(samples, inside, box);
-  add_wrong(fit);
+  fit.inactive = make_free_points(samples, inside, box);
+  activate_wrong_points(fit);
   evaluate(fit.balls, fit, fit.rows);
 
   FitResult result;
-  std::vector<FitBall> best;  // of the rounds so far: a round may do more harm than good
+  std::vector<FitBall> best;  // the best so far: a round may increase the cost
   for (int round = 0; round <= settings.rounds; ++round) {
     const int end = settings.iterations * (round + 1) / (settings.rounds + 1);
     for (int i = 1; result.iterations < end && improve(fit); ++i, ++result.iterations) {
       if (i % 4 == 0) {
-        add_wrong(fit);
+        activate_wrong_points(fit);
         evaluate_added(fit);
       }
     }
     result.iterations = end;
-    add_wrong(fit);
+    activate_wrong_points(fit);
     evaluate_added(fit);
     if (!best.empty()) {
-      evaluate(best, fit, fit.tried);
-      if (fit.tried.cost < fit.rows.cost) {
+      evaluate(best, fit, fit.tentative);
+      if (fit.tentative.cost < fit.rows.cost) {
         fit.balls = best;
-        std::swap(fit.rows, fit.tried);
+        std::swap(fit.rows, fit.tentative);
       }
     }
     best = fit.balls;
     if (round == settings.rounds) break;
     move_balls(fit, samples, 0.08);
-    add_wrong(fit);
+    activate_wrong_points(fit);
     fit.damping = 1e-2;
     evaluate(fit.balls, fit, fit.rows);
   }
@@ -481,7 +483,7 @@ Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
     sum += error * error;
   }
   result.rms = std::sqrt(sum / static_cast<double>(fit.sample_count));
-  result.balls = finished(fit);
+  result.balls = to_ball(fit);
   return result;
 }
 

@@ -15,33 +15,33 @@
 namespace polymorph {
 
 struct FitSettings {
-  bool ellipsoids = true;  ///< let balls stretch; false: round ones only
-  int iterations = 30;     ///< Levenberg-Marquardt steps in all
-  int rounds = 6;          ///< times that the least useful balls move to the worst places
-  int passes = 3;          ///< looks at the whole surface for what lies far from the model
+  bool ellipsoids = true;  ///< fit ellipsoids; false: round balls only
+  int iterations = 30;     ///< total number of Levenberg-Marquardt steps
+  int rounds = 6;          ///< number of moves of the least useful balls to the largest errors
+  int passes = 3;          ///< searches of the whole surface for parts far from the model
 };
 
 struct FitResult {
-  std::vector<Ball> balls;  ///< surface at field = 1, as many as spheres were given
-  double rms = 0;           ///< of the first-order distance at the samples, in scene units
+  std::vector<Ball> balls;  ///< surface at field = 1; as many as there are spheres
+  double rms = 0;           ///< RMS of the first-order distance at the samples, in scene units
   int iterations = 0;
 };
 
-/// Moves, sizes and weighs Gaussian balls so that the surface psi = ln(field) = 0 passes through
-/// the boundary samples: minimizes the first-order signed distance e = psi / |grad psi| at the
-/// samples, at samples offset along the normal (target = the offset), and, where their sign is
-/// wrong, at points spread through the box, under Huber's loss. Levenberg-Marquardt over weight,
-/// centre and the six numbers of each ball's ellipsoid (docs/method.md, Fit). Starts from one ball
-/// per sphere: the part of the solid that it stands for, as an ellipsoid. At last the surface
-/// itself is looked at, and what of it lies far from the model is pushed away. Deterministic for
-/// any number of threads. Errors: as extract_surface().
+/// Fits Gaussian balls so that the surface psi = ln(field) = 0 passes through the boundary samples.
+/// Minimizes, under Huber's loss, the first-order signed distance e = psi / |grad psi| at the
+/// samples, at samples offset along the normal (target = the offset) and, where their sign is
+/// wrong, at points throughout the box. Levenberg-Marquardt over weight, centre and the six
+/// parameters of each ball's ellipsoid (docs/method.md, Fit). Starts with one ball per sphere: an
+/// ellipsoid that approximates the region of the solid nearest to the sphere. Finally parts of the
+/// surface far from the model are pushed away. Deterministic for any number of threads. Errors: as
+/// extract_surface().
 Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
                             const std::vector<BoundarySample>& samples,
                             const std::vector<Sphere>& spheres, const FitSettings& settings);
 
-/// The balls as they are, unless their surface reaches further than 0.08 of the diagonal beyond
-/// the box: then all that reach beyond it are moved and shrunk into it. A fit goes astray so where
-/// faces disagree about what is inside; of a sound model none comes near.
-std::vector<Ball> within_box(std::vector<Ball> balls, const Box& box);
+/// Moves and shrinks balls that reach beyond the box, but only if their surface reaches further
+/// than 0.08 of the diagonal beyond it. A fit diverges like this where faces disagree about what is
+/// inside; for a sound model it never comes near.
+std::vector<Ball> move_into_box(std::vector<Ball> balls, const Box& box);
 
 }  // namespace polymorph

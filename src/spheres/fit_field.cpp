@@ -13,10 +13,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kGroup = 32;  // points that share a list of balls
+constexpr std::size_t kGroup = 32;  // points that use a common list of balls
 
-/// The balls that may matter at the points of a group, those that can come within e^-9 of the
-/// largest, side by side for vector code. One is used again for group after group, so that it keeps
+/// Balls that may matter at the points of a group (those that can come within e^-9 of the largest
+/// contribution), as structure of arrays. One object is reused for many groups, so that it keeps
 /// its memory.
 class GroupBalls {
  public:
@@ -32,24 +32,25 @@ class GroupBalls {
     }
     const Vector3d middle = (low + high) / 2;
     const double radius = (high - low).norm() / 2;
-    tops_.resize(all.size());
-    double min_top = -1e300;
+    upper_bounds_.resize(all.size());
+    double max_lower_bound = -1e300;
     for (std::size_t i = 0; i < all.size(); ++i) {
       const double distance = (all[i].root * (middle - all[i].center)).norm();
-      const double reach = norms[i] * radius;
-      const double near = std::max(0.0, distance - reach), far = distance + reach;
-      tops_[i] = all[i].w - near * near;
-      min_top = std::max(min_top, all[i].w - far * far);
+      const double extent = norms[i] * radius;
+      const double near = std::max(0.0, distance - extent), far = distance + extent;
+      upper_bounds_[i] = all[i].w - near * near;
+      max_lower_bound = std::max(max_lower_bound, all[i].w - far * far);
     }
     indices.clear();
     for (std::size_t i = 0; i < all.size(); ++i)
-      if (tops_[i] > min_top - kNegligible) indices.push_back(static_cast<std::uint32_t>(i));
-    numbers_.resize(13 * indices.size());
+      if (upper_bounds_[i] > max_lower_bound - kNegligible)
+        indices.push_back(static_cast<std::uint32_t>(i));
+    data_.resize(13 * indices.size());
     for (std::size_t k = 0; k < indices.size(); ++k) {
       const FitBall& ball = all[indices[k]];
-      double* at = numbers_.data() + k;
-      const auto put = [&](double number) {
-        *at = number;
+      double* at = data_.data() + k;
+      const auto put = [&](double value) {
+        *at = value;
         at += indices.size();
       };
       for (int r = 0; r < 3; ++r) put(ball.center[r]);
@@ -64,18 +65,18 @@ class GroupBalls {
   const double* w() const { return row(12); }
 
  private:
-  const double* row(std::size_t i) const { return numbers_.data() + i * indices.size(); }
-  std::vector<double> numbers_, tops_;
+  const double* row(std::size_t i) const { return data_.data() + i * indices.size(); }
+  std::vector<double> data_, upper_bounds_;
 };
 
-/// A point's residual as it counts.
+/// A point's residual and loss.
 struct Loss {
   double distance = 0;  ///< psi / steepness - target
-  double weight = 0;    ///< of its square, Huber's loss folded in (reweighted least squares)
+  double weight = 0;    ///< weight of its square, including Huber's loss (reweighted least squares)
   double cost = 0;
 };
 
-Loss loss_of(const FitPoint& point, double psi, double steepness, double length) {
+Loss compute_loss(const FitPoint& point, double psi, double steepness, double length) {
   Loss loss;
   loss.distance = psi / steepness - point.target;
   double weight = point.weight;
@@ -89,7 +90,8 @@ Loss loss_of(const FitPoint& point, double psi, double steepness, double length)
       if (loss.distance < 0) weight = 0;
       break;
     case FitPoint::Rule::kOffset:
-      // Steeper than a distance is harmless; flatter means that a second sheet is near.
+      // A field steeper than a distance is harmless; a flatter one means that a second sheet is
+      // near.
       if (loss.distance * point.target > 0) weight *= 0.2;
       break;
   }
@@ -99,27 +101,27 @@ Loss loss_of(const FitPoint& point, double psi, double steepness, double length)
   return loss;
 }
 
-std::vector<double> norms_of(const std::vector<FitBall>& balls) {
+std::vector<double> compute_norms(const std::vector<FitBall>& balls) {
   std::vector<double> norms;
   for (const FitBall& ball : balls) norms.push_back(ball.root.norm());
   return norms;
 }
 
-/// u = root d of every ball of a group, and its share q; like GroupBalls used again.
+/// Values per ball of a group: u = root d and the fraction q of the field. Reused like GroupBalls.
 class Terms {
  public:
   void resize(std::size_t balls) {
     size_ = balls;
-    numbers_.resize(5 * balls);
+    data_.resize(5 * balls);
   }
   std::size_t size() const { return size_; }
-  double* u(std::size_t axis) { return numbers_.data() + axis * size_; }
+  double* u(std::size_t axis) { return data_.data() + axis * size_; }
   double* q() { return u(3); }
-  double* part() { return u(4); }  ///< for sums
+  double* scratch() { return u(4); }  ///< temporary values for sums
 
  private:
   std::size_t size_ = 0;
-  std::vector<double> numbers_;
+  std::vector<double> data_;
 };
 struct Term {
   double q = 0;
@@ -128,9 +130,9 @@ struct Term {
 
 /// Calls f(group, points, count, balls, terms) for all groups from `first` on, in parallel.
 template <class F>
-void each_group(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
-                std::size_t first, const F& f) {
-  const std::vector<double> norms = norms_of(balls);
+void for_each_group(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
+                    std::size_t first, const F& f) {
+  const std::vector<double> norms = compute_norms(balls);
   const std::size_t groups = (points.size() + kGroup - 1) / kGroup;
   parallel_ranges(static_cast<std::int64_t>(groups - first), 8,
                   [&](std::int64_t begin, std::int64_t end) {
@@ -150,12 +152,12 @@ void each_group(const std::vector<FitBall>& balls, const std::vector<FitPoint>& 
 /// The entries of one group's rows.
 struct GroupRows {
   std::vector<std::uint32_t> balls;
-  std::vector<float> shares, derivatives;
+  std::vector<float> weights, derivatives;
 };
 
-/// e^x of each x <= 0, those below -50 as that. Without a branch, so that it becomes vector code;
-/// the same bits for any width of vectors (base/exact_math.h).
-void exponentials(double* x, std::size_t count) {
+/// Replaces each x <= 0 by e^x; values below -50 count as -50. Written without branches for
+/// vectorization; the result has the same bits for any vector width (base/exact_math.h).
+void exponentiate(double* x, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     const double a = x[i] > -50.0 ? x[i] : -50.0;
     const double shifted = a * (1 / exact::kLn2) + 0x1.8p52, n = shifted - 0x1.8p52;
@@ -178,8 +180,8 @@ void exponentials(double* x, std::size_t count) {
   }
 }
 
-/// In four sums, whatever the width of vectors.
-double sum_of(const double* x, std::size_t count) {
+/// Sums in four partial sums, independent of the vector width.
+double sum_in_lanes(const double* x, std::size_t count) {
   double sums[4] = {0, 0, 0, 0};
   std::size_t i = 0;
   for (; i + 4 <= count; i += 4)
@@ -188,7 +190,7 @@ double sum_of(const double* x, std::size_t count) {
   return (sums[0] + sums[1]) + (sums[2] + sums[3]);
 }
 
-double max_of(const double* x, std::size_t count) {
+double max_in_lanes(const double* x, std::size_t count) {
   double tops[4] = {x[0], x[0], x[0], x[0]};
   std::size_t i = 0;
   for (; i + 4 <= count; i += 4)
@@ -197,8 +199,9 @@ double max_of(const double* x, std::size_t count) {
   return std::max(std::max(tops[0], tops[1]), std::max(tops[2], tops[3]));
 }
 
-/// u = root (at - center), one number of all balls.
-void turn(const Vector3d& at, const GroupBalls& balls, std::size_t axis, double* __restrict u) {
+/// Computes one component of u = root (at - center) for all balls.
+void compute_u_component(const Vector3d& at, const GroupBalls& balls, std::size_t axis,
+                         double* __restrict u) {
   const double *c0 = balls.center(0), *c1 = balls.center(1), *c2 = balls.center(2);
   const double *r0 = balls.root(axis, 0), *r1 = balls.root(axis, 1), *r2 = balls.root(axis, 2);
   const double x = at[0], y = at[1], z = at[2];
@@ -206,54 +209,55 @@ void turn(const Vector3d& at, const GroupBalls& balls, std::size_t axis, double*
     u[k] = r0[k] * (x - c0[k]) + r1[k] * (y - c1[k]) + r2[k] * (z - c2[k]);
 }
 
-/// Fills u and, in place of q, the logarithms of the balls' strengths at a point; returns the
+/// Fills u and, in place of q, the logarithms of the balls' contributions at a point; returns the
 /// largest.
-double logarithms_at(const Vector3d& at, const GroupBalls& balls, Terms& terms) {
-  for (std::size_t axis = 0; axis < 3; ++axis) turn(at, balls, axis, terms.u(axis));
+double compute_logarithms(const Vector3d& at, const GroupBalls& balls, Terms& terms) {
+  for (std::size_t axis = 0; axis < 3; ++axis) compute_u_component(at, balls, axis, terms.u(axis));
   const double *u0 = terms.u(0), *u1 = terms.u(1), *u2 = terms.u(2), *w = balls.w();
   double* __restrict q = terms.q();
   for (std::size_t k = 0; k < balls.size(); ++k)
     q[k] = w[k] - u0[k] * u0[k] - u1[k] * u1[k] - u2[k] * u2[k];
-  return max_of(q, balls.size());
+  return max_in_lanes(q, balls.size());
 }
 
-/// Makes shares of the logarithms; returns psi.
-double shares_of(double top, Terms& terms) {
+/// Converts logarithms to fractions of the field; returns psi.
+double compute_weights(double top, Terms& terms) {
   double* q = terms.q();
   const std::size_t count = terms.size();
   for (std::size_t k = 0; k < count; ++k) q[k] -= top;
-  exponentials(q, count);
-  const double sum = sum_of(q, count);
+  exponentiate(q, count);
+  const double sum = sum_in_lanes(q, count);
   for (std::size_t k = 0; k < count; ++k) q[k] /= sum;
   return top + exact::log(sum);
 }
 
-Term term_of(Terms& terms, const FitBall& ball, std::size_t k) {
+Term make_term(Terms& terms, const FitBall& ball, std::size_t k) {
   Term term{terms.q()[k], {terms.u(0)[k], terms.u(1)[k], terms.u(2)[k]}, {}};
   term.slope.noalias() = ball.root.transpose() * term.u;
   return term;
 }
 
-/// d (psi / g) / d (w, c, D) times `factor`, g = |grad psi|. `along` = root grad / g; where the
-/// steepness is held at its least, `ratio` = psi / g is given as 0. With t = w - u^2,
-/// dg = q (dt (-2 slope . grad / g - g) + (grad / g) . d(-2 slope)).
+/// Derivative of psi / g with respect to (w, c, D), times `factor`, where g = |grad psi|. `along` =
+/// root grad / g; where the steepness is clamped, `ratio` = psi / g is 0. With t = w - u^2, dg = q
+/// (dt (-2 slope . grad / g - g) + (grad / g) . d(-2 slope)).
 struct Derivation {
   Vector3d direction = Vector3d::Zero();  ///< grad / g
   double steepness = 1, ratio = 0;
 };
-void derive(const Term& term, const FitBall& ball, const Derivation& at, double scale, int numbers,
-            float* out) {
+void derive(const Term& term, const FitBall& ball, const Derivation& at, double scale,
+            int parameters, float* out) {
   const double factor = scale * term.q / at.steepness;
   const Vector3d along = ball.root * at.direction;
-  const double by_t = 1 - at.ratio * (-2 * term.slope.dot(at.direction) - at.steepness);
-  const auto put = [&](double by_value, double by_slope) {
-    *out++ = static_cast<float>(factor * (by_t * by_value - at.ratio * by_slope));
+  const double t_factor = 1 - at.ratio * (-2 * term.slope.dot(at.direction) - at.steepness);
+  const auto put = [&](double value_derivative, double slope_derivative) {
+    *out++ =
+        static_cast<float>(factor * (t_factor * value_derivative - at.ratio * slope_derivative));
   };
   put(1, 0);
-  const Vector3d turned = ball.root.transpose() * along;
-  for (int i = 0; i < 3; ++i) put(2 * term.slope[i], 2 * turned[i]);
+  const Vector3d rotated_direction = ball.root.transpose() * along;
+  for (int i = 0; i < 3; ++i) put(2 * term.slope[i], 2 * rotated_direction[i]);
   const Vector3d& u = term.u;
-  if (numbers == kRoundNumbers) {
+  if (parameters == kRoundNumbers) {
     put(-u.squaredNorm(), -2 * along.dot(u));
     return;
   }
@@ -262,29 +266,30 @@ void derive(const Term& term, const FitBall& ball, const Derivation& at, double 
     put(-2 * u[i] * u[j], -2 * (along[i] * u[j] + along[j] * u[i]));
 }
 
-/// grad psi / -2.
-Vector3d half_slope(Terms& terms, const GroupBalls& balls) {
+/// Computes grad psi / -2.
+Vector3d compute_half_gradient(Terms& terms, const GroupBalls& balls) {
   Vector3d sum;
   const double *u0 = terms.u(0), *u1 = terms.u(1), *u2 = terms.u(2), *q = terms.q();
-  double* __restrict part = terms.part();
+  double* __restrict product = terms.scratch();
   for (std::size_t c = 0; c < 3; ++c) {
     const double *r0 = balls.root(0, c), *r1 = balls.root(1, c), *r2 = balls.root(2, c);
     for (std::size_t k = 0; k < balls.size(); ++k)
-      part[k] = q[k] * (r0[k] * u0[k] + r1[k] * u1[k] + r2[k] * u2[k]);
-    sum[static_cast<Eigen::Index>(c)] = sum_of(part, balls.size());
+      product[k] = q[k] * (r0[k] * u0[k] + r1[k] * u1[k] + r2[k] * u2[k]);
+    sum[static_cast<Eigen::Index>(c)] = sum_in_lanes(product, balls.size());
   }
   return sum;
 }
 
-/// Writes what `rows` has of point p, and adds its entries to `entries`. Returns its cost.
+/// Writes the per-point values of point p to `rows`, and appends its entries to `entries`. Returns
+/// its cost.
 double add_rows(std::size_t p, const FitPoint& point, const std::vector<FitBall>& all,
-                const GroupBalls& balls, Terms& terms, double length, int numbers, FitRows& rows,
+                const GroupBalls& balls, Terms& terms, double length, int parameters, FitRows& rows,
                 GroupRows& entries) {
-  const double psi = shares_of(logarithms_at(point.point, balls, terms), terms);
-  const Vector3d half = half_slope(terms, balls);
+  const double psi = compute_weights(compute_logarithms(point.point, balls, terms), terms);
+  const Vector3d half = compute_half_gradient(terms, balls);
   const double slope = 2 * half.norm();
   const double steepness = std::max(slope, 0.5 / length);
-  const Loss loss = loss_of(point, psi, steepness, length);
+  const Loss loss = compute_loss(point, psi, steepness, length);
   const double scale = std::sqrt(loss.weight);
   rows.residuals[p] = scale * loss.distance;
   rows.psi[p] = psi;
@@ -293,15 +298,15 @@ double add_rows(std::size_t p, const FitPoint& point, const std::vector<FitBall>
   if (slope == steepness) derivation.ratio = psi / steepness;
   const std::size_t before = entries.balls.size();
   for (std::size_t k = 0; scale > 0 && k < balls.size(); ++k) {
-    constexpr double kMinShare = 5e-3;
-    if (!(terms.q()[k] > kMinShare)) continue;
+    constexpr double kMinWeight = 5e-3;
+    if (!(terms.q()[k] > kMinWeight)) continue;
     const FitBall& ball = all[balls.indices[k]];
-    const Term term = term_of(terms, ball, k);
+    const Term term = make_term(terms, ball, k);
     entries.balls.push_back(balls.indices[k]);
-    entries.shares.push_back(static_cast<float>(term.q));
+    entries.weights.push_back(static_cast<float>(term.q));
     const std::size_t at = entries.derivatives.size();
-    entries.derivatives.resize(at + static_cast<std::size_t>(numbers));
-    derive(term, ball, derivation, scale, numbers, entries.derivatives.data() + at);
+    entries.derivatives.resize(at + static_cast<std::size_t>(parameters));
+    derive(term, ball, derivation, scale, parameters, entries.derivatives.data() + at);
   }
   rows.begins[p + 1] = static_cast<std::uint32_t>(entries.balls.size() - before);
   return loss.cost;
@@ -310,65 +315,66 @@ double add_rows(std::size_t p, const FitPoint& point, const std::vector<FitBall>
 }  // namespace
 
 void add_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
-                  double length, int numbers, FitRows& rows) {
-  // A group that was not full shares its list of balls with what is new.
-  const std::size_t first = rows.psi.size() / kGroup, kept = first * kGroup;
+                  double length, int parameters, FitRows& rows) {
+  // A group that was not full is evaluated again, because its list of balls depends on all points.
+  const std::size_t first = rows.psi.size() / kGroup, first_point = first * kGroup;
   const std::size_t groups = (points.size() + kGroup - 1) / kGroup;
   rows.begins.resize(points.size() + 1);
-  rows.balls.resize(rows.begins[kept]);
-  rows.shares.resize(rows.begins[kept]);
-  rows.derivatives.resize(rows.begins[kept] * static_cast<std::size_t>(numbers));
-  for (auto* numbers_of_points : {&rows.residuals, &rows.psi, &rows.steepness})
-    numbers_of_points->resize(points.size());
+  rows.balls.resize(rows.begins[first_point]);
+  rows.weights.resize(rows.begins[first_point]);
+  rows.derivatives.resize(rows.begins[first_point] * static_cast<std::size_t>(parameters));
+  for (auto* values : {&rows.residuals, &rows.psi, &rows.steepness}) values->resize(points.size());
   rows.group_costs.resize(groups);
-  std::vector<GroupRows> parts(groups - first);
-  each_group(balls, points, first,
-             [&](std::size_t g, const FitPoint* at, std::size_t count, const GroupBalls& near,
-                 Terms& terms) {
-               GroupRows& entries = parts[g - first];
-               constexpr std::size_t kUsual = 12;  // entries of a point
-               entries.balls.reserve(kUsual * count);
-               entries.shares.reserve(kUsual * count);
-               entries.derivatives.reserve(kUsual * count * static_cast<std::size_t>(numbers));
-               double cost = 0;
-               for (std::size_t i = 0; i < count; ++i)
-                 cost += add_rows(g * kGroup + i, at[i], balls, near, terms, length, numbers, rows,
-                                  entries);
-               rows.group_costs[g] = cost;
-             });
+  std::vector<GroupRows> group_rows(groups - first);
+  for_each_group(
+      balls, points, first,
+      [&](std::size_t g, const FitPoint* at, std::size_t count, const GroupBalls& near,
+          Terms& terms) {
+        GroupRows& entries = group_rows[g - first];
+        constexpr std::size_t kTypicalEntries = 12;  // typical number of entries per point
+        entries.balls.reserve(kTypicalEntries * count);
+        entries.weights.reserve(kTypicalEntries * count);
+        entries.derivatives.reserve(kTypicalEntries * count * static_cast<std::size_t>(parameters));
+        double cost = 0;
+        for (std::size_t i = 0; i < count; ++i)
+          cost += add_rows(g * kGroup + i, at[i], balls, near, terms, length, parameters, rows,
+                           entries);
+        rows.group_costs[g] = cost;
+      });
   const auto append = [](auto& to, const auto& from) {
     to.insert(to.end(), from.begin(), from.end());
   };
-  for (const GroupRows& part : parts) {
-    append(rows.balls, part.balls);
-    append(rows.shares, part.shares);
-    append(rows.derivatives, part.derivatives);
+  for (const GroupRows& group : group_rows) {
+    append(rows.balls, group.balls);
+    append(rows.weights, group.weights);
+    append(rows.derivatives, group.derivatives);
   }
-  for (std::size_t p = kept; p < points.size(); ++p) rows.begins[p + 1] += rows.begins[p];
+  for (std::size_t p = first_point; p < points.size(); ++p) rows.begins[p + 1] += rows.begins[p];
   rows.cost = 0;
   for (const double cost : rows.group_costs) rows.cost += cost;  // in order, whatever the threads
 }
 
-FitRows fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
-                 double length, int numbers) {
+FitRows make_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
+                      double length, int parameters) {
   FitRows rows;
-  add_fit_rows(balls, points, length, numbers, rows);
+  add_fit_rows(balls, points, length, parameters, rows);
   return rows;
 }
 
-std::vector<std::uint8_t> inside_field(const std::vector<FitBall>& balls,
-                                       const std::vector<FitPoint>& points) {
+std::vector<std::uint8_t> test_inside_field(const std::vector<FitBall>& balls,
+                                            const std::vector<FitPoint>& points) {
   std::vector<std::uint8_t> inside(points.size());
-  each_group(balls, points, 0,
-             [&](std::size_t g, const FitPoint* at, std::size_t count, const GroupBalls& near,
-                 Terms& terms) {
-               // psi = top + ln(sum), and the sum is between 1 and the number of balls.
-               const double most = exact::log(static_cast<double>(near.size())) + 1e-6;
-               for (std::size_t i = 0; i < count; ++i) {
-                 const double top = logarithms_at(at[i].point, near, terms);
-                 inside[g * kGroup + i] = top > 0 || (top + most > 0 && shares_of(top, terms) > 0);
-               }
-             });
+  for_each_group(balls, points, 0,
+                 [&](std::size_t g, const FitPoint* at, std::size_t count, const GroupBalls& near,
+                     Terms& terms) {
+                   // psi = top + ln(sum), and the sum is between 1 and the number of balls.
+                   const double max_log_sum = exact::log(static_cast<double>(near.size())) + 1e-6;
+                   for (std::size_t i = 0; i < count; ++i) {
+                     const double top = compute_logarithms(at[i].point, near, terms);
+                     inside[g * kGroup + i] =
+                         top > 0 || (top + max_log_sum > 0 && compute_weights(top, terms) > 0);
+                   }
+                 });
   return inside;
 }
 

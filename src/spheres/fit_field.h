@@ -9,63 +9,65 @@
 
 namespace polymorph {
 
-/// A ball while it is fitted: contributes exp(w - |root (x - center)|^2).
+/// A ball during the fit: contributes exp(w - |root (x - center)|^2).
 struct FitBall {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   Eigen::Matrix3d root = Eigen::Matrix3d::Identity();  ///< root^T root = a shape
   double w = 0;
 };
 
-/// Numbers of a ball: w, centre (3), and the symmetric D (6) of root <- (1 + D/2) root, or its one
-/// diagonal number for round balls.
+/// Number of parameters of a ball: w, centre (3), and the symmetric D (6) of root <- (1 + D/2)
+/// root, or the one diagonal value of D for round balls.
 inline constexpr int kEllipsoidNumbers = 10;
 inline constexpr int kRoundNumbers = 5;
 
-/// What is wanted at a point: psi / |grad psi| = target.
+/// A constraint at a point: psi / |grad psi| = target.
 struct FitPoint {
   enum class Rule : std::uint8_t {
-    kSurface,  ///< as it stands
-    kInside,   ///< at least the target: no residual where it is more
-    kOutside,  ///< at most the target
-    /// Offset samples: little weight on the side where the field only falls faster than a distance.
+    kSurface,  ///< equal to the target
+    kInside,   ///< no residual above the target
+    kOutside,  ///< no residual below the target
+    /// Offset samples: low weight where the field falls faster than a distance.
     kOffset,
   };
   Eigen::Vector3d point;
-  double target = 0;  ///< inside positive
-  double weight = 1;  ///< of the square
+  double target = 0;  ///< signed distance, positive inside
+  double weight = 1;  ///< weight of the squared residual
   Rule rule = Rule::kSurface;
 };
 
-/// Residuals at the points and the rows of J: which balls each depends on, and how.
+/// Residuals at the points and the rows of the Jacobian J, in sparse form: the entries of a point
+/// are the balls that it depends on.
 struct FitRows {
-  std::vector<double> residuals;            ///< one per point, already times the root of its weight
+  std::vector<double> residuals;            ///< one per point, times the root of its weight
   std::vector<double> psi;                  ///< one per point: ln of the field
   std::vector<double> steepness;            ///< one per point: |grad psi|, at least 0.5 / length
   std::vector<std::uint32_t> begins = {0};  ///< first entry of each point, and one past the end
-  std::vector<std::uint32_t> balls;         ///< of each entry
-  std::vector<float> shares;                ///< q of each entry
-  std::vector<float> derivatives;   ///< `numbers` of each entry, times the root of the weight
-  std::vector<double> group_costs;  ///< of 32 points each; they add up to:
+  std::vector<std::uint32_t> balls;         ///< ball index per entry
+  std::vector<float> weights;               ///< q per entry: the ball's fraction of the field
+  std::vector<float> derivatives;   ///< `parameters` values per entry, times the root of the weight
+  std::vector<double> group_costs;  ///< sums over 32 points each; they add up to:
   double cost = 0;                  ///< sum of Huber's loss
 
-  /// Forgets everything but the memory.
+  /// Clears everything but keeps the memory.
   void clear() {
-    for (auto* numbers : {&residuals, &psi, &steepness, &group_costs}) numbers->clear();
+    for (auto* parameters : {&residuals, &psi, &steepness, &group_costs}) parameters->clear();
     begins.assign(1, 0);
   }
 };
 
-/// `length` is the diagonal of the model's box; `numbers` of a ball 5 or 10.
-FitRows fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
-                 double length, int numbers);
+/// Computes the rows of all points. `length` is the diagonal of the model's box; `parameters` per
+/// ball: 5 or 10.
+FitRows make_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
+                      double length, int parameters);
 
-/// Adds the rows of the points that `rows` lacks, those beyond its number of points: what
-/// fit_rows() says of all, where `rows` is what it says of the first for the same balls.
+/// Adds rows for the points that `rows` lacks, those beyond its number of points. The balls must be
+/// the same as for the rows that are there.
 void add_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
-                  double length, int numbers, FitRows& rows);
+                  double length, int parameters, FitRows& rows);
 
-/// Whether the field is more than 1 at each of the points.
-std::vector<std::uint8_t> inside_field(const std::vector<FitBall>& balls,
-                                       const std::vector<FitPoint>& points);
+/// Tests at each point whether the field exceeds 1.
+std::vector<std::uint8_t> test_inside_field(const std::vector<FitBall>& balls,
+                                            const std::vector<FitPoint>& points);
 
 }  // namespace polymorph

@@ -11,14 +11,14 @@ namespace {
 
 using Vector = std::vector<double>;
 
-/// J by balls, copied: for each ball its entries, in the order of the points. What J^T times a
-/// vector reads lies side by side then, and each step reads it some twenty times.
-template <int kNumbers>
-struct ByBall {
+/// A copy of J sorted by ball, each ball's entries in the order of the points. Products with J^T
+/// then read contiguous memory, about twenty times per step.
+template <int kParameters>
+struct EntriesByBall {
   std::vector<std::uint32_t> begins, points;
   std::vector<float> derivatives;
 
-  ByBall(const FitRows& rows, std::size_t ball_count)
+  EntriesByBall(const FitRows& rows, std::size_t ball_count)
       : begins(ball_count + 1, 0), points(rows.balls.size()), derivatives(rows.derivatives.size()) {
     for (const std::uint32_t ball : rows.balls) ++begins[ball + 1];
     for (std::size_t i = 0; i < ball_count; ++i) begins[i + 1] += begins[i];
@@ -27,53 +27,55 @@ struct ByBall {
       for (std::uint32_t e = rows.begins[p]; e < rows.begins[p + 1]; ++e) {
         const std::size_t slot = next[rows.balls[e]]++;
         points[slot] = static_cast<std::uint32_t>(p);
-        std::memcpy(derivatives.data() + slot * kNumbers,
-                    rows.derivatives.data() + std::size_t{e} * kNumbers, sizeof(float) * kNumbers);
+        std::memcpy(derivatives.data() + slot * kParameters,
+                    rows.derivatives.data() + std::size_t{e} * kParameters,
+                    sizeof(float) * kParameters);
       }
   }
-  const float* at(std::size_t entry) const { return derivatives.data() + entry * kNumbers; }
+  const float* at(std::size_t entry) const { return derivatives.data() + entry * kParameters; }
 };
 
-/// The products with J and J^T that conjugate gradients need. kNumbers is known to the compiler, so
-/// the inner loops unroll.
-template <int kNumbers>
+/// Conjugate gradient solver with products with J and J^T. kParameters is a compile-time constant,
+/// so that inner loops unroll.
+template <int kParameters>
 class Solver {
-  using Block = Eigen::Matrix<double, kNumbers, kNumbers>;
-  using Column = Eigen::Matrix<double, kNumbers, 1>;
-  using Derivatives = Eigen::Map<const Eigen::Matrix<float, kNumbers, 1>>;
+  using Block = Eigen::Matrix<double, kParameters, kParameters>;
+  using Column = Eigen::Matrix<double, kParameters, 1>;
+  using Derivatives = Eigen::Map<const Eigen::Matrix<float, kParameters, 1>>;
 
  public:
   Solver(const FitRows& rows, std::size_t ball_count, double damping)
       : rows_(rows), by_ball_(rows, ball_count), ball_count_(ball_count) {
-    diagonal_.resize(ball_count * kNumbers);
+    diagonal_.resize(ball_count * kParameters);
     blocks_.resize(ball_count);
-    each_ball([&](std::size_t b) {
+    for_each_ball([&](std::size_t b) {
       Block block = Block::Zero();
       for (std::uint32_t i = by_ball_.begins[b]; i < by_ball_.begins[b + 1]; ++i) {
-        double d[kNumbers];
-        for (int k = 0; k < kNumbers; ++k) d[k] = static_cast<double>(by_ball_.at(i)[k]);
-        for (int column = 0; column < kNumbers; ++column)
-          for (int row = 0; row < kNumbers; ++row)
-            block.data()[column * kNumbers + row] += d[row] * d[column];
+        double d[kParameters];
+        for (int k = 0; k < kParameters; ++k) d[k] = static_cast<double>(by_ball_.at(i)[k]);
+        for (int column = 0; column < kParameters; ++column)
+          for (int row = 0; row < kParameters; ++row)
+            block.data()[column * kParameters + row] += d[row] * d[column];
       }
-      // The floor keeps numbers that nothing depends on where they are.
+      // The added floor keeps parameters unchanged on which no residual depends.
       const Column damped = damping * (block.diagonal().array() + 1e-9 * block.trace() + 1e-12);
       block.diagonal() += damped;
-      Eigen::Map<Column>(diagonal_.data() + b * kNumbers) = damped;
+      Eigen::Map<Column>(diagonal_.data() + b * kParameters) = damped;
       blocks_[b] = block.inverse();
     });
   }
 
   Vector solve() const {
     constexpr int kMaxSteps = 25;
-    constexpr double kTolerance = 0.1;  // of the residual: the step is damped and clamped anyway
+    constexpr double kTolerance =
+        0.1;  // relative to the residual: the step is damped and clamped anyway
     Vector negative(rows_.residuals.size());
     for (std::size_t i = 0; i < negative.size(); ++i) negative[i] = -rows_.residuals[i];
     Vector residual = transposed_times(negative);
     Vector step(residual.size(), 0.0), z = precondition(residual), direction = z;
     double rho = dot(residual, z);
-    const double enough = kTolerance * kTolerance * rho;
-    for (int k = 0; k < kMaxSteps && rho > enough && rho > 0; ++k) {
+    const double max_rho = kTolerance * kTolerance * rho;
+    for (int k = 0; k < kMaxSteps && rho > max_rho && rho > 0; ++k) {
       Vector image = transposed_times(times(direction));
       for (std::size_t i = 0; i < image.size(); ++i) image[i] += diagonal_[i] * direction[i];
       const double alpha = rho / dot(direction, image);
@@ -91,13 +93,13 @@ class Solver {
 
  private:
   template <class F>
-  void each_ball(const F& f) const {
+  void for_each_ball(const F& f) const {
     parallel_for(
         static_cast<std::int64_t>(ball_count_),
         [&](std::int64_t b) { f(static_cast<std::size_t>(b)); }, 8);
   }
   Derivatives derivatives(std::uint32_t entry) const {
-    return Derivatives(rows_.derivatives.data() + static_cast<std::size_t>(entry) * kNumbers);
+    return Derivatives(rows_.derivatives.data() + static_cast<std::size_t>(entry) * kParameters);
   }
   static double dot(const Vector& a, const Vector& b) {
     double sum = 0;
@@ -115,47 +117,47 @@ class Solver {
           float sum = 0;
           for (std::uint32_t e = rows_.begins[p]; e < rows_.begins[p + 1]; ++e)
             sum += derivatives(e).dot(
-                Derivatives(single.data() + std::size_t{rows_.balls[e]} * kNumbers));
+                Derivatives(single.data() + std::size_t{rows_.balls[e]} * kParameters));
           image[p] = static_cast<double>(sum);
         },
         1024);
     return image;
   }
   Vector transposed_times(const Vector& r) const {
-    Vector image(ball_count_ * kNumbers);
-    each_ball([&](std::size_t b) {
-      double sum[kNumbers] = {};
+    Vector image(ball_count_ * kParameters);
+    for_each_ball([&](std::size_t b) {
+      double sum[kParameters] = {};
       for (std::uint32_t i = by_ball_.begins[b]; i < by_ball_.begins[b + 1]; ++i) {
-        const double by = r[by_ball_.points[i]];
+        const double value = r[by_ball_.points[i]];
         const float* d = by_ball_.at(i);
-        for (int k = 0; k < kNumbers; ++k) sum[k] += by * static_cast<double>(d[k]);
+        for (int k = 0; k < kParameters; ++k) sum[k] += value * static_cast<double>(d[k]);
       }
-      std::copy_n(sum, kNumbers, image.begin() + static_cast<std::ptrdiff_t>(b * kNumbers));
+      std::copy_n(sum, kParameters, image.begin() + static_cast<std::ptrdiff_t>(b * kParameters));
     });
     return image;
   }
   Vector precondition(const Vector& r) const {
     Vector z(r.size());
-    each_ball([&](std::size_t b) {
-      Eigen::Map<Column>(z.data() + b * kNumbers).noalias() =
-          blocks_[b] * Eigen::Map<const Column>(r.data() + b * kNumbers);
+    for_each_ball([&](std::size_t b) {
+      Eigen::Map<Column>(z.data() + b * kParameters).noalias() =
+          blocks_[b] * Eigen::Map<const Column>(r.data() + b * kParameters);
     });
     return z;
   }
 
   const FitRows& rows_;
-  ByBall<kNumbers> by_ball_;
+  EntriesByBall<kParameters> by_ball_;
   std::size_t ball_count_;
-  Vector diagonal_;  // what damping adds
+  Vector diagonal_;  // added to J^T J by damping
   std::vector<Block> blocks_;
 };
 
 }  // namespace
 
-std::vector<double> damped_step(const FitRows& rows, std::size_t ball_count, int numbers,
-                                double damping) {
-  return numbers == kRoundNumbers ? Solver<kRoundNumbers>(rows, ball_count, damping).solve()
-                                  : Solver<kEllipsoidNumbers>(rows, ball_count, damping).solve();
+std::vector<double> solve_damped_step(const FitRows& rows, std::size_t ball_count, int parameters,
+                                      double damping) {
+  return parameters == kRoundNumbers ? Solver<kRoundNumbers>(rows, ball_count, damping).solve()
+                                     : Solver<kEllipsoidNumbers>(rows, ball_count, damping).solve();
 }
 
 }  // namespace polymorph

@@ -11,55 +11,55 @@
 namespace polymorph {
 namespace {
 
-std::vector<BoundarySample> every_nth(const std::vector<BoundarySample>& samples,
-                                      std::size_t count) {
+std::vector<BoundarySample> select_evenly(const std::vector<BoundarySample>& samples,
+                                          std::size_t count) {
   if (samples.size() <= count) return samples;
-  std::vector<BoundarySample> some(count);
-  for (std::size_t i = 0; i < count; ++i) some[i] = samples[i * samples.size() / count];
-  return some;
+  std::vector<BoundarySample> selection(count);
+  for (std::size_t i = 0; i < count; ++i) selection[i] = samples[i * samples.size() / count];
+  return selection;
 }
 
-/// Which samples each candidate ball holds, one bit per sample.
-struct Holds {
+/// Samples that each candidate ball covers, one bit per sample.
+struct Coverage {
   std::size_t words = 0;
   std::vector<std::uint64_t> bits;
-  const std::uint64_t* of(std::size_t candidate) const { return bits.data() + candidate * words; }
+  const std::uint64_t* row(std::size_t candidate) const { return bits.data() + candidate * words; }
 };
 
-Holds holds_at(const std::vector<BoundarySample>& samples, const std::vector<Sphere>& candidates,
-               float dilation) {
-  Holds holds{(samples.size() + 63) / 64, {}};
-  holds.bits.assign(candidates.size() * holds.words, 0);
+Coverage compute_coverage(const std::vector<BoundarySample>& samples,
+                          const std::vector<Sphere>& candidates, float dilation) {
+  Coverage coverage{(samples.size() + 63) / 64, {}};
+  coverage.bits.assign(candidates.size() * coverage.words, 0);
   parallel_for(
       static_cast<std::int64_t>(candidates.size()),
       [&](std::int64_t k) {
         const auto c = static_cast<std::size_t>(k);
-        const float reach = candidates[c].radius + dilation, reach2 = reach * reach;
-        std::uint64_t* row = holds.bits.data() + c * holds.words;
+        const float radius = candidates[c].radius + dilation, radius2 = radius * radius;
+        std::uint64_t* row = coverage.bits.data() + c * coverage.words;
         for (std::size_t i = 0; i < samples.size(); ++i) {
           const Vec3 d = samples[i].point - candidates[c].center;
-          row[i / 64] |= static_cast<std::uint64_t>(dot(d, d) <= reach2) << (i % 64);
+          row[i / 64] |= static_cast<std::uint64_t>(dot(d, d) <= radius2) << (i % 64);
         }
       },
       16);
-  return holds;
+  return coverage;
 }
 
-/// Candidates in the order in which they add most, until all samples are held or `max_count` are
-/// chosen.
-std::vector<std::size_t> greedy_cover(const Holds& holds, std::size_t candidates,
+/// Chooses candidates by the number of samples that they newly cover, until all samples are covered
+/// or `max_count` are chosen.
+std::vector<std::size_t> greedy_cover(const Coverage& coverage, std::size_t candidates,
                                       std::size_t sample_count, std::size_t max_count) {
-  std::vector<std::uint64_t> open(holds.words, ~0ull);
-  if (sample_count % 64) open.back() = (1ull << (sample_count % 64)) - 1;
-  const auto gain_of = [&](std::size_t c) {
+  std::vector<std::uint64_t> open_bits(coverage.words, ~0ull);
+  if (sample_count % 64) open_bits.back() = (1ull << (sample_count % 64)) - 1;
+  const auto compute_gain = [&](std::size_t c) {
     std::size_t gain = 0;
-    const std::uint64_t* row = holds.of(c);
-    for (std::size_t w = 0; w < holds.words; ++w)
-      gain += static_cast<std::size_t>(std::popcount(row[w] & open[w]));
+    const std::uint64_t* row = coverage.row(c);
+    for (std::size_t w = 0; w < coverage.words; ++w)
+      gain += static_cast<std::size_t>(std::popcount(row[w] & open_bits[w]));
     return gain;
   };
-  // A gain only falls while others are chosen, so an old one is an upper bound: look again only at
-  // the top (lazy greedy; Minoux 1978).
+  // Gains only decrease, so an old gain is an upper bound and only the top entry must be updated
+  // (lazy greedy; Minoux 1978).
   struct Entry {
     std::size_t gain, candidate;
     bool operator<(const Entry& o) const {
@@ -67,44 +67,44 @@ std::vector<std::size_t> greedy_cover(const Holds& holds, std::size_t candidates
     }
   };
   std::priority_queue<Entry> queue;
-  for (std::size_t c = 0; c < candidates; ++c) queue.push({gain_of(c), c});
+  for (std::size_t c = 0; c < candidates; ++c) queue.push({compute_gain(c), c});
   std::vector<std::size_t> chosen;
   while (chosen.size() < max_count && !queue.empty()) {
     Entry top = queue.top();
     queue.pop();
     if (top.gain == 0) break;
-    const std::size_t gain = gain_of(top.candidate);
+    const std::size_t gain = compute_gain(top.candidate);
     if (gain < top.gain) {
       queue.push({gain, top.candidate});
       continue;
     }
     chosen.push_back(top.candidate);
-    const std::uint64_t* row = holds.of(top.candidate);
-    for (std::size_t w = 0; w < holds.words; ++w) open[w] &= ~row[w];
+    const std::uint64_t* row = coverage.row(top.candidate);
+    for (std::size_t w = 0; w < coverage.words; ++w) open_bits[w] &= ~row[w];
   }
   return chosen;
 }
 
 }  // namespace
 
-std::vector<Sphere> medial_cover(const std::vector<BoundarySample>& all, std::size_t count) {
+std::vector<Sphere> make_medial_cover(const std::vector<BoundarySample>& all, std::size_t count) {
   if (all.empty() || count == 0) return {};
   const std::vector<BoundarySample> samples =
-      every_nth(all, std::clamp<std::size_t>(12 * count, 3000, 12000));
+      select_evenly(all, std::clamp<std::size_t>(12 * count, 3000, 12000));
   std::vector<Sphere> candidates;
   float largest = 0;
   for (const BoundarySample& s : samples) {
     candidates.push_back({s.point - s.normal * s.inner_radius, s.inner_radius});
     largest = std::max(largest, s.inner_radius);
   }
-  // The dilation at which `count` balls are just not enough: the last balls of that cover, which
-  // hold the fewest samples, are left out. So there are exactly `count`.
+  // Find the dilation at which `count` balls are just not enough, and drop the last balls of that
+  // cover, which cover the fewest samples. So there are exactly `count`.
   float low = 1e-4f * largest, high = largest;
-  std::vector<std::size_t> best =
-      greedy_cover(holds_at(samples, candidates, low), samples.size(), samples.size(), count + 1);
+  std::vector<std::size_t> best = greedy_cover(compute_coverage(samples, candidates, low),
+                                               samples.size(), samples.size(), count + 1);
   for (int step = 0; step < 8 && best.size() > count; ++step) {
     const float dilation = std::sqrt(low * high);
-    auto chosen = greedy_cover(holds_at(samples, candidates, dilation), samples.size(),
+    auto chosen = greedy_cover(compute_coverage(samples, candidates, dilation), samples.size(),
                                samples.size(), count + 1);
     if (chosen.size() > count) {
       low = dilation;
@@ -119,7 +119,7 @@ std::vector<Sphere> medial_cover(const std::vector<BoundarySample>& all, std::si
   return spheres;
 }
 
-SphereTree medial_tree(const std::vector<BoundarySample>& samples, std::size_t count) {
+SphereTree build_medial_tree(const std::vector<BoundarySample>& samples, std::size_t count) {
   std::vector<std::size_t> budgets{count};
   while (budgets.back() > 8) budgets.push_back(budgets.back() / 8);
   std::reverse(budgets.begin(), budgets.end());
@@ -127,7 +127,7 @@ SphereTree medial_tree(const std::vector<BoundarySample>& samples, std::size_t c
   std::size_t parents_begin = 0, parents_end = 0;
   for (std::size_t level = 0; level < budgets.size(); ++level) {
     const bool finest = level + 1 == budgets.size();
-    for (const Sphere& sphere : medial_cover(samples, budgets[level])) {
+    for (const Sphere& sphere : make_medial_cover(samples, budgets[level])) {
       SphereNode node{sphere, -1, static_cast<std::int16_t>(level), finest};
       float deepest = std::numeric_limits<float>::infinity();
       for (std::size_t p = parents_begin; p < parents_end; ++p) {

@@ -9,15 +9,16 @@
 
 namespace polymorph {
 
-/// `count` balls, or a few less where the samples allow no more, that cover the boundary samples:
-/// candidates are the samples' inner shrinking balls (Ma et al. 2012), chosen greedily by how many
-/// uncovered samples p they hold, |p - c| <= r + delta, with the dilation delta bisected so that
-/// `count` of them suffice. In the order in which they were chosen: any prefix is the cover's own
-/// coarser version.
-std::vector<Sphere> medial_cover(const std::vector<BoundarySample>& samples, std::size_t count);
+/// Covers the boundary samples with `count` balls, or a few less where the samples do not allow
+/// more. Candidates are the samples' inner shrinking balls (Ma et al. 2012), chosen greedily by the
+/// number of uncovered samples p that they contain, |p - c| <= r + delta; the dilation delta is
+/// bisected so that `count` of them suffice. The balls are in the order of their choice: any prefix
+/// is a coarser cover.
+std::vector<Sphere> make_medial_cover(const std::vector<BoundarySample>& samples,
+                                      std::size_t count);
 
-/// The tree: covers of count, count / 8, count / 64, ... balls, each ball the child of the coarser
-/// ball that it lies deepest in. The finest level is the flat list.
-SphereTree medial_tree(const std::vector<BoundarySample>& samples, std::size_t count);
+/// Builds a tree of covers of count, count / 8, count / 64, ... balls; the parent of a ball is the
+/// coarser ball that it lies deepest in. The finest level is the flat list.
+SphereTree build_medial_tree(const std::vector<BoundarySample>& samples, std::size_t count);
 
 }  // namespace polymorph

@@ -19,17 +19,17 @@ struct Counts {
   std::size_t model = 0, field = 0, both = 0;
 };
 
-/// Points of a jittered lattice through the model's box and a margin, each for `volume`.
+/// Points of a jittered lattice through the model's box and a margin; each represents `volume`.
 struct Lattice {
   std::vector<Vec3> points;
   double volume = 0;
 };
-Lattice lattice_around(const Model& model, double points_wanted) {
+Lattice make_lattice(const Model& model, double point_count) {
   const Box box = model.box();
   const float margin = 0.03f * box.diagonal();
   const Vec3 size = box.size() + Vec3{2, 2, 2} * margin, low = box.low - Vec3{1, 1, 1} * margin;
   const double step = cube_root(static_cast<double>(size.x) * static_cast<double>(size.y) *
-                                static_cast<double>(size.z) / points_wanted);
+                                static_cast<double>(size.z) / point_count);
   const auto steps = [&](float length) { return static_cast<int>(length / step) + 1; };
   const int nx = steps(size.x), ny = steps(size.y), nz = steps(size.z);
   Lattice lattice{{}, step * step * step};
@@ -48,11 +48,11 @@ Lattice lattice_around(const Model& model, double points_wanted) {
   return lattice;
 }
 
-/// How many points lie in the model, in the field, in both.
+/// Counts the points in the model, in the field, and in both.
 Result<Counts> count_lattice(const Model& model, const InsideTest& inside,
-                             const std::vector<Ball>& balls, FieldKind kind, double points_wanted) {
-  const std::vector<Vec3> points = lattice_around(model, points_wanted).points;
-  const std::vector<std::uint8_t> in = inside.inside(points);
+                             const std::vector<Ball>& balls, FieldKind kind, double point_count) {
+  const std::vector<Vec3> points = make_lattice(model, point_count).points;
+  const std::vector<std::uint8_t> is_inside = inside.inside(points);
   ExtractSettings settings;
   settings.field = kind;
   std::vector<float> values;
@@ -60,9 +60,9 @@ Result<Counts> count_lattice(const Model& model, const InsideTest& inside,
   Counts counts;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const bool field = values[i] > 1;
-    counts.model += in[i];
+    counts.model += is_inside[i];
     counts.field += field;
-    counts.both += field && in[i];
+    counts.both += field && is_inside[i];
   }
   return counts;
 }
@@ -71,8 +71,8 @@ struct Distances {
   double rms = 1, largest = 1;
 };
 
-Distances distances_of(const std::vector<Vec3>& points, const ClosestPointQuery& target,
-                       double diagonal, std::size_t rms_count) {
+Distances measure_distances(const std::vector<Vec3>& points, const ClosestPointQuery& target,
+                            double diagonal, std::size_t rms_count) {
   Distances result{0, 0};
   const std::vector<ClosestPoint> closest = target.closest(points);
   for (std::size_t i = 0; i < closest.size(); ++i) {
@@ -84,8 +84,8 @@ Distances distances_of(const std::vector<Vec3>& points, const ClosestPointQuery&
   return result;
 }
 
-/// Even samples of a mesh, then its vertices.
-std::vector<Vec3> points_of(const Mesh& mesh, std::size_t count) {
+/// Evenly distributed samples of a mesh, then its vertices.
+std::vector<Vec3> list_points(const Mesh& mesh, std::size_t count) {
   Model model;
   model.points = mesh.positions;
   model.triangles = mesh.triangles;
@@ -95,7 +95,7 @@ std::vector<Vec3> points_of(const Mesh& mesh, std::size_t count) {
   return points;
 }
 
-std::vector<Vec3> points_of(const std::vector<BoundarySample>& samples) {
+std::vector<Vec3> list_points(const std::vector<BoundarySample>& samples) {
   std::vector<Vec3> points;
   for (const BoundarySample& s : samples) points.push_back(s.point);
   return points;
@@ -117,40 +117,40 @@ Result<ApproximationQuality> measure_quality(const Model& model, const InsideTes
          extract_surface(*engine, balls,
                          std::max({size.x, size.y, size.z}) / static_cast<float>(grid), settings));
   PM_TRY(const Counts counts, count_lattice(model, inside, balls, kind, points));
-  ApproximationQuality figures;
-  figures.triangles = mesh.triangles.size();
+  ApproximationQuality quality;
+  quality.triangles = mesh.triangles.size();
   const auto count = [](std::size_t n) { return static_cast<double>(std::max<std::size_t>(n, 1)); };
-  figures.iou = static_cast<double>(counts.both) / count(counts.model + counts.field - counts.both);
-  figures.volume_ratio = static_cast<double>(counts.field) / count(counts.model);
+  quality.iou = static_cast<double>(counts.both) / count(counts.model + counts.field - counts.both);
+  quality.volume_ratio = static_cast<double>(counts.field) / count(counts.model);
   Distances to_model, to_surface;
   if (!mesh.triangles.empty()) {
-    to_model =
-        distances_of(points_of(mesh, kSamples), ClosestPointQuery(model), diagonal, kSamples);
-    const std::vector<Vec3> boundary = points_of(sample_boundary(model, inside, kSamples));
-    to_surface = distances_of(boundary, ClosestPointQuery(mesh.positions, mesh.triangles), diagonal,
-                              boundary.size());
+    to_model = measure_distances(list_points(mesh, kSamples), ClosestPointQuery(model), diagonal,
+                                 kSamples);
+    const std::vector<Vec3> boundary = list_points(sample_boundary(model, inside, kSamples));
+    to_surface = measure_distances(boundary, ClosestPointQuery(mesh.positions, mesh.triangles),
+                                   diagonal, boundary.size());
   }
-  figures.rms_to_model = to_model.rms;
-  figures.hausdorff_to_model = to_model.largest;
-  figures.rms_to_surface = to_surface.rms;
-  figures.hausdorff_to_surface = to_surface.largest;
-  return figures;
+  quality.rms_to_model = to_model.rms;
+  quality.hausdorff_to_model = to_model.largest;
+  quality.rms_to_surface = to_surface.rms;
+  quality.hausdorff_to_surface = to_surface.largest;
+  return quality;
 }
 
 std::string describe_bad_fit(const ApproximationQuality& quality) {
   constexpr double kMinOverlap = 0.7, kMaxDistance = 0.15;
-  const double far = std::max(quality.hausdorff_to_model, quality.hausdorff_to_surface);
-  if (quality.iou >= kMinOverlap && far <= kMaxDistance) return "";
+  const double max_distance = std::max(quality.hausdorff_to_model, quality.hausdorff_to_surface);
+  if (quality.iou >= kMinOverlap && max_distance <= kMaxDistance) return "";
   return fmt::format(
       "the balls stand badly for it: they overlap with it by {:.0f} % and are up to {:.0f} % of "
       "its "
       "size away - raise the number of balls, mend what `check` says of the model, or solidify it",
-      100 * quality.iou, 100 * far);
+      100 * quality.iou, 100 * max_distance);
 }
 
 Result<double> hausdorff_distance(const Model& model, const std::vector<BoundarySample>& samples,
                                   const Approximation& approximation) {
-  // Without a fit it is the spheres themselves that stand for the model.
+  // Without a fit the spheres themselves represent the model.
   const double diagonal = static_cast<double>(model.box().diagonal());
   if (approximation.balls.empty()) {
     double largest = 0;
@@ -168,18 +168,19 @@ Result<double> hausdorff_distance(const Model& model, const std::vector<Boundary
   PM_TRY(const Mesh mesh,
          extract_surface(*engine, approximation.balls, model.box().diagonal() / 300, {}));
   if (mesh.triangles.empty()) return 1.0;
-  const Distances out = distances_of(mesh.positions, ClosestPointQuery(model), diagonal, 0);
-  const Distances back = distances_of(
-      points_of(samples), ClosestPointQuery(mesh.positions, mesh.triangles), diagonal, 0);
+  const Distances out = measure_distances(mesh.positions, ClosestPointQuery(model), diagonal, 0);
+  const Distances back = measure_distances(
+      list_points(samples), ClosestPointQuery(mesh.positions, mesh.triangles), diagonal, 0);
   return std::max(out.largest, back.largest);
 }
 
 double solid_volume(const Model& model, const InsideTest& inside) {
   const Diagnosis diagnosis = diagnose(model);
   if (diagnosis.closed && diagnosis.shells == 1 && diagnosis.volume > 0) return diagnosis.volume;
-  const Lattice lattice = lattice_around(model, 2e5);
+  const Lattice lattice = make_lattice(model, 2e5);
   double volume = 0;
-  for (const std::uint8_t in : inside.inside(lattice.points)) volume += in * lattice.volume;
+  for (const std::uint8_t is_inside : inside.inside(lattice.points))
+    volume += is_inside * lattice.volume;
   return volume;
 }
 

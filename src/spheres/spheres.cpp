@@ -27,14 +27,14 @@ namespace {
 
 constexpr int kFinestResolution = 9;  // 2^24 cells
 
-/// What every step of an approximation looks at.
+/// A model with its inside test and boundary samples.
 struct Solid {
   const Model& model;
   InsideTest inside;
   std::vector<BoundarySample> samples;
 };
 
-Error no_boundary(const Model& model) {
+Error make_no_volume_error(const Model& model) {
   std::string reasons;
   for (const std::string& problem : describe_problems(diagnose(model))) reasons += "\n  " + problem;
   return make_error(ErrorCode::kInput,
@@ -44,75 +44,77 @@ Error no_boundary(const Model& model) {
                     model.name, reasons);
 }
 
-/// Enough samples that every number of a ball is well determined, and thin parts get some; of a
-/// coarse fit hardly so.
-std::size_t samples_for(std::size_t balls, bool coarse) {
+/// Chooses enough samples to determine every parameter of a ball and to cover thin parts; a coarse
+/// fit uses hardly enough.
+std::size_t choose_sample_count(std::size_t balls, bool coarse) {
   return coarse ? 1000 + 20 * balls : std::min<std::size_t>(3000 + 40 * balls, 60000);
 }
 
 Status sample(Solid& solid, std::size_t balls, bool coarse) {
-  solid.samples = sample_boundary(solid.model, solid.inside, samples_for(balls, coarse));
-  if (solid.samples.empty()) return no_boundary(solid.model);
+  solid.samples = sample_boundary(solid.model, solid.inside, choose_sample_count(balls, coarse));
+  if (solid.samples.empty()) return make_no_volume_error(solid.model);
   return Ok{};
 }
 
-/// Shifts all weights by one number so that the surface encloses what the model does.
-Result<std::vector<Ball>> with_volume(const Solid& solid, std::vector<Ball> balls) {
+/// Shifts all weights by the same amount so that the surface encloses the model's volume.
+Result<std::vector<Ball>> match_volume(const Solid& solid, std::vector<Ball> balls) {
   const auto engine = make_cpu_engine();
   const Box box = solid.model.box();
-  // Fine enough that the mesh's own flattening is below the tolerance.
+  // Fine enough that the volume lost by facets is below the tolerance.
   const float cell = box.diagonal() / 200;
   const ExtractSettings extract;
   const Diagnosis diagnosis = diagnose(solid.model);
   double volume = diagnosis.volume;
   if (!diagnosis.closed || diagnosis.shells != 1 || !(volume > 0)) {
-    // Open and overlapping parts: count points of one lattice in the model and in the field, so
-    // that what a lattice misses is missed in both.
+    // For open and overlapping parts count lattice points in the model and in the field; using the
+    // same lattice cancels its error.
     PM_TRY(const double ratio, lattice_volume_ratio(solid.model, solid.inside, balls));
     PM_TRY(const Mesh mesh, extract_surface(*engine, balls, cell, extract));
     volume = volume_of(mesh) / std::max(ratio, 1e-6);
   }
   if (!(volume > 0)) return balls;
   PM_TRY(const float iso, iso_for_volume(*engine, balls, cell, extract, volume));
-  return rescaled(std::move(balls), FieldKind::kGaussian, iso);
+  return rescale_balls(std::move(balls), FieldKind::kGaussian, iso);
 }
 
-Result<std::vector<Ball>> fitted(const Solid& solid, const std::vector<Sphere>& spheres,
-                                 const SphereSettings& settings) {
+Result<std::vector<Ball>> fit_spheres(const Solid& solid, const std::vector<Sphere>& spheres,
+                                      const SphereSettings& settings) {
   FitSettings fit;
   fit.ellipsoids = settings.fit == FitKind::kEllipsoid;
   if (settings.coarse) fit.iterations = 10, fit.rounds = 2, fit.passes = 1;
   PM_TRY(FitResult result, fit_balls(solid.model, solid.inside, solid.samples, spheres, fit));
-  PM_TRY(std::vector<Ball> balls, with_volume(solid, std::move(result.balls)));
-  return within_box(std::move(balls), solid.model.box());
+  PM_TRY(std::vector<Ball> balls, match_volume(solid, std::move(result.balls)));
+  return move_into_box(std::move(balls), solid.model.box());
 }
 
-Result<Approximation> medial_approximation(const Solid& solid, const SphereSettings& settings,
-                                           std::size_t count) {
-  Approximation result{medial_tree(solid.samples, count), {}};
+Result<Approximation> approximate_by_medial_balls(const Solid& solid,
+                                                  const SphereSettings& settings,
+                                                  std::size_t count) {
+  Approximation result{build_medial_tree(solid.samples, count), {}};
   if (settings.fit != FitKind::kNone) {
-    PM_TRY(result.balls, fitted(solid, result.tree.leaves(), settings));
+    PM_TRY(result.balls, fit_spheres(solid, result.tree.leaves(), settings));
   }
   return result;
 }
 
-/// The fewest medial balls that keep settings.error, by doubling and bisection of their number; the
-/// distance does not fall strictly with it, so this is the fewest to within an eighth.
-Result<Approximation> medial_to_error(Solid& solid, const SphereSettings& settings) {
+/// Finds the smallest number of medial balls that keeps settings.error, by doubling and bisection.
+/// The distance is not strictly monotonic in the number, so the result is the minimum to within an
+/// eighth.
+Result<Approximation> approximate_to_error(Solid& solid, const SphereSettings& settings) {
   constexpr std::size_t kMax = 2048;
-  struct Try {
+  struct Candidate {
     std::size_t count = 0;
     double error = 0;
     Approximation result;
   };
-  const auto attempt = [&](std::size_t count) -> Result<Try> {
+  const auto attempt = [&](std::size_t count) -> Result<Candidate> {
     PM_TRY_STATUS(sample(solid, count, settings.coarse));
-    PM_TRY(Approximation result, medial_approximation(solid, settings, count));
+    PM_TRY(Approximation result, approximate_by_medial_balls(solid, settings, count));
     PM_TRY(const double error, hausdorff_distance(solid.model, solid.samples, result));
-    return Try{count, error, std::move(result)};
+    return Candidate{count, error, std::move(result)};
   };
   std::size_t low = 8;
-  PM_TRY(Try best, attempt(16));
+  PM_TRY(Candidate best, attempt(16));
   while (best.error > settings.error && best.count < kMax) {
     low = best.count;
     PM_TRY(best, attempt(2 * best.count));
@@ -123,7 +125,7 @@ Result<Approximation> medial_to_error(Solid& solid, const SphereSettings& settin
     return std::move(best.result);
   }
   while (best.count - low > std::max<std::size_t>(2, best.count / 8)) {
-    PM_TRY(Try next, attempt((low + best.count) / 2));
+    PM_TRY(Candidate next, attempt((low + best.count) / 2));
     if (next.error <= settings.error)
       best = std::move(next);
     else
@@ -132,20 +134,20 @@ Result<Approximation> medial_to_error(Solid& solid, const SphereSettings& settin
   return std::move(best.result);
 }
 
-/// A closed model around a shell's faces, as thick as the surface of its distances at the default
-/// resolution is, or at that of previews.
-Result<Model> thickened(const Model& model, const InsideTest& inside, bool coarse) {
+/// Makes a closed model around a shell's faces, as thick as the surface of its distances at the
+/// default resolution, or at that of previews.
+Result<Model> thicken_shell(const Model& model, const InsideTest& inside, bool coarse) {
   const int resolution = SurfaceSettings{}.resolution;
   const auto cells = static_cast<float>(coarse ? resolution / 2 : resolution);
   const Vec3 size = model.box().size();
   const float cell = std::max({size.x, size.y, size.z}) / cells;
   if (!(cell > 0)) return make_error(ErrorCode::kInput, "model \"{}\" has no extent", model.name);
   const std::vector<FaceSide> sheets(model.triangles.size(), FaceSide::kSheet);
-  const auto distances = std::make_shared<const DistanceGrid>(signed_distances(
+  const auto distances = std::make_shared<const DistanceGrid>(compute_signed_distances(
       model, inside, ClosestPointQuery(model), sheets, 0.5f * cell, kThinnestPart * cell));
   const auto engine = make_cpu_engine();
   PM_TRY(Mesh mesh, extract_distances(*engine, distances, cell, {}));
-  if (mesh.triangles.empty()) return no_boundary(model);
+  if (mesh.triangles.empty()) return make_no_volume_error(model);
   log_debug("model \"{}\" is taken for a shell", model.name);
   Model shell;
   shell.name = model.name;
@@ -163,42 +165,42 @@ std::vector<Sphere> SphereTree::leaves() const {
   return spheres;
 }
 
-Result<std::optional<Model>> solid_stand_in(const Model& model, const SphereSettings& settings) {
+Result<std::optional<Model>> make_solid_proxy(const Model& model, const SphereSettings& settings) {
   if (settings.solidify) {
     PM_TRY(Model solid, solidify(model));
     return std::optional<Model>(std::move(solid));
   }
   if (diagnose(model).closed) return std::optional<Model>{};
   const InsideTest inside(model);
-  if (undecided_share(model, inside) < kShellShare) return std::optional<Model>{};
-  const std::optional<ClusteredModel> few = cluster_long_triangles(model);
-  // Where most of the faces are left out, it says little where exactly the others are.
-  const bool coarse = settings.coarse || (few && few->thinned);
-  PM_TRY(Model shell, thickened(few ? few->model : model, inside, coarse));
+  if (undecided_fraction(model, inside) < kMinShellFraction) return std::optional<Model>{};
+  const std::optional<ClusteredModel> clustered = cluster_long_triangles(model);
+  // If most faces were left out, the exact positions of the others do not matter.
+  const bool coarse = settings.coarse || (clustered && clustered->thinned);
+  PM_TRY(Model shell, thicken_shell(clustered ? clustered->model : model, inside, coarse));
   return std::optional<Model>(std::move(shell));
 }
 
 Result<Approximation> approximate(const Model& model, const SphereSettings& settings,
-                                  const std::optional<Model>* stand_in) {
+                                  const std::optional<Model>* proxy) {
   if (settings.resolution < 0 || settings.resolution > kFinestResolution)
     return make_error(ErrorCode::kInput,
                       "spheres.resolution {} is out of range - use 1 to {}, or 0 for automatic",
                       settings.resolution, kFinestResolution);
   if (model.triangles.empty())
     return make_error(ErrorCode::kInput, "model \"{}\" has no faces", model.name);
-  std::optional<Model> made;
-  if (!stand_in) {
-    PM_TRY(made, solid_stand_in(model, settings));
-    stand_in = &made;
+  std::optional<Model> own_proxy;
+  if (!proxy) {
+    PM_TRY(own_proxy, make_solid_proxy(model, settings));
+    proxy = &own_proxy;
   }
-  if (*stand_in) {
+  if (*proxy) {
     SphereSettings plain = settings;
     plain.solidify = false;
-    return approximate(**stand_in, plain);
+    return approximate(**proxy, plain);
   }
-  // Spheres and balls stand for the shape alone.
-  const std::optional<ClusteredModel> few = cluster_long_triangles(model);
-  const Model& shape = few ? few->model : model;
+  // Only the shape matters for spheres and balls.
+  const std::optional<ClusteredModel> clustered = cluster_long_triangles(model);
+  const Model& shape = clustered ? clustered->model : model;
   Solid solid{shape,
               settings.inside == InsideMethod::kParity ? InsideTest(shape, InsideRule::kParity)
                                                        : InsideTest(model, InsideRule::kWinding),
@@ -206,47 +208,48 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
   const bool fit = settings.fit != FitKind::kNone;
   const auto count = static_cast<std::size_t>(std::max(settings.balls, 1));
   if (settings.method == SphereMethod::kMedial && settings.error > 0)
-    return medial_to_error(solid, settings);
+    return approximate_to_error(solid, settings);
   if (settings.method == SphereMethod::kMedial) {
     PM_TRY_STATUS(sample(solid, count, settings.coarse));
-    return medial_approximation(solid, settings, count);
+    return approximate_by_medial_balls(solid, settings, count);
   }
   Approximation result;
   if (settings.method == SphereMethod::kHubbard) {
     HubbardSettings hubbard;
     hubbard.spheres = settings.balls;
-    PM_TRY(result.tree, hubbard_spheres(shape, solid.inside, hubbard));
+    PM_TRY(result.tree, build_hubbard_tree(shape, solid.inside, hubbard));
   } else {
-    PM_TRY(result.tree, cell_spheres(shape, solid.inside, settings, fit ? count : 8000));
+    PM_TRY(result.tree, build_cell_spheres(shape, solid.inside, settings, fit ? count : 8000));
   }
   if (fit) {
     const std::vector<Sphere> spheres = result.tree.leaves();
     PM_TRY_STATUS(sample(solid, spheres.size(), settings.coarse));
-    PM_TRY(result.balls, fitted(solid, spheres, settings));
+    PM_TRY(result.balls, fit_spheres(solid, spheres, settings));
   }
   return result;
 }
 
-Result<std::vector<Ball>> unfitted_balls(const std::vector<Sphere>& spheres, SphereMethod method,
-                                         double volume, FieldSettings field, float cell,
-                                         const ExtractSettings& extract, Engine& engine) {
+Result<std::vector<Ball>> make_unfitted_balls(const std::vector<Sphere>& spheres,
+                                              SphereMethod method, double volume,
+                                              FieldSettings field, float cell,
+                                              const ExtractSettings& extract, Engine& engine) {
   const bool cells = method == SphereMethod::kOctree || method == SphereMethod::kActive;
-  // Cells lie side by side and are to melt into one body; a cover's spheres overlap, and are the
-  // shape themselves.
+  // Spheres of cells do not overlap and must blend into one body; those of a cover overlap and
+  // already have the shape.
   if (field.blobbiness == 0) field.blobbiness = cells ? 0.12f : 6.0f;
-  std::vector<Ball> balls = balls_of(spheres, field);
+  std::vector<Ball> balls = convert_to_balls(spheres, field);
   if (field.kind == FieldKind::kGaussian && field.even && cells) {
-    PM_TRY(balls, evened(engine, std::move(balls), extract));
+    PM_TRY(balls, equalize_field(engine, std::move(balls), extract));
   }
   if (!field.match_volume || !(volume > 0)) return balls;
-  // A ball of infinite support is then at its sphere's radius, however large the constants are.
+  // At this level a ball of infinite support has its sphere's radius, whatever the constants are.
   const bool compact = visit(field.kind, [](auto kind) { return decltype(kind)::kCompactSupport; });
   const float start = !compact ? field.blob_constant * field.magnitude / field.threshold : 1.0f;
   PM_TRY(const float iso, iso_for_volume(engine, balls, cell, extract, volume, start));
-  return rescaled(std::move(balls), field.kind, iso);
+  return rescale_balls(std::move(balls), field.kind, iso);
 }
 
-std::vector<Ball> balls_of(const std::vector<Sphere>& spheres, const FieldSettings& field) {
+std::vector<Ball> convert_to_balls(const std::vector<Sphere>& spheres, const FieldSettings& field) {
   std::vector<Ball> balls;
   balls.reserve(spheres.size());
   const BallConstants constants{field.blobbiness, field.blob_constant, field.magnitude,

@@ -168,7 +168,7 @@ Result<int> run(const std::vector<std::string>& models, std::int64_t rays, bool 
               }
               MeshHitOf<Pack> met[2];
               scenes[d].closest(packs, met, n, false);
-              const std::uint32_t occluded = scenes[d].occluded(packs, n);
+              const std::uint32_t occluded = scenes[d].test_occlusion(packs, n);
               for (int i = 0; i < n; ++i) {
                 const MeshHitOf<Pack>& m = met[i / kLanes];
                 const int l = i % kLanes;

@@ -51,7 +51,7 @@ void time_stages(const Model& model, std::size_t balls, Row& row) {
   const InsideTest inside(model);
   const auto samples = sample_boundary(model, inside, 3000 + 40 * balls);
   const double sampled = now();
-  const auto spheres = medial_cover(samples, balls);
+  const auto spheres = make_medial_cover(samples, balls);
   const double covered = now();
   if (!fit_balls(model, inside, samples, spheres, {})) return;
   row.sample_seconds = sampled - start;

@@ -78,7 +78,7 @@ inline Creature creature(float limb_length, float spread, int balls_a_limb) {
 }
 
 inline double angle_between(const Mat3& a, const Mat3& b) {
-  return angle_of(transposed(a) * b) * 57.29577951308232;
+  return rotation_angle(transposed(a) * b) * 57.29577951308232;
 }
 
 }  // namespace polymorph

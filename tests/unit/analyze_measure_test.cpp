@@ -90,12 +90,12 @@ TEST(SimilarityOf, FindsTheTurnGrowthAndShiftOrNothing) {
   const Mat3 turn = exp_rotation(Vec3d{0.3, 1.2, -0.4});
   std::vector<Vec3> sent;
   for (const Vec3& p : points) sent.push_back(to_float(turn * Vec3d(p) * 2.5 + Vec3d{1, 2, 3}));
-  const auto fit = similarity_of(points, sent);
+  const auto fit = fit_similarity(points, sent);
   ASSERT_TRUE(fit);
   EXPECT_LT(angle_between(fit->rotation, turn), 1e-3);
   EXPECT_NEAR(fit->scale, 2.5, 1e-5);
   sent[3].x += 0.1f;
-  EXPECT_FALSE(similarity_of(points, sent));
+  EXPECT_FALSE(fit_similarity(points, sent));
 }
 
 }  // namespace

@@ -76,7 +76,7 @@ RoughnessScale own_scale(const Mesh& mesh, int resolution = 104) {
   return roughness_scale(box_of(mesh.positions), resolution);
 }
 Roughness roughness(const Mesh& mesh, int resolution = 104) {
-  return roughness_of(mesh, own_scale(mesh, resolution));
+  return measure_roughness(mesh, own_scale(mesh, resolution));
 }
 
 /// Balls on straight ways, the same for every version of plans and motions.
@@ -96,8 +96,8 @@ Mesh lumps_at(double u) {
 TEST(Occupancy, OfACubeIsItsVolume) {
   const Mesh cube = shape("cube");
   for (const double cell : {0.1, 0.037}) {
-    const CellValues values = occupancy_of(cube, cell, 0.3);
-    EXPECT_NEAR(sum_of(values) * cell * cell * cell, 8, 0.02);
+    const CellValues values = compute_occupancy(cube, cell, 0.3);
+    EXPECT_NEAR(sum_values(values) * cell * cell * cell, 8, 0.02);
     for (const float v : values.values) {
       ASSERT_GE(v, 0);
       ASSERT_LE(v, 1.0001f);
@@ -107,7 +107,7 @@ TEST(Occupancy, OfACubeIsItsVolume) {
 
 TEST(Occupancy, IsNothingWhereTheMeshIsOpen) {
   Mesh cube = shape("cube");
-  const double whole = sum_of(occupancy_of(cube, 0.1, 0.3));
+  const double whole = sum_values(compute_occupancy(cube, 0.1, 0.3));
   // Without one triangle the lines through it have no other end.
   std::erase_if(cube.triangles, [&](const Triangle& t) {
     return std::abs(cube.positions[t.v[0]].z - 1) + std::abs(cube.positions[t.v[1]].z - 1) +
@@ -115,23 +115,23 @@ TEST(Occupancy, IsNothingWhereTheMeshIsOpen) {
            1e-6f;
   });
   EXPECT_LT(cube.triangles.size(), shape("cube").triangles.size());
-  EXPECT_LT(sum_of(occupancy_of(cube, 0.1, 0.3)), 0.6 * whole);
-  EXPECT_TRUE(occupancy_of({}, 0.1, 0.3).values.empty());
+  EXPECT_LT(sum_values(compute_occupancy(cube, 0.1, 0.3)), 0.6 * whole);
+  EXPECT_TRUE(compute_occupancy({}, 0.1, 0.3).values.empty());
 }
 
 TEST(Smoothed, KeepsTheSumAndItsLevelTheVolume) {
-  const CellValues sharp = occupancy_of(bumpy_sphere(8), 0.04, 0.5);
-  const CellValues field = smoothed(sharp, 2, 4);
-  EXPECT_NEAR(sum_of(field) / sum_of(sharp), 1, 1e-5);
-  const float level = level_of_volume(field, sum_of(sharp));
+  const CellValues sharp = compute_occupancy(bumpy_sphere(8), 0.04, 0.5);
+  const CellValues field = smooth(sharp, 2, 4);
+  EXPECT_NEAR(sum_values(field) / sum_values(sharp), 1, 1e-5);
+  const float level = find_level_of_volume(field, sum_values(sharp));
   EXPECT_NEAR(level, 0.5f, 0.05f);
-  const IsoSurface surface = iso_surface(field, level);
+  const IsoSurface surface = extract_iso_surface(field, level);
   const Mesh mesh{surface.positions, std::vector<Vec3>(surface.positions.size()),
                   surface.triangles};
   const MeshReport report = check_mesh(mesh);
-  EXPECT_TRUE(report.manifold());
+  EXPECT_TRUE(report.is_manifold());
   EXPECT_EQ(report.genus, 0);
-  EXPECT_NEAR(report.volume / sum_of(sharp), 1, 0.01);
+  EXPECT_NEAR(report.volume / sum_values(sharp), 1, 0.01);
   double area = 0;
   for (const double a : vertex_areas(surface)) area += a;
   EXPECT_NEAR(area, report.area, 1e-3 * report.area);
@@ -192,7 +192,7 @@ TEST(Roughness, DoesNotDependOnSizeOrPlaceAndHardlyOnTheTurn) {
   EXPECT_NEAR(large.groove, r.groove, 0.02);
   EXPECT_NEAR(large.rho, r.rho, 1e-3 * r.rho);
   const Mesh turned = moved(mesh, 1, {3, -2, 5}, exp_rotation(Vec3d{0.5, -0.8, 0.7}));
-  const Roughness other = roughness_of(turned, own_scale(mesh));
+  const Roughness other = measure_roughness(turned, own_scale(mesh));
   EXPECT_NEAR(other.tac, r.tac, 0.02 * r.tac);
   EXPECT_NEAR(other.bumps, r.bumps, 1);
   EXPECT_NEAR(other.rho, r.rho, 0.02 * r.rho);
@@ -214,11 +214,11 @@ TEST(Roughness, IsTheSameForAnyNumberOfThreads) {
 TEST(Roughness, OfNothingAndNextToNothingIsZero) {
   EXPECT_EQ(roughness({}).tac, 0);
   const Mesh sphere = shape("sphere");
-  const Roughness crumb = roughness_of(moved(sphere, 0.001f, {}), own_scale(sphere));
+  const Roughness crumb = measure_roughness(moved(sphere, 0.001f, {}), own_scale(sphere));
   EXPECT_EQ(crumb.tac, 0);
   EXPECT_EQ(crumb.rho, 0);
   // Far larger than both ends: its cells are, too.
-  EXPECT_GT(roughness_of(moved(sphere, 20, {}), own_scale(sphere)).tac, 0);
+  EXPECT_GT(measure_roughness(moved(sphere, 20, {}), own_scale(sphere)).tac, 0);
 }
 
 TEST(Roughness, AgreesWithThePrototype) {
@@ -234,7 +234,7 @@ TEST(Roughness, AgreesWithThePrototype) {
   const RoughnessScale scale =
       roughness_scale(unite(box_of(frames.front().positions), box_of(frames.back().positions)));
   for (std::size_t k = 0; k < frames.size(); ++k) {
-    const Roughness r = roughness_of(frames[k], scale);
+    const Roughness r = measure_roughness(frames[k], scale);
     EXPECT_NEAR(r.tac, known[k].tac, 0.01 * known[k].tac) << k;
     EXPECT_NEAR(r.bumps, known[k].bumps, 1) << k;
     EXPECT_NEAR(r.groove, known[k].groove, 0.01 * known[k].groove) << k;

@@ -256,7 +256,7 @@ TEST(Hasher, DependsOnEveryByteAndOnWhereTextsEnd) {
 }
 
 TEST_F(FileTest, ASpoolGivesItsRunsBackInAnyOrder) {
-  auto spool = Spool::beside(folder / "made" / "x.bin");
+  auto spool = Spool::create_for(folder / "made" / "x.bin");
   ASSERT_TRUE(spool.ok()) << spool.error().message;
   std::string all;
   for (int i = 0; i < 300000; ++i) all += std::to_string(i) + " ";
@@ -264,8 +264,9 @@ TEST_F(FileTest, ASpoolGivesItsRunsBackInAnyOrder) {
   ASSERT_TRUE(spool->append("the end").ok());
   EXPECT_EQ(spool->size(), all.size() + 7);
   EXPECT_TRUE(fs::is_empty(folder / "made")) << "it has no name";
-  const ByteSource source = joined({source_of("head "), spool->source({{all.size(), 7}, {0, 0}}),
-                                    spool->source({{2, all.size() - 2}})});
+  const ByteSource source =
+      concatenate({make_source("head "), spool->source({{all.size(), 7}, {0, 0}}),
+                   spool->source({{2, all.size() - 2}})});
   ASSERT_TRUE(write_file(folder / "x.bin", source).ok());
   const auto back = read_file(folder / "x.bin");
   ASSERT_TRUE(back.ok());

@@ -18,13 +18,13 @@ std::string echoed(const std::string& word) {
 
 TEST(ShellQuote, PlainWordsStayAsTheyAre) {
   for (const char* word : {"scene.json", "out/frame.0001.exr", "image.samples=64"})
-    EXPECT_EQ(shell_quoted(word), word);
+    EXPECT_EQ(quote_for_shell(word), word);
 }
 
 TEST(ShellQuote, AShellReadsEveryWordBack) {
   for (const std::string word : {"", "two words", "it's", "$HOME", "a;b", "`id`", "a\"b", "*", "~",
                                  "#", "line\nbreak", "back\\slash", "out/frame.####.exr", "'"})
-    EXPECT_EQ(echoed(shell_quoted(word)), word);
+    EXPECT_EQ(echoed(quote_for_shell(word)), word);
 }
 
 }  // namespace

@@ -16,8 +16,8 @@ namespace {
 
 DistanceGrid distances_of(const Model& model, float cell, float thinnest) {
   const InsideTest inside(model);
-  return signed_distances(model, inside, ClosestPointQuery(model),
-                          classify_faces(model, inside, 0.02f * cell), cell, thinnest);
+  return compute_signed_distances(model, inside, ClosestPointQuery(model),
+                                  classify_faces(model, inside, 0.02f * cell), cell, thinnest);
 }
 
 /// The value at the grid point nearest to p, and where that is.
@@ -78,7 +78,7 @@ TEST(DistanceGrid, ASheetIsAsThickAsCellsCanShow) {
       extract_distances(*engine, std::make_shared<const DistanceGrid>(distances), 0.08f, {});
   ASSERT_TRUE(mesh.ok()) << mesh.error().message;
   const MeshReport report = check_mesh(*mesh);
-  EXPECT_TRUE(report.manifold());
+  EXPECT_TRUE(report.is_manifold());
   EXPECT_EQ(report.components, 1u);
   EXPECT_EQ(report.genus, 0) << "no holes";
   EXPECT_NEAR(report.area, 10, 1) << "both sides of the whole sheet, and its rim";

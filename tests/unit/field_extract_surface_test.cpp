@@ -26,7 +26,7 @@ Mesh tetrahedron() {
 
 TEST(CheckMesh, ATetrahedronIsClosedManifoldAndASphere) {
   const MeshReport report = check_mesh(tetrahedron());
-  EXPECT_TRUE(report.manifold());
+  EXPECT_TRUE(report.is_manifold());
   EXPECT_EQ(report.components, 1u);
   EXPECT_EQ(report.euler, 2);
   EXPECT_EQ(report.genus, 0);
@@ -48,9 +48,9 @@ TEST(CheckMesh, FindsHolesFlipsPinchesAndSlivers) {
        {Triangle{{0, 4, 5}}, Triangle{{0, 6, 4}}, Triangle{{0, 5, 6}}, Triangle{{4, 6, 5}}})
     pinched.triangles.push_back(t);
   const MeshReport report = check_mesh(pinched);
-  EXPECT_TRUE(report.closed());
+  EXPECT_TRUE(report.is_closed());
   EXPECT_EQ(report.pinched_vertices, 1u);
-  EXPECT_FALSE(report.manifold());
+  EXPECT_FALSE(report.is_manifold());
   Mesh sliver = tetrahedron();
   sliver.positions[3] = {0.5f, 0, 0};
   EXPECT_GE(check_mesh(sliver).degenerate_triangles, 1u);
@@ -72,7 +72,7 @@ TEST(Surface, ATorusOfBallsHasGenusOne) {
   const auto mesh = extract_surface(*make_cpu_engine(), balls, 0.06f, {});
   ASSERT_TRUE(mesh.ok());
   const MeshReport report = check_mesh(*mesh);
-  EXPECT_TRUE(report.manifold());
+  EXPECT_TRUE(report.is_manifold());
   EXPECT_EQ(report.genus, 1);
 }
 

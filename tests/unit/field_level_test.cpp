@@ -55,7 +55,7 @@ TEST(SurfaceBounds, TheSurfaceNeverReachesTheGridsBorder) {
       EXPECT_TRUE(p.x > bounds.low.x && p.x < bounds.high.x && p.y > bounds.low.y &&
                   p.y < bounds.high.y);
     }
-    EXPECT_TRUE(check_mesh(*mesh).manifold());
+    EXPECT_TRUE(check_mesh(*mesh).is_manifold());
   }
 }
 
@@ -81,7 +81,7 @@ TEST(IsoForVolume, FindsTheLevelOfTheWantedVolume) {
     const auto mesh = extract_surface(*engine, balls, 0.02f, settings);
     EXPECT_NEAR(volume_of(*mesh) / wanted, 1, 0.003);
     settings.iso = 1;
-    const auto same = extract_surface(*engine, rescaled(balls, kind, *iso), 0.02f, settings);
+    const auto same = extract_surface(*engine, rescale_balls(balls, kind, *iso), 0.02f, settings);
     EXPECT_NEAR(volume_of(*same) / wanted, 1, 0.003) << "rescaled balls have that surface at iso 1";
   }
 }
@@ -135,7 +135,7 @@ TEST(IsoForVolume, TakesFewSurfacesEvenNextToAVanishingOne) {
     std::vector<PassTime> pass_times() const override { return inner->pass_times(); }
   } engine;
   // A flat-topped field: a little too high a level and nothing is left.
-  const auto even = evened(engine, rod_and_block(), {});
+  const auto even = equalize_field(engine, rod_and_block(), {});
   ASSERT_TRUE(even.ok());
   const auto iso = iso_for_volume(engine, *even, 0.02f, {}, 0.22);
   ASSERT_TRUE(iso.ok());
@@ -149,12 +149,12 @@ TEST(Grown, RunsFromNothingToTheWholeSurface) {
   const auto engine = make_cpu_engine();
   ExtractSettings settings;
   const std::vector<Ball> balls{gaussian_ball({0, 0, 0}, 0.5f), gaussian_ball({0.3f, 0, 0}, 0.5f)};
-  const auto maximum = field_maximum(*engine, balls, settings);
+  const auto maximum = find_field_maximum(*engine, balls, settings);
   ASSERT_TRUE(maximum.ok());
   double before = 0;
   for (const float growth : {0.0f, 0.01f, 0.3f, 0.6f, 1.0f}) {
-    const auto mesh = extract_surface(*engine, grown(balls, FieldKind::kGaussian, growth, *maximum),
-                                      0.03f, settings);
+    const auto mesh = extract_surface(
+        *engine, grow_balls(balls, FieldKind::kGaussian, growth, *maximum), 0.03f, settings);
     ASSERT_TRUE(mesh.ok());
     const double volume = volume_of(*mesh);
     EXPECT_GE(volume, before);
@@ -167,7 +167,7 @@ TEST(Grown, RunsFromNothingToTheWholeSurface) {
 }
 
 TEST(Grown, AnInverseSquareBallsVisibleRadiusGrowsLinearly) {
-  const auto half = grown({{{0, 0, 0}, 1, 0.25f}}, FieldKind::kInverseSquare, 0.5f, 1);
+  const auto half = grow_balls({{{0, 0, 0}, 1, 0.25f}}, FieldKind::kInverseSquare, 0.5f, 1);
   EXPECT_FLOAT_EQ(std::sqrt(half[0].w), 0.25f);
 }
 
@@ -197,7 +197,7 @@ TEST(Evened, AThinPartStandsAsFirmAsABody) {
     return values[0] / values[1];
   };
   EXPECT_LT(middle_of_rod(balls), 0.35f);
-  const auto even = evened(*engine, balls, {});
+  const auto even = equalize_field(*engine, balls, {});
   ASSERT_TRUE(even.ok());
   EXPECT_GT(middle_of_rod(*even), 0.75f);
 }

@@ -41,7 +41,7 @@ float at(const DistanceGrid& thin, Vec3 p) {
 }
 
 TEST(Thinness, IsOfTheRodAndNotOfTheCube) {
-  const DistanceGrid thin = thinness(cube_with_rod(0.02f), kSize);
+  const DistanceGrid thin = compute_thinness(cube_with_rod(0.02f), kSize);
   // Its half thickness is 0.1 of 0.24; coarse cells are 0.08.
   const float rod = 1 - (0.1f / 0.24f) * (0.1f / 0.24f);
   for (const float x : {1.3f, 1.7f, 2.0f, 2.5f, 2.8f})
@@ -53,7 +53,7 @@ TEST(Thinness, IsOfTheRodAndNotOfTheCube) {
 }
 
 TEST(Thinness, FallsByOneOverATenthOfTheSize) {
-  const DistanceGrid thin = thinness(cube_with_rod(0.02f), kSize);
+  const DistanceGrid thin = compute_thinness(cube_with_rod(0.02f), kSize);
   const float rod = at(thin, {2, 0, 0});
   for (const float away : {0.1f, 0.2f, 0.3f})
     EXPECT_NEAR(at(thin, {2, away, 0}), rod - away / 0.4f, 0.12f) << away;
@@ -71,7 +71,7 @@ TEST(Thinness, OfAPlateIsLittle) {
       for (int x = 0; x < 121; ++x)
         plate.values.push_back(
             box_distance(grid_point(plate.grid, {x, y, z}), {0, 0, 0}, {1, 0.1f, 1}));
-  const DistanceGrid thin = thinness(plate, 2.83f);
+  const DistanceGrid thin = compute_thinness(plate, 2.83f);
   // 1 - (0.1 / 0.17)^2 = 0.65 in the middle by itself, more at the rim, so that less than 0.35 of
   // the plate is no thin part.
   EXPECT_GT(at(thin, {0, 0, 0}), 0.3f);
@@ -79,8 +79,8 @@ TEST(Thinness, OfAPlateIsLittle) {
 }
 
 TEST(Thinness, HardlyDependsOnTheCells) {
-  const DistanceGrid fine = thinness(cube_with_rod(0.02f), kSize),
-                     coarse = thinness(cube_with_rod(0.04f), kSize);
+  const DistanceGrid fine = compute_thinness(cube_with_rod(0.02f), kSize),
+                     coarse = compute_thinness(cube_with_rod(0.04f), kSize);
   for (float x = -1; x < 3; x += 0.1f)
     for (float y = 0; y < 0.5f; y += 0.1f)
       EXPECT_NEAR(at(fine, {x, y, 0}), at(coarse, {x, y, 0}), 0.25f) << x << " " << y;

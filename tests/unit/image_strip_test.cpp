@@ -109,13 +109,13 @@ TEST(Resize, AveragesWholePixels) {
 TEST(Font, EveryPrintableCharacterIsDrawnAndDifferent) {
   std::set<std::vector<int>> shapes;
   for (char c = 33; c < 127; ++c) {
-    const Glyph& glyph = glyph_of(c);
+    const Glyph& glyph = find_glyph(c);
     EXPECT_GE(glyph.width, 1) << c;
     EXPECT_LE(glyph.width, 6) << c;
     shapes.insert(std::vector<int>(glyph.rows.begin(), glyph.rows.end()));
   }
   EXPECT_EQ(shapes.size(), 94u);
-  for (char c = '0'; c <= '9'; ++c) EXPECT_EQ(glyph_of(c).width, 5) << "digits must line up";
+  for (char c = '0'; c <= '9'; ++c) EXPECT_EQ(find_glyph(c).width, 5) << "digits must line up";
 }
 
 TEST(Font, TextIsClippedAndOnlyDrawnOnColours) {
@@ -132,7 +132,7 @@ TEST(Font, TextIsClippedAndOnlyDrawnOnColours) {
   EXPECT_EQ(depth, 0.0f);
   EXPECT_EQ(text_width(""), 0);
   EXPECT_EQ(text_width("ab", 2), 2 * text_width("ab"));
-  EXPECT_EQ(text_width("\xc3\xa9"), glyph_of('\x01').width) << "one box for one character";
+  EXPECT_EQ(text_width("\xc3\xa9"), find_glyph('\x01').width) << "one box for one character";
 }
 
 }  // namespace

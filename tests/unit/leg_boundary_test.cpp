@@ -83,7 +83,7 @@ TEST_F(Blend, GoesFromTheModelToTheBallsWithoutAHole) {
   float before = 0;
   for (const float progress : {0.0f, 0.25f, 0.5f, 0.75f, 1.0f}) {
     const Mesh mesh = at(progress);
-    EXPECT_TRUE(check_mesh(mesh).closed()) << progress;
+    EXPECT_TRUE(check_mesh(mesh).is_closed()) << progress;
     float radius = 0;
     for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
       const Vec3 d = mesh.positions[i] - pair.balls[0].center;
@@ -106,7 +106,7 @@ TEST_F(Blend, FarApartAndOpenModelsStaySound) {
   prepare(given, given.model.box().size().x / 30);
   for (const float progress : {0.0f, 0.3f, 0.5f, 0.9f, 1.0f}) {
     const MeshReport report = check_mesh(at(progress));
-    EXPECT_TRUE(report.closed()) << progress;
+    EXPECT_TRUE(report.is_closed()) << progress;
     EXPECT_EQ(report.degenerate_triangles, 0u);
   }
 }

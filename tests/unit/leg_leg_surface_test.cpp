@@ -41,7 +41,7 @@ TEST_P(LegSurfaceTest, TheVolumeGoesFromOneObjectsToTheOthers) {
     EXPECT_EQ(surface->state.time, time);
     const auto u = static_cast<double>(surface->state.u);
     EXPECT_NEAR(volume_of(surface->mesh) / ((1 - u) * from + u * to), 1, 0.01) << time;
-    EXPECT_TRUE(check_mesh(surface->mesh).closed()) << time;
+    EXPECT_TRUE(check_mesh(surface->mesh).is_closed()) << time;
   }
 }
 

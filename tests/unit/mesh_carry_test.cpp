@@ -31,7 +31,7 @@ Mesh shape(const std::string& name) {
 
 float largest(const Deviation& deviation) {
   float most = 0;
-  for (const Deviation::OfTriangle& of : deviation.triangles) most = std::max(most, of.distance);
+  for (const Deviation::PerTriangle& t : deviation.triangles) most = std::max(most, t.distance);
   return most;
 }
 
@@ -45,7 +45,8 @@ TEST(Deviation, FindsWhatCornersAndMiddlesMiss) {
                                     {-9, 9, 0},  {deepest, 9, -0.1f},  {9, 9, 0}};
   const std::vector<Triangle> sides = {{{0, 1, 4}}, {{0, 4, 3}}, {{1, 2, 5}}, {{1, 5, 4}}};
   const ClosestPointQuery tree(valley, sides);
-  const Deviation d = deviation(square, halves, {valley, sides, tree}, {0.001f, 0.0001f, 1});
+  const Deviation d =
+      measure_deviation(square, halves, {valley, sides, tree}, {0.001f, 0.0001f, 1});
   // The distance of (0.3, y, 0) from the steeper side.
   const float slope = 0.1f / (9 - deepest), truth = 0.1f / std::sqrt(1 + slope * slope);
   EXPECT_GE(largest(d), truth * 0.999f);
@@ -57,7 +58,8 @@ TEST(Deviation, BoundsEveryPoint) {
   const ClosestPointQuery tree(cube.positions, cube.triangles);
   const MeshQuery other{cube.positions, cube.triangles, tree};
   const float precision = 0.005f;
-  const Deviation d = deviation(ball.positions, ball.triangles, other, {0.01f, precision, 1});
+  const Deviation d =
+      measure_deviation(ball.positions, ball.triangles, other, {0.01f, precision, 1});
   for (std::size_t f = 0; f < ball.triangles.size(); ++f) {
     const Triangle& t = ball.triangles[f];
     float most = 0;
@@ -83,7 +85,7 @@ TEST(HalveTriangles, KeepsTheSurfaceAndItsClosedness) {
     halved.positions.push_back((cube.positions[a] + cube.positions[b]) * 0.5f);
   const MeshReport before = check_mesh(cube), after = check_mesh(halved);
   EXPECT_GE(after.triangles, before.triangles + 2 * chosen.size());
-  EXPECT_TRUE(after.manifold());
+  EXPECT_TRUE(after.is_manifold());
   EXPECT_EQ(after.genus, before.genus);
   EXPECT_NEAR(after.area, before.area, 1e-4);
   EXPECT_NEAR(after.volume, before.volume, 1e-4);
@@ -100,7 +102,7 @@ TEST(CarryMeter, MeasuresAgainWhatHasMoved) {
   points[7] = place + target.surface.normals[7] * 0.1f;
   const CarryMeasure out = meter.measure(points, triangles);
   EXPECT_NEAR(out.fault.distance, 0.1f, 0.005f);
-  EXPECT_LT(length(out.fault.place - points[7]), 0.01f);
+  EXPECT_LT(length(out.fault.position - points[7]), 0.01f);
   const CarryFault fresh = CarryMeter(target, limit).measure(points, triangles).fault;
   EXPECT_NEAR(out.fault.distance, fresh.distance, 0.02f * limit);
   EXPECT_EQ(out.fault.inverted, fresh.inverted);

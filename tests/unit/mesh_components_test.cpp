@@ -21,7 +21,7 @@ TEST(Components, SmallOnesAreRemovedAndLargeOnesKept) {
   Mesh mesh = whole;
   EXPECT_EQ(remove_small_components(mesh, 1e-3), 1u);
   const MeshReport report = check_mesh(mesh);
-  EXPECT_TRUE(report.closed());
+  EXPECT_TRUE(report.is_closed());
   EXPECT_EQ(report.components, 2u);
   EXPECT_EQ(mesh.normals.size(), mesh.positions.size());
   for (const Vec3 p : mesh.positions) EXPECT_GT(p.x, -1.5f);

@@ -43,7 +43,7 @@ TEST(Edges, SidesOfNoLengthAreLeftOut) {
 
 TEST(Edges, NeighboursLieAcrossTheSidesAndATriangleIsItsOwnWhereThereIsNone) {
   const std::vector<Triangle> pair = {{{0, 1, 2}}, {{2, 1, 3}}};
-  const std::vector<Triangle> beside = neighbours_of(pair);
+  const std::vector<Triangle> beside = find_neighbours(pair);
   EXPECT_EQ(beside[0].v[0], 0u);
   EXPECT_EQ(beside[0].v[1], 1u);  // from 1 to 2
   EXPECT_EQ(beside[0].v[2], 0u);

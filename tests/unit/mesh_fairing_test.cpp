@@ -40,7 +40,7 @@ TEST(Fairing, APeakIsFlattenedAndWhatIsFarFromItStays) {
     moved += !(mesh.positions[v] == sound.positions[v]);
   EXPECT_LT(moved, 40u);
   EXPECT_GT(dot(mesh.normals[0], sound.normals[0]), 0.95f);
-  EXPECT_TRUE(check_mesh(mesh).manifold());
+  EXPECT_TRUE(check_mesh(mesh).is_manifold());
 }
 
 }  // namespace

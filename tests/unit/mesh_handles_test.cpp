@@ -43,10 +43,10 @@ Mesh torus(float ring, float tube) {
 
 void expect_sound(const Mesh& mesh, std::size_t components, long long genus) {
   const MeshReport report = check_mesh(mesh);
-  EXPECT_TRUE(report.manifold());
+  EXPECT_TRUE(report.is_manifold());
   EXPECT_EQ(report.components, components);
   EXPECT_EQ(report.genus, genus);
-  EXPECT_EQ(genus_of(mesh), genus);
+  EXPECT_EQ(compute_genus(mesh), genus);
   ASSERT_EQ(mesh.normals.size(), mesh.positions.size());
   for (const Vec3 n : mesh.normals) EXPECT_NEAR(length(n), 1, 1e-4);
 }

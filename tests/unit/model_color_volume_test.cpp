@@ -64,7 +64,7 @@ TEST(ColorVolume, LeavesOutHiddenFaces) {
   const std::vector<FaceSide> sides = classify_faces(model, InsideTest(model), 0.01f);
   for (std::size_t t = 0; t < 24; ++t)
     EXPECT_EQ(sides[t], t < 12 ? FaceSide::kBoundary : FaceSide::kHidden) << t;
-  EXPECT_EQ(outer_faces(sides).size(), 12u);
+  EXPECT_EQ(list_outer_faces(sides).size(), 12u);
   const Vec3 seen = make_color_volume(model, sides).at({1, 1, 1.4f});
   EXPECT_EQ(seen.x, 0) << "the inner box is not seen";
   EXPECT_GT(make_color_volume(model, all_bounding(model)).at({1, 1, 1.4f}).x, 0.3f);

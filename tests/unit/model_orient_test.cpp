@@ -34,8 +34,8 @@ TEST(OrientFaces, LeavesWhatIsRight) {
   Model model = shape("torus");
   const Model before = model;
   const Orientation faces = orient_faces(model);
-  EXPECT_EQ(faces.turned, 0u);
-  EXPECT_EQ(faces.of, before.triangles.size());
+  EXPECT_EQ(faces.flipped, 0u);
+  EXPECT_EQ(faces.faces, before.triangles.size());
   EXPECT_TRUE(same_faces(model, before));
 }
 
@@ -46,7 +46,7 @@ TEST(OrientFaces, MendsFacesTurnedAtRandom) {
     std::size_t turned = 0;
     for (std::size_t t = 0; t < model.triangles.size(); ++t)
       if (random_float(3, 0, t) < share) turn(model, t), ++turned;
-    EXPECT_EQ(orient_faces(model).turned, turned) << share;
+    EXPECT_EQ(orient_faces(model).flipped, turned) << share;
     EXPECT_TRUE(diagnose(model).closed);
     EXPECT_GT(volume_of(model), 0) << share;
   }
@@ -61,7 +61,7 @@ TEST(OrientFaces, MendsAnOpenModel) {
   orient_faces(model);
   EXPECT_TRUE(same_faces(model, good));
   for (std::size_t t = 0; t < model.triangles.size(); ++t) turn(model, t);
-  EXPECT_EQ(orient_faces(model).turned, model.triangles.size()) << "inside out as a whole";
+  EXPECT_EQ(orient_faces(model).flipped, model.triangles.size()) << "inside out as a whole";
   EXPECT_TRUE(same_faces(model, good));
 }
 
@@ -69,7 +69,7 @@ TEST(OrientFaces, TellsCavitiesFromBodies) {
   Model model = box_model({0, 0, 0}, {4, 4, 4});
   add_box(model, {1, 1, 1}, {2, 2, 2}, true);  // a cavity
   add_box(model, {6, 0, 0}, {7, 1, 1}, true);  // a body, inside out
-  EXPECT_EQ(orient_faces(model).turned, 12u);
+  EXPECT_EQ(orient_faces(model).flipped, 12u);
   EXPECT_NEAR(volume_of(model), 64 - 1 + 1, 1e-5);
   EXPECT_EQ(diagnose(model).inverted_shells, 0u);
 }
@@ -85,7 +85,7 @@ TEST(OrientFaces, ACupsInnerWallStays) {
   for (const Triangle& t : inner.triangles)
     cup.triangles.push_back({{t.v[0] + 8, t.v[1] + 8, t.v[2] + 8}});
   cup.points.insert(cup.points.end(), inner.points.begin(), inner.points.end());
-  EXPECT_EQ(orient_faces(cup).turned, 0u);
+  EXPECT_EQ(orient_faces(cup).flipped, 0u);
 }
 
 TEST(OrientFaces, SheetsAndMoebiusStripsStay) {
@@ -103,11 +103,11 @@ TEST(OrientFaces, SheetsAndMoebiusStripsStay) {
     strip.triangles.push_back({{a, c, b}});
     strip.triangles.push_back({{b, c, d}});
   }
-  EXPECT_EQ(orient_faces(strip).turned, 0u);
+  EXPECT_EQ(orient_faces(strip).flipped, 0u);
   Model sheet;
   sheet.points = {{0, 0, 0}, {1, 0, 0.1f}, {1, 1, 0}, {0, 1, 0.1f}};
   sheet.triangles = {{{0, 1, 2}}, {{0, 2, 3}}};
-  EXPECT_EQ(orient_faces(sheet).turned, 0u);
+  EXPECT_EQ(orient_faces(sheet).flipped, 0u);
 }
 
 TEST(OrientFaces, NormalsFollowUnlessTheyWereRight) {

@@ -7,7 +7,7 @@
 namespace polymorph {
 namespace {
 
-double undecided(const Model& model) { return undecided_share(model, InsideTest(model)); }
+double undecided(const Model& model) { return undecided_fraction(model, InsideTest(model)); }
 
 TEST(Shell, AClosedModelIsDecided) { EXPECT_EQ(undecided(box_model({-1, 0, 2}, {1, 1, 3})), 0); }
 
@@ -26,7 +26,7 @@ TEST(Shell, SoIsOneWithASmallHole) {
 TEST(Shell, OpenSheetsAndTurnedFacesAreNot) {
   Model lid_off = box_model({0, 0, 0}, {1, 1, 1});
   lid_off.triangles.resize(6);  // three of six sides
-  EXPECT_GT(undecided(lid_off), kShellShare);
+  EXPECT_GT(undecided(lid_off), kMinShellFraction);
   Model sheet;
   sheet.points = {{0, 0, 0}, {1, 0, 0.1f}, {1, 1, 0}, {0, 1, 0.1f}};
   sheet.triangles = {{{0, 1, 2}}, {{0, 2, 3}}};

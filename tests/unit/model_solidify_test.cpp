@@ -145,7 +145,7 @@ TEST(Voxels, DistancesAreExact) {
   const std::array<Int3, 3> seeds{Int3{2, 3, 4}, Int3{12, 8, 0}, Int3{7, 0, 10}};
   Voxels voxels{grid, {}, {}};
   for (const Int3 s : seeds) seed[voxels.index(s.x, s.y, s.z)] = 1;
-  const std::vector<float> distances = distances_to(grid, seed);
+  const std::vector<float> distances = compute_distances(grid, seed);
   for (int z = 0; z < 11; ++z)
     for (int y = 0; y < 9; ++y)
       for (int x = 0; x < 13; ++x) {
@@ -171,7 +171,7 @@ TEST(Voxels, AnySetOfVoxelsGetsAClosedManifoldSurface) {
           voxels.solid[voxels.index(x, y, z)] = value > 0;
         }
     make_manifold(voxels);
-    VoxelSurface surface = surface_nets(voxels);
+    VoxelSurface surface = make_surface_nets(voxels);
     Model model;
     model.points = surface.points;
     model.triangles = surface.triangles;

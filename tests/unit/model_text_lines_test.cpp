@@ -69,7 +69,7 @@ TEST(ParseReal, SaysWhatIsWrong) {
 
 TEST(CheckedText, TellsBinaryAndUtf16AndOtherFormatsApart) {
   const auto message = [](std::string_view bytes) {
-    const auto text = checked_text(bytes, "x.obj");
+    const auto text = check_text(bytes, "x.obj");
     return text ? std::string() : text.error().message;
   };
   EXPECT_EQ(message("v 1 2 3\r\n\tf \xe9t\xe9\n"), "");
@@ -83,8 +83,8 @@ TEST(CheckedText, TellsBinaryAndUtf16AndOtherFormatsApart) {
   EXPECT_NE(message(std::string_view("\xff\xfev\0", 4)).find("UTF-16"), std::string::npos);
   EXPECT_NE(message("ply\nformat ascii 1.0\n").find("PLY"), std::string::npos);
   EXPECT_NE(message("\x89PNG\r\n\x1a\n").find("PNG"), std::string::npos);
-  EXPECT_EQ(*checked_text("\xef\xbb\xbfv 1", "x.obj"), "v 1");
-  EXPECT_EQ(*checked_text("v 1\x1a", "x.obj"), "v 1");
+  EXPECT_EQ(*check_text("\xef\xbb\xbfv 1", "x.obj"), "v 1");
+  EXPECT_EQ(*check_text("v 1\x1a", "x.obj"), "v 1");
 }
 
 TEST(ErrorList, SortsByLineAndStopsAtTheLimit) {

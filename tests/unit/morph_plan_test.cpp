@@ -131,7 +131,7 @@ double tilt(const MorphPlan& plan) {
 TEST(Alignment, OnlyACopyIsTippedOver) {
   const Mat3 tip = exp_rotation({1.2, 0, 0.4});
   const MorphPlan copy = plan_of(bar(), moved(bar(), tip, 1, {}), {});
-  EXPECT_NEAR(angle_of(copy.alignment.rotation), angle_of(tip), 1e-3);
+  EXPECT_NEAR(rotation_angle(copy.alignment.rotation), rotation_angle(tip), 1e-3);
   // A bar that lies and a post that stands, with a knob on another side and of another size: laying
   // the one on the other would be cheap.
   std::vector<Ball> post;
@@ -153,7 +153,7 @@ TEST(Alignment, TurnsAboutTheVerticalAreFound) {
   for (const double angle : {0.5, 1.6, 3.0, -2.2}) {
     const Mat3 turn = exp_rotation({0, angle, 0});
     const MorphPlan plan = plan_of(bar(), moved(bar(), turn, 1, {}), {});
-    EXPECT_NEAR(angle_of(transposed(turn) * plan.alignment.rotation), 0, 1e-3) << angle;
+    EXPECT_NEAR(rotation_angle(transposed(turn) * plan.alignment.rotation), 0, 1e-3) << angle;
   }
 }
 
@@ -222,7 +222,7 @@ TEST(TransportPlan, TheCentresOfFewBallsDoNotScale) {
 
 TEST(TransportPlan, AnObjectAndItselfStayUnturned) {
   const MorphPlan plan = plan_of(bar(), bar(), {});
-  EXPECT_EQ(angle_of(plan.alignment.rotation), 0);
+  EXPECT_EQ(rotation_angle(plan.alignment.rotation), 0);
   EXPECT_EQ(plan.alignment.scale, 1);
   for (const float time : {0.0f, 0.3f, 0.5f, 1.0f}) {
     const std::vector<Ball> balls = balls_at(plan, time);

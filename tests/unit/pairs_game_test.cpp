@@ -42,13 +42,13 @@ std::size_t count(const PairsPlay& play, Kind kind) {
 TEST(PairsBoard, HidesEveryObjectTwiceAndTheSeedDecidesWhere) {
   PairsGame game = game_of({{4, 4, 90, 0}});
   std::map<int, int> times;
-  for (const PairsPiece& piece : dealt_board(game, 0)) ++times[piece.object];
+  for (const PairsPiece& piece : deal_board(game, 0)) ++times[piece.object];
   EXPECT_EQ(times.size(), 8u);
   for (const auto& [object, n] : times) EXPECT_EQ(n, 2) << object;
   const auto order = [&](std::uint64_t seed) {
     game.seed = seed;
     std::vector<int> objects;
-    for (const PairsPiece& piece : dealt_board(game, 0)) objects.push_back(piece.object);
+    for (const PairsPiece& piece : deal_board(game, 0)) objects.push_back(piece.object);
     return objects;
   };
   EXPECT_EQ(order(1), order(1));
@@ -179,7 +179,7 @@ TEST(PairsScene, EventsAreLegsInTheirTime) {
   const auto [a1, a2] = places_of(play, 0);
   ASSERT_TRUE(play.pick(a, b));
   ASSERT_TRUE(play.pick(a1, a2));
-  const auto scene = nlohmann::json::parse(dump_json(board_scene(file, play, 0)));
+  const auto scene = nlohmann::json::parse(dump_json(make_board_scene(file, play, 0)));
   ASSERT_EQ(scene["actors"].size(), 4u);
   const auto& actor = scene["actors"][static_cast<std::size_t>(a)];
   // Sphere, cube, sphere, cube, puddle.
@@ -192,14 +192,14 @@ TEST(PairsScene, EventsAreLegsInTheirTime) {
   int frames = actor["start"].get<int>() - 1;
   for (const auto& leg : actor["per_leg"]) frames += leg.get<int>();
   for (const auto& object : actor["intermediate"]) frames += object.value("hold", 0);
-  EXPECT_EQ(frames, level_frames(play, 0, 10) - 1);
+  EXPECT_EQ(frames, count_level_frames(play, 0, 10) - 1);
   // One that is never looked at moves in no frame of the play.
   for (const auto& other : scene["actors"]) {
     if (other["per_leg"].size() != 1) continue;
-    EXPECT_GT(other["start"].get<int>(), level_frames(play, 0, 10));
+    EXPECT_GT(other["start"].get<int>(), count_level_frames(play, 0, 10));
   }
-  EXPECT_EQ(score_line(play, 0, 1, 10), "LEVEL 1   SCORE 0   PAIRS 0/2   TIME 60");
-  EXPECT_EQ(score_line(play, 0, level_frames(play, 0, 10), 10).substr(0, 31),
+  EXPECT_EQ(format_score(play, 0, 1, 10), "LEVEL 1   SCORE 0   PAIRS 0/2   TIME 60");
+  EXPECT_EQ(format_score(play, 0, count_level_frames(play, 0, 10), 10).substr(0, 31),
             "LEVEL 1   SCORE 90   PAIRS 1/2 ");
 }
 

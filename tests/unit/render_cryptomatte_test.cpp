@@ -31,7 +31,7 @@ TEST(Cryptomatte, RanksFallAndKeepTheLargest) {
   MattePixel pixel;
   for (int i = 0; i < 8; ++i) pixel.add(static_cast<float>(i + 1), static_cast<float>(i + 1));
   pixel.add(3, 6);  // 9 of 42
-  const auto ranked = pixel.ranked(42);
+  const auto ranked = pixel.rank(42);
   EXPECT_EQ(ranked[0], 3);
   EXPECT_FLOAT_EQ(ranked[1], 9.0f / 42);
   EXPECT_EQ(ranked[2], 8);

@@ -140,7 +140,7 @@ TEST(Alpha, ATransparentPictureKeepsObjectAndShadow) {
 TEST(Layers, AreThoseThatWereAskedFor) {
   Target target(1, 0);
   target.scene.meshes[0].progress = 0.25f;
-  target.scene.moment = 0.5f;
+  target.scene.time = 0.5f;
   target.mesh.materials[0].color = {0.5f, 0.25f, 0.125f};
   RenderSettings settings = small_settings(1);
   settings.image.aovs = "all";
@@ -158,12 +158,12 @@ TEST(Layers, AreThoseThatWereAskedFor) {
 
 TEST(Layers, ThoseThatAreKnownAreThoseThatAreMade) {
   for (const std::string& name : kAovNames)
-    EXPECT_NE(chosen_aovs(name).empty(), Mattes(name, {}).channels().empty()) << name;
+    EXPECT_NE(choose_aovs(name).empty(), Mattes(name, {}).channels().empty()) << name;
   for (const Aov& aov : kAovs)
     EXPECT_NE(std::find(kAovNames.begin(), kAovNames.end(), aov.layer), kAovNames.end())
         << aov.layer;
-  EXPECT_EQ(chosen_aovs("all").size(), std::size(kAovs));
-  EXPECT_TRUE(chosen_aovs("none").empty());
+  EXPECT_EQ(choose_aovs("all").size(), std::size(kAovs));
+  EXPECT_TRUE(choose_aovs("none").empty());
   EXPECT_TRUE(Mattes("none", {}).channels().empty());
 }
 

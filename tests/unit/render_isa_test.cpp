@@ -93,7 +93,7 @@ MeshHit one_by_one(const TracedScene& scene, std::uint32_t meshes, const Ray& ra
   for (std::uint32_t m = 0; m < meshes; ++m)
     for (std::uint32_t i = 0; i < scene.mesh(m).triangles.size(); ++i) {
       TriangleIntersection intersection;
-      if (!intersects_triangle(scene.traced(m), i, ray, intersection) ||
+      if (!intersects_triangle(scene.mesh_to_trace(m), i, ray, intersection) ||
           !(intersection.distance > 0) || intersection.distance >= nearest)
         continue;
       nearest = intersection.distance;
@@ -142,7 +142,7 @@ TEST(Isa, PacketsAndShadowsAreTheSameUnderEveryInstructionSet) {
     for (std::size_t d = 0; d < scenes.size(); ++d) {
       MeshHitOf<Pack> hits[2];
       scenes[d].closest(rays, hits, count, first % 2 == 0);
-      const std::uint32_t occluded = scenes[d].occluded(rays, count);
+      const std::uint32_t occluded = scenes[d].test_occlusion(rays, count);
       for (int i = 0; i < count; ++i) {
         const MeshHitOf<Pack>& h = hits[i / kLanes];
         const int l = i % kLanes;
@@ -229,7 +229,7 @@ TEST(Widened, EveryEdgeIsAtLeastSoFarOut) {
   }
   constexpr float kBy = 1e-4f;
   const RenderMesh view = view_of(mesh);
-  const std::vector<Vec3> wide = widened_corners(view, kBy, {})[0];
+  const std::vector<Vec3> wide = widen_triangles(view, kBy, {})[0];
   ASSERT_EQ(wide.size(), mesh.positions.size());
   for (std::size_t i = 0; i < wide.size(); i += 3) {
     const Vec3d a(wide[i]), b(wide[i + 1]), c(wide[i + 2]);

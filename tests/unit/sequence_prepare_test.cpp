@@ -162,7 +162,7 @@ TEST_F(SequenceTest, BallsEncloseTheModelsVolumeAndFramesGoEvenlyBetween) {
         << "frame " << frame << " shows nothing";
     if (geometry->actors[0].surface.triangles.empty()) continue;
     const MeshReport report = check_mesh(geometry->actors[0].surface);
-    EXPECT_TRUE(report.closed()) << frame;
+    EXPECT_TRUE(report.is_closed()) << frame;
     EXPECT_EQ(report.degenerate_triangles, 0u) << frame;
     if (m.stage != Stage::kVolume) continue;
     const ObjectList& objects = prepared->actors[0].objects;
@@ -327,7 +327,7 @@ TEST_F(SequenceTest, EveryFieldMorphsFromAClosedSurfaceToAnother) {
         const auto geometry = geometry_at(*prepared, *engine, frame);
         ASSERT_TRUE(geometry.ok()) << geometry.error().message;
         if (geometry->actors[0].surface.triangles.empty()) continue;
-        EXPECT_TRUE(check_mesh(geometry->actors[0].surface).closed()) << frame;
+        EXPECT_TRUE(check_mesh(geometry->actors[0].surface).is_closed()) << frame;
         EXPECT_EQ(geometry->actors[0].look.layers.at(0).materials.triangle_materials.size(),
                   geometry->actors[0].surface.triangles.size());
       }

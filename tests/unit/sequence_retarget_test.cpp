@@ -71,7 +71,7 @@ TEST_F(RetargetTest, NoFrameJumps) {
     ASSERT_TRUE(geometry.ok());
     const ActorGeometry& one = geometry->actors[0];
     EXPECT_EQ(one.moment.object, -1) << "the torus is never reached, frame " << frame;
-    EXPECT_TRUE(check_mesh(one.surface).manifold()) << frame;
+    EXPECT_TRUE(check_mesh(one.surface).is_manifold()) << frame;
     MeasuredSurface now = measured(one.surface);
     if (previous) steps.push_back(previous->distance_to(now).mean);
     previous = std::move(now);

@@ -47,7 +47,7 @@ TEST_F(ShellTest, WallsAreNeitherTornNorLeaveTheirEnds) {
     ASSERT_TRUE(at.ok());
     const Mesh& mesh = at->mesh;
     const MeshReport check = check_mesh(mesh);
-    EXPECT_TRUE(check.closed()) << time;
+    EXPECT_TRUE(check.is_closed()) << time;
     // One wall with a few pinholes at most; how many hangs on the last bits of the fit (7 were
     // seen).
     EXPECT_EQ(check.components, 1u) << time;

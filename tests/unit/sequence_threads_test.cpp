@@ -74,7 +74,7 @@ TEST_F(SmallSequence, EveryFieldAndBoundaryGivesClosedSurfaces) {
         const auto geometry = geometry_at(*prepared, *engine, frame);
         ASSERT_TRUE(geometry.ok()) << geometry.error().message;
         const Mesh& surface = geometry->actors[0].surface;
-        EXPECT_TRUE(surface.triangles.empty() || check_mesh(surface).closed())
+        EXPECT_TRUE(surface.triangles.empty() || check_mesh(surface).is_closed())
             << kind << ' ' << boundary << ' ' << frame;
       }
       const auto between = geometry_at(*prepared, *engine, 4);

@@ -195,9 +195,9 @@ TEST(Approximate, EveryResolutionOfAnOctreeGivesAFit) {
   }
   const InsideTest inside(torus);
   SphereSettings fine = cells(SphereMethod::kOctree, 8);
-  EXPECT_GT(cell_spheres(torus, inside, fine, 8000)->leaves().size(), 50000u) << "unfitted";
+  EXPECT_GT(build_cell_spheres(torus, inside, fine, 8000)->leaves().size(), 50000u) << "unfitted";
   fine.fit = FitKind::kRound;
-  const std::size_t fitted = cell_spheres(torus, inside, fine, 8000)->leaves().size();
+  const std::size_t fitted = build_cell_spheres(torus, inside, fine, 8000)->leaves().size();
   EXPECT_LE(fitted, 4096u);
   EXPECT_GT(fitted, 500u);
 }
@@ -264,7 +264,7 @@ TEST(BallsOf, ALoneBallsSurfaceIsAtItsRadius) {
   FieldSettings field;
   field.kind = FieldKind::kGaussian;
   field.blobbiness = 1.5f;
-  std::vector<Ball> balls = balls_of(spheres, field);
+  std::vector<Ball> balls = convert_to_balls(spheres, field);
   ASSERT_EQ(balls.size(), 2u);
   EXPECT_EQ(balls[0].center, spheres[0].center);
   EXPECT_FLOAT_EQ(balls[0].a, 6);
@@ -273,7 +273,7 @@ TEST(BallsOf, ALoneBallsSurfaceIsAtItsRadius) {
   field.blob_constant = 2;
   field.magnitude = 3;
   field.threshold = 4;
-  balls = balls_of(spheres, field);
+  balls = convert_to_balls(spheres, field);
   EXPECT_FLOAT_EQ(balls[0].w, 2 * 3 * 0.25f / 4);
   EXPECT_FLOAT_EQ(balls[1].w, 6);
 }

@@ -78,8 +78,9 @@ TEST(Boundary, NormalsPointOutwardOnModelsTurnedInsideOut) {
 TEST(Medial, GivesExactlyAsManyBallsAsAsked) {
   const Model torus = *make_shape("torus");
   const auto samples = sample_boundary(torus, InsideTest(torus), 8000);
-  for (const std::size_t n : {1u, 7u, 64u, 300u}) EXPECT_EQ(medial_cover(samples, n).size(), n);
-  EXPECT_TRUE(medial_cover({}, 10).empty());
+  for (const std::size_t n : {1u, 7u, 64u, 300u})
+    EXPECT_EQ(make_medial_cover(samples, n).size(), n);
+  EXPECT_TRUE(make_medial_cover({}, 10).empty());
 }
 
 TEST(Medial, CoversTheBoundaryBetterWithMoreBalls) {
@@ -88,7 +89,7 @@ TEST(Medial, CoversTheBoundaryBetterWithMoreBalls) {
   float last = 1e9f;
   for (const std::size_t n : {16u, 64u, 256u}) {
     float worst = 0;
-    const auto spheres = medial_cover(samples, n);
+    const auto spheres = make_medial_cover(samples, n);
     for (const BoundarySample& s : samples) {
       float nearest = 1e9f;
       for (const Sphere& b : spheres)
@@ -103,7 +104,7 @@ TEST(Medial, CoversTheBoundaryBetterWithMoreBalls) {
 
 TEST(Medial, TheTreesLevelsGrowAndParentsStandFirst) {
   const Model torus = *make_shape("torus");
-  const SphereTree tree = medial_tree(sample_boundary(torus, InsideTest(torus), 4000), 128);
+  const SphereTree tree = build_medial_tree(sample_boundary(torus, InsideTest(torus), 4000), 128);
   EXPECT_EQ(tree.leaves().size(), 128u);
   std::vector<std::size_t> counts;
   for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
@@ -139,7 +140,7 @@ TEST(FitField, DerivativesAreThoseOfTheResiduals) {
   }
   constexpr double kLength = 200;  // Huber's border and the least steepness are then far off
   for (const int numbers : {kRoundNumbers, kEllipsoidNumbers}) {
-    const FitRows rows = fit_rows(balls, points, kLength, numbers);
+    const FitRows rows = make_fit_rows(balls, points, kLength, numbers);
     for (std::size_t p = 0; p < points.size(); ++p) {
       for (std::uint32_t e = rows.begins[p]; e < rows.begins[p + 1]; ++e) {
         for (int k = 0; k < numbers; ++k) {
@@ -157,7 +158,7 @@ TEST(FitField, DerivativesAreThoseOfTheResiduals) {
               d(kRow[at], kColumn[at]) = d(kColumn[at], kRow[at]) = step;
             }
             ball.root = (Eigen::Matrix3d::Identity() + d / 2) * ball.root;
-            return fit_rows(moved, points, kLength, numbers).residuals[p];
+            return make_fit_rows(moved, points, kLength, numbers).residuals[p];
           };
           const double expected = (residual(kStep) - residual(-kStep)) / (2 * kStep);
           const double actual = static_cast<double>(
@@ -182,9 +183,9 @@ TEST(FitField, PointsThatAreAddedGetTheRowsOfAllAtOnce) {
   }
   for (int i = 0; i < 110; ++i)
     points.push_back({{std::sin(0.7 * i), std::cos(1.1 * i), 2 * std::sin(2.3 * i)}, 0, 1, {}});
-  const FitRows all = fit_rows(balls, points, 10, kEllipsoidNumbers);
+  const FitRows all = make_fit_rows(balls, points, 10, kEllipsoidNumbers);
   const std::vector<FitPoint> some(points.begin(), points.begin() + 45);  // not whole groups
-  FitRows rows = fit_rows(balls, some, 10, kEllipsoidNumbers);
+  FitRows rows = make_fit_rows(balls, some, 10, kEllipsoidNumbers);
   EXPECT_LT(rows.cost, all.cost);
   add_fit_rows(balls, points, 10, kEllipsoidNumbers, rows);
   EXPECT_EQ(rows.residuals, all.residuals);
@@ -193,7 +194,7 @@ TEST(FitField, PointsThatAreAddedGetTheRowsOfAllAtOnce) {
   EXPECT_EQ(rows.balls, all.balls);
   EXPECT_EQ(rows.derivatives, all.derivatives);
   EXPECT_EQ(rows.cost, all.cost);
-  const std::vector<std::uint8_t> inside = inside_field(balls, points);
+  const std::vector<std::uint8_t> inside = test_inside_field(balls, points);
   std::size_t count = 0;
   for (std::size_t p = 0; p < points.size(); ++p) {
     EXPECT_EQ(inside[p] != 0, all.psi[p] > 0) << p;
@@ -213,7 +214,7 @@ TEST(FitStep, SolvesTheDampedNormalEquations) {
     const double t = 0.7 * i;
     points.push_back({{std::sin(t) + 0.1, std::cos(1.3 * t), std::sin(2.1 * t + 1)}, 0, 1, {}});
   }
-  const FitRows rows = fit_rows(balls, points, 10, kRoundNumbers);
+  const FitRows rows = make_fit_rows(balls, points, 10, kRoundNumbers);
   Eigen::MatrixXd j(200, 5);
   Eigen::VectorXd r(200);
   for (int p = 0; p < 200; ++p) {
@@ -226,7 +227,7 @@ TEST(FitStep, SolvesTheDampedNormalEquations) {
   Eigen::MatrixXd normal = j.transpose() * j;
   normal.diagonal() *= 1.5;
   const Eigen::VectorXd expected = normal.ldlt().solve(-j.transpose() * r);
-  const std::vector<double> step = damped_step(rows, 1, kRoundNumbers, 0.5);
+  const std::vector<double> step = solve_damped_step(rows, 1, kRoundNumbers, 0.5);
   for (int k = 0; k < 5; ++k)
     EXPECT_NEAR(step[static_cast<std::size_t>(k)], expected[k], 1e-4 * expected.norm());
 }

@@ -16,7 +16,7 @@ namespace polymorph {
 namespace {
 
 SphereTree tree_of_shape(const Model& model, HubbardSettings settings) {
-  auto tree = hubbard_spheres(model, InsideTest(model), settings);
+  auto tree = build_hubbard_tree(model, InsideTest(model), settings);
   EXPECT_TRUE(tree) << tree.error().message;
   return tree ? std::move(*tree) : SphereTree{};
 }
@@ -86,7 +86,7 @@ TEST(Hubbard, CoversEverySampleWithTheNumberAskedFor) {
       EXPECT_EQ(leaves.size(), static_cast<std::size_t>(count));
       std::size_t uncovered = 0;
       for (const SurfaceSample& s :
-           sample_surface(model, static_cast<std::size_t>(hubbard_samples(count)), 3))
+           sample_surface(model, static_cast<std::size_t>(choose_hubbard_samples(count)), 3))
         uncovered += !covers(leaves, s.point);
       EXPECT_EQ(uncovered, 0u);
     }
@@ -216,7 +216,7 @@ TEST(Hubbard, AModelWithNothingInsideIsAnErrorWithARemedy) {
   Model empty;
   empty.name = "empty";
   for (const Model* model : {&flat, &inward, &empty}) {
-    const auto answer = hubbard_spheres(*model, InsideTest(*model), {64, 0, 0});
+    const auto answer = build_hubbard_tree(*model, InsideTest(*model), {64, 0, 0});
     ASSERT_FALSE(answer) << model->name;
     EXPECT_EQ(answer.error().code, ErrorCode::kInput);
     EXPECT_NE(answer.error().message.find(model->name), std::string::npos);

@@ -48,7 +48,7 @@ std::string describe_object(const std::string& name, const Diagnosis& d) {
 Result<std::string> bad_fit(const Model& model, const ObjectSettings& object,
                             const std::filesystem::path& cache) {
   const Activity activity("fitting balls to " + object.name);
-  const auto stand_in = solid_stand_in(model, object.spheres);
+  const auto stand_in = make_solid_proxy(model, object.spheres);
   if (!stand_in) return std::string();  // said already
   const auto approximation = approximate_cached(model, object.spheres, cache, &*stand_in);
   if (!approximation || approximation->balls.empty()) return std::string();

@@ -83,8 +83,8 @@ Result<ReportCase> compare_pair(const CompareOptions& options, const FilePair& p
   one.comparison = compare_images(actual, reference, options.tolerance, &maps);
   if (!one.comparison->passed()) {
     one.message = one.comparison->reason;
-    one.accept = fmt::format("cp {} {}", shell_quoted(pair.actual.string()),
-                             shell_quoted(pair.reference.string()));
+    one.accept = fmt::format("cp {} {}", quote_for_shell(pair.actual.string()),
+                             quote_for_shell(pair.reference.string()));
     if (!options.difference.empty()) {
       const std::string path = difference_path(options, pair, many);
       PM_TRY_STATUS(write_image(path, difference_triptych(actual, reference)));

@@ -81,11 +81,11 @@ Result<int> run_demo(const CommandLine& line, const DemoOptions& options) {
   PM_TRY_STATUS(write_sheet(files.strip, film, sheet));
   PM_TRY_STATUS(write_gif(files.gif, film));
   print_data("{}", text);
-  const std::string scene_word = shell_quoted(files.scene.string());
+  const std::string scene_word = quote_for_shell(files.scene.string());
   log_info("made {} and {} in {}, from the scene printed here: {}", files.gif.string(),
            files.strip.string(), format_seconds(stopwatch.seconds()), files.scene.string());
   log_info("edit the scene, then:\n  {0} check {1}\n  {0} render {1} -o {2} --png", line.program,
-           scene_word, shell_quoted(files.frames.string()));
+           scene_word, quote_for_shell(files.frames.string()));
   return 0;
 }
 

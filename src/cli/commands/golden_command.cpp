@@ -43,15 +43,16 @@ GoldenSettings golden_settings(const CommandLine& line, const GoldenOptions& opt
 }
 
 std::string root_argument(const GoldenOptions& options) {
-  return options.root == "golden_frames" ? "" : " --root " + shell_quoted(options.root);
+  return options.root == "golden_frames" ? "" : " --root " + quote_for_shell(options.root);
 }
 
 /// Command that makes the failed frames goldens: by `accept` where the report keeps them, else by
 /// `update`, which renders.
 std::string accept_command(const GoldenOptions& options, const std::string& suite) {
   const bool kept = !options.report.folder.empty() && options.failures.empty();
-  const std::string what = kept ? "accept " + shell_quoted(options.report.folder) + " " : "update ";
-  return fmt::format("polymorph golden {}{}{} --reason \"...\"", what, shell_quoted(suite),
+  const std::string what =
+      kept ? "accept " + quote_for_shell(options.report.folder) + " " : "update ";
+  return fmt::format("polymorph golden {}{}{} --reason \"...\"", what, quote_for_shell(suite),
                      root_argument(options));
 }
 
@@ -263,7 +264,7 @@ Result<int> make_suite(const GoldenOptions& options, const GoldenSettings& setti
   PM_TRY(const auto written, create_golden_suite(suite, settings, reason));
   for (const auto& path : written) print_data("{}\n", path.string());
   log_info("look at the frames and commit {}; then test it:", suite.folder.string());
-  log_info("polymorph golden test {}{} --report golden-report", shell_quoted(suite.name),
+  log_info("polymorph golden test {}{} --report golden-report", quote_for_shell(suite.name),
            root_argument(options));
   return 0;
 }

@@ -90,7 +90,7 @@ Result<int> run_init(const CommandLine& line, const InitOptions& options) {
     PM_TRY(const Scene loaded, load_scene(file));
     return Ok{};
   }());
-  const std::string word = shell_quoted(options.output);
+  const std::string word = quote_for_shell(options.output);
   print_data("{}\n", options.output);
   log_info(
       "next:\n  {0} check {1}\n  {0} render {1} -o look.png -f 12 --preview\n"

@@ -60,7 +60,7 @@ Status write_balls(const PreparedScene& prepared, const FrameGeometry& geometry,
   const FieldKind kind = prepared.scene.field.kind;
   std::vector<Ball> balls;
   for (const ActorGeometry& actor : geometry.actors) {
-    const std::vector<Ball> own = rescaled(actor.balls.balls(), kind, actor.iso);
+    const std::vector<Ball> own = rescale_balls(actor.balls.balls(), kind, actor.iso);
     balls.insert(balls.end(), own.begin(), own.end());
   }
   if (balls.empty()) log_info("frame {}: only the model shows, no balls", geometry.frame);
@@ -93,8 +93,8 @@ void tell(const fs::path& path, const std::string& stage, std::span<const Surfac
       "{} {} {}: {} vertices, {} triangles, {}, genus {}, {} part{}, volume {:.6g}, area {:.6g}, "
       "digest {}\n",
       path.string(), stage, kinds_of(frames), report.vertices, report.triangles,
-      report.closed() ? "closed" : "NOT CLOSED",
-      report.closed() ? fmt::format("{}", report.genus) : "-", report.components,
+      report.is_closed() ? "closed" : "NOT CLOSED",
+      report.is_closed() ? fmt::format("{}", report.genus) : "-", report.components,
       report.components == 1 ? "" : "s", report.volume, report.area, report.digest);
 }
 

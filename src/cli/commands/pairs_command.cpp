@@ -57,7 +57,7 @@ class Session {
       const PairsLevel& grid = file_.game.levels[static_cast<std::size_t>(event.level)];
       std::string what = event_word(event.kind);
       if (event.piece >= 0) {
-        const auto board = dealt_board(file_.game, event.level);
+        const auto board = deal_board(file_.game, event.level);
         const int object = board[static_cast<std::size_t>(event.piece)].object;
         what = fmt::format("{} {} {}", place_name(grid, event.piece), what,
                            file_.game.objects[static_cast<std::size_t>(object)]);
@@ -92,10 +92,10 @@ class Session {
  private:
   Status render_level(int level) {
     const double fps = frames_per_second(file_);
-    const int frames = level_frames(play_, level, fps);
+    const int frames = count_level_frames(play_, level, fps);
     if (frames <= shown_frames_) return Ok{};
     const fs::path scene_file = fs::path(options_.output) / fmt::format("level-{}.json", level + 1);
-    const std::string text = dump_json(board_scene(file_, play_, level));
+    const std::string text = dump_json(make_board_scene(file_, play_, level));
     PM_TRY_STATUS(write_file(scene_file, text));
     PM_TRY(const std::vector<Override> overrides, parse_overrides(options_.sets));
     // Not load_scene(): a file that this run reads is not written again, and the next move does.
@@ -105,7 +105,7 @@ class Session {
     PM_TRY(Film film, render_film(line_, std::move(scene), numbers, 0));
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       Image& image = film.images[i];
-      overlay(image, score_line(play_, level, numbers[i], fps));
+      overlay(image, format_score(play_, level, numbers[i], fps));
       film_.numbers.push_back(static_cast<int>(film_.numbers.size()) + 1);
       const fs::path file =
           fs::path(options_.output) / fmt::format("frame.{:04}.png", film_.numbers.back());

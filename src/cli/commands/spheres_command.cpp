@@ -167,7 +167,7 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
   }
   const Stopwatch stopwatch;
   activity.emplace("making spheres and balls of " + model.name);
-  PM_TRY(const std::optional<Model> stand_in, solid_stand_in(model, settings));
+  PM_TRY(const std::optional<Model> stand_in, make_solid_proxy(model, settings));
   PM_TRY(fitted.approximation,
          approximate_cached(model, settings, cache_folder(line.common), &stand_in));
   fitted.seconds = stopwatch.seconds();
@@ -187,8 +187,8 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
   fitted.balls = fitted.approximation.balls;
   if (fitted.balls.empty()) {
     PM_TRY(fitted.balls,
-           unfitted_balls(fitted.approximation.tree.leaves(), settings.method,
-                          solid_volume(solid, inside), FieldSettings{}, cell, {}, *engine));
+           make_unfitted_balls(fitted.approximation.tree.leaves(), settings.method,
+                               solid_volume(solid, inside), FieldSettings{}, cell, {}, *engine));
   }
   PM_TRY(fitted.figures,
          measure_quality(solid, inside, fitted.balls, FieldKind::kGaussian, options.grid));

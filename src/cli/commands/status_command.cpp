@@ -73,10 +73,10 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
   if (todo.empty()) return 0;
   std::sort(todo.begin(), todo.end());
   std::string command =
-      fmt::format("{} render {} -o {}{}", line.program, shell_quoted(options.scene),
-                  shell_quoted(output), options.png ? " --png" : "");
+      fmt::format("{} render {} -o {}{}", line.program, quote_for_shell(options.scene),
+                  quote_for_shell(output), options.png ? " --png" : "");
   for (const std::string& word : to_arguments(options.scene_options))
-    command += " " + shell_quoted(word);
+    command += " " + quote_for_shell(word);
   log_info("to complete it: {} -f {} --skip-existing", command, frame_list(todo));
   return static_cast<int>(ErrorCode::kAnswerNo);
 }

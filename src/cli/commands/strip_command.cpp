@@ -102,7 +102,7 @@ Status check_outputs(const StripOptions& options, bool overwrite) {
                       "--mp4 needs ffmpeg, which is not installed - install it, or render PNGs and "
                       "run elsewhere: ffmpeg -framerate 24 -i frame.%04d.png -c:v libx264 -crf 18 "
                       "-pix_fmt yuv420p {}",
-                      shell_quoted(options.mp4));
+                      quote_for_shell(options.mp4));
   for (const std::string& file : {options.output, options.gif, options.mp4}) {
     if (file.empty()) continue;
     PM_TRY_STATUS(check_output(file, overwrite));

@@ -166,8 +166,8 @@ Result<int> run_submit(const CommandLine& line, const SubmitOptions& options) {
   log_info(
       "submitted the array {} and, after it, {}; scripts and logs: {}\nwatch it with:\n"
       "  squeue -j {},{}\n  {} status {} {}",
-      array, after, folder.string(), array, after, line.program, shell_quoted(output),
-      shell_quoted(options.scene));
+      array, after, folder.string(), array, after, line.program, quote_for_shell(output),
+      quote_for_shell(options.scene));
   return 0;
 }
 

@@ -11,7 +11,7 @@
 
 namespace {
 
-/// The image handed out, with the storage that its pointers refer to.
+/// The returned image, with the storage that its pointers refer to.
 struct Decoded : PmOiioImage {
   Decoded() : PmOiioImage{} {}
   std::string error_text;
@@ -30,8 +30,8 @@ void fail(Decoded& image, PmOiioFailure failure, std::string reason) {
 
 void set_up_once() {
   static const bool done = [] {
-    // One thread: the caller decides about threads. -1 makes the OpenEXR reader leave OpenEXR's
-    // global pool, which the program's own encoder shares, as it is.
+    // One thread, because the caller manages threads. -1 keeps the OpenEXR reader from changing
+    // OpenEXR's global pool, which the program's own encoder uses too.
     OIIO::attribute("threads", 1);
     OIIO::attribute("exr_threads", -1);
     OIIO::attribute("limits:channels", 256);
@@ -40,7 +40,7 @@ void set_up_once() {
   (void)done;
 }
 
-/// Entries that describe the encoding, not the picture: the encoder of the next file sets its own.
+/// Tests for entries that describe the encoding, not the picture: encoders write their own.
 bool is_structural(const std::string& name) {
   static const char* const kNames[] = {
       "compression",  "PixelAspectRatio",  "screenWindowCenter", "screenWindowWidth",
@@ -89,8 +89,8 @@ void take_attributes(const OIIO::ImageSpec& spec, Decoded& image) {
   image.attributes = image.attribute_store.data();
 }
 
-/// The data window as floats. OpenEXR's uint channels hold ids, which must not be scaled to 0..1 as
-/// OpenImageIO does with integers.
+/// Reads the data window as floats. OpenEXR's uint channels contain ids, which must not be scaled
+/// to 0..1 as OpenImageIO does with integers.
 bool read_pixels(OIIO::ImageInput& input, const OIIO::ImageSpec& spec, bool keep_integers,
                  std::vector<float>& pixels) {
   const auto channels = static_cast<std::size_t>(spec.nchannels);
@@ -120,7 +120,7 @@ bool read_pixels(OIIO::ImageInput& input, const OIIO::ImageSpec& spec, bool keep
   return true;
 }
 
-/// Moves the data window to its place in the display window.
+/// Copies the data window to its position in the display window.
 std::vector<float> to_display_window(const OIIO::ImageSpec& spec, std::vector<float> pixels) {
   const bool same = spec.x == spec.full_x && spec.y == spec.full_y &&
                     spec.width == spec.full_width && spec.height == spec.full_height;
@@ -154,11 +154,11 @@ void decode(const PmOiioRequest& request, Decoded& image) {
   if (spec.width < 1 || spec.height < 1 || spec.full_width < 1 || spec.full_height < 1 ||
       spec.depth > 1 || spec.nchannels < 1)
     return fail(image, PM_OIIO_BROKEN, "the header gives no usable size");
-  const auto bytes_of = [&](int width, int height) {
+  const auto compute_bytes = [&](int width, int height) {
     return static_cast<double>(width) * height * spec.nchannels * sizeof(float);
   };
-  const double needed =
-      std::max(bytes_of(spec.width, spec.height), bytes_of(spec.full_width, spec.full_height));
+  const double needed = std::max(compute_bytes(spec.width, spec.height),
+                                 compute_bytes(spec.full_width, spec.full_height));
   if (needed > static_cast<double>(request.max_bytes)) {
     image.width = spec.width;
     image.height = spec.height;
@@ -201,7 +201,7 @@ __attribute__((visibility("default"))) int polymorph_oiio_interface(void) {
 __attribute__((visibility("default"))) PmOiioImage* polymorph_oiio_decode(
     const PmOiioRequest* request) {
   auto* image = new Decoded;
-  // No exception may cross the C interface; OpenEXR's and out-of-memory ones come this far.
+  // No exception may cross the C interface; those of OpenEXR and bad_alloc arrive here.
   try {
     decode(*request, *image);
   } catch (const std::exception& e) {

@@ -1,4 +1,4 @@
-// Carried mesh: one connectivity that follows a moving surface from moment to moment.
+// Carried mesh: one connectivity that follows a moving surface through time.
 #pragma once
 
 #include <cstdint>
@@ -11,37 +11,37 @@
 
 namespace polymorph {
 
-/// What a moving surface can be asked for. A moment is a time of the leg's motion; moments
-/// increase.
+/// A surface that depends on time, with its flow. Times increase along the motion of the leg.
 struct MovingSurface {
-  std::function<Result<CarryTarget>(float moment)> at;
-  /// Where points near the surface go from one moment to another.
+  std::function<Result<CarryTarget>(float time)> at;
+  /// Moves points near the surface from one time to another.
   std::function<Result<std::vector<Vec3>>(std::span<const Vec3> points, float from, float to)> flow;
 };
 
-/// How far a mesh is from a surface.
+/// Error of a carried mesh against the surface of one time.
 struct CarryFault {
-  float distance = 0;        ///< Hausdorff distance: the true one is not larger (deviation.h)
-  Vec3 place;                ///< where it is reached
-  std::size_t inverted = 0;  ///< triangles that show their back where the surface shows its front
-  Vec3 inverted_place;
+  float distance = 0;  ///< upper bound of the Hausdorff distance (deviation.h)
+  Vec3 position;       ///< position of the largest distance
+  std::size_t inverted =
+      0;  ///< triangles that face the opposite direction of the surface below them
+  Vec3 inverted_position;
 };
 
 struct CarriedMesh {
   std::vector<Triangle> triangles;
-  std::vector<std::vector<Vec3>> points;  ///< of each moment
-  std::vector<CarryFault> faults;         ///< of each moment
+  std::vector<std::vector<Vec3>> points;  ///< positions per time
+  std::vector<CarryFault> faults;         ///< errors per time
 };
 
 struct CarrySettings {
-  float limit = 0;                      ///< Hausdorff distance that is wanted, scene units
+  float limit = 0;                      ///< required Hausdorff distance, scene units
   float cell = 0;                       ///< edge of the surface's own cells
-  std::size_t max_triangles = 1000000;  ///< about: no division is begun that would exceed it
+  std::size_t max_triangles = 1000000;  ///< approximate: no subdivision begins that would exceed it
 };
 
-/// The surface of the moment `start` (a number of `moments`) goes to its neighbours by the flow,
-/// and so on to both ends. Errors: those of `surface`.
-Result<CarriedMesh> carry(const MovingSurface& surface, std::span<const float> moments,
+/// Extracts the surface at `times[start]` and carries its mesh along the flow to the neighbouring
+/// times, and so on to both ends. Errors: those of `surface`.
+Result<CarriedMesh> carry(const MovingSurface& surface, std::span<const float> times,
                           std::size_t start, const CarrySettings& settings);
 
 }  // namespace polymorph

@@ -7,12 +7,14 @@
 namespace polymorph {
 namespace {
 
-/// Shares of the limit: what is not told apart, how exact the rest is, what is a miss.
+/// Fractions deviation_at the limit: distances below kNegligible are not resolved, others are
+/// within kPrecision, and points deviation_at the surface beyond kMiss count as missed.
 constexpr float kNegligible = 0.6f, kPrecision = 0.02f, kMiss = 0.4f;
 
-void raise(CarryFault& fault, const Deviation& deviation) {
-  for (const Deviation::OfTriangle& of : deviation.triangles)
-    if (of.distance > fault.distance) fault.distance = of.distance, fault.place = of.place;
+void raise_to(CarryFault& fault, const Deviation& deviation) {
+  for (const Deviation::PerTriangle& deviation_at : deviation.triangles)
+    if (deviation_at.distance > fault.distance)
+      fault.distance = deviation_at.distance, fault.position = deviation_at.position;
 }
 
 std::vector<std::uint32_t> find_inverted(std::span<const Vec3> points,
@@ -43,13 +45,13 @@ std::size_t CarryMeter::KeyHash::operator()(const Key& key) const {
   return hash ^ hash >> 32;
 }
 
-std::vector<std::uint32_t> CarryMeter::numbers_before(std::span<const Key> keys) const {
-  std::vector<std::uint32_t> numbers;
+std::vector<std::uint32_t> CarryMeter::find_in_last_mesh(std::span<const Key> keys) const {
+  std::vector<std::uint32_t> indices;
   for (const Key& key : keys) {
-    const auto found = last_.find(key);
-    numbers.push_back(found == last_.end() ? KnownDeviation::kNew : found->second);
+    const auto found = last_index_.find(key);
+    indices.push_back(found == last_index_.end() ? KnownDeviation::kNew : found->second);
   }
-  return numbers;
+  return indices;
 }
 
 CarryMeasure CarryMeter::measure(std::span<const Vec3> points,
@@ -63,41 +65,44 @@ CarryMeasure CarryMeter::measure(std::span<const Vec3> points,
     const Vec3 a = points[t.v[0]], b = points[t.v[1]], c = points[t.v[2]];
     keys.push_back({a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z});
   }
-  if (!out_) {
-    out_ = deviation(points, triangles, surface, settings);
-    in_ = deviation(surface.points, surface.triangles, mesh, settings);
+  if (!mesh_to_surface_) {
+    mesh_to_surface_ = measure_deviation(points, triangles, surface, settings);
+    surface_to_mesh_ = measure_deviation(surface.points, surface.triangles, mesh, settings);
   } else {
-    std::vector<std::uint32_t> then = numbers_before(keys), all(surface.triangles.size()),
-                               now(out_->triangles.size(), KnownDeviation::kNew);
-    for (std::uint32_t f = 0; f < then.size(); ++f)
-      if (then[f] != KnownDeviation::kNew) now[then[f]] = f;
+    std::vector<std::uint32_t> old_index = find_in_last_mesh(keys), all(surface.triangles.size()),
+                               new_index(mesh_to_surface_->triangles.size(), KnownDeviation::kNew);
+    for (std::uint32_t f = 0; f < old_index.size(); ++f)
+      if (old_index[f] != KnownDeviation::kNew) new_index[old_index[f]] = f;
     std::iota(all.begin(), all.end(), 0u);
-    std::vector<std::uint32_t> mesh_near = in_->nearest;
-    for (std::uint32_t& t : mesh_near) t = now[t];
-    const KnownDeviation out{*out_, std::move(then), {}, true},
-        in{*in_, std::move(all), std::move(now), false};
-    Deviation nearer =
-        deviation(surface.points, surface.triangles, mesh, settings, std::move(mesh_near), &in);
-    out_ = deviation(points, triangles, surface, settings, out_->nearest, &out);
-    in_ = std::move(nearer);
+    std::vector<std::uint32_t> mesh_near = surface_to_mesh_->nearest;
+    for (std::uint32_t& t : mesh_near) t = new_index[t];
+    const KnownDeviation out{*mesh_to_surface_, std::move(old_index), {}, true},
+        in{*surface_to_mesh_, std::move(all), std::move(new_index), false};
+    Deviation nearer = measure_deviation(surface.points, surface.triangles, mesh, settings,
+                                         std::move(mesh_near), &in);
+    mesh_to_surface_ =
+        measure_deviation(points, triangles, surface, settings, mesh_to_surface_->nearest, &out);
+    surface_to_mesh_ = std::move(nearer);
   }
-  last_.clear();
-  for (std::uint32_t f = 0; f < keys.size(); ++f) last_.emplace(keys[f], f);
+  last_index_.clear();
+  for (std::uint32_t f = 0; f < keys.size(); ++f) last_index_.emplace(keys[f], f);
 
   CarryMeasure m;
-  raise(m.fault, *out_);
-  raise(m.fault, *in_);
-  for (const Deviation::OfTriangle& of : out_->triangles) m.of_triangle.push_back(of.distance);
-  for (const Deviation::OfTriangle& of : in_->triangles)
-    for (const Deviation::Listed& miss : of.listed) {
-      m.of_triangle[miss.triangle] = std::max(m.of_triangle[miss.triangle], miss.distance);
+  raise_to(m.fault, *mesh_to_surface_);
+  raise_to(m.fault, *surface_to_mesh_);
+  for (const Deviation::PerTriangle& deviation_at : mesh_to_surface_->triangles)
+    m.triangle_distance.push_back(deviation_at.distance);
+  for (const Deviation::PerTriangle& deviation_at : surface_to_mesh_->triangles)
+    for (const Deviation::Listed& miss : deviation_at.listed) {
+      m.triangle_distance[miss.triangle] =
+          std::max(m.triangle_distance[miss.triangle], miss.distance);
       m.misses.push_back(miss);
     }
-  m.near = out_->nearest;
-  m.mesh_near = in_->nearest;
+  m.near = mesh_to_surface_->nearest;
+  m.mesh_near = surface_to_mesh_->nearest;
   m.inverted = find_inverted(points, triangles, target_, m.near);
   m.fault.inverted = m.inverted.size();
-  if (!m.inverted.empty()) m.fault.inverted_place = points[triangles[m.inverted.front()].v[0]];
+  if (!m.inverted.empty()) m.fault.inverted_position = points[triangles[m.inverted.front()].v[0]];
   return m;
 }
 

@@ -1,4 +1,4 @@
-// How well a carried mesh stands for the surface of a moment: distances and inverted triangles.
+// Error measurement of a carried mesh: distances to the surface and inverted triangles.
 #pragma once
 
 #include <array>
@@ -13,21 +13,24 @@
 
 namespace polymorph {
 
+/// Error of a mesh against a surface, and where it arises.
 struct CarryMeasure {
   CarryFault fault;
-  std::vector<float> of_triangle;         ///< how far each triangle is off, or the surface near it
+  std::vector<float> triangle_distance;   ///< distance per triangle, the larger of both directions
   std::vector<std::uint32_t> inverted;    ///< triangles
-  std::vector<Deviation::Listed> misses;  ///< of the surface, what the mesh is not near to
-  std::vector<std::uint32_t> near;        ///< of each point: nearest triangle of the surface
-  std::vector<std::uint32_t> mesh_near;   ///< of each point of the surface: of the mesh
+  std::vector<Deviation::Listed> misses;  ///< points of the surface that are far from the mesh
+  std::vector<std::uint32_t> near;        ///< nearest triangle of the surface, per mesh point
+  std::vector<std::uint32_t> mesh_near;   ///< nearest triangle of the mesh, per surface point
 };
 
+/// Compares by the number of inverted triangles, then by distance.
 bool is_better(const CarryFault& a, const CarryFault& b);
 
-/// Measures meshes that differ little against one surface, and what differs alone.
+/// Measures similar meshes against one surface; only triangles that changed since the last call are
+/// measured again.
 class CarryMeter {
  public:
-  /// Distances below a share of `limit` are not told apart.
+  /// Distances below 0.6 `limit` are not resolved.
   CarryMeter(const CarryTarget& target, float limit) : target_(target), limit_(limit) {}
   CarryMeasure measure(std::span<const Vec3> points, std::span<const Triangle> triangles);
 
@@ -36,13 +39,13 @@ class CarryMeter {
   struct KeyHash {
     std::size_t operator()(const Key& key) const;
   };
-  /// The numbers of triangles in the last mesh, or kNew.
-  std::vector<std::uint32_t> numbers_before(std::span<const Key> keys) const;
+  /// Index of each triangle in the last mesh, or kNew.
+  std::vector<std::uint32_t> find_in_last_mesh(std::span<const Key> keys) const;
 
   const CarryTarget& target_;
   float limit_;
-  std::unordered_map<Key, std::uint32_t, KeyHash> last_;
-  std::optional<Deviation> out_, in_;
+  std::unordered_map<Key, std::uint32_t, KeyHash> last_index_;
+  std::optional<Deviation> mesh_to_surface_, surface_to_mesh_;
 };
 
 }  // namespace polymorph

@@ -11,40 +11,42 @@
 
 namespace polymorph {
 
-/// A mesh whose points move.
+/// A mesh whose points are moved in place.
 struct MovedMesh {
   std::vector<Vec3>& points;
   std::span<const Triangle> triangles;
   const Fans& fans;
 };
 
-/// What a surface has nearest to points.
-struct Footprint {
+/// Closest points on the surface, with its smooth normals there.
+struct SurfaceProjection {
   std::vector<Vec3> points, normals;
 };
-/// `near`, here and below: of each point a triangle of the surface that may be near, or none.
-Footprint footprint(std::span<const Vec3> points, const CarryTarget& target,
-                    std::vector<std::uint32_t>& near);
+/// Projects points onto the surface. `near`, here and below: per point a triangle of the surface
+/// that may be near, or none.
+SurfaceProjection project_onto_surface(std::span<const Vec3> points, const CarryTarget& target,
+                                       std::vector<std::uint32_t>& near);
 
-/// 1: equilateral and parallel to the surface; 0: without area or upright on it; negative:
-/// inverted.
-float shape_of(Vec3 a, Vec3 b, Vec3 c, Vec3 normal);
+/// Quality of a triangle: 1 if equilateral and parallel to the surface, 0 if it has no area or is
+/// perpendicular to the surface, negative if inverted.
+float triangle_quality(Vec3 a, Vec3 b, Vec3 c, Vec3 normal);
 
-/// How far a point goes towards the middle of its fan in one move.
+/// Fraction of the distance to its fan's centroid that a point moves at once.
 inline constexpr float kRelax = 0.5f;
 
-/// One sweep over all points: each goes onto the surface and, by `relax`, towards the middle of its
-/// fan, as far as no triangle around it gets worse than it may be.
-void sweep(const MovedMesh& mesh, const CarryTarget& target, float relax,
-           std::vector<std::uint32_t>& near);
+/// Moves each point onto the surface and, by the fraction `relax`, towards the centroid of its fan,
+/// as far as no triangle around it becomes worse than allowed.
+void move_onto_surface(const MovedMesh& mesh, const CarryTarget& target, float relax,
+                       std::vector<std::uint32_t>& near);
 
-/// Moves points around `seeds` (triangles), and around triangles that are inverted, nearly so or
-/// further than `far` from the surface, until none is.
+/// Moves points around `seeds` (triangles), and around triangles that are inverted, nearly inverted
+/// or further than `far` from the surface, until there are none of them.
 void repair(const MovedMesh& mesh, const CarryTarget& target, float far,
             std::span<const std::uint32_t> near, std::span<const std::uint32_t> seeds = {});
 
-/// Draws points towards what the mesh misses: corners and ridges, to which no projection leads.
-void reach(const MovedMesh& mesh, const CarryTarget& target, std::vector<Deviation::Listed> misses,
-           std::vector<std::uint32_t>& near);
+/// Moves points towards missed points of the surface: corners and ridges, which projection never
+/// finds.
+void pull_towards_misses(const MovedMesh& mesh, const CarryTarget& target,
+                         std::vector<Deviation::Listed> misses, std::vector<std::uint32_t>& near);
 
 }  // namespace polymorph

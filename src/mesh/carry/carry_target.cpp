@@ -17,19 +17,19 @@ Vec3 face_normal_at(const CarryTarget& target, Vec3 from, const ClosestPoint& hi
   const Triangle& t = mesh.triangles[hit.triangle];
   const TriangleWeights w = closest_on_triangle(from, mesh.positions[t.v[0]],
                                                 mesh.positions[t.v[1]], mesh.positions[t.v[2]]);
-  Vec3 found = normalized(area_normal(mesh.positions, t));
-  if (w.a > 0 && w.b > 0 && w.c > 0) return found;
-  // The corners that the place lies between: those of one edge, or one.
+  Vec3 normal = normalized(area_normal(mesh.positions, t));
+  if (w.a > 0 && w.b > 0 && w.c > 0) return normal;
+  // The corners with a positive weight: the two of an edge, or one.
   std::vector<std::uint32_t> corners;
   for (int k = 0; k < 3; ++k)
     if ((k == 0 ? w.a : k == 1 ? w.b : w.c) > 0) corners.push_back(t.v[k]);
-  for (const std::uint32_t f : target.fans.of(corners.front())) {
+  for (const std::uint32_t f : target.fans.around(corners.front())) {
     const auto& v = mesh.triangles[f].v;
     if (corners.size() == 2 && std::find(v, v + 3, corners.back()) == v + 3) continue;
     const Vec3 n = area_normal(mesh.positions, mesh.triangles[f]);
-    if (dot(n, n) > 0 && dot(normalized(n), facing) < dot(found, facing)) found = normalized(n);
+    if (dot(n, n) > 0 && dot(normalized(n), facing) < dot(normal, facing)) normal = normalized(n);
   }
-  return found;
+  return normal;
 }
 
 }  // namespace polymorph

@@ -1,4 +1,4 @@
-// Carry target: the surface at one moment, which a carried mesh is to lie on.
+// Carry target: the surface at one time, onto which a carried mesh is moved.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,7 @@
 
 namespace polymorph {
 
-/// A surface, closed and with normals, and what is asked of it again and again.
+/// A closed surface with normals, and the structures for queries on it.
 struct CarryTarget {
   Mesh surface;
   Fans fans;
@@ -17,9 +17,8 @@ struct CarryTarget {
 };
 CarryTarget make_carry_target(Mesh surface);
 
-/// The unit normal of the face that `hit` (nearest to `from`) lies on; on an edge or at a corner,
-/// where several faces are as near, of the one whose normal has the smallest dot product with
-/// `facing`.
+/// The unit normal of the face that `hit` (nearest to `from`) lies on. On an edge or at a corner,
+/// where several faces are equally near: the normal with the smallest dot product with `facing`.
 Vec3 face_normal_at(const CarryTarget& target, Vec3 from, const ClosestPoint& hit, Vec3 facing);
 
 }  // namespace polymorph

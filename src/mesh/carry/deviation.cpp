@@ -9,37 +9,41 @@
 namespace polymorph {
 namespace {
 
-/// A triangle's sides are halved at most so many times.
-constexpr int kDepth = 10;
+/// Maximum number of bisections of a triangle's sides.
+constexpr int kMaxDepth = 10;
 
 struct Corner {
   Vec3 point;
   float distance;
-  std::uint32_t triangle;  ///< of the other mesh
+  std::uint32_t triangle;  ///< nearest triangle of the other mesh
 };
 using Piece = std::array<Corner, 3>;
 
-/// One triangle's measurement.
+/// Measures one triangle.
 class TriangleDeviation {
  public:
   TriangleDeviation(const MeshQuery& other, const DeviationSettings& settings)
       : other_(other), settings_(settings) {}
 
-  Deviation::OfTriangle measure(const Piece& whole) {
-    for (const Corner& corner : whole)
-      if (corner.distance >= furthest_) furthest_ = corner.distance, of_.place = corner.point;
-    divide(whole, 0);
-    std::sort(of_.witnesses.begin(), of_.witnesses.end());
-    of_.witnesses.erase(std::unique(of_.witnesses.begin(), of_.witnesses.end()),
-                        of_.witnesses.end());
-    return std::move(of_);
+  Deviation::PerTriangle measure(const Piece& triangle) {
+    for (const Corner& corner : triangle)
+      if (corner.distance >= furthest_)
+        furthest_ = corner.distance, result_.position = corner.point;
+    divide(triangle, 0);
+    std::sort(result_.witnesses.begin(), result_.witnesses.end());
+    result_.witnesses.erase(std::unique(result_.witnesses.begin(), result_.witnesses.end()),
+                            result_.witnesses.end());
+    return std::move(result_);
   }
 
  private:
-  float enough() const { return std::max(settings_.negligible, furthest_ + settings_.precision); }
+  float threshold() const {
+    return std::max(settings_.negligible, furthest_ + settings_.precision);
+  }
 
-  /// No point of the piece is further off than this; exact where that is enough.
-  float bound_of(const Piece& piece) const {
+  /// Upper bound of the distance over the piece; not refined further once it is below the
+  /// threshold.
+  float compute_bound(const Piece& piece) const {
     float longest = 0, furthest = 0;
     for (int k = 0; k < 3; ++k) {
       longest = std::max(longest, length(piece[k].point - piece[(k + 1) % 3].point));
@@ -47,15 +51,16 @@ class TriangleDeviation {
     }
     // Each point has a corner within 1/sqrt 3 of the longest side (Jung 1901).
     float bound = furthest + 0.57736f * longest;
-    if (bound <= enough()) return bound;
+    if (bound <= threshold()) return bound;
     // The distance from one triangle is convex: largest at a corner.
     for (int n = 0; n < 3; ++n) {
-      float from_one = 0;
-      for (int k = 0; k < 3 && from_one < bound; ++k)
-        from_one = std::max(from_one, piece[k].triangle == piece[n].triangle
-                                          ? piece[k].distance
-                                          : other_.distance_to(piece[k].point, piece[n].triangle));
-      bound = std::min(bound, from_one);
+      float max_distance = 0;
+      for (int k = 0; k < 3 && max_distance < bound; ++k)
+        max_distance =
+            std::max(max_distance, piece[k].triangle == piece[n].triangle
+                                       ? piece[k].distance
+                                       : other_.distance_to(piece[k].point, piece[n].triangle));
+      bound = std::min(bound, max_distance);
     }
     return bound;
   }
@@ -64,45 +69,46 @@ class TriangleDeviation {
     const Vec3 p = (a.point + b.point) * 0.5f;
     const ClosestPoint hit = other_.closest(p, a.distance <= b.distance ? a.triangle : b.triangle);
     const Corner c{p, hit.distance, hit.triangle};
-    if (c.distance > furthest_) furthest_ = c.distance, of_.place = c.point;
-    if (c.distance > settings_.listed) of_.listed.push_back({c.point, c.distance, c.triangle});
+    if (c.distance > furthest_) furthest_ = c.distance, result_.position = c.point;
+    if (c.distance > settings_.listed) result_.listed.push_back({c.point, c.distance, c.triangle});
     return c;
   }
 
   void divide(const Piece& piece, int depth) {
-    const float bound = bound_of(piece);
-    if (depth == kDepth || bound <= enough()) {
-      of_.distance = std::max(of_.distance, bound);
-      for (const Corner& corner : piece) of_.witnesses.push_back(corner.triangle);
+    const float bound = compute_bound(piece);
+    if (depth == kMaxDepth || bound <= threshold()) {
+      result_.distance = std::max(result_.distance, bound);
+      for (const Corner& corner : piece) result_.witnesses.push_back(corner.triangle);
       return;
     }
     const auto& [a, b, c] = piece;
     const Corner ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
-    for (const Piece& part : {Piece{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
-      divide(part, depth + 1);
+    for (const Piece& child : {Piece{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
+      divide(child, depth + 1);
   }
 
   const MeshQuery& other_;
   const DeviationSettings& settings_;
   float furthest_ = 0;
-  Deviation::OfTriangle of_;
+  Deviation::PerTriangle result_;
 };
 
-/// What is known of a triangle, with the other mesh's numbers of now. Whether that is so still: far
-/// triangles may have come nearer where the other mesh has changed.
-bool recall(const KnownDeviation& known, std::uint32_t f, float negligible,
-            Deviation::OfTriangle& of) {
+/// Reuses the earlier measurement of a triangle, if it is still valid, with the present indices of
+/// the other mesh. Large distances are invalid if the other mesh has changed: its new triangles may
+/// be closer.
+bool reuse(const KnownDeviation& known, std::uint32_t f, float negligible,
+           Deviation::PerTriangle& result) {
   if (known.own[f] == KnownDeviation::kNew) return false;
-  const Deviation::OfTriangle& last = known.last.triangles[known.own[f]];
+  const Deviation::PerTriangle& last = known.last.triangles[known.own[f]];
   if (!known.is_other_same) {
     if (last.distance > negligible) return false;
-    const auto is_gone = [&](std::uint32_t t) { return known.other[t] == KnownDeviation::kNew; };
-    if (std::any_of(last.witnesses.begin(), last.witnesses.end(), is_gone)) return false;
+    const auto is_removed = [&](std::uint32_t t) { return known.other[t] == KnownDeviation::kNew; };
+    if (std::any_of(last.witnesses.begin(), last.witnesses.end(), is_removed)) return false;
   }
-  of = last;
+  result = last;
   if (!known.is_other_same) {
-    for (std::uint32_t& t : of.witnesses) t = known.other[t];
-    for (Deviation::Listed& listed : of.listed) {
+    for (std::uint32_t& t : result.witnesses) t = known.other[t];
+    for (Deviation::Listed& listed : result.listed) {
       if (known.other[listed.triangle] == KnownDeviation::kNew) return false;
       listed.triangle = known.other[listed.triangle];
     }
@@ -112,9 +118,9 @@ bool recall(const KnownDeviation& known, std::uint32_t f, float negligible,
 
 }  // namespace
 
-Deviation deviation(std::span<const Vec3> points, std::span<const Triangle> triangles,
-                    const MeshQuery& other, const DeviationSettings& settings,
-                    std::vector<std::uint32_t> hints, const KnownDeviation* known) {
+Deviation measure_deviation(std::span<const Vec3> points, std::span<const Triangle> triangles,
+                            const MeshQuery& other, const DeviationSettings& settings,
+                            std::vector<std::uint32_t> hints, const KnownDeviation* known) {
   Deviation d;
   d.nearest = std::move(hints);
   const std::vector<ClosestPoint> hits = other.closest(points, d.nearest);
@@ -123,16 +129,17 @@ Deviation deviation(std::span<const Vec3> points, std::span<const Triangle> tria
       static_cast<std::int64_t>(triangles.size()),
       [&](std::int64_t i) {
         const auto f = static_cast<std::uint32_t>(i);
-        if (known && recall(*known, f, settings.negligible, d.triangles[f])) return;
-        Piece whole;
+        if (known && reuse(*known, f, settings.negligible, d.triangles[f])) return;
+        Piece corners;
         for (int k = 0; k < 3; ++k) {
           const std::uint32_t v = triangles[f].v[k];
-          whole[k] = {points[v], hits[v].distance, hits[v].triangle};
+          corners[k] = {points[v], hits[v].distance, hits[v].triangle};
         }
-        d.triangles[f] = TriangleDeviation(other, settings).measure(whole);
+        d.triangles[f] = TriangleDeviation(other, settings).measure(corners);
         for (int k = 0; k < 3; ++k)
-          if (whole[k].distance > settings.listed)
-            d.triangles[f].listed.push_back({whole[k].point, whole[k].distance, whole[k].triangle});
+          if (corners[k].distance > settings.listed)
+            d.triangles[f].listed.push_back(
+                {corners[k].point, corners[k].distance, corners[k].triangle});
       },
       64);
   return d;

@@ -13,16 +13,17 @@ std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
   return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
 }
 
-/// The side (0..2, from that corner on) that is longest; of equal ones that of the lowest key, so
-/// that both triangles beside an edge agree.
+/// The longest side (0..2, from that corner on); of equal ones that of the lowest key, so that both
+/// triangles at an edge agree.
 int longest_side(std::span<const Vec3> points, const Triangle& t) {
   int best = 0;
-  float most = -1;
+  float max_length = -1;
   for (int k = 0; k < 3; ++k) {
     const std::uint32_t a = t.v[k], b = t.v[(k + 1) % 3];
     const float d = length(points[std::min(a, b)] - points[std::max(a, b)]);
-    if (d > most || (d == most && edge_key(a, b) < edge_key(t.v[best], t.v[(best + 1) % 3])))
-      most = d, best = k;
+    if (d > max_length ||
+        (d == max_length && edge_key(a, b) < edge_key(t.v[best], t.v[(best + 1) % 3])))
+      max_length = d, best = k;
   }
   return best;
 }
@@ -32,7 +33,7 @@ int longest_side(std::span<const Vec3> points, const Triangle& t) {
 Division halve_triangles(std::span<const Vec3> points, std::span<const Triangle> triangles,
                          std::span<const std::uint32_t> chosen) {
   Division division;
-  const std::vector<Triangle> beside = neighbours_of(triangles);
+  const std::vector<Triangle> neighbours = find_neighbours(triangles);
   std::unordered_map<std::uint64_t, std::uint32_t> middles;
   std::vector<std::uint32_t> queue(chosen.begin(), chosen.end());
   for (std::size_t q = 0; q < queue.size(); ++q) {
@@ -42,29 +43,29 @@ Division halve_triangles(std::span<const Vec3> points, std::span<const Triangle>
     const auto number = static_cast<std::uint32_t>(points.size() + division.halved.size());
     if (!middles.try_emplace(edge_key(a, b), number).second) continue;
     division.halved.push_back({a, b});
-    queue.push_back(beside[queue[q]].v[k]);
+    queue.push_back(neighbours[queue[q]].v[k]);
   }
   const auto middle = [&](std::uint32_t a, std::uint32_t b) -> std::optional<std::uint32_t> {
     const auto found = middles.find(edge_key(a, b));
     if (found == middles.end()) return std::nullopt;
     return found->second;
   };
-  std::vector<Triangle>& made = division.triangles;
+  std::vector<Triangle>& result = division.triangles;
   for (const Triangle& t : triangles) {
     const int k = longest_side(points, t);
     const std::uint32_t a = t.v[k], b = t.v[(k + 1) % 3], c = t.v[(k + 2) % 3];
     const auto m = middle(a, b);
-    if (!m) {  // then no other side is halved, either
-      made.push_back(t);
+    if (!m) {  // the longest side is halved first, so no other one is
+      result.push_back(t);
       continue;
     }
-    // At the longest edge, and the halves at what they have of the others.
+    // Split at the longest edge, then both halves at their other edges.
     for (const auto& [p, q] : {std::array{b, c}, std::array{c, a}}) {
       if (const auto n = middle(p, q)) {
-        made.push_back({{*m, p, *n}});
-        made.push_back({{*m, *n, q}});
+        result.push_back({{*m, p, *n}});
+        result.push_back({{*m, *n, q}});
       } else {
-        made.push_back({{*m, p, q}});
+        result.push_back({{*m, p, q}});
       }
     }
   }

@@ -18,78 +18,83 @@ namespace {
 using Flags = std::vector<std::uint8_t>;
 using Vec2d = Eigen::Vector2d;
 
-/// Numbers of the connected parts of the triangles where `in` is `value`, from 1 on, and sizes.
-struct Parts {
-  std::vector<std::uint32_t> number;  ///< 0: not `value`
-  std::vector<std::size_t> size;      ///< size[0] stands for nothing
+/// Connected components of the triangles whose flag is `value`.
+struct Components {
+  std::vector<std::uint32_t> number;  ///< component per triangle, from 1 on; 0: the flag differs
+  std::vector<std::size_t> size;      ///< triangles per component; size[0] is unused
 };
-Parts parts_of(const std::vector<Triangle>& beside, const Flags& in, std::uint8_t value) {
-  Parts parts{std::vector<std::uint32_t>(in.size(), 0), {0}};
+Components find_components(const std::vector<Triangle>& neighbours, const Flags& in,
+                           std::uint8_t value) {
+  Components components{std::vector<std::uint32_t>(in.size(), 0), {0}};
   std::vector<std::uint32_t> stack;
   for (std::uint32_t f = 0; f < in.size(); ++f) {
-    if (in[f] != value || parts.number[f] != 0) continue;
-    const auto part = static_cast<std::uint32_t>(parts.size.size());
-    parts.size.push_back(0);
+    if (in[f] != value || components.number[f] != 0) continue;
+    const auto component = static_cast<std::uint32_t>(components.size.size());
+    components.size.push_back(0);
     stack.push_back(f);
-    parts.number[f] = part;
+    components.number[f] = component;
     while (!stack.empty()) {
       const std::uint32_t g = stack.back();
       stack.pop_back();
-      ++parts.size[part];
-      for (const std::uint32_t n : beside[g].v)
-        if (in[n] == value && parts.number[n] == 0) parts.number[n] = part, stack.push_back(n);
+      ++components.size[component];
+      for (const std::uint32_t n : neighbours[g].v)
+        if (in[n] == value && components.number[n] == 0)
+          components.number[n] = component, stack.push_back(n);
     }
   }
-  return parts;
+  return components;
 }
 
-std::uint32_t largest(const Parts& parts) {
-  return static_cast<std::uint32_t>(std::max_element(parts.size.begin(), parts.size.end()) -
-                                    parts.size.begin());
+std::uint32_t find_largest(const Components& components) {
+  return static_cast<std::uint32_t>(
+      std::max_element(components.size.begin(), components.size.end()) - components.size.begin());
 }
 
+/// Adds `rings` of triangles to the flagged ones.
 void grow(std::span<const Triangle> triangles, std::size_t points, int rings, Flags& in) {
   for (int r = 0; r < rings; ++r) {
-    Flags touched(points, 0);
+    Flags is_touched(points, 0);
     for (std::size_t f = 0; f < in.size(); ++f)
       if (in[f])
-        for (const std::uint32_t v : triangles[f].v) touched[v] = 1;
+        for (const std::uint32_t v : triangles[f].v) is_touched[v] = 1;
     for (std::size_t f = 0; f < in.size(); ++f)
       if (!in[f])
-        in[f] =
-            touched[triangles[f].v[0]] || touched[triangles[f].v[1]] || touched[triangles[f].v[2]];
+        in[f] = is_touched[triangles[f].v[0]] || is_touched[triangles[f].v[1]] ||
+                is_touched[triangles[f].v[2]];
   }
 }
 
 /// A disk of triangles: its border's points in order, and all its points.
 struct Disk {
   std::vector<std::uint32_t> faces, border, points;
-  std::unordered_map<std::uint32_t, std::uint32_t> number;  ///< of a point: its place in `points`
+  std::unordered_map<std::uint32_t, std::uint32_t> index;  ///< index in `points` per mesh point
 };
 
-/// The connected part `in`, without holes, as a disk; border points are the first of its points.
-std::optional<Disk> disk_of(std::span<const Triangle> triangles,
-                            const std::vector<Triangle>& beside, std::size_t points, Flags in) {
+/// Makes a disk of the connected component `in`, filling its holes; border points come first.
+/// Returns nothing if it is no disk.
+std::optional<Disk> make_disk(std::span<const Triangle> triangles,
+                              const std::vector<Triangle>& neighbours, std::size_t points,
+                              Flags in) {
   for (int tries = 0; tries < 8; ++tries) {
-    const Parts outside = parts_of(beside, in, 0);
+    const Components outside = find_components(neighbours, in, 0);
     if (outside.size.size() < 2) return std::nullopt;
-    const std::uint32_t keep = largest(outside);
+    const std::uint32_t keep = find_largest(outside);
     for (std::size_t f = 0; f < in.size(); ++f)
       if (!in[f] && outside.number[f] != keep) in[f] = 1;
     std::map<std::uint32_t, std::uint32_t> next;
-    Flags pinched(points, 0);
+    Flags is_pinched_point(points, 0);
     bool is_pinched = false;
     for (std::uint32_t f = 0; f < in.size(); ++f) {
       if (!in[f]) continue;
       for (int k = 0; k < 3; ++k) {
-        if (in[beside[f].v[k]]) continue;
+        if (in[neighbours[f].v[k]]) continue;
         const auto [at, fresh] = next.emplace(triangles[f].v[k], triangles[f].v[(k + 1) % 3]);
-        if (!fresh) pinched[triangles[f].v[k]] = 1, is_pinched = true;
+        if (!fresh) is_pinched_point[triangles[f].v[k]] = 1, is_pinched = true;
       }
     }
     if (is_pinched) {
       for (std::size_t f = 0; f < in.size(); ++f)
-        for (const std::uint32_t v : triangles[f].v) in[f] |= pinched[v];
+        for (const std::uint32_t v : triangles[f].v) in[f] |= is_pinched_point[v];
       continue;
     }
     if (next.empty()) return std::nullopt;
@@ -100,14 +105,14 @@ std::optional<Disk> disk_of(std::span<const Triangle> triangles,
       disk.border.push_back(v);
       v = next.at(v);
     } while (v != first && disk.border.size() <= next.size());
-    if (disk.border.size() != next.size()) return std::nullopt;  // several borders
+    if (disk.border.size() != next.size()) return std::nullopt;  // more than one border
     disk.points = disk.border;
-    for (std::uint32_t i = 0; i < disk.border.size(); ++i) disk.number[disk.border[i]] = i;
+    for (std::uint32_t i = 0; i < disk.border.size(); ++i) disk.index[disk.border[i]] = i;
     for (std::uint32_t f = 0; f < in.size(); ++f) {
       if (!in[f]) continue;
       disk.faces.push_back(f);
       for (const std::uint32_t p : triangles[f].v)
-        if (disk.number.emplace(p, static_cast<std::uint32_t>(disk.points.size())).second)
+        if (disk.index.emplace(p, static_cast<std::uint32_t>(disk.points.size())).second)
           disk.points.push_back(p);
     }
     // V - E + F = 1 for a disk; E = (3 F + border) / 2.
@@ -119,8 +124,8 @@ std::optional<Disk> disk_of(std::span<const Triangle> triangles,
   return std::nullopt;
 }
 
-/// The inner points of a disk in the plane, each the mean of its neighbours by the weights; `flat`
-/// holds the border's.
+/// Places the inner points of a disk in the plane, each at the weighted mean of its neighbours;
+/// `flat` holds the border's positions. Returns false if the system is singular.
 template <class Weight>
 bool embed(const Disk& disk, std::span<const Triangle> triangles, std::vector<Vec2d>& flat,
            const Weight& weight) {
@@ -136,7 +141,7 @@ bool embed(const Disk& disk, std::span<const Triangle> triangles, std::vector<Ve
       for (const int step : {1, 2}) {
         const std::uint32_t p = triangles[f].v[k], q = triangles[f].v[(k + step) % 3],
                             r = triangles[f].v[(k + 3 - step) % 3];
-        const std::uint32_t i = disk.number.at(p), j = disk.number.at(q);
+        const std::uint32_t i = disk.index.at(p), j = disk.index.at(q);
         if (i < border) continue;
         const double w = weight(p, q, r);
         const auto row = static_cast<Eigen::Index>(i - border);
@@ -158,27 +163,28 @@ bool embed(const Disk& disk, std::span<const Triangle> triangles, std::vector<Ve
   return true;
 }
 
-struct Where {
+/// A position in a disk: barycentric weights in one of its faces.
+struct DiskPosition {
   std::uint32_t face = 0;
   double weights[3] = {1, 0, 0};
 };
 
-/// The disk's face that a point of the plane is in.
-Where locate(const Disk& disk, std::span<const Triangle> triangles, const std::vector<Vec2d>& flat,
-             Vec2d p) {
-  Where best;
-  double least = -1e300;
+/// Finds the face of the flattened disk that contains a point, or the one it is least outside of.
+DiskPosition locate(const Disk& disk, std::span<const Triangle> triangles,
+                    const std::vector<Vec2d>& flat, Vec2d p) {
+  DiskPosition best;
+  double max_inside = -1e300;
   for (const std::uint32_t f : disk.faces) {
     const Triangle& t = triangles[f];
-    const Vec2d a = flat[disk.number.at(t.v[0])], b = flat[disk.number.at(t.v[1])] - a,
-                c = flat[disk.number.at(t.v[2])] - a, d = p - a;
+    const Vec2d a = flat[disk.index.at(t.v[0])], b = flat[disk.index.at(t.v[1])] - a,
+                c = flat[disk.index.at(t.v[2])] - a, d = p - a;
     const double area = b.x() * c.y() - b.y() * c.x();
     if (!(std::abs(area) > 0)) continue;
     const double u = (d.x() * c.y() - d.y() * c.x()) / area,
                  v = (b.x() * d.y() - b.y() * d.x()) / area;
     const double inside = std::min({1 - u - v, u, v});
-    if (inside > least) {
-      least = inside;
+    if (inside > max_inside) {
+      max_inside = inside;
       best = {f, {1 - u - v, u, v}};
       if (inside >= 0) break;
     }
@@ -189,20 +195,21 @@ Where locate(const Disk& disk, std::span<const Triangle> triangles, const std::v
   return best;
 }
 
+/// Maps one patch onto the disk `ground` of the surface. Returns false if that is impossible.
 bool map_patch(std::vector<Vec3>& points, std::span<const Triangle> triangles, const Disk& patch,
                const Mesh& surface, const Disk& ground, const ClosestPointQuery& closest) {
-  // The ground on a circle.
+  // Map the border of the ground to the unit circle, by arc length.
   std::vector<Vec2d> flat(ground.points.size());
-  double around = 0;
-  std::vector<double> along;
+  double total = 0;
+  std::vector<double> arc_length;
   for (std::size_t i = 0; i < ground.border.size(); ++i) {
-    along.push_back(around);
-    around += static_cast<double>(
+    arc_length.push_back(total);
+    total += static_cast<double>(
         length(surface.positions[ground.border[(i + 1) % ground.border.size()]] -
                surface.positions[ground.border[i]]));
   }
   for (std::size_t i = 0; i < ground.border.size(); ++i) {
-    const double angle = 2 * 3.14159265358979 * along[i] / around;
+    const double angle = 2 * 3.14159265358979 * arc_length[i] / total;
     flat[i] = {exact::cos(angle), exact::sin(angle)};
   }
   const auto tan_half = [&](Vec3 a, Vec3 b) {
@@ -210,31 +217,30 @@ bool map_patch(std::vector<Vec3>& points, std::span<const Triangle> triangles, c
     const double l = std::sqrt(c * c + s * s);
     return s > 1e-12 * l ? (l - c) / s : (c > 0 ? 1e-6 : 1e6);
   };
-  const bool is_flat = embed(ground, surface.triangles, flat,
-                             [&](std::uint32_t p, std::uint32_t q, std::uint32_t r) {
-                               const Vec3 a = surface.positions[q] - surface.positions[p],
-                                          b = surface.positions[r] - surface.positions[p];
-                               const auto far = std::max(static_cast<double>(length(a)), 1e-12);
-                               return std::clamp(tan_half(a, b), 1e-3, 1e3) / far;
-                             });
+  const bool is_flat = embed(
+      ground, surface.triangles, flat, [&](std::uint32_t p, std::uint32_t q, std::uint32_t r) {
+        const Vec3 a = surface.positions[q] - surface.positions[p],
+                   b = surface.positions[r] - surface.positions[p];
+        const auto edge_length = std::max(static_cast<double>(length(a)), 1e-12);
+        return std::clamp(tan_half(a, b), 1e-3, 1e3) / edge_length;
+      });
   if (!is_flat) return false;
   Flags is_ground(surface.triangles.size(), 0);
   for (const std::uint32_t f : ground.faces) is_ground[f] = 1;
-  std::vector<Vec2d> mapped(patch.points.size());
+  std::vector<Vec2d> patch_flat(patch.points.size());
   for (std::size_t i = 0; i < patch.border.size(); ++i) {
     const ClosestPoint hit = closest.closest(points[patch.border[i]]);
     if (!is_ground[hit.triangle]) return false;
     const Triangle& t = surface.triangles[hit.triangle];
-    const TriangleWeights w = closest_on_triangle(
-        hit.point, surface.positions[t.v[0]], surface.positions[t.v[1]], surface.positions[t.v[2]]);
-    mapped[i] = flat[ground.number.at(t.v[0])] * w.a + flat[ground.number.at(t.v[1])] * w.b +
-                flat[ground.number.at(t.v[2])] * w.c;
+    const TriangleWeights w = weights_at(surface, hit);
+    patch_flat[i] = flat[ground.index.at(t.v[0])] * w.a + flat[ground.index.at(t.v[1])] * w.b +
+                    flat[ground.index.at(t.v[2])] * w.c;
   }
-  if (!embed(patch, triangles, mapped,
+  if (!embed(patch, triangles, patch_flat,
              [](std::uint32_t, std::uint32_t, std::uint32_t) { return 1.0; }))
     return false;
-  for (std::size_t i = patch.border.size(); i < mapped.size(); ++i) {
-    const Where at = locate(ground, surface.triangles, flat, mapped[i]);
+  for (std::size_t i = patch.border.size(); i < patch_flat.size(); ++i) {
+    const DiskPosition at = locate(ground, surface.triangles, flat, patch_flat[i]);
     const Triangle& t = surface.triangles[at.face];
     Vec3 p;
     for (int k = 0; k < 3; ++k)
@@ -250,33 +256,33 @@ std::size_t map_patches(std::vector<Vec3>& points, std::span<const Triangle> tri
                         std::span<const std::uint32_t> seeds, int rings, const CarryTarget& target,
                         std::span<const std::uint32_t> mesh_near) {
   const Mesh& surface = target.surface;
-  const std::vector<Triangle> beside = neighbours_of(triangles),
-                              ground_beside = neighbours_of(surface.triangles);
+  const std::vector<Triangle> neighbours = find_neighbours(triangles),
+                              ground_neighbours = find_neighbours(surface.triangles);
   Flags near(triangles.size(), 0);
   for (const std::uint32_t f : seeds) near[f] = 1;
   grow(triangles, points.size(), rings, near);
-  const Parts patches = parts_of(beside, near, 1);
-  std::size_t done = 0;
-  for (std::uint32_t part = 1; part < patches.size.size(); ++part) {
+  const Components patches = find_components(neighbours, near, 1);
+  std::size_t mapped_count = 0;
+  for (std::uint32_t component = 1; component < patches.size.size(); ++component) {
     Flags in(triangles.size(), 0);
-    for (std::size_t f = 0; f < in.size(); ++f) in[f] = patches.number[f] == part;
-    const std::optional<Disk> patch = disk_of(triangles, beside, points.size(), in);
+    for (std::size_t f = 0; f < in.size(); ++f) in[f] = patches.number[f] == component;
+    const std::optional<Disk> patch = make_disk(triangles, neighbours, points.size(), in);
     if (!patch) continue;
     for (const std::uint32_t f : patch->faces) in[f] = 1;
     grow(triangles, points.size(), 4, in);
     Flags under(surface.triangles.size(), 0);
     for (std::size_t f = 0; f < under.size(); ++f)
       under[f] = in[mesh_near[surface.triangles[f].v[0]]];
-    const Parts grounds = parts_of(ground_beside, under, 1);
+    const Components grounds = find_components(ground_neighbours, under, 1);
     if (grounds.size.size() < 2) continue;
-    const std::uint32_t keep = largest(grounds);
+    const std::uint32_t keep = find_largest(grounds);
     for (std::size_t f = 0; f < under.size(); ++f) under[f] = grounds.number[f] == keep;
     const std::optional<Disk> ground =
-        disk_of(surface.triangles, ground_beside, surface.positions.size(), under);
+        make_disk(surface.triangles, ground_neighbours, surface.positions.size(), under);
     if (!ground) continue;
-    done += map_patch(points, triangles, *patch, surface, *ground, *target.tree);
+    mapped_count += map_patch(points, triangles, *patch, surface, *ground, *target.tree);
   }
-  return done;
+  return mapped_count;
 }
 
 }  // namespace polymorph

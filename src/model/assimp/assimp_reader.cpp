@@ -1,7 +1,6 @@
-// polymorph_assimp FILE: reads a model by Assimp and says what is in it on standard output, as the
-// pieces of model/load/import_process.h: OBJ text, MTL text and embedded textures. A program of its
-// own, so that a file that makes the library crash, loop or ask for all memory ends nothing but
-// this.
+// polymorph_assimp FILE: reads a model with Assimp and writes it to standard output as the records
+// of model/load/import_process.h: OBJ text, MTL text and embedded textures. It is a program of its
+// own, so that a file that makes the library crash, loop or exhaust memory ends only this process.
 #include <assimp/GltfMaterial.h>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
@@ -32,20 +31,20 @@ void put(const char* kind, const std::string& name, const std::string& bytes) {
   std::fwrite(bytes.data(), 1, bytes.size(), stdout);
 }
 
-/// The model's own folder and what is below it, regular files only, for reading only.
+/// Read-only access to regular files in the model's folder and below.
 class FolderIO : public Assimp::DefaultIOSystem {
  public:
   explicit FolderIO(const fs::path& file)
       : root_(fs::weakly_canonical(file.has_parent_path() ? file.parent_path() : ".")) {}
-  bool Exists(const char* name) const override { return allowed(name); }
+  bool Exists(const char* name) const override { return is_allowed(name); }
   Assimp::IOStream* Open(const char* name, const char* mode) override {
-    if (mode[0] != 'r' || !allowed(name)) return nullptr;
+    if (mode[0] != 'r' || !is_allowed(name)) return nullptr;
     if (opened_.insert(name).second) put("input", name, "");
     return DefaultIOSystem::Open(name, mode);
   }
 
  private:
-  bool allowed(const char* name) const {
+  bool is_allowed(const char* name) const {
     std::error_code error;
     const fs::path path = fs::weakly_canonical(name, error);
     if (error || !fs::is_regular_file(path, error)) return false;
@@ -56,8 +55,8 @@ class FolderIO : public Assimp::DefaultIOSystem {
   std::set<std::string> opened_;
 };
 
-/// A word: no spaces, no control characters.
-std::string word_of(const aiString& name, const char* otherwise) {
+/// Replaces spaces and control characters of a name; returns `otherwise` if it is empty.
+std::string make_word(const aiString& name, const char* otherwise) {
   std::string text;
   for (const char* c = name.C_Str(); *c; ++c)
     text += static_cast<unsigned char>(*c) <= ' ' || *c == '#' ? '_' : *c;
@@ -76,11 +75,10 @@ std::string numbers(std::initializer_list<double> values) {
   return text;
 }
 
-double linear(double encoded) {
-  return encoded <= 0.04045 ? encoded / 12.92
-                            : polymorph::exact::pow((encoded + 0.055) / 1.055, 2.4);
+double to_linear(double srgb) {
+  return srgb <= 0.04045 ? srgb / 12.92 : polymorph::exact::pow((srgb + 0.055) / 1.055, 2.4);
 }
-double encoded(double linear) {
+double to_srgb(double linear) {
   return linear <= 0.0031308 ? 12.92 * linear
                              : 1.055 * polymorph::exact::pow(linear, 1 / 2.4) - 0.055;
 }
@@ -89,24 +87,24 @@ class Writer {
  public:
   Writer(const aiScene& scene, const std::string& suffix) : scene_(scene), suffix_(suffix) {}
 
-  void run() {
+  void write() {
     for (unsigned i = 0; i < scene_.mNumMaterials; ++i) add_material(*scene_.mMaterials[i]);
-    add_node(*scene_.mRootNode, upright());
+    add_node(*scene_.mRootNode, make_upright());
     put("obj", "", obj_);
     put("mtl", "", mtl_);
     for (unsigned i = 0; i < scene_.mNumTextures; ++i) add_texture(i);
     if (points_or_lines_ > 0)
       put("warning", std::to_string(points_or_lines_) + " points or lines - ignored", "");
-    if (covered_colors_)
+    if (has_unused_colors_)
       put("warning", "colours of points beside a texture - the texture counts", "");
     if (animated_) put("warning", "it moves - shown as it stands in the file", "");
   }
 
  private:
-  aiMatrix4x4 upright();
+  aiMatrix4x4 make_upright();
   void add_material(const aiMaterial& material);
-  void add_node(const aiNode& node, const aiMatrix4x4& above);
-  void add_mesh(const aiMesh& mesh, const aiMatrix4x4& place, const std::string& label);
+  void add_node(const aiNode& node, const aiMatrix4x4& parent);
+  void add_mesh(const aiMesh& mesh, const aiMatrix4x4& transform, const std::string& label);
   std::string color_material(const aiMesh& mesh, const aiFace& face);
   void add_texture(unsigned index);
   bool is_srgb() const { return suffix_ == ".ply" || suffix_ == ".off" || suffix_ == ".stl"; }
@@ -119,20 +117,22 @@ class Writer {
   std::set<std::string> names_;
   std::set<unsigned> colors_;
   std::size_t points_ = 0, uvs_ = 0, normals_ = 0, points_or_lines_ = 0;
-  bool covered_colors_ = false, animated_ = false;
+  bool has_unused_colors_ = false, animated_ = false;
 };
 
-/// FBX says which axis is up and how long a unit is, and leaves it at that; the other formats'
-/// readers turn the scene, and have no units or metres.
-aiMatrix4x4 Writer::upright() {
+/// Rotates y up and scales to metres. FBX only stores the axis and the unit; the readers of the
+/// other formats rotate the scene themselves, and their unit is the metre or unknown.
+aiMatrix4x4 Writer::make_upright() {
   animated_ = scene_.mNumAnimations > 0;
-  aiMatrix4x4 turn, scale;
-  if (suffix_ != ".fbx" || !scene_.mMetaData) return turn;
+  aiMatrix4x4 rotation, scale;
+  if (suffix_ != ".fbx" || !scene_.mMetaData) return rotation;
   int axis = 1, sign = 1;
   scene_.mMetaData->Get("UpAxis", axis);
   scene_.mMetaData->Get("UpAxisSign", sign);
-  if (axis == 2) aiMatrix4x4::RotationX(sign < 0 ? AI_MATH_HALF_PI_F : -AI_MATH_HALF_PI_F, turn);
-  if (axis == 0) aiMatrix4x4::RotationZ(sign < 0 ? -AI_MATH_HALF_PI_F : AI_MATH_HALF_PI_F, turn);
+  if (axis == 2)
+    aiMatrix4x4::RotationX(sign < 0 ? AI_MATH_HALF_PI_F : -AI_MATH_HALF_PI_F, rotation);
+  if (axis == 0)
+    aiMatrix4x4::RotationZ(sign < 0 ? -AI_MATH_HALF_PI_F : AI_MATH_HALF_PI_F, rotation);
   double centimetres = 100;
   float narrow = 0;
   if (!scene_.mMetaData->Get("UnitScaleFactor", centimetres) &&
@@ -140,31 +140,33 @@ aiMatrix4x4 Writer::upright() {
     centimetres = static_cast<double>(narrow);
   if (!(centimetres > 0) || !std::isfinite(centimetres)) centimetres = 100;
   const auto metres = static_cast<ai_real>(centimetres / 100);
-  return turn * aiMatrix4x4::Scaling(aiVector3D(metres, metres, metres), scale);
+  return rotation * aiMatrix4x4::Scaling(aiVector3D(metres, metres, metres), scale);
 }
 
 void Writer::add_material(const aiMaterial& material) {
   aiString text;
   material.Get(AI_MATKEY_NAME, text);
-  std::string name = word_of(text, "material");
+  std::string name = make_word(text, "material");
   for (int i = 2; !names_.insert(name).second; ++i)
-    name = word_of(text, "material") + "_" + std::to_string(i);
+    name = make_word(text, "material") + "_" + std::to_string(i);
   materials_.push_back(name);
   mtl_ += "newmtl " + name + "\n";
   aiColor4D color(0.7f, 0.7f, 0.7f, 1);
   if (material.Get(AI_MATKEY_BASE_COLOR, color) != aiReturn_SUCCESS)
     material.Get(AI_MATKEY_COLOR_DIFFUSE, color);
-  const auto share = [](float v) {
+  const auto clamp_fraction = [](float v) {
     return static_cast<double>(std::isfinite(v) ? std::clamp(v, 0.0f, 1.0f) : 0.7f);
   };
-  mtl_ += "Kd" + numbers({share(color.r), share(color.g), share(color.b)}) + "\n";
+  mtl_ += "Kd" +
+          numbers({clamp_fraction(color.r), clamp_fraction(color.g), clamp_fraction(color.b)}) +
+          "\n";
   float value = 0;
   if (material.Get(AI_MATKEY_ROUGHNESS_FACTOR, value) == aiReturn_SUCCESS)
-    mtl_ += "Pr " + number(share(value)) + "\n";
+    mtl_ += "Pr " + number(clamp_fraction(value)) + "\n";
   else if (material.Get(AI_MATKEY_SHININESS, value) == aiReturn_SUCCESS && value > 0)
     mtl_ += "Ns " + number(std::min(static_cast<double>(value), 1e6)) + "\n";
   if (material.Get(AI_MATKEY_METALLIC_FACTOR, value) == aiReturn_SUCCESS)
-    mtl_ += "Pm " + number(share(value)) + "\n";
+    mtl_ += "Pm " + number(clamp_fraction(value)) + "\n";
   bool textured = false;
   for (const aiTextureType type : {aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE}) {
     aiString path;
@@ -179,16 +181,16 @@ void Writer::add_material(const aiMaterial& material) {
   textured_.push_back(textured);
 }
 
-void Writer::add_node(const aiNode& node, const aiMatrix4x4& above) {
-  const aiMatrix4x4 place = above * node.mTransformation;
+void Writer::add_node(const aiNode& node, const aiMatrix4x4& parent) {
+  const aiMatrix4x4 transform = parent * node.mTransformation;
   for (unsigned i = 0; i < node.mNumMeshes; ++i) {
     const aiMesh& mesh = *scene_.mMeshes[node.mMeshes[i]];
-    add_mesh(mesh, place, word_of(mesh.mName.length ? mesh.mName : node.mName, "mesh"));
+    add_mesh(mesh, transform, make_word(mesh.mName.length ? mesh.mName : node.mName, "mesh"));
   }
-  for (unsigned i = 0; i < node.mNumChildren; ++i) add_node(*node.mChildren[i], place);
+  for (unsigned i = 0; i < node.mNumChildren; ++i) add_node(*node.mChildren[i], transform);
 }
 
-/// A material for the mean colour of a face's corners, in steps of 4 of 255.
+/// Makes a material of the mean colour of a face's corners, in steps of 4/255.
 std::string Writer::color_material(const aiMesh& mesh, const aiFace& face) {
   double sum[3] = {};
   for (unsigned k = 0; k < face.mNumIndices; ++k) {
@@ -200,51 +202,52 @@ std::string Writer::color_material(const aiMesh& mesh, const aiFace& face) {
   unsigned code = 0;
   for (double& v : sum) {
     v = std::clamp(v / face.mNumIndices, 0.0, 1.0);
-    const double step = std::round((is_srgb() ? v : encoded(v)) * 255 / 4);
+    const double step = std::round((is_srgb() ? v : to_srgb(v)) * 255 / 4);
     code = code << 8 | static_cast<unsigned>(std::min(4 * step, 255.0));
   }
   char name[40];
   std::snprintf(name, sizeof name, "color_%06x", code);
   if (colors_.insert(code).second)
     mtl_ += std::string("newmtl ") + name + "\nKd" +
-            numbers({linear((code >> 16) / 255.0), linear((code >> 8 & 255) / 255.0),
-                     linear((code & 255) / 255.0)}) +
+            numbers({to_linear((code >> 16) / 255.0), to_linear((code >> 8 & 255) / 255.0),
+                     to_linear((code & 255) / 255.0)}) +
             "\n";
   return name;
 }
 
-void Writer::add_mesh(const aiMesh& mesh, const aiMatrix4x4& place, const std::string& label) {
-  aiMatrix3x3 turn(place);
-  const bool mirrored = turn.Determinant() < 0;
-  const bool normals = mesh.HasNormals() && suffix_ != ".stl" && turn.Determinant() != 0;
+void Writer::add_mesh(const aiMesh& mesh, const aiMatrix4x4& transform, const std::string& label) {
+  aiMatrix3x3 rotation(transform);
+  const bool mirrored = rotation.Determinant() < 0;
+  const bool normals = mesh.HasNormals() && suffix_ != ".stl" && rotation.Determinant() != 0;
   const bool uvs = mesh.HasTextureCoords(0);
-  turn.Inverse().Transpose();
+  rotation.Inverse().Transpose();
   for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
-    const aiVector3D p = place * mesh.mVertices[i];
+    const aiVector3D p = transform * mesh.mVertices[i];
     obj_ += 'v' + numbers({p.x, p.y, p.z}) + '\n';
     if (uvs)
       obj_ += "vt" + numbers({mesh.mTextureCoords[0][i].x, mesh.mTextureCoords[0][i].y}) + '\n';
     if (normals) {
-      const aiVector3D n = turn * mesh.mNormals[i];
+      const aiVector3D n = rotation * mesh.mNormals[i];
       obj_ += "vn" + numbers({n.x, n.y, n.z}) + '\n';
     }
   }
   obj_ += "g " + label + '\n';
   const bool textured = mesh.mMaterialIndex < textured_.size() && textured_[mesh.mMaterialIndex];
   const bool colored = mesh.HasVertexColors(0) && !textured;
-  covered_colors_ = covered_colors_ || (mesh.HasVertexColors(0) && textured);
-  std::string current;
+  has_unused_colors_ = has_unused_colors_ || (mesh.HasVertexColors(0) && textured);
+  std::string current_material;
   for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
     const aiFace& face = mesh.mFaces[f];
     if (face.mNumIndices < 3) {
       ++points_or_lines_;
       continue;
     }
-    std::string wanted = colored                                   ? color_material(mesh, face)
-                         : mesh.mMaterialIndex < materials_.size() ? materials_[mesh.mMaterialIndex]
-                                                                   : std::string();
-    if (!wanted.empty() && wanted != current) obj_ += "usemtl " + wanted + '\n';
-    current = std::move(wanted);
+    std::string required = colored ? color_material(mesh, face)
+                           : mesh.mMaterialIndex < materials_.size()
+                               ? materials_[mesh.mMaterialIndex]
+                               : std::string();
+    if (!required.empty() && required != current_material) obj_ += "usemtl " + required + '\n';
+    current_material = std::move(required);
     obj_ += 'f';
     for (unsigned k = 0; k < face.mNumIndices; ++k) {
       const std::size_t i = face.mIndices[mirrored ? face.mNumIndices - 1 - k : k];
@@ -259,7 +262,7 @@ void Writer::add_mesh(const aiMesh& mesh, const aiMatrix4x4& place, const std::s
   if (normals) normals_ += mesh.mNumVertices;
 }
 
-/// As it is in the file, or, where the library has decoded it, as a Targa.
+/// Writes a texture as in the file or, if the library has decoded it, as a Targa.
 void Writer::add_texture(unsigned index) {
   const aiTexture& texture = *scene_.mTextures[index];
   const std::string name = polymorph::embedded_name(index);
@@ -268,7 +271,7 @@ void Writer::add_texture(unsigned index) {
                std::string(reinterpret_cast<const char*>(texture.pcData), texture.mWidth));
   if (texture.mWidth > 65535 || texture.mHeight > 65535) return;
   std::string bytes(18, '\0');
-  bytes[2] = 2;  // colours as they are
+  bytes[2] = 2;  // uncompressed true colour
   bytes[12] = static_cast<char>(texture.mWidth & 255);
   bytes[13] = static_cast<char>(texture.mWidth >> 8);
   bytes[14] = static_cast<char>(texture.mHeight & 255);
@@ -280,7 +283,7 @@ void Writer::add_texture(unsigned index) {
   put("texture", name, bytes);
 }
 
-/// Seconds of work and bytes of memory are enough for any model that the program can take.
+/// Limits CPU time or memory to values that suffice for any model the program accepts.
 void limit(int what, rlim_t maximum) {
   rlimit now{};
   if (getrlimit(what, &now) != 0) return;
@@ -305,14 +308,14 @@ int main(int argc, char** argv) {
   try {
     Assimp::Importer importer;
     importer.SetIOHandler(new FolderIO(path));
-    // One mesh per node, not one chain of joints.
+    // Make one node per mesh instead of a chain of pivots.
     importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
     const aiScene* scene = importer.ReadFile(argv[1], aiProcess_ValidateDataStructure);
     if (!scene || !scene->mRootNode || scene->mNumMeshes == 0) {
       const std::string why = importer.GetErrorString();
       put("error", why.empty() ? "no meshes in it" : why, "");
     } else {
-      Writer(*scene, suffix).run();
+      Writer(*scene, suffix).write();
     }
   } catch (const std::exception& e) {
     put("error", e.what(), "");

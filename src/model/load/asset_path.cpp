@@ -25,18 +25,17 @@ bool is_inside(const fs::path& root, const fs::path& path) {
 
 }  // namespace
 
-/// `relative` below `folder` with the case of each part as it is on the disk; empty if there is
-/// none.
+/// Resolves `relative` below `folder` regardless of case; empty if there is no such file.
 fs::path AssetFinder::find_any_case(const fs::path& folder, const fs::path& relative) {
   fs::path found = folder;
-  for (const fs::path& part : relative) {
+  for (const fs::path& component : relative) {
     std::error_code error;
-    if (part == "." || part == ".." || fs::exists(found / part, error)) {
-      found /= part;
+    if (component == "." || component == ".." || fs::exists(found / component, error)) {
+      found /= component;
       continue;
     }
     const auto& names = names_in(found);
-    const auto name = names.find(lower_case(part.string()));
+    const auto name = names.find(lower_case(component.string()));
     if (name == names.end()) return {};
     found /= name->second;
   }
@@ -44,16 +43,16 @@ fs::path AssetFinder::find_any_case(const fs::path& folder, const fs::path& rela
 }
 
 const std::map<std::string, std::string>& AssetFinder::names_in(const fs::path& folder) {
-  const auto [known, added] = folders_.try_emplace(folder);
-  if (!added) return known->second;
+  const auto [entry, added] = folders_.try_emplace(folder);
+  if (!added) return entry->second;
   std::error_code error;
   fs::directory_iterator it(folder.empty() ? fs::path(".") : folder, error);
   for (const fs::directory_iterator end; !error && it != end; it.increment(error)) {
     const std::string name = it->path().filename().string();
-    std::string& first = known->second.try_emplace(lower_case(name), name).first->second;
-    first = std::min(first, name);  // not the directory's order
+    std::string& first = entry->second.try_emplace(lower_case(name), name).first->second;
+    first = std::min(first, name);  // independent of the directory's order
   }
-  return known->second;
+  return entry->second;
 }
 
 Result<AssetPath> AssetFinder::find(const fs::path& folder, std::string_view name) {
@@ -62,10 +61,10 @@ Result<AssetPath> AssetFinder::find(const fs::path& folder, std::string_view nam
   const bool drive =
       text.size() > 1 && text[1] == ':' && std::isalpha(static_cast<unsigned char>(text[0]));
   const fs::path named(text);
-  // An empty folder is the current one; lexically_relative needs both sides named alike.
+  // An empty path is the current folder; lexically_relative needs the same form on both sides.
   const fs::path base = folder.empty() ? fs::path(".") : folder;
-  const fs::path top = root_.empty() ? fs::path(".") : root_;
-  const bool outside = drive || named.is_absolute() || !is_inside(top, base / named);
+  const fs::path root = root_.empty() ? fs::path(".") : root_;
+  const bool outside = drive || named.is_absolute() || !is_inside(root, base / named);
   if (!outside) {
     if (is_file(base / named)) return AssetPath{base / named, {}};
     const fs::path other_case = find_any_case(base, named);
@@ -74,13 +73,14 @@ Result<AssetPath> AssetFinder::find(const fs::path& folder, std::string_view nam
                                                name, other_case.string())};
   }
   const fs::path file_name = named.filename();
-  for (const fs::path& place : {base, top}) {
-    const fs::path beside = file_name.empty() ? fs::path{} : find_any_case(place, file_name);
-    if (!beside.empty())
-      return AssetPath{beside,
+  for (const fs::path& candidate_folder : {base, root}) {
+    const fs::path substitute =
+        file_name.empty() ? fs::path{} : find_any_case(candidate_folder, file_name);
+    if (!substitute.empty())
+      return AssetPath{substitute,
                        fmt::format("\"{}\" {} - {} is used", name,
                                    outside ? "lies outside the model's folder" : "is not there",
-                                   beside.string())};
+                                   substitute.string())};
   }
   if (outside)
     return make_error(

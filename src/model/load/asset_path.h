@@ -13,26 +13,27 @@
 namespace polymorph {
 
 struct AssetPath {
-  std::filesystem::path path;  ///< an existing file; empty: there is none
-  std::string note;            ///< what was done when it is not simply the named file; may be empty
+  std::filesystem::path path;  ///< an existing file; empty if there is none
+  std::string note;  ///< explains a substitution: why the file is not the named one; may be empty
 };
 
 /// Finds the files that a model names; each folder is listed once.
 class AssetFinder {
  public:
   explicit AssetFinder(std::filesystem::path root) : root_(std::move(root)) {}
-  /// Finds the file `name` (as written: spaces, back slashes and the wrong case are fine) from
-  /// `folder`, which lies in `root`, the OBJ's folder. Files outside `root` (absolute paths, `..`)
-  /// are never opened: a downloaded model must not read what it likes. When the named file is
-  /// outside or missing, a file of the same base name beside it or in `root` is taken instead, with
-  /// a note. Links inside `root` are followed. Errors (kInput): outside, and no such base name; the
-  /// message has no file and line in front.
+  /// Finds the file `name` as written: spaces, backslashes and the wrong case are accepted.
+  /// `folder` is the folder of the file that names it and lies in `root`, the OBJ's folder. Files
+  /// outside `root` (absolute paths, `..`) are never opened, because a downloaded model must not
+  /// read arbitrary files. If the named file is outside or missing, a file of the same base name in
+  /// `folder` or `root` is used instead, with a note. Links inside `root` are followed. Errors
+  /// (kInput): the file is outside, and there is none with its base name; the message does not
+  /// start with file and line.
   Result<AssetPath> find(const std::filesystem::path& folder, std::string_view name);
 
  private:
   std::filesystem::path find_any_case(const std::filesystem::path& folder,
                                       const std::filesystem::path& relative);
-  /// Names by what they are in lower case.
+  /// Maps names in lower case to the names on disk.
   const std::map<std::string, std::string>& names_in(const std::filesystem::path& folder);
 
   std::filesystem::path root_;

@@ -11,9 +11,10 @@
 
 namespace polymorph {
 
-/// Welds points, drops faces without area, triangulates, computes missing normals, maps materials
-/// (textures come later), and turns faces that look the wrong way (model/repair/orient.h; a warning
-/// says how many). Frees `scan.text`. Errors (kInput): nothing left.
+/// Builds a model: welds points, drops faces without area, triangulates, computes missing normals,
+/// maps materials (textures are loaded later) and flips faces that are oriented wrongly
+/// (model/repair/orient.h; a warning gives their number). Frees `scan.text`. Errors (kInput): no
+/// face with an area.
 Result<Model> build_model(ObjScan& scan, const MtlSet& mtls, const std::filesystem::path& path,
                           std::vector<std::string>& warnings);
 

@@ -26,8 +26,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The reader beside the program, else in ../LIBDIR/polymorph from there; POLYMORPH_ASSIMP names
-/// another.
+/// Finds polymorph_assimp in the program's folder, else in ../LIBDIR/polymorph; POLYMORPH_ASSIMP
+/// overrides both.
 Result<fs::path> find_reader() {
   std::vector<fs::path> paths;
   std::error_code error;
@@ -50,11 +50,11 @@ Result<fs::path> find_reader() {
                     tried);
 }
 
-/// Everything that a program writes to its standard output, and how it ended.
+/// Standard output and exit status of a program.
 struct ReaderRun {
   std::string bytes;
   int status = 0;
-  bool too_much = false;
+  bool is_too_large = false;
 };
 
 Result<ReaderRun> run_reader(const fs::path& reader, const fs::path& model, std::uint64_t limit) {
@@ -85,7 +85,7 @@ Result<ReaderRun> run_reader(const fs::path& reader, const fs::path& model, std:
     if (n <= 0) break;
     run.bytes.append(piece.data(), static_cast<std::size_t>(n));
     if (run.bytes.size() > limit) {
-      run.too_much = true;
+      run.is_too_large = true;
       ::kill(id, SIGKILL);
       break;
     }
@@ -96,12 +96,12 @@ Result<ReaderRun> run_reader(const fs::path& reader, const fs::path& model, std:
   return run;
 }
 
-/// What the reader said, taken apart.
+/// The parsed output of the reader.
 struct Imported {
   std::string obj, mtl, error;
   std::map<std::string, std::string> textures;
   std::vector<std::string> warnings, inputs;
-  bool whole = false;  ///< it came to its end
+  bool is_complete = false;  ///< the "end" piece was read
 };
 
 Imported parse(std::string_view bytes) {
@@ -128,22 +128,23 @@ Imported parse(std::string_view bytes) {
     if (words[0] == "input") imported.inputs.push_back(name);
     if (words[0] == "warning") imported.warnings.push_back(name);
     if (words[0] == "error") imported.error = name;
-    if (words[0] == "end") imported.whole = true;
+    if (words[0] == "end") imported.is_complete = true;
   }
   return imported;
 }
 
-/// One line, without the name of the library's reader.
-std::string plain(const std::string& text) {
+/// The first line of a message, safe to print.
+std::string first_line(const std::string& text) {
   const std::string line = text.substr(0, text.find('\n'));
   return printable(line);
 }
 
-/// Without the numbers of lines behind the file's name: those of the OBJ that nobody sees.
-std::string without_lines(std::string text, const std::string& file) {
-  for (std::size_t at = text.find(file + ":"); at != std::string::npos;
-       at = text.find(file + ":", at + file.size())) {
-    const std::size_t first = at + file.size();
+/// Removes line numbers after the file's name: they refer to the intermediate OBJ, which users
+/// never see.
+std::string remove_line_numbers(std::string text, const std::string& file) {
+  for (std::size_t position = text.find(file + ":"); position != std::string::npos;
+       position = text.find(file + ":", position + file.size())) {
+    const std::size_t first = position + file.size();
     std::size_t end = first;
     while (end + 1 < text.size() && text[end] == ':' && text[end + 1] >= '0' &&
            text[end + 1] <= '9')
@@ -153,9 +154,9 @@ std::string without_lines(std::string text, const std::string& file) {
   return text;
 }
 
-Error broken(const std::string& file, const ReaderRun& run) {
+Error make_reader_error(const std::string& file, const ReaderRun& run) {
   std::string why = "its reader stopped half way";
-  if (run.too_much) why = "it unpacks to more than can be taken";
+  if (run.is_too_large) why = "it unpacks to more than can be taken";
   if (WIFSIGNALED(run.status))
     why = WTERMSIG(run.status) == SIGXCPU
               ? "its reader does not come to an end"
@@ -173,10 +174,10 @@ std::string lower_suffix(const fs::path& path) {
 constexpr const char* kForeign[] = {".glb", ".gltf", ".ply", ".stl",
                                     ".fbx", ".dae",  ".off", ".3ds"};
 
-Result<LoadedModel> load_lines(const fs::path& path, const LoadObjSettings& settings) {
+Result<LoadedModel> run_and_parse(const fs::path& path, const LoadObjSettings& settings) {
   const std::string file = path.string();
   remember_input(path);
-  // What cannot be read or is too large is told as of any other file.
+  // Report unreadable or too large files as for any other format.
   PM_TRY_STATUS([&]() -> Status {
     PM_TRY(const std::string bytes, read_file(path, settings.max_bytes));
     if (bytes.empty()) return make_error(ErrorCode::kInput, "{}: is empty", file);
@@ -188,16 +189,17 @@ Result<LoadedModel> load_lines(const fs::path& path, const LoadObjSettings& sett
   run.bytes = {};
   for (const std::string& input : imported.inputs) remember_input(input);
   if (!imported.error.empty())
-    return make_error(ErrorCode::kInput, "{}: cannot be read: {}", file, plain(imported.error));
-  if (!imported.whole || !WIFEXITED(run.status) || WEXITSTATUS(run.status) != 0)
-    return broken(file, run);
+    return make_error(ErrorCode::kInput, "{}: cannot be read: {}", file,
+                      first_line(imported.error));
+  if (!imported.is_complete || !WIFEXITED(run.status) || WEXITSTATUS(run.status) != 0)
+    return make_reader_error(file, run);
   PM_TRY(ObjScan scan, scan_obj(imported.obj, file));
   imported.obj = {};
   PM_TRY(MtlSet mtls, parse_mtl(imported.mtl, file));
   LoadedModel loaded;
   loaded.file_points = scan.points;
   for (const std::string& warning : imported.warnings)
-    loaded.warnings.push_back(fmt::format("{}: {}", file, plain(warning)));
+    loaded.warnings.push_back(fmt::format("{}: {}", file, first_line(warning)));
   loaded.warnings.insert(loaded.warnings.end(), scan.warnings.begin(), scan.warnings.end());
   loaded.warnings.insert(loaded.warnings.end(), mtls.warnings.begin(), mtls.warnings.end());
   PM_TRY(loaded.model, build_model(scan, mtls, path, loaded.warnings));
@@ -208,10 +210,11 @@ Result<LoadedModel> load_lines(const fs::path& path, const LoadObjSettings& sett
 }
 
 Result<LoadedModel> load_foreign(const fs::path& path, const LoadObjSettings& settings) {
-  auto loaded = load_lines(path, settings);
+  auto loaded = run_and_parse(path, settings);
   if (!loaded)
-    return Error{loaded.error().code, without_lines(loaded.error().message, path.string())};
-  for (std::string& warning : loaded->warnings) warning = without_lines(warning, path.string());
+    return Error{loaded.error().code, remove_line_numbers(loaded.error().message, path.string())};
+  for (std::string& warning : loaded->warnings)
+    warning = remove_line_numbers(warning, path.string());
   return loaded;
 }
 

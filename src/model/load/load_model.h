@@ -1,4 +1,4 @@
-// A model from a file of any format that can be read.
+// Model loader for all file formats.
 #pragma once
 
 #include <filesystem>
@@ -8,22 +8,21 @@
 
 namespace polymorph {
 
-/// By the name's suffix: .glb, .gltf, .ply, .stl, .fbx, .dae, .off and .3ds are read by Assimp, in
-/// the program polymorph_assimp, which is started for it; everything else is Wavefront OBJ. What
-/// Assimp gives is taken as if it were an OBJ with an MTL (model/load/load_obj.h): checked, welded,
-/// cut into triangles, made to look outward. Transforms of nodes are applied, FBX is brought to
-/// metres and y up; names of meshes are labels; base colour, roughness, metallic and the base
-/// colour's texture come along, embedded ones too. Colours of points, where there is no texture,
-/// become materials of faces. Errors: kInput, also where the reader crashes, takes more than 16
-/// GiB, or more than 10 s and a second per megabyte; kResource, where polymorph_assimp is not
-/// there.
+/// Loads a model by the suffix of its name: .glb, .gltf, .ply, .stl, .fbx, .dae, .off and .3ds are
+/// read by Assimp, in the program polymorph_assimp, which is started for this; everything else is
+/// Wavefront OBJ. The output of Assimp is processed like an OBJ with an MTL
+/// (model/load/load_obj.h): checked, welded, triangulated and oriented outward. Node transforms are
+/// applied, FBX is converted to metres with y up; mesh names become labels; base colour, roughness,
+/// metallic and the base colour's texture are kept, also embedded textures. Vertex colours without
+/// a texture become materials of faces. Errors: kInput, also if the reader crashes, takes more than
+/// 16 GiB, or more than 10 s plus a second per megabyte; kResource if polymorph_assimp is missing.
 Result<LoadedModel> load_model(const std::filesystem::path& path,
                                const LoadObjSettings& settings = {});
 
-/// Whether the name's suffix is that of a model: .obj or one that Assimp reads.
+/// Tests whether the name has the suffix of a model: .obj or one that Assimp reads.
 bool is_model_file(const std::filesystem::path& path);
 
-/// Whether load_model() would start the reader.
+/// Tests whether load_model() would start polymorph_assimp.
 bool is_foreign_model(const std::filesystem::path& path);
 
 }  // namespace polymorph

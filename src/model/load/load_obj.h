@@ -14,25 +14,23 @@ namespace polymorph {
 struct LoadObjSettings {
   std::uint64_t max_bytes = 2ull << 30;
   bool textures = true;  ///< false: geometry and materials only (check, spheres)
-  bool strict = false;   ///< a missing MTL, a missing or broken texture is an error, not a warning
+  bool strict = false;   ///< a missing MTL and a missing or broken texture are errors, not warnings
 };
 
 struct LoadedModel {
   Model model;
-  std::vector<std::string> warnings;  ///< "FILE:LINE: what - what was done about it"
+  std::vector<std::string> warnings;  ///< "FILE:LINE: problem - consequence"
   std::uint32_t file_points = 0;  ///< v lines; the model keeps only distinct points that faces use
 };
 
-/// Loads a Wavefront OBJ. A strict scan of our own stands in front of tinyobjloader (which takes
-/// garbage silently): every bad number, index or file is an error with FILE:LINE (up to 20 at
-/// once).
-///
-/// Points of equal position become one, in the file's order. Faces are cut into triangles by ear
+/// Loads a Wavefront OBJ. A strict scan precedes tinyobjloader, which silently accepts malformed
+/// input: every bad number, index or file is an error with FILE:LINE (up to 20 at once).
+/// Points at equal positions are merged, in the file's order. Faces are triangulated by ear
 /// clipping; faces without area are dropped with a warning. Where a face has no normals of its own,
 /// they are computed, smooth up to kCreaseDegrees (smoothing groups are ignored). A closed model
-/// that is inside out is turned around. Labels are group names, or object names where there is no
-/// group. Materials: model/load/mtl.h. Textures: model/load/textures.h. Errors: kInput, also for
-/// MTLs outside the model's folder.
+/// that is inside out is flipped. Labels are group names, or object names where there is no group.
+/// Materials: model/load/mtl.h. Textures: model/load/textures.h. Errors: kInput, also for MTLs
+/// outside the model's folder.
 Result<LoadedModel> load_obj(const std::filesystem::path& path,
                              const LoadObjSettings& settings = {});
 

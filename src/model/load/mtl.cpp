@@ -22,15 +22,16 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kMaxBytes = 64u << 20;
 constexpr float kMaxDielectricSpecular = 0.2f;  // above diamond's 0.17
 
-/// What the scan keeps of one newmtl: tinyobjloader does not tell a value given from its default.
+/// Properties that one newmtl defines; tinyobjloader does not distinguish a given value from its
+/// default.
 struct Entry {
   bool kd = false, ks = false, ns = false, pr = false, pm = false;
   std::uint32_t line = 0, texture_line = 0;
-  std::size_t begin = 0;  ///< of its statements in Scan::text
+  std::size_t begin = 0;  ///< offset of its statements in Scan::text
 };
 
 struct Scan {
-  std::string text;  ///< only the statements in use, checked
+  std::string text;  ///< the supported statements, checked
   std::vector<Entry> entries;
   std::vector<std::string> warnings;
 };
@@ -40,76 +41,76 @@ class MtlScanner {
   MtlScanner(std::string_view text, const std::string& file)
       : lines_(text), file_(file), errors_(file) {}
 
-  Result<Scan> run() {
+  Result<Scan> scan() {
     while (lines_.next() && !errors_.full()) scan_line(lines_.line());
     if (!errors_.empty()) return errors_.error();
-    tell(spectral_, "colours are spectral curves - the default colour is used");
-    tell(before_first_material_, "statements stand before the first newmtl - ignored");
-    return std::move(scan_);
+    report(spectral_, "colours are spectral curves - the default colour is used");
+    report(before_first_material_, "statements stand before the first newmtl - ignored");
+    return std::move(result_);
   }
 
  private:
   void scan_line(std::string_view line);
-  /// Checks 1 to 3 numbers and copies the line, three numbers where one stands for all.
-  void scan_numbers(std::string_view word, std::string_view rest, std::size_t wanted);
-  void tell(const Occurrences& what, const char* text) {
+  /// Checks 1 to 3 numbers and copies the line; one number is repeated where three are required.
+  void scan_numbers(std::string_view word, std::string_view values, std::size_t count);
+  void report(const Occurrences& what, const char* text) {
     if (what.count > 0)
-      scan_.warnings.push_back(
+      result_.warnings.push_back(
           fmt::format("{}:{}: {} {}", file_, what.first_line, what.count, text));
   }
 
   LineReader lines_;
   std::string file_;
   ErrorList errors_;
-  Scan scan_;
+  Scan result_;
   std::set<std::string> names_;
   Occurrences spectral_, before_first_material_;
 };
 
 void MtlScanner::scan_line(std::string_view line) {
   if (line.empty() || line.front() == '#') return;
-  std::string_view rest = line;
-  const std::string_view word = take_word(rest);
-  rest = trimmed(rest);
+  std::string_view arguments = line;
+  const std::string_view word = take_word(arguments);
+  arguments = trim(arguments);
   if (word == "newmtl") {
-    if (rest.empty()) {
+    if (arguments.empty()) {
       errors_.add(lines_.number(), "newmtl has no name");
       return;
     }
-    if (!names_.emplace(rest).second)
-      scan_.warnings.push_back(
+    if (!names_.emplace(arguments).second)
+      result_.warnings.push_back(
           fmt::format("{}:{}: material \"{}\" is defined twice - the first one counts", file_,
-                      lines_.number(), printable(rest)));
-    scan_.entries.push_back({});
-    scan_.entries.back().line = lines_.number();
-    scan_.entries.back().begin = scan_.text.size();
-    scan_.text += fmt::format("newmtl {}\n", rest);
+                      lines_.number(), printable(arguments)));
+    result_.entries.push_back({});
+    result_.entries.back().line = lines_.number();
+    result_.entries.back().begin = result_.text.size();
+    result_.text += fmt::format("newmtl {}\n", arguments);
     return;
   }
   const bool color = word == "Kd" || word == "Ks";
   const bool number = word == "Ns" || word == "Pr" || word == "Pm";
   const bool texture = word == "map_Kd";
   if (!color && !number && !texture) return;
-  if (scan_.entries.empty()) {
+  if (result_.entries.empty()) {
     before_first_material_.note(lines_.number());
     return;
   }
-  if (color && (rest.starts_with("spectral") || rest.starts_with("xyz"))) {
+  if (color && (arguments.starts_with("spectral") || arguments.starts_with("xyz"))) {
     spectral_.note(lines_.number());
     return;
   }
   if (!texture) {
-    scan_numbers(word, rest, color ? 3 : 1);
+    scan_numbers(word, arguments, color ? 3 : 1);
     return;
   }
-  scan_.entries.back().texture_line = lines_.number();
-  scan_.text += fmt::format("map_Kd {}\n", rest);
+  result_.entries.back().texture_line = lines_.number();
+  result_.text += fmt::format("map_Kd {}\n", arguments);
 }
 
-void MtlScanner::scan_numbers(std::string_view word, std::string_view rest, std::size_t wanted) {
+void MtlScanner::scan_numbers(std::string_view word, std::string_view text, std::size_t count) {
   std::vector<float> values;
-  for (std::string_view token = take_word(rest); !token.empty() && !token.starts_with("#");
-       token = take_word(rest)) {
+  for (std::string_view token = take_word(text); !token.empty() && !token.starts_with("#");
+       token = take_word(text)) {
     const ParsedReal real = parse_real(token);
     if (real.problem) {
       errors_.add(lines_.number(),
@@ -119,24 +120,24 @@ void MtlScanner::scan_numbers(std::string_view word, std::string_view rest, std:
     values.push_back(real.value);
   }
   // "Kd r" alone means r for all three (MTL specification).
-  if (values.size() == 1 && wanted == 3) values.assign(3, values[0]);
-  if (values.size() < wanted) {
+  if (values.size() == 1 && count == 3) values.assign(3, values[0]);
+  if (values.size() < count) {
     errors_.add(lines_.number(),
-                fmt::format("{} has {} of {} numbers", word, values.size(), wanted));
+                fmt::format("{} has {} of {} numbers", word, values.size(), count));
     return;
   }
-  Entry& entry = scan_.entries.back();
+  Entry& entry = result_.entries.back();
   (word == "Kd"   ? entry.kd
    : word == "Ks" ? entry.ks
    : word == "Ns" ? entry.ns
    : word == "Pr" ? entry.pr
                   : entry.pm) = true;
-  scan_.text += word;
-  for (std::size_t i = 0; i < wanted; ++i) scan_.text += fmt::format(" {}", values[i]);
-  scan_.text += '\n';
+  result_.text += word;
+  for (std::size_t i = 0; i < count; ++i) result_.text += fmt::format(" {}", values[i]);
+  result_.text += '\n';
 }
 
-Vec3 clamped(const tinyobj::real_t (&c)[3], float high) {
+Vec3 clamp_color(const tinyobj::real_t (&c)[3], float high) {
   return {std::clamp(c[0], 0.0f, high), std::clamp(c[1], 0.0f, high), std::clamp(c[2], 0.0f, high)};
 }
 
@@ -144,52 +145,51 @@ MtlMaterial map_material(const tinyobj::material_t& from, const Entry& given) {
   MtlMaterial to;
   Material& m = to.material;
   m.name = from.name;
-  to.texture = std::string(trimmed(from.diffuse_texname));
+  to.texture = std::string(trim(from.diffuse_texname));
   to.texture_line = given.texture_line;
   if (!to.texture.empty()) {
     to.uv_scale = {from.diffuse_texopt.scale[0], from.diffuse_texopt.scale[1]};
     to.uv_offset = {from.diffuse_texopt.origin_offset[0], from.diffuse_texopt.origin_offset[1]};
   }
-  if (given.kd) m.color = clamped(from.diffuse, 1);
+  if (given.kd) m.color = clamp_color(from.diffuse, 1);
   // Without Kd the texture is the colour; so it is with a black Kd, which would hide it.
   if (!to.texture.empty() && (!given.kd || m.color == Vec3{})) m.color = {1, 1, 1};
   if (given.pm) m.metallic = std::clamp(from.metallic, 0.0f, 1.0f);
   if (given.ks)
-    m.specular = clamped(from.specular, m.metallic > 0.5f ? 1.0f : kMaxDielectricSpecular);
+    m.specular = clamp_color(from.specular, m.metallic > 0.5f ? 1.0f : kMaxDielectricSpecular);
   if (given.ns) m.roughness = std::sqrt(2.0f / (std::max(from.shininess, 0.0f) + 2.0f));
   if (given.pr) m.roughness = std::clamp(from.roughness, 0.0f, 1.0f);
   return to;
 }
 
-/// The files that one mtllib line means: the whole rest of the line (names may have spaces) or, if
-/// there is no such file, each of its words.
+/// The file names of one mtllib line: its whole text (names may contain spaces) or, if there is no
+/// such file, each of its words.
 std::vector<std::string> library_names(AssetFinder& finder, const fs::path& folder,
                                        const std::string& line) {
-  const auto is_there = [&](const std::string& name) {
+  const auto exists = [&](const std::string& name) {
     const auto asset = finder.find(folder, name);
     return asset && !asset->path.empty();
   };
-  if (line.size() < 4096 && is_there(line)) return {line};  // no path is longer
+  if (line.size() < 4096 && exists(line)) return {line};  // no path is longer
   std::vector<std::string> words;
-  std::string_view rest = line;
-  for (std::string_view word = take_word(rest); !word.empty() && words.size() <= kMaxLibraries;
-       word = take_word(rest))
+  std::string_view arguments = line;
+  for (std::string_view word = take_word(arguments); !word.empty() && words.size() <= kMaxLibraries;
+       word = take_word(arguments))
     words.emplace_back(word);
   if (words.size() < 2) return {line};
-  if (words.size() > kMaxLibraries || std::any_of(words.begin(), words.end(), is_there))
-    return words;
+  if (words.size() > kMaxLibraries || std::any_of(words.begin(), words.end(), exists)) return words;
   return {line};
 }
 
 }  // namespace
 
 Result<MtlSet> parse_mtl(std::string_view bytes, const std::string& file) {
-  PM_TRY(const std::string_view text, checked_text(bytes, file));
-  PM_TRY(Scan scan, MtlScanner(text, file).run());
+  PM_TRY(const std::string_view text, check_text(bytes, file));
+  PM_TRY(Scan scan, MtlScanner(text, file).scan());
   MtlSet set;
   set.warnings = std::move(scan.warnings);
   if (scan.entries.empty()) return set;
-  // Some at a time: tinyobjloader takes over 2 KB for each.
+  // In batches, because tinyobjloader takes more than 2 KB per material.
   constexpr std::size_t kBatch = 1024;
   for (std::size_t first = 0; first < scan.entries.size(); first += kBatch) {
     const std::size_t last = std::min(first + kBatch, scan.entries.size());
@@ -212,12 +212,12 @@ Result<MtlSet> parse_mtl(std::string_view bytes, const std::string& file) {
 
 MtlNames::MtlNames(const MtlSet& set) {
   for (const MtlMaterial& material : set.materials)
-    first_.try_emplace(material.material.name, &material);
+    by_name_.try_emplace(material.material.name, &material);
 }
 
 const MtlMaterial* MtlNames::find(const std::string& name) const {
-  const auto found = first_.find(name);
-  return found == first_.end() ? nullptr : found->second;
+  const auto entry = by_name_.find(name);
+  return entry == by_name_.end() ? nullptr : entry->second;
 }
 
 Result<MtlSet> load_mtls(const fs::path& obj, const std::vector<NamedLine>& libraries,

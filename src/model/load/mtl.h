@@ -13,40 +13,42 @@
 
 namespace polymorph {
 
-/// One `newmtl`, mapped to our Material (colours are taken as scene-linear, as they stand):
-///   Kd -> color; Ns -> roughness = sqrt(2 / (Ns + 2)) (Walter et al. 2007, Phong exponent to
-///   Beckmann width); Ks -> specular, at most 0.2 for non-metals (Phong files use it as a
-///   highlight's strength, not as a reflectance); Pr, Pm -> roughness, metallic (PBR extension),
-///   which win over Ns. map_Kd -> texture, with its -s and -o options. Values outside [0, 1] are
-///   clamped.
+/// One `newmtl`, mapped to Material (colours are taken as scene-linear without conversion):
+/// Kd -> color; Ns -> roughness = sqrt(2 / (Ns + 2)) (Walter et al. 2007, Phong exponent to
+/// Beckmann width); Ks -> specular, at most 0.2 for non-metals (Phong files use it as a highlight's
+/// strength, not as a reflectance); Pr, Pm -> roughness, metallic (PBR extension), which take
+/// precedence over Ns; map_Kd -> texture, with its -s and -o options. Values outside [0, 1] are
+/// clamped.
 struct MtlMaterial {
   Material material;
   std::string texture;  ///< map_Kd as written, without its options; empty = none
   Vec2 uv_scale{1, 1}, uv_offset;
-  std::string file;  ///< the MTL it stands in
+  std::string file;  ///< the MTL that defines it
   std::uint32_t texture_line = 0;
 };
 
 struct MtlSet {
-  std::vector<MtlMaterial> materials;  ///< of all files, in order; the first of equal names counts
+  std::vector<MtlMaterial>
+      materials;  ///< those of all files, in order; the first of equal names is used
   std::vector<std::string> warnings;
 };
 
-/// Which entry of a set a usemtl name means. The set must outlive it.
+/// Finds the entry of a set that a usemtl name refers to. The set must outlive it.
 class MtlNames {
  public:
   explicit MtlNames(const MtlSet& set);
-  const MtlMaterial* find(const std::string& name) const;  ///< null: there is none
+  const MtlMaterial* find(const std::string& name) const;  ///< null if there is none
 
  private:
-  std::unordered_map<std::string_view, const MtlMaterial*> first_;
+  std::unordered_map<std::string_view, const MtlMaterial*> by_name_;
 };
 
-/// One MTL's text. Errors (kInput): not text, bad numbers, newmtl without a name; up to 20 at once.
+/// Parses the text of one MTL. Errors (kInput): not text, bad numbers, newmtl without a name; up to
+/// 20 at once.
 Result<MtlSet> parse_mtl(std::string_view bytes, const std::string& file);
 
-/// All files of the OBJ's mtllib lines. A missing one is a warning, an error when `strict`. Errors
-/// (kInput): more than kMaxLibraries names.
+/// Loads all files of the OBJ's mtllib lines. A missing file is a warning, or an error when
+/// `strict`. Errors (kInput): more than kMaxLibraries names.
 inline constexpr std::size_t kMaxLibraries = 1000;
 Result<MtlSet> load_mtls(const std::filesystem::path& obj, const std::vector<NamedLine>& libraries,
                          bool strict);

@@ -13,7 +13,7 @@
 namespace polymorph {
 namespace {
 
-constexpr std::uint32_t kMaxCorners = 4096;  // tinyobjloader's polygons are quadratic, ours too
+constexpr std::uint32_t kMaxCorners = 4096;  // triangulation takes quadratic time in tinyobjloader
 
 struct Corner {
   std::int32_t v = -1, vt = -1, vn = -1;  // 0-based, -1 = not given
@@ -24,34 +24,34 @@ class Scanner {
   Scanner(std::string_view text, std::string file)
       : lines_(text), file_(std::move(file)), errors_(file_) {}
 
-  Result<ObjScan> run() {
+  Result<ObjScan> scan() {
     while (lines_.next() && !errors_.full()) scan_line(lines_.line());
     if (!errors_.full()) check_ranges();
     if (!errors_.empty()) return errors_.error();
-    if (result_.points == 0 || result_.faces.empty()) return nothing_found();
-    tell_occurrences();
+    if (result_.points == 0 || result_.faces.empty()) return make_no_faces_error();
+    report_occurrences();
     write_text();
     return std::move(result_);
   }
 
  private:
   void scan_line(std::string_view line);
-  void scan_reals(std::string_view rest, std::vector<float>& values, int wanted, int min_count,
+  void scan_reals(std::string_view text, std::vector<float>& values, int used_count, int min_count,
                   int max_count, const char* what);
-  void scan_face(std::string_view rest);
+  void scan_face(std::string_view text);
   std::optional<Corner> scan_corner(std::string_view word);
   std::optional<std::int64_t> resolve(std::string_view digits, std::uint32_t count,
                                       const char* what);
   void check_ranges();
   bool check_corner(const Corner& corner, std::uint32_t line);
-  void tell(const Occurrences& what, const char* text);
-  void tell_occurrences();
-  Error nothing_found() const;
+  void report(const Occurrences& what, const char* text);
+  void report_occurrences();
+  Error make_no_faces_error() const;
   void write_text();
   std::uint32_t label_index();
   std::int32_t material_index();
-  std::uint32_t count(const std::vector<float>& values, unsigned per) const {
-    return static_cast<std::uint32_t>(values.size() / per);
+  std::uint32_t count(const std::vector<float>& values, unsigned dimension) const {
+    return static_cast<std::uint32_t>(values.size() / dimension);
   }
   void fail(const std::string& text) { errors_.add(lines_.number(), text); }
 
@@ -63,8 +63,8 @@ class Scanner {
   std::vector<Corner> corners_;
   std::string object_, group_;
   NamedLine material_;
-  std::map<std::string, std::uint32_t> label_of_;
-  std::map<std::string, std::int32_t> material_of_;
+  std::map<std::string, std::uint32_t> label_indices_;
+  std::map<std::string, std::int32_t> material_indices_;
   std::optional<std::uint32_t> label_;
   std::optional<std::int32_t> material_id_ = -1;
   Occurrences lines_and_points_, curves_, unknown_, few_corners_, zero_normals_, zero_uvs_, colors_;
@@ -72,30 +72,30 @@ class Scanner {
 
 void Scanner::scan_line(std::string_view line) {
   if (line.empty() || line.front() == '#') return;
-  std::string_view rest = line;
-  const std::string_view word = take_word(rest);
+  std::string_view text = line;
+  const std::string_view word = take_word(text);
   if (word == "v") {
     ++result_.points;
-    scan_reals(rest, points_, 3, 3, 8, "vertex");
+    scan_reals(text, points_, 3, 3, 8, "vertex");
   } else if (word == "vt") {
-    scan_reals(rest, uvs_, 2, 1, 3, "texture coordinate");
+    scan_reals(text, uvs_, 2, 1, 3, "texture coordinate");
   } else if (word == "vn") {
-    scan_reals(rest, normals_, 3, 3, 3, "normal");
+    scan_reals(text, normals_, 3, 3, 3, "normal");
   } else if (word == "f" || word == "fo") {
-    scan_face(rest);
+    scan_face(text);
   } else if (word == "g") {
-    group_ = printable(trimmed(rest));
+    group_ = printable(trim(text));
     label_.reset();
   } else if (word == "o") {
-    object_ = printable(trimmed(rest));
+    object_ = printable(trim(text));
     group_.clear();
     label_.reset();
   } else if (word == "usemtl") {
-    material_ = {std::string(trimmed(rest)), lines_.number()};
+    material_ = {std::string(trim(text)), lines_.number()};
     material_id_.reset();
   } else if (word == "mtllib") {
-    if (!trimmed(rest).empty())
-      result_.libraries.push_back({std::string(trimmed(rest)), lines_.number()});
+    if (!trim(text).empty())
+      result_.libraries.push_back({std::string(trim(text)), lines_.number()});
   } else if (word == "l" || word == "p") {
     lines_and_points_.note(lines_.number());
   } else if (word == "curv" || word == "curv2" || word == "surf" || word == "cstype") {
@@ -109,30 +109,32 @@ void Scanner::scan_line(std::string_view line) {
   }
 }
 
-void Scanner::scan_reals(std::string_view rest, std::vector<float>& values, int wanted,
+void Scanner::scan_reals(std::string_view text, std::vector<float>& values, int used_count,
                          int min_count, int max_count, const char* what) {
   const std::size_t size = values.size();
-  int found = 0;
+  int count_read = 0;
   // A comment may follow the numbers.
-  for (std::string_view word = take_word(rest); !word.empty() && !word.starts_with("#");
-       word = take_word(rest)) {
+  for (std::string_view word = take_word(text); !word.empty() && !word.starts_with("#");
+       word = take_word(text)) {
     const ParsedReal real = parse_real(word);
     if (real.problem) {
-      fail(fmt::format("{} number {} \"{}\" {}", what, found + 1, printable(word), real.problem));
-      found = min_count;  // one error per line is enough
+      fail(fmt::format("{} number {} \"{}\" {}", what, count_read + 1, printable(word),
+                       real.problem));
+      count_read = min_count;  // one error per line is enough
       break;
     }
-    if (found < wanted) values.push_back(real.value);
-    if (++found > max_count) {
+    if (count_read < used_count) values.push_back(real.value);
+    if (++count_read > max_count) {
       fail(fmt::format("{} has more than {} numbers", what, max_count));
       break;
     }
   }
-  if (found < min_count)
-    fail(fmt::format("{} has {} of {} numbers - the file is damaged or cut short", what, found,
+  if (count_read < min_count)
+    fail(fmt::format("{} has {} of {} numbers - the file is damaged or cut short", what, count_read,
                      min_count));
-  if (wanted == 3 && max_count > 3 && found > 4) colors_.note(lines_.number());
-  values.resize(size + static_cast<std::size_t>(wanted));  // a bad line keeps the count right
+  if (used_count == 3 && max_count > 3 && count_read > 4) colors_.note(lines_.number());
+  values.resize(
+      size + static_cast<std::size_t>(used_count));  // keeps later indices valid after a bad line
 }
 
 std::optional<std::int64_t> Scanner::resolve(std::string_view digits, std::uint32_t count,
@@ -159,37 +161,37 @@ std::optional<std::int64_t> Scanner::resolve(std::string_view digits, std::uint3
 }
 
 std::optional<Corner> Scanner::scan_corner(std::string_view word) {
-  std::array<std::string_view, 3> part;
-  std::size_t parts = 0;
-  for (std::string_view rest = word; parts < 3; ++parts) {
-    const std::size_t slash = rest.find('/');
-    part[parts] = rest.substr(0, slash);
+  std::array<std::string_view, 3> fields;
+  std::size_t field_count = 0;
+  for (std::string_view text = word; field_count < 3; ++field_count) {
+    const std::size_t slash = text.find('/');
+    fields[field_count] = text.substr(0, slash);
     if (slash == std::string_view::npos) {
-      ++parts;
+      ++field_count;
       break;
     }
-    rest.remove_prefix(slash + 1);
-    if (parts == 2) {
+    text.remove_prefix(slash + 1);
+    if (field_count == 2) {
       fail(fmt::format("face corner \"{}\" has more than three indices", printable(word)));
       return std::nullopt;
     }
   }
   Corner corner;
-  const auto v = resolve(part[0], result_.points, "vertex");
+  const auto v = resolve(fields[0], result_.points, "vertex");
   if (!v) return std::nullopt;
   corner.v = static_cast<std::int32_t>(*v);
   if (corner.v < 0) {
     fail("vertex index 0 in a face - OBJ counts from 1");
     return std::nullopt;
   }
-  if (parts > 1 && !part[1].empty()) {
-    const auto vt = resolve(part[1], count(uvs_, 2), "texture coordinate");
+  if (field_count > 1 && !fields[1].empty()) {
+    const auto vt = resolve(fields[1], count(uvs_, 2), "texture coordinate");
     if (!vt) return std::nullopt;
     corner.vt = static_cast<std::int32_t>(*vt);
     if (corner.vt < 0) zero_uvs_.note(lines_.number());
   }
-  if (parts > 2 && !part[2].empty()) {
-    const auto vn = resolve(part[2], count(normals_, 3), "normal");
+  if (field_count > 2 && !fields[2].empty()) {
+    const auto vn = resolve(fields[2], count(normals_, 3), "normal");
     if (!vn) return std::nullopt;
     corner.vn = static_cast<std::int32_t>(*vn);
     if (corner.vn < 0) zero_normals_.note(lines_.number());
@@ -197,12 +199,12 @@ std::optional<Corner> Scanner::scan_corner(std::string_view word) {
   return corner;
 }
 
-void Scanner::scan_face(std::string_view rest) {
+void Scanner::scan_face(std::string_view text) {
   ObjFace face;
   face.line = lines_.number();
   const std::size_t first = corners_.size();
-  rest = rest.substr(0, rest.find('#'));  // a comment needs no space before it
-  for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
+  text = text.substr(0, text.find('#'));  // a comment may follow without a space
+  for (std::string_view word = take_word(text); !word.empty(); word = take_word(text)) {
     if (++face.corners > kMaxCorners) {
       fail(fmt::format("face has more than {} corners - split it", kMaxCorners));
       corners_.resize(first);
@@ -228,7 +230,7 @@ void Scanner::scan_face(std::string_view rest) {
 std::uint32_t Scanner::label_index() {
   if (!label_) {
     const std::string& name = !group_.empty() ? group_ : object_;
-    const auto [it, added] = label_of_.try_emplace(
+    const auto [it, added] = label_indices_.try_emplace(
         name.empty() ? "default" : name, static_cast<std::uint32_t>(result_.labels.size()));
     if (added) result_.labels.push_back(it->first);
     label_ = it->second;
@@ -239,7 +241,7 @@ std::uint32_t Scanner::label_index() {
 std::int32_t Scanner::material_index() {
   if (!material_id_ && material_.name.empty()) material_id_ = -1;
   if (!material_id_) {
-    const auto [it, added] = material_of_.try_emplace(
+    const auto [it, added] = material_indices_.try_emplace(
         material_.name, static_cast<std::int32_t>(result_.materials.size()));
     if (added) result_.materials.push_back(material_);
     material_id_ = it->second;
@@ -259,7 +261,7 @@ bool Scanner::check_corner(const Corner& corner, std::uint32_t line) {
          check(corner.vn, count(normals_, 3), "normal");
 }
 
-// After the whole file is read: faces may stand before the vertices that they use.
+// Runs after the whole file is read, because faces may precede the vertices that they use.
 void Scanner::check_ranges() {
   std::size_t next = 0;
   for (const ObjFace& face : result_.faces) {
@@ -270,7 +272,7 @@ void Scanner::check_ranges() {
   }
 }
 
-Error Scanner::nothing_found() const {
+Error Scanner::make_no_faces_error() const {
   if (few_corners_.count > 0)
     return make_error(ErrorCode::kInput, "{}:{}: no faces: all {} have fewer than 3 corners", file_,
                       few_corners_.first_line, few_corners_.count);
@@ -289,37 +291,37 @@ Error Scanner::nothing_found() const {
                     result_.points);
 }
 
-void Scanner::tell(const Occurrences& what, const char* text) {
+void Scanner::report(const Occurrences& what, const char* text) {
   if (what.count == 0) return;
   result_.warnings.push_back(fmt::format("{}:{}: {} {}", file_, what.first_line, what.count, text));
 }
 
-void Scanner::tell_occurrences() {
-  tell(few_corners_, "faces with fewer than 3 corners - dropped");
-  tell(zero_normals_, "normal indices are 0 - computed normals are used there");
-  tell(zero_uvs_, "texture coordinate indices are 0 - dropped");
-  tell(lines_and_points_, "line or point elements - ignored");
-  tell(curves_, "free-form elements - ignored");
-  tell(colors_, "vertices with colours - the colours are ignored");
-  tell(unknown_, "lines start with an unknown word - ignored");
+void Scanner::report_occurrences() {
+  report(few_corners_, "faces with fewer than 3 corners - dropped");
+  report(zero_normals_, "normal indices are 0 - computed normals are used there");
+  report(zero_uvs_, "texture coordinate indices are 0 - dropped");
+  report(lines_and_points_, "line or point elements - ignored");
+  report(curves_, "free-form elements - ignored");
+  report(colors_, "vertices with colours - the colours are ignored");
+  report(unknown_, "lines start with an unknown word - ignored");
 }
 
 void append_reals(std::string& text, const char* keyword, const std::vector<float>& values,
-                  std::size_t per) {
+                  std::size_t dimension) {
   std::array<char, 32> buffer;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    text += i % per == 0 ? keyword : " ";
-    const auto done = std::to_chars(buffer.data(), buffer.data() + buffer.size(), values[i]);
-    text.append(buffer.data(), done.ptr);
-    if (i % per + 1 == per) text += '\n';
+    text += i % dimension == 0 ? keyword : " ";
+    const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), values[i]);
+    text.append(buffer.data(), end.ptr);
+    if (i % dimension + 1 == dimension) text += '\n';
   }
 }
 
 void append_index(std::string& text, char before, std::int64_t index) {
   std::array<char, 24> buffer;
-  const auto done = std::to_chars(buffer.data(), buffer.data() + buffer.size(), index + 1);
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), index + 1);
   if (before) text += before;
-  text.append(buffer.data(), done.ptr);
+  text.append(buffer.data(), end.ptr);
 }
 
 void Scanner::write_text() {
@@ -347,8 +349,8 @@ void Scanner::write_text() {
 }  // namespace
 
 Result<ObjScan> scan_obj(std::string_view bytes, const std::string& file) {
-  PM_TRY(const std::string_view text, checked_text(bytes, file));
-  return Scanner(text, file).run();
+  PM_TRY(const std::string_view text, check_text(bytes, file));
+  return Scanner(text, file).scan();
 }
 
 }  // namespace polymorph

@@ -1,4 +1,4 @@
-// Strict OBJ scanner in front of tinyobjloader, which accepts almost anything in silence: bad
+// Strict OBJ scanner that runs before tinyobjloader, which silently accepts almost anything: bad
 // numbers become 0, indices wrap or stay out of range, 256 corners become 0, directories are empty
 // models.
 #pragma once
@@ -16,27 +16,27 @@ struct ObjFace {
   std::uint32_t corners = 0;
   std::uint32_t line = 0;
   std::uint32_t label = 0;     ///< index into ObjScan::labels
-  std::int32_t material = -1;  ///< index into ObjScan::materials, -1 = none named
+  std::int32_t material = -1;  ///< index into ObjScan::materials, -1 = none
 };
 
-/// A name and the line that gave it first.
+/// A name and the line of its first use.
 struct NamedLine {
   std::string name;
   std::uint32_t line = 0;
 };
 
-/// What the scan found, in file order.
+/// Contents of an OBJ file, in file order.
 struct ObjScan {
-  /// v, vt, vn and f lines only, numbers in shortest form, indices absolute and in range: what
-  /// tinyobjloader is given. Face k of it is faces[k].
+  /// Input for tinyobjloader: v, vt, vn and f lines only, with numbers in shortest form and indices
+  /// absolute and in range. Its face k is faces[k].
   std::string text;
   std::vector<ObjFace> faces;
   std::vector<std::string>
-      labels;  ///< group names (object names where there is no group) that have faces
+      labels;  ///< names of groups (or of objects, where there is no group) that have faces
   std::vector<NamedLine> materials;   ///< usemtl names that have faces, as written
-  std::vector<NamedLine> libraries;   ///< mtllib lines: the whole rest of the line
+  std::vector<NamedLine> libraries;   ///< mtllib lines without the keyword
   std::vector<std::string> warnings;  ///< "FILE:LINE: ..."
-  std::uint32_t points = 0;           ///< v lines
+  std::uint32_t points = 0;           ///< number of v lines
 };
 
 /// Scans a whole OBJ. Errors: kInput, up to 20 at once. `file` is the name used in messages.

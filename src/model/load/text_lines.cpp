@@ -23,7 +23,7 @@ bool is_utf16(std::string_view bytes) {
   return n >= 8 && (zeros[0] > n / 3 || zeros[1] > n / 3) && (zeros[0] == 0 || zeros[1] == 0);
 }
 
-/// What a file of another format most likely is, from its first bytes; null if unknown.
+/// The most likely format of a file that is no OBJ, from its first bytes; null if unknown.
 const char* other_format(std::string_view bytes) {
   if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) return "a PLY file";
   if (bytes.starts_with("solid ")) return "an STL file";
@@ -39,8 +39,8 @@ const char* other_format(std::string_view bytes) {
   return nullptr;
 }
 
-// std::from_chars gives no value when out of range, so tell "too small" from "too large" by the
-// text.
+// std::from_chars gives no value when out of range, so the text decides between too small and too
+// large.
 bool underflows(std::string_view word) {
   const std::size_t e = word.find_first_of("eE");
   if (e != std::string_view::npos) return e + 1 < word.size() && word[e + 1] == '-';
@@ -49,7 +49,7 @@ bool underflows(std::string_view word) {
   return dot != std::string_view::npos && dot < digit;
 }
 
-const char* problem_of(std::string_view word) {
+const char* describe_problem(std::string_view word) {
   std::string lower(word);
   for (char& c : lower) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
   if (lower.find("nan") != std::string::npos || lower.find("inf") != std::string::npos ||
@@ -62,7 +62,7 @@ const char* problem_of(std::string_view word) {
 
 }  // namespace
 
-Result<std::string_view> checked_text(std::string_view bytes, const std::string& file) {
+Result<std::string_view> check_text(std::string_view bytes, const std::string& file) {
   if (is_utf16(bytes))
     return make_error(ErrorCode::kInput,
                       "{}: is not plain text but UTF-16 - save it as UTF-8 or ASCII", file);
@@ -82,21 +82,22 @@ Result<std::string_view> checked_text(std::string_view bytes, const std::string&
 }
 
 std::string_view LineReader::physical_line() {
-  const std::size_t end = rest_.find_first_of("\r\n");
-  std::string_view line = rest_.substr(0, end);
+  const std::size_t end = remaining_.find_first_of("\r\n");
+  std::string_view line = remaining_.substr(0, end);
   if (end == std::string_view::npos) {
-    rest_ = {};
+    remaining_ = {};
   } else {
-    const bool crlf = rest_[end] == '\r' && end + 1 < rest_.size() && rest_[end + 1] == '\n';
-    rest_.remove_prefix(end + (crlf ? 2 : 1));
+    const bool crlf =
+        remaining_[end] == '\r' && end + 1 < remaining_.size() && remaining_[end + 1] == '\n';
+    remaining_.remove_prefix(end + (crlf ? 2 : 1));
   }
   ++lines_read_;
   return line;
 }
 
 bool LineReader::next() {
-  if (rest_.empty()) return false;
-  line_ = trimmed(physical_line());
+  if (remaining_.empty()) return false;
+  line_ = trim(physical_line());
   number_ = lines_read_;
   if (!line_.ends_with('\\') || line_.starts_with('#')) return true;
   joined_.clear();
@@ -104,15 +105,15 @@ bool LineReader::next() {
     const bool more = line_.ends_with('\\');
     if (more) line_.remove_suffix(1);
     joined_ += line_;
-    if (!more || rest_.empty()) break;
+    if (!more || remaining_.empty()) break;
     joined_ += ' ';
-    line_ = trimmed(physical_line());
+    line_ = trim(physical_line());
   }
-  line_ = trimmed(joined_);
+  line_ = trim(joined_);
   return true;
 }
 
-std::string_view trimmed(std::string_view text) {
+std::string_view trim(std::string_view text) {
   while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
   while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
   return text;
@@ -140,7 +141,7 @@ ParsedReal parse_real(std::string_view word) {
     return {0, "is too large (beyond 1e15) - scale the model down"};
   }
   if (error != std::errc{} || stop != end || !std::isfinite(value) || word.starts_with("+-"))
-    return {0, problem_of(word)};
+    return {0, describe_problem(word)};
   if (std::abs(value) > kMaxCoordinate)
     return {0, "is too large (beyond 1e15) - scale the model down"};
   // Also turns -0 into 0: points are welded by their exact bits.

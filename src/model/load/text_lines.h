@@ -12,38 +12,39 @@
 
 namespace polymorph {
 
-/// `bytes` without a UTF-8 byte order mark, if they are text. Errors (kInput): NUL or control
-/// bytes, UTF-16, a known other format; each names the byte offset and what to do.
-Result<std::string_view> checked_text(std::string_view bytes, const std::string& file);
+/// Checks that `bytes` are text and removes a UTF-8 byte order mark. Errors (kInput): NUL or
+/// control bytes, UTF-16, a known other format; each names the byte offset and what to do.
+Result<std::string_view> check_text(std::string_view bytes, const std::string& file);
 
-/// Walks logical lines: LF, CRLF and lone CR end a line; a backslash at its end joins the next one,
-/// except in a comment (`# saved in C:\dir\` must not swallow a vertex). White space at both ends
-/// is cut.
+/// Reads logical lines. LF, CRLF and a lone CR end a line; a backslash at its end joins it with the
+/// next one, except in a comment (`# saved in C:\dir\` must not swallow a vertex). White space at
+/// both ends is removed.
 class LineReader {
  public:
-  explicit LineReader(std::string_view text) : rest_(text) {}
+  explicit LineReader(std::string_view text) : remaining_(text) {}
   bool next();
   std::string_view line() const { return line_; }   ///< valid until next()
-  std::uint32_t number() const { return number_; }  ///< 1-based, of its first physical line
+  std::uint32_t number() const { return number_; }  ///< number of its first physical line, from 1
 
  private:
   std::string_view physical_line();
-  std::string_view rest_, line_;
+  std::string_view remaining_, line_;
   std::string joined_;
   std::uint32_t number_ = 0, lines_read_ = 0;
 };
 
-/// Takes the next word (no blanks) off the front of `line`; empty at the end.
+/// Removes the next word (without blanks) from the front of `line`; empty at the end.
 std::string_view take_word(std::string_view& line);
-std::string_view trimmed(std::string_view text);
+/// Removes blanks at both ends.
+std::string_view trim(std::string_view text);
 
-/// A number as OBJ and MTL write it. `problem` is null, or says what is wrong and what to do.
+/// A number of an OBJ or MTL file. `problem` is null or a message with what to do.
 struct ParsedReal {
   float value = 0;
   const char* problem = nullptr;
 };
-/// '.' in every locale; leading '+' and '.' are fine; below float's range becomes 0; beyond +-1e15,
-/// NaN and infinity in any spelling are problems.
+/// Parses a number with '.' in every locale; leading '+' and '.' are accepted; values below float's
+/// range become 0; values beyond +-1e15, NaN and infinity in any spelling are problems.
 ParsedReal parse_real(std::string_view word);
 
 /// Errors of one file in line order, up to a limit.
@@ -54,7 +55,7 @@ class ErrorList {
   void add(std::uint32_t line, const std::string& text);
   bool empty() const { return items_.empty(); }
   bool full() const { return items_.size() >= kLimit; }
-  Error error() const;  ///< all of them, one per line, "FILE:LINE: text"; kInput
+  Error error() const;  ///< all errors, one per line, "FILE:LINE: text"; kInput
 
  private:
   struct Item {
@@ -65,7 +66,7 @@ class ErrorList {
   std::vector<Item> items_;
 };
 
-/// Something that happens often and is told once, with where it happened first.
+/// Counts a frequent event, reported once with the line of its first occurrence.
 struct Occurrences {
   std::uint64_t count = 0;
   std::uint32_t first_line = 0;

@@ -14,8 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Grey becomes R = G = B; anything that has no colour at all is an error.
-Result<Image> colored(Image image, const std::string& where) {
+/// Converts grey to R = G = B. Errors (kInput): no colour channels, pixels that are not finite.
+Result<Image> make_rgb(Image image, const std::string& where) {
   if (!std::all_of(image.pixels.begin(), image.pixels.end(),
                    [](float v) { return std::isfinite(v); }))
     return make_error(ErrorCode::kInput, "{}: the texture has NaN or infinite pixels - repair it",
@@ -33,21 +33,22 @@ Result<Image> colored(Image image, const std::string& where) {
   return rgb;
 }
 
-/// Each file once, however many materials name it.
+/// Reads each file once, however many materials name it.
 class TextureReader {
  public:
   TextureReader(fs::path folder, Model& model, std::vector<std::string>& warnings,
                 const std::map<std::string, std::string>& embedded)
       : finder_(std::move(folder)), model_(model), warnings_(warnings), embedded_(embedded) {}
 
-  /// The index of the material's texture in the model.
+  /// Returns the index of the material's texture in the model.
   Result<int> read(const MtlMaterial& mtl, const std::string& where) {
-    if (const auto own = embedded_.find(mtl.texture); own != embedded_.end()) {
-      const auto known = read_.find(own->first);
-      if (known != read_.end()) return known->second;
+    if (const auto embedded = embedded_.find(mtl.texture); embedded != embedded_.end()) {
+      const auto known = indices_.find(embedded->first);
+      if (known != indices_.end()) return known->second;
       const Result<int> index =
-          add(decode_image(own->second, mtl.file + " (" + own->first + ")", kSettings), where);
-      read_.emplace(own->first, index);
+          add(decode_image(embedded->second, mtl.file + " (" + embedded->first + ")", kSettings),
+              where);
+      indices_.emplace(embedded->first, index);
       return index;
     }
     auto asset = finder_.find(fs::path(mtl.file).parent_path(), mtl.texture);
@@ -57,21 +58,21 @@ class TextureReader {
                         "{} \"{}\" is not there - put it beside the model or remove the line",
                         where, mtl.texture);
     if (!asset->note.empty()) warnings_.push_back(fmt::format("{} {}", where, asset->note));
-    const auto known = read_.find(asset->path);
-    if (known != read_.end()) return known->second;
+    const auto known = indices_.find(asset->path);
+    if (known != indices_.end()) return known->second;
     remember_input(asset->path);
     const Result<int> index = add(read_image(asset->path, kSettings), where);
-    read_.emplace(asset->path, index);
+    indices_.emplace(asset->path, index);
     return index;
   }
 
  private:
-  // The renderer takes the colours and leaves alpha alone.
+  // The renderer ignores alpha.
   static constexpr ReadImageSettings kSettings{TransferCurve::kSrgb, AlphaMode::kStraight};
 
   Result<int> add(Result<Image> read, const std::string& where) {
     if (!read) return make_error(read.error().code, "{}: {}", where, read.error().message);
-    PM_TRY(Image image, colored(std::move(read).value(), where));
+    PM_TRY(Image image, make_rgb(std::move(read).value(), where));
     model_.textures.push_back(std::make_shared<const Image>(std::move(image)));
     return static_cast<int>(model_.textures.size()) - 1;
   }
@@ -80,7 +81,7 @@ class TextureReader {
   Model& model_;
   std::vector<std::string>& warnings_;
   const std::map<std::string, std::string>& embedded_;
-  std::map<fs::path, Result<int>> read_;
+  std::map<fs::path, Result<int>> indices_;
 };
 
 }  // namespace
@@ -112,10 +113,10 @@ Status load_textures(const fs::path& obj, const ObjScan& scan, const MtlSet& mtl
       material.texture = *texture;
       continue;
     }
-    // Not the file's fault: no texture could be read.
+    // The image reader is missing, so no texture at all can be read.
     if (texture.error().code == ErrorCode::kResource) return texture.error();
     problems.push_back(texture.error().message);
-    material.color = Material{}.color;  // the Kd beside a texture is often white or black
+    material.color = Material{}.color;  // Kd is often white or black if there is a texture
   }
   if (strict && !problems.empty()) {
     std::string message;

@@ -21,15 +21,15 @@ namespace {
 constexpr std::size_t kMaxExaminedShells = 64;
 constexpr std::uint32_t kNone = 0xffffffffu;
 
-/// An ellipsoid as flat as the fit lets them be stands for about a hundred round balls of a wall:
-/// 512 show nine tenths of a cup that would take 54 000.
+/// One ellipsoid, as flat as the fit permits, replaces about a hundred round balls of a wall: 512
+/// of them show nine tenths of a cup that would take 54 000 balls.
 constexpr double kStretch = 100;
 
-/// Parts without thickness are reported from the first share of the area on, up to the second.
-constexpr double kMinSheetShare = 0.01, kMaxSheetShare = 0.5;
+/// Parts without thickness are reported if their fraction of the area is within these bounds.
+constexpr double kMinSheetFraction = 0.01, kMaxSheetFraction = 0.5;
 
-/// To two digits.
-double rounded(double value) {
+/// Rounds to two significant digits.
+double round_to_two_digits(double value) {
   double unit = 0.1;
   for (int i = 0; i < 300 && value >= 100 * unit; ++i) unit *= 10;
   return std::round(value / unit) * unit;
@@ -44,7 +44,7 @@ struct Shell {
 
 struct Topology {
   std::vector<Shell> shells;
-  std::vector<std::uint32_t> shell_of;  ///< per triangle
+  std::vector<std::uint32_t> shell_index;  ///< per triangle
 };
 
 void count_edges(const std::vector<EdgeUse>& uses, const Model& model, Diagnosis& d,
@@ -64,8 +64,8 @@ void count_edges(const std::vector<EdgeUse>& uses, const Model& model, Diagnosis
   });
 }
 
-/// Euler's number with points counted once for each fan of faces around them, so that shells which
-/// touch in a point do not spoil the genus; also finds such points.
+/// Euler characteristic with points counted once for each fan of faces around them, so that shells
+/// which touch in a point do not change the genus. Also counts such points.
 long long fan_euler(const std::vector<EdgeUse>& uses, const Model& model, std::size_t edges,
                     Diagnosis& d) {
   DisjointSets fans(model.triangles.size() * 3);
@@ -75,12 +75,12 @@ long long fan_euler(const std::vector<EdgeUse>& uses, const Model& model, std::s
       fans.join(high_corner(uses[first]), high_corner(uses[i]));
     }
   });
-  std::vector<std::uint32_t> fans_of(model.points.size(), 0);
+  std::vector<std::uint32_t> fan_count(model.points.size(), 0);
   std::size_t count = 0;
   for (std::uint32_t c = 0; c < model.triangles.size() * 3; ++c) {
     if (fans.find(c) != c) continue;
     ++count;
-    if (++fans_of[model.triangles[c / 3].v[c % 3]] == 2) ++d.touching_points;
+    if (++fan_count[model.triangles[c / 3].v[c % 3]] == 2) ++d.touching_points;
   }
   return static_cast<long long>(count) - static_cast<long long>(edges) +
          static_cast<long long>(model.triangles.size());
@@ -93,18 +93,18 @@ Topology find_shells(const std::vector<EdgeUse>& uses, const Model& model) {
       sets.join(uses[first].corner / 3, uses[i].corner / 3);
   });
   Topology topology;
-  topology.shell_of.assign(model.triangles.size(), kNone);
+  topology.shell_index.assign(model.triangles.size(), kNone);
   for (std::uint32_t t = 0; t < model.triangles.size(); ++t) {
     const std::uint32_t root = sets.find(t);
     if (root == t) {
-      topology.shell_of[t] = static_cast<std::uint32_t>(topology.shells.size());
+      topology.shell_index[t] = static_cast<std::uint32_t>(topology.shells.size());
       topology.shells.emplace_back().first_triangle = t;
     } else {
-      topology.shell_of[t] = topology.shell_of[root];
+      topology.shell_index[t] = topology.shell_index[root];
     }
   }
   for_each_edge(uses, [&](std::size_t first, std::size_t last) {
-    Shell& shell = topology.shells[topology.shell_of[uses[first].corner / 3]];
+    Shell& shell = topology.shells[topology.shell_index[uses[first].corner / 3]];
     if (last - first == 1) shell.open = true;
     if (last - first != 2 || uses[first].forward == uses[first + 1].forward) shell.manifold = false;
   });
@@ -116,11 +116,11 @@ void sum_shell_volumes(const Model& model, Vec3d center, Topology& topology) {
     const auto& v = model.triangles[t].v;
     const Vec3d a = Vec3d(model.points[v[0]]) - center, b = Vec3d(model.points[v[1]]) - center,
                 c = Vec3d(model.points[v[2]]) - center;
-    topology.shells[topology.shell_of[t]].volume += dot(a, cross(b, c)) / 6;
+    topology.shells[topology.shell_index[t]].volume += dot(a, cross(b, c)) / 6;
   }
 }
 
-/// How often the other closed shells wind around this shell's first triangle.
+/// Winding number of the other closed shells at the centroid of this shell's first triangle.
 double winding_of_others(const Model& model, const Topology& topology, std::size_t shell) {
   const auto corner = [&](std::size_t t, std::size_t k) {
     return Vec3d(model.points[model.triangles[t].v[k]]);
@@ -129,7 +129,7 @@ double winding_of_others(const Model& model, const Topology& topology, std::size
   const Vec3d eye = (corner(first, 0) + corner(first, 1) + corner(first, 2)) * (1.0 / 3);
   double sum = 0;
   for (std::size_t t = 0; t < model.triangles.size(); ++t) {
-    const std::uint32_t other = topology.shell_of[t];
+    const std::uint32_t other = topology.shell_index[t];
     if (other == shell || !topology.shells[other].manifold) continue;
     const HalfAngle angle =
         half_solid_angle(corner(t, 0) - eye, corner(t, 1) - eye, corner(t, 2) - eye);
@@ -149,19 +149,20 @@ std::size_t count_inverted(const Model& model, const Topology& topology) {
   return inverted;
 }
 
-/// The share of the area that has outside on both sides.
-double sheet_share(const Model& model) {
+/// Estimates the fraction of the area that has outside on both sides.
+double estimate_sheet_fraction(const Model& model) {
   constexpr std::size_t kSamples = 4000;
   const std::vector<SurfaceSample> samples = sample_surface(model, kSamples);
   const float step = 2e-4f * model.box().diagonal();
-  std::vector<Vec3> around;
+  std::vector<Vec3> positions;
   for (const SurfaceSample& s : samples) {
-    around.push_back(s.point + s.normal * step);
-    around.push_back(s.point - s.normal * step);
+    positions.push_back(s.point + s.normal * step);
+    positions.push_back(s.point - s.normal * step);
   }
-  const std::vector<std::uint8_t> in = InsideTest(model).inside(around);
+  const std::vector<std::uint8_t> is_inside = InsideTest(model).inside(positions);
   std::size_t sheets = 0;
-  for (std::size_t i = 0; i < samples.size(); ++i) sheets += !in[2 * i] && !in[2 * i + 1];
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    sheets += !is_inside[2 * i] && !is_inside[2 * i + 1];
   return samples.empty() ? 0 : static_cast<double>(sheets) / static_cast<double>(samples.size());
 }
 
@@ -181,19 +182,20 @@ Diagnosis diagnose(const Model& model) {
   const std::vector<EdgeUse> uses = sorted_edge_uses(model.triangles);
   std::size_t edges = 0;
   count_edges(uses, model, d, edges);
-  std::vector<std::uint8_t> used(model.points.size(), 0);
+  std::vector<std::uint8_t> is_used(model.points.size(), 0);
   for (const Triangle& t : model.triangles)
-    for (const std::uint32_t v : t.v) used[v] = 1;
-  d.euler = static_cast<long long>(std::count(used.begin(), used.end(), 1)) -
+    for (const std::uint32_t v : t.v) is_used[v] = 1;
+  d.euler = static_cast<long long>(std::count(is_used.begin(), is_used.end(), 1)) -
             static_cast<long long>(edges) + static_cast<long long>(d.triangles);
-  const long long by_fans = fan_euler(uses, model, edges, d);
+  const long long euler_by_fans = fan_euler(uses, model, edges, d);
   Topology topology = find_shells(uses, model);
   d.shells = topology.shells.size();
   d.open_shells = static_cast<std::size_t>(std::count_if(
       topology.shells.begin(), topology.shells.end(), [](const Shell& s) { return s.open; }));
   d.closed =
       d.triangles > 0 && d.boundary_edges == 0 && d.non_manifold_edges == 0 && d.flipped_edges == 0;
-  if (d.closed) d.genus = static_cast<int>((2 * static_cast<long long>(d.shells) - by_fans) / 2);
+  if (d.closed)
+    d.genus = static_cast<int>((2 * static_cast<long long>(d.shells) - euler_by_fans) / 2);
   if (d.triangles > 0) {
     sum_shell_volumes(model, Vec3d(d.box.center()), topology);
     d.inverted_shells = count_inverted(model, topology);
@@ -203,10 +205,10 @@ Diagnosis diagnose(const Model& model) {
 
 Diagnosis diagnose_fully(const Model& model) {
   Diagnosis d = diagnose(model);
-  const std::optional<ClusteredModel> few = cluster_long_triangles(model);
-  const Model& shape = few ? few->model : model;
+  const std::optional<ClusteredModel> clustered = cluster_long_triangles(model);
+  const Model& shape = clustered ? clustered->model : model;
   d.thickness = measure_thickness(shape, build_split_bvh(shape.points, shape.triangles));
-  d.sheet_share = sheet_share(shape);
+  d.sheet_share = estimate_sheet_fraction(shape);
   d.crossings = count_self_intersections(model, build_triangle_bvh(model.points, model.triangles));
   return d;
 }
@@ -221,10 +223,11 @@ std::vector<std::string> describe_problems(const Diagnosis& d) {
   if (std::min({size.x, size.y, size.z}) <= 1e-6f * d.box.diagonal())
     lines.push_back(
         "it is flat and encloses nothing - give it thickness (extrude or solidify it "
-        "in the modeller)");
+        "is_inside the modeller)");
   else if (d.boundary_edges > 0)
     lines.push_back(fmt::format(
-        "it is open: {} {} only one face, in {} of {} shells, first from {} to {} - inside is "
+        "it is open: {} {} only one face, is_inside {} of {} shells, first from {} to {} - inside "
+        "is "
         "guessed by the winding number; close the holes for exact results, or set \"solidify\"",
         d.boundary_edges, d.boundary_edges == 1 ? "edge has" : "edges have", d.open_shells,
         d.shells, at(d.first_open_edge_points[0]), at(d.first_open_edge_points[1])));
@@ -233,19 +236,22 @@ std::vector<std::string> describe_problems(const Diagnosis& d) {
         "it is thin: half of its walls are thinner than {:.3g}, so about {:.0f} balls are needed "
         "to show them, or {:.0f} stretched ones - raise the number of balls, thicken it, or set "
         "\"solidify\" to fill it",
-        d.thickness->median, rounded(d.thickness->balls), rounded(d.thickness->balls / kStretch)));
-  // Of one that is open as a whole, that is said already.
-  if (d.sheet_share && *d.sheet_share > kMinSheetShare && *d.sheet_share < kMaxSheetShare)
-    lines.push_back(fmt::format(
-        "{:.2g} % of its area has no thickness: distances show it (motion.interpolate "
-        "\"distance\"), balls leave it out until the model itself is shown - give it thickness in "
-        "the modeller",
-        100 * *d.sheet_share));
+        d.thickness->median, round_to_two_digits(d.thickness->balls),
+        round_to_two_digits(d.thickness->balls / kStretch)));
+  // For a model that is open as a whole, another line has already said so.
+  if (d.sheet_share && *d.sheet_share > kMinSheetFraction && *d.sheet_share < kMaxSheetFraction)
+    lines.push_back(
+        fmt::format("{:.2g} % of its area has no thickness: distances show it (motion.interpolate "
+                    "\"distance\"), balls leave it out until the model itself is shown - give it "
+                    "thickness is_inside "
+                    "the modeller",
+                    100 * *d.sheet_share));
   if (has_many_long_triangles(d.long_triangles))
-    lines.push_back(fmt::format(
-        "{} of its triangles are longer than a 64th of its size, so a simpler stand-in is taken "
-        "for its shape - simplify it in the modeller, or drop its inner shells",
-        d.long_triangles));
+    lines.push_back(
+        fmt::format("{} of its triangles are longer than a 64th of its size, so a simpler "
+                    "stand-is_inside is taken "
+                    "for its shape - simplify it is_inside the modeller, or drop its inner shells",
+                    d.long_triangles));
   if (d.flipped_edges > 0)
     lines.push_back(
         fmt::format("neighbouring faces disagree about outside at {} - make the normals consistent",

@@ -38,7 +38,7 @@ std::vector<FaceSide> classify_faces(const Model& model, const InsideTest& insid
   return sides;
 }
 
-std::vector<std::uint32_t> outer_faces(const std::vector<FaceSide>& sides) {
+std::vector<std::uint32_t> list_outer_faces(const std::vector<FaceSide>& sides) {
   std::vector<std::uint32_t> faces;
   for (std::size_t t = 0; t < sides.size(); ++t)
     if (sides[t] != FaceSide::kHidden) faces.push_back(static_cast<std::uint32_t>(t));

@@ -9,22 +9,23 @@
 
 namespace polymorph {
 
+/// The two sides of a face, as far as they are inside.
 enum class FaceSide : std::uint8_t {
-  kBoundary,  ///< inside on one side
-  kMixed,     ///< differs from place to place
-  kSheet,     ///< outside on both, or neither in nor out
-  kHidden,    ///< inside on both: a head within a helmet
+  kBoundary,  ///< inside on exactly one side
+  kMixed,     ///< varies over the face
+  kSheet,     ///< outside on both sides, or undecided
+  kHidden,    ///< inside on both sides: a head within a helmet
 };
 
-/// The winding number from which on what lies behind a face is inside beyond doubt: a loose sheet
-/// has half a turn on either side.
+/// Points with at least this winding number are certainly inside; behind a loose sheet it is only
+/// 1/2.
 inline constexpr double kDecidedWinding = 0.75;
 
-/// One per triangle, by the winding numbers `step` in front of and behind its middle and three
-/// points near its corners.
+/// Classifies each triangle by the winding numbers at the distance `step` on both sides of its
+/// centroid and of three points near its corners.
 std::vector<FaceSide> classify_faces(const Model& model, const InsideTest& inside, float step);
 
-/// The triangles that are not hidden, ascending; all of them where every one is.
-std::vector<std::uint32_t> outer_faces(const std::vector<FaceSide>& sides);
+/// Lists the triangles that are not hidden, ascending; all of them if every one is hidden.
+std::vector<std::uint32_t> list_outer_faces(const std::vector<FaceSide>& sides);
 
 }  // namespace polymorph

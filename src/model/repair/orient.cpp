@@ -20,21 +20,23 @@ namespace {
 constexpr std::uint32_t kNone = 0xffffffffu;
 constexpr std::size_t kSamples = 8;
 constexpr std::size_t kMaxExamined = 64;
-/// Halves of turns at a face: 1/2 on a closed outward surface, -1/2 on an inward one, 0 on a sheet.
-constexpr double kInsideOut = -0.25, kLeaning = -0.05;
+/// Bounds of the mean winding number at a component's own faces: it is 1/2 on a closed outward
+/// surface, -1/2 on an inward one and 0 on a sheet.
+constexpr double kInsideOut = -0.25, kMostlyInward = -0.05;
 
 struct Component {
-  std::size_t begin = 0, end = 0;  ///< in Components::order
+  std::size_t begin = 0, end = 0;  ///< range of Components::order
   bool closed = true;
-  std::size_t flipped = 0;  ///< edges along which its faces disagree
-  std::size_t twisted = 0;  ///< those that do so whichever way faces are turned
-  double turned_area = 0, area = 0;
+  std::size_t inconsistent_edges = 0;  ///< edges whose two faces are inconsistent
+  std::size_t nonorientable_edges =
+      0;  ///< edges that stay inconsistent whichever faces are flipped
+  double flipped_area = 0, area = 0;
 };
 
 struct Components {
   std::vector<Component> all;
   std::vector<std::uint32_t> order;  ///< triangles, component by component
-  std::vector<std::uint8_t> turn;    ///< per triangle
+  std::vector<std::uint8_t> flip;    ///< per triangle
 };
 
 Vec3d corner(const Model& model, std::uint32_t triangle, int k) {
@@ -46,7 +48,8 @@ Vec3d area_vector(const Model& model, std::uint32_t t) {
   return cross(corner(model, t, 1) - a, corner(model, t, 2) - a) * 0.5;
 }
 
-/// The side of another triangle across each side, where the edge has two; top bit: they disagree.
+/// Finds the side of the other triangle across each side, for edges with two triangles; the top bit
+/// is set if they are inconsistent.
 constexpr std::uint32_t kFlipped = 0x80000000u;
 std::vector<std::uint32_t> sides_across(const Model& model) {
   std::vector<std::uint32_t> across(3 * model.triangles.size(), kNone);
@@ -65,78 +68,79 @@ Components find_components(const Model& model) {
   const std::vector<std::uint32_t> across = sides_across(model);
   const std::size_t n = model.triangles.size();
   Components result;
-  result.turn.assign(n, 0);
+  result.flip.assign(n, 0);
   result.order.reserve(n);
-  std::vector<std::uint8_t> seen(n, 0);
+  std::vector<std::uint8_t> is_visited(n, 0);
   for (std::uint32_t seed = 0; seed < n; ++seed) {
-    if (seen[seed]) continue;
-    seen[seed] = 1;
-    Component part;
-    part.begin = result.order.size();
+    if (is_visited[seed]) continue;
+    is_visited[seed] = 1;
+    Component component;
+    component.begin = result.order.size();
     result.order.push_back(seed);
-    for (std::size_t at = part.begin; at < result.order.size(); ++at) {
+    for (std::size_t at = component.begin; at < result.order.size(); ++at) {
       const std::uint32_t t = result.order[at];
       const double area = length(area_vector(model, t));
-      part.area += area;
-      if (result.turn[t]) part.turned_area += area;
+      component.area += area;
+      if (result.flip[t]) component.flipped_area += area;
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t side = across[3 * std::size_t{t} + k];
         if (side == kNone) {
-          part.closed = false;
+          component.closed = false;
           continue;
         }
         const std::uint32_t next = (side & ~kFlipped) / 3;
-        const bool flipped = (side & kFlipped) != 0;
-        part.flipped += flipped;
-        const auto turn = static_cast<std::uint8_t>(result.turn[t] != flipped);
-        if (!seen[next]) {
-          seen[next] = 1;
-          result.turn[next] = turn;
+        const bool is_flipped = (side & kFlipped) != 0;
+        component.inconsistent_edges += is_flipped;
+        const auto flip = static_cast<std::uint8_t>(result.flip[t] != is_flipped);
+        if (!is_visited[next]) {
+          is_visited[next] = 1;
+          result.flip[next] = flip;
           result.order.push_back(next);
         } else {
-          part.twisted += result.turn[next] != turn;
+          component.nonorientable_edges += result.flip[next] != flip;
         }
       }
     }
-    part.end = result.order.size();
-    result.all.push_back(part);
+    component.end = result.order.size();
+    result.all.push_back(component);
   }
   return result;
 }
 
-/// Some of a component's triangles, evenly by area.
-std::vector<std::uint32_t> samples_of(const Model& model, const Component& part,
-                                      std::span<const std::uint32_t> faces) {
+/// Selects up to kSamples triangles of a component, evenly by area.
+std::vector<std::uint32_t> sample_faces(const Model& model, const Component& component,
+                                        std::span<const std::uint32_t> faces) {
   std::vector<std::uint32_t> samples;
   double sum = 0;
   for (const std::uint32_t t : faces) {
     sum += length(area_vector(model, t));
-    const double next = (static_cast<double>(samples.size()) + 0.5) / kSamples * part.area;
+    const double next = (static_cast<double>(samples.size()) + 0.5) / kSamples * component.area;
     if (sum >= next && samples.size() < kSamples) samples.push_back(t);
   }
   return samples;
 }
 
-/// The mean winding number of the component's own faces at some of them, each seen from itself.
-double own_winding(const Model& model, const Components& components, const Component& part) {
-  const std::span faces(components.order.data() + part.begin, part.end - part.begin);
-  const std::vector<std::uint32_t> samples = samples_of(model, part, faces);
+/// Mean winding number of the component's own faces at some of their centroids, each face excluding
+/// itself.
+double own_winding(const Model& model, const Components& components, const Component& component) {
+  const std::span faces(components.order.data() + component.begin, component.end - component.begin);
+  const std::vector<std::uint32_t> samples = sample_faces(model, component, faces);
   if (samples.empty()) return 0;
   std::vector<double> sums(samples.size(), 0);
   parallel_for(
       static_cast<std::int64_t>(samples.size()),
       [&](std::int64_t index) {
         const auto i = static_cast<std::size_t>(index);
-        const std::uint32_t at = samples[i];
+        const std::uint32_t self = samples[i];
         const Vec3d eye =
-            (corner(model, at, 0) + corner(model, at, 1) + corner(model, at, 2)) * (1.0 / 3);
+            (corner(model, self, 0) + corner(model, self, 1) + corner(model, self, 2)) * (1.0 / 3);
         double sum = 0;
         for (const std::uint32_t t : faces) {
-          if (t == at) continue;
+          if (t == self) continue;
           const HalfAngle angle = half_solid_angle(
               corner(model, t, 0) - eye, corner(model, t, 1) - eye, corner(model, t, 2) - eye);
           const double half = exact::atan2(angle.num, angle.den);
-          sum += components.turn[t] ? -half : half;
+          sum += components.flip[t] ? -half : half;
         }
         sums[i] = sum / (2 * std::numbers::pi);
       },
@@ -146,43 +150,45 @@ double own_winding(const Model& model, const Components& components, const Compo
   return sum / static_cast<double>(sums.size());
 }
 
-double volume_of(const Model& model, const Components& components, const Component& part) {
-  const Vec3d origin = corner(model, components.order[part.begin], 0);
+double signed_volume(const Model& model, const Components& components, const Component& component) {
+  const Vec3d origin = corner(model, components.order[component.begin], 0);
   double volume = 0;
-  for (std::size_t i = part.begin; i < part.end; ++i) {
+  for (std::size_t i = component.begin; i < component.end; ++i) {
     const std::uint32_t t = components.order[i];
     const double six = dot(corner(model, t, 0) - origin,
                            cross(corner(model, t, 1) - origin, corner(model, t, 2) - origin));
-    volume += components.turn[t] ? -six / 6 : six / 6;
+    volume += components.flip[t] ? -six / 6 : six / 6;
   }
   return volume;
 }
 
-void turn_component(Components& components, const Component& part) {
-  for (std::size_t i = part.begin; i < part.end; ++i) components.turn[components.order[i]] ^= 1;
+void flip_component(Components& components, const Component& component) {
+  for (std::size_t i = component.begin; i < component.end; ++i)
+    components.flip[components.order[i]] ^= 1;
 }
 
-/// Which of the faces that disagree are turned.
-void settle(const Model& model, Components& components, Component& part) {
-  if (part.twisted >= part.flipped) {
-    for (std::size_t i = part.begin; i < part.end; ++i) components.turn[components.order[i]] = 0;
+/// Decides which faces of an inconsistent component are flipped.
+void choose_orientation(const Model& model, Components& components, Component& component) {
+  if (component.nonorientable_edges >= component.inconsistent_edges) {
+    for (std::size_t i = component.begin; i < component.end; ++i)
+      components.flip[components.order[i]] = 0;
     return;
   }
-  if (part.turned_area > 0.5 * part.area) turn_component(components, part);
-  const bool solid = part.closed && part.twisted == 0;
-  if (solid ? volume_of(model, components, part) < 0
-            : own_winding(model, components, part) < kLeaning)
-    turn_component(components, part);
+  if (component.flipped_area > 0.5 * component.area) flip_component(components, component);
+  const bool solid = component.closed && component.nonorientable_edges == 0;
+  if (solid ? signed_volume(model, components, component) < 0
+            : own_winding(model, components, component) < kMostlyInward)
+    flip_component(components, component);
 }
 
-void turn_faces(Model& model, const Components& components) {
+void flip_faces(Model& model, const Components& components) {
   const std::vector<Vec3> normals = face_normals(model);
-  for (const Component& part : components.all) {
+  for (const Component& component : components.all) {
     double agreement = 0;
     bool any = false;
-    for (std::size_t i = part.begin; i < part.end; ++i) {
+    for (std::size_t i = component.begin; i < component.end; ++i) {
       const std::uint32_t t = components.order[i];
-      if (!components.turn[t]) continue;
+      if (!components.flip[t]) continue;
       any = true;
       std::swap(model.triangles[t].v[1], model.triangles[t].v[2]);
       const std::size_t c = 3 * std::size_t{t};
@@ -192,55 +198,57 @@ void turn_faces(Model& model, const Components& components) {
       for (std::size_t k = 0; k < 3; ++k)
         agreement += static_cast<double>(dot(model.corner_normals[c + k], normals[t]));
     }
-    // Some exporters turn the faces but leave the normals right.
+    // Some exporters flip the faces but leave the normals correct.
     if (!any || agreement <= 0) continue;
-    for (std::size_t i = part.begin; i < part.end; ++i) {
+    for (std::size_t i = component.begin; i < component.end; ++i) {
       const std::size_t c = 3 * std::size_t{components.order[i]};
-      if (!components.turn[components.order[i]]) continue;
+      if (!components.flip[components.order[i]]) continue;
       for (std::size_t k = 0; k < 3; ++k)
         model.corner_normals[c + k] = -model.corner_normals[c + k];
     }
   }
 }
 
-/// The mean winding number of the whole model just in front of and behind some of the faces.
-double winding_around(const Model& model, const InsideTest& inside, const Component& part,
+/// Mean winding number of the whole model just in front of and behind some of the faces.
+double winding_around(const Model& model, const InsideTest& inside, const Component& component,
                       std::span<const std::uint32_t> faces) {
   const double step = 1e-4 * static_cast<double>(model.box().diagonal());
-  const std::vector<std::uint32_t> samples = samples_of(model, part, faces);
+  const std::vector<std::uint32_t> samples = sample_faces(model, component, faces);
   double sum = 0;
   for (const std::uint32_t t : samples) {
     const Vec3d middle =
         (corner(model, t, 0) + corner(model, t, 1) + corner(model, t, 2)) * (1.0 / 3);
-    const Vec3d off = normalized(area_vector(model, t)) * step;
-    sum += inside.winding_number(to_float(middle + off)) +
-           inside.winding_number(to_float(middle - off));
+    const Vec3d offset = normalized(area_vector(model, t)) * step;
+    sum += inside.winding_number(to_float(middle + offset)) +
+           inside.winding_number(to_float(middle - offset));
   }
   return samples.empty() ? 0 : sum / (2 * static_cast<double>(samples.size()));
 }
 
-/// Marks components that agree with themselves but look inward, other than cavities.
+/// Marks components that are consistently oriented but face inward and are no cavities.
 void find_inside_out(const Model& model, Components& components) {
-  constexpr std::size_t kFewestFaces = 4;
-  std::vector<const Component*> doubtful;
-  for (const Component& part : components.all) {
-    if (part.end - part.begin < kFewestFaces || doubtful.size() >= kMaxExamined) continue;
-    const bool solid = part.closed && part.flipped == 0;
-    if (solid ? volume_of(model, components, part) < 0
-              : own_winding(model, components, part) < kInsideOut)
-      doubtful.push_back(&part);
+  constexpr std::size_t kMinFaces = 4;
+  std::vector<const Component*> candidates;
+  for (const Component& component : components.all) {
+    if (component.end - component.begin < kMinFaces || candidates.size() >= kMaxExamined) continue;
+    const bool solid = component.closed && component.inconsistent_edges == 0;
+    if (solid ? signed_volume(model, components, component) < 0
+              : own_winding(model, components, component) < kInsideOut)
+      candidates.push_back(&component);
   }
-  if (doubtful.empty()) return;
+  if (candidates.empty()) return;
   const InsideTest inside(model);
-  for (const Component* part : doubtful) {
-    const std::span faces(components.order.data() + part->begin, part->end - part->begin);
-    if (winding_around(model, inside, *part, faces) < kInsideOut) turn_component(components, *part);
+  for (const Component* component : candidates) {
+    const std::span faces(components.order.data() + component->begin,
+                          component->end - component->begin);
+    if (winding_around(model, inside, *component, faces) < kInsideOut)
+      flip_component(components, *component);
   }
 }
 
-void turn_marked(Model& model, const Components& components) {
-  if (std::count(components.turn.begin(), components.turn.end(), 1) > 0)
-    turn_faces(model, components);
+void flip_marked_faces(Model& model, const Components& components) {
+  if (std::count(components.flip.begin(), components.flip.end(), 1) > 0)
+    flip_faces(model, components);
 }
 
 }  // namespace
@@ -249,22 +257,23 @@ Orientation orient_faces(Model& model) {
   const std::vector<Triangle> before = model.triangles;
   Components components = find_components(model);
   bool solid = !components.all.empty();
-  for (Component& part : components.all) {
-    if (part.flipped > 0) settle(model, components, part);
-    solid = solid && part.closed && part.flipped == 0;
+  for (Component& component : components.all) {
+    if (component.inconsistent_edges > 0) choose_orientation(model, components, component);
+    solid = solid && component.closed && component.inconsistent_edges == 0;
   }
   // A closed model that is inside out as a whole keeps its cavities.
-  if (solid && volume_of(model) < 0) std::fill(components.turn.begin(), components.turn.end(), 1);
-  turn_marked(model, components);
+  if (solid && volume_of(model) < 0) std::fill(components.flip.begin(), components.flip.end(), 1);
+  flip_marked_faces(model, components);
   if (!solid || components.all.size() > 1) {
-    std::fill(components.turn.begin(), components.turn.end(), 0);
-    for (Component& part : components.all) part.flipped = part.twisted;
+    std::fill(components.flip.begin(), components.flip.end(), 0);
+    for (Component& component : components.all)
+      component.inconsistent_edges = component.nonorientable_edges;
     find_inside_out(model, components);
-    turn_marked(model, components);
+    flip_marked_faces(model, components);
   }
   Orientation result{0, model.triangles.size()};
   for (std::size_t t = 0; t < before.size(); ++t)
-    result.turned += before[t].v[1] != model.triangles[t].v[1];
+    result.flipped += before[t].v[1] != model.triangles[t].v[1];
   return result;
 }
 

@@ -12,9 +12,11 @@ namespace polymorph {
 namespace {
 
 constexpr int kMinResolution = 16, kMaxResolution = 512;
-constexpr int kSearchResolution = 48;  // for the gap; its widths are a factor 1.4 apart anyway
-constexpr float kMaxGap = 1.05f;       // of the longest side, which a bowl is open along
-constexpr float kProject = 2;          // cells: how near a vertex belongs on the model
+constexpr int kSearchResolution =
+    48;  // for the search of the gap, whose candidates differ by a factor of 1.4
+constexpr float kMaxGap =
+    1.05f;  // fraction of the longest side: a bowl may be open along all of it
+constexpr float kMaxProjection = 2;  // cells: vertices nearer to the model are projected onto it
 constexpr int kSmoothingRounds = 12;
 
 float longest_side(const Box& box) {
@@ -22,18 +24,18 @@ float longest_side(const Box& box) {
   return std::max({size.x, size.y, size.z});
 }
 
-/// The smallest gap from which on no wider one would double the volume.
+/// Finds the smallest gap above which no larger one would double the volume.
 float find_gap(const Box& box, const ClosestPointQuery& surface) {
   const float side = longest_side(box), cell = side / kSearchResolution;
   std::vector<float> gaps;
   for (float gap = 3 * cell; gap < kMaxGap * side; gap *= 1.4f) gaps.push_back(gap);
   gaps.push_back(kMaxGap * side);
-  const Grid grid = grid_around(box, cell, gaps.back() / 2);
-  const std::vector<float> from_wall = distances_to(grid, wall_points(grid, surface));
+  const Grid grid = make_grid_around(box, cell, gaps.back() / 2);
+  const std::vector<float> from_wall = compute_distances(grid, mark_wall_points(grid, surface));
   std::vector<double> volumes;
   for (const float gap : gaps) {
-    const Voxels voxels = unreachable(grid, from_wall, gap / 2);
-    // Less a cell all around, so that thin walls by themselves count as nearly nothing.
+    const Voxels voxels = find_unreachable(grid, from_wall, gap / 2);
+    // find_unreachable() erodes by a cell, so thin walls alone count as nearly nothing.
     const double volume =
         static_cast<double>(std::count(voxels.solid.begin(), voxels.solid.end(), 1));
     volumes.push_back(volume);
@@ -41,44 +43,44 @@ float find_gap(const Box& box, const ClosestPointQuery& surface) {
   std::size_t best = 0;
   for (std::size_t k = 0; k < gaps.size(); ++k)
     if (volumes[k] > 2 * volumes[best]) best = k;
-  // The first of those that enclose about as much.
+  // Take the smallest gap that encloses about the same volume.
   while (best > 0 && volumes[best] <= 1.05 * volumes[best - 1]) --best;
-  // Coarse walls are thick: what they close, fine ones may not.
+  // Walls are thicker on the coarse grid, so a fine grid needs a slightly larger gap.
   return gaps[best] + 2 * cell;
 }
 
 using Neighbors = std::vector<std::vector<std::uint32_t>>;
 
-Vec3 mean_of(const VoxelSurface& surface, const std::vector<std::uint32_t>& around) {
+Vec3 mean_neighbor(const VoxelSurface& surface, const std::vector<std::uint32_t>& neighbors) {
   Vec3 sum;
-  for (const std::uint32_t i : around) sum = sum + surface.points[i];
-  return sum / static_cast<float>(around.size());
+  for (const std::uint32_t i : neighbors) sum = sum + surface.points[i];
+  return sum / static_cast<float>(neighbors.size());
 }
 
-/// A ball that rests on an opening's rim dips into it. Vertices that are not on the model are
-/// therefore relaxed to a minimal surface, like a soap film over the rim. In order of index, by
-/// successive over-relaxation.
-void relax_to_minimal_surface(VoxelSurface& surface, const Neighbors& around,
-                              const std::vector<std::uint32_t>& loose) {
+/// Relaxes vertices that are not on the model to a minimal surface, like a soap film over an
+/// opening's rim: the rolling ball dips into the opening. In order of index, by successive
+/// over-relaxation.
+void relax_to_minimal_surface(VoxelSurface& surface, const Neighbors& neighbors,
+                              const std::vector<std::uint32_t>& free) {
   constexpr int kRounds = 400;
   constexpr float kOverRelaxation = 1.9f;
   for (int round = 0; round < kRounds; ++round)
-    for (const std::uint32_t i : loose)
-      surface.points[i] = lerp(surface.points[i], mean_of(surface, around[i]),
-                               // The last rounds without, which would leave ripples.
+    for (const std::uint32_t i : free)
+      surface.points[i] = lerp(surface.points[i], mean_neighbor(surface, neighbors[i]),
+                               // The last rounds do not over-relax, which would leave ripples.
                                round + 20 < kRounds ? kOverRelaxation : 1.0f);
 }
 
 /// Moves vertices near the model onto it, and relaxes the others to a minimal surface.
-void settle(VoxelSurface& surface, float cell, const ClosestPointQuery& model) {
-  Neighbors around(surface.points.size());
+void fit_to_model(VoxelSurface& surface, float cell, const ClosestPointQuery& model) {
+  Neighbors neighbors(surface.points.size());
   for (const Triangle& t : surface.triangles)
-    for (int k = 0; k < 3; ++k) around[t.v[k]].push_back(t.v[(k + 1) % 3]);
-  std::vector<std::uint32_t> loose;
-  const std::vector<ClosestPoint> nearest = model.closest(surface.points, kProject * cell);
+    for (int k = 0; k < 3; ++k) neighbors[t.v[k]].push_back(t.v[(k + 1) % 3]);
+  std::vector<std::uint32_t> free;
+  const std::vector<ClosestPoint> nearest = model.closest(surface.points, kMaxProjection * cell);
   for (std::uint32_t i = 0; i < nearest.size(); ++i)
-    if (nearest[i].triangle == ClosestPoint::kNoTriangle) loose.push_back(i);
-  relax_to_minimal_surface(surface, around, loose);
+    if (nearest[i].triangle == ClosestPoint::kNoTriangle) free.push_back(i);
+  relax_to_minimal_surface(surface, neighbors, free);
   std::vector<Vec3> next(surface.points.size());
   for (int round = 0; round <= kSmoothingRounds; ++round) {
     const bool last = round == kSmoothingRounds;
@@ -86,11 +88,12 @@ void settle(VoxelSurface& surface, float cell, const ClosestPointQuery& model) {
         static_cast<std::int64_t>(surface.points.size()),
         [&](std::int64_t i) {
           const auto k = static_cast<std::size_t>(i);
-          // Half way to the mean evens the triangles out; then back onto the model.
-          const Vec3 moved =
-              last ? surface.points[k] : lerp(surface.points[k], mean_of(surface, around[k]), 0.5f);
-          const ClosestPoint found = model.closest(moved, kProject * cell);
-          next[k] = found.triangle == ClosestPoint::kNoTriangle ? moved : found.point;
+          // Half way to the mean makes the triangles even; then project onto the model.
+          const Vec3 target =
+              last ? surface.points[k]
+                   : lerp(surface.points[k], mean_neighbor(surface, neighbors[k]), 0.5f);
+          const ClosestPoint hit = model.closest(target, kMaxProjection * cell);
+          next[k] = hit.triangle == ClosestPoint::kNoTriangle ? target : hit.point;
         },
         256);
     surface.points.swap(next);
@@ -106,7 +109,8 @@ Vec2 uv_at(const Model& model, std::uint32_t t, Vec3 p) {
          uv[2] * static_cast<float>(w.c);
 }
 
-/// The surface as a model, with the labels, materials and texture coordinates of the nearest faces.
+/// Makes a model of the surface, with the labels, materials and texture coordinates of the nearest
+/// faces.
 Model transfer_attributes(VoxelSurface surface, const Model& model,
                           const ClosestPointQuery& query) {
   Model solid;
@@ -152,10 +156,11 @@ Result<Model> solidify(const Model& model, const SolidifySettings& settings) {
   const ClosestPointQuery query(model);
   const float cell = side / static_cast<float>(settings.resolution);
   const float gap = settings.gap > 0 ? settings.gap : find_gap(box, query);
-  const Grid grid = grid_around(box, cell, gap / 2);
-  Voxels voxels = unreachable(grid, distances_to(grid, wall_points(grid, query)), gap / 2);
+  const Grid grid = make_grid_around(box, cell, gap / 2);
+  Voxels voxels =
+      find_unreachable(grid, compute_distances(grid, mark_wall_points(grid, query)), gap / 2);
   make_manifold(voxels);
-  VoxelSurface surface = surface_nets(voxels);
+  VoxelSurface surface = make_surface_nets(voxels);
   if (surface.triangles.empty())
     return make_error(
         ErrorCode::kInput,
@@ -163,7 +168,7 @@ Result<Model> solidify(const Model& model, const SolidifySettings& settings) {
         "(its walls are thinner than {:.3g} and enclose nothing) - raise the gap to the width of "
         "its opening, raise the resolution, or thicken the model",
         model.name, settings.resolution, gap, 2 * cell);
-  settle(surface, cell, query);
+  fit_to_model(surface, cell, query);
   return transfer_attributes(std::move(surface), model, query);
 }
 

@@ -14,15 +14,11 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr std::uint32_t kNone = 0xffffffffu;
 
-std::size_t points_of(const Grid& grid) {
-  return static_cast<std::size_t>(grid.points.x) * static_cast<std::size_t>(grid.points.y) *
-         static_cast<std::size_t>(grid.points.z);
-}
-
-/// The lower envelope of parabolas over one line: squared distances along an axis are added.
+/// Computes the lower envelope of parabolas along one line; this adds squared distances along an
+/// axis.
 class LineTransform {
  public:
-  explicit LineTransform(std::size_t n) : values_(n), tops_(n), starts_(n + 1) {}
+  explicit LineTransform(std::size_t n) : values_(n), vertices_(n), starts_(n + 1) {}
   void apply(float* line, std::size_t n, std::size_t stride) {
     std::size_t count = 0;
     for (std::size_t i = 0; i < n; ++i) {
@@ -31,34 +27,34 @@ class LineTransform {
       if (std::isinf(f)) continue;
       double start = -INFINITY;
       while (count > 0) {
-        start = meet(tops_[count - 1], i);
+        start = intersection(vertices_[count - 1], i);
         if (start > starts_[count - 1]) break;
         --count;
         start = -INFINITY;
       }
-      tops_[count] = i;
+      vertices_[count] = i;
       starts_[count++] = start;
     }
     if (count == 0) return;
     std::size_t k = 0;
     for (std::size_t i = 0; i < n; ++i) {
       while (k + 1 < count && starts_[k + 1] < static_cast<double>(i)) ++k;
-      const double d = static_cast<double>(i) - static_cast<double>(tops_[k]);
-      line[i * stride] = static_cast<float>(values_[tops_[k]] + d * d);
+      const double d = static_cast<double>(i) - static_cast<double>(vertices_[k]);
+      line[i * stride] = static_cast<float>(values_[vertices_[k]] + d * d);
     }
   }
 
  private:
-  double meet(std::size_t a, std::size_t b) const {
+  double intersection(std::size_t a, std::size_t b) const {
     const double x = static_cast<double>(a), y = static_cast<double>(b);
     return ((values_[b] + y * y) - (values_[a] + x * x)) / (2 * (y - x));
   }
   std::vector<double> values_;
-  std::vector<std::size_t> tops_;
+  std::vector<std::size_t> vertices_;
   std::vector<double> starts_;
 };
 
-void transform_axis(const Grid& grid, int axis, std::vector<float>& squared) {
+void transform_axis(const Grid& grid, int axis, std::vector<float>& distance2) {
   const std::array<std::size_t, 3> n{static_cast<std::size_t>(grid.points.x),
                                      static_cast<std::size_t>(grid.points.y),
                                      static_cast<std::size_t>(grid.points.z)};
@@ -68,7 +64,7 @@ void transform_axis(const Grid& grid, int axis, std::vector<float>& squared) {
       static_cast<std::int64_t>(n[b] * n[c]), 64, [&](std::int64_t begin, std::int64_t end) {
         LineTransform line(n[a]);
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-          line.apply(&squared[i % n[b] * stride[b] + i / n[b] * stride[c]], n[a], stride[a]);
+          line.apply(&distance2[i % n[b] * stride[b] + i / n[b] * stride[c]], n[a], stride[a]);
       });
 }
 
@@ -87,17 +83,18 @@ void for_each_neighbor(const Grid& grid, std::size_t i, const F& f) {
   if (z + 1 < nz) f(i + nx * ny);
 }
 
-/// Whether the corners (bit x + 2 y + 4 z) in `set` hang together along the cube's edges.
-bool connected(unsigned set) {
+/// Tests whether the corners (bit x + 2 y + 4 z) in `set` are connected along the cube's edges.
+bool is_connected(unsigned set) {
   if (set == 0) return true;
-  unsigned reached = set & (0u - set);
-  for (unsigned before = 0; reached != before;) {
-    before = reached;
-    reached |= ((reached & 0x55u) << 1) | ((reached & 0xaau) >> 1) | ((reached & 0x33u) << 2) |
-               ((reached & 0xccu) >> 2) | ((reached & 0x0fu) << 4) | ((reached & 0xf0u) >> 4);
-    reached &= set;
+  unsigned is_reached = set & (0u - set);
+  for (unsigned before = 0; is_reached != before;) {
+    before = is_reached;
+    is_reached |= ((is_reached & 0x55u) << 1) | ((is_reached & 0xaau) >> 1) |
+                  ((is_reached & 0x33u) << 2) | ((is_reached & 0xccu) >> 2) |
+                  ((is_reached & 0x0fu) << 4) | ((is_reached & 0xf0u) >> 4);
+    is_reached &= set;
   }
-  return reached == set;
+  return is_reached == set;
 }
 
 struct Cells {
@@ -116,43 +113,44 @@ struct Cells {
 };
 
 void remove_small_components(Voxels& voxels) {
-  std::vector<std::uint32_t> piece(voxels.count(), kNone);
-  std::vector<std::size_t> sizes, waiting;
+  std::vector<std::uint32_t> component(voxels.count(), kNone);
+  std::vector<std::size_t> sizes, stack;
   for (std::size_t i = 0; i < voxels.count(); ++i) {
-    if (!voxels.solid[i] || piece[i] != kNone) continue;
-    const auto mine = static_cast<std::uint32_t>(sizes.size());
+    if (!voxels.solid[i] || component[i] != kNone) continue;
+    const auto index = static_cast<std::uint32_t>(sizes.size());
     sizes.push_back(0);
-    piece[i] = mine;
-    waiting.push_back(i);
-    while (!waiting.empty()) {
-      const std::size_t at = waiting.back();
-      waiting.pop_back();
+    component[i] = index;
+    stack.push_back(i);
+    while (!stack.empty()) {
+      const std::size_t current = stack.back();
+      stack.pop_back();
       ++sizes.back();
-      for_each_neighbor(voxels.grid, at, [&](std::size_t n) {
-        if (!voxels.solid[n] || piece[n] != kNone) return;
-        piece[n] = mine;
-        waiting.push_back(n);
+      for_each_neighbor(voxels.grid, current, [&](std::size_t n) {
+        if (!voxels.solid[n] || component[n] != kNone) return;
+        component[n] = index;
+        stack.push_back(n);
       });
     }
   }
   if (sizes.empty()) return;
   const std::size_t min_size = *std::max_element(sizes.begin(), sizes.end()) / 1000 + 1;
   for (std::size_t i = 0; i < voxels.count(); ++i)
-    if (voxels.solid[i] && sizes[piece[i]] < min_size) voxels.solid[i] = 0;
+    if (voxels.solid[i] && sizes[component[i]] < min_size) voxels.solid[i] = 0;
 }
 
 }  // namespace
 
-std::vector<float> distances_to(const Grid& grid, const std::vector<std::uint8_t>& seed) {
-  std::vector<float> squared(seed.size());
-  for (std::size_t i = 0; i < seed.size(); ++i) squared[i] = seed[i] ? 0 : kInfinity;
-  for (int axis = 0; axis < 3; ++axis) transform_axis(grid, axis, squared);
-  for (float& d : squared) d = std::sqrt(d);
-  return squared;
+std::vector<float> compute_distances(const Grid& grid, const std::vector<std::uint8_t>& seed) {
+  std::vector<float> distance2(seed.size());
+  for (std::size_t i = 0; i < seed.size(); ++i) distance2[i] = seed[i] ? 0 : kInfinity;
+  for (int axis = 0; axis < 3; ++axis) transform_axis(grid, axis, distance2);
+  for (float& d : distance2) d = std::sqrt(d);
+  return distance2;
 }
 
-Grid grid_around(const Box& box, float cell, float radius) {
-  // Points next to the border are further than the radius and a wall point's slack from the model.
+Grid make_grid_around(const Box& box, float cell, float radius) {
+  // Points next to the border are further from the model than the radius plus the 0.87 cells of a
+  // wall.
   const float margin = radius + 4 * cell;
   const auto count = [&](float size) {
     return static_cast<int>(std::ceil((size + 2 * margin) / cell)) + 1;
@@ -162,50 +160,47 @@ Grid grid_around(const Box& box, float cell, float radius) {
       box.low - Vec3{margin, margin, margin}, cell, {count(size.x), count(size.y), count(size.z)}};
 }
 
-std::vector<std::uint8_t> wall_points(const Grid& grid, const ClosestPointQuery& surface) {
+std::vector<std::uint8_t> mark_wall_points(const Grid& grid, const ClosestPointQuery& surface) {
   constexpr int kBlock = 8;
-  std::vector<std::uint8_t> wall(points_of(grid), 0);
+  std::vector<std::uint8_t> wall(array3_count(grid.points), 0);
   const auto blocks = [](int n) { return (n + kBlock - 1) / kBlock; };
   const int bx = blocks(grid.points.x), by = blocks(grid.points.y), bz = blocks(grid.points.z);
-  const float reach = 0.87f * grid.cell;
-  const float block_reach = reach + 0.87f * grid.cell * kBlock;
+  const float max_distance = 0.87f * grid.cell;
+  const float max_block_distance = max_distance + 0.87f * grid.cell * kBlock;
   parallel_for(static_cast<std::int64_t>(bx) * by * bz, [&](std::int64_t b) {
     const Int3 low{static_cast<int>(b % bx) * kBlock, static_cast<int>(b / bx % by) * kBlock,
                    static_cast<int>(b / bx / by) * kBlock};
     const Vec3 middle =
         grid_point(grid, {low.x + kBlock / 2, low.y + kBlock / 2, low.z + kBlock / 2});
-    if (surface.closest(middle, block_reach).triangle == ClosestPoint::kNoTriangle) return;
+    if (surface.closest(middle, max_block_distance).triangle == ClosestPoint::kNoTriangle) return;
     for (int z = low.z; z < std::min(low.z + kBlock, grid.points.z); ++z)
       for (int y = low.y; y < std::min(low.y + kBlock, grid.points.y); ++y)
         for (int x = low.x; x < std::min(low.x + kBlock, grid.points.x); ++x) {
-          const ClosestPoint found = surface.closest(grid_point(grid, {x, y, z}), reach);
+          const ClosestPoint found = surface.closest(grid_point(grid, {x, y, z}), max_distance);
           if (found.triangle == ClosestPoint::kNoTriangle) continue;
-          wall[static_cast<std::size_t>(x) +
-               static_cast<std::size_t>(grid.points.x) *
-                   (static_cast<std::size_t>(y) +
-                    static_cast<std::size_t>(grid.points.y) * static_cast<std::size_t>(z))] = 1;
+          wall[array3_index(grid.points, x, y, z)] = 1;
         }
   });
   return wall;
 }
 
-Voxels unreachable(const Grid& grid, const std::vector<float>& from_wall, float radius) {
+Voxels find_unreachable(const Grid& grid, const std::vector<float>& from_wall, float radius) {
   Voxels voxels{grid, {}, {}};
   const float cells = radius / grid.cell;
-  std::vector<std::uint8_t> reached(from_wall.size(), 0);
-  // The border is free (grid_around), so its first point reaches all of it.
-  std::vector<std::size_t> waiting{0};
-  reached[0] = 1;
-  while (!waiting.empty()) {
-    const std::size_t at = waiting.back();
-    waiting.pop_back();
-    for_each_neighbor(grid, at, [&](std::size_t n) {
-      if (reached[n] || from_wall[n] <= cells) return;
-      reached[n] = 1;
-      waiting.push_back(n);
+  std::vector<std::uint8_t> is_reached(from_wall.size(), 0);
+  // The border is free (make_grid_around), so all of it can be reached from its first point.
+  std::vector<std::size_t> stack{0};
+  is_reached[0] = 1;
+  while (!stack.empty()) {
+    const std::size_t current = stack.back();
+    stack.pop_back();
+    for_each_neighbor(grid, current, [&](std::size_t n) {
+      if (is_reached[n] || from_wall[n] <= cells) return;
+      is_reached[n] = 1;
+      stack.push_back(n);
     });
   }
-  voxels.level = distances_to(grid, reached);
+  voxels.level = compute_distances(grid, is_reached);
   voxels.solid.resize(voxels.level.size());
   for (std::size_t i = 0; i < voxels.level.size(); ++i) {
     voxels.level[i] -= cells + 1;
@@ -226,8 +221,8 @@ void make_manifold(Voxels& voxels) {
           const std::size_t first = voxels.index(x, y, z);
           for (;;) {
             const unsigned set = cells.solid_corners(first);
-            if (connected(set) && connected(~set & 0xffu)) break;
-            // The empty corner furthest in becomes solid.
+            if (is_connected(set) && is_connected(~set & 0xffu)) break;
+            // The innermost empty corner becomes solid.
             std::size_t best = 0;
             float level = -kInfinity;
             for (unsigned k = 0; k < 8; ++k) {
@@ -243,12 +238,12 @@ void make_manifold(Voxels& voxels) {
   }
 }
 
-VoxelSurface surface_nets(const Voxels& voxels) {
+VoxelSurface make_surface_nets(const Voxels& voxels) {
   const Cells cells{voxels};
   const Int3 n = voxels.grid.points;
   VoxelSurface surface;
   std::vector<std::uint32_t> vertex(voxels.count(), kNone);
-  const auto level = [&](std::size_t i) {  // of the sign that the voxel has
+  const auto level = [&](std::size_t i) {  // clamped to the voxel's sign
     return voxels.solid[i] ? std::max(voxels.level[i], 0.01f) : std::min(voxels.level[i], -0.01f);
   };
   for (int z = 0; z + 1 < n.z; ++z)
@@ -257,7 +252,7 @@ VoxelSurface surface_nets(const Voxels& voxels) {
         const std::size_t first = voxels.index(x, y, z);
         const unsigned set = cells.solid_corners(first);
         if (set == 0 || set == 0xff) continue;
-        // The mean of where the cell's edges are crossed.
+        // The vertex is the mean of the crossings with the cell's edges.
         Vec3 sum;
         float count = 0;
         for (unsigned a = 0; a < 8; ++a)

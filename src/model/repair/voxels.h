@@ -5,44 +5,42 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/array3.h"
 #include "kernels/types.h"
 #include "mesh/closest.h"
 #include "model/model.h"
 
 namespace polymorph {
 
-/// Points of a grid, each in or out; `level` is 0 at the boundary of the set that it was cut from
-/// and grows inward, in cells.
+/// Grid points marked as solid or empty; `level` is 0 at the boundary of the original solid and
+/// increases inward, in cells.
 struct Voxels {
   Grid grid;
   std::vector<float> level;
   std::vector<std::uint8_t> solid;
-  std::size_t index(int x, int y, int z) const {
-    return static_cast<std::size_t>(x) +
-           static_cast<std::size_t>(grid.points.x) *
-               (static_cast<std::size_t>(y) +
-                static_cast<std::size_t>(grid.points.y) * static_cast<std::size_t>(z));
-  }
+  std::size_t index(int x, int y, int z) const { return array3_index(grid.points, x, y, z); }
   std::size_t count() const { return solid.size(); }
 };
 
-/// Distance, in cells, of each grid point to the nearest one with `seed` (Felzenszwalb and
-/// Huttenlocher 2012, exact); infinity without seeds.
-std::vector<float> distances_to(const Grid& grid, const std::vector<std::uint8_t>& seed);
+/// Computes the distance, in cells, of each grid point to the nearest one with `seed` (exact;
+/// Felzenszwalb and Huttenlocher 2012); infinity without seeds.
+std::vector<float> compute_distances(const Grid& grid, const std::vector<std::uint8_t>& seed);
 
-/// The grid around a model whose border a ball of the given radius reaches freely.
-Grid grid_around(const Box& box, float cell, float radius);
+/// Makes a grid around a model such that a ball of the given radius can move freely along its
+/// border.
+Grid make_grid_around(const Box& box, float cell, float radius);
 
-/// 1 for the grid points within 0.87 cells (half a cell's diagonal) of the surface.
-std::vector<std::uint8_t> wall_points(const Grid& grid, const ClosestPointQuery& surface);
+/// Marks the grid points within 0.87 cells (half a cell's diagonal) of the surface.
+std::vector<std::uint8_t> mark_wall_points(const Grid& grid, const ClosestPointQuery& surface);
 
-/// What no ball of this radius, kept off the wall points (`from_wall`: their distances), reaches
-/// from the border, less one cell: what only the wall's own cells make up is left out.
-Voxels unreachable(const Grid& grid, const std::vector<float>& from_wall, float radius);
+/// Finds the voxels that a ball of this radius, rolling in from the border without touching wall
+/// points (`from_wall`: distances to them), cannot reach. The result is eroded by one cell, so that
+/// the wall's own cells alone make no solid.
+Voxels find_unreachable(const Grid& grid, const std::vector<float>& from_wall, float radius);
 
-/// Fills voxels until each cell of eight has its solid and its empty corners in one piece each:
-/// only then is the surface around them manifold. Drops pieces smaller than a thousandth of the
-/// largest first.
+/// Removes components smaller than a thousandth of the largest; then fills voxels until in each
+/// cell of eight the solid and the empty corners are both connected, which makes the surface around
+/// them manifold.
 void make_manifold(Voxels& voxels);
 
 struct VoxelSurface {
@@ -50,8 +48,8 @@ struct VoxelSurface {
   std::vector<Triangle> triangles;
 };
 
-/// Surface nets (Gibson 1998): a vertex per mixed cell, four-sided faces across mixed edges, cut in
-/// two. Closed and outward if the border is empty; manifold after make_manifold().
-VoxelSurface surface_nets(const Voxels& voxels);
+/// Makes surface nets (Gibson 1998): a vertex per mixed cell and a quad, split in two, per mixed
+/// edge. Closed and outward if the border is empty; manifold after make_manifold().
+VoxelSurface make_surface_nets(const Voxels& voxels);
 
 }  // namespace polymorph

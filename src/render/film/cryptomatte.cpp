@@ -13,7 +13,7 @@ namespace {
 constexpr const char* kLayers[] = {"crypto_object", "crypto_material", "crypto_label"};
 
 /// A layer's own id in the header: the first 7 hexadecimal digits of its name's hash.
-std::string key_of(std::string_view layer) {
+std::string make_layer_key(std::string_view layer) {
   return fmt::format("{:08x}", murmur_hash(layer)).substr(0, 7);
 }
 
@@ -21,18 +21,18 @@ std::string key_of(std::string_view layer) {
 
 std::uint32_t murmur_hash(std::string_view text) {
   constexpr std::uint32_t kFirst = 0xcc9e2d51u, kSecond = 0x1b873593u;
-  const auto scrambled = [](std::uint32_t k) { return std::rotl(k * kFirst, 15) * kSecond; };
+  const auto scramble = [](std::uint32_t k) { return std::rotl(k * kFirst, 15) * kSecond; };
   std::uint32_t hash = 0;
   std::size_t at = 0;
   for (; at + 4 <= text.size(); at += 4) {
     std::uint32_t block = 0;
-    std::memcpy(&block, text.data() + at, 4);  // little-endian, as all machines that it runs on
-    hash = std::rotl(hash ^ scrambled(block), 13) * 5 + 0xe6546b64u;
+    std::memcpy(&block, text.data() + at, 4);  // assumes little-endian
+    hash = std::rotl(hash ^ scramble(block), 13) * 5 + 0xe6546b64u;
   }
   std::uint32_t tail = 0;
   for (std::size_t i = text.size(); i-- > at;)
     tail = (tail << 8) | static_cast<unsigned char>(text[i]);
-  hash ^= scrambled(tail);
+  hash ^= scramble(tail);
   hash ^= static_cast<std::uint32_t>(text.size());
   hash = (hash ^ (hash >> 16)) * 0x85ebca6bu;
   hash = (hash ^ (hash >> 13)) * 0xc2b2ae35u;
@@ -56,7 +56,7 @@ void MattePixel::add(float id, float weight) {
   sums_.emplace_back(id, weight);
 }
 
-std::array<float, 2 * kMatteRanks> MattePixel::ranked(float samples) const {
+std::array<float, 2 * kMatteRanks> MattePixel::rank(float samples) const {
   std::vector<std::pair<float, float>> sorted = sums_;
   std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
     return a.second != b.second ? a.second > b.second : a.first < b.first;
@@ -79,27 +79,27 @@ Mattes::Mattes(const std::string& layers, const RenderScene& scene) {
   if (tables_.empty()) return;
   const bool shadow_only = scene.ground.shadow_only;
   for (std::size_t i = 0; i < kinds_.size(); ++i) {
-    if (scene.ground.enabled && !shadow_only) ground_[i] = id_of(kinds_[i], "ground");
-    backdrop_[i] = id_of(kinds_[i], "backdrop");
+    if (scene.ground.enabled && !shadow_only) ground_[i] = add_id(kinds_[i], "ground");
+    backdrop_[i] = add_id(kinds_[i], "backdrop");
   }
   for (const RenderMesh& mesh : scene.meshes) {
     MeshIds ids;
-    ids.object = id_of(Kind::kObject, mesh.name);
+    ids.object = add_id(Kind::kObject, mesh.name);
     const auto add_layer = [&](const MaterialLayer& layer) {
       ids.materials.emplace_back();
       for (const Material& material : layer.materials)
-        ids.materials.back().push_back(id_of(Kind::kMaterial, material.name));
+        ids.materials.back().push_back(add_id(Kind::kMaterial, material.name));
     };
     add_layer(mesh);
     for (const MixedLayer& layer : mesh.over) add_layer(layer);
-    if (mesh.look > 0 || mesh.materials.empty()) look_ = id_of(Kind::kMaterial, "look");
+    if (mesh.look > 0 || mesh.materials.empty()) look_ = add_id(Kind::kMaterial, "look");
     for (const std::string& label : mesh.label_names)
-      ids.labels.push_back(id_of(Kind::kLabel, label));
+      ids.labels.push_back(add_id(Kind::kLabel, label));
     meshes_.push_back(std::move(ids));
   }
 }
 
-float Mattes::id_of(Kind kind, std::string_view given) {
+float Mattes::add_id(Kind kind, std::string_view given) {
   const std::string name = given.empty() ? "unnamed" : printable(given);
   const float id = matte_id(name);
   for (std::size_t i = 0; i < kinds_.size(); ++i)
@@ -119,7 +119,7 @@ std::vector<std::string> Mattes::channels() const {
 std::vector<Attribute> Mattes::attributes() const {
   std::vector<Attribute> attributes;
   for (const MatteTable& table : tables_) {
-    const std::string prefix = "cryptomatte/" + key_of(table.layer) + "/";
+    const std::string prefix = "cryptomatte/" + make_layer_key(table.layer) + "/";
     JsonValue manifest = JsonValue::object();
     for (const auto& [name, id] : table.manifest)
       manifest[name] = fmt::format("{:08x}", std::bit_cast<std::uint32_t>(id));
@@ -138,23 +138,23 @@ void Mattes::add_material(const RenderMesh& mesh, const MeshIds& ids, const Mesh
   };
   float look = mesh.materials.empty() ? 1 : std::clamp(mesh.look, 0.0f, 1.0f);
   pixel.add(look_, look);
-  // From the topmost layer down, each leaves the rest to those below.
-  float rest = 1 - look;
+  // From the topmost layer down, each leaves its complement to those below.
+  float remaining = 1 - look;
   for (std::size_t i = mesh.over.size(); i-- > 0;) {
     const MixedLayer& layer = mesh.over[i];
     if (layer.materials.empty()) continue;
     const float share = std::clamp(layer.share, 0.0f, 1.0f);
-    pixel.add(id_in(layer, i + 1), rest * share);
-    rest *= 1 - share;
+    pixel.add(id_in(layer, i + 1), remaining * share);
+    remaining *= 1 - share;
   }
-  if (!mesh.materials.empty()) pixel.add(id_in(mesh, 0), rest);
+  if (!mesh.materials.empty()) pixel.add(id_in(mesh, 0), remaining);
 }
 
-float Mattes::label_of(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit) const {
+float Mattes::find_label(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit) const {
   if (mesh.vertex_labels.empty() || ids.labels.empty())
     return ids.labels.empty() ? ids.object : ids.labels.front();
-  const float rest = 1 - hit.u - hit.v;
-  const int nearest = rest >= hit.u && rest >= hit.v ? 0 : hit.u >= hit.v ? 1 : 2;
+  const float w = 1 - hit.u - hit.v;
+  const int nearest = w >= hit.u && w >= hit.v ? 0 : hit.u >= hit.v ? 1 : 2;
   return ids.labels[mesh.vertex_labels[mesh.triangles[hit.triangle].v[nearest]]];
 }
 
@@ -176,7 +176,7 @@ void Mattes::add_sample(const World& world, const Ray& ray, const Intersection& 
   for (std::size_t i = 0; i < kinds_.size(); ++i) {
     if (kinds_[i] == Kind::kObject) pixel[i].add(ids.object, 1);
     if (kinds_[i] == Kind::kMaterial) add_material(mesh, ids, intersection.mesh, pixel[i]);
-    if (kinds_[i] == Kind::kLabel) pixel[i].add(label_of(mesh, ids, intersection.mesh), 1);
+    if (kinds_[i] == Kind::kLabel) pixel[i].add(find_label(mesh, ids, intersection.mesh), 1);
   }
 }
 

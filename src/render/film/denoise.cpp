@@ -15,7 +15,7 @@ namespace {
 constexpr const char* kLibrary = "libOpenImageDenoise.so.2";
 constexpr int kGuideChannels = 6;
 constexpr int kMaxGuideBounces = 8;
-// Sharper than this, a metal shows what it mirrors and not itself.
+// Metals smoother than this show their reflections instead of themselves.
 constexpr float kMirrorRoughness = 0.25f;
 
 /// The functions of OpenImageDenoise/oidn.h, version 2, that are used here.
@@ -50,10 +50,10 @@ Result<Library> load_library() {
                       reason ? reason : "no reason given", kLibrary);
   }
   Library library;
-  bool whole = true;
+  bool is_complete = true;
   const auto find = [&](auto& function, const char* name) {
     function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(dlsym(handle, name));
-    whole = whole && function;
+    is_complete = is_complete && function;
   };
   find(library.new_device, "oidnNewDevice");
   find(library.set_device_int, "oidnSetDeviceInt");
@@ -67,7 +67,7 @@ Result<Library> load_library() {
   find(library.commit_filter, "oidnCommitFilter");
   find(library.execute_filter, "oidnExecuteFilter");
   find(library.release_filter, "oidnReleaseFilter");
-  if (whole) return library;  // stays open until the program ends
+  if (is_complete) return library;  // never closed
   dlclose(handle);
   return make_error(ErrorCode::kResource,
                     "cannot denoise: {} is not version 2 of Open Image Denoise - name another file "
@@ -77,7 +77,7 @@ Result<Library> load_library() {
 
 }  // namespace
 
-Guide guide_of(const World& world, Ray ray, Intersection intersection, RayStats& stats) {
+Guide trace_guide(const World& world, Ray ray, Intersection intersection, RayStats& stats) {
   Vec3 tint{1, 1, 1};
   for (int bounce = 0;; ++bounce) {
     if (intersection.mesh.mesh == kNoMesh) {
@@ -93,26 +93,26 @@ Guide guide_of(const World& world, Ray ray, Intersection intersection, RayStats&
       return {tint * min(shading.color, {1, 1, 1}), point.shading};
     const float cosine = -dot(ray.direction, point.shading);
     const float eta = point.inside ? shading.ior : 1 / shading.ior;
-    const bool through = glass && dielectric_fresnel(cosine, eta) < 0.5f;
-    if (glass && through && !point.inside) tint = tint * glass_tint(shading);
+    const bool is_refracted = glass && dielectric_fresnel(cosine, eta) < 0.5f;
+    if (glass && is_refracted && !point.inside) tint = tint * glass_tint(shading);
     if (mirror && !glass) tint = tint * min(shading.color, {1, 1, 1});
-    const float off = world.geometry->epsilon();
-    ray.origin =
-        through ? point.position - point.normal * off : point.position + point.normal * off;
-    ray.direction = through ? refracted(ray.direction, point.shading, eta)
-                            : normalized(ray.direction + point.shading * (2 * cosine));
+    const float epsilon = world.geometry->epsilon();
+    ray.origin = is_refracted ? point.position - point.normal * epsilon
+                              : point.position + point.normal * epsilon;
+    ray.direction = is_refracted ? refracted(ray.direction, point.shading, eta)
+                                 : normalized(ray.direction + point.shading * (2 * cosine));
     ray.far = std::numeric_limits<float>::infinity();
     ++stats.rays;
     intersection.floor = intersect_floor(world.floor, ray);
     ray.far = intersection.floor;
     intersection.mesh = world.geometry->closest(ray);
   }
-  // Mirrors and glass show the sky as it is; the studio's paper has no features of its own.
+  // Mirrors and glass show the sky itself; the studio's paper has no features.
   if (tint == Vec3{1, 1, 1} && !world.backdrop.sky) return {{1, 1, 1}, {}};
   return {tint * min(max(sky_radiance(*world.sky, ray.direction), {}), {1, 1, 1}), {}};
 }
 
-std::vector<std::string> guide_channels() {
+std::vector<std::string> list_guide_channels() {
   return {"guide.albedo.R", "guide.albedo.G", "guide.albedo.B",
           "guide.normal.X", "guide.normal.Y", "guide.normal.Z"};
 }
@@ -130,24 +130,24 @@ struct Denoiser::State {
                       text ? text : "no reason given");
   }
 
-  /// One run of the network: `guides` true cleans the colours by both guides, else `name` is
-  /// cleaned by itself.
-  Status run(Image& film, const char* name, std::size_t first, bool guides) const {
+  /// Runs the network once: with `guides` it denoises the colours with both guides, otherwise the
+  /// channels `name` alone.
+  Status filter_channels(Image& film, const char* name, std::size_t first, bool guides) const {
     void* filter = library.new_filter(device, "RT");
     if (!filter) return error();
     const std::size_t stride = film.channel_count() * sizeof(float);
-    const auto give = [&](const char* what, std::size_t channel) {
+    const auto set_input = [&](const char* what, std::size_t channel) {
       library.set_image(filter, what, film.pixels.data(), kFormatFloat3,
                         static_cast<std::size_t>(film.width), static_cast<std::size_t>(film.height),
                         channel * sizeof(float), stride,
                         stride * static_cast<std::size_t>(film.width));
     };
-    give(name, first);
-    give("output", first);
+    set_input(name, first);
+    set_input("output", first);
     if (guides) {
       const std::size_t albedo = film.channel_count() - kGuideChannels;
-      give("albedo", albedo);
-      give("normal", albedo + 3);
+      set_input("albedo", albedo);
+      set_input("normal", albedo + 3);
       library.set_filter_bool(filter, "hdr", true);
       library.set_filter_bool(filter, "cleanAux", true);
     }
@@ -177,17 +177,18 @@ Result<Denoiser> Denoiser::open() {
 }
 
 Status Denoiser::denoise(Image& film) {
-  const std::size_t channels = film.channel_count(), kept = channels - kGuideChannels;
-  PM_CHECK(channels > kGuideChannels && film.channels[kept] == guide_channels().front());
-  // The guides first: lens, shutter and few samples leave noise in them, too.
-  PM_TRY_STATUS(state_->run(film, "albedo", kept, false));
-  PM_TRY_STATUS(state_->run(film, "normal", kept + 3, false));
-  PM_TRY_STATUS(state_->run(film, "color", 0, true));
+  const std::size_t channels = film.channel_count(), kept_channels = channels - kGuideChannels;
+  PM_CHECK(channels > kGuideChannels &&
+           film.channels[kept_channels] == list_guide_channels().front());
+  // Denoise the guides first: lens, shutter and few samples leave noise in them too.
+  PM_TRY_STATUS(state_->filter_channels(film, "albedo", kept_channels, false));
+  PM_TRY_STATUS(state_->filter_channels(film, "normal", kept_channels + 3, false));
+  PM_TRY_STATUS(state_->filter_channels(film, "color", 0, true));
   Image result =
       make_image(film.width, film.height,
-                 {film.channels.begin(), film.channels.begin() + static_cast<long>(kept)});
-  for (std::size_t i = 0, k = 0; i < result.pixels.size(); i += kept, k += channels)
-    for (std::size_t c = 0; c < kept; ++c) result.pixels[i + c] = film.pixels[k + c];
+                 {film.channels.begin(), film.channels.begin() + static_cast<long>(kept_channels)});
+  for (std::size_t i = 0, k = 0; i < result.pixels.size(); i += kept_channels, k += channels)
+    for (std::size_t c = 0; c < kept_channels; ++c) result.pixels[i + c] = film.pixels[k + c];
   result.attributes = std::move(film.attributes);
   film = std::move(result);
   return Ok{};

@@ -1,5 +1,5 @@
-// Denoising by Intel's Open Image Denoise, a library that is looked for when the program runs: it
-// is not in Debian 12, and nothing needs it.
+// Denoising by Intel's Open Image Denoise, an optional library that is loaded at run time: it is
+// not in Debian 12.
 #pragma once
 
 #include <memory>
@@ -10,31 +10,31 @@
 
 namespace polymorph {
 
-/// What guides the denoiser at a camera ray: colour and normal of the first surface that is neither
-/// a mirror nor clear glass, tinted by those on the way.
+/// Auxiliary features of a camera ray for the denoiser: colour and normal of the first surface that
+/// is neither a mirror nor clear glass, tinted by those before it.
 struct Guide {
   Vec3 albedo;  ///< [0, 1]
-  Vec3 normal;  ///< world; 0 where nothing is
+  Vec3 normal;  ///< world space; 0 if nothing is hit
 };
-/// `intersection`: the first one of the ray.
-Guide guide_of(const World& world, Ray ray, Intersection intersection, RayStats& stats);
+/// Follows a camera ray whose first intersection is given.
+Guide trace_guide(const World& world, Ray ray, Intersection intersection, RayStats& stats);
 
-/// The channels of a film that is to be denoised, behind all others; denoise() takes them away.
-std::vector<std::string> guide_channels();
+/// Lists the channels of the guides, which are the last of a film; denoise() removes them.
+std::vector<std::string> list_guide_channels();
 
 /// An open library and its device. Not shared between threads.
 class Denoiser {
  public:
-  /// Looks for libOpenImageDenoise.so.2 where the system looks for libraries; the environment
-  /// variable POLYMORPH_OIDN names another file, and then only that one is tried. Errors:
-  /// kResource, saying how to get it.
+  /// Loads libOpenImageDenoise.so.2 from the system's library path; the environment variable
+  /// POLYMORPH_OIDN names another file, and then only that is tried. Errors: kResource, with how to
+  /// get it.
   static Result<Denoiser> open();
   ~Denoiser();
   Denoiser(Denoiser&&) noexcept;
   Denoiser& operator=(Denoiser&&) noexcept;
 
-  /// Replaces R, G and B by what the noise hides, as far as colours, albedo and normals tell, and
-  /// takes the guides away. Alpha and all other channels stay as they are. Errors: kResource.
+  /// Denoises R, G and B, guided by albedo and normals, and removes the guides. Alpha and all other
+  /// channels stay unchanged. Errors: kResource.
   Status denoise(Image& film);
 
  private:

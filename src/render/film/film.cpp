@@ -32,7 +32,7 @@ PixelFilter make_pixel_filter(float radius) {
     filter.offsets[i] =
         radius * static_cast<float>((step + std::clamp(fraction, 0.0, 1.0)) / kSteps * 2 - 1);
   }
-  // Rounding must not pull the picture to one side.
+  // Make the table symmetric, so that rounding does not shift the image.
   for (int i = 0; i <= PixelFilter::kCells / 2; ++i) {
     const float half = 0.5f * (filter.offsets[PixelFilter::kCells - i] - filter.offsets[i]);
     filter.offsets[i] = -half;
@@ -41,14 +41,14 @@ PixelFilter make_pixel_filter(float radius) {
   return filter;
 }
 
-std::vector<const Aov*> chosen_aovs(const std::string& layers) {
+std::vector<const Aov*> choose_aovs(const std::string& layers) {
   std::vector<const Aov*> chosen;
   for (const Aov& aov : kAovs)
     if (aov_is_chosen(layers, aov.layer)) chosen.push_back(&aov);
   return chosen;
 }
 
-std::vector<std::string> film_channels(const std::vector<const Aov*>& aovs) {
+std::vector<std::string> list_film_channels(const std::vector<const Aov*>& aovs) {
   std::vector<std::string> channels{"R", "G", "B", "A"};
   for (const Aov* aov : aovs) channels.emplace_back(aov->channel);
   return channels;

@@ -27,7 +27,7 @@ inline V filter_offset(const PixelFilter& filter, V u) {
   return lerp(gather(offsets, i), gather(offsets + 1, i), x - to_float(i));
 }
 
-/// R G B A, then the AOVs.
-std::vector<std::string> film_channels(const std::vector<const Aov*>& aovs);
+/// Lists the film's channels: R G B A, then the AOVs.
+std::vector<std::string> list_film_channels(const std::vector<const Aov*>& aovs);
 
 }  // namespace polymorph

@@ -9,25 +9,24 @@
 
 namespace polymorph {
 
-/// The floor's (and the paper's) brightness far away, as a share of that in the middle of the
-/// stage: a pool of light, so that sides of mirrors do not show one flat grey.
+/// Brightness of the floor (and the paper) far away relative to the centre of the stage: a pool of
+/// light, so that the sides of mirrors do not show uniform grey.
 inline constexpr float kFarTone = 0.74f;
 
-/// A horizontal, diffuse floor that fades into what lies behind it, so that there is no horizon
-/// line.
+/// A horizontal, diffuse floor that fades into the background, so that there is no horizon line.
 struct Floor {
   bool enabled = false;
   float height = 0;
   Vec3 color;
-  Vec3 center;           ///< around which it fades
+  Vec3 center;           ///< centre of the fade
   float fade_start = 1;  ///< horizontal distances from there
   float fade_end = 2;
-  float far_tone = kFarTone;  ///< 1 under an image sky, which knows its own ground
+  float far_tone = kFarTone;  ///< 1 under an image sky, which contains its own ground
 };
 Floor make_floor(const GroundSettings& settings, const Box& bounds);
 
-/// Distance at which a ray from above hits the floor, if that is before ray.far and where the
-/// floor can be seen; else infinity.
+/// Distance at which a ray from above hits the visible part of the floor before ray.far; else
+/// infinity.
 template <class T3>
 inline ComponentOf<T3> intersect_floor(const Floor& floor, const RayOf<T3>& ray) {
   using V = ComponentOf<T3>;
@@ -45,8 +44,8 @@ inline ComponentOf<T3> intersect_floor(const Floor& floor, const RayOf<T3>& ray)
 template <class T3>
 struct FloorPointOf {
   T3 position;
-  ComponentOf<T3> fade;  ///< 1 where it can no longer be seen
-  ComponentOf<T3> tone;  ///< times the floor's colour
+  ComponentOf<T3> fade;  ///< 0 fully visible .. 1 invisible
+  ComponentOf<T3> tone;  ///< factor of the floor's colour
 };
 template <class T3>
 inline FloorPointOf<T3> floor_point(const Floor& floor, const RayOf<T3>& ray,
@@ -63,9 +62,9 @@ inline FloorPointOf<T3> floor_point(const Floor& floor, const RayOf<T3>& ray,
   return point;
 }
 
-/// What a camera ray sees where it hits nothing.
+/// Background of camera rays that hit nothing.
 struct Backdrop {
-  const Sky* sky = nullptr;  ///< an image sky is its own backdrop; null = the studio's paper
+  const Sky* sky = nullptr;  ///< set for an image sky; null = the studio's paper
   Vec3 paper;                ///< its colour in the middle of the picture
   Frame camera;              ///< x right, y up, z forward
   float scale = 1;           ///< 1 / tan(half the vertical field of view)

@@ -10,18 +10,19 @@
 namespace polymorph {
 namespace {
 
-float power_of_e(float x) { return static_cast<float>(exact::exp(static_cast<double>(x))); }
-float angle_of(float cosine) {
+float exponential(float x) { return static_cast<float>(exact::exp(static_cast<double>(x))); }
+float angle_from_cosine(float cosine) {
   return static_cast<float>(exact::acos(static_cast<double>(cosine)));
 }
 
 /// Perez' five numbers for one of Y, x, y (Preetham et al., appendix A.2).
 struct Perez {
   float a, b, c, d, e;
-  /// At the cosine of the angle from the zenith, and the angle from the sun with its cosine.
+  /// Evaluates the function; arguments: cosine of the angle from the zenith, angle from the sun,
+  /// and its cosine.
   float at(float cos_zenith, float gamma, float cos_gamma) const {
-    return (1 + a * power_of_e(b / std::max(cos_zenith, 0.01f))) *
-           (1 + c * power_of_e(d * gamma) + e * cos_gamma * cos_gamma);
+    return (1 + a * exponential(b / std::max(cos_zenith, 0.01f))) *
+           (1 + c * exponential(d * gamma) + e * cos_gamma * cos_gamma);
   }
 };
 
@@ -39,7 +40,7 @@ struct DayModel {
     y = {-0.0167f * t - 0.2608f, -0.0950f * t + 0.0092f, -0.0079f * t + 0.2102f,
          -0.0441f * t - 1.6537f, -0.0109f * t + 0.0529f};
     sun_cosine = cos_sun;
-    sun_angle = angle_of(cos_sun);
+    sun_angle = angle_from_cosine(cos_sun);
     const float s = sun_angle, s2 = s * s, s3 = s2 * s;
     zenith_x = t * t * (0.00166f * s3 - 0.00375f * s2 + 0.00209f * s) +
                t * (-0.02903f * s3 + 0.06377f * s2 - 0.03202f * s + 0.00394f) +
@@ -51,12 +52,12 @@ struct DayModel {
 
   /// Relative radiance, linear Rec. 709.
   Vec3 radiance(float cos_zenith, float cos_gamma) const {
-    const float gamma = angle_of(std::clamp(cos_gamma, -1.0f, 1.0f));
-    const auto share = [&](const Perez& p) {
+    const float gamma = angle_from_cosine(std::clamp(cos_gamma, -1.0f, 1.0f));
+    const auto relative = [&](const Perez& p) {
       return p.at(cos_zenith, gamma, cos_gamma) / p.at(1, sun_angle, sun_cosine);
     };
-    const float big_y = share(luminance);
-    const float cx = zenith_x * share(x), cy = std::max(zenith_y * share(y), 1e-3f);
+    const float big_y = relative(luminance);
+    const float cx = zenith_x * relative(x), cy = std::max(zenith_y * relative(y), 1e-3f);
     const float big_x = cx / cy * big_y, big_z = (1 - cx - cy) / cy * big_y;
     // XYZ to Rec. 709.
     return max({3.2406f * big_x - 1.5372f * big_y - 0.4986f * big_z,
@@ -95,7 +96,7 @@ Sky make_day_sky(const KeyLight& sun, Vec3 floor, float turbidity, float scale, 
       Vec3& texel = sky.texels[static_cast<std::size_t>(y) * width + x];
       texel = y < horizon ? texel * level : ground;
     }
-  // Haze: far ground takes the colour of the sky above it.
+  // Haze: distant ground blends into the colour of the sky above it.
   constexpr int kHaze = 10;  // rows, 7 degrees
   for (int i = 0; i < kHaze; ++i) {
     const float share = 0.75f * square(1 - (static_cast<float>(i) + 0.5f) / kHaze);

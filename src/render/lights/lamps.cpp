@@ -20,33 +20,33 @@ template <class T3>
 ComponentOf<T3> intersect(const Lamp& lamp, const RayOf<T3>& ray) {
   using V = ComponentOf<T3>;
   const V never = broadcast<V>(kNever);
-  const T3 way = lamp.position - ray.origin;
+  const T3 to_lamp = lamp.position - ray.origin;
   if (lamp.panel) {
     const V facing = -dot(ray.direction, lamp.frame.z);
-    const V distance = -dot(way, lamp.frame.z) / facing;
-    const T3 there = ray.direction * distance - way;
+    const V distance = -dot(to_lamp, lamp.frame.z) / facing;
+    const T3 offset = ray.direction * distance - to_lamp;
     const MaskOf<T3> hit = (facing > 1e-6f) & (distance > 0.0f) & (distance < ray.far) &
-                           (abs(dot(there, lamp.frame.x)) <= lamp.half_width) &
-                           (abs(dot(there, lamp.frame.y)) <= lamp.half_height);
+                           (abs(dot(offset, lamp.frame.x)) <= lamp.half_width) &
+                           (abs(dot(offset, lamp.frame.y)) <= lamp.half_height);
     return select(hit, distance, never);
   }
   if (!(lamp.radius > 0)) return never;
-  const V along = dot(way, ray.direction);
-  const T3 aside = way - ray.direction * along;
-  const V inside2 = lamp.radius * lamp.radius - dot(aside, aside);
+  const V along = dot(to_lamp, ray.direction);
+  const T3 perpendicular = to_lamp - ray.direction * along;
+  const V inside2 = lamp.radius * lamp.radius - dot(perpendicular, perpendicular);
   const V distance = along - sqrt(max(inside2, 0.0f));
   return select((inside2 >= 0.0f) & (distance > 0.0f) & (distance < ray.far), distance, never);
 }
 
 template <class T3>
-ComponentOf<T3> pdf_of(const Lamp& lamp, const RayOf<T3>& ray, ComponentOf<T3> distance) {
+ComponentOf<T3> compute_pdf(const Lamp& lamp, const RayOf<T3>& ray, ComponentOf<T3> distance) {
   using V = ComponentOf<T3>;
   if (lamp.panel) {
     const V cosine = -dot(ray.direction, lamp.frame.z);
     return distance * distance / (cosine * (4 * lamp.half_width * lamp.half_height));
   }
-  const T3 way = lamp.position - ray.origin;
-  return 1.0f / (2 * kPi * cap_height(lamp.radius, dot(way, way)));
+  const T3 to_lamp = lamp.position - ray.origin;
+  return 1.0f / (2 * kPi * cap_height(lamp.radius, dot(to_lamp, to_lamp)));
 }
 
 template <class T3>
@@ -56,9 +56,9 @@ LampSampleOf<T3> sample(const Lamp& lamp, T3 from, ComponentOf<T3> u, ComponentO
   if (lamp.panel) {
     const T3 point = lamp.position + lamp.frame.x * ((2.0f * u - 1.0f) * lamp.half_width) +
                      lamp.frame.y * ((2.0f * v - 1.0f) * lamp.half_height);
-    const T3 way = point - from;
-    sample.distance = length(way);
-    sample.direction = way / sample.distance;
+    const T3 to_point = point - from;
+    sample.distance = length(to_point);
+    sample.direction = to_point / sample.distance;
     const V cosine = -dot(sample.direction, lamp.frame.z);
     const MaskOf<T3> lit = (sample.distance > 0.0f) & (cosine > 1e-6f);
     sample.pdf = zero_unless(lit, sample.distance * sample.distance /
@@ -66,11 +66,11 @@ LampSampleOf<T3> sample(const Lamp& lamp, T3 from, ComponentOf<T3> u, ComponentO
     sample.power = zero_unless(lit, lamp.radiance * (1.0f / sample.pdf));
     return sample;
   }
-  const T3 way = lamp.position - from;
-  const V distance2 = dot(way, way);
+  const T3 to_lamp = lamp.position - from;
+  const V distance2 = dot(to_lamp, to_lamp);
   sample.distance = sqrt(distance2);
   const MaskOf<T3> outside = sample.distance > lamp.radius;
-  const T3 axis = way / sample.distance;
+  const T3 axis = to_lamp / sample.distance;
   if (!(lamp.radius > 0)) {
     sample.direction = axis;
     sample.power = zero_unless(outside, lamp.intensity * (1.0f / distance2));
@@ -96,7 +96,7 @@ Lamp make_lamp(const LampSettings& settings, Vec3 middle) {
   lamp.panel = settings.kind == LampKind::kPanel;
   const Vec3 forward = normalized(to_target);
   lamp.frame = make_frame(dot(forward, forward) > 0.5f ? forward : Vec3{0, -1, 0});
-  // Upright where it can be: its width is level.
+  // Upright if possible: its width is horizontal.
   const Vec3 level = cross(Vec3{0, 1, 0}, lamp.frame.z);
   if (dot(level, level) > 1e-6f) {
     lamp.frame.x = normalized(level);
@@ -105,7 +105,7 @@ Lamp make_lamp(const LampSettings& settings, Vec3 middle) {
   if (lamp.panel) {
     lamp.half_width = 0.5f * settings.width;
     lamp.half_height = 0.5f * settings.height;
-    // Of a small panel; near ones give less than `intensity`, as panels do.
+    // Exact for a small panel; near, large panels give less than `intensity`.
     lamp.radiance = lamp.irradiance * (distance2 / (settings.width * settings.height));
     return lamp;
   }
@@ -126,10 +126,10 @@ float intersect_lamp(const Lamp& lamp, const Ray& ray) { return intersect(lamp, 
 Pack intersect_lamp(const Lamp& lamp, const RayOf<Pack3>& ray) { return intersect(lamp, ray); }
 
 float lamp_pdf(const Lamp& lamp, const Ray& ray, float distance) {
-  return pdf_of(lamp, ray, distance);
+  return compute_pdf(lamp, ray, distance);
 }
 Pack lamp_pdf(const Lamp& lamp, const RayOf<Pack3>& ray, Pack distance) {
-  return pdf_of(lamp, ray, distance);
+  return compute_pdf(lamp, ray, distance);
 }
 
 }  // namespace polymorph

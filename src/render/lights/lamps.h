@@ -15,27 +15,27 @@ struct Lamp {
   bool panel = false;
   Frame frame;  ///< panel: z towards its lit side
   float half_width = 0, half_height = 0;
-  Vec3 radiance;    ///< of its surface; 0 for a point
-  Vec3 intensity;   ///< of a point, per solid angle
-  Vec3 irradiance;  ///< at its target
+  Vec3 radiance;    ///< surface radiance; 0 for a point
+  Vec3 intensity;   ///< intensity of a point, per solid angle
+  Vec3 irradiance;  ///< irradiance at its target
 };
 
-/// A lamp or panel of the settings (not a sun). `middle` is its target where it names none.
+/// Makes a lamp or panel (not a sun). `middle` is its target if the settings have none.
 Lamp make_lamp(const LampSettings& settings, Vec3 middle);
 
-/// A way from a point to a lamp, or eight.
+/// A sampled direction from a point to a lamp, or eight.
 template <class T3>
 struct LampSampleOf {
   T3 direction{};
   ComponentOf<T3> distance{};
-  ComponentOf<T3> pdf{};  ///< per solid angle; 0 = a point, or nothing to see from here
+  ComponentOf<T3> pdf{};  ///< per solid angle; 0 = a point, or not visible from here
   T3 power{};             ///< radiance / pdf, or intensity / distance^2; black = nothing
 };
 using LampSample = LampSampleOf<Vec3>;
 LampSample sample_lamp(const Lamp& lamp, Vec3 from, float u, float v);
 LampSampleOf<Pack3> sample_lamp(const Lamp& lamp, const Pack3& from, Pack u, Pack v);
 
-/// Distance at which a ray hits the glowing side, or infinity. Points are never hit.
+/// Distance at which a ray hits the emitting side, or infinity. Points are never hit.
 float intersect_lamp(const Lamp& lamp, const Ray& ray);
 Pack intersect_lamp(const Lamp& lamp, const RayOf<Pack3>& ray);
 /// The pdf of sample_lamp() for a ray from its origin that hits the lamp at `distance`.

@@ -10,30 +10,31 @@
 namespace polymorph {
 namespace {
 
-/// A rectangular light far away, seen through a diffuser: soft edges, a little brighter in the
-/// middle.
+/// A distant rectangular light behind a diffuser: soft edges, a little brighter in the middle.
 struct SoftBox {
   float azimuth,
-      elevation;  ///< of its centre, degrees; azimuth from the camera's side towards its right
+      elevation;  ///< direction of its centre, degrees; azimuth from the camera's side towards its
+                  ///< right
   float width, height;  ///< half sizes on the plane at distance 1
   float edge;           ///< width of the soft edge there
   Vec3 radiance;
 };
 
-// Placed so that a chrome ball reads: a big light overhead, a tall one on the key's side, a thin
-// bright edge on the other, one behind; dark in between. Warm against cool, grey on the whole.
-// Brightness is relative: the whole is scaled to kStudioIrradiance.
+// Arranged for clear reflections in a chrome ball: a large light overhead, a tall one on the key's
+// side, a thin bright edge on the other, one behind; dark in between. Warm and cool lights are
+// balanced to grey. Brightness is relative: the sum is scaled to kStudioIrradiance.
 constexpr std::array<SoftBox, 4> kSoftBoxes = {{
     {0, 84, 0.80f, 0.48f, 0.22f, {2.6f, 2.6f, 2.6f}},
     {-70, 26, 0.26f, 0.60f, 0.12f, {2.2f, 2.1f, 1.95f}},
     {82, 22, 0.14f, 0.70f, 0.10f, {1.9f, 2.0f, 2.15f}},
     {152, 34, 0.55f, 0.20f, 0.14f, {2.0f, 2.05f, 2.15f}},
 }};
-// On the floor, from the soft boxes and the room, at sky_intensity 1: with the default key light a
-// white object is just below white where it is lit best.
+// Irradiance on the floor from the soft boxes and the room at sky_intensity 1: with the default key
+// light the brightest parts of a white object are just below white.
 constexpr float kStudioIrradiance = 1.6f;
 
-/// 1 inside the box on the plane at distance 1, 0 outside, smooth between; rounded corners.
+/// Coverage: 1 inside the box on the plane at distance 1, 0 outside, smooth between; rounded
+/// corners.
 float soft_box_cover(const SoftBox& box, Vec3 d) {
   const float a = radians(box.azimuth), e = radians(box.elevation);
   const Vec3 center = direction_at(a, e);
@@ -49,14 +50,13 @@ float soft_box_cover(const SoftBox& box, Vec3 d) {
   return cover * middle;
 }
 
-/// Share of the floor's colour that the wall shows at this height: a paper sweep without a horizon
-/// line.
-float sweep_share(Vec3 d) { return 1 - smoothstep(0, 0.30f, d.y); }
+/// Weight of the floor's colour in the wall at this height: a paper sweep without a horizon line.
+float sweep_weight(Vec3 d) { return 1 - smoothstep(0, 0.30f, d.y); }
 
 /// The studio without the sweep, in rig space.
 Vec3 studio_radiance(Vec3 d) {
   if (d.y <= 0) return {};
-  // The dark of the room, a touch lighter on top.
+  // The dark room, slightly lighter at the top.
   Vec3 sum = lerp(Vec3{0.16f, 0.165f, 0.175f}, Vec3{0.36f, 0.365f, 0.38f}, smoothstep(0, 1, d.y)) *
              smoothstep(0, 0.35f, d.y);
   for (const SoftBox& box : kSoftBoxes) sum = sum + box.radiance * soft_box_cover(box, d);
@@ -67,7 +67,7 @@ Vec3 studio_radiance(Vec3 d) {
 
 Frame make_rig(const Camera& camera) {
   Vec3 back{-camera.forward.x, 0, -camera.forward.z};
-  // Looking straight down (or up), the picture's lower (upper) edge is where the camera's side is.
+  // When looking straight down (up), the image's lower (upper) edge is the camera's side.
   if (dot(back, back) < 1e-6f) back = Vec3{camera.up.x, 0, camera.up.z} * camera.forward.y;
   back = normalized(back);
   if (!(dot(back, back) > 0.5f)) back = {0, 0, 1};
@@ -122,7 +122,7 @@ Sky make_studio_sky(const Frame& rig, const KeyLight& key, Vec3 floor, float sca
       const Vec3 d = to_local(
           rig, sky_direction(sky, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f));
       sky.texels[i] = studio_radiance(d);
-      sweep[i] = sweep_share(d);
+      sweep[i] = sweep_weight(d);
     }
   });
   // The floor's radiance L lights itself through the sweep: L = floor / pi (key + sky + L share).

@@ -11,13 +11,13 @@
 namespace polymorph {
 namespace {
 
-constexpr int kIrradianceCells = 32;  // an axis of the octahedral grid; its nodes are one more
+constexpr int kIrradianceCells = 32;  // per axis of the octahedral grid, which has one node more
 constexpr int kCoarseWidth = 128, kCoarseHeight = 64;  // for the irradiance integral
 constexpr int kMaxDistributionWidth = 2048;
-// Above this many times the mean, light of an image is bright. Clouds and windows stay below.
+// Light of an image above this multiple of the mean is bright. Clouds and windows are below.
 constexpr float kCalmMeans = 4;
 
-/// (column, row) of a direction, both in [0, 1].
+/// Latitude-longitude coordinates (column, row) of a direction, both in [0, 1].
 template <class T3>
 Vec2Of<ComponentOf<T3>> lat_long(T3 d) {
   const ComponentOf<T3> flat = sqrt(d.x * d.x + d.z * d.z);
@@ -36,13 +36,13 @@ float cell_solid_angle(int y, int width, int height) {
   return 2 * kPi / static_cast<float>(width) * (top - bottom);
 }
 
-/// Mean of f(direction) over each cell of another lat-long grid; looks at every texel.
+/// Mean of f(direction) over each cell of another lat-long grid, sampling every texel.
 template <class F>
-auto cell_means(const Sky& sky, int width, int height, const F& f) {
+auto compute_cell_means(const Sky& sky, int width, int height, const F& f) {
   using Value = decltype(f(Vec3{}));
   std::vector<Value> cells(static_cast<std::size_t>(width) * height);
   const int taps = std::clamp(sky.width / width + 1, 2, 64);
-  const auto place = [&](std::int64_t cell, int tap, int count) {
+  const auto position = [&](std::int64_t cell, int tap, int count) {
     return (static_cast<float>(cell) +
             (static_cast<float>(tap) + 0.5f) / static_cast<float>(taps)) /
            static_cast<float>(count);
@@ -51,7 +51,7 @@ auto cell_means(const Sky& sky, int width, int height, const F& f) {
     for (int x = 0; x < width; ++x) {
       Value sum{};
       for (int i = 0; i < taps * taps; ++i)
-        sum = sum + f(from_lat_long(place(x, i % taps, width), place(y, i / taps, height)));
+        sum = sum + f(from_lat_long(position(x, i % taps, width), position(y, i / taps, height)));
       cells[static_cast<std::size_t>(y) * width + x] = sum / static_cast<float>(taps * taps);
     }
   });
@@ -60,10 +60,10 @@ auto cell_means(const Sky& sky, int width, int height, const F& f) {
 
 SkyDistribution make_distribution(const Sky& sky, SkyPart part) {
   SkyDistribution d;
-  // A cell a texel: in coarser ones most samples would miss a sun of half a degree.
+  // One cell per texel: with coarser cells most samples would miss a sun of half a degree.
   d.width = std::min(sky.width, kMaxDistributionWidth);
   d.height = std::min(sky.height, kMaxDistributionWidth / 2);
-  const std::vector<float> cells = cell_means(sky, d.width, d.height, [&](Vec3 direction) {
+  const std::vector<float> cells = compute_cell_means(sky, d.width, d.height, [&](Vec3 direction) {
     return luminance(split_radiance(sky, sky_radiance(sky, direction)).bright);
   });
   const int rows = part == SkyPart::kAboveHorizon ? (d.height + 1) / 2 : d.height;
@@ -101,7 +101,7 @@ SkyDistribution make_distribution(const Sky& sky, SkyPart part) {
 
 /// Octahedral map of the sphere (Cigolla et al. 2014, "A survey of efficient representations for
 /// independent unit vectors"): [-1, 1]^2 <-> directions.
-Vec3 octahedral_decode(float x, float y) {
+Vec3 decode_octahedral(float x, float y) {
   Vec3 d{x, 1 - std::fabs(x) - std::fabs(y), y};
   if (d.y < 0) {
     d.x = std::copysign(1 - std::fabs(y), x);
@@ -110,7 +110,7 @@ Vec3 octahedral_decode(float x, float y) {
   return normalized(d);
 }
 template <class T3>
-Vec2Of<ComponentOf<T3>> octahedral_encode(T3 d) {
+Vec2Of<ComponentOf<T3>> encode_octahedral(T3 d) {
   using V = ComponentOf<T3>;
   const V sum = abs(d.x) + abs(d.y) + abs(d.z);
   const V x = d.x / sum, y = d.z / sum;
@@ -119,7 +119,7 @@ Vec2Of<ComponentOf<T3>> octahedral_encode(T3 d) {
           select(upper, y, copysign(1.0f - abs(x), y))};
 }
 
-/// Between four neighbours in a table of vectors.
+/// Interpolates between four adjacent entries of a table of vectors.
 template <class T3, class I>
 T3 bilinear(const Vec3* table, I upper_left, I upper_right, I lower_left, I lower_right,
             ComponentOf<T3> fx, ComponentOf<T3> fy) {
@@ -128,7 +128,7 @@ T3 bilinear(const Vec3* table, I upper_left, I upper_right, I lower_left, I lowe
 }
 
 template <class T3>
-T3 radiance_along(const Sky& sky, T3 direction) {
+T3 look_up_radiance(const Sky& sky, T3 direction) {
   using V = ComponentOf<T3>;
   const Vec2Of<V> p = lat_long(direction);
   // NaN has no texel: clamp01() makes it 0.
@@ -147,7 +147,7 @@ T3 radiance_along(const Sky& sky, T3 direction) {
 }
 
 template <class T3>
-ComponentOf<T3> bright_pdf(const Sky& sky, T3 direction) {
+ComponentOf<T3> look_up_bright_pdf(const Sky& sky, T3 direction) {
   const SkyDistribution& d = sky.distribution;
   if (!sky.has_bright) return broadcast<ComponentOf<T3>>(0);
   const auto p = lat_long(direction);
@@ -157,10 +157,10 @@ ComponentOf<T3> bright_pdf(const Sky& sky, T3 direction) {
 }
 
 template <class T3>
-T3 irradiance_on(const Sky& sky, T3 normal) {
+T3 look_up_irradiance(const Sky& sky, T3 normal) {
   using V = ComponentOf<T3>;
   constexpr int kNodes = kIrradianceCells + 1;
-  const Vec2Of<V> p = octahedral_encode(normal);
+  const Vec2Of<V> p = encode_octahedral(normal);
   const V x = clamp01((p.x + 1.0f) * 0.5f) * static_cast<float>(kIrradianceCells);
   const V y = clamp01((p.y + 1.0f) * 0.5f) * static_cast<float>(kIrradianceCells);
   const auto column = min(truncate(x), kIrradianceCells - 1);
@@ -171,9 +171,9 @@ T3 irradiance_on(const Sky& sky, T3 normal) {
 }
 
 std::vector<Vec3> make_irradiance(const Sky& sky) {
-  const std::vector<Vec3> cells = cell_means(sky, kCoarseWidth, kCoarseHeight, [&](Vec3 direction) {
-    return split_radiance(sky, sky_radiance(sky, direction)).calm;
-  });
+  const std::vector<Vec3> cells = compute_cell_means(
+      sky, kCoarseWidth, kCoarseHeight,
+      [&](Vec3 direction) { return split_radiance(sky, sky_radiance(sky, direction)).calm; });
   struct Source {
     Vec3 direction, power;
     float solid_angle;
@@ -195,7 +195,7 @@ std::vector<Vec3> make_irradiance(const Sky& sky) {
     const int first = static_cast<int>(pack) * kLanes;
     for (int l = 0; l < kLanes; ++l) {
       const int i = std::min(first + l, kCount - 1);
-      const Vec3 normal = octahedral_decode(unit(i % kNodes), unit(i / kNodes));
+      const Vec3 normal = decode_octahedral(unit(i % kNodes), unit(i / kNodes));
       x[l] = normal.x, y[l] = normal.y, z[l] = normal.z;
     }
     const Pack nx = Lanes<Pack>::load(x), ny = Lanes<Pack>::load(y), nz = Lanes<Pack>::load(z);
@@ -209,7 +209,7 @@ std::vector<Vec3> make_irradiance(const Sky& sky) {
       cosines = cosines + cosine * source.solid_angle;
     }
     for (int l = 0; l < kLanes && first + l < kCount; ++l)
-      // So that a constant sky is exact.
+      // The normalization makes a constant sky exact.
       nodes[static_cast<std::size_t>(first + l)] = Vec3{r[l], g[l], b[l]} * (kPi / cosines[l]);
   });
   return nodes;
@@ -254,7 +254,7 @@ Vec3 integrate_upper(const Sky& sky) {
          static_cast<float>(static_cast<double>(kPi) / cosines);
 }
 
-/// The interval of a cumulative table [0 .. count] that holds u, and where in it.
+/// The interval of a cumulative table [0 .. count] that contains u, and the position in it.
 struct Pick {
   int index;
   float fraction;
@@ -309,7 +309,7 @@ SkySample sample_bright_sky(const Sky& sky, float u, float v) {
   const Pick row = pick(d.row_cdf.data(), d.height, v);
   const Pick column =
       pick(&d.column_cdf[static_cast<std::size_t>(row.index) * (d.width + 1)], d.width, u);
-  // Within a cell uniform in cos(theta), that is in solid angle.
+  // Uniform in cos(theta) within a cell, that is in solid angle.
   const auto cosine = [&](int y) {
     return cos_sin_turns(0.5f * static_cast<float>(y) / static_cast<float>(d.height)).x;
   };
@@ -321,15 +321,19 @@ SkySample sample_bright_sky(const Sky& sky, float u, float v) {
           d.pdf[static_cast<std::size_t>(row.index) * d.width + column.index]};
 }
 
-Vec3 sky_radiance(const Sky& sky, Vec3 direction) { return radiance_along(sky, direction); }
+Vec3 sky_radiance(const Sky& sky, Vec3 direction) { return look_up_radiance(sky, direction); }
 Pack3 sky_radiance(const Sky& sky, const Pack3& direction) {
-  return radiance_along(sky, direction);
+  return look_up_radiance(sky, direction);
 }
 
-float bright_sky_pdf(const Sky& sky, Vec3 direction) { return bright_pdf(sky, direction); }
-Pack bright_sky_pdf(const Sky& sky, const Pack3& direction) { return bright_pdf(sky, direction); }
+float bright_sky_pdf(const Sky& sky, Vec3 direction) { return look_up_bright_pdf(sky, direction); }
+Pack bright_sky_pdf(const Sky& sky, const Pack3& direction) {
+  return look_up_bright_pdf(sky, direction);
+}
 
-Vec3 sky_irradiance(const Sky& sky, Vec3 normal) { return irradiance_on(sky, normal); }
-Pack3 sky_irradiance(const Sky& sky, const Pack3& normal) { return irradiance_on(sky, normal); }
+Vec3 sky_irradiance(const Sky& sky, Vec3 normal) { return look_up_irradiance(sky, normal); }
+Pack3 sky_irradiance(const Sky& sky, const Pack3& normal) {
+  return look_up_irradiance(sky, normal);
+}
 
 }  // namespace polymorph

@@ -11,10 +11,10 @@
 
 namespace polymorph {
 
-/// Which directions sample_bright_sky may return.
+/// Directions that sample_bright_sky may return.
 enum class SkyPart : unsigned char {
   kAll,
-  kAboveHorizon,  ///< below lies the ground; it is met by following rays, not by sampling
+  kAboveHorizon,  ///< the ground below is found by tracing rays, not by sampling
 };
 
 /// A pdf over directions, constant in each cell of a lat-long grid.
@@ -23,29 +23,30 @@ struct SkyDistribution {
   std::vector<float> row_cdf;     ///< height + 1
   std::vector<float> column_cdf;  ///< height * (width + 1)
   std::vector<float> pdf;         ///< per solid angle, height * width
-  float total = 0;                ///< integral of what it follows
+  float total = 0;                ///< integral of the sampled function
 };
 
-/// Row 0 is the zenith (+y); the middle column looks along -z, the one a quarter to its right along
-/// +x.
+/// A latitude-longitude table of radiance. Row 0 is the zenith (+y); the middle column looks along
+/// -z, the one a quarter to its right along +x.
 struct Sky {
   int width = 0, height = 0;
   std::vector<Vec3> texels;
-  float calm_level = 0;  ///< luminance above which light is bright
+  float calm_level = 0;  ///< luminance above which radiance counts as bright
   bool has_bright = false;
-  SkyDistribution distribution;  ///< of the bright part
-  std::vector<Vec3> irradiance;  ///< of the calm part: octahedral grid of normals, see sky.cpp
-  Vec3 upper_irradiance;         ///< of the calm part, on a floor (normal +y) from above
+  SkyDistribution distribution;  ///< distribution of the bright part
+  std::vector<Vec3>
+      irradiance;         ///< irradiance of the calm part: octahedral grid of normals, see sky.cpp
+  Vec3 upper_irradiance;  ///< irradiance of the calm part on a floor (normal +y) from above
 };
 
 /// Finishes a sky whose width, height, texels and calm_level are set. Texels must be finite and >=
 /// 0.
 void prepare_sky(Sky& sky, SkyPart part);
 
-/// The direction of the texel at (x, y) in texels.
+/// The direction of the point (x, y), in texels.
 Vec3 sky_direction(const Sky& sky, float x, float y);
 
-/// Mean of value(texel's number) over the upper half, by the cosine at a floor: irradiance / pi.
+/// Cosine-weighted mean of value(index of the texel) over the upper half: irradiance / pi.
 template <class F>
 Vec3 upper_mean(const Sky& sky, const F& value) {
   double sum[3] = {0, 0, 0}, cosines = 0;
@@ -65,15 +66,15 @@ Vec3 upper_mean(const Sky& sky, const F& value) {
           static_cast<float>(sum[2] / cosines)};
 }
 
-/// A sky from a lat-long image (channels R G B, or the first one as grey) times `scale`. Pixels
-/// that are negative or not finite count as black.
+/// Makes a sky from a lat-long image (channels R G B, or the first one as grey) times `scale`.
+/// Negative and non-finite pixels count as black.
 Sky make_image_sky(const Image& image, float scale, SkyPart part);
 
-/// Bilinear; wraps around in azimuth.
+/// Radiance from a direction, interpolated bilinearly.
 Vec3 sky_radiance(const Sky& sky, Vec3 direction);
 Pack3 sky_radiance(const Sky& sky, const Pack3& direction);
 
-/// The two parts of a radiance; their sum is the whole.
+/// Calm and bright part of a radiance; their sum is the total.
 template <class T3>
 struct SkySplitOf {
   T3 calm, bright;
@@ -86,7 +87,7 @@ inline SkySplitOf<T3> split_radiance(const Sky& sky, T3 radiance) {
   return {calm, radiance - calm};
 }
 
-/// A direction by the brightness of the bright part.
+/// A direction sampled by the brightness of the bright part.
 struct SkySample {
   Vec3 direction;
   float pdf;  ///< per solid angle; 0 = nothing to sample
@@ -95,7 +96,7 @@ SkySample sample_bright_sky(const Sky& sky, float u, float v);
 float bright_sky_pdf(const Sky& sky, Vec3 direction);
 Pack bright_sky_pdf(const Sky& sky, const Pack3& direction);
 
-/// What an unshadowed surface with this unit normal receives from the calm part: integral of
+/// Irradiance of an unshadowed surface with this unit normal from the calm part: integral of
 /// radiance times cosine.
 Vec3 sky_irradiance(const Sky& sky, Vec3 normal);
 Pack3 sky_irradiance(const Sky& sky, const Pack3& normal);

@@ -23,7 +23,7 @@ inline V ggx_root(V cosine, V alpha) {
   const V a2 = alpha * alpha;
   return sqrt(a2 + (1.0f - a2) * cosine * cosine);
 }
-/// Share of microfacets seen from a direction.
+/// Fraction of microfacets visible from a direction.
 template <class V>
 inline V ggx_masking(V cosine, V alpha) {
   return 2.0f * cosine / (cosine + ggx_root(cosine, alpha));
@@ -49,7 +49,7 @@ inline T3 sample_ggx_normal(T3 view, ComponentOf<T3> alpha, ComponentOf<T3> u, C
   const T3 h = T3{r * around.x, r * around.y, z} + stretched;
   return normalized(T3{alpha * h.x, alpha * h.y, max(h.z, 1e-7f)});
 }
-/// Schlick 1994: the share of 1 - f0 that is reflected on top of f0.
+/// Schlick 1994: the fraction of 1 - f0 that is reflected in addition to f0.
 template <class V>
 inline V schlick(V cosine) {
   const V m = clamp01(1.0f - cosine);

@@ -9,7 +9,7 @@
 namespace polymorph {
 namespace {
 
-constexpr int kNodes = 32;  // an axis; alpha and cosine both run over square roots, denser near 0
+constexpr int kNodes = 32;  // per axis; alpha and cosine are spaced by square roots, denser near 0
 
 struct Tables {
   std::array<SplitAlbedo, kNodes * kNodes> directional;
@@ -63,22 +63,22 @@ const Tables& tables() {
   return kTables;
 }
 
-/// A place between two nodes.
+/// A position between two nodes.
 template <class V>
 struct CellOf {
   decltype(truncate(V{})) index;
   V fraction;
 };
 template <class V>
-CellOf<V> cell_of(V value) {
+CellOf<V> find_cell(V value) {
   const V x = sqrt(clamp01(value)) * static_cast<float>(kNodes - 1);
   const auto index = min(truncate(x), kNodes - 2);
   return {index, x - to_float(index)};
 }
 
-/// Between the node at `index` and the next one, `fraction` of the way.
+/// Interpolates between the node at `index` and the next one.
 template <class V, class I>
-SplitAlbedoOf<V> between(const SplitAlbedo* nodes, I index, V fraction) {
+SplitAlbedoOf<V> interpolate(const SplitAlbedo* nodes, I index, V fraction) {
   static_assert(sizeof(SplitAlbedo) == 2 * sizeof(float));
   const float* numbers = &nodes->scale;
   const I at = index * 2;
@@ -88,17 +88,17 @@ SplitAlbedoOf<V> between(const SplitAlbedo* nodes, I index, V fraction) {
 
 template <class V>
 SplitAlbedoOf<V> look_up(V alpha, V cosine) {
-  const CellOf<V> a = cell_of(alpha), c = cell_of(cosine);
+  const CellOf<V> a = find_cell(alpha), c = find_cell(cosine);
   const SplitAlbedo* nodes = tables().directional.data();
   const auto index = a.index * kNodes + c.index;
-  const SplitAlbedoOf<V> low = between(nodes, index, c.fraction);
-  const SplitAlbedoOf<V> high = between(nodes + kNodes, index, c.fraction);
+  const SplitAlbedoOf<V> low = interpolate(nodes, index, c.fraction);
+  const SplitAlbedoOf<V> high = interpolate(nodes + kNodes, index, c.fraction);
   return {lerp(low.scale, high.scale, a.fraction), lerp(low.bias, high.bias, a.fraction)};
 }
 template <class V>
 SplitAlbedoOf<V> look_up_mean(V alpha) {
-  const CellOf<V> a = cell_of(alpha);
-  return between(tables().mean.data(), a.index, a.fraction);
+  const CellOf<V> a = find_cell(alpha);
+  return interpolate(tables().mean.data(), a.index, a.fraction);
 }
 
 }  // namespace

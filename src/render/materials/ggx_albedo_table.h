@@ -14,7 +14,7 @@ using SplitAlbedo = SplitAlbedoOf<float>;
 
 SplitAlbedoOf<float> split_albedo(float alpha, float cosine);
 SplitAlbedoOf<Pack> split_albedo(Pack alpha, Pack cosine);
-/// Its cosine-weighted mean over all directions.
+/// Cosine-weighted mean of the split albedo over all directions.
 SplitAlbedoOf<float> mean_split_albedo(float alpha);
 SplitAlbedoOf<Pack> mean_split_albedo(Pack alpha);
 

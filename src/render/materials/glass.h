@@ -7,8 +7,8 @@
 
 namespace polymorph {
 
-/// Share of unpolarised light that is reflected at `cosine` > 0 of the incident side; `eta` is the
-/// refractive index of that side over the other's (Fresnel). 1 beyond the critical angle.
+/// Fraction of unpolarized light that is reflected at `cosine` > 0 of the incident side; `eta` is
+/// the refractive index of that side divided by the other's (Fresnel). 1 beyond the critical angle.
 inline float dielectric_fresnel(float cosine, float eta) {
   const float c = clamp01(cosine);
   const float sin2 = eta * eta * (1 - c * c);
@@ -19,8 +19,8 @@ inline float dielectric_fresnel(float cosine, float eta) {
   return 0.5f * (parallel * parallel + across * across);
 }
 
-/// The way on of light that arrives along `direction` (unit) at a boundary whose normal is on the
-/// side that it comes from; `eta` as above. Not beyond the critical angle.
+/// Direction of refracted light that arrives along `direction` (unit) at a boundary whose normal
+/// points to the incident side; `eta` as above. Not beyond the critical angle.
 inline Vec3 refracted(Vec3 direction, Vec3 normal, float eta) {
   const float c = -dot(direction, normal);
   const float t = std::sqrt(std::max(0.0f, 1 - eta * eta * (1 - c * c)));

@@ -15,17 +15,17 @@ T3 reciprocal(T3 a) {
   return {1.0f / a.x, 1.0f / a.y, 1.0f / a.z};
 }
 
-/// Single-scattering albedo and the factor that restores what was scattered more than once.
+/// Single-scattering albedo, and the factor that restores the energy of multiple scattering.
 template <class T3>
 struct GlossEnergy {
   T3 albedo, compensation;
 };
 template <class T3>
-GlossEnergy<T3> gloss_energy(T3 f0, ComponentOf<T3> alpha, ComponentOf<T3> cosine) {
+GlossEnergy<T3> compute_gloss_energy(T3 f0, ComponentOf<T3> alpha, ComponentOf<T3> cosine) {
   using V = ComponentOf<T3>;
   const SplitAlbedoOf<V> split = split_albedo(alpha, cosine);
-  const V whole = max(split.scale + split.bias, 1e-3f);
-  const T3 compensation = white<T3>() + f0 * max((1.0f - whole) / whole, 0.0f);
+  const V total = max(split.scale + split.bias, 1e-3f);
+  const T3 compensation = white<T3>() + f0 * max((1.0f - total) / total, 0.0f);
   return {(f0 * split.scale + white<T3>() * split.bias) * compensation, compensation};
 }
 
@@ -34,8 +34,8 @@ T3 fresnel(T3 f0, ComponentOf<T3> cosine) {
   return f0 + (white<T3>() - f0) * schlick(cosine);
 }
 
-/// Adds one material's lobes. A lobe that is there for one of eight is there for all, with weight
-/// 0.
+/// Adds one material's lobes. A lobe that exists in one of eight lanes is added to all, with weight
+/// 0 elsewhere.
 template <class T3>
 void add_material(BsdfOf<T3>& bsdf, const ShadingOf<T3>& material, ComponentOf<T3> weight) {
   using V = ComponentOf<T3>;
@@ -43,13 +43,13 @@ void add_material(BsdfOf<T3>& bsdf, const ShadingOf<T3>& material, ComponentOf<T
   const T3 f0 = min(lerp(material.specular, material.color, metal), white<T3>());
   const T3 base = min(material.color, white<T3>()) * (1.0f - metal);
   const V alpha = max(square(clamp01(material.roughness)), kMinAlpha);
-  const MaskOf<T3> there = weight > 0.0f;
-  const MaskOf<T3> glossy = (!is_black(f0)) & there;
-  const MaskOf<T3> diffuse = (!is_black(base)) & there;
+  const MaskOf<T3> is_present = weight > 0.0f;
+  const MaskOf<T3> glossy = (!is_black(f0)) & is_present;
+  const MaskOf<T3> diffuse = (!is_black(base)) & is_present;
   DiffuseLobeOf<T3> lobe{{}, {}, broadcast<V>(1), white<T3>()};
   T3 left = white<T3>();
   if (any(glossy)) {
-    const GlossEnergy<T3> energy = gloss_energy(f0, alpha, bsdf.view.z);
+    const GlossEnergy<T3> energy = compute_gloss_energy(f0, alpha, bsdf.view.z);
     bsdf.gloss[bsdf.gloss_count] = {f0, alpha, zero_unless(glossy, weight), energy.compensation};
     bsdf.choose_gloss[bsdf.gloss_count++] = zero_unless(glossy, weight * luminance(energy.albedo));
     bsdf.has_gloss = bsdf.has_gloss | glossy;
@@ -60,7 +60,7 @@ void add_material(BsdfOf<T3>& bsdf, const ShadingOf<T3>& material, ComponentOf<T
     const T3 coat = f0 * mean.scale + white<T3>() * mean.bias;
     lobe.coat_f0 = zero_unless(glossy, f0);
     lobe.coat_alpha = alpha;
-    lobe.coat_rest = reciprocal(white<T3>() - min(coat, white<T3>() * 0.99f));
+    lobe.coat_normalization = reciprocal(white<T3>() - min(coat, white<T3>() * 0.99f));
   }
   if (!any(diffuse)) return;
   lobe.albedo = zero_unless(diffuse, base * left * weight);
@@ -70,8 +70,8 @@ void add_material(BsdfOf<T3>& bsdf, const ShadingOf<T3>& material, ComponentOf<T
 }
 
 template <class T3>
-BsdfOf<T3> mixture(const ShadingOf<T3>& a, const ShadingOf<T3>& b, ComponentOf<T3> share, T3 normal,
-                   T3 view) {
+BsdfOf<T3> make_mixture(const ShadingOf<T3>& a, const ShadingOf<T3>& b, ComponentOf<T3> share,
+                        T3 normal, T3 view) {
   using V = ComponentOf<T3>;
   BsdfOf<T3> bsdf;
   bsdf.frame = make_frame(normal);
@@ -92,14 +92,14 @@ BsdfValueOf<T3> evaluate(const BsdfOf<T3>& bsdf, T3 direction) {
   using V = ComponentOf<T3>;
   BsdfValueOf<T3> result;
   const MaskOf<T3> above = direction.z > 0.0f;
-  // Kelemen and Szirmay-Kalos 2001: what the coat leaves, going in and coming out, normalised.
+  // Kelemen and Szirmay-Kalos 2001: transmittance of the coat on entry and on exit, normalized.
   for (int i = 0; i < bsdf.diffuse_count; ++i) {
     const DiffuseLobeOf<T3>& lobe = bsdf.diffuse[i];
     T3 left = white<T3>();
     const MaskOf<T3> coated = !is_black(lobe.coat_f0);
     if (any(coated)) {
-      const T3 coat = gloss_energy(lobe.coat_f0, lobe.coat_alpha, direction.z).albedo;
-      left = select(coated, max(white<T3>() - coat, T3{}) * lobe.coat_rest, left);
+      const T3 coat = compute_gloss_energy(lobe.coat_f0, lobe.coat_alpha, direction.z).albedo;
+      left = select(coated, max(white<T3>() - coat, T3{}) * lobe.coat_normalization, left);
     }
     result.value = result.value + lobe.albedo * left * (kInvPi * direction.z);
   }
@@ -165,11 +165,11 @@ Shading look_shading(const LookSettings& look) {
 }
 
 Bsdf make_bsdf(const Shading& a, const Shading& b, float share, Vec3 normal, Vec3 view) {
-  return mixture(a, b, share, normal, view);
+  return make_mixture(a, b, share, normal, view);
 }
 BsdfOf<Pack3> make_bsdf(const ShadingOf<Pack3>& a, const ShadingOf<Pack3>& b, Pack share,
                         const Pack3& normal, const Pack3& view) {
-  return mixture(a, b, share, normal, view);
+  return make_mixture(a, b, share, normal, view);
 }
 
 BsdfValue evaluate_bsdf(const Bsdf& bsdf, Vec3 direction) { return evaluate(bsdf, direction); }

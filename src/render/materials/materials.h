@@ -16,17 +16,17 @@ template <class T3>
 struct GlossLobeOf {
   T3 f0;                   ///< reflectance head on
   ComponentOf<T3> alpha;   ///< roughness squared
-  ComponentOf<T3> weight;  ///< 0 = not there
+  ComponentOf<T3> weight;  ///< 0 = absent
   T3 compensation;
 };
 
 /// A Lambertian base under a coat.
 template <class T3>
 struct DiffuseLobeOf {
-  T3 albedo;   ///< left under the coat as seen from the viewer, times the mixture's weight
+  T3 albedo;   ///< albedo under the coat as seen from the viewer, times the mixture's weight
   T3 coat_f0;  ///< 0 = no coat
   ComponentOf<T3> coat_alpha;
-  T3 coat_rest;  ///< 1 / (1 - mean albedo of the coat)
+  T3 coat_normalization;  ///< 1 / (1 - mean albedo of the coat)
 };
 
 /// Scattering at one point, seen from one direction; or at eight.
@@ -37,13 +37,13 @@ struct BsdfOf {
   DiffuseLobeOf<T3> diffuse[2];
   GlossLobeOf<T3> gloss[2];
   int diffuse_count = 0, gloss_count = 0;
-  T3 diffuse_albedo{};  ///< of all diffuse lobes together
+  T3 diffuse_albedo{};  ///< sum over all diffuse lobes
   ComponentOf<T3>
       choose_diffuse{};  ///< probabilities of sampling each kind; sum 1, or all 0 for black
   ComponentOf<T3> choose_gloss[2] = {};
   MaskOf<T3> has_diffuse{}, has_gloss{};
   ComponentOf<T3> sharpest_alpha =
-      broadcast<ComponentOf<T3>>(1);  ///< of the gloss lobes; 1 without
+      broadcast<ComponentOf<T3>>(1);  ///< minimum of the gloss lobes; 1 without gloss
 };
 using Bsdf = BsdfOf<Vec3>;
 
@@ -55,25 +55,25 @@ struct ShadingOf {
   ComponentOf<T3> roughness;
   ComponentOf<T3> metallic;
   ComponentOf<T3> transmission =
-      broadcast<ComponentOf<T3>>(0);  ///< share that is clear glass of this colour
+      broadcast<ComponentOf<T3>>(0);  ///< fraction that is clear glass of this colour
   ComponentOf<T3> ior = broadcast<ComponentOf<T3>>(1.5f);
 };
 using Shading = ShadingOf<Vec3>;
 Shading own_shading(const Material& material, Vec3 texel);
-/// (1 - share) a + share b, number by number.
+/// Interpolates componentwise: (1 - share) a + share b.
 Shading mix(const Shading& a, const Shading& b, float share);
 Shading look_shading(const LookSettings& look);
-/// The same colour without gloss, where `matte`.
+/// Removes gloss where `matte`, with the same colour.
 template <class T3>
-inline ShadingOf<T3> matte_if(MaskOf<T3> matte, ShadingOf<T3> s) {
+inline ShadingOf<T3> make_matte_where(MaskOf<T3> matte, ShadingOf<T3> s) {
   s.specular = zero_unless(!matte, s.specular);
   s.roughness = select(matte, broadcast<ComponentOf<T3>>(1), s.roughness);
   s.metallic = zero_unless(!matte, s.metallic);
   return s;
 }
 
-/// A mixture (1 - share) a + share b at a point with this shading normal; `view` is a unit world
-/// vector on the normal's side.
+/// Makes the BSDF of a mixture (1 - share) a + share b at a point with this shading normal; `view`
+/// is a unit world vector on the normal's side.
 Bsdf make_bsdf(const Shading& a, const Shading& b, float share, Vec3 normal, Vec3 view);
 BsdfOf<Pack3> make_bsdf(const ShadingOf<Pack3>& a, const ShadingOf<Pack3>& b, Pack share,
                         const Pack3& normal, const Pack3& view);
@@ -81,14 +81,15 @@ BsdfOf<Pack3> make_bsdf(const ShadingOf<Pack3>& a, const ShadingOf<Pack3>& b, Pa
 template <class T3>
 struct BsdfValueOf {
   T3 value{};             ///< bsdf times cosine
-  ComponentOf<T3> pdf{};  ///< of sample_bsdf, per solid angle
+  ComponentOf<T3> pdf{};  ///< pdf of sample_bsdf, per solid angle
 };
 using BsdfValue = BsdfValueOf<Vec3>;
-/// `direction` in the bsdf's frame; zero below the horizon.
+/// Evaluates the BSDF; `direction` is in its frame; 0 below the horizon.
 BsdfValue evaluate_bsdf(const Bsdf& bsdf, Vec3 direction);
 BsdfValueOf<Pack3> evaluate_bsdf(const BsdfOf<Pack3>& bsdf, const Pack3& direction);
 
-/// A direction in the bsdf's frame (it may lie below the horizon: then nothing is scattered there).
+/// Samples a direction in the BSDF's frame. It may be below the horizon, where nothing is
+/// scattered.
 Vec3 sample_bsdf(const Bsdf& bsdf, float u, float v);
 Pack3 sample_bsdf(const BsdfOf<Pack3>& bsdf, Pack u, Pack v);
 

@@ -39,8 +39,8 @@ constexpr B reverse_bits(B x) {
   return ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
 }
 
-/// The bits of x spread to the even places.
-constexpr std::uint64_t spread_bits(std::uint32_t x) {
+/// Moves the bits of x to the even positions.
+constexpr std::uint64_t interleave_zeros(std::uint32_t x) {
   std::uint64_t v = x;
   v = (v | (v << 16)) & 0x0000ffff0000ffffull;
   v = (v | (v << 8)) & 0x00ff00ff00ff00ffull;
@@ -61,26 +61,27 @@ constexpr B sobol_second(B index) {
   return index ^ (index >> 16);
 }
 
-/// What all pixels of a frame share.
+/// Sampler state that is common to all pixels of a frame.
 struct FrameSampler {
-  std::uint64_t key = 0;    ///< of (seed, frame); with steady noise of the seed alone
-  int sample_bits = 0;      ///< 2^sample_bits >= samples per pixel
-  std::uint64_t fresh = 0;  ///< steady: XORed to the order of pixels that show something moving
+  std::uint64_t key = 0;  ///< hash of (seed, frame); with steady noise of the seed only
+  int sample_bits = 0;    ///< 2^sample_bits >= samples per pixel
+  std::uint64_t fresh =
+      0;  ///< (steady noise) XORed to the order of pixels that show something moving
 };
 FrameSampler make_frame_sampler(std::uint64_t seed, int frame, int samples, bool steady = false);
 
-/// The place of a sample in the frame's sequence.
+/// Position of a sample in the frame's sequence.
 struct SampleIndex {
-  /// Pictures and sample counts beyond 2^32 samples go on in a sequence of their own. The same for
-  /// a whole tile of 16 x 16 pixels, as long as a pixel takes less than 2^24 samples.
+  /// Images and sample counts beyond 2^32 samples continue in further sequences. The sequence is
+  /// the same for a tile of 16 x 16 pixels, as long as a pixel has less than 2^24 samples.
   std::uint32_t sequence = 0;
-  std::uint32_t reversed = 0;  ///< the index in it, bit-reversed
+  std::uint32_t reversed = 0;  ///< bit-reversed index in the sequence
 };
 /// `moving`: the pixel shows something that moves, or the camera does.
 inline SampleIndex sample_index(const FrameSampler& frame, int x, int y, std::uint32_t sample,
                                 bool moving = false) {
-  std::uint64_t order = spread_bits(static_cast<std::uint32_t>(x)) |
-                        (spread_bits(static_cast<std::uint32_t>(y)) << 1);
+  std::uint64_t order = interleave_zeros(static_cast<std::uint32_t>(x)) |
+                        (interleave_zeros(static_cast<std::uint32_t>(y)) << 1);
   if (moving) order ^= frame.fresh;
   const std::uint64_t index = (order << frame.sample_bits) | sample;
   return {static_cast<std::uint32_t>(index >> 32), reverse_bits(static_cast<std::uint32_t>(index))};
@@ -93,14 +94,14 @@ struct Sample4Of {
 };
 using Sample4 = Sample4Of<float>;
 
-/// The numbers of one sample of one pixel, or of eight.
+/// Random numbers of one sample of one pixel, or of eight.
 template <class V>
 class PathSamplerOf {
  public:
   PathSamplerOf(const FrameSampler& frame, std::uint32_t sequence, BitsOf<V> reversed_index)
       : key_(frame.key + sequence * 0x9e3779b97f4a7c15ull), reversed_index_(reversed_index) {}
 
-  /// The numbers of `set`: 0 for the camera, 1 + v for vertex v of the path.
+  /// Returns the numbers of `set`: 0 for the camera, 1 + v for vertex v of the path.
   Sample4Of<V> get(std::uint32_t set) const {
     Sample4Of<V> numbers;
     pair(mix64(key_ ^ (2 * set)), numbers.a, numbers.b);

@@ -48,7 +48,7 @@ template <>
 struct LaneTypes<Pack3> : LaneTypes<Pack> {
   using Component = Pack;
 };
-/// Of a vector type: its numbers, what comparing them gives, and so on.
+/// Types that belong to a vector type: its component, its mask, and so on.
 template <class T3>
 using ComponentOf = typename LaneTypes<T3>::Component;
 template <class T>
@@ -114,13 +114,13 @@ inline Pack dot(Pack3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline bool any(bool mask) { return mask; }
 inline bool any(PackMask mask) { return Lanes<Pack>::bits(mask) != 0; }
 template <class M>
-inline M mask_of(bool holds);
+inline M broadcast_mask(bool holds);
 template <>
-inline bool mask_of<bool>(bool holds) {
+inline bool broadcast_mask<bool>(bool holds) {
   return holds;
 }
 template <>
-inline PackMask mask_of<PackMask>(bool holds) {
+inline PackMask broadcast_mask<PackMask>(bool holds) {
   return PackMask{} - static_cast<std::int32_t>(holds);
 }
 
@@ -165,7 +165,7 @@ inline Pack gather(const float* base, PackMask index) {
   return out;
 #endif
 }
-/// A vector from an array of them.
+/// Gathers vectors from an array.
 template <class I>
 inline auto gather(const Vec3* base, I index) {
   static_assert(sizeof(Vec3) == 3 * sizeof(float));
@@ -182,7 +182,7 @@ inline void set_lane(Pack3& a, int l, Vec3 value) {
   a.z[l] = value.z;
 }
 
-/// Eight rows of eight numbers to eight columns.
+/// Transposes eight rows of eight numbers.
 inline void transpose(const Pack (&r)[kLanes], Pack* columns) {
   Pack pairs[kLanes], fours[kLanes];
   for (int i = 0; i < kLanes; i += 2) {
@@ -201,7 +201,7 @@ inline void transpose(const Pack (&r)[kLanes], Pack* columns) {
   }
 }
 
-/// Columns of eight rows of kWidth numbers (a multiple of 8), and back.
+/// Transposes eight rows of kWidth numbers (a multiple of 8) to columns, and back.
 template <int kWidth>
 inline void load_rows(const float* const (&rows)[kLanes], Pack* columns) {
   static_assert(kWidth % kLanes == 0);

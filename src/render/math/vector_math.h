@@ -19,7 +19,7 @@ template <class V>
 inline V square(V x) {
   return x * x;
 }
-/// NaN becomes 0, so that what is looked up with it stays inside its table.
+/// Clamps to [0, 1]; NaN becomes 0, so that table lookups stay in range.
 template <class V>
 inline V clamp01(V x) {
   return min(max(x, 0.0f), 1.0f);
@@ -81,7 +81,7 @@ inline FrameOf<T3> make_frame(T3 n) {
   const V b = n.x * n.y * a;
   return {{1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
 }
-/// The frame may be one for all lanes.
+/// Transforms to world coordinates. All lanes may share one frame.
 template <class F3, class T3>
 inline T3 to_world(const FrameOf<F3>& f, T3 v) {
   return f.x * v.x + f.y * v.y + f.z * v.z;

@@ -8,16 +8,16 @@
 namespace polymorph {
 namespace {
 
-// With a single bounce (previews) surfaces that hide the sky are assumed to reflect this share of
-// it, instead of all further bounces: fewer black pixels, and shadows about as deep as they should
-// be.
+// With a single bounce (previews) surfaces that occlude the sky are assumed to reflect this
+// fraction of it, which replaces all further bounces: fewer black pixels, and shadows of about the
+// right depth.
 constexpr float kGuessedBounce = 0.4f;
 
-PathLight result_of(const PathRow& path, Vec3 direct) {
+PathLight make_result(const PathRow& path, Vec3 direct) {
   const Vec3 radiance = path.radiance + direct;
   const PathLight light{radiance, std::max(path.alpha, 0.0f), 0, 0, 0};
   if (!has(path, kOnShadowFloor)) return light;
-  // alpha is what the floor's fading left; it is the pixel's business how much of it is shadow.
+  // alpha is the visible fraction of the faded floor; the pixel computes how much of it is shadow.
   return {{}, 0, light.alpha, luminance(radiance), path.unlit};
 }
 
@@ -31,7 +31,7 @@ Shading lane(const ShadingOf<Pack3>& s, int l) {
 }
 Sample4 lane(const Sample4Of<Pack>& s, int l) { return {s.a[l], s.b[l], s.c[l], s.d[l]}; }
 
-/// Numbers of paths in the wave.
+/// List of path indices of the wave.
 struct List {
   std::array<std::uint16_t, Wavefront::kMax> items;
   int count = 0;
@@ -42,8 +42,8 @@ struct List {
   }
 };
 
-/// Traces all paths of a wavefront. At each step paths are sorted by what they hit, and those that
-/// hit the same kind of thing are handled eight at a time.
+/// Traces all paths of a wavefront. In each step paths are sorted by the kind of surface that they
+/// hit, and those of one kind are processed eight at a time.
 class Tracer {
  public:
   Tracer(const World& world, const FrameSampler& sampler, const Wavefront& wave, RayStats& stats)
@@ -59,15 +59,15 @@ class Tracer {
     }
   }
 
-  void run() {
-    for (set_ = 1; active_.count > 0; ++set_) {
+  void trace() {
+    for (depth_ = 1; active_.count > 0; ++depth_) {
       intersect_active_paths();
       active_.count = 0;
       for_each_packet(meshes_, [&](Paths& path, PackBits rows, PackMask live) {
-        return at_meshes(path, rows, live);
+        return shade_mesh_hits(path, rows, live);
       });
       for_each_packet(floors_, [&](Paths& path, PackBits rows, PackMask live) {
-        return at_floor(path, rows, live);
+        return shade_floor_hits(path, rows, live);
       });
       for_each_packet(escaped_, [&](Paths& path, PackBits, PackMask live) {
         leave_scene(world_, path, live);
@@ -85,17 +85,17 @@ class Tracer {
     shadows_.flush();
   }
 
-  PathLight result(int path) const { return result_of(paths_[path], direct_[path]); }
+  PathLight result(int path) const { return make_result(paths_[path], direct_[path]); }
 
  private:
   struct IntersectionRow {
     Intersection intersection;
-    float rest[2];
+    float padding[2];
   };
   static_assert(sizeof(IntersectionRow) == 8 * sizeof(float));
 
-  /// Eight rows of a list; beyond its end the last one again.
-  PackBits rows_of(const List& list, int first) const {
+  /// Loads eight entries of a list; beyond its end the last one is repeated.
+  PackBits load_row_indices(const List& list, int first) const {
     PackBits rows;
     for (int l = 0; l < kLanes; ++l) rows[l] = list.items[std::min(first + l, list.count - 1)];
     return rows;
@@ -129,37 +129,37 @@ class Tracer {
     return intersection;
   }
 
-  /// f(paths, rows, live lanes) -> lanes that go on.
+  /// Calls f(paths, rows, live lanes), which returns the lanes that continue.
   template <class F>
   void for_each_packet(const List& list, const F& f) {
     for (int first = 0; first < list.count; first += kLanes) {
-      const PackBits rows = rows_of(list, first);
+      const PackBits rows = load_row_indices(list, first);
       const PackMask live = first_lanes(list.count - first);
       Paths path = load(rows);
-      const PackMask goes_on = f(path, rows, live);
+      const PackMask continues = f(path, rows, live);
       store(path, rows, live & !handled_);
       handled_ = PackMask{};
-      active_.add(rows, goes_on);
+      active_.add(rows, continues);
     }
   }
 
   /// Intersects the rays of all active paths and sorts the paths by what they hit.
   void intersect_active_paths() {
     escaped_.count = floors_.count = meshes_.count = inside_glass_.count = depth_limit_.count = 0;
-    List asking;
+    List to_intersect;
     for (int i = 0; i < active_.count; ++i) {
       const std::uint32_t row = active_.items[i];
-      (paths_[row].depth_left > 0 ? asking : depth_limit_).add(row);
+      (paths_[row].depth_left > 0 ? to_intersect : depth_limit_).add(row);
     }
-    for (int first = 0; first < asking.count; first += kPacket) {
-      const int count = std::min(kPacket, asking.count - first);
+    for (int first = 0; first < to_intersect.count; first += kPacket) {
+      const int count = std::min(kPacket, to_intersect.count - first);
       RayOf<Pack3> rays[2];
       IntersectionOf<Pack> intersections[2];
       for (int k = 0; k < count; k += kLanes)
-        rays[k / kLanes] = load(rows_of(asking, first + k)).ray;
-      intersect_closest(world_, rays, intersections, count, set_ == 1, stats_);
+        rays[k / kLanes] = load(load_row_indices(to_intersect, first + k)).ray;
+      intersect_closest(world_, rays, intersections, count, depth_ == 1, stats_);
       for (int i = 0; i < count; ++i) {
-        const std::uint32_t row = asking.items[first + i];
+        const std::uint32_t row = to_intersect.items[first + i];
         const Intersection intersection = lane(intersections[i / kLanes], i % kLanes);
         intersections_[row].intersection = intersection;
         (intersection.mesh.mesh != kNoMesh ? meshes_
@@ -170,43 +170,44 @@ class Tracer {
     }
   }
 
-  VertexRandom random_of(const Paths& path) const {
-    return {{sampler_, wave_.sequence, path.sample}, set_};
+  VertexRandom make_vertex_random(const Paths& path) const {
+    return {{sampler_, wave_.sequence, path.sample}, depth_};
   }
 
-  PackMask at_floor(Paths& path, PackBits rows, PackMask live) {
+  PackMask shade_floor_hits(Paths& path, PackBits rows, PackMask live) {
     const Pack distance = load_intersection(rows).floor;
     add_hit_lamps(world_, path, distance, live);
     const FloorPointOf<Pack3> point = floor_point(world_.floor, path.ray, distance);
     add_sky(world_, path, point.fade, live);
     path.throughput = path.throughput * (1.0f - point.fade);
     Vertices at{path, rows, {}, live, {}, shadows_};
-    const PackMask goes_on = scatter_on_floor(world_, at, point, random_of(path), stats_);
+    const PackMask continues =
+        scatter_on_floor(world_, at, point, make_vertex_random(path), stats_);
     path.depth_left = path.depth_left - 1.0f;
-    return goes_on;
+    return continues;
   }
 
-  PackMask at_meshes(Paths& path, PackBits rows, PackMask live) {
+  PackMask shade_mesh_hits(Paths& path, PackBits rows, PackMask live) {
     const MeshHitOf<Pack> hit = load_intersection(rows).mesh;
     add_hit_lamps(world_, path, hit.distance, live);
     add_sky(world_, path, Pack{}, live);
     const SurfacePointOf<Pack3> point = world_.geometry->surface_point(path.ray, hit);
-    const VertexRandom random = random_of(path);
+    const VertexRandom random = make_vertex_random(path);
     if (world_.has_glass) {
-      handled_ = through_glass(path, rows, live, hit, point, random.glass());
+      handled_ = pass_glass_one_by_one(path, rows, live, hit, point, random.glass());
       live = live & !handled_;
       if (!any(live)) return PackMask{};
     }
     const BsdfOf<Pack3> bsdf =
-        bsdf_at(world_, hit, point.shading, -path.ray.direction, has(path, kScattered));
+        make_bsdf_at(world_, hit, point.shading, -path.ray.direction, has(path, kScattered));
     Vertices at{path, rows, {}, live, {}, shadows_};
     return scatter_on_mesh(world_, at, point, bsdf, random);
   }
 
-  /// Sends on the paths that hit glass, one by one; says which lanes they are.
-  PackMask through_glass(const Paths& path, PackBits rows, PackMask live,
-                         const MeshHitOf<Pack>& hit, const SurfacePointOf<Pack3>& point,
-                         const Sample4Of<Pack>& random) {
+  /// Continues the paths that hit glass, one by one; returns their lanes.
+  PackMask pass_glass_one_by_one(const Paths& path, PackBits rows, PackMask live,
+                                 const MeshHitOf<Pack>& hit, const SurfacePointOf<Pack3>& point,
+                                 const Sample4Of<Pack>& random) {
     const ShadingOf<Pack3> shading = mixed_shading(world_, hit);
     const PackMask glass = live & (shading.transmission > random.b);
     store(path, rows, glass);
@@ -214,7 +215,7 @@ class Tracer {
       if (!glass[l]) continue;
       PathRow& row = paths_[rows[l]];
       if (row.flags >> kGlassShift == 0) {
-        // A path that has passed so many boundaries is let out straight on.
+        // A path that has passed the maximum of boundaries leaves along its ray.
         inside_glass_.add(rows[l]);
         continue;
       }
@@ -225,17 +226,17 @@ class Tracer {
     return glass;
   }
 
-  /// Traces the last ray of paths at the depth limit, which only looks for the sky; the floor
-  /// counts as the sky's lower half.
+  /// Traces the last ray of paths at the depth limit, which only finds the sky; the floor counts as
+  /// the sky's lower half.
   void trace_final_rays(Paths& path, PackBits rows, PackMask live) {
     Pack3 share = broadcast3<Pack3>({1, 1, 1});
     if (world_.has_glass) {
       for (int l = 0; l < kLanes; ++l)
-        if (live[l]) set_lane(share, l, through_meshes(world_, paths_[rows[l]].ray, stats_));
+        if (live[l]) set_lane(share, l, trace_transmittance(world_, paths_[rows[l]].ray, stats_));
     } else {
       const int count = popcount(Lanes<Pack>::bits(live));
       stats_.rays += static_cast<std::uint64_t>(count);
-      const std::uint32_t occluded = world_.geometry->occluded(&path.ray, count);
+      const std::uint32_t occluded = world_.geometry->test_occlusion(&path.ray, count);
       for (int l = 0; l < count; ++l)
         if ((occluded >> l) & 1) set_lane(share, l, {});
     }
@@ -254,8 +255,8 @@ class Tracer {
   const FrameSampler& sampler_;
   const Wavefront& wave_;
   RayStats& stats_;
-  std::uint32_t set_ = 1;
-  PackMask handled_{};  ///< lanes of the eight at hand whose rows are seen to already
+  std::uint32_t depth_ = 1;
+  PackMask handled_{};  ///< lanes of the current packet whose rows are already stored
   List active_, escaped_, floors_, meshes_, inside_glass_, depth_limit_;
   std::array<PathRow, Wavefront::kMax> paths_;
   std::array<IntersectionRow, Wavefront::kMax> intersections_;
@@ -268,7 +269,7 @@ class Tracer {
 void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, RayStats& stats) {
   stats.paths += static_cast<std::uint64_t>(wave.count);
   Tracer tracer(world, sampler, wave, stats);
-  tracer.run();
+  tracer.trace();
   for (int i = 0; i < wave.count; ++i) wave.lights[i] = tracer.result(i);
 }
 
@@ -291,10 +292,10 @@ FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first
     shown.albedo = mixed_shading(world, hit).color;
     shown.uv = texture_point(mesh, hit.triangle, hit.u, hit.v).uv;
     shown.progress = mesh.vertex_progress.empty() ? mesh.progress : at(mesh.vertex_progress);
-    shown.t = world.moment;
+    shown.t = world.time;
     if (!mesh.vertex_labels.empty()) {
-      const float rest = 1 - hit.u - hit.v;
-      const int nearest = rest >= hit.u && rest >= hit.v ? 0 : hit.u >= hit.v ? 1 : 2;
+      const float w = 1 - hit.u - hit.v;
+      const int nearest = w >= hit.u && w >= hit.v ? 0 : hit.u >= hit.v ? 1 : 2;
       shown.label = static_cast<float>(mesh.first_label + mesh.vertex_labels[t.v[nearest]]);
     }
   } else if (first.floor < kInfinity) {

@@ -13,8 +13,8 @@ namespace polymorph {
 struct PathLight {
   Vec3 radiance;
   float alpha = 1;
-  /// On a floor of which only shadows are kept: the share of the ray that sees it (not in alpha),
-  /// the light that it reflects there, and what it would reflect if nothing stood on it.
+  /// For a floor of which only shadows are kept: the fraction of the ray that sees it (not in
+  /// alpha), the light that it reflects, and the light that it would reflect without shadows.
   float floor = 0, lit = 0, unlit = 0;
 };
 
@@ -22,7 +22,7 @@ struct PathLight {
 struct Wavefront {
   static constexpr int kMax = 512;
   int count = 0;
-  std::array<Ray, kMax> rays;               ///< `far` is not looked at
+  std::array<Ray, kMax> rays;               ///< `far` is ignored
   std::array<std::uint32_t, kMax> samples;  ///< SampleIndex::reversed of each
   std::uint32_t sequence = 0;               ///< SampleIndex::sequence of all
   std::array<PathLight, kMax> lights;       ///< filled by trace()
@@ -32,8 +32,8 @@ struct Wavefront {
 /// along a ray does not depend on the others.
 void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, RayStats& stats);
 
-/// What the AOVs show along a camera ray that hits `first`; `depth` is still the distance along
-/// the ray. `motion` is not filled: the caller projects `next`.
+/// Computes the AOVs of a camera ray whose first intersection is given; `depth` is still the
+/// distance along the ray. `motion` is not filled: the caller projects `next`.
 FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first);
 
 }  // namespace polymorph

@@ -7,40 +7,42 @@
 
 namespace polymorph {
 
-// A path may pass this many sharp mirrors without paying from max_depth, so that reflections show
-// lit surfaces and not the end of a path.
+// This many sharp mirrors do not count for max_depth, so that reflections show lit surfaces instead
+// of the end of a path.
 inline constexpr int kFreeMirrors = 2;
-// And so many boundaries of glass: two balls and what is behind them, with a reflection inside.
+// The same for boundaries of glass: enough for two balls and the surface behind them, with an
+// internal reflection.
 inline constexpr std::uint32_t kFreeGlass = 8;
 
 // Flags of a path, one bit each; above them, the number of glass boundaries that it may still pass.
-inline constexpr std::uint32_t kHitsLights = 1;     ///< suns and lamps count for its ray
-inline constexpr std::uint32_t kFromCamera = 2;     ///< nothing but clear glass between
-inline constexpr std::uint32_t kThroughGlass = 4;   ///< there was some
-inline constexpr std::uint32_t kOnShadowFloor = 8;  ///< its first vertex: only the shadows are kept
-/// By a diffuse or rough surface. From then on glossy lobes are followed as diffuse ones of the
-/// same colour: their caustics would be noise at any sample count that one would wait for, and
-/// the light they lose is kept.
+inline constexpr std::uint32_t kHitsLights = 1;    ///< its ray may hit suns and lamps
+inline constexpr std::uint32_t kFromCamera = 2;    ///< only clear glass since the camera
+inline constexpr std::uint32_t kThroughGlass = 4;  ///< it has passed glass
+inline constexpr std::uint32_t kOnShadowFloor =
+    8;  ///< its first vertex, of which only the shadow is kept
+/// Scattered by a diffuse or rough surface. From then on glossy lobes are treated as diffuse ones
+/// of the same colour: their caustics would be noise at any practical sample count, and their
+/// energy is kept.
 inline constexpr std::uint32_t kScattered = 16;
 inline constexpr std::uint32_t kGlassShift = 8;
 
-/// State of one path, or of eight: the same 24 numbers, as a row or as columns.
+/// State of one path, or of eight: the same 24 values, as a row or as columns.
 template <class T3>
 struct PathOf {
   using V = ComponentOf<T3>;
   RayOf<T3> ray;
   T3 radiance{};
   T3 throughput = broadcast3<T3>({1, 1, 1});
-  /// Control variate. Every diffuse vertex adds at once all the light it would get from an
-  /// unobstructed calm sky (known exactly), and lets the next ray correct it: if the sky is seen
-  /// after all, nothing is left to add; if not, the sky's share is taken back. So unshadowed
-  /// surfaces have no noise from the sky. This is the throughput of that known share.
+  /// Control variate. Every diffuse vertex immediately adds all the light that it would receive
+  /// from an unoccluded calm sky (known exactly), and the next ray corrects this: if it sees the
+  /// sky, nothing is added; if not, the sky's contribution is subtracted. So unshadowed surfaces
+  /// have no noise from the sky. This is the throughput of the known contribution.
   T3 control_variate{};
-  V pdf{};  ///< of the ray's direction, per solid angle
+  V pdf{};  ///< pdf of the ray's direction, per solid angle
   V alpha = broadcast<V>(1);
   V unlit{};
-  V depth_left{};                          ///< surfaces that it may still scatter at
-  V mirrors = broadcast<V>(kFreeMirrors);  ///< and of sharp mirrors
+  V depth_left{};                          ///< surfaces at which it may still scatter
+  V mirrors = broadcast<V>(kFreeMirrors);  ///< sharp mirrors that are still free
   BitsOf<V> flags = BitsOf<V>{} + (kFromCamera | (kFreeGlass << kGlassShift));
   BitsOf<V> sample{};  ///< SampleIndex::reversed
 };
@@ -57,22 +59,22 @@ inline void set(Paths& path, std::uint32_t flag, PackMask on) {
 }
 
 /// Firefly clamping of light that reaches the camera along a path: light at the first vertex is
-/// kept whole, very strong indirect light is reduced.
+/// unchanged, very strong indirect light is reduced.
 Pack3 clamp_indirect(const World& world, const Paths& path, const Pack3& light);
 
-/// Weights of one of two ways to find the same light (Veach 1997).
+/// Weights of one of two strategies that sample the same light (Veach 1997).
 inline Pack power_heuristic(Pack own, Pack other) {
   const Pack ratio = other / own;
   return zero_unless(own > 0.0f, 1.0f / (1.0f + ratio * ratio));
 }
 inline Pack balance_heuristic(Pack own, Pack other) { return own / (own + other); }
 
-// For the lanes `where`:
+// The following functions apply to the lanes `where`.
 
-/// Adds the sky for the share of the ray that leaves the scene: all of it, or what a faded floor
-/// lets pass; none where it hit a mesh.
+/// Adds the sky for the fraction of the ray that leaves the scene: all of it, or the part that a
+/// faded floor transmits; 0 if it hit a mesh.
 void add_sky(const World& world, Paths& path, Pack share, PackMask where);
-/// Adds the lamps that the ray hits before `distance`; they do not stop it.
+/// Adds the lamps that the ray hits before `distance`; they do not block it.
 void add_hit_lamps(const World& world, Paths& path, Pack distance, PackMask where);
 /// Ends a path whose ray hits nothing more.
 void leave_scene(const World& world, Paths& path, PackMask where);

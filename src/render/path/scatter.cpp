@@ -7,31 +7,30 @@
 namespace polymorph {
 namespace {
 
-// Lobes sharper than this count as mirrors: paths remember nothing of passing one.
+// Lobes sharper than this count as mirrors, which do not set kScattered.
 constexpr float kMirrorAlpha = 0.1f;
-// The pdf of the only direction of a smooth mirror or glass.
+// Represents the Dirac delta of a smooth mirror or glass.
 constexpr float kDeltaPdf = 1e30f;
 
-/// Asks for the light that comes straight from a light. Where `unlit`, what it would be with
-/// nothing in the way is noted as well.
+/// Adds a shadow ray towards a light. Where `unlit`, the unoccluded light is recorded as well.
 void add_direct(const World& world, Vertices& at, const Pack3& direction, Pack distance,
-                const Pack3& light, PackMask wanted, PackMask unlit) {
-  at.path.unlit = at.path.unlit + zero_unless(unlit & wanted, luminance(light));
+                const Pack3& light, PackMask lanes, PackMask unlit) {
+  at.path.unlit = at.path.unlit + zero_unless(unlit & lanes, luminance(light));
   at.shadows.add({at.origin, direction, at.path.ray.time, distance},
-                 clamp_indirect(world, at.path, light), at.rows, wanted);
+                 clamp_indirect(world, at.path, light), at.rows, lanes);
 }
 
-/// Light from one sun. `scatter(direction)` gives bsdf times cosine and the pdf.
+/// Adds the light of one sun. `scatter(direction)` returns bsdf times cosine and the pdf.
 template <class Scatter>
 void add_sun(const World& world, Vertices& at, const KeyLight& sun, Pack u, Pack v,
-             const Scatter& scatter, PackMask wanted, PackMask unlit) {
+             const Scatter& scatter, PackMask lanes, PackMask unlit) {
   const Pack3 direction = sample_key(sun, u, v);
   const BsdfValueOf<Pack3> bsdf = scatter(direction);
-  const PackMask shared = at.shared & mask_of<PackMask>(sun.pdf > 0);
+  const PackMask shared = at.shared & broadcast_mask<PackMask>(sun.pdf > 0);
   const Pack weight =
       select(shared, balance_heuristic(broadcast<Pack>(sun.pdf), bsdf.pdf), broadcast<Pack>(1));
   add_direct(world, at, direction, broadcast<Pack>(kInfinity),
-             at.path.throughput * bsdf.value * sun.sample_power * weight, wanted, unlit);
+             at.path.throughput * bsdf.value * sun.sample_power * weight, lanes, unlit);
 }
 
 template <class Scatter>
@@ -46,7 +45,7 @@ void add_lamp(const World& world, Vertices& at, const Lamp& lamp, Pack u, Pack v
              at.live & !is_black(sample.power), unlit);
 }
 
-/// Light from the bright part of the sky.
+/// Adds light from the bright part of the sky.
 template <class Scatter>
 void add_bright_sky(const World& world, Vertices& at, const Sample4Of<Pack>& random,
                     const Scatter& scatter, PackMask unlit) {
@@ -64,7 +63,7 @@ void add_bright_sky(const World& world, Vertices& at, const Sample4Of<Pack>& ran
              at.live & (pdf > 0.0f), unlit);
 }
 
-/// All lights but the key light.
+/// Adds all lights except the key light.
 template <class Scatter>
 void add_more_lights(const World& world, Vertices& at, const VertexRandom& random,
                      const Scatter& scatter, PackMask unlit) {
@@ -80,25 +79,26 @@ void add_more_lights(const World& world, Vertices& at, const VertexRandom& rando
   if (world.sky->has_bright) add_bright_sky(world, at, random.sky(), scatter, unlit);
 }
 
-/// How much of the calm sky's light on the floor is the control variate: the share that a ball of
+/// Weight of the control variate on the floor: the fraction of the calm sky's light that a ball of
 /// 0.6 of the objects' radius would leave (Howell, catalog of radiation configuration factors,
-/// B-38). Any share is right on average; where most of the sky is hidden, taking all of it would
-/// only add noise. Measured on a knot and a cow, against 1 everywhere: 25 to 29 % less variance.
-Pack control_variate_share(const World& world, const Pack3& point) {
-  if (!(world.radius > 0)) return broadcast<Pack>(1);  // nothing there
+/// B-38). Any weight gives the same mean; where most of the sky is occluded, a weight of 1 would
+/// only add noise. Measured on a knot and a cow, compared with 1 everywhere: 25 to 29 % less
+/// variance.
+Pack control_variate_weight(const World& world, const Pack3& point) {
+  if (!(world.radius > 0)) return broadcast<Pack>(1);  // no objects
   const Pack3 to_center = world.center - point;
   const Pack distance2 = dot(to_center, to_center);
   const float radius = 0.6f * world.radius;
   const Pack hidden =
       clamp01(max(to_center.y, 0.0f) * (radius * radius) / (distance2 * sqrt(distance2)));
-  // Far away rays that pass by everything need not even look at the sky.
+  // With a weight of 1, distant rays that miss all meshes need not evaluate the sky.
   return select(hidden < 0.1f, broadcast<Pack>(1), 1.0f - hidden);
 }
 
-/// Fades light out before it would slip below the triangle while it still is above the smooth
-/// surface. After Chiang et al. 2019, "Taming the shadow terminator", but only next to it: their
+/// Fades out light that would arrive from below the triangle while still above the smooth surface.
+/// After Chiang et al. 2019, "Taming the shadow terminator", but only near the terminator: their
 /// term shows every facet of a coarse mesh.
-Pack terminator(const SurfacePointOf<Pack3>& point, const Pack3& direction) {
+Pack shadow_terminator(const SurfacePointOf<Pack3>& point, const Pack3& direction) {
   const Pack flat = dot(point.normal, direction);
   const Pack smooth = dot(point.shading, direction) * dot(point.shading, point.normal);
   return zero_unless(
@@ -117,29 +117,29 @@ PackMask scatter_on_floor(const World& world, Vertices& at, const FloorPointOf<P
     const Pack cosine = kInvPi * max(d.y, 0.0f);
     return BsdfValueOf<Pack3>{albedo * cosine, cosine};
   };
-  const PackMask notes_unlit =
-      mask_of<PackMask>(world.shadow_only) & has(path, kFromCamera) & !has(path, kThroughGlass);
-  set(path, kOnShadowFloor, has(path, kOnShadowFloor) | notes_unlit);
+  const PackMask records_unlit = broadcast_mask<PackMask>(world.shadow_only) &
+                                 has(path, kFromCamera) & !has(path, kThroughGlass);
+  set(path, kOnShadowFloor, has(path, kOnShadowFloor) | records_unlit);
   const KeyLight& key = world.suns.front();
-  // A disc that is wholly above the floor's horizon gives its irradiance times the cosine, without
-  // noise.
-  const bool whole = key.frame.z.y >= key.sin_radius;
+  // A disc that is completely above the floor's horizon contributes its irradiance times the
+  // cosine, without noise.
+  const bool is_above_horizon = key.frame.z.y >= key.sin_radius;
   PackMask clear{};
-  if (whole) {
+  if (is_above_horizon) {
     const Pack3 light =
         path.throughput * albedo * ((kInvPi * std::max(0.0f, key.frame.z.y)) * key.irradiance);
     clear = key_is_clear(key, at.origin, world.center, world.radius);
     path.radiance = path.radiance + zero_unless(clear, clamp_indirect(world, path, light));
-    path.unlit = path.unlit + zero_unless(notes_unlit, luminance(light));
+    path.unlit = path.unlit + zero_unless(records_unlit, luminance(light));
   }
-  const PackMask doubtful = at.live & !clear;
-  if (any(doubtful))
-    add_sun(world, at, key, own.a, own.b, lambert, doubtful,
-            notes_unlit & mask_of<PackMask>(!whole));
-  add_more_lights(world, at, random, lambert, notes_unlit);
-  const Pack share = control_variate_share(world, at.origin);
+  const PackMask uncertain = at.live & !clear;
+  if (any(uncertain))
+    add_sun(world, at, key, own.a, own.b, lambert, uncertain,
+            records_unlit & broadcast_mask<PackMask>(!is_above_horizon));
+  add_more_lights(world, at, random, lambert, records_unlit);
+  const Pack share = control_variate_weight(world, at.origin);
   const Pack3 sky_light = path.throughput * albedo * kInvPi * world.sky->upper_irradiance;
-  path.unlit = path.unlit + zero_unless(notes_unlit, luminance(sky_light));
+  path.unlit = path.unlit + zero_unless(records_unlit, luminance(sky_light));
   path.radiance = path.radiance + sky_light * share;
 
   const Pack3 local = cosine_direction(own.c, own.d);
@@ -149,13 +149,13 @@ PackMask scatter_on_floor(const World& world, Vertices& at, const FloorPointOf<P
   path.throughput = path.throughput * albedo;
   path.control_variate = path.throughput * share;
   set(path, kHitsLights | kFromCamera, PackMask{});
-  set(path, kScattered, mask_of<PackMask>(true));
-  const PackMask up = at.live & (direction.y > 0.0f);
-  if (world.sky->has_bright) return up;
-  // Past everything: the control variate was exact.
-  const PackMask past = up & (share == 1.0f) & world.geometry->misses_bounds(path.ray);
-  stats.rays += static_cast<std::uint64_t>(popcount(Lanes<Pack>::bits(past)));
-  return up & !past;
+  set(path, kScattered, broadcast_mask<PackMask>(true));
+  const PackMask upward = at.live & (direction.y > 0.0f);
+  if (world.sky->has_bright) return upward;
+  // For rays that miss everything the control variate is exact.
+  const PackMask escaping = upward & (share == 1.0f) & world.geometry->misses_bounds(path.ray);
+  stats.rays += static_cast<std::uint64_t>(popcount(Lanes<Pack>::bits(escaping)));
+  return upward & !escaping;
 }
 
 PackMask scatter_on_mesh(const World& world, Vertices& at, const SurfacePointOf<Pack3>& point,
@@ -166,7 +166,7 @@ PackMask scatter_on_mesh(const World& world, Vertices& at, const SurfacePointOf<
   at.shared = bsdf.has_gloss;
   const auto scatter = [&](const Pack3& d) {
     BsdfValueOf<Pack3> value = evaluate_bsdf(bsdf, to_local(bsdf.frame, d));
-    value.value = value.value * terminator(point, d);
+    value.value = value.value * shadow_terminator(point, d);
     return value;
   };
   add_sun(world, at, world.suns.front(), own.a, own.b, scatter, at.live, PackMask{});
@@ -191,8 +191,8 @@ PackMask scatter_on_mesh(const World& world, Vertices& at, const SurfacePointOf<
       (!bsdf.has_diffuse) & (bsdf.sharpest_alpha < kMirrorAlpha) & (path.mirrors > 0.0f);
   path.mirrors = path.mirrors - zero_unless(mirror, broadcast<Pack>(1));
   path.depth_left = path.depth_left - zero_unless(!mirror, broadcast<Pack>(1));
-  // Above the shading normal's horizon, below the triangle's: no light, and the control variate
-  // is taken back.
+  // Above the shading normal's horizon but below the triangle's: no light, and the control variate
+  // is subtracted again.
   const PackMask above = dot(direction, point.normal) > 0.0f;
   const PackMask lost = scattered & !above;
   if (any(lost)) add_sky(world, path, Pack{}, lost);
@@ -202,16 +202,16 @@ PackMask scatter_on_mesh(const World& world, Vertices& at, const SurfacePointOf<
 void pass_glass(const World& world, PathRow& path, const SurfacePoint& point, const Shading& glass,
                 const Sample4& random) {
   const float eta = point.inside ? glass.ior : 1 / glass.ior;
-  const float off = world.geometry->epsilon();
+  const float epsilon = world.geometry->epsilon();
   const Vec3 tint = glass_tint(glass) / std::max(glass.transmission, 1e-6f);
   const bool first = has(path, kFromCamera) && !has(path, kThroughGlass);
   path.flags |= kThroughGlass | kHitsLights;
   path.pdf = kDeltaPdf;
   if (has(path, kScattered)) {
-    // What it would gather up is lost, but nothing sparkles: straight on.
+    // After scattering, glass does not bend rays: no caustics, but no fireflies either.
     const float cosine = -dot(path.ray.direction, point.shading);
     path.throughput = path.throughput * tint * (1 - dielectric_fresnel(cosine, eta));
-    path.ray.origin = point.position - point.normal * off;
+    path.ray.origin = point.position - point.normal * epsilon;
     path.flags &= ~kHitsLights;
     return;
   }
@@ -225,23 +225,23 @@ void pass_glass(const World& world, PathRow& path, const SurfacePoint& point, co
     normal = to_world(frame, sample_ggx_normal(local, alpha, random.c, random.d));
   }
   const float reflected = dielectric_fresnel(dot(view, normal), eta);
-  // What the glass shows in front is faint and often bright: it gets more paths than its share.
+  // Reflections on the front are weak but often of bright lights: sample them more often.
   const float choose = first && reflected > 0 && reflected < 0.25f ? 0.25f : reflected;
   Vec3 direction;
   if (random.a < choose) {
     path.throughput = path.throughput * (reflected / choose);
     direction = normal * (2 * dot(view, normal)) - view;
-    // A bent normal may mirror light to below the triangle, where a flat one would not.
+    // A shading normal may reflect light below the triangle; then use the triangle's own.
     if (dot(direction, point.normal) <= 0)
       direction = point.normal * (2 * dot(view, point.normal)) - view;
-    path.ray.origin = point.position + point.normal * off;
+    path.ray.origin = point.position + point.normal * epsilon;
     path.flags &= ~kFromCamera;
   } else {
     direction = refracted(path.ray.direction, normal, eta);
     if (dot(direction, point.normal) >= 0)
       direction = refracted(path.ray.direction, point.normal, eta);
     path.throughput = path.throughput * tint * ((1 - reflected) / (1 - choose));
-    path.ray.origin = point.position - point.normal * off;
+    path.ray.origin = point.position - point.normal * epsilon;
   }
   path.ray.direction = direction;
 }

@@ -11,11 +11,11 @@ namespace polymorph {
 /// Random numbers of eight paths' vertices, in disjoint sets.
 struct VertexRandom {
   static constexpr std::uint32_t kSkySets = 1024, kGlassSets = 2048,
-                                 kLightSets = 8192;  ///< beyond any depth
+                                 kLightSets = 8192;  ///< larger than any depth
   static constexpr std::uint32_t kMaxLights = 32;
   PathSamplerOf<Pack> sampler;
   std::uint32_t set;  ///< 1 + v at vertex v
-  /// For the key light and the next direction.
+  /// Numbers for the key light and the next direction.
   Sample4Of<Pack> own() const { return sampler.get(set); }
   Sample4Of<Pack> sky() const { return sampler.get(kSkySets + set); }
   Sample4Of<Pack> glass() const { return sampler.get(kGlassSets + set); }
@@ -27,14 +27,14 @@ struct VertexRandom {
 /// Vertices of eight paths, with what sampling the lights needs.
 struct Vertices {
   Paths& path;
-  PackBits rows;  ///< where the paths stand in the wave
-  Pack3 origin;   ///< of rays that leave
+  PackBits rows;  ///< indices of the paths in the wave
+  Pack3 origin;   ///< origin of the rays that leave
   PackMask live;
-  PackMask shared{};  ///< the next ray may hit suns and lamps as well
+  PackMask shared{};  ///< lanes whose next ray may also hit suns and lamps
   ShadowRays& shadows;
 };
 
-/// Both return the lanes whose paths go on.
+/// Scatter paths at a surface; both return the lanes whose paths continue.
 PackMask scatter_on_floor(const World& world, Vertices& at, const FloorPointOf<Pack3>& point,
                           const VertexRandom& random, RayStats& stats);
 PackMask scatter_on_mesh(const World& world, Vertices& at, const SurfacePointOf<Pack3>& point,

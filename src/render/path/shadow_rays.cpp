@@ -9,36 +9,36 @@
 namespace polymorph {
 namespace {
 
-constexpr int kMaxBoundaries = 32;  // of glass that a ray is followed through
+constexpr int kMaxBoundaries = 32;  // boundaries of glass per shadow ray
 
 }  // namespace
 
-Vec3 through_meshes(const World& world, const Ray& ray, RayStats& stats) {
-  Vec3 share{1, 1, 1};
-  Ray way = ray;
+Vec3 trace_transmittance(const World& world, const Ray& ray, RayStats& stats) {
+  Vec3 transmittance{1, 1, 1};
+  Ray segment = ray;
   for (int boundary = 0; boundary < kMaxBoundaries; ++boundary) {
     ++stats.rays;
-    const MeshHit hit = world.geometry->closest(way);
-    if (hit.mesh == kNoMesh) return share;
+    const MeshHit hit = world.geometry->closest(segment);
+    if (hit.mesh == kNoMesh) return transmittance;
     const Shading shading = mixed_shading(world, hit);
     if (!(shading.transmission > 0)) return {};
-    const SurfacePoint point = world.geometry->surface_point(way, hit);
+    const SurfacePoint point = world.geometry->surface_point(segment, hit);
     const float eta = point.inside ? shading.ior : 1 / shading.ior;
-    share = share * glass_tint(shading) *
-            (1 - dielectric_fresnel(-dot(way.direction, point.shading), eta));
-    way.origin = point.position - point.normal * world.geometry->epsilon();
-    way.far = ray.far - length(way.origin - ray.origin);
-    if (is_black(share) || !(way.far > 0)) break;
+    transmittance = transmittance * glass_tint(shading) *
+                    (1 - dielectric_fresnel(-dot(segment.direction, point.shading), eta));
+    segment.origin = point.position - point.normal * world.geometry->epsilon();
+    segment.far = ray.far - length(segment.origin - ray.origin);
+    if (is_black(transmittance) || !(segment.far > 0)) break;
   }
-  return share;
+  return transmittance;
 }
 
-void ShadowRays::add(const RayOf<Pack3>& ray, const Pack3& light, PackBits path, PackMask wanted) {
+void ShadowRays::add(const RayOf<Pack3>& ray, const Pack3& light, PackBits path, PackMask lanes) {
   const PackMask clear = intersect_floor(world_.floor, ray) == kInfinity;
-  std::uint32_t bits = Lanes<Pack>::bits(wanted & clear & !is_black(light));
+  std::uint32_t bits = Lanes<Pack>::bits(lanes & clear & !is_black(light));
   if (bits == 0) return;
   if (count_ >= kPacket) {
-    look(0, kPacket);
+    trace(0, kPacket);
     std::copy(rows_.begin() + kPacket, rows_.begin() + count_, rows_.begin());
     count_ -= kPacket;
   }
@@ -55,15 +55,16 @@ void ShadowRays::add(const RayOf<Pack3>& ray, const Pack3& light, PackBits path,
 
 void ShadowRays::flush() {
   for (int first = 0; first < count_; first += kPacket)
-    look(first, std::min(kPacket, count_ - first));
+    trace(first, std::min(kPacket, count_ - first));
   count_ = 0;
 }
 
-void ShadowRays::look(int first, int count) {
+void ShadowRays::trace(int first, int count) {
   if (world_.has_glass) {
     for (int i = first; i < first + count; ++i) {
       const Row& row = rows_[i];
-      direct_[row.path] = direct_[row.path] + row.light * through_meshes(world_, row.ray, stats_);
+      direct_[row.path] =
+          direct_[row.path] + row.light * trace_transmittance(world_, row.ray, stats_);
     }
     return;
   }
@@ -77,7 +78,7 @@ void ShadowRays::look(int first, int count) {
     std::memcpy(&rays[k / kLanes], columns, sizeof columns);
   }
   stats_.rays += static_cast<std::uint64_t>(count);
-  const std::uint32_t occluded = world_.geometry->occluded(rays, count);
+  const std::uint32_t occluded = world_.geometry->test_occlusion(rays, count);
   for (int i = 0; i < count; ++i) {
     const Row& row = rows_[first + i];
     if (!((occluded >> i) & 1)) direct_[row.path] = direct_[row.path] + row.light;

@@ -7,19 +7,20 @@
 
 namespace polymorph {
 
-/// The share of light that comes along a ray past all meshes: none past anything opaque; straight
-/// through glass.
-Vec3 through_meshes(const World& world, const Ray& ray, RayStats& stats);
+/// Fraction of light that passes all meshes along a ray: 0 past anything opaque; glass does not
+/// bend it.
+Vec3 trace_transmittance(const World& world, const Ray& ray, RayStats& stats);
 
-/// Collects rays towards lights; what arrives is added to `direct`, in the order of adding.
+/// Collects rays towards lights and adds the unoccluded light to `direct`, in the order of adding.
 class ShadowRays {
  public:
   ShadowRays(const World& world, RayStats& stats, Vec3* direct)
       : world_(world), stats_(stats), direct_(direct) {}
 
-  /// Light that arrives along the rays unless something is in their way: what the floor hides and
-  /// what is black anyway is left out. direct[path[l]] gets the share of lane l, where `wanted`.
-  void add(const RayOf<Pack3>& ray, const Pack3& light, PackBits path, PackMask wanted);
+  /// Adds rays and the light that arrives along them if nothing occludes them. Rays that the floor
+  /// occludes or that carry no light are omitted. direct[path[l]] receives the light of lane l, for
+  /// the lanes `lanes`.
+  void add(const RayOf<Pack3>& ray, const Pack3& light, PackBits path, PackMask lanes);
   void flush();
 
  private:
@@ -27,9 +28,9 @@ class ShadowRays {
     Ray ray;
     Vec3 light;
     std::uint32_t path;
-    float rest[4];
+    float padding[4];
   };
-  void look(int first, int count);
+  void trace(int first, int count);
 
   const World& world_;
   RayStats& stats_;

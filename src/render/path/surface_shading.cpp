@@ -9,15 +9,15 @@
 namespace polymorph {
 namespace {
 
-/// Share of the common look.
-float look_share(const RenderMesh& mesh) {
+/// Weight of the common look.
+float look_weight(const RenderMesh& mesh) {
   return mesh.materials.empty() ? 1.0f : clamp01(mesh.look);
 }
 
 bool is_uniform(const MaterialLayer& layer) {
   return layer.triangle_materials.empty() && layer.materials.front().texture < 0;
 }
-/// The same material everywhere?
+/// Tests whether the mesh has the same material everywhere.
 bool is_uniform(const RenderMesh& mesh) {
   return mesh.vertex_colors.empty() && is_uniform(static_cast<const MaterialLayer&>(mesh)) &&
          std::all_of(mesh.over.begin(), mesh.over.end(), [](const MixedLayer& layer) {
@@ -35,7 +35,7 @@ Shading layer_shading(const MaterialLayer& layer, const MeshHit& hit) {
   return own_shading(material, sample_texture(*layer.textures[texture], at.uv));
 }
 
-/// The mesh's own materials, mixed with what they turn into.
+/// The mesh's own materials, mixed with its other layers.
 Shading mesh_shading(const RenderMesh& mesh, const MeshHit& hit) {
   Shading shading = layer_shading(mesh, hit);
   for (const MixedLayer& layer : mesh.over)
@@ -55,28 +55,29 @@ MeshHit lane(const MeshHitOf<Pack>& hit, int l) {
   return {hit.mesh[l], hit.triangle[l], hit.distance[l], hit.u[l], hit.v[l]};
 }
 
-ShadingOf<Pack3> same_shading(const Shading& s) {
+ShadingOf<Pack3> broadcast_shading(const Shading& s) {
   return {broadcast3<Pack3>(s.color),      broadcast3<Pack3>(s.specular),
           broadcast<Pack>(s.roughness),    broadcast<Pack>(s.metallic),
           broadcast<Pack>(s.transmission), broadcast<Pack>(s.ior)};
 }
 
-/// shading_of(hit) of each lane; once for all where they are on one mesh of one material.
+/// Calls compute_shading(hit) for each lane, or once for all if they hit one mesh of uniform
+/// material.
 template <class F>
-ShadingOf<Pack3> shading_of_lanes(const World& world, const MeshHitOf<Pack>& hit,
-                                  const F& shading_of) {
+ShadingOf<Pack3> gather_shading(const World& world, const MeshHitOf<Pack>& hit,
+                                const F& compute_shading) {
   const std::uint32_t first = hit.mesh[0];
   const RenderMesh& mesh = world.geometry->mesh(first);
   if (!any(hit.mesh != first) && (mesh.materials.empty() || is_uniform(mesh)))
-    return same_shading(shading_of(lane(hit, 0)));
+    return broadcast_shading(compute_shading(lane(hit, 0)));
   struct Row {
     Shading shading;
-    float rest[6] = {};
+    float padding[6] = {};
   };
   Row rows[kLanes];
   const float* starts[kLanes];
   for (int l = 0; l < kLanes; ++l) {
-    rows[l].shading = shading_of(lane(hit, l));
+    rows[l].shading = compute_shading(lane(hit, l));
     starts[l] = &rows[l].shading.color.x;
   }
   Pack columns[16];
@@ -112,28 +113,28 @@ Vec3 glass_tint(const Shading& shading) {
 
 Shading mixed_shading(const World& world, const MeshHit& hit) {
   const RenderMesh& mesh = world.geometry->mesh(hit.mesh);
-  const float share = look_share(mesh);
+  const float share = look_weight(mesh);
   if (share >= 1) return look_shading(world.look);
   const Shading own = mesh_shading(mesh, hit);
   return share > 0 ? mix(own, look_shading(world.look), share) : own;
 }
 
 ShadingOf<Pack3> mixed_shading(const World& world, const MeshHitOf<Pack>& hit) {
-  return shading_of_lanes(world, hit,
-                          [&](const MeshHit& one) { return mixed_shading(world, one); });
+  return gather_shading(world, hit, [&](const MeshHit& one) { return mixed_shading(world, one); });
 }
 
-BsdfOf<Pack3> bsdf_at(const World& world, const MeshHitOf<Pack>& hit, const Pack3& normal,
-                      const Pack3& view, PackMask matte) {
+BsdfOf<Pack3> make_bsdf_at(const World& world, const MeshHitOf<Pack>& hit, const Pack3& normal,
+                           const Pack3& view, PackMask matte) {
   Pack share;
-  for (int l = 0; l < kLanes; ++l) share[l] = look_share(world.geometry->mesh(hit.mesh[l]));
-  const ShadingOf<Pack3> look = matte_if(matte, same_shading(look_shading(world.look)));
+  for (int l = 0; l < kLanes; ++l) share[l] = look_weight(world.geometry->mesh(hit.mesh[l]));
+  const ShadingOf<Pack3> look =
+      make_matte_where(matte, broadcast_shading(look_shading(world.look)));
   if (!any(share < 1.0f)) return make_bsdf(look, look, share, normal, view);
-  const ShadingOf<Pack3> own = shading_of_lanes(world, hit, [&](const MeshHit& one) {
+  const ShadingOf<Pack3> own = gather_shading(world, hit, [&](const MeshHit& one) {
     const RenderMesh& mesh = world.geometry->mesh(one.mesh);
     return mesh.materials.empty() ? Shading{} : mesh_shading(mesh, one);
   });
-  return make_bsdf(matte_if(matte, own), look, share, normal, view);
+  return make_bsdf(make_matte_where(matte, own), look, share, normal, view);
 }
 
 }  // namespace polymorph

@@ -13,7 +13,7 @@
 
 namespace polymorph {
 
-/// Borrowed, constant while a frame is traced.
+/// The scene as the path tracer sees it. Borrowed, constant during a frame.
 struct World {
   const TracedScene* geometry = nullptr;
   const Sky* sky = nullptr;
@@ -21,15 +21,16 @@ struct World {
   std::span<const Lamp> lamps;
   Floor floor;
   Backdrop backdrop;
-  Vec3 center;  ///< of a sphere around all meshes
+  Vec3 center;  ///< centre of a sphere around all meshes
   float radius = 0;
   LookSettings look;
-  float white = 1;    ///< what a white surface sends back under all this light; scales the limits
-  int max_depth = 4;  ///< surfaces that a path may scatter at; mirrors count less, see path.h
-  bool has_glass = false;    ///< on any mesh
+  float white =
+      1;  ///< radiance of a white surface under all these lights; scales the clamping limits
+  int max_depth = 4;       ///< surfaces at which a path may scatter; mirrors count less, see path.h
+  bool has_glass = false;  ///< true if any mesh has glass
   bool transparent = false;  ///< camera rays see no backdrop
-  bool shadow_only = false;  ///< camera rays see of the floor only its shadows
-  float moment = 0;          ///< for the AOVs
+  bool shadow_only = false;  ///< camera rays see only the shadows on the floor
+  float time = 0;            ///< time within the sequence, shown by an AOV
 };
 
 struct RayStats {
@@ -40,7 +41,7 @@ struct RayStats {
 template <class V>
 struct IntersectionOf {
   MeshHitOf<V> mesh;
-  V floor = broadcast<V>(std::numeric_limits<float>::infinity());  ///< how far it is
+  V floor = broadcast<V>(std::numeric_limits<float>::infinity());  ///< distance to the floor
 };
 using Intersection = IntersectionOf<float>;
 
@@ -52,8 +53,8 @@ inline Intersection lane(const IntersectionOf<Pack>& m, int l) {
           m.floor[l]};
 }
 
-/// For up to kPacket rays, the first `count` lanes of one or two packs; `coherent` where they go
-/// about the same way.
+/// Intersects up to kPacket rays, the first `count` lanes of one or two packs; `coherent` if their
+/// directions are similar.
 inline void intersect_closest(const World& world, const RayOf<Pack3>* rays,
                               IntersectionOf<Pack>* intersections, int count, bool coherent,
                               RayStats& stats) {

@@ -14,19 +14,18 @@
 
 namespace polymorph {
 
-/// One number for each corner of a triangle, or for the edge opposite to it; the fourth is idle.
-/// Each operation is that of three doubles.
+/// One value per corner of a triangle, or per edge opposite to it; the fourth is unused. Each
+/// operation is that of three doubles.
 typedef double PerCorner __attribute__((vector_size(32)));
 typedef std::int64_t PerCornerMask __attribute__((vector_size(32)));
 
-/// Those of the next corner, and of the one after that.
+/// Rotates the values by one corner, and by two.
 inline PerCorner next(PerCorner a) { return __builtin_shufflevector(a, a, 1, 2, 0, 3); }
 inline PerCorner after_next(PerCorner a) { return __builtin_shufflevector(a, a, 2, 0, 1, 3); }
 
-/// On which side of a triangle's edges the line of a ray passes. `at[i]` belongs to the edge
+/// Sides of a triangle's edges on which the line of a ray passes. `at[i]` belongs to the edge
 /// opposite to corner i: D . (P x Q) for the edge PQ seen from the origin. It is exactly the
-/// opposite of that of QP, rounding included, so two triangles that share an edge always agree
-/// about it.
+/// negative of that of QP, rounding included, so two triangles at an edge always agree.
 struct EdgeSides {
   PerCorner x, y, z;  ///< corners, seen from the ray's origin
   PerCorner at;
@@ -43,14 +42,15 @@ struct EdgeSides {
          direction.z * (x1 * y2 - y1 * x2);
     sum = at[0] + at[1] + at[2];
   }
-  /// A line in an edge counts for both triangles; a triangle seen edge on is never hit.
+  /// Tests whether the line passes inside. A line through an edge counts for both triangles; a
+  /// triangle seen edge-on is never hit.
   bool inside() const {
     return (std::min({at[0], at[1], at[2]}) >= 0 || std::max({at[0], at[1], at[2]}) <= 0) &&
            sum != 0;
   }
-  /// Whether the line, for a direction of length 1, passes edge i so closely that floats cannot
-  /// tell the side: their error grows with the edge's length in space, not with what is seen of it.
-  /// `margin2`: the square of how far floats may be off.
+  /// Tests whether the line, for a direction of length 1, passes edge i so closely that floats
+  /// cannot decide the side: their error is proportional to the edge's length in space, not to its
+  /// projection. `margin2`: the square of the maximum error of floats.
   bool near(int i, double margin2) const { return near_edges(margin2)[i] != 0; }
   bool near_any(double margin2) const {
     const PerCornerMask near = near_edges(margin2);
@@ -73,10 +73,10 @@ struct TriangleIntersection {
   double distance = 0;  ///< along the direction; may be negative
   double u = 0, v = 0;  ///< weights of the second and the third corner
 };
-/// Of a line that passes inside.
-inline TriangleIntersection intersection_of(const EdgeSides& sides, Vec3d d) {
+/// Computes the intersection of a line that passes inside.
+inline TriangleIntersection compute_intersection(const EdgeSides& sides, Vec3d d) {
   const double scale = 1 / sides.sum;
-  // The corners' distances, weighted: never far outside of them, however flat the ray arrives.
+  // Weighted mean of the corners' distances: never far outside their range, even for grazing rays.
   const PerCorner along = sides.at * (sides.x * d.x + sides.y * d.y + sides.z * d.z);
   return {(along[0] + along[1] + along[2]) * scale / dot(d, d), sides.at[1] * scale,
           sides.at[2] * scale};

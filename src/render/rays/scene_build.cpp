@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::array<const char*, 5> kIsas = {"sse2", "sse4.2", "avx", "avx2", "avx512"};
 
-/// Embree does not tell what it chose; the native packet widths and the CPU do.
-std::string chosen_isa(RTCDevice device) {
+/// Detects the instruction set that Embree chose, from its native packet widths and the CPU.
+std::string detect_isa(RTCDevice device) {
   if (rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)) return "avx512";
   if (rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED))
     return __builtin_cpu_supports("avx2") ? "avx2" : "avx";
@@ -50,8 +50,8 @@ T3 interpolate(const CornersOf<T3>& c, ComponentOf<T3> u, ComponentOf<T3> v) {
 }
 
 /// Bends a shading normal so that the mirrored view ray stays above the triangle (Keller et al.
-/// 2017, "The Iray light transport simulation and rendering system"): no black rims on coarse,
-/// shiny meshes.
+/// 2017, "The Iray light transport simulation and rendering system"); this avoids black edges on
+/// coarse, shiny meshes.
 template <class T3>
 T3 bend_to_valid_reflection(T3 shading, T3 normal, T3 view) {
   using V = ComponentOf<T3>;
@@ -64,8 +64,9 @@ T3 bend_to_valid_reflection(T3 shading, T3 normal, T3 view) {
   return select(low, select(dot(bent, normal) > 0.0f, bent, normal), shading);
 }
 
-/// Moves a point of a flat triangle onto the smooth surface its vertex normals describe (Hanika
-/// 2021, "Hacking the shadow terminator"): no faceted terminator on coarse meshes.
+/// Moves a point of a flat triangle onto the smooth surface that its vertex normals describe
+/// (Hanika 2021, "Hacking the shadow terminator"); this avoids a faceted terminator on coarse
+/// meshes.
 template <class T3>
 T3 lift(T3 position, const CornersOf<T3>& p, const CornersOf<T3>& n, ComponentOf<T3> u,
         ComponentOf<T3> v, ComponentOf<T3> side) {
@@ -77,10 +78,10 @@ T3 lift(T3 position, const CornersOf<T3>& p, const CornersOf<T3>& n, ComponentOf
   return position + above(p.a, n.a, 1.0f - u - v) + above(p.b, n.b, u) + above(p.c, n.c, v);
 }
 
-/// `n` zero: the triangle has no shading normals.
+/// Makes the surface point of a hit. `n` is 0 for a triangle without shading normals.
 template <class T3>
-SurfacePointOf<T3> point_on(const CornersOf<T3>& p, const CornersOf<T3>& n, const RayOf<T3>& ray,
-                            const MeshHitOf<ComponentOf<T3>>& hit) {
+SurfacePointOf<T3> make_surface_point(const CornersOf<T3>& p, const CornersOf<T3>& n,
+                                      const RayOf<T3>& ray, const MeshHitOf<ComponentOf<T3>>& hit) {
   using V = ComponentOf<T3>;
   const T3 view = -ray.direction;
   SurfacePointOf<T3> point;
@@ -96,7 +97,7 @@ SurfacePointOf<T3> point_on(const CornersOf<T3>& p, const CornersOf<T3>& n, cons
   const T3 smooth = normalized(interpolate(n, hit.u, hit.v));
   const MaskOf<T3> has_smooth = dot(smooth, smooth) > 0.5f;
   if (any(has_smooth)) {
-    // Some files have normals that disagree with their triangles; the triangle decides.
+    // Normals of some files point to the wrong side; the triangle decides.
     const V agree = copysign(broadcast<V>(1), dot(smooth, point.normal));
     const T3 bent = bend_to_valid_reflection(smooth * agree, point.normal, view);
     point.shading = select(has_smooth, bent, point.shading);
@@ -127,7 +128,7 @@ void check_mesh(const RenderMesh& mesh) {
   PM_CHECK(mesh.vertex_progress.empty() || mesh.vertex_progress.size() == mesh.positions.size());
 }
 
-/// Corners and shading normals of a triangle at a time of the shutter.
+/// Reads the corners and shading normals of a triangle at a time of the shutter.
 void read_triangle(const MeshToTrace& traced, std::uint32_t triangle, float time,
                    CornersOf<Vec3>& p, CornersOf<Vec3>& n) {
   const RenderMesh& m = *traced.mesh;
@@ -142,13 +143,13 @@ void read_triangle(const MeshToTrace& traced, std::uint32_t triangle, float time
          m.corner_normals[std::size_t{triangle} * 3 + 2]};
 }
 
-/// Embree's floats are off by less than this share of how far its rays go: some 2^-22, of which
-/// there may be four.
-constexpr float kMargin = 0x1p-20f;
-/// Its triangles are so much wider, so that those around an edge overlap unless a ray grazes both.
-constexpr float kWidening = 8 * kMargin;
+/// Upper bound of Embree's error relative to the length of its rays: about four errors of 2^-22.
+constexpr float kMaxError = 0x1p-20f;
+/// Margin of Embree's triangles, such that adjacent ones overlap unless a ray grazes both.
+constexpr float kWidening = 8 * kMaxError;
 
-/// While the shutter is open; edges change linearly, so their ends decide.
+/// Finds the longest edge while the shutter is open; edges change linearly, so the end times
+/// decide.
 double longest_edge(const MeshToTrace& traced) {
   double longest2 = 0;
   for (const float time : {0.0f, 1.0f}) {
@@ -171,30 +172,30 @@ void collect_fans(MeshToTrace& traced) {
   std::uint32_t end = 0;
   for (std::uint32_t& begin : traced.fan_begin) begin = end += begin;
   traced.fans.resize(end);
-  // From behind, so that each begin comes to its place and fans rise.
+  // Backwards, so that each begin ends at its final value and fans are ascending.
   for (std::size_t i = mesh.triangles.size(); i-- > 0;)
     for (const std::uint32_t v : mesh.triangles[i].v)
       traced.fans[--traced.fan_begin[v]] = static_cast<std::uint32_t>(i);
 }
 
-bool attach_mesh(RTCDevice device, RTCScene scene, MeshToTrace& traced, unsigned id, float by) {
+bool attach_mesh(RTCDevice device, RTCScene scene, MeshToTrace& traced, unsigned id, float margin) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   if (!geometry) return false;
   const RenderMesh& mesh = *traced.mesh;
-  std::vector<float> ways;
-  if (traced.moves()) ways = {-0.5f * traced.shutter, 0.5f * traced.shutter};
-  const std::vector<std::vector<Vec3>> corners = widened_corners(mesh, by, ways);
+  std::vector<float> fractions;
+  if (traced.moves()) fractions = {-0.5f * traced.shutter, 0.5f * traced.shutter};
+  const std::vector<std::vector<Vec3>> corners = widen_triangles(mesh, margin, fractions);
   if (traced.moves()) rtcSetGeometryTimeStepCount(geometry, 2);
-  bool whole = true;
-  for (unsigned step = 0; step < corners.size() && whole; ++step) {
+  bool is_ok = true;
+  for (unsigned step = 0; step < corners.size() && is_ok; ++step) {
     // Embree reads 16 bytes at the last vertex; its own buffers are padded, a vector is not.
     void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, step,
                                              RTC_FORMAT_FLOAT3, sizeof(Vec3), corners[step].size());
-    whole = vertices != nullptr;
-    if (whole) std::memcpy(vertices, corners[step].data(), corners[step].size() * sizeof(Vec3));
+    is_ok = vertices != nullptr;
+    if (is_ok) std::memcpy(vertices, corners[step].data(), corners[step].size() * sizeof(Vec3));
   }
   auto* indices = static_cast<std::uint32_t*>(
-      whole ? rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+      is_ok ? rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                       sizeof(Triangle), mesh.triangles.size())
             : nullptr);
   if (indices) {
@@ -208,8 +209,8 @@ bool attach_mesh(RTCDevice device, RTCScene scene, MeshToTrace& traced, unsigned
   return indices != nullptr;
 }
 
-/// Of all triangles while the shutter is open.
-Box bounds_of(const std::vector<MeshToTrace>& meshes) {
+/// Computes the bounds of all triangles while the shutter is open.
+Box compute_bounds(const std::vector<MeshToTrace>& meshes) {
   Box box;
   for (const MeshToTrace& traced : meshes)
     for (const Triangle& t : traced.mesh->triangles)
@@ -218,8 +219,8 @@ Box bounds_of(const std::vector<MeshToTrace>& meshes) {
           box = extend(box, traced.mesh->positions[v]);
           continue;
         }
-        box = extend(box, moved(*traced.mesh, v, -0.5f * traced.shutter));
-        box = extend(box, moved(*traced.mesh, v, 0.5f * traced.shutter));
+        box = extend(box, displace(*traced.mesh, v, -0.5f * traced.shutter));
+        box = extend(box, displace(*traced.mesh, v, 0.5f * traced.shutter));
       }
   return box;
 }
@@ -246,7 +247,7 @@ Result<RayDevice> make_ray_device(const std::string& isa) {
     return make_error(ErrorCode::kResource, "embree gives no device (error {}, config \"{}\")",
                       static_cast<int>(rtcGetDeviceError(nullptr)), config);
   rtcSetDeviceErrorFunction(device.device.get(), note_error, device.report.get());
-  device.isa = isa.empty() ? chosen_isa(device.device.get()) : isa;
+  device.isa = isa.empty() ? detect_isa(device.device.get()) : isa;
   return device;
 }
 
@@ -266,7 +267,7 @@ Status take_device_error(const RayDevice& device) {
 
 Result<TracedScene> TracedScene::build(const RayDevice& device,
                                        const std::vector<RenderMesh>& meshes, float shutter,
-                                       float reach, const Box& stage) {
+                                       float max_start_distance, const Box& stage) {
   TracedScene traced;
   for (const RenderMesh& mesh : meshes) {
     check_mesh(mesh);
@@ -278,16 +279,15 @@ Result<TracedScene> TracedScene::build(const RayDevice& device,
     PM_TRY_STATUS(take_device_error(device));
     return make_error(ErrorCode::kResource, "embree gives no scene");
   }
-  traced.bounds_ = bounds_of(traced.meshes_);
+  traced.bounds_ = compute_bounds(traced.meshes_);
   if (!traced.bounds_.empty()) {
-    // Positions carry a relative error of some 2^-23 of the largest coordinate; a little above
-    // that.
+    // Positions have an error of about 2^-23 of the largest coordinate; epsilon is larger.
     const Vec3 low = traced.bounds_.low, high = traced.bounds_.high;
-    const Box whole = stage.empty() ? traced.bounds_ : unite(stage, traced.bounds_);
-    const float size = std::max(max_component(max(whole.high, -whole.low)), whole.diagonal());
+    const Box all = stage.empty() ? traced.bounds_ : unite(stage, traced.bounds_);
+    const float size = std::max(max_component(max(all.high, -all.low)), all.diagonal());
     traced.epsilon_ = size * 0x1p-18f;
-    traced.farthest_ = size + std::max(size, reach);
-    const auto margin = static_cast<double>(traced.farthest_ * kMargin);
+    traced.max_length_ = size + std::max(size, max_start_distance);
+    const auto margin = static_cast<double>(traced.max_length_ * kMaxError);
     for (MeshToTrace& mesh : traced.meshes_) {
       mesh.margin2 = margin * margin;
       mesh.clear = 1.000001 * margin * longest_edge(mesh);
@@ -300,7 +300,7 @@ Result<TracedScene> TracedScene::build(const RayDevice& device,
   for (std::size_t i = 0; i < meshes.size(); ++i)
     if (!meshes[i].triangles.empty() &&
         !attach_mesh(device.device.get(), scene, traced.meshes_[i], static_cast<unsigned>(i),
-                     traced.farthest_ * kWidening))
+                     traced.max_length_ * kWidening))
       break;
   rtcCommitScene(scene);
   PM_TRY_STATUS(take_device_error(device));
@@ -310,7 +310,7 @@ Result<TracedScene> TracedScene::build(const RayDevice& device,
 SurfacePoint TracedScene::surface_point(const Ray& ray, const MeshHit& hit) const {
   CornersOf<Vec3> p, n;
   read_triangle(meshes_[hit.mesh], hit.triangle, ray.time, p, n);
-  return point_on(p, n, ray, hit);
+  return make_surface_point(p, n, ray, hit);
 }
 
 SurfacePointOf<Pack3> TracedScene::surface_point(const RayOf<Pack3>& ray,
@@ -318,7 +318,7 @@ SurfacePointOf<Pack3> TracedScene::surface_point(const RayOf<Pack3>& ray,
   // Eight rows of the 18 numbers of a triangle.
   struct Row {
     CornersOf<Vec3> p, n;
-    float rest[6] = {};
+    float padding[6] = {};
   };
   std::array<Row, kLanes> rows;
   const float* starts[kLanes];
@@ -330,7 +330,7 @@ SurfacePointOf<Pack3> TracedScene::surface_point(const RayOf<Pack3>& ray,
   load_rows<24>(starts, columns);
   CornersOf<Pack3> corners[2];
   std::memcpy(corners, columns, sizeof corners);
-  return point_on(corners[0], corners[1], ray, hit);
+  return make_surface_point(corners[0], corners[1], ray, hit);
 }
 
 }  // namespace polymorph

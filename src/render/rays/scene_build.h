@@ -25,7 +25,7 @@ struct RayDevice {
   std::unique_ptr<RTCDeviceTy, Release> device;
   std::string isa;
 
-  /// What Embree's error callback was told first; filled on any thread.
+  /// The first error reported by Embree's callback; written on any thread.
   struct Report {
     std::mutex mutex;
     RTCError code = RTC_ERROR_NONE;
@@ -34,24 +34,26 @@ struct RayDevice {
   std::unique_ptr<Report> report;
 };
 
-/// `isa`: "" = the best the machine has, or one of sse2, sse4.2, avx, avx2, avx512.
-/// Errors: kUsage for another name; kResource where the machine lacks it or Embree gives no device.
+/// Creates a device. `isa`: "" = the best of the machine, or one of sse2, sse4.2, avx, avx2,
+/// avx512. Errors: kUsage for another name; kResource if the machine lacks it or Embree gives no
+/// device.
 Result<RayDevice> make_ray_device(const std::string& isa);
 
-/// The first error since the device was made or last asked, if any (kResource).
+/// Returns the first error since the device was made or last checked, if there is one (kResource).
 Status take_device_error(const RayDevice& device);
 
 /// A ray, or eight.
 template <class T3>
 struct RayOf {
   T3 origin;
-  T3 direction;                                             ///< unit
-  ComponentOf<T3> time = broadcast<ComponentOf<T3>>(0.5f);  ///< [0, 1] of the shutter's
+  T3 direction;  ///< unit
+  ComponentOf<T3> time =
+      broadcast<ComponentOf<T3>>(0.5f);  ///< time while the shutter is open, [0, 1]
   ComponentOf<T3> far = broadcast<ComponentOf<T3>>(std::numeric_limits<float>::infinity());
 };
 using Ray = RayOf<Vec3>;
 
-/// How many rays Embree takes at once.
+/// Number of rays in an Embree packet.
 inline constexpr int kPacket = 16;
 
 inline constexpr std::uint32_t kNoMesh = 0xffffffffu;
@@ -65,13 +67,14 @@ struct MeshHitOf {
 };
 using MeshHit = MeshHitOf<float>;
 
-/// Where a ray met a mesh, ready to shade.
+/// Geometry of a hit, as shading needs it.
 template <class T3>
 struct SurfacePointOf {
   T3 position;
-  T3 normal;   ///< of the triangle, towards the ray's origin; unit
+  T3 normal;   ///< the triangle's, towards the ray's origin; unit
   T3 shading;  ///< interpolated, on the same side and visible to the ray; unit
-  T3 lifted;   ///< on the smooth surface that the shading normals describe; where rays leave from
+  T3 lifted;   ///< position on the smooth surface that the shading normals describe, the origin of
+               ///< further rays
   MaskOf<T3> inside{};  ///< the ray came from behind the triangle
 };
 using SurfacePoint = SurfacePointOf<Vec3>;
@@ -80,67 +83,72 @@ using SurfacePoint = SurfacePointOf<Vec3>;
 struct MeshToTrace {
   const RenderMesh* mesh = nullptr;
   float shutter = 0;
-  double margin2 = 0;  ///< the square of how far off Embree's floats may be, in units of length
-  double clear = 0;    ///< farther (EdgeSides::at) than this, an edge of the mesh is never near
+  double margin2 = 0;  ///< square of the maximum error of Embree's floats, in units of length
+  double clear = 0;    ///< beyond this distance (EdgeSides::at) no edge of the mesh is near
   /// The triangles around vertex v are fans[fan_begin[v]] ... fans[fan_begin[v + 1] - 1].
   std::vector<std::uint32_t> fan_begin, fans;
 
   bool moves() const { return shutter > 0 && !mesh->displacement.empty(); }
-  /// Where a vertex is at a time of the shutter, [0, 1].
+  /// Position of a vertex at a time of the shutter, [0, 1].
   Vec3 at(std::uint32_t vertex, float time) const {
     const Vec3 p = mesh->positions[vertex];
     return moves() ? p + mesh->displacement[vertex] * (shutter * (time - 0.5f)) : p;
   }
 };
 
-/// Whether the line of a ray hits a triangle of the mesh, and where: it passes inside, and where
-/// it passes an edge or corner so closely that floats cannot tell on which side, there is mesh on
-/// the other side, too. So a mesh ends about a millionth of the stage within its outline, where
-/// Embree finds it under any instruction set; there are no gaps between its triangles.
+/// Tests whether the line of a ray hits a triangle of the mesh, and computes the intersection. The
+/// line passes through the interior; where it passes an edge or corner so closely that floats
+/// cannot decide the side, there must be mesh on the other side too. So a mesh ends about a
+/// millionth of the stage's size inside its outline, where Embree finds it with any instruction
+/// set, and there are no gaps between triangles.
 bool intersects_triangle(const MeshToTrace& traced, std::uint32_t triangle, const Ray& ray,
                          TriangleIntersection& intersection);
 
-/// Lets closest() and occluded() decide about every triangle of the geometry that Embree finds.
+/// Installs the callbacks with which closest() and occluded() decide about every triangle that
+/// Embree finds.
 void set_filters(RTCGeometry geometry);
 
 /// One frame's meshes.
 ///
-/// Embree only proposes: it holds the triangles a little widened, so that it finds every one that a
-/// ray may hit, and hands each to a callback. Whether the ray hits the triangle itself, and
-/// where, is computed there (intersect_triangle.h); of those that it hits the nearest counts, and
-/// of equally near ones the first. So hits are the same bits with any instruction set, packet width
-/// and order of traversal. Borrows the spans of the RenderMeshes for its lifetime.
+/// Embree only finds candidates: its triangles are slightly widened, so that it finds every one
+/// that a ray may hit, and a callback tests each exactly (intersect_triangle.h). The nearest hit
+/// counts, and of equally near ones the first. So hits have the same bits with any instruction set,
+/// packet width and order of traversal. Borrows the spans of the RenderMeshes for its lifetime.
 class TracedScene {
  public:
-  /// Errors: kResource (memory), kInternal (an index beyond the positions).
-  /// With a `shutter` meshes move by their displacement while it is open. `reach`: no ray starts
-  /// farther than this from the meshes; those that do may slip past edges. `stage`: of all frames,
-  /// so that rays start off surfaces alike in all of them; empty: the meshes' own bounds.
+  /// Builds the scene. With a `shutter` meshes move by their displacement while it is open.
+  /// `max_start_distance`: no ray starts further than this from the meshes; those that do may miss
+  /// edges. `stage`: bounds of all frames, so that the offsets of rays are the same in all of them;
+  /// empty: the meshes' own bounds. Errors: kResource (memory), kInternal (an index beyond the
+  /// positions).
   static Result<TracedScene> build(const RayDevice& device, const std::vector<RenderMesh>& meshes,
-                                   float shutter = 0, float reach = 0, const Box& stage = {});
+                                   float shutter = 0, float max_start_distance = 0,
+                                   const Box& stage = {});
 
-  /// The nearest mesh in (0, ray.far).
+  /// Finds the nearest mesh in (0, ray.far).
   MeshHit closest(const Ray& ray) const;
-  /// The same for up to kPacket rays, the first `count` lanes of one or two packs. Several times
-  /// faster for rays that go about the same way, `coherent`.
+  /// Does the same for up to kPacket rays, the first `count` lanes of one or two packs. Several
+  /// times faster for rays of similar directions, `coherent`.
   void closest(const RayOf<Pack3>* rays, MeshHitOf<Pack>* hits, int count, bool coherent) const;
-  /// Is there any mesh in (0, ray.far)? Bit i for the i-th of `count` rays.
-  std::uint32_t occluded(const RayOf<Pack3>* rays, int count) const;
+  /// Tests whether there is any mesh in (0, ray.far); bit i for the i-th of `count` rays.
+  std::uint32_t test_occlusion(const RayOf<Pack3>* rays, int count) const;
   SurfacePoint surface_point(const Ray& ray, const MeshHit& hit) const;
-  /// Every lane must have met something.
+  /// Computes eight surface points; every lane must have a hit.
   SurfacePointOf<Pack3> surface_point(const RayOf<Pack3>& ray, const MeshHitOf<Pack>& hit) const;
 
-  /// Does the ray pass by all meshes? Most rays of a studio picture do, and this costs a tenth of a
-  /// call of Embree.
+  /// Tests whether the ray misses the bounds of all meshes. Most rays of a studio picture do, and
+  /// this costs a tenth of a call of Embree.
   template <class T3>
   MaskOf<T3> misses_bounds(const RayOf<T3>& ray) const;
 
   const RenderMesh& mesh(std::uint32_t index) const { return *meshes_[index].mesh; }
-  const MeshToTrace& traced(std::uint32_t index) const { return meshes_[index]; }
-  const Box& bounds() const { return bounds_; }  ///< of all triangles; empty when there are none
-  float epsilon() const { return epsilon_; }     ///< how far rays start off a surface
-  /// How far Embree's distances may be off, for rays that do not graze.
-  float slack() const { return farthest_ * 0x1p-14f; }
+  const MeshToTrace& mesh_to_trace(std::uint32_t index) const { return meshes_[index]; }
+  const Box& bounds() const {
+    return bounds_;
+  }                                           ///< bounds of all triangles; empty without triangles
+  float epsilon() const { return epsilon_; }  ///< offset of rays from the surface that they leave
+  /// Maximum error of Embree's distances, for rays that do not graze.
+  float slack() const { return max_length_ * 0x1p-14f; }
 
  private:
   struct Release {
@@ -151,13 +159,13 @@ class TracedScene {
   std::vector<MeshToTrace> meshes_;
   Box bounds_;
   float epsilon_ = 0;
-  float farthest_ = 0;  ///< that a ray goes
+  float max_length_ = 0;  ///< maximum length of a ray
 };
 
 template <class T3>
 inline MaskOf<T3> TracedScene::misses_bounds(const RayOf<T3>& ray) const {
   using V = ComponentOf<T3>;
-  if (bounds_.empty()) return mask_of<MaskOf<T3>>(true);
+  if (bounds_.empty()) return broadcast_mask<MaskOf<T3>>(true);
   V near = broadcast<V>(0), far = ray.far;
   const auto clip = [&](V origin, V direction, float low, float high) {
     const V inverse = 1.0f / direction;

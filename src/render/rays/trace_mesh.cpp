@@ -1,4 +1,4 @@
-// Rays against the meshes: Embree proposes triangles, callbacks decide about them.
+// Ray queries: Embree finds candidate triangles, and callbacks test them exactly.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -9,13 +9,13 @@
 namespace polymorph {
 namespace {
 
-/// The rays of one call and what they have hit so far. Embree's callbacks get it as their context,
-/// and the number of a ray in its `id`.
+/// The rays of one call and their hits so far. Embree's callbacks receive it as their context, and
+/// a ray's index in its `id`.
 struct Query {
   RTCIntersectContext context;  // first: Embree knows only this
   float slack;
   const RayOf<Pack3>* rays;
-  // Of the best triangle so far; the distance is that to the ray's end where there is none.
+  // The best hit so far; without one the distance is that of the ray's end.
   alignas(32) std::array<double, kPacket> distance;
   alignas(32) std::array<float, kPacket> u, v;
   alignas(32) std::array<std::uint32_t, kPacket> mesh, triangle;
@@ -25,14 +25,14 @@ struct Query {
   }
 };
 
-[[gnu::always_inline]] inline EdgeSides sides_of(const MeshToTrace& traced, const Triangle& t,
-                                                 const Ray& ray, Vec3d direction) {
+[[gnu::always_inline]] inline EdgeSides compute_sides(const MeshToTrace& traced, const Triangle& t,
+                                                      const Ray& ray, Vec3d direction) {
   return {ray.origin, direction, traced.at(t.v[0], ray.time), traced.at(t.v[1], ray.time),
           traced.at(t.v[2], ray.time)};
 }
 
 /// The corner of `t` that is vertex v, or -1.
-int corner_of(const Triangle& t, std::uint32_t v) {
+int find_corner(const Triangle& t, std::uint32_t v) {
   for (int k = 0; k < 3; ++k)
     if (t.v[k] == v) return k;
   return -1;
@@ -44,7 +44,8 @@ class EdgeNeighborhood {
   EdgeNeighborhood(const MeshToTrace& traced, const Ray& ray)
       : traced_(traced), ray_(ray), d_(ray.direction) {}
 
-  /// f(triangle) for those around the corners of edges of `triangle` that the ray passes closely.
+  /// Calls f(triangle) for those around the corners of edges of `triangle` that the ray passes
+  /// closely.
   template <class F>
   void for_each_near(std::uint32_t triangle, const EdgeSides& sides, const F& f) const {
     const Triangle& t = traced_.mesh->triangles[triangle];
@@ -54,45 +55,46 @@ class EdgeNeighborhood {
           f(traced_.fans[i]);
   }
 
-  /// Is there mesh on the other side of every edge that the ray passes closely, beginning with
-  /// those of a triangle that it passes inside?
-  bool covered(std::uint32_t triangle, const EdgeSides& sides) const {
+  /// Tests whether there is mesh on the other side of every edge that the ray passes closely,
+  /// beginning with a triangle that contains the ray.
+  bool is_covered(std::uint32_t triangle, const EdgeSides& sides) const {
     const Triangle& t = traced_.mesh->triangles[triangle];
     for (int k = 0; k < 3; ++k) {
       const bool left = sides.near((k + 1) % 3, traced_.margin2);
       const bool right = sides.near((k + 2) % 3, traced_.margin2);
-      // An edge of its own is looked at from its first corner, a corner from all of its edges.
-      if (left && right ? !corner_covered(t.v[k])
-                        : right && !edge_covered(t.v[k], t.v[(k + 1) % 3], sides.sum > 0))
+      // An edge is tested from its first corner, a corner with all of its edges.
+      if (left && right ? !is_corner_covered(t.v[k])
+                        : right && !is_edge_covered(t.v[k], t.v[(k + 1) % 3], sides.sum > 0))
         return false;
     }
     return true;
   }
 
  private:
-  /// Does a triangle lie beyond the edge that leads from v to w in one that faces `front`?
-  bool edge_covered(std::uint32_t v, std::uint32_t w, bool front) const {
+  /// Tests whether there is a triangle beyond the edge from v to w of a triangle that faces
+  /// `front`.
+  bool is_edge_covered(std::uint32_t v, std::uint32_t w, bool front) const {
     for (std::uint32_t i = traced_.fan_begin[v]; i < traced_.fan_begin[v + 1]; ++i) {
       const Triangle& t = traced_.mesh->triangles[traced_.fans[i]];
-      const int a = corner_of(t, v), b = corner_of(t, w);
+      const int a = find_corner(t, v), b = find_corner(t, w);
       if (b < 0) continue;
       const bool along = b == (a + 1) % 3;
-      const double sum = sides_of(traced_, t, ray_, d_).sum;
-      // Seen from the ray, it turns around the edge the other way.
+      const double sum = compute_sides(traced_, t, ray_, d_).sum;
+      // Its projection along the ray lies on the other side of the edge.
       if (along ? (front ? sum < 0 : sum > 0) : (front ? sum > 0 : sum < 0)) return true;
     }
     return false;
   }
-  bool corner_covered(std::uint32_t v) const {
+  bool is_corner_covered(std::uint32_t v) const {
     for (std::uint32_t i = traced_.fan_begin[v]; i < traced_.fan_begin[v + 1]; ++i) {
       const Triangle& t = traced_.mesh->triangles[traced_.fans[i]];
-      const EdgeSides sides = sides_of(traced_, t, ray_, d_);
-      const int k = corner_of(t, v);
+      const EdgeSides sides = compute_sides(traced_, t, ray_, d_);
+      const int k = find_corner(t, v);
       if (sides.near((k + 2) % 3, traced_.margin2) &&
-          !edge_covered(v, t.v[(k + 1) % 3], sides.sum > 0))
+          !is_edge_covered(v, t.v[(k + 1) % 3], sides.sum > 0))
         return false;
       if (sides.near((k + 1) % 3, traced_.margin2) &&
-          !edge_covered(v, t.v[(k + 2) % 3], sides.sum < 0))
+          !is_edge_covered(v, t.v[(k + 2) % 3], sides.sum < 0))
         return false;
     }
     return true;
@@ -103,7 +105,7 @@ class EdgeNeighborhood {
   Vec3d d_;
 };
 
-/// Bit i for the i-th of n lanes that Embree asks about.
+/// Collects the active lanes of Embree's query: bit i for lane i of n.
 std::uint32_t active_lanes(const int* valid, unsigned n) {
   std::uint32_t bits = 0;
   if (n % kLanes == 0) {
@@ -118,8 +120,9 @@ std::uint32_t active_lanes(const int* valid, unsigned n) {
   return bits;
 }
 
-/// f(lane, number of the ray, triangle, intersection) -> whether Embree is to take it as a hit; for
-/// all triangles that the rays hit of those that Embree proposes or that lie around them.
+/// Calls f(lane, index of the ray, triangle, intersection) for all triangles that the rays hit,
+/// among Embree's candidates and the triangles around them. f returns whether Embree shall accept
+/// the hit.
 template <class F>
 void for_intersected(const RTCFilterFunctionNArguments* args, const F& f) {
   const auto& traced = *static_cast<const MeshToTrace*>(args->geometryUserPtr);
@@ -134,21 +137,21 @@ void for_intersected(const RTCFilterFunctionNArguments* args, const F& f) {
                   pack.time[l],
                   pack.far[l]};
     const Vec3d d(ray.direction);
-    const auto accepted = [&](std::uint32_t triangle, const TriangleIntersection& intersection) {
+    const auto accept = [&](std::uint32_t triangle, const TriangleIntersection& intersection) {
       return intersection.distance > 0 && intersection.distance < static_cast<double>(ray.far) &&
              f(lane, i, triangle, intersection);
     };
     const std::uint32_t triangle = RTCHitN_primID(args->hit, n, lane);
-    const EdgeSides sides = sides_of(traced, traced.mesh->triangles[triangle], ray, d);
+    const EdgeSides sides = compute_sides(traced, traced.mesh->triangles[triangle], ray, d);
     bool any = false;
     if (sides.closest() > traced.clear || !sides.near_any(traced.margin2)) {
-      any = sides.inside() && accepted(triangle, intersection_of(sides, d));
+      any = sides.inside() && accept(triangle, compute_intersection(sides, d));
     } else {
-      // Embree may have found only one of several.
+      // Embree may have found only one of several triangles at the edge.
       EdgeNeighborhood(traced, ray).for_each_near(triangle, sides, [&](std::uint32_t other) {
         TriangleIntersection intersection;
         if (intersects_triangle(traced, other, ray, intersection))
-          any = accepted(other, intersection) || any;
+          any = accept(other, intersection) || any;
       });
     }
     if (!any) args->valid[lane] = 0;
@@ -169,7 +172,7 @@ void accept_nearest(const RTCFilterFunctionNArguments* args) {
     query.v[i] = static_cast<float>(intersection.v);
     query.mesh[i] = mesh;
     query.triangle[i] = triangle;
-    // Embree's own distances are not exact: it is to go on to what might still be nearer.
+    // Embree's own distances are not exact, so it must continue a little beyond the hit.
     RTCRayN_tfar(args->ray, args->N, lane) =
         static_cast<float>(intersection.distance) + query.slack;
     return true;
@@ -181,11 +184,12 @@ void accept_any(const RTCFilterFunctionNArguments* args) {
       args, [](unsigned, unsigned, std::uint32_t, const TriangleIntersection&) { return true; });
 }
 
-/// Fills the packet and says which rays to follow: those that do not pass by everything.
-bool fill(const TracedScene& scene, const RayOf<Pack3>* rays, int count, RTCRay16& packet,
-          int* valid) {
-  // Debian's Embree asserts that lanes which are switched off hold numbers, too. Without AVX-512 it
-  // does not look at `valid` for packets of 16, but at what is empty between tnear and tfar.
+/// Fills the packet and marks as valid the rays that do not miss everything. Returns false if there
+/// are none.
+bool fill_packet(const TracedScene& scene, const RayOf<Pack3>* rays, int count, RTCRay16& packet,
+                 int* valid) {
+  // Debian's Embree asserts that inactive lanes hold finite numbers too. Without AVX-512 it ignores
+  // `valid` for packets of 16 and tests whether [tnear, tfar] is empty.
   if (count <= kLanes) std::memset(&packet, 0, sizeof packet);
   std::memset(valid, 0, kPacket * sizeof(int));
   bool some = false;
@@ -219,12 +223,12 @@ bool fill(const TracedScene& scene, const RayOf<Pack3>* rays, int count, RTCRay1
 bool intersects_triangle(const MeshToTrace& traced, std::uint32_t triangle, const Ray& ray,
                          TriangleIntersection& intersection) {
   const Vec3d d(ray.direction);
-  const EdgeSides sides = sides_of(traced, traced.mesh->triangles[triangle], ray, d);
+  const EdgeSides sides = compute_sides(traced, traced.mesh->triangles[triangle], ray, d);
   if (!sides.inside()) return false;
   if (sides.closest() <= traced.clear && sides.near_any(traced.margin2) &&
-      !EdgeNeighborhood(traced, ray).covered(triangle, sides))
+      !EdgeNeighborhood(traced, ray).is_covered(triangle, sides))
     return false;
-  intersection = intersection_of(sides, d);
+  intersection = compute_intersection(sides, d);
   return true;
 }
 
@@ -272,7 +276,7 @@ void TracedScene::closest(const RayOf<Pack3>* rays, MeshHitOf<Pack>* hits, int c
     query.distance[i] = static_cast<double>(rays[i / kLanes].far[i % kLanes]);
   std::memset(packet.hit.geomID, 0xff, sizeof packet.hit.geomID);
   std::memset(packet.hit.instID, 0xff, sizeof packet.hit.instID);
-  if (fill(*this, rays, count, packet.ray, valid)) {
+  if (fill_packet(*this, rays, count, packet.ray, valid)) {
     if (coherent) query.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     rtcIntersect16(valid, scene_.get(), &query.context, &packet);
   }
@@ -287,11 +291,11 @@ void TracedScene::closest(const RayOf<Pack3>* rays, MeshHitOf<Pack>* hits, int c
   }
 }
 
-std::uint32_t TracedScene::occluded(const RayOf<Pack3>* rays, int count) const {
+std::uint32_t TracedScene::test_occlusion(const RayOf<Pack3>* rays, int count) const {
   alignas(64) int valid[kPacket];
   alignas(64) RTCRay16 packet;
   Query query(*this, rays);
-  if (!fill(*this, rays, count, packet, valid)) return 0;
+  if (!fill_packet(*this, rays, count, packet, valid)) return 0;
   rtcOccluded16(valid, scene_.get(), &query.context, &packet);
   std::uint32_t bits = 0;
   for (int first = 0; first < count; first += kLanes)

@@ -12,11 +12,11 @@ namespace {
 
 using Corners = std::array<Vec3d, 3>;
 
-// A corner may be this many radii of the inscribed circle away from its centre; an angle of 7
-// degrees is.
-constexpr double kFarthest = 16;
-// A right triangle around a rectangle of the width and height 1: so much wider and higher.
-constexpr double kWider = 1.5, kHigher = 6;
+// Maximum distance of a corner from the centre of the inscribed circle, in its radii; reached at an
+// angle of 7 degrees.
+constexpr double kMaxCornerDistance = 16;
+// Width and height of a right triangle around a unit square.
+constexpr double kCoverWidth = 1.5, kCoverHeight = 6;
 
 double size(Vec3d a) { return std::sqrt(dot(a, a)); }
 
@@ -27,7 +27,7 @@ struct Circle {
   Vec3d center;
   double radius = 0;
 };
-Circle inscribed(const Corners& c) {
+Circle make_inscribed_circle(const Corners& c) {
   const Vec3d s = sides(c);
   const double around = s.x + s.y + s.z;
   if (!(around > 0)) return {c[0], 0};
@@ -35,23 +35,23 @@ Circle inscribed(const Corners& c) {
           size(cross(c[1] - c[0], c[2] - c[0])) / around};
 }
 
-bool sharp(const Corners& c) {
-  const Circle circle = inscribed(c);
+bool is_sharp(const Corners& c) {
+  const Circle circle = make_inscribed_circle(c);
   double farthest = 0;
   for (const Vec3d& corner : c) farthest = std::max(farthest, size(corner - circle.center));
-  return !(farthest <= kFarthest * circle.radius);
+  return !(farthest <= kMaxCornerDistance * circle.radius);
 }
 
-Corners scaled(const Corners& c, double by) {
-  const Circle circle = inscribed(c);
-  Corners out;
+Corners widen(const Corners& c, double margin) {
+  const Circle circle = make_inscribed_circle(c);
+  Corners result;
   for (int i = 0; i < 3; ++i)
-    out[i] = circle.center + (c[i] - circle.center) * (1 + by / circle.radius);
-  return out;
+    result[i] = circle.center + (c[i] - circle.center) * (1 + margin / circle.radius);
+  return result;
 }
 
 /// A right triangle around the one whose longest side begins at corner `first`.
-Corners covering(const Corners& c, int first, double by) {
+Corners cover(const Corners& c, int first, double margin) {
   const Vec3d p = c[first], q = c[(first + 1) % 3], r = c[(first + 2) % 3];
   const double length = size(q - p);
   const Vec3d along = length > 0 ? (q - p) * (1 / length) : Vec3d{1, 0, 0};
@@ -62,9 +62,9 @@ Corners covering(const Corners& c, int first, double by) {
   else
     up = std::fabs(along.x) < 0.6 ? cross(along, {1, 0, 0}) : cross(along, {0, 1, 0});
   up = up * (1 / size(up));
-  const Vec3d corner = p - (along + up) * by;
-  return {corner, corner + along * (kWider * (length + 2 * by)),
-          corner + up * (kHigher * (height + 2 * by))};
+  const Vec3d corner = p - (along + up) * margin;
+  return {corner, corner + along * (kCoverWidth * (length + 2 * margin)),
+          corner + up * (kCoverHeight * (height + 2 * margin))};
 }
 
 int longest_side(const Corners& c) {
@@ -74,10 +74,10 @@ int longest_side(const Corners& c) {
 
 }  // namespace
 
-std::vector<std::vector<Vec3>> widened_corners(const RenderMesh& mesh, float by,
-                                               const std::vector<float>& ways) {
-  const std::size_t steps = std::max<std::size_t>(1, ways.size());
-  std::vector<std::vector<Vec3>> out(steps, std::vector<Vec3>(mesh.triangles.size() * 3));
+std::vector<std::vector<Vec3>> widen_triangles(const RenderMesh& mesh, float margin,
+                                               const std::vector<float>& fractions) {
+  const std::size_t steps = std::max<std::size_t>(1, fractions.size());
+  std::vector<std::vector<Vec3>> result(steps, std::vector<Vec3>(mesh.triangles.size() * 3));
   parallel_for(
       static_cast<std::int64_t>(mesh.triangles.size()),
       [&](std::int64_t i) {
@@ -85,26 +85,27 @@ std::vector<std::vector<Vec3>> widened_corners(const RenderMesh& mesh, float by,
         const auto corners_at = [&](std::size_t step) {
           Corners c;
           for (int k = 0; k < 3; ++k)
-            c[k] = Vec3d(ways.empty() ? mesh.positions[triangle.v[k]]
-                                      : moved(mesh, triangle.v[k], ways[step]));
+            c[k] = Vec3d(fractions.empty() ? mesh.positions[triangle.v[k]]
+                                           : displace(mesh, triangle.v[k], fractions[step]));
           return c;
         };
-        // The corners of all steps must go together.
-        bool cover = false;
-        for (std::size_t step = 0; step < steps; ++step) cover = cover || sharp(corners_at(step));
+        // All time steps of a triangle must use the same method.
+        bool use_cover = false;
+        for (std::size_t step = 0; step < steps; ++step)
+          use_cover = use_cover || is_sharp(corners_at(step));
         const int first = longest_side(corners_at(0));
         for (std::size_t step = 0; step < steps; ++step) {
           const Corners c = corners_at(step);
-          const Corners wide = cover ? covering(c, first, static_cast<double>(by))
-                                     : scaled(c, static_cast<double>(by));
+          const Corners widened = use_cover ? cover(c, first, static_cast<double>(margin))
+                                            : widen(c, static_cast<double>(margin));
           for (std::size_t k = 0; k < 3; ++k)
-            out[step][static_cast<std::size_t>(i) * 3 + k] = {static_cast<float>(wide[k].x),
-                                                              static_cast<float>(wide[k].y),
-                                                              static_cast<float>(wide[k].z)};
+            result[step][static_cast<std::size_t>(i) * 3 + k] = {static_cast<float>(widened[k].x),
+                                                                 static_cast<float>(widened[k].y),
+                                                                 static_cast<float>(widened[k].z)};
         }
       },
       1024);
-  return out;
+  return result;
 }
 
 }  // namespace polymorph

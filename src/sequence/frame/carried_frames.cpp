@@ -97,12 +97,12 @@ Status check_faults(const ActorFrames& shown, const CarriedActor& carried) {
                         "{}: one mesh cannot be carried to frame {}: {} triangle{} would be "
                         "inverted, one of them at {} - {}",
                         actor.name, frames[k], fault.inverted, fault.inverted == 1 ? "" : "s",
-                        place_text(fault.inverted_place), kInstead);
+                        place_text(fault.inverted_position), kInstead);
     if (carried.errors[carried.moment_of[k]] > kCarriedError)
       return make_error(ErrorCode::kInput,
                         "{}: one mesh cannot be carried to frame {}: at {} it is {:.2f} % of the "
                         "diagonal off the surface, and {:.1f} % are allowed - {}",
-                        actor.name, frames[k], place_text(fault.place),
+                        actor.name, frames[k], place_text(fault.position),
                         100 * static_cast<double>(carried.errors[carried.moment_of[k]]),
                         100 * static_cast<double>(kCarriedError), kInstead);
   }

@@ -74,14 +74,14 @@ Result<PlayKey> key_at(const Leg& leg, float time, Engine& engine) {
   const auto on_balls = [&]() -> Status {
     PM_TRY(const LegState state, leg_state(leg, time, engine));
     PM_TRY(const float iso, volume_iso(leg, state, engine));
-    key.balls = rescaled(state.balls.balls(), leg.plan.kind, iso);
+    key.balls = rescale_balls(state.balls.balls(), leg.plan.kind, iso);
     key.between.map = ball_map(leg.plan, time, state.balls);
     key.box = surface_bounds(key.balls, leg.settings.measured);
     return Ok{};
   };
   const auto on_distances = [&](const DistanceLeg&) -> Status {
     PM_TRY(LegSurface surface, leg_surface(leg, time, engine));
-    key.balls = rescaled(surface.state.balls.balls(), leg.plan.kind, surface.iso);
+    key.balls = rescale_balls(surface.state.balls.balls(), leg.plan.kind, surface.iso);
     key.between = std::move(surface.field);
     key.box = surface.state.map.box;
     return Ok{};

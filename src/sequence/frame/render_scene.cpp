@@ -89,7 +89,7 @@ RenderScene render_scene(const PreparedScene& prepared, const FrameGeometry& geo
   scene.look = view.scene.look;
   scene.environment = prepared.environment;
   scene.bounds = prepared.box;
-  scene.moment = geometry.t;
+  scene.time = geometry.t;
   MeshIds ids;
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
     const PreparedActor& actor = prepared.actors[a];

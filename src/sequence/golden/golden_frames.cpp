@@ -40,11 +40,11 @@ Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
     return make_error(ErrorCode::kOutput, "{}: cannot make a folder to work in", folder);
   const fs::path out = fs::path(folder) / fmt::format("frame.{:04}.{}", frame, suite.format);
   std::string command = suite.command;
-  replace_all(command, "{out}", shell_quoted(out.string()));
+  replace_all(command, "{out}", quote_for_shell(out.string()));
   replace_all(command, "{frame}", fmt::format("{}", frame));
   // In the suite's folder, with what it prints on standard error: standard output is data.
   const std::string line =
-      fmt::format("cd {} && ( {} ) 1>&2", shell_quoted(suite.folder.string()), command);
+      fmt::format("cd {} && ( {} ) 1>&2", quote_for_shell(suite.folder.string()), command);
   const int status = std::system(line.c_str());
   RenderedFrame rendered;
   rendered.surface.frame = frame;

@@ -150,7 +150,7 @@ Result<GoldenFrame> judge(const GoldenSuite& suite, const GoldenSettings& settin
     result.missing = true;
     result.message =
         fmt::format("{} is missing - make it with: polymorph golden update {} --reason \"...\"",
-                    golden.string(), shell_quoted(suite.name));
+                    golden.string(), quote_for_shell(suite.name));
     PM_TRY_STATUS(keep_failure(suite, settings, rendered, nullptr, {}, {}));
     PM_TRY_STATUS(fill_report(suite, settings, rendered, rendered.image, nullptr, {}, result));
     return result;

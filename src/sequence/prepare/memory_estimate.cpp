@@ -69,7 +69,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
     for (std::size_t i = 0; i < objects.size(); ++i) {
       if (!leg_kinds(timeline, i).distances || own[i].triangles.empty()) continue;
       const double points =
-          point_count(distance_grid(own[i].box(), 0.5f * static_cast<float>(cell)));
+          point_count(make_distance_grid(own[i].box(), 0.5f * static_cast<float>(cell)));
       distances += sizeof(float) * points;
       making = std::max(making, kBytesPerPointMade * points);
     }

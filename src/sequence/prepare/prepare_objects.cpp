@@ -48,10 +48,10 @@ Result<std::vector<Ball>> make_balls(const Preparation& preparation, const Spher
     return make_error(approximation.error().code, "{}: {}", object.name,
                       approximation.error().message);
   if (!approximation->balls.empty()) return std::move(approximation->balls);
-  return unfitted_balls(approximation->tree.leaves(), spheres.method,
-                        solid_volume(object.model, InsideTest(object.model)),
-                        preparation.scene.field, settings.cell, settings.measured,
-                        preparation.engine);
+  return make_unfitted_balls(approximation->tree.leaves(), spheres.method,
+                             solid_volume(object.model, InsideTest(object.model)),
+                             preparation.scene.field, settings.cell, settings.measured,
+                             preparation.engine);
 }
 
 /// The surface of the object's balls.
@@ -74,7 +74,7 @@ Status complete_object(const Preparation& preparation, const ObjectSettings& cho
   PM_TRY(object.balls, make_balls(preparation, spheres, settings, object));
   PM_TRY(Mesh surface, extract_balls(object, settings, engine));
   object.ball_volume = volume_of(surface);
-  PM_TRY(object.field_maximum, field_maximum(engine, object.balls, settings.measured));
+  PM_TRY(object.field_maximum, find_field_maximum(engine, object.balls, settings.measured));
   object.ball_labels = face_labels(object.model, object.balls);
   object.closest = std::make_shared<const ClosestPointQuery>(object.model);
   if (kinds.distances) {

@@ -73,7 +73,7 @@ MorphEnds measure_ends(const PreparedActor& actor, const PlanSettings& settings,
   for (const Pair& pair : plan.pairs) ends.masses.push_back(pair.mass);
   measure_labels(plan, ends);
   measure_landmarks(plan, settings.landmarks, static_cast<int>(number), ends);
-  ends.truth = similarity_of(from.model.points, to.model.points);
+  ends.truth = fit_similarity(from.model.points, to.model.points);
   const Alignment& found = plan.alignment;
   ends.recovered = Similarity{found.rotation, found.scale,
                               found.to_center - found.rotation * found.from_center * found.scale};
@@ -182,7 +182,7 @@ Result<std::vector<Analysis>> analyze_meshes(const FramePattern& pattern,
       *name = file->filename().string();
       *mesh = mesh_of(loaded.model);
     }
-  ends.truth = similarity_of(ends.source.positions, ends.target.positions);
+  ends.truth = fit_similarity(ends.source.positions, ends.target.positions);
   std::vector<Analysis> morphs;
   morphs.push_back(analyze_morph(ends, frames));
   return morphs;

@@ -1,0 +1,28 @@
+// Indices of three-dimensional arrays, x fastest: the order of a Grid's points.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "kernels/types.h"
+
+namespace polymorph {
+
+constexpr std::size_t array3_index(Int3 size, int x, int y, int z) {
+  return static_cast<std::size_t>(x) +
+         static_cast<std::size_t>(size.x) *
+             (static_cast<std::size_t>(y) +
+              static_cast<std::size_t>(size.y) * static_cast<std::size_t>(z));
+}
+constexpr std::size_t array3_index(Int3 size, Int3 p) { return array3_index(size, p.x, p.y, p.z); }
+
+/// Position of the element with this index.
+constexpr Int3 array3_position(Int3 size, std::int64_t index) {
+  return {static_cast<int>(index % size.x), static_cast<int>(index / size.x % size.y),
+          static_cast<int>(index / size.x / size.y)};
+}
+
+/// Number of elements.
+constexpr std::size_t array3_count(Int3 size) { return array3_index(size, 0, 0, size.z); }
+
+}  // namespace polymorph

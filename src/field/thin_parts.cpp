@@ -1,0 +1,239 @@
+#include "field/thin_parts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <unordered_set>
+#include <utility>
+#include <vector>
+
+#include "base/array3.h"
+#include "base/exact_math.h"
+#include "base/parallel.h"
+#include "base/result.h"
+#include "mesh/normals.h"
+#include "mesh/thickness.h"
+#include "mesh/triangle_bvh.h"
+
+namespace polymorph {
+namespace {
+
+Vec3 to_vector(int x, int y, int z) {
+  return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+}
+
+/// Rows of a grid's values: index steps along y and z.
+struct Strides {
+  std::size_t row, layer;
+  explicit Strides(Int3 n) : row(array3_index(n, 0, 1, 0)), layer(array3_index(n, 0, 0, 1)) {}
+};
+
+/// Tests whether distances increase from both sides towards a point and are below `radius` there,
+/// on either side of the surface: the ridge of a thin part or of a narrow gap.
+bool is_on_ridge(const DistanceGrid& distances, int x, int y, int z, float radius) {
+  // Along the ridge between two faces distances increase by the sine of half the angle between
+  // them. This bound accepts angles up to 97 degrees.
+  constexpr float kMaxSlope = 0.75f;
+  const Strides stride(distances.grid.points);
+  const std::size_t i = array3_index(distances.grid.points, x, y, z);
+  const std::vector<float>& values = distances.values;
+  const float v = std::fabs(values[i]);
+  if (!(v > 0) || v >= radius) return false;
+  const auto slope = [&](std::size_t step) { return values[i + step] - values[i - step]; };
+  const Vec3 gradient{slope(1), slope(stride.row), slope(stride.layer)};
+  return length(gradient) < 2 * distances.grid.cell * kMaxSlope;
+}
+
+/// Computes the squared distance of each point to the nearest ridge, in cells, up to the square of
+/// `cells`; more for points further away. A distance transform, one axis after the other.
+std::vector<std::uint16_t> squared_ridge_distances(const DistanceGrid& distances, float radius,
+                                                   int cells) {
+  constexpr std::uint16_t kFar = 0x3fff;
+  PM_CHECK(2 * cells * cells < kFar);
+  const Int3 n = distances.grid.points;
+  const Strides stride(n);
+  std::vector<std::uint16_t> squares(distances.values.size(), kFar);
+  const auto for_each_near = [&](int at, int points, const auto& f) {
+    for (int k = std::max(at - cells, 0); k <= std::min(at + cells, points - 1); ++k)
+      f(k, static_cast<std::uint16_t>((k - at) * (k - at)));
+  };
+  parallel_for(n.z - 2, [&](std::int64_t layer) {
+    const int z = static_cast<int>(layer) + 1;
+    for (int y = 1; y + 1 < n.y; ++y)
+      for (int x = 1; x + 1 < n.x; ++x)
+        if (is_on_ridge(distances, x, y, z, radius))
+          for_each_near(x, n.x, [&](int k, std::uint16_t square) {
+            std::uint16_t& v = squares[array3_index(n, k, y, z)];
+            v = std::min(v, square);
+          });
+  });
+  // In each plane, combines `count` rows of x that are `step` apart.
+  const auto combine_rows = [&](int planes, std::size_t plane_stride, int count, std::size_t step) {
+    parallel_for(planes, [&](std::int64_t plane) {
+      std::uint16_t* rows = squares.data() + static_cast<std::size_t>(plane) * plane_stride;
+      std::vector<std::uint16_t> copy(stride.row * static_cast<std::size_t>(count));
+      for (int i = 0; i < count; ++i)
+        std::copy_n(rows + static_cast<std::size_t>(i) * step, stride.row,
+                    copy.data() + static_cast<std::size_t>(i) * stride.row);
+      for (int i = 0; i < count; ++i) {
+        std::uint16_t* to = rows + static_cast<std::size_t>(i) * step;
+        for_each_near(i, count, [&](int k, std::uint16_t square) {
+          const std::uint16_t* from = copy.data() + static_cast<std::size_t>(k) * stride.row;
+          for (std::size_t x = 0; x < stride.row; ++x)
+            to[x] = std::min(to[x], static_cast<std::uint16_t>(from[x] + square));
+        });
+      }
+    });
+  };
+  combine_rows(n.z, stride.layer, n.y, stride.row);
+  combine_rows(n.y, stride.row, n.z, stride.layer);
+  return squares;
+}
+
+/// Key of the half cell that contains a position in cells.
+std::uint64_t half_cell_key(Vec3 at) {
+  const auto half_cells = [](float x) { return static_cast<std::uint64_t>(2 * std::max(x, 0.0f)); };
+  return half_cells(at.x) << 40 | half_cells(at.y) << 20 | half_cells(at.z);
+}
+
+/// Finds midpoints of walls that are thinner than twice `radius` and not inside a thick part, as
+/// positions in cells, one list per layer of points. Rays also find walls between grid points.
+std::vector<std::vector<Vec3>> find_thin_walls(const Model& model, const DistanceGrid& distances,
+                                               float radius) {
+  constexpr double kSpacing = 0.7;    // in cells: balls around adjacent midpoints overlap
+  constexpr double kMinCosine = 0.9;  // cos 26 degrees: blunter edges stay sharp
+  constexpr double kMaxSamples = 400'000;
+  const Grid& grid = distances.grid;
+  const double spacing =
+      std::max(kSpacing * static_cast<double>(grid.cell), std::sqrt(area_of(model) / kMaxSamples));
+  const TriangleBvh bvh = build_split_bvh(model.points, model.triangles);
+  std::vector<std::vector<Vec3>> layers(static_cast<std::size_t>(grid.points.z));
+  // One midpoint per half cell: thin triangles crowd around their common point.
+  std::unordered_set<std::uint64_t> occupied;
+  for (const Vec3 p :
+       thin_wall_middles(model, bvh, spacing, 2 * static_cast<double>(radius), kMinCosine)) {
+    const Vec3 at = (p - grid.origin) / grid.cell;
+    if (bvh.is_split && !occupied.insert(half_cell_key(at)).second) continue;
+    // A wall inside a thick part is hidden: the distances there are larger.
+    const Int3 nearest{static_cast<int>(at.x + 0.5f), static_cast<int>(at.y + 0.5f),
+                       static_cast<int>(at.z + 0.5f)};
+    if (distances.values[array3_index(grid.points, nearest)] < 2 * radius)
+      layers[static_cast<std::size_t>(nearest.z)].push_back(at);
+  }
+  return layers;
+}
+
+/// Raises the values of all points within `max_distance` of the midpoints to f(distance).
+template <class F>
+void raise_around(const std::vector<std::vector<Vec3>>& midpoints, float max_distance, const F& f,
+                  DistanceGrid& distances) {
+  const Int3 n = distances.grid.points;
+  const float cell = distances.grid.cell;
+  const int cells = static_cast<int>(std::floor(max_distance / cell)) + 1;
+  const auto range = [&](int at, int points) {
+    return std::pair(std::max(at - cells, 0), std::min(at + cells, points - 1));
+  };
+  parallel_for(n.z, [&](std::int64_t layer) {
+    const int z = static_cast<int>(layer);
+    const auto [first_z, last_z] = range(z, n.z);
+    for (int k = first_z; k <= last_z; ++k)
+      for (const Vec3 at : midpoints[static_cast<std::size_t>(k)]) {
+        const auto [first_y, last_y] = range(static_cast<int>(at.y), n.y);
+        const auto [first_x, last_x] = range(static_cast<int>(at.x), n.x);
+        for (int y = first_y; y <= last_y; ++y)
+          for (int x = first_x; x <= last_x; ++x) {
+            const float distance = cell * length(to_vector(x, y, z) - at);
+            if (distance > max_distance) continue;
+            float& v = distances.values[array3_index(n, x, y, z)];
+            v = std::max(v, f(distance));
+          }
+      }
+  });
+}
+
+double count_inside(const DistanceGrid& distances) {
+  return static_cast<double>(std::count_if(distances.values.begin(), distances.values.end(),
+                                           [](float v) { return v > 0; }));
+}
+
+/// Gaussian filter along each axis in turn, with the border repeated; sigma in cells.
+void low_pass(Int3 n, float sigma, std::vector<float>& values) {
+  const int radius = static_cast<int>(std::ceil(2.5f * sigma));
+  std::vector<float> weights;
+  float sum = 0;
+  for (int i = -radius; i <= radius; ++i) {
+    const double t = i / static_cast<double>(sigma);
+    weights.push_back(static_cast<float>(exact::exp(-0.5 * t * t)));
+    sum += weights.back();
+  }
+  for (float& w : weights) w /= sum;
+  // A line consists of `count` runs of `width` adjacent values, `step` apart.
+  const auto filter_lines = [&](std::size_t lines, std::size_t line_stride, int count,
+                                std::size_t step, std::size_t width) {
+    parallel_for(static_cast<std::int64_t>(lines), [&](std::int64_t l) {
+      float* line = values.data() + static_cast<std::size_t>(l) * line_stride;
+      std::vector<float> copy(static_cast<std::size_t>(count) * width);
+      for (int i = 0; i < count; ++i)
+        std::copy_n(line + static_cast<std::size_t>(i) * step, width,
+                    copy.data() + static_cast<std::size_t>(i) * width);
+      for (int i = 0; i < count; ++i) {
+        float* to = line + static_cast<std::size_t>(i) * step;
+        std::fill_n(to, width, 0.0f);
+        for (int k = -radius; k <= radius; ++k) {
+          const float w = weights[static_cast<std::size_t>(k + radius)];
+          const float* from =
+              copy.data() + static_cast<std::size_t>(std::clamp(i + k, 0, count - 1)) * width;
+          for (std::size_t x = 0; x < width; ++x) to[x] += w * from[x];
+        }
+      }
+    });
+  };
+  const Strides stride(n);
+  filter_lines(static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z), stride.row, n.x, 1,
+               1);
+  filter_lines(static_cast<std::size_t>(n.z), stride.layer, n.y, stride.row, stride.row);
+  filter_lines(static_cast<std::size_t>(n.y), stride.row, n.z, stride.layer, stride.row);
+}
+
+}  // namespace
+
+void smooth_thin_parts(const Model& model, float thinnest, DistanceGrid& distances) {
+  const float radius = kThickening * thinnest, sigma = 0.65f * thinnest;
+  const float cell = distances.grid.cell;
+  const std::vector<std::vector<Vec3>> walls = find_thin_walls(model, distances, radius);
+  // Twice as steep outside the thickened part, to join the original distances sooner.
+  const auto ball = [&](float distance) {
+    return distance < radius ? radius - distance : 2 * (radius - distance);
+  };
+  const double before = count_inside(distances);
+  raise_around(walls, 2 * radius, ball, distances);
+  // During a morph such parts become thinner still, and cells would show them as rows of beads.
+  // With steeper distances they appear and vanish at once. But not where they are a large part of
+  // the object, such as a spider's legs.
+  constexpr double kMaxSteepness = 3, kMaxVolumeGain = 0.03;
+  const double volume_gain = before > 0 ? count_inside(distances) / before - 1 : 1;
+  const double rarity = std::clamp(1 - volume_gain / kMaxVolumeGain, 0.0, 1.0);
+  const auto steepness = static_cast<float>(1 + (kMaxSteepness - 1) * rarity);
+  if (steepness > 1)
+    raise_around(
+        walls, radius, [&](float distance) { return steepness * (radius - distance); }, distances);
+  const float near = 1.5f * radius, far = 2.5f * radius;
+  const std::vector<std::uint16_t> squares =
+      squared_ridge_distances(distances, radius, static_cast<int>(std::floor(far / cell)) + 1);
+  const auto falloff = [&](float distance) {
+    const float t = std::clamp((far - distance) / (far - near), 0.0f, 1.0f);
+    return t * t * (3 - 2 * t);
+  };
+  std::vector<float> smooth = distances.values;
+  low_pass(distances.grid.points, sigma / cell, smooth);
+  parallel_for(
+      static_cast<std::int64_t>(squares.size()),
+      [&](std::int64_t index) {
+        const auto i = static_cast<std::size_t>(index);
+        const float weight = falloff(cell * std::sqrt(static_cast<float>(squares[i])));
+        distances.values[i] += weight * (smooth[i] - distances.values[i]);
+      },
+      4096);
+}
+
+}  // namespace polymorph
