@@ -141,8 +141,10 @@ void describe(V& v, FieldSettings& s) {
       "blobbiness", blobbiness, 0, 50,
       "gaussian without a fit: |B|; small melts balls together, large keeps them apart; 0: 0.12 "
       "for octree and active, 6 for hubbard and medial");
-  for (const char* key : {"even", "blob_constant", "magnitude", "threshold"})
-    v.retired(key, "report");
+  v.retired("even", "report.even");
+  v.retired("blob_constant", "report.blob_constant");
+  v.retired("magnitude", "report.magnitude");
+  v.retired("threshold", "report.threshold");
   v.boolean("match_volume", match_volume,
             "shift the level so that the surface encloses the model's volume at both ends");
 }
@@ -273,10 +275,13 @@ void describe(V& v, MotionSettings& s) {
            "a smooth map and mixed, or the field of the moving balls (always so on the path "
            "explode, to and from the shape drops, and in fields that are not gaussian)");
   v.object("path", path_keys, "path of the balls; its kind alone may stand for it");
-  for (const char* key : {"bend", "burst", "gravity"}) v.retired(key, "motion.path");
+  v.retired("bend", "motion.path.bend");
+  v.retired("burst", "motion.path.burst");
+  v.retired("gravity", "motion.path.gravity");
   v.retired("soften", nullptr);
   v.object("easing", easing_keys, "course of time; its kind alone may stand for it");
-  for (const char* key : {"bezier", "spring"}) v.retired(key, "motion.easing");
+  v.retired("bezier", "motion.easing.bezier");
+  v.retired("spring", "motion.easing");
   v.object("stagger", stagger_keys, "order of starting; its kind alone may stand for it");
   v.retired("stagger_share", "motion.stagger.share");
   v.retired("stagger_axis", "motion.stagger.axis");
@@ -310,7 +315,9 @@ void describe(V& v, SurfaceSettings& s) {
   v.integer("resolution", resolution, 8, 4096,
             "cells of the marching cubes along the longest side of an actor's box");
   v.retired("method", "report.surface");
-  for (const char* key : {"placement", "flat", "influence"}) v.retired(key, "report");
+  v.retired("placement", "report.placement");
+  v.retired("flat", "report.flat");
+  v.retired("influence", "report.influence");
   v.retired("crumbs", "surface.min_component_share");
   v.number("min_component_share", min_component_share, 0, 0.1,
            "separate components below this share of the volume are left out of moving surfaces; 0 "

@@ -35,7 +35,7 @@ TEST(BendingEnergy, OfALongPillIsMoreThanASpheres) {
 }
 
 TEST(BendingEnergy, OfASurfaceWithoutNormalsIsMeasuredByItsTriangles) {
-  // What the engine gives for surface.flat.
+  // What the engine gives for report.flat.
   Mesh sphere = surface_of({ball_at({}, 1)});
   sphere.normals.clear();
   EXPECT_NEAR(bending_energy(sphere), 4 * std::numbers::pi, 0.3);

@@ -43,8 +43,8 @@ TEST_F(SceneTest, KeysOfFormerVersionsAreErrorsThatSayTheNewOne) {
   EXPECT_TRUE(has(error(R"("surface": {"crumbs": 0.05})"),
                   "/surface/crumbs: is a key no more - write surface.min_component_share"));
   EXPECT_TRUE(has(error(R"("motion": {"path": "explode", "burst": 2})"),
-                  "/motion/burst: is a key no more - write motion.path"));
-  EXPECT_TRUE(has(error(R"("surface": {"flat": true})"), "write report"));
+                  "/motion/burst: is a key no more - write motion.path.burst"));
+  EXPECT_TRUE(has(error(R"("surface": {"flat": true})"), "write report.flat"));
   EXPECT_TRUE(has(error(R"("plan": {"size_weight": 2})"), "is a constant of the method now"));
   // They are not offered where a word is misspelt.
   EXPECT_FALSE(has(error(R"("surface": {"crumb": 0.1})"), "crumbs"));
