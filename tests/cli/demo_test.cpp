@@ -38,7 +38,7 @@ TEST_F(Demo, MakesAStripAGifAndTheSceneItPrints) {
   const Ran ran = run(0, {"demo", "lump", "sphere", "-o", "it's here"});
   const std::string scene = read_text(folder / "it's here/scene.json");
   EXPECT_EQ(ran.out, scene);
-  EXPECT_TRUE(contains(scene, "// where the morph starts")) << scene;
+  EXPECT_TRUE(contains(scene, "// start of the morph")) << scene;
   EXPECT_TRUE(read_text(folder / "it's here/morph.gif").starts_with("GIF89a"));
   EXPECT_TRUE(read_text(folder / "it's here/strip.png").starts_with("\x89PNG"));
   // What it suggests is one word to a shell, whatever the folder is called.
