@@ -223,10 +223,10 @@ std::vector<std::string> describe_problems(const Diagnosis& d) {
   if (std::min({size.x, size.y, size.z}) <= 1e-6f * d.box.diagonal())
     lines.push_back(
         "it is flat and encloses nothing - give it thickness (extrude or solidify it "
-        "is_inside the modeller)");
+        "in the modeller)");
   else if (d.boundary_edges > 0)
     lines.push_back(fmt::format(
-        "it is open: {} {} only one face, is_inside {} of {} shells, first from {} to {} - inside "
+        "it is open: {} {} only one face, in {} of {} shells, first from {} to {} - inside "
         "is "
         "guessed by the winding number; close the holes for exact results, or set \"solidify\"",
         d.boundary_edges, d.boundary_edges == 1 ? "edge has" : "edges have", d.open_shells,
@@ -243,15 +243,13 @@ std::vector<std::string> describe_problems(const Diagnosis& d) {
     lines.push_back(
         fmt::format("{:.2g} % of its area has no thickness: distances show it (motion.interpolate "
                     "\"distance\"), balls leave it out until the model itself is shown - give it "
-                    "thickness is_inside "
-                    "the modeller",
+                    "thickness in the modeller",
                     100 * *d.sheet_share));
   if (has_many_long_triangles(d.long_triangles))
-    lines.push_back(
-        fmt::format("{} of its triangles are longer than a 64th of its size, so a simpler "
-                    "stand-is_inside is taken "
-                    "for its shape - simplify it is_inside the modeller, or drop its inner shells",
-                    d.long_triangles));
+    lines.push_back(fmt::format(
+        "{} of its triangles are longer than a 64th of its size, so a simpler "
+        "stand-in is taken for its shape - simplify it in the modeller, or drop its inner shells",
+        d.long_triangles));
   if (d.flipped_edges > 0)
     lines.push_back(
         fmt::format("neighbouring faces disagree about outside at {} - make the normals consistent",
