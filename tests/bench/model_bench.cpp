@@ -7,6 +7,7 @@
 
 #include "mesh/closest.h"
 #include "mesh/inside.h"
+#include "model/model.h"
 
 namespace polymorph {
 namespace {

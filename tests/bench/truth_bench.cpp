@@ -20,6 +20,7 @@
 #include "morph/motion.h"
 #include "morph/plan.h"
 #include "morph/smooth_map.h"
+#include "scene/load_scene.h"
 #include "sequence/prepare/load_models.h"
 #include "spheres/spheres.h"
 
@@ -67,10 +68,10 @@ std::pair<Object, Object> load(const nlohmann::json& from, const nlohmann::json&
   scene.actors.resize(1);
   scene.actors[0].source = settings_of(from);
   scene.actors[0].target = settings_of(to);
-  const auto models = load_models(scene, false).value();
+  const auto models = load_models(scene, chain_objects(scene), false).value();
   scene.arrange = Arrange::kNone;
   scene.actors[0].source.up = scene.actors[0].target.up = UpAxis::kY;  // as in the files
-  const auto files = load_models(scene, false).value();
+  const auto files = load_models(scene, chain_objects(scene), false).value();
   std::pair<Object, Object> objects;
   for (const bool second : {false, true}) {
     Object& object = second ? objects.second : objects.first;
