@@ -71,7 +71,7 @@ struct JsonValue {
   bool is_object() const { return kind == Kind::kObject; }
 
   /// The number of items or members.
-  std::size_t size() const { return items.size() + members.size(); }
+  std::size_t size() const;
   bool empty() const { return size() == 0; }
 
   /// The member called `key`, or null pointer.
@@ -94,6 +94,9 @@ struct JsonMember {
   JsonValue value;
   std::size_t key_offset = JsonValue::kNowhere;
 };
+
+// A list of members has a size once a member is a complete type; clang 14 insists.
+inline std::size_t JsonValue::size() const { return items.size() + members.size(); }
 
 struct TextPosition {
   int line = 0, column = 0;  ///< from 1; 0 = not from the file

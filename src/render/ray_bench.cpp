@@ -199,8 +199,10 @@ Result<std::vector<BuildQuality>> measure_builds(const RenderScene& scene) {
         std::pair{"high", RTC_BUILD_QUALITY_HIGH}}) {
     BuildQuality result{name};
     std::unique_ptr<BareScene> bare;
-    result.build_seconds =
-        measure_seconds([&] { bare = std::make_unique<BareScene>(scene.meshes.front(), quality); });
+    // clang 14 captures no structured binding by reference.
+    result.build_seconds = measure_seconds([&, build_quality = quality] {
+      bare = std::make_unique<BareScene>(scene.meshes.front(), build_quality);
+    });
     const std::vector<Ray> rays = make_scattered_rays(*bare, camera);
     std::vector<float> distances(rays.size());
     const double seconds = measure_seconds([&] {

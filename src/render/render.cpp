@@ -139,7 +139,7 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   world.floor = make_floor(scene.ground, stage);
   if (outdoors) world.floor.far_tone = 1;
   world.backdrop = {outdoors ? &state.sky : nullptr,
-                    sky_radiance(state.sky, {0, -1, 0}),
+                    sky_radiance(state.sky, Vec3{0, -1, 0}),
                     {scene.camera.right, scene.camera.up, scene.camera.forward},
                     1 / scene.camera.tan_half_fov_y};
   world.center = geometry.bounds().center();
