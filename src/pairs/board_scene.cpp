@@ -19,7 +19,7 @@ JsonValue make_sphere(const PairsFile& file) {
   return {{"shape", "sphere"}, {"color", file.piece_color}, {"roughness", 0.25}};
 }
 
-/// What a piece becomes by an event.
+/// Makes the outcome of an event for a piece.
 JsonValue make_outcome(const PairsFile& file, const PairsPiece& piece, Kind kind) {
   switch (kind) {
     case Kind::kReveal:
