@@ -51,7 +51,7 @@ function(pm_embed room file name)
 endfunction()
 
 function(pm_kernels)
-  set(sources ${CMAKE_SOURCE_DIR}/kernels/engine_cpu.cpp)
+  set(sources ${CMAKE_SOURCE_DIR}/kernels/engine_cpu.cpp ${CMAKE_SOURCE_DIR}/kernels/interruption.cpp)
   if(PM_HAVE_CUDA)
     file(GLOB cuda_sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/kernels/*.cu)
     list(APPEND sources ${cuda_sources} ${CMAKE_SOURCE_DIR}/kernels/parallel_copy.cpp)

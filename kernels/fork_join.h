@@ -1,7 +1,9 @@
-// Tells ThreadSanitizer where a parallel loop begins and ends. TBB's library is not built for it,
-// so that to it nothing would happen before a loop or after one, and every loop would be a race.
-// Costs nothing in other builds.
+// Frame of parallel loops. It makes them end early (interruption.h), and tells ThreadSanitizer
+// where they begin and end: TBB's library is not built for it, so that to it nothing would happen
+// before a loop or after one, and every loop would be a race.
 #pragma once
+
+#include "interruption.h"
 
 #if defined(__SANITIZE_THREAD__)
 extern "C" void __tsan_acquire(void* address);
@@ -20,6 +22,7 @@ class ForkJoin {
 
   template <class F>
   void part(const F& f) {
+    check_interruption();
     acquire(&fork_);
     f();
     release(&join_);

@@ -13,7 +13,7 @@ SUBFOLDERS = {"model": ["repair", "load"],
               "sequence": ["prepare", "frame", "run", "golden"]}
 WITHOUT_CIRCLES = ["leg", "sequence/prepare", "sequence/frame", "sequence/run"]
 KERNEL_TYPES = {"kernels/types.h", "kernels/field_kinds.h", "kernels/host_device.h", "kernels/simd_math.h", "kernels/linear.h", "kernels/ball_paths.h", "kernels/mesh.h",
-                "kernels/ball_set.h", "kernels/devices.h", "kernels/engine.h", "kernels/morph_surface.h", "kernels/fork_join.h", "kernels/mc_tables.h",
+                "kernels/ball_set.h", "kernels/devices.h", "kernels/engine.h", "kernels/morph_surface.h", "kernels/fork_join.h", "kernels/interruption.h", "kernels/mc_tables.h",
                 "kernels/floating_point.h", "kernels/morph_field.h", "kernels/distance_field.h"}
 ONLY_IN = {"embree3/": "src/render", "OpenImageIO/": "src/image/oiio", "CLI/": "src/cli", "meshoptimizer.h": "src/interchange", "assimp/": "src/model/assimp",
            "nlohmann/": "src/base"}

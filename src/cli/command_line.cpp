@@ -1,6 +1,7 @@
 #include "cli/command_line.h"
 
 #include <poll.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -19,6 +20,7 @@
 #include "base/parallel.h"
 #include "base/text.h"
 #include "cli/config.h"
+#include "kernels/interruption.h"
 #include "spheres/spheres.h"
 
 namespace polymorph {
@@ -27,11 +29,37 @@ namespace {
 std::atomic<bool> stop{false};
 volatile std::sig_atomic_t stop_signal = 0;
 
+/// Ends the process when it has used kMaxGrace seconds since a signal: inside a library, say.
+timer_t end_timer;
+bool has_end_timer = false;
+constexpr double kGrace = 0.8;  ///< processor seconds in which frames in progress may be completed
+constexpr time_t kMaxGraceSeconds = 1;
+constexpr long kMaxGraceNanoseconds = 700000000;
+
 void on_stop(int number) {
   stop_signal = number;
   stop = true;
   stop_waiting_for_readers = true;
-  std::signal(number, SIG_DFL);  // a second one ends the process
+  std::signal(number, SIG_DFL);   // a second one ends the process
+  if (number == SIGUSR1) return;  // from a farm that leaves time for the frames in progress
+  request_interruption(kGrace);
+  itimerspec end{};
+  end.it_value = {kMaxGraceSeconds, kMaxGraceNanoseconds};
+  if (has_end_timer) timer_settime(end_timer, 0, &end, nullptr);
+}
+
+void end_process(int) {
+  constexpr std::string_view kText = "error: stopped\n";
+  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, kText.data(), kText.size());
+  ::_exit(128 + stop_signal);
+}
+
+void make_end_timer() {
+  std::signal(SIGPROF, end_process);
+  sigevent event{};
+  event.sigev_notify = SIGEV_SIGNAL;
+  event.sigev_signo = SIGPROF;
+  has_end_timer = timer_create(CLOCK_PROCESS_CPUTIME_ID, &event, &end_timer) == 0;
 }
 
 void set_signals() {
@@ -278,6 +306,7 @@ std::filesystem::path cache_folder(const CommonOptions& common) {
 const std::atomic<bool>& stop_requested() {
   static std::once_flag once;
   std::call_once(once, [] {
+    make_end_timer();
     std::signal(SIGINT, on_stop);
     std::signal(SIGTERM, on_stop);
     std::signal(SIGUSR1, on_stop);
@@ -354,6 +383,10 @@ int run_program(int argc, char** argv) {
   }
   try {
     return finish_output(run_action(line));
+  } catch (const Interrupted&) {
+    set_status_line("");
+    log_message(LogLevel::kError, "stopped - what is written is whole");
+    return static_cast<int>(stop_code());
   } catch (const std::bad_alloc&) {
     log_message(LogLevel::kError,
                 "out of memory - lower surface.resolution, image size or --threads");

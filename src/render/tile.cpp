@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "kernels/floating_point.h"
+#include "kernels/interruption.h"
 #include "render/film/denoise.h"
 
 namespace polymorph {
@@ -207,6 +208,7 @@ class Tile {
 
   /// Follows the paths that have been collected.
   void flush() {
+    check_interruption();  // a tile of many samples takes seconds
     for (int first = 0; first < wave_.count; first += kLanes) make_camera_rays(first);
     if (!mattes_.empty() || job_.image.denoise) add_mattes_and_guides();
     trace(job_.world, job_.sampler, wave_, stats_);

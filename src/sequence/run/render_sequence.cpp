@@ -16,6 +16,7 @@
 #include "base/worker.h"
 #include "compare/explain.h"
 #include "image/image_io.h"
+#include "kernels/interruption.h"
 #include "mesh/mesh_check.h"
 #include "morph/timeline.h"
 #include "sequence/frame/frame_geometry.h"
@@ -134,10 +135,15 @@ class SequenceRun {
     if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // PNG has no layers
     report_.frames.resize(settings_.frames.size());
     const Stopwatch frames;
-    Status status = all_frames();
-    // What is under way when one fails or all must stop is finished, so that no frame is half.
-    Status rest = drain();
-    if (status) status = std::move(rest);
+    Status status = Ok{};
+    try {
+      status = all_frames();
+      // What is under way when one fails or all must stop is finished, so that no frame is half.
+      Status rest = drain();
+      if (status) status = std::move(rest);
+    } catch (const Interrupted&) {
+      abandon_frames();
+    }
     if (!status && !settings_.keep_going) return std::move(status).error();
     std::erase_if(report_.frames, [](const FrameRecord& record) { return record.frame == 0; });
     if (settings_.dry_run) {
@@ -311,6 +317,24 @@ class SequenceRun {
     while (!tracing_.empty()) keep(finish_tracing());
     while (!writing_.empty()) keep(finish_writing());
     return settings_.keep_going ? Status(Ok{}) : first;
+  }
+
+  /// Waits until nothing is under way and leaves out what is not finished.
+  void abandon_frames() {
+    for (Tracing& tracing : tracing_)
+      if (tracing.result.valid()) tracing.result.wait();
+    tracing_.clear();
+    for (; !writing_.empty(); writing_.pop_front()) {
+      auto& [index, result] = writing_.front();
+      if (!result.valid()) continue;
+      try {
+        if (result.get().status) report_.frames[index].state = FrameRecord::State::kDone;
+      } catch (const Interrupted&) {
+      }
+    }
+    report_.stopped = true;
+    for (FrameRecord& record : report_.frames)
+      if (record.state == FrameRecord::State::kPlanned) record.frame = 0;
   }
 
   bool all_current(const FrameRecord& record) const {
