@@ -8,11 +8,14 @@ Large files are made here. Usage: corpus_test.py PROGRAM
 import json
 import os
 import pathlib
+import resource
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
 import unittest
+import zlib
 
 PROGRAM = os.path.abspath(sys.argv.pop(1))
 DATA = pathlib.Path(__file__).resolve().parent / "data"
@@ -42,6 +45,16 @@ class Corpus(unittest.TestCase):
             raw = [b for b in text if b < 32 and b != 10 or b == 127]
             self.assertEqual(raw, [], f"control characters reach the terminal: {words}")
         return ran.returncode, ran.stdout.decode(), ran.stderr.decode()
+
+    def run_and_measure(self, *words):
+        """Exit code, standard error and the most memory in MB, that of child processes too."""
+        program = subprocess.Popen([PROGRAM, *words], cwd=self.folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.PIPE, env=dict(os.environ, POLYMORPH_CACHE_DIR=str(self.root / "cache")))
+        err = program.stderr.read().decode()
+        program.stderr.close()
+        _, status, usage = os.wait4(program.pid, 0)
+        program.returncode = os.waitstatus_to_exitcode(status)
+        return program.returncode, err, usage.ru_maxrss // 1024
 
     def copy(self, name):
         shutil.copytree(DATA / name, self.folder, dirs_exist_ok=True)
@@ -104,6 +117,92 @@ class Corpus(unittest.TestCase):
                 self.assertEqual(got, code, err[:2000])
                 self.assertIn(part, err)
                 self.assertLess(len(err), 100_000)
+
+    def test_headers_that_claim_much(self):
+        """No memory is taken for what a header only claims to hold."""
+        def chunk(kind, data):
+            return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+        def png(width, height, depth, kind):
+            return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, depth, kind, 0, 0, 0))
+                    + chunk(b"IDAT", zlib.compress(bytes(10))) + chunk(b"IEND", b""))
+
+        frame = struct.pack(">HBHHB", 17, 8, 65500, 65500, 3) + b"\1\x22\0\2\x11\0\3\x11\0"
+        jpeg = (b"\xff\xd8\xff\xdb" + struct.pack(">HB", 67, 0) + b"\1" * 64 + b"\xff\xc2" + frame
+                + b"\xff\xc4" + struct.pack(">HB", 20, 0) + b"\1" + bytes(16)
+                + b"\xff\xda" + struct.pack(">HB", 12, 3) + b"\1\0\2\0\3\0\0\0\0" + bytes(20) + b"\xff\xd9")
+        tags = [(256, 16), (257, 16), (258, 8), (259, 1), (262, 2), (277, 3), (322, 60000), (323, 6000), (324, 8), (325, 4)]
+        tiff = (b"II*\0" + struct.pack("<I", 16) + bytes(8) + struct.pack("<H", len(tags))
+                + b"".join(struct.pack("<HHII", tag, 4, 1, value) for tag, value in tags) + bytes(4))
+        files = {"row.png": png(2**31 - 1, 1, 8, 2), "rows.png": png(100_000_000, 10, 16, 6), "progressive.jpg": jpeg, "tile.tif": tiff}
+        for file, data in files.items():
+            with self.subTest(file):
+                (self.folder / file).write_bytes(data)
+                code, err, memory = self.run_and_measure("info", file)
+                self.assertEqual(code, 3, err)
+                self.assertIn("more than the limit of 1.1 GB", err)
+                self.assertLess(memory, 600)
+        # A limit of the process counts, too: 5000 x 5000 pixels are 300 MB as floats.
+        (self.folder / "square.png").write_bytes(png(5000, 5000, 8, 2))
+        code, err, memory = self.run_and_measure("info", "square.png", "--max-memory", "250M")
+        self.assertEqual(code, 5, err)
+        self.assertIn("the memory limit leaves", err)
+        self.assertLess(memory, 600)
+
+    def test_instances(self):
+        """What a small file unpacks to is counted before it is unpacked."""
+        points = b"".join(struct.pack("<3f", x % 60, x // 60, x % 7) for x in range(3600))
+        faces = b"".join(struct.pack("<3H", x, x + 1, x + 60) for x in range(3500))
+        (self.folder / "model.bin").write_bytes(points + faces)
+        model = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(3000))}], "nodes": [{"mesh": 0}] * 3000,
+                 "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+                 "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3600, "type": "VEC3", "min": [0, 0, 0], "max": [59, 59, 6]},
+                               {"bufferView": 1, "componentType": 5123, "count": 10500, "type": "SCALAR"}],
+                 "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": len(points)},
+                                 {"buffer": 0, "byteOffset": len(points), "byteLength": len(faces)}],
+                 "buffers": [{"byteLength": len(points) + len(faces), "uri": "model.bin"}]}
+        (self.folder / "model.gltf").write_text(json.dumps(model))
+        scene = {"source": "model.gltf", "target": "cube", "image": {"width": 16, "height": 12}}
+        (self.folder / "scene.json").write_text(json.dumps(scene))
+        for words in (["info", "model.gltf"], ["render", "scene.json", "-f", "1", "-o", "f.exr"]):
+            code, err, memory = self.run_and_measure(*words, "--max-memory", "300M")
+            self.assertEqual(code, 5, err)
+            self.assertIn("it unpacks to 10800000 points and 10500000 faces", err)
+            self.assertLess(memory, 300)
+
+    def test_links(self):
+        """Files that a model names are read in its folder, wherever links lead."""
+        outside = self.root / "outside"
+        outside.mkdir()
+        (outside / "secret.mtl").write_text("newmtl a\nKd 0 1 0\n")
+        (self.folder / "link.mtl").symlink_to(outside / "secret.mtl")
+        (self.folder / "folder").symlink_to(outside)
+        (self.folder / "own.mtl").write_text("newmtl a\nKd 0 1 0\nmap_Kd picture.png\n")
+        (outside / "picture.png").write_bytes(b"")
+        (self.folder / "picture.png").symlink_to(outside / "picture.png")
+        (self.folder / "same.mtl").symlink_to("own.mtl")
+        for library, code, part in [("link.mtl", 3, "a link that leads outside"), ("folder/secret.mtl", 3, "a link that leads outside"),
+                                    ("own.mtl", 0, "a link that leads outside"), ("same.mtl", 0, "a link that leads outside")]:
+            with self.subTest(library):
+                (self.folder / "m.obj").write_text(f"mtllib {library}\n{TETRAHEDRON}vt 0 0\nusemtl a\n"
+                                                   + "f 1/1 3/1 2/1\nf 1/1 2/1 4/1\nf 2/1 3/1 4/1\nf 1/1 4/1 3/1\n")
+                got, _, err = self.run_program("info", "m.obj")
+                self.assertEqual(got, code, err)
+                self.assertIn(part, err)
+
+    def test_small_stack(self):
+        """A stack that is too small is raised, or an error."""
+        def limit(most):
+            return lambda: resource.setrlimit(resource.RLIMIT_STACK, (65536, most))
+
+        scene = {"source": "cube", "target": "sphere", "spheres": {"balls": 4}, "surface": {"resolution": 16}}
+        (self.folder / "scene.json").write_text(json.dumps(scene))
+        _, most = resource.getrlimit(resource.RLIMIT_STACK)
+        for maximum, code, part in [(65536, 5, b"error: the stack is limited to 66 kB"), (most, 0, b"m.obj")]:
+            ran = subprocess.run([PROGRAM, "mesh", "scene.json", "-f", "2", "-o", "m.obj", "--no-cache"], cwd=self.folder,
+                                 capture_output=True, timeout=SECONDS, stdin=subprocess.DEVNULL, preexec_fn=limit(maximum))
+            self.assertEqual(ran.returncode, code, ran.stderr)
+            self.assertIn(part, ran.stdout + ran.stderr)
 
     def test_what_is_no_file(self):
         """Nothing waits for a pipe or reads a device without end, and what is too large is not read at all."""

@@ -23,6 +23,12 @@ constexpr std::size_t kHashSize = kCacheKeySize;
 constexpr std::size_t kMaxOrigin = 255;
 constexpr std::uint64_t kMaxBytes = 4ull << 30;
 
+/// Tests whether a name is one that this program gives to cache files.
+bool is_key(std::string_view name) {
+  return name.size() == kCacheKeySize &&
+         name.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
+
 std::string compute_checksum(std::string_view bytes) {
   return Hasher().add_bytes(bytes.data(), bytes.size()).hex();
 }
@@ -127,6 +133,8 @@ CacheLabel cache_label(const fs::path& file) {
     std::ifstream in(file, std::ios::binary);
     in.read(start.data(), static_cast<std::streamsize>(start.size()));
     start.resize(static_cast<std::size_t>(in.gcount()));
+    const bool is_cut_short = kind->magic.starts_with(start) && is_key(file.stem().string());
+    if (is_cut_short) return {kind, ""};
     if (!start.starts_with(kind->magic)) return {};
     std::string_view remaining = std::string_view(start).substr(kind->magic.size());
     if (start.size() < fixed || take<std::uint32_t>(remaining) != kind->version) return {kind, ""};

@@ -51,7 +51,8 @@ std::optional<std::string> load_cached(const std::filesystem::path& folder, cons
 void store_cached(const std::filesystem::path& folder, const std::string& key,
                   const CacheKind& kind, std::string_view origin, std::string_view content);
 
-/// Kind of a cache file and the origin stored in it; no kind (null) if it is no cache file.
+/// Kind of a cache file and the origin stored in it; no kind (null) if it is no cache file. A file
+/// that ends within its first bytes is one if a key is its name.
 struct CacheLabel {
   const CacheKind* kind = nullptr;
   std::string origin;

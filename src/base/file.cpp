@@ -18,7 +18,9 @@
 #include <utility>
 
 #include "base/input_files.h"
+#include "base/memory.h"
 #include "base/random.h"
+#include "base/text.h"
 
 namespace polymorph {
 namespace {
@@ -346,6 +348,13 @@ Result<std::string> read_file(const fs::path& path, std::uint64_t limit) {
   if (size > limit)
     return make_error(ErrorCode::kInput, "{}: is too large ({} bytes, the limit is {})",
                       path.string(), size, limit);
+  constexpr std::uint64_t kSmall = 1 << 20;
+  if (const std::uint64_t left = size > kSmall ? remaining_memory() : size; size > left)
+    return make_error(ErrorCode::kResource,
+                      "{}: reading it takes {} of memory, and the limit leaves {} - use a smaller "
+                      "file or raise --max-memory",
+                      path.string(), format_bytes(static_cast<double>(size)),
+                      format_bytes(static_cast<double>(left)));
   std::string bytes(size, '\0');
   std::size_t done = 0;
   while (done < bytes.size()) {

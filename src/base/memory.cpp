@@ -1,14 +1,17 @@
 #include "base/memory.h"
 
+#include <pthread.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "base/text.h"
 
@@ -45,7 +48,40 @@ std::optional<std::uint64_t> slurm_memory() {
   return static_cast<std::uint64_t>(*value) << 20;
 }
 
+std::atomic<std::uint64_t> budget{0};
+
 }  // namespace
+
+void set_memory_budget(std::uint64_t bytes) { budget = bytes; }
+
+std::uint64_t remaining_memory() {
+  if (budget == 0) return std::numeric_limits<std::uint64_t>::max();
+  // Pages: all, resident, ...
+  const std::vector<std::string> pages = split(read_text("/proc/self/statm"), ' ');
+  const auto resident = pages.size() > 1 ? parse_integer(pages[1]) : std::nullopt;
+  const std::uint64_t taken = static_cast<std::uint64_t>(resident.value_or(0)) *
+                              static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  return budget > taken ? budget - taken : 0;
+}
+
+Status raise_stack_limit() {
+  constexpr rlim_t kNeeded = rlim_t{1} << 20, kUsual = rlim_t{8} << 20;
+  rlimit stack{};
+  if (getrlimit(RLIMIT_STACK, &stack) != 0 || stack.rlim_cur >= kNeeded) return Ok{};
+  const rlimit raised{std::min(stack.rlim_max, kUsual), stack.rlim_max};
+  if (raised.rlim_cur < kNeeded || setrlimit(RLIMIT_STACK, &raised) != 0)
+    return make_error(ErrorCode::kResource,
+                      "the stack is limited to {} - raise that to {} or more (ulimit -s {})",
+                      format_bytes(static_cast<double>(stack.rlim_max)),
+                      format_bytes(static_cast<double>(kNeeded)), kNeeded >> 10);
+  pthread_attr_t threads;
+  if (pthread_getattr_default_np(&threads) == 0) {
+    pthread_attr_setstacksize(&threads, raised.rlim_cur);
+    pthread_setattr_default_np(&threads);
+    pthread_attr_destroy(&threads);
+  }
+  return Ok{};
+}
 
 std::optional<std::uint64_t> cgroup_memory_limit(std::string_view membership,
                                                  const fs::path& root) {

@@ -161,6 +161,7 @@ Status start_up(const CommonOptions& common) {
   log.file = common.log_file;
   log.replace_file = common.overwrite;
   set_thread_count(common.threads);
+  set_memory_budget(common.max_memory);
   PM_TRY_STATUS(set_log(log));
   const ProgressMode mode = progress_mode(common);
   show_activities(common.quiet                   ? ActivityDisplay::kNone
@@ -330,6 +331,10 @@ void print_error(const Error& error) {
 
 int run_program(int argc, char** argv) {
   set_signals();
+  if (const Status stack = raise_stack_limit(); !stack) {
+    log_message(LogLevel::kError, stack.error().message);
+    return static_cast<int>(stack.error().code);
+  }
   const InputGuard inputs_are_kept;
   remember_names(argc, argv);
   CommandLine line;

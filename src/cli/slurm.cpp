@@ -47,6 +47,21 @@ std::string frames_of(const SlurmJob& job) {
 
 }  // namespace
 
+Status check_job(const SlurmJob& job) {
+  std::vector<std::string> texts{job.name,   job.program, job.folder, job.log_folder, job.scene,
+                                 job.output, job.frames,  job.sheet,  job.movie};
+  for (const auto* more : {&job.scene_arguments, &job.render_arguments, &job.directives})
+    texts.insert(texts.end(), more->begin(), more->end());
+  for (const std::string& text : texts)
+    for (const char c : text)
+      if (static_cast<unsigned char>(c) < ' ' || c == 127)
+        return make_error(ErrorCode::kUsage,
+                          "{}: a job script cannot hold a control character, such as a line break "
+                          "- rename the file or folder, or change the option",
+                          text);
+  return Ok{};
+}
+
 int slurm_tasks(std::size_t frames, double frame_seconds, double task_seconds, int max_tasks) {
   const double per_task =
       frame_seconds > 0 ? std::max(1.0, std::ceil(task_seconds / frame_seconds)) : 1.0;

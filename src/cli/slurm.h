@@ -26,6 +26,10 @@ struct SlurmJob {
   double frame_seconds = 0;  ///< seconds per frame, on `cpus`; 0: unknown
 };
 
+/// Checks that no string of the job has control characters: a line break in the name of a folder
+/// would end a directive, and the rest would be a command. Errors: kUsage.
+Status check_job(const SlurmJob& job);
+
 /// Number of array tasks: each has at least `task_seconds` of frames where there are enough, and
 /// there are at most `max_tasks` of them. `frame_seconds` 0: one frame per task.
 int slurm_tasks(std::size_t frames, double frame_seconds, double task_seconds, int max_tasks);

@@ -1,5 +1,6 @@
 #include "image/check_tiff.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -9,6 +10,8 @@ namespace {
 
 // TIFF 6.0, section 2, and the BigTIFF design (libtiff): the same directory with wider counts and
 // offsets.
+constexpr std::uint64_t kWidth = 256, kHeight = 257, kChannels = 277, kTileWidth = 322,
+                        kTileHeight = 323;
 constexpr std::uint64_t kStripOffsets = 273, kStripByteCounts = 279, kTileOffsets = 324,
                         kTileByteCounts = 325;
 constexpr std::array<std::uint64_t, 19> kTypeSizes{0, 1, 1, 2, 4, 8, 1, 1, 2, 4,
@@ -24,10 +27,23 @@ class Reader {
   explicit Reader(std::string_view bytes)
       : bytes_(bytes), little_(bytes[0] == 'I'), big_(bytes[little_ ? 2 : 3] == 43) {}
 
+  TiffSize size() const {
+    TiffSize size;
+    const std::uint64_t directory = first_directory(), count = number(directory, head_size());
+    for (std::uint64_t i = 0; i < count && i < kMaxEntries; ++i) {
+      const Entry entry = read_entry(directory + head_size() + i * entry_size());
+      const auto value = static_cast<double>(number(entry.offset, entry.item_size));
+      if (entry.tag == kWidth || entry.tag == kTileWidth) size.width = std::max(size.width, value);
+      if (entry.tag == kHeight || entry.tag == kTileHeight)
+        size.height = std::max(size.height, value);
+      if (entry.tag == kChannels) size.channels = std::max(size.channels, value);
+    }
+    return size;
+  }
+
   /// Tests that the first directory, its entries and the picture lie within the file.
   bool is_complete() const {
-    const std::uint64_t directory = big_ ? number(8, 8) : number(4, 4);
-    const std::uint64_t head = big_ ? 8 : 2, size = big_ ? 20 : 12;
+    const std::uint64_t directory = first_directory(), head = head_size(), size = entry_size();
     if (!is_within_file(directory, head)) return false;
     const std::uint64_t count = number(directory, head);
     if (count > bytes_.size() / size || !is_within_file(directory + head, count * size))
@@ -45,6 +61,11 @@ class Reader {
   }
 
  private:
+  static constexpr std::uint64_t kMaxEntries = 65536;
+
+  std::uint64_t first_directory() const { return big_ ? number(8, 8) : number(4, 4); }
+  std::uint64_t head_size() const { return big_ ? 8 : 2; }
+  std::uint64_t entry_size() const { return big_ ? 20 : 12; }
   bool is_within_file(std::uint64_t offset, std::uint64_t size) const {
     return offset <= bytes_.size() && size <= bytes_.size() - offset;
   }
@@ -83,5 +104,7 @@ Status check_tiff(std::string_view bytes) {
   if (Reader(bytes).is_complete()) return Ok{};
   return make_error(ErrorCode::kInput, "the TIFF is truncated");
 }
+
+TiffSize tiff_size(std::string_view bytes) { return Reader(bytes).size(); }
 
 }  // namespace polymorph

@@ -12,4 +12,11 @@ namespace polymorph {
 /// a TIFF's magic.
 Status check_tiff(std::string_view bytes);
 
+/// The size of the first image of such a file, or of its tiles where they are larger; 0 where the
+/// directory does not say.
+struct TiffSize {
+  double width = 0, height = 0, channels = 1;
+};
+TiffSize tiff_size(std::string_view bytes);
+
 }  // namespace polymorph

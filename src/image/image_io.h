@@ -33,7 +33,8 @@ struct ReadImageSettings {
   /// Alpha mode of the result, converted from the file's in linear light: premultiplied as Image
   /// requires, or straight (for textures of which only the colours are used).
   AlphaMode alpha = AlphaMode::kPremultiplied;
-  /// Decoded size limit, checked before reading pixels.
+  /// Limit of the decoded size, checked before anything is allocated for it, as is what the process
+  /// may still take (base/memory.h).
   std::size_t max_bytes = std::size_t{1} << 30;
   /// A file of several parts, pages or pictures is an error; else the first of them is read.
   bool single_picture = false;

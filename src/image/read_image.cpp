@@ -3,9 +3,11 @@
 #include <numeric>
 
 #include "base/file.h"
+#include "base/memory.h"
 #include "base/parallel.h"
 #include "base/text.h"
 #include "image/decode_png.h"
+#include "image/header_size.h"
 #include "image/image_io.h"
 #include "image/oiio_loader.h"
 #include "image/sniff.h"
@@ -113,6 +115,27 @@ Image to_image(const PmOiioImage& decoded, const ReadImageSettings& settings) {
   return image;
 }
 
+/// While an image is converted it is held as its format stores it, as floats and as the result.
+constexpr double kCopies = 2.5;
+
+/// Checks the size of an image against the limits.
+Status check_size(const std::string& name, const HeaderSize& size, std::size_t max_bytes) {
+  const double needed = sizeof(float) * size.width * size.height * size.channels;
+  const auto limit = static_cast<double>(max_bytes);
+  const auto left = static_cast<double>(remaining_memory());
+  const auto say = [&](ErrorCode code, const std::string& why) {
+    return make_error(code, "{}: {} x {} pixels of {} channels need {} ({}) - scale the image down",
+                      name, size.width, size.height, size.channels, format_bytes(needed), why);
+  };
+  if (needed > limit)
+    return say(ErrorCode::kInput, fmt::format("more than the limit of {}", format_bytes(limit)));
+  if (kCopies * needed > left)
+    return say(ErrorCode::kResource,
+               fmt::format("several times while they are read, and the memory limit leaves {}",
+                           format_bytes(left)));
+  return Ok{};
+}
+
 Result<DecodedImage> decode(const std::string& bytes, const std::string& format,
                             std::size_t max_bytes) {
   if (format == "png") return decode_png(bytes, max_bytes);
@@ -137,16 +160,23 @@ Result<Image> read_image(const std::filesystem::path& path, const ReadImageSetti
 
 Result<Image> decode_image(const std::string& bytes, const std::string& name,
                            const ReadImageSettings& settings) {
-  const Result<std::string> format = sniff_image_format(bytes, name, settings.max_bytes);
+  const Result<std::string> format = sniff_image_format(bytes, name);
   if (!format) return make_error(ErrorCode::kInput, "{}: {}", name, format.error().message);
-  PM_TRY(const DecodedImage decoded, decode(bytes, *format, settings.max_bytes));
-  if (decoded->failure == PM_OIIO_TOO_LARGE)
-    return make_error(ErrorCode::kInput,
-                      "{}: {} x {} pixels of {} channels need {} (more than the limit of {}) - "
+  // Decoders allocate for the size that the header states before any pixel is read.
+  if (const auto size = header_size(bytes, *format))
+    PM_TRY_STATUS(check_size(name, *size, settings.max_bytes));
+  const auto max_bytes = static_cast<std::size_t>(std::min(
+      static_cast<double>(settings.max_bytes), static_cast<double>(remaining_memory()) / kCopies));
+  PM_TRY(const DecodedImage decoded, decode(bytes, *format, max_bytes));
+  if (decoded->failure == PM_OIIO_TOO_LARGE) {
+    PM_TRY_STATUS(check_size(name,
+                             {1.0 * decoded->width, 1.0 * decoded->height, 1.0 * decoded->channels},
+                             settings.max_bytes));
+    return make_error(ErrorCode::kResource,
+                      "{}: needs more than the {} that the limits leave - "
                       "scale the image down",
-                      name, decoded->width, decoded->height, decoded->channels,
-                      format_bytes(4.0 * decoded->width * decoded->height * decoded->channels),
-                      format_bytes(static_cast<double>(settings.max_bytes)));
+                      name, format_bytes(static_cast<double>(max_bytes)));
+  }
   if (settings.single_picture && decoded->has_more)
     return make_error(
         ErrorCode::kInput,

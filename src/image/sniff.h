@@ -12,9 +12,8 @@ namespace polymorph {
 /// other reader is tried. Targa files have no magic number: a name that ends in .tga is believed,
 /// and unknown data are tried as a Targa if the header is plausible. Also checks for damage that
 /// readers ignore, report on standard error or crash on: PNG chunk lengths and checksums, sizes in
-/// EXR headers, the ends of JPEG, TIFF, BMP and Targa, and the sizes that GIF and JPEG 2000
-/// allocate on opening. Errors (kInput): a reason without a file name.
-Result<std::string> sniff_image_format(std::string_view bytes, std::string_view name = {},
-                                       std::size_t max_bytes = std::size_t{1} << 30);
+/// EXR headers, and the ends of JPEG, TIFF, BMP, Targa, GIF and JPEG 2000. Errors (kInput): a
+/// reason without a file name.
+Result<std::string> sniff_image_format(std::string_view bytes, std::string_view name = {});
 
 }  // namespace polymorph

@@ -102,6 +102,18 @@ TEST_F(CacheCommand, VerifyAnswersNoToADamagedFile) {
   for (const auto& entry : json["entries"]) EXPECT_EQ(entry["ok"], entry["key"] != key) << entry;
 }
 
+TEST_F(CacheCommand, VerifyAnswersNoToAShortFile) {
+  const std::string key(32, 'a');
+  for (const char* bytes : {"", "poly", "polymorph plan\n", "polymorph plan\n\3\0"}) {
+    write("kept/" + key + ".plan", bytes);
+    EXPECT_TRUE(contains(cache(1, {"verify"}).out, key + ".plan: is cut short")) << bytes;
+  }
+  std::filesystem::remove(folder / "kept" / (key + ".plan"));
+  // What this program would not name like that is not its own.
+  write("kept/notes.plan", "");
+  cache(0, {"verify"});
+}
+
 TEST_F(CacheCommand, GcKeepsWhatFitsAndClearKeepsStrangers) {
   write("kept/mine.spheres", "not the program's");
   EXPECT_TRUE(contains(

@@ -159,6 +159,24 @@ TEST_F(Farm, MemoryOfTheJobIsALimit) {
   EXPECT_TRUE(contains(ran.err, "the scene needs ")) << ran.err;
 }
 
+TEST_F(Farm, NoNameBecomesCodeOfAJobScript) {
+  const std::vector<std::string> submit{"submit",  "slurm",           "scene.json",
+                                        "--print", "--frame-seconds", "1"};
+  for (const auto& [option, value] : {std::pair<std::string, std::string>{"-o", "a\nb/f.####.exr"},
+                                      {"--account", "a\ntouch x"},
+                                      {"--sbatch", "--qos=a\rb"},
+                                      {"--cache-dir", "c\x7f"}}) {
+    std::vector<std::string> words = submit;
+    words.insert(words.end(), {option, value});
+    EXPECT_TRUE(contains(run(2, words).err, "cannot hold a control character")) << option;
+  }
+  const Path odd = folder / "a\ntouch x\n#";
+  std::filesystem::create_directory(odd);
+  std::filesystem::copy(folder / "scene.json", odd / "scene.json");
+  folder = odd;
+  EXPECT_TRUE(contains(run(2, submit).err, "cannot hold a control character"));
+}
+
 TEST_F(Farm, PrintsJobScripts) {
   const Ran ran =
       run(0, {"submit", "slurm", "scene.json", "-o", "it's/f.####.exr", "--print", "--png", "--spp",

@@ -7,6 +7,8 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <limits>
+#include <vector>
 
 namespace polymorph {
 namespace {
@@ -55,6 +57,20 @@ TEST_F(Memory, OfTheProcessIsNoMoreThanSlurmAndUlimitGive) {
   setenv("SLURM_MEM_PER_NODE", "0", 1);
   EXPECT_EQ(memory_limit(), machine);
   unsetenv("SLURM_MEM_PER_NODE");
+}
+
+TEST_F(Memory, RemainsUntilTheBudgetIsUsed) {
+  EXPECT_EQ(remaining_memory(), std::numeric_limits<std::uint64_t>::max());
+  set_memory_budget(1);
+  EXPECT_EQ(remaining_memory(), 0u);
+  constexpr std::uint64_t kBudget = std::uint64_t{1} << 40;
+  set_memory_budget(kBudget);
+  const std::uint64_t before = remaining_memory();
+  EXPECT_LT(before, kBudget);
+  const std::vector<char> taken(64 << 20, 'x');
+  EXPECT_LT(remaining_memory() + (60u << 20), before);
+  EXPECT_EQ(taken.back(), 'x');
+  set_memory_budget(0);
 }
 
 }  // namespace

@@ -134,6 +134,7 @@ Result<SlurmJob> make_job(const CommandLine& line, const SubmitOptions& options,
   if (!options.partition.empty()) job.directives.push_back("--partition=" + options.partition);
   if (!options.account.empty()) job.directives.push_back("--account=" + options.account);
   job.directives.insert(job.directives.end(), options.directives.begin(), options.directives.end());
+  PM_TRY_STATUS(check_job(job));
   PM_TRY(const Costs costs, measure_costs(line, options, scene, files));
   if (costs.frames == 0)
     return make_error(ErrorCode::kAnswerNo, "every frame is there and current - nothing to submit");
@@ -147,9 +148,6 @@ Result<SlurmJob> make_job(const CommandLine& line, const SubmitOptions& options,
 Result<int> run_submit(const CommandLine& line, const SubmitOptions& options) {
   PM_TRY(const Scene scene, load_scene_with(options.scene, options.scene_options));
   const std::string output = options.output.empty() ? scene.output.file : options.output;
-  for (const std::string* word : {&options.scene, &output})
-    if (word->find_first_of("\n\r") != std::string::npos)
-      return make_error(ErrorCode::kUsage, "{}: a job script cannot hold this name", *word);
   PM_TRY(const SlurmJob job, make_job(line, options, scene, output));
   const std::string render = slurm_render_script(job), finish = slurm_finish_script(job);
   if (options.print) {

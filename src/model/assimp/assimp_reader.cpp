@@ -12,6 +12,7 @@
 #include <assimp/Importer.hpp>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <set>
@@ -83,11 +84,31 @@ double to_srgb(double linear) {
                              : 1.055 * polymorph::exact::pow(linear, 1 / 2.4) - 0.055;
 }
 
+/// Points and faces of a scene with every instance.
+struct Counts {
+  double points = 0, faces = 0, text = 0;  ///< `text`: an upper bound of the bytes written
+};
+
+void count_nodes(const aiScene& scene, const aiNode& node, Counts& counts) {
+  for (unsigned i = 0; i < node.mNumMeshes; ++i) {
+    const aiMesh& mesh = *scene.mMeshes[node.mMeshes[i]];
+    const bool uvs = mesh.HasTextureCoords(0), normals = mesh.HasNormals();
+    counts.points += mesh.mNumVertices;
+    counts.faces += mesh.mNumFaces;
+    constexpr double kNumber = 12, kIndex = 8;  // "-1.2345678 ", " 1234567"
+    counts.text += mesh.mNumVertices * kNumber * (3 + (uvs ? 2 : 0) + (normals ? 3 : 0)) +
+                   mesh.mNumFaces * kIndex * 3 * (1 + (uvs ? 1 : 0) + (normals ? 1 : 0));
+  }
+  for (unsigned i = 0; i < node.mNumChildren; ++i) count_nodes(scene, *node.mChildren[i], counts);
+}
+
 class Writer {
  public:
   Writer(const aiScene& scene, const std::string& suffix) : scene_(scene), suffix_(suffix) {}
 
-  void write() {
+  /// `counts`: those of the scene.
+  void write(const Counts& counts) {
+    obj_.reserve(static_cast<std::size_t>(counts.text));
     for (unsigned i = 0; i < scene_.mNumMaterials; ++i) add_material(*scene_.mMaterials[i]);
     add_node(*scene_.mRootNode, make_upright());
     put("obj", "", obj_);
@@ -283,6 +304,16 @@ void Writer::add_texture(unsigned index) {
   put("texture", name, bytes);
 }
 
+std::string describe_size(const Counts& counts, double limit) {
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "it unpacks to %.0f points and %.0f faces, which need about %.1f GB of memory, and "
+                "the limit leaves %.1f GB",
+                counts.points, counts.faces, polymorph::kModelBytesPerTextByte * counts.text / 1e9,
+                limit / 1e9);
+  return text;
+}
+
 /// Limits CPU time or memory to values that suffice for any model the program accepts.
 void limit(int what, rlim_t maximum) {
   rlimit now{};
@@ -294,14 +325,19 @@ void limit(int what, rlim_t maximum) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) return 2;
+  if (argc != 3) return 2;
   limit(RLIMIT_CORE, 0);
   std::fputs(polymorph::kImportHello, stdout);
   const fs::path path = argv[1];
   std::error_code error;
   const auto bytes = static_cast<rlim_t>(fs::file_size(path, error));
-  limit(RLIMIT_AS, std::min((rlim_t{2} << 30) + 100 * bytes, rlim_t{16} << 30));
-  limit(RLIMIT_CPU, 3 + bytes / 1000000);
+  const rlim_t memory = std::strtoull(argv[2], nullptr, 10);
+  // Libraries take address space, but little memory.
+  constexpr rlim_t kLibraries = rlim_t{256} << 20;
+  const rlim_t seconds = 3 + bytes / 1000000;
+  limit(RLIMIT_AS, std::min({(rlim_t{2} << 30) + 100 * bytes, rlim_t{16} << 30,
+                             memory < (rlim_t{1} << 40) ? kLibraries + memory : memory}));
+  limit(RLIMIT_CPU, seconds);
   std::string suffix = path.extension().string();
   std::transform(suffix.begin(), suffix.end(), suffix.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -315,8 +351,17 @@ int main(int argc, char** argv) {
       const std::string why = importer.GetErrorString();
       put("error", why.empty() ? "no meshes in it" : why, "");
     } else {
-      Writer(*scene, suffix).write();
+      Counts counts;
+      count_nodes(*scene, *scene->mRootNode, counts);
+      if (polymorph::kModelBytesPerTextByte * counts.text > static_cast<double>(memory)) {
+        put("large", describe_size(counts, static_cast<double>(memory)), "");
+      } else {
+        limit(RLIMIT_CPU, seconds + static_cast<rlim_t>(counts.text / 20e6));
+        Writer(*scene, suffix).write(counts);
+      }
     }
+  } catch (const std::bad_alloc&) {
+    put("large", "it takes more memory than the limit leaves", "");
   } catch (const std::exception& e) {
     put("error", e.what(), "");
   }

@@ -25,6 +25,14 @@ bool is_inside(const fs::path& root, const fs::path& path) {
 
 }  // namespace
 
+bool AssetFinder::is_usable(const fs::path& path) const {
+  std::error_code error;
+  const fs::path root = fs::canonical(root_.empty() ? fs::path(".") : root_, error);
+  if (error) return false;
+  const fs::path target = fs::canonical(path, error);
+  return !error && is_file(target) && is_inside(root, target);
+}
+
 /// Resolves `relative` below `folder` regardless of case; empty if there is no such file.
 fs::path AssetFinder::find_any_case(const fs::path& folder, const fs::path& relative) {
   fs::path found = folder;
@@ -39,7 +47,7 @@ fs::path AssetFinder::find_any_case(const fs::path& folder, const fs::path& rela
     if (name == names.end()) return {};
     found /= name->second;
   }
-  return is_file(found) ? found : fs::path{};
+  return is_usable(found) ? found : fs::path{};
 }
 
 const std::map<std::string, std::string>& AssetFinder::names_in(const fs::path& folder) {
@@ -66,7 +74,12 @@ Result<AssetPath> AssetFinder::find(const fs::path& folder, std::string_view nam
   const fs::path root = root_.empty() ? fs::path(".") : root_;
   const bool outside = drive || named.is_absolute() || !is_inside(root, base / named);
   if (!outside) {
-    if (is_file(base / named)) return AssetPath{base / named, {}};
+    if (is_usable(base / named)) return AssetPath{base / named, {}};
+    if (is_file(base / named))
+      return make_error(ErrorCode::kInput,
+                        "\"{}\" is or lies behind a link that leads outside the model's folder and "
+                        "is not opened - copy the file beside the model",
+                        name);
     const fs::path other_case = find_any_case(base, named);
     if (!other_case.empty())
       return AssetPath{other_case, fmt::format("\"{}\" is written in another case - {} is used",

@@ -25,12 +25,14 @@ class AssetFinder {
   /// `folder` is the folder of the file that names it and lies in `root`, the OBJ's folder. Files
   /// outside `root` (absolute paths, `..`) are never opened, because a downloaded model must not
   /// read arbitrary files. If the named file is outside or missing, a file of the same base name in
-  /// `folder` or `root` is used instead, with a note. Links inside `root` are followed. Errors
-  /// (kInput): the file is outside, and there is none with its base name; the message does not
-  /// start with file and line.
+  /// `folder` or `root` is used instead, with a note. Links are followed where they lead to files
+  /// inside `root`. Errors (kInput): the file is outside, or is a link that leads outside, and
+  /// there is none with its base name; the message does not start with file and line.
   Result<AssetPath> find(const std::filesystem::path& folder, std::string_view name);
 
  private:
+  /// Tests whether `path` is a file whose links, if any, end inside the root.
+  bool is_usable(const std::filesystem::path& path) const;
   std::filesystem::path find_any_case(const std::filesystem::path& folder,
                                       const std::filesystem::path& relative);
   /// Maps names in lower case to the names on disk.

@@ -1,7 +1,8 @@
-// Protocol between polymorph and polymorph_assimp, the only program that links Assimp:
+// Protocol between polymorph and polymorph_assimp, the only program that links Assimp. Its
+// arguments are the model and the bytes of memory that both may take for it. Its output:
 // kImportHello, then records, each "KIND NAME_SIZE SIZE\n", its name and its bytes; the last is
 // "end". Kinds: obj, mtl (once each); texture (embedded, named as in map_Kd); input (a file that
-// was read); warning, error (the name is the message).
+// was read); warning, error (the name is the message); large, an error because of memory.
 #pragma once
 
 #include <string>
@@ -9,7 +10,11 @@
 namespace polymorph {
 
 /// Protocol version; incremented with every change of the protocol.
-inline constexpr const char* kImportHello = "polymorph import 1\n";
+inline constexpr const char* kImportHello = "polymorph import 2\n";
+
+/// Bytes of memory that OBJ text and the model made of it take at once, per byte of text. Measured:
+/// 6.4 for twelve million faces by way of Assimp.
+inline constexpr double kModelBytesPerTextByte = 7;
 
 /// Name of an embedded texture in the MTL.
 inline std::string embedded_name(unsigned index) { return "embedded-" + std::to_string(index); }

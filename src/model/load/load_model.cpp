@@ -1,6 +1,7 @@
 #include "model/load/load_model.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -13,7 +14,9 @@
 #include <map>
 
 #include "base/file.h"
+#include "base/memory.h"
 #include "base/text.h"
+#include "kernels/interruption.h"
 #include "model/load/build_model.h"
 #include "model/load/import_process.h"
 #include "model/load/obj_scan.h"
@@ -54,10 +57,13 @@ Result<fs::path> find_reader() {
 struct ReaderRun {
   std::string bytes;
   int status = 0;
-  bool is_too_large = false;
+  bool is_too_large = false, is_interrupted = false;
 };
 
-Result<ReaderRun> run_reader(const fs::path& reader, const fs::path& model, std::uint64_t limit) {
+/// `memory`: bytes that the reader and the model that it makes may take; `limit`: those of its
+/// output.
+Result<ReaderRun> run_reader(const fs::path& reader, const fs::path& model, std::uint64_t memory,
+                             std::uint64_t limit) {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0)
     return make_error(ErrorCode::kResource, "cannot make a pipe: {}", std::strerror(errno));
@@ -66,8 +72,8 @@ Result<ReaderRun> run_reader(const fs::path& reader, const fs::path& model, std:
   posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
   posix_spawn_file_actions_adddup2(&actions, ends[1], 1);
   posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
-  std::string words[2] = {reader.string(), model.string()};
-  char* arguments[3] = {words[0].data(), words[1].data(), nullptr};
+  std::string words[3] = {reader.string(), model.string(), std::to_string(memory)};
+  char* arguments[4] = {words[0].data(), words[1].data(), words[2].data(), nullptr};
   pid_t id = 0;
   const int failure = ::posix_spawn(&id, reader.c_str(), &actions, nullptr, arguments, environ);
   posix_spawn_file_actions_destroy(&actions);
@@ -80,6 +86,15 @@ Result<ReaderRun> run_reader(const fs::path& reader, const fs::path& model, std:
   ReaderRun run;
   std::string piece(1 << 16, '\0');
   for (;;) {
+    pollfd ready{ends[0], POLLIN, 0};
+    constexpr int kMilliseconds = 50;
+    const int count = ::poll(&ready, 1, kMilliseconds);
+    if (interruption_requested) {
+      run.is_interrupted = true;
+      ::kill(id, SIGKILL);
+      break;
+    }
+    if (count == 0 || (count < 0 && errno == EINTR)) continue;
     const ssize_t n = ::read(ends[0], piece.data(), piece.size());
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) break;
@@ -93,12 +108,14 @@ Result<ReaderRun> run_reader(const fs::path& reader, const fs::path& model, std:
   ::close(ends[0]);
   while (::waitpid(id, &run.status, 0) < 0 && errno == EINTR) {
   }
+  if (run.is_interrupted) throw Interrupted();
   return run;
 }
 
-/// The parsed output of the reader.
+/// The parsed output of the reader; obj and mtl are parts of it.
 struct Imported {
-  std::string obj, mtl, error;
+  std::string_view obj, mtl;
+  std::string error, too_large;
   std::map<std::string, std::string> textures;
   std::vector<std::string> warnings, inputs;
   bool is_complete = false;  ///< the "end" piece was read
@@ -128,6 +145,7 @@ Imported parse(std::string_view bytes) {
     if (words[0] == "input") imported.inputs.push_back(name);
     if (words[0] == "warning") imported.warnings.push_back(name);
     if (words[0] == "error") imported.error = name;
+    if (words[0] == "large") imported.too_large = name;
     if (words[0] == "end") imported.is_complete = true;
   }
   return imported;
@@ -184,18 +202,22 @@ Result<LoadedModel> run_and_parse(const fs::path& path, const LoadObjSettings& s
     return Ok{};
   }());
   PM_TRY(const fs::path reader, find_reader());
-  PM_TRY(ReaderRun run, run_reader(reader, path, 8 * settings.max_bytes));
-  Imported imported = parse(run.bytes);
-  run.bytes = {};
+  const std::uint64_t left = remaining_memory();
+  PM_TRY(ReaderRun run,
+         run_reader(reader, path, left, std::min<std::uint64_t>(8 * settings.max_bytes, left)));
+  const Imported imported = parse(run.bytes);
   for (const std::string& input : imported.inputs) remember_input(input);
+  if (!imported.too_large.empty())
+    return make_error(ErrorCode::kResource, "{}: {} - use a smaller model or raise --max-memory",
+                      file, first_line(imported.too_large));
   if (!imported.error.empty())
     return make_error(ErrorCode::kInput, "{}: cannot be read: {}", file,
                       first_line(imported.error));
   if (!imported.is_complete || !WIFEXITED(run.status) || WEXITSTATUS(run.status) != 0)
     return make_reader_error(file, run);
   PM_TRY(ObjScan scan, scan_obj(imported.obj, file));
-  imported.obj = {};
-  PM_TRY(MtlSet mtls, parse_mtl(imported.mtl, file));
+  PM_TRY(MtlSet mtls, parse_mtl(std::string(imported.mtl), file));
+  run.bytes = {};
   LoadedModel loaded;
   loaded.file_points = scan.points;
   for (const std::string& warning : imported.warnings)

@@ -1,15 +1,35 @@
 #include "model/load/load_obj.h"
 
 #include "base/file.h"
+#include "base/memory.h"
+#include "base/text.h"
 #include "model/load/build_model.h"
+#include "model/load/import_process.h"
 #include "model/load/obj_scan.h"
 #include "model/load/textures.h"
 
 namespace polymorph {
+namespace {
+
+/// Checks that a model of so much text fits into what the process may still take.
+Status check_text_memory(const std::filesystem::path& path, std::size_t bytes) {
+  constexpr std::size_t kSmall = 1 << 20;
+  if (bytes < kSmall) return Ok{};
+  const double needed = kModelBytesPerTextByte * static_cast<double>(bytes);
+  const auto left = static_cast<double>(remaining_memory());
+  if (needed <= left) return Ok{};
+  return make_error(ErrorCode::kResource,
+                    "{}: the model needs about {} of memory, and the limit leaves {} - use a "
+                    "smaller model or raise --max-memory",
+                    path.string(), format_bytes(needed), format_bytes(left));
+}
+
+}  // namespace
 
 Result<LoadedModel> load_obj(const std::filesystem::path& path, const LoadObjSettings& settings) {
   remember_input(path);
   PM_TRY(const std::string bytes, read_file(path, settings.max_bytes));
+  PM_TRY_STATUS(check_text_memory(path, bytes.size()));
   PM_TRY(ObjScan scan, scan_obj(bytes, path.string()));
   PM_TRY(const MtlSet mtls, load_mtls(path, scan.libraries, settings.strict));
   LoadedModel loaded;

@@ -1,0 +1,21 @@
+// Sizes that image headers state, read before a decoder allocates for them.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+namespace polymorph {
+
+/// The largest image that a header makes a decoder allocate memory for. Channels that a header does
+/// not state count as 4.
+struct HeaderSize {
+  double width = 0, height = 0, channels = 4;
+};
+
+/// Reads the size from the first bytes of a file of this format (the names of image/sniff.h):
+/// PNG, JPEG, TIFF, OpenEXR, GIF, WebP and JPEG 2000. Tiles count where they are larger than the
+/// image. Empty for other formats, whose readers allocate nothing on opening, and where the header
+/// is cut short or states no size.
+std::optional<HeaderSize> header_size(std::string_view bytes, std::string_view format);
+
+}  // namespace polymorph
