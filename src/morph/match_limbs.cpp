@@ -15,10 +15,13 @@ namespace {
 // Weights of the cost; lengths over the root mean square size or the mean way along the body.
 constexpr double kTip = 0.15, kRoot = 0.5, kDirection = 0.6, kLength = 0.25, kThickness = 0.15,
                  kVolume = 0.05, kDepth = 0.5, kTipHeight = 0.6, kRootHeight = 1.2, kToe = 0.4;
+constexpr double kFloor = 1.2;  // of a limb that stands on the floor with one that does not
 constexpr double kBetween = 0.6, kRootsBetween = 0.4;  // to the other limbs that are matched
+/// Cost of two limbs that change sides: legs cross when they run, their roots do not.
+constexpr double kCrossed = 1;
 /// Costs of a limb left alone, by its stretch, and of one that sits on a matched limb.
 constexpr double kAlone = 1.6, kInner = 0.6, kLongest = 1.2;
-constexpr double kTurn = 0.3;       // of another turn than the one given
+constexpr double kTurn = 1;         // of another turn than the one given
 constexpr double kOnFloor = 0.15;   // height of a toe
 constexpr std::size_t kBeam = 150;  // partial matchings that are followed
 constexpr int kTurns = 8, kRounds = 4;
@@ -99,6 +102,7 @@ double compute_cost(const Features& a, const Features& b, double sine, double co
   for (std::size_t k = 0; k < kLimbStations; ++k)
     thickness += square(a.thickness[k] - b.thickness[k]);
   cost += kThickness / static_cast<double>(kLimbStations) * thickness;
+  if (a.on_floor != b.on_floor) cost += kFloor;
   if (a.on_floor && b.on_floor) cost += kToe * (1 - dot(turn(a.toe), b.toe));
   return cost;
 }
@@ -119,19 +123,28 @@ double alone_or_inner(const Features& limb, std::uint32_t matched) {
   return !(limb.outer & matched) && (limb.inner & matched) ? 0 : alone(limb, matched);
 }
 
+/// The degree to which two roots lie the other way round in the plane of the floor: 0 to 1. Roots
+/// that are close together say little.
+double opposition(Vec3d a, Vec3d b) {
+  constexpr double kApart = 0.3;
+  a.y = b.y = 0;
+  return std::max(0.0, -dot(a, b)) / (std::max(length(a), kApart) * std::max(length(b), kApart));
+}
+
 double with_others(const Problem& problem, const Partial& partial, std::size_t i, std::size_t k,
                    double sine, double cosine) {
   if (partial.limbs.empty()) return 0;
-  double between = 0, roots = 0;
+  double between = 0, roots = 0, crossed = 0;
   for (const MatchedLimbs& other : partial.limbs) {
     between += square(problem.from.tip_distances[i][other.from] / problem.from.size -
                       problem.to.tip_distances[k][other.to] / problem.to.size);
-    const Vec3d a =
-        normalized(turned(problem.a[i].root - problem.a[other.from].root, sine, cosine));
-    const Vec3d b = normalized(problem.b[k].root - problem.b[other.to].root);
-    roots += (1 - dot(a, b)) / 2;
+    const Vec3d a = turned(problem.a[i].root - problem.a[other.from].root, sine, cosine),
+                b = problem.b[k].root - problem.b[other.to].root;
+    roots += (1 - dot(normalized(a), normalized(b))) / 2;
+    crossed += opposition(a, b);
   }
-  return kBetween * between / static_cast<double>(partial.limbs.size()) + kRootsBetween * roots;
+  return kBetween * between / static_cast<double>(partial.limbs.size()) + kRootsBetween * roots +
+         kCrossed * crossed;
 }
 
 /// The cheapest matching at a turn.
@@ -214,6 +227,33 @@ Fit fit_from(const Problem& problem, double start, double given) {
   return *best;
 }
 
+/// Two limbs that are as long, as thick and as high as each other: a pair of arms or legs.
+bool are_twins(const Features& a, const Features& b) {
+  constexpr double kLengths = 0.2, kDepths = 0.15, kVolumes = 0.4, kTips = 0.15, kRoots = 0.1;
+  return std::fabs(a.length - b.length) < kLengths && std::fabs(a.depth - b.depth) < kDepths &&
+         std::fabs(a.volume - b.volume) < kVolumes &&
+         std::fabs(a.tip_height - b.tip_height) < kTips &&
+         std::fabs(a.root_height - b.root_height) < kRoots;
+}
+
+/// A limb has a twin that stays alone.
+bool has_lonely_twin(const std::vector<Features>& all, std::size_t limb, std::uint32_t matched) {
+  for (std::size_t k = 0; k < all.size(); ++k)
+    if (k != limb && all[k].inner == 0 &&
+        ((all[k].outer | all[k].inner | 1u << k) & matched) == 0 && are_twins(all[limb], all[k]))
+      return true;
+  return false;
+}
+
+/// One limb of a pair, of which the other stays alone, with several that hang together: two legs
+/// and both of the other's under a cape.
+bool is_half_a_pair(const Problem& problem, const Partial& matching, const MatchedLimbs& limbs) {
+  const Features &a = problem.a[limbs.from], &b = problem.b[limbs.to];
+  if ((a.inner == 0) == (b.inner == 0)) return false;
+  return a.inner == 0 ? has_lonely_twin(problem.a, limbs.from, matching.from)
+                      : has_lonely_twin(problem.b, limbs.to, matching.to);
+}
+
 /// The length of the limbs that no other sits on, and how much of it is matched or sits on what is.
 struct Lengths {
   double all = 0, matched = 0;
@@ -252,12 +292,17 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
     if (fit.matching.cost < best->matching.cost) best = &fit;
   LimbMatch match;
   match.limbs = best->matching.limbs;
+  std::erase_if(match.limbs, [&](const MatchedLimbs& pair) {
+    return is_half_a_pair(problem, best->matching, pair);
+  });
   std::sort(match.limbs.begin(), match.limbs.end(),
             [](const MatchedLimbs& p, const MatchedLimbs& q) { return p.from < q.from; });
   match.angle = exact::atan2(exact::sin(best->angle), exact::cos(best->angle));
   match.cost = best->matching.cost;
-  const Lengths a = sum_lengths(from, problem.a, best->matching.from),
-                b = sum_lengths(to, problem.b, best->matching.to);
+  std::uint32_t from_matched = 0, to_matched = 0;
+  for (const auto& [i, k] : match.limbs) from_matched |= 1u << i, to_matched |= 1u << k;
+  const Lengths a = sum_lengths(from, problem.a, from_matched),
+                b = sum_lengths(to, problem.b, to_matched);
   if (a.all + b.all > 0) match.share = (a.matched + b.matched) / (a.all + b.all);
   return match;
 }

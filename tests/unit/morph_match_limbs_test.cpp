@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <set>
 #include <string>
 
@@ -41,6 +43,76 @@ TEST(MatchLimbs, BackAreTheSame) {
     EXPECT_TRUE(std::any_of(back.limbs.begin(), back.limbs.end(),
                             [&, i = i, k = k](const auto& m) { return m.from == k && m.to == i; }));
   EXPECT_EQ(there.share, back.share);
+}
+
+/// A running animal: a long trunk with a head and a tail, and four legs that swing by `angles`
+/// (front left, front right, back left, back right) and cross below the trunk by `across`.
+std::vector<Ball> runner(const std::array<float, 4>& angles, float across) {
+  std::vector<Ball> balls;
+  for (int i = -5; i <= 5; ++i)
+    balls.push_back(ball_at({0, 1, 0.15f * static_cast<float>(i)}, 0.25f));
+  for (int i = 1; i <= 6; ++i) {
+    const auto t = static_cast<float>(i);
+    balls.push_back(ball_at({0, 1 + 0.1f * t, 0.8f + 0.08f * t}, i < 4 ? 0.12f : 0.2f));
+    balls.push_back(ball_at({0, 1.1f - 0.02f * t, -0.95f - 0.11f * t}, 0.08f));
+  }
+  for (int leg = 0; leg < 4; ++leg) {
+    const float side = leg % 2 == 0 ? 1.0f : -1.0f, root = leg < 2 ? 0.65f : -0.65f;
+    for (int i = 1; i <= 10; ++i) {
+      const float t = 0.1f * static_cast<float>(i), angle = angles[static_cast<std::size_t>(leg)];
+      balls.push_back(ball_at({side * (0.3f - across * t), 0.9f - 0.9f * t * std::cos(angle),
+                               root + 0.9f * t * std::sin(angle)},
+                              0.09f));
+    }
+  }
+  return balls;
+}
+
+TEST(MatchLimbs, LeavesLegsThatCrossOnTheirSides) {
+  const Limbs from = find_limbs(runner({0.7f, -0.3f, -0.7f, 0.3f}, 0.4f)),
+              to = find_limbs(runner({-0.3f, 0.7f, 0.3f, -0.7f}, 0.4f));
+  ASSERT_EQ(from.limbs.size(), 6u);
+  ASSERT_EQ(to.limbs.size(), 6u);
+  const LimbMatch match = match_limbs(from, to);
+  EXPECT_TRUE(is_certain(match));
+  EXPECT_NEAR(match.angle, 0, 0.2);
+  EXPECT_EQ(match.limbs.size(), 6u);
+  for (const auto& [i, k] : match.limbs) {
+    const Vec3d a = from.limbs[i].root, b = to.limbs[k].root;
+    EXPECT_GT(a.z * b.z, 0);
+    if (std::fabs(a.x) > 0.05) EXPECT_GT(a.x * b.x, 0);
+  }
+}
+
+TEST(MatchLimbs, LeavesBothOfAPairAlone) {
+  // Two legs that hang together down to short feet: the first of them is as far from the other's
+  // right leg as from its left one.
+  const Limbs from = find_limbs(figure());
+  const std::vector<std::string> names = limb_names(from);
+  const auto number = [&](const char* name) {
+    return static_cast<std::uint32_t>(std::find(names.begin(), names.end(), name) - names.begin());
+  };
+  const std::uint32_t legs[2] = {number("left leg"), number("right leg")};
+  Limbs to = from;
+  Limb both = to.limbs[legs[0]];
+  both.inner = {legs[0], legs[1]};
+  for (std::size_t k = 0; k < kLimbStations; ++k)
+    both.line[k] = (from.limbs[legs[0]].line[k] + from.limbs[legs[1]].line[k]) * 0.5;
+  both.root = (from.limbs[legs[0]].root + from.limbs[legs[1]].root) * 0.5;
+  for (const std::uint32_t leg : legs) {
+    Limb& foot = to.limbs[leg];
+    foot.stretch = 0.02;
+    foot.root_distance = foot.tip_distance - foot.stretch;
+    foot.line.fill(foot.tip());
+    foot.root = foot.tip();
+  }
+  to.limbs.push_back(both);
+  for (auto& row : to.tip_distances) row.push_back(row[legs[0]]);
+  to.tip_distances.push_back(to.tip_distances[legs[0]]);
+  const LimbMatch match = match_limbs(from, to);
+  EXPECT_EQ(match.limbs.size(), 3u);
+  for (const auto& [i, k] : match.limbs) EXPECT_EQ(i, k);
+  EXPECT_FALSE(is_certain(match));
 }
 
 TEST(MatchLimbs, FindsTheTurnOfATurnedFigure) {
