@@ -197,7 +197,8 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
   std::size_t end_ = 0;
   // Pointers stay valid: only the innermost open container grows.
   std::vector<JsonValue*> open_;
-  std::vector<std::unordered_map<std::string, std::size_t>> keys_;  ///< of each, and where
+  std::vector<std::unordered_map<std::string, std::size_t>>
+      keys_;  ///< keys of each, with their offsets
 };
 
 /// A number or a string as nlohmann-json writes it.

@@ -45,7 +45,7 @@ Result<Distances> distances_at(const BlendInputs& in, const std::vector<Vec3>& p
   return out;
 }
 
-/// Which blocks some blend's surface may pass through: those near either surface, and those that
+/// Blocks that some blend's surface may pass through: those near either surface, and those that
 /// another side begins next to (an open model's inside may end far from any face).
 std::vector<bool> passable(const Distances& middles, Int3 blocks, float near) {
   const auto index = [&](int x, int y, int z) {
@@ -130,7 +130,7 @@ Vec3 surface_normal(const Mesh& mesh, const ClosestPoint& at) {
 }
 
 /// The progress that MorphField::mixture() turns into `share`.
-float unmixed(float share) {
+float invert_mixture(float share) {
   if (share <= 0 || share >= 1) return share;
   double t = static_cast<double>(share);
   for (int i = 0; i < 40; ++i) {  // Newton's steps, which both ends slow down
@@ -184,7 +184,7 @@ Result<Mesh> blend_surface(const BlendField& field, const Model& model,
   const Grid& grid = field.model->grid;
   // Extracting the mixed distances as one DistanceGrid would do, but round differently: half of the
   // vertices would move, by some 1e-4 of a cell.
-  const MorphSurface between = {still_map(box_of(grid), unmixed(progress)), field.model,
+  const MorphSurface between = {still_map(box_of(grid), invert_mixture(progress)), field.model,
                                 field.balls};
   Mesh mesh;
   PM_TRY_STATUS(to_status(engine.extract(between, grid, settings, mesh)));

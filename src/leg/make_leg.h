@@ -16,7 +16,8 @@ struct LegParts {
   std::shared_ptr<const PreparedObject> from, to;
   MorphPlan plan;
   std::shared_ptr<const Leg> before;  ///< leg whose balls in flight `from` is; else null
-  double pace = 1;  ///< motion time of `before` that goes by in a unit of this leg's (pace_of())
+  double pace =
+      1;  ///< motion time of `before` that goes by in a unit of this leg's (time_per_frame())
 };
 
 /// A leg of the kind that its timing says; one made of distances is paced where its balls share

@@ -11,7 +11,8 @@
 
 namespace polymorph {
 
-/// Where a mesh goes. Its triangles, texture coordinates and materials stay what they are.
+/// A model's points and normals moved onto the balls' surface. Triangles, texture coordinates and
+/// materials stay as they are.
 struct Projection {
   std::vector<Vec3> points;   ///< one per model point, on the surface field = 1
   std::vector<Vec3> normals;  ///< the field's there, outward, unit

@@ -10,13 +10,13 @@
 
 namespace polymorph {
 
-/// Which rotations are admitted: those about the y axis, which leave a standing object upright, or
+/// The admitted rotations: those about the y axis, which leave a standing object upright, or
 /// all.
 enum class RotationAxis : std::uint8_t { kVertical, kAny };
 
 struct FoundRotation {
   Mat3 rotation;
-  RotationAxis axis = RotationAxis::kVertical;  ///< for fit_rotation() to go on with
+  RotationAxis axis = RotationAxis::kVertical;  ///< axis that fit_rotation() goes on with
 };
 
 /// The rotation of `a` at which it is carried to `b` most cheaply: plan and weighted Procrustes in

@@ -23,16 +23,16 @@ class LabelIndex {
     for (std::size_t i = 0; i < object.labels.size(); ++i)
       of_name_[object.labels[i]].push_back(static_cast<std::uint32_t>(i));
   }
-  std::span<const std::uint32_t> named(const std::string& label) const {
+  std::span<const std::uint32_t> find(const std::string& label) const {
     const auto at = of_name_.find(label);
     return at == of_name_.end() ? std::span<const std::uint32_t>() : at->second;
   }
   /// The labels that "object.label" or "label" means here.
   std::vector<std::uint32_t> meant_by(const std::string& name) const {
-    const std::span<const std::uint32_t> plain = named(name);
+    const std::span<const std::uint32_t> plain = find(name);
     std::vector<std::uint32_t> all(plain.begin(), plain.end());
     if (name.starts_with(prefix_)) {
-      const std::span<const std::uint32_t> full = named(name.substr(prefix_.size()));
+      const std::span<const std::uint32_t> full = find(name.substr(prefix_.size()));
       all.insert(all.end(), full.begin(), full.end());
     }
     return all;
@@ -80,7 +80,7 @@ LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
   }
   const std::vector<std::uint8_t> named_by_map = named;
   for (std::size_t i = 0; i < n; ++i)
-    for (const std::uint32_t j : of_to.named(from.labels[i]))
+    for (const std::uint32_t j : of_to.find(from.labels[i]))
       if (!named_by_map[i] && !named_by_map[n + j]) {
         sets.join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(n + j));
         named[i] = named[n + j] = 1;

@@ -31,9 +31,10 @@ std::vector<Vec3> points_in_ball(std::size_t count) {
   return points;
 }
 
-/// How far beyond its surface's level a ball still counts, in its exponent: exp(-4) of the field.
+/// Distance beyond its surface's level up to which a ball counts, in its exponent: exp(-4) of the
+/// field.
 constexpr float kTail = 4;
-/// Where a ball's part in the others' points is dropped, as kernels do.
+/// Exponent beyond which a ball's contribution to the others' points is dropped, as in the kernels.
 constexpr float kCutoff = 9;
 
 float exponent_reach(const Ball& ball, float more) { return std::max(ball.w, 0.0f) + more; }
@@ -94,7 +95,7 @@ Part part_inside(const std::vector<Ball>& balls, std::size_t index,
   return {kUnitBall * r * r * r * sum.volume / count, kUnitBall * r * r * r * sum.squares / count};
 }
 
-/// Of balls whose field has them melt into each other.
+/// Volumes and squares of balls whose field blends them into each other.
 std::vector<Part> parts_inside(const std::vector<Ball>& balls, Vec3d center) {
   // Some 65 000 points in all: thousands of balls differ little from their neighbours.
   const std::vector<Vec3> points =
@@ -109,7 +110,7 @@ std::vector<Part> parts_inside(const std::vector<Ball>& balls, Vec3d center) {
   return parts;
 }
 
-/// Of balls that are told apart: each as large as it is alone.
+/// Volumes and squares of balls that stay distinct: each is as large as it is alone.
 std::vector<Part> lone_parts(const std::vector<Ball>& balls, FieldKind kind, Vec3d center) {
   std::vector<Part> parts;
   for (const Ball& ball : balls) {
@@ -121,7 +122,7 @@ std::vector<Part> lone_parts(const std::vector<Ball>& balls, FieldKind kind, Vec
   return parts;
 }
 
-std::vector<Part> parts_of(const std::vector<Ball>& balls, FieldKind kind, Vec3d center) {
+std::vector<Part> compute_parts(const std::vector<Ball>& balls, FieldKind kind, Vec3d center) {
   return visit(kind, [](auto field) { return decltype(field)::kExponential; })
              ? parts_inside(balls, center)
              : lone_parts(balls, kind, center);
@@ -131,7 +132,7 @@ std::vector<Part> parts_of(const std::vector<Ball>& balls, FieldKind kind, Vec3d
 
 std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind) {
   std::vector<double> masses;
-  for (const Part& part : parts_of(balls, kind, {})) masses.push_back(part.volume);
+  for (const Part& part : compute_parts(balls, kind, {})) masses.push_back(part.volume);
   const double sum = std::accumulate(masses.begin(), masses.end(), 0.0);
   const auto count = static_cast<double>(balls.size());
   if (!(sum > 0)) return std::vector<double>(balls.size(), 1 / count);
@@ -143,7 +144,7 @@ std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind) 
 
 double radius_of_gyration(const std::vector<Ball>& balls, FieldKind kind, Vec3d center) {
   Part sum;
-  for (const Part& part : parts_of(balls, kind, center)) {
+  for (const Part& part : compute_parts(balls, kind, center)) {
     sum.volume += part.volume;
     sum.squares += part.squares;
   }

@@ -27,8 +27,8 @@ void set_paths(MorphPlan& plan);
 /// ln(share) for Gaussian ones.
 std::vector<Ball> balls_at(const MorphPlan& plan, float time);
 
-/// The same balls, moved by the engine, where they stay for the surface. Errors: the engine's
-/// (field/extract_surface.h: to_status).
+/// Moves the balls on the engine, where they stay for the surface; they equal those above. Errors:
+/// the engine's (field/extract_surface.h: to_status).
 Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine);
 
 /// Makes a plan whose source is the balls of `before` at `until` go on with their velocity, which
@@ -44,7 +44,7 @@ struct PairFrame {
 /// One per pair, for the balls of balls_at(plan, time).
 std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time);
 
-/// How far along each pair is at `time`, eased, in [0, 1].
+/// The eased progress of each pair at `time`, in [0, 1].
 std::vector<float> pair_progress(const MorphPlan& plan, float time);
 
 /// Do all balls share one eased time: no stagger and no spring?
@@ -55,9 +55,10 @@ std::vector<float> eased_times(const MorphPlan& plan, float time);
 float mean_progress(const MorphPlan& plan, const std::vector<float>& eased);
 /// The rotation and scaling of all balls, or where each part has a motion of its own their mean
 /// by mass, about the objects' centres.
-PathPart whole_of(const MorphPlan& plan);
+PathPart mean_path_part(const MorphPlan& plan);
 
-/// How far along the whole is at `time`: the mean of the balls' eased times, by mass, in [0, 1].
+/// The progress of the whole morph at `time`: the mean of the balls' eased times, by mass, in
+/// [0, 1].
 float progress_at(const MorphPlan& plan, float time);
 
 }  // namespace polymorph

@@ -30,7 +30,7 @@ struct Subproblem {
   std::vector<std::uint32_t> from, to;
 };
 
-std::vector<Subproblem> subproblems_of(const CostPair& sides, LabelMode mode) {
+std::vector<Subproblem> split_by_label(const CostPair& sides, LabelMode mode) {
   std::map<std::int32_t, Subproblem> by_label;
   std::vector<std::uint32_t> unlabelled_from, unlabelled_to;  // balls without a partner label
   for (std::uint32_t i = 0; i < sides.a.size(); ++i)
@@ -140,7 +140,7 @@ std::vector<Pair> pair_by_transport(const CostPair& sides, LabelMode mode) {
   // 9 s, exactly 17 s.
   constexpr std::size_t kExact = 2048;
   std::vector<Pair> pairs;
-  for (const Subproblem& part : subproblems_of(sides, mode)) {
+  for (const Subproblem& part : split_by_label(sides, mode)) {
     const auto masses_of = [](const CostSide& side, const std::vector<std::uint32_t>& balls) {
       std::vector<double> masses;
       for (const std::uint32_t i : balls) masses.push_back(side.mass[i]);
@@ -177,7 +177,7 @@ void set_masses(std::vector<Pair>& pairs, std::span<const double> from,
                 2;
 }
 
-std::vector<TransportFlow> flows_of(const std::vector<Pair>& pairs) {
+std::vector<TransportFlow> to_flows(const std::vector<Pair>& pairs) {
   std::vector<TransportFlow> flows;
   for (const Pair& pair : pairs) flows.push_back({pair.from, pair.to, pair.mass});
   return flows;

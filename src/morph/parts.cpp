@@ -20,8 +20,8 @@ constexpr std::size_t kMaxClusters = 8;
 constexpr std::size_t kMinPairs = 12;  // of a cluster, on the mean
 constexpr std::size_t kNeighbors = 8;
 constexpr int kRounds = 3;
-/// How much a ball is held in its part's place, against one edge. Weak: a limb's own straight way
-/// would tear it off.
+/// Weight that holds a ball at its part's place, relative to one edge. Weak: a limb's own straight
+/// path would tear it off.
 constexpr double kAnchor = 0.01;
 
 /// The similarity of some pairs, with the whole's turn where theirs is not determined.
@@ -99,7 +99,7 @@ std::vector<std::uint32_t> parts_by_limb(const MorphPlan& plan) {
 
 /// k-means of the pairs' places in both objects at once, seeded by the farthest.
 std::vector<std::uint32_t> parts_by_place(const MorphPlan& plan) {
-  const Alignment& whole = plan.alignment;
+  const Alignment& alignment = plan.alignment;
   const std::size_t n = plan.pairs.size();
   struct Point {
     Vec3d p, q;
@@ -107,9 +107,10 @@ std::vector<std::uint32_t> parts_by_place(const MorphPlan& plan) {
   std::vector<Point> points;
   for (const Pair& pair : plan.pairs)
     points.push_back(
-        {whole.rotation * (Vec3d(plan.from[pair.from].center) - whole.from_center) *
-             std::sqrt(whole.scale),
-         (Vec3d(plan.to[pair.to].center) - whole.to_center) * (1 / std::sqrt(whole.scale))});
+        {alignment.rotation * (Vec3d(plan.from[pair.from].center) - alignment.from_center) *
+             std::sqrt(alignment.scale),
+         (Vec3d(plan.to[pair.to].center) - alignment.to_center) *
+             (1 / std::sqrt(alignment.scale))});
   const auto square = [](const Point& a, const Point& b) {
     return dot(a.p - b.p, a.p - b.p) + dot(a.q - b.q, a.q - b.q);
   };
@@ -152,16 +153,17 @@ struct Edge {
   double from_length = 0, to_length = 0;
 
   Vec3d at(double u) const {
-    const Vec3d way = from * (1 - u) + to * u;
-    const double even = (1 - u) * from_length + u * to_length, far = length(way);
-    return far > 1e-3 * even ? way * (even / far) : way;
+    const Vec3d mixed = from * (1 - u) + to * u;
+    const double target_length = (1 - u) * from_length + u * to_length;
+    const double mixed_length = length(mixed);
+    return mixed_length > 1e-3 * target_length ? mixed * (target_length / mixed_length) : mixed;
   }
 };
 
 }  // namespace
 
 struct BallGraph::System {
-  std::vector<std::vector<Edge>> edges;  ///< of each pair, both directions of every edge
+  std::vector<std::vector<Edge>> edges;  ///< each pair's, both directions of every edge
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;
 };
 
@@ -191,10 +193,10 @@ BallGraph::BallGraph(const MorphPlan& plan, const RigidParts& parts) {
     Edge edge;
     edge.other = f;
     edge.from = Vec3d(from[e]) - Vec3d(from[f]);
-    const Vec3d to_way = Vec3d(to[e]) - Vec3d(to[f]);
+    const Vec3d to_offset = Vec3d(to[e]) - Vec3d(to[f]);
     edge.from_length = length(edge.from);
-    edge.to_length = length(to_way);
-    edge.to = transposed(part.rotation) * to_way * (1 / part.scale);
+    edge.to_length = length(to_offset);
+    edge.to = transposed(part.rotation) * to_offset * (1 / part.scale);
     const auto row = static_cast<int>(e), column = static_cast<int>(f);
     entries.emplace_back(row, row, 1.0);
     entries.emplace_back(row, column, -1.0);
@@ -218,7 +220,7 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
   std::vector<Vec3d> now(places.begin(), places.end());
   Eigen::MatrixXd right(static_cast<Eigen::Index>(n), 3);
   // What an edge should be, by the ball at its near end; an edge's u is the mean of its ends'.
-  const auto wanted = [&](std::size_t e, const Edge& edge) {
+  const auto target = [&](std::size_t e, const Edge& edge) {
     return edge.at((progress[e] + progress[edge.other]) / 2);
   };
   for (int round = 0; round < kRounds; ++round) {
@@ -232,9 +234,9 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
             const auto twin = std::lower_bound(
                 back.begin(), back.end(), static_cast<std::uint32_t>(e),
                 [](const Edge& one, std::uint32_t other) { return one.other < other; });
-            const Vec3d way =
-                turned[e] * wanted(e, edge) - turned[edge.other] * wanted(edge.other, *twin);
-            sum = sum + way * 0.5;
+            const Vec3d difference =
+                turned[e] * target(e, edge) - turned[edge.other] * target(edge.other, *twin);
+            sum = sum + difference * 0.5;
           }
           right(index, 0) = sum.x;
           right(index, 1) = sum.y;
@@ -254,7 +256,7 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
           Mat3 sum{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
           double size = 0;
           for (const Edge& edge : system_->edges[e]) {
-            const Vec3d p = wanted(e, edge), q = now[e] - now[edge.other];
+            const Vec3d p = target(e, edge), q = now[e] - now[edge.other];
             const double a[3] = {p.x, p.y, p.z}, b[3] = {q.x, q.y, q.z};
             for (int r = 0; r < 3; ++r)
               for (int c = 0; c < 3; ++c) sum.at(r, c) += b[r] * a[c];
@@ -273,7 +275,7 @@ namespace {
 
 /// Mean squared ln of the neighbours' distances over the even ones, half way: what the parts are
 /// worth.
-double strain_of(const MorphPlan& plan, const RigidParts& parts) {
+double measure_strain(const MorphPlan& plan, const RigidParts& parts) {
   std::vector<Vec3d> places;
   std::vector<Mat3> turns;
   std::vector<Vec3> from;
@@ -328,9 +330,9 @@ RigidParts rigid_parts(const MorphPlan& plan) {
     return with_alignments(plan, std::move(labelled), true);
   if (std::vector<std::uint32_t> limbs = parts_by_limb(plan); !limbs.empty())
     return with_alignments(plan, std::move(limbs), true);
-  RigidParts whole = with_alignments(plan, std::vector<std::uint32_t>(plan.pairs.size(), 0), true);
+  RigidParts single = with_alignments(plan, std::vector<std::uint32_t>(plan.pairs.size(), 0), true);
   RigidParts clusters = with_alignments(plan, parts_by_place(plan), false);
-  return strain_of(plan, clusters) < strain_of(plan, whole) ? clusters : whole;
+  return measure_strain(plan, clusters) < measure_strain(plan, single) ? clusters : single;
 }
 
 }  // namespace polymorph

@@ -12,7 +12,7 @@
 
 namespace polymorph {
 
-/// Which part each pair belongs to, and what lays each part on its counterpart.
+/// The part of each pair, and the alignment of each part with its counterpart.
 struct RigidParts {
   std::vector<Alignment> alignments;
   std::vector<std::uint32_t> part_of;  ///< one per pair

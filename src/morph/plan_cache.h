@@ -17,11 +17,11 @@ namespace polymorph {
 /// the cache are then not used. A test pins the digests.
 inline constexpr std::uint32_t kPlanVersion = 2;
 
-/// What of a plan depends on its sides and settings alone, and is slow to find.
+/// The part of a plan that depends on its sides and settings alone, and is slow to find.
 struct Correspondence {
-  std::vector<double> from_masses, to_masses;  ///< of the balls, as in MorphPlan
+  std::vector<double> from_masses, to_masses;  ///< masses of the balls, as in MorphPlan
   std::vector<Pair> pairs;
-  Mat3 rotation;                                   ///< that `from` is turned by
+  Mat3 rotation;                                   ///< rotation of `from`
   std::vector<std::int32_t> from_limbs, to_limbs;  ///< those of MorphPlan
   std::vector<std::pair<std::string, std::string>> limb_names;
 };

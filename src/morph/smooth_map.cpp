@@ -18,14 +18,14 @@ constexpr double kDeviation = 0.055;
 /// as limbs.
 constexpr double kLimbDeviation = 0.04;
 constexpr float kSpacing = 0.04f;
-/// How much of a ball's own size its kernel is wide.
+/// Width of a ball's kernel, as a share of the ball's own size.
 constexpr double kOwnSize = 0.7;
 /// Free space around the balls, as a share of the objects' size.
 constexpr float kMargin = 0.05f;
 
-Mat3 scaled(const Mat3& a, double by) {
+Mat3 scale(const Mat3& a, double factor) {
   Mat3 out = a;
-  for (double& v : out.m) v *= by;
+  for (double& v : out.m) v *= factor;
   return out;
 }
 Mat3 minus(const Mat3& a, const Mat3& b) {
@@ -48,7 +48,7 @@ Undone undone(const PathPart& part, double u) {
   const PartPlace place = place_at(part, u);
   const Mat3 back = transposed(place.rotation);
   const Mat3 on = exp_rotation(part.turn) * back;
-  return {scaled(back, 1 / place.scale), scaled(on, exp_scalar(part.log_scale) / place.scale),
+  return {scale(back, 1 / place.scale), scale(on, exp_scalar(part.log_scale) / place.scale),
           place.center};
 }
 
@@ -92,8 +92,9 @@ float mixing_progress(float u, float lead) {
   return u + kLead * lead * middle;
 }
 
-std::vector<RegressionSample> samples_of(const MorphPlan& plan, const std::vector<float>& eased,
-                                         const BallSet& balls, float size) {
+std::vector<RegressionSample> regression_samples(const MorphPlan& plan,
+                                                 const std::vector<float>& eased,
+                                                 const BallSet& balls, float size) {
   // Beside a trunk a thin limb's few balls would have no say by their mass.
   const auto even = 1 / static_cast<float>(plan.pairs.size());
   std::vector<RegressionSample> samples;
@@ -129,13 +130,13 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
   auto regression = std::make_shared<Regression>();
   regression->maps = 2;
   regression->lattice = lattice_over(map.box, size);
-  regression->samples = samples_of(plan, eased, balls, size);
+  regression->samples = regression_samples(plan, eased, balls, size);
   // What all have in common is exact: the rotation and scaling of the whole.
   const auto mean = static_cast<double>(mean_progress(plan, eased));
-  const PathPart whole = whole_of(plan);
-  const Undone common = undone(whole, mean);
-  const Vec3d from_offset = whole.from_center - common.to_source * common.center,
-              to_offset = whole.to_center - common.to_target * common.center;
+  const PathPart mean_part = mean_path_part(plan);
+  const Undone common = undone(mean_part, mean);
+  const Vec3d from_offset = mean_part.from_center - common.to_source * common.center,
+              to_offset = mean_part.to_center - common.to_target * common.center;
   regression->affine[0] = affine(common.to_source, from_offset);
   regression->affine[1] = affine(common.to_target, to_offset);
   if (from_thinness && to_thinness) {
@@ -157,8 +158,8 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
     regression->values.push_back(back);
     regression->values.push_back(on);
   }
-  map.from_scale = static_cast<float>(exp_scalar(whole.log_scale * mean));
-  map.to_scale = static_cast<float>(exp_scalar(whole.log_scale * (mean - 1)));
+  map.from_scale = static_cast<float>(exp_scalar(mean_part.log_scale * mean));
+  map.to_scale = static_cast<float>(exp_scalar(mean_part.log_scale * (mean - 1)));
   map.regression = std::move(regression);
   return map;
 }
@@ -188,9 +189,9 @@ Result<std::shared_ptr<const Regression>> with_shortfalls(const FrameMap& map,
       return lerp(map.from_scale * distance(from_field, a), map.to_scale * distance(to_field, b),
                   share);
     };
-    const float wanted = mixed(plan.from[pair.from].center, plan.to[pair.to].center);
+    const float expected = mixed(plan.from[pair.from].center, plan.to[pair.to].center);
     const float here = mixed({source[0], source[1], source[2]}, {target[0], target[1], target[2]});
-    raised->values[2 * e + 1].value[3] = kGain * std::max(wanted - here, 0.0f);
+    raised->values[2 * e + 1].value[3] = kGain * std::max(expected - here, 0.0f);
   }
   return std::shared_ptr<const Regression>(std::move(raised));
 }
@@ -207,7 +208,7 @@ std::vector<float> pair_leads(const MorphPlan& plan) {
 Result<PullBack> pull_back(const FrameMap& map, const std::vector<Vec3>& points, Engine& engine) {
   std::vector<AttributeValues> values;
   PM_TRY_STATUS(to_status(engine.regress(map.regression, points, values)));
-  return pull_back_of(values);
+  return to_pull_back(values);
 }
 
 Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const BallSet& balls,
@@ -215,9 +216,9 @@ Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const BallSe
   const std::vector<float> eased = eased_times(plan, time), then = eased_times(plan, next);
   const BallSet later = next != time ? BallSet(balls_at(plan, next)) : balls;
   auto regression = std::make_shared<Regression>();
-  regression->samples = samples_of(plan, eased, balls, size);
+  regression->samples = regression_samples(plan, eased, balls, size);
   regression->lattice = lattice_over(box_around(balls, size), size);
-  const Mat3 zero = scaled(Mat3{}, 0);
+  const Mat3 zero = scale(Mat3{}, 0);
   regression->affine[0] = affine(zero, {});
   for (std::size_t e = 0; e < balls.size(); ++e) {
     BallAttribute carried;
@@ -226,13 +227,13 @@ Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const BallSe
     const PathPart& part = plan.paths->parts[plan.paths->balls[e].part];
     const PartPlace a = place_at(part, static_cast<double>(eased[e])),
                     b = place_at(part, static_cast<double>(then[e]));
-    const Mat3 turn = scaled(b.rotation * transposed(a.rotation), b.scale / a.scale);
+    const Mat3 turn = scale(b.rotation * transposed(a.rotation), b.scale / a.scale);
     set_slope(carried, minus(turn, Mat3{}), *regression);
     regression->values.push_back(carried);
   }
   std::vector<AttributeValues> values;
   PM_TRY_STATUS(to_status(engine.regress(regression, points, values)));
-  return flow_of(values);
+  return to_flow(values);
 }
 
 }  // namespace polymorph

@@ -20,7 +20,7 @@ namespace polymorph {
 struct FrameMap {
   /// Map 0: to the source, and the progress; map 1: to the target.
   std::shared_ptr<const Regression> regression;
-  Box box;                             ///< that the surface stays in
+  Box box;                             ///< bounds of the surface
   float from_scale = 1, to_scale = 1;  ///< scene units per unit of either object's lengths
 };
 
@@ -44,12 +44,12 @@ Result<std::shared_ptr<const Regression>> with_shortfalls(const FrameMap& map,
                                                           const DistanceGrid& from,
                                                           const DistanceGrid& to, Engine& engine);
 
-/// How much further out each pair's part is on its source than on its target, [-1, 1]: by the mean
-/// distance along the body to all of it (morph/features.h).
+/// Difference between each pair's mean distance along the body to all of it (morph/features.h) on
+/// its source and on its target, [-1, 1]: positive where it lies further out on the source.
 std::vector<float> pair_leads(const MorphPlan& plan);
 
-/// Where points come from and go to by the map. Errors: the engine's (field/extract_surface.h:
-/// to_status).
+/// Maps points to the positions that they come from and go to. Errors: the engine's
+/// (field/extract_surface.h: to_status).
 Result<PullBack> pull_back(const FrameMap& map, const std::vector<Vec3>& points, Engine& engine);
 
 /// flow_at() by the map's kernels instead of the balls' shares. Errors: the engine's.

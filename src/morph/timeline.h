@@ -42,7 +42,7 @@ struct LegTiming {
   MotionSettings motion;
 };
 
-/// Of one actor.
+/// The frames and legs of one actor.
 struct Timeline {
   int count = 24;  ///< frames 1..count, the scene's
   int hold_start =
@@ -55,7 +55,7 @@ struct Timeline {
 };
 
 /// The share of its motion's time that a leg goes through in a frame of its volumetric stage.
-double pace_of(const LegTiming& leg);
+double time_per_frame(const LegTiming& leg);
 
 /// Kinds of the legs that a chain object is an end of.
 struct LegKinds {
@@ -66,9 +66,9 @@ LegKinds leg_kinds(const Timeline& timeline, std::size_t object);
 /// `actor`: one of the scene's.
 Timeline make_timeline(const Scene& scene, const ActorSettings& actor);
 
-/// How many frames the film has: as many as the scene says, or as its actors need.
+/// Counts the frames of the film: as many as the scene says, or as its actors need.
 int film_frame_count(const Scene& scene);
-/// How many frames are to be rendered: the film's, or the turntable's.
+/// Counts the frames to be rendered: the film's, or the turntable's.
 int frame_count(const Scene& scene);
 /// The film's frame that `frame` in [1, frame_count()] shows: itself, but on a turntable.
 int shown_frame(const Scene& scene, int frame);
@@ -82,19 +82,19 @@ FilmTime film_time(const Scene& scene, double frame);
 /// The scene with its keyed settings as `frame`, in [1, frame_count()] or between, shows them.
 Scene scene_at(const Scene& scene, double frame);
 
-/// What one frame shows.
+/// State of an actor in one frame.
 struct MorphState {
   int frame = 1;
   float t = 0;  ///< the actor's time [0, 1]
   int leg = 0;
   Stage stage = Stage::kVolume;
   float progress = 0;  ///< within the stage, [0, 1]
-  float time = 0;      ///< of the motion of the leg's balls, [0, 1]: what balls_at() takes
+  float time = 0;      ///< motion time of the leg's balls, [0, 1]: the argument of balls_at()
   float u = 0;         ///< the same, eased
   int object = -1;     ///< chain object whose mesh shows, or -1
-  float look = 1;      ///< of that mesh: 0 own materials .. 1 common look
-  float boundary = 0;  ///< of that mesh: 1 whole .. 0 shrunk into its balls
-  float growth = 1;    ///< of the balls: 0 not there .. 1 whole
+  float look = 1;      ///< materials of that mesh: 0 own .. 1 common look
+  float boundary = 0;  ///< size of that mesh: 1 whole .. 0 shrunk into its balls
+  float growth = 1;    ///< size of the balls: 0 absent .. 1 whole
 };
 
 /// `frame` in [1, count]. Depends on nothing but its arguments.

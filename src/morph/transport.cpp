@@ -24,17 +24,18 @@ std::vector<std::int64_t> in_units(std::span<const double> masses) {
   const double sum = std::accumulate(masses.begin(), masses.end(), 0.0);
   const auto spare = static_cast<double>(kTotal - static_cast<std::int64_t>(masses.size()));
   std::vector<std::int64_t> units(masses.size());
-  std::vector<std::pair<double, std::size_t>> rest(masses.size());
+  std::vector<std::pair<double, std::size_t>> remainders(masses.size());
   std::int64_t given = 0;
   for (std::size_t i = 0; i < masses.size(); ++i) {
     PM_CHECK(masses[i] > 0);
-    const double wanted = spare * masses[i] / sum;
-    units[i] = 1 + static_cast<std::int64_t>(wanted);
-    rest[i] = {std::floor(wanted) - wanted, i};
+    const double quota = spare * masses[i] / sum;
+    units[i] = 1 + static_cast<std::int64_t>(quota);
+    remainders[i] = {std::floor(quota) - quota, i};
     given += units[i];
   }
-  std::sort(rest.begin(), rest.end());
-  for (std::size_t k = 0; given < kTotal; ++k, ++given) ++units[rest[k % rest.size()].second];
+  std::sort(remainders.begin(), remainders.end());
+  for (std::size_t k = 0; given < kTotal; ++k, ++given)
+    ++units[remainders[k % remainders.size()].second];
   return units;
 }
 

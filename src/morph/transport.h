@@ -10,11 +10,11 @@ namespace polymorph {
 
 struct TransportFlow {
   std::uint32_t from = 0, to = 0;
-  double amount = 0;  ///< of a total of 1, > 0
+  double amount = 0;  ///< share of a total of 1, > 0
 };
 
 struct TransportPlan {
-  std::vector<TransportFlow> flows;  ///< by from, then to; at most n + m - 1
+  std::vector<TransportFlow> flows;  ///< ordered by source, then target; at most n + m - 1
   double cost = 0;                   ///< sum of amount x cost
   /// No plan is cheaper than this (linear programming's dual, exactly).
   double lower_bound = 0;

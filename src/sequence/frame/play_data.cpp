@@ -45,7 +45,7 @@ std::vector<float> key_times(const Timeline& timeline, int leg, float until) {
   return keys;
 }
 
-/// Where each ball's surroundings come from and go to, as a regression that is read by the balls'
+/// The map from each ball's surroundings to both objects, as a regression weighted by the balls'
 /// shares.
 std::shared_ptr<const Regression> ball_map(const MorphPlan& plan, float time,
                                            const BallSet& balls) {
@@ -203,17 +203,17 @@ Result<PlayPage> make_play_page(const PreparedScene& prepared, Engine& engine) {
   page.ground = scene.ground.height.value_or(prepared.box.low.y);
   std::vector<std::string> names;
   for (const PreparedActor& actor : prepared.actors) {
-    PlayActor& made = page.actors.emplace_back();
-    made.name = actor.name;
-    made.cell = actor.settings.cell;
-    PM_TRY(made.objects, make_play_objects(actor, engine));
+    PlayActor& play_actor = page.actors.emplace_back();
+    play_actor.name = actor.name;
+    play_actor.cell = actor.settings.cell;
+    PM_TRY(play_actor.objects, make_play_objects(actor, engine));
     for (int leg = 0; leg < static_cast<int>(actor.legs.size()); ++leg) {
       PM_TRY(PlayLeg one, make_play_leg(actor, leg, engine));
-      made.legs.push_back(std::move(one));
+      play_actor.legs.push_back(std::move(one));
     }
     for (int frame = 1; frame <= actor.timeline.count; ++frame) {
       const MorphState moment = morph_state_at(actor.timeline, frame);
-      made.frames.push_back({moment.leg, moment.time, moment.look});
+      play_actor.frames.push_back({moment.leg, moment.time, moment.look});
     }
     std::vector<std::string> chain;
     for (const auto& object : actor.objects)

@@ -39,9 +39,9 @@ Shading shading_at(const Layer& layer, std::size_t corner) {
                      texture ? sample_texture(*texture, layer.corner_uvs[corner]) : Vec3{1, 1, 1});
 }
 
-Shading scaled(const Shading& s, float by) {
-  return {s.color * by,    s.specular * by,     s.roughness * by,
-          s.metallic * by, s.transmission * by, s.ior * by};
+Shading scale(const Shading& s, float factor) {
+  return {s.color * factor,    s.specular * factor,     s.roughness * factor,
+          s.metallic * factor, s.transmission * factor, s.ior * factor};
 }
 void add(Shading& sum, const Shading& s) {
   sum.color = sum.color + s.color;
@@ -63,9 +63,9 @@ SurfaceMaterial material_from(const Shading& shading, std::string name) {
   return material;
 }
 
-/// What each point looks like: the mean over the corners of the triangles around it.
-std::vector<Shading> shadings_of(const SurfaceFrame& frame, std::span<const Layer> layers,
-                                 float look_share, const Shading& look) {
+/// Averages the shading of the corners of the triangles around each point.
+std::vector<Shading> average_shadings(const SurfaceFrame& frame, std::span<const Layer> layers,
+                                      float look_share, const Shading& look) {
   const std::size_t corners = 3 * frame.triangles.size();
   std::vector<std::uint32_t> first(frame.positions.size() + 1, 0), around(corners);
   for (const Triangle& t : frame.triangles)
@@ -79,12 +79,12 @@ std::vector<Shading> shadings_of(const SurfaceFrame& frame, std::span<const Laye
       static_cast<std::int64_t>(shadings.size()),
       [&](std::int64_t index) {
         const auto i = static_cast<std::size_t>(index);
-        Shading sum = scaled(look, 0);
+        Shading sum = scale(look, 0);
         for (std::uint32_t k = first[i]; k < first[i + 1]; ++k)
           for (const Layer& layer : layers)
-            if (layer.weight > 0) add(sum, scaled(shading_at(layer, around[k]), layer.weight));
+            if (layer.weight > 0) add(sum, scale(shading_at(layer, around[k]), layer.weight));
         const auto count = static_cast<float>(first[i + 1] - first[i]);
-        shadings[i] = count > 0 ? mix(scaled(sum, 1 / count), look, look_share) : look;
+        shadings[i] = count > 0 ? mix(scale(sum, 1 / count), look, look_share) : look;
       },
       256);
   return shadings;
@@ -99,14 +99,14 @@ void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float 
     frame.triangle_materials.assign(frame.triangles.size(), 0);
     frame.materials = {material_from(common, "look")};
   } else {
-    const std::vector<Shading> shadings = shadings_of(frame, layers, look_share, common);
-    Shading sum = scaled(common, 0);
+    const std::vector<Shading> shadings = average_shadings(frame, layers, look_share, common);
+    Shading sum = scale(common, 0);
     for (const Shading& s : shadings) {
       frame.colors.push_back(s.color);
       add(sum, s);
     }
     const auto count = static_cast<float>(std::max<std::size_t>(shadings.size(), 1));
-    frame.mixture = material_from(scaled(sum, 1 / count), actor.name);
+    frame.mixture = material_from(scale(sum, 1 / count), actor.name);
     frame.mixture.color = {1, 1, 1};
     frame.is_mixed =
         look_share > 0 || std::count_if(layers.begin(), layers.end(),
@@ -122,10 +122,10 @@ void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float 
                                   strongest.triangle_materials.end());
   frame.triangle_materials.resize(frame.triangles.size(), 0);
   for (const Material& material : strongest.model->materials) {
-    SurfaceMaterial& made = frame.materials.emplace_back(
+    SurfaceMaterial& added = frame.materials.emplace_back(
         material_from(own_shading(material, {1, 1, 1}), material.name));
     if (texture_of(strongest, material))
-      made.texture = strongest.model->textures[static_cast<std::size_t>(material.texture)];
+      added.texture = strongest.model->textures[static_cast<std::size_t>(material.texture)];
   }
 }
 

@@ -49,27 +49,27 @@ Result<double> hide_masked(const GoldenSuite& suite, const Image& reference, Ima
       actual.channels != reference.channels || reference.pixels.empty())
     return 0.0;
   const std::size_t width = reference.channel_count();
-  Pixels masked(reference.pixels.size() / width);
+  Pixels is_masked(reference.pixels.size() / width);
   for (const GoldenMask& mask : suite.masks) {
     if (!mask.file.empty()) {
-      PM_TRY_STATUS(add_picture(mask, reference, masked));
+      PM_TRY_STATUS(add_picture(mask, reference, is_masked));
       continue;
     }
     if (reference.find_channel("id") < 0)
       return make_error(ErrorCode::kInput, "{}: a mask by ids, but the frames have no layer 'id'",
                         (suite.folder / "suite.json").string());
-    add_objects(mask, reference, masked);
-    add_objects(mask, actual, masked);
+    add_objects(mask, reference, is_masked);
+    add_objects(mask, actual, is_masked);
   }
   const int alpha = actual.find_channel("A");
   std::size_t count = 0;
-  for (std::size_t i = 0; i < masked.size(); ++i) {
-    if (!masked[i]) continue;
+  for (std::size_t i = 0; i < is_masked.size(); ++i) {
+    if (!is_masked[i]) continue;
     ++count;
     float* const values = &actual.pixels[i * width];
     if (!is_invalid(values, width, alpha)) std::copy_n(&reference.pixels[i * width], width, values);
   }
-  return 100.0 * static_cast<double>(count) / static_cast<double>(masked.size());
+  return 100.0 * static_cast<double>(count) / static_cast<double>(is_masked.size());
 }
 
 }  // namespace polymorph

@@ -11,13 +11,13 @@
 
 namespace polymorph {
 
-/// What a frame is shown with.
+/// Settings, camera and ground of one frame.
 struct FrameView {
   Scene scene;  ///< keyed settings at their value of this frame
   Camera camera;
   std::optional<CameraMotion> camera_motion;  ///< empty: the camera stands still around this frame
-  std::optional<Camera> rig;                  ///< by which the lights stand; empty: `camera`
-  GroundSettings ground;                      ///< its height is set
+  std::optional<Camera> rig;  ///< camera that the lights are attached to; empty: `camera`
+  GroundSettings ground;      ///< its height is set
 };
 
 /// `frame` in [1, prepared.frame_count].

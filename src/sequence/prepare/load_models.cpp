@@ -41,8 +41,8 @@ void paint(Model& model, Vec3 color) {
 /// Puts an object in its place. Standing: turned, brought to the wanted size, centred on the y axis
 /// with its foot on y = 0; the user's scale then works about that foot. `size` <= 0 leaves the size
 /// as it is. `stage` then puts the actor in its own.
-Model arranged(const Model& model, const ObjectSettings& object, bool stand, float size,
-               const Transform& stage) {
+Model arrange(const Model& model, const ObjectSettings& object, bool stand, float size,
+              const Transform& stage) {
   if (!stand)
     return transformed(
         model, compose(stage, make_transform(object.translate, object.rotate, object.scale)));
@@ -71,8 +71,8 @@ Model place_object(const Scene& scene, const ChainObject& chained, Model model, 
   const bool is_source = size == 0;
   if (is_source) size = model.box().diagonal();
   const bool stand = scene.arrange == Arrange::kStand && object.arrange;
-  return arranged(model, object, stand, is_source ? 0 : size,
-                  make_transform(actor.translate, actor.rotate, actor.scale));
+  return arrange(model, object, stand, is_source ? 0 : size,
+                 make_transform(actor.translate, actor.rotate, actor.scale));
 }
 
 }  // namespace

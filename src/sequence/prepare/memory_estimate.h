@@ -33,7 +33,7 @@ struct MemoryEstimate {
 MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> chain,
                                std::span<const Model> models, std::size_t pictures);
 
-/// What a run may take, in bytes (0: no limit), and how many pictures it holds at once.
+/// Limit of a run's memory, in bytes (0: no limit), and the number of pictures held at once.
 struct MemoryLimit {
   std::uint64_t bytes = 0;
   std::size_t pictures = 0;

@@ -39,7 +39,7 @@ struct PreparedActor : ActorOutline {
 struct SequenceHashes {
   std::string scene;               ///< content_hash()
   std::string inputs;              ///< inputs_hash()
-  std::optional<Framing> framing;  ///< where the camera moves, if the models alone decide it
+  std::optional<Framing> framing;  ///< framing of a moving camera, if the models alone decide it
 };
 
 /// kCached: an object whose fit is not in the cache gets the balls of its spheres instead.

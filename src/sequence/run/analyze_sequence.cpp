@@ -14,9 +14,9 @@
 namespace polymorph {
 namespace {
 
-Error stopped() { return {ErrorCode::kResumable, "stopped before the last frame"}; }
+Error stopped_error() { return {ErrorCode::kResumable, "stopped before the last frame"}; }
 
-Mesh mesh_of(const Model& model) { return {model.points, point_normals(model), model.triangles}; }
+Mesh to_mesh(const Model& model) { return {model.points, point_normals(model), model.triangles}; }
 
 /// Labels' purity in the plan and by chance (principle 1); nothing where no labels match.
 void measure_labels(const MorphPlan& plan, MorphEnds& ends) {
@@ -38,7 +38,7 @@ void measure_labels(const MorphPlan& plan, MorphEnds& ends) {
   ends.chance = chance;
 }
 
-/// Where the balls around each landmark arrive, against where they should.
+/// Measures the distance between the arrival of the balls around each landmark and its counterpart.
 void measure_landmarks(const MorphPlan& plan, const std::vector<LandmarkSettings>& landmarks,
                        int leg, MorphEnds& ends) {
   for (const LandmarkSettings& landmark : landmarks) {
@@ -68,8 +68,8 @@ MorphEnds measure_ends(const PreparedActor& actor, const PlanSettings& settings,
   MorphEnds ends;
   ends.from = from.name;
   ends.to = to.name;
-  ends.source = mesh_of(from.model);
-  ends.target = mesh_of(to.model);
+  ends.source = to_mesh(from.model);
+  ends.target = to_mesh(to.model);
   for (const Pair& pair : plan.pairs) ends.masses.push_back(pair.mass);
   measure_labels(plan, ends);
   measure_landmarks(plan, settings.landmarks, static_cast<int>(number), ends);
@@ -131,7 +131,7 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engin
       std::vector<MorphFrame> samples;
       const int count = sample_count(timing);
       for (int k = 0; k < count; ++k) {
-        if (!progress(done++, total)) return stopped();
+        if (!progress(done++, total)) return stopped_error();
         const float share = static_cast<float>(k) / static_cast<float>(count - 1);
         PM_TRY(MorphFrame sample, measure_sample(leg, share, engine));
         samples.push_back(std::move(sample));
@@ -161,11 +161,11 @@ Result<std::vector<Analysis>> analyze_meshes(const FramePattern& pattern,
   settings.textures = false;
   std::vector<MorphFrame> frames;
   for (std::size_t k = 0; k < numbers.size(); ++k) {
-    if (!progress(static_cast<int>(k), static_cast<int>(numbers.size()))) return stopped();
+    if (!progress(static_cast<int>(k), static_cast<int>(numbers.size()))) return stopped_error();
     PM_TRY(const LoadedModel loaded, load_model(frame_path(pattern, numbers[k]), settings));
     MorphFrame frame;
     frame.time = frame.u = static_cast<double>(k) / static_cast<double>(numbers.size() - 1);
-    frame.surface = mesh_of(loaded.model);
+    frame.surface = to_mesh(loaded.model);
     frames.push_back(std::move(frame));
   }
   MorphEnds ends;
@@ -180,7 +180,7 @@ Result<std::vector<Analysis>> analyze_meshes(const FramePattern& pattern,
     if (!file->empty()) {
       PM_TRY(const LoadedModel loaded, load_model(*file, settings));
       *name = file->filename().string();
-      *mesh = mesh_of(loaded.model);
+      *mesh = to_mesh(loaded.model);
     }
   ends.truth = fit_similarity(ends.source.positions, ends.target.positions);
   std::vector<Analysis> morphs;

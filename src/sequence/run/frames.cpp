@@ -14,10 +14,10 @@ struct Range {
   bool complement = false;
 };
 
-Result<Range> parse_range(std::string_view part, std::string_view whole) {
+Result<Range> parse_range(std::string_view part, std::string_view text) {
   const auto bad = [&](const char* why) {
     return make_error(ErrorCode::kUsage,
-                      "--frames {}: \"{}\" {} - write 1-48, 1-48x2, 5-1 or 1,5,10-20", whole, part,
+                      "--frames {}: \"{}\" {} - write 1-48, 1-48x2, 5-1 or 1,5,10-20", text, part,
                       why);
   };
   Range range;

@@ -24,7 +24,7 @@ struct FramePattern {
   bool has_number() const { return digits > 0; }
 };
 
-/// Where a sequence's frames are.
+/// The file names of a sequence's frames.
 struct FrameFiles {
   FramePattern exr, png;  ///< empty: none of that format
 };
@@ -37,7 +37,7 @@ Result<FramePattern> parse_pattern(const std::string& text);
 FramePattern numbered(FramePattern pattern);
 
 std::filesystem::path frame_path(const FramePattern& pattern, int frame);
-/// The same name with another extension (".png").
+/// Replaces the extension (".png").
 FramePattern with_extension(FramePattern pattern, const std::string& extension);
 
 /// Frames that exist on disk under this pattern, ascending. Errors (kInput): unreadable folder.

@@ -39,10 +39,10 @@ FileState file_state(const std::filesystem::path& file, const std::string& hash,
   const auto image = read_image(file);
   if (!image) return FileState::kUnreadable;
   // EXR keeps the frame as a number, PNG as text.
-  const auto says = [&](const char* name, const std::string& wanted) {
+  const auto says = [&](const char* name, const std::string& expected) {
     return std::any_of(image->attributes.begin(), image->attributes.end(), [&](const Attribute& a) {
       return a.name == name &&
-             std::visit([](const auto& v) { return fmt::format("{}", v); }, a.value) == wanted;
+             std::visit([](const auto& v) { return fmt::format("{}", v); }, a.value) == expected;
     });
   };
   return says(kFrameHashAttribute, hash) && says(kFrameAttribute, fmt::format("{}", frame))
