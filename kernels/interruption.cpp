@@ -7,7 +7,8 @@
 namespace polymorph {
 namespace {
 
-std::atomic<std::int64_t> interruption_time{0};  ///< processor time of the process, ns; 0: never
+std::atomic<std::int64_t> interruption_time{
+    0};  ///< processor time of the process at the signal, ns
 static_assert(std::atomic<std::int64_t>::is_always_lock_free, "set in signal handlers");
 
 std::int64_t processor_nanoseconds() {

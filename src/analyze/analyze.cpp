@@ -122,9 +122,9 @@ EndErrors measure_frames(const Subject& subject, Analysis& analysis) {
     row.leakage = hull.leakage(frame.surface);
     MeasuredSurface current(frame.surface);
     if (subject.ends.truth) {
-      const MeasuredSurface truth(ground_truth_at(subject.frames[0].surface, *subject.ends.truth,
-                                                  subject.ends.recovered, frame.u));
-      row.off_similarity = current.distance_to(truth).largest / subject.size;
+      const MeasuredSurface reference(ground_truth_at(
+          subject.frames[0].surface, *subject.ends.truth, subject.ends.recovered, frame.u));
+      row.off_similarity = current.distance_to(reference).largest / subject.size;
     }
     if (previous) {
       FrameMeasures& before = analysis.frames.back();

@@ -28,7 +28,7 @@ struct JsonValue {
   bool boolean = false;
   bool integral = false;       ///< a number written without fraction that fits int64
   bool exceeds_int64 = false;  ///< one that fits uint64 only; `integer` has its bits
-  double number = 0;           ///< value of every number
+  double number = 0;           ///< value of a number
   std::int64_t integer = 0;    ///< when integral
   std::string string;
   std::vector<JsonValue> items;     ///< elements of an array
@@ -99,7 +99,7 @@ struct JsonMember {
 inline std::size_t JsonValue::size() const { return items.size() + members.size(); }
 
 struct TextPosition {
-  int line = 0, column = 0;  ///< counted from 1; 0 = not in the file
+  int line = 0, column = 0;  ///< counted from 1; 0 = not from the file
 };
 
 struct JsonDocument {

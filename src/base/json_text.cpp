@@ -198,7 +198,7 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
   // Pointers stay valid: only the innermost open container grows.
   std::vector<JsonValue*> open_;
   std::vector<std::unordered_map<std::string, std::size_t>>
-      keys_;  ///< keys of each, with their offsets
+      keys_;  ///< index of each key, one map per open object
 };
 
 /// A number or a string as nlohmann-json writes it.

@@ -115,7 +115,7 @@ std::vector<std::string> to_arguments(const SceneOptions& options) {
 
 Result<FrameFiles> frame_files(const Scene& scene, const std::string& output, bool png, bool many) {
   PM_TRY(FramePattern pattern, parse_pattern(output.empty() ? scene.output.file : output));
-  if (many) pattern = numbered(pattern);
+  if (many) pattern = add_number(pattern);
   const std::string extension = frame_path(pattern, 1).extension().string();
   if (extension.empty() ||
       (extension.size() > 1 && extension.find_first_not_of("0123456789", 1) == std::string::npos))

@@ -45,8 +45,8 @@ Result<Distances> distances_at(const BlendInputs& in, const std::vector<Vec3>& p
   return out;
 }
 
-/// Blocks that some blend's surface may pass through: those near either surface, and those that
-/// another side begins next to (an open model's inside may end far from any face).
+/// Marks the blocks that some blend's surface may pass through: those near either surface, and
+/// those that another side begins next to (an open model's inside may end far from any face).
 std::vector<bool> passable(const Distances& middles, Int3 blocks, float near) {
   const auto index = [&](int x, int y, int z) {
     return static_cast<std::size_t>((z * blocks.y + y) * blocks.x + x);

@@ -9,9 +9,9 @@
 
 namespace polymorph {
 
-/// Computes the place that each point of a model shrinks to: the share-weighted centre of the balls
-/// around it, so that a handle shrinks into the handle's balls and not towards the middle of
-/// everything (method: the field's shares q_i; docs/method.md, Field).
+/// The point that each point of a model shrinks to: the share-weighted centre of the balls around
+/// it, so that a handle shrinks into the handle's balls and not towards the middle of everything
+/// (method: the field's shares q_i; docs/method.md, Field).
 std::vector<Vec3> shrink_targets(const Model& model, const std::vector<Ball>& balls,
                                  FieldKind kind);
 

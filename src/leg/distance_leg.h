@@ -12,7 +12,7 @@ namespace polymorph {
 /// The map to both objects when the leg's balls are `balls`.
 FrameMap distance_map(const Leg& leg, float time, const BallSet& balls);
 
-/// Returns true if a level keeps the leg's volume. Walls have none: their volume means little.
+/// Says whether a level keeps the leg's volume. Walls have none: their volume means little.
 bool keeps_volume(const Leg& leg);
 
 /// The level that keeps the volume at an eased time, nearly: cubics through the leg's levels

@@ -16,12 +16,11 @@ struct LegParts {
   std::shared_ptr<const PreparedObject> from, to;
   MorphPlan plan;
   std::shared_ptr<const Leg> before;  ///< leg whose balls in flight `from` is; else null
-  double pace =
-      1;  ///< motion time of `before` that goes by in a unit of this leg's (time_per_frame())
+  double pace = 1;  ///< motion time of `before` that goes by in a unit of this leg's (leg_pace())
 };
 
-/// A leg of the kind that its timing says; one made of distances is paced where its balls share
-/// one eased time. Errors: the engine's.
+/// A leg of the kind that its timing says; one made of distances is invert_pacing where its balls
+/// share one eased time. Errors: the engine's.
 Result<std::shared_ptr<const Leg>> make_leg(LegParts parts, const LegTiming& timing,
                                             const LegSettings& settings, Engine& engine,
                                             const std::filesystem::path& cache);

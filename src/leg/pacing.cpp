@@ -16,7 +16,7 @@ namespace {
 constexpr int kSteps = 12;  ///< even steps that are measured first, and between levels
 constexpr int kTimes = 24;  ///< steps between the times of the pace
 
-/// A moment of a leg whose time is not yet paced.
+/// A moment of a leg whose time is not yet invert_pacing.
 struct Moment {
   float time = 0;   ///< time of the motion, [0, 1]
   float level = 0;  ///< level that keeps the volume
@@ -200,16 +200,16 @@ Result<std::vector<Moment>> measure_steps(const Leg& linear, Engine& engine) {
 }
 
 /// Levels at even times of the leg at its pace.
-Result<std::vector<float>> measure_levels(const Leg& paced, const std::vector<Moment>& moments,
-                                          Engine& engine) {
+Result<std::vector<float>> measure_levels(const Leg& invert_pacing,
+                                          const std::vector<Moment>& moments, Engine& engine) {
   constexpr double kTolerance = 0.0005;  // a fourth of that of frames: most are at their first try
   std::vector<float> levels;
-  if (!keeps_volume(paced)) return levels;
+  if (!keeps_volume(invert_pacing)) return levels;
   for (int k = 0; k <= kSteps; ++k) {
-    const float time = paced.plan.pacing[static_cast<std::size_t>(k * kTimes / kSteps)];
+    const float time = invert_pacing.plan.pacing[static_cast<std::size_t>(k * kTimes / kSteps)];
     PM_TRY(const LegSurface surface,
-           measured_surface(paced, step_time(k),
-                            {2 * paced.settings.cell, paced.settings.measured,
+           measured_surface(invert_pacing, step_time(k),
+                            {2 * invert_pacing.settings.cell, invert_pacing.settings.measured,
                              level_near(moments, time), kTolerance},
                             engine));
     levels.push_back(surface.field.level);

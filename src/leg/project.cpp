@@ -26,10 +26,10 @@ bool root_along(const NearBalls& balls, std::span<const std::uint32_t> list, Vec
   const bool inside = at(0) > 0;
   // Outward from inside, inward from outside, then the other way: a bulge may hide the near root.
   constexpr int kSteps = 12;
-  for (const float sign : {inside ? 1.0f : -1.0f, inside ? -1.0f : 1.0f}) {
+  for (const float side : {inside ? 1.0f : -1.0f, inside ? -1.0f : 1.0f}) {
     float near = 0;
     for (int i = 1; i <= kSteps; ++i) {
-      const float far = sign * reach * static_cast<float>(i) / kSteps;
+      const float far = side * reach * static_cast<float>(i) / kSteps;
       if ((at(far) > 0) == inside) {
         near = far;
         continue;

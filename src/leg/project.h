@@ -11,8 +11,8 @@
 
 namespace polymorph {
 
-/// A model's points and normals moved onto the balls' surface. Triangles, texture coordinates and
-/// materials stay as they are.
+/// The places that a mesh's vertices go to. Its triangles, texture coordinates and materials stay
+/// what they are.
 struct Projection {
   std::vector<Vec3> points;   ///< one per model point, on the surface field = 1
   std::vector<Vec3> normals;  ///< the field's there, outward, unit

@@ -56,7 +56,7 @@ Fit refine(const CostSide& a, const CostSide& b, float label_cost, Mat3 rotation
   constexpr double kEnough = 1e-3;
   Fit best;
   for (int step = 0; step < kMaxSteps; ++step) {
-    const TransportPlan plan = plan_between(rotate(a, rotation), b, label_cost);
+    const TransportPlan plan = plan_between(rotate_side(a, rotation), b, label_cost);
     if (step > 0 && !(plan.cost < (1 - kEnough) * best.cost)) break;
     best = {rotation, plan.cost};
     rotation = fit_rotation(a, b, plan.flows, axis);
@@ -85,8 +85,8 @@ Fit best_fit(const CostSide& a, const CostSide& b, float label_cost, double untu
 
 /// Mean squared distance between what a rotation near this one pairs, over the mean squared radius.
 double residual(const CostSide& a, const CostSide& b, float label_cost, const Mat3& rotation) {
-  const TransportPlan near = plan_between(rotate(a, rotation), b, label_cost);
-  const CostSide fitted = rotate(a, fit_rotation(a, b, near.flows, RotationAxis::kAny));
+  const TransportPlan near = plan_between(rotate_side(a, rotation), b, label_cost);
+  const CostSide fitted = rotate_side(a, fit_rotation(a, b, near.flows, RotationAxis::kAny));
   double sum = 0;
   for (const TransportFlow& flow : plan_between(fitted, b, label_cost).flows)
     for (std::size_t axis = 0; axis < 3; ++axis) {

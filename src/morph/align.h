@@ -10,13 +10,13 @@
 
 namespace polymorph {
 
-/// The admitted rotations: those about the y axis, which leave a standing object upright, or
-/// all.
+/// The rotations that are admitted: those about the y axis, which leave a standing object upright,
+/// or all.
 enum class RotationAxis : std::uint8_t { kVertical, kAny };
 
 struct FoundRotation {
   Mat3 rotation;
-  RotationAxis axis = RotationAxis::kVertical;  ///< axis that fit_rotation() goes on with
+  RotationAxis axis = RotationAxis::kVertical;  ///< the axis that fit_rotation() goes on with
 };
 
 /// The rotation of `a` at which it is carried to `b` most cheaply: plan and weighted Procrustes in

@@ -26,7 +26,7 @@ float squared_distance(const CostSide& side, std::size_t i, std::size_t j) {
 
 }  // namespace
 
-Normalization compute_normalization(const std::vector<Ball>& balls, std::span<const double> mass) {
+Normalization fit_normalization(const std::vector<Ball>& balls, std::span<const double> mass) {
   Normalization result;
   for (std::size_t i = 0; i < balls.size(); ++i)
     result.center = result.center + Vec3d(balls[i].center) * mass[i];
@@ -80,7 +80,7 @@ CostSide cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<d
   return side;
 }
 
-CostSide rotate(const CostSide& side, const Mat3& rotation) {
+CostSide rotate_side(const CostSide& side, const Mat3& rotation) {
   CostSide result = side;
   for (const std::size_t first : {kPosition, kOutward})
     for (std::size_t i = 0; i < side.size(); ++i) {

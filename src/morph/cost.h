@@ -27,27 +27,27 @@ struct CostSide {
   std::size_t size() const { return mass.size(); }
 };
 
-/// The map from an object's positions to unit-RMS coordinates: (p - center) / size.
+/// The map of an object's places to unit-RMS coordinates: (p - center) / size.
 struct Normalization {
   Vec3d center;
   double size = 1;
 };
-Normalization compute_normalization(const std::vector<Ball>& balls, std::span<const double> mass);
+Normalization fit_normalization(const std::vector<Ball>& balls, std::span<const double> mass);
 
 /// `landmarks`: in the object's own coordinates; those of the other side in the same order.
 CostSide cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<double> mass,
                    std::vector<std::int32_t> labels, std::span<const Vec3> landmarks,
                    const Normalization& normalization, const PlanSettings& settings);
 
-/// Rotates a side about its centre.
-CostSide rotate(const CostSide& side, const Mat3& rotation);
+/// The side, turned about its centre.
+CostSide rotate_side(const CostSide& side, const Mat3& rotation);
 
 /// The costs of ball `from` of `a` to every ball of `b`; `label_cost` where labels differ.
 void cost_row(const CostSide& a, const CostSide& b, float label_cost, std::uint32_t from,
               std::span<float> costs);
 
-/// Selects at most `count` balls that represent all: far from each other, each with the mass and
-/// the mean values of the balls nearest to it.
+/// Picks at most `count` balls that stand for all: far from each other, each with the mass and the
+/// mean values of what is nearest to it.
 CostSide coarse(const CostSide& side, std::size_t count);
 
 }  // namespace polymorph

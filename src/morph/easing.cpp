@@ -41,12 +41,12 @@ double spring_rest(double mass, double damping, double stiffness, double t) {
 }
 
 double spring_ease(const SpringSettings& s, double inertia, double t) {
-  const auto remaining = [&](double at) {
+  const auto deflection = [&](double at) {
     return spring_rest(static_cast<double>(s.mass) * inertia, static_cast<double>(s.damping),
                        static_cast<double>(s.stiffness), at);
   };
   // What the spring leaves at the end is taken in smoothly: the motion must arrive.
-  return 1 - remaining(t) + remaining(1) * t * t * (3 - 2 * t);
+  return 1 - deflection(t) + deflection(1) * t * t * (3 - 2 * t);
 }
 
 }  // namespace

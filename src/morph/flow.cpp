@@ -26,21 +26,21 @@ Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const BallSe
     const std::vector<Ball> later = balls_at(plan, next);
     const std::vector<PairFrame> now = pair_frames(plan, time), then = pair_frames(plan, next);
     for (std::size_t e = 0; e < balls.size(); ++e) {
-      const Vec3 displacement = later[e].center - balls[e].center;
+      const Vec3 step = later[e].center - balls[e].center;
       const Mat3 turn = inverse(then[e].to_source) * now[e].to_source;
       for (int i = 0; i < 3; ++i) {
         const auto moved = [&](int k) { return turn.at(i, k) - (i == k ? 1 : 0); };
-        carried[e].value[i] = i == 0 ? displacement.x : i == 1 ? displacement.y : displacement.z;
+        carried[e].value[i] = i == 0 ? step.x : i == 1 ? step.y : step.z;
         carried[e].slope[i] = to_float({moved(0), moved(1), moved(2)});
       }
     }
   }
   PM_TRY(const std::vector<AttributeValues> values,
          interpolate_attributes(engine, balls, plan.kind, carried, points));
-  return to_flow(values);
+  return read_flow(values);
 }
 
-Flow to_flow(const std::vector<AttributeValues>& values) {
+Flow read_flow(const std::vector<AttributeValues>& values) {
   Flow flow;
   for (const AttributeValues& at : values) {
     flow.displacement.push_back({at.v[0], at.v[1], at.v[2]});

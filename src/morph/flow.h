@@ -12,7 +12,7 @@ namespace polymorph {
 
 /// One per point.
 struct Flow {
-  std::vector<Vec3> displacement;  ///< between `time` and `next`, scene units
+  std::vector<Vec3> displacement;  ///< change of place between `time` and `next`, scene units
   std::vector<float> progress;     ///< [0, 1]: eased progress of the balls there, by their shares
 };
 
@@ -24,7 +24,7 @@ struct Flow {
 Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const BallSet& balls,
                      const std::vector<Vec3>& points, Engine& engine);
 
-/// Reads displacement and progress from the attributes interpolated at points.
-Flow to_flow(const std::vector<AttributeValues>& values);
+/// Reads displacement and progress from the values carried to points.
+Flow read_flow(const std::vector<AttributeValues>& values);
 
 }  // namespace polymorph

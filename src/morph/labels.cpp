@@ -23,16 +23,16 @@ class LabelIndex {
     for (std::size_t i = 0; i < object.labels.size(); ++i)
       of_name_[object.labels[i]].push_back(static_cast<std::uint32_t>(i));
   }
-  std::span<const std::uint32_t> find(const std::string& label) const {
+  std::span<const std::uint32_t> find_label(const std::string& label) const {
     const auto at = of_name_.find(label);
     return at == of_name_.end() ? std::span<const std::uint32_t>() : at->second;
   }
   /// The labels that "object.label" or "label" means here.
   std::vector<std::uint32_t> meant_by(const std::string& name) const {
-    const std::span<const std::uint32_t> plain = find(name);
+    const std::span<const std::uint32_t> plain = find_label(name);
     std::vector<std::uint32_t> all(plain.begin(), plain.end());
     if (name.starts_with(prefix_)) {
-      const std::span<const std::uint32_t> full = find(name.substr(prefix_.size()));
+      const std::span<const std::uint32_t> full = find_label(name.substr(prefix_.size()));
       all.insert(all.end(), full.begin(), full.end());
     }
     return all;
@@ -63,13 +63,13 @@ LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
   const LabelIndex of_from(from), of_to(to);
   // Labels that share a partner are one: sets of both objects' labels, those of `to` from n on.
   DisjointSets sets(n + m);
-  std::vector<std::uint8_t> named(n + m, 0);
+  std::vector<std::uint8_t> is_named(n + m, 0);
   const auto join = [&](std::span<const std::uint32_t> ours,
                         std::span<const std::uint32_t> theirs) {
     if (ours.empty() || theirs.empty()) return;
     const auto add = [&](std::size_t k) {
       sets.join(ours.front(), static_cast<std::uint32_t>(k));
-      named[k] = 1;
+      is_named[k] = 1;
     };
     for (const std::uint32_t i : ours) add(i);
     for (const std::uint32_t j : theirs) add(n + j);
@@ -78,17 +78,17 @@ LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
     join(of_from.meant_by(key), of_to.meant_by(value));
     join(of_from.meant_by(value), of_to.meant_by(key));
   }
-  const std::vector<std::uint8_t> named_by_map = named;
+  const std::vector<std::uint8_t> named_by_map = is_named;
   for (std::size_t i = 0; i < n; ++i)
-    for (const std::uint32_t j : of_to.find(from.labels[i]))
+    for (const std::uint32_t j : of_to.find_label(from.labels[i]))
       if (!named_by_map[i] && !named_by_map[n + j]) {
         sets.join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(n + j));
-        named[i] = named[n + j] = 1;
+        is_named[i] = is_named[n + j] = 1;
       }
   // A number is the first linked label of `from` among them: sets go by their least members.
   LabelMatch match{std::vector<std::int32_t>(n, kNoLabel), std::vector<std::int32_t>(m, kNoLabel)};
   for (std::size_t k = 0; k < n + m; ++k)
-    if (named[k])
+    if (is_named[k])
       (k < n ? match.from[k] : match.to[k - n]) =
           static_cast<std::int32_t>(sets.find(static_cast<std::uint32_t>(k)));
   return match;
@@ -102,7 +102,7 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
                                                 Engine& engine) {
   PM_CHECK(balls.size() == plan.pairs.size());
   PM_CHECK(from_names.size() == plan.from.size() && to_names.size() == plan.to.size());
-  // The names that balls have, and 0, numbered anew: an object may have many more.
+  // The names that balls have, and 0, add_number anew: an object may have many more.
   std::vector<std::uint32_t> used{0};
   for (const auto& names : {from_names, to_names})
     used.insert(used.end(), names.begin(), names.end());

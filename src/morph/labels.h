@@ -34,10 +34,10 @@ struct LabelMatch {
 LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
                         const std::map<std::string, std::string>& map);
 
-/// Assigns each point of the surface between two objects to a label: one number per point, of those
-/// in `from_names` and `to_names` (one per ball of either object, in one numbering). A pair's share
-/// of the field at the point goes to its source's label by 1 - u and to its target's by u; labels
-/// that belong together count as one, and the larger of them gives the name. `balls` are those of
+/// The label of each point of the surface between two objects: one number per point, of those in
+/// `from_names` and `to_names` (one per ball of either object, in one numbering). A pair's share of
+/// the field at the point goes to its source's label by 1 - u and to its target's by u; labels that
+/// belong together count as one, and the larger of them gives the name. `balls` are those of
 /// balls_at(plan, time). Errors: the engine's (field/extract_surface.h: to_status).
 Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float time,
                                                 const BallSet& balls,

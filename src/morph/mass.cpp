@@ -31,10 +31,9 @@ std::vector<Vec3> points_in_ball(std::size_t count) {
   return points;
 }
 
-/// Distance beyond its surface's level up to which a ball counts, in its exponent: exp(-4) of the
-/// field.
+/// The reach of a ball beyond its surface's level, in its exponent: exp(-4) of the field.
 constexpr float kTail = 4;
-/// Exponent beyond which a ball's contribution to the others' points is dropped, as in the kernels.
+/// The exponent from which a ball's part in the others' points is dropped, as kernels do.
 constexpr float kCutoff = 9;
 
 float exponent_reach(const Ball& ball, float more) { return std::max(ball.w, 0.0f) + more; }
@@ -95,7 +94,7 @@ Part part_inside(const std::vector<Ball>& balls, std::size_t index,
   return {kUnitBall * r * r * r * sum.volume / count, kUnitBall * r * r * r * sum.squares / count};
 }
 
-/// Volumes and squares of balls whose field blends them into each other.
+/// The masses of balls whose field lets them melt into each other.
 std::vector<Part> parts_inside(const std::vector<Ball>& balls, Vec3d center) {
   // Some 65 000 points in all: thousands of balls differ little from their neighbours.
   const std::vector<Vec3> points =
@@ -110,7 +109,7 @@ std::vector<Part> parts_inside(const std::vector<Ball>& balls, Vec3d center) {
   return parts;
 }
 
-/// Volumes and squares of balls that stay distinct: each is as large as it is alone.
+/// The masses of balls that are told apart: each as large as it is alone.
 std::vector<Part> lone_parts(const std::vector<Ball>& balls, FieldKind kind, Vec3d center) {
   std::vector<Part> parts;
   for (const Ball& ball : balls) {
@@ -122,7 +121,7 @@ std::vector<Part> lone_parts(const std::vector<Ball>& balls, FieldKind kind, Vec
   return parts;
 }
 
-std::vector<Part> compute_parts(const std::vector<Ball>& balls, FieldKind kind, Vec3d center) {
+std::vector<Part> mass_parts(const std::vector<Ball>& balls, FieldKind kind, Vec3d center) {
   return visit(kind, [](auto field) { return decltype(field)::kExponential; })
              ? parts_inside(balls, center)
              : lone_parts(balls, kind, center);
@@ -132,7 +131,7 @@ std::vector<Part> compute_parts(const std::vector<Ball>& balls, FieldKind kind, 
 
 std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind) {
   std::vector<double> masses;
-  for (const Part& part : compute_parts(balls, kind, {})) masses.push_back(part.volume);
+  for (const Part& part : mass_parts(balls, kind, {})) masses.push_back(part.volume);
   const double sum = std::accumulate(masses.begin(), masses.end(), 0.0);
   const auto count = static_cast<double>(balls.size());
   if (!(sum > 0)) return std::vector<double>(balls.size(), 1 / count);
@@ -144,7 +143,7 @@ std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind) 
 
 double radius_of_gyration(const std::vector<Ball>& balls, FieldKind kind, Vec3d center) {
   Part sum;
-  for (const Part& part : compute_parts(balls, kind, center)) {
+  for (const Part& part : mass_parts(balls, kind, center)) {
     sum.volume += part.volume;
     sum.squares += part.squares;
   }

@@ -21,10 +21,10 @@ namespace {
 /// The rotation and scaling of all balls.
 Alignment path_alignment(const MorphPlan& plan) {
   if (plan.motion.path == Path::kRigid) return plan.alignment;
-  Alignment shift;
-  shift.from_center = plan.alignment.from_center;
-  shift.to_center = plan.alignment.to_center;
-  return shift;
+  Alignment translation;
+  translation.from_center = plan.alignment.from_center;
+  translation.to_center = plan.alignment.to_center;
+  return translation;
 }
 
 float strength(FieldKind kind, float w, float share) {
@@ -36,20 +36,20 @@ double volume_of_ball(const Ball& ball) {
   return 1 / (a * std::sqrt(a));
 }
 
-/// The offset of all Bezier paths half way: the same and upward, so that the whole object follows
-/// an arc. Offsets of their own would tear neighbours with different displacements apart.
-Vec3d common_bow(const MorphPlan& plan) {
+/// The direction that the paths bow to: all alike and up, so that the whole goes along an arc. Bows
+/// of their own would tear neighbours apart.
+Vec3d bow_vector(const MorphPlan& plan) {
   double squares = 0, mass = 0;
   for (const Pair& pair : plan.pairs) {
-    const Vec3d displacement = Vec3d(plan.to[pair.to].center) - Vec3d(plan.from[pair.from].center);
-    squares += pair.mass * dot(displacement, displacement);
+    const Vec3d travel = Vec3d(plan.to[pair.to].center) - Vec3d(plan.from[pair.from].center);
+    squares += pair.mass * dot(travel, travel);
     mass += pair.mass;
   }
   return {0, static_cast<double>(plan.motion.bend) * std::sqrt(squares / mass), 0};
 }
 
-/// The velocity at which a ball is thrown: outward, upward, and at random. Keyed by the pair's
-/// number, which is the same in the reverse morph.
+/// The velocity that a ball is thrown with: out from the middle, up, and at random. Keyed by the
+/// pair's number, which is the same on the way back.
 Vec3d launch_velocity(const MorphPlan& plan, std::size_t e, Vec3d from, Vec3d to) {
   const auto random = [&](std::uint64_t stream) {
     return 2 * static_cast<double>(random_float(plan.motion.seed, stream, e)) - 1;
@@ -111,7 +111,7 @@ float own_time(const MorphPlan& plan, std::size_t e, float time) {
 
 /// The eased time at which `u` of the change is done: a monotone cubic through the plan's pacing
 /// (Fritsch and Carlson 1980). Beyond [0, 1], where easings may lead, nothing is known.
-float apply_pacing(const MorphPlan& plan, float u) {
+float invert_pacing(const MorphPlan& plan, float u) {
   const std::vector<float>& at = plan.pacing;
   if (at.empty() || u <= 0 || u >= 1) return u;
   const auto last = at.size() - 1;
@@ -157,8 +157,8 @@ double softness(const MorphPlan& plan) {
   return kSoften * std::clamp((plan.alignment.strain - kAlike) / (kUnlike - kAlike), 0.0, 1.0);
 }
 
-/// The displacement per unit of a ball's drift: its slope is 1 at time 0, and it ends at 0.
-double drift_at(float time) {
+/// The share of a ball's drift that shows: a unit velocity at time 0, nothing left of it at 1.
+double drift_share(float time) {
   const double t = std::clamp(static_cast<double>(time), 0.0, 1.0);
   return t * (1 - t) * (1 - t);
 }
@@ -168,25 +168,25 @@ std::vector<float> own_times(const MorphPlan& plan, float time) {
   return move_together(plan) ? std::vector<float>() : eased_times(plan, time);
 }
 
-MotionState motion_state_at(const MorphPlan& plan, float time) {
+MotionState make_motion_state(const MorphPlan& plan, float time) {
   MotionState moment;
   moment.time = time;
-  moment.eased = apply_pacing(plan, ease(plan.motion, time));
+  moment.eased = invert_pacing(plan, ease(plan.motion, time));
   moment.softness = softness(plan);
   // Balls of a graph drift when they are joined.
-  moment.drifted = plan.graph ? 0 : drift_at(time);
+  moment.drifted = plan.graph ? 0 : drift_share(time);
   moment.thrown = plan.motion.path == Path::kExplode;
   moment.gravity = 10 * static_cast<double>(plan.motion.gravity) * plan.size;
   moment.floor = plan.floor;
   return moment;
 }
 
-/// Applies the part of the motion that involves several balls: the graph, and drift after it.
+/// Applies the steps that no ball can take alone.
 void finish(const MorphPlan& plan, float time, std::vector<Ball>& balls) {
   if (!plan.graph) return;
   if (time > 0 && time < 1) join(plan, eased_times(plan, time), balls);
   for (std::size_t e = 0; e < balls.size(); ++e)
-    balls[e].center = balls[e].center + to_float(plan.paths->balls[e].drift * drift_at(time));
+    balls[e].center = balls[e].center + to_float(plan.paths->balls[e].drift * drift_share(time));
 }
 
 }  // namespace
@@ -197,7 +197,7 @@ bool move_together(const MorphPlan& plan) {
 
 std::vector<float> eased_times(const MorphPlan& plan, float time) {
   if (move_together(plan))
-    return std::vector<float>(plan.pairs.size(), apply_pacing(plan, ease(plan.motion, time)));
+    return std::vector<float>(plan.pairs.size(), invert_pacing(plan, ease(plan.motion, time)));
   std::vector<float> eased;
   for (std::size_t e = 0; e < plan.pairs.size(); ++e) eased.push_back(own_time(plan, e, time));
   return eased;
@@ -244,7 +244,7 @@ void set_paths(MorphPlan& plan) {
   plan.parts = std::move(parts.alignments);
   const std::vector<float> order = starting_order(plan);
   const auto count = static_cast<double>(plan.pairs.size());
-  const Vec3d bow = plan.motion.path == Path::kBezier ? common_bow(plan) : Vec3d{};
+  const Vec3d bow = plan.motion.path == Path::kBezier ? bow_vector(plan) : Vec3d{};
   BallPaths paths;
   for (const Alignment& part : plan.parts)
     paths.parts.push_back({part.from_center, part.to_center, part.turn, exact::log(part.scale)});
@@ -286,11 +286,11 @@ void set_paths(MorphPlan& plan) {
 std::vector<Ball> balls_at(const MorphPlan& plan, float time) {
   PM_CHECK(plan.paths && plan.paths->balls.size() == plan.pairs.size());
   std::vector<Ball> balls(plan.pairs.size());
-  const MotionState moment = motion_state_at(plan, time);
+  const MotionState moment = make_motion_state(plan, time);
   const std::vector<float> own = own_times(plan, time);
   const std::vector<PartPlace> places = places_at(plan.paths->parts, moment.eased);
-  const auto view = [](const auto& values) {
-    return View(values.data(), static_cast<std::int64_t>(values.size()));
+  const auto view = [](const auto& array) {
+    return View(array.data(), static_cast<std::int64_t>(array.size()));
   };
   const MoveBalls step = {view(plan.paths->balls),
                           view(plan.paths->parts),
@@ -306,7 +306,7 @@ std::vector<Ball> balls_at(const MorphPlan& plan, float time) {
 Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine) {
   BallSet balls;
   PM_TRY_STATUS(to_status(
-      engine.move_balls(plan.paths, motion_state_at(plan, time), own_times(plan, time), balls)));
+      engine.move_balls(plan.paths, make_motion_state(plan, time), own_times(plan, time), balls)));
   if (!plan.graph) return balls;
   std::vector<Ball> finished = balls.balls();
   finish(plan, time, finished);

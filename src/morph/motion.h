@@ -27,8 +27,8 @@ void set_paths(MorphPlan& plan);
 /// ln(share) for Gaussian ones.
 std::vector<Ball> balls_at(const MorphPlan& plan, float time);
 
-/// Moves the balls on the engine, where they stay for the surface; they equal those above. Errors:
-/// the engine's (field/extract_surface.h: to_status).
+/// Has the engine move the same balls, and they stay there for the surface. Errors: the engine's
+/// (field/extract_surface.h: to_status).
 Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine);
 
 /// Makes a plan whose source is the balls of `before` at `until` go on with their velocity, which
@@ -49,7 +49,7 @@ std::vector<float> pair_progress(const MorphPlan& plan, float time);
 
 /// Do all balls share one eased time: no stagger and no spring?
 bool move_together(const MorphPlan& plan);
-/// Each ball's eased time at `time`, evenly paced; a spring's may lie outside [0, 1].
+/// Each ball's eased time at `time`, evenly invert_pacing; a spring's may lie outside [0, 1].
 std::vector<float> eased_times(const MorphPlan& plan, float time);
 /// Their mean by mass.
 float mean_progress(const MorphPlan& plan, const std::vector<float>& eased);
@@ -57,8 +57,8 @@ float mean_progress(const MorphPlan& plan, const std::vector<float>& eased);
 /// by mass, about the objects' centres.
 PathPart mean_path_part(const MorphPlan& plan);
 
-/// The progress of the whole morph at `time`: the mean of the balls' eased times, by mass, in
-/// [0, 1].
+/// The progress of the whole object at `time`: the mean of the balls' eased times, by mass, in [0,
+/// 1].
 float progress_at(const MorphPlan& plan, float time);
 
 }  // namespace polymorph

@@ -177,7 +177,7 @@ void set_masses(std::vector<Pair>& pairs, std::span<const double> from,
                 2;
 }
 
-std::vector<TransportFlow> to_flows(const std::vector<Pair>& pairs) {
+std::vector<TransportFlow> list_flows(const std::vector<Pair>& pairs) {
   std::vector<TransportFlow> flows;
   for (const Pair& pair : pairs) flows.push_back({pair.from, pair.to, pair.mass});
   return flows;

@@ -32,6 +32,6 @@ std::vector<Pair> pair_by_transport(const CostPair& sides, LabelMode mode);
 void set_masses(std::vector<Pair>& pairs, std::span<const double> from, std::span<const double> to);
 
 /// The pairs as flows of their masses.
-std::vector<TransportFlow> to_flows(const std::vector<Pair>& pairs);
+std::vector<TransportFlow> list_flows(const std::vector<Pair>& pairs);
 
 }  // namespace polymorph

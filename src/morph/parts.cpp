@@ -20,7 +20,7 @@ constexpr std::size_t kMaxClusters = 8;
 constexpr std::size_t kMinPairs = 12;  // of a cluster, on the mean
 constexpr std::size_t kNeighbors = 8;
 constexpr int kRounds = 3;
-/// Weight that holds a ball at its part's place, relative to one edge. Weak: a limb's own straight
+/// The weight that holds a ball in its part's place, against one edge. Weak: a limb's own straight
 /// path would tear it off.
 constexpr double kAnchor = 0.01;
 
@@ -153,17 +153,17 @@ struct Edge {
   double from_length = 0, to_length = 0;
 
   Vec3d at(double u) const {
-    const Vec3d mixed = from * (1 - u) + to * u;
-    const double target_length = (1 - u) * from_length + u * to_length;
-    const double mixed_length = length(mixed);
-    return mixed_length > 1e-3 * target_length ? mixed * (target_length / mixed_length) : mixed;
+    const Vec3d mixture = from * (1 - u) + to * u;
+    const double even = (1 - u) * from_length + u * to_length, far = length(mixture);
+    return far > 1e-3 * even ? mixture * (even / far) : mixture;
   }
 };
 
 }  // namespace
 
 struct BallGraph::System {
-  std::vector<std::vector<Edge>> edges;  ///< each pair's, both directions of every edge
+  std::vector<std::vector<Edge>>
+      edges;  ///< the edges of each pair; every edge is listed in both directions
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;
 };
 
@@ -193,10 +193,10 @@ BallGraph::BallGraph(const MorphPlan& plan, const RigidParts& parts) {
     Edge edge;
     edge.other = f;
     edge.from = Vec3d(from[e]) - Vec3d(from[f]);
-    const Vec3d to_offset = Vec3d(to[e]) - Vec3d(to[f]);
+    const Vec3d to_way = Vec3d(to[e]) - Vec3d(to[f]);
     edge.from_length = length(edge.from);
-    edge.to_length = length(to_offset);
-    edge.to = transposed(part.rotation) * to_offset * (1 / part.scale);
+    edge.to_length = length(to_way);
+    edge.to = transposed(part.rotation) * to_way * (1 / part.scale);
     const auto row = static_cast<int>(e), column = static_cast<int>(f);
     entries.emplace_back(row, row, 1.0);
     entries.emplace_back(row, column, -1.0);
@@ -220,7 +220,7 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
   std::vector<Vec3d> now(places.begin(), places.end());
   Eigen::MatrixXd right(static_cast<Eigen::Index>(n), 3);
   // What an edge should be, by the ball at its near end; an edge's u is the mean of its ends'.
-  const auto target = [&](std::size_t e, const Edge& edge) {
+  const auto target_edge = [&](std::size_t e, const Edge& edge) {
     return edge.at((progress[e] + progress[edge.other]) / 2);
   };
   for (int round = 0; round < kRounds; ++round) {
@@ -234,9 +234,9 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
             const auto twin = std::lower_bound(
                 back.begin(), back.end(), static_cast<std::uint32_t>(e),
                 [](const Edge& one, std::uint32_t other) { return one.other < other; });
-            const Vec3d difference =
-                turned[e] * target(e, edge) - turned[edge.other] * target(edge.other, *twin);
-            sum = sum + difference * 0.5;
+            const Vec3d edge_sum = turned[e] * target_edge(e, edge) -
+                                   turned[edge.other] * target_edge(edge.other, *twin);
+            sum = sum + edge_sum * 0.5;
           }
           right(index, 0) = sum.x;
           right(index, 1) = sum.y;
@@ -256,7 +256,7 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
           Mat3 sum{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
           double size = 0;
           for (const Edge& edge : system_->edges[e]) {
-            const Vec3d p = target(e, edge), q = now[e] - now[edge.other];
+            const Vec3d p = target_edge(e, edge), q = now[e] - now[edge.other];
             const double a[3] = {p.x, p.y, p.z}, b[3] = {q.x, q.y, q.z};
             for (int r = 0; r < 3; ++r)
               for (int c = 0; c < 3; ++c) sum.at(r, c) += b[r] * a[c];
@@ -330,9 +330,10 @@ RigidParts rigid_parts(const MorphPlan& plan) {
     return with_alignments(plan, std::move(labelled), true);
   if (std::vector<std::uint32_t> limbs = parts_by_limb(plan); !limbs.empty())
     return with_alignments(plan, std::move(limbs), true);
-  RigidParts single = with_alignments(plan, std::vector<std::uint32_t>(plan.pairs.size(), 0), true);
+  RigidParts one_part =
+      with_alignments(plan, std::vector<std::uint32_t>(plan.pairs.size(), 0), true);
   RigidParts clusters = with_alignments(plan, parts_by_place(plan), false);
-  return measure_strain(plan, clusters) < measure_strain(plan, single) ? clusters : single;
+  return measure_strain(plan, clusters) < measure_strain(plan, one_part) ? clusters : one_part;
 }
 
 }  // namespace polymorph

@@ -12,7 +12,7 @@
 
 namespace polymorph {
 
-/// The part of each pair, and the alignment of each part with its counterpart.
+/// The part that each pair belongs to, and the alignment of each part with its counterpart.
 struct RigidParts {
   std::vector<Alignment> alignments;
   std::vector<std::uint32_t> part_of;  ///< one per pair

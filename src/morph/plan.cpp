@@ -74,7 +74,7 @@ bool is_less(const PlanSide& a, const PlanSide& b) {
 
 double rms_size(const std::vector<Ball>& balls) {
   const std::vector<double> even(balls.size(), 1 / static_cast<double>(balls.size()));
-  return compute_normalization(balls, even).size;
+  return fit_normalization(balls, even).size;
 }
 
 double lowest(const std::vector<Ball>& balls) {
@@ -121,7 +121,7 @@ Mat3 find_pairs_by_limbs(MorphPlan& plan, const LimbPlan& limbs, const CostPair&
   set_masses(plan.pairs, plan.from_masses, plan.to_masses);
   const double angle = limbs.match.angle;
   const bool turns = std::fabs(angle) > kAnotherSide || rotation_angle(rotation) > 0;
-  return turns ? fit_rotation(sides.a, sides.b, to_flows(plan.pairs), RotationAxis::kVertical)
+  return turns ? fit_rotation(sides.a, sides.b, list_flows(plan.pairs), RotationAxis::kVertical)
                : Mat3{};
 }
 
@@ -135,8 +135,8 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
     set_masses(plan.pairs, from_mass, to_mass);
     return {};
   }
-  Normalization from_places = compute_normalization(plan.from, from_mass);
-  Normalization to_places = compute_normalization(plan.to, to_mass);
+  Normalization from_places = fit_normalization(plan.from, from_mass);
+  Normalization to_places = fit_normalization(plan.to, to_mass);
   if (settings.align == AlignMethod::kNone) {
     Normalization common;
     common.center = (from_places.center + to_places.center) * 0.5;
@@ -167,15 +167,15 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
   Mat3 rotation = found.rotation;
   const bool turns = rotation_angle(rotation) > 0;
   const CostSide unturned = sides.a;
-  if (turns) sides.a = rotate(unturned, rotation);
+  if (turns) sides.a = rotate_side(unturned, rotation);
   pair_up();
   // The turn was found on a few dozen balls: once more with all.
   for (int step = 0; turns && step < 2; ++step) {
-    rotation = fit_rotation(unturned, sides.b, to_flows(plan.pairs), found.axis);
-    sides.a = rotate(unturned, rotation);
+    rotation = fit_rotation(unturned, sides.b, list_flows(plan.pairs), found.axis);
+    sides.a = rotate_side(unturned, rotation);
     pair_up();
   }
-  if (turns) rotation = fit_rotation(unturned, sides.b, to_flows(plan.pairs), found.axis);
+  if (turns) rotation = fit_rotation(unturned, sides.b, list_flows(plan.pairs), found.axis);
   if (const auto limbs = find_limb_plan(plan, from, to, settings, {rotation, found.axis}))
     return find_pairs_by_limbs(plan, *limbs, {unturned, sides.b, sides.label_cost}, rotation,
                                settings.label_mode);

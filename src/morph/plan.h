@@ -22,10 +22,10 @@ namespace polymorph {
 struct Pair {
   std::uint32_t from = 0, to = 0;
   float from_share = 1, to_share = 1;  ///< (0, 1]
-  double mass = 0;                     ///< share of the whole, the mean of both ends'
+  double mass = 0;                     ///< share of the whole mass, the mean of both ends' shares
 };
 
-/// The similarity that aligns one object with the other: q = to_center + scale rotation (p -
+/// The similarity that lays one object on the other: q = to_center + scale rotation (p -
 /// from_center).
 struct Alignment {
   Mat3 rotation;
@@ -44,7 +44,7 @@ struct PlanSide {
   /// One per ball, equal numbers belong together (morph/labels.h); empty: no labels.
   std::vector<std::int32_t> labels;
   std::vector<Vec3> landmarks;  ///< those of the other side in the same order
-  std::string name = {};        ///< shown in lists of the cache; the plan does not depend on it
+  std::string name = {};  ///< shown to people who list the cache; the plan does not depend on it
 };
 
 /// When a pair starts, and how heavy it is.
@@ -71,10 +71,10 @@ struct MorphPlan {
   /// The rotations and scalings of balls: one for all, or (path `parts`) one each.
   std::vector<Alignment> parts;
   std::shared_ptr<const BallGraph> graph;  ///< path `parts`: what holds them together
-  /// The paths of the balls, one per pair; a new object whenever it changes.
+  /// The paths of the balls, one per pair; a new object whenever they change.
   std::shared_ptr<const BallPaths> paths;
   std::vector<PairTiming> timing;  ///< one per pair
-  /// Leads of a smooth map (morph/smooth_map.h: pair_leads): one per pair, or none.
+  /// The leads of a smooth map (morph/smooth_map.h: pair_leads): one per pair, or none.
   std::vector<float> leads;
   /// Eased times at which even shares of the whole change are done, from 0 to 1 and rising; empty:
   /// as they are (leg/pacing.h). Only where all balls share one eased time.

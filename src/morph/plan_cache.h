@@ -17,11 +17,11 @@ namespace polymorph {
 /// the cache are then not used. A test pins the digests.
 inline constexpr std::uint32_t kPlanVersion = 2;
 
-/// The part of a plan that depends on its sides and settings alone, and is slow to find.
+/// The parts of a plan that depend on its sides and settings alone, and are slow to find.
 struct Correspondence {
   std::vector<double> from_masses, to_masses;  ///< masses of the balls, as in MorphPlan
   std::vector<Pair> pairs;
-  Mat3 rotation;                                   ///< rotation of `from`
+  Mat3 rotation;                                   ///< rotation that `from` is turned by
   std::vector<std::int32_t> from_limbs, to_limbs;  ///< those of MorphPlan
   std::vector<std::pair<std::string, std::string>> limb_names;
 };

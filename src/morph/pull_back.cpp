@@ -27,10 +27,10 @@ Result<PullBack> pull_back(const MorphPlan& plan, float time, const BallSet& bal
   }
   PM_TRY(const std::vector<AttributeValues> values,
          interpolate_attributes(engine, balls, plan.kind, carried, points));
-  return to_pull_back(values);
+  return read_pull_back(values);
 }
 
-PullBack to_pull_back(const std::vector<AttributeValues>& values) {
+PullBack read_pull_back(const std::vector<AttributeValues>& values) {
   PullBack pulled;
   for (std::size_t i = 0; i + 1 < values.size(); i += 2) {
     const float *source = values[i].v, *target = values[i + 1].v;

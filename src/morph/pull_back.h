@@ -25,8 +25,8 @@ struct PullBack {
 Result<PullBack> pull_back(const MorphPlan& plan, float time, const BallSet& balls,
                            const std::vector<Vec3>& points, Engine& engine);
 
-/// Reads both positions from the attributes interpolated at points: two quadruples each, the
-/// source's and the target's.
-PullBack to_pull_back(const std::vector<AttributeValues>& values);
+/// Reads the pull-back from the values carried to points, two quadruples each: the source's and the
+/// target's.
+PullBack read_pull_back(const std::vector<AttributeValues>& values);
 
 }  // namespace polymorph

@@ -18,7 +18,7 @@ constexpr double kDeviation = 0.055;
 /// as limbs.
 constexpr double kLimbDeviation = 0.04;
 constexpr float kSpacing = 0.04f;
-/// Width of a ball's kernel, as a share of the ball's own size.
+/// The width of a ball's kernel over the ball's own size.
 constexpr double kOwnSize = 0.7;
 /// Free space around the balls, as a share of the objects' size.
 constexpr float kMargin = 0.05f;
@@ -92,9 +92,8 @@ float mixing_progress(float u, float lead) {
   return u + kLead * lead * middle;
 }
 
-std::vector<RegressionSample> regression_samples(const MorphPlan& plan,
-                                                 const std::vector<float>& eased,
-                                                 const BallSet& balls, float size) {
+std::vector<RegressionSample> make_samples(const MorphPlan& plan, const std::vector<float>& eased,
+                                           const BallSet& balls, float size) {
   // Beside a trunk a thin limb's few balls would have no say by their mass.
   const auto even = 1 / static_cast<float>(plan.pairs.size());
   std::vector<RegressionSample> samples;
@@ -130,7 +129,7 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
   auto regression = std::make_shared<Regression>();
   regression->maps = 2;
   regression->lattice = lattice_over(map.box, size);
-  regression->samples = regression_samples(plan, eased, balls, size);
+  regression->samples = make_samples(plan, eased, balls, size);
   // What all have in common is exact: the rotation and scaling of the whole.
   const auto mean = static_cast<double>(mean_progress(plan, eased));
   const PathPart mean_part = mean_path_part(plan);
@@ -189,9 +188,9 @@ Result<std::shared_ptr<const Regression>> with_shortfalls(const FrameMap& map,
       return lerp(map.from_scale * distance(from_field, a), map.to_scale * distance(to_field, b),
                   share);
     };
-    const float expected = mixed(plan.from[pair.from].center, plan.to[pair.to].center);
+    const float target_distance = mixed(plan.from[pair.from].center, plan.to[pair.to].center);
     const float here = mixed({source[0], source[1], source[2]}, {target[0], target[1], target[2]});
-    raised->values[2 * e + 1].value[3] = kGain * std::max(expected - here, 0.0f);
+    raised->values[2 * e + 1].value[3] = kGain * std::max(target_distance - here, 0.0f);
   }
   return std::shared_ptr<const Regression>(std::move(raised));
 }
@@ -208,7 +207,7 @@ std::vector<float> pair_leads(const MorphPlan& plan) {
 Result<PullBack> pull_back(const FrameMap& map, const std::vector<Vec3>& points, Engine& engine) {
   std::vector<AttributeValues> values;
   PM_TRY_STATUS(to_status(engine.regress(map.regression, points, values)));
-  return to_pull_back(values);
+  return read_pull_back(values);
 }
 
 Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const BallSet& balls,
@@ -216,7 +215,7 @@ Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const BallSe
   const std::vector<float> eased = eased_times(plan, time), then = eased_times(plan, next);
   const BallSet later = next != time ? BallSet(balls_at(plan, next)) : balls;
   auto regression = std::make_shared<Regression>();
-  regression->samples = regression_samples(plan, eased, balls, size);
+  regression->samples = make_samples(plan, eased, balls, size);
   regression->lattice = lattice_over(box_around(balls, size), size);
   const Mat3 zero = scale(Mat3{}, 0);
   regression->affine[0] = affine(zero, {});
@@ -233,7 +232,7 @@ Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const BallSe
   }
   std::vector<AttributeValues> values;
   PM_TRY_STATUS(to_status(engine.regress(regression, points, values)));
-  return to_flow(values);
+  return read_flow(values);
 }
 
 }  // namespace polymorph

@@ -20,7 +20,7 @@ namespace polymorph {
 struct FrameMap {
   /// Map 0: to the source, and the progress; map 1: to the target.
   std::shared_ptr<const Regression> regression;
-  Box box;                             ///< bounds of the surface
+  Box box;                             ///< bounds that the surface stays in
   float from_scale = 1, to_scale = 1;  ///< scene units per unit of either object's lengths
 };
 
@@ -44,11 +44,11 @@ Result<std::shared_ptr<const Regression>> with_shortfalls(const FrameMap& map,
                                                           const DistanceGrid& from,
                                                           const DistanceGrid& to, Engine& engine);
 
-/// Difference between each pair's mean distance along the body to all of it (morph/features.h) on
-/// its source and on its target, [-1, 1]: positive where it lies further out on the source.
+/// The lead of each pair, [-1, 1]: how much further out its part is on its source than on its
+/// target, by the mean distance along the body to all of it (morph/features.h).
 std::vector<float> pair_leads(const MorphPlan& plan);
 
-/// Maps points to the positions that they come from and go to. Errors: the engine's
+/// Computes the points' places in source and target by the map. Errors: the engine's
 /// (field/extract_surface.h: to_status).
 Result<PullBack> pull_back(const FrameMap& map, const std::vector<Vec3>& points, Engine& engine);
 

@@ -141,7 +141,7 @@ LegKinds leg_kinds(const Timeline& timeline, std::size_t object) {
   return kinds;
 }
 
-double time_per_frame(const LegTiming& leg) {
+double leg_pace(const LegTiming& leg) {
   return static_cast<double>(leg.until) /
          (static_cast<double>(leg.shares[2]) * std::max(leg.steps, 1));
 }

@@ -42,7 +42,7 @@ struct LegTiming {
   MotionSettings motion;
 };
 
-/// The frames and legs of one actor.
+/// The times of one actor's legs and holds.
 struct Timeline {
   int count = 24;  ///< frames 1..count, the scene's
   int hold_start =
@@ -55,7 +55,7 @@ struct Timeline {
 };
 
 /// The share of its motion's time that a leg goes through in a frame of its volumetric stage.
-double time_per_frame(const LegTiming& leg);
+double leg_pace(const LegTiming& leg);
 
 /// Kinds of the legs that a chain object is an end of.
 struct LegKinds {
@@ -66,9 +66,9 @@ LegKinds leg_kinds(const Timeline& timeline, std::size_t object);
 /// `actor`: one of the scene's.
 Timeline make_timeline(const Scene& scene, const ActorSettings& actor);
 
-/// Counts the frames of the film: as many as the scene says, or as its actors need.
+/// The number of the film's frames: as many as the scene says, or as its actors need.
 int film_frame_count(const Scene& scene);
-/// Counts the frames to be rendered: the film's, or the turntable's.
+/// The number of frames to render: the film's, or the turntable's.
 int frame_count(const Scene& scene);
 /// The film's frame that `frame` in [1, frame_count()] shows: itself, but on a turntable.
 int shown_frame(const Scene& scene, int frame);
@@ -82,19 +82,19 @@ FilmTime film_time(const Scene& scene, double frame);
 /// The scene with its keyed settings as `frame`, in [1, frame_count()] or between, shows them.
 Scene scene_at(const Scene& scene, double frame);
 
-/// State of an actor in one frame.
+/// The state of one actor that one frame shows.
 struct MorphState {
   int frame = 1;
   float t = 0;  ///< the actor's time [0, 1]
   int leg = 0;
   Stage stage = Stage::kVolume;
   float progress = 0;  ///< within the stage, [0, 1]
-  float time = 0;      ///< motion time of the leg's balls, [0, 1]: the argument of balls_at()
+  float time = 0;      ///< time in the motion of the leg's balls, [0, 1], as balls_at() takes it
   float u = 0;         ///< the same, eased
   int object = -1;     ///< chain object whose mesh shows, or -1
-  float look = 1;      ///< materials of that mesh: 0 own .. 1 common look
+  float look = 1;      ///< look of that mesh: 0 own materials .. 1 common look
   float boundary = 0;  ///< size of that mesh: 1 whole .. 0 shrunk into its balls
-  float growth = 1;    ///< size of the balls: 0 absent .. 1 whole
+  float growth = 1;    ///< size of the balls: 0 not there .. 1 whole
 };
 
 /// `frame` in [1, count]. Depends on nothing but its arguments.

@@ -28,9 +28,9 @@ std::vector<std::int64_t> in_units(std::span<const double> masses) {
   std::int64_t given = 0;
   for (std::size_t i = 0; i < masses.size(); ++i) {
     PM_CHECK(masses[i] > 0);
-    const double quota = spare * masses[i] / sum;
-    units[i] = 1 + static_cast<std::int64_t>(quota);
-    remainders[i] = {std::floor(quota) - quota, i};
+    const double exact = spare * masses[i] / sum;
+    units[i] = 1 + static_cast<std::int64_t>(exact);
+    remainders[i] = {std::floor(exact) - exact, i};
     given += units[i];
   }
   std::sort(remainders.begin(), remainders.end());

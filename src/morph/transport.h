@@ -14,7 +14,7 @@ struct TransportFlow {
 };
 
 struct TransportPlan {
-  std::vector<TransportFlow> flows;  ///< ordered by source, then target; at most n + m - 1
+  std::vector<TransportFlow> flows;  ///< sorted by from, then to; at most n + m - 1
   double cost = 0;                   ///< sum of amount x cost
   /// No plan is cheaper than this (linear programming's dual, exactly).
   double lower_bound = 0;

@@ -42,7 +42,7 @@ Int3 grid_place(const Grid& grid, std::uint32_t index) {
   const int i = static_cast<int>(index);
   return {i % grid.points.x, i / grid.points.x % grid.points.y, i / grid.points.x / grid.points.y};
 }
-Int3 translate(Int3 p, Int3 offset) { return {p.x + offset.x, p.y + offset.y, p.z + offset.z}; }
+Int3 moved(Int3 p, Int3 offset) { return {p.x + offset.x, p.y + offset.y, p.z + offset.z}; }
 
 /// Half the sides of the box around the part of a ball where its exponent is above -`more`.
 Vec3 half_box(const Ball& ball, float more) {
@@ -125,7 +125,7 @@ std::vector<std::vector<std::uint32_t>> find_components(const Grid& grid,
     seen[start] = 1;
     for (std::size_t k = 0; k < members.size(); ++k)
       for (const Step& step : steps) {
-        const Int3 p = translate(grid_place(grid, members[k]), step.offset);
+        const Int3 p = moved(grid_place(grid, members[k]), step.offset);
         if (!holds(grid, p)) continue;
         const std::uint32_t to = flat_index(grid, p);
         if (inside[to] && !seen[to]) seen[to] = 1, members.push_back(to);
@@ -142,9 +142,9 @@ std::vector<std::uint32_t> find_border(const Grid& grid, const std::vector<std::
   std::vector<std::uint32_t> border;
   for (const std::uint32_t member : members) {
     const Int3 p = grid_place(grid, member);
-    for (const Int3 step :
+    for (const Int3 neighbor :
          {Int3{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}})
-      if (const Int3 q = translate(p, step); !holds(grid, q) || !inside[flat_index(grid, q)]) {
+      if (const Int3 q = moved(p, neighbor); !holds(grid, q) || !inside[flat_index(grid, q)]) {
         border.push_back(member);
         break;
       }
@@ -155,14 +155,15 @@ std::vector<std::uint32_t> find_border(const Grid& grid, const std::vector<std::
 /// Fills the straight line between two points.
 void add_line(const Grid& grid, Int3 a, Int3 b, std::vector<std::uint8_t>& inside,
               std::vector<std::uint32_t>& members) {
-  const Int3 delta{b.x - a.x, b.y - a.y, b.z - a.z};
-  const int count = std::max({std::abs(delta.x), std::abs(delta.y), std::abs(delta.z)});
+  const Int3 difference{b.x - a.x, b.y - a.y, b.z - a.z};
+  const int count =
+      std::max({std::abs(difference.x), std::abs(difference.y), std::abs(difference.z)});
   const auto at = [&](int from, int extent, int i) {
     return from + (2 * extent * i + (extent < 0 ? -count : count)) / (2 * count);  // rounded
   };
   for (int i = 1; i < count; ++i) {
-    const std::uint32_t to =
-        flat_index(grid, {at(a.x, delta.x, i), at(a.y, delta.y, i), at(a.z, delta.z, i)});
+    const std::uint32_t to = flat_index(
+        grid, {at(a.x, difference.x, i), at(a.y, difference.y, i), at(a.z, difference.z, i)});
     if (!inside[to]) inside[to] = 1, members.push_back(to);
   }
 }
@@ -219,7 +220,7 @@ void number_voxels(VoxelSolid& solid, const std::vector<std::uint8_t>& inside) {
   for (std::uint32_t i = 0; i < solid.size(); ++i) {
     const Int3 p = solid.point(i);
     for (const Step& step : steps) {
-      const Int3 q = translate(p, step.offset);
+      const Int3 q = moved(p, step.offset);
       if (!holds(solid.grid, q) || !inside[flat_index(solid.grid, q)]) continue;
       solid.neighbors.push_back(solid.voxel[flat_index(solid.grid, q)]);
       solid.steps.push_back(step.length);
@@ -264,7 +265,7 @@ void measure_depth(VoxelSolid& solid) {
   solid.depth.assign(solid.size(), kFar);
   for (std::uint32_t i = 0; i < solid.size(); ++i)
     for (const Step& step : steps) {
-      const Int3 q = translate(solid.point(i), step.offset);
+      const Int3 q = moved(solid.point(i), step.offset);
       if (!holds(solid.grid, q) || solid.voxel[flat_index(solid.grid, q)] == VoxelSolid::kNone)
         solid.depth[i] = std::min<std::uint32_t>(solid.depth[i], step.length);
     }
@@ -327,7 +328,7 @@ std::vector<std::uint32_t> local_radii(const VoxelSolid& solid) {
     for (int z = -r; z <= r; ++z)
       for (int y = -r; y <= r; ++y)
         for (int x = -r; x <= r; ++x) {
-          const Int3 p = translate(at, {x, y, z});
+          const Int3 p = moved(at, {x, y, z});
           if (x * x + y * y + z * z > reach * reach || !holds(solid.grid, p)) continue;
           const std::uint32_t to = solid.voxel[flat_index(solid.grid, p)];
           if (to != VoxelSolid::kNone && radius[to] == 0) radius[to] = own;

@@ -74,7 +74,7 @@ class ExplainTest : public SceneTest {
     ChangeContext context;
     context.surfaces_known = true;
     context.surfaces_equal =
-        mesh_digest(merge_surfaces(now.geometry)) == mesh_digest(merge_surfaces(before.geometry));
+        mesh_digest(join_surfaces(now.geometry)) == mesh_digest(join_surfaces(before.geometry));
     context.cell = prepared.actors[0].settings.cell;
     for (const Ball& ball : now.geometry.actors[0].balls) context.balls.push_back(ball.center);
     return explain_change(now.image, before.image, context);

@@ -91,12 +91,12 @@ TEST_F(FilmTest, AFramesHashKnowsWhereTheCameraGoes) {
   const PreparedScene one = prepared_of(keys("4")), other = prepared_of(keys("3"));
   // In frame 3 the camera itself is the same, but not where points are on the film in frame 4.
   for (int f = 1; f <= 6; ++f) EXPECT_EQ(hash_of(one, f) == hash_of(other, f), f <= 2) << f;
-  EXPECT_FALSE(view_of(one, 2).camera_motion);
-  EXPECT_TRUE(view_of(one, 3).camera_motion);
-  EXPECT_FALSE(view_of(one, 6).camera_motion);
-  EXPECT_EQ(view_of(one, 3).camera.position, (Vec3{0, 1, 5}));
-  EXPECT_EQ(view_of(one, 3).camera_motion->next.position, (Vec3{0, 1, 4}));
-  EXPECT_EQ(view_of(one, 5).rig->position, (Vec3{0, 1, 5})) << "lights stand";
+  EXPECT_FALSE(make_frame_view(one, 2).camera_motion);
+  EXPECT_TRUE(make_frame_view(one, 3).camera_motion);
+  EXPECT_FALSE(make_frame_view(one, 6).camera_motion);
+  EXPECT_EQ(make_frame_view(one, 3).camera.position, (Vec3{0, 1, 5}));
+  EXPECT_EQ(make_frame_view(one, 3).camera_motion->next.position, (Vec3{0, 1, 4}));
+  EXPECT_EQ(make_frame_view(one, 5).rig->position, (Vec3{0, 1, 5})) << "lights stand";
 }
 
 TEST_F(FilmTest, OnlyFramesWhoseSettingsChangedAreRenderedAgain) {
@@ -211,8 +211,8 @@ TEST_F(FilmTest, ATurntableShowsOneFrameFromAllSides) {
   EXPECT_NE(frame(1).pixels, frame(2).pixels);
   const auto prepared = prepare_scene(scene, *engine, shared_cache());
   ASSERT_TRUE(prepared.ok());
-  const Vec3 first = view_of(*prepared, 1).camera.forward,
-             third = view_of(*prepared, 3).camera.forward;
+  const Vec3 first = make_frame_view(*prepared, 1).camera.forward,
+             third = make_frame_view(*prepared, 3).camera.forward;
   EXPECT_NEAR(first.x, -third.x, 1e-5f);
   EXPECT_NEAR(first.y, third.y, 1e-5f);
   Scene beyond = scene;

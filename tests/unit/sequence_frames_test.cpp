@@ -43,8 +43,8 @@ TEST(ParsePattern, HashesAndPrintf) {
   EXPECT_EQ(frame_path(*parse_pattern("f%04d.png"), 12345), "f12345.png");
   EXPECT_EQ(frame_path(*parse_pattern("100%%.###.exr"), 7), "100%.007.exr");
   EXPECT_EQ(frame_path(*parse_pattern("one.exr"), 7), "one.exr");
-  EXPECT_EQ(frame_path(numbered(*parse_pattern("a.b/one.exr")), 7), "a.b/one.0007.exr");
-  EXPECT_EQ(frame_path(numbered(*parse_pattern("a.b/one")), 7), "a.b/one.0007");
+  EXPECT_EQ(frame_path(add_number(*parse_pattern("a.b/one.exr")), 7), "a.b/one.0007.exr");
+  EXPECT_EQ(frame_path(add_number(*parse_pattern("a.b/one")), 7), "a.b/one.0007");
   EXPECT_EQ(frame_path(with_extension(*parse_pattern("o.x/f.##.exr"), ".png"), 7), "o.x/f.07.png");
   EXPECT_EQ(frame_path(with_extension(*parse_pattern("one.exr"), ".png"), 7), "one.png");
 }
@@ -76,10 +76,10 @@ TEST(Shards, InterleaveAndCoverEverythingOnce) {
   const std::vector<int> all{1, 2, 3, 4, 5, 6, 7};
   std::vector<int> seen;
   for (int i = 1; i <= 3; ++i)
-    for (const int frame : shard_of(all, {i, 3})) seen.push_back(frame);
+    for (const int frame : take_shard(all, {i, 3})) seen.push_back(frame);
   std::sort(seen.begin(), seen.end());
   EXPECT_EQ(seen, all);
-  EXPECT_EQ(shard_of(all, {2, 3}), (std::vector<int>{2, 5}));
+  EXPECT_EQ(take_shard(all, {2, 3}), (std::vector<int>{2, 5}));
   for (const char* bad : {"0/3", "4/3", "1/0", "x", "1", "1/"})
     EXPECT_FALSE(parse_shard(bad).ok()) << bad;
 }

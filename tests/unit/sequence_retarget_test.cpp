@@ -92,8 +92,7 @@ double velocity_change(const PreparedScene& prepared, bool carried) {
   const MorphPlan& before = actor.legs[0]->plan;
   const float step = 1e-2f;
   const auto at = [&](double frames, int leg) {
-    return static_cast<float>(frames) *
-           static_cast<float>(time_per_frame(actor.timeline.legs[leg]));
+    return static_cast<float>(frames) * static_cast<float>(leg_pace(actor.timeline.legs[leg]));
   };
   const auto earlier = balls_at(before, 0.45f - at(step, 0)), last = balls_at(before, 0.45f);
   const auto first = balls_at(plan, 0), later = balls_at(plan, at(step, 1));

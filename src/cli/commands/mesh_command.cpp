@@ -322,7 +322,7 @@ Result<int> MeshRun::run() {
   }
   if (!is_sequence(format_)) {
     PM_TRY(pattern_, parse_pattern(options_.output));
-    if (frames_.size() > 1) pattern_ = numbered(pattern_);
+    if (frames_.size() > 1) pattern_ = add_number(pattern_);
   }
   PM_TRY_STATUS(check_outputs());
   std::string device;

@@ -35,7 +35,7 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
   if (!options.shard.empty()) {
     PM_TRY(const Shard shard, parse_shard(options.shard));
     log_info("shard {} of {}", shard.index, shard.count);
-    settings.frames = shard_of(settings.frames, shard);
+    settings.frames = take_shard(settings.frames, shard);
   }
   PM_TRY(const FrameFiles files, frame_files(scene, options.output, options.png, many));
   settings.exr = files.exr;

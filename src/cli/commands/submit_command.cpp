@@ -40,7 +40,7 @@ std::string to_text(const FramePattern& pattern) {
 /// Costs of the job: measured here by a dry run, unless the command line gives them all.
 struct Costs {
   std::size_t frames = 0;                         ///< number still to be rendered
-  double frame_seconds = 0, prepare_seconds = 0;  ///< seconds of the task's processors
+  double frame_seconds = 0, prepare_seconds = 0;  ///< seconds on the task's processors
   std::uint64_t memory = 0;
 };
 

@@ -109,7 +109,7 @@ Status check_faults(const ActorFrames& shown, const CarriedActor& carried) {
   return Ok{};
 }
 
-/// Interpolates a value at a point by the weights of the triangle that it lies on.
+/// The value at a point of a surface, by the weights of the triangle that it lies on.
 Vec3 interpolated(const std::vector<Vec3>& values, const Triangle& t, const TriangleWeights& w) {
   return values[t.v[0]] * static_cast<float>(w.a) + values[t.v[1]] * static_cast<float>(w.b) +
          values[t.v[2]] * static_cast<float>(w.c);

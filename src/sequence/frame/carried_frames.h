@@ -14,17 +14,17 @@
 
 namespace polymorph {
 
-/// Maximum distance between a carried mesh and the true surface, as a share of the smaller object's
-/// diagonal.
+/// The largest distance between a carried mesh and the true surface, as a share of the smaller
+/// object's diagonal.
 inline constexpr float kCarriedError = 0.003f;
 
 /// One mesh through some frames of a leg.
 struct CarriedActor {
   std::vector<MorphState> moments;     ///< moments of the leg, rising
-  std::vector<std::size_t> moment_of;  ///< moment of each frame
+  std::vector<std::size_t> moment_of;  ///< index of each frame's moment
   CarriedMesh mesh;                    ///< its points at each moment
   std::vector<Vec2> corner_uvs;        ///< 3 per triangle: where they lie on the source's texture
-  std::vector<float> errors;           ///< Hausdorff distance over the diagonal, one per moment
+  std::vector<float> errors;  ///< errors at each moment: Hausdorff distance over the diagonal
 };
 
 /// Frames of an actor, rising, of one leg.

@@ -137,7 +137,7 @@ std::size_t ball_count(const FrameGeometry& geometry) {
   return count;
 }
 
-Mesh merge_surfaces(const FrameGeometry& geometry) {
+Mesh join_surfaces(const FrameGeometry& geometry) {
   Mesh mesh;
   for (const ActorGeometry& actor : geometry.actors) append(mesh, actor.surface);
   return mesh;

@@ -42,7 +42,7 @@ struct FrameGeometry {
   int frame = 1;
   float t = 0;                        ///< the scene's time [0, 1]
   std::string stage;                  ///< stage_names()
-  std::vector<ActorGeometry> actors;  ///< those of PreparedScene, in its order
+  std::vector<ActorGeometry> actors;  ///< one per actor of PreparedScene
 };
 
 /// The surface of a leg at a moment of its motion, with its look, whatever `moment.object` says.
@@ -73,6 +73,6 @@ std::string stage_names(const PreparedScene& prepared, int frame);
 /// The number of balls of all actors.
 std::size_t ball_count(const FrameGeometry& geometry);
 /// The balls' surfaces of all actors, one after the other: golden frames keep the digest of them.
-Mesh merge_surfaces(const FrameGeometry& geometry);
+Mesh join_surfaces(const FrameGeometry& geometry);
 
 }  // namespace polymorph

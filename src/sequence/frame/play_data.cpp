@@ -45,8 +45,8 @@ std::vector<float> key_times(const Timeline& timeline, int leg, float until) {
   return keys;
 }
 
-/// The map from each ball's surroundings to both objects, as a regression weighted by the balls'
-/// shares.
+/// The map of each ball's surroundings to source and target, as a regression that is read by the
+/// balls' shares.
 std::shared_ptr<const Regression> ball_map(const MorphPlan& plan, float time,
                                            const BallSet& balls) {
   auto map = std::make_shared<Regression>();

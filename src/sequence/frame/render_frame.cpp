@@ -78,7 +78,7 @@ std::vector<Attribute> make_header(const PreparedScene& prepared, int frame,
       {kSamplesAttribute, prepared.scene.image.samples},
       {"polymorph/exposure", scene_at(prepared.scene, static_cast<double>(frame)).image.exposure},
       {kSeedAttribute, fmt::format("{}", prepared.scene.image.seed)},
-      {kCameraAttribute, camera_text(view_of(prepared, frame).camera)},
+      {kCameraAttribute, camera_text(make_frame_view(prepared, frame).camera)},
       {kBallsAttribute, ball_counts(prepared)},
       {kPlanAttribute, plan_digest(prepared)},
       {kObjectsAttribute, object_names(prepared)}};
@@ -114,7 +114,7 @@ std::string picture_key(const PreparedScene& prepared, int frame) {
     add(key, morph_state_at(actor.timeline, frame));
     if (flows) add(key, morph_state_at(actor.timeline, std::min(frame + 1, actor.timeline.count)));
   }
-  return view_of(prepared, frame).camera_motion ? "" : key.hex();
+  return make_frame_view(prepared, frame).camera_motion ? "" : key.hex();
 }
 
 Status check_picture_memory(const ImageSettings& image, std::size_t pictures, std::uint64_t limit) {

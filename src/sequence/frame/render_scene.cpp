@@ -80,7 +80,7 @@ RenderMesh object_mesh(const PreparedActor& actor, const ActorGeometry& geometry
 
 RenderScene render_scene(const PreparedScene& prepared, const FrameGeometry& geometry) {
   RenderScene scene;
-  const FrameView view = view_of(prepared, geometry.frame);
+  const FrameView view = make_frame_view(prepared, geometry.frame);
   scene.camera = view.camera;
   scene.camera_motion = view.camera_motion;
   scene.rig = view.rig;

@@ -63,9 +63,9 @@ SurfaceMaterial material_from(const Shading& shading, std::string name) {
   return material;
 }
 
-/// Averages the shading of the corners of the triangles around each point.
-std::vector<Shading> average_shadings(const SurfaceFrame& frame, std::span<const Layer> layers,
-                                      float look_share, const Shading& look) {
+/// The look of each point: the mean over the corners of the triangles around it.
+std::vector<Shading> mean_shadings(const SurfaceFrame& frame, std::span<const Layer> layers,
+                                   float look_share, const Shading& look) {
   const std::size_t corners = 3 * frame.triangles.size();
   std::vector<std::uint32_t> first(frame.positions.size() + 1, 0), around(corners);
   for (const Triangle& t : frame.triangles)
@@ -99,7 +99,7 @@ void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float 
     frame.triangle_materials.assign(frame.triangles.size(), 0);
     frame.materials = {material_from(common, "look")};
   } else {
-    const std::vector<Shading> shadings = average_shadings(frame, layers, look_share, common);
+    const std::vector<Shading> shadings = mean_shadings(frame, layers, look_share, common);
     Shading sum = scale(common, 0);
     for (const Shading& s : shadings) {
       frame.colors.push_back(s.color);
@@ -122,10 +122,11 @@ void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float 
                                   strongest.triangle_materials.end());
   frame.triangle_materials.resize(frame.triangles.size(), 0);
   for (const Material& material : strongest.model->materials) {
-    SurfaceMaterial& added = frame.materials.emplace_back(
+    SurfaceMaterial& surface_material = frame.materials.emplace_back(
         material_from(own_shading(material, {1, 1, 1}), material.name));
     if (texture_of(strongest, material))
-      added.texture = strongest.model->textures[static_cast<std::size_t>(material.texture)];
+      surface_material.texture =
+          strongest.model->textures[static_cast<std::size_t>(material.texture)];
   }
 }
 

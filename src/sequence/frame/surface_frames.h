@@ -13,11 +13,11 @@ namespace polymorph {
 /// Makes the scene ask for no layers but those by which geometry_at() gives velocities and labels.
 void ask_for_attributes(Scene& scene, bool velocities, bool labels);
 
-/// Makes a frame of each actor's surface or, where it has none, of its model. Colours are what the
-/// renderer would show at each point: materials and textures of all its objects, mixed, and the
-/// common look. Velocities and labels are there where geometry_at() gave them; with `next`, the
-/// geometry of that frame, they end on the surface that is shown then: the motion of the balls and
-/// the map leaves out what the level does to keep the volume.
+/// The surface of each actor or, where it has none, its model. Colours are what the renderer would
+/// show at each point: materials and textures of all its objects, mixed, and the common
+/// look. Velocities and labels are there where geometry_at() gave them; with `next`,
+/// the geometry of that frame, they end on the surface that is shown then: the motion of the balls
+/// and the map leaves out what the level does to keep the volume.
 std::vector<SurfaceFrame> surface_frames(const PreparedScene& prepared,
                                          const FrameGeometry& geometry, const FrameGeometry* next);
 

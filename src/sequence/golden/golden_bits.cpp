@@ -125,7 +125,7 @@ Result<Digests> render(const BitTest& test, const Variant& variant) {
   } else {
     for (int shard = 1; shard <= variant.shards; ++shard) {
       SequenceSettings part = settings;
-      part.frames = shard_of(settings.frames, {shard, variant.shards});
+      part.frames = take_shard(settings.frames, {shard, variant.shards});
       if (!part.frames.empty()) PM_TRY_STATUS(run(part, {}));
     }
   }

@@ -109,7 +109,7 @@ Result<RenderedFrame> SuiteRenderer::render(int frame) {
   PM_TRY(const FrameGeometry geometry, geometry_at(state.prepared, *state.engine, frame));
   PM_TRY(const Image image,
          render_frame(state.prepared, geometry, *state.renderer, state.device, ""));
-  const Mesh surface = merge_surfaces(geometry);
+  const Mesh surface = join_surfaces(geometry);
   RenderedFrame rendered;
   rendered.surface = {frame, surface.positions.size(), surface.triangles.size(),
                       mesh_digest(surface)};

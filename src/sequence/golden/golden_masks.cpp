@@ -11,7 +11,7 @@ namespace {
 using Pixels = std::vector<char>;  ///< per pixel: is it masked?
 
 /// Adds the pixels where the mask's picture is not black.
-Status add_picture(const GoldenMask& mask, const Image& reference, Pixels& masked) {
+Status add_picture(const GoldenMask& mask, const Image& reference, Pixels& is_masked) {
   PM_TRY(const Image picture, read_image(mask.file, {.single_picture = true}));
   if (picture.width != reference.width || picture.height != reference.height)
     return make_error(ErrorCode::kInput, "{}: {} x {} pixels, the frames have {} x {}",
@@ -19,20 +19,20 @@ Status add_picture(const GoldenMask& mask, const Image& reference, Pixels& maske
                       reference.height);
   for (std::size_t c = 0; c < picture.channel_count(); ++c) {
     if (picture.channels[c] == "A") continue;
-    for (std::size_t i = 0; i < masked.size(); ++i)
-      masked[i] = masked[i] || picture.pixels[i * picture.channel_count() + c] > 0;
+    for (std::size_t i = 0; i < is_masked.size(); ++i)
+      is_masked[i] = is_masked[i] || picture.pixels[i * picture.channel_count() + c] > 0;
   }
   return Ok{};
 }
 
 /// Adds the pixels of `image` that show one of the mask's objects.
-void add_objects(const GoldenMask& mask, const Image& image, Pixels& masked) {
+void add_objects(const GoldenMask& mask, const Image& image, Pixels& is_masked) {
   const auto id = static_cast<std::size_t>(image.find_channel("id"));
-  for (std::size_t i = 0; i < masked.size(); ++i) {
+  for (std::size_t i = 0; i < is_masked.size(); ++i) {
     const float shown = image.pixels[i * image.channel_count() + id];
-    masked[i] = masked[i] || std::any_of(mask.ids.begin(), mask.ids.end(), [&](int number) {
-                  return shown == static_cast<float>(number);
-                });
+    is_masked[i] = is_masked[i] || std::any_of(mask.ids.begin(), mask.ids.end(), [&](int number) {
+                     return shown == static_cast<float>(number);
+                   });
   }
 }
 

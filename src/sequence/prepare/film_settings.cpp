@@ -75,7 +75,7 @@ Framing film_framing(const Scene& scene, std::span<const Vec3> points) {
   return make_framing(settings, points, scene.image.width, scene.image.height);
 }
 
-FrameView view_of(const PreparedScene& prepared, int frame) {
+FrameView make_frame_view(const PreparedScene& prepared, int frame) {
   FrameView view;
   view.scene = scene_at(prepared.scene, frame);
   view.ground = view.scene.ground;

@@ -11,17 +11,17 @@
 
 namespace polymorph {
 
-/// Settings, camera and ground of one frame.
+/// The settings, camera and ground of one frame.
 struct FrameView {
   Scene scene;  ///< keyed settings at their value of this frame
   Camera camera;
   std::optional<CameraMotion> camera_motion;  ///< empty: the camera stands still around this frame
-  std::optional<Camera> rig;  ///< camera that the lights are attached to; empty: `camera`
-  GroundSettings ground;      ///< its height is set
+  std::optional<Camera> rig;                  ///< camera by which the lights stand; empty: `camera`
+  GroundSettings ground;                      ///< its height is set
 };
 
 /// `frame` in [1, prepared.frame_count].
-FrameView view_of(const PreparedScene& prepared, int frame);
+FrameView make_frame_view(const PreparedScene& prepared, int frame);
 
 /// Has the scene a camera that goes anywhere, turns or zooms?
 bool camera_moves(const Scene& scene);

@@ -20,19 +20,19 @@ constexpr double kTreesPerTriangle = 270;
 constexpr double kBytesPerFittedBall = 250e3;
 constexpr double kLeastFit = 40e6;         ///< the surface that is looked at, however few the balls
 constexpr double kBytesPerPointMade = 7;   ///< a smoothed copy, and squares of distances to ridges
-constexpr double kTrianglesPerSquare = 8;  ///< triangles of a surface, per square of the resolution
+constexpr double kTrianglesPerSquare = 8;  ///< triangles of a surface per square of the resolution
 constexpr double kBytesPerSurfaceTriangle = 450;
-constexpr double kBytesPerTracedTriangle = 165;  ///< each further surface that is traced
+constexpr double kBytesPerTracedTriangle =
+    165;  ///< memory per triangle of a further traced surface
 
 template <class T>
-double byte_size(const std::vector<T>& values) {
+double bytes_of(const std::vector<T>& values) {
   return static_cast<double>(values.size() * sizeof(T));
 }
 
-double byte_size(const Model& model) {
-  return byte_size(model.points) + byte_size(model.triangles) + byte_size(model.corner_normals) +
-         byte_size(model.corner_uvs) + byte_size(model.labels) +
-         byte_size(model.triangle_materials);
+double bytes_of(const Model& model) {
+  return bytes_of(model.points) + bytes_of(model.triangles) + bytes_of(model.corner_normals) +
+         bytes_of(model.corner_uvs) + bytes_of(model.labels) + bytes_of(model.triangle_materials);
 }
 
 double point_count(const Grid& grid) {
@@ -46,10 +46,10 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
   double held = 0, trees = 0, fits = 0, distances = 0, making = 0, surfaces = 0;
   std::set<const Image*> textures;
   for (const Model& model : models) {
-    held += byte_size(model);
+    held += bytes_of(model);
     trees += kTreesPerTriangle * static_cast<double>(model.triangles.size());
     for (const auto& texture : model.textures)
-      if (texture && textures.insert(texture.get()).second) held += byte_size(texture->pixels);
+      if (texture && textures.insert(texture.get()).second) held += bytes_of(texture->pixels);
   }
   for (const ChainObject& object : chain)
     if (is_fitted(scene, object.settings->spheres))

@@ -33,7 +33,8 @@ struct MemoryEstimate {
 MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> chain,
                                std::span<const Model> models, std::size_t pictures);
 
-/// Limit of a run's memory, in bytes (0: no limit), and the number of pictures held at once.
+/// The memory that a run may take, in bytes (0: no limit), and the number of pictures it holds at
+/// once.
 struct MemoryLimit {
   std::uint64_t bytes = 0;
   std::size_t pictures = 0;

@@ -83,7 +83,7 @@ Status add_legs(const Preparation& preparation, const PlanSettings& settings,
     MorphPlan plan = plan_leg(settings, {*source, *target, static_cast<int>(i) + 1},
                               timings[i].motion, scene.field.kind, cache);
     LegParts parts{source, target, std::move(plan), before};
-    if (before) parts.pace = time_per_frame(timings[i - 1]) / time_per_frame(timings[i]);
+    if (before) parts.pace = leg_pace(timings[i - 1]) / leg_pace(timings[i]);
     PM_TRY(const std::shared_ptr<const Leg> leg,
            make_leg(std::move(parts), timings[i], actor.settings, engine, cache));
     actor.legs.push_back(leg);

@@ -16,7 +16,7 @@ namespace {
 
 Error stopped_error() { return {ErrorCode::kResumable, "stopped before the last frame"}; }
 
-Mesh to_mesh(const Model& model) { return {model.points, point_normals(model), model.triangles}; }
+Mesh mesh_of(const Model& model) { return {model.points, point_normals(model), model.triangles}; }
 
 /// Labels' purity in the plan and by chance (principle 1); nothing where no labels match.
 void measure_labels(const MorphPlan& plan, MorphEnds& ends) {
@@ -38,7 +38,7 @@ void measure_labels(const MorphPlan& plan, MorphEnds& ends) {
   ends.chance = chance;
 }
 
-/// Measures the distance between the arrival of the balls around each landmark and its counterpart.
+/// Measures how far the balls around each landmark arrive from its counterpart.
 void measure_landmarks(const MorphPlan& plan, const std::vector<LandmarkSettings>& landmarks,
                        int leg, MorphEnds& ends) {
   for (const LandmarkSettings& landmark : landmarks) {
@@ -68,8 +68,8 @@ MorphEnds measure_ends(const PreparedActor& actor, const PlanSettings& settings,
   MorphEnds ends;
   ends.from = from.name;
   ends.to = to.name;
-  ends.source = to_mesh(from.model);
-  ends.target = to_mesh(to.model);
+  ends.source = mesh_of(from.model);
+  ends.target = mesh_of(to.model);
   for (const Pair& pair : plan.pairs) ends.masses.push_back(pair.mass);
   measure_labels(plan, ends);
   measure_landmarks(plan, settings.landmarks, static_cast<int>(number), ends);
@@ -165,7 +165,7 @@ Result<std::vector<Analysis>> analyze_meshes(const FramePattern& pattern,
     PM_TRY(const LoadedModel loaded, load_model(frame_path(pattern, numbers[k]), settings));
     MorphFrame frame;
     frame.time = frame.u = static_cast<double>(k) / static_cast<double>(numbers.size() - 1);
-    frame.surface = to_mesh(loaded.model);
+    frame.surface = mesh_of(loaded.model);
     frames.push_back(std::move(frame));
   }
   MorphEnds ends;
@@ -180,7 +180,7 @@ Result<std::vector<Analysis>> analyze_meshes(const FramePattern& pattern,
     if (!file->empty()) {
       PM_TRY(const LoadedModel loaded, load_model(*file, settings));
       *name = file->filename().string();
-      *mesh = to_mesh(loaded.model);
+      *mesh = mesh_of(loaded.model);
     }
   ends.truth = fit_similarity(ends.source.positions, ends.target.positions);
   std::vector<Analysis> morphs;

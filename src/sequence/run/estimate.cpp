@@ -29,7 +29,7 @@ class Laps {
   double last_ = 0;
 };
 
-/// Adds the time to fit the balls that a dry run does not fit.
+/// Adds the cost of fitting the balls that a dry run does not fit.
 void add_fits(const PreparedScene& prepared, FrameEstimate& estimate) {
   // Of one processor: 64 to 512 balls took 11 to 17 ms each on two (docs/performance.md).
   constexpr double kSecondsPerBall = 0.026;

@@ -14,10 +14,10 @@ struct Range {
   bool complement = false;
 };
 
-Result<Range> parse_range(std::string_view part, std::string_view text) {
+Result<Range> parse_range(std::string_view part, std::string_view list) {
   const auto bad = [&](const char* why) {
     return make_error(ErrorCode::kUsage,
-                      "--frames {}: \"{}\" {} - write 1-48, 1-48x2, 5-1 or 1,5,10-20", text, part,
+                      "--frames {}: \"{}\" {} - write 1-48, 1-48x2, 5-1 or 1,5,10-20", list, part,
                       why);
   };
   Range range;
@@ -116,7 +116,7 @@ Result<FramePattern> parse_pattern(const std::string& text) {
   return pattern;
 }
 
-FramePattern numbered(FramePattern pattern) {
+FramePattern add_number(FramePattern pattern) {
   if (pattern.has_number()) return pattern;
   const std::size_t name =
       pattern.before.rfind('/') == std::string::npos ? 0 : pattern.before.rfind('/') + 1;
@@ -199,7 +199,7 @@ Result<Shard> parse_shard(std::string_view text) {
   return Shard{static_cast<int>(*index), static_cast<int>(*count)};
 }
 
-std::vector<int> shard_of(const std::vector<int>& frames, Shard shard) {
+std::vector<int> take_shard(const std::vector<int>& frames, Shard shard) {
   std::vector<int> mine;
   for (std::size_t i = static_cast<std::size_t>(shard.index - 1); i < frames.size();
        i += static_cast<std::size_t>(shard.count))

@@ -24,7 +24,7 @@ struct FramePattern {
   bool has_number() const { return digits > 0; }
 };
 
-/// The file names of a sequence's frames.
+/// The files of a sequence's frames.
 struct FrameFiles {
   FramePattern exr, png;  ///< empty: none of that format
 };
@@ -34,10 +34,10 @@ Result<FramePattern> parse_pattern(const std::string& text);
 
 /// ".####" is put before the extension when more than one frame goes to a name without a place for
 /// its number.
-FramePattern numbered(FramePattern pattern);
+FramePattern add_number(FramePattern pattern);
 
 std::filesystem::path frame_path(const FramePattern& pattern, int frame);
-/// Replaces the extension (".png").
+/// Replaces the extension of the pattern (".png").
 FramePattern with_extension(FramePattern pattern, const std::string& extension);
 
 /// Frames that exist on disk under this pattern, ascending. Errors (kInput): unreadable folder.
@@ -49,6 +49,6 @@ struct Shard {
   int index = 1, count = 1;
 };
 Result<Shard> parse_shard(std::string_view text);
-std::vector<int> shard_of(const std::vector<int>& frames, Shard shard);
+std::vector<int> take_shard(const std::vector<int>& frames, Shard shard);
 
 }  // namespace polymorph

@@ -41,7 +41,7 @@ std::uint64_t peak_memory_bytes() {
   return kilobytes * 1024;
 }
 
-std::vector<fs::path> frame_files(const SequenceSettings& settings, int frame) {
+std::vector<fs::path> list_files(const SequenceSettings& settings, int frame) {
   std::vector<fs::path> files;
   for (const FramePattern* pattern : {&settings.exr, &settings.png})
     if (!pattern->before.empty() || pattern->has_number())
@@ -61,7 +61,7 @@ Status check_outputs(const SequenceSettings& settings) {
   std::size_t existing = 0;
   fs::path first;
   for (const int frame : settings.frames) {
-    for (const fs::path& file : frame_files(settings, frame)) {
+    for (const fs::path& file : list_files(settings, frame)) {
       std::error_code error;
       if (fs::is_directory(file, error) && !settings.keep_going) return check_writable(file);
       if (!fs::exists(file, error)) continue;
@@ -73,7 +73,7 @@ Status check_outputs(const SequenceSettings& settings) {
                       "{}: exists{} - add --overwrite to replace, or --skip-existing to resume",
                       first.string(),
                       existing > 1 ? fmt::format(", and {} more", existing - 1) : "");
-  for (const fs::path& file : frame_files(settings, settings.frames.front())) {
+  for (const fs::path& file : list_files(settings, settings.frames.front())) {
     PM_TRY_STATUS(check_writable(file));
     const fs::path folder = file.parent_path();
     if (!settings.dry_run) remove_old_temporaries(folder.empty() ? fs::path(".") : folder);
@@ -122,7 +122,7 @@ class SequenceRun {
     // Once more: only now is it known which files the models and their materials name.
     if (!settings_.keep_going)
       for (const int frame : settings_.frames)
-        for (const fs::path& file : frame_files(settings_, frame))
+        for (const fs::path& file : list_files(settings_, frame))
           PM_TRY_STATUS(check_writable(file));
     report_.prepare_seconds = stopwatch.seconds();
     for (int i = 0; i < settings_.jobs; ++i) {
@@ -197,14 +197,14 @@ class SequenceRun {
   Status one_frame(std::size_t index) {
     FrameRecord& record = report_.frames[index];
     record.frame = settings_.frames[index];
-    record.files = frame_files(settings_, record.frame);
+    record.files = list_files(settings_, record.frame);
     record.stage = stage_names(prepared_, record.frame);
     if (settings_.existing == Existing::kSkip && all_current(record)) {
       record.state = FrameRecord::State::kSkipped;
       PM_TRY_STATUS(drain());
-      return report_finished(record);
+      return count_finished(record);
     }
-    if (settings_.dry_run) return report_finished(record);
+    if (settings_.dry_run) return count_finished(record);
     std::string picture = picture_key(prepared_, record.frame);
     if (!picture.empty() && !tracing_.empty() && tracing_.back().picture == picture) {
       tracing_.back().indices.push_back(index);
@@ -214,9 +214,9 @@ class SequenceRun {
     auto geometry = geometry_at(prepared_, *engine_, record.frame);
     if (!geometry) {
       PM_TRY_STATUS(drain());
-      return report_failed(record, geometry.error());
+      return failed(record, geometry.error());
     }
-    const Mesh surface = merge_surfaces(*geometry);
+    const Mesh surface = join_surfaces(*geometry);
     record.balls = ball_count(*geometry);
     record.vertices = surface.positions.size();
     record.triangles = surface.triangles.size();
@@ -249,7 +249,7 @@ class SequenceRun {
     if (!traced.image) {
       Status first = Ok{};
       for (const std::size_t index : tracing.indices) {
-        Status status = report_failed(report_.frames[index], traced.image.error());
+        Status status = failed(report_.frames[index], traced.image.error());
         if (first) first = std::move(status);
       }
       return first;
@@ -270,7 +270,7 @@ class SequenceRun {
     return before;
   }
 
-  /// Copies the figures of a traced frame to one that shows the same.
+  /// Copies what is known of the traced frame to one that shows the same.
   static void repeat(const FrameRecord& traced, FrameRecord& record) {
     record.balls = traced.balls;
     record.vertices = traced.vertices;
@@ -304,9 +304,9 @@ class SequenceRun {
     const Written written = writing_.front().second.get();
     writing_.pop_front();
     record.write_seconds = written.seconds;
-    if (!written.status) return report_failed(record, written.status.error());
+    if (!written.status) return failed(record, written.status.error());
     record.state = FrameRecord::State::kDone;
-    return report_finished(record);
+    return count_finished(record);
   }
 
   /// Finishes what is under way; the first error of it.
@@ -351,7 +351,7 @@ class SequenceRun {
     return true;
   }
 
-  Status report_failed(FrameRecord& record, const Error& error) {
+  Status failed(FrameRecord& record, const Error& error) {
     record.state = FrameRecord::State::kFailed;
     record.error = error.message;
     if (settings_.keep_going) log_message(LogLevel::kError, error.message);
@@ -360,7 +360,7 @@ class SequenceRun {
     return error;
   }
 
-  Status report_finished(const FrameRecord& record) {
+  Status count_finished(const FrameRecord& record) {
     ++finished_;
     if (progress_) progress_(finished_, report_.frames.size(), record);
     return Ok{};
@@ -372,8 +372,8 @@ class SequenceRun {
   PreparedScene prepared_;
   RunReport report_;
   std::size_t finished_ = 0;
-  /// Frames that are traced and written, at most settings_.jobs each, while the next one's surface
-  /// is made.
+  /// Tracers without a frame. At most settings_.jobs frames each are traced and written while the
+  /// next one's surface is made.
   std::vector<Tracer*> idle_;
   std::deque<Tracing> tracing_;
   std::deque<std::pair<std::size_t, std::future<Written>>> writing_;
@@ -387,9 +387,9 @@ class SequenceRun {
 int jobs_for(int width, int height, std::size_t frames) {
   constexpr int kTile = 16, kTilesPerThread = 64, kMaxJobs = 16;
   const int tiles = ((width + kTile - 1) / kTile) * ((height + kTile - 1) / kTile);
-  const int useful_jobs = (kTilesPerThread * thread_count() + tiles - 1) / tiles;
+  const int jobs = (kTilesPerThread * thread_count() + tiles - 1) / tiles;
   return std::clamp(
-      std::min(useful_jobs, thread_count()), 1,
+      std::min(jobs, thread_count()), 1,
       std::clamp(static_cast<int>(std::min<std::size_t>(frames, kMaxJobs)), 1, kMaxJobs));
 }
 

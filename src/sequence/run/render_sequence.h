@@ -20,7 +20,7 @@ namespace polymorph {
 enum class Existing { kRefuse, kSkip, kOverwrite };
 
 struct SequenceSettings {
-  std::vector<int> frames;  ///< frames to render, in order
+  std::vector<int> frames;  ///< frame numbers, in the order to render
   FramePattern exr;         ///< empty `before`: no EXR
   FramePattern png;         ///< empty `before`: no PNG
   Existing existing = Existing::kRefuse;
@@ -30,14 +30,14 @@ struct SequenceSettings {
   int jobs = 1;  ///< frames traced at once, and as many written; one more has its surface made
   std::string device = "auto";
   std::size_t max_memory = 0;          ///< bytes that the whole run may take; 0 = no limit
-  std::string isa;                     ///< instruction set of Embree; "" = the best
+  std::string isa;                     ///< Embree's instruction set; "" = the best
   std::filesystem::path cache_folder;  ///< empty: none
-  std::string command;                 ///< command line, written to the image headers
+  std::string command;                 ///< command line that the image headers state
   /// Set from outside (a signal handler) to stop after what is in progress.
   const std::atomic<bool>* stop = nullptr;
 };
 
-/// Number of frames of this size to trace at once, so that all threads have enough tiles.
+/// The number of frames of this size to trace at once, so that all threads have enough tiles.
 int jobs_for(int width, int height, std::size_t frames);
 
 /// Called after each frame: how many are finished, of how many in all, and the last one.

@@ -19,12 +19,12 @@ struct FrameRecord {
   std::string stage;
   double seconds = 0, surface_seconds = 0, trace_seconds = 0, write_seconds = 0;
   std::size_t balls = 0, vertices = 0, triangles = 0;
-  std::string digest;  ///< hash of the surface mesh; empty when there is none
+  std::string digest;  ///< digest of the surface mesh; empty when there is none
   std::vector<std::filesystem::path> files;
   std::string error;
 };
 
-/// Expected cost of a frame, from measured ones (sequence/run/estimate.h).
+/// The predicted cost of a frame, from measured ones (sequence/run/estimate.h).
 struct FrameEstimate {
   int measured = 0;      ///< frames that it is made from
   double seconds = 0;    ///< per frame: surface, tracing and encoding, with all threads
@@ -42,10 +42,10 @@ struct RunReport {
   std::string device, isa, scene_hash;
   int threads = 1;
   double prepare_seconds = 0, total_seconds = 0;
-  double frames_seconds = 0;      ///< between the first frame's begin and the last one's end
+  double frames_seconds = 0;      ///< time between the first frame's begin and the last one's end
   std::uint64_t peak_memory = 0;  ///< bytes
   bool stopped = false;
-  std::optional<FrameEstimate> estimate;  ///< dry runs: expected cost of the planned frames
+  std::optional<FrameEstimate> estimate;  ///< predicted cost of a dry run's frames
   std::size_t count(FrameRecord::State state) const;
 };
 /// The report as JSON: what `render --json` writes.

@@ -17,18 +17,18 @@ namespace polymorph {
 enum class FileState {
   kWhole,       ///< its header names this frame of this scene
   kMissing,     ///< there is no such file
-  kStale,       ///< made from another scene, other settings or by another build
+  kStale,       ///< made from another scene, other settings or by another build of the program
   kUnreadable,  ///< no whole image
 };
 
-/// Hash of all inputs of the scene's frames except the program. Loads the models; makes no balls.
-/// Errors: kInput.
+/// The hash of all that the scene's frames are made of, but the program. Loads the models; makes no
+/// balls. Errors: kInput.
 Result<std::string> source_hash(const Scene& scene);
 
 /// Each frame's hash as its header has it (frame_hash()), and the scene's. Errors: as above.
 struct ExpectedHashes {
   std::string scene;
-  std::vector<std::string> frames;  ///< one per frame asked for, in that order
+  std::vector<std::string> frames;  ///< names, in the order of the frames asked for
 };
 Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> frames);
 
@@ -36,8 +36,8 @@ Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> 
 /// header.
 FileState file_state(const std::filesystem::path& file, const std::string& hash, int frame);
 
-/// States of these frames, in their order; that of a frame is the worst of its files. `hashes`: one
-/// per frame.
+/// The states of these frames, in their order; a frame is as good as the worst of its files.
+/// `hashes`: one per frame.
 std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int> frames,
                                     std::span<const std::string> hashes);
 
