@@ -7,7 +7,7 @@ execute_process(COMMAND ${Python_EXECUTABLE} -m nanobind --cmake_dir OUTPUT_STRI
 find_package(nanobind CONFIG REQUIRED)
 nanobind_add_module(polymorph_python NB_STATIC ${CMAKE_SOURCE_DIR}/python/module.cpp)
 set_target_properties(polymorph_python PROPERTIES OUTPUT_NAME _polymorph EXCLUDE_FROM_ALL ON)
-target_link_libraries(polymorph_python PRIVATE pm_sequence)
+target_link_libraries(polymorph_python PRIVATE pm_export)
 
 install(TARGETS polymorph polymorph_assimp RUNTIME DESTINATION bin COMPONENT python EXCLUDE_FROM_ALL)
 install(TARGETS polymorph_python LIBRARY DESTINATION . COMPONENT python EXCLUDE_FROM_ALL)

@@ -5,7 +5,7 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "base/text.h"
-#include "sequence/frame/play_data.h"
+#include "export/play_data.h"
 #include "sequence/prepare/prepare.h"
 #include "sequence/run/device.h"
 

@@ -8,10 +8,10 @@
 #include "cli/command_line.h"
 #include "cli/report_options.h"
 #include "compare/report_merge.h"
-#include "sequence/golden/golden_accept.h"
-#include "sequence/golden/golden_bits.h"
-#include "sequence/golden/golden_frames.h"
-#include "sequence/golden/golden_run.h"
+#include "golden/golden_accept.h"
+#include "golden/golden_bits.h"
+#include "golden/golden_frames.h"
+#include "golden/golden_run.h"
 #include "sequence/run/frames.h"
 
 namespace polymorph {

@@ -8,6 +8,7 @@
 #include "base/log.h"
 #include "base/stopwatch.h"
 #include "cli/command_line.h"
+#include "export/spheres_picture.h"
 #include "field/balls_io.h"
 #include "field/extract_surface.h"
 #include "interchange/mesh_file.h"
@@ -15,7 +16,6 @@
 #include "model/load/load_model.h"
 #include "model/repair/diagnose.h"
 #include "model/shapes.h"
-#include "sequence/run/spheres_picture.h"
 #include "spheres/quality.h"
 #include "spheres/spheres.h"
 

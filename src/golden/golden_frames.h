@@ -6,7 +6,7 @@
 
 #include "compare/explain.h"
 #include "compare/golden.h"
-#include "sequence/golden/golden_run.h"
+#include "golden/golden_run.h"
 #include "sequence/prepare/prepared_scene.h"
 
 namespace polymorph {

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "export/surface_frames.h"
 #include "mesh/closest.h"
-#include "sequence/frame/surface_frames.h"
 #include "testing/scene.h"
 
 namespace polymorph {

@@ -6,7 +6,7 @@
 #include "base/result.h"
 #include "compare/comparison_report.h"
 #include "compare/golden.h"
-#include "sequence/golden/golden_run.h"
+#include "golden/golden_run.h"
 
 namespace polymorph {
 

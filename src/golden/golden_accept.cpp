@@ -1,4 +1,4 @@
-#include "sequence/golden/golden_accept.h"
+#include "golden/golden_accept.h"
 
 #include <algorithm>
 #include <map>
@@ -9,9 +9,9 @@
 #include "base/program_identity.h"
 #include "base/sha256.h"
 #include "base/text.h"
+#include "golden/golden_frames.h"
+#include "golden/golden_write.h"
 #include "image/image_io.h"
-#include "sequence/golden/golden_frames.h"
-#include "sequence/golden/golden_write.h"
 #include "sequence/run/frames.h"
 
 namespace polymorph {

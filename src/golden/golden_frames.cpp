@@ -1,4 +1,4 @@
-#include "sequence/golden/golden_frames.h"
+#include "golden/golden_frames.h"
 
 #include <fcntl.h>
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-#include "sequence/golden/golden_run.h"
+#include "golden/golden_run.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,11 +9,11 @@
 #include "base/shell_quote.h"
 #include "base/stopwatch.h"
 #include "compare/pictures.h"
+#include "golden/golden_frames.h"
+#include "golden/golden_masks.h"
+#include "golden/golden_write.h"
 #include "image/image_io.h"
 #include "scene/load_scene.h"
-#include "sequence/golden/golden_frames.h"
-#include "sequence/golden/golden_masks.h"
-#include "sequence/golden/golden_write.h"
 #include "sequence/run/render_sequence.h"
 
 namespace polymorph {

@@ -1,14 +1,14 @@
 // Constant topology: one mesh through the frames of a leg.
-#include "sequence/frame/carried_frames.h"
+#include "export/carried_frames.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "export/surface_frames.h"
 #include "leg/leg_surface.h"
 #include "mesh/closest.h"
 #include "morph/timeline.h"
-#include "sequence/frame/surface_frames.h"
 #include "testing/scene.h"
 
 namespace polymorph {

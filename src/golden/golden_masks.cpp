@@ -1,4 +1,4 @@
-#include "sequence/golden/golden_masks.h"
+#include "golden/golden_masks.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,9 @@
-#include "sequence/frame/play_data.h"
+#include "export/play_data.h"
 
 #include <algorithm>
 #include <cmath>
 
+#include "export/surface_frames.h"
 #include "field/extract_surface.h"
 #include "field/level.h"
 #include "leg/leg_surface.h"
@@ -10,7 +11,6 @@
 #include "morph/motion.h"
 #include "render/materials/materials.h"
 #include "render/rays/scene_build.h"
-#include "sequence/frame/surface_frames.h"
 
 namespace polymorph {
 namespace {

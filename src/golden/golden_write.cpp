@@ -1,4 +1,4 @@
-#include "sequence/golden/golden_write.h"
+#include "golden/golden_write.h"
 
 #include <algorithm>
 #include <cmath>

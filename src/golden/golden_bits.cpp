@@ -1,4 +1,4 @@
-#include "sequence/golden/golden_bits.h"
+#include "golden/golden_bits.h"
 
 #include <stdlib.h>
 

@@ -1,4 +1,4 @@
-#include "sequence/frame/surface_frames.h"
+#include "export/surface_frames.h"
 
 #include <algorithm>
 #include <numeric>

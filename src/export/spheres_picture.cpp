@@ -1,4 +1,4 @@
-#include "sequence/run/spheres_picture.h"
+#include "export/spheres_picture.h"
 
 #include <array>
 #include <cmath>

@@ -1,12 +1,12 @@
-#include "sequence/frame/carried_frames.h"
+#include "export/carried_frames.h"
 
 #include <algorithm>
 
+#include "export/surface_frames.h"
 #include "leg/leg_surface.h"
 #include "mesh/mesh_check.h"
 #include "morph/motion.h"
 #include "sequence/frame/frame_geometry.h"
-#include "sequence/frame/surface_frames.h"
 
 namespace polymorph {
 namespace {
