@@ -8,6 +8,7 @@
 #include "kernels/linear.h"
 #include "kernels/simd_math.h"
 #include "mesh/triangle_bvh.h"
+#include "mesh/vertex_clustering.h"
 
 namespace polymorph {
 namespace {
@@ -138,6 +139,12 @@ struct Leaf {
   }
 };
 
+std::vector<Triangle> select_triangles(MeshView mesh, std::span<const std::uint32_t> faces) {
+  std::vector<Triangle> selected;
+  for (const std::uint32_t face : faces) selected.push_back(mesh.triangles[face]);
+  return selected;
+}
+
 }  // namespace
 
 TriangleWeights closest_on_triangle(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
@@ -166,18 +173,19 @@ struct ClosestPointQuery::Tree {
   }
 };
 
-static std::vector<Triangle> select_triangles(MeshView mesh, std::span<const std::uint32_t> faces) {
-  std::vector<Triangle> selected;
-  for (const std::uint32_t face : faces) selected.push_back(mesh.triangles[face]);
-  return selected;
-}
-
 ClosestPointQuery::ClosestPointQuery(MeshView mesh) : tree_(std::make_unique<Tree>()) {
   tree_->bvh = build_split_bvh(mesh.points, mesh.triangles);
+  // Thousands of long triangles that are strewn are all about as close as the closest one. Those of
+  // a coarse surface have boxes that overlap little, and are not split.
+  const std::vector<std::uint32_t> few =
+      tree_->bvh.is_split ? thin_long_triangles(mesh) : std::vector<std::uint32_t>();
+  if (!few.empty()) tree_->bvh = build_split_bvh(mesh.points, select_triangles(mesh, few));
   const std::vector<TriangleBvh::Corners>& corners = tree_->bvh.corners;
   tree_->leaves.reserve(corners.size() / TriangleBvh::kLeafTriangles);
   for (std::size_t slot = 0; slot < corners.size(); slot += TriangleBvh::kLeafTriangles)
     tree_->leaves.emplace_back(&corners[slot]);
+  for (std::uint32_t& triangle : tree_->bvh.triangles)
+    if (triangle < few.size()) triangle = few[triangle];
 }
 ClosestPointQuery::ClosestPointQuery(MeshView mesh, std::span<const std::uint32_t> faces)
     : ClosestPointQuery(MeshView(mesh.points, select_triangles(mesh, faces))) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -32,5 +33,10 @@ bool has_many_long_triangles(std::size_t count);
 /// does not help, as with randomly strewn triangles, one in n of the long ones represents n.
 /// Returns nothing for all other meshes.
 std::optional<ClusteredMesh> cluster_long_triangles(MeshView mesh);
+
+/// Indices, ascending, of triangles that represent a mesh of strewn long ones in queries for the
+/// closest point: where cluster_long_triangles() leaves most of them out, every n-th long one and
+/// all others. Empty for all other meshes.
+std::vector<std::uint32_t> thin_long_triangles(MeshView mesh);
 
 }  // namespace polymorph

@@ -18,6 +18,9 @@ constexpr double kDeviation = 0.055;
 /// as limbs.
 constexpr double kLimbDeviation = 0.04;
 constexpr float kSpacing = 0.04f;
+/// Upper bound of the lattice's nodes along an axis, for objects of very different size: while one
+/// shrinks to nothing, the box around all balls is many times the objects' size.
+constexpr float kMaxNodes = 128;
 /// The width of a ball's kernel over the ball's own size.
 constexpr double kOwnSize = 0.7;
 /// Free space around the balls, as a share of the objects' size.
@@ -64,13 +67,13 @@ float kernel_deviation(const MorphPlan& plan, const Pair& pair, double u, float 
 
 Grid lattice_over(const Box& box, float size) {
   Grid lattice;
-  lattice.cell = kSpacing * size;
+  const Vec3 whole = box.size();
+  lattice.cell = std::max(kSpacing * size, std::max({whole.x, whole.y, whole.z}) / kMaxNodes);
   // Two nodes beyond: a point's spline needs one, rounding may take the other.
   const auto nodes = [&](float extent) {
     return static_cast<int>(std::ceil(extent / lattice.cell)) + 5;
   };
-  const Vec3 extent = box.size();
-  lattice.points = {nodes(extent.x), nodes(extent.y), nodes(extent.z)};
+  lattice.points = {nodes(whole.x), nodes(whole.y), nodes(whole.z)};
   lattice.origin = box.low - Vec3{2, 2, 2} * lattice.cell;
   return lattice;
 }
@@ -118,6 +121,14 @@ void set_value(BallAttribute& carried, Vec3d value) {
 }
 
 }  // namespace
+
+double regression_bytes(const Box& box, float size) {
+  const float margin = kMargin * size;
+  const Grid lattice = lattice_over(
+      {box.low - Vec3{margin, margin, margin}, box.high + Vec3{margin, margin, margin}}, size);
+  return static_cast<double>(kRegressionValues * sizeof(float) + sizeof(Strain)) *
+         lattice.points.x * lattice.points.y * lattice.points.z;
+}
 
 FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, float size,
                    const std::shared_ptr<const DistanceGrid>& from_thinness,

@@ -34,6 +34,10 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
                    const std::shared_ptr<const DistanceGrid>& from_thinness = nullptr,
                    const std::shared_ptr<const DistanceGrid>& to_thinness = nullptr);
 
+/// Memory of a map's nodes while an engine evaluates them, for a box around the balls and the size
+/// of the smaller object.
+double regression_bytes(const Box& box, float size);
+
 /// The map's regression with other level weights, for a level of -1: how far the field of both
 /// objects' distances would fall short, at each ball, of what the ball has around it at its ends.
 /// Walls that pass each other by more than their thickness are thickened there, and only there,

@@ -76,6 +76,56 @@ TEST_F(Limits, APointOfManyEdgesAllAround) {
   expect_answer(0, {"spheres", "heart.obj", "--balls", "8", "--grid", "16"}, "overlap");
 }
 
+/// Faces strewn all around one point: every stage up to a surface is bounded.
+TEST_F(Limits, ASurfaceOfStrewnFaces) {
+  constexpr int kEdges = 100000;
+  std::string text = "v 0 0 0\n";
+  for (int i = 0; i < kEdges; ++i) {
+    const double z = 2 * std::fmod(i * 0.618034, 1.0) - 1, flat = std::sqrt(1 - z * z),
+                 turn = 1.7 * i * i;
+    text += "v " + std::to_string(flat * std::cos(turn)) + " " +
+            std::to_string(flat * std::sin(turn)) + " " + std::to_string(z) + "\n";
+  }
+  for (int i = 0; i < kEdges; ++i)
+    text += "f 1 " + std::to_string(2 + i) + " " + std::to_string(2 + (i + 1) % kEdges) + "\n";
+  write("strewn.obj", text);
+  write("scene.json", R"({"source": "strewn.obj", "target": "cube", "spheres": {"balls": 8},
+                          "surface": {"resolution": 24}})");
+  expect_answer(0, {"mesh", "scene.json", "-f", "2", "-o", "m.obj", "--device", "cpu"}, "m.obj");
+}
+
+TEST_F(Limits, ManyActorsOfTwoShapes) {
+  std::string actors;
+  for (int i = 0; i < 500; ++i)
+    actors += std::string(i > 0 ? "," : "") + R"({"source": "sphere", "target": "cube", )" +
+              R"("translate": [)" + std::to_string(i) + ", 0, 0]}";
+  write("scene.json", R"({"surface": {"resolution": 16}, "actors": [)" + actors + "]}");
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_CPU, &before), 0);
+  const rlimit seconds{15, before.rlim_max};  // 20 before each shape was looked at once
+  ASSERT_EQ(::setrlimit(RLIMIT_CPU, &seconds), 0);
+  const Started started = start({"check", "scene.json", "--max-memory", "0"});
+  ::setrlimit(RLIMIT_CPU, &before);
+  const Ran ran = finish_within(started, 60);
+  EXPECT_EQ(ran.code, 0) << ran.err;
+  EXPECT_TRUE(contains(ran.out + ran.err, "1000 objects")) << ran.err;
+}
+
+/// Objects of very different size: what is taken is what was estimated.
+TEST_F(Limits, AnObjectOfNearlyNoSize) {
+  write("scene.json", R"({"source": {"shape": "sphere", "scale": 1e-6}, "target": "cube",
+      "frames": {"count": 3}, "spheres": {"balls": 8}, "surface": {"resolution": 16},
+      "image": {"width": 24, "height": 16, "samples": 1}})");
+  const auto said =
+      parse(run(0, {"check", "scene.json", "--json"}).out)["memory_bytes"].get<double>();
+  const auto taken = parse(run(0, {"render", "scene.json", "-f", "2", "-o", "f.exr", "--json",
+                                   "--no-cache", "--device", "cpu"})
+                               .out)["peak_memory_bytes"]
+                         .get<double>();
+  EXPECT_LT(taken, 1.1 * said);
+  EXPECT_LT(said, 400e6);
+}
+
 TEST_F(Limits, FacesOfManyCorners) {
   std::string text, face = "f";
   for (int i = 0; i < 4096; ++i) {  // a star that crosses itself everywhere

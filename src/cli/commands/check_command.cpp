@@ -1,3 +1,4 @@
+#include <map>
 #include <optional>
 
 #include "base/activity.h"
@@ -79,11 +80,15 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
   result.memory = estimate_memory(reading.scene, chain, loaded.models, pictures);
   if (const Status fits = check_memory(result.memory, common.max_memory); !fits)
     result.errors.push_back(fits.error().message);
+  const std::vector<std::size_t> alike = find_alike(chain);
+  std::map<std::size_t, Diagnosis> diagnoses;
+  std::map<std::size_t, std::string> fits;
   for (std::size_t i = 0; i < chain.size(); ++i) {
     const ObjectSettings& object = *chain[i].settings;
     if (loaded.models[i].triangles.empty()) continue;
     const Activity activity("looking for faults in " + object.name);
-    const Diagnosis diagnosis = diagnose_fully(loaded.models[i]);
+    if (alike[i] == i) diagnoses.emplace(i, diagnose_fully(loaded.models[i]));
+    const Diagnosis& diagnosis = diagnoses.at(alike[i]);
     for (const std::string& problem : describe_problems(diagnosis))
       result.warnings.push_back(object.name + ": " + problem);
     if (const std::string crossings = describe_crossings(diagnosis);
@@ -91,7 +96,11 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
       result.warnings.push_back(object.name + ": " + crossings);
     result.objects.emplace_back(object.name, diagnosis);
     if (!options.fit || object.spheres.fit == FitKind::kNone) continue;
-    PM_TRY(const std::string bad, bad_fit(loaded.models[i], object, cache));
+    if (alike[i] == i) {
+      PM_TRY(std::string bad, bad_fit(loaded.models[i], object, cache));
+      fits.emplace(i, std::move(bad));
+    }
+    const std::string& bad = fits.at(alike[i]);
     if (!bad.empty()) result.warnings.push_back(object.name + ": " + bad);
   }
   return result;

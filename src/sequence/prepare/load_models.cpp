@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <map>
+#include <utility>
+
 #include "base/activity.h"
 #include "base/parallel.h"
 #include "image/image_io.h"
@@ -28,6 +31,60 @@ Result<Model> load_object(const ObjectSettings& object, bool textures,
   const Vec3 turn = object.up == UpAxis::kZ ? Vec3{-90, 0, 0} : Vec3{0, 0, 90};
   return transformed(loaded.model, make_transform({}, turn, {1, 1, 1}));
 }
+
+/// Text that equal objects have in common, whatever stands where.
+std::string file_key(const ObjectSettings& object) {
+  return fmt::format("{}\n{}\n{}", object.model.string(), object.shape,
+                     static_cast<int>(object.up));
+}
+std::string shape_key(const ChainObject& chained) {
+  const ObjectSettings& object = *chained.settings;
+  const ActorSettings& actor = *chained.actor;
+  std::string key = file_key(object);
+  for (const Vec3& v : {object.rotate, object.scale, actor.rotate, actor.scale})
+    key += fmt::format("\n{} {} {}", v.x, v.y, v.z);
+  const auto& [method, balls, error, resolution, root_margin, fit, inside, solidify, coarse] =
+      object.spheres;
+  return key + fmt::format("\n{} {} {} {} {} {} {} {} {} {}", static_cast<int>(method), balls,
+                           error, resolution, root_margin, static_cast<int>(fit),
+                           static_cast<int>(inside), solidify, coarse, object.arrange);
+}
+
+/// For each object the index of the first with the same key.
+template <class Key>
+std::vector<std::size_t> first_with_key(std::span<const ChainObject> chain, const Key& key) {
+  std::map<std::string, std::size_t> firsts;
+  std::vector<std::size_t> result;
+  for (std::size_t i = 0; i < chain.size(); ++i)
+    result.push_back(firsts.try_emplace(key(chain[i]), i).first->second);
+  return result;
+}
+
+/// Models as they were read, each file once.
+struct Readings {
+  struct Reading {
+    std::vector<std::string> warnings;
+    Result<Model> model = Model{};
+    std::size_t uses = 0;
+  };
+  std::vector<std::size_t> first;  ///< for each object, the index of its reading
+  std::vector<Reading> readings;
+
+  explicit Readings(std::span<const ChainObject> chain)
+      : first(first_with_key(chain,
+                             [](const ChainObject& object) { return file_key(*object.settings); })),
+        readings(chain.size()) {
+    for (const std::size_t i : first) ++readings[i].uses;
+  }
+  /// The model of an object, and its warnings where it is the first of its file.
+  Result<Model> take(std::size_t object, std::vector<std::string>& warnings) {
+    Reading& reading = readings[first[object]];
+    if (first[object] == object)
+      warnings.insert(warnings.end(), reading.warnings.begin(), reading.warnings.end());
+    if (--reading.uses > 0) return reading.model;
+    return std::move(reading.model);
+  }
+};
 
 void paint(Model& model, Vec3 color) {
   Material material;
@@ -91,38 +148,45 @@ Result<std::shared_ptr<const Image>> load_environment(const Scene& scene) {
 
 Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject> chain,
                                 bool textures) {
-  struct Reading {
-    std::vector<std::string> warnings;
-    Result<Model> model = Model{};
-  };
-  std::vector<Reading> readings(chain.size());
+  Readings read(chain);
   parallel_for(
       static_cast<std::int64_t>(chain.size()),
       [&](std::int64_t index) {
         const auto i = static_cast<std::size_t>(index);
-        readings[i].model = load_object(*chain[i].settings, textures, readings[i].warnings);
+        if (read.first[i] != i) return;
+        Readings::Reading& reading = read.readings[i];
+        reading.model = load_object(*chain[i].settings, textures, reading.warnings);
       },
       1);
   LoadedScene loaded;
   float size = 0;
   for (std::size_t i = 0; i < chain.size(); ++i) {
-    PM_TRY(Model model, std::move(readings[i].model));
-    loaded.warnings.insert(loaded.warnings.end(), readings[i].warnings.begin(),
-                           readings[i].warnings.end());
+    PM_TRY(Model model, read.take(i, loaded.warnings));
     loaded.models.push_back(place_object(scene, chain[i], std::move(model), size));
   }
   return loaded;
+}
+
+std::vector<std::size_t> find_alike(std::span<const ChainObject> chain) {
+  return first_with_key(chain, shape_key);
 }
 
 std::vector<std::string> find_problems(const Scene& scene, std::span<const ChainObject> chain,
                                        const std::filesystem::path& cache, LoadedScene& loaded) {
   std::vector<std::string> problems;
   float size = 0;
-  for (const ChainObject& chained : chain) {
-    const ObjectSettings& object = *chained.settings;
-    auto model = load_object(object, true, loaded.warnings);
-    if (model) model = place_object(scene, chained, std::move(*model), size);
+  Readings read(chain);
+  const std::vector<std::size_t> alike = find_alike(chain);
+  for (std::size_t i = 0; i < chain.size(); ++i) {
+    const ObjectSettings& object = *chain[i].settings;
+    if (read.first[i] == i) {
+      Readings::Reading& reading = read.readings[i];
+      reading.model = load_object(object, true, reading.warnings);
+    }
+    auto model = read.take(i, loaded.warnings);
+    if (model) model = place_object(scene, chain[i], std::move(*model), size);
     loaded.models.push_back(model ? std::move(*model) : Model{});
+    if (alike[i] != i) continue;
     // A fit takes seconds and fails at nothing that its spheres do not fail at.
     const Activity activity("looking at " + object.name);
     SphereSettings unfitted = object.spheres;

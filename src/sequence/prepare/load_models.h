@@ -23,6 +23,10 @@ struct LoadedScene {
 Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject> chain,
                                 bool textures);
 
+/// For each object the index of the first that has the same shape, size and spheres: they differ at
+/// most in their places, colours and motions. What is said about the shape of one holds for all.
+std::vector<std::size_t> find_alike(std::span<const ChainObject> chain);
+
 /// Finds what is wrong with the models, their spheres and the environment, one line each:
 /// everything that could stop prepare_scene() but the machine. `loaded` gets what could be loaded,
 /// empty models where not.

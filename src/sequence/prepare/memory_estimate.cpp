@@ -8,6 +8,7 @@
 
 #include "base/text.h"
 #include "field/distance_grid.h"
+#include "morph/smooth_map.h"
 #include "morph/timeline.h"
 #include "render/render.h"
 
@@ -43,7 +44,7 @@ double point_count(const Grid& grid) {
 
 MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> chain,
                                std::span<const Model> models, std::size_t pictures) {
-  double held = 0, trees = 0, fits = 0, distances = 0, making = 0, surfaces = 0;
+  double held = 0, trees = 0, fits = 0, distances = 0, making = 0, surfaces = 0, maps = 0;
   std::set<const Image*> textures;
   for (const Model& model : models) {
     held += bytes_of(model);
@@ -64,6 +65,10 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
     const double cell = static_cast<double>(std::max({size.x, size.y, size.z})) /
                         static_cast<double>(scene.surface.resolution);
     if (!(cell > 0)) continue;
+    float smallest = box.diagonal();
+    for (const Model& model : own)
+      if (!model.triangles.empty()) smallest = std::min(smallest, model.box().diagonal());
+    maps = std::max(maps, regression_bytes(box, smallest));
     surfaces += kTrianglesPerSquare * static_cast<double>(scene.surface.resolution) *
                 scene.surface.resolution;
     const Timeline timeline = make_timeline(scene, *objects.front().actor);
@@ -86,7 +91,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
   estimate.distances = to_bytes(distances);
   estimate.making = to_bytes(making);
   estimate.surfaces =
-      to_bytes((kBytesPerSurfaceTriangle + more * kBytesPerTracedTriangle) * surfaces);
+      to_bytes(maps + (kBytesPerSurfaceTriangle + more * kBytesPerTracedTriangle) * surfaces);
   estimate.pictures = pictures * picture_bytes(scene.image);
   return estimate;
 }
