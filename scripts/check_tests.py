@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Every source file of src/ has a test: tests/unit/ROOM_NAME_test.cpp or tests/cli/NAME_test.cpp, or those that tests/sources.tsv names
-for it, because it is seen only through another's interface or through the program. Prints what is missing or no more; exit code 1."""
+for it, because it is seen only through another's interface or through the program. The rooms that scripts/sanitize runs have tests. Prints what is missing or no more; exit code 1."""
 import pathlib
+import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -25,5 +26,7 @@ for source in sources:
         found.append(f"{source} has no test: write tests/unit/{source.parts[0]}_{source.stem}_test.cpp, or name one in tests/sources.tsv")
     found += [f"tests/sources.tsv names tests/{name}, which does not exist" for name in listed.split() if not (TESTS / name).exists()]
 found += [f"tests/sources.tsv names src/{source}, which does not exist" for source in table]
+rooms = subprocess.run([ROOT / "scripts/sanitize", "--rooms"], capture_output=True, text=True, check=True).stdout.split()
+found += [f"scripts/sanitize runs test_{room}, which does not exist" for room in rooms if room != "backend" and not any(TESTS.glob(f"unit/{room}_*_test.cpp"))]
 print("\n".join(found) if found else f"tests: ok ({len(sources)} sources)")
 sys.exit(1 if found else 0)
