@@ -100,20 +100,20 @@ std::uint64_t half_cell_key(Vec3 at) {
 
 /// Finds midpoints of walls that are thinner than twice `radius` and not inside a thick part, as
 /// positions in cells, one list per layer of points. Rays also find walls between grid points.
-std::vector<std::vector<Vec3>> find_thin_walls(const Model& whole, const DistanceGrid& distances,
+std::vector<std::vector<Vec3>> find_thin_walls(const Model& original, const DistanceGrid& distances,
                                                float radius) {
   constexpr double kSpacing = 0.7;    // in cells: balls around adjacent midpoints overlap
   constexpr double kMinCosine = 0.9;  // cos 26 degrees: blunter edges stay sharp
   constexpr double kMaxSamples = 400'000;
   const Grid& grid = distances.grid;
-  const double spacing =
-      std::max(kSpacing * static_cast<double>(grid.cell), std::sqrt(area_of(whole) / kMaxSamples));
-  TriangleBvh bvh = build_split_bvh(whole.points, whole.triangles);
+  const double spacing = std::max(kSpacing * static_cast<double>(grid.cell),
+                                  std::sqrt(area_of(original) / kMaxSamples));
+  TriangleBvh bvh = build_split_bvh(original.points, original.triangles);
   // A ray through thousands of strewn long triangles has a wall everywhere.
   const std::optional<ClusteredModel> few =
-      bvh.is_split ? cluster_long_triangles(whole) : std::nullopt;
+      bvh.is_split ? cluster_long_triangles(original) : std::nullopt;
   const bool is_thinned = few && few->thinned;
-  const Model& model = is_thinned ? few->model : whole;
+  const Model& model = is_thinned ? few->model : original;
   if (is_thinned) bvh = build_split_bvh(model.points, model.triangles);
   std::vector<std::vector<Vec3>> layers(static_cast<std::size_t>(grid.points.z));
   // One midpoint per half cell: thin triangles crowd around their common point.

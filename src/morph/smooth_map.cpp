@@ -67,13 +67,13 @@ float kernel_deviation(const MorphPlan& plan, const Pair& pair, double u, float 
 
 Grid lattice_over(const Box& box, float size) {
   Grid lattice;
-  const Vec3 whole = box.size();
-  lattice.cell = std::max(kSpacing * size, std::max({whole.x, whole.y, whole.z}) / kMaxNodes);
+  const Vec3 extent = box.size();
+  lattice.cell = std::max(kSpacing * size, std::max({extent.x, extent.y, extent.z}) / kMaxNodes);
   // Two nodes beyond: a point's spline needs one, rounding may take the other.
-  const auto nodes = [&](float extent) {
-    return static_cast<int>(std::ceil(extent / lattice.cell)) + 5;
+  const auto nodes = [&](float length) {
+    return static_cast<int>(std::ceil(length / lattice.cell)) + 5;
   };
-  lattice.points = {nodes(whole.x), nodes(whole.y), nodes(whole.z)};
+  lattice.points = {nodes(extent.x), nodes(extent.y), nodes(extent.z)};
   lattice.origin = box.low - Vec3{2, 2, 2} * lattice.cell;
   return lattice;
 }

@@ -67,7 +67,7 @@ struct Readings {
     Result<Model> model = Model{};
     std::size_t uses = 0;
   };
-  std::vector<std::size_t> first;  ///< for each object, the index of its reading
+  std::vector<std::size_t> first;  ///< index of each object's reading
   std::vector<Reading> readings;
 
   explicit Readings(std::span<const ChainObject> chain)
