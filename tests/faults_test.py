@@ -211,6 +211,36 @@ class Faults(unittest.TestCase):
                     if name.startswith(f"s{int(number)}.") and name.endswith(".exr"):
                         self.assertEqual(self.run_program("info", name)[0], 0, name)
 
+    def test_signals_end_at_once(self):
+        """Two seconds of processor time after a signal everything is over, whatever was under way."""
+        slow = dict(SCENE, image={"width": 640, "height": 480, "samples": 20000}, frames={"per_leg": [2]})
+        fits = {"source": "torus", "target": "cube", "spheres": {"balls": 2048}}
+        (self.folder / "slow.json").write_text(json.dumps(slow))
+        (self.folder / "fits.json").write_text(json.dumps(fits))
+
+        def used(pid):
+            words = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+            return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
+
+        for number, words in [(signal.SIGTERM, ["render", "slow.json", "-o", "slow.####.exr"]),
+                              (signal.SIGINT, ["render", "fits.json", "-o", "fits.####.exr"]),
+                              (signal.SIGINT, ["mesh", "fits.json", "-o", "fits.####.obj"])]:
+            with self.subTest(words=words):
+                program = self.start(*words, "--device", "cpu", "--no-cache",
+                                     preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+                while used(program.pid) < 2:
+                    time.sleep(0.02)
+                before = used(program.pid)
+                program.send_signal(number)
+                err = program.stderr.read()
+                program.stdout.close()
+                program.stderr.close()
+                _, status, usage = os.wait4(program.pid, 0)
+                program.returncode = os.waitstatus_to_exitcode(status)
+                self.assertIn(program.returncode, (128 + number, -number), err)
+                self.assertLess(usage.ru_utime + usage.ru_stime - before, 2, err)
+                self.assertEqual([n for n in self.files() if n.endswith((".exr", ".obj", ".part"))], [])
+
     def test_many_at_once(self):
         """Ten processes, one cache and one output."""
         runs = [self.start("render", "scene.json", "-o", "same.####.png", "--overwrite", "--device", "cpu")

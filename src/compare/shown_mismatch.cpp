@@ -1,6 +1,7 @@
 #include "compare/shown_mismatch.h"
 
 #include "base/result.h"
+#include "base/text.h"
 #include "image/image_io.h"
 
 namespace polymorph {
@@ -25,6 +26,18 @@ double entry_value(const Image& image, const ShownEntry& entry) {
   return entry.usual;
 }
 
+/// Entries of text; "" where there is none.
+constexpr ShownEntry kShownTexts[] = {{kColorProfileAttribute, "colour profile", 0},
+                                      {kColorPrimariesAttribute, "colour primaries", 0}};
+
+std::string entry_text(const Image& image, const ShownEntry& entry) {
+  for (const Attribute& attribute : image.attributes)
+    if (const auto* text = std::get_if<std::string>(&attribute.value);
+        text && attribute.name == entry.name)
+      return *text;
+  return "";
+}
+
 }  // namespace
 
 std::string shown_mismatch(const Image& actual, const Image& reference) {
@@ -33,6 +46,15 @@ std::string shown_mismatch(const Image& actual, const Image& reference) {
     const double a = entry_value(actual, entry), b = entry_value(reference, entry);
     const auto value = [&](double v) {
       return v == 0 ? std::string("none") : fmt::format("{:.6g}", v);
+    };
+    if (a != b)
+      text += fmt::format("{}{} {} instead of {}", text.empty() ? "" : ", ", entry.label, value(a),
+                          value(b));
+  }
+  for (const ShownEntry& entry : kShownTexts) {
+    const std::string a = entry_text(actual, entry), b = entry_text(reference, entry);
+    const auto value = [](const std::string& v) {
+      return v.empty() ? std::string("none") : printable(v);
     };
     if (a != b)
       text += fmt::format("{}{} {} instead of {}", text.empty() ? "" : ", ", entry.label, value(a),

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/parallel.h"
+#include "image/color_description.h"
 #include "image/image_io.h"
 
 namespace polymorph {
@@ -90,6 +91,29 @@ int exif_orientation(std::span<const png_byte> exif) {
   return 1;
 }
 
+/// Adds the ICC profile, or else the primaries, where sRGB is not stated.
+void take_color_description(png_structp png, png_infop info, PngImage& image) {
+  int intent = 0, method = 0;
+  if (png_get_sRGB(png, info, &intent) != 0) return;
+  png_charp name = nullptr;
+  png_bytep profile = nullptr;
+  png_uint_32 size = 0;
+  if (png_get_iCCP(png, info, &name, &method, &profile, &size) != 0) {
+    image.texts.emplace_back(kColorProfileAttribute);
+    image.texts.push_back(describe_profile(profile, size));
+    return;
+  }
+  double xy[8];  // white first
+  if (png_get_cHRM(png, info, &xy[6], &xy[7], &xy[0], &xy[1], &xy[2], &xy[3], &xy[4], &xy[5]) == 0)
+    return;
+  float primaries[8];
+  for (int i = 0; i < 8; ++i) primaries[i] = static_cast<float>(xy[i]);
+  if (std::string text = describe_primaries(primaries); !text.empty()) {
+    image.texts.emplace_back(kColorPrimariesAttribute);
+    image.texts.push_back(std::move(text));
+  }
+}
+
 /// Entries that show the pixels in another way than usual (image_io.h).
 void take_shown(png_structp png, png_infop info, PngImage& image) {
   const auto add = [&](const char* name, PmOiioAttributeKind kind, int integer, float real) {
@@ -100,6 +124,7 @@ void take_shown(png_structp png, png_infop info, PngImage& image) {
   if (png_get_sRGB(png, info, &intent) == 0 && png_get_gAMA(png, info, &gamma) != 0 &&
       std::abs(gamma - 1 / 2.2) > 1e-3)
     add(kGammaAttribute, PM_OIIO_FLOAT, 0, static_cast<float>(gamma));
+  take_color_description(png, info, image);
   const float aspect = png_get_pixel_aspect_ratio(png, info);
   if (aspect > 0 && std::abs(aspect - 1) > 0.01f)
     add(kPixelAspectAttribute, PM_OIIO_FLOAT, 0, aspect);

@@ -25,6 +25,9 @@ enum class AlphaMode { kPremultiplied, kStraight };
 inline constexpr const char* kPixelAspectAttribute = "pixelAspectRatio";  ///< float
 inline constexpr const char* kOrientationAttribute = "Orientation";       ///< int
 inline constexpr const char* kGammaAttribute = "gamma";                   ///< float, a PNG's gAMA
+/// Strings (image/color_description.h): an ICC profile, and primaries other than Rec. 709.
+inline constexpr const char* kColorProfileAttribute = "colorProfile";
+inline constexpr const char* kColorPrimariesAttribute = "colorPrimaries";
 
 struct ReadImageSettings {
   /// Curve for decoding 8- and 16-bit formats (colour textures: kSrgb); float formats are always

@@ -21,6 +21,9 @@ TEST(ShownMismatch, NamesWhatShowsEqualPixelsDifferently) {
   EXPECT_EQ(shown_mismatch(plain, with(kOrientationAttribute, 6)), "orientation 1 instead of 6");
   EXPECT_EQ(shown_mismatch(with(kGammaAttribute, 1.0f), plain), "gamma 1 instead of none");
   EXPECT_EQ(shown_mismatch(with(kGammaAttribute, 1.0f), with(kGammaAttribute, 1.0f)), "");
+  const Image profile = with(kColorProfileAttribute, std::string("9 bytes, 1"));
+  EXPECT_EQ(shown_mismatch(profile, plain), "colour profile 9 bytes, 1 instead of none");
+  EXPECT_EQ(shown_mismatch(profile, profile), "");
 }
 
 TEST(ShownMismatch, FailsAComparisonOfEqualPixels) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 
 #include "image/image_io.h"
 #include "testing/image.h"
@@ -467,6 +468,48 @@ TEST(ReadImage, EntriesThatShowPixelsDifferentlyAreKept) {
   EXPECT_EQ(entry(with_chunk(png_chunk("eXIf", exif)), kOrientationAttribute), 6);
   const std::string size = big_endian(2000) + big_endian(1000) + std::string(1, '\0');
   EXPECT_EQ(entry(with_chunk(png_chunk("pHYs", size)), kPixelAspectAttribute), 0.5);
+}
+
+/// The text of an entry, or "".
+std::string text_of(const Result<Image>& image, const char* name) {
+  EXPECT_TRUE(image) << image.error().message;
+  for (const Attribute& a : image->attributes)
+    if (a.name == name) return std::get<std::string>(a.value);
+  return "";
+}
+
+TEST(ReadImage, ColorProfilesAndPrimariesAreKept) {
+  const std::string png = make_png(1, 1, 8, 2, {std::string("\x80\x80\x80", 3)});
+  const auto with_chunk = [&](const std::string& chunk) {
+    constexpr std::size_t kAfterHeader = 33;
+    return decode_image(std::string(png).insert(kAfterHeader, chunk), "x.png");
+  };
+  const auto primaries = [](std::uint32_t red_x) {
+    std::string bytes;
+    for (const std::uint32_t v : {31270u, 32900u, red_x, 33000u, 30000u, 60000u, 15000u, 6000u})
+      bytes += big_endian(v);
+    return png_chunk("cHRM", bytes);
+  };
+  EXPECT_EQ(text_of(with_chunk(primaries(64000)), kColorPrimariesAttribute), "") << "sRGB's";
+  EXPECT_EQ(text_of(with_chunk(primaries(66000)), kColorPrimariesAttribute),
+            "0.66 0.33 0.3 0.6 0.15 0.06 0.3127 0.329");
+
+  auto exr = encode_exr(make_image(2, 2, {"R", "G", "B"}));
+  ASSERT_TRUE(exr);
+  EXPECT_EQ(text_of(decode_image(*exr, "a.exr"), kColorPrimariesAttribute), "");
+  const std::string name("chromaticities\0chromaticities\0", 30);
+  const std::size_t at = exr->find(name);
+  ASSERT_NE(at, std::string::npos);
+  const float red_x = 0.7f;
+  std::memcpy(exr->data() + at + name.size() + 4, &red_x, sizeof red_x);
+  EXPECT_EQ(text_of(decode_image(*exr, "a.exr"), kColorPrimariesAttribute).substr(0, 8),
+            "0.7 0.33");
+
+  // An APP2 segment of one part; OpenImageIO hands it on as it is.
+  std::string jpeg = bytes_of(data_file("rgb.jpg"));
+  const std::string profile(200, 'p'), part = std::string("ICC_PROFILE\0\1\1", 14) + profile;
+  jpeg.insert(2, std::string("\xff\xe2\0", 3) + static_cast<char>(part.size() + 2) + part);
+  EXPECT_NE(text_of(decode_image(jpeg, "a.jpg"), kColorProfileAttribute), "");
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "image/color_description.h"
 #include "image/oiio_module.h"
 
 namespace {
@@ -62,6 +63,21 @@ void take_shown(const OIIO::ImageSpec& spec, Decoded& image) {
     image.attribute_store.push_back({"pixelAspectRatio", PM_OIIO_FLOAT, nullptr, 0, aspect});
   if (orientation != 1)
     image.attribute_store.push_back({"Orientation", PM_OIIO_INT, nullptr, orientation, 0});
+  const auto add = [&](const char* name, std::string text) {
+    image.texts.push_back(std::make_unique<std::string>(std::move(text)));
+    image.attribute_store.push_back({name, PM_OIIO_STRING, image.texts.back()->c_str(), 0, 0});
+  };
+  const OIIO::ParamValue* profile = spec.find_attribute("ICCProfile");
+  if (profile && profile->datasize() > 0)
+    add("colorProfile", polymorph::describe_profile(profile->data(),
+                                                    static_cast<std::size_t>(profile->datasize())));
+  const OIIO::ParamValue* xy =
+      spec.find_attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8));
+  if (!xy) return;
+  float primaries[8];
+  std::memcpy(primaries, xy->data(), sizeof primaries);
+  if (std::string text = polymorph::describe_primaries(primaries); !text.empty())
+    add("colorPrimaries", std::move(text));
 }
 
 void take_attributes(const OIIO::ImageSpec& spec, Decoded& image) {
