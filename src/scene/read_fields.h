@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <string>
 #include <utility>
@@ -35,8 +36,12 @@ class ReadFields {
     const JsonValue* value = expect(key, JsonValue::Kind::kNumber);
     if (!value) return;
     if (!value->integral)
-      report(*value, key,
-             fmt::format("must be a whole number, {} to {} (is {:g})", low, high, value->number));
+      report(
+          *value, key,
+          fmt::format("must be a whole number, {} to {} (is {:g}{})", low, high, value->number,
+                      std::fabs(value->number) < 1e9 && std::trunc(value->number) == value->number
+                          ? " with a decimal point"
+                          : ""));
     else if (value->integer < low || value->integer > high)
       report(*value, key, fmt::format("must be {} to {} (is {})", low, high, value->integer));
     else

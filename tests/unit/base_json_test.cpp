@@ -41,6 +41,10 @@ TEST(JsonText, ErrorsNameLineAndColumn) {
   EXPECT_NE(error_of("").find("file:1:1"), std::string::npos);
 }
 
+TEST(JsonText, NothingIsHiddenBehindANul) {
+  EXPECT_EQ(error_of(std::string("{}\0{", 4)).rfind("file: has a NUL at byte 3", 0), 0u);
+}
+
 TEST(JsonText, DuplicateKeysNameBothLines) {
   const std::string message = error_of("{\n  \"a\": 1,\n  \"a\": 2\n}");
   EXPECT_EQ(message.rfind("file:3:", 0), 0u) << message;

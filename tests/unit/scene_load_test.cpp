@@ -198,6 +198,8 @@ TEST_F(SceneTest, WrongValuesSayWhatIsAllowed) {
   EXPECT_NE(with("\"field\": {\"kind\": \"quartic\"}")
                 .find("must be \"gaussian\", \"wyvill\" or \"inverse_square\" (is \"quartic\")"),
             std::string::npos);
+  EXPECT_NE(with("\"image\": {\"samples\": 4.0}").find("(is 4 with a decimal point)"),
+            std::string::npos);
   EXPECT_NE(
       with("\"image\": {\"samples\": 1.5}").find("must be a whole number, 1 to 65536 (is 1.5)"),
       std::string::npos);
