@@ -292,11 +292,13 @@ TextPosition JsonDocument::position(std::size_t offset) const {
 Result<JsonDocument> parse_json(std::string name, std::string text) {
   if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
     return make_error(ErrorCode::kInput, "{}: is UTF-16 - save it as UTF-8", name);
-  // The parser takes a NUL for the end.
-  if (const std::size_t nul = text.find('\0'); nul != std::string::npos)
-    return make_error(ErrorCode::kInput, "{}: has a NUL at byte {} - remove it, or save it as text",
-                      name, nul + 1);
   JsonDocument document{std::move(name), std::move(text), {}};
+  // The parser takes a NUL for the end.
+  if (const std::size_t nul = document.text.find('\0'); nul != std::string::npos) {
+    const TextPosition at = document.position(nul);
+    return make_error(ErrorCode::kInput, "{}:{}:{}: a NUL is no part of JSON - remove it",
+                      document.name, at.line, at.column);
+  }
   std::size_t taken = 0;
   TreeBuilder builder(document, taken);
   const char* begin = document.text.data();

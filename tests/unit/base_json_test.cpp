@@ -42,7 +42,7 @@ TEST(JsonText, ErrorsNameLineAndColumn) {
 }
 
 TEST(JsonText, NothingIsHiddenBehindANul) {
-  EXPECT_EQ(error_of(std::string("{}\0{", 4)).rfind("file: has a NUL at byte 3", 0), 0u);
+  EXPECT_EQ(error_of(std::string("{}\0{", 4)).rfind("file:1:3: a NUL", 0), 0u);
 }
 
 TEST(JsonText, DuplicateKeysNameBothLines) {
