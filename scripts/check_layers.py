@@ -7,7 +7,8 @@ import pathlib
 import re
 import sys
 
-ROOMS = ["base", "image", "mesh", "scene", "model", "field", "spheres", "morph", "leg", "render", "compare", "interchange", "analyze", "sequence", "export", "golden", "pairs", "cli"]
+ROOMS = ["base", "image", "mesh", "scene", "model", "field", "spheres", "morph", "leg", "render", "compare", "interchange", "analyze", "sequence", "export", "golden", "farm",
+         "bench", "inspect", "starter", "pairs", "cli"]
 SUBFOLDERS = {"model": ["repair", "load"],
               "render": ["math", "rays", "lights", "materials", "path", "film"],
               "sequence": ["prepare", "frame", "run"]}
@@ -21,7 +22,7 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.M)
 
 # base/exact_math.h has these with the same bits everywhere. The rooms below measure, or write for other programs.
 LIBRARY_MATH = re.compile(r"\bstd::(a?sin|a?cos|a?tan|atan2|sinh|cosh|tanh|exp2?|expm1|log|log2|log10|log1p|pow|cbrt|hypot)f?\(")
-FREE = {"compare", "interchange", "analyze", "cli"}
+FREE = {"compare", "interchange", "analyze", "bench", "cli"}
 
 
 def breaches(root: pathlib.Path):

@@ -1,14 +1,12 @@
 #include "cli/command_line.h"
 
 #include <poll.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <mutex>
 #include <system_error>
 
 #include "base/activity.h"
@@ -18,6 +16,7 @@
 #include "base/memory.h"
 #include "base/odd_names.h"
 #include "base/parallel.h"
+#include "base/stop.h"
 #include "base/text.h"
 #include "cli/config.h"
 #include "kernels/interruption.h"
@@ -25,42 +24,6 @@
 
 namespace polymorph {
 namespace {
-
-std::atomic<bool> stop{false};
-volatile std::sig_atomic_t stop_signal = 0;
-
-/// Ends the process when it has used kMaxGrace seconds since a signal: inside a library, say.
-timer_t end_timer;
-bool has_end_timer = false;
-constexpr double kGrace = 0.8;  ///< processor seconds in which frames in progress may be completed
-constexpr time_t kMaxGraceSeconds = 1;
-constexpr long kMaxGraceNanoseconds = 700000000;
-
-void on_stop(int number) {
-  stop_signal = number;
-  stop = true;
-  stop_waiting_for_readers = true;
-  std::signal(number, SIG_DFL);   // a second one ends the process
-  if (number == SIGUSR1) return;  // from a farm that leaves time for the frames in progress
-  request_interruption(kGrace);
-  itimerspec end{};
-  end.it_value = {kMaxGraceSeconds, kMaxGraceNanoseconds};
-  if (has_end_timer) timer_settime(end_timer, 0, &end, nullptr);
-}
-
-void end_process(int) {
-  constexpr std::string_view kText = "error: stopped\n";
-  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, kText.data(), kText.size());
-  ::_exit(128 + stop_signal);
-}
-
-void make_end_timer() {
-  std::signal(SIGPROF, end_process);
-  sigevent event{};
-  event.sigev_notify = SIGEV_SIGNAL;
-  event.sigev_signo = SIGPROF;
-  has_end_timer = timer_create(CLOCK_PROCESS_CPUTIME_ID, &event, &end_timer) == 0;
-}
 
 void set_signals() {
   std::signal(SIGPIPE, SIG_IGN);  // write() then says EPIPE; frames go on without their log
@@ -215,7 +178,7 @@ int run_action(CommandLine& line) {
   if (result) return *result;
   print_error(result.error());
   // What could not be written because of the signal is no fault of the output.
-  const bool was_stopped = stop && result.error().code == ErrorCode::kOutput;
+  const bool was_stopped = stop_requested() && result.error().code == ErrorCode::kOutput;
   return static_cast<int>(was_stopped ? stop_code() : result.error().code);
 }
 
@@ -302,23 +265,6 @@ std::filesystem::path cache_folder(const CommonOptions& common) {
   if (common.no_cache) return {};
   return common.cache_dir.empty() ? default_cache_folder()
                                   : std::filesystem::path(common.cache_dir);
-}
-
-const std::atomic<bool>& stop_requested() {
-  static std::once_flag once;
-  std::call_once(once, [] {
-    make_end_timer();
-    std::signal(SIGINT, on_stop);
-    std::signal(SIGTERM, on_stop);
-    std::signal(SIGUSR1, on_stop);
-  });
-  return stop;
-}
-
-ErrorCode stop_code() {
-  return stop_signal == SIGUSR1   ? ErrorCode::kResumable
-         : stop_signal == SIGTERM ? ErrorCode::kTerminated
-                                  : ErrorCode::kInterrupted;
 }
 
 void print_error(const Error& error) {

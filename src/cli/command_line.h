@@ -2,7 +2,6 @@
 // Each subcommand is one file with a function add_NAME() that is declared here.
 #pragma once
 
-#include <atomic>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
@@ -15,6 +14,7 @@
 #include "base/json.h"
 #include "base/result.h"
 #include "base/shell_quote.h"
+#include "base/stop.h"
 #include "base/text.h"
 #include "cli/option_table.h"
 #include "cli/options.h"
@@ -86,12 +86,6 @@ void print_data(fmt::format_string<Args...> text, Args&&... args) {
 
 ProgressMode progress_mode(const CommonOptions& common);
 std::filesystem::path cache_folder(const CommonOptions& common);
-
-/// Set by SIGINT, SIGTERM and SIGUSR1 (what farms send before time is up) from the first call on; a
-/// second signal ends the process at once. A command that never calls this ends at the first.
-const std::atomic<bool>& stop_requested();
-/// 130, 143 or, for SIGUSR1, 75, by the signal that came.
-ErrorCode stop_code();
 
 /// First commands to try, shown when the program is called without arguments.
 std::string first_steps(const CommandLine& line);

@@ -113,26 +113,4 @@ std::vector<std::string> to_arguments(const SceneOptions& options) {
   return words;
 }
 
-Result<FrameFiles> frame_files(const Scene& scene, const std::string& output, bool png, bool many) {
-  PM_TRY(FramePattern pattern, parse_pattern(output.empty() ? scene.output.file : output));
-  if (many) pattern = add_number(pattern);
-  const std::string extension = frame_path(pattern, 1).extension().string();
-  if (extension.empty() ||
-      (extension.size() > 1 && extension.find_first_not_of("0123456789", 1) == std::string::npos))
-    return make_error(ErrorCode::kUsage, "{}: has no extension - add .exr or .png", output);
-  if (extension != ".exr" && extension != ".png")
-    return make_error(ErrorCode::kUsage, "{}: unknown image format \"{}\" - use .exr or .png",
-                      frame_path(pattern, 1).string(), extension);
-  FrameFiles files;
-  if (extension == ".exr") files.exr = pattern;
-  if (extension == ".png" || png || scene.output.png) files.png = with_extension(pattern, ".png");
-  const int count = frame_count(scene);
-  if (pattern.has_number() && count >= 1)
-    for (int digits = pattern.digits, limit = 1; digits-- > 0 && limit <= count; limit *= 10)
-      if (digits == 0 && limit * 10 <= count)
-        return make_error(ErrorCode::kUsage, "{} digits are too few for {} frames - write more #",
-                          pattern.digits, count);
-  return files;
-}
-
 }  // namespace polymorph

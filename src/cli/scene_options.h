@@ -35,8 +35,4 @@ Result<Scene> load_scene_with(const std::string& file, const SceneOptions& optio
 /// Converts the options back to words of a command line.
 std::vector<std::string> to_arguments(const SceneOptions& options);
 
-/// `output` (-o) or, where that is empty, the scene's; `many` frames get a place for their number.
-/// Errors (kUsage): an extension that is neither .exr nor .png, too few digits for the scene.
-Result<FrameFiles> frame_files(const Scene& scene, const std::string& output, bool png, bool many);
-
 }  // namespace polymorph

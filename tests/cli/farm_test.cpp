@@ -163,7 +163,7 @@ TEST_F(Farm, NoNameBecomesCodeOfAJobScript) {
   const std::vector<std::string> submit{"submit",  "slurm",           "scene.json",
                                         "--print", "--frame-seconds", "1"};
   for (const auto& [option, value] : {std::pair<std::string, std::string>{"-o", "a\nb/f.####.exr"},
-                                      {"--account", "a\ntouch x"},
+                                      {"--sbatch", "--account=a\ntouch x"},
                                       {"--sbatch", "--qos=a\rb"},
                                       {"--cache-dir", "c\x7f"}}) {
     std::vector<std::string> words = submit;
@@ -178,9 +178,9 @@ TEST_F(Farm, NoNameBecomesCodeOfAJobScript) {
 }
 
 TEST_F(Farm, PrintsJobScripts) {
-  const Ran ran =
-      run(0, {"submit", "slurm", "scene.json", "-o", "it's/f.####.exr", "--print", "--png", "--spp",
-              "2", "--frame-seconds", "70", "--cpus", "3", "--mem", "2G", "--partition", "day"});
+  const Ran ran = run(
+      0, {"submit", "slurm", "scene.json", "-o", "it's/f.####.exr", "--print", "--png", "--spp",
+          "2", "--frame-seconds", "70", "--cpus", "3", "--mem", "2G", "--sbatch=--partition=day"});
   for (const char* part :
        {"#SBATCH --job-name=scene\n", "#SBATCH --array=1-3\n", "#SBATCH --cpus-per-task=3\n",
         "#SBATCH --mem=2048M\n", "#SBATCH --time=10\n", "#SBATCH --requeue\n",

@@ -5,10 +5,10 @@
 #include "base/log.h"
 #include "base/stopwatch.h"
 #include "cli/command_line.h"
-#include "cli/demo_scene.h"
 #include "cli/film_output.h"
 #include "morph/timeline.h"
 #include "scene/commented_scene.h"
+#include "starter/demo_scene.h"
 
 namespace polymorph {
 namespace {

@@ -9,6 +9,7 @@
 #include "cli/progress.h"
 #include "cli/scene_options.h"
 #include "morph/timeline.h"
+#include "sequence/run/frame_files.h"
 #include "sequence/run/render_sequence.h"
 
 namespace polymorph {

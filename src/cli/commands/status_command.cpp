@@ -7,6 +7,7 @@
 #include "cli/command_line.h"
 #include "cli/scene_options.h"
 #include "morph/timeline.h"
+#include "sequence/run/frame_files.h"
 #include "sequence/run/status.h"
 
 namespace polymorph {

@@ -1,4 +1,4 @@
-#include "cli/slurm.h"
+#include "farm/slurm.h"
 
 #include <sys/wait.h>
 

@@ -1,4 +1,4 @@
-#include "cli/demo_scene.h"
+#include "starter/demo_scene.h"
 
 #include <algorithm>
 #include <system_error>

@@ -1,0 +1,71 @@
+#include "base/stop.h"
+
+#include <time.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <mutex>
+#include <string_view>
+
+#include "base/file.h"
+#include "kernels/interruption.h"
+
+namespace polymorph {
+namespace {
+
+std::atomic<bool> stop{false};
+volatile std::sig_atomic_t stop_signal = 0;
+
+/// Ends the process when it has used kMaxGrace seconds since a signal: inside a library, say.
+timer_t end_timer;
+bool has_end_timer = false;
+constexpr double kGrace = 0.8;  ///< processor seconds in which frames in progress may be completed
+constexpr time_t kMaxGraceSeconds = 1;
+constexpr long kMaxGraceNanoseconds = 700000000;
+
+void on_stop(int number) {
+  stop_signal = number;
+  stop = true;
+  stop_waiting_for_readers = true;
+  std::signal(number, SIG_DFL);   // a second one ends the process
+  if (number == SIGUSR1) return;  // from a farm that leaves time for the frames in progress
+  request_interruption(kGrace);
+  itimerspec end{};
+  end.it_value = {kMaxGraceSeconds, kMaxGraceNanoseconds};
+  if (has_end_timer) timer_settime(end_timer, 0, &end, nullptr);
+}
+
+void end_process(int) {
+  constexpr std::string_view kText = "error: stopped\n";
+  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, kText.data(), kText.size());
+  ::_exit(128 + stop_signal);
+}
+
+void make_end_timer() {
+  std::signal(SIGPROF, end_process);
+  sigevent event{};
+  event.sigev_notify = SIGEV_SIGNAL;
+  event.sigev_signo = SIGPROF;
+  has_end_timer = timer_create(CLOCK_PROCESS_CPUTIME_ID, &event, &end_timer) == 0;
+}
+
+}  // namespace
+
+const std::atomic<bool>& stop_requested() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    make_end_timer();
+    std::signal(SIGINT, on_stop);
+    std::signal(SIGTERM, on_stop);
+    std::signal(SIGUSR1, on_stop);
+  });
+  return stop;
+}
+
+ErrorCode stop_code() {
+  return stop_signal == SIGUSR1   ? ErrorCode::kResumable
+         : stop_signal == SIGTERM ? ErrorCode::kTerminated
+                                  : ErrorCode::kInterrupted;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,73 @@
+#include "bench/bench_run.h"
+#include "render/ray_bench.h"
+#include "render/render.h"
+
+namespace polymorph {
+
+Status bench_render(Bench& bench, const Mesh& mesh) {
+  PM_TRY(Renderer renderer, Renderer::create());
+  RenderScene scene;
+  RenderMesh surface;
+  surface.positions = mesh.positions;
+  surface.triangles = mesh.triangles;
+  surface.vertex_normals = mesh.normals;
+  surface.look = 1;
+  surface.id = 2;
+  scene.meshes.push_back(surface);
+  scene.bounds = box_of(mesh.positions);
+  scene.camera =
+      make_camera(CameraSettings{}, scene.bounds, bench.settings.width, bench.settings.height);
+  scene.ground.height = scene.bounds.low.y;
+  RenderSettings settings;
+  settings.image.width = bench.settings.width;
+  settings.image.height = bench.settings.height;
+  settings.image.samples = bench.settings.samples;
+  Renderer::Stats stats;
+  PM_TRY(const Timing timing, time_it(std::min(bench.settings.repeats, 3), [&]() -> Status {
+           PM_TRY(const Image image, renderer.render(scene, settings));
+           stats = renderer.stats();
+           return Ok{};
+         }));
+  const double paths = static_cast<double>(stats.paths) * 1e-6;
+  bench.rows.push_back(report_row(
+      bench,
+      fmt::format("render {}x{} {} spp", bench.settings.width, bench.settings.height,
+                  bench.settings.samples),
+      timing,
+      fmt::format("{:.2f} M paths/s, {:.1f} M rays/s, build {:.1f} ms", paths / stats.trace_seconds,
+                  static_cast<double>(stats.rays) * 1e-6 / stats.trace_seconds,
+                  stats.build_seconds * 1e3)));
+  PM_TRY(const std::vector<RayLoop> loops,
+         measure_rays(scene, bench.settings.width, bench.settings.height, bench.settings.repeats));
+  for (const RayLoop& loop : loops) {
+    const Timing t = timing_of(loop.seconds);
+    bench.rows.push_back(report_row(
+        bench, loop.name, t,
+        fmt::format("{:.1f} M rays/s", static_cast<double>(loop.rays) * 1e-6 / t.median)));
+  }
+  // The share of the bare loop's rate in the same turn; the median of the turns.
+  const auto ratio = [&](std::size_t own, std::size_t bare) {
+    std::vector<double> ratios;
+    for (std::size_t i = 0; i < loops[own].seconds.size(); ++i)
+      ratios.push_back(loops[bare].seconds[i] / loops[own].seconds[i]);
+    return median_of(ratios);
+  };
+  const double camera = ratio(2, 1), scattered = ratio(4, 3);
+  bench.print_line(
+      "  camera rays at {:.0f} % of the bare packets' rate, scattered rays at {:.0f} % of "
+      "the bare ones'\n",
+      100 * camera, 100 * scattered);
+  bench.rows.push_back(
+      {{"name", "share of bare rates"}, {"camera", camera}, {"scattered", scattered}});
+  PM_TRY(const std::vector<BuildQuality> builds, measure_builds(scene));
+  for (const BuildQuality& build : builds) {
+    bench.print_line("  BVH quality {:<8} {:>8.1f} ms to build, {:>8.1f} ms per million rays\n",
+                     build.name, build.build_seconds * 1e3, build.trace_seconds * 1e3);
+    bench.rows.push_back({{"name", fmt::format("bvh {}", build.name)},
+                          {"build_ms", build.build_seconds * 1e3},
+                          {"million_rays_ms", build.trace_seconds * 1e3}});
+  }
+  return Ok{};
+}
+
+}  // namespace polymorph

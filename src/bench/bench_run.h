@@ -1,0 +1,62 @@
+// State of a benchmark run, and timings.
+#pragma once
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "base/stopwatch.h"
+#include "bench/bench.h"
+#include "kernels/mesh.h"
+
+namespace polymorph {
+
+/// A run: its settings, its rows so far, and the printer of its table.
+struct Bench {
+  const BenchSettings& settings;
+  const std::function<void(const std::string&)>& print;
+  JsonValue rows = JsonValue::array();
+
+  template <class... Args>
+  void print_line(fmt::format_string<Args...> text, Args&&... args) const {
+    print(fmt::format(text, std::forward<Args>(args)...));
+  }
+};
+
+struct Timing {
+  double low = 0, median = 0, high = 0;
+};
+
+inline double median_of(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+inline Timing timing_of(const std::vector<double>& seconds) {
+  const auto [low, high] = std::minmax_element(seconds.begin(), seconds.end());
+  return {*low, median_of(seconds), *high};
+}
+
+template <class F>
+Result<Timing> time_it(int repeats, const F& run) {
+  std::vector<double> seconds;
+  for (int i = 0; i <= repeats; ++i) {
+    const Stopwatch stopwatch;
+    PM_TRY_STATUS(run());
+    const double s = stopwatch.seconds();
+    if (i > 0) seconds.push_back(s);  // the first warms up
+  }
+  return timing_of(seconds);
+}
+
+/// Prints a line of the table and returns it as a row.
+JsonValue report_row(const Bench& bench, const std::string& name, const Timing& t,
+                     const std::string& note);
+
+/// Times the extraction of the standard surface, whose mesh is returned for bench_render().
+Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Mesh& mesh);
+/// Times Table 6.7 and Graph 6.1 of the report.
+Status bench_report(Bench& bench, Engine& engine);
+/// Times the rendering of a mesh.
+Status bench_render(Bench& bench, const Mesh& mesh);
+
+}  // namespace polymorph

@@ -1,0 +1,214 @@
+#include <cmath>
+#include <map>
+
+#include "base/random.h"
+#include "bench/bench_run.h"
+#include "field/balls_io.h"
+#include "field/extract_surface.h"
+#include "kernels/field_kinds.h"
+#include "mesh/mesh_check.h"
+#include "sequence/run/device.h"
+
+namespace polymorph {
+namespace {
+
+/// The standard case: n points spread evenly over a torus (R 1, r 0.4), spacing s = sqrt(area / n),
+/// radii s (0.85 .. 1.15).
+std::vector<Ball> torus_balls(int n, FieldKind kind) {
+  constexpr double kPi = 3.14159265358979323846, kMajor = 1, kMinor = 0.4;
+  const double spacing = std::sqrt(4 * kPi * kPi * kMajor * kMinor / n);
+  std::vector<Ball> balls;
+  for (int i = 0; i < n; ++i) {
+    // A rank-1 lattice: even without rows.
+    const double u = 2 * kPi * i / n, v = 2 * kPi * std::fmod(i * 0.6180339887498949, 1.0);
+    const double ring = kMajor + kMinor * std::cos(v);
+    const auto radius = static_cast<float>(
+        spacing *
+        (0.85 + 0.3 * static_cast<double>(random_float(1, 0, static_cast<std::uint64_t>(i)))));
+    const Vec3 center{static_cast<float>(ring * std::cos(u)),
+                      static_cast<float>(kMinor * std::sin(v)),
+                      static_cast<float>(ring * std::sin(u))};
+    const Ball ball = visit(kind, [&](auto field) {
+      const float constant = field.kCompactSupport ? 1 : 0.02f;
+      return field.of_sphere(center, radius, {.blobbiness = 2, .blob_constant = constant});
+    });
+    balls.push_back(ball);
+  }
+  return balls;
+}
+
+FieldKind field_named(const std::string& name) {
+  for (const FieldKind kind : kFieldKinds)
+    if (field_name(kind) == name) return kind;
+  return FieldKind::kGaussian;
+}
+
+/// n points along each axis over [-1.9, 1.9]^3.
+Grid bench_grid(int n) {
+  return {{-1.9f, -1.9f, -1.9f}, 3.8f / static_cast<float>(n - 1), {n, n, n}};
+}
+
+Result<BallFile> bench_balls(const BenchSettings& settings) {
+  if (!settings.ball_file.empty()) return read_balls(settings.ball_file);
+  const FieldKind kind = field_named(settings.field);
+  return BallFile{kind, torus_balls(settings.balls, kind)};
+}
+
+Status extract_once(Engine& engine, const BallSet& balls, const Grid& grid,
+                    const ExtractSettings& settings, Mesh& mesh) {
+  return to_status(engine.extract(balls, grid, settings, mesh));
+}
+
+/// Times a frame's colours: eight values of each ball, carried to the surface's vertices.
+Status bench_carry(Bench& bench, const std::string& name, const BallSet& balls,
+                   const ExtractSettings& settings, Engine& engine, const Mesh& mesh) {
+  std::vector<BallAttribute> carried(2 * balls.size());
+  for (std::size_t i = 0; i < carried.size(); ++i) carried[i].value[0] = static_cast<float>(i);
+  std::vector<AttributeValues> values;
+  PM_TRY(const Timing timing, time_it(bench.settings.repeats, [&] {
+           return to_status(engine.interpolate(balls, carried, mesh.positions, settings, values));
+         }));
+  const double bytes = static_cast<double>(mesh.positions.size()) * (12 + 32);
+  auto row = report_row(bench, name + ", carry", timing,
+                        fmt::format("8 values to {} vertices", mesh.positions.size()));
+  for (const PassTime& pass : engine.pass_times()) {
+    bench.print_line("  {:<26} {:>9.3f} ms\n", pass.name, pass.seconds * 1e3);
+    row["passes_ms"][pass.name] = pass.seconds * 1e3;
+  }
+  row["floor_ms"] = bytes / 1e10 * 1e3;
+  bench.print_line("  in and out {:.1f} MB: {:.3f} ms at 10 GB/s\n", bytes * 1e-6, bytes / 1e7);
+  bench.rows.push_back(std::move(row));
+  return Ok{};
+}
+
+/// The report's Table 6.7: frames per second over skin and influence resolution, here with the
+/// influence in whole cells; and what the interpolation costs in accuracy.
+Status bench_table(Bench& bench, Engine& engine) {
+  PM_TRY(const BallFile file, bench_balls(bench.settings));
+  const BallSet balls = file.balls;
+  ExtractSettings settings;
+  settings.field = file.kind;
+  bench.print_line("surfaces a second (and volume off by, %)\n{:>6} {:>16} {:>16} {:>16} {:>16}\n",
+                   "skin", "influence 10", "20", "30", "40");
+  for (int skin = 10; skin <= 100; skin += 10) {
+    const Grid grid = bench_grid(skin + 1);
+    settings.sample_stride = 1;
+    Mesh mesh;
+    PM_TRY_STATUS(extract_once(engine, balls, grid, settings, mesh));
+    const double exact = volume_of(mesh);
+    std::string text = fmt::format("{:>6}", skin);
+    for (int resolution = 10; resolution <= 40; resolution += 10) {
+      settings.sample_stride = std::max(1, (skin + resolution / 2) / resolution);
+      PM_TRY(const Timing timing, time_it(bench.settings.repeats, [&] {
+               return extract_once(engine, balls, grid, settings, mesh);
+             }));
+      const double volume_error = exact > 0 ? 100 * (volume_of(mesh) / exact - 1) : 0;
+      text += fmt::format(" {:>8.0f} {:>7.1f}", 1 / timing.median, volume_error);
+      bench.rows.push_back({{"name", "table 6.7"},
+                            {"skin", skin},
+                            {"influence", resolution},
+                            {"cells_apart", settings.sample_stride},
+                            {"per_second", 1 / timing.median},
+                            {"volume_off_percent", volume_error}});
+    }
+    bench.print_line("{}\n", text);
+  }
+  return Ok{};
+}
+
+/// The report's Graph 6.1: the same surfaces on the CPU and on the GPU, where there is one.
+Status bench_graph(Bench& bench) {
+  PM_TRY(const BallFile file, bench_balls(bench.settings));
+  const BallSet balls = file.balls;
+  ExtractSettings settings;
+  settings.field = file.kind;
+  EngineStatus status;
+  const auto cpu = make_cpu_engine();
+  const auto cuda = make_cuda_engine(0, status);
+  bench.print_line("{:>6} {:>12} {:>12}\n", "skin", "cpu ms", cuda ? "cuda ms" : "cuda: none here");
+  for (int skin = 10; skin <= 100; skin += 10) {
+    JsonValue row{{"name", "graph 6.1"}, {"skin", skin}};
+    std::string text = fmt::format("{:>6}", skin);
+    for (Engine* engine : {cpu.get(), cuda.get()}) {
+      if (engine == nullptr) continue;
+      Mesh mesh;
+      PM_TRY(const Timing timing, time_it(bench.settings.repeats, [&] {
+               return extract_once(*engine, balls, bench_grid(skin + 1), settings, mesh);
+             }));
+      row[engine == cpu.get() ? "cpu_ms" : "cuda_ms"] = timing.median * 1e3;
+      text += fmt::format(" {:>12.3f}", timing.median * 1e3);
+    }
+    bench.print_line("{}\n", text);
+    bench.rows.push_back(std::move(row));
+  }
+  return Ok{};
+}
+
+}  // namespace
+
+Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Mesh& mesh) {
+  PM_TRY(const BallFile file, bench_balls(bench.settings));
+  const BallSet balls = file.balls;
+  ExtractSettings settings;
+  settings.field = file.kind;
+  Box box;
+  for (const Ball& ball : balls) box = extend(box, ball.center);
+  Grid grid = bench_grid(bench.settings.grid);
+  if (!bench.settings.ball_file.empty()) {
+    box = surface_bounds(balls.balls(), settings);
+    const Vec3 size = box.high - box.low;
+    PM_TRY(grid, fit_grid(box, std::max({size.x, size.y, size.z}) /
+                                   static_cast<float>(bench.settings.grid - 1)));
+  }
+  PM_TRY_STATUS(extract_once(engine, balls, grid, settings, mesh));
+  const std::string note =
+      fmt::format("{} balls, {} triangles", balls.size(), mesh.triangles.size());
+  // What must be written at least: the mesh, once.
+  const double bytes = static_cast<double>(mesh.positions.size() * 24 + mesh.triangles.size() * 12);
+  const auto measure = [&](const std::string& name, double speed,
+                           const char* speed_name) -> Status {
+    Mesh other;
+    Mesh& target = settings.download ? mesh : other;
+    std::map<std::string, std::vector<double>> passes;
+    std::vector<std::string> order;
+    PM_TRY(const Timing timing, time_it(bench.settings.repeats, [&]() -> Status {
+             PM_TRY_STATUS(extract_once(engine, balls, grid, settings, target));
+             for (const PassTime& pass : engine.pass_times()) {
+               if (!passes.contains(pass.name)) order.push_back(pass.name);
+               passes[pass.name].push_back(pass.seconds);
+             }
+             return Ok{};
+           }));
+    auto row = report_row(bench, name, timing, note);
+    for (const std::string& pass : order) {
+      const double ms = median_of(passes[pass]) * 1e3;
+      bench.print_line("  {:<26} {:>9.3f} ms\n", pass, ms);
+      row["passes_ms"][pass] = ms;
+    }
+    row["floor_ms"] = bytes / speed * 1e3;
+    row["memory_bytes"] = engine.memory_used();
+    bench.print_line("  mesh {:.1f} MB: {:.3f} ms at {}; buffers {:.0f} MB\n", bytes * 1e-6,
+                     bytes / speed * 1e3, speed_name,
+                     static_cast<double>(engine.memory_used()) * 1e-6);
+    bench.rows.push_back(std::move(row));
+    return Ok{};
+  };
+  const std::string name =
+      fmt::format("surface {} {}^3", field_name(file.kind), bench.settings.grid);
+  if (device == "cpu") {
+    PM_TRY_STATUS(measure(name, 1e10, "10 GB/s"));
+  } else {
+    settings.download = false;
+    PM_TRY_STATUS(measure(name + ", kept there", 4.3e12, "4.3 TB/s"));
+    settings.download = true;
+    PM_TRY_STATUS(measure(name, 5e10, "50 GB/s"));
+  }
+  return bench_carry(bench, name, balls, settings, engine, mesh);
+}
+
+Status bench_report(Bench& bench, Engine& engine) {
+  PM_TRY_STATUS(bench_table(bench, engine));
+  return bench_graph(bench);
+}
+
+}  // namespace polymorph

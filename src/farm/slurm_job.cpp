@@ -1,0 +1,144 @@
+#include "farm/slurm_job.h"
+
+#include <algorithm>
+#include <cmath>
+#include <system_error>
+
+#include "base/file.h"
+#include "base/log.h"
+#include "base/stop.h"
+#include "base/text.h"
+#include "morph/timeline.h"
+#include "sequence/run/frame_files.h"
+#include "sequence/run/render_sequence.h"
+#include "sequence/run/status.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The pattern as parse_pattern() reads it.
+std::string to_text(const FramePattern& pattern) {
+  std::string text;
+  for (const char c : pattern.before) text += c == '%' ? std::string("%%") : std::string(1, c);
+  text += std::string(static_cast<std::size_t>(pattern.digits), '#');
+  for (const char c : pattern.after) text += c == '%' ? std::string("%%") : std::string(1, c);
+  return text;
+}
+
+/// Costs of the job: measured here by a dry run, unless the command line gives them all.
+struct Costs {
+  std::size_t frames = 0;                         ///< number still to be rendered
+  double frame_seconds = 0, prepare_seconds = 0;  ///< seconds on the task's processors
+  std::uint64_t memory = 0;
+};
+
+Result<Costs> measure_costs(const SlurmRequest& request, const Scene& scene,
+                            const FrameFiles& files) {
+  SequenceSettings settings;
+  const int count = frame_count(scene);
+  PM_TRY(
+      settings.frames,
+      parse_frames(request.frames.empty() ? fmt::format("1-{}", count) : request.frames, 1, count));
+  Costs costs;
+  if (request.frame_seconds > 0) {
+    PM_TRY(const ExpectedHashes hashes, expected_hashes(scene, settings.frames));
+    const auto states = frame_states(files, settings.frames, hashes.frames);
+    costs.frames = settings.frames.size() - static_cast<std::size_t>(std::count(
+                                                states.begin(), states.end(), FileState::kWhole));
+    costs.frame_seconds = request.frame_seconds;
+    return costs;
+  }
+  settings.exr = files.exr;
+  settings.png = files.png;
+  settings.existing = Existing::kSkip;
+  settings.dry_run = true;
+  settings.device = request.device;
+  settings.max_memory = request.max_memory;
+  settings.isa = request.isa;
+  settings.cache_folder = request.cache_folder;
+  settings.stop = &stop_requested();
+  log_info("measuring frames here; --frame-seconds saves it");
+  PM_TRY(const RunReport report, render_sequence(scene, settings, nullptr));
+  if (report.stopped) return make_error(stop_code(), "stopped - nothing was submitted");
+  // Frames are traced by all processors, and almost all of their time is that.
+  const double fewer = static_cast<double>(report.threads) / request.cpus;
+  costs.frames = report.count(FrameRecord::State::kPlanned);
+  costs.frame_seconds = report.estimate->seconds * fewer;
+  costs.prepare_seconds = (report.prepare_seconds + report.estimate->fit_seconds) * fewer;
+  costs.memory = std::max(report.peak_memory, report.estimate->memory);
+  return costs;
+}
+
+/// Sizes the job with a margin: three times the time, half as much memory again.
+void size_job(SlurmJob& job, const SlurmRequest& request, const Costs& costs) {
+  constexpr double kMebibyte = 1024.0 * 1024.0;
+  constexpr int kMinMinutes = 10, kMinMemory = 1024, kMemoryStep = 256;
+  job.tasks = request.tasks > 0
+                  ? std::min(request.tasks, std::max(1, static_cast<int>(costs.frames)))
+                  : slurm_tasks(costs.frames, costs.frame_seconds, 60 * request.task_minutes,
+                                request.max_tasks);
+  job.frame_seconds = costs.frame_seconds;
+  const double frames = std::ceil(static_cast<double>(costs.frames) / job.tasks);
+  const double seconds = costs.prepare_seconds + frames * costs.frame_seconds;
+  job.minutes = request.minutes > 0
+                    ? request.minutes
+                    : std::max(kMinMinutes, static_cast<int>(std::ceil(3 * seconds / 60)));
+  const auto bytes =
+      static_cast<double>(request.memory > 0 ? request.memory : costs.memory * 3 / 2);
+  const int mebibytes = static_cast<int>(std::ceil(bytes / kMebibyte));
+  job.memory_mib =
+      request.memory > 0
+          ? std::max(1, mebibytes)
+          : std::max(kMinMemory, (mebibytes + kMemoryStep - 1) / kMemoryStep * kMemoryStep);
+}
+
+}  // namespace
+
+Result<SlurmJob> make_slurm_job(const Scene& scene, SlurmRequest request) {
+  if (request.output.empty()) request.output = scene.output.file;
+  PM_TRY(const FrameFiles files, frame_files(scene, request.output, request.png, true));
+  std::error_code error;
+  SlurmJob job;
+  job.program = fs::read_symlink("/proc/self/exe", error).string();
+  if (error) return make_error(ErrorCode::kResource, "/proc/self/exe: {}", error.message());
+  job.name = fs::path(request.scene).stem().string();
+  job.folder = fs::current_path(error).string();
+  const fs::path frames = (fs::path(job.folder) / request.output).lexically_normal().parent_path();
+  job.log_folder = (frames / "slurm").string();
+  job.scene = request.scene;
+  job.output = to_text(files.exr.has_number() ? files.exr : files.png);
+  job.frames = request.frames;
+  job.sheet = (frames / "strip").string();
+  job.movie = (frames / job.name).string();
+  job.cpus = request.cpus;
+  job.scene_arguments = request.scene_arguments;
+  if (request.png) job.scene_arguments.emplace_back("--png");
+  job.render_arguments = request.render_arguments;
+  job.directives = request.directives;
+  PM_TRY_STATUS(check_job(job));
+  PM_TRY(const Costs costs, measure_costs(request, scene, files));
+  if (costs.frames == 0)
+    return make_error(ErrorCode::kAnswerNo, "every frame is there and current - nothing to submit");
+  size_job(job, request, costs);
+  log_info("{} frames in {} task{}: {} a frame, {} to prepare, on {} processors each", costs.frames,
+           job.tasks, job.tasks == 1 ? "" : "s", format_seconds(costs.frame_seconds),
+           format_seconds(costs.prepare_seconds), job.cpus);
+  return job;
+}
+
+Result<SubmittedJob> submit_slurm_job(const SlurmJob& job) {
+  const fs::path folder = job.log_folder;
+  const fs::path render = folder / "render.sh", finish = folder / "finish.sh";
+  // The scripts are this program's own, and a job keeps the copy that it was submitted with.
+  PM_TRY_STATUS(
+      write_files({{render, slurm_render_script(job)}, {finish, slurm_finish_script(job)}}));
+  SubmittedJob submitted;
+  PM_TRY(submitted.array, run_sbatch({render.string()}));
+  PM_TRY(submitted.finish,
+         run_sbatch({"--dependency=afterany:" + submitted.array, finish.string()}));
+  return submitted;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,58 @@
+#include <algorithm>
+
+#include "base/activity.h"
+#include "base/log.h"
+#include "inspect/inspection.h"
+#include "model/load/load_model.h"
+#include "model/repair/diagnose.h"
+
+namespace polymorph {
+
+Result<Inspection> inspect_model(const std::string& file) {
+  PM_TRY(const LoadedModel loaded, [&] {
+    const Activity activity("reading " + file);
+    return load_model(file);
+  }());
+  for (const std::string& warning : loaded.warnings) log_warning("{}", warning);
+  const Diagnosis d = [&] {
+    const Activity activity("looking for faults in " + file);
+    return diagnose_fully(loaded.model);
+  }();
+  const Vec3 size = d.box.size();
+  Inspection out;
+  out.json = {{"file", file},
+              {"points", d.points},
+              {"triangles", d.triangles},
+              {"shells", d.shells},
+              {"closed", d.closed},
+              {"genus", d.genus},
+              {"euler", d.euler},
+              {"boundary_edges", d.boundary_edges},
+              {"non_manifold_edges", d.non_manifold_edges},
+              {"size", JsonValue::array({size.x, size.y, size.z})},
+              {"volume", d.volume},
+              {"area", d.area},
+              {"labels", loaded.model.label_names},
+              {"textures", loaded.model.textures.size()}};
+  out.text += fmt::format("{}: {} points, {} triangles, {} shell{}\n", file, d.points, d.triangles,
+                          d.shells, d.shells == 1 ? "" : "s");
+  out.text += fmt::format("  {}, box {:.4g} x {:.4g} x {:.4g}, volume {:.4g}, area {:.4g}\n",
+                          d.closed ? fmt::format("closed, genus {}", d.genus) : "not closed",
+                          size.x, size.y, size.z, d.volume, d.area);
+  constexpr std::size_t kMaxLabels = 100;
+  const std::vector<std::string>& names = loaded.model.label_names;
+  std::string labels;
+  for (std::size_t i = 0; i < std::min(names.size(), kMaxLabels); ++i)
+    labels += (i == 0 ? "" : ", ") + names[i];
+  if (names.size() > kMaxLabels)
+    labels += fmt::format(" and {} more (--json has them all)", names.size() - kMaxLabels);
+  out.text += fmt::format("  labels: {}\n  {} materials, {} textures\n", labels,
+                          loaded.model.materials.size(), loaded.model.textures.size());
+  for (const std::string& problem : describe_problems(d))
+    out.text += fmt::format("  {}\n", problem);
+  if (const std::string crossings = describe_crossings(d); !crossings.empty())
+    out.text += fmt::format("  {}\n", crossings);
+  return out;
+}
+
+}  // namespace polymorph

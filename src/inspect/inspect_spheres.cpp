@@ -1,0 +1,176 @@
+#include "inspect/inspect_spheres.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "base/activity.h"
+#include "base/file.h"
+#include "base/log.h"
+#include "base/stopwatch.h"
+#include "export/spheres_picture.h"
+#include "field/balls_io.h"
+#include "field/extract_surface.h"
+#include "interchange/mesh_file.h"
+#include "model/clustered_model.h"
+#include "model/load/load_model.h"
+#include "model/repair/diagnose.h"
+#include "model/shapes.h"
+#include "spheres/quality.h"
+
+namespace polymorph {
+namespace {
+
+Result<Model> load(const std::string& name) {
+  if (std::find(kShapeNames.begin(), kShapeNames.end(), name) != kShapeNames.end())
+    return make_shape(name);
+  PM_TRY(LoadedModel loaded, load_model(name, {}));
+  for (const std::string& warning : loaded.warnings) log_warning("{}", warning);
+  return std::move(loaded.model);
+}
+
+/// Quality of an approximation.
+struct Measured {
+  ApproximationQuality figures;
+  double seconds = 0;
+  std::vector<std::string> problems;
+};
+
+JsonValue to_json(const SpheresRequest& request, const SpheresResult& fitted,
+                  const Measured& measured) {
+  const ApproximationQuality& f = measured.figures;
+  std::vector<int> levels;
+  for (const SphereNode& node : fitted.approximation.tree.nodes) {
+    const auto level = static_cast<std::size_t>(node.level);
+    if (levels.size() <= level) levels.resize(level + 1);
+    ++levels[level];
+  }
+  return {{"model", fitted.model.name},
+          {"triangles", fitted.model.triangles.size()},
+          {"method", request.method},
+          {"fit", request.fit},
+          {"spheres", fitted.approximation.tree.leaves().size()},
+          {"levels", levels},
+          {"balls", fitted.balls.size()},
+          {"iou", f.iou},
+          {"volume_ratio", f.volume_ratio},
+          {"rms_to_model", f.rms_to_model},
+          {"rms_to_surface", f.rms_to_surface},
+          {"hausdorff_to_model", f.hausdorff_to_model},
+          {"hausdorff_to_surface", f.hausdorff_to_surface},
+          {"grid", request.grid},
+          {"surface_triangles", f.triangles},
+          {"seconds", measured.seconds},
+          {"problems", measured.problems}};
+}
+
+/// The whole tree, parents before children; the leaves are the approximation.
+std::string tree_json(const SphereTree& tree) {
+  JsonValue spheres = JsonValue::array();
+  for (const SphereNode& node : tree.nodes) {
+    const Vec3 c = node.sphere.center;
+    spheres.push_back({{"center", JsonValue::array({c.x, c.y, c.z})},
+                       {"radius", node.sphere.radius},
+                       {"level", node.level},
+                       {"parent", node.parent},
+                       {"leaf", node.leaf}});
+  }
+  return dump_json({{"spheres", std::move(spheres)}}, -1);
+}
+
+std::string to_table(const SpheresRequest& request, const SpheresResult& fitted,
+                     const Measured& measured) {
+  std::string text;
+  const ApproximationQuality& f = measured.figures;
+  text += fmt::format("{}: {} triangles, {}, {}\n", fitted.model.name,
+                      fitted.model.triangles.size(), request.method,
+                      request.fit == "none" ? "not fitted" : request.fit + " balls fitted");
+  text += fmt::format("  {:<34}{:>10}\n", "spheres", fitted.approximation.tree.leaves().size());
+  text += fmt::format("  {:<34}{:>10}\n", "balls", fitted.balls.size());
+  text += fmt::format("  {:<34}{:>10.4f}\n", "overlap (IoU)", f.iou);
+  text += fmt::format("  {:<34}{:>10.4f}\n", "volume ratio", f.volume_ratio);
+  text += fmt::format("  {:<34}{:>10}{:>12}\n", "% of the box diagonal", "RMS", "Hausdorff");
+  text += fmt::format("  {:<34}{:>10.3f}{:>12.3f}\n", "  surface to model", 100 * f.rms_to_model,
+                      100 * f.hausdorff_to_model);
+  text += fmt::format("  {:<34}{:>10.3f}{:>12.3f}\n", "  model to surface", 100 * f.rms_to_surface,
+                      100 * f.hausdorff_to_surface);
+  text += fmt::format("  {:<34}{:>10.2f} s\n", "time", measured.seconds);
+  return text;
+}
+
+}  // namespace
+
+Result<SpheresResult> inspect_spheres(const SpheresRequest& request) {
+  SpheresResult fitted;
+  PM_TRY(fitted.model, load(request.model));
+  const Model& model = fitted.model;
+  Measured measured;
+  std::optional<Activity> activity(std::in_place, "looking for faults in " + model.name);
+  const Diagnosis diagnosis = diagnose_fully(model);
+  activity.reset();
+  measured.problems = describe_problems(diagnosis);
+  for (const std::string& problem : measured.problems) log_warning("{}: {}", model.name, problem);
+  const SphereSettings& settings = request.settings;
+  if (const std::string crossings = describe_crossings(diagnosis); !crossings.empty()) {
+    measured.problems.push_back(crossings);
+    // The winding number is not affected.
+    const bool matters = settings.inside == InsideMethod::kParity;
+    matters ? log_warning("{}: {}", model.name, crossings)
+            : log_debug("{}: {}", model.name, crossings);
+  }
+  const Stopwatch stopwatch;
+  activity.emplace("making spheres and balls of " + model.name);
+  PM_TRY(const std::optional<Model> stand_in, make_solid_proxy(model, settings));
+  PM_TRY(fitted.approximation,
+         approximate_cached(model, settings, request.cache_folder, &stand_in));
+  measured.seconds = stopwatch.seconds();
+  activity.emplace("measuring how well they fit");
+  // Balls of a shell or of a solidified model are judged by what they stand for.
+  const std::optional<ClusteredModel> few = cluster_long_triangles(model);
+  const Model& solid = stand_in ? *stand_in : few ? few->model : model;
+  if (stand_in && !settings.solidify)
+    log_info(
+        "{}: it bounds no solid, so it is taken for a shell and given thickness; --solidify "
+        "fills it",
+        model.name);
+  const InsideTest inside(stand_in ? *stand_in : model);
+  const Vec3 size = model.box().size();
+  const float cell = fitted.cell =
+      std::max({size.x, size.y, size.z}) / static_cast<float>(request.grid);
+  const auto engine = make_cpu_engine();
+  fitted.balls = fitted.approximation.balls;
+  if (fitted.balls.empty()) {
+    PM_TRY(fitted.balls,
+           make_unfitted_balls(fitted.approximation.tree.leaves(), settings.method,
+                               solid_volume(solid, inside), FieldSettings{}, cell, {}, *engine));
+  }
+  PM_TRY(measured.figures,
+         measure_quality(solid, inside, fitted.balls, FieldKind::kGaussian, request.grid));
+  activity.reset();
+  if (const std::string bad = describe_bad_fit(measured.figures); !bad.empty())
+    log_warning("{}: {}", model.name, bad);
+  fitted.report = {to_json(request, fitted, measured), to_table(request, fitted, measured)};
+  return fitted;
+}
+
+Status write_spheres(const SpheresRequest& request, const SpheresResult& fitted) {
+  if (!request.write_balls.empty())
+    PM_TRY_STATUS(
+        write_file(request.write_balls, request.write_balls.ends_with(".csv")
+                                            ? encode_balls_csv(fitted.balls, FieldKind::kGaussian)
+                                            : encode_balls(fitted.balls, FieldKind::kGaussian)));
+  const std::vector<Sphere> spheres = fitted.approximation.tree.leaves();
+  if (!request.write_spheres.empty())
+    PM_TRY_STATUS(request.write_spheres.ends_with(".json")
+                      ? write_file(request.write_spheres, tree_json(fitted.approximation.tree))
+                      : write_mesh(request.write_spheres, mesh_of_spheres(spheres)));
+  if (request.write_surface.empty() && request.output.empty()) return Ok{};
+  PM_TRY(const Mesh surface, extract_surface(*make_cpu_engine(), fitted.balls, fitted.cell, {}));
+  if (!request.write_surface.empty()) PM_TRY_STATUS(write_mesh(request.write_surface, surface));
+  if (!request.output.empty())
+    PM_TRY_STATUS(
+        write_spheres_picture(request.output, fitted.model, spheres, surface, request.width));
+  return Ok{};
+}
+
+}  // namespace polymorph

@@ -1,0 +1,30 @@
+// Descriptions of files: images, models, scenes and their frames.
+#pragma once
+
+#include <string>
+
+#include "base/json.h"
+#include "base/result.h"
+#include "scene/scene.h"
+
+namespace polymorph {
+
+/// The description of a file: for programs, and in lines for people.
+struct Inspection {
+  JsonValue json;
+  std::string text;
+};
+
+/// Size, channels with their ranges, and attributes. Errors: those of read_image().
+Result<Inspection> inspect_image(const std::string& file);
+
+/// Counts, topology, size and problems; warnings go to the log. Errors: those of load_model().
+Result<Inspection> inspect_model(const std::string& file);
+
+/// Objects, and the frames of each stage. The JSON is null: scene_to_json() has every setting.
+Inspection inspect_scene(const std::string& file, const Scene& scene);
+
+/// The state of each actor in each frame.
+Inspection inspect_timeline(const Scene& scene);
+
+}  // namespace polymorph

@@ -1,0 +1,15 @@
+// Files of a scene's frames: which of EXR and PNG are written, under which names.
+#pragma once
+
+#include <string>
+
+#include "scene/scene.h"
+#include "sequence/run/frames.h"
+
+namespace polymorph {
+
+/// `output` (-o) or, where that is empty, the scene's; `many` frames get a place for their number.
+/// Errors (kUsage): an extension that is neither .exr nor .png, too few digits for the scene.
+Result<FrameFiles> frame_files(const Scene& scene, const std::string& output, bool png, bool many);
+
+}  // namespace polymorph

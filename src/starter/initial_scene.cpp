@@ -1,0 +1,68 @@
+#include "starter/initial_scene.h"
+
+#include "base/data_folder.h"
+#include "model/load/load_model.h"
+#include "scene/load_scene.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The settings that most scenes change, in the order in which one thinks of them.
+const std::vector<std::pair<const char*, std::vector<const char*>>> kKeys{
+    {"frames", {"count", "fps", "hold_start", "hold_end"}},
+    {"image", {"width", "height", "samples", "noise", "exposure", "transparent"}},
+    {"look", {"kind", "color", "roughness"}},
+    {"camera", {"azimuth", "elevation", "fov", "margin"}},
+    {"lights", {"key_azimuth", "key_elevation", "key_size", "key_intensity", "sky"}},
+    {"ground", {"enabled", "color"}},
+    {"motion", {"path", "easing", "stagger"}},
+    {"plan", {"align", "label_mode"}},
+    {"spheres", {"balls", "solidify"}},
+    {"surface", {"resolution"}}};
+
+/// A model's name as the scene file writes it. Errors (kInput): no such file, or a name that JSON
+/// cannot hold.
+Result<std::string> model_name(const std::string& file, const fs::path& folder) {
+  std::error_code error;
+  if (!fs::is_regular_file(file, error))
+    return make_error(ErrorCode::kInput, "{}: no such file - name the files of your models", file);
+  if (!is_model_file(file))
+    return make_error(ErrorCode::kInput,
+                      "{}: is no model file - use OBJ, glTF, FBX, PLY, STL, DAE, OFF or 3DS", file);
+  const std::string name = fs::absolute(file).lexically_normal().lexically_proximate(folder);
+  // Bytes that are not UTF-8 are replaced, and another name would be read.
+  PM_TRY(const JsonDocument document, parse_json("", format_json(name)));
+  if (document.root.string != name)
+    return make_error(ErrorCode::kInput, "{}: the name is not UTF-8 - rename the file", file);
+  return name;
+}
+
+}  // namespace
+
+Result<JsonValue> initial_scene(const std::vector<std::string>& models, const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const std::string& model : models) {
+    PM_TRY(std::string name, model_name(model, folder));
+    names.push_back(std::move(name));
+  }
+  JsonValue scene;
+  if (const auto data = find_data_folder())
+    scene["$schema"] = (*data / "scene.schema.json").string();
+  scene["source"] = names.front();
+  if (names.size() > 2)
+    scene["intermediate"] = std::vector<std::string>(names.begin() + 1, names.end() - 1);
+  scene["target"] = names.back();
+  PM_TRY(const JsonDocument document, parse_json("the schema", scene_schema()));
+  const JsonValue& schema = document.root;
+  for (const auto& [section, keys] : kKeys)
+    for (const char* key : keys)
+      scene[section][key] =
+          schema.get("properties").get(section).get("properties").get(key).get("default");
+  scene["frames"]["count"] = 24 * (static_cast<int>(names.size()) - 1);
+  scene["output"] = {{"file", "out/frame.####.exr"}, {"png", true}};
+  return scene;
+}
+
+}  // namespace polymorph

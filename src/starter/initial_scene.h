@@ -1,0 +1,18 @@
+// The scene that `init` writes: a user's own models, and the settings that most scenes change.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/json.h"
+#include "base/result.h"
+
+namespace polymorph {
+
+/// A scene from the first model file to the last through those between, for a scene file in
+/// `folder`. Errors (kInput): a file that is missing or no model, or whose name JSON cannot hold.
+Result<JsonValue> initial_scene(const std::vector<std::string>& models,
+                                const std::filesystem::path& folder);
+
+}  // namespace polymorph
