@@ -5,7 +5,8 @@ find_package(Python 3.9 REQUIRED COMPONENTS Interpreter Development.Module)
 execute_process(COMMAND ${Python_EXECUTABLE} -m nanobind --cmake_dir OUTPUT_STRIP_TRAILING_WHITESPACE
   OUTPUT_VARIABLE nanobind_ROOT COMMAND_ERROR_IS_FATAL ANY)
 find_package(nanobind CONFIG REQUIRED)
-nanobind_add_module(polymorph_python NB_STATIC ${CMAKE_SOURCE_DIR}/python/module.cpp)
+nanobind_add_module(polymorph_python NB_STATIC
+  ${CMAKE_SOURCE_DIR}/python/module.cpp ${CMAKE_SOURCE_DIR}/python/call.cpp ${CMAKE_SOURCE_DIR}/python/arrays.cpp)
 set_target_properties(polymorph_python PROPERTIES OUTPUT_NAME _polymorph EXCLUDE_FROM_ALL ON)
 target_link_libraries(polymorph_python PRIVATE pm_export)
 

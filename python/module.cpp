@@ -1,17 +1,26 @@
 // The Python module: scenes, models, balls, meshes and frames as numpy arrays. What users see, with
 // shapes and units, stands in polymorph/__init__.py; this is what it needs of the rooms.
 #include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
 #include <map>
+#include <memory>
 
+#include "analyze/analysis_report.h"
+#include "arrays.h"
+#include "base/activity.h"
 #include "base/log.h"
+#include "base/memory.h"
 #include "base/parallel.h"
 #include "base/program_identity.h"
+#include "call.h"
+#include "field/extract_surface.h"
+#include "field/level.h"
+#include "kernels/field_kinds.h"
+#include "leg/leg_surface.h"
 #include "mesh/append.h"
 #include "model/load/load_model.h"
 #include "model/shapes.h"
@@ -19,6 +28,7 @@
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/frame/render_frame.h"
 #include "sequence/prepare/prepare.h"
+#include "sequence/run/analyze_sequence.h"
 #include "sequence/run/device.h"
 #include "spheres/spheres.h"
 
@@ -26,20 +36,6 @@ namespace nb = nanobind;
 
 namespace polymorph {
 namespace {
-
-/// Thrown across the border, where it becomes polymorph.Error(message, code).
-struct PythonError {
-  Error error;
-};
-
-template <class T>
-T take(Result<T> result) {
-  if (!result) throw PythonError{std::move(result).error()};
-  return std::move(result).value();
-}
-void check(Status status) {
-  if (!status) throw PythonError{std::move(status).error()};
-}
 
 /// Everything that is wrong with a scene becomes one error. Places in a text that the caller never
 /// saw are left out.
@@ -54,85 +50,62 @@ Scene good_scene(SceneReading reading, const std::string& name, bool is_file) {
   return std::move(reading.scene);
 }
 
-/// Numpy's own from then on.
-template <class T>
-nb::object array(std::vector<T> values, std::vector<std::size_t> shape) {
-  auto* kept = new std::vector<T>(std::move(values));
-  nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-  return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), shape.size(), shape.data(), owner));
-}
-
-nb::object array(const std::vector<Vec3>& points) {
-  std::vector<float> values;
-  values.reserve(3 * points.size());
-  for (const Vec3 p : points) values.insert(values.end(), {p.x, p.y, p.z});
-  return array(std::move(values), {points.size(), 3});
-}
-
-nb::dict to_dict(const std::vector<Ball>& balls) {
-  std::vector<Vec3> centers;
-  std::vector<float> a, w, shapes;
-  for (const Ball& ball : balls) {
-    const Sym3& s = ball.shape;
-    centers.push_back(ball.center);
-    a.push_back(ball.a);
-    w.push_back(ball.w);
-    shapes.insert(shapes.end(), {s.xx, s.xy, s.xz, s.xy, s.yy, s.yz, s.xz, s.yz, s.zz});
-  }
-  nb::dict out;
-  out["centers"] = array(centers);
-  out["a"] = array(std::move(a), {balls.size()});
-  out["w"] = array(std::move(w), {balls.size()});
-  out["shapes"] = array(std::move(shapes), {balls.size(), 3, 3});
-  return out;
-}
-
-nb::dict to_dict(const Mesh& mesh) {
-  std::vector<std::uint32_t> triangles;
-  for (const Triangle& t : mesh.triangles)
-    triangles.insert(triangles.end(), {t.v[0], t.v[1], t.v[2]});
-  nb::dict out;
-  out["positions"] = array(mesh.positions);
-  out["normals"] = array(mesh.normals);
-  out["triangles"] = array(std::move(triangles), {mesh.triangles.size(), 3});
-  return out;
-}
-
 /// `text`: a scene's JSON, of which the source counts; its model by a name or a path.
-nb::dict approximate_source(const std::string& text, const std::string& cache) {
+nb::dict approximate_source(const std::string& text, const std::string& cache,
+                            const nb::object& progress) {
   Approximation approximation;
-  {
-    const nb::gil_scoped_release release;
+  run_call(progress, [&] {
     const Scene scene = good_scene(take(read_scene_text("settings", text)), "settings", false);
     const ObjectSettings& object = *chain_objects(scene.actors.front()).front();
+    const Activity activity("fitting balls to " + object.name);
     const Model model = object.shape.empty() ? take(load_model(object.model)).model
                                              : take(make_shape(object.shape));
     approximation = take(approximate_cached(model, object.spheres, cache));
-  }
+  });
   std::vector<float> spheres;
   const std::vector<Sphere> leaves = approximation.tree.leaves();
   for (const Sphere& s : leaves)
     spheres.insert(spheres.end(), {s.center.x, s.center.y, s.center.z, s.radius});
-  nb::dict out = to_dict(approximation.balls);
+  const std::vector<float> levels(approximation.balls.size(), 1);
+  nb::dict out = to_dict({approximation.balls, levels}, FieldKind::kGaussian);
   out["spheres"] = array(std::move(spheres), {leaves.size(), 4});
   return out;
 }
 
-/// A prepared scene.
+/// The field of balls at points.
+nb::object ball_field(const Rows<3>& centers, const Column& a, const Column& w,
+                      const Rows<9>& shapes, const std::string& kind, const Rows<3>& points) {
+  const BallSet balls(to_balls(centers, a, w, shapes));
+  const std::vector<Vec3> at = to_points(points);
+  ExtractSettings settings;
+  const auto* found = std::find_if(std::begin(kFieldKinds), std::end(kFieldKinds),
+                                   [&](FieldKind k) { return field_name(k) == kind; });
+  if (found == std::end(kFieldKinds))
+    throw PythonError{make_error(ErrorCode::kUsage, "no field is called \"{}\"", kind)};
+  settings.field = *found;
+  std::vector<float> values;
+  run_call(nb::none(),
+           [&] { check(to_status(make_cpu_engine()->sample(balls, at, settings, values))); });
+  return array(std::move(values), {at.size()});
+}
+
+/// A prepared scene. Calls on several threads wait for each other.
 class PythonScene {
  public:
   /// `text` empty: of the file `path`; else the scene itself, its paths relative to the folder of
   /// `path`.
   PythonScene(const std::string& path, const std::string& text,
               const std::map<std::string, std::string>& overrides, const std::string& device,
-              const std::string& cache) {
-    const nb::gil_scoped_release release;
-    const std::vector<Override> set(overrides.begin(), overrides.end());
-    const bool is_file = text.empty();
-    SceneReading reading = take(is_file ? read_scene(path, set) : read_scene_text(path, text, set));
-    const Scene scene = good_scene(std::move(reading), path, is_file);
-    engine_ = take(make_engine(device, device_));
-    prepared_ = take(prepare_scene(scene, *engine_, cache));
+              const std::string& cache, const nb::object& progress) {
+    run_call(progress, [&] {
+      const std::vector<Override> set(overrides.begin(), overrides.end());
+      const bool is_file = text.empty();
+      SceneReading reading =
+          take(is_file ? read_scene(path, set) : read_scene_text(path, text, set));
+      const Scene scene = good_scene(std::move(reading), path, is_file);
+      engine_ = take(make_engine(device, device_));
+      prepared_ = take(prepare_scene(scene, *engine_, cache, {memory_limit(), 0}));
+    });
   }
 
   int frame_count() const { return prepared_.frame_count; }
@@ -141,88 +114,158 @@ class PythonScene {
   const std::vector<std::string>& warnings() const { return prepared_.warnings; }
   const std::string& device() const { return device_; }
 
-  nb::dict balls(int frame) {
-    std::vector<Ball> balls;
-    {
-      const nb::gil_scoped_release release;
-      for (const ActorGeometry& actor : geometry(frame).actors)
-        balls.insert(balls.end(), actor.balls.begin(), actor.balls.end());
-    }
-    return to_dict(balls);
+  nb::dict balls(int frame, const nb::object& progress) {
+    const FieldKind kind = prepared_.scene.field.kind;
+    LeveledBalls all;
+    call(progress, [&] {
+      for (const ActorGeometry& actor : geometry(frame).actors) {
+        const std::vector<Ball> own = rescale_balls(actor.balls.balls(), kind, actor.iso);
+        all.balls.insert(all.balls.end(), own.begin(), own.end());
+        all.levels.insert(all.levels.end(), own.size(), actor.iso);
+      }
+    });
+    return to_dict(all, kind);
   }
 
-  nb::dict mesh(int frame) {
+  nb::dict mesh(int frame, const nb::object& progress) {
     Mesh mesh;
-    {
-      const nb::gil_scoped_release release;
+    call(progress, [&] {
       const FrameGeometry shown = geometry(frame);
       for (std::size_t i = 0; i < shown.actors.size(); ++i)
         append(mesh, shown_mesh(prepared_.actors[i], shown.actors[i]));
-    }
+    });
     return to_dict(mesh);
   }
 
-  nb::tuple frame(int frame) {
+  nb::object field(int frame, const Rows<3>& points, int actor, const nb::object& progress) {
+    const std::vector<Vec3> at = to_points(points);
+    std::vector<float> values;
+    call(progress, [&] {
+      check_frame(frame);
+      if (actor < 0 || actor >= static_cast<int>(prepared_.actors.size()))
+        throw PythonError{make_error(ErrorCode::kUsage, "actor {}: there are actors 0 to {}", actor,
+                                     prepared_.actors.size() - 1)};
+      const PreparedActor& prepared = prepared_.actors[static_cast<std::size_t>(actor)];
+      const MorphState moment =
+          morph_state_at(prepared.timeline, shown_frame(prepared_.scene, frame));
+      const Leg& leg = *prepared.legs[static_cast<std::size_t>(moment.leg)];
+      const LegSurface surface = take(leg_surface(leg, moment.time, *engine_));
+      values = take(surface_field(leg, surface, at, *engine_));
+    });
+    return array(std::move(values), {at.size()});
+  }
+
+  nb::tuple frame(int frame, const nb::object& progress) {
     Image image;
-    {
-      const nb::gil_scoped_release release;
+    call(progress, [&] {
+      check_frame(frame);
+      check(check_picture_memory(prepared_.scene.image, 1, memory_limit()));
+      const FrameGeometry shown = geometry(frame);
+      const Activity activity(fmt::format("rendering frame {}", frame));
       if (!renderer_) renderer_ = std::make_unique<Renderer>(take(Renderer::create()));
-      image = take(render_frame(prepared_, geometry(frame), *renderer_, device_, ""));
-    }
+      image = take(render_frame(prepared_, shown, *renderer_, device_, ""));
+    });
     const auto size = [](int n) { return static_cast<std::size_t>(n); };
     std::vector<std::size_t> shape{size(image.height), size(image.width), image.channel_count()};
     return nb::make_tuple(array(std::move(image.pixels), std::move(shape)), image.channels);
   }
 
+  /// The report of `polymorph analyze --json`.
+  std::string analyze(int frames, const nb::object& progress) {
+    std::string report;
+    call(progress, [&] {
+      std::unique_ptr<Activity> activity;
+      report = dump_json(
+          analysis_json(take(analyze_scene(prepared_, *engine_, frames, [&](int done, int count) {
+            activity.reset();
+            activity = std::make_unique<Activity>(
+                fmt::format("measuring surface {} of {}", std::min(done + 1, count), count));
+            return true;
+          }))));
+    });
+    return report;
+  }
+
+  /// One dict per leg, actor by actor.
+  nb::list plans() const {
+    nb::list all;
+    for (const PreparedActor& actor : prepared_.actors)
+      for (const auto& leg : actor.legs) {
+        nb::dict plan = to_dict(leg->plan);
+        plan["actor"] = actor.name;
+        plan["source"] = leg->from->name;
+        plan["target"] = leg->to->name;
+        all.append(plan);
+      }
+    return all;
+  }
+
  private:
-  FrameGeometry geometry(int frame) {
+  template <class Work>
+  void call(const nb::object& progress, const Work& work) {
+    run_call(progress, [&] {
+      const InterruptibleLock lock(mutex_);
+      work();
+    });
+  }
+  void check_frame(int frame) const {
     if (frame < 1 || frame > prepared_.frame_count)
       throw PythonError{make_error(ErrorCode::kUsage, "frame {}: there are frames 1 to {}", frame,
                                    prepared_.frame_count)};
+  }
+  FrameGeometry geometry(int frame) {
+    check_frame(frame);
+    const Activity activity(fmt::format("extracting the surfaces of frame {}", frame));
     return take(geometry_at(prepared_, *engine_, frame));
   }
 
+  std::timed_mutex mutex_;  ///< held by each call that uses engine or renderer
   std::string device_;
   std::unique_ptr<Engine> engine_;
   PreparedScene prepared_;
   std::unique_ptr<Renderer> renderer_;
 };
 
+void limit_threads(int count) {
+  constexpr int kMaxCount = 4096;
+  if (count < 0 || count > kMaxCount)
+    throw PythonError{
+        make_error(ErrorCode::kUsage, "{} threads: use 1 to {}, or 0 for all", count, kMaxCount)};
+  set_thread_count(count);
+}
+
 }  // namespace
 }  // namespace polymorph
 
 NB_MODULE(_polymorph, m) {
   using namespace polymorph;
+  register_errors(m);
   // Warnings are handed to the caller instead.
   LogSettings log;
   log.level = LogLevel::kError;
   check(set_log(log));
 
-  static nb::object error_type;
-  error_type = nb::module_::import_("polymorph.error").attr("Error");
-  nb::register_exception_translator([](const std::exception_ptr& thrown, void*) {
-    try {
-      std::rethrow_exception(thrown);
-    } catch (const PythonError& e) {
-      const nb::object object = error_type(e.error.message, static_cast<int>(e.error.code));
-      PyErr_SetObject(error_type.ptr(), object.ptr());
-    }
-  });
-  m.def("approximate", &approximate_source);
+  m.attr("version") = PM_VERSION;
+  m.def("approximate", &approximate_source, nb::arg(), nb::arg(), nb::arg().none());
+  m.def("ball_field", &ball_field);
   m.def("schema", &scene_schema);
   m.def("identity", [] { return std::string(program_identity()); });
   m.def("default_cache_folder", [] { return default_cache_folder().string(); });
-  m.def("set_thread_count", &set_thread_count);
+  m.def("set_thread_count", &limit_threads);
   nb::class_<PythonScene>(m, "Scene")
       .def(nb::init<const std::string&, const std::string&,
                     const std::map<std::string, std::string>&, const std::string&,
-                    const std::string&>())
+                    const std::string&, const nb::object&>(),
+           nb::arg(), nb::arg(), nb::arg(), nb::arg(), nb::arg(), nb::arg().none())
       .def_prop_ro("frame_count", &PythonScene::frame_count)
       .def_prop_ro("width", &PythonScene::width)
       .def_prop_ro("height", &PythonScene::height)
       .def_prop_ro("warnings", &PythonScene::warnings)
       .def_prop_ro("device", &PythonScene::device)
-      .def("balls", &PythonScene::balls)
-      .def("mesh", &PythonScene::mesh)
-      .def("frame", &PythonScene::frame);
+      .def("balls", &PythonScene::balls, nb::arg(), nb::arg().none())
+      .def("mesh", &PythonScene::mesh, nb::arg(), nb::arg().none())
+      .def("field", &PythonScene::field, nb::arg(), nb::arg(), nb::arg(), nb::arg().none())
+      .def("frame", &PythonScene::frame, nb::arg(), nb::arg().none())
+      .def("analyze", &PythonScene::analyze, nb::arg(), nb::arg().none())
+      .def("plans", &PythonScene::plans);
 }

@@ -36,6 +36,10 @@ class Watcher {
     if (display != ActivityDisplay::kNone && !thread_.joinable())
       thread_ = std::thread([this] { report_stages(); });
   }
+  std::string current() {
+    const std::lock_guard lock(mutex_);
+    return stages_.empty() ? std::string() : stages_.back().name;
+  }
   unsigned long long begin(std::string name) {
     const std::lock_guard lock(mutex_);
     stages_.push_back({++last_id_, std::move(name), Clock::now()});
@@ -112,6 +116,8 @@ Watcher& watcher() {
 }  // namespace
 
 void show_activities(ActivityDisplay display) { watcher().show(display); }
+
+std::string current_activity() { return watcher().current(); }
 
 Activity::Activity(std::string name) : id_(watcher().begin(std::move(name))) {}
 Activity::~Activity() { watcher().end(id_); }

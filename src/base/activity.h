@@ -16,6 +16,9 @@ enum class ActivityDisplay {
 /// Sets the display of stages. Starts a thread unless `display` is kNone; it ends with the program.
 void show_activities(ActivityDisplay display);
 
+/// Returns the name of the innermost stage that is active on any thread; "" if there is none.
+std::string current_activity();
+
 /// Marks a stage, e.g. "fitting 256 balls to teapot", for its lifetime. Stages may be nested: the
 /// innermost is shown. Usable on any thread.
 class Activity {

@@ -4,6 +4,7 @@
 
 #include "field/extract_surface.h"
 #include "field/level.h"
+#include "kernels/morph_field.h"
 #include "morph/motion.h"
 
 namespace polymorph {
@@ -67,6 +68,28 @@ Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine
   }
   PM_TRY(surface.mesh, extract_surface(engine, field, map.box, search.cell, search.extract));
   return Ok{};
+}
+
+Result<std::vector<float>> sample_distances(const MorphSurface& field,
+                                            const std::vector<Vec3>& points, Engine& engine) {
+  std::vector<AttributeValues> maps;
+  PM_TRY_STATUS(to_status(engine.regress(field.map, points, maps)));
+  MorphField sampled;
+  // The regression's values contain the affine maps already.
+  for (AffineMap& affine : sampled.map.affine) affine = {{Vec3{}, Vec3{}, Vec3{}}, {}};
+  sampled.from = DistanceField(field.from->grid, field.from->values.data());
+  sampled.to = DistanceField(field.to->grid, field.to->values.data());
+  sampled.from_scale = field.from_scale, sampled.to_scale = field.to_scale;
+  sampled.level = field.level;
+  sampled.inv_range = field.linear_range > 0 ? 1 / field.linear_range : 0;
+  std::vector<float> values(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const AttributeValues &a = maps[2 * i], &b = maps[2 * i + 1];
+    const float both[kRegressionValues] = {a.v[0], a.v[1], a.v[2], a.v[3],
+                                           b.v[0], b.v[1], b.v[2], b.v[3]};
+    values[i] = sampled.value(Points<float>{points[i].x, points[i].y, points[i].z}, both);
+  }
+  return values;
 }
 
 }  // namespace polymorph

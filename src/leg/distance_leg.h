@@ -30,4 +30,8 @@ struct LevelSearch {
 Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine,
                        LegSurface& surface);
 
+/// Evaluates a surface's field at points, bit for bit as the engine does. Errors: the engine's.
+Result<std::vector<float>> sample_distances(const MorphSurface& field,
+                                            const std::vector<Vec3>& points, Engine& engine);
+
 }  // namespace polymorph

@@ -78,6 +78,20 @@ Result<LegSurface> leg_surface(const Leg& leg, float time, Engine& engine) {
   return surface;
 }
 
+Result<std::vector<float>> surface_field(const Leg& leg, const LegSurface& surface,
+                                         const std::vector<Vec3>& points, Engine& engine) {
+  const auto of_balls = [&]() -> Result<std::vector<float>> {
+    ExtractSettings settings = leg.settings.shown;
+    settings.iso = surface.iso;
+    std::vector<float> values;
+    PM_TRY_STATUS(to_status(engine.sample(surface.state.balls, points, settings, values)));
+    for (float& value : values) value = value / surface.iso - 1;
+    return values;
+  };
+  return visit(leg, of_balls,
+               [&](const DistanceLeg&) { return sample_distances(surface.field, points, engine); });
+}
+
 Result<PullBack> pull_back(const Leg& leg, const LegState& state, const std::vector<Vec3>& points,
                            Engine& engine) {
   return visit(

@@ -23,6 +23,12 @@ Result<float> volume_iso(const Leg& leg, const LegState& state, Engine& engine);
 /// small and handles that no object has. Errors: kResource.
 Result<LegSurface> leg_surface(const Leg& leg, float time, Engine& engine);
 
+/// Evaluates the field of the leg's surface at points: positive inside, 0 on the surface before
+/// small components and handles were removed. A leg made of distances has their mixture in scene
+/// units; a leg made of balls has field / level - 1. Errors: the engine's.
+Result<std::vector<float>> surface_field(const Leg& leg, const LegSurface& surface,
+                                         const std::vector<Vec3>& points, Engine& engine);
+
 /// Positions on the source and on the target of points near the leg's surface. Errors: the
 /// engine's.
 Result<PullBack> pull_back(const Leg& leg, const LegState& state, const std::vector<Vec3>& points,

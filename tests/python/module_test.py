@@ -7,20 +7,7 @@ import polymorph
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 from exr import Exr  # noqa: E402
-
-
-def raises(code, *words):
-    """The error of the program, with its exit code."""
-    def check(call):
-        try:
-            call()
-        except polymorph.Error as error:
-            assert error.code == code, error.code
-            assert all(word in str(error) for word in words), str(error)
-        else:
-            raise AssertionError("no error")
-    return check
-
+from expect import raises  # noqa: E402
 
 # A cube of side 2 that stands on the floor: the spheres lie in it and fill most of it; the balls' surface is where the field is 1.
 cube = polymorph.approximate("cube", balls=40)
@@ -31,6 +18,7 @@ balls = cube.balls
 n = len(balls.a)
 assert n == 40 and balls.centers.shape == (n, 3) and balls.w.shape == (n,) and balls.shapes.shape == (n, 3, 3)
 assert np.allclose(np.linalg.det(balls.shapes.astype(float)), 1, atol=1e-3)
+assert balls.kind == "gaussian" and (balls.level == 1).all()
 
 
 def field(points):
@@ -42,6 +30,8 @@ rng = np.random.default_rng(1)
 points = middle + rng.uniform(-1.5, 1.5, (4000, 3))
 inside = (np.abs(points - middle) < 1).all(axis=1)
 assert ((field(points) > 1) == inside).mean() > 0.95, ((field(points) > 1) == inside).mean()
+# The module's own evaluation of it leaves out what is below 1e-4 of the surface's level, for each ball.
+assert np.abs(balls.field(points) - field(points)).max() < 40 * 1e-4
 assert len(polymorph.approximate("cube", balls=10, fit="none").balls.a) == 0
 raises(3, "/source/spheres/bals: unknown key")(lambda: polymorph.approximate("cube", bals=3))
 raises(3, "nowhere.obj")(lambda: polymorph.approximate("nowhere.obj"))

@@ -27,3 +27,4 @@ cat >scene.json <<'SCENE'
 SCENE
 "$build/polymorph" render scene.json -o 'f.####.exr' -q
 "$work/venv/bin/python" -B "$source/tests/python/module_test.py"
+"$work/venv/bin/python" -B "$source/tests/python/calls_test.py"

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 
 #include "leg/surface_look.h"
@@ -91,6 +92,32 @@ TEST_P(LegSurfaceTest, LabelsAndLayersAreThoseOfBothObjects) {
   EXPECT_EQ(look->layers[0].object, one->from);
   EXPECT_EQ(look->layers[1].object, one->to);
   EXPECT_NEAR(look->layers[1].share, 0.5f, 0.1f);
+}
+
+TEST_P(LegSurfaceTest, ItsFieldIsZeroOnTheMeshAndPositiveInside) {
+  const auto one = leg();
+  for (const float time : {0.0f, 0.4f, 1.0f}) {
+    const auto surface = leg_surface(*one, time, *engine);
+    ASSERT_TRUE(surface.ok());
+    const Mesh& mesh = surface->mesh;
+    const auto field = [&](float offset) {
+      std::vector<Vec3> points;
+      for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+        points.push_back(mesh.positions[i] + offset * mesh.normals[i]);
+      auto values = surface_field(*one, *surface, points, *engine);
+      EXPECT_TRUE(values.ok());
+      return std::move(values).value();
+    };
+    const float cell = one->settings.cell;
+    const std::vector<float> at = field(0), inside = field(-cell), outside = field(cell);
+    std::size_t wrong = 0;
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      const float range = inside[i] - outside[i];
+      if (inside[i] <= 0 || outside[i] >= 0 || std::abs(at[i]) > 0.05f * range) ++wrong;
+    }
+    // At edges, normals lead along the surface.
+    EXPECT_LT(static_cast<double>(wrong), 0.01 * static_cast<double>(at.size())) << time;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, LegSurfaceTest,

@@ -1,0 +1,95 @@
+#include "arrays.h"
+
+#include <nanobind/stl/string.h>
+
+#include "kernels/field_kinds.h"
+
+namespace nb = nanobind;
+
+namespace polymorph {
+namespace {
+
+nb::object point_array(const std::vector<Vec3>& points) {
+  std::vector<float> values;
+  values.reserve(3 * points.size());
+  for (const Vec3 p : points) values.insert(values.end(), {p.x, p.y, p.z});
+  return array(std::move(values), {points.size(), 3});
+}
+
+}  // namespace
+
+std::vector<Vec3> to_points(const Rows<3>& rows) {
+  std::vector<Vec3> points(rows.shape(0));
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points[i] = {rows.data()[3 * i], rows.data()[3 * i + 1], rows.data()[3 * i + 2]};
+  return points;
+}
+
+std::vector<Ball> to_balls(const Rows<3>& centers, const Column& a, const Column& w,
+                           const Rows<9>& shapes) {
+  const std::vector<Vec3> points = to_points(centers);
+  std::vector<Ball> balls(points.size());
+  for (std::size_t i = 0; i < balls.size(); ++i) {
+    const float* s = shapes.data() + 9 * i;
+    balls[i].center = points[i];
+    balls[i].a = a.data()[i];
+    balls[i].w = w.data()[i];
+    balls[i].shape = {.xx = s[0], .yy = s[4], .zz = s[8], .xy = s[1], .xz = s[2], .yz = s[5]};
+  }
+  return balls;
+}
+
+nb::dict to_dict(const LeveledBalls& set, FieldKind kind) {
+  const std::vector<Ball>& balls = set.balls;
+  std::vector<Vec3> centers;
+  std::vector<float> a, w, shapes;
+  for (const Ball& ball : balls) {
+    const Sym3& s = ball.shape;
+    centers.push_back(ball.center);
+    a.push_back(ball.a);
+    w.push_back(ball.w);
+    shapes.insert(shapes.end(), {s.xx, s.xy, s.xz, s.xy, s.yy, s.yz, s.xz, s.yz, s.zz});
+  }
+  nb::dict out;
+  out["centers"] = point_array(centers);
+  out["a"] = array(std::move(a), {balls.size()});
+  out["w"] = array(std::move(w), {balls.size()});
+  out["shapes"] = array(std::move(shapes), {balls.size(), 3, 3});
+  out["level"] = array(set.levels, {balls.size()});
+  out["kind"] = std::string(field_name(kind));
+  return out;
+}
+
+nb::dict to_dict(const Mesh& mesh) {
+  std::vector<std::uint32_t> triangles;
+  for (const Triangle& t : mesh.triangles)
+    triangles.insert(triangles.end(), {t.v[0], t.v[1], t.v[2]});
+  nb::dict out;
+  out["positions"] = point_array(mesh.positions);
+  out["normals"] = point_array(mesh.normals);
+  out["triangles"] = array(std::move(triangles), {mesh.triangles.size(), 3});
+  return out;
+}
+
+nb::dict to_dict(const MorphPlan& plan) {
+  std::vector<std::uint32_t> pairs;
+  std::vector<float> shares;
+  std::vector<double> masses;
+  for (const Pair& pair : plan.pairs) {
+    pairs.insert(pairs.end(), {pair.from, pair.to});
+    shares.insert(shares.end(), {pair.from_share, pair.to_share});
+    masses.push_back(pair.mass);
+  }
+  const auto balls = [&](const std::vector<Ball>& set) {
+    return to_dict(LeveledBalls{set, std::vector<float>(set.size(), 1)}, plan.kind);
+  };
+  nb::dict out;
+  out["source_balls"] = balls(plan.from);
+  out["target_balls"] = balls(plan.to);
+  out["pairs"] = array(std::move(pairs), {plan.pairs.size(), 2});
+  out["shares"] = array(std::move(shares), {plan.pairs.size(), 2});
+  out["masses"] = array(std::move(masses), {plan.pairs.size()});
+  return out;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,122 @@
+"""What calls return: arrays under names, with their shapes and units."""
+import dataclasses
+
+import numpy
+
+from . import _polymorph
+from ._inputs import faces_of, points_of, reals_of
+
+
+class _Record:
+    """Reads, compares and pickles like a named tuple of arrays; two are equal only if they are the same."""
+
+    __slots__ = ()
+
+    def __repr__(self):
+        texts = []
+        for name in self.__slots__:
+            value = getattr(self, name)
+            is_array = isinstance(value, numpy.ndarray)
+            texts.append(f"{name}={value.dtype}{list(value.shape)}" if is_array else f"{name}={value!r}")
+        return f"{type(self).__name__}({', '.join(texts)})"
+
+    def __reduce__(self):
+        return type(self), tuple(getattr(self, name) for name in self.__slots__)
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Balls(_Record):
+    """Sources of a field whose surface is where it is 1, inside above that. n balls.
+
+    In the default field a ball adds exp(w - a d^T S d) at the distance d from its centre (docs/method.md, Field). Between
+    objects whose surface is made of distances, which is the default too, the balls only carry the surface: its field is
+    Scene.field().
+    """
+
+    __slots__ = {
+        "centers": "(n, 3) float32, in the units of the model or scene.",
+        "a": "(n,) float32, > 0, 1 / length^2: how fast the ball's share falls.",
+        "w": "(n,) float32: the ball's strength; exp(w) is its share of the field at its centre.",
+        "shapes": "(n, 3, 3) float32: S, symmetric, positive definite, determinant 1; the identity is a round ball.",
+        "level": "(n,) float32: the field's level at the surface before w was made to have it at 1; 1 if it was there.",
+        "kind": "The field's name, as field.kind of a scene: \"gaussian\" by default.",
+    }
+    centers: numpy.ndarray
+    a: numpy.ndarray
+    w: numpy.ndarray
+    shapes: numpy.ndarray
+    level: numpy.ndarray
+    kind: str
+
+    def field(self, points) -> numpy.ndarray:
+        """Evaluates the field at points, (m, 3): (m,) float32, 1 at the surface and more inside.
+
+        Raises Error: arrays of another shape, of no real numbers, or with NaN.
+        """
+        n = len(reals_of(self.a, "a", (-1,)))
+        return _polymorph.ball_field(
+            points_of(self.centers, "centers", n), reals_of(self.a, "a", (n,)), reals_of(self.w, "w", (n,)),
+            reals_of(self.shapes, "shapes", (n, 3, 3)).reshape(n, 9), self.kind, points_of(points, "points"))
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Mesh(_Record):
+    """Triangles, counter-clockwise seen from outside. A scene and approximate() take it as a model."""
+
+    __slots__ = {
+        "positions": "(n, 3) float32, in the units of the model or scene.",
+        "normals": "(n, 3) float32, unit, outward; (0, 3) for flat faces.",
+        "triangles": "(m, 3) uint32, indices into positions.",
+    }
+    positions: numpy.ndarray
+    normals: numpy.ndarray
+    triangles: numpy.ndarray
+
+    @classmethod
+    def from_arrays(cls, vertices, faces) -> "Mesh":
+        """Makes a mesh of vertices, (n, 3) real numbers, and faces, (m, 3) integers from 0. Arrays are copied.
+
+        Raises Error: another shape or type, NaN, infinity, or a vertex that is not there.
+        """
+        positions = points_of(vertices, "vertices").copy()
+        return cls(positions, numpy.empty((0, 3), numpy.float32), faces_of(faces, len(positions)))
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Approximation(_Record):
+    """A model as spheres, and as balls fitted to it."""
+
+    __slots__ = {
+        "spheres": "(n, 4) float32: x, y, z, radius > 0, in the model's units.",
+        "balls": "Balls, fitted; none with fit=\"none\".",
+    }
+    spheres: numpy.ndarray
+    balls: Balls
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Plan(_Record):
+    """Which ball becomes which, from one object of a scene to the next."""
+
+    __slots__ = {
+        "actor": "The actor's name.",
+        "source": "The name of the object that it starts from.",
+        "target": "The name of the object that it leads to.",
+        "pairs": "(k, 2) uint32: the source's ball that becomes the target's ball.",
+        "shares": "(k, 2) float32, in (0, 1]: the share of either ball; all shares of one ball sum to 1.",
+        "masses": "(k,) float64: the pair's share of the whole.",
+        "source_balls": "Balls of the source.",
+        "target_balls": "Balls of the target.",
+    }
+    actor: str
+    source: str
+    target: str
+    pairs: numpy.ndarray
+    shares: numpy.ndarray
+    masses: numpy.ndarray
+    source_balls: Balls
+    target_balls: Balls
+
+
+for _class in (Balls, Mesh, Approximation, Plan):
+    _class.__module__ = "polymorph"
