@@ -190,6 +190,18 @@ class Corpus(unittest.TestCase):
                 self.assertEqual(got, code, err)
                 self.assertIn(part, err)
 
+    def test_linked_model(self):
+        """A model and its library may be links into one folder elsewhere."""
+        outside = self.root / "library"
+        outside.mkdir()
+        (outside / "m.mtl").write_text("newmtl a\nKd 0 1 0\n")
+        (outside / "m.obj").write_text(f"mtllib m.mtl\nusemtl a\n{TETRAHEDRON}f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
+        for name in ["m.obj", "m.mtl"]:
+            (self.folder / name).symlink_to(outside / name)
+        code, _, err = self.run_program("info", "m.obj")
+        self.assertEqual(code, 0, err)
+        self.assertNotIn("link", err)
+
     def test_small_stack(self):
         """A stack that is too small is raised, or an error."""
         def limit(most):

@@ -25,12 +25,20 @@ bool is_inside(const fs::path& root, const fs::path& path) {
 
 }  // namespace
 
+AssetFinder::AssetFinder(fs::path root, const fs::path& model) : root_(std::move(root)) {
+  std::error_code error;
+  if (!fs::is_symlink(model, error)) return;
+  const fs::path file = fs::canonical(model, error);
+  if (!error) linked_ = file.parent_path();
+}
+
 bool AssetFinder::is_usable(const fs::path& path) const {
   std::error_code error;
   const fs::path root = fs::canonical(root_.empty() ? fs::path(".") : root_, error);
   if (error) return false;
   const fs::path target = fs::canonical(path, error);
-  return !error && is_file(target) && is_inside(root, target);
+  if (error || !is_file(target)) return false;
+  return is_inside(root, target) || (!linked_.empty() && is_inside(linked_, target));
 }
 
 /// Resolves `relative` below `folder` regardless of case; empty if there is no such file.

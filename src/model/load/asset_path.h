@@ -20,13 +20,15 @@ struct AssetPath {
 /// Finds the files that a model names; each folder is listed once.
 class AssetFinder {
  public:
-  explicit AssetFinder(std::filesystem::path root) : root_(std::move(root)) {}
+  /// `model`: the file itself, which may be a link; its links may also lead into the folder that it
+  /// lies in, as where a model and its library are linked from elsewhere together.
+  explicit AssetFinder(std::filesystem::path root, const std::filesystem::path& model = {});
   /// Finds the file `name` as written: spaces, backslashes and the wrong case are accepted.
   /// `folder` is the folder of the file that names it and lies in `root`, the OBJ's folder. Files
   /// outside `root` (absolute paths, `..`) are never opened, because a downloaded model must not
   /// read arbitrary files. If the named file is outside or missing, a file of the same base name in
   /// `folder` or `root` is used instead, with a note. Links are followed where they lead to files
-  /// inside `root`. Errors (kInput): the file is outside, or is a link that leads outside, and
+  /// inside `root`, or beside the file that the model's own link names. Errors (kInput): the file is outside, or is a link that leads outside, and
   /// there is none with its base name; the message does not start with file and line.
   Result<AssetPath> find(const std::filesystem::path& folder, std::string_view name);
 
@@ -39,6 +41,7 @@ class AssetFinder {
   const std::map<std::string, std::string>& names_in(const std::filesystem::path& folder);
 
   std::filesystem::path root_;
+  std::filesystem::path linked_;  ///< folder of the file that the model is a link to; else empty
   std::map<std::filesystem::path, std::map<std::string, std::string>> folders_;
 };
 

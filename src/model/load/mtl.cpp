@@ -226,7 +226,7 @@ Result<MtlSet> load_mtls(const fs::path& obj, const std::vector<NamedLine>& libr
   std::set<fs::path> done;  // some exporters repeat the line for every object
   std::set<std::string> lines, names;
   const fs::path folder = obj.parent_path();
-  AssetFinder finder(folder);
+  AssetFinder finder(folder, obj);
   for (const NamedLine& library : libraries) {
     if (!lines.insert(library.name).second) continue;
     const std::string where = fmt::format("{}:{}: mtllib", obj.string(), library.line);

@@ -36,9 +36,9 @@ Result<Image> make_rgb(Image image, const std::string& where) {
 /// Reads each file once, however many materials name it.
 class TextureReader {
  public:
-  TextureReader(fs::path folder, Model& model, std::vector<std::string>& warnings,
+  TextureReader(const fs::path& obj, Model& model, std::vector<std::string>& warnings,
                 const std::map<std::string, std::string>& embedded)
-      : finder_(std::move(folder)), model_(model), warnings_(warnings), embedded_(embedded) {}
+      : finder_(obj.parent_path(), obj), model_(model), warnings_(warnings), embedded_(embedded) {}
 
   /// Returns the index of the material's texture in the model.
   Result<int> read(const MtlMaterial& mtl, const std::string& where) {
@@ -89,7 +89,7 @@ class TextureReader {
 Status load_textures(const fs::path& obj, const ObjScan& scan, const MtlSet& mtls, bool strict,
                      Model& model, std::vector<std::string>& warnings,
                      const std::map<std::string, std::string>& embedded) {
-  TextureReader reader(obj.parent_path(), model, warnings, embedded);
+  TextureReader reader(obj, model, warnings, embedded);
   std::vector<std::string> problems;
   const MtlNames names(mtls);
   std::unordered_map<std::string, std::size_t> to_index;
