@@ -66,6 +66,7 @@ struct MotionState {
       false;  ///< balls fly from both ends, and change from one flight to the other half way
   double gravity = 0;  ///< scene units per motion squared
   double floor = 0;    ///< height where they land
+  double lift = 0;     ///< height by which all are raised between the ends (MorphPlan::lifts)
 };
 
 /// Softness of the balls at an eased time, [0, 1]: 0 at the ends, all of it half way.
@@ -156,7 +157,7 @@ struct MoveBalls {
       ball = ball_between(path, moment, part,
                           eased_times.size > 0 ? place_at(part, v) : places[path.part], v);
     }
-    ball.center = ball.center + to_float(path.drift * moment.drifted);
+    ball.center = ball.center + to_float(path.drift * moment.drifted + Vec3d{0, moment.lift, 0});
     balls[e] = ball;
   }
 };

@@ -6,6 +6,7 @@
 #include "field/level.h"
 #include "leg/leg_surface.h"
 #include "leg/pacing.h"
+#include "leg/registration.h"
 #include "mesh/mesh_check.h"
 #include "morph/motion.h"
 #include "morph/smooth_map.h"
@@ -49,11 +50,18 @@ Result<std::shared_ptr<const Leg>> make_leg(LegParts parts, const LegTiming& tim
     leg.plan.leads = pair_leads(leg.plan);
     DistanceLeg distances;
     leg.kind = distances;
+    Registration registration;
     if (move_together(leg.plan)) {
       PM_TRY(Pacing pacing, measure_pacing(leg, engine, cache));
+      registration = std::move(pacing.registration);
       leg.plan.pacing = std::move(pacing.times);
+      leg.plan.lifts = std::move(pacing.lifts);
       distances.levels = std::move(pacing.levels);
+    } else {
+      PM_TRY(registration, register_surfaces(leg, engine));
     }
+    leg.plan.from_offsets = std::move(registration.from_offsets);
+    leg.plan.to_offsets = std::move(registration.to_offsets);
     leg.kind = std::move(distances);
   }
   if (leg.before) carry_on(leg.plan, leg.before->plan, leg.before->until, parts.pace);

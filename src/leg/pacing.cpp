@@ -1,6 +1,7 @@
 #include "leg/pacing.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string_view>
 
 #include "base/cache_file.h"
@@ -66,12 +67,45 @@ std::vector<float> even_times(const std::vector<Moment>& moments, double change)
   return times;
 }
 
-/// Level between those of the moments around.
-float level_near(const std::vector<Moment>& moments, float time) {
+/// A value at a time, between those of the moments around.
+template <class Value>
+float interpolate(const std::vector<Moment>& moments, float time, const Value& value) {
   std::size_t next = 1;
   while (next + 1 < moments.size() && moments[next].time < time) ++next;
   const Moment &a = moments[next - 1], &b = moments[next];
-  return lerp(a.level, b.level, (time - a.time) / (b.time - a.time));
+  return lerp(value(a), value(b), (time - a.time) / (b.time - a.time));
+}
+float level_near(const std::vector<Moment>& moments, float time) {
+  return interpolate(moments, time, [](const Moment& moment) { return moment.level; });
+}
+
+float lowest_point(const Mesh& mesh) {
+  float low = mesh.positions[0].y;
+  for (const Vec3 p : mesh.positions) low = std::min(low, p.y);
+  return low;
+}
+
+/// Heights that bring the surface, at each of the times, down or up to where both ends stand; none
+/// where one end stands higher than the other.
+std::vector<float> find_lifts(const std::vector<Moment>& moments, const std::vector<float>& times,
+                              float size) {
+  constexpr float kEquallyLow = 0.01f;
+  std::vector<float> lows;
+  for (const Moment& moment : moments) lows.push_back(lowest_point(moment.surface));
+  const float start = lows.front(), end = lows.back();
+  if (std::fabs(end - start) > kEquallyLow * size) return {};
+  std::vector<float> lifts;
+  for (const float time : times)
+    lifts.push_back(interpolate(moments, time, [&](const Moment& moment) {
+      return lerp(start, end, moment.time) - lows[static_cast<std::size_t>(&moment - &moments[0])];
+    }));
+  return lifts;
+}
+
+/// Whether the leg's surface is to stay on the floor; arcs and explosions leave it on purpose.
+bool has_contact(const Leg& leg) {
+  const Path path = leg.plan.motion.path;
+  return leg.settings.contact && path != Path::kBezier && path != Path::kExplode;
 }
 
 /// Hash of everything that the surfaces at these moments depend on: the maps and both objects.
@@ -81,6 +115,7 @@ std::string cache_key(const Leg& leg, const std::vector<FrameMap>& maps) {
   hasher.add("pacing").add(kPacingVersion).add(settings.cell).add(settings.cell);
   hasher.add(settings.min_component_share);
   hasher.add(static_cast<std::uint8_t>(leg.plan.motion.keep_volume ? 1 : 0));
+  hasher.add(static_cast<std::uint8_t>(has_contact(leg) ? 1 : 0));
   for (const PreparedObject* object : {leg.from.get(), leg.to.get()})
     hasher.add(object->distances.key).add(object->model.box().diagonal());
   for (const FrameMap& map : maps) {
@@ -99,7 +134,8 @@ static_assert(sizeof(BallAttribute) == 16 * sizeof(float) &&
               sizeof(RegressionSample) == 5 * sizeof(float) && sizeof(Grid) == 7 * sizeof(float) &&
               sizeof(Box) == 6 * sizeof(float));
 
-std::optional<Pacing> load_pacing(const std::filesystem::path& cache, const std::string& key) {
+std::optional<Pacing> load_pacing(const std::filesystem::path& cache, const std::string& key,
+                                  const Leg& leg) {
   if (cache.empty()) return std::nullopt;
   const auto bytes = load_cached(cache, key, kPacingFiles);
   if (!bytes) return std::nullopt;
@@ -109,11 +145,20 @@ std::optional<Pacing> load_pacing(const std::filesystem::path& cache, const std:
   std::string_view unread = *content;
   constexpr std::size_t kTimesSize = (kTimes + 1) * sizeof(float),
                         kLevelsSize = (kSteps + 1) * sizeof(float);
-  if (!unread.empty() && unread.size() != kTimesSize && unread.size() != kTimesSize + kLevelsSize)
-    return std::nullopt;
+  // Offsets of as many pairs as the plan has, then three flags that say which lists follow.
+  const std::size_t pairs = leg.plan.pairs.size();
+  if (unread.size() < 2 * pairs * sizeof(Vec3) + 3) return std::nullopt;
   Pacing pacing;
-  if (!unread.empty()) pacing.times = take_all<float>(unread, kTimes + 1);
-  if (!unread.empty()) pacing.levels = take_all<float>(unread, kSteps + 1);
+  pacing.registration.from_offsets = take_all<Vec3>(unread, pairs);
+  pacing.registration.to_offsets = take_all<Vec3>(unread, pairs);
+  const bool has_times = unread[0] != 0, has_levels = unread[1] != 0, has_lifts = unread[2] != 0;
+  unread.remove_prefix(3);
+  if (unread.size() !=
+      (has_times ? kTimesSize : 0) + (has_levels ? kLevelsSize : 0) + (has_lifts ? kTimesSize : 0))
+    return std::nullopt;
+  if (has_times) pacing.times = take_all<float>(unread, kTimes + 1);
+  if (has_levels) pacing.levels = take_all<float>(unread, kSteps + 1);
+  if (has_lifts) pacing.lifts = take_all<float>(unread, kTimes + 1);
   return pacing;
 }
 
@@ -121,8 +166,13 @@ void store_pacing(const std::filesystem::path& cache, const std::string& key, co
                   const Pacing& pacing) {
   if (cache.empty()) return;
   std::string bytes;
+  put_all(bytes, pacing.registration.from_offsets);
+  put_all(bytes, pacing.registration.to_offsets);
+  for (const std::vector<float>* list : {&pacing.times, &pacing.levels, &pacing.lifts})
+    bytes += list->empty() ? '\0' : '\1';
   put_all(bytes, pacing.times);
   put_all(bytes, pacing.levels);
+  put_all(bytes, pacing.lifts);
   store_cached(cache, key, kPacingFiles, leg.from->name + ", " + leg.to->name, bytes);
 }
 
@@ -229,14 +279,18 @@ Result<Pacing> measure_pacing(const Leg& leg, Engine& engine, const std::filesys
       maps.push_back(distance_map(linear, step_time(k), balls_at(linear.plan, step_time(k))));
     key = cache_key(leg, maps);
   }
-  if (auto stored = load_pacing(cache, key)) return std::move(*stored);
-  PM_TRY(std::vector<Moment> steps, measure_steps(linear, engine));
+  if (auto stored = load_pacing(cache, key, leg)) return std::move(*stored);
   Pacing pacing;
+  PM_TRY(pacing.registration, register_surfaces(linear, engine));
+  linear.plan.from_offsets = pacing.registration.from_offsets;
+  linear.plan.to_offsets = pacing.registration.to_offsets;
+  PM_TRY(std::vector<Moment> steps, measure_steps(linear, engine));
   double change = 0;
   for (const Moment& step : steps) change += step.change;
   if (steps.size() == kSteps + 1 && change > 0) {
     PM_TRY(const std::vector<Moment> moments, refine(linear, std::move(steps), change, engine));
     pacing.times = linear.plan.pacing = even_times(moments, change);
+    if (has_contact(leg)) pacing.lifts = find_lifts(moments, pacing.times, object_size(leg, 0.5f));
     PM_TRY(pacing.levels, measure_levels(linear, moments, engine));
   }
   store_pacing(cache, key, leg, pacing);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -26,6 +27,7 @@ struct LegSettings {
   ExtractSettings shown;          ///< extraction of the surfaces that frames show
   float min_component_share = 0;  ///< share of the volume below which components are left out
   bool has_colors = false;        ///< whether any object of the chain has more than one colour
+  bool contact = false;           ///< whether what stands at both ends stands in between
 };
 
 /// An object of the chain, or balls in flight, with which a leg was left.
@@ -33,6 +35,8 @@ struct PreparedObject {
   std::string name;
   Model model;  ///< balls in flight: their surface, without materials
   bool meta = false;
+  /// Azimuth of the front, radians from +z towards +x; nothing where the scene does not say it.
+  std::optional<double> front;
   int missing_balls = 0;                     ///< count that is still to be fitted (Fits::kCached)
   std::vector<Ball> balls;                   ///< surface at field = 1
   std::vector<std::uint32_t> ball_labels;    ///< one per ball: index into model.label_names

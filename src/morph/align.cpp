@@ -34,11 +34,6 @@ std::vector<Mat3> cube_turns() {
   return turns;
 }
 
-Mat3 about_vertical(double angle) {
-  const double c = exact::cos(angle), s = exact::sin(angle);
-  return Mat3{{c, 0, s, 0, 1, 0, -s, 0, c}};
-}
-
 TransportPlan plan_between(const CostSide& a, const CostSide& b, float label_cost) {
   return solve_transport(a.mass, b.mass, [&](std::uint32_t from, std::span<float> costs) {
     cost_row(a, b, label_cost, from, costs);
@@ -98,6 +93,11 @@ double residual(const CostSide& a, const CostSide& b, float label_cost, const Ma
 }
 
 }  // namespace
+
+Mat3 about_vertical(double angle) {
+  const double c = exact::cos(angle), s = exact::sin(angle);
+  return Mat3{{c, 0, s, 0, 1, 0, -s, 0, c}};
+}
 
 Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const TransportFlow> flows,
                   RotationAxis axis) {

@@ -14,6 +14,9 @@ namespace polymorph {
 /// or all.
 enum class RotationAxis : std::uint8_t { kVertical, kAny };
 
+/// The rotation by an angle, in radians, that takes +z towards +x.
+Mat3 about_vertical(double angle);
+
 struct FoundRotation {
   Mat3 rotation;
   RotationAxis axis = RotationAxis::kVertical;  ///< the axis that fit_rotation() goes on with

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "base/exact_math.h"
+#include "morph/align.h"
 #include "morph/limb_names.h"
 
 namespace polymorph {
@@ -15,11 +16,6 @@ namespace {
 constexpr std::size_t kPlainAxes = 10;
 /// Weight of the squared difference of the distances from the centres.
 constexpr double kOutWeight = 0.3;
-
-Mat3 about_vertical(double angle) {
-  const double c = exact::cos(angle), s = exact::sin(angle);
-  return Mat3{{c, 0, s, 0, 1, 0, -s, 0, c}};
-}
 
 /// The least rotation that takes one direction to another.
 Mat3 rotation_between(Vec3d from, Vec3d to) {
@@ -149,14 +145,12 @@ AllowedLimbs allowed_limbs(const PlanSide& from, const PlanSide& to, const Limbs
 
 }  // namespace
 
-std::optional<LimbPlan> plan_limbs(const PlanSide& from, const PlanSide& to, LabelMode labels,
-                                   double angle) {
-  LimbPlan plan = {find_limbs(from.balls), find_limbs(to.balls), {}};
-  if (plan.from.limbs.empty() || plan.to.limbs.empty()) return std::nullopt;
+bool match_sides(LimbPlan& plan, const PlanSide& from, const PlanSide& to, LabelMode labels,
+                 double angle) {
+  if (plan.from.limbs.empty() || plan.to.limbs.empty()) return false;
   plan.match =
       match_limbs(plan.from, plan.to, angle, allowed_limbs(from, to, plan.from, plan.to, labels));
-  if (!is_certain(plan.match)) return std::nullopt;
-  return plan;
+  return is_certain(plan.match);
 }
 
 std::vector<Vec3d> warped_places(const std::vector<Ball>& balls, const Limbs& own,

@@ -21,12 +21,12 @@ struct LimbPlan {
   LimbMatch match;
 };
 
-/// The limbs of both sides, matched, where that is certain; nothing where it is not. What the
-/// sides' labels (unless LabelMode::kOff) and landmarks say is heeded: limbs of other labels, or of
-/// which one alone holds a landmark, are not matched. `angle`: the turn about the vertical, in
-/// radians, that the objects themselves suggest.
-std::optional<LimbPlan> plan_limbs(const PlanSide& from, const PlanSide& to, LabelMode labels,
-                                   double angle);
+/// Matches the limbs of both sides; false where that is not certain. What the sides' labels (unless
+/// LabelMode::kOff) and landmarks say is heeded: limbs of other labels, or of which one alone holds
+/// a landmark, are not matched. `angle`: the turn about the vertical, in radians, that the objects
+/// themselves suggest.
+bool match_sides(LimbPlan& plan, const PlanSide& from, const PlanSide& to, LabelMode labels,
+                 double angle);
 
 /// Carries an object's balls into the shape of another. A ball of a matched limb keeps its share of
 /// the length of the centre line and, by the limb's thickness, its offset from it; the others

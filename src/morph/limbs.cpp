@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/exact_math.h"
 #include "base/parallel.h"
 #include "morph/voxel_solid.h"
 
@@ -28,6 +29,7 @@ struct Body {
   std::vector<std::uint32_t> distance;  ///< geodesic distance from the centre
   std::vector<std::uint32_t> order;     ///< voxels, the farthest first
   std::vector<std::uint32_t> rank;      ///< place of each voxel in that order
+  BodySample sample;
 };
 
 /// The voxel with the shortest mean way to all of the body, by way of bases far from each other.
@@ -42,9 +44,11 @@ void find_center(Body& body) {
   const double all = std::accumulate(weight.begin(), weight.end(), 0.0);
   std::vector<std::uint32_t> nearest(n, kNone), owner(n, 0);
   std::vector<std::vector<std::uint32_t>> from_base;
+  std::vector<std::uint32_t> bases;
   auto base = static_cast<std::uint32_t>(std::max_element(solid.depth.begin(), solid.depth.end()) -
                                          solid.depth.begin());
   while (from_base.size() < std::min(kBases, n)) {
+    bases.push_back(base);
     from_base.push_back(geodesic_distances(solid, std::span(&base, 1)));
     const std::vector<std::uint32_t>& distance = from_base.back();
     for (std::size_t i = 0; i < n; ++i)
@@ -65,6 +69,13 @@ void find_center(Body& body) {
   for (std::uint32_t i = 1; i < n; ++i)
     if (value(i) < value(body.center)) body.center = i;
   body.mean_distance = std::max(mean[body.center], 1.0);
+  for (std::size_t b = 0; b < bases.size(); ++b) {
+    body.sample.points.push_back(solid.center(bases[b]));
+    std::vector<double>& distances = body.sample.distances.emplace_back();
+    for (const std::uint32_t other : bases)
+      distances.push_back(static_cast<double>(from_base[b][other]) * solid.unit());
+  }
+  body.sample.shares = std::move(share);
 }
 
 Body make_body(const std::vector<Ball>& balls) {
@@ -313,11 +324,80 @@ void measure_whole(const Body& body, Limbs& limbs) {
   limbs.reach = static_cast<double>(body.distance[body.order.front()]) * solid.unit();
 }
 
+/// The share of the voxels whose mirror image lies in the solid, in the plane with this azimuth of
+/// the normal and this offset from the middle.
+double mirror_overlap(const VoxelSolid& solid, Vec3d middle, double azimuth, double offset) {
+  constexpr std::uint32_t kSamples = 4000;
+  const Vec3d normal = {exact::sin(azimuth), 0, exact::cos(azimuth)};
+  const auto count = static_cast<std::uint32_t>(solid.size());
+  const std::uint32_t stride = std::max(1u, count / kSamples);
+  std::size_t all = 0, covered = 0;
+  for (std::uint32_t i = 0; i < count; i += stride, ++all) {
+    const Vec3d p = solid.center(i);
+    covered += solid.contains(p - normal * (2 * (dot(p - middle, normal) - offset)));
+  }
+  return static_cast<double>(covered) / static_cast<double>(all);
+}
+
+/// Counts the pairs of tips that the plane's reflection swaps.
+int count_swapped(const Limbs& limbs, double azimuth) {
+  constexpr double kNear = 0.35;  // of the root mean square size
+  const Vec3d normal = {exact::sin(azimuth), 0, exact::cos(azimuth)};
+  std::vector<Vec3d> tips;
+  for (const Limb& limb : limbs.limbs)
+    if (limb.inner.empty()) tips.push_back(limb.tip() - limbs.middle);
+  const auto find_image = [&](std::size_t i) {
+    const Vec3d image = tips[i] - normal * (2 * dot(tips[i], normal));
+    std::size_t nearest = 0;
+    for (std::size_t k = 1; k < tips.size(); ++k)
+      if (length(tips[k] - image) < length(tips[nearest] - image)) nearest = k;
+    return length(tips[nearest] - image) < kNear * limbs.rms ? nearest : i;
+  };
+  int swapped = 0;
+  for (std::size_t i = 0; i < tips.size(); ++i) {
+    const std::size_t k = find_image(i);
+    swapped += k > i && find_image(k) == i;
+  }
+  return swapped;
+}
+
+std::vector<MirrorPlane> find_mirror_planes(const VoxelSolid& solid, const Limbs& limbs) {
+  constexpr int kAngles = 60, kOffsets = 5;
+  constexpr double kOffsetStep = 1.5;  // voxels
+  std::array<MirrorPlane, kAngles> planes;
+  parallel_for(kAngles, [&](std::int64_t k) {
+    MirrorPlane& plane = planes[static_cast<std::size_t>(k)];
+    plane.azimuth = exact::kPi * static_cast<double>(k) / kAngles;
+    for (int i = 0; i < kOffsets; ++i) {
+      const double offset = kOffsetStep * (i - kOffsets / 2) * static_cast<double>(solid.grid.cell);
+      plane.overlap =
+          std::max(plane.overlap, mirror_overlap(solid, limbs.middle, plane.azimuth, offset));
+    }
+    plane.swapped = count_swapped(limbs, plane.azimuth);
+  });
+  std::stable_sort(planes.begin(), planes.end(), [](const MirrorPlane& a, const MirrorPlane& b) {
+    return rank_plane(a) > rank_plane(b);
+  });
+  std::vector<MirrorPlane> apart;
+  for (const MirrorPlane& plane : planes)
+    if (std::all_of(apart.begin(), apart.end(), [&](const MirrorPlane& better) {
+          const double angle = std::fabs(plane.azimuth - better.azimuth);
+          return std::min(angle, exact::kPi - angle) >= kPlanesApart;
+        }))
+      apart.push_back(plane);
+  return apart;
+}
+
 }  // namespace
+
+double rank_plane(const MirrorPlane& plane) {
+  constexpr double kSwapped = 0.05;
+  return plane.overlap + kSwapped * std::min(plane.swapped, 2);
+}
 
 Limbs find_limbs(const std::vector<Ball>& balls) {
   Limbs limbs;
-  const Body body = make_body(balls);
+  Body body = make_body(balls);
   if (body.solid.size() == 0) return limbs;
   measure_whole(body, limbs);
   std::vector<Arc> arcs = find_arcs(body, prominent_tips(body));
@@ -341,6 +421,8 @@ Limbs find_limbs(const std::vector<Ball>& balls) {
     kept_members.push_back(std::move(members[k]));
   }
   add_balls(body, balls, kept_arcs, kept_members, limbs);
+  limbs.sample = std::move(body.sample);
+  limbs.mirror_planes = find_mirror_planes(body.solid, limbs);
   return limbs;
 }
 

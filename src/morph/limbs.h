@@ -35,11 +35,34 @@ struct Limb {
   Vec3d tip() const { return line.back(); }
 };
 
+/// Points spread over an object, each for the part of it that is nearest, with the geodesic
+/// distances between them: a metric measure space (Memoli 2011).
+struct BodySample {
+  std::vector<Vec3d> points;
+  std::vector<double> shares;                  ///< of the surface, about; sum 1
+  std::vector<std::vector<double>> distances;  ///< [point][point]
+};
+
+/// Vertical plane in which an object is nearly its own mirror image.
+struct MirrorPlane {
+  double azimuth = 0;  ///< direction of its normal, radians from +z towards +x, in [0, pi)
+  double overlap = 0;  ///< share of the object that its mirror image covers
+  int swapped = 0;     ///< pairs of limbs whose tips are each other's mirror images
+};
+/// Likelihood that a plane parts left from right: a body stretched out flat has another plane that
+/// is nearly as good, but only this one swaps its limbs.
+double rank_plane(const MirrorPlane& plane);
+
+/// Least angle between two mirror planes that are told apart, radians.
+inline constexpr double kPlanesApart = 0.44;
+
 /// An object's limbs. Lengths in scene units.
 struct Limbs {
   std::vector<Limb> limbs;
-  Vec3d middle;              ///< centre of the volume
-  double rms = 0;            ///< root of the mean squared distance from it
+  BodySample sample;
+  std::vector<MirrorPlane> mirror_planes;  ///< at least kPlanesApart apart, by rank
+  Vec3d middle;                            ///< centre of the volume
+  double rms = 0;                          ///< root of the mean squared distance from it
   Vec3d center;              ///< the place from which the mean way along the body is the shortest
   double size = 0;           ///< mean geodesic distance from there
   double reach = 0;          ///< the longest way from there

@@ -131,6 +131,16 @@ float invert_pacing(const MorphPlan& plan, float u) {
          slope(k) * (t3 - 2 * t2 + t) + slope(k + 1) * (t3 - t2);
 }
 
+/// The height by which all balls are raised when `u` of the change is done: linear between those
+/// that the plan knows.
+double lift_at(const MorphPlan& plan, float u) {
+  const std::vector<float>& at = plan.lifts;
+  if (at.empty() || u <= 0 || u >= 1) return 0;
+  const float x = u * static_cast<float>(at.size() - 1);
+  const std::size_t k = std::min(static_cast<std::size_t>(x), at.size() - 2);
+  return static_cast<double>(lerp(at[k], at[k + 1], x - static_cast<float>(k)));
+}
+
 /// Puts the balls where the graph of their neighbours wants them.
 void join(const MorphPlan& plan, std::span<const float> eased, std::vector<Ball>& balls) {
   std::vector<Vec3d> places;
@@ -178,6 +188,7 @@ MotionState make_motion_state(const MorphPlan& plan, float time) {
   moment.thrown = plan.motion.path == Path::kExplode;
   moment.gravity = 10 * static_cast<double>(plan.motion.gravity) * plan.size;
   moment.floor = plan.floor;
+  moment.lift = lift_at(plan, ease(plan.motion, time));
   return moment;
 }
 
@@ -234,6 +245,9 @@ PathPart mean_path_part(const MorphPlan& plan) {
 void set_paths(MorphPlan& plan) {
   RigidParts parts;
   plan.graph.reset();
+  // Limbs that become each other swing about their joints.
+  if (plan.motion.path == Path::kAuto)
+    plan.motion.path = plan.from_limbs.empty() ? Path::kRigid : Path::kParts;
   if (plan.motion.path == Path::kParts) {
     parts = rigid_parts(plan);
     plan.graph = std::make_shared<const BallGraph>(plan, parts);

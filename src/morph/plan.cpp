@@ -12,6 +12,7 @@
 #include "base/result.h"
 #include "morph/align.h"
 #include "morph/cost.h"
+#include "morph/facing.h"
 #include "morph/limb_plan.h"
 #include "morph/mass.h"
 #include "morph/motion.h"
@@ -83,30 +84,32 @@ double lowest(const std::vector<Ball>& balls) {
   return static_cast<double>(low);
 }
 
-/// The limbs that a plan goes by, if any; notes them in `plan`. They are looked for only where
-/// objects may turn, as one that faces another way has its limbs elsewhere, and where the plan's
-/// pairs without limbs leave a strain: near copies are better laid on each other as they are.
-std::optional<LimbPlan> find_limb_plan(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
-                                       const PlanSettings& settings, const FoundRotation& found) {
+/// Whether a plan looks at both objects' limbs and fronts: where objects may turn, as one that
+/// faces another way has its limbs elsewhere.
+bool looks_at_structure(const MorphPlan& plan, const PlanSettings& settings, RotationAxis axis) {
   const bool turns =
       settings.align == AlignMethod::kRigid || settings.align == AlignMethod::kSimilarity;
-  if (settings.structure == PlanStructure::kOff || settings.method != PlanMethod::kTransport ||
-      plan.kind != FieldKind::kGaussian || !turns || found.axis != RotationAxis::kVertical)
-    return std::nullopt;
+  return settings.structure == PlanStructure::kAuto && settings.method == PlanMethod::kTransport &&
+         plan.kind == FieldKind::kGaussian && turns && axis == RotationAxis::kVertical;
+}
+
+/// Matches the limbs and notes them in the plan. False where the plan is better made without: where
+/// they are not certain, and where the pairs without limbs leave next to no strain, as near copies
+/// are better laid on each other as they are.
+bool use_limbs(MorphPlan& plan, LimbPlan& limbs, const PlanSide& from, const PlanSide& to,
+               const PlanSettings& settings, const Mat3& rotation) {
   constexpr double kAlike = 0.2;
-  if (fit_alignment(plan, found.rotation, settings.align).strain < kAlike) return std::nullopt;
-  std::optional<LimbPlan> limbs =
-      plan_limbs(from, to, settings.label_mode, log_rotation(found.rotation).y);
-  if (!limbs) return std::nullopt;
+  if (fit_alignment(plan, rotation, settings.align).strain < kAlike) return false;
+  if (!match_sides(limbs, from, to, settings.label_mode, log_rotation(rotation).y)) return false;
   std::vector<std::uint32_t> from_matched, to_matched;
-  for (const auto& [i, k] : limbs->match.limbs) {
+  for (const auto& [i, k] : limbs.match.limbs) {
     from_matched.push_back(i);
     to_matched.push_back(k);
   }
-  plan.from_limbs = limb_labels(limbs->from, from_matched);
-  plan.to_limbs = limb_labels(limbs->to, to_matched);
-  plan.limb_names = named_limbs(*limbs);
-  return limbs;
+  plan.from_limbs = limb_labels(limbs.from, from_matched);
+  plan.to_limbs = limb_labels(limbs.to, to_matched);
+  plan.limb_names = named_limbs(limbs);
+  return true;
 }
 
 /// Pairs the balls by limbs. The rotation is that of the pairs where the limbs face another side or
@@ -165,20 +168,35 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
                           static_cast<double>(settings.weights.align_tip_residual));
   }
   Mat3 rotation = found.rotation;
+  std::optional<LimbPlan> limbs;
+  bool is_fixed = false;  // the turn, by both objects' fronts or mirror planes
+  bool is_given = false;  // by their fronts
+  if (looks_at_structure(plan, settings, found.axis)) {
+    limbs = LimbPlan{find_limbs(from.balls), find_limbs(to.balls), {}};
+    if (const auto facing =
+            find_facing(limbs->from, limbs->to, log_rotation(rotation).y, from.front, to.front)) {
+      is_given = from.front && to.front;
+      is_fixed = is_given || *facing != log_rotation(rotation).y;
+      if (is_fixed) rotation = about_vertical(*facing);
+    }
+  }
   const bool turns = rotation_angle(rotation) > 0;
   const CostSide unturned = sides.a;
   if (turns) sides.a = rotate_side(unturned, rotation);
   pair_up();
   // The turn was found on a few dozen balls: once more with all.
-  for (int step = 0; turns && step < 2; ++step) {
+  for (int step = 0; turns && !is_fixed && step < 2; ++step) {
     rotation = fit_rotation(unturned, sides.b, list_flows(plan.pairs), found.axis);
     sides.a = rotate_side(unturned, rotation);
     pair_up();
   }
-  if (turns) rotation = fit_rotation(unturned, sides.b, list_flows(plan.pairs), found.axis);
-  if (const auto limbs = find_limb_plan(plan, from, to, settings, {rotation, found.axis}))
-    return find_pairs_by_limbs(plan, *limbs, {unturned, sides.b, sides.label_cost}, rotation,
-                               settings.label_mode);
+  if (turns && !is_fixed)
+    rotation = fit_rotation(unturned, sides.b, list_flows(plan.pairs), found.axis);
+  if (limbs && use_limbs(plan, *limbs, from, to, settings, rotation)) {
+    const Mat3 by_limbs = find_pairs_by_limbs(plan, *limbs, {unturned, sides.b, sides.label_cost},
+                                              rotation, settings.label_mode);
+    if (!is_given) rotation = by_limbs;
+  }
   return rotation;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -44,6 +45,8 @@ struct PlanSide {
   /// One per ball, equal numbers belong together (morph/labels.h); empty: no labels.
   std::vector<std::int32_t> labels;
   std::vector<Vec3> landmarks;  ///< those of the other side in the same order
+  /// Azimuth of the object's front, radians from +z towards +x; nothing where it is not known.
+  std::optional<double> front = {};
   std::string name = {};  ///< shown to people who list the cache; the plan does not depend on it
 };
 
@@ -76,9 +79,15 @@ struct MorphPlan {
   std::vector<PairTiming> timing;  ///< one per pair
   /// The leads of a smooth map (morph/smooth_map.h: pair_leads): one per pair, or none.
   std::vector<float> leads;
+  /// Offsets of the places to which a smooth map takes each pair's ball on the source, at the end
+  /// of the motion, and on the target, at its start (leg/registration.h); empty: none.
+  std::vector<Vec3> from_offsets, to_offsets;
   /// Eased times at which even shares of the whole change are done, from 0 to 1 and rising; empty:
   /// as they are (leg/pacing.h). Only where all balls share one eased time.
   std::vector<float> pacing;
+  /// Heights by which the whole is raised when even shares of the whole change are done, both ends
+  /// at 0; empty: none (leg/pacing.h). Only where all balls share one eased time.
+  std::vector<float> lifts;
   double size = 1;   ///< geometric mean of both objects' RMS sizes
   double floor = 0;  ///< height of the lowest ball's centre in either object
 };

@@ -66,6 +66,7 @@ std::string correspondence_key(const PlanSide& from, const PlanSide& to, FieldKi
     hasher.add(std::span<const Ball>(side->balls));
     hasher.add(std::span<const std::int32_t>(side->labels));
     hasher.add(std::span<const Vec3>(side->landmarks));
+    hasher.add(static_cast<std::uint8_t>(side->front ? 1 : 0)).add(side->front.value_or(0));
   }
   return hasher.hex();
 }

@@ -160,8 +160,10 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
     const PathPart& part = plan.paths->parts[path.part];
     const Undone own = undone(part, u);
     BallAttribute back, on;
-    set_value(back, p - common.to_source * x - from_offset);
-    set_value(on, q - common.to_target * x - to_offset);
+    const Vec3d back_by = plan.from_offsets.empty() ? Vec3d{} : Vec3d(plan.from_offsets[e]) * u,
+                on_by = plan.to_offsets.empty() ? Vec3d{} : Vec3d(plan.to_offsets[e]) * (1 - u);
+    set_value(back, p + back_by - common.to_source * x - from_offset);
+    set_value(on, q + on_by - common.to_target * x - to_offset);
     back.value[3] = mixing_progress(eased[e], plan.leads.empty() ? 0 : plan.leads[e]);
     set_slope(back, minus(own.to_source, common.to_source), *regression);
     set_slope(on, minus(own.to_target, common.to_target), *regression);

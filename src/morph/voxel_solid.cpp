@@ -277,6 +277,16 @@ void measure_depth(VoxelSolid& solid) {
 Int3 VoxelSolid::point(std::uint32_t i) const { return grid_place(grid, cells[i]); }
 Vec3d VoxelSolid::center(std::uint32_t i) const { return Vec3d(grid_point(grid, point(i))); }
 
+bool VoxelSolid::contains(Vec3d place) const {
+  const auto rounded = [&](double x, float origin) {
+    return static_cast<int>(
+        std::floor((x - static_cast<double>(origin)) / static_cast<double>(grid.cell) + 0.5));
+  };
+  const Int3 p = {rounded(place.x, grid.origin.x), rounded(place.y, grid.origin.y),
+                  rounded(place.z, grid.origin.z)};
+  return holds(grid, p) && voxel[flat_index(grid, p)] != kNone;
+}
+
 VoxelSolid voxel_solid(const std::vector<Ball>& balls) {
   constexpr int kCoarse = 48, kFine = 96;
   constexpr double kWanted = 20000;

@@ -31,6 +31,7 @@ struct VoxelSolid {
   std::size_t size() const { return cells.size(); }
   Int3 point(std::uint32_t i) const;    ///< voxel i's place in the grid
   Vec3d center(std::uint32_t i) const;  ///< its place in the scene
+  bool contains(Vec3d place) const;     ///< whether the voxel at a place is inside
   double unit() const { return static_cast<double>(grid.cell) / kStepUnits; }
 };
 

@@ -77,7 +77,7 @@ void describe(V& v, SphereSettings& s) {
 
 template <class V>
 void describe(V& v, ObjectSettings& s) {
-  auto& [name, model, shape, up, meta, arrange, translate, rotate, scale, color, roughness,
+  auto& [name, model, shape, up, front, meta, arrange, translate, rotate, scale, color, roughness,
          metallic, glass, crease, spheres, motion, hold, retarget] = s;
   v.text("name", name, "name in messages and reports; default: the file's stem or the shape");
   v.model_path("model", model,
@@ -86,6 +86,17 @@ void describe(V& v, ObjectSettings& s) {
          "a built-in shape instead of a file: sphere, cube, torus, puddle or drops");
   v.choice("up", up, {{"y", UpAxis::kY}, {"z", UpAxis::kZ}, {"x", UpAxis::kX}},
            "axis of the model's file that points up");
+  v.choice("front", front,
+           {{"auto", Front::kAuto},
+            {"+x", Front::kPlusX},
+            {"-x", Front::kMinusX},
+            {"+y", Front::kPlusY},
+            {"-y", Front::kMinusY},
+            {"+z", Front::kPlusZ},
+            {"-z", Front::kMinusZ}},
+           "direction of the model's file in which its front looks; between two objects whose "
+           "fronts are known the morph turns by the angle between these; auto: by their mirror "
+           "planes, where they have one");
   v.boolean("meta", meta, "pass through the object as balls only, never showing the model itself");
   v.boolean("arrange", arrange, "take part in the scene's \"arrange\"");
   v.vector("translate", translate, "shift, in scene units, after everything else");
@@ -199,14 +210,15 @@ struct PathKeys {
 template <class V>
 void describe(V& v, PathKeys& s) {
   v.choice("kind", s.kind,
-           {{"straight", Path::kStraight},
+           {{"auto", Path::kAuto},
+            {"straight", Path::kStraight},
             {"bezier", Path::kBezier},
             {"rigid", Path::kRigid},
             {"parts", Path::kParts},
             {"explode", Path::kExplode}},
-           "path of a ball: a line, an arc, the rotation and growth that lays one object on the "
-           "other, the same label by label with neighbours held together, or a throw out of the "
-           "one and, backwards, into the other");
+           "path of a ball: parts where limbs become each other and else rigid, a line, an arc, "
+           "the rotation and growth that lays one object on the other, the same part by part with "
+           "neighbours held together, or a throw out of the one and, backwards, into the other");
   v.number("bend", s.bend, -2, 2,
            "bezier: height of the arc that the paths follow, as a share of their length");
   v.number("burst", s.burst, 0, 100, "explode: speed, in the objects' sizes per motion");
@@ -438,12 +450,15 @@ void describe(V& v, LightSettings& s) {
 
 template <class V>
 void describe(V& v, GroundSettings& s) {
-  auto& [enabled, height, color, shadow_only] = s;
+  auto& [enabled, height, color, shadow_only, contact] = s;
   v.boolean("enabled", enabled, "a floor that catches shadows");
   v.number("height", height, -1e6, 1e6, "height of the floor; default: below everything");
   v.color("color", color, "colour of the floor");
   v.boolean("shadow_only", shadow_only,
             "keep only the shadows it catches, in alpha, for putting the picture on another");
+  v.boolean("contact", contact,
+            "what stands keeps standing: between two objects whose lowest points are equally high, "
+            "the surface is raised or lowered so that its own stays there");
 }
 
 inline constexpr const char* kLookHelp =

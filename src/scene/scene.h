@@ -52,7 +52,8 @@ enum class Interpolation : std::uint8_t {
   kDistance,  ///< both objects' signed distances, carried along one smooth map and mixed
   kBalls,     ///< the field of the moving balls
 };
-enum class Path : std::uint8_t { kStraight, kBezier, kRigid, kParts, kExplode };
+/// Path of a ball; kAuto: kParts where the plan knows limbs, else kRigid.
+enum class Path : std::uint8_t { kAuto, kStraight, kBezier, kRigid, kParts, kExplode };
 enum class Stagger : std::uint8_t { kNone, kAxis, kRadius, kLabel, kNoise };
 
 /// A damped spring (report Eq. 3.4); the unit of time is the motion's duration.
@@ -65,11 +66,11 @@ struct SpringSettings {
 
 struct MotionSettings {
   Interpolation interpolate = Interpolation::kDistance;
-  Path path = Path::kRigid;
+  Path path = Path::kAuto;
   float bend = 0.25f;  ///< bezier: how high an arc the paths go in, as a share of their length
   float burst = 4;     ///< explode: speed, in the objects' sizes per motion
   float gravity = 1;   ///< explode: 1 = what brings a ball down within the motion
-  Easing easing = Easing::kQuintic;
+  Easing easing = Easing::kSmoothstep;
   std::vector<float> bezier{0.42f, 0.0f, 0.58f, 1.0f};  ///< x1, y1, x2, y2
   SpringSettings spring;
   Stagger stagger = Stagger::kNone;
@@ -82,13 +83,17 @@ struct MotionSettings {
 /// Axis of a model's file that points up.
 enum class UpAxis : std::uint8_t { kY, kZ, kX };
 
+/// Direction of a model's file in which its front looks; kAuto: found with the plan.
+enum class Front : std::uint8_t { kAuto, kPlusX, kMinusX, kPlusY, kMinusY, kPlusZ, kMinusZ };
+
 struct ObjectSettings {
   std::string name;             ///< default: the file's stem or the shape's name
   std::filesystem::path model;  ///< absolute; empty when `shape` is given
   std::string shape;            ///< built-in shape; empty when `model` is given
   UpAxis up = UpAxis::kY;       ///< turned to y before everything else
-  bool meta = false;            ///< passed through as balls only
-  bool arrange = true;          ///< take part in the scene's arrangement
+  Front front = Front::kAuto;
+  bool meta = false;    ///< passed through as balls only
+  bool arrange = true;  ///< take part in the scene's arrangement
   Vec3 translate;
   Vec3 rotate;  ///< degrees about x, then y, then z
   Vec3 scale{1, 1, 1};
@@ -170,7 +175,7 @@ struct PlanSettings {
   AlignMethod align = AlignMethod::kSimilarity;
   PlanWeights weights;
   LabelMode label_mode = LabelMode::kSoft;
-  PlanStructure structure = PlanStructure::kOff;  ///< kAuto: where both objects' limbs are certain
+  PlanStructure structure = PlanStructure::kAuto;  ///< kAuto: where both objects' limbs are certain
   /// "object.label" or "label" of one object -> of another; equal names belong together anyway.
   std::map<std::string, std::string> labels;
   std::vector<LandmarkSettings> landmarks;
@@ -274,6 +279,7 @@ struct GroundSettings {
   std::optional<float> height;  ///< default: just below everything
   Vec3 color{0.42f, 0.42f, 0.44f};
   bool shadow_only = false;  ///< the picture keeps of it only the shadows, in alpha
+  bool contact = true;  ///< between two objects that stand equally low, the surface stays as low
 };
 
 enum class LookKind : std::uint8_t {

@@ -18,12 +18,15 @@ TEST(Pacing, TheVersionBelongsToThisPace) {
   const std::vector<float>& levels = std::get<DistanceLeg>(leg->kind).levels;
   ASSERT_GE(leg->plan.pacing.size(), 3u);
   ASSERT_GE(levels.size(), 3u);
-  EXPECT_EQ(kPacingVersion, 13u);
+  EXPECT_EQ(kPacingVersion, 14u);
   EXPECT_EQ(Hasher()
                 .add(std::span<const float>(leg->plan.pacing))
                 .add(std::span<const float>(levels))
+                .add(std::span<const float>(leg->plan.lifts))
+                .add(std::span<const Vec3>(leg->plan.from_offsets))
+                .add(std::span<const Vec3>(leg->plan.to_offsets))
                 .hex(),
-            "5d45f663105683ab9dd29df8977d1093");
+            "9a9b6553765aeb98c306b5d1afeaea78");
 }
 
 TEST(Pacing, IsMeasuredOnALegWithoutPace) {
@@ -31,6 +34,7 @@ TEST(Pacing, IsMeasuredOnALegWithoutPace) {
   const auto leg = make_test_leg(Interpolation::kDistance, *engine);
   Leg plain = *leg;
   plain.plan.pacing.clear();
+  plain.plan.from_offsets.clear(), plain.plan.to_offsets.clear();
   plain.kind = DistanceLeg{};
   const auto pacing = measure_pacing(plain, *engine, {});
   ASSERT_TRUE(pacing.ok());

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <optional>
 
 #include "morph/motion.h"
 #include "morph/smooth_map.h"
@@ -78,6 +79,14 @@ TEST(LimbPlan, PartsAreTheLimbs) {
   EXPECT_GT(farthest, 0.95f);
 }
 
+TEST(LimbPlan, ThePathByDefaultIsThatOfPartsWhereLimbsAreCertain) {
+  const auto path = [](const std::vector<Ball>& a, const std::vector<Ball>& b) {
+    return plan_of(a, b, PlanSettings{}).motion.path;
+  };
+  EXPECT_EQ(path(figure(-0.9f), figure(0.8f)), Path::kParts);
+  EXPECT_EQ(path(random_balls(50, 2), random_balls(70, 3)), Path::kRigid);
+}
+
 TEST(LimbPlan, ThereAndBackAreTheSame) {
   const auto a = figure(-0.9f), b = figure(0.8f);
   const MorphPlan there = plan_of(a, b, with(PlanStructure::kAuto)),
@@ -133,14 +142,19 @@ TEST(LimbPlan, MassesOfMatchedLimbsAreEven) {
   EXPECT_LT(a[0] + a[1], 0.6);
 }
 
+std::optional<LimbPlan> plan_limbs(const PlanSide& a, const PlanSide& b, LabelMode labels) {
+  LimbPlan plan = {find_limbs(a.balls), find_limbs(b.balls), {}};
+  return match_sides(plan, a, b, labels, 0) ? std::optional(plan) : std::nullopt;
+}
+
 TEST(LimbPlan, LabelsAndLandmarksGoFirst) {
   PlanSide a{figure(), {}, {}}, b{figure(), {}, {}};
-  ASSERT_TRUE(plan_limbs(a, b, LabelMode::kSoft, 0));
+  ASSERT_TRUE(plan_limbs(a, b, LabelMode::kSoft));
   // The user says that the head becomes the left hand, and the other way round.
   const Vec3 head{0, 2.2f, 0}, hand{-1.05f, 1.5f, 0};
   a.landmarks = {head, hand};
   b.landmarks = {hand, head};
-  if (const auto plan = plan_limbs(a, b, LabelMode::kSoft, 0))
+  if (const auto plan = plan_limbs(a, b, LabelMode::kSoft))
     for (const auto& [from, to] : named_limbs(*plan)) EXPECT_FALSE(from == "head" && to == "head");
   a.landmarks.clear(), b.landmarks.clear();
   const auto label = [](PlanSide& side, bool swapped) {
@@ -150,10 +164,10 @@ TEST(LimbPlan, LabelsAndLandmarksGoFirst) {
                                                     : 2);
   };
   label(a, false), label(b, true);
-  if (const auto plan = plan_limbs(a, b, LabelMode::kSoft, 0))
+  if (const auto plan = plan_limbs(a, b, LabelMode::kSoft))
     for (const auto& [from, to] : named_limbs(*plan))
       EXPECT_FALSE(from == "left arm" && to == "left arm");
-  EXPECT_TRUE(plan_limbs(a, b, LabelMode::kOff, 0));
+  EXPECT_TRUE(plan_limbs(a, b, LabelMode::kOff));
 }
 
 TEST(LimbPlan, TheMapReachesTheHands) {

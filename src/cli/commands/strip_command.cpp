@@ -17,12 +17,24 @@ namespace polymorph {
 namespace {
 
 struct StripOptions {
-  std::string input, output, gif, mp4, html, label = "frame", frames;
+  std::string input, output, gif, mp4, html, label = "frame", by = "time", frames;
   int count = 8, columns = 4, width = 0;
   bool moves() const { return !gif.empty() || !mp4.empty(); }
+  bool by_change() const { return by == "change"; }
   float fps = 0;
   SceneOptions scene_options;
 };
+
+/// Chooses frames of a scene by how much the picture changes, from small pictures of all.
+Result<std::vector<int>> choose_by_change(const CommandLine& line, Scene scene,
+                                          const std::vector<int>& numbers,
+                                          const StripOptions& options) {
+  constexpr int kWidth = 96;
+  scene.image.samples = 1;
+  PM_TRY(const Film film,
+         render_film(line, std::move(scene), numbers, kWidth, options.scene_options.isa));
+  return spread_by_change(film, options.count);
+}
 
 Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
   PM_TRY(Scene scene, load_scene_with(options.input, options.scene_options));
@@ -30,7 +42,13 @@ Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
   PM_TRY(
       std::vector<int> numbers,
       parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
-  if (!options.moves() && options.frames.empty()) numbers = spread(numbers, options.count);
+  if (!options.moves() && options.frames.empty()) {
+    if (options.by_change()) {
+      PM_TRY(numbers, choose_by_change(line, scene, numbers, options));
+    } else {
+      numbers = spread(numbers, options.count);
+    }
+  }
   return render_film(line, std::move(scene), std::move(numbers), options.width,
                      options.scene_options.isa);
 }
@@ -70,7 +88,7 @@ Result<Film> from_images(const StripOptions& options) {
       return make_error(ErrorCode::kInput,
                         "{}: frame {} is missing (there are {} to {}) - render it first",
                         options.input, frame, film.first, film.last);
-  if (!options.moves() && options.frames.empty())
+  if (!options.moves() && options.frames.empty() && !options.by_change())
     film.numbers = spread(film.numbers, options.count);
   for (const int number : film.numbers) {
     remember_input(frame_path(pattern, number));
@@ -130,6 +148,7 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
     SheetSettings sheet;
     sheet.count = options.count;
     sheet.all = !options.frames.empty();
+    sheet.by_change = options.by_change();
     sheet.columns = options.columns;
     sheet.cell_width = options.width;
     sheet.label = options.label;
@@ -168,6 +187,12 @@ void add_strip(CommandLine& line) {
   command.add_option("-c,--count", options->count, "cells, evenly spread over the sequence (8)")
       .range(1, 1000)
       .type_name("N")
+      .group("Main");
+  command
+      .add_option("--by", options->by,
+                  "spread the cells by time, or by how much the picture changes (time)")
+      .choices({"time", "change"})
+      .type_name("WHAT")
       .group("Main");
   command.add_option("-f,--frames", options->frames, "these frames instead")
       .type_name("LIST")

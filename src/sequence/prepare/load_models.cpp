@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/activity.h"
+#include "base/exact_math.h"
 #include "base/parallel.h"
 #include "image/image_io.h"
 #include "mesh/normals.h"
@@ -19,6 +20,12 @@
 namespace polymorph {
 namespace {
 
+/// The rotation that makes an axis of the file point up.
+Transform upright(UpAxis up) {
+  const Vec3 turn = up == UpAxis::kZ ? Vec3{-90, 0, 0} : up == UpAxis::kX ? Vec3{0, 0, 90} : Vec3{};
+  return make_transform({}, turn, {1, 1, 1});
+}
+
 Result<Model> load_object(const ObjectSettings& object, bool textures,
                           std::vector<std::string>& warnings) {
   if (!object.shape.empty()) return make_shape(object.shape);
@@ -28,8 +35,7 @@ Result<Model> load_object(const ObjectSettings& object, bool textures,
   PM_TRY(LoadedModel loaded, load_model(object.model, settings));
   warnings.insert(warnings.end(), loaded.warnings.begin(), loaded.warnings.end());
   if (object.up == UpAxis::kY) return std::move(loaded.model);
-  const Vec3 turn = object.up == UpAxis::kZ ? Vec3{-90, 0, 0} : Vec3{0, 0, 90};
-  return transformed(loaded.model, make_transform({}, turn, {1, 1, 1}));
+  return transformed(loaded.model, upright(object.up));
 }
 
 /// Text that equal objects have in common, whatever stands where.
@@ -165,6 +171,20 @@ Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject>
     loaded.models.push_back(place_object(scene, chain[i], std::move(model), size));
   }
   return loaded;
+}
+
+std::optional<double> front_azimuth(const ChainObject& object) {
+  static constexpr Vec3 kDirections[] = {{},         {1, 0, 0}, {-1, 0, 0}, {0, 1, 0},
+                                         {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  const ObjectSettings& settings = *object.settings;
+  const Vec3 in_file = kDirections[static_cast<std::size_t>(settings.front)];
+  const Vec3 in_place = apply(make_transform({}, object.actor->rotate, object.actor->scale),
+                              apply(make_transform({}, settings.rotate, settings.scale),
+                                    apply(upright(settings.up), in_file)));
+  constexpr float kLevel = 1e-3f;
+  if (std::hypot(in_place.x, in_place.z) < kLevel * length(in_place) || in_file == Vec3{})
+    return std::nullopt;
+  return exact::atan2(static_cast<double>(in_place.x), static_cast<double>(in_place.z));
 }
 
 std::vector<std::size_t> find_alike(std::span<const ChainObject> chain) {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,6 +23,10 @@ struct LoadedScene {
 /// `chain`: chain_objects(scene).
 Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject> chain,
                                 bool textures);
+
+/// The azimuth of an object's front in its place, radians from +z towards +x; nothing where the
+/// scene does not say which side that is, or it looks straight up or down.
+std::optional<double> front_azimuth(const ChainObject& object);
 
 /// For each object the index of the first that has the same shape, size and spheres: they differ at
 /// most in their places, colours and motions. What is said about the shape of one holds for all.

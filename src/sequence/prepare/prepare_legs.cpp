@@ -18,6 +18,7 @@ PlanSide plan_side(const PreparedObject& object, const std::vector<std::int32_t>
   PlanSide side;
   side.name = object.name;
   side.balls = object.balls;
+  side.front = object.front;
   for (const std::uint32_t label : object.ball_labels) side.labels.push_back(classes[label]);
   return side;
 }

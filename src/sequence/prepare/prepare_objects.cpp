@@ -9,6 +9,7 @@
 #include "leg/boundary_surface.h"
 #include "mesh/mesh_check.h"
 #include "morph/labels.h"
+#include "sequence/prepare/load_models.h"
 #include "spheres/quality.h"
 
 namespace polymorph {
@@ -102,6 +103,7 @@ LegSettings leg_settings(const Scene& scene, const Box& box, std::span<const Mod
   settings.shown.placement = scene.surface.placement;
   settings.shown.flat = scene.surface.flat;
   settings.min_component_share = scene.surface.min_component_share;
+  settings.contact = scene.ground.contact;
   settings.has_colors =
       scene.look.kind == LookKind::kOwn && !std::all_of(models.begin(), models.end(), is_one_color);
   return settings;
@@ -152,6 +154,7 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
       PreparedObject object;
       object.name = settings.name;
       object.meta = settings.meta;
+      object.front = front_azimuth(chain[next]);
       object.model = std::move(models[next]);
       object.label_numbers = label_numbers(object.model.label_names, outline.label_names);
       PM_TRY_STATUS(complete_object(preparation, settings, outline.settings,

@@ -1,0 +1,192 @@
+#include "leg/registration.h"
+
+#include <algorithm>
+
+#include "base/parallel.h"
+#include "field/extract_surface.h"
+#include "leg/distance_leg.h"
+#include "mesh/closest.h"
+#include "mesh/sample_surface.h"
+#include "morph/motion.h"
+#include "morph/smooth_map.h"
+
+namespace polymorph {
+namespace {
+
+constexpr int kRounds = 12;
+constexpr std::size_t kSamples = 2000;
+/// Radius of the neighbourhood whose mean a pair's offset follows, a share of the objects' size.
+constexpr float kRadius = 0.08f;
+/// Farther than that, a share of the size, the closest point says nothing.
+constexpr float kFarthest = 0.12f;
+/// Cosine of the angle up to which normals agree.
+constexpr float kAgree = 0.3f;
+/// Share of the points whose normals must agree with the closest ones at first: where the plan
+/// matches parts that are unlike, what is closest misleads.
+constexpr double kLeastAgreement = 0.6;
+/// Halvings of the offsets, at most, until they fold the map nowhere.
+constexpr int kHalvings = 6;
+
+/// An object's surface.
+struct Surface {
+  Mesh mesh;
+  std::vector<SurfaceSample> samples;
+};
+
+Result<Surface> make_surface(const PreparedObject& object, const LegSettings& settings,
+                             Engine& engine) {
+  Surface surface;
+  PM_TRY(surface.mesh,
+         extract_distances(engine, object.distances.grid, 2 * settings.cell, settings.measured));
+  surface.samples = sample_surface({surface.mesh.positions, surface.mesh.triangles}, kSamples);
+  return surface;
+}
+
+Vec3 face_normal(const Mesh& mesh, std::uint32_t triangle) {
+  const auto& v = mesh.triangles[triangle].v;
+  const Vec3 a = mesh.positions[v[0]];
+  return normalized(cross(mesh.positions[v[1]] - a, mesh.positions[v[2]] - a));
+}
+
+/// One of a leg's maps at its start or end: the one to the other object.
+struct EndMap {
+  MorphPlan plan;
+  float time = 0;  ///< 0: the map to the target; 1: that to the source
+  BallSet balls;
+  float size = 1;  ///< of the object that shows then
+
+  EndMap(const Leg& leg, float end)
+      : plan(leg.plan), time(end), balls(balls_at(leg.plan, end)), size(object_size(leg, end)) {
+    plan.from_offsets.assign(plan.pairs.size(), {});
+    plan.to_offsets.assign(plan.pairs.size(), {});
+  }
+  std::vector<Vec3>& offsets() { return time <= 0 ? plan.to_offsets : plan.from_offsets; }
+  Result<std::vector<Vec3>> carry(const std::vector<Vec3>& points, Engine& engine) const {
+    PM_TRY(PullBack places, pull_back(frame_map(plan, time, balls, size), points, engine));
+    return std::move(time <= 0 ? places.target : places.source);
+  }
+};
+
+/// A vector at each sample, and whether it counts.
+struct Residuals {
+  std::vector<Vec3> vectors;
+  std::vector<std::uint8_t> counts;
+  std::size_t agreeing = 0;
+};
+
+/// From each carried sample to the closest point of the other surface.
+Result<Residuals> find_residuals(const EndMap& map, const Surface& own, const Surface& other,
+                                 const ClosestPointQuery& closest, Engine& engine) {
+  constexpr float kStep = 0.005f;  // of the size: along the normal, which is carried, too
+  std::vector<Vec3> points;
+  for (const SurfaceSample& sample : own.samples) {
+    points.push_back(sample.point);
+    points.push_back(sample.point + sample.normal * (kStep * map.size));
+  }
+  PM_TRY(const std::vector<Vec3> carried, map.carry(points, engine));
+  std::vector<Vec3> at;
+  for (std::size_t i = 0; i < carried.size(); i += 2) at.push_back(carried[i]);
+  const std::vector<ClosestPoint> hits = closest.closest(at);
+  Residuals residuals;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const Vec3 normal = normalized(carried[2 * i + 1] - carried[2 * i]);
+    const bool agrees = hits[i].distance < kFarthest * map.size &&
+                        dot(normal, face_normal(other.mesh, hits[i].triangle)) > kAgree;
+    residuals.vectors.push_back(hits[i].point - at[i]);
+    residuals.counts.push_back(agrees ? 1 : 0);
+    residuals.agreeing += agrees ? 1 : 0;
+  }
+  return residuals;
+}
+
+/// Moves each pair's offset by the mean of the residuals around its ball.
+void follow(const Surface& own, const Residuals& residuals, EndMap& map) {
+  constexpr float kInertia = 0.5f;  // of a ball that few samples are near to
+  const float radius = kRadius * map.size;
+  std::vector<Vec3>& offsets = map.offsets();
+  parallel_for(
+      static_cast<std::int64_t>(offsets.size()),
+      [&](std::int64_t index) {
+        const auto e = static_cast<std::size_t>(index);
+        Vec3 sum;
+        float weights = kInertia;
+        for (std::size_t i = 0; i < own.samples.size(); ++i) {
+          if (!residuals.counts[i]) continue;
+          const Vec3 away = own.samples[i].point - map.balls[e].center;
+          const float near = 1 - dot(away, away) / (radius * radius);
+          if (near <= 0) continue;
+          const float weight = near * near * near;
+          sum = sum + residuals.vectors[i] * weight;
+          weights += weight;
+        }
+        offsets[e] = offsets[e] + sum * (1 / weights);
+      },
+      16);
+}
+
+/// Whether the map turns a sample's neighbourhood inside out: a determinant that is not positive.
+Result<std::vector<std::uint8_t>> find_folds(const EndMap& map, const Surface& own,
+                                             Engine& engine) {
+  constexpr float kStep = 0.005f;
+  std::vector<Vec3> points;
+  for (const SurfaceSample& sample : own.samples)
+    for (const Vec3 offset : {Vec3{}, Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}})
+      points.push_back(sample.point + offset * (kStep * map.size));
+  PM_TRY(const std::vector<Vec3> carried, map.carry(points, engine));
+  std::vector<std::uint8_t> folds;
+  for (std::size_t i = 0; i < carried.size(); i += 4) {
+    const Vec3 x = carried[i + 1] - carried[i], y = carried[i + 2] - carried[i],
+               z = carried[i + 3] - carried[i];
+    folds.push_back(dot(cross(x, y), z) > 0 ? 0 : 1);
+  }
+  return folds;
+}
+
+/// Halves the offsets around samples that they fold, until they fold none that is not folded
+/// without them.
+Status unfold(EndMap& map, const Surface& own, const std::vector<std::uint8_t>& folded,
+              Engine& engine) {
+  const float radius = kRadius * map.size;
+  for (int k = 0; k <= kHalvings; ++k) {
+    PM_TRY(const std::vector<std::uint8_t> now, find_folds(map, own, engine));
+    std::vector<Vec3> worse;
+    for (std::size_t i = 0; i < now.size(); ++i)
+      if (now[i] > folded[i]) worse.push_back(own.samples[i].point);
+    if (worse.empty()) return Ok{};
+    std::vector<Vec3>& offsets = map.offsets();
+    for (std::size_t e = 0; e < offsets.size(); ++e)
+      if (std::any_of(worse.begin(), worse.end(),
+                      [&](Vec3 p) { return length(p - map.balls[e].center) < radius; }))
+        offsets[e] = k < kHalvings ? offsets[e] * 0.5f : Vec3{};
+  }
+  return Ok{};
+}
+
+/// The offsets of one of the maps.
+Result<std::vector<Vec3>> register_map(EndMap map, const Surface& own, const Surface& other,
+                                       Engine& engine) {
+  const ClosestPointQuery closest(other.mesh.positions, other.mesh.triangles);
+  PM_TRY(const std::vector<std::uint8_t> folded, find_folds(map, own, engine));
+  for (int round = 0; round < kRounds; ++round) {
+    PM_TRY(const Residuals residuals, find_residuals(map, own, other, closest, engine));
+    if (round == 0 && static_cast<double>(residuals.agreeing) <
+                          kLeastAgreement * static_cast<double>(own.samples.size()))
+      return std::move(map.offsets());
+    follow(own, residuals, map);
+  }
+  PM_TRY_STATUS(unfold(map, own, folded, engine));
+  return std::move(map.offsets());
+}
+
+}  // namespace
+
+Result<Registration> register_surfaces(const Leg& leg, Engine& engine) {
+  PM_TRY(const Surface from, make_surface(*leg.from, leg.settings, engine));
+  PM_TRY(const Surface to, make_surface(*leg.to, leg.settings, engine));
+  Registration registration;
+  PM_TRY(registration.to_offsets, register_map(EndMap(leg, 0), from, to, engine));
+  PM_TRY(registration.from_offsets, register_map(EndMap(leg, 1), to, from, engine));
+  return registration;
+}
+
+}  // namespace polymorph

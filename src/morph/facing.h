@@ -1,0 +1,22 @@
+// Facing: the turn about the vertical that lays one object's front on another's (docs/method.md,
+// Facing).
+#pragma once
+
+#include <optional>
+
+#include "morph/limbs.h"
+
+namespace polymorph {
+
+/// Finds the turn, in radians, by which `from` faces as `to` does. It lays the mirror plane of the
+/// one on that of the other, either way round: the way at which their limbs match better, or, where
+/// these are not certain, the bodies are more alike by the fused Gromov-Wasserstein discrepancy of
+/// their samples (Vayer et al. 2019). Of two ways that are nearly as good, the smaller turn; near
+/// `given`, that itself. Nothing where an object has no mirror plane, or more than one.
+/// `from_front`, `to_front`: azimuths of the fronts where these are known, radians from +z towards
+/// +x; with both the turn is their difference. Deterministic.
+std::optional<double> find_facing(const Limbs& from, const Limbs& to, double given,
+                                  std::optional<double> from_front = {},
+                                  std::optional<double> to_front = {});
+
+}  // namespace polymorph

@@ -1,0 +1,92 @@
+#include "morph/facing.h"
+
+#include <gtest/gtest.h>
+
+#include "base/exact_math.h"
+#include "morph/plan.h"
+#include "testing/figure.h"
+
+namespace polymorph {
+namespace {
+
+/// A four-legged animal that looks along +x, with a head on a raised neck and a thin tail.
+std::vector<Ball> animal(float length, float neck) {
+  std::vector<Ball> balls;
+  for (int i = 0; i <= 6; ++i)
+    balls.push_back(ball_at({length * (static_cast<float>(i) / 6 - 0.5f), 1.2f, 0}, 0.3f));
+  for (int i = 1; i <= 5; ++i) {
+    const float t = static_cast<float>(i) / 5;
+    balls.push_back(ball_at({0.5f * length + 0.4f * t, 1.3f + neck * t, 0}, i < 4 ? 0.15f : 0.22f));
+    balls.push_back(ball_at({-0.5f * length - 0.5f * t, 1.3f, 0}, 0.1f));
+  }
+  for (const float end : {-0.4f, 0.4f})
+    for (const float side : {-0.22f, 0.22f})
+      for (int i = 1; i <= 8; ++i)
+        balls.push_back(
+            ball_at({end * length, 1.1f - 0.125f * static_cast<float>(i), side}, 0.12f));
+  return balls;
+}
+
+std::vector<Ball> ring() {
+  std::vector<Ball> balls;
+  for (int i = 0; i < 24; ++i) {
+    const double angle = 2 * exact::kPi * i / 24;
+    balls.push_back(ball_at(
+        {static_cast<float>(exact::cos(angle)), 1, static_cast<float>(exact::sin(angle))}, 0.3f));
+  }
+  return balls;
+}
+
+std::vector<Ball> turn(const std::vector<Ball>& balls, double angle) {
+  return moved(balls, exp_rotation({0, angle, 0}), 1, {});
+}
+
+double difference(double a, double b) {
+  return std::fabs(exact::atan2(exact::sin(a - b), exact::cos(a - b)));
+}
+
+constexpr double kDegree = exact::kPi / 180;
+
+TEST(Facing, AnimalsThatLookElsewhereTurn) {
+  const Limbs from = find_limbs(animal(2, 0.9f));
+  for (const double degrees : {0.0, 45.0, 90.0, 180.0, -120.0}) {
+    const Limbs to = find_limbs(turn(animal(1.4f, 0.5f), degrees * kDegree));
+    const auto angle = find_facing(from, to, 0);
+    ASSERT_TRUE(angle) << degrees;
+    EXPECT_LT(difference(*angle, degrees * kDegree), 15 * kDegree) << degrees;
+  }
+}
+
+TEST(Facing, FiguresTurnByTheirFeet) {
+  const Limbs from = find_limbs(figure(-0.6f));
+  for (const double degrees : {0.0, 90.0, 180.0}) {
+    const Limbs to = find_limbs(turn(figure(0.3f), degrees * kDegree));
+    const auto angle = find_facing(from, to, 0);
+    ASSERT_TRUE(angle) << degrees;
+    EXPECT_LT(difference(*angle, degrees * kDegree), 15 * kDegree) << degrees;
+  }
+}
+
+TEST(Facing, WhatHasNoFrontDoesNotTurn) {
+  EXPECT_FALSE(find_facing(find_limbs(ring()), find_limbs(animal(2, 0.9f)), 0));
+}
+
+TEST(Facing, FrontsThatAreKnownDecide) {
+  const Limbs from = find_limbs(animal(2, 0.9f)), to = find_limbs(ring());
+  const auto both = find_facing(from, to, 0, 90 * kDegree, -30 * kDegree);
+  ASSERT_TRUE(both);
+  EXPECT_LT(difference(*both, -120 * kDegree), 1e-9);
+}
+
+TEST(Facing, PlansTurnByIt) {
+  const std::vector<Ball> a = animal(2, 0.9f), b = turn(animal(1.4f, 0.5f), exact::kPi);
+  const MorphPlan plan = plan_morph({a, {}, {}}, {b, {}, {}}, FieldKind::kGaussian, {});
+  EXPECT_LT(difference(plan.alignment.turn.y, exact::kPi), 15 * kDegree);
+  PlanSide source{a, {}, {}}, target{b, {}, {}};
+  source.front = 90 * kDegree, target.front = 60 * kDegree;
+  const MorphPlan given = plan_morph(source, target, FieldKind::kGaussian, {});
+  EXPECT_LT(difference(given.alignment.turn.y, -30 * kDegree), 1e-6);
+}
+
+}  // namespace
+}  // namespace polymorph
