@@ -102,7 +102,8 @@ std::vector<float> find_lifts(const std::vector<Moment>& moments, const std::vec
   return lifts;
 }
 
-/// Whether the leg's surface is to stay on the floor; arcs and explosions leave it on purpose.
+/// Tests whether the leg's surface is to stay on the floor; arcs and explosions leave it on
+/// purpose.
 bool has_contact(const Leg& leg) {
   const Path path = leg.plan.motion.path;
   return leg.settings.contact && path != Path::kBezier && path != Path::kExplode;

@@ -17,7 +17,7 @@ namespace polymorph {
 inline constexpr std::uint32_t kPacingVersion = 14;
 
 struct Pacing {
-  Registration registration;  ///< of the leg's map, with which all else is measured
+  Registration registration;  ///< offsets of the leg's map, with which all else is measured
   /// Eased times at which 0, 1/n, 2/n, ... 1 of the surface's whole change is done
   /// (MorphPlan::pacing); empty where nothing changes.
   std::vector<float> times;

@@ -53,7 +53,7 @@ struct EndMap {
   MorphPlan plan;
   float time = 0;  ///< 0: the map to the target; 1: that to the source
   BallSet balls;
-  float size = 1;  ///< of the object that shows then
+  float size = 1;  ///< diagonal of the object that shows then
 
   EndMap(const Leg& leg, float end)
       : plan(leg.plan), time(end), balls(balls_at(leg.plan, end)), size(object_size(leg, end)) {
@@ -74,7 +74,7 @@ struct Residuals {
   std::size_t agreeing = 0;
 };
 
-/// From each carried sample to the closest point of the other surface.
+/// Measures the way from each carried sample to the closest point of the other surface.
 Result<Residuals> find_residuals(const EndMap& map, const Surface& own, const Surface& other,
                                  const ClosestPointQuery& closest, Engine& engine) {
   constexpr float kStep = 0.005f;  // of the size: along the normal, which is carried, too
@@ -124,7 +124,7 @@ void follow(const Surface& own, const Residuals& residuals, EndMap& map) {
       16);
 }
 
-/// Whether the map turns a sample's neighbourhood inside out: a determinant that is not positive.
+/// Marks the samples whose neighbourhood the map turns inside out: its determinant is not positive.
 Result<std::vector<std::uint8_t>> find_folds(const EndMap& map, const Surface& own,
                                              Engine& engine) {
   constexpr float kStep = 0.005f;

@@ -378,13 +378,13 @@ std::vector<MirrorPlane> find_mirror_planes(const VoxelSolid& solid, const Limbs
   std::stable_sort(planes.begin(), planes.end(), [](const MirrorPlane& a, const MirrorPlane& b) {
     return rank_plane(a) > rank_plane(b);
   });
-  std::vector<MirrorPlane> apart;
+  std::vector<MirrorPlane> distinct;
   for (const MirrorPlane& plane : planes)
-    if (std::all_of(apart.begin(), apart.end(), [&](const MirrorPlane& better) {
+    if (std::all_of(distinct.begin(), distinct.end(), [&](const MirrorPlane& better) {
           const double angle = std::fabs(plane.azimuth - better.azimuth);
           return std::min(angle, exact::kPi - angle) >= kPlanesApart;
         }))
-      apart.push_back(plane);
+      distinct.push_back(plane);
   return apart;
 }
 

@@ -39,7 +39,7 @@ struct Limb {
 /// distances between them: a metric measure space (Memoli 2011).
 struct BodySample {
   std::vector<Vec3d> points;
-  std::vector<double> shares;                  ///< of the surface, about; sum 1
+  std::vector<double> shares;                  ///< shares of the surface, about; sum 1
   std::vector<std::vector<double>> distances;  ///< [point][point]
 };
 
@@ -60,7 +60,7 @@ inline constexpr double kPlanesApart = 0.44;
 struct Limbs {
   std::vector<Limb> limbs;
   BodySample sample;
-  std::vector<MirrorPlane> mirror_planes;  ///< at least kPlanesApart apart, by rank
+  std::vector<MirrorPlane> mirror_planes;  ///< planes at least kPlanesApart apart, by rank
   Vec3d middle;                            ///< centre of the volume
   double rms = 0;                          ///< root of the mean squared distance from it
   Vec3d center;              ///< the place from which the mean way along the body is the shortest

@@ -84,8 +84,8 @@ double lowest(const std::vector<Ball>& balls) {
   return static_cast<double>(low);
 }
 
-/// Whether a plan looks at both objects' limbs and fronts: where objects may turn, as one that
-/// faces another way has its limbs elsewhere.
+/// Tests whether a plan looks at both objects' limbs and fronts: where objects may turn, as one
+/// that faces another way has its limbs elsewhere.
 bool looks_at_structure(const MorphPlan& plan, const PlanSettings& settings, RotationAxis axis) {
   const bool turns =
       settings.align == AlignMethod::kRigid || settings.align == AlignMethod::kSimilarity;

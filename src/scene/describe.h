@@ -457,8 +457,8 @@ void describe(V& v, GroundSettings& s) {
   v.boolean("shadow_only", shadow_only,
             "keep only the shadows it catches, in alpha, for putting the picture on another");
   v.boolean("contact", contact,
-            "what stands keeps standing: between two objects whose lowest points are equally high, "
-            "the surface is raised or lowered so that its own stays there");
+            "contact with the floor: between two objects whose lowest points are equally high, the "
+            "surface is raised or lowered so that its own stays there");
 }
 
 inline constexpr const char* kLookHelp =
