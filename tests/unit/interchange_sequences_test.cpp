@@ -244,6 +244,7 @@ TEST_F(Sequences, UsdHasTheCameraOfEachFrame) {
                            "matrix4d xformOp:transform.timeSamples = {\n            1: ( (1, 0, ",
                            "float focusDistance = 5\n"})
     EXPECT_NE(prim.find(part), std::string::npos) << part << "\n" << prim;
+  fs::remove(folder / "m.usda");
   const std::string still = prim_of(usd({square()}), "def Camera \"camera\"");
   EXPECT_EQ(still.find("timeSamples"), std::string::npos) << still;
 }
