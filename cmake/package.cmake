@@ -6,7 +6,8 @@ install(TARGETS polymorph_assimp RUNTIME DESTINATION ${CMAKE_INSTALL_LIBDIR}/pol
 # base/data_folder.h looks here.
 install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/polymorph PATTERN golden EXCLUDE)
 install(DIRECTORY scripts/farm DESTINATION ${CMAKE_INSTALL_DATADIR}/polymorph)
-install(FILES README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
 
 # Manual pages and completions, made by the program from its own options.
@@ -26,13 +27,24 @@ install(FILES ${pages}/polymorph.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME polymorph)
-set(CPACK_PACKAGE_CONTACT "The polymorph authors <polymorph@localhost>")
+# Who makes the package maintains it: as Debian's tools are told, else the author of the last commit.
+if(DEFINED ENV{DEBFULLNAME} AND DEFINED ENV{DEBEMAIL})
+  set(maintainer "$ENV{DEBFULLNAME} <$ENV{DEBEMAIL}>")
+else()
+  execute_process(COMMAND git log -1 "--format=%an <%ae>" WORKING_DIRECTORY ${CMAKE_SOURCE_DIR}
+    OUTPUT_VARIABLE maintainer OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+endif()
+if(NOT maintainer)
+  set(maintainer "unknown <unknown@localhost>")
+endif()
+set(CPACK_PACKAGE_CONTACT "${maintainer}")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Renders morph sequences between polyhedra")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)  # by dpkg-shlibdeps, of the program and of its image reader
+set(CPACK_POLYMORPH_BUILD ${CMAKE_BINARY_DIR})
+set(CPACK_PROJECT_CONFIG_FILE ${CMAKE_SOURCE_DIR}/cmake/package_libraries.cmake)
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS ffmpeg)
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
   "A scene names a source, any objects on the way and a target. Each becomes spheres,

@@ -395,14 +395,18 @@ Status write_files(const std::vector<NewFile>& files) {
   const DeferredSignals deferred;
   std::deque<Replacement> replacements;
   for (const NewFile& file : files)
-    PM_TRY_STATUS(write_temporary(file.path, make_source(file.bytes),
-                                  replacements.emplace_back(file.path).bytes));
+    if (!is_stream(file.path))
+      PM_TRY_STATUS(write_temporary(file.path, make_source(file.bytes),
+                                    replacements.emplace_back(file.path).bytes));
   for (std::size_t i = 0; i < replacements.size(); ++i) {
     const int number = replacements[i].put();
     if (number == 0) continue;
     for (std::size_t done = i; done > 0; --done) replacements[done - 1].undo();
-    return write_error(files[i].path, number, suggest_remedy(number));
+    return write_error(replacements[i].path, number, suggest_remedy(number));
   }
+  // What a pipe has got cannot be taken back.
+  for (const NewFile& file : files)
+    if (is_stream(file.path)) PM_TRY_STATUS(write_stream(file.path, make_source(file.bytes)));
   std::set<fs::path> folders;
   for (const NewFile& file : files)
     if (folders.insert(file.path.parent_path()).second) sync_folder(file.path);

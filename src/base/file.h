@@ -48,7 +48,7 @@ struct NewFile {
 };
 /// Writes all files or none: after any failure or signal (which is deferred until the end) every
 /// path has its old file or every path its new one. Only a kill or a power cut between the renames
-/// at the end, a millisecond, can leave both. Errors: kOutput.
+/// at the end, a millisecond, can leave both. Pipes and devices are written last. Errors: kOutput.
 Status write_files(const std::vector<NewFile>& files);
 
 /// Checks early that write_file(path) can work. Errors (kOutput): the parent folder is missing and

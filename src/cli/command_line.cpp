@@ -152,16 +152,6 @@ int finish_output(int code) {
   return static_cast<int>(ErrorCode::kOutput);
 }
 
-void print_help(const CommandLine& line, const std::string& name, bool full) {
-  const std::vector<CommandTable> commands = command_tables(*line.app);
-  const auto named = std::find_if(commands.begin(), commands.end(),
-                                  [&](const CommandTable& table) { return table.name == name; });
-  const std::string text = named == commands.end()
-                               ? help_text(command_table(*line.app), commands, true)
-                               : help_text(*named, {}, full);
-  std::fputs(text.c_str(), stdout);
-}
-
 int run_action(CommandLine& line) {
   auto status =
       line.common.config.empty() ? Status(Ok{}) : apply_config(line.common.config, *line.app);
@@ -300,9 +290,10 @@ int run_program(int argc, char** argv) {
   program.add_flag("-h,--help", ignored, "this help; -h after a command is short, --help is full")
       .group("Options");
   for (const auto add :
-       {add_demo,    add_init,  add_render,  add_strip,   add_submit, add_status,     add_mesh,
-        add_spheres, add_check, add_info,    add_compare, add_golden, add_analyze,    add_bench,
-        add_cache,   add_cubes, add_devices, add_schema,  add_pairs,  add_completion, add_manual})
+       {add_demo,    add_init,       add_render, add_strip, add_submit,  add_status,
+        add_mesh,    add_spheres,    add_check,  add_info,  add_compare, add_golden,
+        add_analyze, add_bench,      add_cache,  add_cubes, add_devices, add_schema,
+        add_pairs,   add_completion, add_manual, add_help,  add_version})
     add(line);
   for (const Command command : subcommands_of(*line.app))
     if (!command.has_option("--overwrite")) add_overwrite(command, line.common).group("Common");
@@ -317,7 +308,7 @@ int run_program(int argc, char** argv) {
     return static_cast<int>(ErrorCode::kUsage);
   }
   if (given("--help") || given("-h")) {
-    print_help(line, named_command(*line.app, argc, argv), given("--help"));
+    print_bytes(help_page(line, named_command(*line.app, argc, argv), given("--help")));
     return finish_output(0);
   }
   if (given("--version") || (argc == 2 && given("-V"))) {

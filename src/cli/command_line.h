@@ -94,6 +94,8 @@ std::string first_steps(const CommandLine& line);
 /// `full` shows every option, else those of the first groups.
 std::string help_text(const CommandTable& table, const std::vector<CommandTable>& commands,
                       bool full);
+/// Help of the command of this name, or of the program where there is none of it.
+std::string help_page(const CommandLine& line, const std::string& name, bool full);
 
 void add_demo(CommandLine& line);
 void add_init(CommandLine& line);
@@ -116,6 +118,8 @@ void add_cache(CommandLine& line);
 void add_cubes(CommandLine& line);
 void add_devices(CommandLine& line);
 void add_schema(CommandLine& line);
+void add_help(CommandLine& line);
+void add_version(CommandLine& line);
 
 /// The error on standard error, as the end of a run says it.
 void print_error(const Error& error);

@@ -1,5 +1,7 @@
 // Help as people read it: usage, what it does, examples, options in groups, exit codes; 80 columns.
 
+#include <algorithm>
+
 #include "cli/command_line.h"
 
 namespace polymorph {
@@ -99,6 +101,14 @@ std::string help_text(const CommandTable& table, const std::vector<CommandTable>
   if (full && !table.exit_codes.empty()) out += "\nExit codes:\n" + table.exit_codes + "\n";
   if (!full && !is_program) out += "\n--help shows all options and the exit codes.\n";
   return out;
+}
+
+std::string help_page(const CommandLine& line, const std::string& name, bool full) {
+  const std::vector<CommandTable> commands = command_tables(*line.app);
+  const auto named = std::find_if(commands.begin(), commands.end(),
+                                  [&](const CommandTable& table) { return table.name == name; });
+  return named == commands.end() ? help_text(command_table(*line.app), commands, true)
+                                 : help_text(*named, {}, full);
 }
 
 }  // namespace polymorph

@@ -30,7 +30,7 @@ const char* state_word(const FrameRecord& record) {
   return "";
 }
 
-double memory_now() {
+double peak_memory() {
   struct rusage usage {};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) * 1024;
@@ -80,8 +80,9 @@ ProgressCallback make_progress(ProgressMode mode) {
         print_json(done, count, record);
         break;
       case ProgressMode::kLines:
-        log_info("frame {} {}/{} {:.2f} s {} {} {}", record.frame, done, count, record.seconds,
-                 format_bytes(memory_now()), state_word(record), first_file(record));
+        log_info("frame {} {}/{} {:.2f} s, peak memory {}, {}{}{}", record.frame, done, count,
+                 record.seconds, format_bytes(peak_memory()), state_word(record),
+                 record.files.empty() ? "" : " ", first_file(record));
         break;
       default:
         break;
@@ -132,8 +133,8 @@ void Heartbeat::run() {
                                          -1);
       std::fwrite(line.data(), 1, line.size(), stderr);
     } else {
-      log_info("working: {}/{} frames done, {} on this one, {}", done_, frames_,
-               format_seconds(quiet), format_bytes(memory_now()));
+      log_info("working: {}/{} frames done, {} on this one, peak memory {}", done_, frames_,
+               format_seconds(quiet), format_bytes(peak_memory()));
     }
   }
 }

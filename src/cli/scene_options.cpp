@@ -58,7 +58,7 @@ void add_scene_options(Command command, SceneOptions& options) {
       .add_option("--aovs", options.aovs,
                   "layers of the EXR: Z, N, P, albedo, uv, motion, morph, label, id, "
                   "crypto_object, crypto_material, crypto_label, all or none; commas between")
-      .type_name("LIST")
+      .type_name("LAYERS")
       .group("Scene");
   command.add_option("--seed", options.seed, "seed of the sampling noise")
       .range(0LL, 9007199254740991LL)

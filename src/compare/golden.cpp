@@ -67,7 +67,11 @@ double limited_number(const JsonValue& value, const std::string& where, double e
 }
 
 float limit_value(const JsonValue& value, const std::string& where, const Limit& limit) {
-  return static_cast<float>(limited_number(value, where, limit.end));
+  const auto number = static_cast<float>(limited_number(value, where, limit.end));
+  // Rounding may have reached the end.
+  if (!(static_cast<double>(number) < limit.end))
+    fail("{} must be below {:g} - nothing would fail", where, limit.end);
+  return number;
 }
 
 std::string parse_reason(const JsonValue& object, const std::string& where) {

@@ -197,7 +197,7 @@ Result<PlayPage> make_play_page(const PreparedScene& prepared, Engine& engine) {
   page.look.color = look.color;
   page.look.roughness = look.roughness;
   page.look.metallic = look.metallic;
-  page.camera = surface_sequence(prepared, 1, 1).camera;
+  page.camera = surface_sequence(prepared, 1, 1).cameras.front();
   page.box = prepared.box;
   page.has_ground = scene.ground.enabled;
   page.ground = scene.ground.height.value_or(prepared.box.low.y);

@@ -8,6 +8,7 @@
 #include "mesh/closest.h"
 #include "mesh/normals.h"
 #include "render/materials/materials.h"
+#include "sequence/prepare/film_settings.h"
 
 namespace polymorph {
 namespace {
@@ -233,15 +234,16 @@ SurfaceSequence surface_sequence(const PreparedScene& prepared, int first, int l
   sequence.fps = prepared.scene.frames.fps;
   sequence.first_frame = first;
   sequence.last_frame = last;
-  const Camera& camera = prepared.camera;
-  sequence.camera = {camera.position,
-                     camera.right,
-                     camera.up,
-                     camera.forward,
-                     camera.tan_half_fov_y,
-                     static_cast<float>(prepared.scene.image.width) /
-                         static_cast<float>(prepared.scene.image.height),
-                     camera.focus};
+  sequence.cameras.clear();
+  for (int frame = first; frame <= last; ++frame) {
+    const Camera camera = make_frame_view(prepared, frame).camera;
+    sequence.cameras.push_back({camera.position, camera.right, camera.up, camera.forward,
+                                camera.tan_half_fov_y,
+                                static_cast<float>(prepared.scene.image.width) /
+                                    static_cast<float>(prepared.scene.image.height),
+                                camera.focus});
+    if (!prepared.framing) break;  // it stands
+  }
   return sequence;
 }
 

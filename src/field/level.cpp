@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/activity.h"
 #include "base/exact_math.h"
 #include "field/extract_surface.h"
 #include "kernels/field_kinds.h"
@@ -151,6 +152,8 @@ Result<std::vector<Ball>> equalize_field(Engine& engine, std::vector<Ball> balls
   constexpr int kSteps = 3;
   constexpr float kDamping = 0.7f;
   for (int step = 0; step < kSteps; ++step) {
+    const Activity activity(fmt::format("evening out the field of {} balls, step {} of {}",
+                                        balls.size(), step + 1, kSteps));
     PM_TRY(const std::vector<float> values, field_at_centers(engine, balls, settings));
     std::vector<float> sorted = values;
     std::sort(sorted.begin(), sorted.end());

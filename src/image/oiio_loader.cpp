@@ -74,8 +74,9 @@ Result<OiioModule> load_oiio_module() {
   }
   return make_error(
       ErrorCode::kResource,
-      "cannot open the image reader polymorph_oiio.so - install it where the program looks "
-      "for it, or name it in POLYMORPH_OIIO_MODULE; tried:{}",
+      "cannot open the image reader polymorph_oiio.so - install OpenImageIO (on Debian "
+      "libopenimageio2.4), or convert the picture to PNG; POLYMORPH_OIIO_MODULE names a module "
+      "that lies elsewhere; tried:{}",
       tried.empty() ? " nothing (/proc is not mounted)" : tried);
 }
 

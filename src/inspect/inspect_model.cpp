@@ -46,10 +46,14 @@ Result<Inspection> inspect_model(const std::string& file) {
     labels += (i == 0 ? "" : ", ") + names[i];
   if (names.size() > kMaxLabels)
     labels += fmt::format(" and {} more (--json has them all)", names.size() - kMaxLabels);
-  out.text += fmt::format("  labels: {}\n  {} materials, {} textures\n", labels,
-                          loaded.model.materials.size(), loaded.model.textures.size());
+  const std::size_t materials = loaded.model.materials.size(),
+                    textures = loaded.model.textures.size();
+  out.text += fmt::format("  labels: {}\n  {} material{}, {} texture{}\n", labels, materials,
+                          materials == 1 ? "" : "s", textures, textures == 1 ? "" : "s");
   for (const std::string& problem : describe_problems(d))
     out.text += fmt::format("  {}\n", problem);
+  for (const std::string& oddity : describe_oddities(d))
+    out.text += fmt::format("  harmless: {}\n", oddity);
   if (const std::string crossings = describe_crossings(d); !crossings.empty())
     out.text += fmt::format("  {}\n", crossings);
   return out;

@@ -31,37 +31,44 @@ Result<Model> load(const std::string& name) {
 
 /// Quality of an approximation.
 struct Measured {
-  ApproximationQuality figures;
+  std::optional<ApproximationQuality> figures;  ///< if it is measured
   double seconds = 0;
   std::vector<std::string> problems;
 };
 
+std::size_t ball_count(const SpheresResult& fitted) {
+  return fitted.balls.empty() ? fitted.approximation.tree.leaves().size() : fitted.balls.size();
+}
+
 JsonValue to_json(const SpheresRequest& request, const SpheresResult& fitted,
                   const Measured& measured) {
-  const ApproximationQuality& f = measured.figures;
   std::vector<int> levels;
   for (const SphereNode& node : fitted.approximation.tree.nodes) {
     const auto level = static_cast<std::size_t>(node.level);
     if (levels.size() <= level) levels.resize(level + 1);
     ++levels[level];
   }
-  return {{"model", fitted.model.name},
-          {"triangles", fitted.model.triangles.size()},
-          {"method", request.method},
-          {"fit", request.fit},
-          {"spheres", fitted.approximation.tree.leaves().size()},
-          {"levels", levels},
-          {"balls", fitted.balls.size()},
-          {"iou", f.iou},
-          {"volume_ratio", f.volume_ratio},
-          {"rms_to_model", f.rms_to_model},
-          {"rms_to_surface", f.rms_to_surface},
-          {"hausdorff_to_model", f.hausdorff_to_model},
-          {"hausdorff_to_surface", f.hausdorff_to_surface},
-          {"grid", request.grid},
-          {"surface_triangles", f.triangles},
-          {"seconds", measured.seconds},
-          {"problems", measured.problems}};
+  JsonValue json{{"model", fitted.model.name},
+                 {"triangles", fitted.model.triangles.size()},
+                 {"method", request.method},
+                 {"fit", request.fit},
+                 {"spheres", fitted.approximation.tree.leaves().size()},
+                 {"levels", levels},
+                 {"balls", ball_count(fitted)}};
+  if (measured.figures) {
+    const ApproximationQuality& f = *measured.figures;
+    json.update({{"iou", f.iou},
+                 {"volume_ratio", f.volume_ratio},
+                 {"rms_to_model", f.rms_to_model},
+                 {"rms_to_surface", f.rms_to_surface},
+                 {"hausdorff_to_model", f.hausdorff_to_model},
+                 {"hausdorff_to_surface", f.hausdorff_to_surface},
+                 {"grid", request.grid},
+                 {"surface_triangles", f.triangles}});
+  }
+  json["seconds"] = measured.seconds;
+  json["problems"] = measured.problems;
+  return json;
 }
 
 /// The whole tree, parents before children; the leaves are the approximation.
@@ -81,20 +88,22 @@ std::string tree_json(const SphereTree& tree) {
 std::string to_table(const SpheresRequest& request, const SpheresResult& fitted,
                      const Measured& measured) {
   std::string text;
-  const ApproximationQuality& f = measured.figures;
   text += fmt::format("{}: {} triangles, {}, {}\n", fitted.model.name,
                       fitted.model.triangles.size(), request.method,
                       request.fit == "none" ? "not fitted" : request.fit + " balls fitted");
   text += fmt::format("  {:<34}{:>10}\n", "spheres", fitted.approximation.tree.leaves().size());
-  text += fmt::format("  {:<34}{:>10}\n", "balls", fitted.balls.size());
-  text += fmt::format("  {:<34}{:>10.4f}\n", "overlap (IoU)", f.iou);
-  text += fmt::format("  {:<34}{:>10.4f}\n", "volume ratio", f.volume_ratio);
-  text += fmt::format("  {:<34}{:>10}{:>12}\n", "% of the box diagonal", "RMS", "Hausdorff");
-  text += fmt::format("  {:<34}{:>10.3f}{:>12.3f}\n", "  surface to model", 100 * f.rms_to_model,
-                      100 * f.hausdorff_to_model);
-  text += fmt::format("  {:<34}{:>10.3f}{:>12.3f}\n", "  model to surface", 100 * f.rms_to_surface,
-                      100 * f.hausdorff_to_surface);
-  text += fmt::format("  {:<34}{:>10.2f} s\n", "time", measured.seconds);
+  text += fmt::format("  {:<34}{:>10}\n", "balls", ball_count(fitted));
+  if (measured.figures) {
+    const ApproximationQuality& f = *measured.figures;
+    text += fmt::format("  {:<34}{:>10.4f}\n", "overlap (IoU)", f.iou);
+    text += fmt::format("  {:<34}{:>10.4f}\n", "volume ratio", f.volume_ratio);
+    text += fmt::format("  {:<34}{:>10}{:>12}\n", "% of the box diagonal", "RMS", "Hausdorff");
+    text += fmt::format("  {:<34}{:>10.3f}{:>12.3f}\n", "  surface to model", 100 * f.rms_to_model,
+                        100 * f.hausdorff_to_model);
+    text += fmt::format("  {:<34}{:>10.3f}{:>12.3f}\n", "  model to surface",
+                        100 * f.rms_to_surface, 100 * f.hausdorff_to_surface);
+  }
+  text += fmt::format("  {:<34}{:>10.2f} s\n", "time for spheres and balls", measured.seconds);
   return text;
 }
 
@@ -124,7 +133,7 @@ Result<SpheresResult> inspect_spheres(const SpheresRequest& request) {
   PM_TRY(fitted.approximation,
          approximate_cached(model, settings, request.cache_folder, &stand_in));
   measured.seconds = stopwatch.seconds();
-  activity.emplace("measuring how well they fit");
+  activity.emplace(request.measure ? "measuring how well they fit" : "making balls of spheres");
   // Balls of a shell or of a solidified model are judged by what they stand for.
   const std::optional<ClusteredModel> few = cluster_long_triangles(model);
   const Model& solid = stand_in ? *stand_in : few ? few->model : model;
@@ -139,16 +148,21 @@ Result<SpheresResult> inspect_spheres(const SpheresRequest& request) {
       std::max({size.x, size.y, size.z}) / static_cast<float>(request.grid);
   const auto engine = make_cpu_engine();
   fitted.balls = fitted.approximation.balls;
-  if (fitted.balls.empty()) {
+  // Without a fit each sphere becomes a ball, which takes minutes for 100 000 of them.
+  const bool needs_balls = request.measure || !request.write_balls.empty() ||
+                           !request.write_surface.empty() || !request.output.empty();
+  if (fitted.balls.empty() && needs_balls) {
     PM_TRY(fitted.balls,
            make_unfitted_balls(fitted.approximation.tree.leaves(), settings.method,
                                solid_volume(solid, inside), FieldSettings{}, cell, {}, *engine));
   }
-  PM_TRY(measured.figures,
-         measure_quality(solid, inside, fitted.balls, FieldKind::kGaussian, request.grid));
+  if (request.measure) {
+    PM_TRY(measured.figures,
+           measure_quality(solid, inside, fitted.balls, FieldKind::kGaussian, request.grid));
+    if (!is_good_fit(*measured.figures))
+      log_warning("{}: {}", model.name, describe_fit(*measured.figures));
+  }
   activity.reset();
-  if (const std::string bad = describe_bad_fit(measured.figures); !bad.empty())
-    log_warning("{}: {}", model.name, bad);
   fitted.report = {to_json(request, fitted, measured), to_table(request, fitted, measured)};
   return fitted;
 }

@@ -15,6 +15,7 @@ struct SpheresRequest {
   SphereSettings settings;
   int grid = 192;   ///< cells along the longest side, for the surface
   int width = 480;  ///< pixels of each of the three pictures
+  bool measure = true;
   std::filesystem::path cache_folder;
   std::string write_balls, write_surface, write_spheres, output;  ///< files; empty: none
 };

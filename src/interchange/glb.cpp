@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "interchange/material_catalog.h"
 #include "interchange/split_surface.h"
 #include "interchange/surface_writer.h"
+#include "kernels/linear.h"
 
 namespace polymorph {
 namespace {
@@ -41,6 +43,33 @@ template <class T>
 T quantize(float v, float highest) {
   return static_cast<T>(
       std::lround(std::clamp(v, std::is_signed_v<T> ? -1.0f : 0.0f, 1.0f) * highest));
+}
+
+/// Vertical field of view in radians.
+double field_of_view(const FrameCamera& camera) {
+  return 2 * exact::atan(static_cast<double>(camera.tan_half_fov_y));
+}
+
+/// A unit quaternion x, y, z, w.
+using Rotation = std::array<float, 4>;
+
+/// Rotation from the axes of glTF's cameras, which look along -z, to the camera's own.
+Rotation camera_rotation(const FrameCamera& camera) {
+  const Vec3d x(camera.right), y(camera.up), z(-camera.forward);
+  // Shepperd's method divides by the largest component, here the root of four times its square.
+  const std::array<double, 4> squares{1 + x.x - y.y - z.z, 1 - x.x + y.y - z.z, 1 - x.x - y.y + z.z,
+                                      1 + x.x + y.y + z.z};
+  const std::array<std::array<double, 4>, 4> products{
+      {{squares[0], x.y + y.x, z.x + x.z, y.z - z.y},
+       {x.y + y.x, squares[1], y.z + z.y, z.x - x.z},
+       {z.x + x.z, y.z + z.y, squares[2], x.y - y.x},
+       {y.z - z.y, z.x - x.z, x.y - y.x, squares[3]}}};
+  const auto largest =
+      static_cast<std::size_t>(std::max_element(squares.begin(), squares.end()) - squares.begin());
+  Rotation rotation;
+  for (std::size_t k = 0; k < 4; ++k)
+    rotation[k] = static_cast<float>(products[largest][k] / (2 * std::sqrt(squares[largest])));
+  return rotation;
 }
 
 /// A mesh of an actor in the file, and the frames that show it.
@@ -103,6 +132,8 @@ class GlbWriter : public SurfaceWriter {
   Status add_images();
   void add_nodes();
   Status add_animation();
+  bool zooms() const;
+  Status add_camera_motion();
 
   std::filesystem::path path_;
   SurfaceSequence sequence_;
@@ -442,14 +473,66 @@ void GlbWriter::add_nodes() {
   for (std::size_t a = 0; a < sequence_.actors.size(); ++a)
     if (!children[a].empty())
       nodes_.push_back({{"name", sequence_.actors[a]}, {"children", children[a]}});
-  const FrameCamera& c = sequence_.camera;
-  // Column-major; a camera looks along its -z.
-  nodes_.push_back(
-      {{"name", "camera"},
-       {"camera", 0},
-       {"matrix", JsonValue::array({c.right.x, c.right.y, c.right.z, 0, c.up.x, c.up.y, c.up.z, 0,
-                                    -c.forward.x, -c.forward.y, -c.forward.z, 0, c.position.x,
-                                    c.position.y, c.position.z, 1})}});
+  const FrameCamera& c = sequence_.cameras.front();
+  JsonValue node = {{"name", "camera"}, {"camera", 0}};
+  if (sequence_.cameras.size() == 1) {
+    // Column-major; a camera looks along its -z.
+    node["matrix"] = JsonValue::array({c.right.x, c.right.y, c.right.z, 0, c.up.x, c.up.y, c.up.z,
+                                       0, -c.forward.x, -c.forward.y, -c.forward.z, 0, c.position.x,
+                                       c.position.y, c.position.z, 1});
+  } else {  // only what is no matrix can be animated
+    node["translation"] = to_array(c.position);
+    node["rotation"] = camera_rotation(c);
+  }
+  nodes_.push_back(std::move(node));
+}
+
+/// Does the field of view change?
+bool GlbWriter::zooms() const {
+  const std::vector<FrameCamera>& all = sequence_.cameras;
+  return std::any_of(all.begin(), all.end(), [&](const FrameCamera& camera) {
+    return camera.tan_half_fov_y != all.front().tan_half_fov_y;
+  });
+}
+
+/// Adds the camera's place, direction and field of view at each frame to the animation.
+Status GlbWriter::add_camera_motion() {
+  const std::vector<FrameCamera>& all = sequence_.cameras;
+  if (all.size() == 1) return Ok{};
+  std::string times, places, rotations, angles;
+  Rotation last{};
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    append(times, static_cast<float>(i) / sequence_.fps);
+    append(places, all[i].position);
+    Rotation rotation = camera_rotation(all[i]);
+    float along = 0;
+    for (std::size_t k = 0; k < 4; ++k) along += rotation[k] * last[k];
+    if (along < 0)  // of two quaternions for a rotation, the one that is reached the shorter way
+      for (float& value : rotation) value = -value;
+    append(rotations, rotation);
+    last = rotation;
+    append(angles, static_cast<float>(field_of_view(all[i])));
+  }
+  PM_TRY(const std::size_t input, add_accessor(times, 0, kFloat, "SCALAR", all.size()));
+  accessors_.items.back()["min"] = JsonValue::array({0.0f});
+  accessors_.items.back()["max"] =
+      JsonValue::array({static_cast<float>(all.size() - 1) / sequence_.fps});
+  const auto add = [&](const std::string& bytes, const char* type, JsonValue target) -> Status {
+    PM_TRY(const std::size_t output, add_accessor(bytes, 0, kFloat, type, all.size()));
+    animation_["channels"].push_back(
+        {{"sampler", animation_["samplers"].size()}, {"target", std::move(target)}});
+    animation_["samplers"].push_back(
+        {{"input", input}, {"output", output}, {"interpolation", "LINEAR"}});
+    return Ok{};
+  };
+  const std::size_t node = nodes_.size() - 1;
+  PM_TRY_STATUS(add(places, "VEC3", {{"node", node}, {"path", "translation"}}));
+  PM_TRY_STATUS(add(rotations, "VEC4", {{"node", node}, {"path", "rotation"}}));
+  if (!zooms()) return Ok{};
+  return add(
+      angles, "SCALAR",
+      {{"path", "pointer"},
+       {"extensions", {{"KHR_animation_pointer", {{"pointer", "/cameras/0/perspective/yfov"}}}}}});
 }
 
 Status GlbWriter::add_animation() {
@@ -509,17 +592,19 @@ Status GlbWriter::finish() {
     PM_TRY_STATUS(add_animation());
   }
   add_nodes();
+  PM_TRY_STATUS(add_camera_motion());
   JsonValue roots = JsonValue::array();
   for (std::size_t n = shown_.size(); n < nodes_.size(); ++n) roots.push_back(n);
   JsonValue used = JsonValue::array();
   if (!sequence_.constant_topology)
     used = JsonValue::array({"KHR_node_visibility", "KHR_animation_pointer"});
-  const double yfov = 2 * exact::atan(static_cast<double>(sequence_.camera.tan_half_fov_y));
+  if (sequence_.constant_topology && zooms()) used.push_back("KHR_animation_pointer");
+  const FrameCamera& first = sequence_.cameras.front();
   const JsonValue camera{{"type", "perspective"},
                          {"perspective",
-                          {{"yfov", yfov},
-                           {"aspectRatio", sequence_.camera.aspect},
-                           {"znear", 0.01f * sequence_.camera.focus}}}};
+                          {{"yfov", field_of_view(first)},
+                           {"aspectRatio", first.aspect},
+                           {"znear", 0.01f * first.focus}}}};
   JsonValue file = {{"asset", {{"version", "2.0"}, {"generator", "polymorph " PM_VERSION}}},
                     {"scene", 0},
                     {"scenes", JsonValue::array({JsonValue{{"nodes", roots}}})},

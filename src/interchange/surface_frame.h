@@ -60,8 +60,8 @@ struct SurfaceSequence {
   std::vector<std::vector<std::string>> label_names;  ///< label names per actor
   float fps = 24;
   int first_frame = 1, last_frame = 1;
-  FrameCamera camera;
-  bool has_corner_normals = false;  ///< true if any frame has them
+  std::vector<FrameCamera> cameras{1};  ///< one per frame, or one for all
+  bool has_corner_normals = false;      ///< true if any frame has them
   /// All frames of an actor have the same triangles and texture coordinates.
   bool constant_topology = false;
 };

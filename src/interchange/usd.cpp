@@ -141,12 +141,22 @@ std::string quote(const std::vector<std::string>& texts) {
   return fmt::format("[{}]", fmt::join(all, ", "));
 }
 
-/// Samples of a Mesh prim.
+/// Samples of a Mesh prim: an actor in the frames that show it in one look, and empty in others.
+/// Programs that read the assignment of materials once, as Blender does, see each look as it is.
+struct LookSamples {
+  std::string name;
+  bool is_mixed = false;               ///< shows the colours of points
+  std::vector<std::size_t> materials;  ///< indices into the catalogue, each once; none if mixed
+  TimeSamples visibility, extent, counts, indices, points, normals, normal_indices, velocities,
+      colors, uvs, uv_indices, labels, roughness, metallic;
+  std::vector<TimeSamples> subsets;  ///< faces of each material, if there are several
+};
+
+/// Looks of an actor, in the order in which frames show them.
 struct ActorSamples {
   std::string name;
-  TimeSamples extent, counts, indices, points, normals, normal_indices, velocities, colors, uvs,
-      uv_indices, labels, roughness, metallic;
-  std::vector<TimeSamples> subsets;  ///< faces of each material of the catalogue
+  std::vector<LookSamples> looks;
+  std::size_t shown = 0;  ///< look of the latest frame
 };
 
 class UsdWriter : public SurfaceWriter {
@@ -178,12 +188,17 @@ class UsdWriter : public SurfaceWriter {
 
  private:
   Status add_actor(int frame, const SurfaceFrame& surface, ActorSamples& actor);
-  Status add_subsets(int frame, const SurfaceFrame& surface, ActorSamples& actor);
+  Status choose_look(const SurfaceFrame& surface, ActorSamples& actor);
+  Status add_surface(int frame, const SurfaceFrame& surface, LookSamples& look);
+  Status add_hidden(int frame, LookSamples& look);
+  Status add_subsets(int frame, const SurfaceFrame& surface, LookSamples& look);
   std::string header() const;
   std::string camera() const;
   std::string material(const std::string& name, const SurfaceMaterial& m) const;
-  void add_mesh(std::size_t index, std::vector<ByteSource>& parts);
-  void add_mixed_material(ActorSamples& actor, std::vector<ByteSource>& parts);
+  void add_mesh(const ActorSamples& actor, const LookSamples& look,
+                const std::vector<std::string>& label_names, std::vector<ByteSource>& parts);
+  void add_mixed_material(const ActorSamples& actor, const LookSamples& look,
+                          std::vector<ByteSource>& parts);
   Status end_runs();
   Status write_textures();
   std::string texture_name(std::size_t index) const {
@@ -225,6 +240,52 @@ void index_corners(const SurfaceFrame& surface, const std::vector<T>& corners,
 }
 
 Status UsdWriter::add_actor(int frame, const SurfaceFrame& surface, ActorSamples& actor) {
+  PM_TRY_STATUS(choose_look(surface, actor));
+  for (std::size_t i = 0; i < actor.looks.size(); ++i)
+    PM_TRY_STATUS(i == actor.shown ? add_surface(frame, surface, actor.looks[i])
+                                   : add_hidden(frame, actor.looks[i]));
+  return Ok{};
+}
+
+/// Finds the look of a surface among the actor's, or begins it. Empty surfaces have the latest.
+Status UsdWriter::choose_look(const SurfaceFrame& surface, ActorSamples& actor) {
+  if (surface.triangles.empty() && !actor.looks.empty()) return Ok{};
+  std::vector<std::size_t> materials;
+  if (!surface.is_mixed) {
+    materials = catalog_.add(surface.materials);
+    std::sort(materials.begin(), materials.end());
+    materials.erase(std::unique(materials.begin(), materials.end()), materials.end());
+  }
+  const auto found =
+      std::find_if(actor.looks.begin(), actor.looks.end(), [&](const LookSamples& look) {
+        return look.is_mixed == surface.is_mixed && look.materials == materials;
+      });
+  actor.shown = static_cast<std::size_t>(found - actor.looks.begin());
+  if (found != actor.looks.end()) return Ok{};
+  LookSamples& look = actor.looks.emplace_back();
+  look.is_mixed = surface.is_mixed;
+  look.materials = materials;
+  const std::string name =
+      materials.empty() ? "surface" : catalog_.materials[materials.front()].name;
+  look.name = name;
+  const auto is_taken = [&] {
+    return std::any_of(actor.looks.begin(), actor.looks.end() - 1,
+                       [&](const LookSamples& other) { return other.name == look.name; });
+  };
+  for (int i = 2; is_taken(); ++i) look.name = fmt::format("{}_{}", name, i);
+  look.subsets.resize(materials.size() > 1 ? materials.size() : 0);
+  // It is empty in all earlier frames.
+  if (!frames_.empty()) PM_TRY_STATUS(add_hidden(frames_.front(), look));
+  if (frames_.size() > 1) PM_TRY_STATUS(add_hidden(frames_.back(), look));
+  return Ok{};
+}
+
+/// Not only invisible but empty: not every program reads visibility that changes with time.
+Status UsdWriter::add_hidden(int frame, LookSamples& look) {
+  return add_surface(frame, SurfaceFrame{}, look);
+}
+
+Status UsdWriter::add_surface(int frame, const SurfaceFrame& surface, LookSamples& look) {
   std::vector<std::uint32_t> indices;
   for (const Triangle& t : surface.triangles) indices.insert(indices.end(), t.v, t.v + 3);
   Vec3 low, high;
@@ -236,26 +297,28 @@ Status UsdWriter::add_actor(int frame, const SurfaceFrame& surface, ActorSamples
   std::vector<Vec3> velocities = surface.velocities;
   velocities.resize(surface.positions.size());
   const std::vector<int> counts(surface.triangles.size(), 3);
-  PM_TRY_STATUS(actor.extent.add(frame, format_exact(std::vector<Vec3>{low, high}), spool_));
-  PM_TRY_STATUS(actor.counts.add(frame, format_exact(counts), spool_));
+  PM_TRY_STATUS(look.visibility.add(
+      frame, surface.triangles.empty() ? "\"invisible\"" : "\"inherited\"", spool_));
+  PM_TRY_STATUS(look.extent.add(frame, format_exact(std::vector<Vec3>{low, high}), spool_));
+  PM_TRY_STATUS(look.counts.add(frame, format_exact(counts), spool_));
   const std::string points_of_corners = format_exact(indices);
-  PM_TRY_STATUS(actor.indices.add(frame, points_of_corners, spool_));
-  PM_TRY_STATUS(actor.points.add(frame, format_exact(surface.positions), spool_));
+  PM_TRY_STATUS(look.indices.add(frame, points_of_corners, spool_));
+  PM_TRY_STATUS(look.points.add(frame, format_exact(surface.positions), spool_));
   if (surface.corner_normals.empty()) {
-    PM_TRY_STATUS(actor.normals.add(frame, format_rounded(surface.normals), spool_));
+    PM_TRY_STATUS(look.normals.add(frame, format_rounded(surface.normals), spool_));
     if (sequence_.has_corner_normals)
-      PM_TRY_STATUS(actor.normal_indices.add(
+      PM_TRY_STATUS(look.normal_indices.add(
           frame, surface.normals.empty() ? "[]" : points_of_corners, spool_));
   } else {
     std::vector<Vec3> normals;
     std::vector<std::uint32_t> normal_indices;
     index_corners(surface, surface.corner_normals, normals, normal_indices);
-    PM_TRY_STATUS(actor.normals.add(frame, format_rounded(normals), spool_));
-    PM_TRY_STATUS(actor.normal_indices.add(frame, format_exact(normal_indices), spool_));
+    PM_TRY_STATUS(look.normals.add(frame, format_rounded(normals), spool_));
+    PM_TRY_STATUS(look.normal_indices.add(frame, format_exact(normal_indices), spool_));
   }
-  PM_TRY_STATUS(actor.velocities.add(frame, format_rounded(velocities), spool_));
-  PM_TRY_STATUS(actor.colors.add(frame, format_rounded(surface.colors), spool_));
-  PM_TRY_STATUS(actor.labels.add(frame, format_exact(surface.labels), spool_));
+  PM_TRY_STATUS(look.velocities.add(frame, format_rounded(velocities), spool_));
+  PM_TRY_STATUS(look.colors.add(frame, format_rounded(surface.colors), spool_));
+  PM_TRY_STATUS(look.labels.add(frame, format_exact(surface.labels), spool_));
   std::vector<Vec2> uvs;
   std::vector<std::uint32_t> uv_indices;
   index_corners(surface, surface.corner_uvs, uvs, uv_indices);
@@ -264,36 +327,28 @@ Status UsdWriter::add_actor(int frame, const SurfaceFrame& surface, ActorSamples
     uvs.emplace_back();
     uv_indices.assign(3 * surface.triangles.size(), 0);
   }
-  PM_TRY_STATUS(actor.uvs.add(frame, format_exact(uvs), spool_));
-  PM_TRY_STATUS(actor.uv_indices.add(frame, format_exact(uv_indices), spool_));
-  return add_subsets(frame, surface, actor);
+  PM_TRY_STATUS(look.uvs.add(frame, format_exact(uvs), spool_));
+  PM_TRY_STATUS(look.uv_indices.add(frame, format_exact(uv_indices), spool_));
+  return add_subsets(frame, surface, look);
 }
 
-/// Adds the faces of each material. Faces of a mixture are in no subset and have the actor's own
-/// material, which shows the points' colours.
-Status UsdWriter::add_subsets(int frame, const SurfaceFrame& surface, ActorSamples& actor) {
-  const std::size_t before = actor.subsets.size();
-  std::vector<std::vector<std::uint32_t>> faces;
-  if (!surface.is_mixed) {
+/// Adds the faces of each material, and what a mixture has besides the colours of points.
+Status UsdWriter::add_subsets(int frame, const SurfaceFrame& surface, LookSamples& look) {
+  std::vector<std::vector<std::uint32_t>> faces(look.subsets.size());
+  if (!faces.empty() && !surface.triangles.empty()) {
     const std::vector<std::size_t> materials = catalog_.add(surface.materials);
-    faces.resize(catalog_.materials.size());
-    for (std::uint32_t t = 0; t < surface.triangles.size(); ++t)
-      faces[materials[surface.triangle_materials[t]]].push_back(t);
+    for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
+      const auto at = std::lower_bound(look.materials.begin(), look.materials.end(),
+                                       materials[surface.triangle_materials[t]]);
+      faces[static_cast<std::size_t>(at - look.materials.begin())].push_back(t);
+    }
   }
-  faces.resize(catalog_.materials.size());
-  actor.subsets.resize(catalog_.materials.size());
-  for (std::size_t m = 0; m < faces.size(); ++m) {
-    // A new subset was empty in all earlier frames.
-    if (m >= before && !frames_.empty())
-      PM_TRY_STATUS(actor.subsets[m].add(frames_.front(), "[]", spool_));
-    if (m >= before && frames_.size() > 1)
-      PM_TRY_STATUS(actor.subsets[m].add(frames_.back(), "[]", spool_));
-    PM_TRY_STATUS(actor.subsets[m].add(frame, format_exact(faces[m]), spool_));
-  }
-  const SurfaceMaterial& shown =
-      surface.is_mixed || surface.materials.empty() ? surface.mixture : surface.materials.front();
-  PM_TRY_STATUS(actor.roughness.add(frame, fmt::format("{:.6g}", shown.roughness), spool_));
-  return actor.metallic.add(frame, fmt::format("{:.6g}", shown.metallic), spool_);
+  for (std::size_t m = 0; m < faces.size(); ++m)
+    PM_TRY_STATUS(look.subsets[m].add(frame, format_exact(faces[m]), spool_));
+  if (!look.is_mixed) return Ok{};
+  const SurfaceMaterial& mixture = surface.mixture;
+  PM_TRY_STATUS(look.roughness.add(frame, fmt::format("{:.6g}", mixture.roughness), spool_));
+  return look.metallic.add(frame, fmt::format("{:.6g}", mixture.metallic), spool_);
 }
 
 std::string UsdWriter::header() const {
@@ -306,22 +361,44 @@ std::string UsdWriter::header() const {
 }
 
 std::string UsdWriter::camera() const {
-  const FrameCamera& c = sequence_.camera;
   constexpr float kAperture = 24;  // tenths of a unit, as the focal length
-  const float height = kAperture / c.aspect;
-  const float focal = 0.5f * height / c.tan_half_fov_y;
+  const std::vector<FrameCamera>& cameras = sequence_.cameras;
+  const float height = kAperture / cameras.front().aspect;
+  // A camera that stands has values, one that moves has samples.
+  const auto put = [&](const char* name, const auto& value_of) {
+    const std::string value = value_of(cameras.front());
+    if (std::all_of(cameras.begin(), cameras.end(),
+                    [&](const FrameCamera& c) { return value_of(c) == value; }))
+      return fmt::format("        {} = {}\n", name, value);
+    std::string samples = fmt::format("        {}.timeSamples = {{\n", name);
+    for (std::size_t i = 0; i < cameras.size(); ++i)
+      samples += fmt::format("            {}: {},\n", sequence_.first_frame + static_cast<int>(i),
+                             value_of(cameras[i]));
+    return samples + "        }\n";
+  };
   return fmt::format(
-      "    def Camera \"camera\"\n    {{\n"
-      "        token projection = \"perspective\"\n"
-      "        float horizontalAperture = {:.6g}\n        float verticalAperture = {:.6g}\n"
-      "        float focalLength = {:.6g}\n        float focusDistance = {:.6g}\n"
-      "        float2 clippingRange = ({:.6g}, {:.6g})\n"
-      "        matrix4d xformOp:transform = ( ({}, {}, {}, 0), ({}, {}, {}, 0), ({}, {}, {}, 0), "
-      "({}, {}, {}, 1) )\n"
-      "        uniform token[] xformOpOrder = [\"xformOp:transform\"]\n    }}\n\n",
-      kAperture, height, focal, c.focus, 0.01f * c.focus, 100 * c.focus, c.right.x, c.right.y,
-      c.right.z, c.up.x, c.up.y, c.up.z, -c.forward.x, -c.forward.y, -c.forward.z, c.position.x,
-      c.position.y, c.position.z);
+             "    def Camera \"camera\"\n    {{\n"
+             "        token projection = \"perspective\"\n"
+             "        float horizontalAperture = {:.6g}\n        float verticalAperture = {:.6g}\n",
+             kAperture, height) +
+         put("float focalLength",
+             [&](const FrameCamera& c) {
+               return fmt::format("{:.6g}", 0.5f * height / c.tan_half_fov_y);
+             }) +
+         put("float focusDistance",
+             [](const FrameCamera& c) { return fmt::format("{:.6g}", c.focus); }) +
+         put("float2 clippingRange",
+             [](const FrameCamera& c) {
+               return fmt::format("({:.6g}, {:.6g})", 0.01f * c.focus, 100 * c.focus);
+             }) +
+         put("matrix4d xformOp:transform",
+             [](const FrameCamera& c) {
+               return fmt::format(
+                   "( ({}, {}, {}, 0), ({}, {}, {}, 0), ({}, {}, {}, 0), ({}, {}, {}, 1) )",
+                   c.right.x, c.right.y, c.right.z, c.up.x, c.up.y, c.up.z, -c.forward.x,
+                   -c.forward.y, -c.forward.z, c.position.x, c.position.y, c.position.z);
+             }) +
+         "        uniform token[] xformOpOrder = [\"xformOp:transform\"]\n    }\n\n";
 }
 
 std::string UsdWriter::material(const std::string& name, const SurfaceMaterial& m) const {
@@ -365,7 +442,8 @@ std::string UsdWriter::material(const std::string& name, const SurfaceMaterial& 
   return text + "        }\n\n";
 }
 
-void UsdWriter::add_mixed_material(ActorSamples& actor, std::vector<ByteSource>& parts) {
+void UsdWriter::add_mixed_material(const ActorSamples& actor, const LookSamples& look,
+                                   std::vector<ByteSource>& parts) {
   const std::string name = "points_of_" + actor.name, path = "/morph/materials/" + name;
   parts.push_back(text(fmt::format(
       "        def Material \"{0}\"\n        {{\n"
@@ -375,10 +453,10 @@ void UsdWriter::add_mixed_material(ActorSamples& actor, std::vector<ByteSource>&
       "                color3f inputs:diffuseColor.connect = <{1}/color.outputs:result>\n"
       "                float inputs:roughness.timeSamples = {{\n",
       name, path)));
-  parts.push_back(spool_.source(actor.roughness.ranges()));
+  parts.push_back(spool_.source(look.roughness.ranges()));
   parts.push_back(
       text("                }\n                float inputs:metallic.timeSamples = {\n"));
-  parts.push_back(spool_.source(actor.metallic.ranges()));
+  parts.push_back(spool_.source(look.metallic.ranges()));
   parts.push_back(
       text("                }\n                token outputs:surface\n            }\n\n"
            "            def Shader \"color\"\n            {\n"
@@ -387,27 +465,35 @@ void UsdWriter::add_mixed_material(ActorSamples& actor, std::vector<ByteSource>&
            "                float3 outputs:result\n            }\n        }\n\n"));
 }
 
-void UsdWriter::add_mesh(std::size_t index, std::vector<ByteSource>& parts) {
-  ActorSamples& actor = actors_[index];
+void UsdWriter::add_mesh(const ActorSamples& actor, const LookSamples& look,
+                         const std::vector<std::string>& label_names,
+                         std::vector<ByteSource>& parts) {
+  // Several materials are assigned to subsets of the faces.
+  const std::string material = look.is_mixed ? "points_of_" + actor.name
+                               : look.materials.size() == 1
+                                   ? catalog_.materials[look.materials.front()].name
+                                   : "";
   parts.push_back(text(fmt::format(
-      "    def Mesh \"{0}\" (\n        prepend apiSchemas = [\"MaterialBindingAPI\"]\n    )\n    "
-      "{{\n"
-      "        uniform token subdivisionScheme = \"none\"\n"
-      "        uniform token orientation = \"rightHanded\"\n"
-      "        rel material:binding = </morph/materials/points_of_{0}>\n"
-      "        uniform token subsetFamily:materialBind:familyType = \"nonOverlapping\"\n"
-      "        string[] primvars:labelNames = {1} (\n            interpolation = \"constant\"\n"
-      "        )\n",
-      actor.name, quote(sequence_.label_names[index]))));
+      "        def Mesh \"{}\" (\n            prepend apiSchemas = [\"MaterialBindingAPI\"]\n"
+      "        )\n        {{\n"
+      "            uniform token subdivisionScheme = \"none\"\n"
+      "            uniform token orientation = \"rightHanded\"\n"
+      "            uniform token subsetFamily:materialBind:familyType = \"nonOverlapping\"\n"
+      "            string[] primvars:labelNames = {} (\n                interpolation = "
+      "\"constant\"\n            )\n",
+      look.name, quote(label_names))));
+  if (!material.empty())
+    parts.push_back(
+        text(fmt::format("            rel material:binding = </morph/materials/{}>\n", material)));
   const auto put = [&](const char* type, const char* name, const char* interpolation,
                        const TimeSamples& samples) {
     if (*interpolation)
-      parts.push_back(
-          text(fmt::format("        {} {} (\n            interpolation = \"{}\"\n        )\n", type,
-                           name, interpolation)));
-    parts.push_back(text(fmt::format("        {} {}.timeSamples = {{\n", type, name)));
+      parts.push_back(text(fmt::format(
+          "            {} {} (\n                interpolation = \"{}\"\n            )\n", type,
+          name, interpolation)));
+    parts.push_back(text(fmt::format("            {} {}.timeSamples = {{\n", type, name)));
     parts.push_back(spool_.source(samples.ranges()));
-    parts.push_back(text("        }\n"));
+    parts.push_back(text("            }\n"));
   };
   /// Writes the topology: a single value if it is the same in all frames.
   const auto put_topology = [&](const char* type, const char* name, const char* interpolation,
@@ -417,51 +503,54 @@ void UsdWriter::add_mesh(std::size_t index, std::vector<ByteSource>& parts) {
       return;
     }
     const std::string how =
-        *interpolation
-            ? fmt::format(" (\n            interpolation = \"{}\"\n        )", interpolation)
-            : "";
-    parts.push_back(text(fmt::format("        {} {} = {}{}\n", type, name, samples.last(), how)));
+        *interpolation ? fmt::format(" (\n                interpolation = \"{}\"\n            )",
+                                     interpolation)
+                       : "";
+    parts.push_back(
+        text(fmt::format("            {} {} = {}{}\n", type, name, samples.last(), how)));
   };
-  put("float3[]", "extent", "", actor.extent);
-  put_topology("int[]", "faceVertexCounts", "", actor.counts);
-  put_topology("int[]", "faceVertexIndices", "", actor.indices);
-  put("point3f[]", "points", "", actor.points);
+  put("token", "visibility", "", look.visibility);
+  put("float3[]", "extent", "", look.extent);
+  put_topology("int[]", "faceVertexCounts", "", look.counts);
+  put_topology("int[]", "faceVertexIndices", "", look.indices);
+  put("point3f[]", "points", "", look.points);
   // Normals are indexed per corner: most frames are smooth and have one normal per point.
   if (sequence_.has_corner_normals) {
-    put("normal3f[]", "primvars:normals", "faceVarying", actor.normals);
-    put("int[]", "primvars:normals:indices", "", actor.normal_indices);
+    put("normal3f[]", "primvars:normals", "faceVarying", look.normals);
+    put("int[]", "primvars:normals:indices", "", look.normal_indices);
   } else {
-    put("normal3f[]", "normals", "vertex", actor.normals);
+    put("normal3f[]", "normals", "vertex", look.normals);
   }
-  put("vector3f[]", "velocities", "", actor.velocities);
-  put("color3f[]", "primvars:displayColor", "vertex", actor.colors);
-  put_topology("texCoord2f[]", "primvars:st", "faceVarying", actor.uvs);
-  put_topology("int[]", "primvars:st:indices", "", actor.uv_indices);
-  put("int[]", "primvars:label", "vertex", actor.labels);
-  for (std::size_t m = 0; m < actor.subsets.size(); ++m) {
-    const std::string& name = catalog_.materials[m].name;
+  put("vector3f[]", "velocities", "", look.velocities);
+  put("color3f[]", "primvars:displayColor", "vertex", look.colors);
+  put_topology("texCoord2f[]", "primvars:st", "faceVarying", look.uvs);
+  put_topology("int[]", "primvars:st:indices", "", look.uv_indices);
+  put("int[]", "primvars:label", "vertex", look.labels);
+  for (std::size_t m = 0; m < look.subsets.size(); ++m) {
     parts.push_back(
-        text(fmt::format("\n        def GeomSubset \"{0}\" (\n            prepend apiSchemas = "
-                         "[\"MaterialBindingAPI\"]\n        )\n        {{\n"
-                         "            uniform token elementType = \"face\"\n"
-                         "            uniform token familyName = \"materialBind\"\n"
-                         "            rel material:binding = </morph/materials/{0}>\n"
-                         "            int[] indices.timeSamples = {{\n",
-                         name)));
-    parts.push_back(spool_.source(actor.subsets[m].ranges()));
-    parts.push_back(text("            }\n        }\n"));
+        text(fmt::format("\n            def GeomSubset \"{0}\" (\n"
+                         "                prepend apiSchemas = [\"MaterialBindingAPI\"]\n"
+                         "            )\n            {{\n"
+                         "                uniform token elementType = \"face\"\n"
+                         "                uniform token familyName = \"materialBind\"\n"
+                         "                rel material:binding = </morph/materials/{0}>\n"
+                         "                int[] indices.timeSamples = {{\n",
+                         catalog_.materials[look.materials[m]].name)));
+    parts.push_back(spool_.source(look.subsets[m].ranges()));
+    parts.push_back(text("                }\n            }\n"));
   }
-  parts.push_back(text("    }\n\n"));
+  parts.push_back(text("        }\n\n"));
 }
 
 Status UsdWriter::end_runs() {
-  for (ActorSamples& a : actors_) {
-    for (TimeSamples* samples :
-         {&a.extent, &a.counts, &a.indices, &a.points, &a.normals, &a.normal_indices, &a.velocities,
-          &a.colors, &a.uvs, &a.uv_indices, &a.labels, &a.roughness, &a.metallic})
-      PM_TRY_STATUS(samples->end_run(spool_));
-    for (TimeSamples& samples : a.subsets) PM_TRY_STATUS(samples.end_run(spool_));
-  }
+  for (ActorSamples& actor : actors_)
+    for (LookSamples& a : actor.looks) {
+      for (TimeSamples* samples : {&a.visibility, &a.extent, &a.counts, &a.indices, &a.points,
+                                   &a.normals, &a.normal_indices, &a.velocities, &a.colors, &a.uvs,
+                                   &a.uv_indices, &a.labels, &a.roughness, &a.metallic})
+        PM_TRY_STATUS(samples->end_run(spool_));
+      for (TimeSamples& samples : a.subsets) PM_TRY_STATUS(samples.end_run(spool_));
+    }
   return Ok{};
 }
 
@@ -480,9 +569,16 @@ Status UsdWriter::finish() {
   PM_TRY_STATUS(write_textures());
   std::vector<ByteSource> parts;
   parts.push_back(text(header()));
-  for (std::size_t a = 0; a < actors_.size(); ++a) add_mesh(a, parts);
+  for (std::size_t a = 0; a < actors_.size(); ++a) {
+    parts.push_back(text(fmt::format("    def Xform \"{}\"\n    {{\n", actors_[a].name)));
+    for (const LookSamples& look : actors_[a].looks)
+      add_mesh(actors_[a], look, sequence_.label_names[a], parts);
+    parts.push_back(text("    }\n\n"));
+  }
   parts.push_back(text(camera() + "    def Scope \"materials\"\n    {\n"));
-  for (ActorSamples& actor : actors_) add_mixed_material(actor, parts);
+  for (const ActorSamples& actor : actors_)
+    for (const LookSamples& look : actor.looks)
+      if (look.is_mixed) add_mixed_material(actor, look, parts);
   for (const SurfaceMaterial& m : catalog_.materials) parts.push_back(text(material(m.name, m)));
   parts.push_back(text("    }\n}\n"));
   return write_file(path_, concatenate(std::move(parts)));

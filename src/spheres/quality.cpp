@@ -137,15 +137,19 @@ Result<ApproximationQuality> measure_quality(const Model& model, const InsideTes
   return quality;
 }
 
-std::string describe_bad_fit(const ApproximationQuality& quality) {
+bool is_good_fit(const ApproximationQuality& quality) {
   constexpr double kMinOverlap = 0.7, kMaxDistance = 0.15;
-  const double max_distance = std::max(quality.hausdorff_to_model, quality.hausdorff_to_surface);
-  if (quality.iou >= kMinOverlap && max_distance <= kMaxDistance) return "";
+  return quality.iou >= kMinOverlap &&
+         std::max(quality.hausdorff_to_model, quality.hausdorff_to_surface) <= kMaxDistance;
+}
+
+std::string describe_fit(const ApproximationQuality& quality) {
+  const bool is_good = is_good_fit(quality);
   return fmt::format(
-      "the balls stand badly for it: they overlap with it by {:.0f} % and are up to {:.0f} % of "
-      "its "
-      "size away - raise the number of balls, mend what `check` says of the model, or solidify it",
-      100 * quality.iou, 100 * max_distance);
+      "the balls fit {}: {:.0f} % overlap, up to {:.0f} % of the size off{}",
+      is_good ? "well" : "poorly", 100 * quality.iou,
+      100 * std::max(quality.hausdorff_to_model, quality.hausdorff_to_surface),
+      is_good ? "" : " - raise the number of balls, or mend what `check` says of the model");
 }
 
 Result<double> hausdorff_distance(const Model& model, const std::vector<BoundarySample>& samples,

@@ -32,8 +32,10 @@ Result<ApproximationQuality> measure_quality(const Model& model, const InsideTes
                                              const std::vector<Ball>& balls, FieldKind kind,
                                              int grid, double points = 3e5);
 
-/// Describes a bad fit with numbers and what to do; empty for a good fit.
-std::string describe_bad_fit(const ApproximationQuality& quality);
+/// Is the overlap at least 70 %, and nothing further off than 15 % of the size?
+bool is_good_fit(const ApproximationQuality& quality);
+/// Describes a fit with numbers and, where it is poor, what to do.
+std::string describe_fit(const ApproximationQuality& quality);
 
 /// Computes the larger of both one-sided Hausdorff distances, relative to the diagonal.
 Result<double> hausdorff_distance(const Model& model, const std::vector<BoundarySample>& samples,

@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "model/load/load_model.h"
 #include "scene/scene.h"
+#include "starter/initial_scene.h"
 
 namespace polymorph {
 namespace {
@@ -51,13 +52,14 @@ const NamedFile* find_named(const std::vector<NamedFile>& files, const std::stri
   return found == files.end() ? nullptr : &*found;
 }
 
-/// A demo model, else a shape, else a model file; null if it is none of them.
-JsonValue object_named(const std::vector<NamedFile>& models, const std::string& name) {
-  if (const NamedFile* model = find_named(models, name)) return model->file.string();
+/// A demo model, else a shape, else a model file; null if it is none of them. For a scene in
+/// `folder`.
+JsonValue object_named(const std::vector<NamedFile>& models, const std::string& name,
+                       const fs::path& folder) {
+  if (const NamedFile* model = find_named(models, name)) return relative_name(model->file, folder);
   if (std::find(kShapeNames.begin(), kShapeNames.end(), name) != kShapeNames.end()) return name;
   std::error_code error;
-  if (is_model_file(name) && fs::is_regular_file(name, error))
-    return fs::absolute(name).lexically_normal().string();
+  if (is_model_file(name) && fs::is_regular_file(name, error)) return relative_name(name, folder);
   return {};
 }
 
@@ -66,14 +68,14 @@ Error unknown_name(const char* what, const std::string& name, std::vector<std::s
                     what, name, did_you_mean(name, names), join_quoted(names));
 }
 
-/// An object of an effect's scene, its model named absolutely.
-JsonValue relocated(JsonValue object, const fs::path& folder) {
+/// An object of an effect's scene in the folder `from`, for a scene in the folder `to`.
+JsonValue relocated(JsonValue object, const fs::path& from, const fs::path& to) {
   if (object.is_string()) {
     const std::string& name = object.string;
     if (std::find(kShapeNames.begin(), kShapeNames.end(), name) == kShapeNames.end())
-      return (folder / name).lexically_normal().string();
+      return relative_name(from / name, to);
   } else if (object.contains("model")) {
-    object["model"] = (folder / object["model"].string).lexically_normal().string();
+    object["model"] = relative_name(from / object["model"].string, to);
   }
   return object;
 }
@@ -118,40 +120,42 @@ Result<std::vector<NamedFile>> demo_effects(const fs::path& data) {
 }
 
 Result<JsonValue> demo_scene(const fs::path& data, const std::string& from, const std::string& to,
-                             const std::string& through) {
+                             const std::string& through, const fs::path& folder) {
   const std::vector<NamedFile> models = demo_models(data);
   PM_TRY(const std::vector<NamedFile> effects, demo_effects(data));
   std::vector<std::string> objects = names_of(models);
   for (const std::string& shape : kShapeNames)
     if (!find_named(models, shape)) objects.push_back(shape);
 
-  const JsonValue source = object_named(models, from), target = object_named(models, to);
+  const JsonValue source = object_named(models, from, folder),
+                  target = object_named(models, to, folder);
   if (source.is_null()) return unknown_name("model", from, objects);
   if (target.is_null()) return unknown_name("model", to, objects);
   JsonValue between = JsonValue::array(), settings;
   if (!through.empty()) {
     if (const NamedFile* file = find_named(effects, through)) {
       PM_TRY(const JsonValue effect, read_effect(file->file));
-      const fs::path folder = file->file.parent_path();
+      const fs::path effects_folder = file->file.parent_path();
       if (is_shape(effect.get("source"))) between.push_back(passed_through(effect.get("source")));
       for (const JsonValue& object : effect.get("intermediate").items)
-        between.push_back(relocated(object, folder));
+        between.push_back(relocated(object, effects_folder, folder));
       if (is_shape(effect.get("target"))) between.push_back(passed_through(effect.get("target")));
       for (const char* key :
            {"plan", "motion", "field", "boundary", "camera", "look", "lights", "ground"})
         if (effect.contains(key)) settings[key] = effect.get(key);
-    } else if (const JsonValue object = object_named(models, through); !object.is_null()) {
+    } else if (const JsonValue object = object_named(models, through, folder); !object.is_null()) {
       between.push_back(object);
     } else {
       std::vector<std::string> names = names_of(effects);
-      names.insert(names.end(), objects.begin(), objects.end());
+      for (const std::string& other : objects)
+        if (!find_named(effects, other)) names.push_back(other);
       return unknown_name("effect", through, names);
     }
   }
   JsonValue scene;
   std::error_code error;
   if (const fs::path schema = data / "scene.schema.json"; fs::exists(schema, error))
-    scene["$schema"] = schema.string();
+    scene["$schema"] = relative_name(schema, folder);
   scene["source"] = source;
   if (!between.empty()) scene["intermediate"] = between;
   scene["target"] = target;

@@ -27,8 +27,10 @@ Result<std::vector<NamedFile>> demo_effects(const std::filesystem::path& data);
 /// A scene from `from` to `to`, each a demo model, a built-in shape or a model file, small enough
 /// for seconds. `through`: an effect, whose settings and objects on the way are taken over, with
 /// ends that are shapes as objects on the way too; or an object, which is formed on the way; or
-/// empty. Paths are absolute. Errors (kUsage): an unknown name; the message has the nearest.
+/// empty. Paths are relative to `folder`, where the scene will be. Errors (kUsage): an unknown
+/// name; the message has the nearest.
 Result<JsonValue> demo_scene(const std::filesystem::path& data, const std::string& from,
-                             const std::string& to, const std::string& through);
+                             const std::string& to, const std::string& through,
+                             const std::filesystem::path& folder);
 
 }  // namespace polymorph

@@ -31,7 +31,7 @@ Result<std::string> model_name(const std::string& file, const fs::path& folder) 
   if (!is_model_file(file))
     return make_error(ErrorCode::kInput,
                       "{}: is no model file - use OBJ, glTF, FBX, PLY, STL, DAE, OFF or 3DS", file);
-  const std::string name = fs::absolute(file).lexically_normal().lexically_proximate(folder);
+  const std::string name = relative_name(file, folder);
   // Bytes that are not UTF-8 are replaced, and another name would be read.
   PM_TRY(const JsonDocument document, parse_json("", format_json(name)));
   if (document.root.string != name)
@@ -41,6 +41,13 @@ Result<std::string> model_name(const std::string& file, const fs::path& folder) 
 
 }  // namespace
 
+std::string relative_name(const fs::path& file, const fs::path& folder) {
+  std::error_code ignored;  // a folder that is not there yet, or a working folder that is gone
+  const fs::path from =
+      fs::weakly_canonical(fs::absolute(folder.empty() ? "." : folder, ignored), ignored);
+  return fs::absolute(file, ignored).lexically_normal().lexically_proximate(from).string();
+}
+
 Result<JsonValue> initial_scene(const std::vector<std::string>& models, const fs::path& folder) {
   std::vector<std::string> names;
   for (const std::string& model : models) {
@@ -49,7 +56,7 @@ Result<JsonValue> initial_scene(const std::vector<std::string>& models, const fs
   }
   JsonValue scene;
   if (const auto data = find_data_folder())
-    scene["$schema"] = (*data / "scene.schema.json").string();
+    scene["$schema"] = relative_name(*data / "scene.schema.json", folder);
   scene["source"] = names.front();
   if (names.size() > 2)
     scene["intermediate"] = std::vector<std::string>(names.begin() + 1, names.end() - 1);

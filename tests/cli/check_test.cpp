@@ -61,7 +61,24 @@ TEST_F(CheckModels, AnOpenModelIsToldWhereAndWhatToDo) {
   open.erase(open.rfind('f'));
   const auto json = check(0, open, R"({"resolution": 5})");
   EXPECT_TRUE(contains(json["warnings"].dump(), "it is open: 4 edges have only one face")) << json;
-  EXPECT_TRUE(contains(json["warnings"].dump(), "solidify")) << json;
+  EXPECT_TRUE(contains(json["warnings"].dump(), "this is usually fine")) << json;
+  EXPECT_FALSE(contains(json["warnings"].dump(), "solidify")) << "the pages warn of it";
+}
+
+TEST_F(CheckModels, WhatChangesNothingIsNoWarning) {
+  // Two boxes that touch in a corner.
+  const std::string pair = box(0, 1, 1) + box(1, 2, 9);
+  const auto json = check(0, pair, R"({"resolution": 5})", {"--strict"});
+  EXPECT_TRUE(json["warnings"].empty()) << json;
+  EXPECT_TRUE(contains(json["notes"].dump(), "a point joins parts that no edge joins")) << json;
+}
+
+TEST_F(CheckModels, AFitIsJudgedEitherWay) {
+  auto json = check(0, box(0, 1, 1), R"({"balls": 64, "fit": "ellipsoid"})", {"--fit"});
+  EXPECT_TRUE(contains(json["notes"].dump(), "model: the balls fit well: ")) << json;
+  EXPECT_TRUE(json["warnings"].empty()) << json;
+  json = check(0, box(0, 1, 1) + box(9, 10, 9), R"({"balls": 1, "fit": "round"})", {"--fit"});
+  EXPECT_TRUE(contains(json["warnings"].dump(), "model: the balls fit poorly: ")) << json;
 }
 
 }  // namespace

@@ -1,4 +1,6 @@
 // demo, init and the program alone: what newcomers do first.
+#include <cstdio>
+
 #include "testing/program.h"
 
 namespace polymorph {
@@ -44,8 +46,29 @@ TEST_F(Demo, MakesAStripAGifAndTheSceneItPrints) {
   // What it suggests is one word to a shell, whatever the folder is called.
   EXPECT_TRUE(contains(ran.err, " check 'it'\\''s here/scene.json'\n")) << ran.err;
   EXPECT_TRUE(contains(ran.err, " -o 'it'\\''s here/frame.####.exr' --png")) << ran.err;
+  // The folder can be taken elsewhere with the models: no path is of this machine.
+  EXPECT_TRUE(contains(scene, "\"source\": \"../data/models/lump.obj\"")) << scene;
+  EXPECT_FALSE(contains(scene, folder.string())) << scene;
   run(0, {"check", "it's here/scene.json"});
   EXPECT_TRUE(contains(run(4, {"demo", "lump", "sphere", "-o", "it's here"}).err, "exists"));
+}
+
+TEST_F(Demo, ItsLastLinesSayWhatToDo) {
+  use_small_models();
+  const std::string command = "cd '" + folder.string() + "' && POLYMORPH_DATA_DIR=data '" +
+                              program_path().string() + "' demo lump sphere --no-cache 2>&1";
+  FILE* const pipe = ::popen(command.c_str(), "r");  // both streams into one
+  ASSERT_NE(pipe, nullptr);
+  std::string both;
+  for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) both += static_cast<char>(c);
+  EXPECT_EQ(::pclose(pipe), 0) << both;
+  const std::vector<std::string> lines = lines_of(both);
+  ASSERT_GT(lines.size(), 3u) << both;
+  EXPECT_TRUE(contains(lines.back(), " render lump-sphere/scene.json -o ")) << both;
+  EXPECT_TRUE(
+      contains(both.substr(both.find("made lump-sphere/morph.gif")), "edit the scene, then"))
+      << both;
+  EXPECT_LT(both.find("\"surface\""), both.find("made lump-sphere/morph.gif")) << both;
 }
 
 TEST_F(Demo, TakesAFolderOrTheNameOfOneOfItsFiles) {
@@ -116,6 +139,11 @@ TEST_F(Init, WritesACommentedSceneThatIsGood) {
   EXPECT_TRUE(contains(scene, "\"source\": \"../models/a b.obj\",\n")) << scene;
   EXPECT_TRUE(contains(scene, "// width in pixels; 1 to 32768\n    \"width\": 640,\n")) << scene;
   run(0, {"check", "scenes/one.json"});
+  // The schema is found from there.
+  const auto document = nlohmann::json::parse(scene, nullptr, false, true);  // with comments
+  const auto schema = document["$schema"].get<std::string>();
+  EXPECT_TRUE(schema.starts_with("../")) << schema;
+  EXPECT_TRUE(exists("scenes/" + schema)) << schema;
   // All of its values are the defaults, but the output's.
   write("scenes/bare.json",
         R"({"source": "../models/a b.obj", "target": "../models/b.obj", "frames": {"count": 24},

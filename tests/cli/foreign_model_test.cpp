@@ -74,6 +74,17 @@ TEST_F(ForeignModel, ColoursOfPointsBecomeMaterials) {
   EXPECT_NEAR(json["size"][1].get<double>() / json["size"][2].get<double>(), 0.25, 1e-5);
 }
 
+TEST_F(ForeignModel, ScenesOfOtherProgramsAreToldWhatToExport) {
+  for (const char* name : {"a.usdc", "b.BLEND"}) {
+    write(name, "PXR-USDC");
+    const Ran ran = run(3, {"info", name});
+    EXPECT_TRUE(contains(ran.err, "files are not read - export the model as glTF (.glb)"))
+        << ran.err;
+    write("scene.json", std::string(R"({"source": ")") + name + R"(", "target": "sphere"})");
+    EXPECT_TRUE(contains(run(1, {"check", "scene.json"}).err, "export the model as glTF"));
+  }
+}
+
 TEST_F(ForeignModel, ReaderThatIsNotThere) {
   variables.emplace_back("POLYMORPH_ASSIMP", "/nowhere/reader");
   const Ran ran = run(5, {"info", (kModels / "box.glb").string()});

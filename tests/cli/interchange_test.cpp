@@ -68,13 +68,41 @@ TEST_F(Interchange, UsdHasSamplesOfEverything) {
   const std::string usd = read_text(folder / "m.usda");
   EXPECT_TRUE(usd.starts_with("#usda 1.0\n"));
   for (const char* part :
-       {"upAxis = \"Y\"", "metersPerUnit = 1", "timeCodesPerSecond = 24", "def Mesh \"cube\"",
-        "def Camera \"camera\"", "subdivisionScheme = \"none\"",
+       {"upAxis = \"Y\"", "metersPerUnit = 1", "timeCodesPerSecond = 24", "def Xform \"cube\"",
+        "def Mesh \"surface\"", "def Camera \"camera\"", "subdivisionScheme = \"none\"",
         "int[] faceVertexIndices.timeSamples", "vector3f[] velocities.timeSamples",
         "color3f[] primvars:displayColor.timeSamples", "texCoord2f[] primvars:st.timeSamples",
         "int[] primvars:label.timeSamples"})
     EXPECT_TRUE(contains(usd, part)) << part;
   EXPECT_EQ(count_files(".part"), 0u);
+}
+
+TEST_F(Interchange, ACameraWithKeyframesMovesInTheFile) {
+  const std::vector<std::string> moving{
+      "--set", R"(camera.azimuth={"keys": [{"frame": 1, "value": 0}, {"frame": 6, "value": 90}]})"};
+  for (const char* name : {"m.usda", "m.glb"}) {
+    std::vector<std::string> command{"mesh", "scene.json", "-o", name};
+    command.insert(command.end(), moving.begin(), moving.end());
+    run(0, command);
+  }
+  const std::string usd = read_text(folder / "m.usda");
+  const std::size_t samples = usd.find("matrix4d xformOp:transform.timeSamples = {");
+  ASSERT_NE(samples, std::string::npos) << usd.substr(usd.find("def Camera"));
+  EXPECT_TRUE(contains(usd.substr(samples, usd.find('}', samples) - samples), "\n            6: "));
+  const auto json = glb_json(read_text(folder / "m.glb"));
+  std::size_t moved = 0;
+  for (const auto& channel : json["animations"][0]["channels"])
+    moved += channel["target"].value("node", 0u) + 1 == json["nodes"].size();
+  EXPECT_EQ(moved, 2u) << "translation and rotation";
+}
+
+TEST_F(Interchange, AnObjIsReadAgainInItsColours) {
+  write("scene.json", tiny_scene(4, R"({"shape": "cube", "color": "#ff0000"})"));
+  run(0, {"mesh", "scene.json", "-f", "2", "-o", "m.obj"});
+  write("again.json", tiny_scene(4, R"("m.obj")"));
+  run(0, {"mesh", "again.json", "-f", "1", "-o", "n.obj"});
+  EXPECT_TRUE(contains(read_text(folder / "n.mtl"), "newmtl color_"))
+      << read_text(folder / "n.mtl");
 }
 
 TEST_F(Interchange, AnObjHasItsMaterialsAndTexturesBesideIt) {

@@ -18,6 +18,7 @@ TEST_F(SpheresCommand, TellsHowGoodTheBallsAre) {
   write("box.obj", box_text(0.5));
   const Ran ran = run(0, {"spheres", "box.obj", "--balls", "24"});
   EXPECT_TRUE(contains(ran.out, "box: 12 triangles, medial, ellipsoid balls fitted")) << ran.out;
+  EXPECT_TRUE(contains(ran.out, "time for spheres and balls")) << ran.out;
   const auto json = parse(run(0, {"spheres", "box.obj", "--balls", "24", "--json"}).out);
   EXPECT_EQ(json["spheres"], 24);
   EXPECT_EQ(json["balls"], 24);
@@ -30,6 +31,18 @@ TEST_F(SpheresCommand, TellsHowGoodTheBallsAre) {
   const auto unfitted =
       parse(run(0, {"spheres", "box.obj", "--balls", "24", "--no-fit", "--json"}).out);
   EXPECT_LT(unfitted["iou"], json["iou"]) << "what the fit is for";
+}
+
+TEST_F(SpheresCommand, NeedNotBeMeasured) {
+  const std::vector<std::string> command{"spheres",  "box.obj",      "--method",
+                                         "octree",   "--resolution", "5",
+                                         "--no-fit", "--json",       "--no-measure"};
+  const auto plain = parse(run(0, command).out);
+  const auto measured = parse(run(0, {command.begin(), command.end() - 1}).out);
+  EXPECT_FALSE(plain.contains("iou")) << plain;
+  EXPECT_TRUE(measured.contains("iou")) << measured;
+  EXPECT_EQ(plain["spheres"], measured["spheres"]);
+  EXPECT_EQ(plain["balls"], measured["balls"]) << "a ball for each sphere";
 }
 
 TEST_F(SpheresCommand, EveryMethodGivesATreeAndItsLeaves) {

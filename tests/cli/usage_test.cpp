@@ -285,6 +285,34 @@ TEST_F(Help, Version) {
   }
 }
 
+TEST_F(Help, VersionSaysWhatAReportOfABugNeeds) {
+  const std::string text = run(0, {"version"}).out;
+  EXPECT_TRUE(text.starts_with("polymorph " PM_VERSION "\nbuild   ")) << text;
+  for (const char* part : {"GNU", "\nwith    Embree 3.", ", OpenEXR 3.", "\ncpu     ", " thread"})
+    EXPECT_TRUE(contains(text, part)) << part << "\n" << text;
+  const auto json = parse(run(0, {"version", "--json"}).out);
+  EXPECT_EQ(json["version"], PM_VERSION);
+  EXPECT_FALSE(json["build"].get<std::string>().empty());
+  EXPECT_EQ(json["devices"]["cpu"], parse(run(0, {"devices", "--json"}).out)["cpu"]);
+}
+
+TEST_F(Help, HelpIsACommand) {
+  EXPECT_EQ(run(0, {"help"}).out, run(0, {"--help"}).out);
+  for (const char* command : {"render", "help", "golden"})
+    EXPECT_EQ(run(0, {"help", command}).out, run(0, {command, "--help"}).out) << command;
+  const Ran unknown = run(2, {"help", "rendr"});
+  EXPECT_TRUE(contains(unknown.err, "unknown command \"rendr\" - did you mean \"render\"?"))
+      << unknown.err;
+}
+
+TEST_F(Help, SchemaListsWhatSetTakes) {
+  const std::vector<std::string> lines = lines_of(run(0, {"schema", "--keys"}).out);
+  for (const char* line : {"camera.fov=", "look.kind=metal", "ground.enabled=false",
+                           "target.rotate=", "motion.easing=spring", "target.shape=torus"})
+    EXPECT_NE(std::find(lines.begin(), lines.end(), line), lines.end()) << line;
+  for (const std::string& line : lines) EXPECT_TRUE(contains(line, "=")) << line;
+}
+
 TEST_F(Help, ListsEveryCommand) {
   for (const char* flag : {"--help", "-h"}) {
     const Ran ran = run(0, {flag});

@@ -21,4 +21,6 @@ shows 'polymorph cache ' 'verify'
 shows 'polymorph demo teap' 'teapot'
 shows 'polymorph demo teapot pen' 'penguin'
 shows 'polymorph demo teapot --through mel' 'melt'
+shows 'polymorph render s.json --set camera.fo' 'camera.fov='
+shows 'polymorph render s.json --set look.kind=me' 'look.kind=metal'
 zpty -d shell

@@ -13,7 +13,10 @@ rm -rf "$build/pages"  # as after scripts/demo, which builds the program alone
 deb=$("$(dirname "$0")/../../scripts/package" "$build")
 # Captured first: under pipefail a grep -q that ends early makes its writer fail.
 control=$(dpkg-deb --info "$deb")
-grep -q 'Depends: .*libembree3' <<<"$control" || { echo "$control"; echo "no dependencies"; exit 1; }
+for field in 'Depends: .*libembree3' 'Depends: .*libassimp5' 'Recommends: libopenimageio' 'Maintainer: .* <.*@.*>'; do
+  grep -q "^ *$field" <<<"$control" || { echo "$control"; echo "no $field"; exit 1; }
+done
+! grep -q 'Depends: .*libopenimageio' <<<"$control" || { echo "OpenImageIO is required"; exit 1; }
 
 # Kept between runs: the bare system takes a minute to make.
 cache=${XDG_CACHE_HOME:-$HOME/.cache}/polymorph-test-root; base=$cache/debian12.tar

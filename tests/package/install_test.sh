@@ -19,12 +19,21 @@ for file in man/man1/polymorph.1 man/man1/polymorph-render.1 bash-completion/com
             fish/vendor_completions.d/polymorph.fish polymorph/scene.schema.json polymorph/farm/polymorph.openjd.yaml; do
   [[ -s $work/usr/share/$file ]] || { echo "missing: $file"; exit 1; }
 done
+# The README's links to pages and pictures lead somewhere.
+pages=$work/usr/share/doc/polymorph
+for link in $(grep -o '](docs/[^)#]*' "$pages/README.md" | cut -c3- | sort -u) CONTRIBUTING.md SECURITY.md LICENSE; do
+  [[ -s $pages/$link ]] || { echo "missing: $link of the README"; exit 1; }
+done
 # Completion answers as bash asks.
-bash -c 'source "$1"; COMP_WORDS=(polymorph render --sk); COMP_CWORD=2; _polymorph; [[ ${COMPREPLY[*]} == "--skip-existing" ]]
+bash -ec 'source "$1"; COMP_WORDS=(polymorph render --sk); COMP_CWORD=2; _polymorph; [[ ${COMPREPLY[*]} == "--skip-existing" ]]
   COMP_WORDS=(polymorph cache v); _polymorph; [[ ${COMPREPLY[*]} == "verify" ]]
   COMP_WORDS=(polymorph dem); COMP_CWORD=1; _polymorph; [[ ${COMPREPLY[*]} == "demo" ]]
   COMP_WORDS=(polymorph demo teapot pen); COMP_CWORD=3; _polymorph; [[ ${COMPREPLY[*]} == "penguin" ]]
   COMP_WORDS=(polymorph demo teapot --through mel); COMP_CWORD=4; _polymorph; [[ ${COMPREPLY[*]} == "melt" ]]
+  COMP_WORDS=(polymorph render s.json --set camera.fo); COMP_CWORD=4; _polymorph; [[ ${COMPREPLY[*]} == *"camera.fov="* ]]
+  COMP_WORDS=(polymorph render s.json --set look.kind = me); COMP_CWORD=6; _polymorph; [[ ${COMPREPLY[*]} == "metal" ]]
+  COMP_WORDS=(polymorph render s.json --set ground.enabled =); COMP_CWORD=5; _polymorph; [[ ${COMPREPLY[*]} == "true false" ]]
+  COMP_WORDS=(polymorph render s.json --aovs albe); COMP_CWORD=4; _polymorph; [[ ${COMPREPLY[*]} == "albedo" ]]
   COMP_WORDS=(polymorph render --progress j); COMP_CWORD=3; _polymorph; [[ ${COMPREPLY[*]} == "json" ]]' \
   -- "$work/usr/share/bash-completion/completions/polymorph"
 # And as zsh and fish do, where they are installed.
@@ -39,6 +48,7 @@ if command -v fish >/dev/null; then
   }
   fish_says '^demo' 'polymorph dem'; fish_says '^--skip-existing' 'polymorph render --sk'
   fish_says '^lines' 'polymorph render --progress '; fish_says '^teapot' 'polymorph demo teap'
+  fish_says '^camera.fov=' 'polymorph render s.json --set camera.fo'; fish_says '^look.kind=metal' 'polymorph render s.json --set look.kind='
   fish_says '^melt' 'polymorph demo teapot --through mel'
 else
   echo "no fish here: its completion was not tried"

@@ -1,6 +1,8 @@
 // Files of whole sequences, glTF and OpenUSD, as what reads them finds them.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
@@ -42,7 +44,7 @@ SurfaceSequence sequence_of(int frames) {
   sequence.actors = {"it"};
   sequence.label_names = {{"head", "foot"}};
   sequence.last_frame = frames;
-  sequence.camera = {{0, 0, 5}, {1, 0, 0}, {0, 1, 0}, {0, 0, -1}};
+  sequence.cameras = {{{0, 0, 5}, {1, 0, 0}, {0, 1, 0}, {0, 0, -1}}};
   return sequence;
 }
 
@@ -172,12 +174,115 @@ TEST_F(Sequences, UsdHasWhatChangesAtItsTime) {
   moved.triangle_materials = {0, 0};
   const std::string text = usd({still, still, moved});
   for (const char* part :
-       {"endTimeCode = 3\n", "def Mesh \"it\"", "1: [(-1, 0, 0), (1, 0, 0), (1, 3, 0), (-1, 3, 0)]",
+       {"endTimeCode = 3\n", "def Xform \"it\"", "def Mesh \"plain\"",
+        "1: [(-1, 0, 0), (1, 0, 0), (1, 3, 0), (-1, 3, 0)]",
         "3: [(-2, 0.1, 0), (1, 0, 0), (1, 3, 0), (-1, 3, 0)]",
         "[(1, 2, 3), (0, 0, 0), (0, 0, 0), (4, 5, 6)]", "[0, 0, 1, 1]", "(0.25, 0.5, 1)",
         "asset inputs:file = @./m.texture1.png@", "def GeomSubset \"printed\""})
     EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
   EXPECT_EQ(read_file(folder / "m.texture1.png")->substr(1, 3), "PNG");
+}
+
+/// The lines of the prim that `head` begins, to the line that closes it.
+std::string prim_of(const std::string& text, const std::string& head) {
+  const std::size_t begin = text.find(head);
+  if (begin == std::string::npos) return "";
+  const std::size_t line = text.rfind('\n', begin) + 1;
+  const std::string end = "\n" + text.substr(line, begin - line) + "}\n";
+  return text.substr(begin, text.find(end, begin) - begin);
+}
+
+TEST_F(Sequences, UsdHasAMeshForEachLookAndShowsOneAtATime) {
+  SurfaceFrame source = square(), mixed = square(), target = square();
+  source.materials.resize(1), target.materials.erase(target.materials.begin());
+  source.triangle_materials = target.triangle_materials = {0, 0};
+  mixed.is_mixed = true;
+  mixed.positions[0].x = -3;
+  const std::string text = usd({source, mixed, mixed, target});
+  const struct {
+    const char *mesh, *material, *first, *shown, *last;
+  } looks[] = {
+      {"plain", "plain", "1: \"inherited\"", "2: \"invisible\"", "4: \"invisible\""},
+      {"surface", "points_of_it", "1: \"invisible\"", "2: \"inherited\"", "4: \"invisible\""},
+      {"printed", "printed", "1: \"invisible\"", "3: \"invisible\"", "4: \"inherited\""}};
+  for (const auto& [mesh, material, first, shown, last] : looks) {
+    const std::string prim = prim_of(text, std::string("def Mesh \"") + mesh + "\"");
+    for (const char* part : {first, shown, last})
+      EXPECT_NE(prim.find(part), std::string::npos) << mesh << ": " << part << "\n" << prim;
+    // The assignment is the same in all frames: some programs read it once.
+    EXPECT_NE(prim.find(std::string("</morph/materials/") + material + ">"), std::string::npos)
+        << prim;
+    EXPECT_EQ(prim.find("GeomSubset"), std::string::npos) << prim;
+  }
+  // Where it is not shown it has no points, for programs that do not know that it is invisible.
+  EXPECT_NE(prim_of(text, "def Mesh \"plain\"").find("2: [],"), std::string::npos) << text;
+}
+
+/// Cameras that go round by 90 degrees about y in `frames` steps, and zoom.
+SurfaceSequence turning(int frames) {
+  SurfaceSequence sequence = sequence_of(frames);
+  sequence.cameras.clear();
+  for (int i = 0; i < frames; ++i) {
+    const float angle = 1.5707963f * static_cast<float>(i) / static_cast<float>(frames - 1);
+    const Vec3 out{std::sin(angle), 0, std::cos(angle)};
+    sequence.cameras.push_back({out * 5.0f,
+                                {out.z, 0, -out.x},
+                                {0, 1, 0},
+                                -out,
+                                0.25f + 0.1f * static_cast<float>(i),
+                                4.0f / 3,
+                                5});
+  }
+  return sequence;
+}
+
+TEST_F(Sequences, UsdHasTheCameraOfEachFrame) {
+  const std::string text = written(make_usd_writer(folder / "m.usda", turning(3), true), "m.usda",
+                                   {square(), square(), square()});
+  const std::string prim = prim_of(text, "def Camera \"camera\"");
+  for (const char* part : {"float focalLength.timeSamples = {\n            1: 36,", "3: 20,",
+                           "matrix4d xformOp:transform.timeSamples = {\n            1: ( (1, 0, ",
+                           "float focusDistance = 5\n"})
+    EXPECT_NE(prim.find(part), std::string::npos) << part << "\n" << prim;
+  fs::remove(folder / "m.usda");
+  const std::string still = prim_of(usd({square()}), "def Camera \"camera\"");
+  EXPECT_EQ(still.find("timeSamples"), std::string::npos) << still;
+}
+
+TEST_F(Sequences, GlbHasTheCameraOfEachFrame) {
+  const std::string all = written(make_glb_writer(folder / "m.glb", turning(3), {}), "m.glb",
+                                  {square(), square(), square()});
+  std::uint32_t size;
+  std::memcpy(&size, all.data() + 12, sizeof size);
+  const Glb file{json::parse(all.substr(20, size)), all.substr(28 + size)};
+  const std::size_t node = file.file["nodes"].size() - 1;
+  EXPECT_EQ(file.file["nodes"][node]["camera"], 0);
+  EXPECT_FALSE(file.file["nodes"][node].contains("matrix")) << "a matrix cannot be animated";
+  const json& animation = file.file["animations"][0];
+  std::size_t found = 0;
+  for (const json& channel : animation["channels"]) {
+    const json& target = channel["target"];
+    const json& sampler = animation["samplers"][channel["sampler"].get<std::size_t>()];
+    const std::size_t output = sampler["output"];
+    if (target["path"] == "pointer" &&
+        target["extensions"]["KHR_animation_pointer"]["pointer"] == "/cameras/0/perspective/yfov") {
+      ++found;
+      EXPECT_NEAR(file.at<float>(output, 2, 4), 2 * std::atan(0.45f), 1e-6f);
+    }
+    if (target.value("node", json(0)) != node || target["path"] == "pointer") continue;
+    ++found;
+    EXPECT_EQ(sampler["interpolation"], "LINEAR");
+    EXPECT_EQ(file.at<float>(sampler["input"], 2, 4), 2 / 24.0f);
+    if (target["path"] == "translation") {
+      EXPECT_EQ(file.at<Vec3>(output, 0, 12), (Vec3{0, 0, 5}));
+    }
+    if (target["path"] == "rotation") {  // 90 degrees about y
+      const auto q = file.at<std::array<float, 4>>(output, 2, 16);
+      EXPECT_NEAR(q[1], std::sqrt(0.5f), 1e-6f);
+      EXPECT_NEAR(q[3], std::sqrt(0.5f), 1e-6f);
+    }
+  }
+  EXPECT_EQ(found, 3u);
 }
 
 TEST_F(Sequences, UsdReplacesNoTextureUnlessTold) {
@@ -200,7 +305,7 @@ TEST_F(Sequences, UsdNamesAreEachOnceAndIdentifiers) {
   ASSERT_TRUE((*writer)->add(1, frames).ok());
   ASSERT_TRUE((*writer)->finish().ok());
   const std::string text = *read_file(folder / "m.usda");
-  for (const char* part : {"def Mesh \"camera_2\"", "def Mesh \"a_b\"", "def Mesh \"a_b_2\""})
+  for (const char* part : {"def Xform \"camera_2\"", "def Xform \"a_b\"", "def Xform \"a_b_2\""})
     EXPECT_NE(text.find(part), std::string::npos) << part;
 }
 

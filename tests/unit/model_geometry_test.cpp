@@ -180,7 +180,7 @@ TEST(Diagnose, InsideOutInvertedPartsAndCavities) {
   add_box(model, {6, 0, 0}, {7, 1, 1}, true);
   d = diagnose(model);
   EXPECT_EQ(d.inverted_shells, 1u);
-  EXPECT_TRUE(any_contains(describe_problems(d), "1 of 3 shells are inside out"));
+  EXPECT_TRUE(any_contains(describe_problems(d), "1 of 3 shells is inside out"));
 }
 
 TEST(Diagnose, ShellsThatTouchInAPointStayClosedWithTheirOwnGenus) {

@@ -327,11 +327,37 @@ TEST_F(LoadObj, FarFromTheOriginIsAWarning) {
   EXPECT_TRUE(any_contains(warnings_, "away from the origin"));
 }
 
-TEST_F(LoadObj, VertexColoursAndUnknownWordsAreIgnoredAndTold) {
-  EXPECT_EQ(
-      good("v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nf 1 2 3\nfoo bar\n").triangles.size(), 1u);
-  EXPECT_TRUE(any_contains(warnings_, ":1: 3 vertices with colours"));
+TEST_F(LoadObj, UnknownWordsAreIgnoredAndTold) {
+  EXPECT_EQ(good("v 0 0 0 1 2\nv 1 0 0\nv 0 1 0\nf 1 2 3\nfoo bar\n").triangles.size(), 1u);
+  EXPECT_TRUE(any_contains(warnings_, ":1: 1 vertices with 5 or 8 numbers"));
   EXPECT_TRUE(any_contains(warnings_, ":5: 1 lines start with an unknown word"));
+}
+
+TEST_F(LoadObj, ColoursOfPointsBecomeMaterialsOfFaces) {
+  // As scanners write them, in sRGB; one face has a point without a colour, one an alpha beside.
+  const Model model = good(
+      "v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0 0.5\nv 0 0 1\n"
+      "f 1 2 3\nf 1 3 4\n");
+  EXPECT_TRUE(warnings_.empty()) << warnings_.front();
+  ASSERT_EQ(model.triangle_materials.size(), 2u);
+  const auto material = [&](std::size_t t) { return model.materials[model.triangle_materials[t]]; };
+  EXPECT_EQ(material(0).color, (Vec3{1, 0, 0}));
+  EXPECT_EQ(material(0).name, "color_ff0000");
+  EXPECT_EQ(material(1).color, Material{}.color);
+  // The mean of the corners; 0.5 of sRGB is 128 of 255, and 0.216 of linear light.
+  const Model grey = good("v 0 0 0 0 0 0\nv 1 0 0 0.5 0.5 0.5\nv 0 1 0 1 1 1\nf 1 2 3\n");
+  EXPECT_NEAR(grey.materials[0].color.x, 0.216f, 0.001f);
+  // White says nothing; a texture says more.
+  EXPECT_EQ(good("v 0 0 0 1 1 1\nv 1 0 0 1 1 1\nv 0 1 0 1 1 1\nf 1 2 3\n").materials[0].color,
+            Material{}.color);
+  folder_.write("m.mtl", "newmtl print\nmap_Kd print.png\nnewmtl shiny\nKd 0 0 1\nPr 0.25\n");
+  const Model dressed = good(
+      "mtllib m.mtl\nv 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nv 0 0 1 1 0 0\n"
+      "usemtl print\nf 1 2 3\nusemtl shiny\nf 1 3 4\n");
+  EXPECT_EQ(dressed.materials[dressed.triangle_materials[0]].name, "print");
+  const Material& shiny = dressed.materials[dressed.triangle_materials[1]];
+  EXPECT_EQ(shiny.color, (Vec3{1, 0, 0}));
+  EXPECT_EQ(shiny.roughness, 0.25f) << "the rest of the material stays";
 }
 
 }  // namespace

@@ -27,6 +27,7 @@ struct CheckResult {
   std::vector<SceneFinding> findings;
   std::vector<std::string> errors;  ///< errors of models and textures
   std::vector<std::string> warnings;
+  std::vector<std::string> notes;  ///< harmless oddities and good fits
   std::vector<std::pair<std::string, Diagnosis>> objects;
   int frames = 0;
   MemoryEstimate memory;
@@ -45,19 +46,20 @@ std::string describe_object(const std::string& name, const Diagnosis& d) {
   return text;
 }
 
-/// Fits the balls of an object and describes the problems of the fit.
-Result<std::string> bad_fit(const Model& model, const ObjectSettings& object,
-                            const std::filesystem::path& cache) {
+/// Fits the balls of an object and measures the fit; empty where there are none to fit.
+Result<std::optional<ApproximationQuality>> measure_fit(const Model& model,
+                                                        const ObjectSettings& object,
+                                                        const std::filesystem::path& cache) {
   const Activity activity("fitting balls to " + object.name);
   const auto stand_in = make_solid_proxy(model, object.spheres);
-  if (!stand_in) return std::string();  // said already
+  if (!stand_in) return std::optional<ApproximationQuality>();  // said already
   const auto approximation = approximate_cached(model, object.spheres, cache, &*stand_in);
-  if (!approximation || approximation->balls.empty()) return std::string();
+  if (!approximation || approximation->balls.empty()) return std::optional<ApproximationQuality>();
   const Model& solid = *stand_in ? **stand_in : model;
   PM_TRY(const ApproximationQuality quality,
          measure_quality(solid, InsideTest(solid), approximation->balls, FieldKind::kGaussian, 96,
                          5e4));
-  return describe_bad_fit(quality);
+  return std::optional(quality);
 }
 
 Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions& common) {
@@ -82,7 +84,7 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
     result.errors.push_back(fits.error().message);
   const std::vector<std::size_t> alike = find_alike(chain);
   std::map<std::size_t, Diagnosis> diagnoses;
-  std::map<std::size_t, std::string> fits;
+  std::map<std::size_t, std::optional<ApproximationQuality>> fits;
   for (std::size_t i = 0; i < chain.size(); ++i) {
     const ObjectSettings& object = *chain[i].settings;
     if (loaded.models[i].triangles.empty()) continue;
@@ -91,17 +93,19 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
     const Diagnosis& diagnosis = diagnoses.at(alike[i]);
     for (const std::string& problem : describe_problems(diagnosis))
       result.warnings.push_back(object.name + ": " + problem);
+    for (const std::string& oddity : describe_oddities(diagnosis))
+      result.notes.push_back(object.name + ": " + oddity);
     if (const std::string crossings = describe_crossings(diagnosis);
         !crossings.empty() && object.spheres.inside == InsideMethod::kParity)
       result.warnings.push_back(object.name + ": " + crossings);
     result.objects.emplace_back(object.name, diagnosis);
     if (!options.fit || object.spheres.fit == FitKind::kNone) continue;
     if (alike[i] == i) {
-      PM_TRY(std::string bad, bad_fit(loaded.models[i], object, cache));
-      fits.emplace(i, std::move(bad));
+      PM_TRY(fits[i], measure_fit(loaded.models[i], object, cache));
     }
-    const std::string& bad = fits.at(alike[i]);
-    if (!bad.empty()) result.warnings.push_back(object.name + ": " + bad);
+    if (const auto& quality = fits.at(alike[i]))
+      (is_good_fit(*quality) ? result.notes : result.warnings)
+          .push_back(object.name + ": " + describe_fit(*quality));
   }
   return result;
 }
@@ -114,6 +118,7 @@ JsonValue to_json(const CheckResult& result, bool good) {
         {{"line", f.line}, {"column", f.column}, {"pointer", f.pointer}, {"message", f.message}});
   json["errors"] = result.errors;
   json["warnings"] = result.warnings;
+  json["notes"] = result.notes;
   json["objects"] = JsonValue::array();
   for (const auto& [name, d] : result.objects)
     json["objects"].push_back({{"name", name},
@@ -136,7 +141,7 @@ Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
   auto checked = check_scene(options, line.common);
   // A scene that cannot even be read or parsed is an answer, too: "no".
   if (!checked && checked.error().code == ErrorCode::kInput) {
-    checked = CheckResult{{}, {checked.error().message}, {}, {}, 0, {}};
+    checked = CheckResult{{}, {checked.error().message}, {}, {}, {}, 0, {}};
   }
   if (!checked) return checked.error();
   const CheckResult& result = *checked;
@@ -150,6 +155,7 @@ Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
   if (!options.json.enabled) {
     for (const auto& [name, diagnosis] : result.objects)
       print_data("{}\n", describe_object(name, diagnosis));
+    for (const std::string& note : result.notes) print_data("{}\n", note);
     if (good)
       print_data("{}: ok, {} objects, {} frames, about {} of memory\n", options.scene,
                  result.objects.size(), result.frames,
@@ -176,9 +182,7 @@ void add_check(CommandLine& line) {
       .type_name("SCENE")
       .group("Main");
   command.add_flag("--strict", options->strict, "warnings count as errors").group("Main");
-  command
-      .add_flag("--fit", options->fit,
-                "fit the balls, too, and say where they stand badly for their models")
+  command.add_flag("--fit", options->fit, "fit the balls, too, and say how well they fit")
       .group("Main");
   add_overrides(command, options->sets);
   add_json(command, options->json);

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "cli/option_table.h"
+#include "scene/scene.h"
 
 namespace polymorph {
 namespace {
@@ -16,8 +17,10 @@ std::string lister(const OptionRow& row) {
   const std::string list = "polymorph demo --list 2>/dev/null | awk ";
   if (row.value == "FROM" || row.value == "TO")
     return list + "'/^effects/ {exit} /^  / {print $1}'";
-  if (row.value == "EFFECT") return list + "'/^  / {print $1}'";
+  if (row.value == "EFFECT") return list + "'/^  / {print $1}' | sort -u";
   if (row.value == "DEVICE") return "printf '%s\\n' auto cpu cuda";
+  if (row.value == "KEY=VALUE") return "polymorph schema --keys 2>/dev/null";
+  if (row.value == "LAYERS") return "printf '%s\\n' all none " + joined(kAovNames);
   return "";
 }
 
@@ -49,8 +52,13 @@ std::string zsh_text(const std::string& text) {
   return out;
 }
 
+/// Name of the function that lists the words for a kind of value.
+std::string zsh_function(const std::string& value) {
+  return value == "KEY=VALUE" ? "_polymorph_KEY" : "_polymorph_" + value;
+}
+
 std::string zsh_action(const OptionRow& row) {
-  if (!lister(row).empty()) return "_polymorph_" + row.value;
+  if (!lister(row).empty()) return zsh_function(row.value);
   return row.choices.empty() ? "_files" : "(" + joined(row.choices) + ")";
 }
 
@@ -81,7 +89,11 @@ std::string bash_completion(const std::vector<CommandTable>& commands) {
       "# bash completion for polymorph: polymorph completion bash\n"
       "_polymorph() {{\n"
       "  local cur=${{COMP_WORDS[COMP_CWORD]}} prev=${{COMP_WORDS[COMP_CWORD - 1]}} command= i\n"
-      "  local words= options= arguments= count=0\n"
+      "  local words= options= arguments= count=0 key= back=1 all word\n"
+      "  # The shell makes three words of KEY=VALUE.\n"
+      "  if [[ $cur == = ]]; then key=$prev cur= back=2\n"
+      "  elif [[ $prev == = ]]; then key=${{COMP_WORDS[COMP_CWORD - 2]}} back=3; fi\n"
+      "  [[ -z $key ]] || prev=${{COMP_WORDS[COMP_CWORD - back]}}\n"
       "  COMPREPLY=()\n"
       "  for ((i = 1; i < COMP_CWORD; ++i)); do\n"
       "    [[ ${{COMP_WORDS[i]}} == -* ]] || {{ command=${{COMP_WORDS[i]}}; break; }}\n"
@@ -95,8 +107,13 @@ std::string bash_completion(const std::vector<CommandTable>& commands) {
       "  if [[ -z $words && $cur == -* ]]; then words=\"$options -h --help\"; fi\n"
       "  if [[ -z $words && $COMP_CWORD -le $((i + count)) ]]; then "
       "words=$arguments; fi\n"
+      "  if [[ -n $key ]]; then\n"
+      "    all=$words words=\n"
+      "    for word in $all; do [[ $word != \"$key=\"?* ]] || words+=\" ${{word#*=}}\"; done\n"
+      "  fi\n"
       "  # Without words of its own the shell completes file names.\n"
       "  [[ -z $words ]] || mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$cur\")\n"
+      "  [[ ${{COMPREPLY[*]}} != *= ]] || compopt -o nospace 2>/dev/null || true\n"
       "}}\n"
       "complete -o default -o bashdefault -F _polymorph polymorph\n",
       command_names(commands), values, options);
@@ -104,11 +121,14 @@ std::string bash_completion(const std::vector<CommandTable>& commands) {
 
 std::string zsh_completion(const std::vector<CommandTable>& commands) {
   std::string list, cases, listers;
-  for (const char* value : {"FROM", "TO", "EFFECT", "DEVICE"}) {
+  for (const char* value : {"FROM", "TO", "EFFECT", "DEVICE", "KEY=VALUE", "LAYERS"}) {
     OptionRow row;
     row.value = value;
-    listers += fmt::format("_polymorph_{}() {{ compadd -- ${{(f)\"$({})\"}}{} }}\n", value,
-                           lister(row), row.value == "DEVICE" ? "" : "; _files");
+    const bool may_be_file = row.value == "FROM" || row.value == "TO" || row.value == "EFFECT";
+    // A value follows KEY= at once.
+    const char* how = row.value == "KEY=VALUE" ? "-S '' " : "";
+    listers += fmt::format("{}() {{ compadd {}-- ${{(f)\"$({})\"}}{} }}\n", zsh_function(value),
+                           how, lister(row), may_be_file ? "; _files" : "");
   }
   for (const CommandTable& command : commands) {
     list += "    " + quoted(zsh_text(command.name) + ":" + command.purpose) + "\n";

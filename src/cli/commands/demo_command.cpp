@@ -60,11 +60,12 @@ Result<int> run_demo(const CommandLine& line, const DemoOptions& options) {
   const Stopwatch stopwatch;
   PM_TRY(const fs::path data, find_data_folder());
   if (options.list) return list_names(data);
-  PM_TRY(const auto json, demo_scene(data, options.from, options.to, options.through));
   const std::string through = options.through.empty() ? "" : "-" + stem(options.through);
   PM_TRY(const DemoFiles files,
          demo_files(options.output.empty() ? stem(options.from) + through + "-" + stem(options.to)
                                            : options.output));
+  PM_TRY(const auto json,
+         demo_scene(data, options.from, options.to, options.through, files.scene.parent_path()));
   for (const fs::path& file : {files.scene, files.strip, files.gif})
     PM_TRY_STATUS(check_output(file, line.common.overwrite));
   const std::string text = commented_scene(
@@ -81,6 +82,7 @@ Result<int> run_demo(const CommandLine& line, const DemoOptions& options) {
   PM_TRY_STATUS(write_sheet(files.strip, film, sheet));
   PM_TRY_STATUS(write_gif(files.gif, film));
   print_data("{}", text);
+  std::fflush(stdout);  // what to do next stands last, also where both streams are one file
   const std::string scene_word = quote_for_shell(files.scene.string());
   log_info("made {} and {} in {}, from the scene printed here: {}", files.gif.string(),
            files.strip.string(), format_seconds(stopwatch.seconds()), files.scene.string());
@@ -111,7 +113,7 @@ void add_demo(CommandLine& line) {
   command
       .add_option("-o,--output", options->output,
                   "folder for scene.json, strip.png and morph.gif, or a file: X.png makes "
-                  "X.json and X.gif, too; default: FROM-TO")
+                  "X.json and X.gif, too; default: FROM-TO or FROM-EFFECT-TO")
       .type_name("DIR|FILE")
       .group("Main");
   command.add_flag("-l,--list", options->list, "list models and effects").group("Main");

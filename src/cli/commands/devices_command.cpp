@@ -4,10 +4,12 @@
 
 #include "base/json.h"
 #include "base/parallel.h"
+#include "base/program_identity.h"
 #include "base/text.h"
 #include "cli/command_line.h"
 #include "kernels/devices.h"
 #include "render/render.h"
+#include "scene/assignments.h"
 
 namespace polymorph {
 namespace {
@@ -21,34 +23,58 @@ std::string cpu_name() {
   return "unknown processor";
 }
 
-Result<int> run_devices(const JsonOutput& json_output) {
+/// Description of what can compute here: for programs, and in lines for people.
+struct Devices {
+  JsonValue json;
+  std::string text;
+};
+
+Result<Devices> find_devices() {
   const DeviceList list = list_cuda_devices();
   PM_TRY(const Renderer renderer, Renderer::create());
-  if (json_output.enabled) {
-    JsonValue json{
-        {"cpu",
-         {{"name", cpu_name()}, {"threads", thread_count()}, {"embree_isa", renderer.isa()}}},
-        {"built_with_cuda", list.built_with_cuda},
-        {"runtime", list.runtime},
-        {"driver", list.driver}};
-    json["cuda"] = JsonValue::array();
-    for (const DeviceInfo& d : list.devices)
-      json["cuda"].push_back({{"index", d.index},
-                              {"name", d.name},
-                              {"memory_bytes", d.memory_bytes},
-                              {"capability", d.capability}});
-    PM_TRY_STATUS(write_json(json_output, json));
+  Devices devices;
+  devices.json = {
+      {"cpu", {{"name", cpu_name()}, {"threads", thread_count()}, {"embree_isa", renderer.isa()}}},
+      {"built_with_cuda", list.built_with_cuda},
+      {"runtime", list.runtime},
+      {"driver", list.driver}};
+  devices.json["cuda"] = JsonValue::array();
+  devices.text = fmt::format("cpu     {}, {} thread{}, embree {}\n", cpu_name(), thread_count(),
+                             thread_count() == 1 ? "" : "s", renderer.isa());
+  for (const DeviceInfo& d : list.devices) {
+    devices.json["cuda"].push_back({{"index", d.index},
+                                    {"name", d.name},
+                                    {"memory_bytes", d.memory_bytes},
+                                    {"capability", d.capability}});
+    devices.text += fmt::format("cuda:{}  {}, {}, compute {}\n", d.index, d.name,
+                                format_bytes(static_cast<double>(d.memory_bytes)), d.capability);
+  }
+  if (!list.built_with_cuda)
+    devices.text += "cuda    not built in (no nvcc when polymorph was built)\n";
+  else if (list.devices.empty())
+    devices.text +=
+        fmt::format("cuda    built in ({}), but no device: {}\n", list.runtime, list.driver);
+  return devices;
+}
+
+Result<int> run_devices(const JsonOutput& json) {
+  PM_TRY(const Devices devices, find_devices());
+  if (json.enabled) PM_TRY_STATUS(write_json(json, devices.json));
+  if (!json.enabled) print_data("{}", devices.text);
+  return 0;
+}
+
+/// Prints what a report of a bug needs.
+Result<int> run_version(const JsonOutput& json) {
+  PM_TRY(const Devices devices, find_devices());
+  if (json.enabled) {
+    PM_TRY_STATUS(write_json(
+        json,
+        {{"build", program_identity()}, {"libraries", PM_LIBRARIES}, {"devices", devices.json}}));
     return 0;
   }
-  print_data("cpu     {}, {} thread{}, embree {}\n", cpu_name(), thread_count(),
-             thread_count() == 1 ? "" : "s", renderer.isa());
-  for (const DeviceInfo& d : list.devices)
-    print_data("cuda:{}  {}, {}, compute {}\n", d.index, d.name,
-               format_bytes(static_cast<double>(d.memory_bytes)), d.capability);
-  if (!list.built_with_cuda)
-    print_data("cuda    not built in (no nvcc when polymorph was built)\n");
-  else if (list.devices.empty())
-    print_data("cuda    built in ({}), but no device: {}\n", list.runtime, list.driver);
+  print_data("polymorph {}\nbuild   {}\nwith    {}\n{}", PM_VERSION, program_identity(),
+             PM_LIBRARIES, devices.text);
   return 0;
 }
 
@@ -62,11 +88,30 @@ void add_devices(CommandLine& line) {
   set_action(line, command, [json] { return run_devices(*json); });
 }
 
+void add_version(CommandLine& line) {
+  auto json = std::make_shared<JsonOutput>();
+  Command command =
+      add_command(line, "version",
+                  "Print the version, the commit and flags of the build, libraries and devices.",
+                  "  polymorph version", "  0 printed");
+  add_json(command, *json);
+  set_action(line, command, [json] { return run_version(*json); });
+}
+
 void add_schema(CommandLine& line) {
+  auto keys = std::make_shared<bool>(false);
   Command command = add_command(line, "schema", "Print the JSON Schema of scene files.",
-                                "  polymorph schema > scene.schema.json", "  0 printed");
-  set_action(line, command, []() -> Result<int> {
-    PM_TRY_STATUS(write_text({}, scene_schema()));
+                                "  polymorph schema > scene.schema.json\n  polymorph schema --keys",
+                                "  0 printed");
+  command
+      .add_flag("--keys", *keys,
+                "print what --set takes instead: KEY=, or KEY=VALUE where values are words")
+      .group("Main");
+  set_action(line, command, [keys]() -> Result<int> {
+    if (*keys)
+      for (const std::string& assignment : list_assignments()) print_data("{}\n", assignment);
+    else
+      PM_TRY_STATUS(write_text({}, scene_schema()));
     return 0;
   });
 }

@@ -32,7 +32,7 @@ Result<int> run_info(const InfoOptions& options) {
   if (extension != ".json") {
     if (options.timeline)
       return make_error(ErrorCode::kUsage, "{}: --timeline is for scenes (.json)", options.input);
-    const bool model = extension == ".obj" || is_foreign_model(options.input);
+    const bool model = is_model_file(options.input) || is_unread_model(options.input);
     return print(options.json, model ? inspect_model(options.input) : inspect_image(options.input));
   }
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));

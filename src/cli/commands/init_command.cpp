@@ -19,8 +19,7 @@ struct InitOptions {
 Result<int> run_init(const CommandLine& line, const InitOptions& options) {
   const fs::path file = options.output;
   PM_TRY_STATUS(check_output(file, line.common.overwrite));
-  PM_TRY(const JsonValue scene,
-         initial_scene(options.models, fs::absolute(file).lexically_normal().parent_path()));
+  PM_TRY(const JsonValue scene, initial_scene(options.models, file.parent_path()));
   JsonValue suggestions;
   if (!scene.contains("intermediate"))
     suggestions["target"]["intermediate"] =

@@ -120,7 +120,7 @@ class MeshRun {
   Status going_on() const;
   Status write_carried();
   Status write_surfaces(int frame, const std::string& stage, std::span<const SurfaceFrame> frames);
-  Status write_library();
+  Result<std::vector<NewFile>> make_library();
   fs::path path_of(int frame) const {
     return is_sequence(format_) ? fs::path(options_.output) : frame_path(pattern_, frame);
   }
@@ -204,17 +204,19 @@ Result<std::vector<SurfaceFrame>> MeshRun::surfaces_of_frame(const FrameGeometry
 }
 
 /// The MTL and its textures, again whenever a frame brings a material that was not there before.
-Status MeshRun::write_library() {
-  if (written_materials_ == catalog_.materials.size()) return Ok{};
+Result<std::vector<NewFile>> MeshRun::make_library() {
+  std::vector<NewFile> files;
+  if (written_materials_ == catalog_.materials.size()) return files;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < catalog_.textures.size(); ++i) {
     const fs::path path = library_path(fmt::format(".texture{}.png", i + 1));
     names.push_back(path.filename().string());
-    PM_TRY(const std::string png, texture_png(*catalog_.textures[i]));
-    PM_TRY_STATUS(write_file(path, png));
+    PM_TRY(std::string png, texture_png(*catalog_.textures[i]));
+    files.push_back({path, std::move(png)});
   }
   written_materials_ = catalog_.materials.size();
-  return write_file(library_path(".mtl"), encode_mtl(catalog_, names));
+  files.push_back({library_path(".mtl"), encode_mtl(catalog_, names)});
+  return files;
 }
 
 Status MeshRun::write_frame(int frame) {
@@ -282,9 +284,10 @@ Status MeshRun::write_surfaces(int frame, const std::string& stage,
   if (writer_) return writer_->add(frame, frames);
   if (format_ == MeshFormat::kObj) {
     const std::string library = library_path(".mtl").filename().string();
-    const std::string text = encode_obj(frames, sequence_, library, catalog_);
-    PM_TRY_STATUS(write_library());
-    PM_TRY_STATUS(write_file(path, text));
+    std::string text = encode_obj(frames, sequence_, library, catalog_);
+    PM_TRY(std::vector<NewFile> files, make_library());
+    files.push_back({path, std::move(text)});
+    PM_TRY_STATUS(write_files(files));
   } else {
     PM_TRY_STATUS(write_file(path, encode_ply(frames, sequence_)));
   }

@@ -118,14 +118,11 @@ void print_stats(const RunReport& report) {
 constexpr int kTurntableFrames = 72;
 
 /// The scene with a camera that goes once round: round the model, round the one frame that -f
-/// names, or while the film runs. `frames` becomes those of the turn.
+/// names, or while the film runs. `frames` becomes those of the turn, as they are for a model.
 Result<Scene> load_turntable(const RenderOptions& options, std::span<const Override> overrides,
                              std::string& frames) {
-  if (std::filesystem::path(options.scene).extension() != ".json") {
-    if (!options.frames.empty())
-      return make_error(ErrorCode::kUsage, "-f {}: a model has no frames", options.frames);
+  if (std::filesystem::path(options.scene).extension() != ".json")
     return turntable_of_model(options.scene, overrides);
-  }
   PM_TRY(Scene scene, load_scene(options.scene, overrides));
   if (const auto frame = parse_integer(options.frames)) {
     const int count = film_frame_count(scene);
@@ -265,8 +262,8 @@ void add_render(CommandLine& line) {
       .group("Main");
   command
       .add_flag("--turntable", options->turntable,
-                "the camera goes once round: round a model, round the one frame that "
-                "-f names (72 frames), or while the film runs")
+                "the camera goes once round: round a model (72 frames, of which -f takes "
+                "some), round the one frame that -f names, or while the film runs")
       .group("Main");
   command.add_flag("--strict", options->strict, "warnings about models and textures are errors")
       .group("Main");

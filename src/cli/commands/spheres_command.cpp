@@ -10,7 +10,7 @@ struct SpheresOptions {
   std::string inside = "winding";
   int balls = 0, resolution = 0;
   double error = 0, root_margin = 0;
-  bool no_fit = false, solidify = false;
+  bool no_fit = false, solidify = false, no_measure = false;
   JsonOutput json;
 };
 
@@ -63,6 +63,7 @@ Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) 
   request.settings = settings_of(options);
   if (options.no_fit) request.fit = "none";
   request.cache_folder = cache_folder(line.common);
+  request.measure = !options.no_measure;
   PM_TRY(const SpheresResult result, inspect_spheres(request));
   if (options.json.enabled) {
     PM_TRY_STATUS(write_json(options.json, result.report.json));
@@ -124,6 +125,10 @@ void add_spheres(CommandLine& line) {
                          .group("Main");
   command.add_flag("--no-fit", options->no_fit, "balls straight from the spheres, as in the report")
       .excludes(fit)
+      .group("Main");
+  command
+      .add_flag("--no-measure", options->no_measure,
+                "make the spheres and balls, but do not measure how well they fit")
       .group("Main");
   command.add_option("--inside", options->inside, "inside test: winding or parity")
       .choices({"winding", "parity"})

@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <bit>
+#include <map>
 #include <numeric>
 #include <sstream>
 #include <utility>
 
 #include "base/parallel.h"
 #include "base/text.h"
+#include "image/srgb.h"
 #include "kernels/linear.h"
 #include "mesh/edges.h"
 #include "mesh/normals.h"
@@ -135,6 +137,7 @@ class Builder {
     return representative_[static_cast<std::size_t>(raw_.corners[corner].vertex_index)];
   }
   void map_materials();
+  std::uint32_t color_material(const ObjFace& face, std::size_t material);
   /// A face without repeated corners, and its triangles.
   struct Outline {
     std::vector<std::size_t> corners;  ///< indices in RawObj::corners
@@ -167,6 +170,7 @@ class Builder {
   std::vector<std::uint32_t> representative_, point_index_;
   std::vector<std::uint32_t> material_index_;  ///< material per usemtl name; the default is last
   std::vector<const MtlMaterial*> mtls_by_material_;
+  std::map<std::pair<std::size_t, std::int32_t>, std::uint32_t> color_materials_;
   bool has_uvs_ = false;
   /// Faces without area whose corners are distinct.
   struct FlatFace {
@@ -198,6 +202,25 @@ void Builder::map_materials() {
   material_index_.push_back(static_cast<std::uint32_t>(model_.materials.size()));
   mtls_by_material_.push_back(nullptr);
   model_.materials.emplace_back().name = "default";
+}
+
+/// The face's material with the colour of its points, unless a texture gives the colour.
+std::uint32_t Builder::color_material(const ObjFace& face, std::size_t material) {
+  const MtlMaterial* mtl = mtls_by_material_[material];
+  if (face.color == ObjFace::kNoColor || (mtl && !mtl->texture.empty()))
+    return material_index_[material];
+  const auto [found, is_new] =
+      color_materials_.try_emplace({material, face.color}, model_.materials.size());
+  if (is_new) {
+    Material colored = mtl ? mtl->material : Material{};
+    const auto component = [&](int shift) {
+      return srgb_to_linear(static_cast<float>(face.color >> shift & 255) / 255);
+    };
+    colored.color = {component(16), component(8), component(0)};
+    colored.name = fmt::format("color_{:06x}", face.color);
+    model_.materials.push_back(std::move(colored));
+  }
+  return found->second;
 }
 
 Builder::Outline Builder::make_outline(const ObjFace& face, std::size_t first) const {
@@ -294,7 +317,7 @@ void Builder::add_triangle(const ObjFace& face, const std::array<std::size_t, 3>
   }
   model_.triangles.push_back(triangle);
   model_.labels.push_back(face.label);
-  model_.triangle_materials.push_back(material_index_[material]);
+  model_.triangle_materials.push_back(color_material(face, material));
 }
 
 void Builder::remove_from(std::size_t first, const std::vector<std::uint8_t>& is_dropped) {

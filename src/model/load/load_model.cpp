@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <map>
+#include <span>
 
 #include "base/file.h"
 #include "base/memory.h"
@@ -192,6 +193,15 @@ std::string lower_suffix(const fs::path& path) {
 constexpr const char* kForeign[] = {".glb", ".gltf", ".ply", ".stl",
                                     ".fbx", ".dae",  ".off", ".3ds"};
 
+/// Files of other programs' scenes.
+constexpr const char* kUnread[] = {".blend", ".usd", ".usda", ".usdc", ".usdz", ".abc",
+                                   ".ma",    ".mb",  ".max",  ".c4d",  ".ztl",  ".3dm",
+                                   ".hip",   ".lwo", ".step", ".stp",  ".iges", ".igs"};
+
+bool is_one_of(std::span<const char* const> suffixes, const fs::path& path) {
+  return std::find(suffixes.begin(), suffixes.end(), lower_suffix(path)) != suffixes.end();
+}
+
 Result<LoadedModel> run_and_parse(const fs::path& path, const LoadObjSettings& settings) {
   const std::string file = path.string();
   remember_input(path);
@@ -246,12 +256,15 @@ bool is_model_file(const fs::path& path) {
   return lower_suffix(path) == ".obj" || is_foreign_model(path);
 }
 
-bool is_foreign_model(const fs::path& path) {
-  return std::find(std::begin(kForeign), std::end(kForeign), lower_suffix(path)) !=
-         std::end(kForeign);
-}
+bool is_foreign_model(const fs::path& path) { return is_one_of(kForeign, path); }
+
+bool is_unread_model(const fs::path& path) { return is_one_of(kUnread, path); }
 
 Result<LoadedModel> load_model(const fs::path& path, const LoadObjSettings& settings) {
+  if (is_unread_model(path))
+    return make_error(ErrorCode::kInput,
+                      "{}: {} files are not read - export the model as glTF (.glb), FBX or OBJ",
+                      path.string(), lower_suffix(path));
   return is_foreign_model(path) ? load_foreign(path, settings) : load_obj(path, settings);
 }
 

@@ -24,6 +24,10 @@ Result<LoadedModel> load_model(const std::filesystem::path& path,
 /// Tests whether the name has the suffix of a model: .obj or one that Assimp reads.
 bool is_model_file(const std::filesystem::path& path);
 
+/// Tests whether the name has the suffix of another program's scene, such as .blend or .usdc:
+/// load_model() says what to export.
+bool is_unread_model(const std::filesystem::path& path);
+
 /// Tests whether load_model() would start polymorph_assimp.
 bool is_foreign_model(const std::filesystem::path& path);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <optional>
@@ -13,6 +14,7 @@
 namespace polymorph {
 namespace {
 
+constexpr float kUnknown = -1;               // a component of the colour of a point that has none
 constexpr std::uint32_t kMaxCorners = 4096;  // triangulation takes quadratic time in tinyobjloader
 
 struct Corner {
@@ -30,14 +32,17 @@ class Scanner {
     if (!errors_.empty()) return errors_.error();
     if (result_.points == 0 || result_.faces.empty()) return make_no_faces_error();
     report_occurrences();
+    color_faces();
     write_text();
     return std::move(result_);
   }
 
  private:
   void scan_line(std::string_view line);
-  void scan_reals(std::string_view text, std::vector<float>& values, int used_count, int min_count,
-                  int max_count, const char* what);
+  int scan_reals(std::string_view text, std::vector<float>& values, int used_count, int min_count,
+                 int max_count, const char* what);
+  void scan_point(std::string_view text);
+  void color_faces();
   void scan_face(std::string_view text);
   std::optional<Corner> scan_corner(std::string_view word);
   std::optional<std::int64_t> resolve(std::string_view digits, std::uint32_t count,
@@ -59,7 +64,7 @@ class Scanner {
   std::string file_;
   ErrorList errors_;
   ObjScan result_;
-  std::vector<float> points_, uvs_, normals_;
+  std::vector<float> points_, uvs_, normals_, point_numbers_;
   std::vector<Corner> corners_;
   std::string object_, group_;
   NamedLine material_;
@@ -67,7 +72,9 @@ class Scanner {
   std::map<std::string, std::int32_t> material_indices_;
   std::optional<std::uint32_t> label_;
   std::optional<std::int32_t> material_id_ = -1;
-  Occurrences lines_and_points_, curves_, unknown_, few_corners_, zero_normals_, zero_uvs_, colors_;
+  Occurrences lines_and_points_, curves_, unknown_, few_corners_, zero_normals_, zero_uvs_,
+      odd_numbers_;
+  std::vector<float> colors_;  ///< 3 per point, kUnknown where the line has none; or empty
 };
 
 void Scanner::scan_line(std::string_view line) {
@@ -75,8 +82,7 @@ void Scanner::scan_line(std::string_view line) {
   std::string_view text = line;
   const std::string_view word = take_word(text);
   if (word == "v") {
-    ++result_.points;
-    scan_reals(text, points_, 3, 3, 8, "vertex");
+    scan_point(text);
   } else if (word == "vt") {
     scan_reals(text, uvs_, 2, 1, 3, "texture coordinate");
   } else if (word == "vn") {
@@ -109,8 +115,24 @@ void Scanner::scan_line(std::string_view line) {
   }
 }
 
-void Scanner::scan_reals(std::string_view text, std::vector<float>& values, int used_count,
-                         int min_count, int max_count, const char* what) {
+/// "x y z", "x y z w", or "x y z r g b" with an alpha that is not used, as scanners write it.
+void Scanner::scan_point(std::string_view text) {
+  std::vector<float>& numbers = point_numbers_;
+  numbers.clear();
+  const int given = scan_reals(text, numbers, 7, 3, 8, "vertex");
+  points_.insert(points_.end(), numbers.begin(), numbers.begin() + 3);
+  ++result_.points;
+  const bool is_colored = given == 6 || given == 7;
+  if (!is_colored && given > 4) odd_numbers_.note(lines_.number());
+  if (!is_colored && colors_.empty()) return;
+  colors_.resize(points_.size(), kUnknown);
+  if (is_colored) std::copy_n(numbers.begin() + 3, 3, colors_.end() - 3);
+}
+
+/// Values are appended to `values`, `used_count` of them whatever the line holds, which keeps later
+/// indices valid after a bad line. Returns how many numbers the line has.
+int Scanner::scan_reals(std::string_view text, std::vector<float>& values, int used_count,
+                        int min_count, int max_count, const char* what) {
   const std::size_t size = values.size();
   int count_read = 0;
   // A comment may follow the numbers.
@@ -132,9 +154,8 @@ void Scanner::scan_reals(std::string_view text, std::vector<float>& values, int 
   if (count_read < min_count)
     fail(fmt::format("{} has {} of {} numbers - the file is damaged or cut short", what, count_read,
                      min_count));
-  if (used_count == 3 && max_count > 3 && count_read > 4) colors_.note(lines_.number());
-  values.resize(
-      size + static_cast<std::size_t>(used_count));  // keeps later indices valid after a bad line
+  values.resize(size + static_cast<std::size_t>(used_count));
+  return count_read;
 }
 
 std::optional<std::int64_t> Scanner::resolve(std::string_view digits, std::uint32_t count,
@@ -302,8 +323,33 @@ void Scanner::report_occurrences() {
   report(zero_uvs_, "texture coordinate indices are 0 - dropped");
   report(lines_and_points_, "line or point elements - ignored");
   report(curves_, "free-form elements - ignored");
-  report(colors_, "vertices with colours - the colours are ignored");
+  report(odd_numbers_, "vertices with 5 or 8 numbers - what follows the position is ignored");
   report(unknown_, "lines start with an unknown word - ignored");
+}
+
+/// Gives faces the mean colour of their points, in steps of 4/255, as the other formats' have it.
+/// White everywhere says nothing: many programs write it beside a material.
+void Scanner::color_faces() {
+  colors_.resize(colors_.empty() ? 0 : points_.size(), kUnknown);
+  if (std::all_of(colors_.begin(), colors_.end(), [](float c) { return c == kUnknown || c >= 1; }))
+    return;
+  std::size_t next = 0;
+  for (ObjFace& face : result_.faces) {
+    std::array<double, 3> sum{};
+    bool all_known = true;
+    for (std::uint32_t k = 0; k < face.corners; ++k) {
+      const float* color = &colors_[3 * static_cast<std::size_t>(corners_[next++].v)];
+      all_known = all_known && color[0] != kUnknown;
+      for (std::size_t c = 0; c < 3; ++c)
+        sum[c] += std::clamp(static_cast<double>(color[c]), 0.0, 1.0);
+    }
+    if (!all_known) continue;
+    face.color = 0;
+    for (const double v : sum) {
+      const int step = static_cast<int>(std::lround(v / face.corners * 255 / 4));
+      face.color = face.color << 8 | std::min(4 * step, 255);
+    }
+  }
 }
 
 void append_reals(std::string& text, const char* keyword, const std::vector<float>& values,

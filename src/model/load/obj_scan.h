@@ -15,8 +15,10 @@ namespace polymorph {
 struct ObjFace {
   std::uint32_t corners = 0;
   std::uint32_t line = 0;
-  std::uint32_t label = 0;     ///< index into ObjScan::labels
-  std::int32_t material = -1;  ///< index into ObjScan::materials, -1 = none
+  std::uint32_t label = 0;        ///< index into ObjScan::labels
+  std::int32_t material = -1;     ///< index into ObjScan::materials, -1 = none
+  std::int32_t color = kNoColor;  ///< 0xRRGGBB in sRGB: mean of its points' colours, in steps of 4
+  static constexpr std::int32_t kNoColor = -1;
 };
 
 /// A name and the line of its first use.

@@ -226,16 +226,16 @@ std::vector<std::string> describe_problems(const Diagnosis& d) {
         "in the modeller)");
   else if (d.boundary_edges > 0)
     lines.push_back(fmt::format(
-        "it is open: {} {} only one face, in {} of {} shells, first from {} to {} - inside "
-        "is "
-        "guessed by the winding number; close the holes for exact results, or set \"solidify\"",
+        "it is open: {} {} only one face, in {} of {} shells, first from {} to {} - this is "
+        "usually fine: what is inside is decided by the winding number; close the holes if a part "
+        "is missing on the way",
         d.boundary_edges, d.boundary_edges == 1 ? "edge has" : "edges have", d.open_shells,
         d.shells, at(d.first_open_edge_points[0]), at(d.first_open_edge_points[1])));
   if (d.thickness && is_thin(*d.thickness))
     lines.push_back(fmt::format(
         "it is thin: half of its walls are thinner than {:.3g}, so about {:.0f} balls are needed "
-        "to show them, or {:.0f} stretched ones - raise the number of balls, thicken it, or set "
-        "\"solidify\" to fill it",
+        "to show them, or {:.0f} stretched ones - raise the number of balls, or thicken it in the "
+        "modeller",
         d.thickness->median, round_to_two_digits(d.thickness->balls),
         round_to_two_digits(d.thickness->balls / kStretch)));
   // For a model that is open as a whole, another line has already said so.
@@ -256,22 +256,32 @@ std::vector<std::string> describe_problems(const Diagnosis& d) {
                     d.flipped_edges == 1 ? "an edge" : fmt::format("{} edges", d.flipped_edges)));
   if (d.inverted_shells > 0 && !(d.closed && d.volume < 0))
     lines.push_back(
-        fmt::format("{} of {} shells are inside out and count as holes - turn their faces around",
-                    d.inverted_shells, d.shells));
+        d.inverted_shells == 1
+            ? fmt::format("1 of {} shells is inside out and counts as a hole - turn its faces "
+                          "around",
+                          d.shells)
+            : fmt::format("{} of {} shells are inside out and count as holes - turn their faces "
+                          "around",
+                          d.inverted_shells, d.shells));
   if (d.non_manifold_edges > 0)
     lines.push_back(fmt::format("{} {} three or more faces - remove double faces and inner walls",
                                 d.non_manifold_edges,
                                 d.non_manifold_edges == 1 ? "edge has" : "edges have"));
+  return lines;
+}
+
+std::vector<std::string> describe_oddities(const Diagnosis& d) {
+  std::vector<std::string> lines;
   if (d.touching_points > 0)
-    lines.push_back(fmt::format("{} parts that no edge joins - harmless for rendering",
+    lines.push_back(fmt::format("{} parts that no edge joins",
                                 d.touching_points == 1
                                     ? "a point joins"
                                     : fmt::format("{} points join", d.touching_points)));
   if (d.degenerate_triangles > 0)
-    lines.push_back(fmt::format("{} no area - harmless for rendering",
-                                d.degenerate_triangles == 1
-                                    ? "a triangle has"
-                                    : fmt::format("{} triangles have", d.degenerate_triangles)));
+    lines.push_back(
+        fmt::format("{} no area", d.degenerate_triangles == 1
+                                      ? "a triangle has"
+                                      : fmt::format("{} triangles have", d.degenerate_triangles)));
   return lines;
 }
 

@@ -51,6 +51,8 @@ Diagnosis diagnose_fully(const Model& model);
 /// Describes each problem in one line with what to do, worst first; empty for a closed, outward
 /// oriented model.
 std::vector<std::string> describe_problems(const Diagnosis& diagnosis);
+/// Describes what is unusual about a model and changes nothing, in lines.
+std::vector<std::string> describe_oddities(const Diagnosis& diagnosis);
 /// Describes self-intersections in one line, or returns "". They are a problem for the parity rule,
 /// none for the winding number.
 std::string describe_crossings(const Diagnosis& diagnosis);

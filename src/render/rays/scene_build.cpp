@@ -243,9 +243,14 @@ Result<RayDevice> make_ray_device(const std::string& isa) {
   RayDevice device;
   device.report = std::make_unique<RayDevice::Report>();
   device.device.reset(rtcNewDevice(config.c_str()));
-  if (!device.device)
+  if (!device.device) {
+    const RTCError error = rtcGetDeviceError(nullptr);
+    if (error == RTC_ERROR_OUT_OF_MEMORY)
+      return make_error(ErrorCode::kResource,
+                        "out of memory before the first ray - allow the process more (ulimit -v)");
     return make_error(ErrorCode::kResource, "embree gives no device (error {}, config \"{}\")",
-                      static_cast<int>(rtcGetDeviceError(nullptr)), config);
+                      static_cast<int>(error), config);
+  }
   rtcSetDeviceErrorFunction(device.device.get(), note_error, device.report.get());
   device.isa = isa.empty() ? detect_isa(device.device.get()) : isa;
   return device;

@@ -1,0 +1,31 @@
+#include <algorithm>
+
+#include "cli/command_line.h"
+
+namespace polymorph {
+namespace {
+
+Result<int> run_help(const CommandLine& line, const std::string& name) {
+  std::vector<std::string> names;
+  for (const CommandTable& command : command_tables(*line.app)) names.push_back(command.name);
+  if (!name.empty() && std::find(names.begin(), names.end(), name) == names.end())
+    return make_error(ErrorCode::kUsage, "unknown command \"{}\"{}", name,
+                      did_you_mean(name, names));
+  print_bytes(help_page(line, name, true));
+  return 0;
+}
+
+}  // namespace
+
+void add_help(CommandLine& line) {
+  auto name = std::make_shared<std::string>();
+  Command command =
+      add_command(line, "help", "Print the help of a command, or list all commands.",
+                  "  polymorph help\n  polymorph help render", "  0 printed   2 unknown command");
+  command.add_option("command", *name, "the command; default: all of them in a list")
+      .type_name("NAME")
+      .group("Main");
+  set_action(line, command, [&line, name] { return run_help(line, *name); });
+}
+
+}  // namespace polymorph

@@ -1,0 +1,40 @@
+#include "scene/assignments.h"
+
+#include "base/json.h"
+#include "scene/load_scene.h"
+
+namespace polymorph {
+namespace {
+
+void add_keys(const JsonValue& schema, const std::string& path, std::vector<std::string>& list);
+
+/// Adds the words that a value of this schema may be, and the keys inside it. Returns whether there
+/// are any.
+bool add_values(const JsonValue& schema, const std::string& key, std::vector<std::string>& list) {
+  const std::size_t before = list.size();
+  for (const JsonValue& word : schema.get("enum").items) list.push_back(key + "=" + word.string);
+  if (schema.get("type").string == "boolean")
+    for (const char* word : {"true", "false"}) list.push_back(key + "=" + word);
+  // Keyframes have properties, too, which nobody types.
+  if (!schema.contains("$ref")) add_keys(schema, key + ".", list);
+  for (const JsonValue& choice : schema.get("oneOf").items) add_values(choice, key, list);
+  return list.size() > before;
+}
+
+void add_keys(const JsonValue& schema, const std::string& path, std::vector<std::string>& list) {
+  for (const auto& [key, value, offset] : schema.get("properties").members)
+    if (key != "$schema" && key != "actors" && key != "intermediate" &&
+        !add_values(value, path + key, list))
+      list.push_back(path + key + "=");
+}
+
+}  // namespace
+
+std::vector<std::string> list_assignments() {
+  const JsonValue schema = parse_json("the schema", scene_schema()).value().root;
+  std::vector<std::string> list;
+  add_keys(schema, "", list);
+  return list;
+}
+
+}  // namespace polymorph
