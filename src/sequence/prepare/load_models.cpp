@@ -27,9 +27,7 @@ Result<Model> load_object(const ObjectSettings& object, bool textures,
   settings.textures = textures;
   PM_TRY(LoadedModel loaded, load_model(object.model, settings));
   warnings.insert(warnings.end(), loaded.warnings.begin(), loaded.warnings.end());
-  if (object.up == UpAxis::kY) return std::move(loaded.model);
-  const Vec3 turn = object.up == UpAxis::kZ ? Vec3{-90, 0, 0} : Vec3{0, 0, 90};
-  return transformed(loaded.model, make_transform({}, turn, {1, 1, 1}));
+  return turned_upright(std::move(loaded.model), object.up);
 }
 
 /// Text that equal objects have in common, whatever stands where.
@@ -133,6 +131,12 @@ Model place_object(const Scene& scene, const ChainObject& chained, Model model, 
 }
 
 }  // namespace
+
+Model turned_upright(Model model, UpAxis up) {
+  if (up == UpAxis::kY) return model;
+  const Vec3 turn = up == UpAxis::kZ ? Vec3{-90, 0, 0} : Vec3{0, 0, 90};
+  return transformed(model, make_transform({}, turn, {1, 1, 1}));
+}
 
 std::string turntable_problem(const Scene& scene) {
   const int count = film_frame_count(scene);
