@@ -7,11 +7,14 @@
 #include <numbers>
 #include <utility>
 
+#include "analyze/distortion.h"
+#include "analyze/meaning.h"
 #include "analyze/measure.h"
 #include "analyze/smoothness.h"
 #include "base/box.h"
 #include "base/result.h"
 #include "morph/features.h"
+#include "spheres/convex_hull.h"
 
 namespace polymorph {
 namespace {
@@ -103,6 +106,20 @@ struct EndErrors {
   double source = 0, target = 0;
 };
 
+/// Measures a frame by itself.
+FrameMeasures measure_frame(const MorphFrame& frame) {
+  const Box box = box_of(frame.surface.positions);
+  FrameMeasures row;
+  row.time = frame.time;
+  row.u = frame.u;
+  row.surface = check_mesh(frame.surface);
+  row.bending = bending_energy(frame.surface);
+  row.hull = hull_volume(frame.surface.positions);
+  row.lowest = box.empty() ? 0 : static_cast<double>(box.low.y);
+  row.height = static_cast<double>(box.size().y);
+  return row;
+}
+
 /// Fills in the measures of every frame.
 EndErrors measure_frames(const Subject& subject, Analysis& analysis) {
   constexpr double kHullMargin = 0.02;
@@ -110,14 +127,15 @@ EndErrors measure_frames(const Subject& subject, Analysis& analysis) {
   const RoughnessScale scale =
       roughness_scale(unite(box_of(subject.frames.front().surface.positions),
                             box_of(subject.frames.back().surface.positions)));
+  const Mesh& first = subject.frames.front().surface;
+  const bool has_distortion =
+      std::all_of(subject.frames.begin(), subject.frames.end(),
+                  [&](const MorphFrame& frame) { return corresponds(first, frame.surface); });
   EndErrors errors;
   std::optional<MeasuredSurface> previous;
   for (const MorphFrame& frame : subject.frames) {
-    FrameMeasures row;
-    row.time = frame.time;
-    row.u = frame.u;
-    row.surface = check_mesh(frame.surface);
-    row.bending = bending_energy(frame.surface);
+    FrameMeasures row = measure_frame(frame);
+    if (has_distortion) row.distortion = conformal_distortion(first, frame.surface);
     row.roughness = measure_roughness(frame.surface, scale);
     row.leakage = hull.leakage(frame.surface);
     MeasuredSurface current(frame.surface);
@@ -318,11 +336,13 @@ Analysis analyze_morph(const MorphEnds& ends, const std::vector<MorphFrame>& fra
   add_attributes(subject, analysis);
   add_topology(analysis);
   add_features(subject, errors, analysis);
+  add_correspondence_metrics(ends, analysis);
   add_rigidity(subject, analysis);
   add_smoothness_metrics(ends, frames, subject.size, analysis);
   add_roughness_metrics(analysis);
   add_step_metrics(ends, frames, subject.size, analysis);
   add_monotonicity(analysis);
+  add_body_metrics(analysis);
   add_transformations(subject, analysis);
   add_slow_in_out(analysis);
   add_certificates(analysis);

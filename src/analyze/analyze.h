@@ -34,19 +34,35 @@ struct Handover {
   std::vector<Mesh> shown;
 };
 
+/// Errors of known points that belong together (analyze/true_points.h).
+struct TrueErrors {
+  std::size_t points = 0;  ///< number of pairs
+  /// Distance of each point from where its partner is brought, both ways, over the diagonal of the
+  /// object that is reached: by the nearest balls' own targets, and by the map of the surface.
+  std::vector<double> plan, map;
+  /// Way along the target's edges from where the map brings each source point to its partner, over
+  /// the root of the target's area; infinite between separate parts.
+  std::vector<double> geodesic;
+  /// Degrees about the vertical that the turn taken lacks; nothing if the points tell no turn.
+  std::optional<double> facing;
+};
+
 /// The two ends of a morph. Unknown members stay empty; metrics that need them are then empty too.
 struct MorphEnds {
-  std::string actor;                     ///< name of the actor; empty if there is just one
-  std::string from, to;                  ///< names of the objects
-  Mesh source, target;                   ///< meshes of the objects; normals are not needed
-  std::vector<double> masses;            ///< masses of the moving balls
-  std::optional<double> purity, chance;  ///< label purity of the plan and of a random plan
-  std::vector<double> landmark_errors;   ///< distance of each landmark from its target
-  std::optional<Similarity> truth;       ///< set if the target is the source moved by it
-  std::optional<Similarity> recovered;   ///< the plan's estimate of `truth`
-  Handover leaving, arriving;            ///< boundary stages of both ends; empty if not shown
-  bool source_shown = true;              ///< the object itself is shown before the first frame
-  bool target_shown = true;              ///< the object itself is shown after the last frame
+  std::string actor;                      ///< name of the actor; empty if there is just one
+  std::string from, to;                   ///< names of the objects
+  Mesh source, target;                    ///< meshes of the objects; normals are not needed
+  std::vector<double> masses;             ///< masses of the moving balls
+  std::optional<double> purity, chance;   ///< label purity of the plan and of a random plan
+  std::vector<double> landmark_errors;    ///< distance of each landmark from its target
+  std::optional<Similarity> truth;        ///< set if the target is the source moved by it
+  std::optional<Similarity> recovered;    ///< the plan's estimate of `truth`
+  std::optional<TrueErrors> true_errors;  ///< errors of points whose partners are known
+  std::optional<double> facing;           ///< degrees between the turn taken and that of the pairs
+  std::optional<double> registration;     ///< larger share_off() of both objects' surfaces
+  Handover leaving, arriving;             ///< boundary stages of both ends; empty if not shown
+  bool source_shown = true;               ///< the object itself is shown before the first frame
+  bool target_shown = true;               ///< the object itself is shown after the last frame
 };
 
 /// One frame of the morph.
@@ -69,6 +85,10 @@ struct FrameMeasures {
   double speed = 0;     ///< RMS step of the balls to the next frame; `step` without balls
   double leakage = 0;   ///< volume outside the hull of both objects, dilated by 2 %
   double strain = 0;    ///< RMS ln of neighbour distances over the interpolated ones
+  double hull = 0;      ///< volume of the convex hull
+  double lowest = 0;    ///< y of the lowest point
+  double height = 0;    ///< height of the surface
+  std::optional<double> distortion;      ///< conformal_distortion() since the first frame
   std::optional<double> off_similarity;  ///< Hausdorff distance from the moved source, over L
 };
 

@@ -191,9 +191,14 @@ void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>
 
 void add_roughness_metrics(Analysis& analysis) {
   const std::vector<FrameMeasures>& rows = analysis.frames;
-  std::optional<double> curvature, detail;
-  for (const InnerValue& b : inner_values(rows, [](const auto& row) { return row.roughness.tac; }))
-    if (b.interpolated > 0) curvature = std::max(curvature.value_or(0), b.value / b.interpolated);
+  std::optional<double> curvature, least_curvature, detail;
+  for (const InnerValue& b :
+       inner_values(rows, [](const auto& row) { return row.roughness.tac; })) {
+    if (!(b.interpolated > 0)) continue;
+    const double ratio = b.value / b.interpolated;
+    curvature = std::max(curvature.value_or(ratio), ratio);
+    least_curvature = std::min(least_curvature.value_or(ratio), ratio);
+  }
   double sum = 0, count = 0;
   constexpr double kEndFraction = 0.2 - 1e-6;  // of u, left out at either end
   for (const InnerValue& b :
@@ -209,6 +214,8 @@ void add_roughness_metrics(Analysis& analysis) {
   };
   add("curvature", "5 smoothness", curvature, "<= 1.05",
       "largest total absolute curvature over the line between the ends");
+  add("least_curvature", "3 features", least_curvature, ">= 0.85",
+      "least total absolute curvature over that line: limbs that melt");
   add("bumps", "5 smoothness",
       excess(rows, [](const auto& row) { return static_cast<double>(row.roughness.bumps); }),
       "<= 1.2", "most domes with radii below 6 % of L, and one, over the larger end's, and one");

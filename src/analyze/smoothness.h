@@ -13,7 +13,7 @@ namespace polymorph {
 void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>& frames,
                             double size, Analysis& analysis);
 
-/// Appends curvature, bumps, groove and detail, from the roughness of the frames.
+/// Appends curvature, least_curvature, bumps, groove and detail, from the roughness of the frames.
 void add_roughness_metrics(Analysis& analysis);
 
 /// Appends first_step, last_step, source_step and target_step, from the steps between the frames

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mesh/mesh_view.h"
+#include "mesh/sample_surface.h"
 #include "mesh/triangle_bvh.h"
 
 namespace polymorph {
@@ -25,6 +26,11 @@ struct Thickness {
 /// Measures along `samples` rays opposite to the face normals; a model that is inside out gives
 /// `open` near 1. Deterministic.
 Thickness measure_thickness(MeshView mesh, const TriangleBvh& bvh, std::size_t samples = 4000);
+
+/// Computes the distance from each sample against its normal to the opposite wall; infinite where
+/// the ray meets none, or one that faces it.
+std::vector<double> wall_thicknesses(MeshView mesh, const TriangleBvh& bvh,
+                                     const std::vector<SurfaceSample>& samples);
 
 /// Finds midpoints of walls that are thinner than `max_thickness` and whose two faces enclose an
 /// angle with a cosine above `min_cosine`. Rays go inward from points on every face, at most

@@ -2,42 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 
-extern "C" {
-#include <libqhull_r/qhull_ra.h>
-}
+#include "spheres/qhull.h"
 
 namespace polymorph {
 namespace {
-
-/// Qhull's state and messages, released together.
-struct Hull {
-  qhT state{};
-  char* text = nullptr;
-  std::size_t text_size = 0;
-  std::FILE* messages = open_memstream(&text, &text_size);
-
-  Hull() { qh_zero(&state, messages); }
-  ~Hull() {
-    qh_freeqhull(&state, !qh_ALL);
-    int long_blocks = 0, bytes = 0;
-    qh_memfreeshort(&state, &long_blocks, &bytes);
-    if (messages) std::fclose(messages);
-    std::free(text);
-  }
-  Hull(const Hull&) = delete;
-  Hull& operator=(const Hull&) = delete;
-};
-
-/// The first line of Qhull's message, e.g. "QH6214 qhull input error: ...".
-std::string first_message(Hull& hull) {
-  if (!hull.messages) return "no message";
-  std::fflush(hull.messages);
-  const std::string text(hull.text, hull.text_size);
-  return text.substr(0, text.find('\n'));
-}
 
 /// Computes the circumscribed sphere of four points; false if they are coplanar.
 bool circumscribe(std::span<const Vec3d> points, Tetrahedron& t) {
@@ -55,18 +24,12 @@ bool circumscribe(std::span<const Vec3d> points, Tetrahedron& t) {
 }  // namespace
 
 Result<std::vector<Tetrahedron>> delaunay_tetrahedra(std::span<const Vec3d> points) {
-  std::vector<double> coordinates;
-  coordinates.reserve(3 * points.size());
-  for (const Vec3d p : points) coordinates.insert(coordinates.end(), {p.x, p.y, p.z});
-  Hull hull;
   // Qbb: scaled lifting; Qt: only simplices; Q12: wide facets are no error; Qz: a point at
   // infinity, for points on one sphere.
-  char options[] = "qhull d Qbb Qt Q12 Qz";
-  const int failed = qh_new_qhull(&hull.state, 3, static_cast<int>(points.size()),
-                                  coordinates.data(), False, options, nullptr, hull.messages);
-  if (failed)
+  Qhull hull(points, "qhull d Qbb Qt Q12 Qz");
+  if (hull.failed)
     return make_error(ErrorCode::kInput, "cannot triangulate {} points ({})", points.size(),
-                      first_message(hull));
+                      hull.first_message());
   qhT* const qh = &hull.state;  // the name that Qhull's macros use
   std::vector<std::uint32_t> to_index(qh->facet_id, Tetrahedron::kNone);
   std::vector<const facetT*> facets;

@@ -1,6 +1,8 @@
 // analyze: a scene's morph and any program's meshes, as numbers and against limits.
+#include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "testing/cubes.h"
 #include "testing/program.h"
 
 namespace polymorph {
@@ -23,9 +25,10 @@ TEST_F(Analyze, ASceneInNumbersAndAllFiles) {
   EXPECT_EQ(json["morphs"][0]["frames"].size(), 5u);
   EXPECT_EQ(json["morphs"][0]["metrics"]["bad_surfaces"]["value"], 0.0);
   for (const char* metric : {"curvature", "bumps", "groove", "detail", "first_step", "last_step",
-                             "source_step", "target_step", "parts"})
+                             "source_step", "target_step", "parts", "least_curvature", "hull_dip",
+                             "floating", "sinking", "registration"})
     EXPECT_TRUE(json["morphs"][0]["metrics"][metric]["value"].is_number()) << metric;
-  for (const char* measure : {"tac", "bumps", "groove", "rho", "farthest"})
+  for (const char* measure : {"tac", "bumps", "groove", "rho", "farthest", "hull", "lowest"})
     EXPECT_TRUE(json["morphs"][0]["frames"][2][measure].is_number()) << measure;
   EXPECT_EQ(lines_of(read_text(folder / "a.csv")).size(), 6u);
   EXPECT_TRUE(contains(read_text(folder / "a.csv"), ",tac,bumps,groove,rho,"));
@@ -54,6 +57,7 @@ TEST_F(Analyze, MeshesOfAnyProgram) {
   EXPECT_TRUE(json["morphs"][0]["metrics"]["attributes"]["value"].is_null());
   EXPECT_LT(json["morphs"][0]["metrics"]["source_error"]["value"], 1e-5);
   EXPECT_TRUE(json["morphs"][0]["metrics"]["pop"]["value"].is_number());
+  EXPECT_TRUE(json["morphs"][0]["metrics"]["distortion"]["value"].is_null());
   EXPECT_TRUE(json["morphs"][0]["metrics"]["source_step"]["value"].is_null());
   // Against other objects than its own ends.
   const Ran other = run(0, {"analyze", "seq.####.obj", "--source", "seq.0003.obj", "--json"});
@@ -75,6 +79,70 @@ TEST_F(Analyze, AFlatSurfaceIsMeasuredLikeAnyOther) {
   EXPECT_EQ(flat["curvature"]["value"], smooth["curvature"]["value"]);
   EXPECT_NEAR(flat["bending"]["value"].get<double>(), smooth["bending"]["value"].get<double>(),
               0.2);
+}
+
+/// Two cubes that stand alike, of 1 and 2 file units, with a point on each side.
+class AnalyzeTruth : public Analyze {
+ protected:
+  void SetUp() override {
+    Analyze::SetUp();
+    write("a.obj", cube_obj(1));
+    write("b.obj", cube_obj(2));
+    write("cubes.json", R"({"source": "a.obj", "target": "b.obj", "frames": {"count": 3},
+                            "spheres": {"balls": 12}, "surface": {"resolution": 16}})");
+    write("truth.json", truth_json("left", "right"));
+  }
+  nlohmann::json metrics(const std::vector<std::string>& arguments) {
+    std::vector<std::string> all{"analyze", "--json", "--device", "cpu", "-q"};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    return nlohmann::json::parse(run(0, all).out)["morphs"][0]["metrics"];
+  }
+};
+
+TEST_F(AnalyzeTruth, TellsHowNearKnownPointsComeInTheFilesCoordinates) {
+  const auto found = metrics({"cubes.json", "--truth", "truth.json"});
+  EXPECT_EQ(found["points"]["value"], 4);
+  EXPECT_EQ(found["map_within_5"]["value"], 1.0);
+  EXPECT_LT(found["map_error"]["value"], 0.02);
+  EXPECT_LT(found["map_geodesic"]["value"], 0.02);
+  EXPECT_LT(found["true_facing"]["value"], 1);
+  EXPECT_LT(found["facing"]["value"], 5);
+  EXPECT_LT(found["registration"]["value"], 0.01);
+  EXPECT_TRUE(found["plan_error"]["value"].is_number());
+}
+
+TEST_F(AnalyzeTruth, PointsThatChangeSidesAreOffByTheCubesWidth) {
+  write("swapped.json", truth_json("right", "left"));
+  const auto found = metrics({"cubes.json", "--truth", "swapped.json"});
+  // Two of four points are a side away, which is 1 / sqrt 3 of the diagonal.
+  EXPECT_NEAR(found["map_error"]["value"].get<double>(), 0.5 / std::sqrt(3), 0.02);
+  EXPECT_EQ(found["map_within_10"]["value"], 0.5);
+  const Ran ran = run(1, {"analyze", "cubes.json", "--truth", "swapped.json", "--device", "cpu",
+                          "--fail-on", "map_within_10>=0.7"});
+  EXPECT_TRUE(contains(ran.err, "map_within_10 is 0.5, not >= 0.7")) << ran.err;
+}
+
+TEST_F(AnalyzeTruth, MeshesWithTheSameTrianglesAreJudgedToo) {
+  // The second mesh is the first, turned by 90 degrees about the vertical, three times as large and
+  // elsewhere: its own points say where each goes.
+  write("seq.0001.obj", cube_obj(1));
+  write("seq.0002.obj", cube_obj(3, true));
+  const auto found =
+      metrics({"seq.####.obj", "--source", "a.obj", "--target", "b.obj", "--truth", "truth.json"});
+  EXPECT_EQ(found["points"]["value"], 4);
+  EXPECT_NEAR(found["true_facing"]["value"].get<double>(), 90, 1e-3);
+  // Two points of the sides are off by sqrt 1/2 of a side; those above and below are met.
+  EXPECT_NEAR(found["map_error"]["value"].get<double>(), 0.5 * std::sqrt(0.5 / 3), 1e-4);
+  EXPECT_NEAR(found["distortion"]["value"].get<double>(), 1, 1e-3);
+  EXPECT_TRUE(found["plan_error"]["value"].is_null());
+}
+
+TEST_F(AnalyzeTruth, WhatCannotBeJudgedIsSaid) {
+  EXPECT_TRUE(contains(run(3, {"analyze", "scene.json", "--truth", "truth.json"}).err,
+                       "has no points that two successive objects have in common"));
+  write("bad.json", "{\"models\": []}");
+  EXPECT_TRUE(contains(run(3, {"analyze", "scene.json", "--truth", "bad.json"}).err,
+                       "bad.json:1:12: \"models\" must be"));
 }
 
 TEST_F(Analyze, WhatIsNoMorphIsSaid) {

@@ -79,6 +79,7 @@ TEST(RoughnessMetrics, CompareInnerFramesWithTheEnds) {
                                    {2.8, 1, 2, 9},
                                    {3, 2, 3, 0.2}});
   EXPECT_DOUBLE_EQ(value(analysis, "curvature"), 4 / 1.4);
+  EXPECT_DOUBLE_EQ(value(analysis, "least_curvature"), 2 / 2.2);
   EXPECT_DOUBLE_EQ(value(analysis, "bumps"), 2);
   EXPECT_DOUBLE_EQ(value(analysis, "groove"), 2);
   EXPECT_DOUBLE_EQ(value(analysis, "detail"), (9 / 0.12 + 0.1 / 0.14 + 0.2 / 0.16 + 9 / 0.18) / 4);
@@ -86,7 +87,7 @@ TEST(RoughnessMetrics, CompareInnerFramesWithTheEnds) {
 
 TEST(RoughnessMetrics, AreNotMeasuredWithoutInnerFrames) {
   const Analysis analysis = rough({{1, 0, 0, 0.1}, {1, 0, 0, 0.1}});
-  for (const char* name : {"curvature", "bumps", "groove", "detail"})
+  for (const char* name : {"curvature", "least_curvature", "bumps", "groove", "detail"})
     EXPECT_FALSE(analysis.find(name)->value) << name;
 }
 

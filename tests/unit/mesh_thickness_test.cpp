@@ -33,6 +33,26 @@ TEST(Thickness, OfSolidsIsTheirSize) {
   EXPECT_FALSE(is_thin(thickness_of(make_shape("puddle").value())));
 }
 
+TEST(WallThicknesses, AreTheWaysStraightThroughABox) {
+  const Model box = box_model({0, 0, 0}, {1, 2, 4});
+  const std::vector<SurfaceSample> samples = sample_surface(box, 500);
+  const std::vector<double> lengths =
+      wall_thicknesses(box, build_triangle_bvh(box.points, box.triangles), samples);
+  ASSERT_EQ(lengths.size(), samples.size());
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    const Vec3 n = samples[k].normal;
+    const float way = std::fabs(n.x) * 1 + std::fabs(n.y) * 2 + std::fabs(n.z) * 4;
+    EXPECT_NEAR(lengths[k], static_cast<double>(way), 1e-5);
+  }
+  // Inside out, every ray leaves at once.
+  Model inverted;
+  add_box(inverted, {0, 0, 0}, {1, 2, 4}, true);
+  for (const double length :
+       wall_thicknesses(inverted, build_triangle_bvh(inverted.points, inverted.triangles),
+                        sample_surface(inverted, 50)))
+    EXPECT_TRUE(std::isinf(length));
+}
+
 TEST(Thickness, OfAHollowBoxIsItsWalls) {
   Model model = box_model({0, 0, 0}, {4, 4, 4});
   add_box(model, {0.05f, 0.05f, 0.05f}, {3.95f, 3.95f, 3.95f}, true);

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "analyze/analysis_report.h"
 #include "base/file.h"
 #include "base/log.h"
@@ -11,7 +13,7 @@ namespace polymorph {
 namespace {
 
 struct AnalyzeOptions {
-  std::string input, html, csv, source, target;
+  std::string input, html, csv, source, target, truth;
   int frames = 0;
   std::vector<std::string> limits, sets;
   JsonOutput json;
@@ -21,11 +23,48 @@ bool is_scene(const std::string& input) {
   return std::filesystem::path(input).extension() == ".json";
 }
 
+/// An object that stands for one end of a mesh sequence: the file that was named, else the mesh.
+const TrueModel* find_end(const Truth& truth, const std::string& file,
+                          const std::filesystem::path& mesh) {
+  const std::filesystem::path path = file.empty() ? mesh : std::filesystem::path(file);
+  return truth.find(path, path.stem().string());
+}
+
+Result<std::vector<Analysis>> analyze_files(const FramePattern& pattern,
+                                            const AnalyzeOptions& options, const Truth* truth,
+                                            const AnalyzeProgress& progress) {
+  MeshMorph morph{pattern, options.source, options.target, {}};
+  if (truth) {
+    PM_TRY(const std::vector<int> numbers, existing_frames(pattern));
+    if (!numbers.empty())
+      morph.truth = {find_end(*truth, options.source, frame_path(pattern, numbers.front())),
+                     find_end(*truth, options.target, frame_path(pattern, numbers.back()))};
+  }
+  return analyze_meshes(morph, progress);
+}
+
+/// Errors (kInput): no morph is between objects of the file.
+Status check_truth(const std::vector<Analysis>& morphs, const Truth* truth) {
+  if (!truth || std::any_of(morphs.begin(), morphs.end(), [](const Analysis& morph) {
+        return morph.find("points")->value.has_value();
+      }))
+    return Ok{};
+  return make_error(ErrorCode::kInput,
+                    "{}: has no points that two successive objects have in common - its models "
+                    "are found by their files, else by the objects' names",
+                    truth->file.string());
+}
+
 Result<std::vector<Analysis>> analyzed(const CommandLine& line, const AnalyzeOptions& options) {
   const AnalyzeProgress progress = [](int done, int count) {
     log_debug("frame {} of {}", done + 1, count);
     return !stop_requested();
   };
+  Truth known;
+  if (!options.truth.empty()) {
+    PM_TRY(known, load_truth(options.truth));
+  }
+  const Truth* truth = options.truth.empty() ? nullptr : &known;
   if (!is_scene(options.input)) {
     PM_TRY(const FramePattern pattern, parse_pattern(options.input));
     if (!pattern.has_number() || !options.sets.empty())
@@ -33,7 +72,9 @@ Result<std::vector<Analysis>> analyzed(const CommandLine& line, const AnalyzeOpt
                         "{}: neither a scene (.json) nor meshes with a place for the frame number "
                         "(seq.####.obj){}",
                         options.input, options.sets.empty() ? "" : ", and --set is for scenes");
-    return analyze_meshes(pattern, options.source, options.target, progress);
+    PM_TRY(std::vector<Analysis> morphs, analyze_files(pattern, options, truth, progress));
+    PM_TRY_STATUS(check_truth(morphs, truth));
+    return morphs;
   }
   if (!options.source.empty() || !options.target.empty())
     return make_error(ErrorCode::kUsage,
@@ -45,7 +86,10 @@ Result<std::vector<Analysis>> analyzed(const CommandLine& line, const AnalyzeOpt
   PM_TRY(const PreparedScene prepared,
          prepare_scene(scene, *engine, cache_folder(line.common), {line.common.max_memory}));
   for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
-  return analyze_scene(prepared, *engine, options.frames, progress);
+  PM_TRY(std::vector<Analysis> morphs,
+         analyze_scene(prepared, *engine, options.frames, progress, truth));
+  PM_TRY_STATUS(check_truth(morphs, truth));
+  return morphs;
 }
 
 void print_analysis(const Analysis& morph) {
@@ -85,6 +129,7 @@ void add_analyze(CommandLine& line) {
       line, "analyze", "Measure how good a morph is: a scene's, or any program's meshes.",
       "  polymorph analyze scene.json --html report.html\n"
       "  polymorph analyze scene.json --fail-on \"dip>=0.98\" --fail-on \"curvature<=1.05\"\n"
+      "  polymorph analyze scene.json --truth truth.json --fail-on \"map_within_10>=0.7\"\n"
       "  polymorph analyze \"seq.####.obj\" --source a.obj --target b.obj --json",
       "  0 measured, every limit holds   1 a limit does not hold   2 usage\n"
       "  3 bad scene, model or meshes   4 cannot write   5 device or memory\n"
@@ -108,6 +153,11 @@ void add_analyze(CommandLine& line) {
                   "frames of each morph of a scene, ends included; default: as it has")
       .range(0, 10000)
       .type_name("N")
+      .group("Main");
+  command
+      .add_option("--truth", options->truth,
+                  "points of the models that belong together, which the morph is judged by (JSON)")
+      .type_name("FILE")
       .group("Main");
   command.add_option("--source", options->source, "meshes: the object they start from (OBJ)")
       .type_name("FILE")

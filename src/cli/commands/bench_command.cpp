@@ -1,5 +1,7 @@
 #include "bench/bench.h"
 
+#include "base/log.h"
+#include "bench/bench_morph.h"
 #include "cli/command_line.h"
 #include "kernels/field_kinds.h"
 #include "sequence/run/device.h"
@@ -9,12 +11,50 @@ namespace {
 
 struct BenchOptions {
   BenchSettings settings;
+  BenchMorphSettings morph;
+  std::string truth;
+  std::vector<std::string> sets, limits;
   JsonOutput json;
 };
 
+/// `bench morph`. Its exit code says whether the limits hold.
+Result<int> run_bench_morph(const CommandLine& line, const BenchOptions& options, Engine& engine) {
+  BenchMorphSettings settings = options.morph;
+  settings.truth = options.truth;
+  settings.cache = cache_folder(line.common);
+  settings.memory = {line.common.max_memory};
+  PM_TRY(settings.overrides, parse_overrides(options.sets));
+  std::vector<Limit> limits;
+  for (const std::string& text : options.limits) {
+    PM_TRY(Limit limit, parse_limit(text));
+    limits.push_back(std::move(limit));
+  }
+  const bool table = !options.json.enabled;
+  auto report = bench_morph(
+      settings, engine,
+      [&](const std::string& text) {
+        if (table) print_data("{}", text);
+      },
+      [] { return !stop_requested(); });
+  if (!report && stop_requested()) return make_error(stop_code(), "stopped, nothing written");
+  if (!report) return std::move(report).error();
+  if (!table) PM_TRY_STATUS(write_json(options.json, report->json));
+  const std::vector<std::string> broken = broken_limits(report->morphs, limits);
+  for (const std::string& text : broken) log_warning("{}", text);
+  return broken.empty() ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
+}
+
 Result<int> run_bench(const CommandLine& line, const BenchOptions& options) {
+  const bool is_morph = options.settings.what == "morph";
+  if (is_morph && options.truth.empty())
+    return make_error(ErrorCode::kUsage,
+                      "bench morph: needs a file of pairs with true points, or its folder");
+  if (!is_morph && !options.truth.empty())
+    return make_error(ErrorCode::kUsage, "bench {}: {} is one argument too many",
+                      options.settings.what, options.truth);
   std::string device;
   PM_TRY(const auto engine, make_engine(line.common.device, device, line.common.max_memory));
+  if (is_morph) return run_bench_morph(line, options, *engine);
   const bool table = !options.json.enabled;
   PM_TRY(const JsonValue report,
          run_benchmarks(options.settings, device, *engine, [&](const std::string& text) {
@@ -28,17 +68,27 @@ Result<int> run_bench(const CommandLine& line, const BenchOptions& options) {
 
 void add_bench(CommandLine& line) {
   auto options = std::make_shared<BenchOptions>();
-  Command command = add_command(line, "bench", "Measure this machine on a standard case.",
-                                "  polymorph bench\n  polymorph bench surface --grid 256 "
-                                "--device cuda\n  polymorph bench render --spp 64 --json",
-                                "  0 measured   2 usage   5 device or memory");
+  Command command =
+      add_command(line, "bench",
+                  "Measure this machine on a standard case, or morphs of pairs with true points.",
+                  "  polymorph bench\n  polymorph bench surface --grid 256 "
+                  "--device cuda\n  polymorph bench render --spp 64 --json\n"
+                  "  polymorph bench morph truth.json\n"
+                  "  polymorph bench morph truth.json --meshes \"theirs/{pair}.####.ply\"",
+                  "  0 measured   1 a limit does not hold   2 usage   3 bad file, model or meshes\n"
+                  "  5 device or memory");
   command
-      .add_option(
-          "what", options->settings.what,
-          "surface, report (its Table 6.7 and Graph 6.1), render (which needs a surface first) or "
-          "all")
-      .choices({"surface", "report", "render", "all"})
+      .add_option("what", options->settings.what,
+                  "surface, report (its Table 6.7 and Graph 6.1), render (which needs a surface "
+                  "first), all "
+                  "of these, or morph: pairs of models with true points")
+      .choices({"surface", "report", "render", "all", "morph"})
       .type_name("WHAT")
+      .group("Main");
+  command
+      .add_option("truth", options->truth,
+                  "morph: a file of pairs with true points, or a folder with a truth.json")
+      .type_name("TRUTH")
       .group("Main");
   command.add_option("--torus", options->settings.balls, "balls on the torus (1032)")
       .range(1, 1000000)
@@ -69,6 +119,24 @@ void add_bench(CommandLine& line) {
       .range(1, 1000)
       .type_name("N")
       .group("Main");
+  command
+      .add_option("--meshes", options->morph.meshes,
+                  "morph: another program's meshes, {pair} standing for FROM-TO")
+      .type_name("MESHES")
+      .group("Main");
+  command
+      .add_option("-c,--count", options->morph.frames,
+                  "morph: frames of each morph, ends included (9)")
+      .range(2, 10000)
+      .type_name("N")
+      .group("Main");
+  command
+      .add_option("--fail-on", options->limits,
+                  "morph: a limit that must hold for every pair, as \"map_error<=0.09\"")
+      .type_name("LIMIT")
+      .one_value_each()
+      .group("Main");
+  add_overrides(command, options->sets);
   add_json(command, options->json);
   set_action(line, command, [&line, options] { return run_bench(line, *options); });
 }

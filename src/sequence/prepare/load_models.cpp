@@ -34,8 +34,7 @@ Result<Model> load_object(const ObjectSettings& object, bool textures,
   settings.textures = textures;
   PM_TRY(LoadedModel loaded, load_model(object.model, settings));
   warnings.insert(warnings.end(), loaded.warnings.begin(), loaded.warnings.end());
-  if (object.up == UpAxis::kY) return std::move(loaded.model);
-  return transformed(loaded.model, upright(object.up));
+  return turned_upright(std::move(loaded.model), object.up);
 }
 
 /// Text that equal objects have in common, whatever stands where.
@@ -139,6 +138,10 @@ Model place_object(const Scene& scene, const ChainObject& chained, Model model, 
 }
 
 }  // namespace
+
+Model turned_upright(Model model, UpAxis up) {
+  return up == UpAxis::kY ? model : transformed(model, upright(up));
+}
 
 std::string turntable_problem(const Scene& scene) {
   const int count = film_frame_count(scene);

@@ -28,6 +28,9 @@ Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject>
 /// scene does not say which side that is, or it looks straight up or down.
 std::optional<double> front_azimuth(const ChainObject& object);
 
+/// Turns a model, as it was read, so that its axis `up` points up. Its points keep their order.
+Model turned_upright(Model model, UpAxis up);
+
 /// For each object the index of the first that has the same shape, size and spheres: they differ at
 /// most in their places, colours and motions. What is said about the shape of one holds for all.
 std::vector<std::size_t> find_alike(std::span<const ChainObject> chain);

@@ -1,8 +1,11 @@
 #include "sequence/run/analyze_sequence.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
+#include "analyze/facing.h"
+#include "analyze/registration.h"
 #include "leg/boundary_surface.h"
 #include "leg/leg_surface.h"
 #include "mesh/append.h"
@@ -55,6 +58,55 @@ void measure_landmarks(const MorphPlan& plan, const std::vector<LandmarkSettings
         arrives = arrives + Vec3d(plan.to[pair.to].center) * static_cast<double>(pair.from_share);
     ends.landmark_errors.push_back(length(arrives - Vec3d(landmark.to)));
   }
+}
+
+/// Degrees about the vertical between the plan's turn and the one that fits its pairs best.
+std::optional<double> measure_facing(const MorphPlan& plan) {
+  std::vector<Vec3d> from, to;
+  std::vector<double> masses;
+  for (const Pair& pair : plan.pairs) {
+    from.emplace_back(plan.from[pair.from].center);
+    to.emplace_back(plan.to[pair.to].center);
+    masses.push_back(pair.mass);
+  }
+  const auto turn = turn_about_vertical({from, to, masses}, plan.alignment.rotation);
+  return turn ? std::optional(std::abs(*turn)) : std::nullopt;
+}
+
+/// The larger share_off() of the leg's first and last surface, each carried to the other by the map
+/// of its own moment.
+Result<std::optional<double>> measure_registration(const Leg& leg, const Mesh& first,
+                                                   const Mesh& last, Engine& engine) {
+  const double growth = leg.plan.alignment.scale;
+  std::optional<double> largest;
+  for (const bool back : {false, true}) {
+    const ThicknessSamples samples = sample_thickness(back ? last : first);
+    PM_TRY(const LegState state, leg_state(leg, back ? 1 : 0, engine));
+    PM_TRY(const PullBack carried, pull_back(leg, state, samples.points, engine));
+    const auto share = share_off(samples, back ? carried.source : carried.target,
+                                 back ? first : last, back ? 1 / growth : growth);
+    if (!share) return std::optional<double>();
+    largest = std::max(largest.value_or(0), *share);
+  }
+  return largest;
+}
+
+/// Judges leg `number` by its objects' true points; nothing where it starts with balls in flight.
+Result<std::optional<TrueErrors>> measure_truth(const PreparedActor& actor,
+                                                const ActorSettings& settings, std::size_t number,
+                                                const Truth& truth, Engine& engine) {
+  const Leg& leg = *actor.legs[number];
+  const std::vector<const ObjectSettings*> chain = chain_objects(settings);
+  const auto find = [&](const PreparedObject* object) -> const ObjectSettings* {
+    for (std::size_t i = 0; i < chain.size(); ++i)
+      if (actor.objects[i].get() == object) return chain[i];
+    return nullptr;
+  };
+  const ObjectSettings *from = find(leg.from.get()), *to = find(leg.to.get());
+  if (!from || !to) return std::optional<TrueErrors>();
+  return measure_true_errors(leg, {*from, leg.from->model}, {*to, leg.to->model},
+                             {truth.find(from->model, from->name), truth.find(to->model, to->name)},
+                             engine);
 }
 
 /// The ends of leg `number`. Where it is left before its target is reached, the morph goes to the
@@ -115,7 +167,8 @@ Result<MorphFrame> measure_sample(const Leg& leg, float share, Engine& engine) {
 }  // namespace
 
 Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engine& engine,
-                                            int frames, const AnalyzeProgress& progress) {
+                                            int frames, const AnalyzeProgress& progress,
+                                            const Truth* truth) {
   int total = 0, done = 0;
   const auto sample_count = [&](const LegTiming& timing) {
     return std::max(2, frames > 0 ? frames : timing.steps + 1);
@@ -138,6 +191,16 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engin
       }
       MorphEnds ends = measure_ends(actor, prepared.scene.actors[a].plan, number);
       if (prepared.actors.size() > 1) ends.actor = actor.name;
+      ends.facing = measure_facing(leg.plan);
+      // A leg that is left on its way does not show what its map says of the end.
+      if (leg.until == 1) {
+        PM_TRY(ends.registration,
+               measure_registration(leg, samples.front().surface, samples.back().surface, engine));
+        if (truth) {
+          PM_TRY(ends.true_errors,
+                 measure_truth(actor, prepared.scene.actors[a], number, *truth, engine));
+        }
+      }
       PM_TRY(ends.leaving, measure_handover(leg, timing, true, count, engine));
       PM_TRY(ends.arriving, measure_handover(leg, timing, false, count, engine));
       ends.source_shown = !ends.leaving.shown.empty();
@@ -148,10 +211,9 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engin
   return morphs;
 }
 
-Result<std::vector<Analysis>> analyze_meshes(const FramePattern& pattern,
-                                             const std::filesystem::path& source,
-                                             const std::filesystem::path& target,
+Result<std::vector<Analysis>> analyze_meshes(const MeshMorph& morph,
                                              const AnalyzeProgress& progress) {
+  const FramePattern& pattern = morph.frames;
   PM_TRY(const std::vector<int> numbers, existing_frames(pattern));
   if (numbers.size() < 2)
     return make_error(ErrorCode::kInput, "{}: {} such file{} - a morph has at least two frames",
@@ -173,10 +235,12 @@ Result<std::vector<Analysis>> analyze_meshes(const FramePattern& pattern,
   ends.to = frame_path(pattern, numbers.back()).filename().string();
   ends.source = frames.front().surface;
   ends.target = frames.back().surface;
-  ends.source_shown = !source.empty();
-  ends.target_shown = !target.empty();
-  for (const auto& [file, name, mesh] :
-       {std::tuple(&source, &ends.from, &ends.source), std::tuple(&target, &ends.to, &ends.target)})
+  PM_TRY(ends.true_errors,
+         measure_true_errors(frames.front().surface, frames.back().surface, morph.truth));
+  ends.source_shown = !morph.source.empty();
+  ends.target_shown = !morph.target.empty();
+  for (const auto& [file, name, mesh] : {std::tuple(&morph.source, &ends.from, &ends.source),
+                                         std::tuple(&morph.target, &ends.to, &ends.target)})
     if (!file->empty()) {
       PM_TRY(const LoadedModel loaded, load_model(*file, settings));
       *name = file->filename().string();

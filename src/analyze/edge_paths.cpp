@@ -1,0 +1,80 @@
+#include "analyze/edge_paths.h"
+
+#include <algorithm>
+#include <functional>
+#include <limits>
+#include <queue>
+
+#include "base/parallel.h"
+#include "kernels/linear.h"
+#include "mesh/edges.h"
+
+namespace polymorph {
+namespace {
+
+struct Way {
+  std::uint32_t to = 0;
+  double length = 0;
+};
+/// The edges that leave each point: those of point v are `ways` from first[v] to first[v + 1].
+struct EdgeGraph {
+  std::vector<std::size_t> first;
+  std::vector<Way> ways;
+};
+
+EdgeGraph make_graph(MeshView mesh) {
+  const std::vector<EdgeUse> uses = sorted_edge_uses(mesh.triangles);
+  EdgeGraph graph;
+  graph.first.assign(mesh.points.size() + 1, 0);
+  for_each_edge(uses, [&](std::size_t use, std::size_t) {
+    ++graph.first[uses[use].low + 1];
+    ++graph.first[uses[use].high + 1];
+  });
+  for (std::size_t v = 1; v < graph.first.size(); ++v) graph.first[v] += graph.first[v - 1];
+  std::vector<std::size_t> next(graph.first.begin(), graph.first.end() - 1);
+  graph.ways.resize(graph.first.back());
+  for_each_edge(uses, [&](std::size_t use, std::size_t) {
+    const std::uint32_t a = uses[use].low, b = uses[use].high;
+    const double length_ab = length(Vec3d(mesh.points[a]) - Vec3d(mesh.points[b]));
+    graph.ways[next[a]++] = {b, length_ab};
+    graph.ways[next[b]++] = {a, length_ab};
+  });
+  return graph;
+}
+
+double shortest(const EdgeGraph& graph, std::uint32_t from, std::uint32_t to) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::vector<double> distance(graph.first.size() - 1, kInfinity);
+  using Entry = std::pair<double, std::uint32_t>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  distance[from] = 0;
+  queue.emplace(0, from);
+  while (!queue.empty()) {
+    const auto [reached, v] = queue.top();
+    queue.pop();
+    if (v == to) return reached;
+    if (reached > distance[v]) continue;
+    for (std::size_t k = graph.first[v]; k < graph.first[v + 1]; ++k) {
+      const Way& way = graph.ways[k];
+      if (!(reached + way.length < distance[way.to])) continue;
+      distance[way.to] = reached + way.length;
+      queue.emplace(distance[way.to], way.to);
+    }
+  }
+  return kInfinity;
+}
+
+}  // namespace
+
+std::vector<double> edge_path_lengths(
+    MeshView mesh, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs) {
+  const EdgeGraph graph = make_graph(mesh);
+  std::vector<double> lengths(pairs.size());
+  parallel_for(static_cast<std::int64_t>(pairs.size()), [&](std::int64_t i) {
+    const auto& [from, to] = pairs[static_cast<std::size_t>(i)];
+    lengths[static_cast<std::size_t>(i)] = shortest(graph, from, to);
+  });
+  return lengths;
+}
+
+}  // namespace polymorph

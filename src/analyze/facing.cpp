@@ -1,0 +1,37 @@
+#include "analyze/facing.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "base/result.h"
+
+namespace polymorph {
+
+std::optional<double> turn_about_vertical(const WeightedPairs& pairs, const Mat3& turned) {
+  PM_CHECK(pairs.from.size() == pairs.to.size() &&
+           (pairs.weights.empty() || pairs.weights.size() == pairs.from.size()));
+  const auto weight = [&](std::size_t i) { return pairs.weights.empty() ? 1 : pairs.weights[i]; };
+  Vec3d p0, q0;
+  double sum = 0;
+  for (std::size_t i = 0; i < pairs.from.size(); ++i) {
+    p0 = p0 + pairs.from[i] * weight(i);
+    q0 = q0 + pairs.to[i] * weight(i);
+    sum += weight(i);
+  }
+  if (!(sum > 0)) return std::nullopt;
+  p0 = p0 * (1 / sum), q0 = q0 * (1 / sum);
+  double cosine = 0, sine = 0, from_spread = 0, to_spread = 0;
+  for (std::size_t i = 0; i < pairs.from.size(); ++i) {
+    const Vec3d p = turned * (pairs.from[i] - p0), q = pairs.to[i] - q0;
+    cosine += weight(i) * (q.x * p.x + q.z * p.z);
+    sine += weight(i) * (q.x * p.z - q.z * p.x);
+    from_spread += weight(i) * (p.x * p.x + p.z * p.z);
+    to_spread += weight(i) * (q.x * q.x + q.z * q.z);
+  }
+  constexpr double kLeast = 0.1;
+  const double spread = std::sqrt(from_spread * to_spread);
+  if (!(spread > 0) || std::hypot(cosine, sine) < kLeast * spread) return std::nullopt;
+  return std::atan2(sine, cosine) * 180 / std::numbers::pi;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,87 @@
+#include "analyze/meaning.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <string>
+
+namespace polymorph {
+namespace {
+
+std::optional<double> share_within(const std::vector<double>& errors, double limit) {
+  if (errors.empty()) return std::nullopt;
+  const auto count =
+      std::count_if(errors.begin(), errors.end(), [&](double error) { return error <= limit; });
+  return static_cast<double>(count) / static_cast<double>(errors.size());
+}
+
+/// The mean, if all of them are known.
+std::optional<double> mean_error(const std::vector<double>& errors) {
+  const double sum = std::accumulate(errors.begin(), errors.end(), 0.0);
+  if (errors.empty() || !std::isfinite(sum)) return std::nullopt;
+  return sum / static_cast<double>(errors.size());
+}
+
+}  // namespace
+
+void add_correspondence_metrics(const MorphEnds& ends, Analysis& analysis) {
+  const auto add = [&](const char* name, std::optional<double> value, const char* goal,
+                       const char* what) {
+    analysis.metrics.push_back({name, "3 features", value, goal, what});
+  };
+  const TrueErrors errors = ends.true_errors.value_or(TrueErrors{});
+  add("points", ends.true_errors ? std::optional(static_cast<double>(errors.points)) : std::nullopt,
+      "", "pairs of true points (--truth)");
+  add("plan_within_5", share_within(errors.plan, 0.05), "",
+      "share of true points that the plan's balls bring within 5 % of the diagonal");
+  add("plan_within_10", share_within(errors.plan, 0.1), ">= 0.7", "the same within 10 %");
+  add("plan_error", mean_error(errors.plan), "<= 0.09",
+      "mean distance of true points from where the plan's balls bring them, over the diagonal");
+  add("map_within_5", share_within(errors.map, 0.05), "",
+      "share of true points that the surface's map brings within 5 % of the diagonal");
+  add("map_within_10", share_within(errors.map, 0.1), ">= 0.7", "the same within 10 %");
+  add("map_error", mean_error(errors.map), "<= 0.09",
+      "mean distance of true points from where the map brings them, over the diagonal");
+  add("map_geodesic", mean_error(errors.geodesic), "<= 0.07",
+      "mean way along the target to where its true point is, over the root of its area");
+  add("true_facing", errors.facing, "<= 15",
+      "degrees about the vertical between the turn taken and that of the true points");
+  add("facing", ends.facing, "<= 15",
+      "degrees about the vertical between the turn taken and that of the plan's pairs");
+  add("registration", ends.registration, "<= 0.05",
+      "share of the area, of the object with more, that the map leaves off by more than half its "
+      "thickness");
+}
+
+void add_body_metrics(Analysis& analysis) {
+  const std::vector<FrameMeasures>& rows = analysis.frames;
+  const FrameMeasures &first = rows.front(), &last = rows.back();
+  const double height = std::max(first.height, last.height);
+  std::optional<double> hull_dip, distortion;
+  double floating = 0, sinking = 0;
+  for (const FrameMeasures& row : rows) {
+    const double hull = (1 - row.u) * first.hull + row.u * last.hull;
+    if (hull > 0) hull_dip = std::min(hull_dip.value_or(INFINITY), row.hull / hull);
+    const double lift = row.lowest - ((1 - row.u) * first.lowest + row.u * last.lowest);
+    floating = std::max(floating, lift);
+    sinking = std::max(sinking, -lift);
+    if (row.distortion) distortion = std::max(distortion.value_or(1), *row.distortion);
+  }
+  const auto add = [&](const char* name, const char* principle, std::optional<double> value,
+                       const char* goal, const char* what) {
+    analysis.metrics.push_back({name, principle, value, goal, what});
+  };
+  const auto over_height = [&](double lift) {
+    return height > 0 ? std::optional(lift / height) : std::nullopt;
+  };
+  add("hull_dip", "6 monotonicity", hull_dip, ">= 0.85",
+      "least volume of the convex hull over the line between the ends: limbs that are lost");
+  add("floating", "floor", over_height(floating), "<= 0.005",
+      "largest height of the lowest point above the line between the ends, over the height");
+  add("sinking", "floor", over_height(sinking), "<= 0.005", "the same below it");
+  add("distortion", "4 rigidity", distortion, "",
+      "largest mean stretch one way over that across, where all meshes have the same triangles");
+}
+
+}  // namespace polymorph

@@ -1,0 +1,19 @@
+// Meaning metrics of a morph: whether parts become those that belong to them, whether the body
+// keeps its limbs on the way, and whether it stays on the ground. Formulas: docs/method.md,
+// Quality.
+#pragma once
+
+#include <vector>
+
+#include "analyze/analyze.h"
+
+namespace polymorph {
+
+/// Appends points, plan_within_5, plan_within_10, plan_error, map_within_5, map_within_10,
+/// map_error, map_geodesic, true_facing, facing and registration, from what is known of the ends.
+void add_correspondence_metrics(const MorphEnds& ends, Analysis& analysis);
+
+/// Appends hull_dip, floating, sinking and distortion, from the measures of the frames.
+void add_body_metrics(Analysis& analysis);
+
+}  // namespace polymorph

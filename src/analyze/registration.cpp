@@ -1,0 +1,37 @@
+#include "analyze/registration.h"
+
+#include <cmath>
+
+#include "base/result.h"
+#include "mesh/closest.h"
+#include "mesh/sample_surface.h"
+#include "mesh/thickness.h"
+#include "mesh/triangle_bvh.h"
+
+namespace polymorph {
+
+ThicknessSamples sample_thickness(const Mesh& surface, std::size_t count) {
+  const std::vector<SurfaceSample> drawn = sample_surface(surface, count);
+  const std::vector<double> thickness =
+      wall_thicknesses(surface, build_triangle_bvh(surface.positions, surface.triangles), drawn);
+  ThicknessSamples samples;
+  for (std::size_t i = 0; i < drawn.size(); ++i) {
+    if (std::isinf(thickness[i])) continue;
+    samples.points.push_back(drawn[i].point);
+    samples.half_thickness.push_back(thickness[i] / 2);
+  }
+  return samples;
+}
+
+std::optional<double> share_off(const ThicknessSamples& samples, const std::vector<Vec3>& carried,
+                                const Mesh& other, double scale) {
+  PM_CHECK(carried.size() == samples.points.size());
+  if (carried.empty() || other.triangles.empty()) return std::nullopt;
+  const std::vector<ClosestPoint> closest = ClosestPointQuery(other).closest(carried);
+  double off = 0;
+  for (std::size_t i = 0; i < carried.size(); ++i)
+    if (static_cast<double>(closest[i].distance) > scale * samples.half_thickness[i]) ++off;
+  return off / static_cast<double>(carried.size());
+}
+
+}  // namespace polymorph

@@ -1,0 +1,52 @@
+// True points: a file of named places on models that belong together, by which correspondences are
+// judged (`analyze --truth`, `bench morph`).
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/result.h"
+#include "mesh/mesh_view.h"
+#include "scene/scene.h"
+
+namespace polymorph {
+
+/// Named places on a model.
+struct TrueModel {
+  std::string name;
+  std::filesystem::path model;  ///< absolute, if the truth's file was
+  UpAxis up = UpAxis::kY;
+  std::map<std::string, Vec3> points;  ///< in the coordinates of the model's file, near its surface
+};
+
+/// A file of true points. Points of the same name on two models belong together.
+struct Truth {
+  std::filesystem::path file;
+  std::vector<TrueModel> models;
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;  ///< indices of models: from, to
+  /// The entry of a model: that of the same file, else that of the same name, else null.
+  const TrueModel* find(const std::filesystem::path& model, const std::string& name) const;
+};
+
+/// Reads {"models": {"NAME": {"model": PATH, "up": "y", "points": {"nose": [x, y, z], ...}}, ...},
+/// "pairs": [["FROM", "TO"], ...]}, comments allowed. Paths are relative to the file. "up" (x, y or
+/// z) and "pairs" may be missing. A folder stands for its truth.json. Errors (kInput) name line and
+/// column.
+Result<Truth> load_truth(const std::filesystem::path& file_or_folder);
+
+/// Points of two models that belong together, in the order of their names.
+struct PointPairs {
+  std::vector<Vec3> from, to;
+};
+PointPairs pair_points(const TrueModel& from, const TrueModel& to);
+
+/// Moves each point to the surface of `mesh`, and with that to where its triangle is when the
+/// mesh's points are at `placed`. The mesh has triangles.
+std::vector<Vec3> place_points(const std::vector<Vec3>& points, MeshView mesh,
+                               std::span<const Vec3> placed);
+
+}  // namespace polymorph

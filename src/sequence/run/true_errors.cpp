@@ -1,0 +1,171 @@
+#include "sequence/run/true_errors.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "analyze/distortion.h"
+#include "analyze/edge_paths.h"
+#include "analyze/facing.h"
+#include "leg/leg_surface.h"
+#include "mesh/closest.h"
+#include "mesh/normals.h"
+#include "model/load/load_model.h"
+#include "model/shapes.h"
+#include "model/transform.h"
+#include "sequence/prepare/load_models.h"
+
+namespace polymorph {
+namespace {
+
+std::vector<Vec3d> in_double(const std::vector<Vec3>& points) {
+  return {points.begin(), points.end()};
+}
+
+Result<Model> read_model(const std::filesystem::path& file) {
+  LoadObjSettings settings;
+  settings.textures = false;
+  PM_TRY(LoadedModel loaded, load_model(file, settings));
+  return std::move(loaded.model);
+}
+
+/// The points on an object in its place. Its file is read again for their coordinates.
+Result<std::vector<Vec3>> place_on(const NamedObject& object, const std::vector<Vec3>& points) {
+  const bool is_shape = object.settings.model.empty();
+  PM_TRY(const Model file,
+         is_shape ? make_shape(object.settings.shape) : read_model(object.settings.model));
+  if (file.points.size() != object.model.points.size())
+    return make_error(ErrorCode::kInput, "{}: was changed while it was used",
+                      object.settings.model.string());
+  return place_points(points, file, object.model.points);
+}
+
+/// Mean place that the parts of the ball nearest to the point go to.
+Vec3 carry_by_plan(Vec3 point, const MorphPlan& plan, bool back) {
+  const std::vector<Ball>&own = back ? plan.to : plan.from, &other = back ? plan.from : plan.to;
+  const auto distance = [&](const Ball& ball) {
+    return length(ball.center - point) - std::sqrt(std::max(ball.w, 0.0f) / ball.a);
+  };
+  std::size_t nearest = 0;
+  for (std::size_t b = 1; b < own.size(); ++b)
+    if (distance(own[b]) < distance(own[nearest])) nearest = b;
+  Vec3 sum;
+  for (const Pair& pair : plan.pairs)
+    if ((back ? pair.to : pair.from) == nearest)
+      sum =
+          sum + other[back ? pair.from : pair.to].center * (back ? pair.to_share : pair.from_share);
+  return sum;
+}
+
+/// Appends the distances of places from those wanted, over the diagonal.
+void add_errors(const std::vector<Vec3>& arrived, const std::vector<Vec3>& wanted, float diagonal,
+                std::vector<double>& errors) {
+  for (std::size_t k = 0; k < arrived.size(); ++k)
+    errors.push_back(static_cast<double>(length(arrived[k] - wanted[k]) / diagonal));
+}
+
+/// Ways along the edges between the points nearest to the places, over the root of the area.
+std::vector<double> geodesic_errors(const std::vector<Vec3>& arrived,
+                                    const std::vector<Vec3>& wanted, MeshView mesh, double area) {
+  const ClosestPointQuery query(mesh);
+  const auto nearest_corners = [&](const std::vector<Vec3>& places) {
+    std::vector<std::uint32_t> corners;
+    for (const ClosestPoint& hit : query.closest(places)) {
+      const Triangle& t = mesh.triangles[hit.triangle];
+      std::uint32_t nearest = t.v[0];
+      for (const std::uint32_t v : t.v)
+        if (length(mesh.points[v] - hit.point) < length(mesh.points[nearest] - hit.point))
+          nearest = v;
+      corners.push_back(nearest);
+    }
+    return corners;
+  };
+  const std::vector<std::uint32_t> from = nearest_corners(wanted), to = nearest_corners(arrived);
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  for (std::size_t k = 0; k < from.size(); ++k) pairs.emplace_back(from[k], to[k]);
+  std::vector<double> lengths = edge_path_lengths(mesh, pairs);
+  for (double& way : lengths) way /= std::sqrt(area);
+  return lengths;
+}
+
+/// Degrees that the true points still have to turn about the vertical after `turned`.
+std::optional<double> missing_turn(const std::vector<Vec3>& from, const std::vector<Vec3>& to,
+                                   const Mat3& turned) {
+  const std::vector<Vec3d> p = in_double(from), q = in_double(to);
+  const std::optional<double> turn = turn_about_vertical({p, q, {}}, turned);
+  return turn ? std::optional(std::abs(*turn)) : std::nullopt;
+}
+
+/// The points of an entry's model when it is laid over a mesh by its box.
+Result<std::vector<Vec3>> lay_over(const TrueModel& entry, const std::vector<Vec3>& points,
+                                   const Mesh& mesh, Model& placed) {
+  PM_TRY(const Model file, read_model(entry.model));
+  placed = turned_upright(file, entry.up);
+  const Box own = placed.box(), box = box_of(mesh.positions);
+  const float scale = own.diagonal() > 0 ? box.diagonal() / own.diagonal() : 1;
+  for (Vec3& p : placed.points) p = box.center() + (p - own.center()) * scale;
+  return place_points(points, file, placed.points);
+}
+
+/// The turn about the vertical from one mesh to one that corresponds to it.
+Mat3 turn_between(const Mesh& first, const Mesh& last) {
+  std::vector<double> areas(first.positions.size(), 0);
+  for (const Triangle& t : first.triangles) {
+    const Vec3 a = first.positions[t.v[0]];
+    const Vec3 normal = cross(first.positions[t.v[1]] - a, first.positions[t.v[2]] - a);
+    for (const std::uint32_t v : t.v) areas[v] += static_cast<double>(length(normal)) / 6;
+  }
+  const std::vector<Vec3d> p = in_double(first.positions), q = in_double(last.positions);
+  const double degrees = turn_about_vertical({p, q, areas}).value_or(0);
+  return exp_rotation({0, degrees * std::numbers::pi / 180, 0});
+}
+
+}  // namespace
+
+Result<std::optional<TrueErrors>> measure_true_errors(const Leg& leg, const NamedObject& from,
+                                                      const NamedObject& to, const TruePair& truth,
+                                                      Engine& engine) {
+  if (!truth.from || !truth.to) return std::optional<TrueErrors>();
+  const PointPairs pairs = pair_points(*truth.from, *truth.to);
+  if (pairs.from.empty()) return std::optional<TrueErrors>();
+  PM_TRY(const std::vector<Vec3> a, place_on(from, pairs.from));
+  PM_TRY(const std::vector<Vec3> b, place_on(to, pairs.to));
+  const float a_size = from.model.box().diagonal(), b_size = to.model.box().diagonal();
+  TrueErrors errors;
+  errors.points = a.size();
+  std::vector<Vec3> forward, backward;
+  for (const Vec3 p : a) forward.push_back(carry_by_plan(p, leg.plan, false));
+  for (const Vec3 p : b) backward.push_back(carry_by_plan(p, leg.plan, true));
+  add_errors(forward, b, b_size, errors.plan);
+  add_errors(backward, a, a_size, errors.plan);
+  PM_TRY(const LegState start, leg_state(leg, 0, engine));
+  PM_TRY(const LegState end, leg_state(leg, 1, engine));
+  PM_TRY(const PullBack first, pull_back(leg, start, a, engine));
+  PM_TRY(const PullBack last, pull_back(leg, end, b, engine));
+  add_errors(first.target, b, b_size, errors.map);
+  add_errors(last.source, a, a_size, errors.map);
+  errors.geodesic = geodesic_errors(first.target, b, to.model, area_of(to.model));
+  errors.facing = missing_turn(a, b, leg.plan.alignment.rotation);
+  return std::optional(std::move(errors));
+}
+
+Result<std::optional<TrueErrors>> measure_true_errors(const Mesh& first, const Mesh& last,
+                                                      const TruePair& truth) {
+  if (!truth.from || !truth.to || first.triangles.empty() || last.triangles.empty())
+    return std::optional<TrueErrors>();
+  const PointPairs pairs = pair_points(*truth.from, *truth.to);
+  if (pairs.from.empty()) return std::optional<TrueErrors>();
+  TrueErrors errors;
+  errors.points = pairs.from.size();
+  if (!corresponds(first, last)) return std::optional(std::move(errors));
+  Model source, target;
+  PM_TRY(const std::vector<Vec3> from, lay_over(*truth.from, pairs.from, first, source));
+  PM_TRY(const std::vector<Vec3> to, lay_over(*truth.to, pairs.to, last, target));
+  const std::vector<Vec3> arrived = place_points(from, first, last.positions);
+  add_errors(arrived, to, target.box().diagonal(), errors.map);
+  add_errors(place_points(to, last, first.positions), from, source.box().diagonal(), errors.map);
+  errors.geodesic = geodesic_errors(arrived, to, target, area_of(target));
+  errors.facing = missing_turn(from, to, turn_between(first, last));
+  return std::optional(std::move(errors));
+}
+
+}  // namespace polymorph
