@@ -44,7 +44,6 @@ std::vector<int> spread(const std::vector<int>& numbers, int n) {
 }
 
 std::vector<int> spread_by_change(const Film& film, int n) {
-  if (n >= static_cast<int>(film.numbers.size())) return film.numbers;
   std::vector<double> change_until{0};  // how far the pictures have come since the first
   for (std::size_t i = 1; i < film.images.size(); ++i) {
     const std::vector<float>&a = film.images[i - 1].pixels, &b = film.images[i].pixels;

@@ -147,7 +147,8 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
   if (!options.output.empty()) {
     SheetSettings sheet;
     sheet.count = options.count;
-    sheet.all = !options.frames.empty();
+    const bool is_chosen = is_scene && options.by_change() && !options.moves();
+    sheet.all = !options.frames.empty() || is_chosen;
     sheet.by_change = options.by_change();
     sheet.columns = options.columns;
     sheet.cell_width = options.width;
