@@ -74,7 +74,7 @@ TEST_F(CheckModels, WhatChangesNothingIsNoWarning) {
 }
 
 TEST_F(CheckModels, AFitIsJudgedEitherWay) {
-  auto json = check(0, box(0, 1, 1), R"({"balls": 64, "fit": "ellipsoid"})", {"--fit"});
+  auto json = check(0, box(0, 1, 1), R"({"balls": 16, "fit": "ellipsoid"})", {"--fit"});
   EXPECT_TRUE(contains(json["notes"].dump(), "model: the balls fit well: ")) << json;
   EXPECT_TRUE(json["warnings"].empty()) << json;
   json = check(0, box(0, 1, 1) + box(9, 10, 9), R"({"balls": 1, "fit": "round"})", {"--fit"});
