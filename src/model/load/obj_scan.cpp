@@ -13,11 +13,7 @@
 namespace polymorph {
 namespace {
 
-constexpr std::uint32_t kMaxCorners = 4096;  // triangulation takes quadratic time in tinyobjloader
-
-struct Corner {
-  std::int32_t v = -1, vt = -1, vn = -1;  // 0-based, -1 = not given
-};
+constexpr std::uint32_t kMaxCorners = 4096;  // triangulation takes quadratic time
 
 class Scanner {
  public:
@@ -28,26 +24,28 @@ class Scanner {
     while (lines_.next() && !errors_.full()) scan_line(lines_.line());
     if (!errors_.full()) check_ranges();
     if (!errors_.empty()) return errors_.error();
-    if (result_.points == 0 || result_.faces.empty()) return make_no_faces_error();
+    if (result_.point_count() == 0 || result_.faces.empty()) return make_no_faces_error();
     report_occurrences();
-    write_text();
     return std::move(result_);
   }
 
  private:
   void scan_line(std::string_view line);
-  void scan_reals(std::string_view text, std::vector<float>& values, int used_count, int min_count,
-                  int max_count, const char* what);
+  /// Numbers on a line: how many are stored, and how many there must and may be.
+  struct RealCounts {
+    int used, min, max;
+  };
+  void scan_reals(std::string_view text, std::vector<float>& values, RealCounts counts,
+                  const char* what);
   void scan_face(std::string_view text);
-  std::optional<Corner> scan_corner(std::string_view word);
+  std::optional<ObjCorner> scan_corner(std::string_view word);
   std::optional<std::int64_t> resolve(std::string_view digits, std::uint32_t count,
                                       const char* what);
   void check_ranges();
-  bool check_corner(const Corner& corner, std::uint32_t line);
+  bool check_corner(const ObjCorner& corner, std::uint32_t line);
   void report(const Occurrences& what, const char* text);
   void report_occurrences();
   Error make_no_faces_error() const;
-  void write_text();
   std::uint32_t label_index();
   std::int32_t material_index();
   std::uint32_t count(const std::vector<float>& values, unsigned dimension) const {
@@ -59,8 +57,6 @@ class Scanner {
   std::string file_;
   ErrorList errors_;
   ObjScan result_;
-  std::vector<float> points_, uvs_, normals_;
-  std::vector<Corner> corners_;
   std::string object_, group_;
   NamedLine material_;
   std::map<std::string, std::uint32_t> label_indices_;
@@ -75,12 +71,11 @@ void Scanner::scan_line(std::string_view line) {
   std::string_view text = line;
   const std::string_view word = take_word(text);
   if (word == "v") {
-    ++result_.points;
-    scan_reals(text, points_, 3, 3, 8, "vertex");
+    scan_reals(text, result_.positions, {3, 3, 8}, "vertex");
   } else if (word == "vt") {
-    scan_reals(text, uvs_, 2, 1, 3, "texture coordinate");
+    scan_reals(text, result_.uvs, {2, 1, 3}, "texture coordinate");
   } else if (word == "vn") {
-    scan_reals(text, normals_, 3, 3, 3, "normal");
+    scan_reals(text, result_.normals, {3, 3, 3}, "normal");
   } else if (word == "f" || word == "fo") {
     scan_face(text);
   } else if (word == "g") {
@@ -109,8 +104,9 @@ void Scanner::scan_line(std::string_view line) {
   }
 }
 
-void Scanner::scan_reals(std::string_view text, std::vector<float>& values, int used_count,
-                         int min_count, int max_count, const char* what) {
+void Scanner::scan_reals(std::string_view text, std::vector<float>& values, RealCounts counts,
+                         const char* what) {
+  const auto [used_count, min_count, max_count] = counts;
   const std::size_t size = values.size();
   int count_read = 0;
   // A comment may follow the numbers.
@@ -160,7 +156,7 @@ std::optional<std::int64_t> Scanner::resolve(std::string_view digits, std::uint3
   return count + index;
 }
 
-std::optional<Corner> Scanner::scan_corner(std::string_view word) {
+std::optional<ObjCorner> Scanner::scan_corner(std::string_view word) {
   std::array<std::string_view, 3> fields;
   std::size_t field_count = 0;
   for (std::string_view text = word; field_count < 3; ++field_count) {
@@ -176,8 +172,8 @@ std::optional<Corner> Scanner::scan_corner(std::string_view word) {
       return std::nullopt;
     }
   }
-  Corner corner;
-  const auto v = resolve(fields[0], result_.points, "vertex");
+  ObjCorner corner;
+  const auto v = resolve(fields[0], result_.point_count(), "vertex");
   if (!v) return std::nullopt;
   corner.v = static_cast<std::int32_t>(*v);
   if (corner.v < 0) {
@@ -185,13 +181,13 @@ std::optional<Corner> Scanner::scan_corner(std::string_view word) {
     return std::nullopt;
   }
   if (field_count > 1 && !fields[1].empty()) {
-    const auto vt = resolve(fields[1], count(uvs_, 2), "texture coordinate");
+    const auto vt = resolve(fields[1], count(result_.uvs, 2), "texture coordinate");
     if (!vt) return std::nullopt;
     corner.vt = static_cast<std::int32_t>(*vt);
     if (corner.vt < 0) zero_uvs_.note(lines_.number());
   }
   if (field_count > 2 && !fields[2].empty()) {
-    const auto vn = resolve(fields[2], count(normals_, 3), "normal");
+    const auto vn = resolve(fields[2], count(result_.normals, 3), "normal");
     if (!vn) return std::nullopt;
     corner.vn = static_cast<std::int32_t>(*vn);
     if (corner.vn < 0) zero_normals_.note(lines_.number());
@@ -202,24 +198,24 @@ std::optional<Corner> Scanner::scan_corner(std::string_view word) {
 void Scanner::scan_face(std::string_view text) {
   ObjFace face;
   face.line = lines_.number();
-  const std::size_t first = corners_.size();
+  const std::size_t first = result_.corners.size();
   text = text.substr(0, text.find('#'));  // a comment may follow without a space
   for (std::string_view word = take_word(text); !word.empty(); word = take_word(text)) {
     if (++face.corners > kMaxCorners) {
       fail(fmt::format("face has more than {} corners - split it", kMaxCorners));
-      corners_.resize(first);
+      result_.corners.resize(first);
       return;
     }
     const auto corner = scan_corner(word);
     if (!corner) {
-      corners_.resize(first);
+      result_.corners.resize(first);
       return;
     }
-    corners_.push_back(*corner);
+    result_.corners.push_back(*corner);
   }
   if (face.corners < 3) {
     few_corners_.note(face.line);
-    corners_.resize(first);
+    result_.corners.resize(first);
     return;
   }
   face.label = label_index();
@@ -249,16 +245,16 @@ std::int32_t Scanner::material_index() {
   return *material_id_;
 }
 
-bool Scanner::check_corner(const Corner& corner, std::uint32_t line) {
+bool Scanner::check_corner(const ObjCorner& corner, std::uint32_t line) {
   const auto check = [&](std::int64_t index, std::uint32_t limit, const char* what) {
     if (index < static_cast<std::int64_t>(limit)) return true;
     errors_.add(line,
                 fmt::format("{} index {} is beyond the {} of the file", what, index + 1, limit));
     return false;
   };
-  return check(corner.v, result_.points, "vertex") &&
-         check(corner.vt, count(uvs_, 2), "texture coordinate") &&
-         check(corner.vn, count(normals_, 3), "normal");
+  return check(corner.v, result_.point_count(), "vertex") &&
+         check(corner.vt, count(result_.uvs, 2), "texture coordinate") &&
+         check(corner.vn, count(result_.normals, 3), "normal");
 }
 
 // Runs after the whole file is read, because faces may precede the vertices that they use.
@@ -268,7 +264,7 @@ void Scanner::check_ranges() {
     const std::size_t first = next;
     next += face.corners;
     for (std::size_t i = first; i < next; ++i)
-      if (!check_corner(corners_[i], face.line)) break;
+      if (!check_corner(result_.corners[i], face.line)) break;
   }
 }
 
@@ -281,14 +277,14 @@ Error Scanner::make_no_faces_error() const {
         ErrorCode::kInput,
         "{}:{}: no faces: free-form curves and surfaces are not read - export polygons", file_,
         curves_.first_line);
-  if (unknown_.count > 0 && result_.points == 0)
+  if (unknown_.count > 0 && result_.point_count() == 0)
     return make_error(
         ErrorCode::kInput,
         "{}:{}: no faces: {} lines start with an unknown word - is this a Wavefront OBJ?", file_,
         unknown_.first_line, unknown_.count);
   return make_error(ErrorCode::kInput,
                     "{}: no faces ({} vertices) - export the model with its faces", file_,
-                    result_.points);
+                    result_.point_count());
 }
 
 void Scanner::report(const Occurrences& what, const char* text) {
@@ -304,46 +300,6 @@ void Scanner::report_occurrences() {
   report(curves_, "free-form elements - ignored");
   report(colors_, "vertices with colours - the colours are ignored");
   report(unknown_, "lines start with an unknown word - ignored");
-}
-
-void append_reals(std::string& text, const char* keyword, const std::vector<float>& values,
-                  std::size_t dimension) {
-  std::array<char, 32> buffer;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    text += i % dimension == 0 ? keyword : " ";
-    const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), values[i]);
-    text.append(buffer.data(), end.ptr);
-    if (i % dimension + 1 == dimension) text += '\n';
-  }
-}
-
-void append_index(std::string& text, char before, std::int64_t index) {
-  std::array<char, 24> buffer;
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), index + 1);
-  if (before) text += before;
-  text.append(buffer.data(), end.ptr);
-}
-
-void Scanner::write_text() {
-  std::string& text = result_.text;
-  text.reserve(points_.size() * 11 + uvs_.size() * 10 + normals_.size() * 10 +
-               corners_.size() * 20);
-  append_reals(text, "v ", points_, 3);
-  append_reals(text, "vt ", uvs_, 2);
-  append_reals(text, "vn ", normals_, 3);
-  std::size_t next = 0;
-  for (const ObjFace& face : result_.faces) {
-    text += 'f';
-    for (std::uint32_t k = 0; k < face.corners; ++k) {
-      const Corner& corner = corners_[next++];
-      append_index(text, ' ', corner.v);
-      if (corner.vt >= 0) append_index(text, '/', corner.vt);
-      if (corner.vn < 0) continue;
-      if (corner.vt < 0) text += '/';
-      append_index(text, '/', corner.vn);
-    }
-    text += '\n';
-  }
 }
 
 }  // namespace
