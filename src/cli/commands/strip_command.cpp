@@ -30,9 +30,8 @@ Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
   PM_TRY(
       std::vector<int> numbers,
       parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
-  if (!options.moves() && options.frames.empty()) numbers = spread(numbers, options.count);
-  return render_film(line, std::move(scene), std::move(numbers), options.width,
-                     options.scene_options.isa);
+  if (!options.moves() && options.frames.empty()) numbers = choose_evenly(numbers, options.count);
+  return render_film(line, std::move(scene), std::move(numbers), options.width);
 }
 
 /// A header's rate, which EXR keeps as a number and PNG as text.
@@ -71,7 +70,7 @@ Result<Film> from_images(const StripOptions& options) {
                         "{}: frame {} is missing (there are {} to {}) - render it first",
                         options.input, frame, film.first, film.last);
   if (!options.moves() && options.frames.empty())
-    film.numbers = spread(film.numbers, options.count);
+    film.numbers = choose_evenly(film.numbers, options.count);
   for (const int number : film.numbers) {
     remember_input(frame_path(pattern, number));
     PM_TRY(Image image, read_image(frame_path(pattern, number)));
