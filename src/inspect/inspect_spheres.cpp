@@ -141,14 +141,14 @@ Result<SpheresResult> inspect_spheres(const SpheresRequest& request) {
   fitted.balls = fitted.approximation.balls;
   if (fitted.balls.empty()) {
     PM_TRY(fitted.balls,
-           make_unfitted_balls(fitted.approximation.tree.leaves(), settings.method,
-                               solid_volume(solid, inside), FieldSettings{}, cell, {}, *engine));
+           make_unfitted_balls(fitted.approximation.tree.leaves(), settings.method, FieldSettings{},
+                               {solid_volume(solid, inside), cell}, *engine));
   }
   PM_TRY(measured.figures,
-         measure_quality(solid, inside, fitted.balls, FieldKind::kGaussian, request.grid));
+         measure_quality(solid, inside, fitted.balls, FieldKind::kGaussian, {request.grid}));
   activity.reset();
-  if (const std::string bad = describe_bad_fit(measured.figures); !bad.empty())
-    log_warning("{}: {}", model.name, bad);
+  if (const std::string problem = describe_bad_fit(measured.figures); !problem.empty())
+    log_warning("{}: {}", model.name, problem);
   fitted.report = {to_json(request, fitted, measured), to_table(request, fitted, measured)};
   return fitted;
 }

@@ -68,17 +68,17 @@ char* put(char* to, Rounded r) {
   if (!(size >= 1e-4 && size < 9.99999))
     return std::to_chars(to, to + 24, r.value, std::chars_format::general, 6).ptr;
   // The usual case needs one multiplication and an integer's digits.
-  std::uint32_t one = 100000;
-  while (size * one < 99999.5) one *= 10;
-  auto digits = static_cast<std::uint32_t>(std::lrint(size * one));
+  std::uint32_t unit = 100000;
+  while (size * unit < 99999.5) unit *= 10;
+  auto digits = static_cast<std::uint32_t>(std::lrint(size * unit));
   if (r.value < 0) *to++ = '-';
-  *to++ = static_cast<char>('0' + digits / one);
-  digits %= one;
+  *to++ = static_cast<char>('0' + digits / unit);
+  digits %= unit;
   if (digits > 0) *to++ = '.';
   while (digits > 0) {
-    one /= 10;
-    *to++ = static_cast<char>('0' + digits / one);
-    digits %= one;
+    unit /= 10;
+    *to++ = static_cast<char>('0' + digits / unit);
+    digits %= unit;
   }
   return to;
 }
@@ -416,11 +416,12 @@ void UsdWriter::add_mesh(std::size_t index, std::vector<ByteSource>& parts) {
       put(type, name, interpolation, samples);
       return;
     }
-    const std::string how =
+    const std::string metadata =
         *interpolation
             ? fmt::format(" (\n            interpolation = \"{}\"\n        )", interpolation)
             : "";
-    parts.push_back(text(fmt::format("        {} {} = {}{}\n", type, name, samples.last(), how)));
+    parts.push_back(
+        text(fmt::format("        {} {} = {}{}\n", type, name, samples.last(), metadata)));
   };
   put("float3[]", "extent", "", actor.extent);
   put_topology("int[]", "faceVertexCounts", "", actor.counts);

@@ -55,8 +55,8 @@ Result<std::string> bad_fit(const Model& model, const ObjectSettings& object,
   if (!approximation || approximation->balls.empty()) return std::string();
   const Model& solid = *stand_in ? **stand_in : model;
   PM_TRY(const ApproximationQuality quality,
-         measure_quality(solid, InsideTest(solid), approximation->balls, FieldKind::kGaussian, 96,
-                         5e4));
+         measure_quality(solid, InsideTest(solid), approximation->balls, FieldKind::kGaussian,
+                         {96, 5e4}));
   return describe_bad_fit(quality);
 }
 
@@ -100,8 +100,8 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
       PM_TRY(std::string bad, bad_fit(loaded.models[i], object, cache));
       fits.emplace(i, std::move(bad));
     }
-    const std::string& bad = fits.at(alike[i]);
-    if (!bad.empty()) result.warnings.push_back(object.name + ": " + bad);
+    const std::string& problem = fits.at(alike[i]);
+    if (!problem.empty()) result.warnings.push_back(object.name + ": " + problem);
   }
   return result;
 }
@@ -140,9 +140,9 @@ Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
   }
   if (!checked) return checked.error();
   const CheckResult& result = *checked;
-  const bool good = result.findings.empty() && result.errors.empty() &&
-                    !(options.strict && !result.warnings.empty());
-  if (options.json.enabled) PM_TRY_STATUS(write_json(options.json, to_json(result, good)));
+  const bool ok = result.findings.empty() && result.errors.empty() &&
+                  !(options.strict && !result.warnings.empty());
+  if (options.json.enabled) PM_TRY_STATUS(write_json(options.json, to_json(result, ok)));
   for (const SceneFinding& finding : result.findings)
     log_message(LogLevel::kError, to_string(finding, options.scene));
   for (const std::string& error : result.errors) log_message(LogLevel::kError, error);
@@ -150,7 +150,7 @@ Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
   if (!options.json.enabled) {
     for (const auto& [name, diagnosis] : result.objects)
       print_data("{}\n", describe_object(name, diagnosis));
-    if (good)
+    if (ok)
       print_data("{}: ok, {} objects, {} frames, about {} of memory\n", options.scene,
                  result.objects.size(), result.frames,
                  format_bytes(static_cast<double>(result.memory.total())));
@@ -160,7 +160,7 @@ Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
                  result.findings.size() + result.errors.size() == 1 ? "" : "s",
                  result.warnings.size(), result.warnings.size() == 1 ? "" : "s");
   }
-  return good ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
+  return ok ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
 }
 
 }  // namespace

@@ -28,8 +28,8 @@ Result<Model> load_object(const ObjectSettings& object, bool textures,
   PM_TRY(LoadedModel loaded, load_model(object.model, settings));
   warnings.insert(warnings.end(), loaded.warnings.begin(), loaded.warnings.end());
   if (object.up == UpAxis::kY) return std::move(loaded.model);
-  const Vec3 turn = object.up == UpAxis::kZ ? Vec3{-90, 0, 0} : Vec3{0, 0, 90};
-  return transformed(loaded.model, make_transform({}, turn, {1, 1, 1}));
+  const Vec3 degrees = object.up == UpAxis::kZ ? Vec3{-90, 0, 0} : Vec3{0, 0, 90};
+  return transformed(loaded.model, make_transform({}, degrees, {1, 1, 1}));
 }
 
 /// Text that equal objects have in common, whatever stands where.
@@ -103,14 +103,14 @@ Model arrange(const Model& model, const ObjectSettings& object, bool stand, floa
   if (!stand)
     return transformed(
         model, compose(stage, make_transform(object.translate, object.rotate, object.scale)));
-  const Model turned = transformed(model, make_transform({}, object.rotate, {1, 1, 1}));
-  const Box box = turned.box();
+  const Model rotated = transformed(model, make_transform({}, object.rotate, {1, 1, 1}));
+  const Box box = rotated.box();
   const float diagonal = model.box().diagonal();  // before turning: a turn must not change the size
   const float factor = size > 0 && diagonal > 0 ? size / diagonal : 1;
   const Vec3 foot{box.center().x, box.low.y, box.center().z};
   const Transform to_origin = make_transform(-factor * foot, {}, {factor, factor, factor});
   const Transform by_user = make_transform(object.translate, {}, object.scale);
-  return transformed(turned, compose(stage, compose(by_user, to_origin)));
+  return transformed(rotated, compose(stage, compose(by_user, to_origin)));
 }
 
 /// Puts an object, as it was read, in its place; `size` is the first source's, or 0 for that one
