@@ -139,12 +139,11 @@ class Tile {
     const Cameras camera = broadcast_camera(job_.camera);
     for (int y = 0; y < height_; ++y) {
       CenterRow& row = centers_[y];
-      for (int k = 0; k < 2; ++k)
-        row.rays[k] =
-            camera_rays(camera, job_.image,
-                        {Lanes<Pack>::iota() + (static_cast<float>(left_ + k * kLanes) + 0.5f),
-                         broadcast<Pack>(static_cast<float>(top_ + y) + 0.5f)},
-                        Pack2{}, true);
+      const Pack film_y = broadcast<Pack>(static_cast<float>(top_ + y) + 0.5f);
+      for (int k = 0; k < 2; ++k) {
+        const Pack film_x = Lanes<Pack>::iota() + (static_cast<float>(left_ + k * kLanes) + 0.5f);
+        row.rays[k] = camera_rays(camera, job_.image, {film_x, film_y}, Pack2{}, true);
+      }
       intersect_closest(job_.world, row.rays, row.intersections, width_, true, stats_);
       if (!steady) continue;
       for (int x = 0; x < width_; ++x) {
