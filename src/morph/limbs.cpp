@@ -385,7 +385,7 @@ std::vector<MirrorPlane> find_mirror_planes(const VoxelSolid& solid, const Limbs
           return std::min(angle, exact::kPi - angle) >= kPlanesApart;
         }))
       distinct.push_back(plane);
-  return apart;
+  return distinct;
 }
 
 }  // namespace

@@ -306,8 +306,9 @@ TEST_F(Help, HelpIsACommand) {
 
 TEST_F(Help, SchemaListsWhatSetTakes) {
   const std::vector<std::string> lines = lines_of(run(0, {"schema", "--keys"}).out);
-  for (const char* line : {"camera.fov=", "look.kind=metal", "ground.enabled=false",
-                           "target.rotate=", "motion.easing=spring", "target.shape=torus"})
+  for (const char* line :
+       {"camera.fov=", "look.kind=metal", "ground.enabled=false",
+        "target.rotate=", "motion.easing=spring", "target.shape=torus", "image.aovs=albedo"})
     EXPECT_NE(std::find(lines.begin(), lines.end(), line), lines.end()) << line;
   for (const std::string& line : lines) EXPECT_TRUE(contains(line, "=")) << line;
 }

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include "cli/option_table.h"
-#include "scene/scene.h"
 
 namespace polymorph {
 namespace {
@@ -20,7 +19,6 @@ std::string lister(const OptionRow& row) {
   if (row.value == "EFFECT") return list + "'/^  / {print $1}' | sort -u";
   if (row.value == "DEVICE") return "printf '%s\\n' auto cpu cuda";
   if (row.value == "KEY=VALUE") return "polymorph schema --keys 2>/dev/null";
-  if (row.value == "LAYERS") return "printf '%s\\n' all none " + joined(kAovNames);
   return "";
 }
 
@@ -121,7 +119,7 @@ std::string bash_completion(const std::vector<CommandTable>& commands) {
 
 std::string zsh_completion(const std::vector<CommandTable>& commands) {
   std::string list, cases, listers;
-  for (const char* value : {"FROM", "TO", "EFFECT", "DEVICE", "KEY=VALUE", "LAYERS"}) {
+  for (const char* value : {"FROM", "TO", "EFFECT", "DEVICE", "KEY=VALUE"}) {
     OptionRow row;
     row.value = value;
     const bool may_be_file = row.value == "FROM" || row.value == "TO" || row.value == "EFFECT";
